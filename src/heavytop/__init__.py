@@ -1,0 +1,94 @@
+"""The axisymmetric heavy top: derived, integrated by Taylor's method, held against the truth.
+
+Names are imported when they are first used, so that ``import heavytop`` costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "BadScene": "errors",
+    "EndedEarly": "errors",
+    "Errors": "witness",
+    "Exact": "exact",
+    "ForeignFile": "errors",
+    "HeavyTopError": "errors",
+    "ImpossibleStart": "errors",
+    "ImpossibleTop": "errors",
+    "Motion": "theory.motion",
+    "NoClosedForm": "errors",
+    "Plan": "planning",
+    "Sample": "quantities",
+    "Scene": "scene",
+    "State": "top",
+    "Top": "top",
+    "Trajectory": "trajectory",
+    "extend": "propagation",
+    "load_scene": "scene",
+    "load_trajectory": "archive",
+    "plan": "planning",
+    "propagate": "propagation",
+    "run_errors": "witness",
+}
+
+__all__ = [
+    "BadScene",
+    "EndedEarly",
+    "Errors",
+    "Exact",
+    "ForeignFile",
+    "HeavyTopError",
+    "ImpossibleStart",
+    "ImpossibleTop",
+    "Motion",
+    "NoClosedForm",
+    "Plan",
+    "Sample",
+    "Scene",
+    "State",
+    "Top",
+    "Trajectory",
+    "extend",
+    "load_scene",
+    "load_trajectory",
+    "plan",
+    "propagate",
+    "run_errors",
+]
+
+if TYPE_CHECKING:
+    from heavytop.archive import load_trajectory
+    from heavytop.errors import (
+        BadScene,
+        EndedEarly,
+        ForeignFile,
+        HeavyTopError,
+        ImpossibleStart,
+        ImpossibleTop,
+        NoClosedForm,
+    )
+    from heavytop.exact import Exact
+    from heavytop.planning import Plan, plan
+    from heavytop.propagation import extend, propagate
+    from heavytop.quantities import Sample
+    from heavytop.scene import Scene, load_scene
+    from heavytop.theory.motion import Motion
+    from heavytop.top import State, Top
+    from heavytop.trajectory import Trajectory
+    from heavytop.witness import Errors, run_errors
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        value = getattr(import_module(f"heavytop.{_HOMES[name]}"), name)
+        globals()[name] = value  # the function, not the module of the same name
+        return value
+    raise AttributeError(f"module 'heavytop' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

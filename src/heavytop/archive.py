@@ -1,0 +1,121 @@
+"""Reading a trajectory back from the netCDF file that holds it."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from heavytop.errors import ForeignFile, HeavyTopError, Outcome
+from heavytop.events import Events
+from heavytop.netcdf import SCHEMA
+from heavytop.planning import Plan
+from heavytop.propagation import compiled_for
+from heavytop.scene import read_scene
+from heavytop.taylor.orbit import Checkpoint, Ending, Orbit, Seen
+from heavytop.taylor.winding import Winding
+from heavytop.trajectory import Statistics, Trajectory
+
+if TYPE_CHECKING:
+    import xarray
+
+_ENDINGS: dict[Outcome, Ending] = {
+    Outcome.FINISHED: "reached",
+    Outcome.SINGULAR: "singular",
+    Outcome.INTERRUPTED: "interrupted",
+    Outcome.STEP_LIMIT: "step-limit",
+}
+
+
+def load_trajectory(path: str | os.PathLike[str]) -> Trajectory:
+    """Read a trajectory from a netCDF file that `Trajectory.save` wrote.
+
+    Raises
+    ------
+    ForeignFile
+        The file is missing, damaged, or was not written by this package.
+    """
+    import xarray
+
+    try:
+        with xarray.open_dataset(path, engine="h5netcdf") as file:
+            return _trajectory(file.load())
+    except ForeignFile:
+        raise
+    except (OSError, KeyError, ValueError, TypeError, HeavyTopError) as fault:
+        raise ForeignFile(f"{path}: not a readable {SCHEMA} file ({fault})") from fault
+
+
+def _trajectory(file: xarray.Dataset) -> Trajectory:
+    if file.attrs.get("schema") != SCHEMA:
+        raise ForeignFile(f"schema = {file.attrs.get('schema')!r}: expected {SCHEMA}")
+    scene = read_scene(file.attrs["scene"], where="scene in file")
+    chosen = _plan(json.loads(file.attrs["plan"]))
+    values = {k: float.fromhex(v) for k, v in json.loads(file.attrs["parameters"]).items()}
+    outcome = Outcome(file.attrs["outcome"])
+    return Trajectory(
+        scene=scene,
+        plan=chosen,
+        orbit=_orbit(file, chosen, values, outcome),
+        events=_events(file, scene.events),
+        outcome=outcome,
+        statistics=Statistics(int(file.attrs["steps"]), 0, 0.0, 0.0, 0.0),
+    )
+
+
+def _plan(fields: dict[str, Any]) -> Plan:
+    return Plan(
+        formulation=str(fields["formulation"]),
+        psi=None if fields["psi"] is None else str(fields["psi"]),
+        follows_phi=bool(fields["follows_phi"]),
+        frame_rate=float(fields["frame_rate"]),
+        watched=tuple(map(str, fields["watched"])),
+        states=int(fields["states"]),
+        precision=str(fields["precision"]),
+        tolerance=float(fields["tolerance"]),
+        projected=bool(fields["projected"]),
+        folded=bool(fields["folded"]),
+        reasons=tuple(map(str, fields["reasons"])),
+        warnings=tuple(map(str, fields["warnings"])),
+    )
+
+
+def _orbit(
+    file: xarray.Dataset, chosen: Plan, parameters: dict[str, float], outcome: Outcome
+) -> Orbit:
+    columns = (f"checkpoint_{n}" for n in ("time", "states", "phi", "steps"))
+    rows = zip(*(file[c].to_numpy() for c in columns), strict=True)
+    points = tuple(
+        Checkpoint((float(t[0]), float(t[1])), np.array(s), float(phi), int(n))
+        for t, s, phi, n in rows
+    )
+    phi = file["phi"].to_numpy() if chosen.follows_phi else np.full(file.sizes["t"], np.nan)
+    t, t_low, states = (file[n].to_numpy() for n in ("t", "t_low", "states"))
+    hits = tuple(_seen(file, f"zeros_{i}") for i in range(len(chosen.watched)))
+    return Orbit(
+        integrator=compiled_for(chosen),
+        parameters=parameters,
+        winding=Winding.of(parameters, points[0].state) if chosen.follows_phi else None,
+        checkpoints=points,
+        samples=Seen(t, t_low, states, phi),
+        hits=hits,
+        end=float(file.attrs["end"]),
+        steps=int(file.attrs["steps"]),
+        ending=_ENDINGS[outcome],
+    )
+
+
+def _seen(file: xarray.Dataset, name: str) -> Seen:
+    t, t_low, rows, phi = (
+        file[f"{name}_{part}"].to_numpy() for part in ("t", "t_low", "states", "phi")
+    )
+    return Seen(t, t_low, rows, phi)
+
+
+def _events(file: xarray.Dataset, asked: tuple[str, ...]) -> Events:
+    names = ("t", "t_low", "theta", "phi", "phidot", "residual", "axis", "states")
+    columns = {n: file[f"event_{n}"].to_numpy() for n in names}
+    kind = tuple(str(k) for k in file["event_kind"].to_numpy())
+    return Events(kind=kind, asked=tuple(asked), **columns)

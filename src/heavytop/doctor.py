@@ -1,0 +1,172 @@
+"""What is installed here, found without importing any of it."""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+import sys
+from collections.abc import Iterator, Mapping
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from heavytop import __version__
+
+PACKAGE = "heavytop"
+_NAME = re.compile(r"[A-Za-z0-9._-]+")
+_EXTRA = re.compile(r"""extra\s*==\s*["']([^"']+)["']""")
+
+
+def diagnosis() -> dict[str, Any]:
+    """The state of this installation, as the document ``heavytop/doctor/1``.
+
+    Returns
+    -------
+    dict
+        ``versions`` by package (null where it is missing), ``python``, ``platform``, ``cpu``,
+        ``integrator`` (heyoka's wheel and its cache of compiled code), ``optional`` (extras,
+        what they lack and how to install it) and ``missing`` (what the package cannot do
+        without).
+
+    Examples
+    --------
+    >>> sorted(diagnosis())
+    ['cpu', 'integrator', 'missing', 'optional', 'platform', 'python', 'schema', 'versions']
+    """
+    versions = {PACKAGE: __version__} | {name: version(name) for name in requirements(None)}
+    return {
+        "schema": "heavytop/doctor/1",
+        "versions": versions,
+        "python": {"version": platform.python_version(), "executable": sys.executable},
+        "platform": {
+            "system": platform.system(),
+            "machine": platform.machine(),
+            "libc": " ".join(platform.libc_ver()).strip() or None,
+        },
+        "cpu": {"model": cpu_model(), "usable": usable_cpus()},
+        "integrator": {"wheel": wheel("heyoka"), "cache": cache()},
+        "optional": {extra: optional(extra) for extra in extras()},
+        "missing": [name for name, found in versions.items() if found is None],
+    }
+
+
+def version(name: str) -> str | None:
+    """The installed version of a package, or None."""
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def requirements(extra: str | None) -> list[str]:
+    """The packages required by an extra, or always when `extra` is None."""
+    return [name for name, owner in _required() if owner == extra]
+
+
+def _required() -> Iterator[tuple[str, str | None]]:
+    try:
+        lines = metadata.requires(PACKAGE) or []
+    except metadata.PackageNotFoundError:
+        lines = ["heyoka"]  # run from a bare source tree: the one that is most often missing
+    for line in lines:
+        name, extra = _NAME.match(line), _EXTRA.search(line)
+        if name:
+            yield name.group(), extra.group(1) if extra else None
+
+
+def extras() -> list[str]:
+    """The optional parts of the package, by the names that pip knows."""
+    try:
+        return metadata.metadata(PACKAGE).get_all("Provides-Extra") or []
+    except metadata.PackageNotFoundError:
+        return []
+
+
+def optional(extra: str) -> dict[str, Any]:
+    """What an extra lacks here, and the line that installs it."""
+    lacking = [name for name in requirements(extra) if version(name) is None]
+    pip = f"pip install '{PACKAGE}[{extra}]'" if lacking else None
+    return {"missing": lacking, "install": pip}
+
+
+def wheel(name: str) -> dict[str, Any] | None:
+    """The tags of an installed wheel (what it was built for), or None without one."""
+    try:
+        text = metadata.distribution(name).read_text("WHEEL") or ""
+    except metadata.PackageNotFoundError:
+        return None
+    tags = [line.removeprefix("Tag: ") for line in text.splitlines() if line.startswith("Tag: ")]
+    return {"version": version(name), "tags": tags}
+
+
+def cache_folder(environment: Mapping[str, str] = os.environ) -> Path:
+    """The folder where heyoka keeps its compiled code, by heyoka's own rule.
+
+    Examples
+    --------
+    >>> cache_folder({"XDG_CACHE_HOME": "/var/cache/me"}).as_posix()
+    '/var/cache/me/heyoka'
+    """
+    if named := environment.get("HEYOKA_CACHE_DIR"):
+        return Path(named)
+    if caches := environment.get("XDG_CACHE_HOME"):
+        return Path(caches) / "heyoka"
+    return Path(environment.get("HOME", "~")).expanduser() / ".cache" / "heyoka"
+
+
+def cache() -> dict[str, Any]:
+    """The folder of compiled code and how much is in it [bytes]."""
+    folder = cache_folder()
+    return {"folder": str(folder), "exists": folder.is_dir(), "bytes": folder_size(folder)}
+
+
+def folder_size(folder: Path) -> int:
+    """The size of everything in a folder [bytes]; 0 when there is none."""
+    total = 0
+    for place, _, files in os.walk(folder):
+        for name in files:
+            try:
+                total += (Path(place) / name).stat().st_size
+            except OSError:  # gone since it was listed
+                continue
+    return total
+
+
+def cpu_model() -> str | None:
+    """The processor's name, where the system tells it."""
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return platform.processor() or None
+    found = re.search(r"^model name\s*:\s*(.+)$", text, re.MULTILINE)
+    return found.group(1).strip() if found else None
+
+
+def usable_cpus() -> int:
+    """The number of processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def in_words(found: Mapping[str, Any]) -> str:
+    """A diagnosis for reading."""
+    return "\n".join(f"{label:12} {text}".rstrip() for label, text in _lines(found))
+
+
+def _lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    python, system, cpu = found["python"], found["platform"], found["cpu"]
+    yield "python", f"{python['version']}  {python['executable']}"
+    yield "platform", " ".join(filter(None, (system["system"], system["machine"], system["libc"])))
+    yield "cpu", f"{cpu['model'] or 'unknown'}, {cpu['usable']} usable"
+    for name, number in found["versions"].items():
+        yield name, number or "missing"
+    built, store = found["integrator"]["wheel"], found["integrator"]["cache"]
+    yield "wheel", "heyoka: " + (", ".join(built["tags"]) or "built here" if built else "missing")
+    size = f"{store['bytes'] / 1e6:.1f} MB" if store["exists"] else "empty"
+    yield "cache", f"{size}  {store['folder']}"
+    if not found["optional"]:
+        yield "optional", "none"
+    for extra, state in found["optional"].items():
+        yield f"[{extra}]", f"missing: {state['install']}" if state["missing"] else "installed"

@@ -1,0 +1,133 @@
+"""The run document, schema heavytop/run/1: everything a run has to say, as plain values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from heavytop.planning import closed_form_of
+from heavytop.quantities import Sample
+from heavytop.theory.motion import Motion
+from heavytop.trajectory import Trajectory
+from heavytop.witness import last, run_errors
+
+SCHEMA = "heavytop/run/1"
+_LIBRARIES = ("heavytop", "heyoka", "numpy", "sympy", "mpmath")
+
+
+def run_document(trajectory: Trajectory, files: Mapping[str, str] | None = None) -> dict[str, Any]:
+    """Return the document of a run: scene, motion, constants, plan, events, errors, cost.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    files : mapping from str to str, optional
+        Names and paths of the files written.
+    """
+    motion = closed_form_of(trajectory.scene)
+    return {
+        "schema": SCHEMA,
+        "scene": trajectory.scene.document(),
+        "motion": motion_document(motion),
+        "constants": {name: finite(value) for name, value in motion.constants.items()},
+        "plan": _plan(trajectory),
+        "final": _final(trajectory),
+        "events": _events(trajectory),
+        "errors": {k: finite(v) for k, v in asdict(run_errors(trajectory)).items()},
+        "cost": _cost(trajectory, motion),
+        "outcome": str(trajectory.outcome),
+        "files": dict(files or {}),
+        "versions": {name: _version(name) for name in _LIBRARIES},
+    }
+
+
+def motion_document(motion: Motion) -> dict[str, Any]:
+    """Return what is known of a motion without integrating it."""
+    return {
+        "kind": str(motion.kind),
+        "tags": [str(tag) for tag in motion.tags],
+        "certified": False,
+        "margin": finite(motion.margin),
+        "theta_min": finite(motion.theta_min),
+        "theta_max": finite(motion.theta_max),
+        "period": finite(motion.period),
+        "precession": finite(motion.precession),
+        "spin": finite(motion.spin),
+    }
+
+
+def finite(value: Any) -> Any:
+    """Return a value as JSON holds it: None for what is not a finite number."""
+    if value is None or isinstance(value, str | bool | int):
+        return value
+    if isinstance(value, dict):
+        return {name: finite(each) for name, each in value.items()}
+    number = float(value)
+    return number if math.isfinite(number) else None
+
+
+def _plan(trajectory: Trajectory) -> dict[str, Any]:
+    plan = trajectory.plan
+    names = ("formulation", "precision", "tolerance", "states", "projected", "folded")
+    return {n: getattr(plan, n) for n in names} | {
+        "reasons": list(plan.reasons),
+        "warnings": list(plan.warnings),
+    }
+
+
+def _final(trajectory: Trajectory) -> dict[str, Any]:
+    end = last(trajectory.samples)
+    wants = set(trajectory.scene.quantities)
+    final: dict[str, Any] = {"t": finite(end.t[0]), "theta": finite(end.theta[0])}
+    for angle in ("phi", "psi"):
+        value = finite(getattr(end, angle)[0])
+        final[angle] = value
+        final |= {f"{angle}_turns": None, f"{angle}_mod": None}
+        if value is not None:
+            turns = math.floor(value / (2 * math.pi))
+            final |= {f"{angle}_turns": turns, f"{angle}_mod": value - turns * 2 * math.pi}
+    rates = ("thetadot", "phidot", "psidot")
+    final |= {n: finite(getattr(end, n)[0]) for n in rates}
+    final |= _vectors(end, wants)
+    return final
+
+
+def _vectors(end: Sample, wants: set[str]) -> dict[str, Any]:
+    vectors = {"axis": end.axis, "omega": end.omega}
+    document: dict[str, Any] = {n: [finite(x) for x in v[0]] for n, v in vectors.items()}
+    attitude = "attitude" in wants or "psi" in wants
+    document["quaternion"] = [finite(x) for x in end.quaternion[0]] if attitude else None
+    return document
+
+
+def _events(trajectory: Trajectory) -> dict[str, Any]:
+    events = trajectory.events
+    columns = ("t", "theta", "phi", "phidot", "residual")
+    table = [
+        {"kind": kind} | {c: finite(getattr(events, c)[i]) for c in columns}
+        for i, kind in enumerate(events.kind)
+    ]
+    counts = {event: events.count(event) for event in ("turning", "reversal", "cusp")}
+    return counts | {"table": table}
+
+
+def _cost(trajectory: Trajectory, motion: Motion) -> dict[str, Any]:
+    spent = trajectory.statistics
+    periods = abs(trajectory.orbit.end) / float(motion.period) if motion.period else 0.0
+    return {
+        "steps": spent.steps,
+        "derive_s": spent.derive_s,
+        "compile_s": spent.compile_s,
+        "integrate_s": spent.integrate_s,
+        "us_per_period": finite(spent.integrate_s / periods * 1e6) if periods else None,
+    }
+
+
+def _version(library: str) -> str | None:
+    try:
+        return version(library)
+    except PackageNotFoundError:
+        return None

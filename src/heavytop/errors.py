@@ -1,0 +1,129 @@
+"""Every way the package refuses or fails, by name.
+
+All exceptions derive from `HeavyTopError`, so that one ``except`` catches what the package
+raises on purpose, and nothing else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+
+class HeavyTopError(Exception):
+    """The base of every error this package raises on purpose."""
+
+
+class NotANumber(HeavyTopError, ValueError):
+    """A value that is not an exact finite real number; the message says the rule."""
+
+
+class Impossible(HeavyTopError, ValueError):
+    """Values that break a rule; `broken` lists (name, rule) for each one that does."""
+
+    def __init__(self, broken: Sequence[tuple[str, str]]) -> None:
+        super().__init__(broken)
+        self.broken = tuple(broken)
+
+    def __str__(self) -> str:
+        return "; ".join(f"{name}: {rule}" for name, rule in self.broken)
+
+
+class ImpossibleTop(Impossible):
+    """Moments that no rigid body has."""
+
+
+class ImpossibleStart(Impossible):
+    """A start that no motion has, with the nearest possible value."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One thing wrong with a scene: where it stands, what it says, which rule it breaks."""
+
+    file: str
+    line: int | None
+    key: str
+    value: str
+    rule: str
+    hint: str = ""
+
+    def __str__(self) -> str:
+        place = self.file if self.line is None else f"{self.file}:{self.line}"
+        what = f"{self.key} = {self.value}" if self.value else self.key
+        hint = f" ({self.hint})" if self.hint else ""
+        return f"{place}: {what}: {self.rule}{hint}"
+
+
+class BadScene(HeavyTopError, ValueError):
+    """A scene that cannot be run; `faults` lists everything wrong with it at once."""
+
+    def __init__(self, faults: tuple[Fault, ...]) -> None:
+        super().__init__(faults)
+        self.faults = tuple(faults)
+
+    def __str__(self) -> str:
+        return "\n".join(str(fault) for fault in self.faults)
+
+
+class NoClosedForm(HeavyTopError):
+    """A kind of motion whose closed form the package does not hold; the message names it."""
+
+
+class UntranslatableExpression(HeavyTopError, TypeError):
+    """A symbolic expression that has no counterpart in the integrator."""
+
+
+class ForeignFile(HeavyTopError, ValueError):
+    """A result file that is damaged or was not written by this package."""
+
+
+class UnboundedAngleWarning(UserWarning):
+    """An angle that grows in the state of a long run and loosens its step control."""
+
+
+class Outcome(StrEnum):
+    """How an integration ended; `sentence` says it in words."""
+
+    FINISHED = "finished"
+    SINGULAR = "singular"
+    STEP_LIMIT = "step-limit"
+    INTERRUPTED = "interrupted"
+
+    @property
+    def sentence(self) -> str:
+        """The outcome as a person would say it.
+
+        Examples
+        --------
+        >>> Outcome("step-limit").sentence
+        'the limit on the number of steps was reached'
+        """
+        return _SENTENCES[self]
+
+
+_SENTENCES = {
+    Outcome.FINISHED: "the whole span was integrated",
+    Outcome.SINGULAR: "the equations are singular, or overflow, where the motion went",
+    Outcome.STEP_LIMIT: "the limit on the number of steps was reached",
+    Outcome.INTERRUPTED: "it was interrupted",
+}
+
+
+class EndedEarly(HeavyTopError):
+    """An integration that did not reach its end.
+
+    Attributes
+    ----------
+    outcome : Outcome
+        Why it ended.
+    trajectory : Trajectory
+        The part that was integrated.
+    """
+
+    def __init__(self, outcome: Outcome | str, trajectory: Any) -> None:
+        self.outcome = Outcome(outcome)
+        self.trajectory = trajectory
+        super().__init__(self.outcome.sentence)

@@ -1,0 +1,73 @@
+"""Files that are either there whole or not there at all."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+
+def as_json(document: Mapping[str, Any]) -> str:
+    """The text of a result document: one JSON object, ASCII, never NaN or Infinity.
+
+    Raises
+    ------
+    ValueError
+        For a number that JSON cannot hold.
+
+    Examples
+    --------
+    >>> print(as_json({"kind": "loops", "period": 0.25}))
+    {
+      "kind": "loops",
+      "period": 0.25
+    }
+    """
+    return json.dumps(document, indent=2, allow_nan=False)
+
+
+def write_whole(path: Path, write: Callable[[Path], object]) -> None:
+    """Let `write` fill a temporary neighbour of `path`, then rename it into place.
+
+    A reader, or a crash at any moment, finds the old file or the new one, never a part.
+    """
+    part = path.with_name(f".{os.getpid()}.{path.name}")
+    try:
+        write(part)
+        with part.open("rb") as written:
+            os.fsync(written.fileno())
+        part.replace(path)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
+
+
+def write_document(path: Path, document: Mapping[str, Any]) -> None:
+    """Write a result document as JSON, whole."""
+    text = as_json(document) + "\n"
+    write_whole(path, lambda part: part.write_text(text, encoding="utf-8"))
+
+
+@contextmanager
+def writable(folder: Path) -> Iterator[Path]:
+    """`folder`, made when missing and proved writable; taken away again if left empty.
+
+    Raises
+    ------
+    OSError
+        When it cannot be made or written to.
+    """
+    missing = [place for place in (folder, *folder.parents) if not place.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    probe = folder / f".{os.getpid()}.probe"
+    probe.touch()
+    probe.unlink()
+    try:
+        yield folder
+    finally:
+        with suppress(OSError):  # rmdir refuses what is not empty
+            for place in missing:
+                place.rmdir()

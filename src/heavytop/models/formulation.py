@@ -1,0 +1,74 @@
+"""A formulation: one way of writing the motion as first-order equations.
+
+Everything in it is symbolic. Numbers enter through `parameters`, so that one compiled
+integrator serves every top, and through `start`, which maps a start in Euler angles to states.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import sympy as sp
+
+time = sp.Symbol("t", real=True)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Formulation:
+    """States, right-hand sides, maps from and to Euler angles, events and invariants.
+
+    Attributes
+    ----------
+    name : str
+        The name users hold (``axis``, ``lagrange``).
+    summary : str
+        One line of words.
+    states, derivatives : tuple of sympy expressions, equal length
+        The states and their time derivatives, functions of states and parameters alone.
+    start : tuple of sympy expressions
+        The states at the start, functions of A, C, gMR, the angles and their rates.
+    parameters : mapping from symbol to expression
+        Constants of a run, functions of A, C, gMR and the start.
+    given : tuple of symbols
+        Parameters that are free: the motion is the same for any value (a frame's rate).
+    outputs : mapping from str to expression
+        Physical quantities as functions of states, parameters and the time t. Where phi is not
+        among the states, ``phi_mod`` is its value modulo 2 pi and the winding is counted
+        elsewhere; the symbol `turned_phi` then stands for phi counted from the start.
+    events : mapping from str to expression
+        Functions whose zeros are the events: ``turning`` has the sign of thetadot, ``reversal``
+        that of phidot.
+    invariants : mapping from str to expression
+        Functions that the exact flow conserves; ``energy`` is E'/A.
+    starts_at_pole : bool
+        Whether theta = 0 and theta = pi are ordinary points.
+    unbounded : bool
+        Whether an angle that grows without bound sits in the state.
+    """
+
+    name: str
+    summary: str
+    states: tuple[Any, ...]
+    derivatives: tuple[Any, ...]
+    start: tuple[Any, ...]
+    parameters: Mapping[Any, Any]
+    given: tuple[Any, ...]
+    outputs: Mapping[str, Any]
+    events: Mapping[str, Any]
+    invariants: Mapping[str, Any]
+    starts_at_pole: bool
+    unbounded: bool
+
+    def flow_derivative(self, expression: Any) -> Any:
+        """Return the time derivative of a function of the states along the motion."""
+        rates = zip(self.states, self.derivatives, strict=True)
+        return sum((sp.diff(expression, x) * rate for x, rate in rates), sp.Integer(0))
+
+    def arguments(self) -> tuple[Any, ...]:
+        """Return the symbols its outputs may depend on: states, parameters, given, t."""
+        return (*self.states, *self.parameters, *self.given, time)
+
+
+turned_phi = sp.Symbol("turned_phi", real=True)

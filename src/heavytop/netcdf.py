@@ -1,0 +1,113 @@
+"""A trajectory as a netCDF file that holds the scene itself.
+
+The file holds samples and events for everybody, and the starts of the blocks, with which the
+trajectory can be asked for any other time, or continued, bit for bit. Nothing in it can execute.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from heavytop.events import Events
+from heavytop.files import write_whole
+from heavytop.taylor.orbit import Orbit
+
+if TYPE_CHECKING:
+    import xarray
+
+    from heavytop.trajectory import Trajectory
+
+SCHEMA = "heavytop/trajectory/1"
+
+
+def dataset(trajectory: Trajectory) -> xarray.Dataset:
+    """Return samples, events and checkpoints as an xarray Dataset.
+
+    Variables over ``t`` have time as their first dimension: theta, phi, psi and rates
+    [rad, rad/s], axis and omega with dimension ``space``, and the states of the formulation.
+    """
+    import xarray
+
+    run, events, orbit = trajectory.samples, trajectory.events, trajectory.orbit
+    over_time: dict[str, Any] = {
+        name: ("t", getattr(run, name), {"units": unit})
+        for name, unit in (
+            ("theta", "rad"),
+            ("phi", "rad"),
+            ("psi", "rad"),
+            ("thetadot", "rad s-1"),
+            ("phidot", "rad s-1"),
+            ("psidot", "rad s-1"),
+        )
+    }
+    over_time |= {
+        "axis": (("t", "space"), run.axis, {"units": "1"}),
+        "omega": (("t", "space"), run.omega, {"units": "rad s-1"}),
+        "states": (("t", "state"), run.states),
+        "t_low": ("t", orbit.samples.t_low),
+    }
+    return xarray.Dataset(
+        over_time | _event_variables(events) | _checkpoint_variables(orbit),
+        coords={
+            "t": ("t", run.t, {"units": "s"}),
+            "space": list("xyz"),
+            "state": [s.name for s in orbit.integrator.formulation.states],
+        },
+        attrs=_attributes(trajectory),
+    )
+
+
+def _event_variables(events: Events) -> dict[str, Any]:
+    names = ("t", "t_low", "theta", "phi", "phidot", "residual")
+    variables: dict[str, Any] = {f"event_{n}": ("event", getattr(events, n)) for n in names}
+    variables["event_kind"] = ("event", np.array(events.kind, dtype="U10"))
+    variables["event_axis"] = (("event", "space"), events.axis)
+    variables["event_states"] = (("event", "state"), events.states)
+    return variables
+
+
+def _checkpoint_variables(orbit: Orbit) -> dict[str, Any]:
+    points = orbit.checkpoints
+    return {
+        "checkpoint_time": (("checkpoint", "word"), np.array([c.time for c in points])),
+        "checkpoint_states": (("checkpoint", "state"), np.array([c.state for c in points])),
+        "checkpoint_phi": ("checkpoint", np.array([c.phi for c in points])),
+        "checkpoint_steps": ("checkpoint", np.array([c.steps for c in points])),
+    } | {
+        f"zeros_{i}_{name}": ((f"zero_{i}", "state")[: value.ndim], value)
+        for i, seen in enumerate(orbit.hits)
+        for name, value in (
+            ("t", seen.t),
+            ("t_low", seen.t_low),
+            ("states", seen.rows),
+            ("phi", seen.phi),
+        )
+    }
+
+
+def _attributes(trajectory: Trajectory) -> dict[str, Any]:
+    return {
+        "schema": SCHEMA,
+        "title": trajectory.scene.title,
+        "source": trajectory.scene.source,
+        "scene": trajectory.scene.to_toml(),
+        "plan": json.dumps(asdict(trajectory.plan)),
+        "parameters": json.dumps({k: v.hex() for k, v in trajectory.orbit.parameters.items()}),
+        "outcome": str(trajectory.outcome),
+        "steps": trajectory.orbit.steps,
+        "end": trajectory.orbit.end,
+        "heavytop": version("heavytop"),
+    }
+
+
+def write(trajectory: Trajectory, path: str | os.PathLike[str]) -> None:
+    """Write a trajectory to a netCDF file, whole or not at all."""
+    contents = dataset(trajectory)
+    write_whole(Path(path), lambda part: contents.to_netcdf(part, engine="h5netcdf"))

@@ -1,0 +1,126 @@
+"""Physical quantities along a motion, from the states of a formulation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heavytop.models.formulation import Formulation, turned_phi
+from heavytop.models.numeric import numpy_function
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """The motion at given times; arrays have time as axis 0, angles are in radians.
+
+    Attributes
+    ----------
+    t, theta, phi, psi : ndarray, shape (k,)
+        Time [s], tilt, precession and spin [rad]; phi and psi are continuous from the start,
+        and nan where the plan does not follow them.
+    thetadot, phidot, psidot : ndarray, shape (k,)
+        Their rates [rad/s].
+    axis, omega : ndarray, shape (k, 3)
+        The symmetry axis and the angular velocity [rad/s], both in space.
+    states : ndarray, shape (k, n)
+        The states of the formulation.
+    """
+
+    t: Array
+    theta: Array
+    phi: Array
+    psi: Array
+    thetadot: Array
+    phidot: Array
+    psidot: Array
+    axis: Array
+    omega: Array
+    states: Array
+
+    @property
+    def quaternion(self) -> Array:
+        """The attitude, body to space, scalar first, shape (k, 4)."""
+        half = self.theta / 2
+        plus, minus = (self.phi + self.psi) / 2, (self.phi - self.psi) / 2
+        c, s = np.cos(half), np.sin(half)
+        parts = (c * np.cos(plus), s * np.cos(minus), s * np.sin(minus), c * np.sin(plus))
+        return np.stack(parts, axis=-1)
+
+
+@cache
+def _outputs(formulation: Formulation) -> tuple[tuple[str, ...], Any]:
+    names = tuple(formulation.outputs)
+    arguments = (*formulation.arguments(), turned_phi)
+    return names, numpy_function([formulation.outputs[n] for n in names], arguments)
+
+
+@cache
+def _invariants(formulation: Formulation) -> tuple[tuple[str, ...], Any]:
+    names = tuple(formulation.invariants)
+    return names, numpy_function(
+        [formulation.invariants[n] for n in names], formulation.arguments()
+    )
+
+
+@cache
+def _event_functions(formulation: Formulation, event: str) -> Any:
+    zero = formulation.events[event]
+    return numpy_function([zero, formulation.flow_derivative(zero)], formulation.arguments())
+
+
+def _values(
+    formulation: Formulation, rows: Array, parameters: dict[str, float], t: Array
+) -> list[Any]:
+    named = (*formulation.parameters, *formulation.given)
+    return [*rows.T, *(parameters[p.name] for p in named), t]
+
+
+def sample(
+    formulation: Formulation, rows: Array, parameters: dict[str, float], t: Array, phi: Array
+) -> Sample:
+    """Return the physical quantities at states of a formulation."""
+    names, function = _outputs(formulation)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        values = function(*_values(formulation, rows, parameters, t), phi)
+    full = {n: np.broadcast_to(v, t.shape) for n, v in zip(names, values, strict=True)}
+    axis, omega = (
+        np.stack([full[f"{what}_{x}"] for x in "xyz"], axis=-1) for what in ("axis", "omega")
+    )
+    unknown = np.full(t.shape, np.nan)
+    found = Sample(
+        t=t,
+        theta=full["theta"],
+        phi=full.get("phi", phi),
+        psi=full.get("psi", unknown),
+        thetadot=full["thetadot"],
+        phidot=full["phidot"],
+        psidot=full["psidot"],
+        axis=axis,
+        omega=omega,
+        states=rows,
+    )
+    return found
+
+
+def invariants(
+    formulation: Formulation, rows: Array, parameters: dict[str, float], t: Array
+) -> dict[str, Array]:
+    """Return the invariants of a formulation at its states, by name; ``energy`` is E'/A."""
+    names, function = _invariants(formulation)
+    values = function(*_values(formulation, rows, parameters, t))
+    return {n: np.broadcast_to(v, t.shape) for n, v in zip(names, values, strict=True)}
+
+
+def event_function(
+    formulation: Formulation, event: str, rows: Array, parameters: dict[str, float], t: Array
+) -> tuple[Array, Array]:
+    """Return an event function and its time derivative at states of a formulation."""
+    function = _event_functions(formulation, event)
+    zero, slope = function(*_values(formulation, rows, parameters, t))
+    return np.broadcast_to(zero, t.shape), np.broadcast_to(slope, t.shape)

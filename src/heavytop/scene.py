@@ -1,0 +1,300 @@
+"""Scene: a top, its start, how long, and what is wanted of the motion; read exactly from TOML."""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final, NoReturn
+
+from heavytop import scene_schema as schema
+from heavytop import scene_text
+from heavytop.errors import BadScene, Fault
+from heavytop.exact import Exact, Number
+from heavytop.scene_schema import Wrong
+from heavytop.top import State, Top
+
+MAX_BYTES: Final = 1_000_000
+_CHANGES: Final = "--set"
+_RIVALS: Final = {"span.time": "periods", "span.periods": "time"}
+_SHIPPED: Final = Path(__file__).with_name("scenes")
+
+
+@dataclass(frozen=True, slots=True, init=False)
+class Scene:
+    """What is to be run: immutable, exact, and complete.
+
+    Parameters
+    ----------
+    top : Top
+    start : State
+    time : number, optional
+        The span [s]; negative runs backwards.
+    periods : number, optional
+        The span in nutation periods; exactly one of `time` and `periods` is given.
+    quantities : sequence of str
+        Any of class, period, theta, axis, phi, psi, rates, attitude.
+    events : sequence of str
+        Any of turning, reversal, cusp.
+    samples : int
+        Number of samples over the span, both ends included.
+    digits : int
+        Correct digits wanted at the end: error ≤ 10^-digits · max(1, |x|).
+    title, source : str
+    name : str
+        What files are called after; not part of the scene's identity.
+
+    Raises
+    ------
+    BadScene
+        Anything is out of its rule; every fault is listed.
+
+    Examples
+    --------
+    >>> scene = Scene(Top("3.28e-4", "6.60e-5", "0.0456"), State(theta="0.1", psidot=140), time=2)
+    >>> scene.quantities, scene.samples, scene == read_scene(scene.to_toml())
+    (('theta', 'phi'), 401, True)
+    """
+
+    top: Top
+    start: State
+    time: Exact | None
+    periods: Exact | None
+    quantities: tuple[str, ...]
+    events: tuple[str, ...]
+    samples: int
+    digits: int
+    title: str
+    source: str
+    name: str = field(compare=False)
+
+    def __init__(
+        self,
+        top: Top,
+        start: State,
+        time: Number | None = None,
+        periods: Number | None = None,
+        quantities: Sequence[str] = ("theta", "phi"),
+        events: Sequence[str] = ("turning",),
+        samples: int = 401,
+        digits: int = 12,
+        title: str = "",
+        source: str = "",
+        name: str = "scene",
+    ) -> None:
+        spans = {"time": time, "periods": periods}
+        wants = {"quantities": quantities, "events": events, "samples": samples, "digits": digits}
+        texts = {"title": title, "source": source}
+        span, wrong = schema.read_span({k: v for k, v in spans.items() if v is not None})
+        want, wrong_want = schema.checked(schema.WantKeys, wants)
+        text, wrong_text = schema.checked(schema.SceneKeys, texts)
+        wrong += wrong_want + wrong_text + _wrong_types(top, start)
+        if wrong:
+            given = spans | wants | texts | {"top": top, "start": start}
+            raise BadScene(tuple(_Place("Scene").fault("", given, fault) for fault in wrong))
+        fields = {"time": None, "periods": None} | span | want | text
+        for key, value in ({"top": top, "start": start, "name": name} | fields).items():
+            object.__setattr__(self, key, value)
+
+    def tables(self) -> dict[str, Any]:
+        """The scene as the tables of its file: exact numbers, texts, tuples of names."""
+        span = {"time": self.time, "periods": self.periods}
+        return {
+            "format": schema.FORMAT,
+            "title": self.title,
+            "source": self.source,
+            "top": {"A": self.top.A, "C": self.top.C, "gMR": self.top.gMR},
+            "start": dict(self.start.given),
+            "span": {key: value for key, value in span.items() if value is not None},
+            "want": {
+                "quantities": self.quantities,
+                "events": self.events,
+                "samples": self.samples,
+                "digits": self.digits,
+            },
+        }
+
+    def to_toml(self) -> str:
+        """The text of a scene file that `read_scene` reads back to an equal scene.
+
+        Raises
+        ------
+        NotANumber
+            The scene was built in Python with cosines or sines, which no scene file can say.
+        """
+        return scene_text.written(self.tables())
+
+    def document(self) -> dict[str, Any]:
+        """The scene for JSON: numbers where 15 digits say them exactly, else their exact text."""
+        document: dict[str, Any] = scene_text.json_ready({"name": self.name} | self.tables())
+        return document
+
+
+def load_scene(name_or_path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Scene:
+    """Read a shipped scene by its name, or a scene file by its path.
+
+    Parameters
+    ----------
+    name_or_path : str or path
+        A name of `shipped_scenes`, or the path of a TOML file.
+    overrides : sequence of str
+        Changes such as ``"start.phidot=-14"``. One of span.time and span.periods displaces
+        the other.
+
+    Raises
+    ------
+    BadScene
+        The file cannot be read or the scene cannot be run; every fault is listed.
+
+    Examples
+    --------
+    >>> print(load_scene("sicm-kicked", ["start.phidot=-14"]).start.phidot)
+    -14
+    """
+    given = os.fspath(name_or_path)
+    shipped = isinstance(name_or_path, str) and given in _shipped_names()
+    path = _SHIPPED / f"{given}.toml" if shipped else Path(given)
+    return read_scene(_text_of(path, given), where=given, overrides=overrides)
+
+
+def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -> Scene:
+    """Read a scene from its TOML text; `where` names it in messages.
+
+    Raises
+    ------
+    BadScene
+        The scene cannot be run; every fault is listed.
+    """
+    if len(text) > MAX_BYTES:
+        _refuse_file(where, f"a scene is at most {MAX_BYTES} bytes long")
+    try:
+        raw = scene_text.parse(text)
+    except ValueError as error:
+        _refuse_file(where, f"not TOML: {error}", line=_line_in(str(error)))
+    changed, faults = _overridden(raw, overrides)
+    place = _Place(scene_text.harmless(where), scene_text.key_lines(text), changed)
+    scene, more_faults = _built(raw, place, Path(where).stem)
+    if scene is None or faults:
+        raise BadScene((*faults, *more_faults))
+    return scene
+
+
+def shipped_scenes() -> dict[str, str]:
+    """The scenes that come with the package: name and title."""
+    texts = {name: (_SHIPPED / f"{name}.toml").read_text("utf-8") for name in _shipped_names()}
+    return {name: scene_text.parse(text)["title"] for name, text in texts.items()}
+
+
+def _shipped_names() -> list[str]:
+    return sorted(path.stem for path in _SHIPPED.glob("*.toml"))
+
+
+# --- files -----------------------------------------------------------------------------------
+
+
+def _refuse_file(where: str, rule: str, hint: str = "", line: int | None = None) -> NoReturn:
+    raise BadScene((Fault(scene_text.harmless(where), line, "scene", "", rule, hint),))
+
+
+def _text_of(path: Path, where: str) -> str:
+    """The text of a regular file of bounded size; anything else is refused before it is opened."""
+    try:
+        mode = path.stat().st_mode
+        if not stat.S_ISREG(mode):
+            what = "a directory" if stat.S_ISDIR(mode) else "not a regular file"
+            _refuse_file(where, f"a scene is a TOML file, and this is {what}")
+        with path.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        hint = schema.nearest(path.stem, _shipped_names())
+        _refuse_file(where, "no shipped scene and no file has this name", hint)
+    except (OSError, ValueError) as error:  # a name with a null byte is a ValueError
+        _refuse_file(where, getattr(error, "strerror", None) or str(error))
+    if len(data) > MAX_BYTES:
+        _refuse_file(where, f"a scene file is at most {MAX_BYTES} bytes long")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        _refuse_file(where, f"a scene is UTF-8 text, and byte {error.start} is not", line=line)
+
+
+def _line_in(message: str) -> int | None:
+    match = re.search(r"at line ([0-9]+)", message)
+    return int(match[1]) if match else None
+
+
+# --- from keys to a scene --------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """Where keys stand: in a file, on a line, or among the changes asked for."""
+
+    file: str
+    lines: Mapping[str, int] = field(default_factory=dict)
+    changed: Collection[str] = ()
+
+    def fault(self, table: str, raw: Mapping[str, object], wrong: Wrong) -> Fault:
+        key = f"{table}.{wrong.key}" if table else wrong.key
+        name = scene_text.harmless(key[:100])
+        value = scene_text.shown(raw[wrong.key]) if wrong.key in raw else ""
+        if key in self.changed:
+            return Fault(_CHANGES, None, name, value, wrong.rule, wrong.hint)
+        line = self.lines.get(key, self.lines.get(table))
+        return Fault(self.file, line, name, value, wrong.rule, wrong.hint)
+
+
+def _built(raw: dict[str, Any], place: _Place, name: str) -> tuple[Scene | None, list[Fault]]:
+    """The scene that the tables describe, or every fault in them."""
+    keys, wrong = schema.read_scene_keys(raw)
+    faults = [place.fault("", raw, fault) for fault in wrong]
+    top, wrong_top = schema.read_top(keys["top"])
+    start, wrong_start = schema.read_start(keys["start"], top)
+    span, wrong_span = schema.read_span(keys["span"])
+    want, wrong_want = schema.checked(schema.WantKeys, keys["want"])
+    tables = {"top": wrong_top, "start": wrong_start, "span": wrong_span, "want": wrong_want}
+    for table, wrong in tables.items():
+        if isinstance(raw.get(table, {} if table == "want" else None), dict):
+            faults += [place.fault(table, keys[table], fault) for fault in wrong]
+    if faults or top is None or start is None:
+        return None, faults
+    titles = {key: keys[key] for key in ("title", "source") if key in keys}
+    return Scene(top, start, **span, **want, **titles, name=name), []
+
+
+def _overridden(raw: dict[str, Any], overrides: Sequence[str]) -> tuple[set[str], list[Fault]]:
+    """Change `raw` as asked; the keys that were changed, and the changes that cannot be made."""
+    changed, faults = set(), []
+    for change in overrides:
+        key, equals, text = change.partition("=")
+        key = key.strip()
+        *tables, last = key.split(".")
+        readable = bool(equals and last) and len(tables) < 2
+        table = raw.setdefault(tables[0], {}) if tables and readable else raw
+        if not readable or not isinstance(table, dict):
+            rule = "a change is KEY=VALUE, such as start.phidot=-14"
+            faults.append(Fault(_CHANGES, None, scene_text.harmless(change[:60]), "", rule))
+            continue
+        if key in _RIVALS:
+            table.pop(_RIVALS[key], None)
+        table[last] = _override_value(text)
+        changed.add(key)
+    return changed, faults
+
+
+def _override_value(text: str) -> object:
+    """A TOML value where it is one, else the text itself: no quotes needed around pi/3."""
+    try:
+        value = scene_text.parse(f"value = {text}")
+    except ValueError:
+        return text.strip()
+    return value["value"] if value.keys() == {"value"} else text.strip()
+
+
+def _wrong_types(top: object, start: object) -> list[Wrong]:
+    wrong = [] if isinstance(top, Top) else [Wrong("top", "a Top")]
+    return wrong if isinstance(start, State) else [*wrong, Wrong("start", "a State")]

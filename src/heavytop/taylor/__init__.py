@@ -1,0 +1,1 @@
+"""Adaptive Taylor integration: the only place where heyoka is imported."""

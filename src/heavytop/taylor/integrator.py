@@ -1,0 +1,202 @@
+"""A formulation compiled by heyoka, and its one motion: a block of natural steps.
+
+A trajectory is made of blocks of steps whose length the integrator chose itself. Shortening a
+step to land on a sample would change every later step; counting steps does not, so a block run
+again from its start, with other samples, gives the same bits. Each block measures time from its
+own start: the equations are autonomous, and a small time keeps its last digits.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from threading import get_ident
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+from numpy.typing import NDArray
+
+from heavytop.models.formulation import Formulation
+from heavytop.taylor.translate import translate
+
+Array = NDArray[np.float64]
+
+hy.set_logger_level_critical()  # heyoka logs to stdout, which belongs to the results
+
+NATURAL = frozenset({hy.taylor_outcome.step_limit, hy.taylor_outcome.time_limit})
+
+
+@dataclass(frozen=True, slots=True)
+class Hits:
+    """Zeros of one event function: times since the block's start and full states there."""
+
+    t: Array
+    states: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """What a block of natural steps left behind.
+
+    Attributes
+    ----------
+    state : ndarray, shape (n,)
+        The state after the last step.
+    elapsed : tuple of float
+        Time since the block's start, as a double-double [s].
+    steps : int
+        Steps taken.
+    rows : ndarray, shape (k, n)
+        States at those of the sample times that the block reached.
+    hits : tuple of Hits, one per event function
+    singular : bool
+        Whether the next step would have left the finite numbers.
+    """
+
+    state: Array
+    elapsed: tuple[float, float]
+    steps: int
+    rows: Array
+    hits: tuple[Hits, ...]
+    singular: bool
+
+
+@dataclass(eq=False)
+class Integrator:
+    """A compiled formulation; parameters are loaded, never compiled in.
+
+    Parameters
+    ----------
+    formulation : Formulation
+    events : tuple of str
+        Names of the formulation's event functions to be watched. They take part in the choice
+        of the step, so another set of events is another run.
+    tolerance : float
+        Relative error tolerance of a step.
+    """
+
+    formulation: Formulation
+    events: tuple[str, ...]
+    tolerance: float
+    compile_s: float = field(init=False)
+    order: int = field(init=False)
+    _parameters: tuple[Any, ...] = field(init=False)
+    _sinks: tuple[_Sink, ...] = field(init=False)
+    _taylor: Any = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        began = time.perf_counter()
+        watched = [self.formulation.events[name] for name in self.events]
+        used = set().union(*(x.free_symbols for x in (*self.formulation.derivatives, *watched)))
+        candidates = (*self.formulation.parameters, *self.formulation.given)
+        self._parameters = tuple(p for p in candidates if p in used)
+        self._sinks = tuple(_Sink() for _ in watched)
+        self._taylor = self._compiled(watched)
+        self.order = int(self._taylor.order)
+        self.compile_s = time.perf_counter() - began
+
+    def _compiled(self, watched: Sequence[Any]) -> Any:
+        states = hy.make_vars(*(s.name for s in self.formulation.states))
+        names = dict(zip(self.formulation.states, states, strict=True))
+        names |= {p: hy.par[i] for i, p in enumerate(self._parameters)}
+        derivatives = translate(self.formulation.derivatives, names)
+        zeros = translate(watched, names)
+        return hy.taylor_adaptive(
+            list(zip(states, derivatives, strict=True)),
+            [0.0] * len(states),
+            pars=[0.0] * len(self._parameters),
+            tol=self.tolerance,
+            nt_events=[
+                hy.nt_event(zero, sink.recorder())
+                for zero, sink in zip(zeros, self._sinks, strict=True)
+            ],
+        )
+
+    def load(self, parameters: dict[str, float]) -> None:
+        """Load the constants of a run, by the names of their symbols."""
+        self._taylor.pars[:] = [parameters[p.name] for p in self._parameters]
+
+    def block(self, state: Array, steps: int, far: float, samples: Array | None = None) -> Block:
+        """Take natural steps from a state and sample their Taylor polynomials.
+
+        Parameters
+        ----------
+        state : ndarray, shape (n,)
+        steps : int
+            How many steps to take.
+        far : float
+            A time no block of interest reaches, with the sign of the direction [s]; only a step
+            longer than that is cut.
+        samples : ndarray, shape (k,), optional
+            Monotonic times since the block's start, none of them 0 [s].
+        """
+        taylor = self._taylor
+        taylor.time = 0.0
+        taylor.state[:] = state
+        for sink in self._sinks:
+            sink.clear()
+        outcome, taken, rows = self._propagated(steps, far, samples)
+        if outcome in NATURAL:
+            return self._block(taken, rows, singular=False)
+        if taken == 0:
+            return Block(state.copy(), (0.0, 0.0), 0, rows[:0], self._hits(), singular=True)
+        good = self.block(state, taken, far, samples)
+        return Block(good.state, good.elapsed, good.steps, good.rows, good.hits, singular=True)
+
+    def _propagated(self, steps: int, far: float, samples: Array | None) -> tuple[Any, int, Array]:
+        if samples is None or samples.size == 0:
+            result = self._taylor.propagate_until(far, max_steps=steps)
+            return result[0], result[3], np.empty((0, len(self.formulation.states)))
+        grid = np.concatenate(([0.0], samples, [far]))
+        result = self._taylor.propagate_grid(grid, max_steps=steps)
+        return result[0], result[3], result[5][1 : 1 + samples.size]
+
+    def _block(self, taken: int, rows: Array, *, singular: bool) -> Block:
+        high, low = self._taylor.dtime
+        state = self._taylor.state.copy()
+        return Block(state, (float(high), float(low)), taken, rows, self._hits(), singular)
+
+    def _hits(self) -> tuple[Hits, ...]:
+        return tuple(sink.hits(len(self.formulation.states)) for sink in self._sinks)
+
+
+class _Sink:
+    """Collects the zeros of one event function; the callback must be cheap."""
+
+    def __init__(self) -> None:
+        self.t: list[float] = []
+        self.states: list[bytes] = []
+
+    def clear(self) -> None:
+        self.t.clear()
+        self.states.clear()
+
+    def recorder(self) -> Any:
+        # heyoka copies callbacks deeply, but a function keeps what it closes over
+        mark, keep = self.t.append, self.states.append
+
+        def record(taylor: Any, t: float, _sign: int) -> None:
+            taylor.update_d_output(t)
+            mark(t)
+            keep(taylor.d_output.tobytes())
+
+        return record
+
+    def hits(self, width: int) -> Hits:
+        states = np.frombuffer(b"".join(self.states)).reshape(-1, width)
+        return Hits(np.array(self.t, dtype=float), states)
+
+
+def integrator(formulation: Formulation, events: tuple[str, ...], tolerance: float) -> Integrator:
+    """Return the compiled integrator of a formulation, built once per thread and process."""
+    return _integrator(formulation, events, tolerance, get_ident())
+
+
+@cache
+def _integrator(
+    formulation: Formulation, events: tuple[str, ...], tolerance: float, _thread: int
+) -> Integrator:
+    return Integrator(formulation, events, tolerance)

@@ -1,0 +1,215 @@
+"""How often the axis has turned about the vertical: phi, continuous, from the axis form.
+
+The axis gives phi modulo 2 pi. Between two states its change is proved in one of two ways.
+
+Its rate is a sum of two terms that never change sign, functions of u = e_z alone,
+
+    phi' = (1/2) [ P_plus / (1 + u) + P_minus / (1 - u) ],
+
+so the turning points of u bound it over the whole motion. If exactly one value of the change lies
+between the bounds, that is the change.
+
+In a pass close to a pole the bounds are far apart. There z = e_x + i e_y is followed in the
+plane: if the path strays from its chord by less than the chord's distance from the origin, it can
+be pulled straight without crossing the pole, and turns by the angle between its ends. The
+strayings are at most dt^2 max|z''| / 8, and with w = l_x + i l_y
+
+    z' = i l_z z - i e_z w,    w' = i g z,    so    |z|' <= |w|,    |w|' <= |g| |z|.
+
+An interval that is not decided is divided. One that rounding does not let us divide holds a pass
+through the pole itself: there phi jumps by pi, in the sense of the pole's own term.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+More = Callable[[Array], Array]
+
+PARTS = 8  # into how many parts an undecided interval is divided
+FINEST = 16 * np.finfo(float).eps  # relative to the largest time: no time lies between
+WIDENING = 1e-7  # of the roots of a cubic in double precision, a double root included
+SLACK = 1e-6  # radians: far above rounding, far below a turn
+GRAIN = 16 * np.finfo(float).eps  # how well a state is known: nothing closer is told apart
+ROUNDING = 64 * np.finfo(float).eps  # of P_plus and P_minus, relative to their terms
+
+
+def azimuth(rows: Array) -> Array:
+    """Return phi modulo 2 pi, shape (k,); exactly at a pole, that in which the axis leaves."""
+    e_x, e_y, e_z, l_x, l_y = rows[:, :5].T
+    at_pole = (e_x == 0) & (e_y == 0)
+    x = np.where(at_pole, l_y * e_z, e_x)
+    y = np.where(at_pole, -l_x * e_z, e_y)
+    angles: Array = np.arctan2(x, -y)
+    return angles
+
+
+@dataclass(frozen=True, slots=True)
+class Winding:
+    """The rate of phi as a function of u, for one motion.
+
+    Attributes
+    ----------
+    g, l_z, P_plus, P_minus : float
+        Constants of the axis form: gMR/A, p_phi/A, (p_phi + p_psi)/A, (p_phi - p_psi)/A.
+    energy, n : float
+        Its invariants l^2 + 2 g u and l . e.
+    slowest, fastest : float
+        Bounds of phi' over the whole motion [rad/s].
+    """
+
+    g: float
+    l_z: float
+    P_plus: float
+    P_minus: float
+    energy: float
+    n: float
+    slowest: float
+    fastest: float
+
+    @classmethod
+    def of(cls, parameters: Mapping[str, float], state: Array) -> Winding:
+        """Return the winding of the motion through a state of the axis form."""
+        g, l_z, *P = (parameters[name] for name in ("g", "l_z", "P_plus", "P_minus"))
+        e_x, e_y, u, l_x, l_y = state[:5].tolist()
+        energy = l_x**2 + l_y**2 + l_z**2 + 2 * g * u
+        n = e_x * l_x + e_y * l_y + u * l_z
+        u1, u2 = _turning(g, l_z, energy, n)
+        plus = _bounds(_uncertain(P[0], P), 1 + u1, 1 + u2)
+        minus = _bounds(_uncertain(P[1], P), 1 - u2, 1 - u1)
+        slowest, fastest = ((plus[i] + minus[i]) / 2 for i in range(2))
+        return cls(g, l_z, P[0], P[1], energy, n, slowest, fastest)
+
+    def intervals(self, duration: float, most: int) -> int:
+        """Return into how many intervals to divide a duration [s], for nearly all to be decided.
+
+        An interval over which the bounds of the whole motion differ by less than a turn is
+        decided at once. Where that would take more than `most` intervals, the close passes are
+        left to be divided.
+        """
+        needed = 1.1 * (self.fastest - self.slowest) * duration / (2 * np.pi)
+        return int(min(most, np.ceil(needed) + 1)) if np.isfinite(needed) else most
+
+    def turned(self, t: Array, rows: Array, more: More) -> Array:
+        """Return the change of phi since the first time [rad], shape (k,).
+
+        Parameters
+        ----------
+        t : ndarray, shape (k,)
+            Times, monotonic [s].
+        rows : ndarray, shape (k, n)
+            States there.
+        more : callable
+            States at further times within the range, in the same order.
+        """
+        if t.size < 2:
+            return np.zeros(t.size)
+        asked = t
+        forward = 1.0 if t[-1] >= t[0] else -1.0
+        finest = FINEST * float(np.max(np.abs(t)))
+        while True:
+            change, decided = self._changes(t, rows)
+            open_ = np.flatnonzero(~decided & (np.abs(np.diff(t)) > finest))
+            if open_.size == 0:
+                break
+            between = _divided(t, open_)
+            order = np.argsort(forward * np.concatenate((t, between)), kind="stable")
+            rows = np.concatenate((rows, more(between)))[order]
+            t = np.concatenate((t, between))[order]
+        total = np.concatenate(([0.0], np.cumsum(change)))
+        return total[np.searchsorted(forward * t, forward * asked)]
+
+    def _changes(self, t: Array, rows: Array) -> tuple[Array, Mask]:
+        """Return the change of phi over each interval, and whether it is proved."""
+        dt = np.diff(t)
+        principal = np.diff(azimuth(rows))
+        low, high = self.slowest * dt, self.fastest * dt
+        change, decided = _fitting(principal, np.minimum(low, high), np.maximum(low, high))
+        if decided.all():
+            return change, decided
+        straight = self._straight(dt, rows)
+        proved = decided | straight
+        change = np.where(decided, change, principal - 2 * np.pi * np.round(principal / 2 / np.pi))
+        return np.where(proved, change, self._across_pole(dt, rows, change)), proved
+
+    def _across_pole(self, dt: Array, rows: Array, change: Array) -> Array:
+        u = rows[:-1, 2] + rows[1:, 2]
+        sense = np.where(u > 0, self.P_minus, self.P_plus) * dt
+        half_turn = np.abs(change) > np.pi / 2
+        return np.where(half_turn, np.where(sense < 0, -1.0, 1.0) * np.abs(change), change)
+
+    def _straight(self, dt: Array, rows: Array) -> Mask:
+        """Tell over which intervals the path can be pulled straight beside the pole."""
+        z, w = rows[:, 0] + 1j * rows[:, 1], rows[:, 3] + 1j * rows[:, 4]
+        half, mu = np.abs(dt) / 2, np.sqrt(abs(self.g))
+        grown, mixed = np.cosh(mu * half), _sinhc(mu * half) * half
+        sizes_z, sizes_w = (np.maximum(np.abs(x[:-1]), np.abs(x[1:])) for x in (z, w))
+        largest_z = sizes_z * grown + sizes_w * mixed
+        largest_w = sizes_w * grown + sizes_z * mixed * mu**2
+        acceleration = (self.l_z**2 + mu**2) * largest_z
+        acceleration += (abs(self.l_z) + largest_w * largest_z) * largest_w
+        stray = dt * dt * acceleration / 8 + GRAIN
+        beside: Mask = _distance_from_origin(z[:-1], z[1:]) > stray
+        return beside
+
+
+def _sinhc(x: Array) -> Array:
+    """Return sinh(x)/x, which is 1 at 0."""
+    tiny = x < 1e-8
+    return np.where(tiny, 1.0, np.sinh(x) / np.where(tiny, 1.0, x))
+
+
+def _distance_from_origin(a: Any, b: Any) -> Array:
+    """Return how close the chord from a to b comes to the origin of the complex plane."""
+    chord = b - a
+    length = np.abs(chord)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        along = np.where(length > 0, -(a * chord.conj()).real / length**2, 0.0)
+    nearest: Array = np.abs(a + np.clip(along, 0.0, 1.0) * chord)
+    return nearest
+
+
+def _turning(g: float, l_z: float, energy: float, n: float) -> tuple[float, float]:
+    """Return bounds of u, from the roots of the cubic u'^2, widened by their rounding."""
+    k = energy - l_z**2  # u'^2 = (k - 2 g u)(1 - u^2) - (n - l_z u)^2
+    cubic = [2 * g, -k - l_z**2, 2 * (n * l_z - g), k - n**2]
+    roots = np.sort(np.roots(cubic).real)  # the third lies beyond the pole where V is high
+    u1, u2 = roots[:2] if g >= 0 else roots[-2:]
+    return max(-1.0, u1 - WIDENING), min(1.0, u2 + WIDENING)
+
+
+def _uncertain(P: float, both: Sequence[float]) -> tuple[float, float]:
+    error = ROUNDING * (abs(both[0]) + abs(both[1]))
+    return P - error, P + error
+
+
+def _fitting(principal: Array, low: Array, high: Array) -> tuple[Array, Mask]:
+    """Return the change of phi that fits the bounds, and whether only one does."""
+    least = np.ceil((low - SLACK - principal) / (2 * np.pi))
+    most = np.floor((high + SLACK - principal) / (2 * np.pi))
+    decided = (least == most) & np.isfinite(most)
+    turns = np.where(decided, most, -np.round(principal / (2 * np.pi)))
+    return principal + 2 * np.pi * turns, decided
+
+
+def _divided(t: Array, open_: NDArray[np.intp]) -> Array:
+    fractions = np.arange(1, PARTS) / PARTS
+    inside = t[open_, None] + fractions * (t[open_ + 1] - t[open_])[:, None]
+    unique = np.unique(inside.ravel())
+    unique = unique[~np.isin(unique, t)]
+    return unique if t[-1] >= t[0] else unique[::-1]
+
+
+def _bounds(P: tuple[float, float], nearest: float, farthest: float) -> tuple[float, float]:
+    """Bound P / distance, given the least and the largest distance from the pole."""
+    steep = 1 / nearest if nearest > 0 else np.inf
+    low = P[0] * (steep if P[0] < 0 else 1 / farthest)
+    high = P[1] * (steep if P[1] > 0 else 1 / farthest)
+    return low, high

@@ -1,0 +1,220 @@
+"""One motion of one top: its constants, turning points, kind and closed form."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from heavytop.theory import constants as _constants
+from heavytop.theory.closed_form import ExactRecord, MPForm, Nodding
+from heavytop.theory.constants import Constants
+from heavytop.theory.double_form import DoubleForm, DoubleRecord
+from heavytop.theory.kinds import Kind, Verdict
+from heavytop.theory.kinds import classify as _classify
+from heavytop.theory.nutation import Nutation
+from heavytop.theory.precision import (
+    STANDARD_DIGITS,
+    Number,
+    context,
+    number,
+    vanishes,
+)
+from heavytop.theory.reduced import Reduced
+
+if TYPE_CHECKING:
+    from heavytop.top import State, Top
+
+
+def classify(top: Top, start: State) -> Verdict:
+    """The kind of motion of `top` from `start`, with tags, margin and the reason.
+
+    Parameters
+    ----------
+    top : Top
+        What spins.
+    start : State
+        How it starts.
+    """
+    ctx = context(STANDARD_DIGITS)
+    A, C = number(ctx, top.A), number(ctx, top.C)
+    spherical = vanishes(ctx, A - C, A, C)
+    return _classify(Reduced.from_scene(ctx, top, start), spherical=spherical)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The motion of `top` from `start`; each property is computed when it is first asked for.
+
+    Parameters
+    ----------
+    top : Top
+        What spins.
+    start : State
+        How it starts.
+
+    Examples
+    --------
+    >>> from heavytop.top import State, Top
+    >>> motion = Motion(Top(A="3.28e-4", C="6.6e-5", gMR="0.0456"),
+    ...                 State(theta="0.1", phidot=-15, psidot=140))
+    >>> str(motion.kind), round(motion.period, 10)
+    ('loops', 0.5428955182)
+    >>> round(float(motion.at(2.0).theta), 12)
+    0.42694370531
+    """
+
+    top: Top
+    start: State
+
+    @cached_property
+    def reduced(self) -> Reduced:
+        """The motion in units A = 1, at 60 digits."""
+        return Reduced.from_scene(context(STANDARD_DIGITS), self.top, self.start)
+
+    @cached_property
+    def constants(self) -> Constants:
+        """E, E', p_φ, p_ψ at 60 digits; `constants.floats` has them as floats."""
+        return _constants.constants(context(STANDARD_DIGITS), self.top, self.start)
+
+    @cached_property
+    def nutation(self) -> Nutation | None:
+        """The turning points and the cubic's m and w; None where nothing nutates."""
+        path = self.exact.orbit
+        return path.roots if isinstance(path, Nodding) else None
+
+    @cached_property
+    def exact(self) -> MPForm:
+        """The closed form at 50 digits."""
+        return self.form(50)
+
+    @cached_property
+    def double(self) -> DoubleForm:
+        """The closed form in doubles."""
+        return DoubleForm(self.reduced)
+
+    def form(self, digits: int) -> MPForm:
+        """The closed form at so many digits."""
+        return MPForm(self.reduced, digits)
+
+    @property
+    def nutates(self) -> bool:
+        """Whether θ swings between two turning points."""
+        return self.nutation is not None
+
+    @property
+    def roots(self) -> tuple[float, float, float] | None:
+        """The roots cos θ of the cubic, increasing; None where nothing nutates."""
+        if self.nutation is None:
+            return None
+        low, middle, high = map(float, self.nutation.roots)
+        return low, middle, high
+
+    @property
+    def period(self) -> float | None:
+        """T [s], the period of θ; None where nothing nutates. `form(digits)` has all digits."""
+        return _float(self.exact.period)
+
+    @property
+    def precession(self) -> float | None:
+        """Δφ [rad] in one period; None where nothing nutates."""
+        return _float(self.exact.precession)
+
+    @property
+    def spin(self) -> float | None:
+        """Δψ [rad] in one period; None where nothing nutates."""
+        return _float(self.exact.spin)
+
+    @property
+    def theta_min(self) -> float:
+        """The smallest θ [rad]; a bound never reached when the axis tends to the vertical."""
+        return float(min(self.exact.tilts))
+
+    @property
+    def theta_max(self) -> float:
+        """The largest θ [rad]; a bound never reached when the axis tends to the vertical."""
+        return float(max(self.exact.tilts))
+
+    @property
+    def from_top(self) -> float:
+        """How near θ = 0 the axis comes [rad], to its own digits."""
+        return self.theta_min
+
+    @property
+    def from_bottom(self) -> float:
+        """How near θ = π the axis comes [rad], to its own digits."""
+        ctx = self.exact.ctx
+        return float(ctx.pi - max(self.exact.tilts))
+
+    def mean_rate(self, angle: str) -> float:
+        """The mean of (φ + ψ)˙ − κ, or of (φ − ψ)˙ + κ [rad/s], without jumps at poles.
+
+        Parameters
+        ----------
+        angle : {"sigma", "delta"}
+            The sum, regular at the top, or the difference, regular at the bottom.
+
+        Raises
+        ------
+        ValueError
+            For any other name.
+        """
+        if angle not in ("sigma", "delta"):
+            raise ValueError(f"sigma or delta, not {angle!r}")
+        return float(self.exact.mean_rates[angle == "delta"])
+
+    @cached_property
+    def verdict(self) -> Verdict:
+        """The kind with everything said about it."""
+        return classify(self.top, self.start)
+
+    @property
+    def kind(self) -> Kind:
+        """The kind of motion."""
+        return self.verdict.kind
+
+    @property
+    def tags(self) -> tuple[str, ...]:
+        """What else holds."""
+        return self.verdict.tags
+
+    @property
+    def margin(self) -> float:
+        """How far the nearest other verdict is, relative."""
+        return self.verdict.margin
+
+    @overload
+    def at(self, t: npt.ArrayLike, digits: None = None) -> DoubleRecord: ...
+    @overload
+    def at(self, t: Any, digits: int) -> ExactRecord | tuple[ExactRecord, ...]: ...
+    def at(
+        self, t: Any, digits: int | None = None
+    ) -> DoubleRecord | ExactRecord | tuple[ExactRecord, ...]:
+        """Where the top is at the time or times t [s].
+
+        Parameters
+        ----------
+        t : number or array_like
+            Times since the start; negative ones are before it.
+        digits : int, optional
+            Decimal digits; without it arrays of doubles are returned.
+
+        Returns
+        -------
+        DoubleRecord or ExactRecord
+            Arrays of the shape of t; with `digits` numbers, or a tuple of them when t is many.
+        """
+        if digits is None:
+            return self.double(np.asarray(t, dtype=np.float64))
+        form = self.form(digits)
+        if isinstance(t, Iterable) and not isinstance(t, str):
+            return tuple(form(each) for each in t)
+        return form(t)
+
+
+def _float(value: Number | None) -> float | None:
+    return None if value is None else float(value)

@@ -1,0 +1,145 @@
+"""A trajectory: the scene, the plan, what was seen, and the motion at any time between."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from heavytop.errors import Outcome
+from heavytop.events import Events
+from heavytop.planning import Plan
+from heavytop.quantities import Sample, invariants, sample
+from heavytop.scene import Scene
+from heavytop.taylor.orbit import Orbit, Seen
+
+if TYPE_CHECKING:
+    import xarray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Statistics:
+    """What a run cost.
+
+    Attributes
+    ----------
+    steps : int
+        Natural steps of the integrator.
+    order : int
+        Order of its Taylor polynomials.
+    derive_s, compile_s, integrate_s : float
+        Wall-clock time of the parts [s].
+    """
+
+    steps: int
+    order: int
+    derive_s: float
+    compile_s: float
+    integrate_s: float
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """The motion of a scene, integrated.
+
+    Call it with times between start and end [s], in any order and shape (k,), and it returns a
+    `Sample`: the block of steps that holds a time is run again, bit for bit, so that nothing
+    but the start of each block is kept in memory.
+
+    Attributes
+    ----------
+    scene : Scene
+    plan : Plan
+    events : Events
+    outcome : Outcome
+    statistics : Statistics
+    orbit : Orbit
+        The integration itself: states, checkpoints, zeros.
+
+    Examples
+    --------
+    >>> import heavytop as ht
+    >>> trajectory = ht.propagate(ht.load_scene("sicm-kicked"))
+    >>> print(f"{trajectory(2.0).theta[0]:.12f}")
+    0.426943705310
+    """
+
+    scene: Scene
+    plan: Plan
+    orbit: Orbit
+    events: Events
+    outcome: Outcome
+    statistics: Statistics
+
+    def __call__(self, t: ArrayLike) -> Sample:
+        """Return the motion at times between start and end, shape (k,) [s]."""
+        times = np.atleast_1d(np.asarray(t, dtype=float))
+        if times.ndim != 1 or not np.isfinite(times).all():
+            raise ValueError("t: finite times, one-dimensional")
+        low, high = sorted((0.0, self.orbit.end))
+        if times.size and (times.min() < low or times.max() > high):
+            raise ValueError(f"t: between {low} and {high}, where the trajectory was integrated")
+        return self._sampled(self.orbit.at(times))
+
+    def _sampled(self, seen: Seen) -> Sample:
+        formulation = self.orbit.integrator.formulation
+        return sample(formulation, seen.rows, self.orbit.parameters, seen.t, seen.phi)
+
+    @cached_property
+    def samples(self) -> Sample:
+        """The motion at the sample times of the scene."""
+        return self._sampled(self.orbit.samples)
+
+    @property
+    def t(self) -> Array:
+        """Sample times, shape (k,) [s]."""
+        return self.orbit.samples.t
+
+    @property
+    def theta(self) -> Array:
+        """Tilt at the sample times, shape (k,) [rad]."""
+        return self.samples.theta
+
+    @property
+    def phi(self) -> Array | None:
+        """Precession at the sample times, shape (k,) [rad]; None where it is not followed."""
+        return _known(self.samples.phi)
+
+    @property
+    def psi(self) -> Array | None:
+        """Spin angle at the sample times, shape (k,) [rad]; None where it is not followed."""
+        return _known(self.samples.psi)
+
+    @property
+    def axis(self) -> Array:
+        """Symmetry axis in space at the sample times, shape (k, 3)."""
+        return self.samples.axis
+
+    @cached_property
+    def invariants(self) -> dict[str, Array]:
+        """Invariants of the formulation at the sample times; ``energy`` is E'/A [1/s^2]."""
+        seen = self.orbit.samples
+        formulation = self.orbit.integrator.formulation
+        return invariants(formulation, seen.rows, self.orbit.parameters, seen.t)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return samples and events as an xarray Dataset that holds the scene itself."""
+        from heavytop.netcdf import dataset
+
+        return dataset(self)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the trajectory to a netCDF file, whole or not at all."""
+        from heavytop.netcdf import write
+
+        write(self, path)
+
+
+def _known(values: Array) -> Array | None:
+    return None if np.isnan(values).all() else values

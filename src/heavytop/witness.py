@@ -1,0 +1,156 @@
+"""A trajectory held against the closed form of its own binary numbers.
+
+The integrator starts from doubles: the scene's numbers, rounded once. The closed form is
+evaluated for exactly those doubles, so that the difference is the integrator's error alone. What
+the rounding of the scene's numbers does to the motion is reported apart.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heavytop.errors import NoClosedForm
+from heavytop.planning import closed_form_of
+from heavytop.quantities import Sample
+from heavytop.theory.double_form import DoubleForm, DoubleRecord
+from heavytop.theory.precision import context
+from heavytop.theory.reduced import Reduced
+from heavytop.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+DIGITS = 40
+
+
+@dataclass(frozen=True, slots=True)
+class Errors:
+    """Largest differences between a run and the closed form; None where there is nothing to hold.
+
+    Attributes
+    ----------
+    theta, phi, psi, axis : float or None
+        Over samples and events [rad; the axis as a length].
+    energy : float
+        Of E', relative to max(|E'|, gMR).
+    invariants : dict from str to float
+        Of the formulation's other invariants, relative to their start: p_phi, p_psi, and
+        |e|^2 as ``length``. In the axis form p_phi is a constant of the equations.
+    event_time : float or None
+        Over turning points and reversals [s].
+    input_rounding : float or None
+        What the rounding of the scene's numbers to double does to the wanted angles at the end.
+    why_not : str
+        Why there is no closed form to hold against, or empty.
+    """
+
+    theta: float | None
+    phi: float | None
+    psi: float | None
+    axis: float | None
+    energy: float
+    invariants: dict[str, float]
+    event_time: float | None
+    input_rounding: float | None
+    why_not: str = ""
+
+
+def run_errors(trajectory: Trajectory) -> Errors:
+    """Return the errors of a trajectory against the closed form of its own binary start."""
+    conserved = (energy_error(trajectory), invariant_errors(trajectory))
+    try:
+        truth = closed_form(trajectory)
+    except NoClosedForm as reason:
+        return Errors(None, None, None, None, *conserved, None, None, str(reason))
+    run = trajectory.samples
+    exact = truth(run.t)
+    wants = set(trajectory.scene.quantities)
+    return Errors(
+        theta=_largest(run.theta - exact.theta),
+        phi=_largest(run.phi - exact.phi) if trajectory.phi is not None else None,
+        psi=_largest(run.psi - exact.psi) if trajectory.psi is not None else None,
+        axis=_largest(np.linalg.norm(run.axis - exact.axis, axis=1)),
+        energy=conserved[0],
+        invariants=conserved[1],
+        event_time=_event_time(trajectory, truth),
+        input_rounding=_input_rounding(trajectory, exact, wants),
+    )
+
+
+def closed_form(trajectory: Trajectory) -> DoubleForm:
+    """Return the closed form, in double precision, of a run's own binary numbers."""
+    return DoubleForm(own_numbers(trajectory))
+
+
+def own_numbers(trajectory: Trajectory, digits: int = DIGITS) -> Reduced:
+    """Return the motion that the run's own doubles define, to any digits."""
+    ctx = context(digits)
+    orbit = trajectory.orbit
+    state = orbit.checkpoints[0].state.tolist()
+    p = orbit.parameters
+    if trajectory.plan.formulation == "lagrange":
+        return Reduced.from_angles(ctx, p["A"], p["C"], p["gMR"], *state)
+    e, l_xy = state[:3], state[3:5]
+    return Reduced.from_axis(ctx, e, (*l_xy, p["l_z"]), p["g"], p["phi_0"], p["psi_0"], p["kappa"])
+
+
+def energy_error(trajectory: Trajectory) -> float:
+    """Return the largest change of E' relative to max(|E'|, gMR)."""
+    energy = trajectory.invariants["energy"]
+    p = trajectory.orbit.parameters
+    g = p["g"] if "g" in p else p["gMR"] / p["A"]
+    scale = max(abs(float(energy[0])), abs(g))
+    return _largest(energy - energy[0]) / scale if scale else _largest(energy - energy[0])
+
+
+def invariant_errors(trajectory: Trajectory) -> dict[str, float]:
+    """Return the largest relative change of each invariant but the energy."""
+    return {
+        name: _largest(values - values[0]) / (abs(float(values[0])) or 1.0)
+        for name, values in trajectory.invariants.items()
+        if name != "energy"
+    }
+
+
+def _event_time(trajectory: Trajectory, truth: DoubleForm) -> float | None:
+    """Return the largest time error of the events, by a Newton step to the true zero [s]."""
+    events = trajectory.events
+    if len(events) == 0:
+        return None
+    exact = truth(events.t, events.t_low)
+    turning = events.is_turning
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at_turning = exact.udot / exact.uddot
+        at_reversal = (exact.u - truth.reversal_u) / exact.udot
+    return _largest(np.where(turning, at_turning, at_reversal))
+
+
+def _input_rounding(trajectory: Trajectory, exact: DoubleRecord, wants: set[str]) -> float | None:
+    scene = trajectory.scene
+    end = closed_form_of(scene).double(trajectory.t[-1:])
+    angles = [a for a in ("theta", "phi", "psi") if a == "theta" or a in wants]
+    return max(abs(float(getattr(end, a)[0] - getattr(exact, a)[-1])) for a in angles)
+
+
+def _largest(values: Any) -> float:
+    return float(np.max(np.abs(values))) if np.size(values) else 0.0
+
+
+def phase_error(trajectory: Trajectory) -> float:
+    """Return how far the nutation runs ahead of the closed form at the last sample [s]."""
+    truth = closed_form(trajectory)
+    run, exact = last(trajectory.samples), truth(trajectory.t[-1:])
+    du = run.axis[0, 2] - exact.u[0]
+    udot = -run.thetadot[0] * np.sin(run.theta[0])
+    frequency = truth.frequency
+    weight = exact.udot[0] ** 2 + (exact.uddot[0] / frequency) ** 2
+    along = du * exact.udot[0] + (udot - exact.udot[0]) * exact.uddot[0] / frequency**2
+    return float(along / weight)
+
+
+def last(sample: Sample) -> Sample:
+    """Return the last row of a sample."""
+    return Sample(*(getattr(sample, name)[-1:] for name in sample.__slots__))

@@ -1,0 +1,34 @@
+"""Layers point one way, and the closed form and the integrator do not see each other."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+QUIET = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
+
+
+def test_import_contracts_are_kept():
+    command = [sys.executable, "-c", "from importlinter.cli import lint_imports_command as c; c()"]
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, env=QUIET)
+    assert result.returncode == 0, result.stdout + result.stderr
+
+
+@pytest.mark.parametrize(
+    ("statement", "absent"),
+    [
+        ("import heavytop", ("numpy", "sympy", "heyoka", "scipy", "matplotlib", "xarray")),
+        ("import heavytop.cli", ("numpy", "sympy", "heyoka", "pydantic", "matplotlib")),
+        ("import heavytop.scene", ("numpy", "sympy", "heyoka", "scipy")),
+        ("import heavytop.theory.motion", ("heyoka", "sympy", "matplotlib")),
+        ("import heavytop.propagation", ("matplotlib", "xarray")),
+    ],
+)
+def test_nothing_heavy_is_imported_before_it_is_needed(statement, absent):
+    program = f"{statement}; import sys; print(sorted(set(sys.modules) & set({absent!r})))"
+    command = [sys.executable, "-c", program]
+    result = subprocess.run(command, capture_output=True, text=True, env=QUIET, check=True)
+    assert result.stdout.strip() == "[]"

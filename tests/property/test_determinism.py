@@ -1,0 +1,88 @@
+"""The same trajectory, bit for bit, however it is sampled, split, resumed or stored."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import heavytop as ht
+from heavytop.exact import Exact
+
+LONG = 400.0  # seconds: several blocks of steps
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return ht.load_scene("sicm-kicked", overrides=[f"span.time={LONG}"])
+
+
+@pytest.fixture(scope="module")
+def whole(scene):
+    return ht.propagate(scene)
+
+
+def same(a, b):
+    return np.array_equal(a, b, equal_nan=True)
+
+
+def assert_same_run(one, other):
+    assert one.orbit.steps == other.orbit.steps
+    assert len(one.orbit.checkpoints) == len(other.orbit.checkpoints)
+    for a, b in zip(one.orbit.checkpoints, other.orbit.checkpoints, strict=True):
+        assert a.time == b.time
+        assert same(a.state, b.state)
+        assert a.phi == b.phi
+    assert one.events.kind == other.events.kind
+    for name in ("t", "t_low", "phi", "states", "residual"):
+        assert same(getattr(one.events, name), getattr(other.events, name)), name
+
+
+@pytest.mark.parametrize("samples", [2, 3, 1000, 20011])
+def test_sampling_changes_nothing(scene, whole, samples):
+    other = ht.propagate(replace(scene, samples=samples))
+    assert_same_run(whole, other)
+    assert same(whole.samples.states[-1], other.samples.states[-1])
+    assert whole.samples.phi[-1] == other.samples.phi[-1]
+
+
+def test_dense_output_is_the_samples(whole):
+    shuffled = np.random.default_rng(7).permutation(whole.t)
+    again = whole(shuffled)
+    order = np.argsort(shuffled)
+    for name in ("states", "theta", "phi", "psi", "phidot", "axis"):
+        assert same(getattr(again, name)[order], getattr(whole.samples, name)), name
+
+
+@pytest.mark.parametrize("first", [0.3, 100.0, 399.999])
+def test_splitting_changes_nothing(scene, whole, first):
+    part = ht.propagate(replace(scene, time=Exact.of(first)))
+    other = ht.extend(part, LONG, samples=17)
+    assert_same_run(whole, other)
+    assert same(other(whole.t).states, whole.samples.states)
+
+
+def test_a_stored_run_is_the_run(whole, tmp_path):
+    path = tmp_path / "run.nc"
+    whole.save(path)
+    loaded = ht.load_trajectory(path)
+    assert_same_run(whole, loaded)
+    assert loaded.scene == whole.scene
+    assert same(loaded.samples.states, whole.samples.states)
+    between = np.linspace(0, LONG, 77)
+    assert same(loaded(between).states, whole(between).states)
+    assert_same_run(ht.extend(whole, 2 * LONG), ht.extend(loaded, 2 * LONG))
+
+
+def test_another_set_of_events_is_another_run_of_the_same_motion(scene, whole):
+    other = ht.propagate(replace(scene, events=()))
+    assert np.max(np.abs(other.samples.axis - whole.samples.axis)) < 1e-9
+
+
+def test_backwards_and_forwards_meet(scene):
+    there = ht.propagate(replace(scene, time=Exact.of(-LONG)))
+    assert there.t[-1] == -LONG
+    assert there.events.t[0] == 0
+    assert (np.diff(there.events.t) < 0).all()
+    mirrored = ht.propagate(scene)  # released at a turning point: even in time
+    assert np.max(np.abs(there.theta - mirrored.theta)) < 1e-9
+    assert np.max(np.abs(there.phi + mirrored.phi)) < 1e-9

@@ -1,0 +1,76 @@
+"""Translated expressions, against sympy's own evaluation."""
+
+import heyoka as hy
+import numpy as np
+import pytest
+import sympy as sp
+
+from heavytop.errors import UntranslatableExpression
+from heavytop.taylor.translate import translate
+
+x, y = sp.symbols("x y", real=True)
+NAMES = {x: hy.expression("x"), y: hy.expression("y")}
+PRECISION = 240
+
+
+def value_at(expression, precision):
+    """Evaluate a translated expression at x = 3/4, y = 5/8, numbers exact in any precision."""
+    [translated] = translate([expression], NAMES, precision)
+    kwargs = {"fp_type": hy.real, "prec": precision} if precision != 53 else {}
+    function = hy.cfunc([translated], [NAMES[x], NAMES[y]], compact_mode=True, **kwargs)
+    if precision == 53:
+        return sp.Float(float(function(np.array([0.75, 0.625]))[0]), 17)
+    inputs = np.array([hy.real(v, precision) for v in (0.75, 0.625)])
+    return sp.Float(str(function(inputs)[0]), int(precision * 0.3))
+
+
+EXPRESSIONS = [
+    x / 3 + sp.sqrt(2) * y,
+    sp.Rational("0.1") * x - sp.Rational(7, 9),
+    sp.Float("0.1", 80) * x,
+    sp.pi * x / (y * sp.sqrt(x)),
+    sp.sin(x) ** 2 / sp.cos(y) ** 3,
+    sp.sin(sp.Integer(1)) * x + 2 ** sp.Rational(1, 3),
+    sp.sqrt(x) ** 3 - x**-2 + sp.exp(y) * sp.log(x),
+    -x * y + 10**20,
+]
+
+
+@pytest.mark.parametrize("expression", EXPRESSIONS, ids=str)
+@pytest.mark.parametrize("precision", [53, PRECISION])
+def test_constants_are_exact_at_the_working_precision(expression, precision):
+    exact = expression.subs({x: sp.Rational(3, 4), y: sp.Rational(5, 8)}).evalf(90)
+    error = abs(value_at(expression, precision) - exact) / max(1, abs(exact))
+    assert error < sp.Float(2) ** (4 - precision)
+
+
+def test_a_third_is_not_the_double_third():
+    third = value_at(x / 3, PRECISION)
+    assert abs(third - sp.Rational(1, 4).evalf(90)) < sp.Float(2) ** (4 - PRECISION)
+    assert abs(third - sp.Rational(3, 4) * sp.Rational(1 / 3)) > 1e-18
+
+
+@pytest.mark.parametrize(
+    ("expression", "named"),
+    [
+        (1 + sp.Abs(x), "Abs(x)"),
+        (sp.sin(x) + sp.Symbol("w"), "w"),
+        (sp.Function("f")(x) * 2, "f(x)"),
+        (x ** sp.Rational(1, 3), "x**(1/3)"),
+        (x + sp.I, "I"),
+        (x + sp.oo, "oo"),
+        (sp.Derivative(sp.Function("f")(x), x), "Derivative(f(x), x)"),
+    ],
+)
+def test_what_cannot_be_translated_is_named(expression, named):
+    with pytest.raises(UntranslatableExpression) as refusal:
+        translate([expression], NAMES)
+    assert named in str(refusal.value)
+
+
+def test_common_subexpressions_are_translated_once():
+    shared = sp.sin(x * y)
+    first, second = translate([shared + 1, shared * 2], NAMES)
+    system = [(NAMES[x], first + second), (NAMES[y], NAMES[x])]
+    decomposition = hy.taylor_adaptive(system, [0.0, 1.0]).decomposition
+    assert sum("sin" in str(line) for line in decomposition) <= 2
