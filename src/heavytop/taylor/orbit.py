@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from heavytop.taylor.doubledouble import DoubleDouble, add
 from heavytop.taylor.integrator import Array, Block, Integrator
-from heavytop.taylor.winding import Winding, azimuth
+from heavytop.taylor.winding import Winding, azimuth, distinct
 
 STEPS_PER_BLOCK = 4000
 
@@ -87,7 +87,8 @@ class Orbit:
         order = np.argsort(forward * t, kind="stable")
         starts = np.array([c.time[0] for c in self.checkpoints])
         block = np.maximum(np.searchsorted(forward * starts, forward * t[order], "right") - 1, 0)
-        parts = [self._within(self.checkpoints[k], t[order[block == k]]) for k in np.unique(block)]
+        used = sorted(set(block.tolist()))
+        parts = [self._within(self.checkpoints[k], t[order[block == k]]) for k in used]
         seen = Seen.join(parts)
         back = np.argsort(order, kind="stable")
         return Seen(seen.t[back], seen.t_low[back], seen.rows[back], seen.phi[back])
@@ -95,9 +96,8 @@ class Orbit:
     def _within(self, checkpoint: Checkpoint, t: Array) -> Seen:
         far = _far(self.checkpoints[0].time[0], self.end)
         run = _BlockRun(self.integrator, self.winding, checkpoint, far)
-        unique, inverse = np.unique(t, return_inverse=True)
-        if far < 0:
-            unique, inverse = unique[::-1], unique.size - 1 - inverse
+        unique = run.forward * distinct(run.forward * t)[0]
+        inverse = np.searchsorted(run.forward * unique, run.forward * t)
         _, seen, _, _ = run.observed(STEPS_PER_BLOCK, unique, abs(run.local(unique[-1:])[0]))
         return Seen(t, np.zeros_like(t), seen.rows[inverse], seen.phi[inverse])
 
@@ -241,7 +241,7 @@ class _BlockRun:
         return block, grid[: len(rows)], rows
 
     def _ordered(self, t: Array) -> Array:
-        return self.forward * np.unique(self.forward * t) if t.size > 1 else t
+        return self.forward * distinct(self.forward * t)[0] if t.size > 1 else t
 
     def _global(self, t: Array) -> tuple[Array, Array]:
         high, low = (np.full(t.size, word) for word in self.start.time)
@@ -253,7 +253,7 @@ class _BlockRun:
             return lambda asked: np.full(asked.size, np.nan)
         times = np.concatenate((t, *(h.t for h in block.hits), [block.elapsed[0]]))
         states = np.concatenate((rows, *(h.states for h in block.hits), block.state[None]))
-        unique, where = np.unique(self.forward * times, return_index=True)
+        unique, where = distinct(self.forward * times)
         turned = self.winding.turned(self.forward * unique, states[where], self._more(block.steps))
         phi = _continued(states[where], self.start.phi + turned)
         phi[0] = self.start.phi

@@ -51,6 +51,15 @@ def azimuth(rows: Array) -> Array:
     return angles
 
 
+def distinct(values: Array) -> tuple[Array, NDArray[np.intp]]:
+    """Return the different values, increasing, and where each stands (np.unique, but at once)."""
+    order = np.argsort(values, kind="stable")
+    ordered = values[order]
+    first = np.ones(ordered.size, dtype=bool)
+    first[1:] = ordered[1:] != ordered[:-1]
+    return ordered[first], order[first]
+
+
 @dataclass(frozen=True, slots=True)
 class Winding:
     """The rate of phi as a function of u, for one motion.
@@ -202,9 +211,7 @@ def _fitting(principal: Array, low: Array, high: Array) -> tuple[Array, Mask]:
 def _divided(t: Array, open_: NDArray[np.intp]) -> Array:
     fractions = np.arange(1, PARTS) / PARTS
     inside = t[open_, None] + fractions * (t[open_ + 1] - t[open_])[:, None]
-    unique = np.unique(inside.ravel())
-    unique = unique[~np.isin(unique, t)]
-    return unique if t[-1] >= t[0] else unique[::-1]
+    return distinct(inside.ravel())[0] if t[-1] >= t[0] else distinct(inside.ravel())[0][::-1]
 
 
 def _bounds(P: tuple[float, float], nearest: float, farthest: float) -> tuple[float, float]:
