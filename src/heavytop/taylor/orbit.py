@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from heavytop.taylor.doubledouble import DoubleDouble, add
 from heavytop.taylor.integrator import Array, Block, Integrator
-from heavytop.taylor.winding import Winding, azimuth, distinct
+from heavytop.taylor.winding import GRAIN, SLACK, Winding, azimuth, distinct
 
 STEPS_PER_BLOCK = 4000
 
@@ -255,18 +255,27 @@ class _BlockRun:
         states = np.concatenate((rows, *(h.states for h in block.hits), block.state[None]))
         unique, where = distinct(self.forward * times)
         turned = self.winding.turned(self.forward * unique, states[where], self._more(block.steps))
-        phi = _continued(states[where], self.start.phi + turned)
-        phi[0] = self.start.phi
+        phi = _continued(states[where], self._first_phi() + turned)
         return lambda asked: phi[np.searchsorted(unique, self.forward * asked)]
+
+    def _first_phi(self) -> float:
+        """Return phi at the start; on a pole that in which the axis leaves, phi_0 or phi_0 + pi."""
+        state, phi = self.start.state[None], self.start.phi
+        if state[0, 0] != 0 or state[0, 1] != 0 or not state[0, 3:5].any():
+            return float(_continued(state, np.array([phi]))[0])
+        leaving = float(azimuth(state)[0])
+        return leaving + 2 * np.pi * math.ceil((phi - leaving) / (2 * np.pi) - SLACK)
 
     def _more(self, steps: int) -> Callable[[Array], Array]:
         return lambda t: self.integrator.block(self.start.state, steps, self.far, t).rows
 
 
 def _continued(rows: Array, phi: Array) -> Array:
-    """Return the azimuths of the rows, on the branch nearest to phi."""
+    """Return the azimuths of the rows, on the branch nearest to phi; on the vertical, phi."""
     principal = azimuth(rows)
-    return principal + 2 * np.pi * np.round((phi - principal) / (2 * np.pi))
+    upright = np.max(np.abs(rows[:, (0, 1, 3, 4)]), axis=1) < GRAIN
+    turns = np.round((phi - principal) / (2 * np.pi))
+    return np.where(upright, phi, principal + 2 * np.pi * turns)
 
 
 class _Journey:

@@ -17,7 +17,8 @@ strayings are at most dt^2 max|z''| / 8, and with w = l_x + i l_y
     z' = i l_z z - i e_z w,    w' = i g z,    so    |z|' <= |w|,    |w|' <= |g| |z|.
 
 An interval that is not decided is divided. One that rounding does not let us divide holds a pass
-through the pole itself: there phi jumps by pi, in the sense of the pole's own term.
+through the pole itself: there phi jumps by pi, in the sense of the pole's own term, and forward
+in time where that is exactly zero.
 """
 
 from __future__ import annotations
@@ -37,6 +38,8 @@ PARTS = 8  # into how many parts an undecided interval is divided
 FINEST = 16 * np.finfo(float).eps  # relative to the largest time: no time lies between
 WIDENING = 1e-7  # of the roots of a cubic in double precision, a double root included
 SLACK = 1e-6  # radians: far above rounding, far below a turn
+CLOSE = 1e-9  # of the axis to the pole: beyond any drift of the state
+MOST_POINTS = 2**20  # in one block: bounds the memory, should an axis linger at a pole
 GRAIN = 16 * np.finfo(float).eps  # how well a state is known: nothing closer is told apart
 ROUNDING = 64 * np.finfo(float).eps  # of P_plus and P_minus, relative to their terms
 
@@ -126,7 +129,7 @@ class Winding:
         while True:
             change, decided = self._changes(t, rows)
             open_ = np.flatnonzero(~decided & (np.abs(np.diff(t)) > finest))
-            if open_.size == 0:
+            if open_.size == 0 or open_.size * PARTS > MOST_POINTS:
                 break
             between = _divided(t, open_)
             order = np.argsort(forward * np.concatenate((t, between)), kind="stable")
@@ -143,19 +146,24 @@ class Winding:
         change, decided = _fitting(principal, np.minimum(low, high), np.maximum(low, high))
         if decided.all():
             return change, decided
-        straight = self._straight(dt, rows)
-        proved = decided | straight
+        straight, resting, passing = self._path(dt, rows)
         change = np.where(decided, change, principal - 2 * np.pi * np.round(principal / 2 / np.pi))
-        return np.where(proved, change, self._across_pole(dt, rows, change)), proved
+        across = ~decided & (passing | ~straight)
+        change = np.where(across, self._across_pole(dt, rows, change), change)
+        return np.where(resting, 0.0, change), decided | straight | resting
 
     def _across_pole(self, dt: Array, rows: Array, change: Array) -> Array:
         u = rows[:-1, 2] + rows[1:, 2]
-        sense = np.where(u > 0, self.P_minus, self.P_plus) * dt
+        P = np.where(u > 0, self.P_minus, self.P_plus)
+        sense = np.where(P == 0, 1.0, P) * dt
         half_turn = np.abs(change) > np.pi / 2
         return np.where(half_turn, np.where(sense < 0, -1.0, 1.0) * np.abs(change), change)
 
-    def _straight(self, dt: Array, rows: Array) -> Mask:
-        """Tell over which intervals the path can be pulled straight beside the pole."""
+    def _path(self, dt: Array, rows: Array) -> tuple[Mask, Mask, Mask]:
+        """Tell over which intervals the path can be pulled straight beside the pole, over which
+        it never leaves it (there phi stays what it was), and over which it passes so close that
+        not the state, with its errors, but the constants of the motion must say on which side.
+        """
         z, w = rows[:, 0] + 1j * rows[:, 1], rows[:, 3] + 1j * rows[:, 4]
         half, mu = np.abs(dt) / 2, np.sqrt(abs(self.g))
         grown, mixed = np.cosh(mu * half), _sinhc(mu * half) * half
@@ -165,8 +173,9 @@ class Winding:
         acceleration = (self.l_z**2 + mu**2) * largest_z
         acceleration += (abs(self.l_z) + largest_w * largest_z) * largest_w
         stray = dt * dt * acceleration / 8 + GRAIN
-        beside: Mask = _distance_from_origin(z[:-1], z[1:]) > stray
-        return beside
+        resting = (sizes_z + np.abs(dt) * sizes_w) * np.exp(np.abs(dt) * mu) < GRAIN
+        distance = _distance_from_origin(z[:-1], z[1:])
+        return distance > stray, resting, distance < CLOSE
 
 
 def _sinhc(x: Array) -> Array:
