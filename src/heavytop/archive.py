@@ -68,9 +68,9 @@ def _trajectory(file: xarray.Dataset) -> Trajectory:
 def _plan(fields: dict[str, Any]) -> Plan:
     return Plan(
         formulation=str(fields["formulation"]),
-        psi=None if fields["psi"] is None else str(fields["psi"]),
+        variant=None if fields["variant"] is None else str(fields["variant"]),
         follows_phi=bool(fields["follows_phi"]),
-        frame_rate=float(fields["frame_rate"]),
+        frame=tuple((str(name), float.fromhex(rate)) for name, rate in fields["frame"]),
         watched=tuple(map(str, fields["watched"])),
         states=int(fields["states"]),
         precision=str(fields["precision"]),

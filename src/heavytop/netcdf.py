@@ -17,6 +17,7 @@ import numpy as np
 
 from heavytop.events import Events
 from heavytop.files import write_whole
+from heavytop.planning import Plan
 from heavytop.taylor.orbit import Orbit
 
 if TYPE_CHECKING:
@@ -98,13 +99,17 @@ def _attributes(trajectory: Trajectory) -> dict[str, Any]:
         "title": trajectory.scene.title,
         "source": trajectory.scene.source,
         "scene": trajectory.scene.to_toml(),
-        "plan": json.dumps(asdict(trajectory.plan)),
+        "plan": json.dumps(_plan(trajectory.plan)),
         "parameters": json.dumps({k: v.hex() for k, v in trajectory.orbit.parameters.items()}),
         "outcome": str(trajectory.outcome),
         "steps": trajectory.orbit.steps,
         "end": trajectory.orbit.end,
         "heavytop": version("heavytop"),
     }
+
+
+def _plan(plan: Plan) -> dict[str, Any]:
+    return asdict(plan) | {"frame": [(name, rate.hex()) for name, rate in plan.frame]}
 
 
 def write(trajectory: Trajectory, path: str | os.PathLike[str]) -> None:

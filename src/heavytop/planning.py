@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from functools import lru_cache
 
 from heavytop.errors import BadScene, Fault
+from heavytop.exact import PI
+from heavytop.models.ladder import LADDER
 from heavytop.scene import Scene
 from heavytop.theory.motion import Motion
 from heavytop.top import State, Top
@@ -13,9 +17,10 @@ from heavytop.top import State, Top
 EPSILON = 2.0**-52
 MOST_DIGITS = 13  # what double precision can promise at the end of a short run
 LONG_FOR_LAGRANGE = 100  # nutation periods
-FORMULATIONS = ("axis", "lagrange")
+OWN_STATES = {"routh": 2, "subsystem": 4}  # phi and psi not counted
 NEEDS_PHI = frozenset({"phi", "psi", "attitude"})
 NEEDS_PSI = frozenset({"psi", "attitude"})
+NEEDS_ANGLES = NEEDS_PHI | {"axis"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,12 +30,14 @@ class Plan:
     Attributes
     ----------
     formulation : str
-    psi : str or None
-        The quadrature that carries psi in the axis form, ``sigma`` or ``delta``.
+    variant : str or None
+        How the formulation has phi and psi: in the axis form psi by ``sigma`` or ``delta``, in
+        the subsystem and Routh's form both as ``angles``; in the cubic form the pole from which
+        heights are measured.
     follows_phi : bool
         Whether the winding of phi is counted.
-    frame_rate : float
-        Rate subtracted from the quadrature, to keep it bounded [rad/s].
+    frame : tuple of (str, float)
+        Rates subtracted from quadratures, by parameter, to keep them bounded [rad/s].
     watched : tuple of str
         Event functions in the integrator's loop.
     states : int
@@ -40,9 +47,9 @@ class Plan:
     """
 
     formulation: str
-    psi: str | None
+    variant: str | None
     follows_phi: bool
-    frame_rate: float
+    frame: tuple[tuple[str, float], ...]
     watched: tuple[str, ...]
     states: int
     precision: str = "double"
@@ -60,7 +67,7 @@ def plan(scene: Scene, formulation: str = "auto") -> Plan:
     ----------
     scene : Scene
     formulation : str
-        ``auto``, ``axis`` or ``lagrange``.
+        ``auto`` or the name of a formulation: axis, cubic, routh, subsystem, lagrange.
 
     Raises
     ------
@@ -77,9 +84,8 @@ def plan(scene: Scene, formulation: str = "auto") -> Plan:
     chosen = "axis" if formulation == "auto" else formulation
     _check(scene, chosen)
     watched, why_events = _watched(scene, motion)
-    if chosen == "lagrange":
-        return _lagrange(scene, motion, watched, why_events)
-    return _axis(scene, motion, watched, why_events)
+    makers = {"lagrange": _lagrange, "axis": _axis, "cubic": _cubic}
+    return makers.get(chosen, _with_angles)(scene, motion, chosen, watched, why_events)
 
 
 def closed_form_of(scene: Scene) -> Motion:
@@ -93,21 +99,39 @@ def _motion(top: Top, start: State) -> Motion:
 
 
 def _check(scene: Scene, formulation: str) -> None:
-    faults = []
-    if formulation not in FORMULATIONS:
-        rule = f"one of auto, {', '.join(FORMULATIONS)}"
-        faults.append(Fault(scene.name, None, "formulation", formulation, rule))
-    if scene.digits > MOST_DIGITS:
-        rule = f"at most {MOST_DIGITS}: the integration is in double precision"
-        faults.append(Fault(scene.name, None, "want.digits", str(scene.digits), rule))
-    if formulation == "lagrange" and float(scene.start.theta) in (0.0, _PI):
-        rule = "the lagrange form cannot start at a pole; the axis form can"
-        faults.append(Fault(scene.name, None, "start.theta", str(scene.start.theta), rule))
+    faults = [*_unknown(scene, formulation), *_too_exact(scene)]
+    if formulation in LADDER:
+        faults += [*_not_given(scene, formulation), *_at_a_pole(scene, formulation)]
     if faults:
         raise BadScene(tuple(faults))
 
 
-_PI = 3.141592653589793
+def _unknown(scene: Scene, formulation: str) -> Iterator[Fault]:
+    if formulation not in LADDER:
+        rule = f"one of auto, {', '.join(LADDER)}"
+        near = get_close_matches(formulation, ("auto", *LADDER), 1)
+        hint = f'did you mean "{near[0]}"?' if near else ""
+        yield Fault(scene.name, None, "formulation", formulation, rule, hint)
+
+
+def _too_exact(scene: Scene) -> Iterator[Fault]:
+    if scene.digits > MOST_DIGITS:
+        rule = f"at most {MOST_DIGITS}: the integration is in double precision"
+        yield Fault(scene.name, None, "want.digits", str(scene.digits), rule)
+
+
+def _not_given(scene: Scene, formulation: str) -> Iterator[Fault]:
+    missing = [q for q in scene.quantities if q not in LADDER[formulation].gives]
+    if missing:
+        rule = f"the {formulation} form does not give {', '.join(missing)}; the axis form does"
+        yield Fault(scene.name, None, "want.quantities", ", ".join(scene.quantities), rule)
+
+
+def _at_a_pole(scene: Scene, formulation: str) -> Iterator[Fault]:
+    at_pole = scene.start.theta.sign() == 0 or (scene.start.theta - PI).sign() == 0
+    if at_pole and not LADDER[formulation].starts_at_pole:
+        rule = f"the {formulation} form cannot start at a pole; the axis form can"
+        yield Fault(scene.name, None, "start.theta", str(scene.start.theta), rule)
 
 
 def _watched(scene: Scene, motion: Motion) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -119,7 +143,12 @@ def _watched(scene: Scene, motion: Motion) -> tuple[tuple[str, ...], tuple[str, 
     return watched, (f"watched in the loop: {', '.join(watched)}",)
 
 
-def _lagrange(scene: Scene, motion: Motion, watched: tuple[str, ...], why: tuple[str, ...]) -> Plan:
+Why = tuple[str, ...]
+
+
+def _lagrange(
+    scene: Scene, motion: Motion, formulation: str, watched: tuple[str, ...], why: Why
+) -> Plan:
     periods = abs(span(scene, motion)) / motion.period if motion.period else 0.0
     warnings: tuple[str, ...] = ()
     if periods > LONG_FOR_LAGRANGE:
@@ -128,34 +157,72 @@ def _lagrange(scene: Scene, motion: Motion, watched: tuple[str, ...], why: tuple
             "control follows them, and phase is lost as the cube of the time; use the axis form",
         )
     return Plan(
-        formulation="lagrange",
-        psi=None,
+        formulation=formulation,
+        variant=None,
         follows_phi=False,
-        frame_rate=0.0,
+        frame=(),
         watched=watched,
         states=6,
-        reasons=("lagrange: asked for by name", *why),
+        reasons=(f"{formulation}: asked for by name", *why),
         warnings=warnings,
     )
 
 
-def _axis(scene: Scene, motion: Motion, watched: tuple[str, ...], why: tuple[str, ...]) -> Plan:
+def _with_angles(
+    scene: Scene, motion: Motion, formulation: str, watched: tuple[str, ...], why: Why
+) -> Plan:
+    carried = bool(frozenset(scene.quantities) & NEEDS_ANGLES)
+    variant = "angles" if carried else None
+    reasons = [f"{formulation}: asked for by name"]
+    frame: tuple[tuple[str, float], ...] = ()
+    if carried:
+        reasons.append("phi and psi by quadrature, each less its mean rate")
+        frame = tuple(zip(("phi_rate", "psi_rate"), motion.mean_angle_rates, strict=True))
+    return Plan(
+        formulation=formulation,
+        variant=variant,
+        follows_phi=False,
+        frame=frame,
+        watched=watched,
+        states=OWN_STATES[formulation] + 2 * carried,
+        reasons=(*reasons, *why),
+    )
+
+
+def _cubic(
+    scene: Scene, motion: Motion, formulation: str, watched: tuple[str, ...], why: Why
+) -> Plan:
+    pole = "top" if motion.from_top <= motion.from_bottom else "bottom"
+    return Plan(
+        formulation=formulation,
+        variant=pole,
+        follows_phi=False,
+        frame=(),
+        watched=watched,
+        states=2,
+        reasons=(f"cubic: asked for by name; heights from the {pole}, the nearer pole", *why),
+    )
+
+
+def _axis(
+    scene: Scene, motion: Motion, formulation: str, watched: tuple[str, ...], why: Why
+) -> Plan:
     wants = frozenset(scene.quantities)
     reasons = ["axis: quadratic, regular at the poles, and no angle grows in the state"]
-    psi = None
+    variant = None
     if wants & NEEDS_PSI:
-        psi, reason = _quadrature(motion)
+        variant, reason = _quadrature(motion)
         reasons.append(reason)
     follows_phi = bool(wants & NEEDS_PHI)
     if follows_phi:
         reasons.append("phi from the axis, its turns counted between bounds of its rate")
     return Plan(
-        formulation="axis",
-        psi=psi,
+        formulation=formulation,
+        variant=variant,
         follows_phi=follows_phi,
-        frame_rate=motion.mean_rate(psi) if psi else 0.0,
+        frame=(("frame_rate", motion.mean_rate(variant)),) if variant else (),
         watched=watched,
-        states=6 if psi else 5,
+        states=6 if variant else 5,
         reasons=(*reasons, *why),
     )
 

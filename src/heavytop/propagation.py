@@ -17,7 +17,7 @@ from heavytop.models.formulation import Formulation
 from heavytop.models.ladder import LADDER
 from heavytop.models.numeric import exact_values
 from heavytop.planning import EPSILON, Plan, closed_form_of, plan, span
-from heavytop.quantities import Sample, event_function, invariants, sample
+from heavytop.quantities import Sample, event_function, sample, spin_momentum
 from heavytop.scene import Scene
 from heavytop.taylor.integrator import Integrator, integrator
 from heavytop.taylor.orbit import Checkpoint, Orbit, Seen, continued, integrate
@@ -48,7 +48,7 @@ def propagate(
     ----------
     scene : Scene
     formulation : str
-        ``auto`` (the least that gives what the scene wants), ``axis`` or ``lagrange``.
+        ``auto`` (the least that gives what the scene wants) or the name of a formulation.
     progress : callable, optional
         Called with the fraction done, after each block of steps.
     step_limit : int, optional
@@ -154,15 +154,13 @@ def _finished(
 
 def compiled_for(chosen: Plan) -> Integrator:
     """Return the compiled integrator of a plan."""
-    rung = LADDER[chosen.formulation]
-    form = rung.build(chosen.psi) if rung.psi_by_quadrature else rung.build()
+    form = LADDER[chosen.formulation].build(chosen.variant)
     return integrator(form, chosen.watched, chosen.tolerance)
 
 
 def _compiled(chosen: Plan) -> tuple[Integrator, float]:
     began = time.perf_counter()
-    rung = LADDER[chosen.formulation]
-    _ = rung.build(chosen.psi) if rung.psi_by_quadrature else rung.build()
+    LADDER[chosen.formulation].build(chosen.variant)
     derive_s = time.perf_counter() - began
     return compiled_for(chosen), derive_s
 
@@ -191,7 +189,7 @@ def _binary(scene: Scene, chosen: Plan, form: Formulation) -> tuple[dict[str, fl
     values = [float(v) for v in exact_values(expressions, symbols)]
     count = len(form.parameters)
     parameters = {p.name: v for p, v in zip(form.parameters, values[:count], strict=True)}
-    parameters |= {p.name: chosen.frame_rate for p in form.given}
+    parameters |= dict(chosen.frame)
     phi = float(scene.start.phi) if chosen.follows_phi else np.nan
     return parameters, Checkpoint((0.0, 0.0), np.array(values[count:]), phi, 0)
 
@@ -235,9 +233,9 @@ def _phidot_rounding(orbit: Orbit, at: Sample) -> Array:
     Where it is not small against b itself, near a pole, it decides nothing: nan.
     """
     form, first = orbit.integrator.formulation, orbit.checkpoints[0].state[None]
-    b = abs(float(invariants(form, first, orbit.parameters, np.zeros(1))["p_psi"][0]))
+    b = abs(float(spin_momentum(form, first, orbit.parameters, np.zeros(1))[0]))
     with np.errstate(divide="ignore", invalid="ignore"):
-        noise = EPSILON * (np.abs(at.phidot) + 2 * b / np.hypot(at.axis[:, 0], at.axis[:, 1]))
+        noise = EPSILON * (np.abs(at.phidot) + 2 * b / np.abs(np.sin(at.theta)))
     return np.where(noise < 1e-6 * b, noise, np.nan)
 
 

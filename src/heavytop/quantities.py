@@ -89,10 +89,11 @@ def sample(
     with np.errstate(divide="ignore", invalid="ignore"):
         values = function(*_values(formulation, rows, parameters, t), phi)
     full = {n: np.broadcast_to(v, t.shape) for n, v in zip(names, values, strict=True)}
-    axis, omega = (
-        np.stack([full[f"{what}_{x}"] for x in "xyz"], axis=-1) for what in ("axis", "omega")
-    )
     unknown = np.full(t.shape, np.nan)
+    axis, omega = (
+        np.stack([full.get(f"{what}_{x}", unknown) for x in "xyz"], axis=-1)
+        for what in ("axis", "omega")
+    )
     found = Sample(
         t=t,
         theta=full["theta"],
@@ -117,7 +118,7 @@ def _limits_at_poles(
     axis rests, phi stays and psi takes all the spin.
     """
     pole = np.isnan(full["phidot"])
-    if not formulation.starts_at_pole or not pole.any():
+    if not pole.any() or "kappa" not in parameters:
         return {}
     up = full["axis_z"] > 0
     kappa = parameters["kappa"]
@@ -136,6 +137,19 @@ def invariants(
     names, function = _invariants(formulation)
     values = function(*_values(formulation, rows, parameters, t))
     return {n: np.broadcast_to(v, t.shape) for n, v in zip(names, values, strict=True)}
+
+
+def spin_momentum(
+    formulation: Formulation, rows: Array, parameters: dict[str, float], t: Array
+) -> Array:
+    """Return p_psi/A at states of a formulation [1/s]."""
+    (value,) = _spin(formulation)(*_values(formulation, rows, parameters, t))
+    return np.broadcast_to(value, t.shape)
+
+
+@cache
+def _spin(formulation: Formulation) -> Any:
+    return numpy_function([formulation.spin], formulation.arguments())
 
 
 def event_function(

@@ -7,6 +7,7 @@ the rounding of the scene's numbers does to the motion is reported apart.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -72,12 +73,17 @@ def run_errors(trajectory: Trajectory) -> Errors:
         theta=_largest(run.theta - exact.theta),
         phi=_largest(run.phi - exact.phi) if trajectory.phi is not None else None,
         psi=_largest(run.psi - exact.psi) if trajectory.psi is not None else None,
-        axis=_largest(np.linalg.norm(run.axis - exact.axis, axis=1)),
+        axis=_axis_error(run, exact),
         energy=conserved[0],
         invariants=conserved[1],
         event_time=_event_time(trajectory, truth),
         input_rounding=_input_rounding(trajectory, exact, wants),
     )
+
+
+def _axis_error(run: Sample, exact: DoubleRecord) -> float | None:
+    distance = np.linalg.norm(run.axis - exact.axis, axis=1)
+    return None if np.isnan(distance).any() else _largest(distance)
 
 
 def closed_form(trajectory: Trajectory) -> DoubleForm:
@@ -87,14 +93,59 @@ def closed_form(trajectory: Trajectory) -> DoubleForm:
 
 def own_numbers(trajectory: Trajectory, digits: int = DIGITS) -> Reduced:
     """Return the motion that the run's own doubles define, to any digits."""
-    ctx = context(digits)
-    orbit = trajectory.orbit
-    state = orbit.checkpoints[0].state.tolist()
-    p = orbit.parameters
-    if trajectory.plan.formulation == "lagrange":
-        return Reduced.from_angles(ctx, p["A"], p["C"], p["gMR"], *state)
-    e, l_xy = state[:3], state[3:5]
-    return Reduced.from_axis(ctx, e, (*l_xy, p["l_z"]), p["g"], p["phi_0"], p["psi_0"], p["kappa"])
+    state = trajectory.orbit.checkpoints[0].state.tolist()
+    of = _OWN[trajectory.plan.formulation]
+    return of(context(digits), state, trajectory.orbit.parameters, trajectory.plan.variant)
+
+
+def _of_lagrange(ctx: Context, state: State, p: Parameters, _variant: Variant) -> Reduced:
+    return Reduced.from_angles(ctx, p["A"], p["C"], p["gMR"], *state)
+
+
+def _of_subsystem(ctx: Context, state: State, p: Parameters, _variant: Variant) -> Reduced:
+    theta, *rates = state[:4]
+    return Reduced.from_angles(ctx, p["A"], p["C"], p["gMR"], theta, p["phi_0"], p["psi_0"], *rates)
+
+
+def _of_axis(ctx: Context, state: State, p: Parameters, _variant: Variant) -> Reduced:
+    l = (*state[3:5], p["l_z"])  # noqa: E741
+    return Reduced.from_axis(ctx, state[:3], l, p["g"], p["phi_0"], p["psi_0"], p["kappa"])
+
+
+def _of_routh(ctx: Context, state: State, p: Parameters, _variant: Variant) -> Reduced:
+    theta, thetadot = (ctx.mpf(x) for x in state[:2])
+    A, C, p_psi = (ctx.mpf(p[name]) for name in ("A", "C", "p_psi"))
+    along = p["p_minus"] + 2 * p_psi * ctx.sin(theta / 2) ** 2
+    phidot = along / (A * ctx.sin(theta) ** 2)
+    start = (theta, p["phi_0"], p["psi_0"], thetadot, phidot)
+    return Reduced.from_angles(ctx, A, C, p["gMR"], *start, omega3=p_psi / C)
+
+
+def _of_cubic(ctx: Context, state: State, p: Parameters, variant: Variant) -> Reduced:
+    """Return the motion through w and wdot; the energy is theirs, not the rounded `excess`."""
+    w, wdot = (ctx.mpf(x) for x in state)
+    side = 1 if variant == "top" else -1
+    sine = ctx.sqrt(w * (2 - w))
+    theta = 2 * ctx.asin(ctx.sqrt(w / 2))
+    if side < 0:
+        theta = ctx.pi - theta
+    phidot = (p["P"] + side * p["n"] * w) / sine**2
+    start = (theta, 0, 0, side * wdot / sine, phidot)
+    return Reduced.from_angles(ctx, 1, 1, p["g"], *start, omega3=p["n"])
+
+
+Context = Any
+State = list[float]
+Parameters = dict[str, float]
+Variant = str | None
+
+_OWN: Mapping[str, Callable[[Context, State, Parameters, Variant], Reduced]] = {
+    "lagrange": _of_lagrange,
+    "subsystem": _of_subsystem,
+    "routh": _of_routh,
+    "cubic": _of_cubic,
+    "axis": _of_axis,
+}
 
 
 def energy_error(trajectory: Trajectory) -> float:

@@ -56,6 +56,7 @@ def axis_form(psi: str | None = None) -> Formulation:
             "p_psi": ell.dot(e),
             "length": e.dot(e),
         },
+        spin=ell.dot(e),
         starts_at_pole=True,
         unbounded=False,
     )

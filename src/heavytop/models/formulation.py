@@ -42,6 +42,8 @@ class Formulation:
         that of phidot.
     invariants : mapping from str to expression
         Functions that the exact flow conserves; ``energy`` is E'/A.
+    spin : sympy expression
+        p_psi/A, a function of states and parameters.
     starts_at_pole : bool
         Whether theta = 0 and theta = pi are ordinary points.
     unbounded : bool
@@ -58,6 +60,7 @@ class Formulation:
     outputs: Mapping[str, Any]
     events: Mapping[str, Any]
     invariants: Mapping[str, Any]
+    spin: Any
     starts_at_pole: bool
     unbounded: bool
 

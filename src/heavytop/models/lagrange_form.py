@@ -35,6 +35,7 @@ def lagrange_form() -> Formulation:
             "p_phi": p_phi / lag.A,
             "p_psi": p_psi / lag.A,
         },
+        spin=p_psi / lag.A,
         starts_at_pole=False,
         unbounded=True,
     )

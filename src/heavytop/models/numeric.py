@@ -14,7 +14,7 @@ from sympy.printing.numpy import NumPyPrinter
 from heavytop import exact
 from heavytop.exact import Exact
 
-_NUMPY = {name: getattr(np, name) for name in ("sin", "cos", "sqrt", "arctan2")}
+_NUMPY = {name: getattr(np, name) for name in ("sin", "cos", "sqrt", "abs", "arctan2")}
 
 
 def numpy_function(expressions: Sequence[Any], arguments: Sequence[Any]) -> Callable[..., Any]:

@@ -20,6 +20,8 @@ from heavytop.taylor.integrator import Array, Block, Integrator
 from heavytop.taylor.winding import GRAIN, SLACK, Winding, azimuth, distinct
 
 STEPS_PER_BLOCK = 4000
+FEW = 32  # steps of a first look, where a few may be all that the span takes
+CERTAIN = 16  # blocks in the span by the first step: then one block at least
 
 Ending = Literal["reached", "singular", "interrupted", "step-limit"]
 
@@ -334,6 +336,8 @@ class _Journey:
         end = float(remaining[-1])
         length = self.step_length or abs(run.first_step())
         steps = min(STEPS_PER_BLOCK, math.ceil(1.02 * end / length) + 2)
+        if not self.step_length and end < CERTAIN * STEPS_PER_BLOCK * length:
+            steps = min(steps, FEW)  # one step says little about the others
         while True:
             duration = min(1.1 * steps * length, end)
             result = run.observed(steps, self.samples[self.done :][remaining <= duration], duration)

@@ -150,6 +150,14 @@ class Motion:
         ctx = self.exact.ctx
         return float(ctx.pi - max(self.exact.tilts))
 
+    @property
+    def mean_angle_rates(self) -> tuple[float, float]:
+        """Means of φ̇ and ψ̇ over a period; where nothing nutates, what they are at the start."""
+        if self.period and self.precession is not None and self.spin is not None:
+            return self.precession / self.period, self.spin / self.period
+        start = self.at(0.0)
+        return float(start.phidot), float(start.psidot)
+
     def mean_rate(self, angle: str) -> float:
         """The mean of (φ + ψ)˙ − κ, or of (φ − ψ)˙ + κ [rad/s], without jumps at poles.
 

@@ -18,10 +18,9 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import Any, ClassVar, Final, Literal, TypeAlias, TypeVar
 
-from heavytop.surds import surd
-
 from heavytop import grammar
 from heavytop.errors import NotANumber
+from heavytop.surds import surd
 
 LARGEST: Final = Fraction(10) ** 300
 SMALLEST: Final = 1 / LARGEST
