@@ -19,9 +19,8 @@ from heavytop.taylor.doubledouble import DoubleDouble, add
 from heavytop.taylor.integrator import Array, Block, Integrator
 from heavytop.taylor.winding import GRAIN, SLACK, Winding, azimuth, distinct
 
-STEPS_PER_BLOCK = 4000
-FEW = 32  # steps of a first look, where a few may be all that the span takes
-CERTAIN = 16  # blocks in the span by the first step: then one block at least
+FIRST_BLOCK = 64  # steps; each block is as long as all before it and this, up to the longest
+LONGEST_BLOCK = 4000
 
 Ending = Literal["reached", "singular", "interrupted", "step-limit"]
 
@@ -45,6 +44,11 @@ class Checkpoint:
     state: Array
     phi: float
     steps: int
+
+    @property
+    def block_steps(self) -> int:
+        """How many steps the block has that starts here: a short run needs no long block."""
+        return min(self.steps + FIRST_BLOCK, LONGEST_BLOCK)
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +104,7 @@ class Orbit:
         run = _BlockRun(self.integrator, self.winding, checkpoint, far)
         unique = run.forward * distinct(run.forward * t)[0]
         inverse = np.searchsorted(run.forward * unique, run.forward * t)
-        _, seen, _, _ = run.observed(STEPS_PER_BLOCK, unique, abs(run.local(unique[-1:])[0]))
+        _, seen, _, _ = run.observed(checkpoint.block_steps, unique, abs(run.local(unique[-1:])[0]))
         return Seen(t, np.zeros_like(t), seen.rows[inverse], seen.phi[inverse])
 
 
@@ -335,9 +339,8 @@ class _Journey:
         """
         end = float(remaining[-1])
         length = self.step_length or abs(run.first_step())
-        steps = min(STEPS_PER_BLOCK, math.ceil(1.02 * end / length) + 2)
-        if not self.step_length and end < CERTAIN * STEPS_PER_BLOCK * length:
-            steps = min(steps, FEW)  # one step says little about the others
+        full = run.start.block_steps
+        steps = min(full, math.ceil(1.02 * end / length) + 2)
         while True:
             duration = min(1.1 * steps * length, end)
             result = run.observed(steps, self.samples[self.done :][remaining <= duration], duration)
@@ -346,9 +349,9 @@ class _Journey:
             length = reached / block.steps if block.steps else length
             if reached > duration and duration < end:
                 continue  # the steps grew: look again, at all samples of the block
-            if reached >= end or steps == STEPS_PER_BLOCK or block.singular:
+            if reached >= end or steps == full or block.singular:
                 return result
-            steps = min(STEPS_PER_BLOCK, steps + math.ceil(1.05 * (end - reached) / length) + 1)
+            steps = min(full, steps + math.ceil(1.05 * (end - reached) / length) + 1)
 
     def orbit(self, parameters: dict[str, float], ending: Ending) -> Orbit:
         """Return what has been seen so far."""

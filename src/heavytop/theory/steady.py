@@ -1,0 +1,206 @@
+"""Steady precession: the rates Ω at which θ stays constant, and the nodding about them.
+
+With p_ψ = C ω3, θ̈ = 0 at θ̇ = 0 (or: torque = rate of change of the angular momentum) is
+
+    A cosθ Ω² − p_ψ Ω + gMR = 0,
+
+which has the roots Ω = [p_ψ ± √(p_ψ² − 4 A gMR cosθ)] / 2A cosθ wherever p_ψ² ≥ 4 A gMR cosθ. The
+root of smaller magnitude is taken from its partner, 2 gMR / [p_ψ ± √(…)] with the sign that does
+not cancel: no digits are lost for a fast top, and none at θ = π/2, where it is gMR/p_ψ.
+
+Here everything is in doubles and over arrays of spins; `State.steady` is the exact start.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from heavytop.errors import ImpossibleStart
+from heavytop.exact import Exact, cos
+
+if TYPE_CHECKING:
+    from heavytop.exact import Number
+    from heavytop.top import Top
+
+Array: TypeAlias = npt.NDArray[np.float64]
+Rate: TypeAlias = "np.float64 | Array"
+
+
+def slow(top: Top, theta: Number, omega3: npt.ArrayLike) -> Rate:
+    """The slow rate Ω of steady precession, the one of smaller magnitude.
+
+    Parameters
+    ----------
+    top : Top
+    theta : number
+        Tilt θ [rad]; "pi/2" is exact.
+    omega3 : array_like
+        ω3 = ψ̇ + φ̇ cosθ [rad/s].
+
+    Returns
+    -------
+    float or array of the shape of omega3
+        Ω [rad/s].
+
+    Raises
+    ------
+    ImpossibleStart
+        Some spin is below `least_spin`, or nothing holds the top up at θ = π/2.
+
+    Examples
+    --------
+    >>> from heavytop.top import Top
+    >>> print(slow(Top("6.375e-3", "7.5e-4", "0.73575"), "pi/3", 140.6))
+    10.0
+    """
+    larger = _larger(top, theta, omega3)
+    weight = float(top.gMR)
+    if weight and np.any(larger == 0):
+        raise ImpossibleStart([("omega3", "not 0 at this theta")])
+    return _rate(2 * weight / larger) if weight else _rate(0 * larger)
+
+
+def fast(top: Top, theta: Number, omega3: npt.ArrayLike) -> Rate:
+    """The fast rate Ω of steady precession, the one of larger magnitude.
+
+    Parameters
+    ----------
+    top : Top
+    theta : number
+        Tilt θ [rad].
+    omega3 : array_like
+        ω3 [rad/s].
+
+    Returns
+    -------
+    float or array of the shape of omega3
+        Ω [rad/s].
+
+    Raises
+    ------
+    ImpossibleStart
+        Some spin is below `least_spin`, or θ = π/2, where there is no fast rate.
+
+    Examples
+    --------
+    >>> from heavytop.top import Top
+    >>> print(fast(Top("6.375e-3", "7.5e-4", "0.73575"), "pi/3", 140.6).round(12))
+    23.082352941176
+    """
+    larger = _larger(top, theta, omega3)
+    u = _cosine(theta)
+    if u == 0:
+        raise ImpossibleStart([("steady", '"slow" at theta = pi/2: there is no fast rate')])
+    return _rate(larger / (2 * float(top.A) * u))
+
+
+def slow_limit(top: Top, omega3: npt.ArrayLike) -> Rate:
+    """gMR/p_ψ [rad/s], to which the slow rate tends for a fast spin.
+
+    It is too low by the factor 1 + x + 2x² + …, x = A gMR cosθ/p_ψ².
+
+    Parameters
+    ----------
+    top : Top
+    omega3 : array_like
+        ω3 [rad/s].
+    """
+    return _rate(float(top.gMR) / _momentum(top, omega3))
+
+
+def fast_limit(top: Top, theta: Number, omega3: npt.ArrayLike) -> Rate:
+    """p_ψ/(A cosθ) [rad/s], to which the fast rate tends for a fast spin: gravity is not felt.
+
+    Parameters
+    ----------
+    top : Top
+    theta : number
+        Tilt θ [rad], not π/2.
+    omega3 : array_like
+        ω3 [rad/s].
+    """
+    return _rate(_momentum(top, omega3) / (float(top.A) * _cosine(theta)))
+
+
+def least_spin(top: Top, theta: Number) -> float:
+    """The least |ω3| of a steady precession, 2 √(A gMR cosθ)/C [rad/s]; 0 where any spin will do.
+
+    Parameters
+    ----------
+    top : Top
+    theta : number
+        Tilt θ [rad].
+
+    Examples
+    --------
+    >>> from heavytop.top import Top
+    >>> round(least_spin(Top("3.28e-4", "6.6e-5", "0.0456"), 0), 10)
+    117.1940069360
+    """
+    pull, hangs = _pull(top, theta)
+    return 0.0 if hangs else pull / float(top.C)
+
+
+def nutation_frequency(top: Top, theta: Number, precession: npt.ArrayLike) -> Rate:
+    """The frequency ω [rad/s] of small nodding about the steady precession Ω at θ.
+
+    ω² = Ω² + (gMR/AΩ)² − 2 (gMR/A) cosθ, as a sum of squares.
+
+    Parameters
+    ----------
+    top : Top
+    theta : number
+        Tilt θ [rad].
+    precession : array_like
+        Ω [rad/s], one of the two rates, not 0.
+
+    Examples
+    --------
+    >>> from heavytop.top import Top
+    >>> top = Top("6.375e-3", "7.5e-4", "0.73575")
+    >>> print(nutation_frequency(top, "pi/3", 10).round(12))
+    10.852971464967
+    """
+    rate, u = np.asarray(precession, dtype=np.float64), _cosine(theta)
+    g = float(top.gMR / top.A)
+    difference = rate - abs(g) / rate
+    away = 1 - np.copysign(u, g * u)  # 1 − u for g > 0, 1 + u for g < 0
+    return _rate(np.sqrt(difference**2 + 2 * abs(g) * away))
+
+
+def _larger(top: Top, theta: Number, omega3: npt.ArrayLike) -> Array:
+    """p_ψ ± √(p_ψ² − 4 A gMR cosθ), with the sign of p_ψ."""
+    p_psi = _momentum(top, omega3)
+    pull, hangs = _pull(top, theta)
+    if hangs:
+        root = np.hypot(p_psi, pull)
+    elif np.any(abs(p_psi) < pull):
+        least = f"at least {pull / float(top.C):.17g} in magnitude at this theta"
+        raise ImpossibleStart([("omega3", least)])
+    else:
+        root = np.sqrt((abs(p_psi) - pull) * (abs(p_psi) + pull))
+    return np.asarray(p_psi + np.copysign(root, p_psi))
+
+
+def _pull(top: Top, theta: Number) -> tuple[float, bool]:
+    """2 √|A gMR cosθ|, and whether gMR cosθ ≤ 0: the top hangs, and needs no spin."""
+    product = float(top.A) * float(top.gMR) * _cosine(theta)
+    return 2 * float(np.sqrt(abs(product))), product <= 0
+
+
+def _cosine(theta: Number) -> float:
+    return float(cos(Exact.of(theta)))
+
+
+def _momentum(top: Top, omega3: npt.ArrayLike) -> Array:
+    """p_ψ = C ω3 [kg m² s⁻¹]."""
+    return np.asarray(float(top.C) * np.asarray(omega3, dtype=np.float64))
+
+
+def _rate(values: Any) -> Rate:
+    """A scalar for a scalar."""
+    scalar_or_array: Rate = np.asarray(values, dtype=np.float64)[()]
+    return scalar_or_array
