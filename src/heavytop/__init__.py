@@ -24,7 +24,7 @@ _HOMES = {
     "Plan": "planning",
     "Sample": "quantities",
     "Scene": "scene",
-    "State": "top",
+    "State": "state",
     "Top": "top",
     "Trajectory": "trajectory",
     "extend": "propagation",
@@ -76,8 +76,9 @@ if TYPE_CHECKING:
     from heavytop.propagation import extend, propagate
     from heavytop.quantities import Sample
     from heavytop.scene import Scene, load_scene
+    from heavytop.state import State
     from heavytop.theory.motion import Motion
-    from heavytop.top import State, Top
+    from heavytop.top import Top
     from heavytop.trajectory import Trajectory
     from heavytop.witness import Errors, run_errors
 

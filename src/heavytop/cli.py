@@ -189,11 +189,16 @@ def run(
         read = load_scene(scene, overrides=options)
         folder = stack.enter_context(results_folder(output)) if output else None
         trajectory, early = integrated(read, formulation, voice)
+        if early is not None:
+            say(f"ended early at t = {trajectory.orbit.end:.6g} s: {early}")
         document = results(trajectory, folder, figures=not no_figures, voice=voice)
         show(document, json)
         if early is not None:
-            say(f"ended early at t = {trajectory.orbit.end:.6g} s: {early}; {kept(output)}")
+            say(kept(output))
             raise typer.Exit(exit_code(early))
+        if document["missed_digits"]:
+            say(missed(document["missed_digits"], read.digits))
+            raise typer.Exit(Exit.OUT_OF_BOUND)
 
 
 @app.command()
@@ -318,6 +323,12 @@ def integrated(
             return propagate(scene, formulation=formulation, progress=progress), None
     except errors.EndedEarly as early:
         return early.trajectory, early
+
+
+def missed(found: dict[str, float], digits: int) -> str:
+    """What is farther off the closed form than the digits asked for allow."""
+    off = ", ".join(f"{name} {error:.1e}" for name, error in found.items())
+    return f"{digits} digits were asked for, and are not met: off the closed form by {off}"
 
 
 def kept(output: Path | None) -> str:

@@ -8,13 +8,17 @@ from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
+import numpy as np
+
+from heavytop.events import EVENTS
 from heavytop.planning import closed_form_of
 from heavytop.quantities import Sample
 from heavytop.theory.motion import Motion
 from heavytop.trajectory import Trajectory
-from heavytop.witness import last, run_errors
+from heavytop.witness import missed_digits, run_errors
 
 SCHEMA = "heavytop/run/1"
+MOST_ROWS = 10_000  # of the table of events; a saved trajectory has them all
 _LIBRARIES = ("heavytop", "heyoka", "numpy", "sympy", "mpmath")
 
 
@@ -28,6 +32,7 @@ def run_document(trajectory: Trajectory, files: Mapping[str, str] | None = None)
         Names and paths of the files written.
     """
     motion = closed_form_of(trajectory.scene)
+    errors = run_errors(trajectory)
     return {
         "schema": SCHEMA,
         "scene": trajectory.scene.document(),
@@ -36,7 +41,8 @@ def run_document(trajectory: Trajectory, files: Mapping[str, str] | None = None)
         "plan": _plan(trajectory),
         "final": _final(trajectory),
         "events": _events(trajectory),
-        "errors": {k: finite(v) for k, v in asdict(run_errors(trajectory)).items()},
+        "errors": {k: finite(v) for k, v in asdict(errors).items()},
+        "missed_digits": missed_digits(trajectory, errors),
         "cost": _cost(trajectory, motion),
         "outcome": str(trajectory.outcome),
         "files": dict(files or {}),
@@ -79,7 +85,7 @@ def _plan(trajectory: Trajectory) -> dict[str, Any]:
 
 
 def _final(trajectory: Trajectory) -> dict[str, Any]:
-    end = last(trajectory.samples)
+    end = trajectory(np.array([trajectory.orbit.end]))
     wants = set(trajectory.scene.quantities)
     final: dict[str, Any] = {"t": finite(end.t[0]), "theta": finite(end.theta[0])}
     for angle in ("phi", "psi"):
@@ -105,13 +111,11 @@ def _vectors(end: Sample, wants: set[str]) -> dict[str, Any]:
 
 def _events(trajectory: Trajectory) -> dict[str, Any]:
     events = trajectory.events
-    columns = ("t", "theta", "phi", "phidot", "residual")
+    counts = {event: events.count(event) for event in EVENTS}
     table = [
-        {"kind": kind} | {c: finite(getattr(events, c)[i]) for c in columns}
-        for i, kind in enumerate(events.kind)
+        {name: finite(value) for name, value in row.items()} for row in events.table(MOST_ROWS)
     ]
-    counts = {event: events.count(event) for event in ("turning", "reversal", "cusp")}
-    return counts | {"table": table}
+    return counts | {"table": table, "omitted": len(events) - len(table)}
 
 
 def _cost(trajectory: Trajectory, motion: Motion) -> dict[str, Any]:

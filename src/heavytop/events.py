@@ -9,11 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+
+EVENTS = ("turning", "reversal", "cusp")
+COLUMNS = ("t", "theta", "phi", "phidot", "residual")
 
 EPSILON = 2.0**-52
 CUSP_LEVEL = 1.0  # in units of the rounding of phidot, which grows as the root of the steps
@@ -21,7 +25,7 @@ BLUR = 1e-9  # of a step: how far from an exact start its own zero may be found
 EDGE_LEVEL = 4.0  # ulp of the time, times the root of the number of turning points
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Events:
     """Events in the order of the run.
 
@@ -41,8 +45,6 @@ class Events:
     axis : ndarray, shape (k, 3)
     states : ndarray, shape (k, n)
         Full states of the formulation.
-    upper : ndarray of bool, shape (k,)
-        Whether a turning point is a minimum of theta.
     asked : tuple of str
         The kinds of event the scene asked for.
     """
@@ -61,13 +63,31 @@ class Events:
     def __len__(self) -> int:
         return len(self.kind)
 
+    def __repr__(self) -> str:
+        counted = ", ".join(f"{self.count(event)} {event}" for event in self.asked)
+        return f"<Events: {counted or 'none asked for'}>"
+
+    def table(self, most: int | None = None) -> list[dict[str, Any]]:
+        """Return the events, or the first of them, as rows with kind, t, theta, phi, ..."""
+        columns = {name: getattr(self, name)[:most].tolist() for name in COLUMNS}
+        rows = zip(self.kind[:most], *columns.values(), strict=True)
+        return [dict(zip(("kind", *COLUMNS), row, strict=True)) for row in rows]
+
     @property
     def is_turning(self) -> NDArray[np.bool_]:
         """Which are turning points, cusps included."""
         return np.array([k != "reversal" for k in self.kind], dtype=bool)
 
     def count(self, event: str) -> int | None:
-        """Return how many of a kind there are, or None where the scene did not ask."""
+        """Return how many ``turning``, ``reversal`` or ``cusp``; None where not asked for.
+
+        Raises
+        ------
+        ValueError
+            Another name.
+        """
+        if event not in EVENTS:
+            raise ValueError(f"event: one of {', '.join(EVENTS)}, not {event!r}")
         if event not in self.asked:
             return None
         if event == "turning":

@@ -29,7 +29,7 @@ SCHEMA = "heavytop/trajectory/1"
 
 
 def dataset(trajectory: Trajectory) -> xarray.Dataset:
-    """Return samples, events and checkpoints as an xarray Dataset.
+    """Return samples and events as an xarray Dataset.
 
     Variables over ``t`` have time as their first dimension: theta, phi, psi and rates
     [rad, rad/s], axis and omega with dimension ``space``, and the states of the formulation.
@@ -52,10 +52,9 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
         "axis": (("t", "space"), run.axis, {"units": "1"}),
         "omega": (("t", "space"), run.omega, {"units": "rad s-1"}),
         "states": (("t", "state"), run.states),
-        "t_low": ("t", orbit.samples.t_low),
     }
     return xarray.Dataset(
-        over_time | _event_variables(events) | _checkpoint_variables(orbit),
+        over_time | _event_variables(events),
         coords={
             "t": ("t", run.t, {"units": "s"}),
             "space": list("xyz"),
@@ -66,17 +65,28 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
 
 
 def _event_variables(events: Events) -> dict[str, Any]:
-    names = ("t", "t_low", "theta", "phi", "phidot", "residual")
-    variables: dict[str, Any] = {f"event_{n}": ("event", getattr(events, n)) for n in names}
+    variables: dict[str, Any] = {
+        f"event_{name}": ("event", getattr(events, name), {"units": unit})
+        for name, unit in (
+            ("t", "s"),
+            ("t_low", "s"),
+            ("theta", "rad"),
+            ("phi", "rad"),
+            ("phidot", "rad s-1"),
+            ("residual", "s-1"),
+        )
+    }
     variables["event_kind"] = ("event", np.array(events.kind, dtype="U10"))
     variables["event_axis"] = (("event", "space"), events.axis)
     variables["event_states"] = (("event", "state"), events.states)
     return variables
 
 
-def _checkpoint_variables(orbit: Orbit) -> dict[str, Any]:
+def _restart_variables(orbit: Orbit) -> dict[str, Any]:
+    """Return what it takes to run any block again, and to go on: block starts and all zeros."""
     points = orbit.checkpoints
     return {
+        "t_low": ("t", orbit.samples.t_low),
         "checkpoint_time": (("checkpoint", "word"), np.array([c.time for c in points])),
         "checkpoint_states": (("checkpoint", "state"), np.array([c.state for c in points])),
         "checkpoint_phi": ("checkpoint", np.array([c.phi for c in points])),
@@ -114,5 +124,8 @@ def _plan(plan: Plan) -> dict[str, Any]:
 
 def write(trajectory: Trajectory, path: str | os.PathLike[str]) -> None:
     """Write a trajectory to a netCDF file, whole or not at all."""
-    contents = dataset(trajectory)
-    write_whole(Path(path), lambda part: contents.to_netcdf(part, engine="h5netcdf"))
+    target = Path(path)
+    if not target.parent.is_dir():
+        raise FileNotFoundError(f"{target.parent}: no such folder")
+    contents = dataset(trajectory).assign(_restart_variables(trajectory.orbit))
+    write_whole(target, lambda part: contents.to_netcdf(part, engine="h5netcdf"))

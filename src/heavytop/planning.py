@@ -11,8 +11,9 @@ from heavytop.errors import BadScene, Fault
 from heavytop.exact import PI
 from heavytop.models.ladder import LADDER
 from heavytop.scene import Scene
+from heavytop.state import State
 from heavytop.theory.motion import Motion
-from heavytop.top import State, Top
+from heavytop.top import Top
 
 EPSILON = 2.0**-52
 MOST_DIGITS = 13  # what double precision can promise at the end of a short run

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from heavytop.errors import EndedEarly, Outcome, UnboundedAngleWarning
 from heavytop.events import Candidates, Events, judged, within
-from heavytop.exact import Exact
+from heavytop.exact import Exact, Number
 from heavytop.models.formulation import Formulation
 from heavytop.models.ladder import LADDER
 from heavytop.models.numeric import exact_values
@@ -100,7 +100,7 @@ def propagate(
 
 def extend(
     trajectory: Trajectory,
-    time_span: float,
+    time_span: Number,
     *,
     samples: int | None = None,
     progress: Progress | None = None,
@@ -110,10 +110,10 @@ def extend(
     Parameters
     ----------
     trajectory : Trajectory
-    time_span : float
+    time_span : number
         The new end, measured from the start [s], beyond the old one on the same side.
     samples : int, optional
-        Samples between the old end and the new one; as many as the scene has, if not given.
+        Samples between the old end and the new one; by default they go on at the old distance.
     progress : callable, optional
 
     Raises
@@ -121,14 +121,18 @@ def extend(
     ValueError
         The new end is not beyond the old one.
     """
-    old = trajectory.orbit
-    if not abs(time_span) > abs(old.end) or time_span * old.end < 0:
+    old, end = trajectory.orbit, float(Exact.of(time_span))
+    if not abs(end) > abs(old.end) or end * old.end < 0:
         raise ValueError(f"time_span: beyond {old.end}, where the trajectory ends")
-    count = trajectory.scene.samples if samples is None else samples
-    times = np.linspace(old.end, time_span, count + 1)[1:]
+    spacing = abs(old.end) / max(trajectory.t.size - 1, 1)
+    count = max(1, round((abs(end) - abs(old.end)) / spacing)) if samples is None else samples
+    times = np.linspace(old.end, end, count + 1)[1:]
     began = time.perf_counter()
     orbit = continued(old, times, on_block=progress)
-    scene = replace(trajectory.scene, time=Exact.of(time_span), periods=None)
+    span_wanted = Exact.of(time_span)
+    scene = replace(
+        trajectory.scene, time=span_wanted, periods=None, samples=trajectory.t.size + count
+    )
     spent = trajectory.statistics.integrate_s + time.perf_counter() - began
     return _finished(scene, trajectory.plan, orbit, trajectory.statistics.derive_s, spent)
 

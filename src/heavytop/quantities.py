@@ -43,6 +43,10 @@ class Sample:
     omega: Array
     states: Array
 
+    def at(self, index: Any) -> Sample:
+        """Return some of them: one by its index, or several by a slice or mask."""
+        return Sample(*(getattr(self, name)[index] for name in self.__slots__))
+
     @property
     def quaternion(self) -> Array:
         """The attitude, body to space, scalar first, shape (k, 4)."""

@@ -15,7 +15,8 @@ from heavytop import scene_text
 from heavytop.errors import BadScene, Fault
 from heavytop.exact import Exact, Number
 from heavytop.scene_schema import Wrong
-from heavytop.top import State, Top
+from heavytop.state import State
+from heavytop.top import Top
 
 MAX_BYTES: Final = 1_000_000
 _CHANGES: Final = "--set"

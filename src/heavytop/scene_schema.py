@@ -17,9 +17,10 @@ from typing_extensions import TypedDict  # before Python 3.12 pydantic reads onl
 
 from heavytop.errors import Impossible
 from heavytop.exact import Exact
-from heavytop.grammar import ANGLES, RATES
+from heavytop.exact.grammar import ANGLES, RATES
 from heavytop.scene_text import NumberText
-from heavytop.top import State, Top, broken_angles, broken_moments, broken_parts
+from heavytop.state import State, broken_angles, broken_spin
+from heavytop.top import Top, broken_moments, broken_parts
 
 FORMAT: Final = 1
 QUANTITIES: Final = ("class", "period", "theta", "axis", "phi", "psi", "rates", "attitude")
@@ -125,9 +126,10 @@ def nearest(value: object, allowed: Collection[str]) -> str:
 
 _STRICT: Final = with_config(ConfigDict(extra="forbid"))  # every key may be left out, none added
 
-Plain: TypeAlias = Annotated[Exact, _number()]
-Angle: TypeAlias = Annotated[Exact, _number(*ANGLES)]
-Rate: TypeAlias = Annotated[Exact, _number(*RATES)]
+# an Exact each; they say Any, so that pydantic does not look into the class
+Plain: TypeAlias = Annotated[Any, _number()]
+Angle: TypeAlias = Annotated[Any, _number(*ANGLES)]
+Rate: TypeAlias = Annotated[Any, _number(*RATES)]
 Text: TypeAlias = Annotated[str, PlainValidator(_text)]
 Table: TypeAlias = Annotated[dict[str, Any], PlainValidator(_table)]
 
@@ -266,8 +268,7 @@ def read_start(raw: Mapping[str, object], top: Top | None) -> tuple[State | None
         wrong += _style(raw, _CONSTANTS, "the constants E, p_phi, p_psi with theta and branch")
         make = State.from_constants
     else:
-        if "psidot" in raw and "omega3" in raw:
-            wrong += [Wrong("omega3", "psidot or omega3, not both: it says what a kick holds")]
+        wrong += _as_wrong(broken_spin(raw))
         return (None, wrong) if wrong else _made(State, {"theta": 0} | values)
     return (None, wrong) if wrong or top is None else _made(make, {"top": top} | values)
 

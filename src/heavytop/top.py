@@ -1,28 +1,18 @@
-"""Top and State: what spins, and how it starts.
+"""Top: what spins.
 
 Moments are about the pivot: A about any transverse axis, C about the symmetry axis; gMR is weight
-times the distance from the pivot to the centre of mass. Angles are Euler's, z-x-z: θ tilt, φ
-precession, ψ spin; ω3 = ψ̇ + φ̇ cosθ is the spin about the body's own axis and p_ψ = C ω3.
+times the distance from the pivot to the centre of mass.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from dataclasses import dataclass
 
-from heavytop.errors import ImpossibleStart, ImpossibleTop, NotANumber
-from heavytop.exact import PI, Exact, Number, cos, sin, sqrt
-from heavytop.grammar import ANGLES, RATES
-
-Broken: TypeAlias = "list[tuple[str, str]]"  # (name, rule) of every value that breaks a rule
-Branch: TypeAlias = Literal["falling", "rising"]
-Rate: TypeAlias = Literal["slow", "fast"]
-
-UNITS: Mapping[str, tuple[str, ...]] = {
-    **dict.fromkeys(("theta", "phi", "psi"), ANGLES),
-    **dict.fromkeys(("thetadot", "phidot", "psidot", "omega3"), RATES),
-}
+from heavytop.checking import Broken, fill, read, short
+from heavytop.errors import ImpossibleTop
+from heavytop.exact import Exact, Number
+from heavytop.solids import Solid, whole
 
 
 @dataclass(frozen=True, slots=True, init=False)
@@ -54,10 +44,10 @@ class Top:
     gMR: Exact
 
     def __init__(self, A: Number, C: Number, gMR: Number) -> None:
-        broken, values = _read(A=A, C=C, gMR=gMR)
+        broken, values = read(A=A, C=C, gMR=gMR)
         if broken := broken + broken_moments(values):
             raise ImpossibleTop(broken)
-        _fill(self, values)
+        fill(self, values)
 
     @classmethod
     def from_parts(
@@ -88,237 +78,45 @@ class Top:
         >>> print(top.A, top.C, top.gMR)
         15.234375 0.46875 147.15
         """
-        broken, parts = _read(mass=mass, distance=distance, A_cm=A_cm, C_cm=C_cm, gravity=gravity)
+        broken, parts = read(mass=mass, distance=distance, A_cm=A_cm, C_cm=C_cm, gravity=gravity)
         if broken := broken + broken_parts(parts):
             raise ImpossibleTop(broken)
         M, R = parts["mass"], parts["distance"]
         return cls(A=parts["A_cm"] + M * R**2, C=parts["C_cm"], gMR=M * parts["gravity"] * R)
 
-
-@dataclass(frozen=True, slots=True, init=False)
-class State:
-    """A start: Euler angles [rad] and their rates [rad/s], exact.
-
-    Parameters
-    ----------
-    theta : number
-        Tilt θ of the axis from the upward vertical, in [0, π].
-    thetadot, phi, phidot, psi : number
-        The other angles and rates.
-    psidot, omega3 : number, optional
-        The spin, as ψ̇ or as ω3 = ψ̇ + φ̇ cosθ; at most one of them. It says what a kick holds.
-
-    Attributes
-    ----------
-    held : {"psidot", "omega3"}
-        Which of the two was given.
-    given : tuple of (str, Exact or str)
-        The start as it was given: what a scene file says.
-
-    Raises
-    ------
-    ImpossibleStart
-        Some value is no number, θ is outside [0, π], or both psidot and omega3 are given.
-
-    Examples
-    --------
-    >>> start = State(theta="pi/3", phidot=2, omega3=10)
-    >>> print(start.psidot, start.held)
-    9 omega3
-    """
-
-    theta: Exact
-    thetadot: Exact
-    phi: Exact
-    phidot: Exact
-    psi: Exact
-    psidot: Exact
-    omega3: Exact
-    held: Literal["psidot", "omega3"]
-    given: tuple[tuple[str, Exact | str], ...] = field(compare=False, repr=False)
-
-    def __init__(
-        self,
-        theta: Number,
-        thetadot: Number = 0,
-        phi: Number = 0,
-        phidot: Number = 0,
-        psi: Number = 0,
-        psidot: Number | None = None,
-        omega3: Number | None = None,
-    ) -> None:
-        held: Literal["psidot", "omega3"] = "psidot" if omega3 is None else "omega3"
-        spin = omega3 if omega3 is not None else 0 if psidot is None else psidot
-        broken, values = _read(
-            theta=theta, thetadot=thetadot, phi=phi, phidot=phidot, psi=psi, **{held: spin}
-        )
-        broken += broken_angles(values)
-        if psidot is not None and omega3 is not None:
-            broken.append(("omega3", "psidot or omega3, not both: it says what a kick holds"))
-        if broken:
-            raise ImpossibleStart(broken)
-        turn = values["phidot"] * cos(values["theta"])  # ω3 = ψ̇ + φ̇ cosθ
-        other = {"omega3": values["psidot"] + turn} if held == "psidot" else {}
-        other |= {"psidot": values["omega3"] - turn} if held == "omega3" else {}
-        _fill(self, values | other | {"held": held, "given": tuple(values.items())})
-
     @classmethod
-    def kicked(
-        cls,
-        *,
-        theta: Number,
-        omega3: Number,
-        phidot: Number,
-        thetadot: Number = 0,
-        phi: Number = 0,
-        psi: Number = 0,
-    ) -> State:
-        """The start after a kick across the axis, which holds ω3 and not ψ̇.
-
-        Raises
-        ------
-        ImpossibleStart
-            As for `State`.
-
-        Examples
-        --------
-        >>> print(State.kicked(theta="pi/3", omega3=140, phidot=-15).psidot)
-        147.5
-        """
-        return cls(theta, thetadot, phi, phidot, psi, omega3=omega3)
-
-    @classmethod
-    def from_constants(
-        cls,
-        top: Top,
-        E: Number,
-        p_phi: Number,
-        p_psi: Number,
-        theta: Number,
-        branch: Branch = "falling",
-        phi: Number = 0,
-        psi: Number = 0,
-    ) -> State:
-        """The start at θ with the given constants of the motion.
+    def from_solids(cls, parts: Iterable[Solid], gravity: Number) -> Top:
+        """The top made of homogeneous solids of revolution on its axis.
 
         Parameters
         ----------
-        top : Top
-        E : number
-            Energy, the spin energy p_ψ²/2C included [J].
-        p_phi, p_psi : number
-            Momenta about the vertical and about the axis [kg m² s⁻¹].
-        theta : number
-            Tilt θ [rad].
-        branch : {"falling", "rising"}
-            Whether θ grows or shrinks at the start.
-        phi, psi : number
-            The other angles [rad].
+        parts : iterable of Solid
+            Disks, rods, rings, cones and spheres of `heavytop.solids`, each with its place.
+        gravity : number
+            g [m s⁻²].
 
         Raises
         ------
-        ImpossibleStart
-            Some value is no number, or no motion with these constants reaches θ; the least
-            possible E is named.
+        ImpossibleTop
+            There are no parts, one of them is no `Solid`, or gravity is no number.
 
         Examples
         --------
-        >>> start = State.from_constants(Top(1, 1, 1), E=3, p_phi=1, p_psi=1, theta="pi/2")
-        >>> print(start.thetadot, start.phidot)
-        2 1
+        An aluminium disk on a steel rod: the book's A = 3.28e-4, C = 6.60e-5 and gMR = 0.0456.
+
+        >>> from heavytop.solids import ALUMINIUM, STEEL, ring, rod
+        >>> wheel = ring(outer="0.042", inner="0.0015", thickness="0.005", centre="0.0505",
+        ...              density=ALUMINIUM)
+        >>> handle = rod(radius="0.0015", length="0.178", base=0, density=STEEL)
+        >>> top = Top.from_solids([wheel, handle], gravity="9.80665")
+        >>> print(f"{float(top.A):.3g} {float(top.C):.3g} {float(top.gMR):.3g}")
+        0.000328 6.6e-05 0.0456
         """
-        broken, values = _read(E=E, p_phi=p_phi, p_psi=p_psi, theta=theta, phi=phi, psi=psi)
-        broken += broken_angles(values)
-        broken += _not_one_of("branch", branch, ("falling", "rising"))
+        broken, values = read(gravity=gravity)
         if broken:
-            raise ImpossibleStart(broken)
-        phidot = _precession_rate(top, values)
-        thetadot = sqrt(_speed_squared(top, values, phidot))
-        return _as_given(
-            cls(
-                theta=values["theta"],
-                thetadot=thetadot if branch == "falling" else -thetadot,
-                phi=values["phi"],
-                phidot=phidot,
-                psi=values["psi"],
-                omega3=values["p_psi"] / top.C,
-            ),
-            (*values.items(), ("branch", branch)),
-        )
-
-    @classmethod
-    def steady(
-        cls,
-        top: Top,
-        theta: Number,
-        omega3: Number,
-        which: Rate = "slow",
-        phi: Number = 0,
-        psi: Number = 0,
-    ) -> State:
-        """The start of a steady precession at constant θ.
-
-        The two rates solve A cosθ Ω² − p_ψ Ω + gMR = 0. The slow one is taken from its partner,
-        gMR / (A cosθ Ω), which neither cancels nor divides by cosθ.
-
-        Parameters
-        ----------
-        top : Top
-        theta : number
-            Tilt θ [rad].
-        omega3 : number
-            ω3 [rad/s].
-        which : {"slow", "fast"}
-            The rate of smaller, or of larger, magnitude.
-        phi, psi : number
-            The other angles [rad].
-
-        Raises
-        ------
-        ImpossibleStart
-            Some value is no number, the spin is below the least possible (which is named), or
-            the fast rate is asked for at θ = π/2, where there is none.
-
-        Examples
-        --------
-        >>> top = Top("6.375e-3", "7.5e-4", "0.73575")
-        >>> print(State.steady(top, "pi/3", "140.6", "slow").phidot)
-        10
-        """
-        broken, values = _read(theta=theta, omega3=omega3, phi=phi, psi=psi)
-        broken += broken_angles(values)
-        broken += _not_one_of("steady", which, ("slow", "fast"))
-        if broken:
-            raise ImpossibleStart(broken)
-        rate = _steady_rate(top, values["theta"], values["omega3"], which)
-        return _as_given(cls(**values, phidot=rate), (("steady", which), *values.items()))
-
-
-def _read(**given: Number) -> tuple[Broken, dict[str, Exact]]:
-    """Every value as an exact number (0 where it is none), and what is wrong with the others."""
-    broken: Broken = []
-    values: dict[str, Exact] = {}
-    for name, value in given.items():
-        try:
-            values[name] = Exact.of(value, UNITS.get(name, ()))
-        except NotANumber as error:
-            broken.append((name, str(error)))
-    return broken, values
-
-
-def _fill(instance: object, values: Mapping[str, object]) -> None:
-    for name, value in values.items():
-        object.__setattr__(instance, name, value)
-
-
-def _as_given(state: State, given: Iterable[tuple[str, Exact | str]]) -> State:
-    object.__setattr__(state, "given", tuple(given))
-    return state
-
-
-def _short(x: Exact) -> str:
-    """A number for a message."""
-    return f"{float(x):.17g}"
+            raise ImpossibleTop(broken)
+        body = whole(parts)
+        return cls(A=body.A, C=body.C, gMR=body.mass * body.centre * values["gravity"])
 
 
 def broken_moments(values: Mapping[str, Exact]) -> Broken:
@@ -333,14 +131,6 @@ def broken_parts(parts: Mapping[str, Exact]) -> Broken:
     return broken or _too_flat(parts, "A_cm", "C_cm", "at most 2 A_cm = {}")
 
 
-def broken_angles(values: Mapping[str, Exact]) -> Broken:
-    """The rule that θ, if it is there, breaks."""
-    theta = values.get("theta")
-    if theta is None or -1 not in (theta.sign(), (PI - theta).sign()):
-        return []
-    return [("theta", "within [0, π]")]
-
-
 def _not_positive(values: Mapping[str, Exact], names: Collection[str]) -> Broken:
     there = (name for name in names if name in values)
     return [(name, "greater than 0") for name in there if values[name].sign() != 1]
@@ -349,50 +139,5 @@ def _not_positive(values: Mapping[str, Exact], names: Collection[str]) -> Broken
 def _too_flat(values: Mapping[str, Exact], A: str, C: str, rule: str) -> Broken:
     """C ≤ 2A, with equality for a disc through the point the moments are about."""
     if A in values and C in values and (2 * values[A] - values[C]).sign() == -1:
-        return [(C, rule.format(_short(2 * values[A])))]
+        return [(C, rule.format(short(2 * values[A])))]
     return []
-
-
-def _not_one_of(name: str, value: str, allowed: tuple[str, ...]) -> Broken:
-    return [] if value in allowed else [(name, " or ".join(f'"{word}"' for word in allowed))]
-
-
-def _precession_rate(top: Top, values: Mapping[str, Exact]) -> Exact:
-    """φ̇ = (p_φ − p_ψ cosθ) / (A sin²θ), and at a pole its limit along the motion."""
-    p_phi, p_psi, u = values["p_phi"], values["p_psi"], cos(values["theta"])
-    if sin(values["theta"]).sign() != 0:
-        return (p_phi - p_psi * u) / (top.A * sin(values["theta"]) ** 2)
-    if (p_phi - p_psi * u).sign() != 0:
-        pole = "p_psi at theta = 0" if u == 1 else "-p_psi at theta = pi"
-        raise ImpossibleStart([("p_phi", f"equal to {pole}: nothing else reaches the vertical")])
-    return p_psi * u / (2 * top.A)
-
-
-def _speed_squared(top: Top, values: Mapping[str, Exact], phidot: Exact) -> Exact:
-    """θ̇² = 2(E − least)/A, where `least` is the energy of a motion that turns back at θ."""
-    theta = values["theta"]
-    turning = top.A * (phidot * sin(theta)) ** 2 / 2
-    least = values["p_psi"] ** 2 / (2 * top.C) + top.gMR * cos(theta) + turning
-    excess = values["E"] - least
-    if excess.sign() == -1:
-        raise ImpossibleStart([("E", f"at least {_short(least)} at this theta")])
-    return 2 * excess / top.A
-
-
-def _steady_rate(top: Top, theta: Exact, omega3: Exact, which: Rate) -> Exact:
-    p_psi, u = top.C * omega3, cos(theta)
-    discriminant = p_psi**2 - 4 * top.A * top.gMR * u
-    if discriminant.sign() == -1:
-        least = 2 * sqrt(top.A * top.gMR * u) / top.C
-        raise ImpossibleStart([("omega3", f"at least {_short(least)} in magnitude at this theta")])
-    root = sqrt(discriminant)
-    larger = p_psi - root if p_psi.sign() == -1 else p_psi + root  # no cancellation
-    if which == "fast":
-        if u.sign() == 0:
-            raise ImpossibleStart([("steady", '"slow" at theta = pi/2: there is no fast rate')])
-        return larger / (2 * top.A * u)
-    if top.gMR.sign() == 0:
-        return top.gMR
-    if larger.sign() == 0:
-        raise ImpossibleStart([("omega3", "not 0 at this theta")])
-    return 2 * top.gMR / larger

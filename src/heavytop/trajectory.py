@@ -44,13 +44,13 @@ class Statistics:
     integrate_s: float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Trajectory:
     """The motion of a scene, integrated.
 
-    Call it with times between start and end [s], in any order and shape (k,), and it returns a
-    `Sample`: the block of steps that holds a time is run again, bit for bit, so that nothing
-    but the start of each block is kept in memory.
+    Call it with a time between start and end [s], or an array of them in any order, shape (k,),
+    and it returns a `Sample` of as many. The block of steps that holds a time is run again, bit
+    for bit, so that nothing but the start of each block is kept in memory.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Trajectory:
     --------
     >>> import heavytop as ht
     >>> trajectory = ht.propagate(ht.load_scene("sicm-kicked"))
-    >>> print(f"{trajectory(2.0).theta[0]:.12f}")
+    >>> print(f"{trajectory(2.0).theta:.12f}")
     0.426943705310
     """
 
@@ -77,15 +77,29 @@ class Trajectory:
     outcome: Outcome
     statistics: Statistics
 
+    def __repr__(self) -> str:
+        name = self.scene.title or self.scene.name
+        return (
+            f"<Trajectory of {name!r}: {self.plan.formulation}, 0 to {self.orbit.end:g} s, "
+            f"{self.t.size} samples, {len(self.events)} events, {self.outcome}>"
+        )
+
     def __call__(self, t: ArrayLike) -> Sample:
-        """Return the motion at times between start and end, shape (k,) [s]."""
-        times = np.atleast_1d(np.asarray(t, dtype=float))
-        if times.ndim != 1 or not np.isfinite(times).all():
-            raise ValueError("t: finite times, one-dimensional")
+        """Return the motion at a time, or at times of shape (k,), between start and end [s].
+
+        Raises
+        ------
+        ValueError
+            A time that is not finite or not between start and end; more than one dimension.
+        """
+        times = np.asarray(t, dtype=float)
+        if times.ndim > 1 or not np.isfinite(times).all():
+            raise ValueError("t: a finite time or a one-dimensional array of them")
         low, high = sorted((0.0, self.orbit.end))
         if times.size and (times.min() < low or times.max() > high):
             raise ValueError(f"t: between {low} and {high}, where the trajectory was integrated")
-        return self._sampled(self.orbit.at(times))
+        found = self._sampled(self.orbit.at(times.reshape(-1)))
+        return found if times.ndim else found.at(0)
 
     def _sampled(self, seen: Seen) -> Sample:
         formulation = self.orbit.integrator.formulation

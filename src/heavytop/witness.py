@@ -25,6 +25,7 @@ from heavytop.trajectory import Trajectory
 Array = NDArray[np.float64]
 
 DIGITS = 40
+GOLDEN = 0.6180339887498949  # the fraction farthest from all whole ratios
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +35,7 @@ class Errors:
     Attributes
     ----------
     theta, phi, psi, axis : float or None
-        Over samples and events [rad; the axis as a length].
+        Over the samples and a few times spread over the last period [rad; the axis as a length].
     energy : float
         Of E', relative to max(|E'|, gMR).
     invariants : dict from str to float
@@ -66,7 +67,7 @@ def run_errors(trajectory: Trajectory) -> Errors:
         truth = closed_form(trajectory)
     except NoClosedForm as reason:
         return Errors(None, None, None, None, *conserved, None, None, str(reason))
-    run = trajectory.samples
+    run = _looked_at(trajectory, truth.period)
     exact = truth(run.t)
     wants = set(trajectory.scene.quantities)
     return Errors(
@@ -77,13 +78,49 @@ def run_errors(trajectory: Trajectory) -> Errors:
         energy=conserved[0],
         invariants=conserved[1],
         event_time=_event_time(trajectory, truth),
-        input_rounding=_input_rounding(trajectory, exact, wants),
+        input_rounding=_input_rounding(trajectory, truth, wants),
+    )
+
+
+def _looked_at(trajectory: Trajectory, period: float | None) -> Sample:
+    """Return the samples, and a few times spread over the last period.
+
+    Samples a whole number of periods apart would see every error at one phase only; at a turning
+    point that hides an error in time.
+    """
+    end = trajectory.orbit.end
+    reach = min(abs(end), period or abs(end))
+    between = end - np.copysign(reach, end) * np.mod(np.arange(1, 8) * GOLDEN, 1.0)
+    samples, more = trajectory.samples, trajectory(between)
+    return Sample(
+        *(np.concatenate((getattr(samples, n), getattr(more, n))) for n in Sample.__slots__)
     )
 
 
 def _axis_error(run: Sample, exact: DoubleRecord) -> float | None:
     distance = np.linalg.norm(run.axis - exact.axis, axis=1)
     return None if np.isnan(distance).any() else _largest(distance)
+
+
+def missed_digits(trajectory: Trajectory, errors: Errors) -> dict[str, float]:
+    """Return the wanted quantities that are farther off than the scene's digits allow.
+
+    A quantity x may be off by 10^-digits max(1, |x|).
+    """
+    wants = set(trajectory.scene.quantities)
+    end = trajectory(np.array([trajectory.orbit.end]))
+    bound = 10.0**-trajectory.scene.digits
+    checks = {
+        "theta": (wants & {"theta"}, errors.theta, end.theta),
+        "phi": (wants & {"phi", "attitude"}, errors.phi, end.phi),
+        "psi": (wants & {"psi", "attitude"}, errors.psi, end.psi),
+        "axis": (wants & {"axis", "attitude"}, errors.axis, np.ones(1)),
+    }
+    return {
+        name: error
+        for name, (wanted, error, value) in checks.items()
+        if wanted and error is not None and error > bound * max(1.0, abs(float(value[0])))
+    }
 
 
 def closed_form(trajectory: Trajectory) -> DoubleForm:
@@ -179,9 +216,10 @@ def _event_time(trajectory: Trajectory, truth: DoubleForm) -> float | None:
     return _largest(np.where(turning, at_turning, at_reversal))
 
 
-def _input_rounding(trajectory: Trajectory, exact: DoubleRecord, wants: set[str]) -> float | None:
+def _input_rounding(trajectory: Trajectory, truth: DoubleForm, wants: set[str]) -> float | None:
     scene = trajectory.scene
-    end = closed_form_of(scene).double(trajectory.t[-1:])
+    last_time = np.array([trajectory.orbit.end])
+    end, exact = closed_form_of(scene).double(last_time), truth(last_time)
     angles = [a for a in ("theta", "phi", "psi") if a == "theta" or a in wants]
     return max(abs(float(getattr(end, a)[0] - getattr(exact, a)[-1])) for a in angles)
 
@@ -193,15 +231,10 @@ def _largest(values: Any) -> float:
 def phase_error(trajectory: Trajectory) -> float:
     """Return how far the nutation runs ahead of the closed form at the last sample [s]."""
     truth = closed_form(trajectory)
-    run, exact = last(trajectory.samples), truth(trajectory.t[-1:])
+    run, exact = trajectory(trajectory.t[-1:]), truth(trajectory.t[-1:])
     du = run.axis[0, 2] - exact.u[0]
     udot = -run.thetadot[0] * np.sin(run.theta[0])
     frequency = truth.frequency
     weight = exact.udot[0] ** 2 + (exact.uddot[0] / frequency) ** 2
     along = du * exact.udot[0] + (udot - exact.udot[0]) * exact.uddot[0] / frequency**2
     return float(along / weight)
-
-
-def last(sample: Sample) -> Sample:
-    """Return the last row of a sample."""
-    return Sample(*(getattr(sample, name)[-1:] for name in sample.__slots__))

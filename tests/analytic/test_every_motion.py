@@ -1,6 +1,5 @@
 """Every kind of motion, integrated, against the closed form: poles, pendulums, vertical tops."""
 
-import math
 from dataclasses import replace
 
 import numpy as np

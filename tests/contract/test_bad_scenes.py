@@ -8,7 +8,8 @@ import pytest
 
 from heavytop.errors import BadScene, Fault
 from heavytop.scene import Scene, load_scene, read_scene
-from heavytop.top import State, Top
+from heavytop.state import State
+from heavytop.top import Top
 
 GOOD = """\
 format = 1

@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 from heavytop.errors import NotANumber
 from heavytop.exact import PI, Exact, cos, sqrt
 from heavytop.scene import Scene, load_scene, read_scene, shipped_scenes
-from heavytop.top import State, Top
+from heavytop.state import State
+from heavytop.top import Top
 
 TOP = Top("3.28e-4", "6.60e-5", "0.0456")
 START = State("0.1", phidot=-15, psidot=140)

@@ -82,3 +82,21 @@ def test_phi_starts_where_the_scene_says():
     start = ht.State(theta=1.0, phi=100.0, phidot=0.3, psidot=6)
     run = assert_wound_right(top, start, time=5)
     assert abs(run.phi[0] - 100.0) < 1e-13
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_passes_through_a_pole_turn_phi_by_pi_forward_in_time(seed):
+    source = np.random.default_rng(seed)
+    top = ht.Top(A=1, C=source.uniform(0.2, 1.5), gMR=source.uniform(-2, 2))
+    start = ht.State(
+        theta="pi" if seed % 2 else 0,
+        thetadot=source.uniform(-4, 4),
+        psidot=source.uniform(-20, 20),
+    )
+    wants = {"quantities": ("theta", "phi", "psi"), "events": ("turning",)}
+    for time in (20, -20):
+        run = ht.propagate(ht.Scene(top, start, time=time, **wants))
+        exact = ht.Motion(top, start).at(run.t)
+        away = np.sin(exact.theta) > 1e-4
+        assert np.max(np.abs((run.phi - exact.phi)[away])) < 1e-8
+        assert np.max(np.abs((run.psi - exact.psi)[away])) < 1e-8

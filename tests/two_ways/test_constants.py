@@ -6,9 +6,10 @@ import pytest
 import sympy as sp
 
 from heavytop.models import lagrangian as lag
+from heavytop.state import State
 from heavytop.theory.constants import constants
 from heavytop.theory.precision import context
-from heavytop.top import State, Top
+from heavytop.top import Top
 
 CTX = context(50)
 

@@ -50,7 +50,7 @@ def axis_form(psi: str | None = None) -> Formulation:
         parameters=_parameters(),
         given=() if psi is None else (frame_rate,),
         outputs=_outputs(psi),
-        events={"turning": -ell.cross(e)[2], "reversal": l_z - n * e_z},
+        events={"turning": -ell.cross(e)[2], "reversal": _precession()},
         invariants={
             "energy": ell.dot(ell) / 2 - n**2 / 2 + g * e_z,  # e.e and l.e are its Casimirs
             "p_psi": ell.dot(e),
@@ -70,6 +70,11 @@ def _axis_states() -> tuple[tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]:
     derivatives = (*ell.cross(e), torque[0], torque[1])
     start = (*axis, *(lag.normal_form(momentum[i]) for i in range(2)))
     return states, derivatives, start
+
+
+def _precession() -> Any:
+    """Return phidot sin^2(theta), from the vectors: l_z - n e_z has no digits near a pole."""
+    return l_z * (e_x**2 + e_y**2) - e_z * (l_x * e_x + l_y * e_y)
 
 
 def _regular_rate(psi: str) -> Any:

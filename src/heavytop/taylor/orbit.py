@@ -89,6 +89,8 @@ class Orbit:
     def at(self, t: Array) -> Seen:
         """Return the states at times between start and end, in any order, shape (k,)."""
         self.integrator.load(self.parameters)
+        if t.size == 0:
+            return Seen(t, t, self.samples.rows[:0], t)
         forward = 1.0 if self.end >= self.checkpoints[0].time[0] else -1.0
         order = np.argsort(forward * t, kind="stable")
         starts = np.array([c.time[0] for c in self.checkpoints])

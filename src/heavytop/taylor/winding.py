@@ -39,6 +39,7 @@ FINEST = 16 * np.finfo(float).eps  # relative to the largest time: no time lies 
 WIDENING = 1e-7  # of the roots of a cubic in double precision, a double root included
 SLACK = 1e-6  # radians: far above rounding, far below a turn
 CLOSE = 1e-9  # of the axis to the pole: beyond any drift of the state
+STRAIGHT = 0.01  # of a chord's length: how far a path that crosses a pole may stray
 MOST_POINTS = 2**20  # in one block: bounds the memory, should an axis linger at a pole
 GRAIN = 16 * np.finfo(float).eps  # how well a state is known: nothing closer is told apart
 ROUNDING = 64 * np.finfo(float).eps  # of P_plus and P_minus, relative to their terms
@@ -141,41 +142,64 @@ class Winding:
     def _changes(self, t: Array, rows: Array) -> tuple[Array, Mask]:
         """Return the change of phi over each interval, and whether it is proved."""
         dt = np.diff(t)
-        principal = np.diff(azimuth(rows))
+        principal = np.diff(_telling(rows))
         low, high = self.slowest * dt, self.fastest * dt
         change, decided = _fitting(principal, np.minimum(low, high), np.maximum(low, high))
         if decided.all():
             return change, decided
-        straight, resting, passing = self._path(dt, rows)
-        change = np.where(decided, change, principal - 2 * np.pi * np.round(principal / 2 / np.pi))
-        across = ~decided & (passing | ~straight)
-        change = np.where(across, self._across_pole(dt, rows, change), change)
-        return np.where(resting, 0.0, change), decided | straight | resting
+        beside, across, resting = self._path(dt, rows)
+        change = np.where(decided, change, _principal(principal))
+        turned = np.where(beside | decided, change, self._sided(dt, rows, change))
+        return np.where(resting, 0.0, turned), decided | beside | across | resting
 
-    def _across_pole(self, dt: Array, rows: Array, change: Array) -> Array:
+    def _sided(self, dt: Array, rows: Array, change: Array) -> Array:
+        """Return the change over a pass: half a turn, in the sense of the pole's own term."""
         u = rows[:-1, 2] + rows[1:, 2]
         P = np.where(u > 0, self.P_minus, self.P_plus)
-        sense = np.where(P == 0, 1.0, P) * dt
-        half_turn = np.abs(change) > np.pi / 2
-        return np.where(half_turn, np.where(sense < 0, -1.0, 1.0) * np.abs(change), change)
+        sense = np.where(np.where(P == 0, 1.0, P) * dt < 0, -1.0, 1.0)
+        return np.where(sense * change < -np.pi / 2, change + sense * 2 * np.pi, change)
 
     def _path(self, dt: Array, rows: Array) -> tuple[Mask, Mask, Mask]:
-        """Tell over which intervals the path can be pulled straight beside the pole, over which
-        it never leaves it (there phi stays what it was), and over which it passes so close that
+        """Tell where the path goes: beside the pole, across it, or nowhere at all.
+
+        Beside: it can be pulled straight. Across: it is straight, and so close to the pole that
         not the state, with its errors, but the constants of the motion must say on which side.
+        Nowhere: it stays on the vertical within rounding, and phi stays what it was.
         """
         z, w = rows[:, 0] + 1j * rows[:, 1], rows[:, 3] + 1j * rows[:, 4]
         half, mu = np.abs(dt) / 2, np.sqrt(abs(self.g))
-        grown, mixed = np.cosh(mu * half), _sinhc(mu * half) * half
+        with np.errstate(over="ignore"):  # a step so long decides nothing, and is divided
+            grown, mixed = np.cosh(mu * half), _sinhc(mu * half) * half
+            widest = np.exp(np.abs(dt) * mu)
         sizes_z, sizes_w = (np.maximum(np.abs(x[:-1]), np.abs(x[1:])) for x in (z, w))
-        largest_z = sizes_z * grown + sizes_w * mixed
-        largest_w = sizes_w * grown + sizes_z * mixed * mu**2
-        acceleration = (self.l_z**2 + mu**2) * largest_z
-        acceleration += (abs(self.l_z) + largest_w * largest_z) * largest_w
-        stray = dt * dt * acceleration / 8 + GRAIN
-        resting = (sizes_z + np.abs(dt) * sizes_w) * np.exp(np.abs(dt) * mu) < GRAIN
+        with np.errstate(over="ignore", invalid="ignore"):
+            largest_z = sizes_z * grown + sizes_w * mixed
+            largest_w = sizes_w * grown + sizes_z * mixed * mu**2
+            acceleration = (self.l_z**2 + mu**2) * largest_z
+            acceleration += (abs(self.l_z) + largest_w * largest_z) * largest_w
+            stray = dt * dt * acceleration / 8
         distance = _distance_from_origin(z[:-1], z[1:])
-        return distance > stray, resting, distance < CLOSE
+        close = distance < CLOSE
+        across = close & (stray < STRAIGHT * np.abs(np.diff(z)))
+        resting = (sizes_z + np.abs(dt) * sizes_w) * widest < GRAIN
+        return (distance > stray + GRAIN) & ~close, across, resting
+
+
+def _telling(rows: Array) -> Array:
+    """Return the azimuths, but at a row on a pole that is only being passed that of the last.
+
+    There the azimuth is rounding, and would be counted on both sides of it.
+    """
+    angles = azimuth(rows)
+    size = np.hypot(rows[:, 0], rows[:, 1])
+    beside = np.minimum(size[:-2], size[2:])
+    passed = 1 + np.flatnonzero((size[1:-1] < CLOSE) & (size[1:-1] < 1e-3 * beside))
+    angles[passed] = angles[passed - 1]
+    return angles
+
+
+def _principal(angle: Array) -> Array:
+    return angle - 2 * np.pi * np.round(angle / (2 * np.pi))
 
 
 def _sinhc(x: Array) -> Array:

@@ -9,7 +9,8 @@ from heavytop.theory.precision import Context, Number, number
 from heavytop.theory.reduced import Reduced
 
 if TYPE_CHECKING:
-    from heavytop.top import State, Top
+    from heavytop.state import State
+    from heavytop.top import Top
 
 
 @dataclass(frozen=True, slots=True)

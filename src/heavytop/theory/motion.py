@@ -27,7 +27,8 @@ from heavytop.theory.precision import (
 from heavytop.theory.reduced import Reduced
 
 if TYPE_CHECKING:
-    from heavytop.top import State, Top
+    from heavytop.state import State
+    from heavytop.top import Top
 
 
 def classify(top: Top, start: State) -> Verdict:
@@ -59,7 +60,8 @@ class Motion:
 
     Examples
     --------
-    >>> from heavytop.top import State, Top
+    >>> from heavytop.state import State
+    >>> from heavytop.top import Top
     >>> motion = Motion(Top(A="3.28e-4", C="6.6e-5", gMR="0.0456"),
     ...                 State(theta="0.1", phidot=-15, psidot=140))
     >>> str(motion.kind), round(motion.period, 10)

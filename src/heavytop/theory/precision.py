@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 from mpmath.ctx_mp import MPContext
 
 from heavytop.errors import NotANumber
+from heavytop.exact import Exact
 
 Context: TypeAlias = Any
 """An mpmath context of its own precision (mpmath has no types)."""
@@ -49,8 +50,8 @@ def number(ctx: Context, value: Any) -> Number:
     ctx : Context
         Where the number shall live.
     value : object
-        Anything with a method ``mpf(ctx)``, a number of another context, int, float, Fraction
-        or Decimal.
+        Anything with a method ``mpf(ctx)``, a number of another context, int, float, Fraction,
+        Decimal, or text that `Exact.of` reads. A float means its binary value.
 
     Raises
     ------
@@ -62,6 +63,8 @@ def number(ctx: Context, value: Any) -> Number:
     >>> number(context(20), Fraction(1, 3))
     mpf('0.33333333333333333333347')
     """
+    if isinstance(value, str):
+        value = Exact.of(value)
     if hasattr(value, "mpf"):
         value = value.mpf(ctx)
     if hasattr(value, "_mpf_"):

@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any
 from heavytop.theory.precision import Context, Number, number, threshold
 
 if TYPE_CHECKING:
-    from heavytop.top import State, Top
+    from heavytop.state import State
+    from heavytop.top import Top
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from heavytop.errors import ImpossibleStart
-from heavytop.exact import Exact, cos
+from heavytop.exact import Exact, cos, sin
 
 if TYPE_CHECKING:
     from heavytop.exact import Number
@@ -137,8 +137,8 @@ def least_spin(top: Top, theta: Number) -> float:
     Examples
     --------
     >>> from heavytop.top import Top
-    >>> round(least_spin(Top("3.28e-4", "6.6e-5", "0.0456"), 0), 10)
-    117.1940069360
+    >>> round(least_spin(Top("3.28e-4", "6.6e-5", "0.0456"), 0), 9)
+    117.194006936
     """
     pull, hangs = _pull(top, theta)
     return 0.0 if hangs else pull / float(top.C)
@@ -147,7 +147,8 @@ def least_spin(top: Top, theta: Number) -> float:
 def nutation_frequency(top: Top, theta: Number, precession: npt.ArrayLike) -> Rate:
     """The frequency ω [rad/s] of small nodding about the steady precession Ω at θ.
 
-    ω² = Ω² + (gMR/AΩ)² − 2 (gMR/A) cosθ, as a sum of squares.
+    ω² = Ω² + (gMR/AΩ)² − 2 (gMR/A) cosθ, taken as a sum of squares: where the two rates meet near
+    the vertical it would cancel.
 
     Parameters
     ----------
@@ -164,11 +165,10 @@ def nutation_frequency(top: Top, theta: Number, precession: npt.ArrayLike) -> Ra
     >>> print(nutation_frequency(top, "pi/3", 10).round(12))
     10.852971464967
     """
-    rate, u = np.asarray(precession, dtype=np.float64), _cosine(theta)
+    rate, half = np.asarray(precession, dtype=np.float64), Exact.of(theta) / 2
     g = float(top.gMR / top.A)
-    difference = rate - abs(g) / rate
-    away = 1 - np.copysign(u, g * u)  # 1 − u for g > 0, 1 + u for g < 0
-    return _rate(np.sqrt(difference**2 + 2 * abs(g) * away))
+    from_highest = 2 * float(sin(half) if g > 0 else cos(half)) ** 2  # 1 ∓ cosθ
+    return _rate(np.sqrt((rate - abs(g) / rate) ** 2 + 2 * abs(g) * from_highest))
 
 
 def _larger(top: Top, theta: Number, omega3: npt.ArrayLike) -> Array:

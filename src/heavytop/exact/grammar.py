@@ -1,8 +1,7 @@
 """The small grammar of the numbers a scene may hold: text in, exact arithmetic out.
 
 A scene is untrusted text, so nothing here evaluates Python: a tokenizer and a recursive descent
-over ``sum > product > sign > power > atom``, with every size bounded before it is built. The
-arithmetic itself belongs to the caller (`Algebra`), so the same few rules serve any number type.
+over ``sum > product > sign > power > atom``, with every size bounded before it is built.
 """
 
 from __future__ import annotations
@@ -10,9 +9,12 @@ from __future__ import annotations
 import re
 from collections.abc import Collection
 from fractions import Fraction
-from typing import Final, Generic, Protocol, TypeVar
+from typing import Final
 
 from heavytop.errors import NotANumber
+from heavytop.exact import bounded
+from heavytop.exact.algebra import HALF, scaled
+from heavytop.exact.forms import ONE, PI, Form, rational
 
 MAX_TEXT: Final = 4000
 MAX_DEPTH: Final = 50
@@ -22,6 +24,13 @@ MAX_DECIMAL_EXPONENT: Final = 400
 ANGLES: Final = ("deg", "rad")
 RATES: Final = ("rpm", "deg/s", "rad/s")
 UNITS: Final = ANGLES + RATES
+_UNIT_SIZES: Final = {
+    "deg": scaled(PI, Fraction(1, 180)),
+    "rad": ONE,
+    "rpm": scaled(PI, Fraction(1, 30)),
+    "deg/s": scaled(PI, Fraction(1, 180)),
+    "rad/s": ONE,
+}
 
 RULE: Final = "a number may use digits, pi, sqrt( ), + - * / ^ and parentheses"
 
@@ -31,35 +40,9 @@ _TOKEN: Final = re.compile(
 )
 _PLAIN: Final = str.maketrans({"×": "*", "·": "*", "÷": "/", "−": "-", "π": " pi "})
 
-V = TypeVar("V")
 
-
-class Algebra(Protocol[V]):
-    """What the grammar asks of a number type."""
-
-    def number(self, value: Fraction) -> V:
-        """A rational number."""
-        ...
-
-    def pi(self) -> V:
-        """The number π."""
-        ...
-
-    def add(self, a: V, b: V) -> V:
-        """Return a + b."""
-        ...
-
-    def multiply(self, a: V, b: V) -> V:
-        """Return a · b."""
-        ...
-
-    def power(self, base: V, exponent: V) -> V:
-        """Return base to the exponent."""
-        ...
-
-
-def read(text: str, algebra: Algebra[V], units: Collection[str] = UNITS) -> V:
-    """Read the number `text` in `algebra`, with an optional trailing unit out of `units`.
+def read(text: str, units: Collection[str] = UNITS) -> Form:
+    """Read the number `text`, with an optional trailing unit out of `units`.
 
     Angles come out in radians, rates in radians per second.
 
@@ -74,8 +57,8 @@ def read(text: str, algebra: Algebra[V], units: Collection[str] = UNITS) -> V:
     if unit and unit not in units:
         allowed = f"a unit here is {' or '.join(units)}" if units else "a number here has no unit"
         raise NotANumber(f"{allowed}, not {unit}")
-    value = _Descent(_tokens(body), algebra).whole()
-    return value if unit is None else algebra.multiply(value, _unit_size(unit, algebra))
+    value = _Descent(_tokens(body)).whole()
+    return value if unit is None else bounded.multiply(value, _UNIT_SIZES[unit])
 
 
 def _split_unit(text: str) -> tuple[str, str | None]:
@@ -85,13 +68,6 @@ def _split_unit(text: str) -> tuple[str, str | None]:
         if body != text and not body[-1:].isalpha():
             return body, unit
     return text, None
-
-
-def _unit_size(unit: str, algebra: Algebra[V]) -> V:
-    turns = {"deg": Fraction(1, 180), "deg/s": Fraction(1, 180), "rpm": Fraction(1, 30)}
-    if unit not in turns:
-        return algebra.number(Fraction(1))
-    return algebra.multiply(algebra.number(turns[unit]), algebra.pi())
 
 
 def _tokens(text: str) -> list[str]:
@@ -117,14 +93,14 @@ def _literal(token: str) -> Fraction:
     return Fraction(token)
 
 
-class _Descent(Generic[V]):
+class _Descent:
     """One reading of one list of tokens, one method per rule of the grammar."""
 
-    def __init__(self, tokens: list[str], algebra: Algebra[V]) -> None:
-        self.tokens, self.algebra = tokens, algebra
+    def __init__(self, tokens: list[str]) -> None:
+        self.tokens = tokens
         self.place = self.depth = 0
 
-    def whole(self) -> V:
+    def whole(self) -> Form:
         value = self.sum()
         if self.peek():
             raise self.unexpected()
@@ -149,63 +125,57 @@ class _Descent(Generic[V]):
             return NotANumber(f'unexpected "{token[:40]}": {RULE}')
         return NotANumber(f"the expression ends too early: {RULE}")
 
-    def sum(self) -> V:
+    def sum(self) -> Form:
         value = self.product()
         while self.peek() in ("+", "-"):
             minus = self.take() == "-"
             term = self.product()
-            value = self.algebra.add(value, self.negative(term) if minus else term)
+            value = bounded.add(value, scaled(term, -1) if minus else term)
         return value
 
-    def product(self) -> V:
+    def product(self) -> Form:
         value = self.signed()
         while self.peek() in ("*", "/"):
             over = self.take() == "/"
             factor = self.signed()
-            value = self.algebra.multiply(value, self.inverse(factor) if over else factor)
+            value = bounded.multiply(value, bounded.power(factor, rational(-1)) if over else factor)
         return value
 
-    def signed(self) -> V:
+    def signed(self) -> Form:
         self.depth += 1  # every way down the grammar passes here
         if self.depth > MAX_DEPTH:
             raise NotANumber(f"an expression nests at most {MAX_DEPTH} deep")
         if self.peek() in ("+", "-"):
             minus = self.take() == "-"
-            value = self.negative(self.signed()) if minus else self.signed()
+            value = scaled(self.signed(), -1) if minus else self.signed()
         else:
             value = self.power()
         self.depth -= 1
         return value
 
-    def power(self) -> V:
+    def power(self) -> Form:
         base = self.atom()
         if self.peek() not in ("**", "^"):
             return base
         self.take()
-        return self.algebra.power(base, self.signed())  # to the right first, as in Python
+        return bounded.power(base, self.signed())  # to the right first, as in Python
 
-    def atom(self) -> V:
+    def atom(self) -> Form:
         token = self.peek()
         if token[:1].isdigit() or token[:1] == ".":
-            return self.algebra.number(_literal(self.take()))
+            return bounded.number(_literal(self.take()))
         if token == "pi":
             self.take()
-            return self.algebra.pi()
+            return PI
         if token == "sqrt":
             self.take()
-            return self.algebra.power(self.parenthesis(), self.algebra.number(Fraction(1, 2)))
+            return bounded.power(self.parenthesis(), rational(HALF))
         if token == "(":
             return self.parenthesis()
         raise self.unexpected()
 
-    def parenthesis(self) -> V:
+    def parenthesis(self) -> Form:
         self.expect("(")
         value = self.sum()
         self.expect(")")
         return value
-
-    def negative(self, value: V) -> V:
-        return self.algebra.multiply(self.algebra.number(Fraction(-1)), value)
-
-    def inverse(self, value: V) -> V:
-        return self.algebra.power(value, self.algebra.number(Fraction(-1)))

@@ -1,0 +1,121 @@
+"""The exercises of SICM section 2.10, each answered two ways that have to agree."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import heavytop as ht
+from heavytop.exact import Exact, sin
+from heavytop.models import lagrangian as lag
+from heavytop.models import reduction
+from heavytop.models.lagrangian import A, C, gMR, normal_form, phidot, psidot, theta, thetadot
+from heavytop.solids import ALUMINIUM, STEEL, cone, ring, rod, whole
+from heavytop.theory import quadrature, steady
+
+BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")
+Omega = sp.Symbol("Omega", real=True)
+quadratic = A * sp.cos(theta) * Omega**2 - reduction.p_psi * Omega + gMR
+
+
+def test_kinetic_energy_about_the_pivot_is_that_of_and_about_the_centre_of_mass():
+    M, R, A_cm = sp.symbols("M R A_cm", positive=True)
+    about_pivot = lag.kinetic_energy().subs(A, A_cm + M * R**2)
+    velocity = R * lag.axis().applyfunc(lag.time_derivative)
+    apart = M * velocity.dot(velocity) / 2 + lag.kinetic_energy().subs(A, A_cm)
+    assert normal_form(about_pivot - apart) == 0
+    assert normal_form(about_pivot - lag.kinetic_energy().subs(A, A_cm)) != 0
+
+
+def test_kinetic_energies_of_parts_add_up_to_that_of_the_body():
+    parts = [
+        ring(outer="0.042", inner="0.0015", thickness="0.005", centre="0.0505", density=ALUMINIUM),
+        rod(radius="0.0015", length="0.178", base=0, density=STEEL),
+        cone(radius="0.01", apex="0.2", base="0.18", density=STEEL),
+    ]
+    start = ht.State(theta="pi/6", thetadot=2, phidot=-15, psidot=140)
+    transverse = start.thetadot**2 + (start.phidot * sin(start.theta)) ** 2
+    zero = Exact.of(0)
+    of_centres = sum((p.mass * p.centre**2 * transverse / 2 for p in parts), zero)
+    about_centres = sum(((p.A_cm * transverse + p.C_cm * start.omega3**2) / 2 for p in parts), zero)
+    top = ht.Top.from_solids(parts, gravity="9.80665")
+    energy = (top.A * transverse + top.C * start.omega3**2) / 2
+    assert (energy - of_centres - about_centres).sign() == 0
+    body = whole(parts)
+    of_the_centre = body.mass * body.centre**2 * transverse / 2
+    assert (
+        of_the_centre - of_centres
+    ).sign() == -1  # the parts also move about their common centre
+
+
+def test_the_reduced_energy_is_the_books():
+    precession, spin = reduction.cyclic_velocities()
+    energy = lag.energy().subs({phidot: precession, psidot: spin})
+    book = A * thetadot**2 / 2 + reduction.p_psi**2 / (2 * C) + gMR * sp.cos(theta)
+    book += (reduction.p_phi - reduction.p_psi * sp.cos(theta)) ** 2 / (2 * A * sp.sin(theta) ** 2)
+    assert normal_form(sp.cancel((energy - book) * sp.sin(theta) ** 2)) == 0
+
+
+def test_range_and_period_of_figure_2_5():
+    """Exact values at 50 digits, by another program."""
+    events = ht.propagate(ht.load_scene("sicm-kicked")).events
+    highest = np.array(events.kind) == "theta_min"
+    assert max(events.theta) == pytest.approx(0.51723131823843479801, abs=1e-14)
+    assert np.diff(events.t[highest]) == pytest.approx(0.54289551818821995785, abs=1e-13)
+
+
+def test_quadrature_of_the_energy_equation_against_the_integrated_motion():
+    scene = ht.load_scene("sicm-kicked")
+    roots = ht.Motion(scene.top, scene.start).nutation
+    assert float(quadrature.period(roots)) == pytest.approx(0.54289551818821995785, rel=1e-15)
+    trajectory = ht.propagate(scene)
+    tilts = np.linspace(0.12, 0.5, 20)
+    whole_swing, *times = quadrature.elapsed(roots, [0.1, *tilts])
+    assert trajectory(whole_swing - np.array(times)).theta == pytest.approx(tilts, abs=1e-13)
+
+
+def test_steady_precession_from_the_effective_potential():
+    """Exercise 2.13 a and b: with p_phi of a precession Omega, theta'' is the quadratic."""
+    p_phi = A * Omega * sp.sin(theta) ** 2 + reduction.p_psi * sp.cos(theta)
+    precession, _ = reduction.cyclic_velocities()
+    assert sp.simplify(precession.subs(reduction.p_phi, p_phi) - Omega) == 0
+    force = A * reduction.nutation_acceleration().subs(reduction.p_phi, p_phi)
+    assert sp.simplify(force - quadratic * sp.sin(theta)) == 0
+
+
+def test_steady_precession_from_the_lagrange_equation():
+    """Exercise 2.13 b again, from the acceleration before any reduction."""
+    spin = reduction.p_psi / C - Omega * sp.cos(theta)
+    acceleration = lag.accelerations()[0].subs({thetadot: 0, phidot: Omega}).subs(psidot, spin)
+    assert sp.simplify(A * acceleration - quadratic * sp.sin(theta)) == 0
+
+
+def test_steady_precession_from_torque():
+    """Exercise 2.13 d: dL/dt - torque is the quadratic, along the line of nodes."""
+    L = (lag.rotation() * sp.diag(A, A, C) * lag.angular_velocity()).applyfunc(normal_form)
+    torque = lag.axis().cross(sp.Matrix([0, 0, -gMR]))
+    still = {thetadot: 0, phidot: Omega} | dict.fromkeys(lag.ACCELERATIONS, 0)
+    excess = (L.applyfunc(lag.time_derivative) - torque).subs(still)
+    excess = excess.subs(psidot, reduction.p_psi / C - Omega * sp.cos(theta))
+    nodes = sp.Matrix([sp.cos(lag.phi), sp.sin(lag.phi), 0])
+    expected = -quadratic * sp.sin(theta) * nodes
+    assert (excess - expected).applyfunc(lambda x: normal_form(sp.expand(x))) == sp.zeros(3, 1)
+
+
+def test_the_functions_solve_the_quadratic():
+    values = {A: 3.28e-4, gMR: 0.0456, theta: 0.1, reduction.p_psi: 6.6e-5 * 140}
+    for rate in (steady.slow(BOOK, "0.1", 140), steady.fast(BOOK, "0.1", 140)):
+        left = quadratic.subs(values | {Omega: rate})
+        assert abs(left) < 1e-15
+
+
+@pytest.mark.parametrize("which", ["slow", "fast"])
+@pytest.mark.parametrize("theta0", ["0.1", "1", "2.5"])
+def test_steady_precession_by_integration(which, theta0):
+    """Exercise 2.13 e."""
+    for omega3 in (120, 300, 2000):
+        start = ht.State.steady(BOOK, theta0, omega3, which)
+        scene = ht.Scene(BOOK, start, time=1, events=(), samples=2)
+        found = ht.propagate(scene)
+        rate = getattr(steady, which)(BOOK, theta0, omega3)
+        assert found.phi[-1] == pytest.approx(rate, rel=1e-12)
+        assert found.theta[-1] == pytest.approx(float(theta0), abs=1e-12)
