@@ -20,7 +20,12 @@ from heavytop.top import Top
 
 MAX_BYTES: Final = 1_000_000
 _CHANGES: Final = "--set"
-_RIVALS: Final = {"span.time": "periods", "span.periods": "time"}
+_RIVALS: Final = {  # a change to one takes the other's place
+    "span.time": "periods",
+    "span.periods": "time",
+    "start.psidot": "omega3",
+    "start.omega3": "psidot",
+}
 _SHIPPED: Final = Path(__file__).with_name("scenes")
 
 
@@ -142,8 +147,8 @@ def load_scene(name_or_path: str | os.PathLike[str], overrides: Sequence[str] = 
     name_or_path : str or path
         A name of `shipped_scenes`, or the path of a TOML file.
     overrides : sequence of str
-        Changes such as ``"start.phidot=-14"``. One of span.time and span.periods displaces
-        the other.
+        Changes such as ``"start.phidot=-14"``. span.time and span.periods displace each other,
+        and so do start.psidot and start.omega3.
 
     Raises
     ------
@@ -269,7 +274,8 @@ def _built(raw: dict[str, Any], place: _Place, name: str) -> tuple[Scene | None,
 
 def _overridden(raw: dict[str, Any], overrides: Sequence[str]) -> tuple[set[str], list[Fault]]:
     """Change `raw` as asked; the keys that were changed, and the changes that cannot be made."""
-    changed, faults = set(), []
+    changed: set[str] = set()
+    faults: list[Fault] = []
     for change in overrides:
         key, equals, text = change.partition("=")
         key = key.strip()

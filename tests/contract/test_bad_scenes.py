@@ -191,7 +191,6 @@ def test_the_message_has_one_line_a_fault_also_after_pickling() -> None:
         ("start.theta=nan", "start.theta", "finite, not nan"),
         ("start.theta=fast", "start.theta", "unexpected"),
         ("start.theta=", "start.theta", "ends too early"),
-        ("start.omega3=1", "start.omega3", "not both"),
         ("start.theta=1\n[evil]\nx=1", "start.theta", "unexpected"),
         ("want.samples=1", "want.samples", "a whole number"),
         ("span.time=0", "span.time", "not 0"),
@@ -207,6 +206,12 @@ def test_a_bad_change_is_refused(change: str, key: str, rule: str) -> None:
     assert fault.key == key
     assert rule in str(fault)
     assert change.startswith("strat") or fault.file == "--set"
+
+
+def test_a_change_of_what_a_kick_holds_displaces_the_other() -> None:
+    assert read_scene(GOOD, overrides=["start.omega3=1"]).start.held == "omega3"
+    held = read_scene(GOOD, overrides=["start.omega3=1", "start.psidot=2"]).start
+    assert (held.held, float(held.psidot)) == ("psidot", 2)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,81 @@
+"""Expressions as a book would write them: gathered by moments and factored, value unchanged."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy as sp
+
+from heavytop.models import lagrangian as lag
+from heavytop.models import reduction
+from heavytop.models.lagrangian import A, C, gMR
+from heavytop.models.reduction import E_prime, p_phi, p_psi, u
+
+
+def by_moments(expression: Any) -> Any:
+    """Return a fraction that is linear in A, C and gMR above the bar, gathered by each of them.
+
+    Raises
+    ------
+    ArithmeticError
+        The expression is not of that kind.
+
+    Examples
+    --------
+    >>> print(by_moments(sp.expand(lag.kinetic_energy())))
+    A*(phidot**2*sin(theta)**2 + thetadot**2)/2 + C*(phidot*cos(theta) + psidot)**2/2
+    """
+    above, below = sp.fraction(sp.cancel(sp.together(expression)))
+    content, factors = sp.factor_list(above)
+    powers = [factor**power for factor, power in factors]
+    sums = sp.Mul(*(power for power in powers if power.is_Add or power.base.is_Add))
+    outside = content * sp.Mul(*(power for power in powers if not sums.has(power))) / below
+    return _same(expression, _spread(outside, sp.expand(sums)))
+
+
+def _spread(outside: Any, inside: Any) -> Any:
+    """Return outside times the gathered sum; a bare number goes to each of its terms."""
+    if lag.free_of(inside, (A, C, gMR)):
+        return outside * _shortest(inside)
+    terms = [parameter * _shortest(inside.coeff(parameter)) for parameter in (A, C, gMR)]
+    if outside.is_Number:
+        return sum((outside * term for term in terms), sp.Integer(0))
+    return outside * sum(terms, sp.Integer(0))
+
+
+def _shortest(coefficient: Any) -> Any:
+    """Return the coefficient in sines or in cosines, whichever factors into less."""
+    sines = lag.normal_form(coefficient)
+    cosines = sp.expand(sines.subs(sp.sin(lag.theta) ** 2, 1 - sp.cos(lag.theta) ** 2))
+    return _sign_inside(min((sp.factor(form) for form in (sines, cosines)), key=sp.count_ops))
+
+
+def _sign_inside(product: Any) -> Any:
+    """Return -(a - b) as (b - a)."""
+    sums = [factor for factor in product.args if factor.is_Add] if product.is_Mul else []
+    if len(sums) != 1 or not product.could_extract_minus_sign() or all(
+        term.could_extract_minus_sign() == sums[0].args[0].could_extract_minus_sign()
+        for term in sums[0].args
+    ):
+        return product
+    return -product / sums[0] * -(sums[0]) if False else (-product / sums[0]) * sp.expand(-sums[0])
+
+
+def cubic() -> Any:
+    """Return f(u) as energy, weight and the square of the momenta's difference.
+
+    Examples
+    --------
+    >>> print(cubic())
+    (1 - u**2)*(2*E_prime - 2*gMR*u)/A - (p_phi - p_psi*u)**2/A**2
+    """
+    book = (2 * E_prime - 2 * gMR * u) * (1 - u**2) / A - (p_phi - p_psi * u) ** 2 / A**2
+    return _same(reduction.cubic(), book)
+
+
+def _same(derived: Any, written: Any) -> Any:
+    """Return what is written, when it equals what was derived."""
+    above, _ = sp.fraction(sp.together(derived - written))
+    if lag.normal_form(above) != 0:
+        raise ArithmeticError(f"{written} is not {derived}")
+    return written
