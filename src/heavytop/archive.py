@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from heavytop.errors import ForeignFile, HeavyTopError, Outcome
+from heavytop.errors import ForeignFile, Outcome
 from heavytop.events import Events
 from heavytop.netcdf import SCHEMA
 from heavytop.planning import Plan
@@ -39,13 +40,30 @@ def load_trajectory(path: str | os.PathLike[str]) -> Trajectory:
     """
     import xarray
 
+    if not Path(path).is_file():
+        raise ForeignFile(f"{path}: no such file")
     try:
-        with xarray.open_dataset(path, engine="h5netcdf") as file:
-            return _trajectory(file.load())
+        with xarray.open_dataset(Path(path), engine="h5netcdf") as file:
+            return _checked(_trajectory(file.load()))
     except ForeignFile:
         raise
-    except (OSError, KeyError, ValueError, TypeError, HeavyTopError) as fault:
+    except Exception as fault:  # a damaged file fails in any of the libraries that read it
         raise ForeignFile(f"{path}: not a readable {SCHEMA} file ({fault})") from fault
+
+
+def _checked(trajectory: Trajectory) -> Trajectory:
+    """Return it if its parts belong together."""
+    orbit, form = trajectory.orbit, trajectory.orbit.integrator.formulation
+    width = len(form.states)
+    named = {p.name for p in (*form.parameters, *form.given)}
+    rows = [orbit.samples.rows, *(seen.rows for seen in orbit.hits)]
+    fits = all(array.shape[1:] == (width,) for array in rows)
+    fits &= all(c.state.shape == (width,) for c in orbit.checkpoints)
+    if not fits or set(orbit.parameters) != named or trajectory.plan.states != width:
+        raise ForeignFile("states, parameters and plan do not belong together")
+    if not abs(orbit.end) >= float(np.max(np.abs(orbit.samples.t), initial=0.0)):
+        raise ForeignFile("end: before the last sample")
+    return trajectory
 
 
 def _trajectory(file: xarray.Dataset) -> Trajectory:

@@ -148,6 +148,7 @@ Digits = Annotated[
     typer.Option("--digits", metavar="D", min=1, max=10_000, help="Digits wanted at the end."),
 ]
 NoFigures = Annotated[bool, typer.Option("--no-figures", help="Draw nothing.")]
+Latex = Annotated[bool, typer.Option("--latex", help="Print one whole LaTeX document.")]
 Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="Errors only on stderr.")]
 Verbose = Annotated[bool, typer.Option("-v", "--verbose", help="Say what is being done.")]
 Debug = Annotated[
@@ -215,6 +216,21 @@ def scenes(json: Json = False, debug: Debug = False) -> None:
     width = max(map(len, titles), default=0)
     for name, title in titles.items():
         typer.echo(f"{name:{width}}  {title}")
+
+
+@app.command()
+def derive(latex: Latex = False, json: Json = False, debug: Debug = False) -> None:
+    """Show the derivation: from the rotation matrix to the equations that are integrated."""
+    from heavytop.derivation import as_latex, as_text, derivation, derive_document
+
+    if latex and json:
+        raise typer.BadParameter("--json holds the LaTeX too", param_hint="--latex")
+    if json:
+        from heavytop.files import as_json
+
+        typer.echo(as_json(derive_document(derivation())))
+    else:
+        typer.echo((as_latex if latex else as_text)(derivation()))
 
 
 @app.command()
@@ -358,6 +374,7 @@ def write_results(
     from heavytop.files import write_document
 
     files = {"document": "run.json", "trajectory": "trajectory.nc"}
+    (folder / files["document"]).unlink(missing_ok=True)  # of an earlier run in this folder
     trajectory.save(folder / files["trajectory"])
     if figures:
         from heavytop.report.figures import overview, save

@@ -127,3 +127,6 @@ class EndedEarly(HeavyTopError):
         self.outcome = Outcome(outcome)
         self.trajectory = trajectory
         super().__init__(self.outcome.sentence)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.outcome, self.trajectory)

@@ -128,4 +128,5 @@ def write(trajectory: Trajectory, path: str | os.PathLike[str]) -> None:
     if not target.parent.is_dir():
         raise FileNotFoundError(f"{target.parent}: no such folder")
     contents = dataset(trajectory).assign(_restart_variables(trajectory.orbit))
-    write_whole(target, lambda part: contents.to_netcdf(part, engine="h5netcdf"))
+    data = bytes(contents.to_netcdf(engine="h5netcdf"))  # HDF5 does not survive a full disk
+    write_whole(target, lambda part: part.write_bytes(data))

@@ -18,7 +18,9 @@ from heavytop.top import Top
 EPSILON = 2.0**-52
 MOST_DIGITS = 13  # what double precision can promise at the end of a short run
 LONG_FOR_LAGRANGE = 100  # nutation periods
+REVERSING = frozenset({"loops", "cusps", "waves"})  # phidot may have zeros; of any other kind not
 OWN_STATES = {"routh": 2, "subsystem": 4}  # phi and psi not counted
+Why = tuple[str, ...]
 NEEDS_PHI = frozenset({"phi", "psi", "attitude"})
 NEEDS_PSI = frozenset({"psi", "attitude"})
 NEEDS_ANGLES = NEEDS_PHI | {"axis"}
@@ -140,11 +142,12 @@ def _watched(scene: Scene, motion: Motion) -> tuple[tuple[str, ...], tuple[str, 
         return (), ("no events are wanted: the loop is not slowed by any",)
     if not motion.nutates:
         return (), (f"{motion.kind}: theta is constant, and constant theta has no events",)
-    watched = ("turning", "reversal") if "reversal" in scene.events else ("turning",)
-    return watched, (f"watched in the loop: {', '.join(watched)}",)
-
-
-Why = tuple[str, ...]
+    if "reversal" in scene.events and motion.kind in REVERSING:
+        return ("turning", "reversal"), ("watched in the loop: turning, reversal",)
+    why: Why = ("watched in the loop: turning",)
+    if "reversal" in scene.events:
+        why = (f"{motion.kind}: phidot does not change its sign between poles", *why)
+    return ("turning",), why
 
 
 def _lagrange(

@@ -141,6 +141,8 @@ def _finished(
     scene: Scene, chosen: Plan, orbit: Orbit, derive_s: float, integrate_s: float
 ) -> Trajectory:
     compiled = orbit.integrator
+    if orbit.ending == "reached" and _left_the_chart(orbit):
+        orbit = replace(orbit, ending="singular")
     trajectory = Trajectory(
         scene=scene,
         plan=chosen,
@@ -154,6 +156,14 @@ def _finished(
     if trajectory.outcome is not Outcome.FINISHED:
         raise EndedEarly(trajectory.outcome, trajectory)
     return trajectory
+
+
+def _left_the_chart(orbit: Orbit) -> bool:
+    """Tell whether a form that is singular at the poles stepped over one, theta leaving 0 to pi."""
+    if orbit.integrator.formulation.starts_at_pole:
+        return False
+    theta = orbit.samples.rows[:, 0]  # of these forms it is the first state
+    return bool(np.any((theta < 0) | (theta > np.pi)))
 
 
 def compiled_for(chosen: Plan) -> Integrator:

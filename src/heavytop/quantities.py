@@ -93,6 +93,7 @@ def sample(
     with np.errstate(divide="ignore", invalid="ignore"):
         values = function(*_values(formulation, rows, parameters, t), phi)
     full = {n: np.broadcast_to(v, t.shape) for n, v in zip(names, values, strict=True)}
+    full |= _limits_at_poles(full, parameters)
     unknown = np.full(t.shape, np.nan)
     axis, omega = (
         np.stack([full.get(f"{what}_{x}", unknown) for x in "xyz"], axis=-1)
@@ -113,9 +114,7 @@ def sample(
     return found
 
 
-def _limits_at_poles(
-    formulation: Formulation, full: dict[str, Array], parameters: dict[str, float]
-) -> dict[str, Array]:
+def _limits_at_poles(full: dict[str, Array], parameters: dict[str, float]) -> dict[str, Array]:
     """Return the rates of the axis form where the axis is exactly vertical, and phi undefined.
 
     A passing axis leaves with the speed it has, phi turning as its regular term says; where the

@@ -24,6 +24,9 @@ class NumberText(str):
     __slots__ = ()
 
 
+LONGEST_LINE = 10_000
+
+
 def parse(text: str) -> dict[str, Any]:
     """Read TOML with its decimals kept as they are spelled.
 
@@ -32,6 +35,9 @@ def parse(text: str) -> dict[str, Any]:
     ValueError
         The text is not TOML; the message says where.
     """
+    for number, line in enumerate(text.splitlines(), start=1):
+        if len(line) > LONGEST_LINE:  # the time to read a dotted key grows as its square
+            raise ValueError(f"a line is at most {LONGEST_LINE} characters long (at line {number})")
     try:
         return tomllib.loads(text, parse_float=_decimal)
     except RecursionError:

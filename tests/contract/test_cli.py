@@ -77,7 +77,7 @@ def fail_with(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
 class TestHelp:
     def test_lists_the_verbs_that_exist_and_the_exit_codes(self):
         text = heavytop_("--help").stdout
-        for verb in ("run", "scenes", "doctor"):
+        for verb in ("run", "scenes", "derive", "doctor"):
             assert f"  {verb} " in text
         for absent in ("atlas", "drift", "resume", "classify"):
             assert absent not in text

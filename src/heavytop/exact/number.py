@@ -62,7 +62,7 @@ class Exact:
         if isinstance(x, Exact):
             return x
         if isinstance(x, str):
-            return Exact(grammar.read(x, units), x.strip())
+            return Exact(grammar.read(x, units), " ".join(x.split()))
         return Exact(bounded.number(_finite(x)))
 
     @property

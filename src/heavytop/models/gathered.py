@@ -27,9 +27,9 @@ def by_moments(expression: Any) -> Any:
     """
     above, below = sp.fraction(sp.cancel(sp.together(expression)))
     content, factors = sp.factor_list(above)
-    powers = [factor**power for factor, power in factors]
-    sums = sp.Mul(*(power for power in powers if power.is_Add or power.base.is_Add))
-    outside = content * sp.Mul(*(power for power in powers if not sums.has(power))) / below
+    sums = sp.Mul(*(factor**power for factor, power in factors if factor.is_Add))
+    outside = content / below
+    outside *= sp.Mul(*(factor**power for factor, power in factors if not factor.is_Add))
     return _same(expression, _spread(outside, sp.expand(sums)))
 
 
@@ -37,28 +37,33 @@ def _spread(outside: Any, inside: Any) -> Any:
     """Return outside times the gathered sum; a bare number goes to each of its terms."""
     if lag.free_of(inside, (A, C, gMR)):
         return outside * _shortest(inside)
-    terms = [parameter * _shortest(inside.coeff(parameter)) for parameter in (A, C, gMR)]
-    if outside.is_Number:
-        return sum((outside * term for term in terms), sp.Integer(0))
-    return outside * sum(terms, sp.Integer(0))
+    number = outside if outside.is_Number else sp.Integer(1)
+    parts = ((p, _shortest(number * inside.coeff(p))) for p in (A, C, gMR))
+    terms = (_sign_inside(parameter * coefficient) for parameter, coefficient in parts)
+    return outside / number * sum(terms, sp.Integer(0))
 
 
 def _shortest(coefficient: Any) -> Any:
     """Return the coefficient in sines or in cosines, whichever factors into less."""
     sines = lag.normal_form(coefficient)
     cosines = sp.expand(sines.subs(sp.sin(lag.theta) ** 2, 1 - sp.cos(lag.theta) ** 2))
-    return _sign_inside(min((sp.factor(form) for form in (sines, cosines)), key=sp.count_ops))
+    return min((sp.factor(form) for form in (sines, cosines)), key=sp.count_ops)
 
 
 def _sign_inside(product: Any) -> Any:
-    """Return -(a - b) as (b - a)."""
-    sums = [factor for factor in product.args if factor.is_Add] if product.is_Mul else []
-    if len(sums) != 1 or not product.could_extract_minus_sign() or all(
-        term.could_extract_minus_sign() == sums[0].args[0].could_extract_minus_sign()
-        for term in sums[0].args
-    ):
+    """Return -(a - b) as (b - a), and (-a - b) as -(a + b)."""
+    number, rest = product.as_coeff_Mul()
+    sums = [factor for factor in sp.Mul.make_args(rest) if factor.is_Add]
+    if len(sums) != 1:
         return product
-    return -product / sums[0] * -(sums[0]) if False else (-product / sums[0]) * sp.expand(-sums[0])
+    negative = {_leading(term) < 0 for term in sums[0].args}
+    if negative == {True} or (number < 0 and negative == {True, False}):
+        return -number * (rest / sums[0]) * sp.expand(-sums[0])
+    return product
+
+
+def _leading(term: Any) -> Any:
+    return term.as_coeff_Mul()[0]
 
 
 def cubic() -> Any:
@@ -67,9 +72,9 @@ def cubic() -> Any:
     Examples
     --------
     >>> print(cubic())
-    (1 - u**2)*(2*E_prime - 2*gMR*u)/A - (p_phi - p_psi*u)**2/A**2
+    2*(1 - u**2)*(E_prime - gMR*u)/A - (p_phi - p_psi*u)**2/A**2
     """
-    book = (2 * E_prime - 2 * gMR * u) * (1 - u**2) / A - (p_phi - p_psi * u) ** 2 / A**2
+    book = sp.Mul(2, E_prime - gMR * u, 1 - u**2, 1 / A) - (p_phi - p_psi * u) ** 2 / A**2
     return _same(reduction.cubic(), book)
 
 

@@ -15,7 +15,7 @@ from sympy.printing.pretty.pretty import PrettyPrinter
 from sympy.printing.pretty.pretty_symbology import line_width, pretty_symbol
 from sympy.printing.pretty.stringpict import prettyForm
 
-LATEX_WIDTH = 62  # glyphs of a displayed formula that fit between the margins
+LATEX_WIDTH = 48  # glyphs of a displayed formula that fit between the margins
 INDENT = 4
 
 _TERMINAL = {"E_prime": "E′"}
@@ -37,13 +37,10 @@ class _Latex(LatexPrinter):  # type: ignore[misc]
 
 
 def _in_unicode(name: str) -> str:
-    if name in _TERMINAL:
-        return _TERMINAL[name]
     base, _, index = name.partition("_")
-    shown = str(pretty_symbol(base)).replace("l", "ℓ") if index else str(pretty_symbol(base))
-    if index.isdigit():
-        return str(pretty_symbol(name))
-    return f"{shown}_{pretty_symbol(index)}" if index else shown
+    if name in _TERMINAL or not index or index.isdigit():
+        return _TERMINAL.get(name) or str(pretty_symbol(name))
+    return f"{pretty_symbol(base)}_{pretty_symbol(index)}".replace("l", "ℓ")
 
 
 def in_terminal(lhs: Any, rhs: Any, width: int = 80) -> str:
@@ -77,12 +74,12 @@ def columns(text: str) -> int:
 
 
 def in_latex(lhs: Any, rhs: Any) -> str:
-    """Return an equation as one or more rows of an ``align*``, without the last row's ``\\\\``.
+    r"""Return an equation as one or more rows of an ``align*``, without the last row's ``\\``.
 
     Examples
     --------
     >>> print(in_latex(sp.Symbol("p_theta"), sp.Symbol("A") * sp.Symbol("thetadot")))
-    p_{\\theta} &= A \\dot{\\theta}
+    p_{\theta} &= A \dot{\theta}
     """
     printer = _Latex({"fold_func_brackets": True})
     first, *others = _folded(rhs, LATEX_WIDTH, lambda part: _glyphs(printer.doprint(part)))
@@ -96,7 +93,9 @@ def in_latex(lhs: Any, rhs: Any) -> str:
 def _glyphs(latex: str) -> int:
     """Return about how many glyphs wide a formula is; of a fraction, the wider half."""
     spaced = re.sub(r"\\(left|right|dot|ddot|operatorname|mathrm)\b", "", latex)
-    fraction = re.compile(r"\\frac\{([^{}]*(?:\{[^{}]*\}[^{}]*)*)\}\{([^{}]*(?:\{[^{}]*\}[^{}]*)*)\}")
+    fraction = re.compile(
+        r"\\frac\{([^{}]*(?:\{[^{}]*\}[^{}]*)*)\}\{([^{}]*(?:\{[^{}]*\}[^{}]*)*)\}"
+    )
     while found := fraction.search(spaced):
         spaced = spaced.replace(found[0], max(found[1], found[2], key=_plain))
     return _plain(spaced)

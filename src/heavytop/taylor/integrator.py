@@ -8,6 +8,7 @@ own start: the equations are autonomous, and a small time keeps its last digits.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -119,7 +120,14 @@ class Integrator:
         """Load the constants of a run, by the names of their symbols."""
         self._taylor.pars[:] = [parameters[p.name] for p in self._parameters]
 
-    def block(self, state: Array, steps: int, far: float, samples: Array | None = None) -> Block:
+    def block(
+        self,
+        state: Array,
+        steps: int,
+        far: float,
+        samples: Array | None = None,
+        longest: float | None = None,
+    ) -> Block:
         """Take natural steps from a state and sample their Taylor polynomials.
 
         Parameters
@@ -132,27 +140,58 @@ class Integrator:
             longer than that is cut.
         samples : ndarray, shape (k,), optional
             Monotonic times since the block's start, none of them 0 [s].
+        longest : float, optional
+            The longest step to take [s].
         """
         taylor = self._taylor
         taylor.time = 0.0
         taylor.state[:] = state
         for sink in self._sinks:
             sink.clear()
-        outcome, taken, rows = self._propagated(steps, far, samples)
+        outcome, taken, rows = self._propagated(steps, far, samples, longest)
         if outcome in NATURAL:
             return self._block(taken, rows, singular=False)
         if taken == 0:
             return Block(state.copy(), (0.0, 0.0), 0, rows[:0], self._hits(), singular=True)
-        good = self.block(state, taken, far, samples)
+        good = self.block(state, taken, far, samples, longest)
         return Block(good.state, good.elapsed, good.steps, good.rows, good.hits, singular=True)
 
-    def _propagated(self, steps: int, far: float, samples: Array | None) -> tuple[Any, int, Array]:
+    def _propagated(
+        self, steps: int, far: float, samples: Array | None, longest: float | None
+    ) -> tuple[Any, int, Array]:
+        bound = math.inf if longest is None else longest
         if samples is None or samples.size == 0:
-            result = self._taylor.propagate_until(far, max_steps=steps)
+            result = self._taylor.propagate_until(far, max_steps=steps, max_delta_t=bound)
             return result[0], result[3], np.empty((0, len(self.formulation.states)))
         grid = np.concatenate(([0.0], samples, [far]))
-        result = self._taylor.propagate_grid(grid, max_steps=steps)
+        result = self._taylor.propagate_grid(grid, max_steps=steps, max_delta_t=bound)
         return result[0], result[3], result[5][1 : 1 + samples.size]
+
+    def cautious_step(self, state: Array, far: float) -> float | None:
+        """Return a bound for the first steps: a little above the step beside the start [s].
+
+        At a start with a symmetry, such as rest, every other Taylor coefficient vanishes or even
+        three of four, and with them the two from which heyoka chooses the length of its step.
+        """
+        taylor = self._taylor
+        taylor.time = 0.0
+        taylor.state[:] = state
+        tiny = math.copysign(float(np.finfo(float).tiny), far)
+        taylor.step(tiny, write_tc=True)
+        speed = float(np.max(np.abs(taylor.tc[:, 1])))
+        if not 0 < speed < math.inf:
+            return None
+        aside = 1e-1 * max(1.0, float(np.max(np.abs(state)))) / speed
+        taylor.time = 0.0
+        taylor.state[:] = state
+        taylor.step(math.copysign(min(aside, abs(far)), far))
+        taylor.time = 0.0
+        _, length = taylor.step(far)
+        return 1.25 * abs(length) if math.isfinite(length) and length else None
+
+    def for_this_thread(self) -> Integrator:
+        """Return the integrator like this one that belongs to the calling thread."""
+        return integrator(self.formulation, self.events, self.tolerance)
 
     def _block(self, taken: int, rows: Array, *, singular: bool) -> Block:
         high, low = self._taylor.dtime

@@ -88,7 +88,8 @@ class Orbit:
 
     def at(self, t: Array) -> Seen:
         """Return the states at times between start and end, in any order, shape (k,)."""
-        self.integrator.load(self.parameters)
+        engine = self.integrator.for_this_thread()
+        engine.load(self.parameters)
         if t.size == 0:
             return Seen(t, t, self.samples.rows[:0], t)
         forward = 1.0 if self.end >= self.checkpoints[0].time[0] else -1.0
@@ -96,14 +97,14 @@ class Orbit:
         starts = np.array([c.time[0] for c in self.checkpoints])
         block = np.maximum(np.searchsorted(forward * starts, forward * t[order], "right") - 1, 0)
         used = sorted(set(block.tolist()))
-        parts = [self._within(self.checkpoints[k], t[order[block == k]]) for k in used]
+        parts = [self._within(engine, self.checkpoints[k], t[order[block == k]]) for k in used]
         seen = Seen.join(parts)
         back = np.argsort(order, kind="stable")
         return Seen(seen.t[back], seen.t_low[back], seen.rows[back], seen.phi[back])
 
-    def _within(self, checkpoint: Checkpoint, t: Array) -> Seen:
+    def _within(self, engine: Integrator, checkpoint: Checkpoint, t: Array) -> Seen:
         far = _far(self.checkpoints[0].time[0], self.end)
-        run = _BlockRun(self.integrator, self.winding, checkpoint, far)
+        run = _BlockRun(engine, self.winding, checkpoint, far)
         unique = run.forward * distinct(run.forward * t)[0]
         inverse = np.searchsorted(run.forward * unique, run.forward * t)
         _, seen, _, _ = run.observed(checkpoint.block_steps, unique, abs(run.local(unique[-1:])[0]))
@@ -167,10 +168,10 @@ def continued(
     The blocks are those an uninterrupted integration would have run, so the result is the same
     bit for bit; samples and hits seen before are kept.
     """
-    last = orbit.checkpoints[-1]
+    engine, last = orbit.integrator.for_this_thread(), orbit.checkpoints[-1]
     before = orbit.checkpoints[-2] if len(orbit.checkpoints) > 1 else None
     rest = integrate(
-        orbit.integrator,
+        engine,
         orbit.parameters,
         last,
         samples,
@@ -197,6 +198,10 @@ def _mean_step(before: Checkpoint | None, after: Checkpoint) -> float:
     return abs(after.time[0] - before.time[0]) / (after.steps - before.steps)
 
 
+def _before(time: float, start: float) -> float:
+    return float(np.nextafter(np.nextafter(time, start), start))
+
+
 def _far(start: float, end: float) -> float:
     """Return a local time beyond the whole span, which only a step of such a length would cut."""
     return 4.0 * (end - start)
@@ -212,15 +217,19 @@ class _BlockRun:
         self.winding = winding
         self.start = start
         self.far = far
+        self.longest = integrator.cautious_step(start.state, far) if start.steps == 0 else None
         self.forward = math.copysign(1.0, far)
 
     def local(self, t: Array) -> Array:
         """Return times since the start of the block [s]."""
         return (t - self.start.time[0]) - self.start.time[1]
 
+    def _block(self, steps: int, samples: Array | None = None) -> Block:
+        return self.integrator.block(self.start.state, steps, self.far, samples, self.longest)
+
     def first_step(self) -> float:
         """Return the length of the first natural step [s]."""
-        return self.integrator.block(self.start.state, 1, self.far).elapsed[0] or self.far
+        return self._block(1).elapsed[0] or self.far
 
     def observed(
         self, steps: int, samples: Array, duration: float
@@ -244,7 +253,7 @@ class _BlockRun:
             count = self.winding.intervals(duration, steps)
             points = np.linspace(0.0, self.forward * duration, count + 1)
         grid = self._ordered(np.concatenate(([0.0], wanted, points)))
-        block = self.integrator.block(self.start.state, steps, self.far, grid[1:])
+        block = self._block(steps, grid[1:])
         rows = np.concatenate((self.start.state[None], block.rows))
         return block, grid[: len(rows)], rows
 
@@ -275,7 +284,7 @@ class _BlockRun:
         return leaving + 2 * np.pi * math.ceil((phi - leaving) / (2 * np.pi) - SLACK)
 
     def _more(self, steps: int) -> Callable[[Array], Array]:
-        return lambda t: self.integrator.block(self.start.state, steps, self.far, t).rows
+        return lambda t: self._block(steps, t).rows
 
 
 def _continued(rows: Array, phi: Array) -> Array:
@@ -325,7 +334,8 @@ class _Journey:
         self.done += seen.t.size
         self.steps += block.steps
         time = add(run.start.time, block.elapsed)
-        self.reached = float(self.samples[-1]) if self.arrived else time[0]
+        # a step back from the last state, so that rounding cannot put the end behind it
+        self.reached = float(self.samples[-1]) if self.arrived else _before(time[0], self.first)
         if not self.arrived and not block.singular:
             self.checkpoints.append(Checkpoint(time, block.state, phi, self.steps))
             self.step_length = _mean_step(*self.checkpoints[-2:])

@@ -222,6 +222,8 @@ def _turning(g: float, l_z: float, energy: float, n: float) -> tuple[float, floa
     """Return bounds of u, from the roots of the cubic u'^2, widened by their rounding."""
     k = energy - l_z**2  # u'^2 = (k - 2 g u)(1 - u^2) - (n - l_z u)^2
     cubic = [2 * g, -k - l_z**2, 2 * (n * l_z - g), k - n**2]
+    if not any(cubic[:3]):
+        return -1.0, 1.0  # at rest, without gravity
     roots = np.sort(np.roots(cubic).real)  # the third lies beyond the pole where V is high
     u1, u2 = roots[:2] if g >= 0 else roots[-2:]
     return max(-1.0, u1 - WIDENING), min(1.0, u2 + WIDENING)

@@ -23,7 +23,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from heavytop.theory.nutation import Course, Nutation, course, nutation, upright
+from heavytop.errors import NoClosedForm
+from heavytop.theory.nutation import (
+    Course,
+    Nutation,
+    course,
+    nutation,
+    upright,
+)
 from heavytop.theory.precision import Context, Number, context, number, vanishes
 from heavytop.theory.reduced import Reduced
 
@@ -72,6 +79,9 @@ class Place(NamedTuple):
     plus: Number
     minus: Number
     n: int
+
+
+HARDLY = 1e-14  # unsteadiness that the rounding of a start in doubles brings about
 
 
 def jacobi(ctx: Context, x: Number, mc: Number) -> tuple[Number, Number, Number]:
@@ -342,7 +352,18 @@ def orbit(reduced: Reduced, digits: int) -> Nodding | Asymptotic | Steady:
         return Steady(upright(seen))
     if kind is Course.ASYMPTOTIC:
         return Asymptotic(upright(seen))
-    return Nodding(nutation(reduced, digits))
+    try:
+        return Nodding(nutation(reduced, digits))
+    except NoClosedForm:  # at more digits still it turns out to be steady
+        if not _hardly_moves(seen):
+            raise
+        return Steady(upright(seen))
+
+
+def _hardly_moves(reduced: Reduced) -> bool:
+    """Whether θ̇, φ̇ and θ̈ are no more than what rounding a start at rest brings about."""
+    speeds = (reduced.udot0, reduced.drift0, reduced.kinetic0, reduced.taylor[1])
+    return bool(sum(map(abs, speeds)) <= HARDLY * (abs(reduced.b) + reduced.b**2 + abs(reduced.g)))
 
 
 class MPForm:

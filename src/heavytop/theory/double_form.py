@@ -19,7 +19,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from heavytop.errors import NoClosedForm
+from heavytop.errors import NoClosedForm, NotANumber
 from heavytop.theory.carlson import elliprj
 from heavytop.theory.closed_form import Asymptotic, Nodding, Steady, orbit
 from heavytop.theory.nutation import Nutation
@@ -424,6 +424,8 @@ class DoubleForm:
             Beyond 2³¹ periods.
         """
         time, low = np.asarray(t, dtype=np.float64), np.asarray(t_lo, dtype=np.float64)
+        if not np.isfinite(time).all():
+            raise NotANumber("t: finite times")
         place = self._path.place(time, low)
         above, below, rise, uddot, plus, minus, n = place
         if self._side < 0:
