@@ -377,17 +377,25 @@ def write_results(
     (folder / files["document"]).unlink(missing_ok=True)  # of an earlier run in this folder
     trajectory.save(folder / files["trajectory"])
     if figures:
-        from heavytop.report.figures import overview, save
-
-        files |= {"figure_svg": "overview.svg", "figure_png": "overview.png"}
-        figure = overview(trajectory)
-        save(figure, folder / files["figure_svg"])
-        save(figure, folder / files["figure_png"])
+        files |= write_figures(trajectory, folder)
     document = run_document(trajectory, files=files)
     write_document(folder / files["document"], document)
     for name in files.values():
         voice.note(f"wrote {folder / name}")
     return document
+
+
+def write_figures(trajectory: Trajectory, folder: Path) -> dict[str, str]:
+    """Write every figure of a run; return their names by what they are."""
+    from heavytop.report.figures import FIGURES, save
+
+    files = {}
+    for name, draw in FIGURES.items():
+        figure = draw(trajectory)
+        for form in ("svg", "png"):
+            files[f"{name}_{form}"] = f"{name}.{form}"
+            save(figure, folder / f"{name}.{form}")
+    return files
 
 
 def show(document: dict[str, Any], json: bool) -> None:

@@ -123,7 +123,9 @@ class TestRun:
         assert result.exit_code == 0, result.stderr
         printed = json.loads(result.stdout)
         assert printed == json.loads((folder / "run.json").read_text("utf-8"))
-        names = {"run.json", "trajectory.nc", "overview.svg", "overview.png"}
+        figures = ("overview", "angles", "potential", "phase", "errors")
+        names = {"run.json", "trajectory.nc"}
+        names |= {f"{figure}.{form}" for figure in figures for form in ("svg", "png")}
         assert set(printed["files"].values()) == names
         assert {path.name for path in folder.iterdir()} == names
 

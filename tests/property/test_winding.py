@@ -100,3 +100,14 @@ def test_passes_through_a_pole_turn_phi_by_pi_forward_in_time(seed):
         away = np.sin(exact.theta) > 1e-4
         assert np.max(np.abs((run.phi - exact.phi)[away])) < 1e-8
         assert np.max(np.abs((run.psi - exact.psi)[away])) < 1e-8
+
+
+def test_a_pendulum_that_turns_over_is_wound_alike_however_it_is_sampled():
+    """Both poles are passed exactly, and phi' is zero in between."""
+    top = ht.Top(A="3.28e-4", C="6.60e-5", gMR="0.0456")
+    start = ht.State(theta=2, thetadot=40)
+    wants = {"quantities": ("theta", "phi", "psi"), "time": 2}
+    fine, coarse = (ht.propagate(ht.Scene(top, start, samples=n, **wants)) for n in (401, 3))
+    passes = fine.events.count("turning")
+    assert fine.phi[-1] == coarse.phi[-1] == fine(2.0).phi
+    assert abs(fine.phi[-1] - np.pi * passes) < 1e-9

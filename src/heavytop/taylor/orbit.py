@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.taylor.doubledouble import DoubleDouble, add
-from heavytop.taylor.integrator import Array, Block, Integrator
+from heavytop.taylor.integrator import Array, Block, Hits, Integrator
 from heavytop.taylor.winding import GRAIN, SLACK, Winding, azimuth, distinct
 
-FIRST_BLOCK = 64  # steps; each block is as long as all before it and this, up to the longest
+FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to the longest
 LONGEST_BLOCK = 4000
 
 Ending = Literal["reached", "singular", "interrupted", "step-limit"]
@@ -48,7 +48,7 @@ class Checkpoint:
     @property
     def block_steps(self) -> int:
         """How many steps the block has that starts here: a short run needs no long block."""
-        return min(self.steps + FIRST_BLOCK, LONGEST_BLOCK)
+        return min(3 * self.steps + FIRST_BLOCK, LONGEST_BLOCK)
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,6 +235,10 @@ class _BlockRun:
         self, steps: int, samples: Array, duration: float
     ) -> tuple[Block, Seen, tuple[Seen, ...], float]:
         """Run the block; return it with the samples it reached, its hits and phi at its end."""
+        if samples.size == 0 and self.winding is None:
+            block = self._block(steps)
+            hits = tuple(self._unfollowed(h) for h in block.hits)
+            return block, _nothing(block.state.size), hits, np.nan
         wanted = self.local(samples)
         block, t, rows = self._sampled(steps, wanted, duration)
         phi = self._phi(block, t, rows)
@@ -245,6 +249,9 @@ class _BlockRun:
         hits = tuple(Seen(*self._global(h.t), h.states, phi(h.t)) for h in block.hits)
         end = float(phi(np.array([block.elapsed[0]]))[0])
         return block, seen, hits, end
+
+    def _unfollowed(self, hits: Hits) -> Seen:
+        return Seen(*self._global(hits.t), hits.states, np.full(hits.t.size, np.nan))
 
     def _sampled(self, steps: int, wanted: Array, duration: float) -> tuple[Block, Array, Array]:
         """Return the block with the times, from 0 on, at which it was sampled, and its states."""
@@ -285,6 +292,10 @@ class _BlockRun:
 
     def _more(self, steps: int) -> Callable[[Array], Array]:
         return lambda t: self._block(steps, t).rows
+
+
+def _nothing(width: int) -> Seen:
+    return Seen(np.empty(0), np.empty(0), np.empty((0, width)), np.empty(0))
 
 
 def _continued(rows: Array, phi: Array) -> Array:
@@ -368,7 +379,7 @@ class _Journey:
     def orbit(self, parameters: dict[str, float], ending: Ending) -> Orbit:
         """Return what has been seen so far."""
         width = len(self.integrator.formulation.states)
-        none = Seen(np.empty(0), np.empty(0), np.empty((0, width)), np.empty(0))
+        none = _nothing(width)
         channels = range(len(self.integrator.events))
         return Orbit(
             integrator=self.integrator,

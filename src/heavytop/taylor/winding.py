@@ -251,7 +251,9 @@ def _divided(t: Array, open_: NDArray[np.intp]) -> Array:
 
 def _bounds(P: tuple[float, float], nearest: float, farthest: float) -> tuple[float, float]:
     """Bound P / distance, given the least and the largest distance from the pole."""
-    steep = 1 / nearest if nearest > 0 else np.inf
+    if nearest <= 0:
+        return -np.inf, np.inf  # through the pole phi jumps, even where P is zero
+    steep = 1 / nearest
     low = P[0] * (steep if P[0] < 0 else 1 / farthest)
     high = P[1] * (steep if P[1] > 0 else 1 / farthest)
     return low, high

@@ -30,8 +30,12 @@ from heavytop.theory.reduced import Reduced
 
 Array = npt.NDArray[np.float64]
 
+FAMILY = (0.25, 0.5, 0.75, 1.25, 1.5)
+"""Amplitudes of the family of curves, beside that of the motion: the root of their energies."""
+
 _GRID = 4097
 _ZOOMS = 3
+_AT_REST = 1e-12  # of the typical energy: what the place of the bottom is not known to
 
 
 class Curve(NamedTuple):
@@ -91,8 +95,8 @@ class Potential:
         with np.errstate(divide="ignore"):
             rise = np.divide(s, c) * plus if plus else np.zeros_like(tilt)
             fall = np.divide(c, s) * minus if minus else np.zeros_like(tilt)
-        centrifugal: Array = (rise + fall) ** 2 / 8
-        return centrifugal + float(self.exact.g) * (c - s) * (c + s)
+        value: Array = (rise + fall) ** 2 / 8 + float(self.exact.g) * (c - s) * (c + s)
+        return value
 
     @cached_property
     def bottom(self) -> float:
@@ -141,6 +145,37 @@ class Potential:
         roots = self.turning(excess)
         return None if roots is None else curve(roots, points)
 
+    @cached_property
+    def spread(self) -> float:
+        """The energy above the least that a picture has to show [1/s²].
+
+        That of the motion, or of the separatrix if it is larger; where the tilt rests at the
+        bottom, what carries it a third of the way to the nearer pole. Zero where V is constant.
+        """
+        room = max(min(self.bottom, np.pi - self.bottom), 0.5) / 3
+        side = room if self.bottom < np.pi / 2 else -room
+        typical = float(self(self.bottom + side)) - float(self.least)
+        own = self.excess if self.excess > _AT_REST * typical else typical
+        saddle = float(abs(self.exact.g) - self.least) if self.has_separatrix else 0.0
+        return max(own, saddle, 0.0)
+
+    def family(self, points: int = 301) -> tuple[Curve, ...]:
+        """Curves at the momenta of the motion, their energies spaced about `spread`.
+
+        Parameters
+        ----------
+        points : int
+            Of each curve.
+        """
+        curves = (self.curve(amplitude**2 * self.spread, points) for amplitude in FAMILY)
+        return tuple(each for each in curves if each is not None)
+
+    @property
+    def has_separatrix(self) -> bool:
+        """Whether motions tend to the vertical: p_φ = p_ψ and p_ψ² < 4 A gMR, seen upright."""
+        over = upright(self.exact)
+        return bool(miss_of_top(over) <= threshold(over.ctx) and over.b**2 < 4 * over.g)
+
     def separatrix(self, points: int = 301) -> Curve | None:
         """The curve of the motions that tend to the vertical; None where there are none.
 
@@ -153,9 +188,9 @@ class Potential:
         points : int
             How many.
         """
-        over = upright(self.exact)
-        if miss_of_top(over) > threshold(over.ctx) or over.b**2 >= 4 * over.g:
+        if not self.has_separatrix:
             return None
+        over = upright(self.exact)
         g, c2 = float(over.g), float(over.b**2 / (4 * over.g))
         s2 = float(1 - over.b**2 / (4 * over.g))
         alpha = np.linspace(0.0, np.pi / 2, points)
@@ -209,7 +244,7 @@ def curve(roots: Nutation, points: int = 301) -> Curve:
 
 
 def _share(part: Array, whole: Array) -> Array:
-    """Part / whole; one at a pole that is passed, where both are zero."""
+    """The part of the whole; one at a pole that is passed, where both are zero."""
     return np.divide(part, whole, out=np.ones_like(part), where=whole > 0)
 
 
