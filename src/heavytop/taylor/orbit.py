@@ -347,10 +347,11 @@ class _Journey:
         time = add(run.start.time, block.elapsed)
         # a step back from the last state, so that rounding cannot put the end behind it
         self.reached = float(self.samples[-1]) if self.arrived else _before(time[0], self.first)
-        if not self.arrived and not block.singular:
+        stuck = block.singular or block.steps == 0
+        if not self.arrived and not stuck:
             self.checkpoints.append(Checkpoint(time, block.state, phi, self.steps))
             self.step_length = _mean_step(*self.checkpoints[-2:])
-        return self.arrived or not block.singular
+        return self.arrived or not stuck
 
     def _observed(
         self, run: _BlockRun, remaining: Array

@@ -92,7 +92,7 @@ class Winding:
         """Return the winding of the motion through a state of the axis form."""
         g, l_z, *P = (parameters[name] for name in ("g", "l_z", "P_plus", "P_minus"))
         e_x, e_y, u, l_x, l_y = state[:5].tolist()
-        energy = l_x**2 + l_y**2 + l_z**2 + 2 * g * u
+        energy = l_x * l_x + l_y * l_y + l_z * l_z + 2 * g * u
         n = e_x * l_x + e_y * l_y + u * l_z
         u1, u2 = _turning(g, l_z, energy, n)
         plus = _bounds(_uncertain(P[0], P), 1 + u1, 1 + u2)
@@ -220,6 +220,8 @@ def _distance_from_origin(a: Any, b: Any) -> Array:
 
 def _turning(g: float, l_z: float, energy: float, n: float) -> tuple[float, float]:
     """Return bounds of u, from the roots of the cubic u'^2, widened by their rounding."""
+    if not np.isfinite(energy):
+        return -1.0, 1.0  # beyond the range of doubles: the integration will say so
     k = energy - l_z**2  # u'^2 = (k - 2 g u)(1 - u^2) - (n - l_z u)^2
     cubic = [2 * g, -k - l_z**2, 2 * (n * l_z - g), k - n**2]
     if not any(cubic[:3]):
