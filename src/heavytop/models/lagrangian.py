@@ -9,7 +9,7 @@ form costs milliseconds where a general ``simplify`` costs seconds.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
@@ -176,8 +176,3 @@ def energy() -> Any:
     """Return E, the Legendre transform of L; it is T + V because T is quadratic in velocities."""
     legendre = sum(v * p for v, p in zip(VELOCITIES, momenta(), strict=True))
     return normal_form(legendre - lagrangian())
-
-
-def free_of(expression: Any, symbols: Iterable[Any]) -> bool:
-    """Tell whether none of the symbols occurs (a cyclic coordinate of L, say)."""
-    return not expression.free_symbols & set(symbols)
