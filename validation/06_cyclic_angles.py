@@ -1,4 +1,4 @@
-"""What an angle that grows in the state does: phase lost by the textbook form, and by the axis form.
+"""Phase lost by an angle that grows in the state: the textbook form beside the axis form.
 
 Phase error at a generic phase after N nutation periods of the book's kicked top, over three
 neighbouring ends, and its exponent of growth from the first N to the last.

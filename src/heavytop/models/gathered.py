@@ -35,7 +35,7 @@ def by_moments(expression: Any) -> Any:
 
 def _spread(outside: Any, inside: Any) -> Any:
     """Return outside times the gathered sum; a bare number goes to each of its terms."""
-    if lag.free_of(inside, (A, C, gMR)):
+    if not inside.free_symbols & {A, C, gMR}:
         return outside * _shortest(inside)
     number = outside if outside.is_Number else sp.Integer(1)
     parts = ((p, _shortest(number * inside.coeff(p))) for p in (A, C, gMR))
