@@ -19,7 +19,7 @@ _HOMES = {
     "HeavyTopError": "errors",
     "ImpossibleStart": "errors",
     "ImpossibleTop": "errors",
-    "Motion": "theory.motion",
+    "Motion": "motion",
     "NoClosedForm": "errors",
     "Plan": "planning",
     "Sample": "quantities",
@@ -72,12 +72,12 @@ if TYPE_CHECKING:
         NoClosedForm,
     )
     from heavytop.exact import Exact
+    from heavytop.motion import Motion
     from heavytop.planning import Plan, plan
     from heavytop.propagation import extend, propagate
     from heavytop.quantities import Sample
     from heavytop.scene import Scene, load_scene
     from heavytop.state import State
-    from heavytop.theory.motion import Motion
     from heavytop.top import Top
     from heavytop.trajectory import Trajectory
     from heavytop.witness import Errors, run_errors

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from heavytop.events import EVENTS
+from heavytop.motion import Motion
 from heavytop.planning import closed_form_of
 from heavytop.quantities import Sample
-from heavytop.theory.motion import Motion
 from heavytop.trajectory import Trajectory
 from heavytop.witness import missed_digits, run_errors
 

@@ -10,9 +10,9 @@ from functools import lru_cache
 from heavytop.errors import BadScene, Fault
 from heavytop.exact import PI
 from heavytop.models.ladder import LADDER
+from heavytop.motion import Motion
 from heavytop.scene import Scene
 from heavytop.state import State
-from heavytop.theory.motion import Motion
 from heavytop.top import Top
 
 EPSILON = 2.0**-52

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from heavytop.exact import Exact
+from heavytop.kinds import Kind
+from heavytop.kinds.old import classify
 from heavytop.theory.double_form import DoubleForm
-from heavytop.theory.kinds import Kind, classify
 from heavytop.theory.nutation import Course, course
 from heavytop.theory.precision import context
 from heavytop.theory.reduced import Reduced

@@ -5,8 +5,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from heavytop.motion import Motion, classify
 from heavytop.state import State
-from heavytop.theory.motion import Motion, classify
 from heavytop.top import Top
 
 SICM = Top("3.28e-4", "6.60e-5", "0.0456")

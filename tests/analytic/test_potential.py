@@ -6,9 +6,9 @@ import sympy as sp
 
 from heavytop.models import lagrangian as lag
 from heavytop.models import reduction
+from heavytop.motion import Motion
 from heavytop.scene import load_scene, shipped_scenes
 from heavytop.state import State
-from heavytop.theory.motion import Motion
 from heavytop.theory.nutation import nutation
 from heavytop.theory.potential import Potential
 from heavytop.theory.precision import context

@@ -23,7 +23,7 @@ def test_import_contracts_are_kept():
         ("import heavytop", ("numpy", "sympy", "heyoka", "scipy", "matplotlib", "xarray")),
         ("import heavytop.cli", ("numpy", "sympy", "heyoka", "pydantic", "matplotlib")),
         ("import heavytop.scene", ("numpy", "mpmath", "sympy", "heyoka", "scipy")),
-        ("import heavytop.theory.motion", ("heyoka", "sympy", "matplotlib")),
+        ("import heavytop.motion", ("heyoka", "sympy", "matplotlib")),
         ("import heavytop.propagation", ("matplotlib", "xarray")),
     ],
 )

@@ -10,6 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from heavytop.files import as_json, write_whole
+from heavytop.motion import Motion
 from heavytop.propagation import propagate
 from heavytop.report.figures import (
     FIGURES,
@@ -26,7 +27,6 @@ from heavytop.report.figures import (
     spin_rate,
 )
 from heavytop.scene import load_scene, shipped_scenes
-from heavytop.theory.motion import Motion
 from heavytop.witness import run_errors
 
 

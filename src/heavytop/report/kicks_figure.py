@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 if TYPE_CHECKING:
-    from heavytop.theory.motion import Motion
+    from heavytop.motion import Motion
 
 PATH: Final = "#0072B2"
 START: Final = "#D55E00"

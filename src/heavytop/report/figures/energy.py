@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 
+from heavytop.kinds import Kind
 from heavytop.planning import closed_form_of
 from heavytop.report.figures.style import FAINT, MARKS, OTHER, PATH, Array
-from heavytop.theory.kinds import Kind
 from heavytop.theory.potential import Curve, Potential
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ of, at 60 digits: good evidence and no proof, which is why no verdict here is `c
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from enum import StrEnum
 
+from heavytop.kinds.kind import WHY, Kind, Verdict
 from heavytop.theory.nutation import (
     Course,
     Nutation,
@@ -34,67 +34,6 @@ from heavytop.theory.reduced import Reduced
 
 NEAR_SEPARATRIX = 1e-6
 """1 − m below which a motion is tagged near-separatrix: T is then the logarithm to 6 digits."""
-
-
-class Kind(StrEnum):
-    """The kinds of motion, in the order in which the first that fits is taken."""
-
-    AT_REST = "at-rest"
-    FORCE_FREE = "force-free"
-    SLEEPING = "sleeping"
-    HANGING = "hanging"
-    PLANAR_PENDULUM = "planar-pendulum"
-    SEPARATRIX = "separatrix"
-    THROUGH_TOP = "through-top"
-    THROUGH_BOTTOM = "through-bottom"
-    UNIFORM_PRECESSION = "uniform-precession"
-    LOOPS = "loops"
-    CUSPS = "cusps"
-    WAVES = "waves"
-    UNDECIDED = "undecided"
-
-
-_WHY = {
-    Kind.AT_REST: "no part of the top moves, and no torque acts",
-    Kind.FORCE_FREE: "gMR = 0",
-    Kind.SLEEPING: "the axis stays on the vertical, where V is highest",
-    Kind.HANGING: "the axis stays on the vertical, where V is lowest",
-    Kind.PLANAR_PENDULUM: "p_phi = p_psi = 0",
-    Kind.SEPARATRIX: "the axis tends to the vertical, where V is highest",
-    Kind.THROUGH_TOP: "p_phi = p_psi and theta = 0 is reached",
-    Kind.THROUGH_BOTTOM: "p_phi = -p_psi and theta = pi is reached",
-    Kind.UNIFORM_PRECESSION: "theta is constant",
-    Kind.LOOPS: "|p_phi| < |p_psi| and E' > gMR p_phi/p_psi: phidot changes sign",
-    Kind.CUSPS: "|p_phi| < |p_psi| and E' = gMR p_phi/p_psi: phidot vanishes at a turning point",
-    Kind.WAVES: "phidot keeps its sign",
-    Kind.UNDECIDED: "a sign could not be told",
-}
-
-
-@dataclass(frozen=True, slots=True)
-class Verdict:
-    """What kind of motion it is.
-
-    Parameters
-    ----------
-    kind : Kind
-        The first kind that fits.
-    tags : tuple of str
-        What else holds, in the order of the definition.
-    certified : bool
-        Whether the verdict is proved; here never.
-    margin : float
-        The smallest relative size of any number that was found not to be zero on the way: how
-        far the nearest other verdict is.
-    why : str
-        The condition that decided.
-    """
-
-    kind: Kind
-    tags: tuple[str, ...]
-    certified: bool
-    margin: float
-    why: str
 
 
 @dataclass(slots=True)
@@ -148,7 +87,7 @@ def classify(reduced: Reduced, *, spherical: bool | None = None) -> Verdict:
     if spherical is None:
         spherical = bool(motion.b) and vanishes(motion.ctx, motion.kappa, motion.b)
     tags = (*detail, *_tags(motion, kind, spherical))
-    return Verdict(kind, tags, False, judge.margin, _WHY[kind])
+    return Verdict(kind, tags, (), False, judge.margin, (0.0, 1.0), WHY[kind])
 
 
 def _kind(motion: Reduced, judge: _Judge) -> tuple[Kind, tuple[str, ...]]:

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 import numpy.typing as npt
 
+from heavytop.kinds import Kind, Verdict
+from heavytop.kinds.old import classify as _classify
 from heavytop.theory import constants as _constants
 from heavytop.theory.closed_form import ExactRecord, MPForm, Nodding
 from heavytop.theory.constants import Constants
 from heavytop.theory.double_form import DoubleForm, DoubleRecord
-from heavytop.theory.kinds import Kind, Verdict
-from heavytop.theory.kinds import classify as _classify
 from heavytop.theory.nutation import Nutation
 from heavytop.theory.precision import (
     STANDARD_DIGITS,
