@@ -13,12 +13,15 @@ __version__ = "0.1.0"
 _HOMES = {
     "BadScene": "errors",
     "EndedEarly": "errors",
+    "Enclosure": "balls",
     "Errors": "witness",
     "Exact": "exact",
     "ForeignFile": "errors",
+    "Facts": "facts",
     "HeavyTopError": "errors",
     "ImpossibleStart": "errors",
     "ImpossibleTop": "errors",
+    "Kind": "kinds",
     "Motion": "motion",
     "NoClosedForm": "errors",
     "Plan": "planning",
@@ -27,23 +30,31 @@ _HOMES = {
     "State": "state",
     "Top": "top",
     "Trajectory": "trajectory",
+    "Verdict": "kinds",
+    "classify": "kinds.certify",
+    "classify_many": "kinds.many",
+    "enclose": "balls",
     "extend": "propagation",
     "load_scene": "scene",
     "load_trajectory": "archive",
     "plan": "planning",
     "propagate": "propagation",
+    "propagate_many": "ensemble",
     "run_errors": "witness",
 }
 
 __all__ = [
     "BadScene",
+    "Enclosure",
     "EndedEarly",
     "Errors",
     "Exact",
+    "Facts",
     "ForeignFile",
     "HeavyTopError",
     "ImpossibleStart",
     "ImpossibleTop",
+    "Kind",
     "Motion",
     "NoClosedForm",
     "Plan",
@@ -52,16 +63,23 @@ __all__ = [
     "State",
     "Top",
     "Trajectory",
+    "Verdict",
+    "classify",
+    "classify_many",
+    "enclose",
     "extend",
     "load_scene",
     "load_trajectory",
     "plan",
     "propagate",
+    "propagate_many",
     "run_errors",
 ]
 
 if TYPE_CHECKING:
     from heavytop.archive import load_trajectory
+    from heavytop.balls import Enclosure, enclose
+    from heavytop.ensemble import propagate_many
     from heavytop.errors import (
         BadScene,
         EndedEarly,
@@ -72,6 +90,10 @@ if TYPE_CHECKING:
         NoClosedForm,
     )
     from heavytop.exact import Exact
+    from heavytop.facts import Facts
+    from heavytop.kinds import Kind, Verdict
+    from heavytop.kinds.certify import classify
+    from heavytop.kinds.many import classify_many
     from heavytop.motion import Motion
     from heavytop.planning import Plan, plan
     from heavytop.propagation import extend, propagate

@@ -13,7 +13,7 @@ from heavytop.errors import ForeignFile, Outcome
 from heavytop.events import Events
 from heavytop.netcdf import SCHEMA
 from heavytop.planning import Plan
-from heavytop.propagation import compiled_for
+from heavytop.propagation import compiled_for, engine_of
 from heavytop.scene import read_scene
 from heavytop.taylor.orbit import Checkpoint, Ending, Orbit, Seen
 from heavytop.taylor.winding import Winding
@@ -59,7 +59,8 @@ def _checked(trajectory: Trajectory) -> Trajectory:
     rows = [orbit.samples.rows, *(seen.rows for seen in orbit.hits)]
     fits = all(array.shape[1:] == (width,) for array in rows)
     fits &= all(c.state.shape == (width,) for c in orbit.checkpoints)
-    if not fits or set(orbit.parameters) != named or trajectory.plan.states != width:
+    own = len((form.integrated or form).states)
+    if not fits or set(orbit.parameters) != named or trajectory.plan.states != own:
         raise ForeignFile("states, parameters and plan do not belong together")
     if not abs(orbit.end) >= float(np.max(np.abs(orbit.samples.t), initial=0.0)):
         raise ForeignFile("end: before the last sample")
@@ -113,7 +114,7 @@ def _orbit(
     t, t_low, states = (file[n].to_numpy() for n in ("t", "t_low", "states"))
     hits = tuple(_seen(file, f"zeros_{i}") for i in range(len(chosen.watched)))
     return Orbit(
-        integrator=compiled_for(chosen),
+        integrator=engine_of(chosen, compiled_for(chosen), parameters, points[0]),
         parameters=parameters,
         winding=Winding.of(parameters, points[0].state) if chosen.follows_phi else None,
         checkpoints=points,

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from heavytop.classification import constants_document, finite, motion_document
 from heavytop.events import EVENTS
 from heavytop.motion import Motion
 from heavytop.planning import closed_form_of
@@ -37,7 +38,7 @@ def run_document(trajectory: Trajectory, files: Mapping[str, str] | None = None)
         "schema": SCHEMA,
         "scene": trajectory.scene.document(),
         "motion": motion_document(motion),
-        "constants": {name: finite(value) for name, value in motion.constants.items()},
+        "constants": constants_document(motion),
         "plan": _plan(trajectory),
         "final": _final(trajectory),
         "events": _events(trajectory),
@@ -48,31 +49,6 @@ def run_document(trajectory: Trajectory, files: Mapping[str, str] | None = None)
         "files": dict(files or {}),
         "versions": {name: _version(name) for name in _LIBRARIES},
     }
-
-
-def motion_document(motion: Motion) -> dict[str, Any]:
-    """Return what is known of a motion without integrating it."""
-    return {
-        "kind": str(motion.kind),
-        "tags": [str(tag) for tag in motion.tags],
-        "certified": False,
-        "margin": finite(motion.margin),
-        "theta_min": finite(motion.theta_min),
-        "theta_max": finite(motion.theta_max),
-        "period": finite(motion.period),
-        "precession": finite(motion.precession),
-        "spin": finite(motion.spin),
-    }
-
-
-def finite(value: Any) -> Any:
-    """Return a value as JSON holds it: None for what is not a finite number."""
-    if value is None or isinstance(value, str | bool | int):
-        return value
-    if isinstance(value, dict):
-        return {name: finite(each) for name, each in value.items()}
-    number = float(value)
-    return number if math.isfinite(number) else None
 
 
 def _plan(trajectory: Trajectory) -> dict[str, Any]:

@@ -72,6 +72,23 @@ class NoClosedForm(HeavyTopError):
     """A kind of motion whose closed form the package does not hold; the message names it."""
 
 
+class Unseparated(HeavyTopError):
+    """A number that so many bits do not tell from another, or do not give the digits asked.
+
+    Attributes
+    ----------
+    bound : float
+        What is proved all the same: an upper bound of the difference, or of the error.
+    """
+
+    def __init__(self, what: str, bound: float) -> None:
+        super().__init__(what, bound)
+        self.bound = bound
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
 class UntranslatableExpression(HeavyTopError, TypeError):
     """A symbolic expression that has no counterpart in the integrator."""
 

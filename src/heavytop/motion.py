@@ -11,40 +11,18 @@ import numpy as np
 import numpy.typing as npt
 
 from heavytop.kinds import Kind, Verdict
-from heavytop.kinds.old import classify as _classify
+from heavytop.kinds.certify import classify
 from heavytop.theory import constants as _constants
 from heavytop.theory.closed_form import ExactRecord, MPForm, Nodding
 from heavytop.theory.constants import Constants
 from heavytop.theory.double_form import DoubleForm, DoubleRecord
 from heavytop.theory.nutation import Nutation
-from heavytop.theory.precision import (
-    STANDARD_DIGITS,
-    Number,
-    context,
-    number,
-    vanishes,
-)
+from heavytop.theory.precision import STANDARD_DIGITS, Number, context
 from heavytop.theory.reduced import Reduced
 
 if TYPE_CHECKING:
     from heavytop.state import State
     from heavytop.top import Top
-
-
-def classify(top: Top, start: State) -> Verdict:
-    """The kind of motion of `top` from `start`, with tags, margin and the reason.
-
-    Parameters
-    ----------
-    top : Top
-        What spins.
-    start : State
-        How it starts.
-    """
-    ctx = context(STANDARD_DIGITS)
-    A, C = number(ctx, top.A), number(ctx, top.C)
-    spherical = vanishes(ctx, A - C, A, C)
-    return _classify(Reduced.from_scene(ctx, top, start), spherical=spherical)
 
 
 @dataclass(frozen=True)
@@ -191,6 +169,11 @@ class Motion:
     def tags(self) -> tuple[str, ...]:
         """What else holds."""
         return self.verdict.tags
+
+    @property
+    def certified(self) -> bool:
+        """Whether the kind is proved."""
+        return self.verdict.certified
 
     @property
     def margin(self) -> float:

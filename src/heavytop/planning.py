@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from functools import lru_cache
 
@@ -13,12 +13,13 @@ from heavytop.models.ladder import LADDER
 from heavytop.motion import Motion
 from heavytop.scene import Scene
 from heavytop.state import State
+from heavytop.taylor.projection import why_not
 from heavytop.top import Top
 
 EPSILON = 2.0**-52
 MOST_DIGITS = 13  # what double precision can promise at the end of a short run
 LONG_FOR_LAGRANGE = 100  # nutation periods
-REVERSING = frozenset({"loops", "cusps", "waves"})  # phidot may have zeros; of any other kind not
+REVERSING = frozenset({"loops", "cusps", "waves", "undecided"})  # phidot may have zeros
 OWN_STATES = {"routh": 2, "subsystem": 4}  # phi and psi not counted
 Why = tuple[str, ...]
 NEEDS_PHI = frozenset({"phi", "psi", "attitude"})
@@ -35,8 +36,8 @@ class Plan:
     formulation : str
     variant : str or None
         How the formulation has phi and psi: in the axis form psi by ``sigma`` or ``delta``, in
-        the subsystem and Routh's form both as ``angles``; in the cubic form the pole from which
-        heights are measured.
+        the subsystem, Routh's and the attitude form both as ``angles``; in the cubic form the
+        pole from which heights are measured.
     follows_phi : bool
         Whether the winding of phi is counted.
     frame : tuple of (str, float)
@@ -63,14 +64,16 @@ class Plan:
     warnings: tuple[str, ...] = field(default=())
 
 
-def plan(scene: Scene, formulation: str = "auto") -> Plan:
+def plan(scene: Scene, formulation: str = "auto", *, projected: bool = False) -> Plan:
     """Return the plan for a scene.
 
     Parameters
     ----------
     scene : Scene
     formulation : str
-        ``auto`` or the name of a formulation: axis, cubic, routh, subsystem, lagrange.
+        ``auto`` or the name of a formulation: axis, attitude, cubic, routh, subsystem, lagrange.
+    projected : bool
+        Whether the state is put back onto the invariants of the start, between blocks of steps.
 
     Raises
     ------
@@ -87,8 +90,17 @@ def plan(scene: Scene, formulation: str = "auto") -> Plan:
     chosen = "axis" if formulation == "auto" else formulation
     _check(scene, chosen)
     watched, why_events = _watched(scene, motion)
-    makers = {"lagrange": _lagrange, "axis": _axis, "cubic": _cubic}
-    return makers.get(chosen, _with_angles)(scene, motion, chosen, watched, why_events)
+    makers = {"lagrange": _lagrange, "axis": _axis, "attitude": _attitude, "cubic": _cubic}
+    found = makers.get(chosen, _with_angles)(scene, motion, chosen, watched, why_events)
+    return _projected(scene, found) if projected else found
+
+
+def _projected(scene: Scene, found: Plan) -> Plan:
+    form = LADDER[found.formulation].build(found.variant)
+    if rule := why_not(form):
+        raise BadScene((Fault(scene.name, None, "projected", "", rule),))
+    reason = f"projected onto {', '.join(form.invariants)} every few nutations"
+    return replace(found, projected=True, reasons=(*found.reasons, reason))
 
 
 def closed_form_of(scene: Scene) -> Motion:
@@ -227,6 +239,24 @@ def _axis(
         frame=(("frame_rate", motion.mean_rate(variant)),) if variant else (),
         watched=watched,
         states=6 if variant else 5,
+        reasons=(*reasons, *why),
+    )
+
+
+def _attitude(
+    scene: Scene, motion: Motion, formulation: str, watched: tuple[str, ...], why: Why
+) -> Plan:
+    reasons = ["attitude: quadratic, regular at the poles, and the uniform spin is taken out"]
+    counted = bool(frozenset(scene.quantities) & NEEDS_PHI)
+    if counted:
+        reasons.append("phi and psi from the quaternion, whose turns are counted")
+    return Plan(
+        formulation=formulation,
+        variant="angles" if counted else None,
+        follows_phi=False,
+        frame=(),
+        watched=watched,
+        states=6,
         reasons=(*reasons, *why),
     )
 

@@ -19,8 +19,13 @@ from heavytop.models.numeric import exact_values
 from heavytop.planning import EPSILON, Plan, closed_form_of, plan, span
 from heavytop.quantities import Sample, event_function, sample, spin_momentum
 from heavytop.scene import Scene
+from heavytop.taylor.counting import Counting
+from heavytop.taylor.engine import Engine
 from heavytop.taylor.integrator import Integrator, integrator
+from heavytop.taylor.legs import Projected
 from heavytop.taylor.orbit import Checkpoint, Orbit, Seen, continued, integrate
+from heavytop.taylor.projection import Projection
+from heavytop.taylor.turns import Turns
 from heavytop.taylor.winding import Winding
 from heavytop.trajectory import Statistics, Trajectory
 
@@ -39,6 +44,7 @@ def propagate(
     scene: Scene,
     *,
     formulation: str = "auto",
+    projected: bool = False,
     progress: Progress | None = None,
     step_limit: int | None = None,
 ) -> Trajectory:
@@ -49,6 +55,9 @@ def propagate(
     scene : Scene
     formulation : str
         ``auto`` (the least that gives what the scene wants) or the name of a formulation.
+    projected : bool
+        Whether to put the state back onto the invariants of the start, between blocks of steps:
+        for long runs, whose phase is then lost as the square root of the time.
     progress : callable, optional
         Called with the fraction done, after each block of steps.
     step_limit : int, optional
@@ -77,17 +86,17 @@ def propagate(
     >>> trajectory.events.count("cusp")
     5
     """
-    chosen = plan(scene, formulation)
+    chosen = plan(scene, formulation, projected=projected)
     for warning in chosen.warnings:
         warnings.warn(warning, UnboundedAngleWarning, stacklevel=2)
     end = span(scene, closed_form_of(scene))
     compiled, derive_s = _compiled(chosen)
-    parameters, start = _binary(scene, chosen, compiled.formulation)
+    parameters, start = _binary(scene, chosen, formulation_of(chosen))
     samples = np.linspace(0.0, end, scene.samples)
     winding = Winding.of(parameters, start.state) if chosen.follows_phi else None
     began = time.perf_counter()
     orbit = integrate(
-        compiled,
+        engine_of(chosen, compiled, parameters, start),
         parameters,
         start,
         samples,
@@ -168,13 +177,30 @@ def _left_the_chart(orbit: Orbit) -> bool:
 
 def compiled_for(chosen: Plan) -> Integrator:
     """Return the compiled integrator of a plan."""
-    form = LADDER[chosen.formulation].build(chosen.variant)
-    return integrator(form, chosen.watched, chosen.tolerance)
+    form = formulation_of(chosen)
+    return integrator(form.integrated or form, chosen.watched, chosen.tolerance)
+
+
+def formulation_of(chosen: Plan) -> Formulation:
+    """Return the formulation of a plan, with the angles it counts."""
+    return LADDER[chosen.formulation].build(chosen.variant)
+
+
+def engine_of(
+    chosen: Plan, compiled: Integrator, parameters: dict[str, float], start: Checkpoint
+) -> Engine:
+    """Return what takes the steps of a plan: the integrator, as it projects and counts turns."""
+    form = formulation_of(chosen)
+    engine: Engine = compiled
+    if chosen.projected:
+        state = start.state[: len(compiled.formulation.states)]
+        engine = Projected(compiled, Projection.of(compiled.formulation, parameters, state))
+    return engine if form.integrated is None else Counting(engine, form, Turns.of(parameters))
 
 
 def _compiled(chosen: Plan) -> tuple[Integrator, float]:
     began = time.perf_counter()
-    LADDER[chosen.formulation].build(chosen.variant)
+    formulation_of(chosen)
     derive_s = time.perf_counter() - began
     return compiled_for(chosen), derive_s
 
@@ -204,8 +230,11 @@ def _binary(scene: Scene, chosen: Plan, form: Formulation) -> tuple[dict[str, fl
     count = len(form.parameters)
     parameters = {p.name: v for p, v in zip(form.parameters, values[:count], strict=True)}
     parameters |= dict(chosen.frame)
+    state = np.array(values[count:])
+    if form.integrated is not None:
+        state[-2:] = Turns.of(parameters).started(state, *state[-2:].tolist())
     phi = float(scene.start.phi) if chosen.follows_phi else np.nan
-    return parameters, Checkpoint((0.0, 0.0), np.array(values[count:]), phi, 0)
+    return parameters, Checkpoint((0.0, 0.0), state, phi, 0)
 
 
 def _events(scene: Scene, chosen: Plan, orbit: Orbit) -> Events:

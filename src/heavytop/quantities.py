@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.models.formulation import Formulation, turned_phi
+from heavytop.models.formulation import Formulation, spin, turned_phi
 from heavytop.models.numeric import numpy_function
+from heavytop.taylor.doubledouble import two_product
 
 Array = NDArray[np.float64]
 
@@ -28,6 +29,8 @@ class Sample:
         Their rates [rad/s].
     axis, omega : ndarray, shape (k, 3)
         The symmetry axis and the angular velocity [rad/s], both in space.
+    quaternion : ndarray, shape (k, 4)
+        The attitude, body to space, scalar first; nan where the plan does not follow it.
     states : ndarray, shape (k, n)
         The states of the formulation.
     """
@@ -41,26 +44,18 @@ class Sample:
     psidot: Array
     axis: Array
     omega: Array
+    quaternion: Array
     states: Array
 
     def at(self, index: Any) -> Sample:
         """Return some of them: one by its index, or several by a slice or mask."""
         return Sample(*(getattr(self, name)[index] for name in self.__slots__))
 
-    @property
-    def quaternion(self) -> Array:
-        """The attitude, body to space, scalar first, shape (k, 4)."""
-        half = self.theta / 2
-        plus, minus = (self.phi + self.psi) / 2, (self.phi - self.psi) / 2
-        c, s = np.cos(half), np.sin(half)
-        parts = (c * np.cos(plus), s * np.cos(minus), s * np.sin(minus), c * np.sin(plus))
-        return np.stack(parts, axis=-1)
-
 
 @cache
 def _outputs(formulation: Formulation) -> tuple[tuple[str, ...], Any]:
     names = tuple(formulation.outputs)
-    arguments = (*formulation.arguments(), turned_phi)
+    arguments = (*formulation.arguments(), turned_phi, *spin)
     return names, numpy_function([formulation.outputs[n] for n in names], arguments)
 
 
@@ -91,7 +86,7 @@ def sample(
     """Return the physical quantities at states of a formulation."""
     names, function = _outputs(formulation)
     with np.errstate(divide="ignore", invalid="ignore"):
-        values = function(*_values(formulation, rows, parameters, t), phi)
+        values = function(*_values(formulation, rows, parameters, t), phi, *_spun(parameters, t))
     full = {n: np.broadcast_to(v, t.shape) for n, v in zip(names, values, strict=True)}
     full |= _limits_at_poles(full, parameters)
     unknown = np.full(t.shape, np.nan)
@@ -109,9 +104,29 @@ def sample(
         psidot=full["psidot"],
         axis=axis,
         omega=omega,
+        quaternion=_attitude(full, phi),
         states=rows,
     )
     return found
+
+
+def _spun(parameters: dict[str, float], t: Array) -> tuple[Array, Array]:
+    """Return cosine and sine of kappa t / 2: its last digits count, however many turns it is."""
+    half, rest = two_product(np.full(t.shape, parameters.get("kappa", 0.0) / 2), t)
+    c, s = np.cos(rest), np.sin(rest)
+    return np.cos(half) * c - np.sin(half) * s, np.sin(half) * c + np.cos(half) * s
+
+
+def _attitude(full: dict[str, Array], phi: Array) -> Array:
+    """Return the quaternion, from the angles where the formulation has none of its own."""
+    if "quaternion_0" in full:
+        return np.stack([full[f"quaternion_{i}"] for i in range(4)], axis=-1)
+    psi = full.get("psi", np.full(phi.shape, np.nan))
+    half, phi = full["theta"] / 2, full.get("phi", phi)
+    plus, minus = (phi + psi) / 2, (phi - psi) / 2
+    c, s = np.cos(half), np.sin(half)
+    parts = (c * np.cos(plus), s * np.cos(minus), s * np.sin(minus), c * np.sin(plus))
+    return np.stack(parts, axis=-1)
 
 
 def _limits_at_poles(full: dict[str, Array], parameters: dict[str, float]) -> dict[str, Array]:

@@ -241,8 +241,9 @@ def _precession_rate(top: Top, values: Mapping[str, Exact]) -> Exact:
     if sin(values["theta"]).sign() != 0:
         return (p_phi - p_psi * u) / (top.A * sin(values["theta"]) ** 2)
     if (p_phi - p_psi * u).sign() != 0:
-        pole = "p_psi at theta = 0" if u == 1 else "-p_psi at theta = pi"
-        raise ImpossibleStart([("p_phi", f"equal to {pole}: nothing else reaches the vertical")])
+        pole = "p_psi" if u == 1 else "-p_psi"
+        where = f"equal to {pole} = {short(p_psi * u)} at this theta"
+        raise ImpossibleStart([("p_phi", f"{where}: nothing else reaches the vertical")])
     return p_psi * u / (2 * top.A)
 
 

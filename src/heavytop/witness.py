@@ -41,7 +41,7 @@ class Errors:
         Of E', relative to max(|E'|, gMR).
     invariants : dict from str to float
         Of the formulation's other invariants, relative to their start: p_phi, p_psi, and
-        |e|^2 as ``length``. In the axis form p_phi is a constant of the equations.
+        |e|^2 or |q|^2 as ``length``. In the axis form p_phi is a constant of the equations.
     event_time : float or None
         Over turning points and reversals [s].
     input_rounding : float or None
@@ -163,6 +163,14 @@ def _of_axis(ctx: Context, state: State, p: Parameters, _variant: Variant) -> Re
     return Reduced.from_axis(ctx, state[:3], l, p["g"], p["phi_0"], p["psi_0"], p["kappa"])
 
 
+def _of_attitude(ctx: Context, state: State, p: Parameters, _variant: Variant) -> Reduced:
+    """Return the motion through q and l; |q|^2 is the length of the axis."""
+    w, x, y, z = (ctx.mpf(component) for component in state[:4])
+    e = (2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z)
+    l = (*state[4:6], p["l_z"])  # noqa: E741
+    return Reduced.from_axis(ctx, e, l, p["g"], p["phi_0"], p["psi_0"], p["kappa"])
+
+
 def _of_routh(ctx: Context, state: State, p: Parameters, _variant: Variant) -> Reduced:
     theta, thetadot = (ctx.mpf(x) for x in state[:2])
     A, C, p_psi = (ctx.mpf(p[name]) for name in ("A", "C", "p_psi"))
@@ -173,20 +181,39 @@ def _of_routh(ctx: Context, state: State, p: Parameters, _variant: Variant) -> R
 
 
 def _of_cubic(ctx: Context, state: State, p: Parameters, variant: Variant) -> Reduced:
-    """Return the motion through w and wdot; the energy is theirs, not the rounded `excess`."""
+    """Return the motion through w and wdot of the cubic that the run integrates."""
     w, wdot = (ctx.mpf(x) for x in state)
     side = 1 if variant == "top" else -1
     if not w:  # on the pole itself, where wdot is zero whatever the speed
-        speed = ctx.sqrt(2 * ctx.mpf(p["excess"]))
+        speed = ctx.sqrt(p["k_0"])
         pole = (ctx.mpf(0) if side > 0 else ctx.pi, 0, 0, side * speed, 0)
         return Reduced.from_angles(ctx, 1, 1, p["g"], *pole, omega3=p["n"])
     sine = ctx.sqrt(w * (2 - w))
     theta = 2 * ctx.asin(ctx.sqrt(w / 2))
     if side < 0:
         theta = ctx.pi - theta
-    phidot = (p["P"] + side * p["n"] * w) / sine**2
-    start = (theta, 0, 0, side * wdot / sine, phidot)
-    return Reduced.from_angles(ctx, 1, 1, p["g"], *start, omega3=p["n"])
+    P, n, g = _momenta(ctx, w, wdot, side, p)
+    start = (theta, 0, 0, side * wdot / sine, (P + side * n * w) / sine**2)
+    return Reduced.from_angles(ctx, 1, 1, g, *start, omega3=n)
+
+
+def _momenta(
+    ctx: Context, w: Any, wdot: Any, side: int, parameters: Parameters
+) -> tuple[Any, Any, Any]:
+    """Return P, n and g of the top whose wddot is k_0 + k_1 w + k_2 w^2, through w and wdot.
+
+    Its wdot^2 is 2 k_0 w + k_1 w^2 + 2 k_2 w^3/3 - P^2, and in terms of excess, P, n and g, as
+    `height_cubic` has them, k_0 + k_1 = 4 side g - n^2 - side n P and k_2 = -3 side g.
+    """
+    P, n, k_0, k_1, k_2 = (ctx.mpf(parameters[k]) for k in ("P", "n", "k_0", "k_1", "k_2"))
+    g = -side * k_2 / 3
+    P_squared = 2 * k_0 * w + k_1 * w**2 + 2 * k_2 * w**3 / 3 - wdot**2
+    middle_squared = P_squared / 4 + 4 * side * g - k_0 - k_1  # of n + side P / 2
+    if min(P_squared, middle_squared) < 0:  # through a pole, within rounding
+        return P, n, g
+    size, middle = ctx.sqrt(P_squared), ctx.sqrt(middle_squared)
+    own = size if P >= 0 else -size
+    return own, (middle if n + side * P / 2 >= 0 else -middle) - side * own / 2, g
 
 
 Context = Any
@@ -200,6 +227,7 @@ _OWN: Mapping[str, Callable[[Context, State, Parameters, Variant], Reduced]] = {
     "routh": _of_routh,
     "cubic": _of_cubic,
     "axis": _of_axis,
+    "attitude": _of_attitude,
 }
 
 
@@ -247,11 +275,12 @@ def _largest(values: Any) -> float:
     return float(np.max(np.abs(values))) if np.size(values) else 0.0
 
 
-def phase_error(trajectory: Trajectory) -> float:
-    """Return how far the nutation runs ahead of the closed form at the last sample [s]."""
+def phase_error(trajectory: Trajectory, t: float | None = None) -> float:
+    """Return how far the nutation runs ahead of the closed form at a time or at the end [s]."""
     truth = closed_form(trajectory)
-    run, exact = trajectory(trajectory.t[-1:]), truth(trajectory.t[-1:])
-    du = run.axis[0, 2] - exact.u[0]
+    at = trajectory.t[-1:] if t is None else np.array([t])
+    run, exact = trajectory(at), truth(at)
+    du = np.cos(run.theta[0]) - exact.u[0]
     udot = -run.thetadot[0] * np.sin(run.theta[0])
     frequency = truth.frequency
     weight = exact.udot[0] ** 2 + (exact.uddot[0] / frequency) ** 2

@@ -11,9 +11,10 @@ from fractions import Fraction
 
 import pytest
 
-from heavytop.theory.closed_form import MPForm, jacobi
+from heavytop.theory.closed_form import MPForm
 from heavytop.theory.precision import context
 from heavytop.theory.reduced import Reduced
+from heavytop.theory.theta_functions import Functions, Lattice
 
 CTX = context(60)
 WORK = context(45)
@@ -292,13 +293,27 @@ def test_digits_are_kept(digits):
         )
 
 
-@pytest.mark.parametrize("mc", ["1", "0.7", "1e-8", "1e-30"])
+@pytest.mark.parametrize("mc", ["1", "0.7", "0.4", "1e-8", "1e-30"])
 def test_jacobi_functions_invert_the_integral(mc):
-    """F(asin sn | m) = x by Carlson's R_F, and sn² + cn² = 1."""
+    """F(asin sn | m) = x by Carlson's R_F, and sn² + cn² = 1, beside either turning point."""
     ctx = context(60)
     mc = ctx.mpf(mc)
-    K = ctx.elliprf(0, mc, 1)
-    for x in (K / 2, K / 7, ctx.mpf("1e-20")):
-        s, c, d = jacobi(ctx, x, mc)
+    lattice = Lattice.of(ctx, 1 - mc, mc)
+    functions, K = Functions.of(lattice, ctx.eps), ctx.elliprf(0, mc, 1)
+    beside = [(x, False, x) for x in (K / 2, K / 7, ctx.mpf("1e-20"))]
+    for x, upper, argument in [*beside, *((K - x, True, -x) for x in (K / 2, K / 7, K / 1000))]:
+        s, c, d = functions(*lattice.argument(argument), upper)
         assert abs(s * ctx.elliprf(c * c, d * d, 1) / x - 1) < ctx.mpf("1e-45")
         assert abs(s * s + c * c - 1) < ctx.mpf("1e-58")
+
+
+@pytest.mark.parametrize("x", [0, 1, 200])
+def test_jacobi_functions_next_to_the_separatrix(x):
+    """1 − m = 1e-300: sn, cn, dn are tanh, sech, sech, to all digits of each."""
+    ctx = context(60)
+    mc = ctx.mpf("1e-300")
+    lattice = Lattice.of(ctx, 1 - mc, mc)
+    s, c, d = Functions.of(lattice, ctx.eps)(*lattice.argument(ctx.mpf(x)), False)
+    assert abs(s - ctx.tanh(x)) < ctx.mpf("1e-58")
+    assert abs(c / ctx.sech(x) - 1) < ctx.mpf("1e-57")
+    assert abs(d / ctx.sech(x) - 1) < ctx.mpf("1e-57")

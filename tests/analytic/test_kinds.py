@@ -8,22 +8,19 @@ import pytest
 
 from heavytop.exact import Exact
 from heavytop.kinds import Kind
-from heavytop.kinds.old import classify
-from heavytop.theory.double_form import DoubleForm
-from heavytop.theory.nutation import Course, course
-from heavytop.theory.precision import context
-from heavytop.theory.reduced import Reduced
+from heavytop.kinds.certify import classify
+from heavytop.motion import Motion
+from heavytop.state import State
+from heavytop.top import Top
 
-CTX = context(60)
 SICM = (Fraction("3.28e-4"), Fraction("6.6e-5"), Fraction("0.0456"))
 BETSCH = (Fraction("6.375e-3"), Fraction("7.5e-4"), Fraction("0.73575"))
 X = Exact.of
 
 
 def verdict(top, theta, phidot=0, psidot=0, thetadot=0, omega3=None):
-    return classify(
-        Reduced.from_angles(CTX, *top, theta, 0, 0, thetadot, phidot, psidot, omega3=omega3)
-    )
+    spin = {"psidot": psidot} if omega3 is None else {"omega3": omega3}
+    return classify(Top(*top), State(theta, thetadot, phidot=phidot, **spin))
 
 
 def sicm(phidot, **spin):
@@ -72,23 +69,27 @@ KINDS = [
     ("at rest below", (TWO, X("pi")), "at-rest", ()),
     ("at rest above", (TWO, 0), "at-rest", ()),
     ("at rest, weightless", ((2, 1, 0), 1), "at-rest", ()),
-    ("force-free", ((2, 1, 0), 1, 1, 20), "force-free", ()),
+    ("force-free", ((2, 1, 0), 1, 1, 20), "force-free", ("closed-orbit",)),
     ("sleeping", (TWO, 0, 0, 20), "sleeping", ("stable",)),
     ("marginal: ω3² C² = 4 A gMR", ((2, 1, 2), 0, 0, 4), "sleeping", ("marginal",)),
     ("unstable", (TWO, 0, 0, 1), "sleeping", ("unstable",)),
     ("upside down", ((2, 1, -3), X("pi"), 0, 20), "sleeping", ("stable", "inverted-gravity")),
     ("hanging", (TWO, X("pi"), 0, 1), "hanging", ()),
     ("hanging up", ((2, 1, -3), 0, 0, 1), "hanging", ("inverted-gravity",)),
-    ("swing", (TWO, 1), "planar-pendulum", ("swinging", "start-at-rest")),
-    ("turning over", (TWO, 1, 0, 0, 5), "planar-pendulum", ("rotating",)),
+    ("swing", (TWO, 1), "planar-pendulum",
+     ("swinging", "closed-orbit", "start-at-rest")),
+    ("turning over", (TWO, 1, 0, 0, 5), "planar-pendulum",
+     ("rotating", "closed-orbit")),
     ("θ̇² = 4gMR/A sin²½θ", ((2, 1, 2), X("pi/3"), 0, 0, 1), "planar-pendulum", ("asymptotic",)),
     ("separatrix", ((2, 1, 2), X("pi/3"), X("2/sqrt(3)"), X("5/sqrt(3)")), "separatrix", ()),
     ("through the top", (TWO, 0, 0, 2, 3), "through-top", ()),
     ("through the bottom", (TWO, X("pi"), 0, 2, 3), "through-bottom", ()),
-    ("slow", (BETSCH, X("pi/3"), 10, Fraction("135.6")), "uniform-precession", ("slow",)),
-    ("single", ((1, 1, 2), X("pi/2"), 1, 2), "uniform-precession", ("single", "spherical-top")),
+    ("slow", (BETSCH, X("pi/3"), 10, Fraction("135.6")), "uniform-precession",
+     ("slow", "closed-orbit")),
+    ("single", ((1, 1, 2), X("pi/2"), 1, 2), "uniform-precession",
+     ("single", "spherical-top", "closed-orbit")),
     ("cone", ((2, 1, -2), X("pi/3"), X("sqrt(2)"), -X("sqrt(2)/2")), "uniform-precession",
-     ("single", "spherical-pendulum", "inverted-gravity")),
+     ("single", "spherical-pendulum", "closed-orbit", "inverted-gravity")),
     ("spherical pendulum", (TWO, X("pi/2"), 1, 0), "waves", ("spherical-pendulum",)),
     ("spherical top", ((1, 1, 3), 1, 1, 5), "waves", ("spherical-top",)),
     ("dropped", (SICM, Fraction("0.1"), 0, 140), "cusps", ("start-at-rest",)),
@@ -100,8 +101,11 @@ def test_kinds(name, case, kind, tags):
     found = verdict(*case)
     assert found.kind == kind
     assert found.tags == tags
-    assert not found.certified
+    assert found.certified
     assert found.why
+    assert not found.open_tags
+    low, high = found.margin_enclosure
+    assert low <= found.margin <= high
     assert 0 < found.margin <= 1
 
 
@@ -111,8 +115,8 @@ def test_fast_is_the_other_rate():
     fast = gMR / (A * Fraction(1, 2) * 10)
     assert float(fast) == pytest.approx(23.082352941176471, rel=1e-15)
     omega3 = Fraction("135.6") + 5
-    assert verdict(BETSCH, X("pi/3"), fast, omega3=omega3).tags == ("fast",)
-    assert verdict(BETSCH, X("pi/3"), 10, omega3=omega3).tags == ("slow",)
+    assert verdict(BETSCH, X("pi/3"), fast, omega3=omega3).tags == ("fast", "closed-orbit")
+    assert verdict(BETSCH, X("pi/3"), 10, omega3=omega3).tags == ("slow", "closed-orbit")
     assert verdict(BETSCH, X("pi/3"), fast + Fraction(1, 10**30), omega3=omega3).kind != (
         "uniform-precession"
     )
@@ -132,20 +136,25 @@ def test_next_to_special_kinds_is_generic():
     assert "near-separatrix" in cases[0].tags
 
 
+def drawn(draw, gMR):
+    """A motion at random."""
+    start = State(
+        draw.uniform(0.3, 2.8), draw.uniform(-1, 1), phidot=draw.uniform(-2, 2),
+        psidot=draw.uniform(-3, 3),
+    )  # fmt: skip
+    return Motion(Top(2, draw.uniform(0.1, 3.9), gMR), start)
+
+
 def test_spin_reversal_is_what_the_rates_do():
     """ψ̇ takes both signs exactly when the tag says so: seen on the closed form, at random."""
     draw, seen = random.Random(5), set()
     for _ in range(40):
-        gMR = draw.choice([-3, 0, 3])
-        reduced = Reduced.from_angles(
-            CTX, 2, draw.uniform(0.1, 3.9), gMR, draw.uniform(0.3, 2.8), 0, 0,
-            draw.uniform(-1, 1), draw.uniform(-2, 2), draw.uniform(-2, 2),
-        )  # fmt: skip
-        form = DoubleForm(reduced)
-        rates = form(np.linspace(0, form.period, 4001)).psidot
+        motion = drawn(draw, draw.choice([-3, 0, 3]))
+        rates = motion.at(np.linspace(0, motion.period, 4001)).psidot
         reverses = bool(rates.min() < 0 < rates.max())
-        assert ("spin-reversal" in classify(reduced).tags) is reverses
-        seen.add((gMR < 0, reverses))
+        found = classify(motion.top, motion.start)
+        assert ("spin-reversal" in found.tags) is reverses
+        seen.add((motion.top.gMR.sign() < 0, reverses))
     assert len(seen) == 4
 
 
@@ -153,14 +162,9 @@ def test_loops_are_what_the_rates_do():
     """φ̇ takes both signs in loops and one in waves, for either sign of gMR, at random."""
     draw, seen = random.Random(3), set()
     for _ in range(60):
-        reduced = Reduced.from_angles(
-            CTX, 1, draw.uniform(0.1, 2), draw.uniform(-3, 3), draw.uniform(0.1, 3), 0, 0,
-            draw.uniform(-1, 1), draw.uniform(-2, 2), draw.uniform(-4, 4),
-        )  # fmt: skip
-        assert course(reduced) is Course.NUTATING
-        form = DoubleForm(reduced)
-        rates = form(np.linspace(0, form.period, 4001)).phidot
-        kind = classify(reduced).kind
+        motion = drawn(draw, draw.uniform(-3, 3))
+        rates = motion.at(np.linspace(0, motion.period, 4001)).phidot
+        kind = classify(motion.top, motion.start).kind
         assert (kind is Kind.LOOPS) is bool(rates.min() < 0 < rates.max())
         seen.add(kind)
     assert seen == {Kind.LOOPS, Kind.WAVES}

@@ -5,7 +5,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from heavytop.motion import Motion, classify
+from heavytop.kinds.certify import classify
+from heavytop.motion import Motion
 from heavytop.state import State
 from heavytop.top import Top
 

@@ -7,7 +7,8 @@ import pytest
 
 from heavytop.errors import NoClosedForm
 from heavytop.exact import Exact
-from heavytop.theory.nutation import Course, course, nutation
+from heavytop.theory.course import Course, course
+from heavytop.theory.nutation import nutation
 from heavytop.theory.precision import context
 from heavytop.theory.reduced import Reduced
 

@@ -65,7 +65,7 @@ def test_the_cone_of_betsch_precesses_steadily():
     scene = ht.load_scene("steady-betsch")
     assert (scene.start.phidot, scene.start.psidot.fraction) == (10, ht.Exact.of("135.6").fraction)
     motion = ht.Motion(scene.top, scene.start)
-    assert (motion.kind, motion.tags) == ("uniform-precession", ("slow",))
+    assert (motion.kind, motion.tags) == ("uniform-precession", ("slow", "closed-orbit"))
     end = ht.propagate(scene)([2.0])
     other = ht.State.steady(scene.top, "pi/3", "140.6", "fast").phidot
     assert near(float(other), 23.082352941176471, 2e-16)

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import heavytop as ht
 from heavytop.theory import steady
@@ -86,3 +88,84 @@ def test_too_slow_a_spin_is_refused_with_the_least():
         steady.fast(BOOK, "pi/2", 140)
     with pytest.raises(ht.ImpossibleStart, match="not 0"):
         steady.slow(BOOK, "pi/2", 0)
+
+
+def reduced(top, theta, **rates):
+    return ht.Motion(top, ht.State(theta, **rates)).reduced
+
+
+def test_the_pair_of_one_motion():
+    """The cone of Betsch: 10 and 23.082352941176471 rad/s, nodding with 10.852971464966503."""
+    motion = reduced(CONE, "pi/3", phidot=10, omega3="140.6")
+    slow, fast = steady.pair(motion)
+    assert float(slow) == 10
+    assert float(fast) == pytest.approx(23.082352941176471, rel=1e-16)
+    assert float(steady.nodding(motion, slow)) == pytest.approx(10.852971464966503, rel=1e-16)
+    slow, fast = steady.pair(reduced(BOOK, "0.1", omega3=140))
+    assert [float(slow), float(fast)] == pytest.approx(
+        [6.3668390938832, 21.945335558617], rel=3e-14
+    )
+
+
+@pytest.mark.parametrize(
+    ("top", "start", "rates"),
+    [
+        (BOOK, {"theta": "0.1", "omega3": 100}, (None, None)),
+        (BOOK, {"theta": "pi/2", "omega3": 140}, (0.0456 / (6.6e-5 * 140), None)),
+        (ht.Top(1, 1, 1), {"theta": "pi/3", "omega3": "sqrt(2)"}, (np.sqrt(2), None)),
+        (ht.Top(1, 1, 1), {"theta": "2*pi/3", "omega3": 0}, (np.sqrt(2), -np.sqrt(2))),
+        (ht.Top(1, 1, 1), {"theta": "pi/2", "omega3": 0}, (None, None)),
+        (ht.Top(1, 1, 0), {"theta": "pi/3", "omega3": 3}, (0.0, 6.0)),
+        (ht.Top(1, 1, -4), {"theta": "pi/3", "omega3": 1}, (-2.0, 4.0)),
+    ],
+    ids=["too slow", "level", "double", "no spin", "nothing holds", "no weight", "inverted"],
+)
+def test_which_rates_there_are(top, start, rates):
+    found = steady.pair(reduced(top, **start))
+    for rate, expected in zip(found, rates, strict=True):
+        assert (rate is None) == (expected is None)
+        assert rate is None or float(rate) == pytest.approx(expected, rel=1e-15)
+
+
+def linearised(g, b, theta, precession):
+    """Eigenvalues of small motions about a steady one, in the frame that precesses with it.
+
+    There the axis form ė = ℓ × e, ℓ̇ = g (−e_y, e_x, 0) is e′ = (ℓ − Ωẑ) × e,
+    ℓ′ = −Ωẑ × ℓ + g (−e_y, e_x, 0), and stands still.
+    """
+
+    def cross(v):
+        return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+
+    z = np.array([0.0, 0.0, 1.0])
+    e = np.array([np.sin(theta), 0.0, np.cos(theta)])
+    moment = b * e + np.cross(e, precession * np.cross(z, e))
+    pull = g * np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 0]])
+    rest = np.concatenate(
+        [np.cross(moment - precession * z, e), pull @ e - precession * np.cross(z, moment)]
+    )
+    assert np.max(np.abs(rest)) < 1e-9 * (1 + b * b + abs(g) + precession**2)
+    jacobian = np.block(
+        [[cross(moment - precession * z), -cross(e)], [pull, -precession * cross(z)]]
+    )
+    return np.linalg.eigvals(jacobian)
+
+
+def fractions(low, high):
+    return st.fractions(low, high, max_denominator=1000)
+
+
+@settings(max_examples=100, deadline=None)
+@given(fractions(-4, 4), fractions(-8, 8), fractions("0.05", "3.09"), fractions("0.1", 4))
+def test_nodding_is_an_eigenvalue_of_the_linearised_motion(gMR, omega3, theta, A):
+    """Of six, four are zero (|e|, e·ℓ, ℓ_z and where φ starts) and two are ± i ω."""
+    motion = reduced(ht.Top(A, A, gMR), theta, omega3=omega3)
+    slow, fast = steady.pair(motion)
+    assert fast is None or abs(slow) <= abs(fast) * (1 + 1e-15)
+    for rate in (slow, fast):
+        if rate is not None and abs(rate) < 1e3:
+            values = linearised(float(motion.g), float(motion.b), float(theta), float(rate))
+            nodding = float(steady.nodding(motion, rate))
+            scale = 1 + abs(float(rate)) + abs(float(motion.b))
+            assert np.min(np.abs(values - 1j * nodding)) < 1e-6 * scale or nodding < 0.1
+            assert np.max(np.abs(values)) == pytest.approx(nodding, abs=1e-3 * scale)

@@ -77,9 +77,9 @@ def fail_with(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
 class TestHelp:
     def test_lists_the_verbs_that_exist_and_the_exit_codes(self):
         text = heavytop_("--help").stdout
-        for verb in ("run", "scenes", "derive", "doctor"):
+        for verb in ("run", "classify", "scenes", "derive", "doctor"):
             assert f"  {verb} " in text
-        for absent in ("atlas", "drift", "resume", "classify"):
+        for absent in ("atlas", "drift", "resume"):
             assert absent not in text
         assert "130 interrupted" in text
 
@@ -90,6 +90,10 @@ class TestHelp:
         ).stdout.split()
         slow = {"heyoka", "sympy", "numpy", "scipy", "mpmath", "matplotlib", "xarray", "pydantic"}
         assert slow.isdisjoint(loaded)
+
+    @pytest.mark.parametrize("verb", ["run", "classify", "scenes", "derive", "doctor"])
+    def test_every_verb_has_its_own(self, verb):
+        assert f"heavytop {verb}" in heavytop_(verb, "--help").stdout
 
     def test_python_m_is_the_command(self):
         assert process("--version").stdout == f"heavytop {heavytop.__version__}\n"

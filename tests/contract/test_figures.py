@@ -291,3 +291,34 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
 def test_json_holds_no_nan():
     with pytest.raises(ValueError, match="JSON"):
         as_json({"period": float("nan")})
+
+
+@pytest.mark.parametrize(
+    "view",
+    [
+        View.from_pole(1.0, 0.3),
+        View.from_pole(-1.0, 0.9),
+        View.from_horizon(np.array([0.8, -0.6, 0.0])),
+        View.from_horizon(np.array([0.0, 1.0, -0.9])),
+    ],
+)
+def test_circles_of_equal_tilt_are_where_they_can_be_seen(view):
+    """Put back onto the near side of the sphere, each is at one height, a multiple of the spacing;
+    and each that has a near side is drawn.
+    """
+    ax = Figure().subplots()
+    view.draw_graticule(ax)
+    heights = []
+    for arc in (patch.get_path() for patch in ax.patches[1:]):
+        x, y = arc.vertices[::3].T  # the others are handles of the curves
+        depth = np.sqrt(np.maximum(0.0, 1 - x**2 - y**2))
+        z = x * view.right[2] + y * view.up[2] + depth * view.towards[2]
+        assert np.ptp(z) < 1e-6
+        heights.append(z[len(z) // 2])
+    tilts = np.degrees(np.arccos(heights))
+    assert np.allclose(tilts, view.spacing * np.round(tilts / view.spacing), atol=1e-5)
+    side = np.sign(view.towards[2])
+    lowest = 90 if abs(view.towards[2]) == 1 else 155  # as far as can be seen from 25 degrees
+    from_pole = tilts if side > 0 else 180 - tilts
+    inside = from_pole[from_pole < lowest - 0.1]  # the outline may be drawn twice
+    assert sorted(np.round(inside)) == list(range(view.spacing, lowest, view.spacing))

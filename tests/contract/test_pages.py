@@ -11,7 +11,14 @@ from pathlib import Path
 import pytest
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGES = ("exercises/2.11.md", "exercises/2.12.md", "exercises/2.13.md", "kicks.md")
+PAGES = (
+    "exercises/2.11.md",
+    "exercises/2.12.md",
+    "exercises/2.13.md",
+    "kicks.md",
+    "facts.md",
+    "enclosures.md",
+)
 BLOCK = re.compile(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```)?", re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 

@@ -25,10 +25,13 @@ def stable(text):
     return [line for line in lines if line and not line.startswith(VARIES)]
 
 
-def test_the_run_prints_what_is_shown(tmp_path):
-    command = [sys.executable, "-m", "heavytop", "run", "sicm-kicked", "-o", str(tmp_path)]
+@pytest.mark.parametrize("words", re.findall(r"<!-- begin ((?:run|classify) .*?) -->", README))
+def test_the_command_prints_what_is_shown(words, tmp_path):
+    command = [sys.executable, "-m", "heavytop", *words.split()]
+    if words.startswith("run"):
+        command += ["-o", str(tmp_path)]
     printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    shown = README.split("<!-- begin run sicm-kicked -->")[1].split("<!-- end")[0]
+    shown = README.split(f"<!-- begin {words} -->")[1].split("<!-- end")[0]
     assert stable(printed) == stable(shown.replace("```text", "").replace("```", ""))
 
 

@@ -3,9 +3,9 @@
 A number is a sum of terms, each a rational coefficient times powers of π, of rationals, of cosines
 and sines, and of other sums. Rationals stay rationals, like terms are merged and roots are brought
 to one form, so that many zeros are *proved* (√8 − 2√2, cos(π/3) − 1/2). Every other question is
-answered by interval arithmetic at rising precision.
+answered by ball arithmetic at rising precision.
 
-mpmath is imported only when an irrational number has to be evaluated.
+flint is imported only when an irrational number has to be evaluated.
 """
 
 from heavytop.exact.number import ONE, PI, Exact, Number, cos, sin, sqrt

@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from fractions import Fraction
 from typing import Final
 
 from heavytop.errors import NotANumber
 from heavytop.exact.forms import (
-    ONE,
     PI,
     ZERO,
     Atom,
     Form,
     Monomial,
     Wave,
+    common_measure,
     factor_text,
+    fraction,
     monomial_text,
     multiple,
     rational,
+    scaled,
     single,
 )
 from heavytop.exact.signs import sign
@@ -40,20 +41,19 @@ def add(a: Form, b: Form) -> Form:
     """Return a + b."""
     total = dict(a)
     for monomial, c in b:
-        total[monomial] = total.get(monomial, Fraction(0)) + c
+        total[monomial] = total[monomial] + c if monomial in total else c
     kept = [(monomial, c) for monomial, c in total.items() if c]
-    return tuple(sorted(kept, key=lambda term: monomial_text(term[0])))
-
-
-def scaled(x: Form, q: Fraction | int) -> Form:
-    """Return q x."""
-    return tuple((monomial, c * q) for monomial, c in x) if q else ZERO
+    if len(kept) > 1:
+        kept.sort(key=lambda term: monomial_text(term[0]))
+    return tuple(kept)
 
 
 def multiply(a: Form, b: Form) -> Form:
     """Return a b."""
-    if not a or not b:
-        return ZERO
+    if (c := fraction(a)) is not None:
+        return scaled(b, c)
+    if (c := fraction(b)) is not None:
+        return scaled(a, c)
     (p, factors), (q, more) = _factored(a), _factored(b)
     return _product(p * q, (*factors, *more))
 
@@ -73,8 +73,10 @@ def power(x: Form, e: Fraction) -> Form:
         raise NotANumber(f"division by {what}")
     if root and known == -1:
         raise NotANumber("a root of a negative number is not real")
+    if not root and (q := fraction(x)) is not None:
+        return rational(q**e.numerator)
     if not x:
-        return ZERO if e else ONE
+        return ZERO
     c, factors = _factored_for_roots(x) if root else _factored(x)
     return _product(Fraction(1), [(c, e), *((atom, k * e) for atom, k in factors)])
 
@@ -131,12 +133,7 @@ def _never_negative(atom: Atom, e: Fraction) -> bool:
 
 
 def _content(x: Form) -> Fraction:
-    """The largest positive rational of which every coefficient of x is a whole multiple."""
-    coefficients = [c for _, c in x]
-    return Fraction(
-        math.gcd(*(c.numerator for c in coefficients)),
-        math.lcm(*(c.denominator for c in coefficients)),
-    )
+    return common_measure([c for _, c in x])
 
 
 def _product(coefficient: Fraction, factors: Iterable[tuple[Atom, Fraction]]) -> Form:

@@ -26,7 +26,8 @@ def number(q: Fraction) -> Form:
     NotANumber
         It lies outside 1e-300 … 1e300 and is not 0.
     """
-    if q and not 1 / _LARGEST <= abs(q) <= _LARGEST:
+    near = abs(q.numerator.bit_length() - q.denominator.bit_length()) < _LARGEST_LOG2 - 2
+    if q and not near and not 1 / _LARGEST <= abs(q) <= _LARGEST:
         raise out_of_range()
     return rational(q)
 
@@ -83,7 +84,7 @@ def _log2(x: Form) -> float:
         return max(_term_log2(monomial, c) for monomial, c in x)
     from heavytop.exact import enclosure
 
-    return enclosure.decide(x, enclosure.size, 64) or 0
+    return enclosure.size(x)
 
 
 def _term_log2(monomial: Monomial, c: Fraction) -> float:

@@ -1,60 +1,51 @@
-"""The value of a form: intervals that hold it, at a precision that rises until they decide.
-
-Numbers here are mpmath's raw binary ones, and an interval is a pair of them, lower and upper.
-"""
+"""The value of a form: balls that hold it, at a precision that rises until they decide."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from fractions import Fraction
-from typing import Any, Final, Literal, TypeAlias, TypeVar
+from typing import Any, Final, Literal, TypeVar
 
-from mpmath import libmp
+from flint import arb, fmpq
 
-from heavytop.errors import NotANumber
-from heavytop.exact.forms import Atom, Form, Wave, fraction
+from heavytop.exact import dyadic
+from heavytop.exact.forms import Atom, Form, Wave
+from heavytop.exact.precision import working
 
 _EXTRA_BITS: Final = (32, 128, 512, 2048)  # working precision beyond what is asked for
-_ONE: Final = (libmp.fone, libmp.fone)
 
-Raw: TypeAlias = Any
-Interval: TypeAlias = "tuple[Raw, Raw]"
 T = TypeVar("T")
 
 
-class _UnresolvedError(NotANumber):
-    """An interval to divide by holds zero: more precision is needed."""
+def ball(x: Form, bits: int) -> arb:
+    """A ball that holds x, evaluated at `bits`; not finite where a divisor's ball holds zero."""
+    with working(bits):
+        return _sum(x)
 
 
-def decide(x: Form, judge: Callable[[Interval], T | None], precision: int) -> T | None:
-    """The first verdict on an enclosure of x, at rising precision; None where there is none."""
-    for extra in _EXTRA_BITS:
-        try:
-            verdict = judge(_sum(x, precision + extra))
-        except _UnresolvedError:
-            continue
-        if verdict is not None:
-            return verdict
+def decide(x: Form, judge: Callable[[arb], T | None], precisions: Iterable[int]) -> T | None:
+    """The first verdict on a finite ball of x; None where no precision brings one."""
+    for bits in precisions:
+        with working(bits):
+            value = _sum(x)
+            if value.is_finite() and (verdict := judge(value)) is not None:
+                return verdict
     return None
 
 
-def sign(interval: Interval) -> Literal[-1, 1] | None:
-    """The sign of every number in an interval, if they share one."""
-    low, high = (libmp.mpf_sign(end) for end in interval)
-    return 1 if low > 0 else -1 if high < 0 else None
+def sign(value: arb) -> Literal[-1, 1] | None:
+    """The sign of every number in a ball, if they share one."""
+    return 1 if value > 0 else -1 if value < 0 else None
 
 
-def size(interval: Interval) -> int:
-    """The exponent of 2 just above every magnitude in an interval."""
-    return max((exponent + bits for _, man, exponent, bits in interval if man), default=0)
+def size(x: Form) -> int:
+    """The exponent of 2 just above |x|, up to rounding; 0 where no precision tells."""
+    return decide(x, _size, _beyond(64)) or 0
 
 
 def mpf(x: Form, ctx: Any) -> Any:
     """The nearest number of the mpmath context `ctx`."""
-    if (q := fraction(x)) is not None:
-        return ctx.make_mpf(libmp.from_rational(q.numerator, q.denominator, ctx.prec, "n"))
-    nearest = _rounded(x, ctx.prec, lambda value: libmp.mpf_pos(value, ctx.prec, "n"))
-    return ctx.make_mpf(nearest)
+    return _rounded(x, ctx.prec, lambda man, exponent: ctx.mpf((man, exponent)))
 
 
 def double(x: Form) -> float:
@@ -65,77 +56,78 @@ def double(x: Form) -> float:
     OverflowError
         x is larger than any double.
     """
-    return _rounded(x, 64, lambda value: float(Fraction(*libmp.to_rational(value))))
+    return _rounded(x, 64, dyadic.double)
 
 
-def _rounded(x: Form, precision: int, nearest: Callable[[Raw], T]) -> T:
-    """The value on which both ends of an enclosure agree once they are rounded to `nearest`."""
-
-    def agreed(interval: Interval) -> T | None:
-        low, high = map(nearest, interval)
-        return low if low == high else None
-
-    value = decide(x, agreed, precision)
-    return nearest(_middle(x, precision)) if value is None else value
+def _beyond(precision: int) -> Iterable[int]:
+    return (precision + extra for extra in _EXTRA_BITS)
 
 
-def _middle(x: Form, precision: int) -> Raw:
+def _size(value: arb) -> int:
+    man, exponent = _parts(value.abs_upper())
+    return man.bit_length() + exponent
+
+
+def _rounded(x: Form, precision: int, nearest: Callable[[int, int], T]) -> T:
+    """The value on which both ends of a ball agree once they are rounded to `nearest`."""
+
+    def agreed(value: arb) -> T | None:
+        low, high = nearest(*_parts(value.lower())), nearest(*_parts(value.upper()))
+        return high if low == high else None  # not −0 where the ball holds 0
+
+    found = decide(x, agreed, _beyond(precision))
+    return nearest(*_middle(x, precision)) if found is None else found
+
+
+def _middle(x: Form, precision: int) -> tuple[int, int]:
     """The value where rounding is undecided to the last: a tie, or zero that is not proved."""
-    low, high = interval = _sum(x, precision + _EXTRA_BITS[-1])
-    if sign(interval) is None:
-        return libmp.fzero
-    return libmp.mpf_shift(libmp.mpf_add(low, high), -1)
+    value = ball(x, precision + _EXTRA_BITS[-1])
+    return (0, 0) if sign(value) is None else _parts(value.mid())
 
 
-# --- intervals, with outward rounding throughout ----------------------------------------------
+def _parts(value: arb) -> tuple[int, int]:
+    """Mantissa m and exponent e of an exact m 2ᵉ."""
+    man, exponent = value.man_exp()
+    return int(man), int(exponent)
 
 
-def _sum(x: Form, precision: int) -> Interval:
-    total = (libmp.fzero, libmp.fzero)
+# --- balls, at the working precision ----------------------------------------------------------
+
+
+def _sum(x: Form) -> arb:
+    total = arb(0)
     for monomial, c in x:
-        term = _rational(c, precision)
+        term = _rational(c)
         for atom, e in monomial:
-            factor = _power(_atom(atom, precision), e, precision)
-            term = libmp.mpi_mul(term, factor, precision)
-        total = libmp.mpi_add(total, term, precision)
+            term *= _power(_atom(atom), e)
+        total += term
     return total
 
 
-def _rational(q: Fraction, precision: int) -> Interval:
-    low, high = (libmp.from_rational(q.numerator, q.denominator, precision, way) for way in "fc")
-    return low, high
+def _rational(q: Fraction) -> arb:
+    return arb(fmpq(q.numerator, q.denominator))
 
 
-def _atom(atom: Atom, precision: int) -> Interval:
+def _atom(atom: Atom) -> arb:
     if isinstance(atom, Fraction):
-        return _rational(atom, precision)
+        return _rational(atom)
     if isinstance(atom, str):
-        return libmp.mpf_pi(precision, "f"), libmp.mpf_pi(precision, "c")
+        return arb.pi()
     if isinstance(atom, Wave):
-        wave = libmp.mpi_cos if atom.name == "cos" else libmp.mpi_sin
-        interval: Interval = wave(_sum(atom.argument, precision), precision)
-        return interval
-    return _sum(atom, precision)
+        argument = _sum(atom.argument)
+        return argument.cos() if atom.name == "cos" else argument.sin()
+    return _sum(atom)
 
 
-def _power(base: Interval, e: Fraction, precision: int) -> Interval:
+def _power(base: arb, e: Fraction) -> arb:
     if e.denominator > 1:
-        base = _root(base, e.denominator, precision)
-    power: Interval = libmp.mpi_pow_int(base, abs(e.numerator), precision)
-    if e > 0:
-        return power
-    if sign(power) is None:
-        raise _UnresolvedError("division by a number that cannot be told from zero")
-    inverse: Interval = libmp.mpi_div(_ONE, power, precision)
-    return inverse
+        base = _root(base, e.denominator)
+    return base if e.numerator == 1 else base**e.numerator
 
 
-def _root(base: Interval, index: int, precision: int) -> Interval:
-    """The root of an interval known not to be negative; what lies below zero is only width."""
-    low, high = (end if libmp.mpf_sign(end) > 0 else libmp.fzero for end in base)
-    slack = libmp.mpf_shift(libmp.fone, -precision)  # mpmath's roots may be off in the last bit
-    near = [libmp.mpf_nthroot(end, index, precision + 8, "n") for end in (low, high)]
-    return (
-        libmp.mpf_mul(near[0], libmp.mpf_sub(libmp.fone, slack), precision, "f"),
-        libmp.mpf_mul(near[1], libmp.mpf_add(libmp.fone, slack), precision, "c"),
-    )
+def _root(base: arb, index: int) -> arb:
+    """The root of a number known not to be negative; what lies below zero is only width."""
+    if base > 0:
+        return base.sqrt() if index == 2 else base.root(index)
+    top = base.upper().nonnegative_part()
+    return top if top.is_zero() else arb(0).union(top.root(index))

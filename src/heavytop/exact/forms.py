@@ -8,6 +8,8 @@ zero: the form of 0 is empty.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Collection
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
@@ -29,7 +31,7 @@ Form: TypeAlias = "tuple[tuple[Monomial, Fraction], ...]"
 
 def rational(q: Fraction | int) -> Form:
     """The form of a rational number."""
-    return (((), Fraction(q)),) if q else ()
+    return (((), q if isinstance(q, Fraction) else Fraction(q)),) if q else ()
 
 
 def single(atom: Atom) -> Form:
@@ -52,6 +54,19 @@ def multiple(x: Form, monomial: Monomial) -> Fraction | None:
     if not x:
         return Fraction(0)
     return x[0][1] if len(x) == 1 and x[0][0] == monomial else None
+
+
+def scaled(x: Form, q: Fraction | int) -> Form:
+    """Return q x."""
+    return tuple((monomial, c * q) for monomial, c in x) if q else ZERO
+
+
+def common_measure(rationals: Collection[Fraction]) -> Fraction:
+    """The largest positive rational that each of them, not all 0, is a whole multiple of."""
+    return Fraction(
+        math.gcd(*(q.numerator for q in rationals)),
+        math.lcm(*(q.denominator for q in rationals)),
+    )
 
 
 # --- text ------------------------------------------------------------------------------------

@@ -13,8 +13,8 @@ from typing import Final
 
 from heavytop.errors import NotANumber
 from heavytop.exact import bounded
-from heavytop.exact.algebra import HALF, scaled
-from heavytop.exact.forms import ONE, PI, Form, rational
+from heavytop.exact.algebra import HALF
+from heavytop.exact.forms import ONE, PI, Form, rational, scaled
 
 MAX_TEXT: Final = 4000
 MAX_DEPTH: Final = 50

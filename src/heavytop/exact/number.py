@@ -7,12 +7,15 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any, ClassVar, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias
 
 from heavytop.errors import NotANumber
-from heavytop.exact import algebra, bounded, forms, grammar, signs
+from heavytop.exact import algebra, bounded, dyadic, forms, grammar, signs
 from heavytop.exact.forms import Form
 from heavytop.exact.grammar import MAX_DECIMAL_EXPONENT
+
+if TYPE_CHECKING:
+    from flint import arb
 
 Number: TypeAlias = "int | float | str | Fraction | Decimal | Exact"
 
@@ -86,7 +89,7 @@ class Exact:
         return Exact(algebra.power(self.terms, Fraction(exponent)))
 
     def __neg__(self) -> Exact:
-        return Exact(algebra.scaled(self.terms, -1))
+        return Exact(forms.scaled(self.terms, -1))
 
     def __sub__(self, other: Number) -> Exact:
         return NotImplemented if (b := _operand(other)) is None else self + -b
@@ -114,20 +117,48 @@ class Exact:
         return hash(self.terms if self.fraction is None else self.fraction)
 
     def sign(self) -> Literal[-1, 0, 1] | None:
-        """−1, 0 or 1, or None where 2000 bits cannot tell the number from an unproved zero.
+        """−1, 0 or 1, or None where 4096 bits cannot tell the number from an unproved zero.
+
+        A zero is proved where expanding products, r^q = n for roots and sin² + cos² = 1 bring
+        it to nothing without too much work (a second or so).
 
         Examples
         --------
-        >>> (sqrt(8) - 2 * sqrt(2)).sign(), (PI - Exact.of("3.1416")).sign()
+        >>> ((1 + sqrt(2)) * (sqrt(2) - 1) - 1).sign(), (PI - Exact.of("3.1416")).sign()
         (0, -1)
         """
         return signs.sign(self.terms)
+
+    def ball(self, bits: int) -> arb:
+        """A ball that holds the number, evaluated once at `bits` of working precision.
+
+        A rational comes out within an ulp of that precision. Otherwise no width is promised: it
+        grows with every operation and where terms cancel, and where a divisor's own ball holds
+        zero the result is indeterminate (``is_finite()`` is false): ask at more bits. Go on to
+        compute inside `heavytop.exact.precision.working`.
+
+        Raises
+        ------
+        ValueError
+            `bits` is less than 2.
+
+        Examples
+        --------
+        >>> root = sqrt(2).ball(100)
+        >>> print(root.contains(float(sqrt(2))), root.rel_accuracy_bits() >= 97)
+        False True
+        """
+        from heavytop.exact import enclosure
+
+        return enclosure.ball(self.terms, bits)
 
     def mpf(self, ctx: Any) -> Any:
         """The number in the mpmath context `ctx`, correctly rounded to its precision.
 
         A number that 2000 bits beyond that precision cannot tell from zero comes out as zero.
         """
+        if (q := self.fraction) is not None:
+            return ctx.mpf(dyadic.cut(q, ctx.prec + 2))
         from heavytop.exact import enclosure
 
         return enclosure.mpf(self.terms, ctx)
@@ -193,11 +224,13 @@ PI: Final = Exact(forms.PI)
 
 def _operand(x: object) -> Exact | None:
     """An operand of the arithmetic; texts are refused here, they must be read on purpose."""
-    return Exact.of(x) if isinstance(x, (Exact, numbers.Real, Decimal)) else None  # type: ignore[arg-type]
+    return Exact.of(x) if isinstance(x, (Exact, int, float, numbers.Real, Decimal)) else None  # type: ignore[arg-type]
 
 
 def _finite(x: object) -> Fraction:
     """The exact rational value of a Python or numpy number."""
+    if isinstance(x, float):  # the most common, and the checks below are slow
+        return _ratio(x)
     if isinstance(x, bool) or not isinstance(x, (numbers.Real, Decimal)):
         kind = type(x).__name__
         what = {"bool": "true or false", "NoneType": "nothing"}.get(kind, f"a {kind}")
@@ -206,7 +239,11 @@ def _finite(x: object) -> Fraction:
         return Fraction(int(x.numerator), int(x.denominator))
     if isinstance(x, Decimal) and x.is_finite() and abs(x.adjusted()) > MAX_DECIMAL_EXPONENT:
         raise bounded.out_of_range()  # before the power of ten is built
+    return _ratio(x)
+
+
+def _ratio(x: Any) -> Fraction:
     try:
-        return Fraction(*x.as_integer_ratio())  # type: ignore[union-attr]
-    except (OverflowError, ValueError):  # infinite, or not a number
+        return Fraction(*x.as_integer_ratio())
+    except (AttributeError, OverflowError, ValueError):  # infinite, or of another library
         raise NotANumber(f"a number is finite, not {x}") from None

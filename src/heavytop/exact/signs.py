@@ -1,27 +1,53 @@
-"""The sign of a form: at sight where a few digits of π decide it, else by evaluation."""
+"""The sign of a form: at sight where it is easy, else by balls, and by proof where it is zero."""
 
 from __future__ import annotations
 
 from fractions import Fraction
 from math import ceil, floor
-from typing import Final, Literal
+from typing import Final, Literal, TypeAlias
 
-from heavytop.exact.forms import Form
+from heavytop.exact.forms import PI, Form
+
+Sign: TypeAlias = Literal[-1, 0, 1]
 
 _PI: Final = (Fraction("3.14159265358979323846"), Fraction("3.14159265358979323847"))
-_MAX_POWER: Final = 64  # of π that is worth building for it
+_PI_ALONE: Final = PI[0][0]  # the monomial
+_FEW_BITS: Final = (64, 256)
+_MANY_BITS: Final = (1024, 4096)
+_MAX_POWER: Final = 64  # of π that is worth building for a sign at sight
 
 
-def sign(x: Form) -> Literal[-1, 0, 1] | None:
-    """−1, 0 or 1, or None where 2000 bits cannot tell x from an unproved zero."""
+def sign(x: Form) -> Sign | None:
+    """−1, 0 or 1, or None where 4096 bits cannot tell x from a zero that is not proved."""
+    if (known := _at_sight(x)) is not None:
+        return known
+    from heavytop.exact import enclosure  # which are slow to import
+
+    if known := enclosure.decide(x, enclosure.sign, _FEW_BITS):
+        return known
+    from heavytop.exact.identity import proved_zero
+
+    return 0 if proved_zero(x) else enclosure.decide(x, enclosure.sign, _MANY_BITS)
+
+
+def _at_sight(x: Form) -> Sign | None:
     if not x:
         return 0
+    if len(x) == 1 and not x[0][0]:
+        return 1 if x[0][1] > 0 else -1
+    if len(x) == 2 and not x[0][0] and x[1][0] == _PI_ALONE:
+        return _beside_pi(x[0][1], x[1][1])
     low, high = _bounds(x) or (Fraction(-1), Fraction(1))
-    if low > 0 or high < 0:
-        return 1 if low > 0 else -1
-    from heavytop.exact import enclosure
+    return 1 if low > 0 else -1 if high < 0 else None
 
-    return enclosure.decide(x, enclosure.sign, 0)
+
+def _beside_pi(a: Fraction, b: Fraction) -> Sign | None:
+    """The sign of a + bπ."""
+    turn = -a / b
+    larger = turn < _PI[0]
+    if not larger and turn <= _PI[1]:
+        return None
+    return 1 if larger == (b > 0) else -1
 
 
 def _bounds(x: Form) -> tuple[Fraction, Fraction] | None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from fractions import Fraction
 from typing import Final
 
@@ -50,6 +52,38 @@ def _extract(n: int, q: int) -> tuple[int, int, int]:
         if q % k == 0 and (r := integer_root(n, k)) ** k == n:
             n, q = r, q // k
     return (factor * n, 1, 1) if q == 1 else (factor, n, q)
+
+
+def coprime_base(numbers: Iterable[int], index: int) -> tuple[int, ...]:
+    """Coprime integers of whose powers the positive `numbers` are products.
+
+    None of them is itself a power of an order that divides `index`, so that products of their
+    roots of that order are linearly independent over the rationals.
+
+    Examples
+    --------
+    >>> coprime_base([12, 18, 49], 2)
+    (2, 3, 7)
+    """
+    base: list[int] = []
+    pending = list(numbers)
+    while pending:
+        n = pending.pop()
+        shared = next((b for b in base if math.gcd(b, n) > 1), None)
+        if shared is not None:
+            base.remove(shared)
+            common = math.gcd(shared, n)
+            pending += [common, shared // common, n // common]
+        elif n > 1:
+            base.append(_least_base(n, index))
+    return tuple(sorted(base))
+
+
+def _least_base(n: int, index: int) -> int:
+    for k in range(2, index + 1):
+        while index % k == 0 and (r := integer_root(n, k)) ** k == n:
+            n = r
+    return n
 
 
 def integer_root(n: int, k: int) -> int:

@@ -75,6 +75,16 @@ def miss_of_bottom(x: Given) -> Sum:
     return x.A * x.phidot * x.below, x.p_psi
 
 
+def momentum_beside(x: Given, pole: int) -> Term:
+    """What a miss of a pole is small or large beside, next to its own terms: a momentum.
+
+    An axis that starts beside a pole and moves fast passes it closely whatever the terms are.
+    """
+    near, far = (x.below, x.above) if pole > 0 else (x.above, x.below)
+    pulled = x.A * (x.kinetic + abs(x.gMR))
+    return pulled.sqrt() + (x.A * x.kinetic * far / near).sqrt()
+
+
 def over_top(x: Given) -> Sum:
     """2 (E' − gMR)."""
     return x.kinetic, -2 * x.gMR * x.below
@@ -95,6 +105,19 @@ def looping(x: Given) -> Sum:
     return x.p_psi * x.kinetic, -2 * x.gMR * x.A * x.phidot * x.sin2
 
 
-def stiffness(x: Given) -> Sum:
-    """p_ψ² − 4A gMR, for gMR > 0: not negative where sleeping is stable."""
-    return x.p_psi * x.p_psi, -4 * x.A * x.gMR
+def lift_beside(x: Given) -> Term:
+    """What `looping` is small or large beside, next to its terms, which vanish both at rest."""
+    return abs(x.p_psi) * (x.kinetic + 2 * abs(x.gMR) * x.sin2)
+
+
+def stiffness(x: Given, highest: int = 1) -> Sum:
+    """p_ψ² − 4A |gMR|, `highest` being the sign of gMR: not negative where sleeping is stable."""
+    return x.p_psi * x.p_psi, -4 * highest * x.A * x.gMR
+
+
+def haste(x: Given, over: int, highest: int) -> Sum:
+    """A φ̇² |cosθ| − |gMR|, with the signs of cosθ and gMR: positive for the faster precession.
+
+    The two rates of steady precession at one tilt have the product gMR/A cosθ.
+    """
+    return over * x.A * x.phidot * x.phidot * x.cos, -highest * x.gMR

@@ -45,9 +45,9 @@ class Verdict:
         Bounds that contain the margin.
     why : str
         The condition that decided.
-    bound : float or None
-        Where it is undecided: what the relative size of the number in question is proved to be
-        less than.
+    bound : str or None
+        Where it is undecided: what the number in question, beside its terms, is proved not to
+        exceed, as decimal text (it may be smaller than any double).
     """
 
     kind: Kind
@@ -57,7 +57,7 @@ class Verdict:
     margin: float
     margin_enclosure: tuple[float, float]
     why: str
-    bound: float | None = None
+    bound: str | None = None
 
 
 WHY = {

@@ -36,7 +36,8 @@ class Formulation:
     outputs : mapping from str to expression
         Physical quantities as functions of states, parameters and the time t. Where phi is not
         among the states, ``phi_mod`` is its value modulo 2 pi and the winding is counted
-        elsewhere; the symbol `turned_phi` then stands for phi counted from the start.
+        elsewhere; the symbol `turned_phi` then stands for phi counted from the start. The
+        symbols `spin` stand for cosine and sine of half the uniform rotation kappa t.
     events : mapping from str to expression
         Functions whose zeros are the events: ``turning`` has the sign of thetadot, ``reversal``
         that of phidot.
@@ -48,6 +49,9 @@ class Formulation:
         Whether theta = 0 and theta = pi are ordinary points.
     unbounded : bool
         Whether an angle that grows without bound sits in the state.
+    integrated : Formulation, optional
+        This one without its last two states, where these are angles that the others give modulo
+        2 pi: they are not integrated, but read off, and their turns counted.
     """
 
     name: str
@@ -63,6 +67,7 @@ class Formulation:
     spin: Any
     starts_at_pole: bool
     unbounded: bool
+    integrated: Formulation | None = None
 
     def flow_derivative(self, expression: Any) -> Any:
         """Return the time derivative of a function of the states along the motion."""
@@ -75,3 +80,4 @@ class Formulation:
 
 
 turned_phi = sp.Symbol("turned_phi", real=True)
+spin = sp.symbols("spin_cos spin_sin", real=True)  # of kappa t / 2, to their own digits

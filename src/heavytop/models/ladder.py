@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from heavytop.models.attitude_form import attitude_form
 from heavytop.models.axis_form import axis_form
 from heavytop.models.cubic_form import cubic_form
 from heavytop.models.formulation import Formulation
@@ -45,5 +46,6 @@ LADDER: Mapping[str, Rung] = {
     "routh": Rung(routh_form, (None, "angles"), EVERYTHING, starts_at_pole=False),
     "subsystem": Rung(subsystem_form, (None, "angles"), EVERYTHING, starts_at_pole=False),
     "axis": Rung(axis_form, (None, "sigma", "delta"), EVERYTHING, starts_at_pole=True),
+    "attitude": Rung(attitude_form, (None, "angles"), EVERYTHING, starts_at_pole=True),
     "lagrange": Rung(lambda _: lagrange_form(), (None,), EVERYTHING, starts_at_pole=False),
 }

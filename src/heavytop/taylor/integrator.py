@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.models.formulation import Formulation
+from heavytop.taylor.engine import Block, Hits
 from heavytop.taylor.translate import translate
 
 Array = NDArray[np.float64]
@@ -28,41 +29,6 @@ Array = NDArray[np.float64]
 hy.set_logger_level_critical()  # heyoka logs to stdout, which belongs to the results
 
 NATURAL = frozenset({hy.taylor_outcome.step_limit, hy.taylor_outcome.time_limit})
-
-
-@dataclass(frozen=True, slots=True)
-class Hits:
-    """Zeros of one event function: times since the block's start and full states there."""
-
-    t: Array
-    states: Array
-
-
-@dataclass(frozen=True, slots=True)
-class Block:
-    """What a block of natural steps left behind.
-
-    Attributes
-    ----------
-    state : ndarray, shape (n,)
-        The state after the last step.
-    elapsed : tuple of float
-        Time since the block's start, as a double-double [s].
-    steps : int
-        Steps taken.
-    rows : ndarray, shape (k, n)
-        States at those of the sample times that the block reached.
-    hits : tuple of Hits, one per event function
-    singular : bool
-        Whether the next step would have left the finite numbers.
-    """
-
-    state: Array
-    elapsed: tuple[float, float]
-    steps: int
-    rows: Array
-    hits: tuple[Hits, ...]
-    singular: bool
 
 
 @dataclass(eq=False)
@@ -128,21 +94,7 @@ class Integrator:
         samples: Array | None = None,
         longest: float | None = None,
     ) -> Block:
-        """Take natural steps from a state and sample their Taylor polynomials.
-
-        Parameters
-        ----------
-        state : ndarray, shape (n,)
-        steps : int
-            How many steps to take.
-        far : float
-            A time no block of interest reaches, with the sign of the direction [s]; only a step
-            longer than that is cut.
-        samples : ndarray, shape (k,), optional
-            Monotonic times since the block's start, none of them 0 [s].
-        longest : float, optional
-            The longest step to take [s].
-        """
+        """Take natural steps from a state, as `Engine` says."""
         taylor = self._taylor
         taylor.time = 0.0
         taylor.state[:] = state
@@ -226,7 +178,8 @@ class _Sink:
 
     def hits(self, width: int) -> Hits:
         states = np.frombuffer(b"".join(self.states)).reshape(-1, width)
-        return Hits(np.array(self.t, dtype=float), states)
+        t = np.array(self.t, dtype=float)
+        return Hits(t, np.zeros_like(t), states)
 
 
 def integrator(formulation: Formulation, events: tuple[str, ...], tolerance: float) -> Integrator:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.taylor.doubledouble import DoubleDouble, add
-from heavytop.taylor.integrator import Array, Block, Hits, Integrator
+from heavytop.taylor.engine import Array, Block, Engine, Hits
 from heavytop.taylor.winding import GRAIN, SLACK, Winding, azimuth, distinct
 
 FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to the longest
@@ -76,7 +76,7 @@ class Seen:
 class Orbit:
     """The result of an integration; it can be asked for the state at any time it covers."""
 
-    integrator: Integrator
+    integrator: Engine
     parameters: dict[str, float]
     winding: Winding | None
     checkpoints: tuple[Checkpoint, ...]
@@ -102,7 +102,7 @@ class Orbit:
         back = np.argsort(order, kind="stable")
         return Seen(seen.t[back], seen.t_low[back], seen.rows[back], seen.phi[back])
 
-    def _within(self, engine: Integrator, checkpoint: Checkpoint, t: Array) -> Seen:
+    def _within(self, engine: Engine, checkpoint: Checkpoint, t: Array) -> Seen:
         far = _far(self.checkpoints[0].time[0], self.end)
         run = _BlockRun(engine, self.winding, checkpoint, far)
         unique = run.forward * distinct(run.forward * t)[0]
@@ -112,7 +112,7 @@ class Orbit:
 
 
 def integrate(
-    integrator: Integrator,
+    integrator: Engine,
     parameters: dict[str, float],
     start: Checkpoint,
     samples: Array,
@@ -126,7 +126,7 @@ def integrate(
 
     Parameters
     ----------
-    integrator : Integrator
+    integrator : Engine
     parameters : dict from str to float
         Constants of the run, by symbol name.
     start : Checkpoint
@@ -211,7 +211,7 @@ class _BlockRun:
     """One block from its checkpoint, with samples and winding."""
 
     def __init__(
-        self, integrator: Integrator, winding: Winding | None, start: Checkpoint, far: float
+        self, integrator: Engine, winding: Winding | None, start: Checkpoint, far: float
     ) -> None:
         self.integrator = integrator
         self.winding = winding
@@ -246,12 +246,12 @@ class _BlockRun:
         inside = where[where < t.size]  # the block did not reach the others
         reached = samples[: inside.size]
         seen = Seen(reached, np.zeros(inside.size), rows[inside], phi(wanted[: inside.size]))
-        hits = tuple(Seen(*self._global(h.t), h.states, phi(h.t)) for h in block.hits)
+        hits = tuple(Seen(*self._global(h), h.states, phi(h.t)) for h in block.hits)
         end = float(phi(np.array([block.elapsed[0]]))[0])
         return block, seen, hits, end
 
     def _unfollowed(self, hits: Hits) -> Seen:
-        return Seen(*self._global(hits.t), hits.states, np.full(hits.t.size, np.nan))
+        return Seen(*self._global(hits), hits.states, np.full(hits.t.size, np.nan))
 
     def _sampled(self, steps: int, wanted: Array, duration: float) -> tuple[Block, Array, Array]:
         """Return the block with the times, from 0 on, at which it was sampled, and its states."""
@@ -267,9 +267,9 @@ class _BlockRun:
     def _ordered(self, t: Array) -> Array:
         return self.forward * distinct(self.forward * t)[0] if t.size > 1 else t
 
-    def _global(self, t: Array) -> tuple[Array, Array]:
-        high, low = (np.full(t.size, word) for word in self.start.time)
-        return add((high, low), (t, np.zeros(t.size)))
+    def _global(self, hits: Hits) -> tuple[Array, Array]:
+        high, low = (np.full(hits.t.size, word) for word in self.start.time)
+        return add((high, low), (hits.t, hits.t_low))
 
     def _phi(self, block: Block, t: Array, rows: Array) -> Callable[[Array], Array]:
         """Return phi as a function of the times at which the block was seen."""
@@ -310,7 +310,7 @@ class _Journey:
     """An integration under way."""
 
     def __init__(
-        self, integrator: Integrator, winding: Winding | None, start: Checkpoint, samples: Array
+        self, integrator: Engine, winding: Winding | None, start: Checkpoint, samples: Array
     ) -> None:
         self.integrator = integrator
         self.winding = winding

@@ -10,74 +10,23 @@ From f(∓1) = −P±²,
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from enum import StrEnum
 
 from heavytop.errors import NoClosedForm
-from heavytop.theory.precision import (
-    Context,
-    Number,
-    context,
-    digits_lost,
-    relative,
-    threshold,
+from heavytop.theory.course import (
+    NOTHING,
+    Course,
+    Proved,
+    course,
+    miss_of_bottom,
+    miss_of_top,
+    upright,
 )
+from heavytop.theory.cubic import Unresolved, inner, outer
+from heavytop.theory.precision import Context, Number, context, digits_lost, threshold
 from heavytop.theory.reduced import Reduced
 
-
-class Course(StrEnum):
-    """What θ does in the long run."""
-
-    STEADY = "steady"
-    ASYMPTOTIC = "asymptotic"
-    NUTATING = "nutating"
-
-
-def upright(reduced: Reduced) -> Reduced:
-    """The motion with g ≥ 0: itself, or itself seen from below."""
-    return reduced.mirrored() if reduced.g < 0 else reduced
-
-
-def miss_of_top(reduced: Reduced) -> Number:
-    """P₋, by which the axis misses θ = 0, relative to the momenta that there are."""
-    r, ctx = reduced, reduced.ctx
-    fall = ctx.sqrt(abs(r.g) + 2 * r.kinetic0) * r.one_minus_u0
-    across = ctx.sqrt(2 * r.kinetic0 * r.sin2)
-    return relative(r.P_minus, r.drift0, r.b * r.one_minus_u0, fall, across)
-
-
-def miss_of_bottom(reduced: Reduced) -> Number:
-    """P₊, by which the axis misses θ = π, relative to the momenta that there are."""
-    return miss_of_top(reduced.mirrored())
-
-
-def unsteadiness(reduced: Reduced) -> Number:
-    """How far θ is from staying what it is: the larger of u̇₀ and f'(u₀), relative.
-
-    On the vertical both are zero, and the speed itself decides.
-    """
-    ctx, k, s, j = reduced.ctx, reduced.kinetic0, reduced.sin2, reduced.drift0
-    rate = ctx.sqrt(relative(k, reduced.g, reduced.b**2, k))
-    if max(rate, ctx.sqrt(s)) <= threshold(ctx):
-        return ctx.zero
-    speed = ctx.sqrt(relative(reduced.udot0**2, 2 * k * s, j**2))
-    pull = (2 * reduced.g * s, 4 * k * reduced.u0, 2 * j * reduced.b)
-    return max(speed, relative(reduced.taylor[1], *pull))
-
-
-def distance_from_asymptote(reduced: Reduced) -> Number:
-    """How far θ is from tending to the vertical where V is highest: P₋ and h − g, relative."""
-    over = upright(reduced)
-    lift = over.g * over.one_minus_u0
-    surplus = relative(over.kinetic0 - lift, over.kinetic0, lift)
-    return max(miss_of_top(over), surplus)
-
-
-def course(reduced: Reduced) -> Course:
-    """Whether θ is steady, tends to the vertical, or nods between two turning points."""
-    zero = threshold(reduced.ctx)
-    if unsteadiness(reduced) <= zero:
-        return Course.STEADY
-    return Course.ASYMPTOTIC if distance_from_asymptote(reduced) <= zero else Course.NUTATING
+MOST_DIGITS = 10_000
+"""Digits beyond which no more are taken to tell two roots apart."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,31 +70,38 @@ class Nutation:
     w: Number
 
     @classmethod
-    def of(cls, reduced: Reduced) -> Nutation:
+    def of(cls, reduced: Reduced, proved: Proved = NOTHING) -> Nutation:
         """The nutation of a reduced motion, at the precision of that motion.
+
+        Parameters
+        ----------
+        reduced : Reduced
+            The motion.
+        proved : Proved
+            What is known of it and is not left to a threshold.
 
         Raises
         ------
         NoClosedForm
-            When nothing nutates: steady or asymptotic motions.
+            When nothing nutates: steady or asymptotic motions; and `Unresolved` where roots that
+            differ come out equal.
         """
-        if (kind := course(reduced)) is not Course.NUTATING:
+        if (kind := proved.course or course(reduced)) is not Course.NUTATING:
             raise NoClosedForm(f"a {kind} motion has no nutation")
         over = upright(reduced)
-        ctx = over.ctx
-        zero = threshold(ctx)
-        P_plus = over.P_plus if miss_of_bottom(over) > zero else ctx.zero
-        P_minus = over.P_minus if miss_of_top(over) > zero else ctx.zero
-        d1, d2 = _inner(over)
+        P_plus, P_minus = _momenta(over, proved.mirrored() if reduced.g < 0 else proved)
+        d1, d2 = inner(over)
         minus1, plus2 = over.one_minus_u0 - d1, over.one_plus_u0 + d2
-        minus2, beyond, lead = _outer(over, P_minus, d1, minus1)
+        minus2, beyond, lead = outer(over, P_minus, d1, minus1)
         plus1 = P_plus**2 / (plus2 * (4 * over.g + lead))  # 2g(1 + u₃) = 4g + 2g(u₃ − 1)
         reach = lead + 2 * over.g * minus1  # 2g(u₃ − u₁)
+        mc = (lead + 2 * over.g * minus2) / reach
+        if not (d2 > d1 and mc > 0):
+            raise Unresolved(over.ctx.dps)
         return cls(
             over, reduced.g < 0, P_plus, P_minus, d2 - d1, -d1, d2,
             plus1, minus1, plus2, minus2, beyond,
-            2 * over.g * (d2 - d1) / reach, (lead + 2 * over.g * minus2) / reach,
-            ctx.sqrt(reach) / 2,
+            2 * over.g * (d2 - d1) / reach, mc, over.ctx.sqrt(reach) / 2,
         )  # fmt: skip
 
     @property
@@ -178,8 +134,6 @@ class Nutation:
     def lost(self) -> int:
         """Decimal digits lost in the smallest of the distances that matter."""
         over, ctx = self.upright, self.ctx
-        if self.mc <= 0 or self.delta <= 0:
-            return int(ctx.dps)
         return max(
             digits_lost(ctx, self.delta, 1),
             digits_lost(ctx, self.mc, 1),
@@ -195,7 +149,7 @@ class Nutation:
         return 2 * ctx.atan2(ctx.sqrt(one_minus_u), ctx.sqrt(one_plus_u))
 
 
-def nutation(reduced: Reduced, digits: int = 50) -> Nutation:
+def nutation(reduced: Reduced, digits: int = 50, proved: Proved = NOTHING) -> Nutation:
     """The nutation with at least `digits` digits in every distance between its roots.
 
     Parameters
@@ -204,72 +158,57 @@ def nutation(reduced: Reduced, digits: int = 50) -> Nutation:
         The motion, at any precision: it is computed again where more is needed.
     digits : int
         Decimal digits.
+    proved : Proved
+        What is known of it. The precision rises until the numbers look like that.
 
     Raises
     ------
     NoClosedForm
-        When nothing nutates.
+        When nothing nutates; `Unresolved` when 10 000 digits do not tell the roots apart.
     """
     dps = max(60, digits + 50)
-    found = Nutation.of(reduced.refined(context(dps)))
-    if digits + 20 + found.lost > dps:
-        found = Nutation.of(reduced.refined(context(digits + 30 + 2 * found.lost)))
-    return found
+    while dps <= max(MOST_DIGITS, 2 * digits + 100):
+        try:
+            seen = reduced.refined(context(dps))
+            if not resolved(seen, proved):
+                raise Unresolved(dps)
+            found = Nutation.of(seen, proved)
+        except Unresolved:
+            dps *= 2
+            continue
+        if digits + 20 + found.lost <= dps:
+            return found
+        dps = digits + 30 + 2 * found.lost
+    raise Unresolved(MOST_DIGITS)
 
 
-def _inner(over: Reduced) -> tuple[Number, Number]:
-    """d₁ = u₁ − u₀ ≤ 0 and d₂ = u₂ − u₀ ≥ 0; exactly 0 when the start is a turning point."""
-    ctx = over.ctx
-    f0, f1, f2, f3 = over.taylor
-    if not f3:
-        return _quadratic(ctx, f0, f1, f2)
-    d1, d2, d3 = _cubic(over)
-    if f0:
-        near = min(d1, d2, key=abs)
-        far = d2 if near is d1 else d1
-        near = -f0 / (f3 * far * d3)
-    else:
-        near, far = ctx.zero, (d2 if f1 > 0 else d1)
-    return (near, far) if far > 0 else (far, near)
+def resolved(reduced: Reduced, proved: Proved) -> bool:
+    """Whether what is proved not to be zero does not look like zero at this precision.
 
-
-def _quadratic(ctx: Context, f0: Number, f1: Number, f2: Number) -> tuple[Number, Number]:
-    """Both roots of f₀ + f₁ d + f₂ d² with f₂ < 0 ≤ f₀, without cancellation."""
-    far = -(f1 + (1 if f1 >= 0 else -1) * ctx.sqrt(f1**2 - 4 * f0 * f2)) / 2
-    one, other = far / f2, f0 / far
-    return (one, other) if one < other else (other, one)
-
-
-def _cubic(over: Reduced) -> tuple[Number, Number, Number]:
-    """All roots d of f(u₀ + d), increasing, by Viète's cosine.
-
-    The cosine loses half of the digits of a near-double root, and the shift loses those by which
-    u₃ exceeds u₂, so the algebra runs at twice the precision, and more where g is small.
+    Parameters
+    ----------
+    reduced : Reduced
+        The motion.
+    proved : Proved
+        What is known of it.
     """
-    small = max(0, over.ctx.mag(over.taylor[2]) - over.ctx.mag(over.g))
-    ctx = context(2 * over.ctx.dps + 20 + small)
-    f0, f1, f2, f3 = (ctx.make_mpf(value._mpf_) for value in over.taylor)
-    p = (3 * f3 * f1 - f2**2) / (3 * f3**2)
-    q = (2 * f2**3 - 9 * f3 * f2 * f1 + 27 * f3**2 * f0) / (27 * f3**3)
-    size = 2 * ctx.sqrt(-p / 3)
-    angle = ctx.acos(max(-ctx.one, min(ctx.one, 3 * q / (p * size)))) / 3
-    third, shift = 2 * ctx.pi / 3, f2 / (3 * f3)
-    roots = sorted(size * ctx.cos(angle - third * k) - shift for k in range(3))
-    d1, d2, d3 = (over.ctx.make_mpf(root._mpf_) for root in roots)
-    return d1, d2, d3
+    zero = threshold(reduced.ctx)
+    return (
+        (proved.course is not Course.NUTATING or course(reduced) is Course.NUTATING)
+        and (proved.zero_plus is not False or miss_of_bottom(reduced) > zero)
+        and (proved.zero_minus is not False or miss_of_top(reduced) > zero)
+    )
 
 
-def _outer(
-    over: Reduced, P_minus: Number, d1: Number, minus1: Number
-) -> tuple[Number, Number, Number]:
-    """1 − u₂, u₃ − 1 and 2g (u₃ − 1), from their product and their difference."""
-    ctx, g = over.ctx, over.g
-    energy = 2 * over.kinetic0 + over.b**2
-    if not g:
-        return P_minus**2 / (energy * minus1), ctx.inf, energy
-    product = P_minus**2 / (2 * g * minus1)
-    gap = energy / (2 * g) - d1 - 2  # (u₃ − 1) − (1 − u₂), from the sum of the roots
-    larger = (abs(gap) + ctx.sqrt(gap**2 + 4 * product)) / 2
-    smaller = product / larger if larger else larger
-    minus2, beyond = (smaller, larger) if gap >= 0 else (larger, smaller)
-    return minus2, beyond, 2 * g * beyond
+def _momenta(over: Reduced, proved: Proved) -> tuple[Number, Number]:
+    """P₊ and P₋, exactly zero where they are proved to be, or else count as zero."""
+    zero = threshold(over.ctx)
+    no_plus, no_minus = proved.zero_plus, proved.zero_minus
+    if no_plus is None:
+        no_plus = miss_of_bottom(over) <= zero
+    if no_minus is None:
+        no_minus = miss_of_top(over) <= zero
+    return (
+        over.ctx.zero if no_plus else over.P_plus,
+        over.ctx.zero if no_minus else over.P_minus,
+    )

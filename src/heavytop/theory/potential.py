@@ -17,14 +17,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from heavytop.theory.nutation import (
-    Course,
-    Nutation,
-    course,
-    miss_of_bottom,
-    miss_of_top,
-    upright,
-)
+from heavytop.theory.course import Course, course, miss_of_bottom, miss_of_top, upright
+from heavytop.theory.nutation import Nutation
 from heavytop.theory.precision import STANDARD_DIGITS, Number, context, threshold
 from heavytop.theory.reduced import Reduced
 

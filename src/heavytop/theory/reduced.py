@@ -159,7 +159,7 @@ class Reduced:
             number(ctx, value) for value in (A, C, gMR, theta, phi, psi, thetadot, phidot)
         )
         s, c = _snapped(ctx, ctx.sin(th / 2)), _snapped(ctx, ctx.cos(th / 2))
-        u0 = ctx.cos(th) if s and c else c * c - s * s
+        u0 = _snapped(ctx, ctx.cos(th)) if s and c else c * c - s * s
         spin = number(ctx, psidot) + phd * u0 if omega3 is None else number(ctx, omega3)
         b, sine = C_ * spin / A_, 2 * s * c
         turn = _turn_through(ctx, s, c, thd)
@@ -196,24 +196,28 @@ class Reduced:
         """
         x, y, z = (number(ctx, value) for value in e)
         lx, ly, lz = (number(ctx, value) for value in l)
-        rho = ctx.sqrt(x * x + y * y + z * z)
+        rho, size = ctx.sqrt(x * x + y * y + z * z), ctx.sqrt(lx * lx + ly * ly + lz * lz)
         x, y, z = x / rho, y / rho, z / rho
-        b, sin2 = lx * x + ly * y + lz * z, x * x + y * y
-        across = (lx - b * x, ly - b * y, lz - b * z)
+        b, sin2 = _snapped(ctx, lx * x + ly * y + lz * z, size), x * x + y * y
+        across = tuple(
+            _snapped(ctx, along - b * part, size) for along, part in ((lx, x), (ly, y), (lz, z))
+        )
+        turns = any(across)  # where l lies along e the rest would be rounding
+        drift = lz * sin2 - z * (lx * x + ly * y) if turns else ctx.zero
         far = 1 + abs(z)
         minus, plus = (sin2 / far, far) if z > 0 else (far, sin2 / far)
         phi, turn = _azimuth(ctx, (x, y, z), (lx, ly), phi0)
         rebuild = partial(cls.from_axis, e=e, l=l, g=g, phi0=phi0, psi0=psi0, kappa=kappa)
         return cls(
-            ctx, number(ctx, g) * rho, b, z, minus, plus, lx * y - ly * x,
-            lz * sin2 - z * (lx * x + ly * y), sum(part**2 for part in across) / 2,
+            ctx, number(ctx, g) * rho, b, z, minus, plus, lx * y - ly * x if turns else ctx.zero,
+            _snapped(ctx, drift, size * ctx.sqrt(sin2)), sum(part**2 for part in across) / 2,
             phi, number(ctx, psi0) + turn, number(ctx, kappa), rebuild,
         )  # fmt: skip
 
 
-def _snapped(ctx: Context, value: Number) -> Number:
-    """Sine or cosine of a half-angle; that of "pi" is zero only to rounding, and means zero."""
-    return ctx.zero if abs(value) <= threshold(ctx) else value
+def _snapped(ctx: Context, value: Number, size: Number = 1) -> Number:
+    """A sine, cosine or projection; that of "pi" is zero only to rounding, and means zero."""
+    return ctx.zero if abs(value) <= threshold(ctx) * size else value
 
 
 def _turn_through(ctx: Context, s: Number, c: Number, thetadot: Number) -> Number:

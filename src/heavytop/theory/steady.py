@@ -8,7 +8,9 @@ which has the roots Ω = [p_ψ ± √(p_ψ² − 4 A gMR cosθ)] / 2A cosθ wher
 root of smaller magnitude is taken from its partner, 2 gMR / [p_ψ ± √(…)] with the sign that does
 not cancel: no digits are lost for a fast top, and none at θ = π/2, where it is gMR/p_ψ.
 
-Here everything is in doubles and over arrays of spins; `State.steady` is the exact start.
+What takes a `Top` is in doubles and over arrays of spins; `pair` and `nodding` take one motion, at
+its own precision, on the vertical too: there the rates are those of the smallest cones, with which
+a small motion of the upright or hanging axis goes round. `State.steady` is the exact start.
 """
 
 from __future__ import annotations
@@ -20,6 +22,9 @@ import numpy.typing as npt
 
 from heavytop.errors import ImpossibleStart
 from heavytop.exact import Exact, cos, sin
+from heavytop.theory import precision
+from heavytop.theory.precision import vanishes
+from heavytop.theory.reduced import Reduced
 
 if TYPE_CHECKING:
     from heavytop.exact import Number
@@ -169,6 +174,68 @@ def nutation_frequency(top: Top, theta: Number, precession: npt.ArrayLike) -> Ra
     g = float(top.gMR / top.A)
     from_highest = 2 * float(sin(half) if g > 0 else cos(half)) ** 2  # 1 ∓ cosθ
     return _rate(np.sqrt((rate - abs(g) / rate) ** 2 + 2 * abs(g) * from_highest))
+
+
+def pair(motion: Reduced) -> tuple[precision.Number | None, precision.Number | None]:
+    """The slow and the fast rate Ω [rad/s] at the tilt and the p_ψ of a motion.
+
+    Parameters
+    ----------
+    motion : Reduced
+        The motion; of its start only θ and p_ψ matter.
+
+    Returns
+    -------
+    tuple of 2 (Number or None)
+        Both None where p_ψ² < 4 A gMR cosθ; one rate and None where there is one only, at
+        θ = π/2 or where both are the same. At p_ψ = 0 they are equal and opposite.
+
+    Examples
+    --------
+    >>> from heavytop.theory.precision import context
+    >>> steady = Reduced.from_angles(context(60), "6.375e-3", "7.5e-4", "0.73575", "pi/3", 0, 0,
+    ...                              0, 10, omega3="140.6")
+    >>> print(*map(float, pair(steady)))
+    10.0 23.08235294117647
+    """
+    ctx, b, g = motion.ctx, motion.b, motion.g
+    u = motion.u0 if not vanishes(ctx, motion.u0, 1) else ctx.zero
+    square = b**2 - 4 * g * u
+    if vanishes(ctx, square, b**2, 4 * g * u):
+        square = ctx.zero
+    if square < 0:
+        return None, None
+    larger = b + (ctx.sqrt(square) if b >= 0 else -ctx.sqrt(square))
+    if not larger:
+        return None, None
+    return 2 * g / larger, larger / (2 * u) if square and u else None
+
+
+def nodding(motion: Reduced, rate: precision.Number) -> precision.Number:
+    """The frequency ω [rad/s] of small nodding about a steady precession, or about the vertical.
+
+    ω² = Ω² + r² − 2 (gMR/A) cosθ as a sum of squares, with r = gMR/AΩ taken from the steady
+    equation as p_ψ/A − Ω cosθ, which serves without gravity and without precession as well.
+
+    Parameters
+    ----------
+    motion : Reduced
+        The motion; of its start only θ and p_ψ matter.
+    rate : Number
+        Ω [rad/s], one of the two rates.
+
+    Examples
+    --------
+    >>> from heavytop.theory.precision import context
+    >>> steady = Reduced.from_angles(context(60), "6.375e-3", "7.5e-4", "0.73575", "pi/3", 0, 0,
+    ...                              0, 10, omega3="140.6")
+    >>> print(float(nodding(steady, 10)))
+    10.852971464966503
+    """
+    pull = motion.b - rate * motion.u0
+    product = rate * pull  # gMR/A
+    from_highest = motion.one_minus_u0 if product >= 0 else motion.one_plus_u0
+    return motion.ctx.sqrt((abs(rate) - abs(pull)) ** 2 + 2 * abs(product) * from_highest)
 
 
 def _larger(top: Top, theta: Number, omega3: npt.ArrayLike) -> Array:

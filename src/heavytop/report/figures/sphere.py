@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patches import Circle
+from matplotlib.patches import Circle, PathPatch
+from matplotlib.path import Path
+from matplotlib.transforms import Affine2D
 
 from heavytop.report.figures.style import FAINT, PATH, Array, mark_events, path
 
@@ -61,18 +63,21 @@ class View(NamedTuple):
         tilt = float(np.hypot(axis[:, 0], axis[:, 1]).max())
         side = np.sign(axis[0, 2])
         if tilt < 0.7 and np.all(side * axis[:, 2] > 0):
-            return cls._from_pole(1.0 if side > 0 else -1.0, max(1.15 * tilt, 1e-3))
-        return cls._from_horizon(axis.mean(axis=0))
+            return cls.from_pole(1.0 if side > 0 else -1.0, max(1.15 * tilt, 1e-3))
+        return cls.from_horizon(axis.mean(axis=0))
 
     @classmethod
-    def _from_pole(cls, side: float, reach: float) -> View:
-        spacing = next(step for step in (1, 2, 5, 10, 15) if np.sin(np.radians(5 * step)) > reach)
+    def from_pole(cls, side: float, reach: float) -> View:
+        """From straight above (side 1) or below (−1), `reach` being half the width of the view."""
+        steps = (step for step in (1, 2, 5, 10, 15) if np.sin(np.radians(5 * step)) > reach)
+        spacing = next(steps, 30)
         words = f"from {'above' if side > 0 else 'below'}; circles {spacing}° apart"
         x, y, z = np.eye(3)
         return cls(x, side * y, side * z, reach, spacing, words)
 
     @classmethod
-    def _from_horizon(cls, mean: Array) -> View:
+    def from_horizon(cls, mean: Array) -> View:
+        """From 25° above or below the horizon, on the side of the mean of a path, shape (3,)."""
         lift = np.radians(-25.0 if mean[2] < -MUCH else 25.0)
         side = mean[:2] if np.hypot(mean[0], mean[1]) > MUCH else np.array([0.0, -1.0])
         x, y = side / np.hypot(side[0], side[1])
@@ -88,17 +93,18 @@ class View(NamedTuple):
     def draw_graticule(self, ax: Axes) -> None:
         """Draw the outline, circles of equal tilt, and the vertical."""
         ax.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=FAINT, linewidth=1.0))
-        around = np.linspace(0.0, 2 * np.pi, 181)
         for tilt in np.radians(np.arange(self.spacing, 180, self.spacing)):
-            circle = np.column_stack(
-                (
-                    np.sin(tilt) * np.cos(around),
-                    np.sin(tilt) * np.sin(around),
-                    np.full_like(around, np.cos(tilt)),
-                )
-            )
-            seen, depth = self.project(circle)
-            seen = np.where((depth >= -1e-12)[:, None], seen, np.nan)
-            ax.plot(seen[:, 0], seen[:, 1], color=FAINT, linewidth=0.6, zorder=1)
+            if (reach := self._visible(tilt)) > 0:
+                arc = Path.arc(-90 - np.degrees(reach), -90 + np.degrees(reach))
+                flat = Affine2D().scale(np.sin(tilt), np.sin(tilt) * self.towards[2])
+                seen = flat.translate(0.0, np.cos(tilt) * self.up[2]).transform_path(arc)
+                ax.add_patch(PathPatch(seen, fill=False, color=FAINT, linewidth=0.6, zorder=1))
         pole = self.project(np.array([[0.0, 0.0, np.sign(self.towards[2])]]))[0][0]
         ax.plot(*pole, "+", color="black", markersize=7, zorder=1)
+
+    def _visible(self, tilt: float) -> float:
+        """How far to either side the circle of equal tilt can be seen, 0 … π, from its front."""
+        over, front = np.cos(tilt) * self.towards[2], np.sin(tilt) * self.up[2]
+        if abs(over) >= front:
+            return np.pi if over > 0 else 0.0
+        return float(np.arccos(-over / front))

@@ -1,0 +1,11 @@
+"""The command line: reads options, calls the package, prints. It computes nothing.
+
+Results go to stdout; progress, notes, warnings and errors to stderr. Each verb is a module, and
+what is slow to import is imported by the verb that needs it, so that ``heavytop --help`` answers
+at once.
+"""
+
+from heavytop.cli.command import app, main
+from heavytop.cli.exits import Exit, exit_code
+
+__all__ = ["Exit", "app", "exit_code", "main"]

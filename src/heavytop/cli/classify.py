@@ -1,0 +1,42 @@
+"""``heavytop classify``."""
+
+from __future__ import annotations
+
+from heavytop.cli.options import (
+    Debug,
+    Json,
+    Quiet,
+    SceneName,
+    Set,
+    Verbose,
+    blaming,
+    overrides,
+)
+from heavytop.cli.printing import print_json, print_table
+from heavytop.cli.voice import Voice
+
+
+def classify(
+    scene: SceneName,
+    json: Json = False,
+    changes: Set = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    debug: Debug = False,
+) -> None:
+    """Say which kind of motion a scene is, and how that is proved; nothing is integrated."""
+    from heavytop.classification import classify_document
+    from heavytop.scene import load_scene
+
+    voice = Voice(quiet, verbose)
+    options = overrides(changes)
+    with voice.warnings(), blaming(options):
+        read = load_scene(scene, overrides=options)
+    voice.note(f"classifying {read.name}")
+    document = classify_document(read)
+    if json:
+        print_json(document)
+        return
+    from heavytop.report.classify_table import classify_table
+
+    print_table(classify_table, document)

@@ -1,0 +1,85 @@
+"""The command and its verbs; every exception becomes a message and an exit code here."""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from heavytop.cli.classify import classify
+from heavytop.cli.derive import derive
+from heavytop.cli.doctor import doctor
+from heavytop.cli.exits import EXIT_CODES, exit_code, explain
+from heavytop.cli.options import DEBUG
+from heavytop.cli.run import run
+from heavytop.cli.scenes import scenes
+from heavytop.cli.voice import say
+
+
+class Verbs(TyperGroup):
+    """The command group, where every exception becomes a message and an exit code."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a verb; what it raises is explained without a traceback, unless asked for one."""
+        try:
+            return super().invoke(ctx)
+        except (Exception, KeyboardInterrupt) as error:
+            if belongs_to_typer(error):
+                raise
+            if ctx.meta.get(DEBUG):
+                traceback.print_exc()
+            code = exit_code(error)
+            say(explain(error, code))
+            raise typer.Exit(code) from None
+
+
+def belongs_to_typer(error: BaseException) -> bool:
+    """Whether typer itself turns this exception into a message and an exit code."""
+    return isinstance(error, BrokenPipeError) or type(error).__module__.startswith("typer.")
+
+
+app = typer.Typer(
+    name="heavytop",
+    cls=Verbs,
+    help="The axisymmetric heavy top, integrated to the last digits and checked.",
+    epilog=EXIT_CODES,
+    no_args_is_help=True,
+    rich_markup_mode=None,  # plain help text: a third of the time
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command(epilog=EXIT_CODES)(run)
+app.command(epilog=EXIT_CODES)(classify)
+app.command()(scenes)
+app.command()(derive)
+app.command()(doctor)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        from heavytop import __version__
+
+        typer.echo(f"heavytop {__version__}")
+        raise typer.Exit
+
+
+Version = Annotated[
+    bool,
+    typer.Option("--version", help="Print it and leave.", callback=_show_version, is_eager=True),
+]
+
+
+@app.callback()
+def heavytop(version: Version = False) -> None:
+    """Options of the command itself."""
+
+
+def main() -> None:
+    """Run the command line."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):  # a terminal without θ shows ?, and does not fail
+            stream.reconfigure(errors="replace")
+    app()

@@ -1,0 +1,56 @@
+"""Exit codes, and the exceptions they stand for."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+from heavytop import errors
+
+
+class Exit(IntEnum):
+    """What the exit code of every verb means."""
+
+    OK = 0
+    BUG = 1
+    USAGE = 2
+    BAD_SCENE = 3
+    ENDED_EARLY = 4
+    OUT_OF_BOUND = 5
+    FOREIGN_FILE = 6
+    MISSING_PACKAGE = 7
+    INTERRUPTED = 130
+
+
+# The first that fits. What is not here is a bug of ours.
+REFUSALS: tuple[tuple[type[BaseException], Exit], ...] = (
+    (errors.BadScene, Exit.BAD_SCENE),
+    (errors.Impossible, Exit.BAD_SCENE),
+    (errors.NotANumber, Exit.BAD_SCENE),
+    (errors.NoClosedForm, Exit.BAD_SCENE),
+    (errors.EndedEarly, Exit.ENDED_EARLY),
+    (errors.ForeignFile, Exit.FOREIGN_FILE),
+    (KeyboardInterrupt, Exit.INTERRUPTED),
+)
+
+EXIT_CODES = (
+    "Exit codes: 0 ok; 1 a bug; 2 a bad option; 3 a bad scene; 4 ended early, the partial result "
+    "is kept; 5 a check is out of its bound; 6 a damaged or foreign file; 7 an optional package "
+    "is missing; 130 interrupted."
+)
+
+
+def exit_code(error: BaseException) -> Exit:
+    """The exit code that an exception stands for."""
+    if isinstance(error, errors.EndedEarly) and error.outcome is errors.Outcome.INTERRUPTED:
+        return Exit.INTERRUPTED
+    return next((code for kind, code in REFUSALS if isinstance(error, kind)), Exit.BUG)
+
+
+def explain(error: BaseException, code: Exit) -> str:
+    """One error in words."""
+    if code is Exit.BUG:
+        what = " ".join(f"{type(error).__name__}: {error}".split())
+        return f"a bug: {what} (--debug shows where)"
+    if isinstance(error, errors.BadScene):
+        return f"the scene cannot be run:\n{error}"
+    return str(error) or "interrupted"

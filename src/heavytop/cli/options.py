@@ -1,0 +1,69 @@
+"""The options that verbs share, and what they ask of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from heavytop import errors
+
+DEBUG = "heavytop.debug"  # key in the context that every verb shares
+
+
+def _note_debug(ctx: typer.Context, wanted: bool) -> None:
+    ctx.meta[DEBUG] = wanted
+
+
+SceneName = Annotated[
+    str, typer.Argument(metavar="SCENE", help="A shipped scene or the path of a TOML file.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
+Folder = Annotated[
+    Path | None,
+    typer.Option("-o", "--output", metavar="DIR", help="Write results here (else nowhere)."),
+]
+Set = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Change the scene: --set start.phidot=-14."),
+]
+Form = Annotated[
+    str, typer.Option("--formulation", metavar="NAME", help="Equations to integrate, or auto.")
+]
+Digits = Annotated[
+    int | None,
+    typer.Option("--digits", metavar="D", min=1, max=10_000, help="Digits wanted at the end."),
+]
+NoFigures = Annotated[bool, typer.Option("--no-figures", help="Draw nothing.")]
+Latex = Annotated[bool, typer.Option("--latex", help="Print one whole LaTeX document.")]
+Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="Errors only on stderr.")]
+Verbose = Annotated[bool, typer.Option("-v", "--verbose", help="Say what is being done.")]
+Debug = Annotated[
+    bool,
+    typer.Option("--debug", help="Show tracebacks.", callback=_note_debug, is_eager=True),
+]
+
+
+def overrides(changes: list[str] | None, digits: int | None = None) -> list[str]:
+    """The changes to the scene that the options ask for."""
+    changes = changes or []
+    for change in changes:
+        key, equals, _ = change.partition("=")
+        if not (key.strip() and equals):
+            raise typer.BadParameter(f"{change!r} is not KEY=VALUE", param_hint="--set")
+    return [*changes, *([f"want.digits={digits}"] if digits is not None else [])]
+
+
+@contextmanager
+def blaming(options: list[str]) -> Iterator[None]:
+    """Blame the options, not the scene, when everything wrong stands in an option."""
+    keys = {"formulation", *(option.partition("=")[0].strip() for option in options)}
+    try:
+        yield
+    except errors.BadScene as bad:
+        if all(fault.key in keys for fault in bad.faults):
+            raise typer.BadParameter(f"\n{bad}") from bad
+        raise

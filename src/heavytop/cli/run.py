@@ -1,0 +1,139 @@
+"""``heavytop run``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from heavytop import errors
+from heavytop.cli.exits import Exit, exit_code
+from heavytop.cli.options import (
+    Debug,
+    Digits,
+    Folder,
+    Form,
+    Json,
+    NoFigures,
+    Quiet,
+    SceneName,
+    Set,
+    Verbose,
+    blaming,
+    overrides,
+)
+from heavytop.cli.printing import print_json, print_table
+from heavytop.cli.voice import Voice, say
+
+if TYPE_CHECKING:
+    from heavytop.scene import Scene
+    from heavytop.trajectory import Trajectory
+
+
+def run(
+    scene: SceneName,
+    json: Json = False,
+    output: Folder = None,
+    changes: Set = None,
+    formulation: Form = "auto",
+    digits: Digits = None,
+    no_figures: NoFigures = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    debug: Debug = False,
+) -> None:
+    """Integrate a scene and compare it with the closed form."""
+    from heavytop.scene import load_scene
+
+    voice = Voice(quiet, verbose)
+    options = overrides(changes, digits)
+    with ExitStack() as stack:
+        stack.enter_context(voice.warnings())
+        stack.enter_context(blaming(options))
+        read = load_scene(scene, overrides=options)
+        folder = stack.enter_context(results_folder(output)) if output else None
+        trajectory, early = integrated(read, formulation, voice)
+        if early is not None:
+            say(f"ended early at t = {trajectory.orbit.end:.6g} s: {early}")
+        document = results(trajectory, folder, figures=not no_figures, voice=voice)
+        show(document, json)
+        if early is not None:
+            say(kept(output))
+            raise typer.Exit(exit_code(early))
+        if document["missed_digits"]:
+            say(missed(document["missed_digits"], read.digits))
+            raise typer.Exit(Exit.OUT_OF_BOUND)
+
+
+@contextmanager
+def results_folder(folder: Path) -> Iterator[Path]:
+    """The folder named by -o; what cannot be written there is the fault of that option."""
+    from heavytop.files import writable
+
+    with ExitStack() as stack:
+        try:
+            stack.enter_context(writable(folder))
+        except (OSError, ValueError) as error:
+            raise _unwritable(folder, error) from None
+        yield folder
+
+
+def _unwritable(folder: Path, error: Exception) -> typer.BadParameter:
+    why = getattr(error, "strerror", None) or str(error)
+    return typer.BadParameter(f"cannot write to {str(folder)!r}: {why}", param_hint="-o")
+
+
+def integrated(
+    scene: Scene, formulation: str, voice: Voice
+) -> tuple[Trajectory, errors.EndedEarly | None]:
+    """The trajectory of a scene, and why it is only a part when it is."""
+    from heavytop.propagation import propagate
+
+    try:
+        with voice.progress() as progress:
+            return propagate(scene, formulation=formulation, progress=progress), None
+    except errors.EndedEarly as early:
+        return early.trajectory, early
+
+
+def results(
+    trajectory: Trajectory, folder: Path | None, *, figures: bool, voice: Voice
+) -> dict[str, Any]:
+    """The document of a run, and its files when there is a folder for them."""
+    if folder is None:
+        from heavytop.document import run_document
+
+        return run_document(trajectory, files={})
+    from heavytop.results import write_results
+
+    try:
+        document = write_results(trajectory, folder, figures=figures)
+    except OSError as error:  # the disk is full, the folder has gone
+        raise _unwritable(folder, error) from error
+    for name in document["files"].values():
+        voice.note(f"wrote {folder / name}")
+    return document
+
+
+def show(document: dict[str, Any], json: bool) -> None:
+    """Print a run's document on stdout: for a program, or for a person."""
+    if json:
+        print_json(document)
+        return
+    from heavytop.report.run_table import run_table
+
+    print_table(run_table, document)
+
+
+def missed(found: dict[str, float], digits: int) -> str:
+    """What is farther off the closed form than the digits asked for allow."""
+    off = ", ".join(f"{name} {error:.1e}" for name, error in found.items())
+    return f"{digits} digits were asked for, and are not met: off the closed form by {off}"
+
+
+def kept(output: Path | None) -> str:
+    """Where the part of a run that was done can be found."""
+    return f"what was done is in {output}" if output else "what was done is above (-o DIR keeps it)"

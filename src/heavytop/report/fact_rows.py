@@ -1,0 +1,97 @@
+"""The derived facts of a motion as rows of a table; it knows nothing but their names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from heavytop.report.rows import number, short
+
+Known = Mapping[str, Any]
+Row = tuple[str, str]
+
+
+def fact_rows(facts: Known) -> Iterator[Row]:
+    """Label and text of what is known.
+
+    Parameters
+    ----------
+    facts : mapping
+        The ``facts`` of a document of the schema ``heavytop/classify/1``.
+
+    Raises
+    ------
+    KeyError
+        A fact is missing.
+    """
+    yield "ω₃", f"{number(facts['omega3'])} rad/s"
+    yield from _range(facts, "φ̇", "phidot", "mean_precession_rate")
+    yield from _range(facts, "ψ̇", "psidot", "mean_spin_rate")
+    yield from _nutation(facts)
+    yield from _steady(facts)
+    yield from _on_the_vertical(facts)
+    yield from _fast_top(facts)
+
+
+def _range(facts: Known, label: str, name: str, mean: str) -> Iterator[Row]:
+    low, high = facts[f"{name}_min"], facts[f"{name}_max"]
+    if low is None or high is None:
+        return
+    if low == high:
+        yield label, f"{number(low)} rad/s"
+        return
+    text = f"{number(low)} to {number(high)} rad/s"
+    if facts[mean] is not None:
+        text += f", in the mean {number(facts[mean])}"
+    yield label, text
+    if facts[f"{name}_reverses"]:
+        yield "", f"reverses at θ = {number(facts[f'{name}_reversal_theta'])} rad"
+
+
+def _nutation(facts: Known) -> Iterator[Row]:
+    if facts["nutation_frequency"] is None:
+        return
+    yield "nutation", f"{number(facts['nutation_frequency'])} rad/s"
+    yield "", f"amplitude in cos θ {number(facts['nutation_amplitude'])}"
+    if facts["rotation_number"] is not None:
+        yield "", f"turns of φ in one: {number(facts['rotation_number'])}"
+
+
+def _steady(facts: Known) -> Iterator[Row]:
+    if facts["steady_branch"] is None:
+        return
+    nodding = facts["small_nutation_frequency"]
+    yield "small nutation", f"{number(nodding)} rad/s about this motion"
+    if facts["other_precession_rate"] is not None:
+        other = facts["other_nutation_frequency"]
+        about = "" if other is None else f", with a small nutation of {number(other)}"
+        yield "the other rate", f"{number(facts['other_precession_rate'])} rad/s{about}"
+
+
+def _on_the_vertical(facts: Known) -> Iterator[Row]:
+    if facts["growth_rate"] is not None:
+        yield "a small tilt", f"grows by e in {number(1 / facts['growth_rate'])} s"
+    if facts["slow_cone_rate"] is not None:
+        slow, fast = number(facts["slow_cone_rate"]), number(facts["fast_cone_rate"])
+        yield "a small tilt", f"precesses between {slow} and {fast} rad/s"
+    if facts["sleeping_threshold"] is not None:
+        yield "sleeps", f"from |ω₃| = {number(facts['sleeping_threshold'])} rad/s on"
+
+
+def _fast_top(facts: Known) -> Iterator[Row]:
+    if facts["fast_top_ratio"] is None:
+        return
+    yield "p_ψ²/4A|gMR|", short(facts["fast_top_ratio"])
+    for label, value, error, unit in (
+        ("mean φ̇", "precession_rate", "precession_error", " rad/s"),
+        ("period", "nutation_period", "period_error", " s"),
+        ("amplitude", "amplitude", "amplitude_error", ""),
+    ):
+        estimate = facts[f"fast_top_{value}"]
+        if estimate is not None:
+            off = _percent(facts[f"fast_top_{error}"])
+            yield "", f"as a fast top: {label} {short(estimate)}{unit}{off}"
+
+
+def _percent(error: float | None) -> str:
+    return "" if error is None else f", off by {100 * error:+.3g} %"

@@ -1,0 +1,123 @@
+"""A run's document as a table for reading; it knows nothing but the document."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from heavytop.report.rows import (
+    MISSING,
+    constants,
+    course,
+    kind,
+    number,
+    short,
+    title,
+    two_columns,
+)
+
+FIRST_EVENTS = 8  # rows shown; the rest is counted
+
+
+def run_table(document: Mapping[str, Any]) -> Group:
+    """The table of one run.
+
+    Parameters
+    ----------
+    document : mapping
+        A document of the schema ``heavytop/run/1``.
+
+    Returns
+    -------
+    rich.console.Group
+        Title, what is known without integrating, the plan, the end, the events, the errors.
+
+    Raises
+    ------
+    KeyError
+        A part of the document is missing.
+    """
+    return Group(*_parts(document))
+
+
+def _parts(document: Mapping[str, Any]) -> Iterator[RenderableType]:
+    yield title(document["scene"])
+    yield two_columns(_rows(document))
+    if document["events"]["table"]:
+        yield Text()
+        yield _event_table(document["events"]["table"])
+    yield Text()
+    yield two_columns(_bounds(document))
+
+
+def _rows(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    yield "kind", kind(document["motion"])
+    yield from course(document["motion"])
+    yield from constants(document["constants"])
+    yield from _plan(document["plan"])
+    yield from _final(document["final"])
+    yield "events", _counts(document["events"])
+
+
+def _plan(plan: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    marks = [mark for mark in ("projected", "folded") if plan[mark]]
+    tolerance = f"tolerance {short(plan['tolerance'])}"
+    states = f"{plan['states']} states"
+    yield "plan", ", ".join((plan["formulation"], plan["precision"], states, tolerance, *marks))
+    for reason in plan["reasons"]:
+        yield "", f"· {reason}"
+
+
+def _final(final: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    known = [
+        f"{label} = {number(final[name])}"
+        for label, name in (("θ", "theta"), ("φ", "phi"), ("ψ", "psi"))
+        if final.get(name) is not None
+    ]
+    yield f"at t = {short(final['t'])} s", ", ".join(known) + " rad" if known else MISSING
+
+
+def _counts(events: Mapping[str, Any]) -> str:
+    counts = ((name, events[name]) for name in ("turning", "reversal", "cusp"))
+    asked = [f"{count} {name}" for name, count in counts if count is not None]
+    return ", ".join(asked) or "none asked for"
+
+
+def _event_table(rows: list[Mapping[str, Any]]) -> Table:
+    table = Table(box=None, pad_edge=False, header_style="cyan")
+    table.add_column("event")
+    for heading in ("t [s]", "θ [rad]", "φ [rad]", "φ̇ [rad/s]", "residual"):
+        table.add_column(heading, justify="right")
+    for row in rows[:FIRST_EVENTS]:
+        numbers = (number(row[name]) for name in ("t", "theta", "phi", "phidot"))
+        table.add_row(row["kind"], *numbers, short(row["residual"]))
+    if len(rows) > FIRST_EVENTS:
+        table.add_row(f"… and {len(rows) - FIRST_EVENTS} more")
+    return table
+
+
+def _bounds(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    yield "off the closed form", _errors(document["errors"])
+    yield "cost", _cost(document["cost"])
+    if document["files"]:
+        yield "files", ", ".join(map(str, document["files"].values()))
+
+
+def _errors(found: Mapping[str, Any]) -> str:
+    sizes = {name: size for name, size in found.items() if isinstance(size, int | float)}
+    known = [f"{name.replace('_', ' ')} {short(size)}" for name, size in sizes.items()]
+    return ", ".join(filter(None, (*known, found.get("why_not"))))
+
+
+def _cost(cost: Mapping[str, Any]) -> str:
+    parts = [f"{cost['steps']} steps"]
+    for label, name in (("derive", "derive_s"), ("compile", "compile_s"), ("run", "integrate_s")):
+        if cost[name] is not None:
+            parts.append(f"{label} {1000 * cost[name]:.1f} ms")
+    if cost["us_per_period"] is not None:
+        parts.append(f"{cost['us_per_period']:.1f} µs a period")
+    return ", ".join(parts)

@@ -1,0 +1,237 @@
+"""A formulation compiled for as many tops at once as the processor's vector registers hold.
+
+One integrator is reused: its lanes are loaded with the next tops, never cloned. All lanes advance
+until the slowest has arrived, and a lane that leaves the finite numbers stops them all, so such a
+top is found out by itself and the others are run without it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import IntEnum
+from threading import local
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+from numpy.typing import NDArray
+
+from heavytop.models.formulation import Formulation
+from heavytop.taylor.integrator import Array
+from heavytop.taylor.translate import translate
+
+Indices = NDArray[np.int64]
+Hits = list[tuple[int, int, float, bytes]]  # event, lane, time, state
+
+
+class Lane(IntEnum):
+    """How one top of many ended."""
+
+    REACHED = 0
+    SINGULAR = 1  # it left the finite numbers
+    STEP_LIMIT = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Zeros:
+    """Zeros of event functions met on the way, by top and then by time.
+
+    Attributes
+    ----------
+    which, event : ndarray of int, shape (h,)
+        Which top, and which event function.
+    t : ndarray, shape (h,)
+        When [s].
+    states : ndarray, shape (h, n)
+        The state there.
+    """
+
+    which: Indices
+    event: Indices
+    t: Array
+    states: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Arrived:
+    """Many tops at their ends.
+
+    Attributes
+    ----------
+    states : ndarray, shape (k, n)
+        States at the ends; nan where the end was not reached.
+    ending : ndarray of int, shape (k,)
+        Codes of `Lane`.
+    zeros : Zeros
+    """
+
+    states: Array
+    ending: Indices
+    zeros: Zeros
+
+
+@dataclass(eq=False)
+class BatchIntegrator:
+    """A formulation compiled for `width` tops at a time; belongs to one thread.
+
+    Parameters
+    ----------
+    formulation : Formulation
+    events : tuple of str
+        Names of the event functions to be watched.
+    tolerance : float
+        Relative error tolerance of a step.
+    """
+
+    formulation: Formulation
+    events: tuple[str, ...]
+    tolerance: float
+    width: int = field(init=False)
+    parameters: tuple[str, ...] = field(init=False)
+    found: Hits = field(init=False)
+    taylor: Any = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        form = self.formulation
+        watched = [form.events[name] for name in self.events]
+        used = set().union(*(x.free_symbols for x in (*form.derivatives, *watched)))
+        symbols = [p for p in (*form.parameters, *form.given) if p in used]
+        self.parameters = tuple(p.name for p in symbols)
+        self.width = int(hy.recommended_simd_size())
+        self.found = []
+        variables = hy.make_vars(*(s.name for s in form.states))
+        names = dict(zip(form.states, variables, strict=True))
+        names |= {p: hy.par[i] for i, p in enumerate(symbols)}
+        system = zip(variables, translate(form.derivatives, names), strict=True)
+        zeros = translate(watched, names)
+        self.taylor = hy.taylor_adaptive_batch(
+            list(system),
+            np.zeros((len(variables), self.width)),
+            pars=np.zeros((len(symbols), self.width)),
+            tol=self.tolerance,
+            nt_events=[
+                hy.nt_event_batch(zero, _recorder(self.found, i)) for i, zero in enumerate(zeros)
+            ],
+        )
+
+    def run(
+        self, states: Array, parameters: Array, ends: Array, step_limit: int | None = None
+    ) -> Arrived:
+        """Integrate each top from its state at time 0 to its own end.
+
+        Parameters
+        ----------
+        states : ndarray, shape (k, n)
+        parameters : ndarray, shape (k, p)
+            In the order of `parameters`.
+        ends : ndarray, shape (k,)
+            Times [s].
+        step_limit : int, optional
+            Steps after which a top, with the others of its batch, is given up.
+        """
+        self.found.clear()
+        sound = np.isfinite(ends)
+        for given in (states, parameters):
+            sound &= np.isfinite(given).all(axis=1)
+        order = np.argsort(np.where(sound, ends, np.inf), kind="stable")[: int(sound.sum())]
+        journey = _Journey(self, states, parameters, ends, step_limit or 0)
+        spare = -order.size % self.width  # the last batch is filled up with its first top
+        journey.advance(np.concatenate((order, np.repeat(order[-1:], spare))), spare)
+        return journey.arrived()
+
+
+class _Journey:
+    """Many tops under way."""
+
+    def __init__(
+        self, engine: BatchIntegrator, states: Array, parameters: Array, ends: Array, limit: int
+    ) -> None:
+        self.engine, self.limit = engine, limit
+        self.given = states, parameters, ends
+        self.states = np.full_like(states, np.nan)
+        self.ending = np.full(ends.size, int(Lane.SINGULAR))
+        self.hits: list[tuple[Indices, Hits]] = []
+
+    def advance(self, tops: Indices, spare: int = 0) -> None:
+        """Integrate tops in full batches; those of a batch that was stopped go one by one."""
+        width = self.engine.width
+        lanes = tops.reshape(-1, width)
+        ends = self.given[2][lanes]
+        last, reached, marks = self._propagated(lanes, ends)
+        real = np.ones(lanes.shape, dtype=bool)
+        real[-1:, width - spare :] = False
+        there = reached == ends
+        whole = there.all(axis=1) if width > 1 else np.ones(len(lanes), dtype=bool)
+        alone = (lanes == lanes[:, :1]).all(axis=1)
+        limited = np.isfinite(reached) & (self.limit > 0)
+        done = real & (whole | alone | limited.all(axis=1))[:, None]
+        self.states[lanes[done & there]] = last.transpose(0, 2, 1)[done & there]
+        self.ending[lanes[done & there]] = Lane.REACHED
+        self.ending[lanes[done & ~there & limited]] = Lane.STEP_LIMIT
+        self._keep(lanes, done, marks)
+        for top in lanes[real & ~done].tolist():
+            self.advance(np.full(width, top), width - 1)
+
+    def arrived(self) -> Arrived:
+        """What has been found."""
+        width = self.states.shape[1]
+        hits = [hit for _, part in self.hits for hit in part]
+        which = np.concatenate([np.empty(0, np.int64), *(tops for tops, _ in self.hits)])
+        event = np.array([hit[0] for hit in hits], dtype=np.int64)
+        t = np.array([hit[2] for hit in hits], dtype=np.float64)
+        states = np.frombuffer(b"".join(hit[3] for hit in hits)).reshape(-1, width)
+        order = np.lexsort((np.abs(t), which))
+        zeros = Zeros(which[order], event[order], t[order], states[order])
+        return Arrived(self.states, self.ending, zeros)
+
+    def _propagated(self, lanes: Indices, ends: Array) -> tuple[Array, Array, Indices]:
+        """Run every batch: last states (b, n, w), times reached (b, w), zeros found after each."""
+        taylor, found = self.engine.taylor, self.engine.found
+        found.clear()
+        states, parameters, _ = self.given
+        first = np.ascontiguousarray(states[lanes].transpose(0, 2, 1))
+        constants = np.ascontiguousarray(parameters[lanes].transpose(0, 2, 1))
+        last, reached = np.empty_like(first), np.empty_like(ends)
+        marks = np.zeros(len(lanes) + 1, dtype=np.int64)
+        for i in range(len(lanes)):
+            taylor.set_time(0.0)
+            taylor.state[:] = first[i]
+            taylor.pars[:] = constants[i]
+            taylor.propagate_until(ends[i], max_steps=self.limit)
+            last[i], reached[i], marks[i + 1] = taylor.state, taylor.time, len(found)
+        return last, reached, marks
+
+    def _keep(self, lanes: Indices, done: NDArray[np.bool_], marks: Indices) -> None:
+        """Take over the zeros found in those lanes that are done."""
+        found = self.engine.found
+        if not found:
+            return
+        batch = np.repeat(np.arange(len(lanes)), np.diff(marks))
+        lane = np.array([hit[1] for hit in found], dtype=np.int64)
+        kept = np.flatnonzero(done[batch, lane])
+        self.hits.append((lanes[batch, lane][kept], [found[i] for i in kept.tolist()]))
+
+
+def _recorder(found: Hits, event: int) -> Callable[..., None]:
+    """What heyoka calls at a zero; it keeps what it closes over, though it is copied."""
+
+    def record(taylor: Any, t: float, _sign: int, lane: int) -> None:
+        taylor.update_d_output(t)
+        found.append((event, lane, t, taylor.d_output[:, lane].tobytes()))
+
+    return record
+
+
+def batch_integrator(
+    formulation: Formulation, events: tuple[str, ...], tolerance: float
+) -> BatchIntegrator:
+    """Return the batch integrator of a formulation, built once per thread; it ends with it."""
+    built: dict[Any, BatchIntegrator] = _OF_THIS_THREAD.__dict__.setdefault("built", {})
+    key = (formulation, events, tolerance)
+    if key not in built:
+        built[key] = BatchIntegrator(*key)
+    return built[key]
+
+
+_OF_THIS_THREAD = local()

@@ -1,0 +1,234 @@
+"""Projection onto the invariants: where it puts a state, what it keeps, and what it is worth."""
+
+from dataclasses import replace
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+
+import heavytop as ht
+from heavytop.exact import Exact
+from heavytop.models.axis_form import axis_form
+from heavytop.models.ladder import LADDER
+from heavytop.models.typed import typed_function
+from heavytop.taylor import projection
+from heavytop.taylor.projection import Projection
+from heavytop.witness import closed_form, phase_error, run_errors
+
+TILT = 'want.quantities=["theta"]'
+ALL = 'want.quantities=["theta", "phi", "psi"]'
+
+
+def gyro(thetadot):
+    return ht.State(theta="pi/3", thetadot=thetadot, phidot=10, psidot="135.6")
+
+
+def scene(periods, *overrides, name="sicm-kicked", wants=TILT):
+    return ht.load_scene(name, overrides=[f"span.periods={periods}", wants, *overrides])
+
+
+def short(formulation):
+    return ht.propagate(scene(3.3, "want.events=[]"), formulation=formulation)
+
+
+def exact_invariants(run, state):
+    """Invariants at a state in doubles, at 50 digits."""
+    form = run.orbit.integrator.formulation
+    at = dict(zip(form.states, state.tolist(), strict=True))
+    at |= {p: run.orbit.parameters[p.name] for p in form.parameters}
+    with mpmath.workdps(50):
+        values = {s: mpmath.mpf(x) for s, x in at.items()}
+        found = sp.lambdify(list(values), list(form.invariants.values()), "mpmath")
+        return found(*values.values())
+
+
+@pytest.mark.parametrize("formulation", LADDER)
+def test_a_state_is_put_back_within_its_rounding(formulation):
+    run = short(formulation)
+    form, start = run.orbit.integrator.formulation, run.orbit.checkpoints[0].state
+    project = Projection.of(form, run.orbit.parameters, start)
+    there = run.samples.states[-1]
+    target = exact_invariants(run, start)
+    shaken = np.random.default_rng(3)
+    for _ in range(20):
+        off = there * (1 + 1e-12 * shaken.choice((-1, 1), there.size))
+        slopes = np.array(project.invariants.slopes(*off.tolist(), *project.constants))
+        before, after = (exact_invariants(run, x) for x in (off, project(off)))
+        rounding = np.abs(slopes) @ np.spacing(np.abs(off)) / 2
+        left = np.array([float(a - b) for a, b in zip(after, target, strict=True)])
+        assert (np.abs(left) <= 1.1 * rounding).all()
+        assert any(abs(b - t) > 10 * r for b, t, r in zip(before, target, rounding, strict=True))
+
+
+def test_the_change_is_the_least():
+    run = short("axis")
+    project = Projection.of(axis_form(), run.orbit.parameters, run.orbit.checkpoints[0].state)
+    off = run.samples.states[-1] + 1e-9 * np.array([1.0, -2.0, 0.5, 3.0, 1.0])
+    slopes = np.array(project.invariants.slopes(*off.tolist(), *project.constants))
+    change = project(off) - off
+    along = np.linalg.lstsq(slopes.T, change)[0] @ slopes  # what of it crosses the level sets
+    assert np.linalg.norm(change - along) < 1e-6 * np.linalg.norm(change)
+    assert 1e-10 < np.linalg.norm(change) < 1e-8
+
+
+def test_constants_are_exact_in_the_type_of_the_numbers():
+    x = sp.Symbol("x")
+    third = typed_function([x / 3, -2 * x / 7], [x], np.longdouble, {})(np.longdouble(1))
+    assert third == [np.longdouble(1) / 3, -np.longdouble(2) / 7]
+    assert all(isinstance(value, np.longdouble) for value in third)
+
+
+@pytest.mark.parametrize("formulation", LADDER)
+def test_every_form_can_be_projected(formulation):
+    periods = 90.3 if LADDER[formulation].build(None).unbounded else 1000.3
+    run = ht.propagate(scene(periods, "want.events=[]"), formulation=formulation, projected=True)
+    assert run.plan.projected
+    assert abs(phase_error(run)) < 1e-12
+    assert rms_energy(run) < 3e-15
+
+
+def test_the_axis_form_keeps_its_energy():
+    wanted = scene(10_000.3, "want.events=[]")
+    plain, projected = (rms_energy(ht.propagate(wanted, projected=p)) for p in (False, True))
+    assert projected < 1e-15 < plain / 3
+
+
+def rms_energy(run):
+    energy = run.invariants["energy"]  # E' of the kicked top is about gMR
+    return float(np.sqrt(np.mean((energy / energy[0] - 1) ** 2)))
+
+
+@pytest.mark.parametrize("formulation", ["axis", "cubic"])
+def test_phase_only_wanders(formulation):
+    """RMS over neighbouring starts of the phase error of the kicked top, 3000 periods."""
+    errors = {}
+    for projected in (False, True):
+        found = []
+        for i in range(6):
+            wanted = scene(3000.3, "want.events=[]", f"start.theta={0.1 + 0.001 * i:.3f}")
+            run = ht.propagate(wanted, formulation=formulation, projected=projected)
+            found.append(phase_error(run))
+        errors[projected] = float(np.sqrt(np.mean(np.square(found))))
+    assert errors[True] < 1.5e-13
+    assert errors[True] < errors[False] / 30
+
+
+def same(a, b):
+    return np.array_equal(a, b, equal_nan=True)
+
+
+def assert_same_run(one, other):
+    assert one.orbit.steps == other.orbit.steps
+    for a, b in zip(one.orbit.checkpoints, other.orbit.checkpoints, strict=True):
+        assert a.time == b.time
+        assert same(a.state, b.state)
+        assert same(a.phi, b.phi)
+    assert one.events.kind == other.events.kind
+    for name in ("t", "t_low", "phi", "states", "residual"):
+        assert same(getattr(one.events, name), getattr(other.events, name)), name
+
+
+@pytest.fixture(scope="module")
+def wanted():
+    return scene(700, wants=ALL)  # several blocks, each of several legs
+
+
+@pytest.fixture(scope="module")
+def whole(wanted):
+    return ht.propagate(wanted, projected=True)
+
+
+@pytest.mark.parametrize("samples", [2, 1000, 20011])
+def test_sampling_changes_nothing(wanted, whole, samples):
+    other = ht.propagate(replace(wanted, samples=samples), projected=True)
+    assert_same_run(whole, other)
+    assert same(whole.samples.states[-1], other.samples.states[-1])
+    assert whole.samples.phi[-1] == other.samples.phi[-1]
+
+
+def test_dense_output_is_the_samples(whole):
+    shuffled = np.random.default_rng(7).permutation(whole.t)
+    again = whole(shuffled)
+    order = np.argsort(shuffled)
+    for name in ("states", "theta", "phi", "psi"):
+        assert same(getattr(again, name)[order], getattr(whole.samples, name)), name
+
+
+@pytest.mark.parametrize("first", [0.3, 100.0, 379.0])
+def test_splitting_changes_nothing(wanted, whole, first):
+    part = ht.propagate(replace(wanted, time=Exact.of(first), periods=None), projected=True)
+    other = ht.extend(part, whole.orbit.end, samples=17)
+    assert other.plan.projected
+    assert_same_run(whole, other)
+
+
+def test_a_stored_run_is_the_run(whole, tmp_path):
+    whole.save(tmp_path / "run.nc")
+    loaded = ht.load_trajectory(tmp_path / "run.nc")
+    assert_same_run(whole, loaded)
+    between = np.linspace(0, whole.orbit.end, 77)
+    assert same(loaded(between).states, whole(between).states)
+    later = 1.5 * whole.orbit.end
+    assert_same_run(ht.extend(whole, later), ht.extend(loaded, later))
+
+
+def test_events_are_those_of_the_closed_form(whole):
+    turning = whole.events.is_turning
+    expected = np.arange(turning.sum()) * closed_form(whole).period / 2
+    assert turning.sum() == 1401
+    n = np.maximum(np.arange(turning.sum()), 1)
+    ulps = np.abs(whole.events.t[turning] - expected) / np.spacing(np.maximum(expected, 1.0))
+    assert (ulps / np.sqrt(n)).max() < 4
+    low = whole.events.t_low[1:]  # the start itself is an event, at exactly 0
+    assert (low != 0).mean() > 0.9
+
+
+def test_backwards_it_is_the_same_motion(wanted):
+    there, back = (
+        ht.propagate(replace(wanted, time=Exact.of(t), periods=None), projected=True)
+        for t in (100, -100)
+    )
+    assert np.max(np.abs(there.theta - back.theta)) < 1e-12  # released at a turning point
+
+
+# Invariants depend on each other where nothing nutates, and nearly so where hardly anything does.
+GYRO = ht.Top(A="6.375e-3", C="7.5e-4", gMR="0.73575")
+SICM = ht.Top(A="3.28e-4", C="6.60e-5", gMR="0.0456")
+MOTIONS = {
+    f"nutating by {speed} rad/s": (GYRO, gyro(speed)) for speed in ("0", "1e-9", "1e-5", "0.1")
+} | {
+    "sleeping": (SICM, ht.State(theta=0, psidot=140)),
+    "close to the bottom": (
+        ht.Top(A="15.234375", C="0.46875", gMR="147.15"),
+        ht.State(theta="pi/2", phidot="-4.61538", psidot=150),
+    ),
+}
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("formulation", ["axis", "cubic"])
+def test_no_motion_is_worse_for_it(motion, formulation):
+    wanted = ht.Scene(*MOTIONS[motion], time=200, quantities=("theta",), events=())
+    plain, projected = (
+        ht.propagate(wanted, formulation=formulation, projected=p) for p in (False, True)
+    )
+    assert projected.orbit.steps == pytest.approx(plain.orbit.steps, rel=0.01)
+    errors = [run_errors(run).theta for run in (plain, projected)]
+    assert errors[1] <= max(2 * errors[0], 1e-14)
+
+
+def test_a_form_without_invariants_is_refused_by_name(monkeypatch):
+    bare = replace(axis_form(), invariants={})
+    with pytest.raises(ValueError, match="axis form has no invariant"):
+        Projection.of(bare, {}, np.zeros(5))
+    rung = replace(LADDER["axis"], build=lambda _: bare)
+    monkeypatch.setattr("heavytop.planning.LADDER", {**LADDER, "axis": rung})
+    with pytest.raises(ht.BadScene, match="projected: the axis form has no invariant"):
+        ht.propagate(scene(1), projected=True)
+
+
+def test_a_machine_without_longer_doubles_is_refused_by_name(monkeypatch):
+    monkeypatch.setattr(projection, "extended", lambda: projection.DOUBLE)
+    with pytest.raises(ht.BadScene, match="long double has no more digits than double"):
+        ht.propagate(scene(1), projected=True)

@@ -1,0 +1,432 @@
+"""The attitude form: derived, integrated, its turns counted, and held against every other way."""
+
+from dataclasses import replace
+from itertools import product as pairs
+
+import heyoka as hy
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import heavytop as ht
+from heavytop.models import lagrangian as lag
+from heavytop.models.attitude_form import attitude_form, product, psi_slow, q, start_attitude
+from heavytop.models.axis_form import axis_form, g, kappa, l_x, l_y, l_z
+from heavytop.models.formulation import spin, time
+from heavytop.scene import shipped_scenes
+from heavytop.taylor.orbit import integrate
+from heavytop.witness import closed_form
+
+ANGLES = ("theta", "phi", "psi")
+UNIT = ht.Top(A=1, C="0.5", gMR=1)
+
+
+def run(scene, formulation="attitude"):
+    return ht.propagate(scene, formulation=formulation)
+
+
+def shipped(name, *overrides):
+    return ht.load_scene(name, overrides=[f"want.quantities={list(ANGLES)!r}", *overrides])
+
+
+# --- the symbols ---------------------------------------------------------------------------
+
+
+def matrix_of(a):
+    """Return the rotation of a quaternion."""
+    conjugate = (a[0], *(-x for x in a[1:]))
+    columns = (product(product(a, (0, *unit)), conjugate)[1:] for unit in sp.eye(3).tolist())
+    return sp.Matrix(list(columns)).T
+
+
+def in_half_angles(expression):
+    for angle in lag.COORDINATES:
+        half = sp.Symbol(f"half_{angle}", real=True)
+        s, c = sp.sin(half), sp.cos(half)
+        doubled = {sp.sin(2 * half): 2 * s * c, sp.cos(2 * half): 1 - 2 * s**2}
+        expression = expression.subs(angle, 2 * half).subs(doubled)
+    return lag.normal_form(expression)
+
+
+def test_the_start_is_the_rotation_of_the_lagrangian():
+    difference = matrix_of(start_attitude()) - lag.rotation()
+    assert all(in_half_angles(entry) == 0 for entry in difference)
+
+
+def test_the_attitude_turns_with_omega():
+    """dq/dt = omega q / 2 for the whole attitude, spin and all, identically."""
+    form = attitude_form()
+    attitude = [form.outputs[f"quaternion_{i}"] for i in range(4)]
+    omega = (0, *(form.outputs[f"omega_{x}"] for x in "xyz"))
+    turning = product(omega, attitude)
+    cos, sin = spin
+    rates = {cos: -kappa * sin / 2, sin: kappa * cos / 2}
+    length = form.invariants["length"]
+    for component, expected in zip(attitude, turning, strict=True):
+        rate = form.flow_derivative(component)
+        # e is q z q*, so that kappa e q = q z kappa |q|^2: the length is one
+        rate += length * sum(sp.diff(component, x) * rate_of for x, rate_of in rates.items())
+        assert sp.expand(rate - expected / 2) == 0
+
+
+def test_each_half_of_the_quaternion_moves_in_a_central_force():
+    """What the counting of turns stands on: Hill's equations, and their angular momenta."""
+    form = attitude_form()
+    q_0, q_1, q_2, q_3 = q
+    alpha, beta, l2 = (q_0, q_3), (q_1, q_2), l_x**2 + l_y**2 + l_z**2
+    upper, lower = q_0**2 + q_3**2, q_1**2 + q_2**2
+    momenta = []
+    for pair, factor in ((alpha, l2 / 4 + g * lower), (beta, l2 / 4 - g * upper)):
+        rates = [form.flow_derivative(x) for x in pair]
+        for x, rate in zip(pair, rates, strict=True):
+            assert sp.expand(form.flow_derivative(rate) + factor * x) == 0
+        momenta.append(pair[0] * rates[1] - pair[1] * rates[0])
+    l_e = form.spin
+    assert sp.expand(momenta[0] - (l_z * (upper + lower) + l_e) / 4) == 0
+    assert sp.expand(momenta[1] - (l_z * (upper + lower) - l_e) / 4) == 0
+
+
+def test_the_axis_of_the_quaternion_is_the_axis_of_the_axis_form():
+    form, axis = attitude_form(), axis_form()
+    e = [form.outputs[f"axis_{x}"] for x in "xyz"]
+    values = dict(zip(axis.states, (*e, l_x, l_y), strict=True))
+    for state, rate in zip(axis.states, axis.derivatives, strict=True):
+        assert sp.expand(form.flow_derivative(values[state]) - rate.subs(values)) == 0
+
+
+def test_psi_is_the_slow_one_and_the_uniform_spin():
+    assert sp.expand(attitude_form("angles").outputs["psi"] - psi_slow - kappa * time) == 0
+
+
+# --- the runs ------------------------------------------------------------------------------
+
+
+def attitude_of(exact):
+    """Return the quaternions of the closed form, of phi and psi that keep their digits."""
+    half = exact.theta / 2
+    plus, minus = ((exact.phi_mod + sign * exact.psi_mod) / 2 for sign in (1, -1))
+    c, s = np.cos(half), np.sin(half)
+    parts = (c * np.cos(plus), s * np.cos(minus), s * np.sin(minus), c * np.sin(plus))
+    return np.stack(parts, axis=-1)
+
+
+def distance(a, b):
+    """Return how far quaternions are apart, of either sign."""
+    return np.minimum(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1))
+
+
+def errors_in_the_axis_form(scene):
+    """Return them, or None: with psi that form is singular where both poles are passed exactly."""
+    try:
+        return ht.run_errors(run(scene, "axis"))
+    except ht.EndedEarly:
+        assert ht.Motion(scene.top, scene.start).kind == "planar-pendulum"
+        return None
+
+
+@pytest.mark.parametrize("name", sorted(shipped_scenes()))
+def test_every_shipped_scene_as_the_closed_form_and_as_well_as_the_axis_form(name):
+    scene = shipped(name)
+    trajectory, axis = run(scene), errors_in_the_axis_form(scene)
+    errors, end = ht.run_errors(trajectory), trajectory(trajectory.orbit.end)
+    assert errors.why_not == ""
+    for angle in (*ANGLES, "event_time"):
+        # where a motion forgets its start, errors grow in either form alike
+        least = 30 * (getattr(axis, angle) or 0.0) if axis else 0.0
+        bound = 1e-12 * max(1.0, abs(float(getattr(end, angle, 0.0))))
+        assert (getattr(errors, angle) or 0.0) <= max(bound, least), angle
+    assert max(errors.energy, errors.invariants["length"]) < 1e-14
+    for rate in ("thetadot", "phidot", "psidot", "omega", "quaternion"):
+        assert np.isfinite(getattr(trajectory.samples, rate)).all(), rate
+
+
+@pytest.mark.parametrize("name", ["sicm-kicked", "sicm-dropped", "sicm-forward", "simo-wong"])
+def test_events_as_in_the_axis_form(name):
+    ours, theirs = (run(shipped(name), form).events for form in ("attitude", "axis"))
+    assert ours.kind == theirs.kind
+    assert np.max(np.abs(ours.t - theirs.t)) < 1e-13
+    assert np.max(np.abs(ours.phi - theirs.phi)) < 1e-12
+
+
+def test_rates_and_vectors_as_the_closed_form():
+    trajectory = run(shipped("sicm-kicked"))
+    exact = closed_form(trajectory)(trajectory.t)
+    for rate in ("thetadot", "phidot", "psidot"):
+        assert np.max(np.abs(getattr(trajectory.samples, rate) - getattr(exact, rate))) < 1e-11
+    assert np.max(np.abs(trajectory.axis - exact.axis)) < 1e-14
+    omega = trajectory.samples.omega
+    spin_rate = np.sum(omega * exact.axis, axis=1)
+    assert np.max(np.abs(spin_rate - (exact.psidot + exact.phidot * exact.u))) < 1e-11
+
+
+def test_the_quaternion_of_the_lie_group_benchmark_at_two_seconds():
+    """The published state's quaternion at 2 s, by another program at 50 digits.
+
+    The benchmark's body frame is ours turned by a constant rotation, such that R = 1 at first.
+    """
+    published = (
+        0.12294713504153347,
+        -0.49107989255002701,
+        0.35043003034362096,
+        -0.78798688755048567,
+    )
+    trajectory = run(ht.load_scene("lie-group-benchmark", ['want.quantities=["attitude"]']))
+    first, last = trajectory([0.0, 2.0]).quaternion
+    conjugate = (first[0], *(-x for x in first[1:]))
+    ours = np.array(product(tuple(last), conjugate), dtype=float)
+    assert distance(ours, np.array(published)) < 1e-13
+
+
+def test_the_attitude_keeps_its_digits_at_any_spin():
+    """At 1e6 rad/s psi itself has lost nine of them."""
+    top = ht.Top(A=1, C="1e-6", gMR=1)
+    scene = ht.Scene(top, ht.State(theta=1, psidot="1e6"), time=9, quantities=("attitude",))
+    trajectory = run(scene)
+    exact = closed_form(trajectory)(trajectory.t)
+    assert np.max(np.abs(exact.psi)) > 1e6
+    assert np.max(distance(trajectory.samples.quaternion, attitude_of(exact))) < 1e-14
+
+
+def test_without_angles_wanted_none_are_counted():
+    scene = ht.load_scene("sicm-kicked", ['want.quantities=["theta", "axis"]'])
+    trajectory = run(scene)
+    assert trajectory.plan.states == trajectory.samples.states.shape[1] == 6
+    assert trajectory.phi is None
+    assert trajectory.psi is None
+    counted = run(shipped("sicm-kicked"))
+    assert np.array_equal(trajectory.samples.quaternion, counted.samples.quaternion)
+    assert np.array_equal(trajectory.theta, counted.theta)
+
+
+# --- the turns -----------------------------------------------------------------------------
+
+
+def assert_wound_right(top, start, **span):
+    wants = {"quantities": ANGLES, "events": ("turning",)}
+    trajectory = run(ht.Scene(top, start, **wants, **span))
+    exact = closed_form(trajectory)(trajectory.t)
+    lost = np.max(np.abs(trajectory.theta - exact.theta))
+    if lost > 1e-4:  # beside the unstable vertical: the motion itself is forgotten
+        return trajectory
+    away = np.sin(exact.theta) > 1e-8
+    for angle in ("phi", "psi"):
+        off = np.abs(getattr(trajectory, angle) - getattr(exact, angle))[away]
+        assert np.max(off, initial=0.0) < 0.1, angle  # a lost turn is 6.28
+    return trajectory
+
+
+def thousandths(low, high):
+    return st.integers(round(1000 * low), round(1000 * high)).map(lambda k: k / 1000)
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    theta=st.one_of(
+        thousandths(0.01, 3.13),
+        st.integers(-9, -1).map(lambda k: 10.0**k),
+        st.integers(-9, -1).map(lambda k: np.pi - 10.0**k),
+    ),
+    thetadot=thousandths(-8, 8),
+    phidot=thousandths(-25, 25),
+    psidot=st.one_of(thousandths(-60, 60), st.just(0.0), thousandths(-600, 600)),
+    g=thousandths(-3, 3),
+    samples=st.sampled_from((2, 7, 401)),
+    backwards=st.booleans(),
+)
+def test_turns_of_any_motion(theta, thetadot, phidot, psidot, g, samples, backwards):
+    top = ht.Top(A=1, C=0.5, gMR=g)
+    start = ht.State(theta=theta, thetadot=thetadot, phidot=phidot, psidot=psidot)
+    motion = ht.Motion(top, start)
+    if not motion.nutates or motion.from_top < 1e-13 or motion.from_bottom < 1e-13:
+        return  # no turning points, or a pass through a pole within rounding
+    try:
+        span = 20 * motion.period * (-1 if backwards else 1)
+        motion.at(span)
+    except ht.NoClosedForm:
+        return
+    assert_wound_right(top, start, time=span, samples=samples)
+
+
+def test_close_passes_of_the_benchmark_over_a_thousand_periods():
+    scene = shipped("lie-group-benchmark", "span.periods=1000")
+    trajectory = run(scene)
+    motion, periods = ht.Motion(scene.top, scene.start), np.arange(1, 1000)
+    there = trajectory(periods * motion.period)
+    # away from the pole, at the upper turning points, phi is as good as the axis
+    assert np.max(np.abs(there.phi - np.pi - periods * motion.precession)) < 1e-9
+    assert np.max(np.abs(there.psi - periods * motion.spin)) < 1e-9
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_passes_through_a_pole_jump_as_documented(seed):
+    source = np.random.default_rng(seed)
+    top = ht.Top(A=1, C=source.uniform(0.2, 1.5), gMR=source.uniform(-2, 2))
+    start = ht.State(
+        theta="pi" if seed % 2 else 0,
+        thetadot=source.uniform(-4, 4),
+        psidot=source.uniform(-20, 20),
+    )
+    for span in (20, -20):
+        trajectory = run(ht.Scene(top, start, time=span, quantities=ANGLES, events=("turning",)))
+        exact = ht.Motion(top, start).at(trajectory.t)
+        away = np.sin(exact.theta) > 1e-4
+        assert np.max(np.abs((trajectory.phi - exact.phi)[away])) < 1e-8
+        assert np.max(np.abs((trajectory.psi - exact.psi)[away])) < 1e-8
+        first = trajectory(0.0)
+        assert abs(first.phi - exact.phi[0]) < 1e-14
+        assert abs(first.psi - exact.psi[0]) < 1e-14
+
+
+@pytest.mark.parametrize("miss", [s * 10.0**k for s, k in pairs((1, -1), range(-16, -1))])
+@pytest.mark.parametrize("spin_rate", [0.0, 3.0, 30.0])
+def test_however_closely_a_pole_is_missed_the_turn_is_the_right_one(miss, spin_rate):
+    """Without spin both poles are passed, where neither phi + psi nor phi - psi is regular."""
+    theta = 1.0
+    p_psi = 0.5 * spin_rate
+    phidot = (p_psi * (1 - np.cos(theta)) + miss) / np.sin(theta) ** 2
+    start = ht.State.kicked(theta=theta, thetadot=-6.0, omega3=spin_rate, phidot=phidot)
+    trajectory = run(ht.Scene(UNIT, start, time=30, quantities=ANGLES, events=("turning",)))
+    assert trajectory.events.count("turning") >= 10
+    exact = closed_form(trajectory)(trajectory.t)
+    away = np.sin(exact.theta) > 1e-3
+    for angle in ("phi", "psi"):
+        difference = getattr(trajectory, angle) - getattr(exact, angle)
+        assert np.max(np.abs(difference)[away]) < 1e-9, angle
+
+
+def test_a_pendulum_that_turns_over_is_wound_alike_however_it_is_sampled():
+    """Both poles are passed exactly: at either phi jumps by pi forward, psi to and fro."""
+    top = ht.Top(A="3.28e-4", C="6.60e-5", gMR="0.0456")
+    scene = ht.Scene(top, ht.State(theta=2, thetadot=40), time=2, quantities=ANGLES)
+    fine, coarse = (run(replace(scene, samples=n)) for n in (401, 3))
+    passes = fine.events.count("turning")
+    assert fine.phi[-1] == coarse.phi[-1] == fine(2.0).phi
+    assert fine.psi[-1] == coarse.psi[-1] == fine(2.0).psi
+    assert abs(fine.phi[-1] - np.pi * passes) < 1e-9
+    assert abs(fine.psi[-1] - np.pi * (passes % 2)) < 1e-9
+
+
+@pytest.mark.parametrize("theta", ["0", "pi"])
+@pytest.mark.parametrize("time", [5, -5])
+def test_on_the_vertical_phi_stays_and_psi_takes_all_the_spin(theta, time):
+    start = ht.State(theta=theta, phi=0.25, psi=1.5, psidot=7)
+    trajectory = run(ht.Scene(UNIT, start, time=time, quantities=ANGLES))
+    assert np.max(np.abs(trajectory.phi - 0.25)) < 1e-14
+    assert np.max(np.abs(trajectory.psi - 1.5 - 7 * trajectory.t)) < 2e-14
+
+
+def test_a_top_that_rests_upright_takes_one_step():
+    """Nothing moves, whatever gravity would do: a step as long as the span, and no turns."""
+    top = ht.Top(A=1, C=0.5, gMR=1e4)
+    trajectory = run(ht.Scene(top, ht.State(theta=0, phi=1, psi=2), time=1e6, quantities=ANGLES))
+    assert trajectory.statistics.steps <= 2
+    assert np.max(np.abs(trajectory.phi - 1)) < 1e-15
+    assert np.max(np.abs(trajectory.psi - 2)) < 1e-15
+
+
+def test_a_vertical_top_that_hardly_nods_turns_with_its_precession():
+    top = ht.Top(A=1, C=0.5, gMR=0.01)
+    for theta in (1e-9, np.pi - 1e-9):
+        assert_wound_right(top, ht.State(theta=theta, psidot=40.0), periods=20)
+
+
+def test_angles_start_where_the_scene_says():
+    start = ht.State(theta=1.0, phi=100.0, psi=-2e4, phidot=0.3, psidot=6)
+    trajectory = assert_wound_right(UNIT, start, time=5)
+    assert (trajectory.phi[0], trajectory.psi[0]) == (100.0, -2e4)
+    assert abs(trajectory(1e-9).psi + 2e4) < 1e-7
+
+
+# --- the same bits, however it is asked ----------------------------------------------------
+
+
+def test_samples_resumption_and_storage_change_no_bit(tmp_path):
+    scene = shipped("sicm-kicked", "span.periods=100", "want.samples=5")
+    whole = run(scene)
+    dense = run(replace(scene, samples=1001))
+    assert np.array_equal(whole.samples.states, dense.samples.states[::250])
+    half = run(replace(scene, periods=None, time=ht.Exact.of(whole.orbit.end / 2)))
+    extended = ht.extend(half, whole.orbit.end)
+    whole.save(tmp_path / "run.nc")
+    loaded = ht.load_trajectory(tmp_path / "run.nc")
+    asked = np.linspace(0.0, whole.orbit.end, 77)
+    for other in (dense, extended, loaded):
+        assert np.array_equal(other(asked).states, whole(asked).states)
+        assert np.array_equal(other(asked).quaternion, whole(asked).quaternion)
+    assert np.array_equal(loaded.events.phi, whole.events.phi)
+
+
+def test_a_projected_run_counts_the_same_turns_and_keeps_its_invariants():
+    scene = shipped("sicm-kicked", "span.periods=3000.3", "want.samples=3")
+    free, held = (
+        ht.propagate(scene, formulation="attitude", projected=projected)
+        for projected in (False, True)
+    )
+    errors = ht.run_errors(held)
+    assert max(abs(free.phi[-1] - held.phi[-1]), abs(free.psi[-1] - held.psi[-1])) < 1e-7
+    assert max(errors.energy, *errors.invariants.values()) < 3e-15
+    assert max(errors.phi, errors.psi) < 1e-10
+
+
+# --- its own binary start ------------------------------------------------------------------
+
+
+def test_the_closed_form_is_that_of_the_runs_own_numbers():
+    """A start whose |q| is off one by 1e-9 is another top: the witness must know it."""
+    trajectory = run(shipped("simo-wong", "span.periods=3.3"))
+    orbit = trajectory.orbit
+    state = orbit.checkpoints[0].state.copy()
+    state[:4] *= 1 + 1e-9
+    start = replace(orbit.checkpoints[0], state=state)
+    longer = integrate(orbit.integrator, orbit.parameters, start, trajectory.t)
+    other = replace(trajectory, orbit=longer)
+    theta = closed_form(other)(other.t).theta
+    assert np.max(np.abs(other.theta - theta)) < 1e-14
+    assert np.max(np.abs(trajectory.theta - theta)) > 1e-11
+
+
+# --- the cost of the spin ------------------------------------------------------------------
+
+
+def fast(factor):
+    """Return a top whose spin is faster and whose moment about it smaller, at the same p_psi."""
+    return ht.Scene(
+        ht.Top(A=1, C=0.5 / factor, gMR=1),
+        ht.State.kicked(theta=0.5, phidot=0.3, omega3=6.0 * factor),
+        periods=10,
+        quantities=("attitude",),
+        events=(),
+        samples=2,
+    )
+
+
+def body_frame_steps(scene):
+    """Return the steps of the Euler-Poisson equations in the body over the scene's span."""
+    top, start = scene.top, scene.start
+    A, C, gMR = float(top.A), float(top.C), float(top.gMR)
+    spin_rate, theta = float(start.omega3), float(start.theta)
+    x, y, a, b, c = hy.make_vars("x", "y", "a", "b", "c")  # omega_1, omega_2; the vertical
+    ratio = (A - C) / A * spin_rate
+    equations = [
+        (x, ratio * y + gMR / A * b),
+        (y, -ratio * x - gMR / A * a),
+        (a, b * spin_rate - c * y),
+        (b, c * x - a * spin_rate),
+        (c, a * y - b * x),
+    ]
+    first = [0.0, float(start.phidot) * np.sin(theta), 0.0, np.sin(theta), np.cos(theta)]
+    taylor = hy.taylor_adaptive(equations, first)
+    motion = ht.Motion(top, start)
+    steps = taylor.propagate_until(10 * motion.period)[3]
+    assert abs(taylor.state[4] - motion.at(taylor.time).u) < 1e-11 * np.sqrt(steps)
+    return steps
+
+
+def test_a_faster_spin_costs_no_steps():
+    slow, quick = (run(fast(factor)).statistics.steps for factor in (1, 1000))
+    assert quick <= slow + 10
+    in_the_body = [body_frame_steps(fast(factor)) for factor in (1, 1000)]
+    assert in_the_body[1] > 100 * in_the_body[0]
+    assert in_the_body[0] > slow / 2
