@@ -12,9 +12,11 @@ import numpy.typing as npt
 
 from heavytop.kinds import Kind, Verdict
 from heavytop.kinds.certify import classify
+from heavytop.kinds.course import course, zero_momenta
 from heavytop.theory import constants as _constants
 from heavytop.theory.closed_form import ExactRecord, MPForm, Nodding
 from heavytop.theory.constants import Constants
+from heavytop.theory.course import Course, Proved
 from heavytop.theory.double_form import DoubleForm, DoubleRecord
 from heavytop.theory.nutation import Nutation
 from heavytop.theory.precision import STANDARD_DIGITS, Number, context
@@ -57,6 +59,13 @@ class Motion:
         return Reduced.from_scene(context(STANDARD_DIGITS), self.top, self.start)
 
     @cached_property
+    def proved(self) -> Proved:
+        """What the verdict proves of the course of θ: the closed form takes it as given."""
+        found = course(self.top, self.start, self.verdict)
+        momenta = zero_momenta(self.top, self.start)
+        return Proved(None if found is None else Course(found), *momenta)
+
+    @cached_property
     def constants(self) -> Constants:
         """E, E', p_φ, p_ψ at 60 digits; `constants.floats` has them as floats."""
         return _constants.constants(context(STANDARD_DIGITS), self.top, self.start)
@@ -75,11 +84,11 @@ class Motion:
     @cached_property
     def double(self) -> DoubleForm:
         """The closed form in doubles."""
-        return DoubleForm(self.reduced)
+        return DoubleForm(self.reduced, self.proved)
 
     def form(self, digits: int) -> MPForm:
         """The closed form at so many digits."""
-        return MPForm(self.reduced, digits)
+        return MPForm(self.reduced, digits, self.proved)
 
     @property
     def nutates(self) -> bool:

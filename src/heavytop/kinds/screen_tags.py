@@ -20,7 +20,7 @@ from heavytop.kinds.codes import NAMES, Codes, bits
 from heavytop.kinds.criteria import Given, miss_of_bottom, miss_of_top
 from heavytop.kinds.kind import Kind
 from heavytop.kinds.starts import Starts
-from heavytop.kinds.tags import _away_from_one, _upper_roots_nearer
+from heavytop.kinds.tags import away_from_one, upper_roots_nearer
 
 _NOT_NODDING: Final = tuple(
     NAMES.index(kind)
@@ -114,7 +114,7 @@ def _within(eligible: Mask, yes: Mask, no: Mask) -> tuple[Mask, Mask]:
 def _far(units: Units) -> Mask:
     """Where 1 − m is surely not small; that it is, is beyond doubles: it is the square of 1e-6."""
     x = cast("Given", units)
-    return _sides(total(_away_from_one(x)))[1] | _sides(total(_upper_roots_nearer(x)))[0]
+    return _sides(total(away_from_one(x)))[1] | _sides(total(upper_roots_nearer(x)))[0]
 
 
 def _reverses(starts: Starts, x: Given, units: Units) -> tuple[Mask, Mask]:

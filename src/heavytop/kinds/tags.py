@@ -40,7 +40,7 @@ _NEAR: Final = _SQUARED**2 / (1 - _SQUARED) ** 3  # m′²m²/(1 − m′m)³ wh
 def found(judge: Judge, kind: Kind) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The tags that hold, and those that could be neither proved nor disproved."""
     holding, unknown = [], []
-    for tag, holds in _TAGS.items():
+    for tag, holds in TAGS.items():
         try:
             if holds(judge, kind):
                 holding.append(tag)
@@ -87,10 +87,10 @@ def _near_separatrix(judge: Judge, kind: Kind) -> bool:
         return False
     if kind is Kind.PLANAR_PENDULUM and judge.sign(_over_highest(judge)) == 0:
         return False
-    return judge.sign(_away_from_one) < 0 and judge.sign(_upper_roots_nearer) > 0
+    return judge.sign(away_from_one) < 0 and judge.sign(upper_roots_nearer) > 0
 
 
-_TAGS: Final[dict[str, Callable[[Judge, Kind], bool]]] = {
+TAGS: Final[dict[str, Callable[[Judge, Kind], bool]]] = {
     "spherical-pendulum": _spherical_pendulum,
     "spherical-top": _spherical_top,
     "spin-reversal": _spin_reversal,
@@ -116,7 +116,7 @@ def _cubic(x: Given) -> tuple[Term, Term, Term, Term]:
     )
 
 
-def _away_from_one(x: Given) -> tuple[Term, ...]:
+def away_from_one(x: Given) -> tuple[Term, ...]:
     """Negative where m′²m²/(1 − m′m)³ < its value at 1 − m = m′ = 1e-6: disc a₃²/(a₂² − 3a₃a₁)³.
 
     The roots' differences are d = u₃ − u₁, m d and m′ d, so that the discriminant is
@@ -134,7 +134,7 @@ def _away_from_one(x: Given) -> tuple[Term, ...]:
     )
 
 
-def _upper_roots_nearer(x: Given) -> tuple[Term, ...]:
+def upper_roots_nearer(x: Given) -> tuple[Term, ...]:
     """Of the sign of 2u₂ − u₁ − u₃ in the upright top: positive where 1 − m < ½."""
     a0, a1, a2, a3 = _cubic(x)
     return 2 * a2 * a2 * a2, -9 * a3 * a2 * a1, 27 * a3 * a3 * a0
@@ -144,12 +144,24 @@ def _upper_roots_nearer(x: Given) -> tuple[Term, ...]:
 
 
 def _reverses(judge: Judge) -> bool:
-    """Whether A ψ̇ (1 − u²) = ω3 A − p_φ u − ω3 (A − C) u² has a simple zero where f > 0."""
+    """Whether q(u) = A ψ̇ (1 − u²) = ω3 A − p_φ u − ω3 (A − C) u² has a zero where f > 0.
+
+    q(∓1) = p_ψ ± p_φ: there is one zero between the poles where |p_φ| > |p_ψ|, and elsewhere, as
+    C ≤ 2A, none.
+    """
+    between = 0 if judge.pole else judge.sign(miss_of_top) * judge.sign(miss_of_bottom)
+    if between <= 0 or _stands(judge):
+        return False
     try:
         with working(FEW_BITS):
-            return _zero_inside(judge.few, _told, lambda x: x.sqrt(), judge)
+            return _f_at_zero(judge.few, _told, lambda x: x.sqrt()) > 0
     except UndecidedError:
-        return _zero_inside(judge.exact, exact_sign, sqrt, judge)
+        return _f_at_zero(judge.exact, exact_sign, sqrt) > 0
+
+
+def _stands(judge: Judge) -> bool:
+    """Whether the start is a turning point with ψ̇ = 0: the zero of q, and no inner one."""
+    return judge.rates["thetadot"] == 0 and exact_sign(judge.start.psidot) == 0
 
 
 def _told(ball: Any) -> Sign:
@@ -159,47 +171,14 @@ def _told(ball: Any) -> Sign:
     return sign
 
 
-def _zero_inside(
-    x: Given, sign: Callable[[Any], Sign], root: Callable[[Any], Any], judge: Judge
-) -> bool:
-    return any(
-        sign(1 - u) > 0 and sign(1 + u) > 0 and sign(_scaled_f(x, u)) > 0
-        for u in _spin_zeros(x, sign, root, judge)
-    )
-
-
-def _spin_zeros(
-    x: Given, sign: Callable[[Any], Sign], root: Callable[[Any], Any], judge: Judge
-) -> tuple[Any, ...]:
-    """The u at which A ψ̇ (1 − u²) changes sign, without a zero known to be no inner one."""
-    bend, p_phi = x.omega3 * (x.A - x.C), p_phi_of(x)
-    known = _outer_zero(x, judge)
-    if judge.rates["omega3"] == 0 or _spherical_top(judge, Kind.WAVES):
-        return () if known is not None or sign(p_phi) == 0 else (x.omega3 * x.A / p_phi,)
-    if known is not None:  # the sum of the two zeros is −p_φ/bend
-        return (-p_phi / bend - known,)
-    square = p_phi * p_phi + 4 * bend * x.omega3 * x.A
-    if sign(square) <= 0:
-        return ()
-    reach = root(square)
-    return (reach - p_phi) / (2 * bend), (-reach - p_phi) / (2 * bend)
-
-
-def _outer_zero(x: Given, judge: Judge) -> Term | None:
-    """A zero at a pole that is passed, or at the start, when that is a turning point."""
-    if judge.pole == 1 or judge.sign(miss_of_top) == 0:
-        return 1
-    if judge.pole == -1 or judge.sign(miss_of_bottom) == 0:
-        return -1
-    stands = judge.rates["thetadot"] == 0 and exact_sign(judge.start.psidot) == 0
-    return x.cos if stands else None
-
-
-def _scaled_f(x: Given, u: Any) -> Any:
-    """A² f(u) at any u."""
-    drop = p_phi_of(x) - x.p_psi * u
+def _f_at_zero(x: Given, sign: Callable[[Any], Sign], root: Callable[[Any], Any]) -> Sign:
+    """The sign of f at the zero of q between the poles, in the form that does not cancel."""
+    p_phi, free = p_phi_of(x), x.omega3 * x.A
+    reach = root(p_phi * p_phi + 4 * free * x.omega3 * (x.A - x.C))
+    u = 2 * free / (p_phi + sign(p_phi) * reach)
+    drop = p_phi - x.p_psi * u
     energy = x.kinetic + 2 * x.gMR * (x.cos - u)
-    return x.A * energy * (1 - u * u) - drop * drop
+    return sign(x.A * energy * (1 - u * u) - drop * drop)
 
 
 def p_phi_of(x: Given) -> Term:
