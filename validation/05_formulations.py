@@ -22,7 +22,8 @@ def scene(wants):
 
 def operations(formulation, wants):
     variant = plan(scene(wants), formulation).variant
-    replacements, reduced = sp.cse(LADDER[formulation].build(variant).derivatives)
+    form = LADDER[formulation].build(variant)
+    replacements, reduced = sp.cse((form.integrated or form).derivatives)
     return sum(sp.count_ops(x) for _, x in replacements) + sum(map(sp.count_ops, reduced))
 
 

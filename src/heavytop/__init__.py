@@ -27,9 +27,11 @@ _HOMES = {
     "Plan": "planning",
     "Sample": "quantities",
     "Scene": "scene",
+    "Sensitivities": "sensitivity",
     "State": "state",
     "Top": "top",
     "Trajectory": "trajectory",
+    "Transition": "transition",
     "Verdict": "kinds",
     "classify": "kinds.certify",
     "classify_many": "kinds.many",
@@ -41,6 +43,8 @@ _HOMES = {
     "propagate": "propagation",
     "propagate_many": "ensemble",
     "run_errors": "witness",
+    "sensitivities": "sensitivity",
+    "state_transition": "transition",
 }
 
 __all__ = [
@@ -60,9 +64,11 @@ __all__ = [
     "Plan",
     "Sample",
     "Scene",
+    "Sensitivities",
     "State",
     "Top",
     "Trajectory",
+    "Transition",
     "Verdict",
     "classify",
     "classify_many",
@@ -74,6 +80,8 @@ __all__ = [
     "propagate",
     "propagate_many",
     "run_errors",
+    "sensitivities",
+    "state_transition",
 ]
 
 if TYPE_CHECKING:
@@ -99,9 +107,11 @@ if TYPE_CHECKING:
     from heavytop.propagation import extend, propagate
     from heavytop.quantities import Sample
     from heavytop.scene import Scene, load_scene
+    from heavytop.sensitivity import Sensitivities, sensitivities
     from heavytop.state import State
     from heavytop.top import Top
     from heavytop.trajectory import Trajectory
+    from heavytop.transition import Transition, state_transition
     from heavytop.witness import Errors, run_errors
 
 

@@ -13,7 +13,7 @@ from heavytop.errors import ForeignFile, Outcome
 from heavytop.events import Events
 from heavytop.netcdf import SCHEMA
 from heavytop.planning import Plan
-from heavytop.propagation import compiled_for, engine_of
+from heavytop.propagation import compiled_for, engine_of, start_values
 from heavytop.scene import read_scene
 from heavytop.taylor.orbit import Checkpoint, Ending, Orbit, Seen
 from heavytop.taylor.winding import Winding
@@ -74,13 +74,21 @@ def _trajectory(file: xarray.Dataset) -> Trajectory:
     chosen = _plan(json.loads(file.attrs["plan"]))
     values = {k: float.fromhex(v) for k, v in json.loads(file.attrs["parameters"]).items()}
     outcome = Outcome(file.attrs["outcome"])
+    orbit, events = _orbit(file, chosen, values, outcome), _events(file, scene.events)
+    decimals = None
+    if "decimal_t_time" in file:
+        from heavytop.decimals.stored import restored
+
+        decimals = restored(file, scene.digits, chosen, start_values(scene), orbit, events)
+    steps = orbit.steps if decimals is None else decimals.steps
     return Trajectory(
         scene=scene,
         plan=chosen,
-        orbit=_orbit(file, chosen, values, outcome),
-        events=_events(file, scene.events),
+        orbit=orbit,
+        events=events,
         outcome=outcome,
-        statistics=Statistics(int(file.attrs["steps"]), 0, 0.0, 0.0, 0.0),
+        statistics=Statistics(steps, 0, 0.0, 0.0, 0.0),
+        decimals=decimals,
     )
 
 

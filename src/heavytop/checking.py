@@ -36,5 +36,6 @@ def fill(instance: object, values: Mapping[str, object]) -> None:
 
 
 def short(x: Exact) -> str:
-    """A number for a message."""
-    return f"{float(x):.17g}"
+    """A number for a message: exactly where that is short, so that it can be taken over."""
+    exact = str(Exact(x.terms))
+    return exact if x.fraction is not None and len(exact) <= 24 else f"{float(x):.17g}"

@@ -11,16 +11,20 @@ from typing import Any
 import numpy as np
 
 from heavytop.classification import constants_document, finite, motion_document
+from heavytop.decimal_document import event_rows, final_document
+from heavytop.errors import Outcome
 from heavytop.events import EVENTS
 from heavytop.motion import Motion
-from heavytop.planning import closed_form_of
+from heavytop.plan_document import chosen_document
+from heavytop.planning import Plan, closed_form_of
 from heavytop.quantities import Sample
+from heavytop.scene import Scene
 from heavytop.trajectory import Trajectory
-from heavytop.witness import missed_digits, run_errors
+from heavytop.witness import Errors, missed_digits, run_errors
 
 SCHEMA = "heavytop/run/1"
 MOST_ROWS = 10_000  # of the table of events; a saved trajectory has them all
-_LIBRARIES = ("heavytop", "heyoka", "numpy", "sympy", "mpmath")
+_LIBRARIES = ("heavytop", "heyoka", "numpy", "sympy", "mpmath", "python-flint")
 
 
 def run_document(trajectory: Trajectory, files: Mapping[str, str] | None = None) -> dict[str, Any]:
@@ -39,7 +43,7 @@ def run_document(trajectory: Trajectory, files: Mapping[str, str] | None = None)
         "scene": trajectory.scene.document(),
         "motion": motion_document(motion),
         "constants": constants_document(motion),
-        "plan": _plan(trajectory),
+        "plan": chosen_document(trajectory.plan),
         "final": _final(trajectory),
         "events": _events(trajectory),
         "errors": {k: finite(v) for k, v in asdict(errors).items()},
@@ -51,16 +55,39 @@ def run_document(trajectory: Trajectory, files: Mapping[str, str] | None = None)
     }
 
 
-def _plan(trajectory: Trajectory) -> dict[str, Any]:
-    plan = trajectory.plan
-    names = ("formulation", "precision", "tolerance", "states", "projected", "folded")
-    return {n: getattr(plan, n) for n in names} | {
-        "reasons": list(plan.reasons),
-        "warnings": list(plan.warnings),
+def known_document(scene: Scene, chosen: Plan) -> dict[str, Any]:
+    """Return the document of a scene of which nothing has to be integrated.
+
+    Parameters
+    ----------
+    scene : Scene
+        It wants its class and its period at most.
+    chosen : Plan
+    """
+    motion = closed_form_of(scene)
+    nothing = Errors(None, None, None, None, 0.0, {}, None, None, "nothing was integrated")
+    costs = ("derive_s", "compile_s", "integrate_s")
+    return {
+        "schema": SCHEMA,
+        "scene": scene.document(),
+        "motion": motion_document(motion),
+        "constants": constants_document(motion),
+        "plan": chosen_document(chosen),
+        "final": None,
+        "events": dict.fromkeys(EVENTS) | {"table": [], "omitted": 0},
+        "errors": {k: finite(v) for k, v in asdict(nothing).items()} | {"energy": None},
+        "missed_digits": {},
+        "cost": {"steps": 0, **dict.fromkeys(costs, 0.0), "us_per_period": None},
+        "outcome": str(Outcome.FINISHED),
+        "files": {},
+        "versions": {name: _version(name) for name in _LIBRARIES},
     }
 
 
 def _final(trajectory: Trajectory) -> dict[str, Any]:
+    if trajectory.decimals is not None:
+        attitude = bool({"attitude", "psi"} & set(trajectory.scene.quantities))
+        return final_document(trajectory.decimals, attitude=attitude)
     end = trajectory(np.array([trajectory.orbit.end]))
     wants = set(trajectory.scene.quantities)
     final: dict[str, Any] = {"t": finite(end.t[0]), "theta": finite(end.theta[0])}
@@ -91,6 +118,8 @@ def _events(trajectory: Trajectory) -> dict[str, Any]:
     table = [
         {name: finite(value) for name, value in row.items()} for row in events.table(MOST_ROWS)
     ]
+    if trajectory.decimals is not None:
+        table = event_rows(trajectory.decimals, MOST_ROWS)
     return counts | {"table": table, "omitted": len(events) - len(table)}
 
 

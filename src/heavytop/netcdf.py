@@ -53,6 +53,10 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
         "omega": (("t", "space"), run.omega, {"units": "rad s-1"}),
         "states": (("t", "state"), run.states),
     }
+    if trajectory.decimals is not None:
+        from heavytop.decimals.stored import text_variables
+
+        over_time |= text_variables(trajectory.decimals)
     return xarray.Dataset(
         over_time | _event_variables(events),
         coords={
@@ -128,5 +132,9 @@ def write(trajectory: Trajectory, path: str | os.PathLike[str]) -> None:
     if not target.parent.is_dir():
         raise FileNotFoundError(f"{target.parent}: no such folder")
     contents = dataset(trajectory).assign(_restart_variables(trajectory.orbit))
+    if trajectory.decimals is not None:
+        from heavytop.decimals.stored import kept_variables
+
+        contents = contents.assign(kept_variables(trajectory.decimals))
     data = bytes(contents.to_netcdf(engine="h5netcdf"))  # HDF5 does not survive a full disk
     write_whole(target, lambda part: part.write_bytes(data))

@@ -7,17 +7,20 @@ from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from functools import lru_cache
 
+from heavytop.choice import KNOWN, Choice, choice, least_formulation
+from heavytop.digits import bits_for
 from heavytop.errors import BadScene, Fault
+from heavytop.estimates import Estimate, estimate
 from heavytop.exact import PI
 from heavytop.models.ladder import LADDER
 from heavytop.motion import Motion
 from heavytop.scene import Scene
 from heavytop.state import State
+from heavytop.taylor.bits import DOUBLE, named
 from heavytop.taylor.projection import why_not
 from heavytop.top import Top
 
 EPSILON = 2.0**-52
-MOST_DIGITS = 13  # what double precision can promise at the end of a short run
 LONG_FOR_LAGRANGE = 100  # nutation periods
 REVERSING = frozenset({"loops", "cusps", "waves", "undecided"})  # phidot may have zeros
 OWN_STATES = {"routh": 2, "subsystem": 4}  # phi and psi not counted
@@ -46,8 +49,12 @@ class Plan:
         Event functions in the integrator's loop.
     states : int
     precision : str
+        ``double``, ``long double``, or the bits of a significand, as in ``256 bits``.
     tolerance : float
+        Relative error tolerance of a step; 0 where it is smaller than any double.
     reasons, warnings : tuple of str
+    estimate : Estimate or None
+        The time and the error that are expected.
     """
 
     formulation: str
@@ -62,6 +69,7 @@ class Plan:
     folded: bool = False
     reasons: tuple[str, ...] = ()
     warnings: tuple[str, ...] = field(default=())
+    estimate: Estimate | None = None
 
 
 def plan(scene: Scene, formulation: str = "auto", *, projected: bool = False) -> Plan:
@@ -87,17 +95,53 @@ def plan(scene: Scene, formulation: str = "auto", *, projected: bool = False) ->
     'axis'
     """
     motion = closed_form_of(scene)
-    chosen = "axis" if formulation == "auto" else formulation
+    chosen, why_this = formulation, f"{formulation}: asked for by name"
+    if formulation == "auto":
+        wanted = set(scene.quantities) - KNOWN
+        end = span(scene, motion) if wanted else 0.0
+        chosen, why_this = least_formulation(scene, motion, end)
+    if chosen == "none":
+        return Plan(
+            "none", None, False, (), (), 0, reasons=(why_this,), estimate=Estimate(0.0, 0.0)
+        )
     _check(scene, chosen)
     watched, why_events = _watched(scene, motion)
     makers = {"lagrange": _lagrange, "axis": _axis, "attitude": _attitude, "cubic": _cubic}
     found = makers.get(chosen, _with_angles)(scene, motion, chosen, watched, why_events)
+    found = replace(found, reasons=(why_this, *found.reasons))
+    end = span(scene, motion)
+    if formulation == "auto" and not projected:
+        return _refined(scene, found, choice(scene, motion, end, chosen))
+    bits = bits_for(scene.digits, motion, end, growing=chosen == "lagrange")
+    expected = estimate(scene, motion, end, chosen, projected=projected, bits=bits)
+    found = replace(found, estimate=expected)
+    if bits > DOUBLE:
+        found = _precise(scene, found, bits)
     return _projected(scene, found) if projected else found
+
+
+def _refined(scene: Scene, found: Plan, how: Choice) -> Plan:
+    """Return the plan with the precision, projection or folding that was chosen."""
+    found = replace(
+        found, folded=how.folded, estimate=how.estimate, reasons=(*found.reasons, *how.reasons)
+    )
+    if how.bits > DOUBLE:
+        found = _precise(scene, found, how.bits)
+    return _projected(scene, found) if how.projected else found
+
+
+def _precise(scene: Scene, found: Plan, bits: int) -> Plan:
+    reason = f"{named(bits)}: for {scene.digits} digits at the end; events and turns from doubles"
+    precise = replace(found, precision=named(bits), tolerance=2.0 ** (1 - bits))
+    return replace(precise, reasons=(*found.reasons, reason))
 
 
 def _projected(scene: Scene, found: Plan) -> Plan:
     form = LADDER[found.formulation].build(found.variant)
-    if rule := why_not(form):
+    rule = why_not(form)
+    if found.precision != "double":
+        rule = f"only in double precision, and {scene.digits} digits take more"
+    if rule:
         raise BadScene((Fault(scene.name, None, "projected", "", rule),))
     reason = f"projected onto {', '.join(form.invariants)} every few nutations"
     return replace(found, projected=True, reasons=(*found.reasons, reason))
@@ -114,7 +158,7 @@ def _motion(top: Top, start: State) -> Motion:
 
 
 def _check(scene: Scene, formulation: str) -> None:
-    faults = [*_unknown(scene, formulation), *_too_exact(scene)]
+    faults = [*_unknown(scene, formulation)]
     if formulation in LADDER:
         faults += [*_not_given(scene, formulation), *_at_a_pole(scene, formulation)]
     if faults:
@@ -129,23 +173,18 @@ def _unknown(scene: Scene, formulation: str) -> Iterator[Fault]:
         yield Fault(scene.name, None, "formulation", formulation, rule, hint)
 
 
-def _too_exact(scene: Scene) -> Iterator[Fault]:
-    if scene.digits > MOST_DIGITS:
-        rule = f"at most {MOST_DIGITS}: the integration is in double precision"
-        yield Fault(scene.name, None, "want.digits", str(scene.digits), rule)
-
-
 def _not_given(scene: Scene, formulation: str) -> Iterator[Fault]:
     missing = [q for q in scene.quantities if q not in LADDER[formulation].gives]
     if missing:
-        rule = f"the {formulation} form does not give {', '.join(missing)}; the axis form does"
+        lacks = f"the {formulation} form does not give {', '.join(missing)}"
+        rule = f"{lacks}; the axis and the attitude form do"
         yield Fault(scene.name, None, "want.quantities", ", ".join(scene.quantities), rule)
 
 
 def _at_a_pole(scene: Scene, formulation: str) -> Iterator[Fault]:
     at_pole = scene.start.theta.sign() == 0 or (scene.start.theta - PI).sign() == 0
     if at_pole and not LADDER[formulation].starts_at_pole:
-        rule = f"the {formulation} form cannot start at a pole; the axis form can"
+        rule = f"the {formulation} form cannot start at a pole; axis, attitude and cubic can"
         yield Fault(scene.name, None, "start.theta", str(scene.start.theta), rule)
 
 
@@ -179,7 +218,7 @@ def _lagrange(
         frame=(),
         watched=watched,
         states=6,
-        reasons=(f"{formulation}: asked for by name", *why),
+        reasons=why,
         warnings=warnings,
     )
 
@@ -189,7 +228,7 @@ def _with_angles(
 ) -> Plan:
     carried = bool(frozenset(scene.quantities) & NEEDS_ANGLES)
     variant = "angles" if carried else None
-    reasons = [f"{formulation}: asked for by name"]
+    reasons: list[str] = []
     frame: tuple[tuple[str, float], ...] = ()
     if carried:
         reasons.append("phi and psi by quadrature, each less its mean rate")
@@ -216,7 +255,7 @@ def _cubic(
         frame=(),
         watched=watched,
         states=2,
-        reasons=(f"cubic: asked for by name; heights from the {pole}, the nearer pole", *why),
+        reasons=(f"heights from the {pole}, the nearer pole", *why),
     )
 
 
@@ -224,7 +263,7 @@ def _axis(
     scene: Scene, motion: Motion, formulation: str, watched: tuple[str, ...], why: Why
 ) -> Plan:
     wants = frozenset(scene.quantities)
-    reasons = ["axis: quadratic, regular at the poles, and no angle grows in the state"]
+    reasons: list[str] = []
     variant = None
     if wants & NEEDS_PSI:
         variant, reason = _quadrature(motion)
@@ -246,7 +285,7 @@ def _axis(
 def _attitude(
     scene: Scene, motion: Motion, formulation: str, watched: tuple[str, ...], why: Why
 ) -> Plan:
-    reasons = ["attitude: quadratic, regular at the poles, and the uniform spin is taken out"]
+    reasons: list[str] = []
     counted = bool(frozenset(scene.quantities) & NEEDS_PHI)
     if counted:
         reasons.append("phi and psi from the quaternion, whose turns are counted")

@@ -6,11 +6,12 @@ import time
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.errors import EndedEarly, Outcome, UnboundedAngleWarning
+from heavytop.errors import BadScene, EndedEarly, Fault, Outcome, UnboundedAngleWarning
 from heavytop.events import Candidates, Events, judged, within
 from heavytop.exact import Exact, Number
 from heavytop.models.formulation import Formulation
@@ -28,6 +29,9 @@ from heavytop.taylor.projection import Projection
 from heavytop.taylor.turns import Turns
 from heavytop.taylor.winding import Winding
 from heavytop.trajectory import Statistics, Trajectory
+
+if TYPE_CHECKING:
+    from heavytop.decimals.result import Decimals
 
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]
@@ -87,6 +91,8 @@ def propagate(
     5
     """
     chosen = plan(scene, formulation, projected=projected)
+    if chosen.formulation == "none":
+        raise _nothing_to_integrate(scene)
     for warning in chosen.warnings:
         warnings.warn(warning, UnboundedAngleWarning, stacklevel=2)
     end = span(scene, closed_form_of(scene))
@@ -101,10 +107,17 @@ def propagate(
         start,
         samples,
         winding=winding,
-        on_block=progress,
+        on_block=progress if chosen.precision == "double" else None,
         step_limit=step_limit,
     )
-    return _finished(scene, chosen, orbit, derive_s, time.perf_counter() - began)
+    trajectory = _finished(scene, chosen, orbit, derive_s, time.perf_counter() - began)
+    return trajectory if chosen.precision == "double" else _in_decimals(trajectory, progress)
+
+
+def _nothing_to_integrate(scene: Scene) -> BadScene:
+    rule = "class and period need no integration: heavytop.classify and heavytop.Motion have them"
+    wants = ", ".join(scene.quantities)
+    return BadScene((Fault(scene.name, None, "want.quantities", wants, rule),))
 
 
 def extend(
@@ -115,6 +128,8 @@ def extend(
     progress: Progress | None = None,
 ) -> Trajectory:
     """Continue a trajectory to a later end, as if it had been asked for in one piece.
+
+    It goes on by the plan it has. Of a long span in one piece, auto may make another plan.
 
     Parameters
     ----------
@@ -143,7 +158,31 @@ def extend(
         trajectory.scene, time=span_wanted, periods=None, samples=trajectory.t.size + count
     )
     spent = trajectory.statistics.integrate_s + time.perf_counter() - began
-    return _finished(scene, trajectory.plan, orbit, trajectory.statistics.derive_s, spent)
+    longer = _finished(scene, trajectory.plan, orbit, trajectory.statistics.derive_s, spent)
+    if trajectory.decimals is None:
+        return longer
+    again = plan(scene, trajectory.plan.formulation)  # a longer run may take more bits
+    chosen = replace(trajectory.plan, precision=again.precision, tolerance=again.tolerance)
+    return _in_decimals(replace(longer, plan=chosen), progress, trajectory.decimals)
+
+
+def _in_decimals(
+    trajectory: Trajectory, progress: Progress | None, before: Decimals | None = None
+) -> Trajectory:
+    """Return a trajectory in the precision of its plan, which its run in doubles has prepared."""
+    from heavytop.decimals.result import in_decimals
+
+    scene, spent = trajectory.scene, trajectory.statistics
+    parts = (trajectory.plan, start_values(scene), trajectory.orbit, trajectory.events)
+    try:
+        decimals, events = in_decimals(scene, *parts, before, progress)
+    except KeyboardInterrupt:
+        raise EndedEarly(Outcome.INTERRUPTED, trajectory) from None
+    engine = decimals.run.engine
+    cost = Statistics(
+        decimals.steps, engine.order, spent.derive_s, engine.compile_s, decimals.integrate_s
+    )
+    return replace(trajectory, events=events, statistics=cost, decimals=decimals)
 
 
 def _finished(
@@ -178,7 +217,8 @@ def _left_the_chart(orbit: Orbit) -> bool:
 def compiled_for(chosen: Plan) -> Integrator:
     """Return the compiled integrator of a plan."""
     form = formulation_of(chosen)
-    return integrator(form.integrated or form, chosen.watched, chosen.tolerance)
+    tolerance = max(chosen.tolerance, EPSILON)  # more digits are the matter of `decimals`
+    return integrator(form.integrated or form, chosen.watched, tolerance)
 
 
 def formulation_of(chosen: Plan) -> Formulation:

@@ -20,6 +20,8 @@ from heavytop.taylor.orbit import Orbit, Seen
 if TYPE_CHECKING:
     import xarray
 
+    from heavytop.decimals.result import Decimals
+
 Array = NDArray[np.float64]
 
 
@@ -60,7 +62,10 @@ class Trajectory:
     outcome : Outcome
     statistics : Statistics
     orbit : Orbit
-        The integration itself: states, checkpoints, zeros.
+        The integration itself, in double precision: states, checkpoints, zeros.
+    decimals : Decimals or None
+        The same in more than double precision, where the scene's digits take it; then all else
+        that is here is it, rounded.
 
     Examples
     --------
@@ -76,6 +81,7 @@ class Trajectory:
     events: Events
     outcome: Outcome
     statistics: Statistics
+    decimals: Decimals | None = None
 
     def __repr__(self) -> str:
         name = self.scene.title or self.scene.name
@@ -98,8 +104,13 @@ class Trajectory:
         low, high = sorted((0.0, self.orbit.end))
         if times.size and (times.min() < low or times.max() > high):
             raise ValueError(f"t: between {low} and {high}, where the trajectory was integrated")
-        found = self._sampled(self.orbit.at(times.reshape(-1)))
+        found = self._at(times.reshape(-1))
         return found if times.ndim else found.at(0)
+
+    def _at(self, times: Array) -> Sample:
+        if self.decimals is None:
+            return self._sampled(self.orbit.at(times))
+        return self.decimals.rounded(self.decimals.at(times.tolist()))
 
     def _sampled(self, seen: Seen) -> Sample:
         formulation = self.orbit.integrator.formulation
@@ -108,12 +119,14 @@ class Trajectory:
     @cached_property
     def samples(self) -> Sample:
         """The motion at the sample times of the scene."""
+        if self.decimals is not None:
+            return self.decimals.rounded(self.decimals.samples)
         return self._sampled(self.orbit.samples)
 
     @property
     def t(self) -> Array:
         """Sample times, shape (k,) [s]."""
-        return self.orbit.samples.t
+        return self.samples.t
 
     @property
     def theta(self) -> Array:
@@ -138,9 +151,8 @@ class Trajectory:
     @cached_property
     def invariants(self) -> dict[str, Array]:
         """Invariants of the formulation at the sample times; ``energy`` is E'/A [1/s^2]."""
-        seen = self.orbit.samples
-        formulation = self.orbit.integrator.formulation
-        return invariants(formulation, seen.rows, self.orbit.parameters, seen.t)
+        run, formulation = self.samples, self.orbit.integrator.formulation
+        return invariants(formulation, run.states, self.orbit.parameters, run.t)
 
     def to_xarray(self) -> xarray.Dataset:
         """Return samples and events as an xarray Dataset that holds the scene itself."""

@@ -7,7 +7,7 @@ the rounding of the scene's numbers does to the motion is reported apart.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.errors import NoClosedForm
-from heavytop.planning import closed_form_of
+from heavytop.planning import Plan, closed_form_of
 from heavytop.quantities import Sample
 from heavytop.theory.double_form import DoubleForm, DoubleRecord
 from heavytop.theory.precision import context
@@ -63,6 +63,10 @@ class Errors:
 
 def run_errors(trajectory: Trajectory) -> Errors:
     """Return the errors of a trajectory against the closed form of its own binary start."""
+    if trajectory.decimals is not None:
+        from heavytop.decimal_witness import rounded_errors
+
+        return rounded_errors(trajectory)
     conserved = (energy_error(trajectory), invariant_errors(trajectory))
     try:
         truth = closed_form(trajectory)
@@ -121,6 +125,10 @@ def missed_digits(trajectory: Trajectory, errors: Errors) -> dict[str, float]:
 
     A quantity x may be off by 10^-digits max(1, |x|).
     """
+    if trajectory.decimals is not None:
+        from heavytop.decimal_witness import missed_decimals
+
+        return missed_decimals(trajectory)
     wants = set(trajectory.scene.quantities)
     end = trajectory(np.array([trajectory.orbit.end]))
     bound = 10.0**-trajectory.scene.digits
@@ -145,8 +153,12 @@ def closed_form(trajectory: Trajectory) -> DoubleForm:
 def own_numbers(trajectory: Trajectory, digits: int = DIGITS) -> Reduced:
     """Return the motion that the run's own doubles define, to any digits."""
     state = trajectory.orbit.checkpoints[0].state.tolist()
-    of = _OWN[trajectory.plan.formulation]
-    return of(context(digits), state, trajectory.orbit.parameters, trajectory.plan.variant)
+    return motion_of(trajectory.plan, context(digits), state, trajectory.orbit.parameters)
+
+
+def motion_of(plan: Plan, ctx: Context, state: State, parameters: Parameters) -> Reduced:
+    """Return the motion through a state of a plan's formulation, given as numbers of any kind."""
+    return _OWN[plan.formulation](ctx, state, parameters, plan.variant)
 
 
 def _of_lagrange(ctx: Context, state: State, p: Parameters, _variant: Variant) -> Reduced:
@@ -217,8 +229,8 @@ def _momenta(
 
 
 Context = Any
-State = list[float]
-Parameters = dict[str, float]
+State = Sequence[Any]
+Parameters = Mapping[str, Any]
 Variant = str | None
 
 _OWN: Mapping[str, Callable[[Context, State, Parameters, Variant], Reduced]] = {

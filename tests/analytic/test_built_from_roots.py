@@ -157,3 +157,14 @@ def test_near_separatrix():
         expected = (mc - X("1e-6")).sign() < 0
         found = classify(*built("pi/3", second, third))
         assert ("near-separatrix" in found.tags) is expected is (near and expected)
+
+
+def test_zeros_that_only_a_proof_sees():
+    """A rate that is zero by an identity counts as zero; one that no identity shows, as unknown."""
+    top, seen = Top(1, 1, 1), "(1+sqrt(2))*(sqrt(2)-1)-1"
+    found = classify(top, State("0.3", phidot=seen, thetadot="(pi+1)^2-pi^2-2*pi-1", psidot=10))
+    assert (found.kind, found.certified) == (Kind.CUSPS, True)
+    assert 0 < found.margin_enclosure[0] <= found.margin <= found.margin_enclosure[1]
+    unseen = State("sqrt(3+2*sqrt(2))-1-sqrt(2)", psidot=1)  # theta = 0
+    assert classify(top, unseen).kind is Kind.UNDECIDED
+    assert Motion(top, unseen).proved.course is None

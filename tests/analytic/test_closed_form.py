@@ -12,6 +12,7 @@ from fractions import Fraction
 import pytest
 
 from heavytop.theory.closed_form import MPForm
+from heavytop.theory.double_form import DoubleForm
 from heavytop.theory.precision import context
 from heavytop.theory.reduced import Reduced
 from heavytop.theory.theta_functions import Functions, Lattice
@@ -155,6 +156,7 @@ MOTIONS = {
     "falling": (2, 1.5, 3, 1.5, 0.3, -0.7, 1, 0.5, 3),
     "cusps": (2, 1, 3, 0.5, 0, 0, 0, 0, 7),
     "prolate to the limit": (1, 2, 3, 1.0, 1, 2, 0.5, 1, 3),
+    "spherical top": (2, 2, 3, 1.0, 1, 2, 0.5, 1, 3),
     "slender": (1, 0.001, 3, 1.0, 1, 2, 0.5, 1, 300),
     "spherical pendulum": (2, 1, 3, 1.0, 0.2, 0.1, 0.4, 1.25, -1.25 * WORK.cos(1)),
     "past the bottom": (2, 1, 3, 2.5, 0, 0, 1, 0.01, 0.02),
@@ -317,3 +319,23 @@ def test_jacobi_functions_next_to_the_separatrix(x):
     assert abs(s - ctx.tanh(x)) < ctx.mpf("1e-58")
     assert abs(c / ctx.sech(x) - 1) < ctx.mpf("1e-57")
     assert abs(d / ctx.sech(x) - 1) < ctx.mpf("1e-57")
+
+
+@pytest.mark.parametrize("part", ["0.02", "0.2", "0.3", "0.48", "0.52", "0.7", "0.8", "0.98"])
+@pytest.mark.parametrize("gMR", [3, -3])
+def test_periods_are_counted_from_the_nearest_lower_turning(part, gMR):
+    """Begun anywhere on the way, t₀ is the time since the u₁ nearest, and n counts from there."""
+    args = (2, 1, gMR, Fraction("1.5"), 0, 0, -1, Fraction("0.5"), 3)
+    first = MPForm(Reduced.from_angles(CTX, *args), 50)
+    ctx, T = first.ctx, first.period
+    at = first(ctx.mpf(part) * T - first.orbit.t0)
+    angles_and_rates = (at.theta, at.phi, at.psi, at.thetadot, at.phidot, at.psidot)
+    again = Reduced.from_angles(CTX, *args[:3], *angles_and_rates)
+    form, double = MPForm(again, 40), DoubleForm(again)
+    since = ctx.mpf(part) * T
+    want = since if since < T / 2 else since - T
+    assert abs(form.orbit.t0 - want) < ctx.mpf("1e-40")
+    for t in ("-3.29", "-0.61", "0", "0.11", "0.41", "0.93", "2.71"):
+        time = ctx.mpf(t) * T
+        n = int(ctx.floor((time + want) / T + ctx.mpf("0.5")))
+        assert form(time).n == double(float(time)).n == n

@@ -1,6 +1,8 @@
 """The closed form in doubles against the closed form in mpmath, at the very same numbers."""
 
 import random
+import time
+from dataclasses import fields
 from fractions import Fraction
 
 import numpy as np
@@ -8,10 +10,10 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from heavytop.errors import NoClosedForm
+from heavytop.errors import NoClosedForm, NotANumber
 from heavytop.exact import Exact
 from heavytop.theory.closed_form import MPForm, Nodding
-from heavytop.theory.double_form import MOST_PERIODS, DoubleForm
+from heavytop.theory.double_form import CHUNK, MOST_PERIODS, DoubleForm
 from heavytop.theory.precision import context
 from heavytop.theory.reduced import Reduced
 
@@ -65,7 +67,7 @@ def apart(got, want, ctx, circle=False):
 
 def worst(reduced, times, form=None):
     """Largest error of each angle relative to max(1, |x|), of the rest absolute."""
-    exact, double = MPForm(reduced, 30), (form or DoubleForm(reduced))(np.array(times))
+    exact, double = MPForm(reduced, 50), (form or DoubleForm(reduced))(np.array(times))
     ctx, errors = exact.ctx, dict.fromkeys(("theta", "phi", "psi", "phi_mod", "psi_mod", "axis"), 0)
     for i, t in enumerate(times):
         at = exact(float(t))
@@ -98,6 +100,40 @@ def test_scenes_a_million_periods_away(name):
     assert max(errors.values()) < FEW, errors
 
 
+@pytest.mark.parametrize("name", ["sicm-kicked", "lie-group-benchmark", "past the top"])
+def test_scenes_two_thousand_million_periods_away(name):
+    """Close to the most periods there may be, what is left of the time has its digits still."""
+    form = DoubleForm(SCENES[name])
+    times = [s * form.period for s in (2e9 / 3, -1.9e9, 2.1e9 + 0.25)]
+    errors = worst(SCENES[name], times, form)
+    assert max(errors.values()) < FEW, errors
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_time_may_be_split_anyhow(name):
+    """The low word is part of the time: any split of the same time is the same place."""
+    form, t = DoubleForm(SCENES[name]), np.array([-3.0, -0.75, 0.5, 1.25, 16.0])
+    whole = form(t)
+    for share in (0.0, 0.25, 1.0):
+        parts = form(t * (1 - share), t * share)
+        for angle in ("theta", "phi", "psi"):
+            np.testing.assert_allclose(
+                getattr(parts, angle), getattr(whole, angle), rtol=1e-15, atol=1e-29
+            )
+
+
+@pytest.mark.parametrize("name", ["uniform", "sicm-kicked", "separatrix"])
+def test_the_low_word_counts_far_away(name):
+    """Nearly half a unit of t = 1e7 s turns φ and ψ by 1e-7 rad, which φ and ψ modulo 2π show."""
+    form, exact = DoubleForm(SCENES[name]), MPForm(SCENES[name], 40)
+    t, low = 1e7, 0.49 * np.spacing(1e7)
+    at, got = exact(exact.ctx.mpf(t) + low), form(t, low)
+    for angle in ("phi", "psi"):
+        assert apart(getattr(got, angle + "_mod"), getattr(at, angle), exact.ctx, circle=True) < FEW
+        moved = abs(getattr(got, angle + "_mod") - getattr(form(t), angle + "_mod"))
+        assert moved > 1e-10
+
+
 def test_steady_angles_far_away():
     """Uniform precession after 1e7 s: φ modulo 2π to 2e-15 where φ itself has 1e-8."""
     errors = worst(SCENES["uniform"], [1e7 / 3, -1e6])
@@ -127,6 +163,7 @@ reals = st.floats(-8, 8)
 @example(1, 0.0, 1.0, 1.0, 0.0, 6.5e-235, -1.0)
 @example(1, 1.0, 0.0, 3.2e-101, 0.0, 0.0, 1.0)
 @example(1, 1.0, 0.0, 3.2e-36, 0.0, 0.0, 1.0)
+@example(1, 5.0, 0.0, 4e-46, 0.0, 0.0, 35.0)
 @given(
     C=st.floats(0.01, 2), gMR=reals, theta=st.floats(0, 3.14159), thetadot=reals, phidot=reals,
     psidot=reals, t=st.floats(-50, 50),
@@ -144,6 +181,29 @@ def test_any_top(C, gMR, theta, thetadot, phidot, psidot, t):
     errors = worst(reduced, [t])
     assert errors["axis"] < 1e-13, errors
     assert errors["theta"] < 1e-13, errors
+
+
+plain = st.just(0.0) | st.floats(1e-20, 8) | st.floats(-8, -1e-20)
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    C=st.floats(0.01, 2), gMR=plain, theta=st.just(0.0) | st.floats(1e-20, 3.14159),
+    thetadot=plain, phidot=plain, psidot=plain, t=plain,
+)  # fmt: skip
+def test_any_top_to_its_own_size(C, gMR, theta, thetadot, phidot, psidot, t):
+    """θ, φ and ψ to 1e-15 of themselves, however small; below 1e-14 to 1e-29.
+
+    Start and time are the very doubles, so that nothing is lost to what they might have been. On
+    which side of an exact pass a time lies is told to 1e-30 of a period.
+    """
+    reduced = start((1, C, gMR), theta, phidot, psidot, thetadot=thetadot)
+    double, exact = DoubleForm(reduced)([t]), MPForm(reduced, 50)
+    at = exact(t)
+    for name in ("theta", "phi", "psi"):
+        want = getattr(at, name)
+        error = apart(getattr(double, name)[0], want, exact.ctx)
+        assert error <= max(1e-15 * abs(float(want)), 1e-29), name
 
 
 @pytest.mark.parametrize("miss", ["1e-4", "1e-8", "1e-12", "1e-16", "1e-24"])
@@ -252,10 +312,76 @@ def test_shapes():
     assert float(form(2.0).theta) == float(form([2.0]).theta[0])
 
 
+@pytest.mark.parametrize("t", [1e-6, 1e-5, 1e-4, 1e-3])
+def test_phi_just_after_a_cusp(t):
+    """φ grows as t³ from a cusp: 7e-16 rad after 1e-6 s, a sum of radians, to all its digits."""
+    for name in ("sicm-dropped, cusps", "past the top"):
+        form, exact = DoubleForm(SCENES[name]), MPForm(SCENES[name], 40)
+        for sign in (1, -1):
+            want = exact(sign * t)
+            for angle in ("phi", "psi"):
+                got, x = getattr(form(sign * t), angle), getattr(want, angle)
+                assert apart(got, x, exact.ctx) <= 1e-15 * abs(float(x))
+
+
+FAMILIES = ("sicm-kicked", "lie-group-benchmark", "gMR < 0", "separatrix", "uniform", "at rest")
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_theta_alone_is_that_of_the_record(name):
+    """Bit for bit, in any shape, for any cut of the times, with and without their low words."""
+    form, source = DoubleForm(SCENES[name]), np.random.default_rng(3)
+    t = source.uniform(-30, 30, 3 * CHUNK + 17)
+    low = t * source.uniform(-1e-17, 1e-17, t.size)
+    whole = form(t, low)
+    assert np.array_equal(form.theta(t, low), whole.theta)
+    assert np.array_equal(
+        form.theta(t[5 : CHUNK + 11], low[5 : CHUNK + 11]), whole.theta[5 : CHUNK + 11]
+    )
+    assert np.array_equal(form.theta(t[:12].reshape(3, 4)), form(t[:12]).theta.reshape(3, 4))
+    assert form.theta(2.0).shape == ()
+    assert form.theta(2.0) == form(2.0).theta
+    assert form.theta([]).shape == (0,)
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_a_million_tilts_a_second(name):
+    """θ alone, 1e6 times in a second at most, on whatever course; 6e6 to 3e8 were measured."""
+    form, t = DoubleForm(SCENES[name]), np.linspace(-3, 40, 10**5)
+    spent = []
+    while not spent or (min(spent) > 0.1 and len(spent) < 20):
+        began = time.perf_counter()
+        form.theta(t)
+        spent.append(time.perf_counter() - began)
+    assert min(spent) <= 0.1
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_every_field_is_cut_alike(name):
+    """A record of many times is made in parts, and is the record of the parts."""
+    form, t = DoubleForm(SCENES[name]), np.linspace(-3, 40, 2 * CHUNK + 5)
+    whole, part = form(t), form(t[CHUNK - 3 : CHUNK + 9])
+    for field in fields(whole):
+        one, other = getattr(whole, field.name), getattr(part, field.name)
+        np.testing.assert_array_equal(one[CHUNK - 3 : CHUNK + 9], other, err_msg=field.name)
+
+
+def test_times_that_are_no_numbers():
+    form = DoubleForm(SCENES["sicm-kicked"])
+    for call in (form, form.theta):
+        for bad in ([np.nan], [0.0, np.inf]):
+            with pytest.raises(NotANumber, match="finite"):
+                call(bad)
+        with pytest.raises(NotANumber, match="finite"):
+            call([0.0], [np.nan])
+
+
 def test_too_far_is_refused():
     form = DoubleForm(SCENES["sicm-kicked"])
-    with pytest.raises(NoClosedForm, match="periods"):
-        form([form.period * (MOST_PERIODS + 10)])
+    for call in (form, form.theta):
+        for t in (form.period * (MOST_PERIODS + 10), 1e308):
+            with pytest.raises(NoClosedForm, match="periods"):
+                call([t])
 
 
 def test_reversal_angle():

@@ -180,9 +180,9 @@ def test_an_interrupt_is_answered_within_a_block_and_keeps_what_it_has():
             raise KeyboardInterrupt
 
     with pytest.raises(ht.EndedEarly) as early:
-        ht.propagate(scene, progress=interrupt)
+        ht.propagate(scene, formulation="axis", progress=interrupt)
     assert early.value.outcome == "interrupted"
     assert len(seen) == 3
     partial = early.value.trajectory
-    whole = ht.propagate(scene)
+    whole = ht.propagate(scene, formulation="axis")
     assert np.array_equal(partial.samples.states, whole.samples.states[: partial.t.size])

@@ -490,3 +490,9 @@ def test_verdicts_do_not_change():
     for array in (found.kind, found.detail, found.certified, found.margin):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0
+
+
+def test_integers_that_doubles_do_not_hold_are_refused():
+    k = 2**27 + 1
+    with pytest.raises(NotANumber, match=r"2\^53"):
+        classify_many(A=1, C=1, gMR=np.int64(k * k), theta=0, omega3=2 * k)

@@ -111,3 +111,20 @@ def test_courses():
     for motion in (steady, asymptotic):
         with pytest.raises(NoClosedForm, match="no nutation"):
             nutation(motion)
+
+
+@pytest.mark.parametrize("digits", [60, 100, 250])
+def test_rounding_is_no_motion(digits):
+    """An axis along its momentum, or round the equator, without weight: steady at any precision."""
+    axes = ((0.375, -0.5, 0.75), (0.375, -0.625, 0.75), (-0.9375, 0.21875, -0.25))
+    along = [Reduced.from_axis(CTX, e, [3 * x for x in e], 0) for e in axes]
+    round_equator = start((2, 1, 0), Exact.of("pi/2"), 1, 0)
+    for motion in (*along, round_equator):
+        assert course(motion.refined(context(digits))) is Course.STEADY
+
+
+def test_an_axis_a_hair_off_its_momentum_moves():
+    """One unit in the last place is no rounding: doubles are exact."""
+    e = (0.375, -0.5, 0.75)
+    l = (1.125, -1.5, 2.25 * (1 + 2**-52))  # noqa: E741
+    assert course(Reduced.from_axis(CTX, e, l, 0)) is Course.NUTATING

@@ -17,7 +17,9 @@ PAGES = (
     "exercises/2.13.md",
     "kicks.md",
     "facts.md",
+    "kinds.md",
     "enclosures.md",
+    "sensitivity.md",
 )
 BLOCK = re.compile(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```)?", re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")

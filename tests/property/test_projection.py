@@ -13,6 +13,8 @@ from heavytop.models.axis_form import axis_form
 from heavytop.models.ladder import LADDER
 from heavytop.models.typed import typed_function
 from heavytop.taylor import projection
+from heavytop.taylor.doubledouble import add
+from heavytop.taylor.legs import STRIDE
 from heavytop.taylor.projection import Projection
 from heavytop.witness import closed_form, phase_error, run_errors
 
@@ -90,7 +92,8 @@ def test_every_form_can_be_projected(formulation):
 
 def test_the_axis_form_keeps_its_energy():
     wanted = scene(10_000.3, "want.events=[]")
-    plain, projected = (rms_energy(ht.propagate(wanted, projected=p)) for p in (False, True))
+    runs = (ht.propagate(wanted, formulation="axis", projected=p) for p in (False, True))
+    plain, projected = map(rms_energy, runs)
     assert projected < 1e-15 < plain / 3
 
 
@@ -136,12 +139,12 @@ def wanted():
 
 @pytest.fixture(scope="module")
 def whole(wanted):
-    return ht.propagate(wanted, projected=True)
+    return ht.propagate(wanted, formulation="axis", projected=True)
 
 
 @pytest.mark.parametrize("samples", [2, 1000, 20011])
 def test_sampling_changes_nothing(wanted, whole, samples):
-    other = ht.propagate(replace(wanted, samples=samples), projected=True)
+    other = ht.propagate(replace(wanted, samples=samples), formulation="axis", projected=True)
     assert_same_run(whole, other)
     assert same(whole.samples.states[-1], other.samples.states[-1])
     assert whole.samples.phi[-1] == other.samples.phi[-1]
@@ -157,7 +160,8 @@ def test_dense_output_is_the_samples(whole):
 
 @pytest.mark.parametrize("first", [0.3, 100.0, 379.0])
 def test_splitting_changes_nothing(wanted, whole, first):
-    part = ht.propagate(replace(wanted, time=Exact.of(first), periods=None), projected=True)
+    scene_of_part = replace(wanted, time=Exact.of(first), periods=None)
+    part = ht.propagate(scene_of_part, formulation="axis", projected=True)
     other = ht.extend(part, whole.orbit.end, samples=17)
     assert other.plan.projected
     assert_same_run(whole, other)
@@ -173,6 +177,25 @@ def test_a_stored_run_is_the_run(whole, tmp_path):
     assert_same_run(ht.extend(whole, later), ht.extend(loaded, later))
 
 
+def test_legs_lose_no_time(whole):
+    """Samples and events of the second leg are those of a leg run by itself, low words and all."""
+    projected, start = whole.orbit.integrator.for_this_thread(), whole.orbit.checkpoints[0].state
+    projected.load(whole.orbit.parameters)
+    first = projected.block(start, STRIDE, 1e4)
+    wanted = first.elapsed[0] + np.array([1.0, 1.7])
+    both = projected.block(start, 2 * STRIDE, 1e4, wanted)
+    local = (wanted - first.elapsed[0]) - first.elapsed[1]
+    second = projected.engine.block(first.state, STRIDE, 1e4, local)
+    assert same(both.rows, second.rows)
+    assert both.elapsed == add(first.elapsed, second.elapsed)
+    for all_of_them, later in zip(both.hits, second.hits, strict=True):
+        t = add(first.elapsed, (later.t, np.zeros_like(later.t)))
+        count = later.t.size
+        assert same(all_of_them.t[-count:], t[0])
+        assert same(all_of_them.t_low[-count:], t[1])
+        assert t[1].any()
+
+
 def test_events_are_those_of_the_closed_form(whole):
     turning = whole.events.is_turning
     expected = np.arange(turning.sum()) * closed_form(whole).period / 2
@@ -186,7 +209,9 @@ def test_events_are_those_of_the_closed_form(whole):
 
 def test_backwards_it_is_the_same_motion(wanted):
     there, back = (
-        ht.propagate(replace(wanted, time=Exact.of(t), periods=None), projected=True)
+        ht.propagate(
+            replace(wanted, time=Exact.of(t), periods=None), formulation="axis", projected=True
+        )
         for t in (100, -100)
     )
     assert np.max(np.abs(there.theta - back.theta)) < 1e-12  # released at a turning point
@@ -225,7 +250,7 @@ def test_a_form_without_invariants_is_refused_by_name(monkeypatch):
     rung = replace(LADDER["axis"], build=lambda _: bare)
     monkeypatch.setattr("heavytop.planning.LADDER", {**LADDER, "axis": rung})
     with pytest.raises(ht.BadScene, match="projected: the axis form has no invariant"):
-        ht.propagate(scene(1), projected=True)
+        ht.propagate(scene(1), formulation="axis", projected=True)
 
 
 def test_a_machine_without_longer_doubles_is_refused_by_name(monkeypatch):

@@ -14,6 +14,7 @@ from heavytop.cli.derive import derive
 from heavytop.cli.doctor import doctor
 from heavytop.cli.exits import EXIT_CODES, exit_code, explain
 from heavytop.cli.options import DEBUG
+from heavytop.cli.plan import plan
 from heavytop.cli.run import run
 from heavytop.cli.scenes import scenes
 from heavytop.cli.voice import say
@@ -53,6 +54,7 @@ app = typer.Typer(
 )
 app.command(epilog=EXIT_CODES)(run)
 app.command(epilog=EXIT_CODES)(classify)
+app.command(epilog=EXIT_CODES)(plan)
 app.command()(scenes)
 app.command()(derive)
 app.command()(doctor)

@@ -55,6 +55,9 @@ def run(
         stack.enter_context(blaming(options))
         read = load_scene(scene, overrides=options)
         folder = stack.enter_context(results_folder(output)) if output else None
+        if (known := known_already(read, formulation, folder)) is not None:
+            show(known, json)
+            return
         trajectory, early = integrated(read, formulation, voice)
         if early is not None:
             say(f"ended early at t = {trajectory.orbit.end:.6g} s: {early}")
@@ -66,6 +69,23 @@ def run(
         if document["missed_digits"]:
             say(missed(document["missed_digits"], read.digits))
             raise typer.Exit(Exit.OUT_OF_BOUND)
+
+
+def known_already(scene: Scene, formulation: str, folder: Path | None) -> dict[str, Any] | None:
+    """The document of a scene that wants nothing that has to be integrated; None of another."""
+    from heavytop.planning import plan
+
+    chosen = plan(scene, formulation)
+    if chosen.formulation != "none":
+        return None
+    from heavytop.document import known_document
+    from heavytop.files import write_document
+
+    document = known_document(scene, chosen)
+    if folder is not None:
+        document["files"] = {"document": "run.json"}
+        write_document(folder / "run.json", document)
+    return document
 
 
 @contextmanager

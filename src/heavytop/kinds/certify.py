@@ -42,9 +42,9 @@ def classify(top: Top, start: State) -> Verdict:
     >>> str(classify(top, State(theta="0.1", phidot="1e-40", psidot=140)).kind)
     'waves'
     """
-    judge = Judge(top, start)
-    tree = Tree(judge)
     try:
+        judge = Judge(top, start)
+        tree = Tree(judge)
         kind = tree.kind()
     except UndecidedError as unknown:
         return _undecided(unknown.bound)

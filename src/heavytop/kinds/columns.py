@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import prod
-from typing import Any, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +15,7 @@ from heavytop.kinds.starts import Held, Starts
 from heavytop.state import State
 from heavytop.top import Top
 
+_WHOLE: Final = 2.0**53
 Column: TypeAlias = Any  # an array of one dimension, or the flat iterator of a larger one
 
 
@@ -78,7 +79,10 @@ def _array(name: str, given: ArrayLike) -> Array:
         raise NotANumber(f"{name}: {error}") from None
     if array.dtype.kind not in "iuf" or not np.can_cast(array.dtype, np.float64):
         raise NotANumber(f"{name}: numbers come as integers or doubles, not as {array.dtype}")
-    return array.astype(np.float64, copy=False)
+    doubles = array.astype(np.float64, copy=False)
+    if array.dtype.kind in "iu" and np.any(abs(doubles) > _WHOLE):
+        raise NotANumber(f"{name}: integers up to 2^53, which doubles hold exactly")
+    return doubles
 
 
 def _common_shape(arrays: Mapping[str, Array]) -> tuple[int, ...]:

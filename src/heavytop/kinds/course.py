@@ -58,7 +58,10 @@ def zero_momenta(top: Top, start: State) -> tuple[bool | None, bool | None]:
     >>> zero_momenta(Top(1, 1, 1), State(0, thetadot=1, psidot=2))
     (False, True)
     """
-    judge = Judge(top, start)
+    try:
+        judge = Judge(top, start)
+    except UndecidedError:
+        return None, None
     bottom, above = _is_zero(judge, criteria.miss_of_bottom), judge.pole
     return above < 0 or bottom, above > 0 or _is_zero(judge, criteria.miss_of_top)
 

@@ -53,9 +53,14 @@ class Judge:
         top, start = self.top, self.start
         with working(bits):
             return Given(
-                top.A.ball(bits), top.C.ball(bits), top.gMR.ball(bits), *self._heights(bits),
-                start.thetadot.ball(bits), start.phidot.ball(bits), start.omega3.ball(bits),
+                top.A.ball(bits), top.C.ball(bits), self._rate("gMR", top.gMR, bits),
+                *self._heights(bits), self._rate("thetadot", start.thetadot, bits),
+                self._rate("phidot", start.phidot, bits), self._rate("omega3", start.omega3, bits),
             )  # fmt: skip
+
+    def _rate(self, name: str, value: Exact, bits: int) -> Ball:
+        """A ball of what may be zero: the number 0 itself where it is."""
+        return value.ball(bits) if self.rates[name] else arb(0)
 
     def _heights(self, bits: int) -> tuple[Ball, Ball, Ball]:
         """cosθ, 1 − cosθ and 1 + cosθ; from the half angle, and exact on a pole."""

@@ -78,6 +78,11 @@ def number(value: Any) -> str:
     return value if isinstance(value, str) else f"{value:.12g}"
 
 
+def brief(value: Any) -> str:
+    """A value to 12 digits, however many the document has."""
+    return number(float(value) if isinstance(value, str) else value)
+
+
 def short(value: Any) -> str:
     """A value to 3 digits."""
     return MISSING if value is None else f"{float(value):.3g}"

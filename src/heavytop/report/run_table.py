@@ -11,6 +11,7 @@ from rich.text import Text
 
 from heavytop.report.rows import (
     MISSING,
+    brief,
     constants,
     course,
     kind,
@@ -59,15 +60,16 @@ def _rows(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     yield from course(document["motion"])
     yield from constants(document["constants"])
     yield from _plan(document["plan"])
-    yield from _final(document["final"])
-    yield "events", _counts(document["events"])
+    if document["final"] is not None:
+        yield from _final(document["final"])
+        yield "events", _counts(document["events"])
 
 
 def _plan(plan: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     marks = [mark for mark in ("projected", "folded") if plan[mark]]
     tolerance = f"tolerance {short(plan['tolerance'])}"
-    states = f"{plan['states']} states"
-    yield "plan", ", ".join((plan["formulation"], plan["precision"], states, tolerance, *marks))
+    how = (plan["precision"], f"{plan['states']} states", tolerance) if plan["states"] else ()
+    yield "plan", ", ".join((plan["formulation"], *how, *marks))
     for reason in plan["reasons"]:
         yield "", f"· {reason}"
 
@@ -93,7 +95,7 @@ def _event_table(rows: list[Mapping[str, Any]]) -> Table:
     for heading in ("t [s]", "θ [rad]", "φ [rad]", "φ̇ [rad/s]", "residual"):
         table.add_column(heading, justify="right")
     for row in rows[:FIRST_EVENTS]:
-        numbers = (number(row[name]) for name in ("t", "theta", "phi", "phidot"))
+        numbers = (brief(row[name]) for name in ("t", "theta", "phi", "phidot"))
         table.add_row(row["kind"], *numbers, short(row["residual"]))
     if len(rows) > FIRST_EVENTS:
         table.add_row(f"… and {len(rows) - FIRST_EVENTS} more")

@@ -15,7 +15,7 @@ import numpy as np
 from heavytop.models.formulation import Formulation
 from heavytop.taylor.engine import Array, Block, Engine, Hits
 from heavytop.taylor.turns import Turns
-from heavytop.taylor.winding import distinct
+from heavytop.taylor.winding import MOST_POINTS, distinct
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,7 +81,7 @@ class Counting:
             t = _sorted(np.concatenate((asked, _points(apart, reach, far))), far)
             block = self.engine.block(own, steps, far, t, longest)
             reached = abs(block.elapsed[0])
-            if reached <= reach:
+            if reached <= reach or reach > MOST_POINTS * apart:
                 return self._counted(block, state, t[: len(block.rows)], asked, far)
             reach = 1.5 * reached
 
@@ -115,7 +115,7 @@ def _points(apart: float, reach: float, far: float) -> Array:
     """Return times so close together that the turns between them are decided."""
     if not math.isfinite(apart):
         return np.empty(0)
-    count = math.ceil(min(reach, 0.99 * abs(far)) / apart)
+    count = min(math.ceil(min(reach, 0.99 * abs(far)) / apart), MOST_POINTS)
     points: Array = math.copysign(apart, far) * np.arange(1.0, count + 1)
     return points[np.abs(points) < abs(far)]
 

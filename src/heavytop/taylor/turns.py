@@ -65,10 +65,9 @@ class Turns:
 
     def decided(self, state: Array) -> float:
         """Return over how long a time a change is decided [s]; inf where nothing moves."""
-        K = self.stiffness(state)
-        alpha, beta = self._arms(state[None])
-        moving = np.any(alpha.rate) or np.any(beta.rate) or np.any(self.g * alpha.z * beta.z)
-        return float(CAUTION * np.pi / np.sqrt(K)) if moving and 0 < K < np.inf else np.inf
+        K, (alpha, beta) = self.stiffness(state), self._arms(state[None])
+        moves = alpha.rate[0] or beta.rate[0] or self.g * alpha.z[0] * beta.z[0]
+        return CAUTION * math.pi / math.sqrt(K) if moves and 0 < K < math.inf else math.inf
 
     def followed(self, t: Array, rows: Array, first: tuple[float, float]) -> Array:
         """Return phi and psi, shape (k, 2) [rad].
@@ -84,14 +83,14 @@ class Turns:
         """
         alpha, beta = self._arms(rows)
         forward = 1.0 if t[-1] >= t[0] else -1.0
-        slow = GRAIN * np.sqrt(self.stiffness(rows[0]))
-        rests = alpha.resting(slow), beta.resting(slow)
-        da, db = _at_rest(alpha.changes(forward), beta.changes(forward), rests)
+        da, db = alpha.changes(forward), beta.changes(forward)
+        a, b = alpha.argument(), beta.argument()
+        if not (alpha.aside and beta.aside):
+            slow = GRAIN * math.sqrt(self.stiffness(rows[0]))
+            rests = alpha.resting(slow), beta.resting(slow)
+            a, b, da, db = _upright(rests, a, b, da, db, first[0])
         phi, psi = (_summed(*x) for x in zip(first, (da + db, da - db), strict=True))
-        u, v, turned = alpha.direction(), beta.direction(), np.exp(1j * phi)
-        u, v = np.where(rests[0], turned * v.conj(), u), np.where(rests[1], turned * u.conj(), v)
-        seen = np.where(rests[0] | rests[1], phi, _nearest(u * v, phi))
-        return np.stack((seen, _nearest(u * v.conj(), psi)), axis=-1)
+        return np.stack((_nearest(a + b, phi), _nearest(a - b, psi)), axis=-1)
 
     def started(self, state: Array, phi: float, psi: float) -> tuple[float, float]:
         """Return phi and psi at the start.
@@ -105,67 +104,76 @@ class Turns:
     def _arms(self, rows: Array) -> tuple[_Arm, _Arm]:
         q_0, q_1, q_2, q_3, l_x, l_y = rows[:, :6].T
         alpha, beta, w = q_0 + 1j * q_3, q_1 + 1j * q_2, l_x + 1j * l_y
-        alpha_dot = (1j * self.l_z * alpha - w * beta.conj()) / 2
-        beta_dot = (1j * self.l_z * beta + w * alpha.conj()) / 2
-        return _Arm(alpha, alpha_dot, self.P_plus), _Arm(beta, beta_dot, self.P_minus)
+        return (
+            _Arm(alpha, -w * beta.conj(), self.l_z, self.P_plus),
+            _Arm(beta, w * alpha.conj(), self.l_z, self.P_minus),
+        )
 
 
-@dataclass(frozen=True, slots=True)
 class _Arm:
-    """alpha or beta at some times, its rate, and four times its angular momentum."""
+    """alpha or beta at some times; P is four times its angular momentum.
 
-    z: Complex
-    rate: Complex
-    P: float
+    Its rate is half of i l_z z + push.
+    """
+
+    def __init__(self, z: Complex, push: Complex, l_z: float, P: float) -> None:
+        self.z, self.P = z, P
+        self.size = np.abs(z)
+        self.aside = bool(self.size.min() > CLOSE)
+        self._push, self._l_z = push, l_z
+
+    @property
+    def rate(self) -> Complex:
+        return (1j * self._l_z * self.z + self._push) / 2
 
     def changes(self, forward: float) -> Array:
         """Return by how much the argument changes from each time to the next."""
-        told = np.where(self._passing(CLOSE), self._leaving(), self.z)
-        change = np.diff(np.angle(told))
+        change = np.diff(self.argument(CLOSE))
         change -= 2 * np.pi * np.round(change / (2 * np.pi))
         sense = -forward if self.P < 0 else forward
         return np.where(sense * change < -np.pi / 2, change + sense * 2 * np.pi, change)
 
-    def _passing(self, distance: float) -> Mask:
-        """Tell where it is so close to the pole that the constants must say on which side.
+    def argument(self, close: float = GRAIN) -> Array:
+        """Return the argument; so close to the pole as that, what it was before or will be after.
 
-        A pass at a distance of |P|/4|rate| is not told by a state that has drifted.
+        A pass at a distance of |P|/4|rate| is not told by a state that has drifted, but by the
+        constants of the motion: up to the pole the argument stays, and there it jumps.
         """
-        return (np.abs(self.z) < distance) & (abs(self.P) < 2 * CLOSE * np.abs(self.rate))
-
-    def _leaving(self) -> Complex:
-        """Return what points where it comes from before a pass, and where it goes to after it."""
-        before = (self.z.conj() * self.rate).real < 0
-        return np.where(before, -self.rate, self.rate)
+        if self.aside:
+            return np.angle(self.z)
+        rate = self.rate
+        passing = (self.size < close) & (abs(self.P) < 2 * CLOSE * np.abs(rate))
+        before = (self.z.conj() * rate).real < 0
+        return np.angle(np.where(passing, np.where(before, -rate, rate), self.z))
 
     def resting(self, slow: float) -> Mask:
         """Tell where it vanishes and stays: the axis is on the vertical."""
-        return (np.abs(self.z) < GRAIN) & (np.abs(self.rate) < slow)
-
-    def direction(self) -> Complex:
-        """Return a number of its argument; on the pole itself, of that in which it leaves."""
-        return np.where(self._passing(GRAIN), self._leaving(), self.z)
+        return (self.size < GRAIN) & (np.abs(self.rate) < slow)
 
     def behind(self, half: float) -> float:
         """Return what to add to the argument at a start, for it to be that in which it leaves."""
-        if self.z[0] != 0 or self.rate[0] == 0:
+        rate = self.rate[0]
+        if self.z[0] != 0 or rate == 0:
             return 0.0
-        off = float(np.angle(self.rate[0])) - half
+        off = float(np.angle(rate)) - half
         return off - 2 * np.pi * math.floor(off / (2 * np.pi) + SLACK)
 
 
-def _at_rest(da: Array, db: Array, rests: tuple[Mask, Mask]) -> tuple[Array, Array]:
-    """Return the changes, where the axis rests on the vertical such that phi stays."""
+def _upright(
+    rests: tuple[Mask, Mask], a: Array, b: Array, da: Array, db: Array, phi: float
+) -> tuple[Array, Array, Array, Array]:
+    """Return arguments and their changes; on the vertical those with which phi stays."""
     for_alpha, for_beta = (x[1:] | x[:-1] for x in rests)
-    return np.where(for_alpha, -db, da), np.where(for_beta, -da, db)
+    da, db = np.where(for_alpha, -db, da), np.where(for_beta, -da, db)
+    stays = _summed(phi, da + db)
+    return np.where(rests[0], stays - b, a), np.where(rests[1], stays - a, b), da, db
 
 
 def _summed(first: float, changes: Array) -> Array:
     return first + np.concatenate(([0.0], np.cumsum(changes)))
 
 
-def _nearest(z: Complex, angle: Array) -> Array:
-    """Return the argument of z on the branch nearest to an angle."""
-    principal = np.angle(z)
+def _nearest(principal: Array, angle: Array) -> Array:
+    """Return the value nearest to an angle among those a number of turns from a principal one."""
     nearest: Array = principal + 2 * np.pi * np.round((angle - principal) / (2 * np.pi))
     return nearest

@@ -77,6 +77,22 @@ class MPForm:
     ------
     NoClosedForm
         When 10 000 digits do not tell apart what is proved to differ.
+
+    Notes
+    -----
+    Accuracy: the digits asked for agree with those of ten times as many on every shipped scene, by
+    ``tests/analytic/test_scene_accuracy.py``; as near as 1e-150 to steady, sleeping, asymptotic
+    and passing motions the equations of motion hold to 50 digits of 70, by
+    ``tests/analytic/test_near_special_motions.py``.
+
+    Examples
+    --------
+    >>> from heavytop.theory.precision import context
+    >>> kicked = Reduced.from_angles(context(60), "3.28e-4", "6.6e-5", "0.0456", "0.1", 0, 0,
+    ...                              0, -15, 140)
+    >>> form = MPForm(kicked, 30)
+    >>> form.ctx.nstr(form(2).theta, 20), form.ctx.nstr(form.period, 20)
+    ('0.42694370530965690245', '0.54289551818821995785')
     """
 
     def __init__(self, reduced: Reduced, digits: int = 50, proved: Proved = NOTHING) -> None:
@@ -138,7 +154,7 @@ class MPForm:
         theta = self._tilt(above, below)
         if side < 0:
             above, below = below, above
-        phi = start.phi0 + plus + minus
+        phi = start.phi0 + (plus + minus)
         phidot, psidot = self._rates(place)
         sine = ctx.sqrt(above * below)
         u = 1 - above if above < below else below - 1

@@ -1,6 +1,6 @@
 """The closed form in doubles, for whole arrays of times: good to the last digits at any time.
 
-The formulas are those of `closed_form`, which also supplies every constant, at forty digits or
+The formulas are those of `closed_form`, which also supplies every constant, at fifty digits or
 more. What is different is how the digits are kept:
 
 - times are reduced by n half periods, with T/2 cut into parts so short that n times a part is
@@ -27,15 +27,15 @@ from heavytop.theory.half_periods import MOST_PERIODS
 from heavytop.theory.nodding import Nodding
 from heavytop.theory.nodding_double import NoddingDouble
 from heavytop.theory.orbit import Orbit, orbit
-from heavytop.theory.pairs import Array
+from heavytop.theory.pairs import Array, two_sum
 from heavytop.theory.reduced import Reduced
 from heavytop.theory.steady_course import Steady
 from heavytop.theory.steady_double import SteadyDouble
 
 __all__ = ["MOST_PERIODS", "DoubleForm", "DoubleRecord"]
 
-DIGITS = 18
-"""Decimal digits of the constants."""
+DIGITS = 50
+"""Digits of the form that supplies the constants: what it tells from zero, so does this one."""
 
 CHUNK = 8192
 """Times computed at once, so that what is computed with them stays in the processor's cache."""
@@ -104,6 +104,26 @@ class DoubleForm:
     ------
     NoClosedForm
         When 10 000 digits do not tell apart what is proved to differ.
+
+    Notes
+    -----
+    Accuracy: θ, φ, ψ and 1 ∓ cos θ are within 2e-15 of themselves over the span of every shipped
+    scene, and those that are zero within 1e-29, by ``tests/analytic/test_scene_accuracy.py``; so
+    are θ, φ and ψ as near as 1e-150 to steady, sleeping, asymptotic and passing motions, by
+    ``tests/analytic/test_near_special_motions.py``. Times and start are exact, so that being
+    ill-conditioned costs nothing. Rates are within 4e-15 of the largest, by
+    ``tests/analytic/test_double_form.py``.
+
+    Examples
+    --------
+    >>> from heavytop.theory.precision import context
+    >>> kicked = Reduced.from_angles(context(60), "3.28e-4", "6.6e-5", "0.0456", "0.1", 0, 0,
+    ...                              0, -15, 140)
+    >>> form = DoubleForm(kicked)
+    >>> form([0.0, 2.0]).phi
+    array([ 0.       , 15.1169641])
+    >>> form.theta([0.0, 2.0])
+    array([0.1       , 0.42694371])
     """
 
     def __init__(self, reduced: Reduced, proved: Proved = NOTHING) -> None:
@@ -142,6 +162,8 @@ class DoubleForm:
     def theta(self, t: npt.ArrayLike, t_lo: npt.ArrayLike = 0.0) -> Array:
         """θ [rad] alone at the times t + t_lo, bit for bit that of the whole record.
 
+        Five to ten times as fast: ``validation/14_closed_form.py`` says how many a second.
+
         Parameters
         ----------
         t, t_lo : array_like
@@ -168,7 +190,8 @@ class DoubleForm:
         t : array_like
             Times since the start [s].
         t_lo : array_like
-            What the times have beyond the digits of a double [s].
+            What the times have beyond the digits of a double [s]; `t` of the record is the double
+            nearest the sum.
 
         Raises
         ------
@@ -226,11 +249,12 @@ class DoubleForm:
 
 
 def _times(t: npt.ArrayLike, t_lo: npt.ArrayLike) -> tuple[Array, Array, tuple[int, ...]]:
-    """Finite times in one row, and the shape they had."""
+    """Finite times in one row, each the double nearest t + t_lo and the rest; their shape."""
     time, low = np.broadcast_arrays(np.asarray(t, np.float64), np.asarray(t_lo, np.float64))
     if not (np.isfinite(time).all() and np.isfinite(low).all()):
         raise NotANumber("t: finite times")
-    return time.ravel(), low.ravel(), time.shape
+    total, rest = two_sum(time.ravel(), low.ravel())
+    return np.asarray(total), np.asarray(rest), time.shape
 
 
 def _chunks(size: int) -> list[slice]:

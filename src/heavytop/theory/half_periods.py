@@ -12,6 +12,9 @@ from heavytop.theory.pairs import Array, Doubles, two_sum
 MOST_PERIODS = 2**31
 """Periods up to which twice their number times a part of T/2 is exact."""
 
+EDGE = 1e-30
+"""What a time since a turning point is not known to, beside the times it comes from."""
+
 
 class HalfPeriods:
     """The turning points of an axis that nods, T/2 apart.
@@ -64,3 +67,13 @@ class HalfPeriods:
         total, error = two_sum(total, self._since.hi)
         tau, tau_lo = two_sum(total, rest + error)
         return steps + self._first, np.asarray(tau), np.asarray(tau_lo)
+
+    def after(self, t: Array, tau: Array) -> Array:
+        """1 where a turning point counts as passed, −1 before: at it what follows has begun.
+
+        Parameters
+        ----------
+        t, tau : array
+            Times since the start, and since the turning point [s].
+        """
+        return np.where(tau >= -EDGE * (abs(t) + abs(self._since.hi)), 1.0, -1.0)

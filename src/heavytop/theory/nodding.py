@@ -82,12 +82,14 @@ class Nodding:
     @cached_property
     def plus0(self) -> Number:
         """Φ₊ at the start, since the lower turning point."""
-        return self._phases(*self.start)[0]
+        turning, tau = self.start
+        return self._phases(turning, tau, tau >= 0)[0]
 
     @cached_property
     def minus0(self) -> Number:
         """Φ₋ at the start, since the lower turning point."""
-        return self._phases(*self.start)[1]
+        turning, tau = self.start
+        return self._phases(turning, tau, tau >= 0)[1]
 
     @property
     def mean_rates(self) -> tuple[Number, Number]:
@@ -111,17 +113,17 @@ class Nodding:
         steps = int(ctx.nint((t + tau) / half))
         return turning + steps, t + tau - steps * half
 
-    def passed(self, tau: Number) -> bool:
+    def _passed(self, t: Number, tau: Number) -> bool:
         """Whether a turning point counts as passed: up to rounding, a pass opens what follows."""
-        return bool(tau >= -1024 * self.ctx.eps * self.T)
+        return bool(tau >= -1024 * self.ctx.eps * (abs(t) + abs(self.start[1])))
 
-    def _phases(self, turning: int, tau: Number) -> tuple[Number, Number]:
+    def _phases(self, turning: int, tau: Number, passed: bool) -> tuple[Number, Number]:
         """Φ₊ and Φ₋ since the turning point 0."""
         ctx, argument, phases = self.ctx, self.lattice.argument(self.w * tau), []
         for half, beside in zip(self.halves, (turning % 2 == 0, turning % 2 == 1), strict=True):
             since = half.since(beside, tau, argument, ctx.atan2)
             if half.jumps and beside:
-                since = ctx.pi / 2 if self.passed(tau) else -ctx.pi / 2
+                since = ctx.pi / 2 if passed else -ctx.pi / 2
             phases.append(turning * half.turn / 2 + since)
         return phases[0], phases[1]
 
@@ -129,7 +131,7 @@ class Nodding:
         """The place at time t."""
         ctx, roots = self.ctx, self.roots
         turning, tau = self.nearest(t)
-        upper, passed = turning % 2 == 1, self.passed(tau)
+        upper, passed = turning % 2 == 1, self._passed(t, tau)
         s, c, d = self.functions(*self.lattice.argument(self.w * tau), upper)
         above = roots.one_minus_u2 + roots.delta * c * c
         below = roots.one_plus_u1 + roots.delta * s * s
@@ -138,6 +140,6 @@ class Nodding:
         over_top = -step if upper and not roots.one_minus_u2 else c / ctx.sqrt(above)
         under = step if not upper and not roots.one_plus_u1 else s / ctx.sqrt(below)
         rise = 2 * roots.delta * self.w * d * over_top * under
-        plus, minus = self._phases(turning, tau)
+        plus, minus = self._phases(turning, tau, passed)
         period = turning // 2 + (1 if upper and passed else 0)
         return Place(above, below, rise, plus - self.plus0, minus - self.minus0, period)

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from heavytop.theory.angle import Double2
 from heavytop.theory.double_place import DoublePlace
@@ -31,11 +30,6 @@ from heavytop.theory.pairs import (
 from heavytop.theory.pole_distance import PoleDistance
 from heavytop.theory.precision import Number
 from heavytop.theory.theta_functions import Functions, Value
-
-Mask: TypeAlias = npt.NDArray[np.bool_]
-
-EDGE = 1e-30
-"""The part of a period by which a time just before an exact pass counts as the pass."""
 
 _BIG = 1e150  # whose square is a double; the nome has made nothing of it long before
 _FAR = 300.0  # where the sweeps have come to rest
@@ -94,26 +88,25 @@ class NoddingDouble:
     def place(self, t: Array, t_lo: Doubles) -> DoublePlace:
         """The place at the times t + t_lo."""
         turning, tau, lo = self._times.nearest(t, t_lo)
-        columns = tuple(np.empty_like(t) for _ in range(10))
+        after, columns = self._times.after(t, tau), tuple(np.empty_like(t) for _ in range(10))
         for upper, here in _sides(turning):
-            beside = self._beside(upper, tau[here], lo[here])
+            beside = self._beside(upper, tau[here], lo[here], after[here])
             for column, values in zip(columns, beside, strict=True):
                 column[here] = values
-        opened = (turning % 2 == 1) & self._passed(tau)
+        opened = (turning % 2 == 1) & (after > 0)
         return DoublePlace._make((*columns, turning, np.floor(turning / 2) + opened))
 
     def phases(self, t: Array, t_lo: Doubles) -> tuple[Pairs, Pairs]:
         """Φ± since the turning point, with twice the digits."""
         turning, tau, lo = self._times.nearest(t, t_lo)
-        words = np.empty((4, *t.shape))
+        after, words = self._times.after(t, tau), np.empty((4, *t.shape))
         for upper, here in _sides(turning):
             time = Pairs(tau[here], lo[here])
             argument = self._long_argument(time)
             for k, half in enumerate(self._long_halves):
                 since = half.since(upper == bool(k), time, argument, arctangent)
                 if half.jumps and upper == bool(k):
-                    sign = np.where(self._passed(time.hi), 1.0, -1.0)
-                    since = Pairs(sign * QUARTER_TURN.hi, sign * QUARTER_TURN.lo)
+                    since = Pairs(after[here], 0 * after[here]) * QUARTER_TURN
                 words[2 * k][here], words[2 * k + 1][here] = since.hi, since.lo
         return Pairs(words[0], words[1]), Pairs(words[2], words[3])
 
@@ -139,33 +132,30 @@ class NoddingDouble:
         S, C = sin_cos(z)
         return S, C, Pairs(1.0, 0.0) - Pairs(2.0, 0.0) * S * S
 
-    def _passed(self, tau: Doubles) -> Mask:
-        return np.asarray(tau >= -EDGE * self._times.length)
-
-    def _beside(self, upper: bool, tau: Array, lo: Array) -> tuple[Array, ...]:
+    def _beside(self, upper: bool, tau: Array, lo: Array, after: Array) -> tuple[Array, ...]:
         """√(1 ∓ u), 1 ∓ u, −θ̇, ü, φ̇, ψ̇ − κ and Φ± beside one kind of turning point."""
-        argument, step = self._argument(tau, lo), np.where(self._passed(tau), 1.0, -1.0)
+        argument = self._argument(tau, lo)
         s, c, d = self._functions(*argument, upper)
         top, bottom = self._top, self._bottom
         above, below = top.share(c), bottom.share(s)
         c2, s2, d2 = c * c, s * s, d * d
         # c/√(1 − u) and s/√(1 + u) stay finite at an exact pass through a pole
-        across = -step if upper and top.passed else top.swing * c / above
-        along = step if not upper and bottom.passed else bottom.swing * s / below
+        across = -after if upper and top.passed else top.swing * c / above
+        along = after if not upper and bottom.passed else bottom.swing * s / below
         uddot = 2 * self._delta * self._w**2 * (d2 * (c2 - s2) - self._m * s2 * c2)
         return (
             top.scale * above, bottom.scale * below,
             top.square + self._delta * c2, bottom.square + self._delta * s2,
             2 * self._w * d * across * along, uddot,
-            *self._rates(above, below, s2, c2), *self._phases(upper, tau, argument, step),
+            *self._rates(above, below, s2, c2), *self._phases(upper, tau, argument, after),
         )  # fmt: skip
 
     def _phases(
-        self, upper: bool, tau: Array, argument: tuple[Array, Array, Array], step: Array
+        self, upper: bool, tau: Array, argument: tuple[Array, Array, Array], after: Array
     ) -> Iterator[Array]:
         for half, beside in zip(self._halves, (not upper, upper), strict=True):
             if half.jumps and beside:
-                yield step * QUARTER_TURN.hi
+                yield after * QUARTER_TURN.hi
             else:
                 yield half.since(beside, tau, argument, np.arctan2)
 

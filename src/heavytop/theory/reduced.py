@@ -198,18 +198,17 @@ class Reduced:
         lx, ly, lz = (number(ctx, value) for value in l)
         rho, size = ctx.sqrt(x * x + y * y + z * z), ctx.sqrt(lx * lx + ly * ly + lz * lz)
         x, y, z = x / rho, y / rho, z / rho
-        b, sin2 = _snapped(ctx, lx * x + ly * y + lz * z, size), x * x + y * y
+        b, sin2 = lx * x + ly * y + lz * z, x * x + y * y
         across = tuple(
             _snapped(ctx, along - b * part, size) for along, part in ((lx, x), (ly, y), (lz, z))
         )
-        turns = any(across)  # where l lies along e the rest would be rounding
-        drift = lz * sin2 - z * (lx * x + ly * y) if turns else ctx.zero
+        drift = lz * sin2 - z * (lx * x + ly * y)
         far = 1 + abs(z)
         minus, plus = (sin2 / far, far) if z > 0 else (far, sin2 / far)
         phi, turn = _azimuth(ctx, (x, y, z), (lx, ly), phi0)
         rebuild = partial(cls.from_axis, e=e, l=l, g=g, phi0=phi0, psi0=psi0, kappa=kappa)
         return cls(
-            ctx, number(ctx, g) * rho, b, z, minus, plus, lx * y - ly * x if turns else ctx.zero,
+            ctx, number(ctx, g) * rho, b, z, minus, plus, lx * y - ly * x,
             _snapped(ctx, drift, size * ctx.sqrt(sin2)), sum(part**2 for part in across) / 2,
             phi, number(ctx, psi0) + turn, number(ctx, kappa), rebuild,
         )  # fmt: skip

@@ -1,0 +1,145 @@
+"""The least that will do: formulation, precision, projection and folding for what a scene wants."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+from heavytop.digits import SPARE, bits_for
+from heavytop.estimates import LOCAL, UNIT, Estimate, estimate, growth, periods_of
+from heavytop.motion import Motion
+from heavytop.scene import Scene
+from heavytop.taylor.bits import DOUBLE, enough
+from heavytop.theory.closed_form import Asymptotic
+
+KNOWN: Final = frozenset({"class", "period"})  # without integrating
+TILT: Final = frozenset({"theta", "rates"})
+TURNING: Final = frozenset({"phi", "psi", "attitude"})
+BESIDE_A_POLE: Final = 0.02  # rad, where the attitude form begins to be faster
+FOLD_AFTER_S: Final = 20.0  # of integration
+PATIENCE_S: Final = 120.0  # for more than doubles
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """How a scene is best integrated.
+
+    Attributes
+    ----------
+    projected, folded : bool
+    bits : int
+    estimate : Estimate
+    reasons : tuple of str
+    """
+
+    projected: bool
+    folded: bool
+    bits: int
+    estimate: Estimate
+    reasons: tuple[str, ...]
+
+
+def least_formulation(scene: Scene, motion: Motion, span: float) -> tuple[str, str]:
+    """The least formulation that gives what a scene wants, and why.
+
+    Parameters
+    ----------
+    scene : Scene
+    motion : Motion
+    span : float
+        The end [s].
+
+    Examples
+    --------
+    >>> from heavytop.scene import load_scene
+    >>> scene = load_scene("sicm-kicked", ['want.quantities=["theta"]'])
+    >>> least_formulation(scene, Motion(scene.top, scene.start), 2.0)[0]
+    'cubic'
+    """
+    wants = frozenset(scene.quantities) - KNOWN
+    if not wants:
+        return "none", "class and period follow from the closed form: nothing is integrated"
+    nearest = min(motion.from_top, motion.from_bottom)
+    if not wants <= TILT:
+        return _with_angles(scene, motion, wants, nearest)
+    if 10.0**-scene.digits * nearest < UNIT * LOCAL * growth(motion, span):
+        near = f"{nearest:.1e} rad from a pole theta would lose digits in the cubic form"
+        return "axis", f"axis: only theta is wanted, but {near}"
+    return "cubic", "cubic: only theta is wanted, and it has two states and a quadratic right side"
+
+
+def _with_angles(
+    scene: Scene, motion: Motion, wants: frozenset[str], nearest: float
+) -> tuple[str, str]:
+    """The axis form, or where angles turn quickly past a pole, or with the spin, the attitude."""
+    if motion.nutates and wants & TURNING and nearest < BESIDE_A_POLE:
+        near = f"{nearest:.1e} rad from a pole phi and psi turn quickly"
+        return "attitude", f"attitude: {near}; its equations are regular, its turns are proved"
+    turned = abs(float(motion.reduced.kappa)) * abs(float(scene.time or 0))
+    if "attitude" in wants and turned * 2 * UNIT > 10.0**-scene.digits:
+        return "attitude", f"attitude: it takes out the spin, {turned:.1e} rad, exactly"
+    return "axis", "axis: quadratic, regular at the poles, and no angle grows in the state"
+
+
+def choice(scene: Scene, motion: Motion, span: float, formulation: str) -> Choice:
+    """What a formulation needs, so that the scene's digits are met at the end of the span.
+
+    Parameters
+    ----------
+    scene : Scene
+    motion : Motion
+    span : float
+        The end [s].
+    formulation : str
+
+    Examples
+    --------
+    >>> from heavytop.scene import load_scene
+    >>> scene = load_scene("sicm-kicked")
+    >>> motion = Motion(scene.top, scene.start)
+    >>> [(c.projected, c.bits) for c in (choice(scene, motion, t, "axis") for t in (2, 1e3))]
+    [(False, 53), (True, 53)]
+    """
+    bound = 10.0**-scene.digits
+    bits = bits_for(scene.digits, motion, span, growing=formulation == "lagrange")
+    plain = estimate(scene, motion, span, formulation, projected=False, bits=bits)
+    if _folds(scene, motion, plain):
+        count = periods_of(motion, span)
+        long = f"which would take {plain.seconds:.0f} s"
+        why = f"folded: one period answers for all {count:.3g}, {long}"
+        return Choice(False, True, DOUBLE, Estimate(1.0, bound / 10), (why,))
+    if bits > DOUBLE or plain.error <= bound:
+        return Choice(False, False, bits, plain, ())
+    if formulation in PROJECTABLE:
+        pinned = estimate(scene, motion, span, formulation, projected=True, bits=bits)
+        if pinned.error <= bound:
+            why = f"projected: else {_of(plain.error)} would be lost, of 1e-{scene.digits} allowed"
+            return Choice(True, False, bits, pinned, (why,))
+    return _finer(scene, motion, span, formulation, plain)
+
+
+def _finer(scene: Scene, motion: Motion, span: float, formulation: str, plain: Estimate) -> Choice:
+    """More bits, where doubles will not do; or doubles, where that would take too long."""
+    bits = enough(DOUBLE + math.log2(plain.error * 10.0**scene.digits) + SPARE)
+    long = estimate(scene, motion, span, formulation, projected=False, bits=bits)
+    lost = f"in doubles {_of(plain.error)} would be lost, of 1e-{scene.digits} allowed"
+    if long.seconds <= PATIENCE_S:
+        return Choice(False, False, bits, long, (lost,))
+    projected = formulation in PROJECTABLE
+    best = estimate(scene, motion, span, formulation, projected=projected, bits=DOUBLE)
+    why = f"{_of(best.error)} is expected: more bits would take {long.seconds:.0f} s"
+    return Choice(projected, False, DOUBLE, best, (why,))
+
+
+def _of(error: float) -> str:
+    return f"about {error:.0e}"
+
+
+PROJECTABLE: Final = frozenset({"axis", "attitude", "cubic"})
+
+
+def _folds(scene: Scene, motion: Motion, plain: Estimate) -> bool:
+    """Whether one period is worth more than all: few samples, no events, a very long span."""
+    returns = not isinstance(motion.exact.orbit, Asymptotic)
+    return returns and not scene.events and plain.seconds > FOLD_AFTER_S

@@ -1,0 +1,43 @@
+"""``heavytop plan``."""
+
+from __future__ import annotations
+
+from heavytop.cli.options import (
+    Debug,
+    Digits,
+    Form,
+    Json,
+    Quiet,
+    SceneName,
+    Set,
+    Verbose,
+    blaming,
+    overrides,
+)
+from heavytop.cli.printing import print_json, print_table
+from heavytop.cli.voice import Voice
+
+
+def plan(
+    scene: SceneName,
+    json: Json = False,
+    changes: Set = None,
+    formulation: Form = "auto",
+    digits: Digits = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    debug: Debug = False,
+) -> None:
+    """Say how a scene would be integrated, why, and what that would cost; nothing is integrated."""
+    from heavytop.plan_document import plan_document
+    from heavytop.scene import load_scene
+
+    options = overrides(changes, digits)
+    with Voice(quiet, verbose).warnings(), blaming(options):
+        document = plan_document(load_scene(scene, overrides=options), formulation)
+    if json:
+        print_json(document)
+        return
+    from heavytop.report.plan_table import plan_table
+
+    print_table(plan_table, document)

@@ -1,0 +1,1 @@
+"""Trajectories in more than double precision, with as many decimal digits as a scene wants."""

@@ -1,0 +1,192 @@
+"""Physical quantities at any number of digits, from states in decimal text."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from heavytop.models.attitude_form import q_0, q_1, q_2, q_3
+from heavytop.models.axis_form import e_x, e_y, e_z, l_x, l_y
+from heavytop.models.formulation import Formulation, spin, time, turned_phi
+from heavytop.models.typed import typed_function
+from heavytop.taylor.precise import Found
+from heavytop.theory.precision import Context, Number
+
+Values = dict[Any, Any]
+Named = dict[str, Number | None]
+
+
+@dataclass(frozen=True, slots=True)
+class DecimalSample:
+    """The motion at one time, in mpmath numbers; None for what the formulation does not give.
+
+    Attributes
+    ----------
+    t : mpf
+        Time [s].
+    theta, phi, psi : mpf or None
+        Tilt, precession and spin [rad], phi and psi continuous from the start.
+    thetadot, phidot, psidot : mpf or None
+        Their rates [rad/s].
+    axis, omega : tuple of 3 mpf, or None
+        The symmetry axis and the angular velocity [rad/s], both in space.
+    quaternion : tuple of 4 mpf, or None
+        The attitude, body to space, scalar first.
+    states : tuple of mpf
+        The states of the formulation.
+    """
+
+    t: Number
+    theta: Number
+    phi: Number | None
+    psi: Number | None
+    thetadot: Number | None
+    phidot: Number | None
+    psidot: Number | None
+    axis: tuple[Number, ...] | None
+    omega: tuple[Number, ...] | None
+    quaternion: tuple[Number, ...] | None
+    states: tuple[Number, ...]
+
+
+@dataclass(frozen=True)
+class Reader:
+    """Physical quantities of a formulation, and the numbers they are formed from.
+
+    Attributes
+    ----------
+    form : Formulation
+    ctx : Context
+        Of more digits than the states.
+    parameters : mapping from str to mpf
+    grain : mpf
+        How well a state is known. Closer to a pole, phi and psi are not known apart: None.
+    """
+
+    form: Formulation
+    ctx: Context
+    parameters: Mapping[str, Number]
+    grain: Number
+
+    def sample(self, found: Found, phi: float, psi: float) -> DecimalSample:
+        """Return the motion at a state; phi and psi in double precision tell their turns."""
+        values = self.values(found, phi, psi)
+        full: Named = {n: f(values) for n, f in self._outputs.items()}
+        full |= self._limits_at_pole(full)
+        if "phi" not in full:
+            full["phi"] = values[turned_phi]
+        if full["phi"] is None:
+            full["psi"] = None
+        return DecimalSample(
+            t=values[time],
+            theta=full["theta"],
+            phi=full["phi"],
+            psi=full.get("psi"),
+            thetadot=full["thetadot"],
+            phidot=full["phidot"],
+            psidot=full["psidot"],
+            axis=_components(full, "axis_", "xyz"),
+            omega=_components(full, "omega_", "xyz"),
+            quaternion=self._attitude(full),
+            states=tuple(values[s] for s in self.form.states),
+        )
+
+    def values(self, found: Found, phi: float = 0.0, psi: float = 0.0) -> Values:
+        """Return the numbers that quantities are functions of, by their symbols."""
+        ctx, form, t = self.ctx, self.form, self.ctx.mpf(found.t)
+        own = form.integrated or form
+        values: Values = dict(zip(own.states, map(ctx.mpf, found.state), strict=True))
+        values |= {p: self.parameters[p.name] for p in (*form.parameters, *form.given)}
+        spun = self.parameters.get("kappa", ctx.zero) * t
+        if form.integrated is not None:
+            values |= zip(form.states[-2:], self._turned(values, phi, psi - spun), strict=True)
+        values |= {time: t, spin[0]: ctx.cos(spun / 2), spin[1]: ctx.sin(spun / 2)}
+        values[turned_phi] = self._phi(values, phi) if "phi_mod" in form.outputs else None
+        return values
+
+    def invariants(self, sample: DecimalSample) -> dict[str, Number]:
+        """Return the invariants of the formulation at a sample, by name."""
+        values = dict(zip(self.form.states, sample.states, strict=True))
+        values |= {p: self.parameters[p.name] for p in (*self.form.parameters, *self.form.given)}
+        return {name: self.function(x)(values) for name, x in self.form.invariants.items()}
+
+    def function(self, expression: Any) -> Callable[[Values], Number | None]:
+        """Return a function of the values; None where they do not give it."""
+        used = tuple(expression.free_symbols)
+        names = ("sin", "cos", "sqrt", "atan2")
+        functions = {name: getattr(self.ctx, name) for name in names}
+        evaluated = typed_function([expression], used, self.ctx.mpf, functions)
+
+        def value(values: Values) -> Number | None:
+            arguments = [values[x] for x in used]
+            if None in arguments:
+                return None
+            try:
+                return evaluated(*arguments)[0]
+            except ZeroDivisionError:
+                return None
+
+        return value
+
+    @cached_property
+    def _outputs(self) -> dict[str, Callable[[Values], Number | None]]:
+        wanted = {n: x for n, x in self.form.outputs.items() if n != "phi_mod"}
+        return {name: self.function(expression) for name, expression in wanted.items()}
+
+    def _phi(self, values: Values, phi: float) -> Number | None:
+        """Return phi of the axis; on a pole that in which the axis leaves, or that of the start."""
+        if phi != phi:  # not followed
+            return None
+        x, y = values[e_x], values[e_y]
+        if not x and not y:
+            x, y = values[l_y] * values[e_z], -values[l_x] * values[e_z]
+            if not x and not y:
+                return self.parameters["phi_0"]
+        elif max(abs(x), abs(y)) < self.grain:
+            return None
+        return self._nearest(self.ctx.atan2(x, -y), phi)
+
+    def _turned(self, values: Values, phi: float, psi: Number) -> tuple[Any, Any]:
+        """Return phi and psi, less its uniform part, of a quaternion."""
+        halves = ((values[q_3], values[q_0]), (values[q_2], values[q_1]))
+        if any(max(map(abs, half)) < self.grain for half in halves):
+            return None, None
+        plus = self.ctx.atan2(values[q_3], values[q_0])
+        minus = self.ctx.atan2(values[q_2], values[q_1])
+        return self._nearest(plus + minus, phi), self._nearest(plus - minus, psi)
+
+    def _nearest(self, principal: Number, near: Any) -> Number:
+        turn = 2 * self.ctx.pi
+        return principal + turn * self.ctx.nint((near - principal) / turn)
+
+    def _limits_at_pole(self, full: Named) -> Named:
+        """Return the rates where the axis is exactly vertical, as `quantities` has them."""
+        if full["phidot"] is not None or "kappa" not in self.parameters:
+            return {}
+        height: Number = full["axis_z"]
+        p, up = self.parameters, height > 0
+        across = (full[f"omega_{x}"] - p["kappa"] * full[f"axis_{x}"] for x in "xy")
+        tilting = self.ctx.hypot(*across)
+        phidot = p["P_plus" if up else "P_minus"] / 4 if tilting else self.ctx.zero
+        return {
+            "phidot": phidot,
+            "thetadot": tilting if up else -tilting,
+            "psidot": p["omega3"] - phidot * height,
+        }
+
+    def _attitude(self, full: Named) -> tuple[Number, ...] | None:
+        own = _components(full, "quaternion_", "0123")
+        theta, phi, psi = (full.get(name) for name in ("theta", "phi", "psi"))
+        if own is not None or theta is None or phi is None or psi is None:
+            return own
+        c, s = self.ctx.cos(theta / 2), self.ctx.sin(theta / 2)
+        plus, minus = (phi + psi) / 2, (phi - psi) / 2
+        cos, sin = self.ctx.cos, self.ctx.sin
+        return c * cos(plus), s * cos(minus), s * sin(minus), c * sin(plus)
+
+
+def _components(full: Named, name: str, indices: str) -> tuple[Number, ...] | None:
+    parts = [full.get(f"{name}{i}") for i in indices]
+    return None if None in parts else tuple(parts)

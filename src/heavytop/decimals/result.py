@@ -1,0 +1,140 @@
+"""What a run in more than double precision has to say: samples, events, and the cost."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from math import nan
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heavytop.decimals.polish import Polished, Polisher, rounded_events, wanted_events
+from heavytop.decimals.reader import DecimalSample
+from heavytop.decimals.run import PreciseRun
+from heavytop.events import Events
+from heavytop.exact import Exact
+from heavytop.planning import Plan, closed_form_of
+from heavytop.quantities import Sample
+from heavytop.scene import Scene
+from heavytop.taylor.orbit import Orbit
+from heavytop.theory.precision import Context, Number
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Decimals:
+    """A trajectory at the digits that its scene wants.
+
+    Attributes
+    ----------
+    digits : int
+        Decimal digits wanted.
+    run : PreciseRun
+    samples : tuple of DecimalSample
+        At the sample times of the scene; the last one is the end.
+    events : tuple of Polished
+        In the order of the run.
+    steps : int
+        Natural steps.
+    integrate_s : float
+        Wall-clock time of the integration [s].
+    """
+
+    digits: int
+    run: PreciseRun
+    samples: tuple[DecimalSample, ...]
+    events: tuple[Polished, ...]
+    steps: int
+    integrate_s: float
+
+    def at(self, times: Sequence[Number]) -> tuple[DecimalSample, ...]:
+        """Return the motion at times between start and end [s], of any kind of number."""
+        return self.run.at(times)
+
+    @staticmethod
+    def rounded(samples: Sequence[DecimalSample]) -> Sample:
+        """Return the motion at several times, every number rounded to double."""
+
+        def column(name: str) -> Array:
+            return np.array([_double(getattr(s, name)) for s in samples])
+
+        def rows(name: str, width: int) -> Array:
+            vectors = [getattr(s, name) or (None,) * width for s in samples]
+            return np.array([[_double(x) for x in v] for v in vectors]).reshape(-1, width)
+
+        scalars = ("t", "theta", "phi", "psi", "thetadot", "phidot", "psidot")
+        return Sample(
+            **{name: column(name) for name in scalars},
+            axis=rows("axis", 3),
+            omega=rows("omega", 3),
+            quaternion=rows("quaternion", 4),
+            states=rows("states", len(samples[0].states) if samples else 0),
+        )
+
+    def text(self, x: Number | None) -> str | None:
+        """Return a number with the digits that are wanted, or None."""
+        return None if x is None else str(self.run.reader.ctx.nstr(x, self.digits))
+
+
+def in_decimals(
+    scene: Scene,
+    chosen: Plan,
+    named: Mapping[str, Exact],
+    orbit: Orbit,
+    events: Events,
+    before: Decimals | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Decimals, Events]:
+    """Integrate a scene in the precision of its plan, and return its events rounded to double.
+
+    Parameters
+    ----------
+    scene : Scene
+    chosen : Plan
+    named : mapping from str to Exact
+        The scene's numbers, by the symbols of the Lagrangian.
+    orbit, events : Orbit and Events
+        The run in double precision.
+    before : Decimals, optional
+        What the run is a continuation of, with the first of its sample times.
+    progress : callable, optional
+        Called with the fraction done.
+    """
+    run = PreciseRun.of(chosen, named, orbit)
+    began = time.perf_counter()
+    times = _sample_times(scene, run.reader.ctx, before)
+    wanted = [run.wanted(t) for t in times] + wanted_events(run, events)
+    walk = run.walk(wanted, progress and (lambda t: progress(t / orbit.end)))
+    spent = time.perf_counter() - began
+    run = PreciseRun(run.reader, run.engine, orbit, run.far, run.longest, walk.marks)
+    polisher = Polisher(run, events, walk.steps)
+    polished = polisher.polished(walk.found[len(times) :])
+    at_samples = [one for one in walk.found[: len(times)] if one is not None]
+    decimals = Decimals(
+        digits=scene.digits,
+        run=run,
+        samples=run.read(at_samples, orbit.samples),
+        events=polished,
+        steps=walk.steps,
+        integrate_s=spent,
+    )
+    return decimals, rounded_events(polished, events.asked, events.states.shape[1])
+
+
+def _sample_times(scene: Scene, ctx: Context, before: Decimals | None) -> list[Number]:
+    """Return the times of the samples: evenly from zero, or from the old end, to the exact end."""
+    if scene.time is not None:
+        end = scene.time.mpf(ctx)
+    else:
+        assert scene.periods is not None
+        end = scene.periods.mpf(ctx) * ctx.mpf(closed_form_of(scene).form(ctx.dps).period)
+    old = [ctx.zero] if before is None else [ctx.mpf(s.t) for s in before.samples]
+    count = scene.samples - len(old)
+    return old + [old[-1] + (end - old[-1]) * k / count for k in range(1, count + 1)]
+
+
+def _double(x: Number | None) -> float:
+    return nan if x is None else float(x)

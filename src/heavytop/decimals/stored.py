@@ -1,0 +1,103 @@
+"""Decimals in a file: texts for everybody, and all the bits for this package to read back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from heavytop.decimals.polish import Polisher
+from heavytop.decimals.reader import DecimalSample
+from heavytop.decimals.result import Decimals
+from heavytop.decimals.run import PreciseRun
+from heavytop.events import Events
+from heavytop.exact import Exact
+from heavytop.planning import Plan
+from heavytop.taylor.orbit import Orbit
+from heavytop.taylor.precise import Found
+
+SHOWN = ("t", "theta", "phi", "psi", "thetadot", "phidot", "psidot")
+Variables = dict[str, Any]
+
+
+def text_variables(decimals: Decimals) -> Variables:
+    """Return samples and events as decimal texts, with the digits that are wanted.
+
+    Over ``t`` they are called ``t_text``, ``theta_text`` and so on, over ``event``
+    ``event_t_text``; a text is empty where there is no value.
+    """
+    samples = [decimals.samples, [event.sample for event in decimals.events]]
+    return {
+        f"{prefix}{name}_text": (over, _array([decimals.text(getattr(s, name)) for s in each]))
+        for prefix, over, each in zip(("", "event_"), ("t", "event"), samples, strict=True)
+        for name in SHOWN
+    }
+
+
+def kept_variables(decimals: Decimals) -> Variables:
+    """Return the times and states of samples and events with all their bits."""
+    samples = [decimals.samples, [event.sample for event in decimals.events]]
+    kept: Variables = {"decimal_steps": ((), decimals.steps)}
+    for over, each in zip(("t", "event"), samples, strict=True):
+        kept[f"decimal_{over}_time"] = (over, _array([_whole(decimals, s.t) for s in each]))
+        rows = [[_whole(decimals, x) for x in _own(decimals, s)] for s in each]
+        width = len(_own(decimals, decimals.samples[0]))
+        states = _array([x for row in rows for x in row]).reshape(-1, width)
+        kept[f"decimal_{over}_states"] = ((over, "decimal_state"), states)
+    return kept
+
+
+def restored(
+    variables: Any,
+    digits: int,
+    chosen: Plan,
+    named: Mapping[str, Exact],
+    orbit: Orbit,
+    events: Events,
+) -> Decimals:
+    """Return the decimals of a file.
+
+    Parameters
+    ----------
+    variables : xarray.Dataset
+    digits : int
+    chosen : Plan
+    named : mapping from str to Exact
+        The scene's numbers, by the symbols of the Lagrangian.
+    orbit, events : Orbit and Events
+        In double precision.
+    """
+    run = PreciseRun.of(chosen, named, orbit)
+    samples = run.read(_found(variables, "t"), orbit.samples)
+    polisher = Polisher(run, events, orbit.steps)
+    found = _found(variables, "event")
+    every = zip(events.kind, range(len(events)), found, strict=True)
+    return Decimals(
+        digits=digits,
+        run=run,
+        samples=samples,
+        events=tuple(polisher.as_it_is(*each) for each in every),
+        steps=int(variables["decimal_steps"]),
+        integrate_s=0.0,
+    )
+
+
+def _found(variables: Any, over: str) -> list[Found]:
+    times = variables[f"decimal_{over}_time"].to_numpy().tolist()
+    states = variables[f"decimal_{over}_states"].to_numpy().tolist()
+    return [Found(str(t), tuple(map(str, row))) for t, row in zip(times, states, strict=True)]
+
+
+def _own(decimals: Decimals, sample: DecimalSample) -> tuple[Any, ...]:
+    """Return the states that are integrated; angles behind them are read off these."""
+    return sample.states[: len(decimals.run.engine.formulation.states)]
+
+
+def _whole(decimals: Decimals, x: Any) -> str:
+    ctx = decimals.run.reader.ctx
+    return str(ctx.nstr(x, ctx.dps))
+
+
+def _array(texts: Sequence[str | None]) -> Any:
+    return np.array([text or "" for text in texts], dtype=str)

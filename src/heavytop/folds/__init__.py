@@ -1,0 +1,1 @@
+"""What a motion is folded onto: half a nutation, or a uniform rotation."""

@@ -1,0 +1,327 @@
+"""The closed form next to the special kinds, against the equations of motion and mpmath.
+
+Steady, sleeping, asymptotic and passing motions are limits, in which roots of the cubic meet. Here
+motions come as near to them as 1e-150. What is asked of the closed form shares no code with it:
+
+- θ, φ, ψ, differentiated numerically with more than twice the digits, satisfy Lagrange's equation
+  for θ and keep p_φ ∓ p_ψ, E' and ω3, and nothing jumps where its pieces meet;
+- T and Δφ are those of mpmath's polynomial roots and complete integrals at five times the digits.
+"""
+
+from fractions import Fraction
+from typing import NamedTuple
+
+import mpmath
+import numpy as np
+import pytest
+
+from heavytop.errors import NoClosedForm
+from heavytop.exact import Exact, cos
+from heavytop.theory.closed_form import Asymptotic, MPForm, Nodding, Steady
+from heavytop.theory.course import Course, Proved
+from heavytop.theory.double_form import DoubleForm
+from heavytop.theory.nutation import MOST_DIGITS
+from heavytop.theory.precision import context
+from heavytop.theory.reduced import Reduced
+
+X = Exact.of
+BETSCH = (Fraction("6.375e-3"), Fraction("7.5e-4"), Fraction("0.73575"))
+LIE = (Fraction("15.234375"), Fraction("0.46875"), Fraction("147.15"))
+NODS = Proved(Course.NUTATING, zero_plus=False, zero_minus=False)
+FROM_TOP = Proved(Course.NUTATING, zero_plus=False, zero_minus=True)
+
+
+class Start(NamedTuple):
+    """What a motion starts from; φ₀ = 0.3 and ψ₀ = −0.7."""
+
+    top: tuple
+    theta: object
+    phidot: object
+    omega3: object
+    thetadot: object = 0
+
+    def reduced(self):
+        phi, psi = Fraction("0.3"), Fraction("-0.7")
+        return Reduced.from_angles(
+            context(60), *self.top, self.theta, phi, psi, self.thetadot, self.phidot,
+            omega3=self.omega3,
+        )  # fmt: skip
+
+    def given(self, ctx):
+        """A, C, gMR, θ, φ̇, ω3, θ̇ as numbers of a context."""
+        return [ctx.mpf(1) * _number(ctx, x) for x in (*self.top, *self[1:])]
+
+
+def _number(ctx, x):
+    if isinstance(x, Exact):
+        return x.mpf(ctx)
+    return ctx.mpf(x.numerator) / x.denominator
+
+
+UNIT = (2, 1, 2)  # marginal at ω3 = 4
+WHITTAKER = (X("pi/3"), X("2/sqrt(3)"), X("2*sqrt(3)"))
+
+
+def near(e):
+    """Motions that differ by e from one that is special; what is proved of them."""
+    e = Fraction(e)
+    theta, phidot, omega3 = WHITTAKER
+    return {
+        "marginal top, tilted": (Start(UNIT, e, 0, 4), NODS),
+        "marginal top, pushed": (Start(UNIT, 0, 0, 4, e), FROM_TOP),
+        "just slower than marginal, tilted": (Start(UNIT, e, 0, 4 - e), NODS),
+        "just faster than marginal": (Start(UNIT, Fraction(1, 1000), 0, 4 + e), NODS),
+        "unstable sleeper, tilted": (Start(UNIT, e, 0, 3), NODS),
+        "stable sleeper, tilted": (Start(UNIT, e, 0, 5), NODS),
+        "hanging, tilted": (Start((2, 1, -2), e, 0, 3), NODS),
+        "faster than steady": (Start(BETSCH, X("pi/3"), 10 * (1 + e), Fraction("140.6")), NODS),
+        "slower than steady": (Start(BETSCH, X("pi/3"), 10 * (1 - e), Fraction("140.6")), NODS),
+        "within the separatrix": (Start(UNIT, theta, phidot, omega3 - X(e)), NODS),
+        "beyond the separatrix": (Start(UNIT, theta, phidot, omega3 + X(e)), NODS),
+        "over the top of the separatrix": (Start(UNIT, *WHITTAKER, e), FROM_TOP),
+        "past the bottom": (Start(LIE, X("pi/2"), X("-60/13") + X(e), 150), NODS),
+        "past the top": (Start(UNIT, e, 1, 3, 2), NODS),
+        "past the bottom, from it": (Start(UNIT, X("pi") - X(e), 1, 3, 2), NODS),
+        "next to weightless": (Start((2, 1, e), Fraction(1, 2), -2, 3, Fraction(1, 4)), NODS),
+    }
+
+
+NAMES = tuple(near(1))
+TINY = ("1e-3", "1e-10", "1e-30", "1e-45", "1e-150")
+PARTS = ("0.001", "0.13", "0.31", "0.501", "0.9", "-0.37")
+
+
+def places(form):
+    """Times spread over a period, the turning points avoided."""
+    ctx = form.ctx
+    return [ctx.mpf(part) * form.period - form.orbit.t0 for part in PARTS]
+
+
+def slopes(form, ctx, t, rate):
+    """θ̇, φ̇, ψ̇ and θ̈ by differences of order 8 over 1e-14 of the local time scale."""
+    h = ctx.mpf("1e-14") / rate
+    around = {k: form(ctx.make_mpf((t + k * h)._mpf_)) for k in range(-4, 5)}
+
+    def value(k, name):
+        return ctx.make_mpf(getattr(around[k], name)._mpf_)
+
+    first = [ctx.mpf(n) / d for n, d in ((4, 5), (-1, 5), (4, 105), (-1, 280))]
+    second = [ctx.mpf(n) / d for n, d in ((8, 5), (-1, 5), (8, 315), (-1, 560))]
+    rates = [
+        sum(c * (value(k, name) - value(-k, name)) for k, c in enumerate(first, 1)) / h
+        for name in ("theta", "phi", "psi")
+    ]
+    bend = sum(
+        c * (value(k, "theta") - 2 * value(0, "theta") + value(-k, "theta"))
+        for k, c in enumerate(second, 1)
+    )
+    return (*rates, bend / h**2)
+
+
+def residuals(start, form, t):
+    """Lagrange's equation for θ, and the changes of P₋, P₊, ω3 and E', each beside its terms."""
+    ctx = mpmath.MPContext()
+    ctx.dps = form.ctx.dps
+    A, C, gMR, theta0, phidot0, omega3, thetadot0 = start.given(ctx)
+    g, b = gMR / A, C * omega3 / A
+    at, t = form(t), ctx.make_mpf(t._mpf_)
+    theta, thetadot, phidot = (
+        ctx.make_mpf(x._mpf_) for x in (at.theta, at.thetadot, at.phidot)
+    )  # fmt: skip
+    rate = ctx.sqrt(abs(g)) + abs(b) + abs(phidot) + abs(thetadot) / min(theta, ctx.pi - theta)
+    thetadot, phidot, psidot, bend = slopes(form, ctx, t, rate)
+    sine, cosine = ctx.sin(theta), ctx.cos(theta)
+
+    def momenta(tilt, winding):
+        above, below = 2 * ctx.sin(tilt / 2) ** 2, 2 * ctx.cos(tilt / 2) ** 2
+        return ((winding * below * above, -b * above), (winding * above * below, b * below))
+
+    def kinetic(speed, tilt, winding):
+        return speed**2 / 2, (winding * ctx.sin(tilt)) ** 2 / 2
+
+    (now, then) = (momenta(theta, phidot), momenta(theta0, phidot0))
+    lift = [2 * g * ctx.sin(tilt / 2) ** 2 for tilt in (theta, theta0)]
+    balance = [
+        (bend, -sine * cosine * phidot**2, b * sine * phidot, -g * sine),
+        *((*now[k], *(-x for x in then[k])) for k in (0, 1)),
+        (psidot, phidot * cosine, -omega3),
+        (*kinetic(thetadot, theta, phidot), *(-x for x in kinetic(thetadot0, theta0, phidot0)),
+         -lift[0], lift[1]),
+    ]  # fmt: skip
+    return [float(abs(sum(terms)) / (sum(map(abs, terms)) or 1)) for terms in balance]
+
+
+@pytest.mark.parametrize("e", TINY)
+@pytest.mark.parametrize("name", NAMES)
+def test_the_equations_of_motion(name, e):
+    """To 50 digits and more, at whatever distance from the special motion."""
+    start, proved = near(e)[name]
+    form = MPForm(start.reduced(), 70, proved)
+    for t in places(form):
+        assert max(residuals(start, form, t)) < 1e-50
+
+
+@pytest.mark.parametrize("e", TINY)
+@pytest.mark.parametrize("name", NAMES)
+def test_the_start_and_the_seams(name, e):
+    """The start is the given one, and the angles are continuous where the pieces meet."""
+    start, proved = near(e)[name]
+    form = MPForm(start.reduced(), 70, proved)
+    ctx, at = form.ctx, form(0)
+    assert abs(form.orbit.t0) <= form.period / 2
+    _, _, _, theta, phidot, _, thetadot = start.given(ctx)
+    if theta:  # on a pole θ̇ alone is what was given
+        assert abs(at.theta - theta) <= abs(theta) * ctx.mpf("1e-70")
+        assert abs(at.phidot - phidot) <= ctx.mpf("1e-60") * (1 + abs(phidot))
+        assert abs(at.phi - ctx.mpf("0.3")) + abs(at.psi + ctx.mpf("0.7")) < ctx.mpf("1e-60")
+    assert abs(at.thetadot - thetadot) < ctx.mpf("1e-60") * (1 + abs(thetadot))
+    for quarter in (1, 3, 5, -3):
+        seam, step = quarter * form.period / 4 - form.orbit.t0, ctx.mpf("1e-40") * form.period
+        before, after = form(seam - step), form(seam + step)
+        for angle in ("theta", "phi", "psi"):
+            moved = getattr(after, angle) - getattr(before, angle)
+            assert abs(moved) <= 3 * step * abs(getattr(before, angle + "dot")) + ctx.mpf("1e-60")
+
+
+def by_mpmath(start, digits):
+    """T and Δφ from polynomial roots and complete integrals, all of them mpmath's own."""
+    ctx = mpmath.MPContext()
+    ctx.dps = digits
+    A, C, gMR, theta, phidot, omega3, thetadot = start.given(ctx)
+    g, b, u = gMR / A, C * omega3 / A, ctx.cos(theta)
+    if g < 0:  # the mirrored top
+        g, b, u = -g, -b, -u
+    sin2 = ctx.sin(theta) ** 2
+    a, h = phidot * sin2 + b * u, (thetadot**2 + phidot**2 * sin2) / 2 + g * u
+    cubic = [2 * g, -(2 * h + b * b), 2 * a * b - 2 * g, 2 * h - a * a]
+    found = ctx.polyroots(cubic, maxsteps=2000, extraprec=20 * digits, error=False)
+    u1, u2, u3 = sorted(ctx.re(root) for root in found)
+    w, m = ctx.sqrt(g * (u3 - u1) / 2), (u2 - u1) / (u3 - u1)
+    turns = [
+        (a - b) / (1 - u1) * ctx.ellippi((u2 - u1) / (1 - u1), m) if abs(1 - u2) > 0 else 0,
+        (a + b) / (1 + u1) * ctx.ellippi(-(u2 - u1) / (1 + u1), m),
+    ]
+    return 2 * ctx.ellipk(m) / w, sum(turns) / w
+
+
+@pytest.mark.parametrize("e", ["1e-3", "1e-10", "1e-30"])
+@pytest.mark.parametrize("name", [n for n in NAMES if "top of" not in n and "pushed" not in n])
+def test_periods_and_turns(name, e):
+    """T and Δφ to 35 digits; the polynomial loses two thirds of its digits in a triple root."""
+    start, _ = near(e)[name]
+    form = MPForm(start.reduced(), 40)
+    T, turn = by_mpmath(start, 400)
+    assert abs(form.ctx.make_mpf(T._mpf_) / form.period - 1) < form.ctx.mpf("1e-35")
+    assert abs(form.ctx.make_mpf(turn._mpf_) - form.precession) < form.ctx.mpf("1e-35")
+
+
+@pytest.mark.parametrize("e", TINY)
+@pytest.mark.parametrize("name", NAMES)
+def test_doubles_keep_all_their_digits(name, e):
+    """θ, φ and ψ to 1e-15 of themselves: a start is exact, so nothing is ill-conditioned."""
+    start, proved = near(e)[name]
+    double, exact = DoubleForm(start.reduced(), proved), MPForm(start.reduced(), 30, proved)
+    times = np.array([float(t) for t in [*places(exact), exact.period * 7 / 3]])
+    record = double(times)
+    for i, t in enumerate(times):
+        at = exact(float(t))
+        for angle in ("theta", "phi", "psi"):
+            want = getattr(at, angle)
+            got = exact.ctx.mpf(float(getattr(record, angle)[i]))
+            assert abs(got - want) <= 1e-15 * abs(want), (angle, t)
+
+
+@pytest.mark.parametrize("e", ["1e-1", "1e-8", "1e-20", "1e-45"])
+def test_the_separatrix_of_a_top_that_hardly_falls(e):
+    """From its lowest point θ₁ = e: sin(θ/2) = sin(θ₁/2) sech(√(gMR/A) sin(θ₁/2) t), m = 1."""
+    c = cos(X(e) / 2)  # ω3 = 4 c and φ̇ = 1/c make P₋ = 0 and E' = gMR
+    reduced = Start(UNIT, X(e), 1 / c, 4 * c).reduced()
+    proved = Proved(Course.ASYMPTOTIC, zero_plus=False, zero_minus=True)
+    form, double = MPForm(reduced, 40, proved), DoubleForm(reduced, proved)
+    ctx = form.ctx
+    depth = ctx.sin(X(e).mpf(ctx) / 2)
+    for x in ("-3", "0.2", "1", "37.7", "-53.1", "61.3"):
+        high = float(ctx.mpf(x) / depth)
+        low = float(ctx.mpf(x) / depth - high)
+        t = ctx.mpf(high) + low
+        exact = 2 * ctx.asin(depth * ctx.sech(depth * t))
+        assert abs(form(t).theta / exact - 1) < ctx.mpf("1e-38")
+        assert abs(float(double(high, low).theta / exact) - 1) < 1e-15
+        sweep = ctx.atan(ctx.tan(X(e).mpf(ctx) / 2) * ctx.tanh(depth * t))
+        exact_phi = ctx.mpf(3) / 10 + c.mpf(ctx) * t + sweep  # Φ₊ = ½ P₊ t/2 + …
+        assert abs(form(t).phi - exact_phi) < ctx.mpf("1e-38") * (1 + abs(exact_phi))
+        assert abs(float(double(high, low).phi / exact_phi) - 1) < 1e-15
+
+
+def looks(reduced):
+    return type(MPForm(reduced, 30).orbit)
+
+
+@pytest.mark.parametrize(
+    ("name", "course"),
+    [
+        ("marginal top, tilted", Steady),
+        ("faster than steady", Steady),
+        ("over the top of the separatrix", Asymptotic),
+    ],
+)
+def test_what_is_proved_is_taken_as_given(name, course):
+    """1e-70 from a special motion looks like it at 60 digits; a proof makes more be taken."""
+    start, proved = near("1e-70")[name]
+    assert looks(start.reduced()) is course
+    form = MPForm(start.reduced(), 30, proved)
+    assert isinstance(form.orbit, Nodding)
+    assert form.ctx.dps > 100
+    assert isinstance(DoubleForm(start.reduced(), proved).exact, Nodding)
+
+
+def test_a_close_pass_is_no_exact_one():
+    """P₊ = 1e-70: by a threshold φ jumps at the bottom, proved not to be zero it turns there."""
+    start, proved = near("1e-70")["past the bottom"]
+    bare, told = MPForm(start.reduced(), 30), MPForm(start.reduced(), 30, proved)
+    assert bare.orbit.P_plus == 0 != told.orbit.P_plus
+    assert told.orbit.P_plus > 0
+    assert abs(told.orbit.turn_plus - told.ctx.pi) < told.ctx.mpf("1e-60")
+    other = X("-60/13") - X("1e-70")
+    below = MPForm(start._replace(phidot=other).reduced(), 30, proved)
+    assert below.orbit.P_plus < 0
+    assert abs(below.orbit.turn_plus + below.ctx.pi) < told.ctx.mpf("1e-60")
+
+
+@pytest.mark.parametrize("below", [False, True])
+def test_a_proved_zero_is_exact(below):
+    """P₋ of 1e-25, told to be zero, is zero: the axis goes through the top; so from below, P₊."""
+    phidot = Fraction(round(Fraction(4 / (1 + np.cos(1.0))) * 10**25), 10**25)
+    start, proved = Start(UNIT, 1, phidot, 8, 5), Proved(Course.NUTATING, False, True)
+    if below:
+        start = Start((2, 1, -2), X("pi") - 1, phidot, -8, -5)
+        proved = Proved(Course.NUTATING, True, False)
+    plain = MPForm(start.reduced(), 30).orbit
+    told = MPForm(start.reduced(), 30, proved).orbit
+    assert plain.P_minus != 0 == told.P_minus
+    assert told.roots.one_minus_u2 == 0
+    assert told.turn_minus == told.ctx.pi
+    assert told.P_plus != 0
+
+
+def test_steady_at_a_tilt_that_vanishes_at_sixty_digits():
+    """θ = 1e-70, precessing: neither P₊ nor P₋ is zero, so it is not on the vertical."""
+    tilt = X("1e-70")
+    omega = Fraction(3)
+    spin = (2 * omega**2 + 2) / omega  # A φ̇² cosθ − C ω3 φ̇ + gMR = 0 at θ → 0, C = 1
+    start = Start(UNIT, tilt, omega, spin)
+    steady = Proved(Course.STEADY, zero_plus=False, zero_minus=False)
+    assert float(MPForm(start.reduced(), 30).orbit.over.sin2) == 0
+    form = MPForm(start.reduced(), 30, steady)
+    assert abs(form(2).phi - Fraction("0.3") - 6) < form.ctx.mpf("1e-30")
+    assert abs(form(2).theta / tilt.mpf(form.ctx) - 1) < form.ctx.mpf("1e-30")
+    assert float(DoubleForm(start.reduced(), steady)(2.0).theta) == pytest.approx(1e-70, rel=1e-15)
+
+
+def test_the_limit_of_digits_is_named():
+    """Told to nod where it is exactly steady, it gives up at ten thousand digits, and says so."""
+    steady = Start(BETSCH, X("pi/3"), 10, Fraction("140.6")).reduced()
+    with pytest.raises(NoClosedForm, match=str(MOST_DIGITS)):
+        MPForm(steady, 30, NODS)
+    with pytest.raises(NoClosedForm, match=str(MOST_DIGITS)):
+        DoubleForm(steady, NODS)

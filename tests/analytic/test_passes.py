@@ -1,0 +1,142 @@
+"""Exactly through a pole: φ and ψ jump there, the axis and the attitude do not.
+
+There φ and ψ are not defined apart. φ jumps by +π as time goes forward, ψ by −π at the top, where
+φ + ψ is what is defined, and by +π at the bottom, where φ − ψ is. The rotation from body to space,
+a quaternion or a matrix, turns with ω on either side and at the pass itself.
+"""
+
+from fractions import Fraction
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from heavytop.exact import Exact
+from heavytop.theory.closed_form import MPForm
+from heavytop.theory.double_form import DoubleForm
+from heavytop.theory.precision import context
+from heavytop.theory.reduced import Reduced
+
+CTX = context(60)
+X = Exact.of
+
+
+def start(top, theta, phidot, psidot, thetadot=0):
+    phi, psi = Fraction("0.3"), Fraction("-0.7")
+    return Reduced.from_angles(CTX, *top, X(theta), phi, psi, thetadot, X(phidot), X(psidot))
+
+
+# motion, the pole that is passed (1 top, −1 bottom), and half periods from u₁ to there
+PASSES = {
+    "the top, from it": (start((2, 1, 3), 0, 0, 2, 3), 1, 1),
+    "the top, into it": (start((2, 1, 3), 0, 0, 2, -3), 1, 1),
+    "the top, from afar": (start((2, 1, 2), "pi/3", 4, 10, -1), 1, 1),
+    "the bottom": (start((2, 1, 3), "pi", 0, 2, 3), -1, 0),
+    "the bottom, from afar": (start((2, 1, 2), "2*pi/3", -4, 10, 1), -1, 0),
+    "the top, hanging from it": (start((2, 1, -3), 0, 0, 2, 1), 1, 0),
+    "the bottom, standing on it": (start((2, 1, -3), "pi", 0, 2, 3), -1, 1),
+    "a swing": (start((2, 1, 3), "2.5", 0, 0, 0.5), -1, 0),
+    "turning over, the top": (start((2, 1, 3), "2.5", 0, 0, 5), 1, 1),
+    "turning over, the bottom": (start((2, 1, 3), "2.5", 0, 0, -5), -1, 0),
+    "weightless, the top": (start((2, 1, 0), 0, 0, 2, 3), 1, 1),
+}
+
+
+def attitude(ctx, at):
+    """The unit quaternion of Rz(φ) Rx(θ) Rz(ψ), scalar first."""
+    half, plus, minus = at.theta / 2, (at.phi + at.psi) / 2, (at.phi - at.psi) / 2
+    c, s = ctx.cos(half), ctx.sin(half)
+    return [c * ctx.cos(plus), s * ctx.cos(minus), s * ctx.sin(minus), c * ctx.sin(plus)]
+
+
+def product(p, q):
+    a, (x, y, z), b, (u, v, w) = p[0], p[1:], q[0], q[1:]
+    return [
+        a * b - x * u - y * v - z * w,
+        a * u + b * x + y * w - z * v,
+        a * v + b * y + z * u - x * w,
+        a * w + b * z + x * v - y * u,
+    ]
+
+
+def passing(form, half):
+    return half * form.period / 2 - form.orbit.t0 + 2 * form.period
+
+
+@pytest.mark.parametrize("name", PASSES)
+def test_angles_jump_as_said(name):
+    reduced, pole, half = PASSES[name]
+    form = MPForm(reduced, 60)
+    ctx, h = form.ctx, form.ctx.mpf("1e-30")
+    t = passing(form, half)
+    before, at, after = form(t - h), form(t), form(t + h)
+    assert abs(after.phi - before.phi - ctx.pi) < ctx.mpf("1e-25")
+    assert abs(after.psi - before.psi + pole * ctx.pi) < ctx.mpf("1e-25")
+    assert abs(at.phi - after.phi) < ctx.mpf("1e-25")  # a pass opens what follows
+    assert min(at.theta, ctx.pi - at.theta) < ctx.mpf("1e-30")
+
+
+@pytest.mark.parametrize("name", PASSES)
+def test_the_attitude_turns_on_smoothly(name):
+    """q̇ = ½ ω q with |ω|² = ω3² + 2 (E' − V)/A, and ω3 about the axis, on both sides and at it."""
+    reduced, pole, half = PASSES[name]
+    form = MPForm(reduced, 60)
+    ctx, h = form.ctx, form.ctx.mpf("1e-12")
+    t, r = passing(form, half), reduced.refined(form.ctx)
+    places = [attitude(ctx, form(t + k * h)) for k in (-3, -1, 0, 1, 3)]
+    for one, other in pairwise(places):  # one branch of ±q
+        if sum(a * b for a, b in zip(one, other, strict=True)) < 0:
+            other[:] = [-x for x in other]
+    far, near = (
+        [(b - a) / (2 * k * h) for a, b in zip(places[i], places[4 - i], strict=True)]
+        for i, k in ((0, 3), (1, 1))
+    )
+    rate = [(9 * b - a) / 8 for a, b in zip(far, near, strict=True)]
+    here = places[2]
+    omega = [2 * x for x in product(rate, [here[0], *(-x for x in here[1:])])]
+    squared = (r.kappa + r.b) ** 2 + 2 * (r.kinetic0 + r.g * (r.u0 - pole))
+    assert abs(omega[0]) < ctx.mpf("1e-40")
+    assert abs(sum(x * x for x in omega[1:]) / squared - 1) < ctx.mpf("1e-40")
+    assert abs(omega[3] - pole * (r.kappa + r.b)) < ctx.mpf("1e-40") * ctx.sqrt(squared)
+    for k, q in zip((-3, -1, 1, 3), places[:2] + places[3:], strict=True):
+        ahead = [a + k * h * b for a, b in zip(here, rate, strict=True)]
+        assert max(abs(a - b) for a, b in zip(q, ahead, strict=True)) < 40 * squared * h**2
+
+
+@pytest.mark.parametrize("name", PASSES)
+def test_the_axis_crosses_the_pole_in_a_straight_line(name):
+    """ė at the pass is θ̇ across the vertical, and the same just before and just after."""
+    reduced, pole, half = PASSES[name]
+    form = MPForm(reduced, 60)
+    ctx, h = form.ctx, form.ctx.mpf("1e-15")
+    t, r = passing(form, half), reduced.refined(form.ctx)
+    speed = ctx.sqrt(2 * (r.kinetic0 + r.g * (r.u0 - pole)))
+    before, at, after = (form(t + k * h).axis for k in (-1, 0, 1))
+    assert abs(at[2] - pole) < ctx.mpf("1e-50")
+    leaving = [(b - a) / h for a, b in zip(at, after, strict=True)]
+    coming = [(b - a) / h for a, b in zip(before, at, strict=True)]
+    assert abs(ctx.hypot(*leaving[:2]) / speed - 1) < ctx.mpf("1e-12")
+    assert max(abs(a - b) for a, b in zip(leaving, coming, strict=True)) < 1e-12 * speed
+
+
+@pytest.mark.parametrize("name", PASSES)
+def test_doubles_pass_smoothly_too(name):
+    """Sampled every 1e-6 s through five passes, axis and attitude move as far as ω lets them."""
+    reduced, _, half = PASSES[name]
+    form, exact = DoubleForm(reduced), MPForm(reduced, 30)
+    pole = float(passing(exact, half))
+    t = (pole + np.arange(-2, 3)[:, None] * form.period + np.arange(-50, 51) * 1e-6).ravel()
+    at = form(np.append(t, pole))
+    half_angles = at.theta / 2, (at.phi + at.psi) / 2, (at.phi - at.psi) / 2
+    (c, s), (cp, sp), (cm, sm) = ((np.cos(x), np.sin(x)) for x in half_angles)
+    q = np.stack((c * cp, s * cm, s * sm, c * sp), axis=-1)
+    size = float(exact.ctx.sqrt((reduced.kappa + reduced.b) ** 2 + 2 * (
+        reduced.kinetic0 + abs(reduced.g) * (1 + abs(reduced.u0)))))  # fmt: skip
+    apart = np.diff(t) < 2e-6
+    turned = 1 - abs(np.sum(q[1:-1] * q[:-2], axis=-1))  # 1 − cos of half the angle
+    assert np.all(turned[apart] < (1.001e-6 * size) ** 2 / 8 + 1e-15)
+    moved = np.linalg.norm(np.diff(at.axis[:-1], axis=0), axis=-1)
+    assert np.all(moved[apart] < 1.001e-6 * size + 1e-15)
+    jumps = np.diff(at.phi[:-1])[apart]
+    assert np.sum(jumps > 3.1) == 5
+    assert np.all((jumps > 3.1) | (abs(jumps) < 1e-4))

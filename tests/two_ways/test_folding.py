@@ -1,0 +1,364 @@
+"""Motions folded onto half a nutation, against the closed form up to 1e12 periods away."""
+
+from dataclasses import replace
+from fractions import Fraction
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import heavytop as ht
+from heavytop.errors import BadScene, Impossible, NotANumber
+from heavytop.exact import Exact
+from heavytop.folded import fold
+from heavytop.folds import making
+from heavytop.scene import shipped_scenes
+from heavytop.taylor import folding
+from heavytop.taylor.multiples import Multiples
+
+DIGITS = 60  # of the closed form
+FAR = (0.0, 0.3, -0.7, 7.77, 1e3 + 0.1, 1e6 + 0.2, -1e6 - 0.4, 1e9 + 0.3, 1e12 + 0.45, -1e12 - 0.33)
+NEVER = ("separatrix", "planar-asymptotic")
+BOOK = ht.Top("3.28e-4", "6.6e-5", "0.0456")
+
+
+@cache
+def motion(name):
+    scene = ht.load_scene(name)
+    return ht.Motion(scene.top, scene.start)
+
+
+@cache
+def shipped(name):
+    return fold(ht.load_scene(name))
+
+
+PERIODIC = [n for n in shipped_scenes() if n not in NEVER and motion(n).nutates]
+STEADY = [n for n in shipped_scenes() if n not in NEVER and not motion(n).nutates]
+
+
+def off(sample, exact, ctx):
+    """Return the largest error of theta, axis, and phi and psi with all their turns."""
+    turn = 2 * ctx.pi
+    errors = [sample.theta - exact.theta]
+    errors += [x - y for x, y in zip(sample.axis, exact.axis, strict=True)]
+    for name in ("phi", "psi"):
+        whole, rest = getattr(sample, f"{name}_turns"), getattr(sample, f"{name}_mod")
+        errors.append(turn * int(whole) + ctx.mpf(rest) - getattr(exact, name))
+        assert 0 <= rest <= turn
+    return max(abs(float(error)) for error in errors)
+
+
+def one(many, i):
+    names = many.__slots__
+    return replace(many, **{name: getattr(many, name)[i] for name in names})
+
+
+def worst(folded, truth, times=None):
+    """Return the largest errors at far times: of arrays, of single times, of decimals."""
+    period = float(folded.period or 1)
+    times = [part * period for part in FAR] if times is None else times
+    form = truth.form(DIGITS)
+    many, found = folded(np.array(times)), [0.0, 0.0, 0.0]
+    for i, t in enumerate(times):
+        exact = form(t)
+        three = (one(many, i), folded(t), folded.decimals(t))
+        found = [max(x, off(y, exact, form.ctx)) for x, y in zip(found, three, strict=True)]
+    return found
+
+
+# --- against the closed form -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", PERIODIC)
+def test_a_million_million_periods_away(name):
+    arrays, single, decimals = worst(shipped(name), motion(name))
+    assert max(arrays, single) < 1e-14
+    assert decimals < 1e-20
+
+
+@pytest.mark.parametrize("name", PERIODIC)
+def test_what_a_period_brings(name):
+    folded, form = shipped(name), motion(name).form(DIGITS)
+    of_both = ((getattr(x, n) for n in ("period", "precession", "spin")) for x in (folded, form))
+    for mine, true in zip(*of_both, strict=True):
+        assert abs(mine - true) < 1e-28 * max(1, abs(true))
+
+
+@pytest.mark.parametrize("name", STEADY)
+def test_trivial_where_nothing_nutates(name):
+    folded = shipped(name)
+    arrays, single, decimals = worst(folded, motion(name))
+    assert max(arrays, single) < 1e-14
+    assert decimals < 1e-30
+    assert folded.period is folded.precession is folded.spin is None
+    assert folded.cost.steps == 0
+
+
+@pytest.mark.parametrize("name", ["sicm-kicked", "lie-group-benchmark", "through-top"])
+def test_rates_attitude_and_angular_velocity(name):
+    """Of every sample, against the angles and rates of the closed form."""
+    folded, form = shipped(name), motion(name).form(DIGITS)
+    for t in (0.1, 123.4, -1e9):
+        mine, exact = folded(t), form(t)
+        ctx, n = form.ctx, (form.ctx.cos(exact.phi), form.ctx.sin(exact.phi), 0)
+        for rate in ("thetadot", "phidot", "psidot"):
+            true = float(getattr(exact, rate))
+            assert getattr(mine, rate) == pytest.approx(true, rel=1e-13, abs=1e-12)
+        omega = [exact.psidot * e + exact.thetadot * x for e, x in zip(exact.axis, n, strict=True)]
+        omega[2] += exact.phidot
+        assert mine.omega == pytest.approx(
+            np.array([float(x) for x in omega]), rel=1e-13, abs=1e-12
+        )
+        c, s = ctx.cos(exact.theta / 2), ctx.sin(exact.theta / 2)
+        plus, minus = (exact.phi + exact.psi) / 2, (exact.phi - exact.psi) / 2
+        q = (c * ctx.cos(plus), s * ctx.cos(minus), s * ctx.sin(minus), c * ctx.sin(plus))
+        assert mine.quaternion == pytest.approx(np.array([float(x) for x in q]), abs=2e-15)
+
+
+def test_an_integration_of_every_step_agrees():
+    run = ht.propagate(ht.load_scene("sicm-kicked", ['want.quantities=["attitude"]']))
+    mine = shipped("sicm-kicked")(run.t)
+    for name, bound in {"theta": 1e-13, "quaternion": 1e-12, "omega": 1e-10}.items():
+        assert np.abs(getattr(mine, name) - getattr(run.samples, name)).max() < bound
+
+
+def test_the_end_is_the_exact_decimal():
+    """A thousand million seconds and a tenth are 2e-8 s from the nearest double."""
+    exact = ht.load_scene("sicm-kicked", ["span.time=1000000000.1"])
+    folded, form = fold(exact), motion("sicm-kicked").form(DIGITS)
+    end = form(Exact.of("1000000000.1"))
+    assert off(folded.end, end, form.ctx) < 1e-14
+    assert off(folded("1000000000.1"), end, form.ctx) < 1e-14
+    assert off(folded.decimals(Fraction(10_000_000_001, 10)), end, form.ctx) < 1e-20
+    assert off(folded(1000000000.1), end, form.ctx) > 1e-8
+
+
+def test_periods_are_counted_in_its_own():
+    scene = ht.load_scene("sicm-kicked", ["span.periods=1000000000000.25"])
+    form = motion("sicm-kicked").form(DIGITS)
+    exact = form(form.period * form.ctx.mpf("1000000000000.25"))
+    assert off(fold(scene).end, exact, form.ctx) < 1e-14
+
+
+def test_fifty_digits():
+    folded, form = fold(ht.load_scene("sicm-kicked"), digits=50), motion("sicm-kicked").form(90)
+    t = "543210987654.3"
+    assert off(folded.decimals(t), form(t), form.ctx) < 1e-50
+    assert folded.cost.bits == 256
+
+
+# --- planted errors ----------------------------------------------------------------------------
+
+
+def planted(**changes):
+    folded = shipped("sicm-kicked")
+    nutation = replace(folded.course.nutation, **changes)
+    course = type(folded.course)(
+        folded.course.ctx, folded.course.engine, nutation, folded.course.constants
+    )
+    return replace(folded, course=course)
+
+
+def test_a_period_that_is_a_double_is_seen():
+    rounded = str(float(shipped("sicm-kicked").course.half))
+    assert min(worst(planted(half=rounded), motion("sicm-kicked"))) > 1e-5
+
+
+def test_a_lost_turn_is_seen():
+    a, b = shipped("sicm-kicked").course.nutation.turned
+    ctx = shipped("sicm-kicked").course.ctx
+    wrong = planted(turned=(ctx.nstr(ctx.mpf(a) + 2 * ctx.pi, ctx.dps), b))
+    assert min(worst(wrong, motion("sicm-kicked"))) > 6
+
+
+def test_a_start_that_is_off_by_a_double_is_seen():
+    assert min(worst(planted(first="1e-15"), motion("sicm-kicked"))) > 1e-15
+
+
+# --- every kind of start -------------------------------------------------------------------------
+
+
+def starts():
+    yield "generic", BOOK, ht.State("0.3", thetadot=4, phi=1, phidot=-3, psi=7, psidot=90)
+    yield "inverted", ht.Top(1, "0.5", -2), ht.State("0.3", thetadot=1, phidot=-1, psidot=2)
+    yield (
+        "turning-but-for-1e-100",
+        BOOK,
+        ht.State("0.1", thetadot="-1e-100", phidot=-15, psidot=140),
+    )
+    for pole in ("0", "pi"):
+        for thetadot in (10, -10, 30):
+            spins = {30: 0}.get(thetadot, 140)
+            start = ht.State(pole, thetadot=thetadot, phi=1, psi="0.5", omega3=spins)
+            yield f"pole-{pole}-{thetadot}", BOOK, start
+    yield "beside-the-top", BOOK, ht.State("1e-15", thetadot=10, omega3=140)
+    yield "beside-the-bottom", BOOK, ht.State("pi - 1e-15", thetadot=-10, omega3=140)
+    yield "tilted-by-1e-10", BOOK, ht.State("1e-10", omega3=140)
+    cone = ht.Top("6.375e-3", "7.5e-4", "0.73575")
+    yield (
+        "steady-but-for-1e-40",
+        cone,
+        ht.State("pi/3", phidot=10, thetadot="1e-40", psidot="135.6"),
+    )
+    yield "slow", ht.Top(1, "0.5", "1e-24"), ht.State("0.5", phidot="2e-12", omega3="3e-12")
+    yield "large-angles", BOOK, ht.State("0.1", phidot=-15, psidot=140, phi="1e17", psi="-1e18")
+
+
+@pytest.mark.parametrize(("top", "start"), [pytest.param(*x[1:], id=x[0]) for x in starts()])
+def test_every_kind_of_start(top, start):
+    folded, truth = fold(ht.Scene(top, start, time=1)), ht.Motion(top, start)
+    times = [part * float(folded.period) for part in (0.0, 0.3, -0.7, 7.77, 1e12 + 0.45)]
+    arrays, single, decimals = worst(folded, truth, times)
+    assert max(arrays, single) < 1e-14
+    assert decimals < 1e-16
+
+
+rate = st.integers(-400, 400).map(lambda n: Fraction(n, 100))
+
+
+@given(
+    st.integers(1, 199).map(lambda n: Fraction(n, 100)),
+    rate,
+    st.integers(1, 314).map(lambda n: Fraction(n, 100)),
+    st.tuples(rate, rate, rate),
+)
+@settings(max_examples=15, deadline=None)
+def test_tops_drawn_at_random(C, gMR, theta, rates):
+    start = ht.State(theta, thetadot=rates[0], phidot=rates[1], psidot=rates[2])
+    top = ht.Top(1, C, gMR)
+    truth = ht.Motion(top, start)
+    if truth.proved.course == "asymptotic":
+        return
+    assert max(worst(fold(ht.Scene(top, start, time=1)), truth)) < 1e-13
+
+
+@pytest.mark.parametrize("name", ["through-top", "through-bottom", "planar-rotating"])
+def test_an_exact_pass_through_a_pole(name):
+    """phi jumps by pi, forward in time; psi back at the top, and forward at the bottom."""
+    folded = shipped(name)
+    passed = float(folded.course.first) if name != "planar-rotating" else 0.0
+    top, bottom = name == "through-top", name != "through-top"
+    for n in (0, 1, -3):
+        pole = passed + n * folded.period
+        before, at, after = (folded(pole + dt * folded.course.ctx.mpf("1e-9")) for dt in (-1, 0, 1))
+        turned = 2 * np.pi * (after.phi_turns - before.phi_turns) + after.phi_mod - before.phi_mod
+        spun = 2 * np.pi * (after.psi_turns - before.psi_turns) + after.psi_mod - before.psi_mod
+        assert turned == pytest.approx(np.pi, abs=1e-6)
+        assert spun == pytest.approx(-np.pi if top else np.pi, abs=1e-6)
+        assert min(at.theta, np.pi - at.theta) < 1e-12
+        assert abs(at.axis[2] - (1 if not bottom else -1)) < 1e-12
+        assert np.abs(after.quaternion - before.quaternion).max() < 1e-6
+
+
+# --- what it takes, and what is refused ----------------------------------------------------------
+
+
+def test_the_bits_follow_from_what_is_hard_to_tell():
+    easy, near = shipped("sicm-kicked"), shipped("near-separatrix")
+    assert (easy.cost.bits, near.cost.bits) == (128, 192)
+    far = fold(ht.load_scene("sicm-kicked", ["span.periods=1e15"]))
+    assert far.reach > 1e15 * float(far.period) > easy.reach
+    assert all(x.cost.closure < 1e-30 for x in (easy, near, far))
+
+
+@pytest.mark.parametrize("name", NEVER)
+def test_refused_where_there_is_no_period(name):
+    with pytest.raises(BadScene, match="never comes back: there is no period to fold by"):
+        fold(ht.load_scene(name))
+
+
+def test_refused_where_nothing_is_proved(monkeypatch):
+    monkeypatch.setattr("heavytop.motion.course", lambda *_: None)
+    with pytest.raises(BadScene, match="not proved to nutate"):
+        fold(ht.load_scene("sicm-kicked", ["start.phidot=-15.01"]))
+
+
+def test_refused_where_a_nutation_is_too_long(monkeypatch):
+    monkeypatch.setattr(folding, "MOST_STEPS", 3)
+    with pytest.raises(BadScene, match="no turning point in 3 steps"):
+        fold(ht.load_scene("sicm-kicked"))
+
+
+def test_refused_where_it_takes_too_many_bits(monkeypatch):
+    monkeypatch.setattr(making, "MOST_BITS", 128)
+    with pytest.raises(BadScene, match="takes 192 bits, and 128 are the most"):
+        fold(ht.load_scene("near-separatrix"))
+
+
+@pytest.mark.parametrize("rate", ["1e-200", "1e200"])
+def test_refused_where_doubles_do_not_hold_the_rates(rate):
+    top, start = ht.Top(1, "0.5", 0), ht.State("0.5", phidot=rate, omega3=0)
+    with pytest.raises(BadScene, match="beyond the range of doubles"):
+        fold(ht.Scene(top, start, time=1))
+
+
+@pytest.mark.parametrize(
+    ("name", "override", "message"),
+    [
+        ("sicm-kicked", "span.periods=1e17", r"span\.periods = 1e17: at most .* turns are not"),
+        ("sicm-kicked", "span.time=1e17", r"span\.time = 1e17: at most .* turns are not counted"),
+        ("steady-betsch", "span.time=1e20", r"span\.time = 1e20: at most .* turns are not counted"),
+        ("steady-betsch", "span.periods=3", "no nutation period to count"),
+        ("sicm-kicked", "start.phi=1e20", r"start\.phi = 1e20: at most .* turns are not counted"),
+    ],
+)
+def test_refused_beyond_its_reach(name, override, message):
+    with pytest.raises(BadScene, match=message):
+        fold(ht.load_scene(name, [override]))
+
+
+@pytest.mark.parametrize("name", ["sicm-kicked", "steady-betsch"])
+def test_times_that_are_refused(name):
+    folded = shipped(name)
+    for wrong in ("soon", None, np.nan, [np.inf], [[1.0]], ["1"], [2**53 + 1], 1j):
+        with pytest.raises(NotANumber):
+            folded(wrong)
+    for far in (1e30, "-1e30", [0.0, 1e30]):
+        with pytest.raises(Impossible, match=r"at most .* s from the start"):
+            folded(far)
+    with pytest.raises(Impossible):
+        folded.decimals(1e30)
+
+
+def test_shapes():
+    folded = shipped("sicm-kicked")
+    for count in (0, 1, 5000):
+        many = folded(np.linspace(-1e9, 1e9, count))
+        assert many.phi_turns.shape == many.t.shape == (count,)
+        assert (many.axis.shape, many.quaternion.shape) == ((count, 3), (count, 4))
+    alone = folded(np.float64(1.5))
+    assert isinstance(alone.phi_turns, int)
+    assert alone.axis.shape == (3,)
+    assert folded(np.array(1.5)).theta == folded(1.5).theta == alone.theta
+    assert "16 digits" in repr(folded)
+
+
+# --- the parts -----------------------------------------------------------------------------------
+
+
+@given(st.integers(-(2**52), 2**52), st.fractions(-1000, 1000, max_denominator=10**30))
+def test_multiples_lose_nothing(n, x):
+    words, rest = [], x
+    for _ in range(3):
+        words.append(float(rest))
+        rest -= Fraction(words[-1])
+    multiples = Multiples(tuple(words))
+    whole, part = multiples.turns(np.array([float(n)]))
+    assert abs(int(whole[0]) + Fraction(part[0]) - n * x) < Fraction(1, 2**50)
+    near = float(n * x)
+    high, low = multiples.rest(np.array([near]), np.array([float(n)]))
+    exact = Fraction(near) - n * x
+    assert abs(Fraction(high[0]) + Fraction(low[0]) - exact) <= Fraction(1, 2**88) * (1 + abs(x))
+
+
+@pytest.mark.parametrize(("digits", "bits"), [(16, 128), (36, 192)])
+def test_the_second_swing_measures_the_error(digits, bits):
+    """It differs from the first by about as much as the first is off, and that is rounding."""
+    folded = fold(ht.load_scene("sicm-dropped"), digits)
+    true = motion("sicm-dropped").form(DIGITS + 20).period
+    assert folded.cost.bits == bits
+    assert 2.0**-bits < folded.cost.closure < 2.0 ** (10 - bits)
+    assert 0 < abs(folded.period / true - 1) < 2 * folded.cost.closure

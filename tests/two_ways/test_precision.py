@@ -1,0 +1,275 @@
+"""Runs in long double and in any number of bits, against the closed form at their own digits."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import heavytop as ht
+from heavytop.digits import bits_for
+from heavytop.document import run_document
+from heavytop.exact import Exact
+from heavytop.models.ladder import LADDER
+from heavytop.planning import plan
+from heavytop.taylor.bits import LONG_DOUBLE
+from heavytop.taylor.precise import PreciseIntegrator, Unfinished, Wanted
+from heavytop.witness import missed_digits
+
+ALL = 'want.quantities=["theta", "phi", "psi", "axis"]'
+NONE = "want.events=[]"
+
+if LONG_DOUBLE != 64:
+    pytest.skip("long double here is not that of x86", allow_module_level=True)
+
+
+def scene(digits, *overrides, name="sicm-kicked"):
+    wanted = [f"want.digits={digits}", "want.samples=7", *overrides]
+    return ht.load_scene(name, overrides=wanted)
+
+
+def exactly(run, digits):
+    """Return the closed form of the scene's exact numbers, and its numbers' type."""
+    form = ht.Motion(run.scene.top, run.scene.start).form(digits)
+    return form, form.ctx
+
+
+@pytest.mark.parametrize("digits", [14, 15, 17, 33, 60, 100])
+def test_every_digit_asked_for_is_right(digits):
+    """Of theta, phi, psi and the axis, at every sample, relative to max(1, |x|)."""
+    run = ht.propagate(scene(digits, "span.time=3", ALL))
+    truth, ctx = exactly(run, digits + 20)
+    bound = ctx.mpf(10) ** -digits
+    assert len(run.decimals.samples) == 7
+    for sample in run.decimals.samples:
+        exact = truth(ctx.mpf(sample.t))
+        pairs = [(getattr(sample, n), getattr(exact, n)) for n in ("theta", "phi", "psi")]
+        for mine, true in (*pairs, *zip(sample.axis, exact.axis, strict=True)):
+            assert abs(ctx.mpf(mine) - true) <= bound * max(1, abs(true))
+    assert missed_digits(run, ht.run_errors(run)) == {}
+    assert run.decimals.samples[-1].t == 3
+
+
+def test_the_bound_is_not_slack():
+    """The errors are those of the bits: a run in fewer bits would be seen."""
+    run = ht.propagate(scene(60, "span.time=3", NONE))
+    assert run.plan.precision == "256 bits"
+    errors = ht.run_errors(run)
+    for error in (errors.theta, errors.phi, errors.psi):
+        assert 1e-79 < error < 1e-74
+    assert 1e-78 < errors.input_rounding < 1e-73
+
+
+def test_plans_name_the_precision():
+    precision = {d: plan(scene(d)).precision for d in (13, 14, 30, 60, 1000)}
+    names = ("double", "long double", "128 bits", "256 bits", "3392 bits")
+    assert tuple(precision.values()) == names
+    assert plan(scene(60)).tolerance == 2.0**-255
+    motion = ht.Motion(scene(70).top, scene(70).start)
+    assert bits_for(70, motion, 1e6) > bits_for(70, motion, 1.0)
+
+
+@pytest.mark.parametrize("formulation", LADDER)
+def test_every_formulation_at_forty_digits(formulation):
+    tilt = 'want.quantities=["theta"]' if formulation == "cubic" else ALL
+    run = ht.propagate(scene(40, "span.time=1", tilt), formulation=formulation)
+    assert missed_digits(run, ht.run_errors(run)) == {}
+    assert ht.run_errors(run).energy < 1e-50
+    assert run.events.kind[:3] == ("theta_min", "reversal", "theta_max")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "sicm-dropped",
+        "lie-group-benchmark",
+        "through-top",
+        "through-bottom",
+        "separatrix",
+        "near-separatrix",
+        "sleeping",
+        "steady-betsch",
+        "planar-pendulum",
+        "inverted-gravity",
+    ],
+)
+def test_every_kind_of_motion_at_thirty_digits(name):
+    run = ht.propagate(scene(30, name=name))
+    errors = ht.run_errors(run)
+    assert missed_digits(run, errors) == {}
+    assert errors.theta < 1e-30
+    if len(run.events):
+        assert errors.event_time < 1e-30
+
+
+def test_events_have_all_digits():
+    run = ht.propagate(scene(60, "span.time=3"))
+    truth, ctx = exactly(run, 80)
+    turning = [e for e in run.decimals.events if e.kind.startswith("theta")]
+    assert len(turning) == 12
+    for n, event in enumerate(turning):  # released at a turning point
+        assert abs(ctx.mpf(event.sample.t) - n * truth.period / 2) < ctx.mpf(10) ** -70
+    reversals = [e.sample for e in run.decimals.events if e.kind == "reversal"]
+    assert len(reversals) == 11
+    assert all(abs(truth(ctx.mpf(s.t)).phidot) < ctx.mpf(10) ** -70 for s in reversals)
+    assert run.events.t.tolist() == [float(e.sample.t) for e in run.decimals.events]
+
+
+def test_cusps_are_cusps_at_any_number_of_digits():
+    run = ht.propagate(scene(40, name="sicm-dropped"))
+    assert run.events.count("cusp") == 5
+    assert run.events.count("reversal") == 0
+
+
+@pytest.mark.parametrize(("phidot", "reversals"), [("-1e-20", 9), ("1e-20", 0)])
+def test_what_doubles_take_for_a_cusp_is_told_apart(phidot, reversals):
+    """Reversals lie 2e-12 s about the turning point, where doubles see one double root."""
+    near = scene(30, f"start.phidot={phidot}", name="sicm-dropped")
+    run = ht.propagate(near)
+    assert run.events.count("cusp") == 0
+    assert run.events.count("reversal") == reversals
+    assert ht.propagate(replace(near, digits=12)).events.count("cusp") == 5
+    _, ctx = exactly(run, 50)
+    for event in run.decimals.events:
+        if event.kind == "reversal":
+            assert abs(event.sample.phidot) < ctx.mpf(10) ** -30
+
+
+def test_close_passes_turn_the_right_way():
+    """Past the bottom at 7e-7 rad: phi turns by half a turn in 1e-7 s, hundreds of times."""
+    run = ht.propagate(scene(30, "span.periods=300.3", NONE, name="lie-group-benchmark"))
+    assert missed_digits(run, ht.run_errors(run)) == {}
+
+
+def test_a_decimal_means_itself():
+    """0.1 s is not the double 0.1, nor is any number of the scene."""
+    run = ht.propagate(scene(40, "span.time=0.1", NONE))
+    _, ctx = exactly(run, 60)
+    assert abs(ctx.mpf(run.decimals.samples[-1].t) - ctx.mpf("0.1")) < ctx.mpf(10) ** -50
+    assert run.decimals.text(run.decimals.samples[-1].t) == "0.1"
+
+
+def test_periods_end_where_they_began():
+    run = ht.propagate(scene(40, "span.periods=2", NONE))
+    start, end = run.decimals.samples[0], run.decimals.samples[-1]
+    assert abs(end.theta - start.theta) < 1e-40
+
+
+def test_backwards_and_forwards_meet():
+    there, back = (ht.propagate(scene(30, f"span.time={t}")) for t in (1, -1))
+    ends = [run.decimals.samples[-1] for run in (there, back)]  # released at a turning point
+    assert abs(ends[0].theta - ends[1].theta) < 1e-35
+    assert abs(ends[0].phi + ends[1].phi) < 1e-35
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return ht.propagate(scene(30, "span.time=7", "want.samples=15"))
+
+
+def same(one, other):
+    return [s.states for s in one.samples] == [s.states for s in other.samples]
+
+
+def test_sampling_changes_nothing(whole):
+    other = ht.propagate(replace(whole.scene, samples=3))
+    assert other.decimals.samples[-1].states == whole.decimals.samples[-1].states
+    assert other.decimals.samples[1].states == whole.decimals.samples[7].states
+
+
+def test_at_any_time_it_is_the_same_run(whole):
+    times = [s.t for s in whole.decimals.samples]
+    again = whole.decimals.at(times[::-1])
+    assert [s.states for s in again[::-1]] == [s.states for s in whole.decimals.samples]
+    assert [s.phi for s in again[::-1]] == [s.phi for s in whole.decimals.samples]
+
+
+def test_the_trajectory_is_the_decimals_rounded(whole):
+    assert whole.theta.tolist() == [float(s.theta) for s in whole.decimals.samples]
+    assert whole(whole.t[3]).theta == whole.theta[3]
+    assert whole.statistics.order > 40
+
+
+def test_a_stored_run_is_the_run(whole, tmp_path):
+    whole.save(tmp_path / "run.nc")
+    ht.propagate(scene(12, "start.phidot=-150"))  # the compiled loop is shared
+    loaded = ht.load_trajectory(tmp_path / "run.nc")
+    assert same(loaded.decimals, whole.decimals)
+    assert loaded.decimals.run.longest == whole.decimals.run.longest
+    for name in ("theta", "phi", "psi"):
+        mine, others = ([getattr(s, name) for s in run.decimals.samples] for run in (loaded, whole))
+        assert mine == others
+    assert [e.kind for e in loaded.decimals.events] == [e.kind for e in whole.decimals.events]
+    assert loaded.events.t.tolist() == whole.events.t.tolist()
+    assert loaded(3.3).theta == whole(3.3).theta
+    assert loaded.statistics.steps == whole.statistics.steps
+    data = whole.to_xarray()
+    assert data["theta_text"].to_numpy()[-1] == whole.decimals.text(
+        whole.decimals.samples[-1].theta
+    )
+    assert len(str(data["event_t_text"].to_numpy()[3])) > 30
+
+
+def test_extending_changes_nothing(whole):
+    part = ht.propagate(replace(whole.scene, time=Exact.of("3.5"), samples=8))
+    longer = ht.extend(part, 7)
+    assert same(longer.decimals, whole.decimals)
+    assert longer.events.t.tolist() == whole.events.t.tolist()
+    uneven = ht.extend(part, 7, samples=2)
+    assert uneven.t.tolist() == [*part.t.tolist(), 5.25, 7.0]
+    assert uneven.decimals.samples[-1].states == whole.decimals.samples[-1].states
+
+
+def test_documents_spell_decimals_out(whole):
+    document = run_document(whole)
+    theta = document["final"]["theta"]
+    assert isinstance(theta, str)
+    truth, ctx = exactly(whole, 50)
+    assert abs(ctx.mpf(theta) - truth(7).theta) < ctx.mpf(10) ** -30
+    psi = ctx.mpf(document["final"]["psi"])
+    back = document["final"]["psi_turns"] * 2 * ctx.pi + ctx.mpf(document["final"]["psi_mod"])
+    assert abs(psi - back) < ctx.mpf(10) ** -27 * abs(psi) / 100
+    assert isinstance(document["events"]["table"][1]["t"], str)
+    assert isinstance(document["errors"]["theta"], float)
+    assert document["plan"]["precision"] == "128 bits"
+    fifteen = run_document(ht.propagate(replace(whole.scene, digits=15, time=Exact.of(1))))
+    assert isinstance(fifteen["final"]["theta"], float)
+
+
+def test_projection_is_for_doubles():
+    with pytest.raises(ht.BadScene, match="only in double precision"):
+        ht.propagate(scene(30), projected=True)
+
+
+def test_leaving_the_finite_numbers_is_said():
+    form = LADDER["routh"].build(None)
+    constants = dict.fromkeys((p.name for p in form.parameters), "1")
+    engine = PreciseIntegrator(form, 128, constants)
+    with pytest.raises(Unfinished):
+        engine.walk(engine.start(["0", "0"]), [Wanted("1")], 10.0)
+
+
+def test_an_event_that_is_none_is_not_found():
+    form = LADDER["axis"].build(None)
+    constants = {p.name: "1" for p in form.parameters} | {"g": "0"}
+    engine = PreciseIntegrator(form, 128, constants, ["reversal"])
+    start = engine.start(["0", "-0.6", "0.8", "0", "0"])  # l along the vertical: theta is constant
+    walk = engine.walk(start, [Wanted("0.5", "reversal"), Wanted("0.5")], 10.0)
+    assert walk.found[0] is None
+    assert np.isclose(float(walk.found[1].state[0]), 0.6 * np.sin(0.5))
+
+
+def test_steps_do_not_go_back():
+    engine = PreciseIntegrator(LADDER["cubic"].build("top"), 128, {f"k_{i}": "1" for i in range(3)})
+    start = engine.start(["0.1", "0"])
+    for t, far in (("-0.5", 10.0), ("0.5", -10.0)):
+        with pytest.raises(ValueError, match="before the mark"):
+            engine.walk(start, [Wanted(t)], far)
+
+
+@pytest.mark.parametrize("bits", [LONG_DOUBLE, 128])
+def test_texts_hold_every_bit(bits):
+    engine = PreciseIntegrator(
+        LADDER["cubic"].build("top"), bits, {f"k_{i}": "1" for i in range(3)}
+    )
+    third = engine.number("1") / engine.number("3")
+    assert engine.number(engine.text(third)) == third

@@ -1,0 +1,406 @@
+"""The variational equations against differences of the closed form at sixty digits."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import cache
+
+import mpmath
+import numpy as np
+import pytest
+
+import heavytop as ht
+from heavytop.errors import BadScene, EndedEarly, NotANumber, Outcome
+from heavytop.models import lagrangian as lag
+from heavytop.models.ladder import LADDER
+from heavytop.models.numeric import numpy_function
+from heavytop.models.typed import typed_function
+from heavytop.propagation import start_values
+from heavytop.sensitivity import UNITS, sensitivities, state_transition
+from heavytop.theory import sleeping, steady
+
+mp = mpmath.mp.clone()
+mp.dps = 60
+STEP = ht.Exact.of("1e-20")
+GIVEN = (lag.A, lag.C, lag.gMR, *lag.COORDINATES, *lag.VELOCITIES)
+MP = {"sin": mp.sin, "cos": mp.cos, "sqrt": mp.sqrt}
+SICM = ht.Top("3.28e-4", "6.60e-5", "0.0456")
+
+
+def scene_of(top, quantities=("theta",), **start):
+    return ht.Scene(top, ht.State(**start), time=1, quantities=quantities, events=())
+
+
+SCENES = {
+    "loops, from a turning point": ht.load_scene("sicm-kicked"),
+    "cusps, from rest": ht.load_scene("sicm-dropped"),
+    "rising": scene_of(SICM, theta="0.4", thetadot=-2, phi="0.3", phidot=3, psi="-1.1", omega3=150),
+    "gravity turned round": scene_of(
+        ht.Top("0.7", "0.9", "-1.3"), theta="1.2", thetadot="0.4", phidot="0.8", psidot=-2
+    ),
+    "no gravity": scene_of(ht.Top(1, "1.5", 0), theta=1, thetadot="0.2", phidot="0.5", omega3=2),
+    "a spherical pendulum": scene_of(ht.Top(1, "0.4", 1), theta=2, thetadot="0.1", phidot="0.6"),
+}
+FORMS = [(name, carried) for name in LADDER for carried in (False, True)]
+FORMS = [each for each in FORMS if each not in (("cubic", True), ("attitude", True))]
+every_form = pytest.mark.parametrize(("name", "carried"), FORMS)
+every_scene = pytest.mark.parametrize("which", SCENES)
+
+
+def wanting(scene, carried):
+    return replace(scene, quantities=("theta", "phi", "psi")[: 3 if carried else 1], events=())
+
+
+def form_of(scene, name):
+    form = LADDER[name].build(ht.plan(scene, name).variant)
+    return form.integrated or form
+
+
+def moved(scene, symbol, step):
+    """Return the exact numbers of a scene, one of them moved by a step."""
+    values = start_values(scene)
+    return values | {symbol.name: values[symbol.name] + step}
+
+
+@cache
+def closed_form(which, symbol, sign):
+    v = moved(SCENES[which], symbol, sign * STEP)
+    top = ht.Top(v.pop("A"), v.pop("C"), v.pop("gMR"))
+    return ht.Motion(top, ht.State(**v)).form(60)
+
+
+def period(which):
+    return float(closed_form(which, lag.A, 1).period)
+
+
+@cache
+def record(which, symbol, sign, t):
+    return closed_form(which, symbol, sign)(t)
+
+
+@cache
+def start_function(form):
+    return typed_function([form.start, list(form.parameters.values())], GIVEN, mp.mpf, MP)
+
+
+def exactly(form, values, at=None):
+    """Return states and parameters at the start or, with a record of the closed form, later."""
+    start = [v.mpf(mp) for v in values.values()]
+    named = dict(zip(values, start, strict=True))
+    now = dict(named)
+    if at is not None:
+        now |= {name: mp.mpf(getattr(at, name)) for name in list(values)[3:]}
+    kappa = named["C"] * (now["psidot"] + now["phidot"] * mp.cos(now["theta"]))
+    turned = kappa * (1 / named["C"] - 1 / named["A"]) * mp.mpf(at.t if at else 0)
+    phi, psi = now["phi"] - named["phi"], now["psi"] - named["psi"]
+    if form.name == "attitude":
+        now["psi"] -= turned
+    sigma = form.name == "axis" and "P_plus" in map(str, form.derivatives[-1].free_symbols)
+    deviations = {
+        "deviation": phi + psi - turned if sigma else phi - psi + turned,
+        "phi_deviation": phi,
+        "psi_deviation": psi,
+    }
+    states, _ = start_function(form)(*(now[s.name] for s in GIVEN))
+    states = [deviations.get(s.name, x) for s, x in zip(form.states, states, strict=True)]
+    _, parameters = start_function(form)(*start)
+    return np.array(states), dict(zip((p.name for p in form.parameters), parameters, strict=True))
+
+
+def differences(which, form, t, used):
+    """Return d(state(0), parameters)/dx and d state(t)/dx for every number x of a scene."""
+    columns = []
+    for symbol in GIVEN:
+        ends = []
+        for sign in (1, -1):
+            values = moved(SCENES[which], symbol, sign * STEP)
+            state, parameters = exactly(form, values)
+            later, _ = exactly(form, values, record(which, symbol, sign, t))
+            ends.append(np.concatenate((state, [parameters[p] for p in used], later)))
+        columns.append((ends[0] - ends[1]) / (2 * STEP.mpf(mp)))
+    n = len(form.states)
+    slopes = np.array(columns, dtype=float).T
+    return slopes[:-n], slopes[-n:]
+
+
+def gap(ours, theirs):
+    """Return the largest difference in a column, in its largest entry."""
+    return np.max(abs(ours - theirs).max(axis=0) / np.maximum(abs(theirs).max(axis=0), 1e-20))
+
+
+@every_scene
+@every_form
+def test_every_column_is_the_closed_forms(name, carried, which):
+    """Forwards over a period and more, and backwards; each number of the scene is moved."""
+    form, T = form_of(wanting(SCENES[which], carried), name), period(which)
+    found = state_transition(wanting(SCENES[which], carried), name, t=[1.3 * T, -0.4 * T])
+    for i, t in enumerate(found.times):
+        start, later = differences(which, form, t, found.parameters)
+        assert gap(np.hstack((found.matrix[i], found.by_parameters[i])) @ start, later) < 1e-12
+    if not carried:  # then they reach every column: of axis and attitude all but their length
+        scaled = start / np.maximum(abs(start).max(axis=0), 1e-20)
+        rank = np.linalg.matrix_rank(scaled, tol=1e-9)
+        assert rank == len(start) - (name in ("axis", "attitude"))
+
+
+@every_scene
+@pytest.mark.parametrize(("name", "power"), [("axis", 1), ("attitude", 2)])
+def test_an_axis_of_another_length(name, power, which):
+    """With q -> s q, e -> s^2 e and g -> g/s^2 the equations are the same."""
+    found = state_transition(wanting(SCENES[which], False), name, t=[-0.3 * period(which)])
+    g = found.parameters.index("g")
+    value = float(SCENES[which].top.gMR / SCENES[which].top.A)
+    first = state_transition(wanting(SCENES[which], False), name, t=[0]).states[0]
+    scaled = [0 if x.startswith("l_") else 1 for x in found.names]
+    ours = found.matrix[0] @ (scaled * first) - power * value * found.by_parameters[0][:, g]
+    assert ours == pytest.approx(scaled * found.states[0], abs=1e-13)
+
+
+@every_scene
+@every_form
+def test_gradients_of_invariants_are_carried(name, carried, which):
+    """Of every invariant I: dI(t) . matrix = dI(0), and what parameters add is constant."""
+    scene = wanting(SCENES[which], carried)
+    form = form_of(scene, name)
+    found = state_transition(scene, name, t=[0, 0.7 * period(which)])
+    values = exactly(form, start_values(scene))[1]
+    constants = [float(values.get(p.name, 0)) for p in (*form.parameters, *form.given)]
+    by = (*form.states, *(p for p in form.parameters if p.name in found.parameters))
+    for invariant in form.invariants.values():
+        slopes = numpy_function([invariant.diff(x) for x in by], form.arguments())
+        before, after = (
+            np.array(slopes(*y, *constants, t), dtype=float)
+            for y, t in zip(found.states, found.times, strict=True)
+        )
+        n = len(form.states)
+        carried_back = after[:n] @ np.hstack((found.matrix[1], found.by_parameters[1]))
+        carried_back[n:] += after[n:]
+        assert (
+            gap(carried_back[:, None] / abs(before).max(), before[:, None] / abs(before).max())
+            < 1e-11
+        )
+
+
+@every_scene
+def test_the_flow_keeps_volumes(which):
+    """Of theta with its momentum, of w and wdot, of e and l, and of q and l."""
+    for name in ("routh", "cubic", "axis", "attitude"):
+        found = state_transition(wanting(SCENES[which], False), name, t=[0.9 * period(which)])
+        assert np.linalg.det(found.matrix[0]) == pytest.approx(1, abs=1e-11)
+
+
+@every_scene
+def test_the_flow_is_symplectic(which):
+    """In the angles and their momenta, in units of A, from the textbook form."""
+    scene = SCENES[which]
+    found = state_transition(wanting(scene, True), "lagrange", t=[0, 0.9 * period(which)])
+    momenta = numpy_function(
+        [[(p / lag.A).diff(x) for x in (*lag.COORDINATES, *lag.VELOCITIES)] for p in lag.momenta()],
+        (lag.A, lag.C, lag.gMR, *lag.COORDINATES, *lag.VELOCITIES),
+    )
+    top = (float(scene.top.A), float(scene.top.C), float(scene.top.gMR))
+    canonical = [np.vstack((np.eye(3, 6), momenta(*top, *y))) for y in found.states]
+    moved = canonical[1] @ found.matrix[1] @ np.linalg.inv(canonical[0])
+    J = np.block([[np.zeros((3, 3)), np.eye(3)], [-np.eye(3), np.zeros((3, 3))]])
+    assert moved.T @ J @ moved == pytest.approx(J, abs=1e-11)
+
+
+HELD = "A", "C", "gMR", "theta", "thetadot", "phidot"
+NATURAL = {"A": 0, "C": 0, "gMR": 0, "theta": 0}  # powers of 1/T in the size of a change
+
+
+@cache
+def of_the_closed_form(scene):
+    """Return T, Δφ, Δψ by everything that a scene gives, from differences at sixty digits."""
+    start, found = scene.start, {}
+    given = {name: getattr(start, name) for name in (*HELD[3:], start.held)}
+    given |= {name: getattr(scene.top, name) for name in HELD[:3]}
+    for name in given:
+        ends = []
+        for sign in (1, -1):
+            v = given | {name: given[name] + sign * STEP}
+            top = ht.Top(v.pop("A"), v.pop("C"), v.pop("gMR"))
+            form = ht.Motion(top, ht.State(**v)).form(60)
+            ends.append((form.period, form.precession, form.spin))
+        rise = [a - b for a, b in zip(*ends, strict=True)]
+        rise[1:] = [x - 2 * mp.pi * mp.nint(x / (2 * mp.pi)) for x in rise[1:]]
+        found[name] = [float(x / (2 * STEP.mpf(mp))) for x in rise]
+    return found
+
+
+def off(found, scene):
+    """Return the largest error, relative to the derivative or to its natural size."""
+    T, errors = ht.Motion(scene.top, scene.start).period, []
+    for name, exact in of_the_closed_form(scene).items():
+        for i, ours in enumerate((found.period, found.precession, found.spin)):
+            if ours is not None:
+                natural = (T, 1, 1)[i] * T ** (name in ("thetadot", "phidot", "psidot", "omega3"))
+                errors.append(abs(ours[name] - exact[i]) / max(abs(exact[i]), natural))
+    return max(errors)
+
+
+@every_scene
+@pytest.mark.parametrize("name", LADDER)
+def test_sensitivities_are_the_closed_forms(name, which):
+    found = sensitivities(SCENES[which], name)
+    assert off(found, SCENES[which]) < 1e-12
+    assert (found.precession is None) == (found.spin is None) == (name == "cubic")
+    held = SCENES[which].start.held
+    assert list(found.period) == list(found.units) == [*HELD, held]
+    assert found.units == {x: UNITS[x] for x in found.period}
+
+
+NEAR_POLES = {
+    "starts beside the top": (SICM, {"theta": "1e-6", "thetadot": 3, "phidot": 30, "omega3": 140}),
+    "passes beside the top": (SICM, {"theta": "0.1", "phidot": "14.12063", "omega3": 140}),
+    "passes beside the bottom": (
+        ht.Top("15.234375", "0.46875", "147.15"),
+        {"theta": "pi/2", "phidot": "1e-3", "psidot": 0},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ["axis", "attitude", "cubic"])
+@pytest.mark.parametrize("which", NEAR_POLES)
+def test_sensitivities_beside_a_pole(which, name):
+    top, start = NEAR_POLES[which]
+    scene = scene_of(top, **start)
+    assert off(sensitivities(scene, name), scene) < 1e-9
+
+
+@pytest.mark.parametrize("name", ["axis", "attitude", "cubic"])
+def test_sensitivities_through_the_top(name):
+    """The angles jump by 2 pi from one side of the pole to the other; their derivatives do not."""
+    start = ht.State.from_constants(SICM, E="0.8", p_phi="9.24e-3", p_psi="9.24e-3", theta=1)
+    scene = ht.Scene(SICM, start, time=1)
+    assert ht.Motion(SICM, start).kind == "through-top"
+    assert off(sensitivities(scene, name), scene) < 1e-12
+
+
+def test_a_pendulum_that_turns_over_has_a_period_alone():
+    scene = ht.load_scene("planar-rotating", ["start.theta=2"])
+    found = sensitivities(scene)
+    assert off(found, scene) < 1e-12
+    assert found.precession is found.spin is None
+
+
+@pytest.mark.parametrize("name", ["axis", "routh", "lagrange"])
+@pytest.mark.parametrize("power", [1, 3, 5])
+def test_a_small_nutation_says_what_it_loses(name, power):
+    """The kick is off that of the slow precession by a tenth and less."""
+    kick = ht.Exact.of("6.3668390938832083838") + ht.Exact.of(f"1e-{power}")
+    scene = scene_of(SICM, theta="0.1", phidot=kick, omega3=140)
+    found = sensitivities(scene, name)
+    assert 0.1 < found.error / (1.7e-14 * 10**power) < 10
+    assert off(found, scene) < 100 * found.error
+
+
+@pytest.mark.parametrize(
+    ("name", "start"),
+    [
+        ("axis", {"theta": "0.1", "phidot": "6.3668390938832"}),
+        ("lagrange", {"theta": "1e-6", "thetadot": 3, "phidot": 30}),
+        ("routh", {"theta": "1e-6", "thetadot": 3, "phidot": 30}),
+    ],
+)
+def test_lost_digits_are_refused(name, start):
+    with pytest.raises(BadScene, match=f"formulation = {name}: loses its digits here"):
+        sensitivities(scene_of(SICM, **start, omega3=140), name)
+
+
+@pytest.mark.parametrize("which", ["steady-betsch", "steady-fast", "steady-single"])
+def test_multipliers_of_steady_precession(which):
+    """After a turn of precession the axis form returns: 1, but for a pair exp(+-i omega T)."""
+    scene = ht.load_scene(which, ['want.quantities=["theta"]'])
+    rate = float(scene.start.phidot)
+    omega = steady.nutation_frequency(scene.top, scene.start.theta, rate)
+    turn = 2 * np.pi / abs(rate)
+    for name, t in (("axis", turn), ("routh", 0.3 * turn)):
+        found = state_transition(scene, name, t=[t]).multipliers[0]
+        pair = np.exp(1j * omega * np.array([t, -t]))
+        assert np.min(abs(pair - 1)) > 1e-2
+        assert max(min(abs(found - each)) for each in pair) < 1e-12
+        others = sorted(abs(found - pair[:, None]).min(axis=0))[2:]
+        assert len(others) == len(found) - 2
+        assert np.all(abs(np.array([x for x in found if min(abs(x - pair)) > 1e-3]) - 1) < 1e-4)
+
+
+@pytest.mark.parametrize("omega3", [0, 40, 100, 117])
+def test_growth_of_the_sleeping_top(omega3):
+    scene = ht.load_scene("sleeping-unstable", [f"start.omega3={omega3}"])
+    rate = sleeping.growth_rate(scene.top, omega3)
+    t = 3 / rate
+    found = state_transition(scene, t=[t]).multipliers[0]
+    assert np.log(max(abs(found))) / t == pytest.approx(rate, rel=1e-12)
+    assert np.log(min(abs(found))) / t == pytest.approx(-rate, rel=1e-10)
+
+
+def test_a_stable_sleeping_top_does_not_grow():
+    found = state_transition(ht.load_scene("sleeping"), t=[0.37, 20.0])
+    assert abs(found.multipliers) == pytest.approx(1, abs=1e-7)
+
+
+def test_times_of_either_sign_in_any_order():
+    scene = wanting(SCENES["rising"], False)
+    t = [0.3, -0.2, 0.0, 0.1, 0.3, -0.4]
+    found = state_transition(scene, t=t)
+    assert found.times.tolist() == t
+    for i, each in enumerate(t):
+        alone = state_transition(scene, t=each)
+        assert alone.matrix[0] == pytest.approx(found.matrix[i], abs=1e-14)
+        assert alone.states[0] == pytest.approx(found.states[i], abs=1e-14)
+    assert found.matrix[2] == pytest.approx(np.eye(5), abs=0)
+    assert not found.by_parameters[2].any()
+
+
+def test_the_scenes_samples_by_default():
+    scene = replace(ht.load_scene("sicm-kicked"), samples=11)
+    found = state_transition(scene)
+    assert found.times == pytest.approx(np.linspace(0, 2, 11))
+    states = ht.propagate(scene).samples.states
+    assert found.states == pytest.approx(states, abs=1e-12)
+
+
+def test_threads_have_their_own():
+    scenes = [wanting(SCENES[which], False) for which in SCENES] * 4
+    alone = [state_transition(scene, t=[0.5]).matrix for scene in scenes]
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda scene: state_transition(scene, t=[0.5]).matrix, scenes))
+    assert all(np.array_equal(a, b) for a, b in zip(alone, found, strict=True))
+
+
+@pytest.mark.parametrize(
+    "which",
+    ["at-rest", "sleeping", "hanging", "steady-betsch", "separatrix", "planar-asymptotic"],
+)
+def test_nothing_nutates(which):
+    scene = ht.load_scene(which)
+    kind = ht.Motion(scene.top, scene.start).kind
+    with pytest.raises(BadScene, match=f"{which}: sensitivities: nothing nutates: {kind}"):
+        sensitivities(scene)
+
+
+def test_bad_input():
+    scene = ht.load_scene("sicm-kicked")
+    for function in (state_transition, sensitivities):
+        with pytest.raises(BadScene, match=r'axes.*did you mean "axis"'):
+            function(scene, "axes")
+    with pytest.raises(BadScene, match="the cubic form does not give phi"):
+        state_transition(scene, "cubic")
+    with pytest.raises(BadScene, match="cannot start at a pole"):
+        sensitivities(ht.load_scene("through-top"), "lagrange")
+    for t in ([0.1, np.nan], np.inf, "soon", [[0.1]]):
+        with pytest.raises(NotANumber, match="t: "):
+            state_transition(scene, t=t)
+
+
+@pytest.mark.parametrize("name", ["lagrange", "subsystem", "routh"])
+@pytest.mark.parametrize("which", ["planar-pendulum", "planar-rotating"])
+def test_a_singularity_is_named(which, name):
+    """A pendulum through a pole, in angles; what was reached comes with the error."""
+    scene = ht.load_scene(which, ["start.theta=2"])
+    with pytest.raises(EndedEarly) as caught:
+        state_transition(scene, name, t=[0.1, 2.5])
+    assert caught.value.outcome is Outcome.SINGULAR
+    assert caught.value.trajectory.times.tolist() == [0.1]
+    with pytest.raises(EndedEarly):
+        sensitivities(scene, name)

@@ -1,0 +1,49 @@
+"""The closed form on every shipped scene: digits of doubles, tilts a second, a thousand digits."""
+
+from time import perf_counter
+
+import numpy as np
+from claim import claim, finish, interleaved
+
+import heavytop as ht
+from heavytop.scene import shipped_scenes
+
+NOTHING = 1e-29  # what a zero may come out as
+COURSES = ("sicm-kicked", "lie-group-benchmark", "near-separatrix", "separatrix", "steady-betsch")
+
+
+def motion_of(name):
+    """The motion of a scene, and its span [s]."""
+    scene = ht.load_scene(name)
+    motion = ht.Motion(scene.top, scene.start)
+    return motion, float(scene.time or scene.periods * motion.period)
+
+
+worst = dict.fromkeys(("theta", "phi", "psi", "one_minus_u", "one_plus_u"), (0.0, ""))
+for name in shipped_scenes():
+    motion, end = motion_of(name)
+    t = np.linspace(0.0, end, 2001)
+    double, exact = motion.at(t), [motion.exact(x) for x in t]
+    for quantity, (largest, _) in worst.items():
+        want, found = [getattr(at, quantity) for at in exact], getattr(double, quantity)
+        off = [abs(float(x - y)) for x, y in zip(found, want, strict=True)]
+        error = max(
+            d / abs(float(y)) if d > NOTHING else 0.0 for d, y in zip(off, want, strict=True)
+        )
+        if error > largest:
+            worst[quantity] = error, name
+for quantity, (largest, name) in worst.items():
+    claim(f"{quantity} off by, relative to itself (worst: {name})", largest, 1e-14)
+
+t = np.linspace(-3.0, 40.0, 10**6)
+forms = {name: motion_of(name)[0].double for name in COURSES}
+for name, best in interleaved({n: lambda f=f: f.theta(t) for n, f in forms.items()}, 7).items():
+    claim(f"seconds for a million tilts, {name}", best, 1.0)
+records = interleaved({n: lambda f=f: f(t) for n, f in forms.items()}, 2)
+print("     whole records, s per million: " + ", ".join(f"{n} {s:.2f}" for n, s in records.items()))
+
+for name in COURSES:
+    began = perf_counter()
+    motion_of(name)[0].at(2, digits=1000)
+    claim(f"seconds for a state at 1000 digits, {name}", perf_counter() - began, 2.0)
+finish()
