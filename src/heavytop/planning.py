@@ -122,9 +122,10 @@ def plan(scene: Scene, formulation: str = "auto", *, projected: bool = False) ->
 
 def _refined(scene: Scene, found: Plan, how: Choice) -> Plan:
     """Return the plan with the precision, projection or folding that was chosen."""
-    found = replace(
-        found, folded=how.folded, estimate=how.estimate, reasons=(*found.reasons, *how.reasons)
-    )
+    if how.folded:
+        whole = Plan("attitude", None, False, (), (), 6, precision="extended", tolerance=0.0)
+        return replace(whole, folded=True, estimate=how.estimate, reasons=how.reasons)
+    found = replace(found, estimate=how.estimate, reasons=(*found.reasons, *how.reasons))
     if how.bits > DOUBLE:
         found = _precise(scene, found, how.bits)
     return _projected(scene, found) if how.projected else found

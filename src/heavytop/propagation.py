@@ -93,6 +93,8 @@ def propagate(
     chosen = plan(scene, formulation, projected=projected)
     if chosen.formulation == "none":
         raise _nothing_to_integrate(scene)
+    if chosen.folded:
+        raise _better_folded(scene, chosen)
     for warning in chosen.warnings:
         warnings.warn(warning, UnboundedAngleWarning, stacklevel=2)
     end = span(scene, closed_form_of(scene))
@@ -118,6 +120,13 @@ def _nothing_to_integrate(scene: Scene) -> BadScene:
     rule = "class and period need no integration: heavytop.classify and heavytop.Motion have them"
     wants = ", ".join(scene.quantities)
     return BadScene((Fault(scene.name, None, "want.quantities", wants, rule),))
+
+
+def _better_folded(scene: Scene, chosen: Plan) -> BadScene:
+    rule = "a span to be folded: heavytop.folded.fold answers; a formulation by name integrates it"
+    key = "span.time" if scene.periods is None else "span.periods"
+    value = str(scene.time if scene.periods is None else scene.periods)
+    return BadScene((Fault(scene.name, None, key, value, rule, chosen.reasons[-1]),))
 
 
 def extend(

@@ -90,6 +90,21 @@ def test_nothing_to_integrate():
         ht.propagate(scene)
 
 
+def test_a_very_long_span_is_folded():
+    """1e9 s and a tenth, which no double is: one nutation answers, in Python by `fold`."""
+    changes = ["span.time=1000000000.1", "want.events=[]", 'want.quantities=["theta", "phi"]']
+    scene = ht.load_scene("sicm-kicked", changes)
+    assert ht.plan(scene).folded
+    with pytest.raises(BadScene, match="fold"):
+        ht.propagate(scene)
+    found = document("run", "sicm-kicked", *(x for c in changes for x in ("--set", c)))
+    assert found["plan"]["folded"]
+    assert found["final"]["phi_turns"] == 1165068846
+    assert found["missed_digits"] == {}
+    assert max(found["errors"][name] for name in ("theta", "phi", "psi", "axis")) < 1e-13
+    assert not ht.plan(ht.load_scene("separatrix", changes)).folded
+
+
 def document(*arguments):
     result = CliRunner().invoke(app, [*arguments, "--json"])
     assert result.exit_code == 0, result.output

@@ -29,6 +29,7 @@ from heavytop.cli.printing import print_json, print_table
 from heavytop.cli.voice import Voice, say
 
 if TYPE_CHECKING:
+    from heavytop.planning import Plan
     from heavytop.scene import Scene
     from heavytop.trajectory import Trajectory
 
@@ -56,36 +57,53 @@ def run(
         read = load_scene(scene, overrides=options)
         folder = stack.enter_context(results_folder(output)) if output else None
         if (known := known_already(read, formulation, folder)) is not None:
-            show(known, json)
+            finish(known, read.digits, json)
             return
         trajectory, early = integrated(read, formulation, voice)
         if early is not None:
             say(f"ended early at t = {trajectory.orbit.end:.6g} s: {early}")
         document = results(trajectory, folder, figures=not no_figures, voice=voice)
-        show(document, json)
         if early is not None:
+            show(document, json)
             say(kept(output))
             raise typer.Exit(exit_code(early))
-        if document["missed_digits"]:
-            say(missed(document["missed_digits"], read.digits))
-            raise typer.Exit(Exit.OUT_OF_BOUND)
+        finish(document, read.digits, json)
+
+
+def finish(document: dict[str, Any], digits: int, json: bool) -> None:
+    """Print a whole run; leave with a code of its own where digits are missed."""
+    show(document, json)
+    if document["missed_digits"]:
+        say(missed(document["missed_digits"], digits))
+        raise typer.Exit(Exit.OUT_OF_BOUND)
 
 
 def known_already(scene: Scene, formulation: str, folder: Path | None) -> dict[str, Any] | None:
-    """The document of a scene that wants nothing that has to be integrated; None of another."""
+    """The document of a scene that needs no integration over its span; None of another."""
     from heavytop.planning import plan
 
     chosen = plan(scene, formulation)
-    if chosen.formulation != "none":
+    if chosen.formulation != "none" and not chosen.folded:
         return None
-    from heavytop.document import known_document
     from heavytop.files import write_document
 
-    document = known_document(scene, chosen)
+    document = at_once(scene, chosen)
     if folder is not None:
         document["files"] = {"document": "run.json"}
         write_document(folder / "run.json", document)
     return document
+
+
+def at_once(scene: Scene, chosen: Plan) -> dict[str, Any]:
+    """The document of a scene that is known at once, or from one nutation."""
+    if not chosen.folded:
+        from heavytop.document import known_document
+
+        return known_document(scene, chosen)
+    from heavytop.folded import fold
+    from heavytop.folded_document import folded_document
+
+    return folded_document(fold(scene), chosen)
 
 
 @contextmanager
