@@ -18,7 +18,7 @@ TILT: Final = frozenset({"theta", "rates"})
 TURNING: Final = frozenset({"phi", "psi", "attitude"})
 BESIDE_A_POLE: Final = 0.02  # rad, where the attitude form begins to be faster
 FOLD_AFTER_S: Final = 20.0  # of integration
-PATIENCE_S: Final = 120.0  # for more than doubles
+PATIENCE_S: Final = 20.0  # for more than doubles
 
 
 @dataclass(frozen=True, slots=True)

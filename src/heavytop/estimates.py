@@ -16,7 +16,7 @@ import numpy as np
 
 from heavytop.motion import Motion
 from heavytop.scene import Scene
-from heavytop.taylor.bits import DOUBLE
+from heavytop.taylor.bits import DOUBLE, LONG_DOUBLE
 from heavytop.theory.closed_form import Asymptotic
 from heavytop.theory.double_form import DoubleRecord
 
@@ -69,7 +69,8 @@ SAMPLE_US: Final = 2.0
 PROJECTED: Final = 1.4  # times as long, and
 WANDER: Final = 60.0  # phase after N periods, in units of T 2⁻⁵³ N^{1/2}
 LOCAL: Final = 16.0  # units of rounding in a state at the end, whatever the span
-WORD_US: Final = 60.0  # of a period at 128 bits, beside one in doubles; it grows as the square
+LONG_DOUBLE_MS: Final = 0.3  # a period in long doubles,
+MPFR_MS: Final = 9.0  # and in 128 bits; it grows a little faster than their square
 LOOKED_AT: Final = 65  # times at which the rates are taken
 
 
@@ -111,7 +112,8 @@ def _seconds(
     each = RATES[formulation].microseconds + QUADRATURE_US * turned
     each *= (PROJECTED if projected else 1.0) * (WATCHED if scene.events else 1.0)
     if bits > DOUBLE:
-        each *= WORD_US * (bits / 128) ** 2
+        longer = MPFR_MS * (bits / 128) ** 2.2
+        each += 1e3 * (LONG_DOUBLE_MS if bits == LONG_DOUBLE else longer)
     return float(1e-6 * (each * periods_of(motion, span) + SAMPLE_US * scene.samples))
 
 

@@ -18,6 +18,7 @@ PAGES = (
     "kicks.md",
     "facts.md",
     "kinds.md",
+    "folding.md",
     "enclosures.md",
     "sensitivity.md",
 )

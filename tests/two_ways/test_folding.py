@@ -14,8 +14,10 @@ from heavytop.errors import BadScene, Impossible, NotANumber
 from heavytop.exact import Exact
 from heavytop.folded import fold
 from heavytop.folds import making
+from heavytop.folds.turned import DOUBLES, Turned
 from heavytop.scene import shipped_scenes
 from heavytop.taylor import folding
+from heavytop.taylor.folding import Folding
 from heavytop.taylor.multiples import Multiples
 
 DIGITS = 60  # of the closed form
@@ -97,6 +99,20 @@ def test_trivial_where_nothing_nutates(name):
     assert folded.cost.steps == 0
 
 
+def steady_starts():
+    yield "turned", ht.State.steady(BOOK, "0.3", 140, phi=-100, psi=1000)
+    yield "upright", ht.State(0, phi=1, phidot=30, psi=-2, psidot=90)
+    yield "hanging", ht.State("pi", phi=1, phidot=30, psi=-2, psidot=90)
+
+
+@pytest.mark.parametrize("start", [pytest.param(x[1], id=x[0]) for x in steady_starts()])
+def test_every_kind_of_steady_start(start):
+    """On the vertical phi stays what it is, and psi takes the whole spin."""
+    arrays, single, decimals = worst(fold(ht.Scene(BOOK, start, time=1)), ht.Motion(BOOK, start))
+    assert max(arrays, single) < 1e-14
+    assert decimals < 1e-20
+
+
 @pytest.mark.parametrize("name", ["sicm-kicked", "lie-group-benchmark", "through-top"])
 def test_rates_attitude_and_angular_velocity(name):
     """Of every sample, against the angles and rates of the closed form."""
@@ -148,6 +164,13 @@ def test_fifty_digits():
     t = "543210987654.3"
     assert off(folded.decimals(t), form(t), form.ctx) < 1e-50
     assert folded.cost.bits == 256
+
+
+def test_two_hundred_digits():
+    """Where a step could reach across several turning points, if it were allowed to."""
+    folded, form = fold(ht.load_scene("simo-wong"), digits=200), motion("simo-wong").form(230)
+    t = "123456789.1"
+    assert off(folded.decimals(t), form(t), form.ctx) < 1e-200
 
 
 # --- planted errors ----------------------------------------------------------------------------
@@ -204,6 +227,7 @@ def starts():
         ht.State("pi/3", phidot=10, thetadot="1e-40", psidot="135.6"),
     )
     yield "slow", ht.Top(1, "0.5", "1e-24"), ht.State("0.5", phidot="2e-12", omega3="3e-12")
+    yield "fast-spin", ht.Top(1, "1e-5", 1), ht.State("0.5", omega3="3e5")
     yield "large-angles", BOOK, ht.State("0.1", phidot=-15, psidot=140, phi="1e17", psi="-1e18")
 
 
@@ -235,22 +259,69 @@ def test_tops_drawn_at_random(C, gMR, theta, rates):
     assert max(worst(fold(ht.Scene(top, start, time=1)), truth)) < 1e-13
 
 
-@pytest.mark.parametrize("name", ["through-top", "through-bottom", "planar-rotating"])
-def test_an_exact_pass_through_a_pole(name):
+PASSES = [
+    ("through-top", 0, -np.pi),
+    ("through-bottom", 0, np.pi),
+    ("planar-rotating", 0, np.pi),
+    ("planar-rotating", 1, -np.pi),
+]
+
+
+@pytest.mark.parametrize(("name", "half", "jump"), PASSES)
+@pytest.mark.parametrize("ask", ["__call__", "decimals"])
+def test_an_exact_pass_through_a_pole(name, half, jump, ask):
     """phi jumps by pi, forward in time; psi back at the top, and forward at the bottom."""
-    folded = shipped(name)
-    passed = float(folded.course.first) if name != "planar-rotating" else 0.0
-    top, bottom = name == "through-top", name != "through-top"
+    folded, course = shipped(name), shipped(name).course
+    top = jump < 0
     for n in (0, 1, -3):
-        pole = passed + n * folded.period
-        before, at, after = (folded(pole + dt * folded.course.ctx.mpf("1e-9")) for dt in (-1, 0, 1))
-        turned = 2 * np.pi * (after.phi_turns - before.phi_turns) + after.phi_mod - before.phi_mod
-        spun = 2 * np.pi * (after.psi_turns - before.psi_turns) + after.psi_mod - before.psi_mod
-        assert turned == pytest.approx(np.pi, abs=1e-6)
-        assert spun == pytest.approx(-np.pi if top else np.pi, abs=1e-6)
-        assert min(at.theta, np.pi - at.theta) < 1e-12
-        assert abs(at.axis[2] - (1 if not bottom else -1)) < 1e-12
-        assert np.abs(after.quaternion - before.quaternion).max() < 1e-6
+        pole = course.first + (2 * n + half) * course.half
+        around = (pole + dt * course.ctx.mpf("1e-9") for dt in (-1, 0, 1))
+        before, at, after = (getattr(folded, ask)(t) for t in around)
+        for angle, expected in (("phi", np.pi), ("psi", jump)):
+            past = float(getattr(after, angle) - getattr(before, angle))
+            assert past == pytest.approx(expected, abs=1e-6)
+            assert float(getattr(after, angle) - getattr(at, angle)) == pytest.approx(0, abs=1e-6)
+        for rate in ("thetadot", "phidot", "psidot"):
+            later = float(getattr(after, rate))
+            assert float(getattr(at, rate)) == pytest.approx(later, rel=1e-6, abs=1e-6)
+        assert float(at.theta if top else np.pi - at.theta) == pytest.approx(0, abs=1e-12)
+        assert float(at.axis[2]) == pytest.approx(1 if top else -1, abs=1e-12)
+        both = zip(before.quaternion, after.quaternion, strict=True)
+        assert max(abs(float(x - y)) for x, y in both) < 1e-6
+
+
+def beside_the_top(miss):
+    """Return a start that comes so close to the top [s^-1 of P_minus], from half-way down."""
+    phidot = 1 + Exact.of(miss)  # with 1 it would pass through it
+    return ht.Top(1, "0.5", 1), ht.State("pi/3", thetadot="3.3", phidot=phidot, omega3=3)
+
+
+def test_in_the_middle_of_a_close_pass():
+    """A million million periods away, where phi turns by a radian in 1e-21 s."""
+    top, start = beside_the_top("1e-20")
+    folded, form = fold(ht.Scene(top, start, time=1)), ht.Motion(top, start).form(100)
+    for n in (3, 10**12):
+        middle = form.lower_turning + (n + form.ctx.mpf(0.5)) * form.period
+        for later in ("0", "1e-21", "-3e-21", "1e-19"):
+            t = middle + form.ctx.mpf(later)
+            exact = form(t)
+            assert float(exact.theta) < 1e-18
+            assert off(folded(t), exact, form.ctx) < 1e-14
+            assert off(folded.decimals(t), exact, form.ctx) < 1e-16
+    assert abs(form(middle + form.ctx.mpf("1e-21")).phi - form(middle).phi) > 0.1
+
+
+def test_arrays_keep_the_digits_of_a_close_pass():
+    """A tenth of a nanosecond from the pole, and more than half a swing from the start."""
+    top, start = beside_the_top("1e-9")
+    folded, form = fold(ht.Scene(top, start, time=1)), ht.Motion(top, start).form(DIGITS)
+    middle = float(form.lower_turning + form.period / 2)
+    times = middle + np.arange(-5, 6) * np.spacing(middle)
+    many = folded(times)
+    for i, t in enumerate(times.tolist()):
+        exact = form(t)
+        assert float(exact.theta) < 1e-8
+        assert off(one(many, i), exact, form.ctx) < 1e-14
 
 
 # --- what it takes, and what is refused ----------------------------------------------------------
@@ -262,6 +333,15 @@ def test_the_bits_follow_from_what_is_hard_to_tell():
     far = fold(ht.load_scene("sicm-kicked", ["span.periods=1e15"]))
     assert far.reach > 1e15 * float(far.period) > easy.reach
     assert all(x.cost.closure < 1e-30 for x in (easy, near, far))
+
+
+def test_as_many_half_periods_as_a_double_can_count():
+    """Where the nearest one is not found at once."""
+    folded = fold(ht.load_scene("sicm-kicked", ["span.periods=2e15"]))
+    times = np.random.default_rng(5).uniform(-2e15, 2e15, 50) * float(folded.period)
+    many, form = folded(times), motion("sicm-kicked").form(DIGITS)
+    for i, t in enumerate(times.tolist()):
+        assert off(one(many, i), form(t), form.ctx) < 1e-14
 
 
 @pytest.mark.parametrize("name", NEVER)
@@ -286,6 +366,13 @@ def test_refused_where_it_takes_too_many_bits(monkeypatch):
     monkeypatch.setattr(making, "MOST_BITS", 128)
     with pytest.raises(BadScene, match="takes 192 bits, and 128 are the most"):
         fold(ht.load_scene("near-separatrix"))
+
+
+def test_refused_where_it_does_not_close(monkeypatch):
+    monkeypatch.setattr(making, "MOST_BITS", 128)
+    monkeypatch.setattr(Folding, "_closure", lambda *_: 1e-20)
+    with pytest.raises(BadScene, match="takes 192 bits"):
+        fold(ht.load_scene("sicm-kicked"))
 
 
 @pytest.mark.parametrize("rate", ["1e-200", "1e200"])
@@ -337,6 +424,11 @@ def test_shapes():
 
 
 # --- the parts -----------------------------------------------------------------------------------
+
+
+def test_a_little_less_than_a_turn_is_a_turn():
+    turned = Turned(3, -1e-20).further(DOUBLES, 0.0)
+    assert (turned.whole, turned.rest) == (3, 0.0)
 
 
 @given(st.integers(-(2**52), 2**52), st.fractions(-1000, 1000, max_denominator=10**30))

@@ -2,7 +2,8 @@
 
 Each polynomial is in x, the fraction of its step, and is cut where doubles no longer feel it. A
 polynomial that starts at a turning point keeps the relative digits of alpha and beta, however
-close to a pole, because there each term is small by itself.
+close to a pole, because there each term is small by itself. Passes are turning points, where steps
+begin and end: within one no argument turns by as much as pi (`turns`).
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 CUT = 2.0**-60  # of the largest term
+AFTER = 1e-200  # of a step: on a pole itself everything is what it is the moment after
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,38 +30,32 @@ class Piece:
         When it starts, and how long it is [s].
     terms : ndarray, shape (order + 1, 6)
         Of q_0 ... q_3, l_x, l_y as polynomials in the fraction of the step.
-    senses : tuple of float
-        In which the arguments of alpha and beta turn, 1 or -1.
     turned : tuple of float
-        By how much they have turned at the start [rad], since the run did.
+        The arguments of alpha and beta at the start, with their turns [rad].
     """
 
     start: float
     length: float
     terms: Array
-    senses: tuple[float, float]
     turned: tuple[float, float]
 
     def at(self, t: Array) -> tuple[Array, Array]:
-        """Return states, shape (6, k), and turned arguments, shape (2, k) [rad]."""
-        x = (t - self.start) / self.length
+        """Return states, shape (6, k), and arguments with their turns, shape (2, k) [rad]."""
+        x = np.maximum((t - self.start) / self.length, AFTER)
         states = np.repeat(self.terms[-1][:, None], t.size, axis=1)
         for term in self.terms[-2::-1]:
             states *= x
             states += term[:, None]
         q_0, q_1, q_2, q_3 = states[:4]
-        arms = zip(((q_0, q_3), (q_1, q_2)), self.senses, self.turned, strict=True)
+        arms = zip(((q_0, q_3), (q_1, q_2)), self.turned, strict=True)
         return states, np.stack([_turned(*each) for each in arms])
 
 
-def _turned(arm: tuple[Array, Array], sense: float, turned: float) -> Array:
-    """Return an argument that has turned, since the start of a step, by less than pi."""
-    x, y = arm
-    c, s = np.cos(turned), np.sin(turned)
-    change = np.arctan2(c * y - s * x, c * x + s * y)
-    change += sense * 2 * np.pi * (sense * change < -np.pi / 2)
-    # On the pole itself: what it will be.
-    return turned + np.where((x == 0) & (y == 0), sense * np.pi / 2, change)
+def _turned(arm: tuple[Array, Array], turned: float) -> Array:
+    """Return an argument that has changed, since the start of a step, by less than pi."""
+    (x, y), c, s = arm, np.cos(turned), np.sin(turned)
+    change: Array = np.arctan2(c * y - s * x, c * x + s * y)
+    return turned + change
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,15 +103,12 @@ def cut(coefficients: Any, length: Any) -> Array:
     return np.array(rows)
 
 
-def followed(seen: Sequence[Sequence[float]], senses: tuple[float, float]) -> Array:
-    """Return the arguments of alpha and beta with their turns, shape (k, 2) [rad].
+def followed(seen: Sequence[Sequence[float]]) -> Array:
+    """Return arguments with their turns, shape (k, n) [rad], from what they are modulo a turn.
 
-    From each to the next they change by less than pi, in the given senses.
+    From each row to the next they change by less than pi.
     """
-    angles, sense = np.array(seen), np.array(senses)
-    change = np.diff(angles, axis=0)
-    change -= 2 * np.pi * np.round(change / (2 * np.pi))
-    change += sense * 2 * np.pi * (sense * change < -np.pi / 2)
-    counted = np.concatenate((angles[:1], angles[0] + np.cumsum(change, axis=0)))
-    turned: Array = angles + 2 * np.pi * np.round((counted - angles) / (2 * np.pi))
-    return turned
+    angles = np.array(seen)
+    turns = np.cumsum(np.round(np.diff(angles, axis=0) / (2 * np.pi)), axis=0)
+    angles[1:] -= 2 * np.pi * turns
+    return angles

@@ -107,7 +107,6 @@ class Folding(PreciseIntegrator):
         self._g, self._l_z, self._n, P_plus, P_minus = (self._constants[name] for name in names)
         self._turns = Turns.of({name: float(x) for name, x in self._constants.items()})
         self._momenta = P_plus, P_minus
-        self._senses = float(sense(P_plus)), float(sense(P_minus))
         self._turn = 2 * np.arctan2(self.number("0"), self.number("-1"))
 
     def nutation(self, state: Sequence[str], turns_at_once: bool) -> Nutation:
@@ -246,7 +245,7 @@ class Folding(PreciseIntegrator):
         end = self._turning(last)
         begun = arguments(marks[0].state) if not turns_at_once else (since - since, since - since)
         seen = [begun, *(arguments(mark.state) for mark in marks[1:]), end.arguments]
-        turned = followed([[float(x) for x in pair] for pair in seen], self._senses)
+        turned = followed([[float(x) for x in pair] for pair in seen])
         counted = (turned[-1] - turned[0]).tolist()
         changes = (y - x for x, y in zip(begun, end.arguments, strict=True))
         a, b = (self._near(*each) for each in zip(changes, counted, strict=True))
@@ -256,6 +255,6 @@ class Folding(PreciseIntegrator):
             turned=(a, b),
             end=end,
             marks=tuple(marks),
-            dense=Dense.of([Piece(t, *cut, self._senses, (a, b)) for t, cut, (a, b) in steps]),
+            dense=Dense.of([Piece(t, *cut, (a, b)) for t, cut, (a, b) in steps]),
             bend=float(abs(rise_rate(last, self._l_z, self._n, self._g)) / self._rate**2),
         )

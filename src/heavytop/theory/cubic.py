@@ -6,16 +6,8 @@ beside the start and their distances from the poles come from products, not from
 
 from __future__ import annotations
 
-from heavytop.errors import NoClosedForm
 from heavytop.theory.precision import Context, Number, context
 from heavytop.theory.reduced import Reduced
-
-
-class Unresolved(NoClosedForm):
-    """Roots that the digits at hand do not tell apart."""
-
-    def __init__(self, digits: int) -> None:
-        super().__init__(f"{digits} digits do not tell the turning points apart")
 
 
 def inner(over: Reduced) -> tuple[Number, Number]:
@@ -25,11 +17,6 @@ def inner(over: Reduced) -> tuple[Number, Number]:
     ----------
     over : Reduced
         A motion with g ≥ 0 that nods.
-
-    Raises
-    ------
-    Unresolved
-        When they come out equal.
     """
     ctx = over.ctx
     f0, f1, f2, f3 = over.taylor
@@ -39,8 +26,6 @@ def inner(over: Reduced) -> tuple[Number, Number]:
     if f0:
         near = min(d1, d2, key=abs)
         far = d2 if near is d1 else d1
-        if not far * d3:
-            raise Unresolved(ctx.dps)
         near = -f0 / (f3 * far * d3)
     else:
         near, far = ctx.zero, (d2 if f1 > 0 else d1)
@@ -88,8 +73,6 @@ def _cubic(over: Reduced) -> tuple[Number, Number, Number]:
     ctx = context(2 * over.ctx.dps + 20 + small)
     f0, f1, f2, f3 = (ctx.make_mpf(value._mpf_) for value in over.taylor)
     p = (3 * f3 * f1 - f2**2) / (3 * f3**2)
-    if p >= 0:
-        raise Unresolved(over.ctx.dps)
     q = (2 * f2**3 - 9 * f3 * f2 * f1 + 27 * f3**2 * f0) / (27 * f3**3)
     size = 2 * ctx.sqrt(-p / 3)
     angle = ctx.acos(max(-ctx.one, min(ctx.one, 3 * q / (p * size)))) / 3

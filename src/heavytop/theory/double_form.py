@@ -162,7 +162,7 @@ class DoubleForm:
     def theta(self, t: npt.ArrayLike, t_lo: npt.ArrayLike = 0.0) -> Array:
         """θ [rad] alone at the times t + t_lo, bit for bit that of the whole record.
 
-        Five to ten times as fast: ``validation/14_closed_form.py`` says how many a second.
+        Several times as fast: ``validation/14_closed_form.py`` says how many a second.
 
         Parameters
         ----------

@@ -21,12 +21,19 @@ from heavytop.theory.course import (
     miss_of_top,
     upright,
 )
-from heavytop.theory.cubic import Unresolved, inner, outer
+from heavytop.theory.cubic import inner, outer
 from heavytop.theory.precision import Context, Number, context, digits_lost, threshold
 from heavytop.theory.reduced import Reduced
 
 MOST_DIGITS = 10_000
 """Digits beyond which no more are taken to tell two roots apart."""
+
+
+class Unresolved(NoClosedForm):
+    """Roots that the digits at hand do not tell apart."""
+
+    def __init__(self, digits: int) -> None:
+        super().__init__(f"{digits} digits do not tell the turning points apart")
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,9 +6,8 @@ from typing import TypeAlias
 
 from heavytop.theory.asymptotic import Asymptotic
 from heavytop.theory.course import NOTHING, Course, Proved, course, upright
-from heavytop.theory.cubic import Unresolved
 from heavytop.theory.nodding import Nodding
-from heavytop.theory.nutation import MOST_DIGITS, nutation, resolved
+from heavytop.theory.nutation import MOST_DIGITS, Unresolved, nutation, resolved
 from heavytop.theory.precision import context, digits_lost, vanishes
 from heavytop.theory.reduced import Reduced
 from heavytop.theory.steady_course import Steady
