@@ -70,15 +70,16 @@ for _ in range(TOPS):
     kinds[str(verdict.kind)] += 1
     uncertain += not verdict.certified
     observed = seen(taylor, A, C, gMR, theta, thetadot, phidot, omega3)
-    if observed != verdict.kind:
-        if verdict.margin < 1e-11:
-            blurred += 1
-        else:
-            wrong.append((numbers, str(verdict.kind), observed, verdict.margin))
+    if observed == verdict.kind:
+        continue
+    if observed == "cusps":  # phidot is too small at a turn for doubles to tell its sign
+        blurred += 1
+    else:
+        wrong.append((numbers, str(verdict.kind), observed, verdict.margin))
 print(dict(kinds))
 for case in wrong[:10]:
     print(case)
 claim(f"{TOPS} random tops: wrong certified verdicts", len(wrong), 0)
 claim(f"{TOPS} random tops: not certified", uncertain, 0)
-claim("too near a boundary for doubles to tell (margin < 1e-11)", blurred, TOPS // 100)
+claim("verdicts of loops or waves where doubles see a cusp", blurred, TOPS // 1000)
 finish()

@@ -20,7 +20,7 @@ from heavytop.taylor.precise import Unfinished
 from heavytop.theory.precision import Context, Number, context
 
 REACH = 2.0**44  # half-periods, unless the scene reaches farther
-MOST_HALVES = 2.0**52  # a double counts no more
+MOST_HALVES = 2.0**50  # that doubles tell from their neighbours, with room
 MOST_TURNS = 2.0**60  # of phi or psi
 FOR_EVER = 1e300  # seconds
 MOST_BITS = 4096

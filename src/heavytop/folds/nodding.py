@@ -70,7 +70,7 @@ class Nodding:
         return 4 * self.ctx.pi * phi, 4 * self.ctx.pi * psi
 
     def at_many(self, t: Array) -> FoldedSample:
-        """Return the motion at times of shape (k,) [s], no more than 2^52 half-periods away."""
+        """Return the motion at times of shape (k,) [s], no more than 2^50 half-periods away."""
         n, since = self._reduced(t)
         states, swung = np.empty((6, t.size)), np.empty((2, t.size))
         for swing, among in zip(self.nutation.swings, (n % 2 == 0, n % 2 == 1), strict=True):
@@ -121,11 +121,12 @@ class Nodding:
         return principal + turn * round((near - float(principal)) / (2 * math.pi))
 
     def _reduced(self, t: Array) -> tuple[Array, tuple[Array, Array]]:
-        """Return the nearest turning point, by its number, and the time since it [s]."""
-        first, half = words(self.first), self._halves.words[0]
-        n = np.rint((t - first[0]) / half)
-        since = self._halves.rest(t, n, first)
-        n += np.rint(since[0] / half)  # where rounding took a neighbour
+        """Return a turning point close by, by its number, and the time since it [s].
+
+        Rounding may take another than the nearest, but none beyond the end of a swing.
+        """
+        first = words(self.first)
+        n = np.rint((t - first[0]) / self._halves.words[0])
         return n, self._halves.rest(t, n, first)
 
     def _begun(self, t: Number) -> tuple[int, Number, Angles]:
