@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from heavytop.doubledouble import two_product
 from heavytop.models.formulation import Formulation, spin, turned_phi
 from heavytop.models.numeric import numpy_function
-from heavytop.taylor.doubledouble import two_product
 
 Array = NDArray[np.float64]
 

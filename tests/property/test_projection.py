@@ -8,12 +8,12 @@ import pytest
 import sympy as sp
 
 import heavytop as ht
+from heavytop.doubledouble import add
 from heavytop.exact import Exact
 from heavytop.models.axis_form import axis_form
 from heavytop.models.ladder import LADDER
 from heavytop.models.typed import typed_function
 from heavytop.taylor import projection
-from heavytop.taylor.doubledouble import add
 from heavytop.taylor.legs import STRIDE
 from heavytop.taylor.projection import Projection
 from heavytop.witness import closed_form, phase_error, run_errors

@@ -50,7 +50,7 @@ def off(sample, exact, ctx):
         whole, rest = getattr(sample, f"{name}_turns"), getattr(sample, f"{name}_mod")
         errors.append(turn * int(whole) + ctx.mpf(rest) - getattr(exact, name))
         assert 0 <= rest <= turn
-    return max(abs(float(error)) for error in errors)
+    return max(abs(ctx.mpf(error)) for error in errors)
 
 
 def one(many, i):
@@ -166,11 +166,11 @@ def test_fifty_digits():
     assert folded.cost.bits == 256
 
 
-def test_two_hundred_digits():
-    """Where a step could reach across several turning points, if it were allowed to."""
-    folded, form = fold(ht.load_scene("simo-wong"), digits=200), motion("simo-wong").form(230)
+def test_four_hundred_digits():
+    """Where a step could pass several turning points, if it were allowed to."""
+    folded, form = fold(ht.load_scene("simo-wong"), digits=400), motion("simo-wong").form(430)
     t = "123456789.1"
-    assert off(folded.decimals(t), form(t), form.ctx) < 1e-200
+    assert off(folded.decimals(t), form(t), form.ctx) < form.ctx.mpf("1e-400")
 
 
 # --- planted errors ----------------------------------------------------------------------------
@@ -372,7 +372,7 @@ def test_refused_where_it_takes_too_many_bits(monkeypatch):
 
 def test_refused_where_it_does_not_close(monkeypatch):
     monkeypatch.setattr(making, "MOST_BITS", 128)
-    monkeypatch.setattr(Folding, "_closure", lambda *_: 1e-20)
+    monkeypatch.setattr(Folding, "_closure", lambda *_: 2.0**60)
     with pytest.raises(BadScene, match="takes 192 bits"):
         fold(ht.load_scene("sicm-kicked"))
 

@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from heavytop.doubledouble import two_product
 from heavytop.folds.cayley_klein import Angles, Constants, nodding
 from heavytop.folds.sample import FoldedSample
 from heavytop.folds.turned import ARRAYS, DOUBLES, Arithmetic, Real, Turned, decimals, words
-from heavytop.taylor.doubledouble import two_product
 from heavytop.taylor.folding import Folding, Nutation
 from heavytop.taylor.multiples import Multiples
 from heavytop.theory.precision import Context, Number

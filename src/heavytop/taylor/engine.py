@@ -9,8 +9,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from heavytop.doubledouble import DoubleDouble
 from heavytop.models.formulation import Formulation
-from heavytop.taylor.doubledouble import DoubleDouble
 
 Array = NDArray[np.float64]
 

@@ -137,15 +137,15 @@ class Folding(PreciseIntegrator):
         begun = self._turning(start) if lead is None else lead.end
         first = self._swing(begun.state, True)
         second = self._swing(first.end.state, True)
-        closure = self._closure(first, second)
+        rounding = self._closure(first, second)
         return Nutation(
             first=self.text(lead.duration) if lead else "0",
             before=self._texts(lead.turned if lead else self._aside(begun)),
             half=self.text(first.duration),
             turned=self._texts(first.turned),
             swings=(first, second),
-            closure=closure,
-            lost_bits=max(self._lost(first, second), self.bits + math.log2(closure or 0.5)),
+            closure=math.ldexp(rounding, -self.bits),
+            lost_bits=max(self._lost(first, second), math.log2(max(1.0, rounding))),
             steps=sum(len(swing.marks) for swing in (lead, first, second) if swing),
         )
 
@@ -181,12 +181,13 @@ class Folding(PreciseIntegrator):
         return angle
 
     def _closure(self, first: Swing, second: Swing) -> float:
+        """Return by how much two swings differ, in units of the last bit of 1."""
         turned = (abs(x - y) for x, y in zip(first.turned, second.turned, strict=True))
         late = abs(first.duration - second.duration) * self._rate
-        return max(float(late), *map(float, turned))
+        return float(max(late, *turned) * self.number("2") ** self.bits)
 
     def _lost(self, first: Swing, second: Swing) -> float:
-        bend = max(min(first.bend, second.bend), 2.0**-self.bits)  # less is all rounding
+        bend = max(min(first.bend, second.bend), 2.0 ** -min(self.bits, 1000))  # less is rounding
         steep = max(first.end.steepness, second.end.steepness)
         return math.log2(float(steep) / bend) + abs(math.log2(float(self._rate)))
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from heavytop.doubledouble import DoubleDouble, add
 from heavytop.models.formulation import Formulation
-from heavytop.taylor.doubledouble import DoubleDouble, add
 from heavytop.taylor.engine import Array, Block, Hits
 from heavytop.taylor.integrator import Integrator
 from heavytop.taylor.projection import Projection

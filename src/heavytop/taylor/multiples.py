@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.taylor.doubledouble import add, two_product, two_sum
+from heavytop.doubledouble import add, two_product, two_sum
 
 Array = NDArray[np.float64]
 Words = tuple[float, float, float]

@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.taylor.doubledouble import DoubleDouble, add
+from heavytop.doubledouble import DoubleDouble, add
 from heavytop.taylor.engine import Array, Block, Engine, Hits
 from heavytop.taylor.winding import GRAIN, SLACK, Winding, azimuth, distinct
 
