@@ -71,6 +71,6 @@ $(READY): pyproject.toml $(LOCK)
 	    $(PIP) install --no-build-isolation --no-deps -e .; \
 	else \
 	    $(PIP) install --upgrade 'pip>=25.1' && \
-	    $(PIP) install --group dev -e .; \
+	    $(PIP) install --group dev -e '.[rivals]'; \
 	fi || { echo 'heavytop: the environment could not be installed; the lines above say why.' >&2; exit 1; }
 	@touch $@

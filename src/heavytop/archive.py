@@ -11,6 +11,7 @@ import numpy as np
 
 from heavytop.errors import ForeignFile, Outcome
 from heavytop.events import Events
+from heavytop.machine import versions
 from heavytop.netcdf import SCHEMA
 from heavytop.planning import Plan
 from heavytop.propagation import compiled_for, engine_of, start_values
@@ -49,6 +50,30 @@ def load_trajectory(path: str | os.PathLike[str]) -> Trajectory:
         raise
     except Exception as fault:  # a damaged file fails in any of the libraries that read it
         raise ForeignFile(f"{path}: not a readable {SCHEMA} file ({fault})") from fault
+
+
+def load_interrupted(path: str | os.PathLike[str]) -> Trajectory:
+    """Read a trajectory to go on with it, which takes what it was begun with.
+
+    Raises
+    ------
+    ForeignFile
+        As for `load_trajectory`; or it was begun with other versions, or on another processor.
+    """
+    import xarray
+
+    found = load_trajectory(path)
+    with xarray.open_dataset(Path(path), engine="h5netcdf") as file:
+        there = json.loads(file.attrs.get("versions", "{}"))
+    here = versions()
+    other = [
+        f"{name}: {there.get(name)} there, {here[name]} here"
+        for name in here
+        if there.get(name) != here[name]
+    ]
+    if other:
+        raise ForeignFile(f"{path}: begun with other versions ({'; '.join(other)})")
+    return found
 
 
 def _checked(trajectory: Trajectory) -> Trajectory:

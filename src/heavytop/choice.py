@@ -128,12 +128,12 @@ def _finer(scene: Scene, motion: Motion, span: float, formulation: str, plain: E
         return Choice(False, False, bits, long, (lost,))
     projected = formulation in PROJECTABLE
     best = estimate(scene, motion, span, formulation, projected=projected, bits=DOUBLE)
-    why = f"{_of(best.error)} is expected: more bits would take {long.seconds:.0f} s"
+    why = f"{_of(best.error)} will be lost: more bits would take {long.seconds:.0f} s"
     return Choice(projected, False, DOUBLE, best, (why,))
 
 
 def _of(error: float) -> str:
-    return f"about {error:.0e}"
+    return f"about {error:.0e}" if error < 1 else "every digit"
 
 
 PROJECTABLE: Final = frozenset({"axis", "attitude", "cubic"})

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from heavytop import __version__
+from heavytop.machine import cpu_model, usable_cpus, version
 
 PACKAGE = "heavytop"
 _NAME = re.compile(r"[A-Za-z0-9._-]+")
@@ -49,14 +50,6 @@ def diagnosis() -> dict[str, Any]:
         "optional": {extra: optional(extra) for extra in extras()},
         "missing": [name for name, found in versions.items() if found is None],
     }
-
-
-def version(name: str) -> str | None:
-    """The installed version of a package, or None."""
-    try:
-        return metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return None
 
 
 def requirements(extra: str | None) -> list[str]:
@@ -131,23 +124,6 @@ def folder_size(folder: Path) -> int:
             except OSError:  # gone since it was listed
                 continue
     return total
-
-
-def cpu_model() -> str | None:
-    """The processor's name, where the system tells it."""
-    try:
-        text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return platform.processor() or None
-    found = re.search(r"^model name\s*:\s*(.+)$", text, re.MULTILINE)
-    return found.group(1).strip() if found else None
-
-
-def usable_cpus() -> int:
-    """The number of processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def in_words(found: Mapping[str, Any]) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from heavytop.classification import constants_document, finite, motion_document
 from heavytop.decimal_document import event_rows, final_document
 from heavytop.errors import Outcome
 from heavytop.events import EVENTS
+from heavytop.machine import version
 from heavytop.motion import Motion
 from heavytop.plan_document import chosen_document
 from heavytop.planning import Plan, closed_form_of
@@ -51,7 +51,7 @@ def run_document(trajectory: Trajectory, files: Mapping[str, str] | None = None)
         "cost": _cost(trajectory, motion),
         "outcome": str(trajectory.outcome),
         "files": dict(files or {}),
-        "versions": {name: _version(name) for name in _LIBRARIES},
+        "versions": {name: version(name) for name in _LIBRARIES},
     }
 
 
@@ -80,7 +80,7 @@ def known_document(scene: Scene, chosen: Plan) -> dict[str, Any]:
         "cost": {"steps": 0, **dict.fromkeys(costs, 0.0), "us_per_period": None},
         "outcome": str(Outcome.FINISHED),
         "files": {},
-        "versions": {name: _version(name) for name in _LIBRARIES},
+        "versions": {name: version(name) for name in _LIBRARIES},
     }
 
 
@@ -133,10 +133,3 @@ def _cost(trajectory: Trajectory, motion: Motion) -> dict[str, Any]:
         "integrate_s": spent.integrate_s,
         "us_per_period": finite(spent.integrate_s / periods * 1e6) if periods else None,
     }
-
-
-def _version(library: str) -> str | None:
-    try:
-        return version(library)
-    except PackageNotFoundError:
-        return None

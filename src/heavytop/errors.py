@@ -6,9 +6,11 @@ raises on purpose, and nothing else.
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from pathlib import Path
 from typing import Any
 
 
@@ -97,8 +99,56 @@ class ForeignFile(HeavyTopError, ValueError):
     """A result file that is damaged or was not written by this package."""
 
 
+class ForeignStudy(ForeignFile):
+    """A folder that holds another study; `differences` lists by name what is not the same."""
+
+    def __init__(self, folder: Path, differences: Sequence[str]) -> None:
+        super().__init__(folder, differences)
+        self.folder = folder
+        self.differences = tuple(differences)
+
+    def __str__(self) -> str:
+        return f"{self.folder}: holds another study: {'; '.join(self.differences)}"
+
+
+class InUse(HeavyTopError):
+    """A folder that another process is writing."""
+
+    def __init__(self, folder: Path, pid: str = "", host: str = "") -> None:
+        super().__init__(folder, pid, host)
+        self.folder, self.pid, self.host = folder, pid, host
+
+    def __str__(self) -> str:
+        process = f"process {self.pid}" if self.pid else "another process"
+        return f"{self.folder}: is being written by {process}{self.host and f' on {self.host}'}"
+
+
+class MissingPackage(HeavyTopError, ImportError):
+    """A method that needs packages which are not installed.
+
+    Attributes
+    ----------
+    method : str
+        What needs them.
+    packages : tuple of str
+        What is missing.
+    """
+
+    def __init__(self, method: str, packages: Sequence[str]) -> None:
+        super().__init__(method, tuple(packages))
+        self.method, self.packages = method, tuple(packages)
+
+    def __str__(self) -> str:
+        missing = " and ".join(self.packages)
+        return f"{self.method} needs {missing}: pip install 'heavytop[rivals]'"
+
+
 class UnboundedAngleWarning(UserWarning):
     """An angle that grows in the state of a long run and loosens its step control."""
+
+
+class DoubtfulWarning(UserWarning):
+    """Something that a run gives, and that its precision cannot tell; the message says what."""
 
 
 class Outcome(StrEnum):
@@ -147,3 +197,53 @@ class EndedEarly(HeavyTopError):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.outcome, self.trajectory)
+
+
+class Stop(StrEnum):
+    """What ended a study before its end."""
+
+    INTERRUPTED = "interrupted"
+    UNWRITABLE = "unwritable"
+    WORKER_LOST = "worker-lost"
+
+
+class StoppedEarly(HeavyTopError):
+    """A study that did not reach its end.
+
+    Attributes
+    ----------
+    outcome : Stop
+        What ended it.
+    why : str
+        The same for a person, with what it was about.
+    folder : Path or None
+        Where the part that was done is kept, ready to be taken up again.
+    """
+
+    def __init__(self, outcome: Stop | str, why: str, folder: Path | None) -> None:
+        super().__init__(outcome, why, folder)
+        self.outcome, self.why, self.folder = Stop(outcome), why, folder
+
+    @property
+    def command(self) -> str:
+        """The command that takes the study up again; empty where nothing was kept."""
+        if self.folder is None:
+            return ""
+        return resuming(self.folder)
+
+    def __str__(self) -> str:
+        if self.folder is None:
+            return f"{self.why}; without a folder nothing is kept"
+        return f"{self.why}; what was done is in {self.folder}, and this goes on:\n{self.command}"
+
+
+def resuming(folder: Path) -> str:
+    """The command that goes on with what a folder holds.
+
+    Examples
+    --------
+    >>> resuming(Path("long runs"))
+    "heavytop resume 'long runs'"
+    """
+    name = str(folder)
+    return f"heavytop resume {shlex.quote(f'./{name}' if name.startswith('-') else name)}"

@@ -58,7 +58,7 @@ class Rate:
 RATES: Final = {
     "cubic": Rate(2.5, 2.0),
     "axis": Rate(3.8, 2.0),
-    "attitude": Rate(10.0, 2.0),
+    "attitude": Rate(10.0, 4.0),
     "routh": Rate(21.0, 2.0),
     "subsystem": Rate(36.0, 2.0),
     "lagrange": Rate(30.0, 200.0),
@@ -67,7 +67,8 @@ QUADRATURE_US: Final = 2.0  # of psi beside the axis
 WATCHED: Final = 3.0  # times as long, with events
 SAMPLE_US: Final = 2.0
 PROJECTED: Final = 1.4  # times as long, and
-WANDER: Final = 60.0  # phase after N periods, in units of T 2⁻⁵³ N^{1/2}
+WANDER: Final = 120.0  # phase after N periods, in units of T 2⁻⁵³ N^{1/2},
+STEADY: Final = 0.1  # and of T 2⁻⁵³ N, for starts at which rounding does not average out
 LOCAL: Final = 16.0  # units of rounding in a state at the end, whatever the span
 LONG_DOUBLE_MS: Final = 0.3  # a period in long doubles,
 MPFR_MS: Final = 9.0  # and in 128 bits; it grows a little faster than their square
@@ -122,9 +123,12 @@ def _error(
 ) -> float:
     """The largest error of what is wanted, at the times at which it will be looked at."""
     count = periods_of(motion, span)
-    lost = WANDER * count**0.5 if projected else RATES[formulation].drift * count**1.5
+    walked = RATES[formulation].drift * count**1.5
+    lost = WANDER * count**0.5 + STEADY * count if projected else walked
     late = UNIT * abs(span) / max(count, 1.0) * lost * growth(motion, span)
     here = UNIT * LOCAL * growth(motion, span)
+    if formulation == "cubic":  # theta from a height
+        here /= min(1.0, max(math.sqrt(UNIT), min(motion.from_top, motion.from_bottom)))
     seen = motion.double(np.linspace(0.0, span, LOOKED_AT))
     return float(here + late * _quickest(scene, seen))
 
@@ -134,7 +138,8 @@ def _quickest(scene: Scene, seen: DoubleRecord) -> float:
     wants = set(scene.quantities)
     across = seen.phidot * np.sin(seen.theta)
     rates = {"axis": np.hypot(seen.thetadot, across), "theta": seen.thetadot}
-    found = [0.0, *(float(np.max(abs(rate))) for name, rate in rates.items() if name in wants)]
+    seen_by = wants | ({"axis"} if "attitude" in wants else set())
+    found = [0.0, *(float(np.max(abs(rate))) for name, rate in rates.items() if name in seen_by)]
     for angle in ("phi", "psi"):
         if {angle, "attitude"} & wants:
             rate = float(np.max(abs(getattr(seen, f"{angle}dot"))))

@@ -32,7 +32,8 @@ def as_json(document: Mapping[str, Any]) -> str:
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     """Let `write` fill a temporary neighbour of `path`, then rename it into place.
 
-    A reader, or a crash at any moment, finds the old file or the new one, never a part.
+    A reader, or a crash at any moment, finds the old file or the new one, never a part. What is
+    written stays written when the power goes.
     """
     part = path.with_name(f".{os.getpid()}.{path.name}")
     try:
@@ -40,15 +41,41 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         with part.open("rb") as written:
             os.fsync(written.fileno())
         part.replace(path)
-    except BaseException:
+        _sync(path.parent)
+    except BaseException as error:
         part.unlink(missing_ok=True)
+        if isinstance(error, OSError) and error.errno and error.filename is None:
+            error.filename = str(path)  # a full disk does not say where
         raise
+
+
+def _sync(folder: Path) -> None:
+    """Wait until the names in a folder are on the disk."""
+    if os.name != "posix":  # elsewhere a folder cannot be opened
+        return
+    file = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(file)
+    finally:
+        os.close(file)
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder and those above it, and wait until they are on the disk."""
+    missing = [place for place in (folder, *folder.parents) if not place.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    for place in missing:
+        _sync(place.parent)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text, whole, as UTF-8."""
+    write_whole(path, lambda part: part.write_text(text, encoding="utf-8"))
 
 
 def write_document(path: Path, document: Mapping[str, Any]) -> None:
     """Write a result document as JSON, whole."""
-    text = as_json(document) + "\n"
-    write_whole(path, lambda part: part.write_text(text, encoding="utf-8"))
+    write_text(path, as_json(document) + "\n")
 
 
 @contextmanager

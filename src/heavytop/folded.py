@@ -56,8 +56,7 @@ class Folded:
     Examples
     --------
     >>> import heavytop as ht
-    >>> from heavytop.folded import fold
-    >>> folded = fold(ht.load_scene("sicm-kicked"))
+    >>> folded = ht.fold(ht.load_scene("sicm-kicked"))
     >>> far = folded("1000000000000.1")
     >>> far.phi_turns, round(far.phi_mod, 12)
     (1165068846382, 2.458574588461)

@@ -9,14 +9,15 @@ from __future__ import annotations
 import json
 import os
 from dataclasses import asdict
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from heavytop import __version__
 from heavytop.events import Events
 from heavytop.files import write_whole
+from heavytop.machine import versions
 from heavytop.planning import Plan
 from heavytop.taylor.orbit import Orbit
 
@@ -118,7 +119,8 @@ def _attributes(trajectory: Trajectory) -> dict[str, Any]:
         "outcome": str(trajectory.outcome),
         "steps": trajectory.orbit.steps,
         "end": trajectory.orbit.end,
-        "heavytop": version("heavytop"),
+        "heavytop": __version__,
+        "versions": json.dumps(versions()),
     }
 
 

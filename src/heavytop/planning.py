@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from functools import lru_cache
+from math import log
 
 from heavytop.choice import KNOWN, Choice, choice, least_formulation
 from heavytop.digits import bits_for
@@ -18,6 +19,7 @@ from heavytop.scene import Scene
 from heavytop.state import State
 from heavytop.taylor.bits import DOUBLE, named
 from heavytop.taylor.projection import why_not
+from heavytop.theory.closed_form import Asymptotic
 from heavytop.top import Top
 
 EPSILON = 2.0**-52
@@ -117,6 +119,7 @@ def plan(scene: Scene, formulation: str = "auto", *, projected: bool = False) ->
     found = replace(found, estimate=expected)
     if bits > DOUBLE:
         found = _precise(scene, found, bits)
+    found = replace(found, warnings=(*found.warnings, *_leaving(motion, end, bits)))
     return _projected(scene, found) if projected else found
 
 
@@ -126,9 +129,26 @@ def _refined(scene: Scene, found: Plan, how: Choice) -> Plan:
         whole = Plan("attitude", None, False, (), (), 6, precision="extended", tolerance=0.0)
         return replace(whole, folded=True, estimate=how.estimate, reasons=how.reasons)
     found = replace(found, estimate=how.estimate, reasons=(*found.reasons, *how.reasons))
+    motion, end = closed_form_of(scene), span(scene, closed_form_of(scene))
     if how.bits > DOUBLE:
         found = _precise(scene, found, how.bits)
+    elif how.estimate.error > 10.0**-scene.digits:
+        found = replace(found, warnings=(*found.warnings, f"digits: {how.reasons[-1]}"))
+    found = replace(found, warnings=(*found.warnings, *_leaving(motion, end, how.bits)))
     return _projected(scene, found) if how.projected else found
+
+
+def _leaving(motion: Motion, end: float, bits: int) -> Iterator[str]:
+    """Say when rounding, which grows as exp(wt), has carried off an axis that nears a pole."""
+    path = motion.exact.orbit
+    if not isinstance(path, Asymptotic):
+        return
+    left = bits * log(2) / float(path.w)
+    if left < abs(end):
+        yield (
+            f"separatrix: rounding grows with exp({float(path.w):.3g} t), and by it the axis "
+            f"leaves the vertical's neighbourhood at about t = {left:.3g} s; it never would"
+        )
 
 
 def _precise(scene: Scene, found: Plan, bits: int) -> Plan:

@@ -11,7 +11,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.errors import BadScene, EndedEarly, Fault, Outcome, UnboundedAngleWarning
+from heavytop.errors import (
+    BadScene,
+    DoubtfulWarning,
+    EndedEarly,
+    Fault,
+    Outcome,
+    UnboundedAngleWarning,
+)
 from heavytop.events import Candidates, Events, judged, within
 from heavytop.exact import Exact, Number
 from heavytop.models.formulation import Formulation
@@ -20,6 +27,7 @@ from heavytop.models.numeric import exact_values
 from heavytop.planning import EPSILON, Plan, closed_form_of, plan, span
 from heavytop.quantities import Sample, event_function, sample, spin_momentum
 from heavytop.scene import Scene
+from heavytop.tally import differences, tally
 from heavytop.taylor.counting import Counting
 from heavytop.taylor.engine import Engine
 from heavytop.taylor.integrator import Integrator, integrator
@@ -95,11 +103,12 @@ def propagate(
         raise _nothing_to_integrate(scene)
     if chosen.folded:
         raise _better_folded(scene, chosen)
+    about = UnboundedAngleWarning if chosen.formulation == "lagrange" else DoubtfulWarning
     for warning in chosen.warnings:
-        warnings.warn(warning, UnboundedAngleWarning, stacklevel=2)
+        warnings.warn(warning, about, stacklevel=2)
     end = span(scene, closed_form_of(scene))
     compiled, derive_s = _compiled(chosen)
-    parameters, start = _binary(scene, chosen, formulation_of(chosen))
+    parameters, start = binary_start(scene, chosen)
     samples = np.linspace(0.0, end, scene.samples)
     winding = Winding.of(parameters, start.state) if chosen.follows_phi else None
     began = time.perf_counter()
@@ -113,7 +122,20 @@ def propagate(
         step_limit=step_limit,
     )
     trajectory = _finished(scene, chosen, orbit, derive_s, time.perf_counter() - began)
-    return trajectory if chosen.precision == "double" else _in_decimals(trajectory, progress)
+    if chosen.precision != "double":
+        trajectory = _in_decimals(trajectory, progress)
+    if formulation == "auto" and (doubt := doubtful_events(trajectory)):
+        warnings.warn(doubt, DoubtfulWarning, stacklevel=2)
+    return trajectory
+
+
+def doubtful_events(trajectory: Trajectory) -> str:
+    """Return what was counted otherwise than the exact numbers have it; or nothing."""
+    motion, asked = closed_form_of(trajectory.scene), trajectory.scene.events
+    expected = tally(motion, trajectory.orbit.end, asked) if asked else None
+    counted = {name: trajectory.events.count(name) for name in asked}
+    wrong = "; ".join(differences(expected or {}, counted))
+    return f"events: {wrong} by the exact numbers, which this run does not resolve" if wrong else ""
 
 
 def _nothing_to_integrate(scene: Scene) -> BadScene:
@@ -123,7 +145,7 @@ def _nothing_to_integrate(scene: Scene) -> BadScene:
 
 
 def _better_folded(scene: Scene, chosen: Plan) -> BadScene:
-    rule = "a span to be folded: heavytop.folded.fold answers; a formulation by name integrates it"
+    rule = "a span to be folded: heavytop.fold answers; a formulation by name integrates it"
     key = "span.time" if scene.periods is None else "span.periods"
     value = str(scene.time if scene.periods is None else scene.periods)
     return BadScene((Fault(scene.name, None, key, value, rule, chosen.reasons[-1]),))
@@ -175,6 +197,34 @@ def extend(
     return _in_decimals(replace(longer, plan=chosen), progress, trajectory.decimals)
 
 
+def completed(trajectory: Trajectory, *, progress: Progress | None = None) -> Trajectory:
+    """Go on with an interrupted trajectory to the end of its scene, as if nothing had happened.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        One that ended early by an interrupt or the step limit; of another, it is returned.
+    progress : callable, optional
+
+    Raises
+    ------
+    EndedEarly
+        As for `propagate`.
+    """
+    if trajectory.outcome not in (Outcome.INTERRUPTED, Outcome.STEP_LIMIT):
+        return trajectory
+    scene, old = trajectory.scene, trajectory.orbit
+    end = span(scene, closed_form_of(scene))
+    times = np.linspace(0.0, end, scene.samples)[old.samples.t.size :]
+    began = time.perf_counter()
+    orbit = continued(old, times, on_block=progress) if times.size else old
+    spent = trajectory.statistics.integrate_s + time.perf_counter() - began
+    derive_s = trajectory.statistics.derive_s
+    orbit = orbit if times.size else replace(orbit, ending="reached")
+    found = _finished(scene, trajectory.plan, orbit, derive_s, spent)
+    return found if found.plan.precision == "double" else _in_decimals(found, progress)
+
+
 def _in_decimals(
     trajectory: Trajectory, progress: Progress | None, before: Decimals | None = None
 ) -> Trajectory:
@@ -186,7 +236,8 @@ def _in_decimals(
     try:
         decimals, events = in_decimals(scene, *parts, before, progress)
     except KeyboardInterrupt:
-        raise EndedEarly(Outcome.INTERRUPTED, trajectory) from None
+        doubles = replace(trajectory, outcome=Outcome.INTERRUPTED)
+        raise EndedEarly(Outcome.INTERRUPTED, doubles) from None
     engine = decimals.run.engine
     cost = Statistics(
         decimals.steps, engine.order, spent.derive_s, engine.compile_s, decimals.integrate_s
@@ -270,8 +321,9 @@ def start_values(scene: Scene) -> dict[str, Exact]:
     }
 
 
-def _binary(scene: Scene, chosen: Plan, form: Formulation) -> tuple[dict[str, float], Checkpoint]:
-    """Return the run's own numbers: every constant and state rounded once from the exact one."""
+def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, float], Checkpoint]:
+    """Return a run's own numbers: every constant and state rounded once from the exact one."""
+    form = formulation_of(chosen)
     named = start_values(scene)
     expressions = (*form.parameters.values(), *form.start)
     symbols = {s: named[s.name] for x in expressions for s in getattr(x, "free_symbols", ())}

@@ -77,9 +77,9 @@ def fail_with(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
 class TestHelp:
     def test_lists_the_verbs_that_exist_and_the_exit_codes(self):
         text = heavytop_("--help").stdout
-        for verb in ("run", "classify", "scenes", "derive", "doctor"):
+        for verb in ("run", "classify", "plan", "drift", "resume", "scenes", "derive", "doctor"):
             assert f"  {verb} " in text
-        for absent in ("atlas", "drift", "resume"):
+        for absent in ("atlas", "validate"):
             assert absent not in text
         assert "130 interrupted" in text
 
@@ -91,7 +91,9 @@ class TestHelp:
         slow = {"heyoka", "sympy", "numpy", "scipy", "mpmath", "matplotlib", "xarray", "pydantic"}
         assert slow.isdisjoint(loaded)
 
-    @pytest.mark.parametrize("verb", ["run", "classify", "scenes", "derive", "doctor"])
+    @pytest.mark.parametrize(
+        "verb", ["run", "classify", "plan", "drift", "resume", "scenes", "derive", "doctor"]
+    )
     def test_every_verb_has_its_own(self, verb):
         assert f"heavytop {verb}" in heavytop_(verb, "--help").stdout
 
@@ -311,6 +313,11 @@ class TestBugs:
         (errors.NoClosedForm("x"), 3),
         (errors.EndedEarly("singular", None), 4),
         (errors.ForeignFile("x"), 6),
+        (errors.MissingPackage("strang", ["numba"]), 7),
+        (errors.InUse("x", "y"), 2),
+        (errors.StoppedEarly("unwritable", "x", None), 4),
+        (errors.StoppedEarly("worker-lost", "x", None), 4),
+        (errors.StoppedEarly("interrupted", "x", None), 130),
         (errors.EndedEarly("interrupted", None), 130),
         (KeyboardInterrupt(), 130),
         (errors.UntranslatableExpression("x"), 1),

@@ -11,10 +11,12 @@ import heavytop as ht
 from heavytop.doubledouble import add
 from heavytop.exact import Exact
 from heavytop.models.axis_form import axis_form
+from heavytop.models.cubic_form import cubic_form
 from heavytop.models.ladder import LADDER
 from heavytop.models.typed import typed_function
 from heavytop.taylor import projection
-from heavytop.taylor.legs import STRIDE
+from heavytop.taylor.engine import Block
+from heavytop.taylor.legs import Projected
 from heavytop.taylor.projection import Projection
 from heavytop.witness import closed_form, phase_error, run_errors
 
@@ -34,15 +36,25 @@ def short(formulation):
     return ht.propagate(scene(3.3, "want.events=[]"), formulation=formulation)
 
 
-def exact_invariants(run, state):
-    """Invariants at a state in doubles, at 50 digits."""
+def exactly(run, state, expressions):
+    """Functions of a formulation's symbols at a state in doubles, at 50 digits."""
     form = run.orbit.integrator.formulation
     at = dict(zip(form.states, state.tolist(), strict=True))
     at |= {p: run.orbit.parameters[p.name] for p in form.parameters}
     with mpmath.workdps(50):
         values = {s: mpmath.mpf(x) for s, x in at.items()}
-        found = sp.lambdify(list(values), list(form.invariants.values()), "mpmath")
-        return found(*values.values())
+        return sp.lambdify(list(values), expressions, "mpmath")(*values.values())
+
+
+def exact_invariants(run, state):
+    form = run.orbit.integrator.formulation
+    return exactly(run, state, list(form.invariants.values()))
+
+
+def exact_slopes(run, state):
+    form = run.orbit.integrator.formulation
+    rows = [[sp.diff(x, s) for s in form.states] for x in form.invariants.values()]
+    return np.array(exactly(run, state, rows), dtype=float)
 
 
 @pytest.mark.parametrize("formulation", LADDER)
@@ -55,7 +67,7 @@ def test_a_state_is_put_back_within_its_rounding(formulation):
     shaken = np.random.default_rng(3)
     for _ in range(20):
         off = there * (1 + 1e-12 * shaken.choice((-1, 1), there.size))
-        slopes = np.array(project.invariants.slopes(*off.tolist(), *project.constants))
+        slopes = exact_slopes(run, off)
         before, after = (exact_invariants(run, x) for x in (off, project(off)))
         rounding = np.abs(slopes) @ np.spacing(np.abs(off)) / 2
         left = np.array([float(a - b) for a, b in zip(after, target, strict=True)])
@@ -67,7 +79,7 @@ def test_the_change_is_the_least():
     run = short("axis")
     project = Projection.of(axis_form(), run.orbit.parameters, run.orbit.checkpoints[0].state)
     off = run.samples.states[-1] + 1e-9 * np.array([1.0, -2.0, 0.5, 3.0, 1.0])
-    slopes = np.array(project.invariants.slopes(*off.tolist(), *project.constants))
+    slopes = exact_slopes(run, off)
     change = project(off) - off
     along = np.linalg.lstsq(slopes.T, change)[0] @ slopes  # what of it crosses the level sets
     assert np.linalg.norm(change - along) < 1e-6 * np.linalg.norm(change)
@@ -88,6 +100,20 @@ def test_every_form_can_be_projected(formulation):
     assert run.plan.projected
     assert abs(phase_error(run)) < 1e-12
     assert rms_energy(run) < 3e-15
+
+
+def test_residuals_are_long_doubles():
+    """The cubic's invariant as compiled, in 64 bits: off by no more than those can hold."""
+    run = short("cubic")
+    form, states = run.orbit.integrator.formulation, run.samples.states
+    project = Projection.of(form, run.orbit.parameters, states[0])
+    bits = []
+    for state in states[1:]:
+        project(state)
+        off = project.outside[-1] - project.fixed[-2]
+        both = [exact_invariants(run, x)[0] for x in (state, states[0])]
+        bits.append(abs(float(off) - float(both[0] - both[1])))
+    assert 0 < max(bits) < 2.0**-62
 
 
 def test_the_axis_form_keeps_its_energy():
@@ -178,14 +204,15 @@ def test_a_stored_run_is_the_run(whole, tmp_path):
 
 
 def test_legs_lose_no_time(whole):
-    """Samples and events of the second leg are those of a leg run by itself, low words and all."""
+    """Samples and events of a late leg are those of a leg run by itself, low words and all."""
     projected, start = whole.orbit.integrator.for_this_thread(), whole.orbit.checkpoints[0].state
     projected.load(whole.orbit.parameters)
-    first = projected.block(start, STRIDE, 1e4)
+    stride = projected.stride
+    first = projected.block(start, 20 * stride, 1e4)
     wanted = first.elapsed[0] + np.array([1.0, 1.7])
-    both = projected.block(start, 2 * STRIDE, 1e4, wanted)
+    both = projected.block(start, 21 * stride, 1e4, wanted)
     local = (wanted - first.elapsed[0]) - first.elapsed[1]
-    second = projected.engine.block(first.state, STRIDE, 1e4, local)
+    second = projected.engine.block(first.state, stride, 1e4, local)
     assert same(both.rows, second.rows)
     assert both.elapsed == add(first.elapsed, second.elapsed)
     for all_of_them, later in zip(both.hits, second.hits, strict=True):
@@ -194,6 +221,48 @@ def test_legs_lose_no_time(whole):
         assert same(all_of_them.t[-count:], t[0])
         assert same(all_of_them.t_low[-count:], t[1])
         assert t[1].any()
+
+
+class Growing:
+    """An engine whose legs are each four times as long as the last; its states are leg and time."""
+
+    formulation, events, nothing = cubic_form(), (), np.empty((0, 2))
+
+    def unseen(self, state, steps, far, longest):
+        length = float(4.0 ** state[0])
+        return state + np.array([1, length]), (length, 0.0)
+
+    def block(self, state, steps, far, samples=None, longest=None):
+        reached, elapsed = self.unseen(state, steps, far, longest)
+        near = [] if samples is None else samples[samples <= elapsed[0]]
+        rows = [state + np.array([0, t]) for t in near]
+        return Block(reached, elapsed, steps, np.reshape(rows, (-1, 2)), (), singular=False)
+
+
+@pytest.mark.parametrize("gap", [0.25, 1.5, 3.0, 30.0])
+def test_no_sample_is_passed_over(gap):
+    times = np.arange(gap, 300, gap)
+    projected = Projected(Growing(), lambda state: state)
+    block = projected.block(np.zeros(2), 5 * projected.stride, 1e4, times)
+    assert same(block.rows[:, 1], times)
+    assert same(block.rows[:, 0], np.searchsorted([1, 5, 21, 85], times))
+
+
+@pytest.mark.parametrize("samples", [None, [0.3], np.linspace(0.01, 60, 999)])
+def test_what_nobody_looks_at_is_the_same(samples):
+    """Legs without events and samples take a shorter way: to the same bits."""
+    run = ht.propagate(scene(700, "want.events=[]"), formulation="cubic", projected=True)
+    projected, start = run.orbit.integrator.for_this_thread(), run.orbit.checkpoints[0].state
+    projected.load(run.orbit.parameters)
+    block = projected.block(start, 1980, 1e4, None if samples is None else np.array(samples))
+    state, elapsed = start, (0.0, 0.0)
+    for steps in [projected.stride] * (1980 // projected.stride) + [1980 % projected.stride]:
+        leg = projected.engine.block(state, steps, 1e4)
+        state, elapsed = projected.projection(leg.state), add(elapsed, leg.elapsed)
+    assert same(block.state, state)
+    assert block.elapsed == elapsed
+    assert block.steps == 1980
+    assert len(block.rows) == (0 if samples is None else np.sum(np.array(samples) < elapsed[0]))
 
 
 def test_events_are_those_of_the_closed_form(whole):

@@ -12,9 +12,11 @@ from typer.core import TyperGroup
 from heavytop.cli.classify import classify
 from heavytop.cli.derive import derive
 from heavytop.cli.doctor import doctor
+from heavytop.cli.drift import drift
 from heavytop.cli.exits import EXIT_CODES, exit_code, explain
 from heavytop.cli.options import DEBUG
 from heavytop.cli.plan import plan
+from heavytop.cli.resume import resume
 from heavytop.cli.run import run
 from heavytop.cli.scenes import scenes
 from heavytop.cli.voice import say
@@ -55,6 +57,8 @@ app = typer.Typer(
 app.command(epilog=EXIT_CODES)(run)
 app.command(epilog=EXIT_CODES)(classify)
 app.command(epilog=EXIT_CODES)(plan)
+app.command(epilog=EXIT_CODES)(drift)
+app.command(epilog=EXIT_CODES)(resume)
 app.command()(scenes)
 app.command()(derive)
 app.command()(doctor)

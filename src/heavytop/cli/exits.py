@@ -28,7 +28,10 @@ REFUSALS: tuple[tuple[type[BaseException], Exit], ...] = (
     (errors.NotANumber, Exit.BAD_SCENE),
     (errors.NoClosedForm, Exit.BAD_SCENE),
     (errors.EndedEarly, Exit.ENDED_EARLY),
+    (errors.StoppedEarly, Exit.ENDED_EARLY),
+    (errors.InUse, Exit.USAGE),
     (errors.ForeignFile, Exit.FOREIGN_FILE),
+    (errors.MissingPackage, Exit.MISSING_PACKAGE),
     (KeyboardInterrupt, Exit.INTERRUPTED),
 )
 
@@ -42,6 +45,8 @@ EXIT_CODES = (
 def exit_code(error: BaseException) -> Exit:
     """The exit code that an exception stands for."""
     if isinstance(error, errors.EndedEarly) and error.outcome is errors.Outcome.INTERRUPTED:
+        return Exit.INTERRUPTED
+    if isinstance(error, errors.StoppedEarly) and error.outcome is errors.Stop.INTERRUPTED:
         return Exit.INTERRUPTED
     return next((code for kind, code in REFUSALS if isinstance(error, kind)), Exit.BUG)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -60,14 +60,28 @@ def run(
             finish(known, read.digits, json)
             return
         trajectory, early = integrated(read, formulation, voice)
-        if early is not None:
-            say(f"ended early at t = {trajectory.orbit.end:.6g} s: {early}")
-        document = results(trajectory, folder, figures=not no_figures, voice=voice)
-        if early is not None:
-            show(document, json)
-            say(kept(output))
-            raise typer.Exit(exit_code(early))
-        finish(document, read.digits, json)
+        conclude(trajectory, early, folder, json=json, figures=not no_figures, voice=voice)
+
+
+def conclude(
+    trajectory: Trajectory,
+    early: errors.EndedEarly | None,
+    folder: Path | None,
+    *,
+    json: bool,
+    figures: bool,
+    voice: Voice,
+) -> None:
+    """Write and print a run; leave with a code of its own where it ended early or lacks digits."""
+    if early is not None:
+        say(f"ended early at t = {trajectory.orbit.end:.6g} s: {early}")
+    document = results(trajectory, folder, figures=figures, voice=voice)
+    if early is None:
+        finish(document, trajectory.scene.digits, json)
+        return
+    show(document, json)
+    say(kept(folder, early))
+    raise typer.Exit(exit_code(early))
 
 
 def finish(document: dict[str, Any], digits: int, json: bool) -> None:
@@ -132,9 +146,29 @@ def integrated(
 
     try:
         with voice.progress() as progress:
-            return propagate(scene, formulation=formulation, progress=progress), None
+            heard = announced(progress, voice, scene.name)
+            return propagate(scene, formulation=formulation, progress=heard), None
     except errors.EndedEarly as early:
         return early.trajectory, early
+
+
+def announced(
+    progress: Callable[[float], None] | None, voice: Voice, name: str
+) -> Callable[[float], None] | None:
+    """What hears of each block: the progress bar, after a word that there is something to see."""
+    if not voice.verbose:
+        return progress
+    said = False
+
+    def heard(done: float) -> None:
+        nonlocal said
+        if not said:
+            voice.note(f"integrating {name}")
+            said = True
+        if progress is not None:
+            progress(done)
+
+    return heard
 
 
 def results(
@@ -172,6 +206,10 @@ def missed(found: dict[str, float], digits: int) -> str:
     return f"{digits} digits were asked for, and are not met: off the closed form by {off}"
 
 
-def kept(output: Path | None) -> str:
-    """Where the part of a run that was done can be found."""
-    return f"what was done is in {output}" if output else "what was done is above (-o DIR keeps it)"
+def kept(output: Path | None, early: errors.EndedEarly) -> str:
+    """Where the part of a run that was done can be found, and how to go on with it."""
+    if output is None:
+        return "what was done is above (-o DIR keeps it)"
+    if early.outcome is not errors.Outcome.INTERRUPTED:
+        return f"what was done is in {output}"
+    return f"what was done is in {output}, and this goes on:\n{errors.resuming(output)}"

@@ -7,8 +7,12 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import typer
+
+if TYPE_CHECKING:
+    from heavytop.ledger import Progress as StudyProgress
 
 
 def say(text: str) -> None:
@@ -52,3 +56,27 @@ class Voice:
         with Progress(console=Console(stderr=True), transient=True) as bar:
             task = bar.add_task("integrating", total=1.0)
             yield lambda done: bar.update(task, completed=done)
+
+    @contextmanager
+    def study(self) -> Iterator[Callable[[StudyProgress], None] | None]:
+        """A progress bar for many runs, with their number, the rate and the time left."""
+        if self.quiet or not sys.stderr.isatty():
+            yield None
+            return
+        from rich import progress
+        from rich.console import Console
+
+        columns = (
+            progress.BarColumn(),
+            progress.TaskProgressColumn(show_speed=False),
+            progress.TextColumn("{task.fields[runs]} runs, {task.fields[rate]}"),
+            progress.TimeRemainingColumn(),
+        )
+        with progress.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+            task = bar.add_task("", total=1.0, runs="0", rate="")
+
+            def show(now: StudyProgress) -> None:
+                runs, rate = f"{now.ended} of {now.tasks}", f"{100 * now.per_s:.2g} %/s"
+                bar.update(task, completed=now.fraction, runs=runs, rate=rate)
+
+            yield show

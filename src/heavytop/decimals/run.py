@@ -66,7 +66,7 @@ class PreciseRun:
         """
         form, bits = LADDER[chosen.formulation].build(chosen.variant), bits_of(chosen.precision)
         ctx = context(int(bits * 0.30103) + SPARE_DIGITS)
-        constants, state = _start(form, named, ctx)
+        constants, state = rounded_start(form, named, ctx)
         constants |= {name: ctx.nstr(ctx.mpf(rate), ctx.dps) for name, rate in chosen.frame}
         own = form.integrated or form
         events = tuple(form.events) if chosen.watched else ()
@@ -128,7 +128,7 @@ def in_doubles(orbit: Orbit, seen: Seen) -> Sample:
     return sample(form, seen.rows, orbit.parameters, seen.t, seen.phi)
 
 
-def _start(
+def rounded_start(
     form: Formulation, named: Mapping[str, Exact], ctx: Context
 ) -> tuple[dict[str, str], list[str]]:
     """Return the constants and the states of a start: exact numbers, rounded once."""

@@ -1,4 +1,4 @@
-"""The invariants of a formulation as functions: their values, their slopes and their sizes."""
+"""The invariants of a formulation: what varies in them, their slopes and their sizes."""
 
 from __future__ import annotations
 
@@ -7,57 +7,60 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-import numpy as np
 import sympy as sp
 
 from heavytop.models.formulation import Formulation
-from heavytop.models.typed import typed_function
-
-_NUMPY = {"sin": np.sin, "cos": np.cos, "sqrt": np.sqrt}
+from heavytop.models.numeric import numpy_function
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Invariants:
-    """Functions of the states, followed by the constants that occur.
+    """Functions of the states and of the constants that occur.
 
     Attributes
     ----------
-    constants : tuple of str
-        Names of the parameters that occur.
-    values : callable
-        The invariants, of and in numpy long doubles.
-    slopes : callable
-        Their derivatives by the states, in doubles: one row for each invariant.
+    states, constants : tuple of symbols
+    values : tuple of expressions
+        The invariants without their terms free of the states, which would only take digits.
+    slopes : tuple of tuples of expressions
+        Their derivatives by the states: one row for each invariant.
     sizes : callable
-        The sum of |x dI/dx| over all x in an invariant I, in doubles: what it changes by, to
-        first order, when everything in it is rounded, relative to that rounding.
+        The sum of |x dI/dx| over all x in an invariant I, in doubles, of the states followed by
+        the constants: what it changes by, to first order, when everything in it is rounded,
+        relative to that rounding.
     """
 
-    constants: tuple[str, ...]
-    values: Callable[..., list[Any]]
-    slopes: Callable[..., list[list[float]]]
+    states: tuple[Any, ...]
+    constants: tuple[Any, ...]
+    values: tuple[Any, ...]
+    slopes: tuple[tuple[Any, ...], ...]
     sizes: Callable[..., list[float]]
 
 
 @cache
 def invariants_of(formulation: Formulation) -> Invariants:
-    """Return the invariants of a formulation as functions.
+    """Return the invariants of a formulation.
 
     Examples
     --------
     >>> from heavytop.models.cubic_form import cubic_form
-    >>> invariants_of(cubic_form()).constants
-    ('P', 'k_0', 'k_1', 'k_2', 'h')
+    >>> found = invariants_of(cubic_form())
+    >>> found.values, found.constants
+    ((-k_0*w - k_1*w**2/2 - k_2*w**3/3 + wdot**2/2,), (k_0, k_1, k_2))
     """
-    expressions = tuple(formulation.invariants.values())
-    used = set().union(*(x.free_symbols for x in expressions))
+    states = formulation.states
+    values = tuple(
+        sp.sympify(x).as_independent(*states, as_Add=True)[1]
+        for x in formulation.invariants.values()
+    )
+    used = set().union(*(x.free_symbols for x in values))
     constants = tuple(p for p in formulation.parameters if p in used)
-    arguments = (*formulation.states, *constants)
-    slopes = [[sp.diff(x, state) for state in formulation.states] for x in expressions]
-    sizes = [sum(sp.Abs(a * sp.diff(x, a)) for a in arguments) for x in expressions]
+    arguments = (*states, *constants)
+    sizes = [sum(sp.Abs(a * sp.diff(x, a)) for a in arguments) for x in values]
     return Invariants(
-        constants=tuple(p.name for p in constants),
-        values=typed_function(expressions, arguments, np.longdouble, _NUMPY),
-        slopes=typed_function(slopes, arguments, float, _NUMPY),
-        sizes=typed_function(sizes, arguments, float, _NUMPY),
+        states=states,
+        constants=constants,
+        values=values,
+        slopes=tuple(tuple(sp.diff(x, state) for state in states) for x in values),
+        sizes=numpy_function(sizes, arguments),
     )

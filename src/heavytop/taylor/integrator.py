@@ -20,6 +20,7 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
+from heavytop.doubledouble import DoubleDouble
 from heavytop.models.formulation import Formulation
 from heavytop.taylor.engine import Block, Hits
 from heavytop.taylor.translate import translate
@@ -50,9 +51,11 @@ class Integrator:
     tolerance: float
     compile_s: float = field(init=False)
     order: int = field(init=False)
+    nothing: Array = field(init=False, repr=False)  # no rows of states
     _parameters: tuple[Any, ...] = field(init=False)
     _sinks: tuple[_Sink, ...] = field(init=False)
     _taylor: Any = field(init=False, repr=False)
+    _state: Array = field(init=False, repr=False)  # looked up once: short runs feel it
 
     def __post_init__(self) -> None:
         began = time.perf_counter()
@@ -62,7 +65,9 @@ class Integrator:
         self._parameters = tuple(p for p in candidates if p in used)
         self._sinks = tuple(_Sink() for _ in watched)
         self._taylor = self._compiled(watched)
+        self._state = self._taylor.state
         self.order = int(self._taylor.order)
+        self.nothing = np.empty((0, len(self.formulation.states)))
         self.compile_s = time.perf_counter() - began
 
     def _compiled(self, watched: Sequence[Any]) -> Any:
@@ -101,12 +106,27 @@ class Integrator:
         for sink in self._sinks:
             sink.clear()
         outcome, taken, rows = self._propagated(steps, far, samples, longest)
-        if outcome in NATURAL:
+        if taken == steps or outcome in NATURAL:
             return self._block(taken, rows, singular=False)
         if taken == 0:
             return Block(state.copy(), (0.0, 0.0), 0, rows[:0], self._hits(), singular=True)
         good = self.block(state, taken, far, samples, longest)
         return Block(good.state, good.elapsed, good.steps, good.rows, good.hits, singular=True)
+
+    def unseen(
+        self, state: Array, steps: int, far: float, longest: float | None
+    ) -> tuple[Array, DoubleDouble] | None:
+        """Take the steps of a block of which only the end is wanted; None if it is a shorter one.
+
+        The state is the integrator's own: the next steps overwrite it.
+        """
+        taylor, own = self._taylor, self._state
+        taylor.time = 0.0
+        own[:] = state
+        bound = {} if longest is None else {"max_delta_t": longest}
+        if taylor.propagate_until(far, max_steps=steps, **bound)[3] < steps:
+            return None
+        return own, taylor.dtime
 
     def _propagated(
         self, steps: int, far: float, samples: Array | None, longest: float | None
@@ -114,8 +134,9 @@ class Integrator:
         bound = math.inf if longest is None else longest
         if samples is None or samples.size == 0:
             result = self._taylor.propagate_until(far, max_steps=steps, max_delta_t=bound)
-            return result[0], result[3], np.empty((0, len(self.formulation.states)))
-        grid = np.concatenate(([0.0], samples, [far]))
+            return result[0], result[3], self.nothing
+        grid = np.empty(samples.size + 2)
+        grid[0], grid[1:-1], grid[-1] = 0.0, samples, far
         result = self._taylor.propagate_grid(grid, max_steps=steps, max_delta_t=bound)
         return result[0], result[3], result[5][1 : 1 + samples.size]
 
@@ -146,12 +167,12 @@ class Integrator:
         return integrator(self.formulation, self.events, self.tolerance)
 
     def _block(self, taken: int, rows: Array, *, singular: bool) -> Block:
-        high, low = self._taylor.dtime
-        state = self._taylor.state.copy()
-        return Block(state, (float(high), float(low)), taken, rows, self._hits(), singular)
+        taylor = self._taylor
+        return Block(taylor.state.copy(), taylor.dtime, taken, rows, self._hits(), singular)
 
     def _hits(self) -> tuple[Hits, ...]:
-        return tuple(sink.hits(len(self.formulation.states)) for sink in self._sinks)
+        width = len(self.formulation.states)
+        return tuple([sink.hits(width) for sink in self._sinks])
 
 
 class _Sink:

@@ -8,6 +8,7 @@ and events are read off the polynomials of the steps, before the projection that
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,7 @@ from heavytop.taylor.engine import Array, Block, Hits
 from heavytop.taylor.integrator import Integrator
 from heavytop.taylor.projection import Projection
 
-STRIDE = 256  # steps in a leg
+ROOM = 200  # states in a leg: steps take longer the more they have, a projection hardly
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,6 +55,11 @@ class Projected:
         """Time spent in compiling [s]."""
         return self.engine.compile_s
 
+    @property
+    def stride(self) -> int:
+        """Steps in a leg."""
+        return max(1, ROOM // len(self.formulation.states))
+
     def load(self, parameters: dict[str, float]) -> None:
         """Load the constants of a run, by the names of their symbols."""
         self.engine.load(parameters)
@@ -64,7 +70,7 @@ class Projected:
 
     def for_this_thread(self) -> Projected:
         """Return the one like this that belongs to the calling thread."""
-        return Projected(self.engine.for_this_thread(), self.projection)
+        return Projected(self.engine.for_this_thread(), self.projection.for_this_thread())
 
     def block(
         self,
@@ -75,49 +81,69 @@ class Projected:
         longest: float | None = None,
     ) -> Block:
         """Take natural steps, as `Engine` says, with a projection after every leg of them."""
-        asked = np.empty(0) if samples is None else samples
+        waiting = _Waiting([] if samples is None else samples.tolist())
         legs: list[tuple[DoubleDouble, Block]] = []
-        begun, taken, done, reach = (0.0, 0.0), 0, 0, math.inf
-        while taken < steps:
-            count = min(STRIDE, steps - taken)
-            local = (asked[done:] - begun[0]) - begun[1]
-            leg = self._leg(state, count, far, local, longest, reach)
-            legs.append((begun, leg))
-            begun = add(begun, leg.elapsed)
-            taken, done = taken + leg.steps, done + len(leg.rows)
-            state, reach = self.projection(leg.state), 2 * abs(leg.elapsed[0])
-            if leg.steps < count:
-                break
-        return _joined(legs, state, begun)
+        begun, taken, reach, ended = (0.0, 0.0), 0, math.inf, False
+        stride = self.stride
+        while taken < steps and not ended:
+            count, near = min(stride, steps - taken), waiting.since(begun, reach)
+            quick = self._quickly(state, count, far, longest, reach) if near is None else None
+            if quick is not None:
+                reached, elapsed = quick
+                taken += count
+            else:
+                leg = self.engine.block(state, count, far, near, longest)
+                if abs(leg.elapsed[0]) > 0.9 * reach:  # so far samples were not looked for
+                    leg = self.engine.block(state, count, far, waiting.since(begun), longest)
+                legs.append((begun, leg))
+                reached, elapsed, ended = leg.state, leg.elapsed, leg.steps < count
+                taken, waiting.done = taken + leg.steps, waiting.done + len(leg.rows)
+            begun, state, reach = add(begun, elapsed), self.projection(reached), 2 * abs(elapsed[0])
+        return self._joined(legs, state, begun, taken)
 
-    def _leg(
+    def _quickly(
+        self, state: Array, steps: int, far: float, longest: float | None, reach: float
+    ) -> tuple[Array, DoubleDouble] | None:
+        """Take the steps of a leg without samples and events; None if it is no such leg."""
+        if self.events:
+            return None
+        leg = self.engine.unseen(state, steps, far, longest)
+        return None if leg is None or abs(leg[1][0]) > 0.9 * reach else leg
+
+    def _joined(
         self,
+        legs: list[tuple[DoubleDouble, Block]],
         state: Array,
+        elapsed: DoubleDouble,
         steps: int,
-        far: float,
-        samples: Array,
-        longest: float | None,
-        reach: float,
     ) -> Block:
-        """Run a leg with the samples within its probable reach, or again with all of them."""
-        near = samples[np.abs(samples) <= reach]
-        leg = self.engine.block(state, steps, far, near, longest)
-        if near.size < samples.size and abs(leg.elapsed[0]) > reach:
-            return self.engine.block(state, steps, far, samples, longest)
-        return leg
+        hits = zip(*([_since(begun, h) for h in leg.hits] for begun, leg in legs), strict=True)
+        return Block(
+            state=state,
+            elapsed=elapsed,
+            steps=steps,
+            rows=np.concatenate([self.engine.nothing, *(leg.rows for _, leg in legs)]),
+            hits=tuple(Hits.join(list(each)) for each in hits),
+            singular=bool(legs) and legs[-1][1].singular,
+        )
 
 
-def _joined(legs: list[tuple[DoubleDouble, Block]], state: Array, elapsed: DoubleDouble) -> Block:
-    blocks = [leg for _, leg in legs]
-    hits = zip(*([_since(begun, h) for h in leg.hits] for begun, leg in legs), strict=True)
-    return Block(
-        state=state,
-        elapsed=elapsed,
-        steps=sum(leg.steps for leg in blocks),
-        rows=np.concatenate([leg.rows for leg in blocks]),
-        hits=tuple(Hits.join(list(each)) for each in hits),
-        singular=blocks[-1].singular,
-    )
+class _Waiting:
+    """The samples of a block, of which so many are done."""
+
+    def __init__(self, times: list[float]) -> None:
+        self.times = times
+        self.distances = list(map(abs, times))
+        self.done = 0
+
+    def since(self, begun: DoubleDouble, reach: float = math.inf) -> Array | None:
+        """Return the times within reach of a leg's start, since then; None if there are none."""
+        if self.done == len(self.times):
+            return None
+        last = bisect_right(self.distances, abs(begun[0]) + reach, self.done)
+        if last == self.done:
+            return None
+        return np.array([(t - begun[0]) - begun[1] for t in self.times[self.done : last]])
 
 
 def _since(begun: DoubleDouble, hits: Hits) -> Hits:

@@ -126,6 +126,16 @@ class PreciseIntegrator:
         """Return the constants of the run as they are used, by symbol name."""
         return {name: self.text(value) for name, value in self._constants.items()}
 
+    def total(self, words: Sequence[float]) -> Any:
+        """Return the number that is the sum of doubles, the largest first."""
+        exactly = np.longdouble if self.hardware else (lambda x: hy.real(x, self.bits))
+        return sum(map(exactly, reversed(words)), exactly(0.0))
+
+    def moment(self, high: float, low: float) -> Any:
+        """Return a time, the sum of two doubles [s]."""
+        bits = 2 * self.bits + 64
+        return hy.real(high, bits) + hy.real(low, bits)
+
     def start(self, state: Sequence[str]) -> Mark:
         """Return the start of a run, from decimal texts."""
         return Mark(self.wide("0"), tuple(map(self.number, state)), 0)
@@ -175,6 +185,18 @@ class PreciseIntegrator:
                 if on_mark is not None:
                     on_mark(float(marks[-1].t))
         return Walk(tuple(found), tuple(marks), steps)
+
+    def onward(self, mark: Mark, far: float, longest: float | None = None) -> Mark:
+        """Return the next mark, a fixed number of natural steps later; arguments as in `walk`.
+
+        Raises
+        ------
+        Unfinished
+            The equations are singular where the motion went.
+        """
+        cut = far if longest is None or mark.steps else math.copysign(longest, far)
+        self._stride(mark, deque([(0, self.moment(far, 0.0) + mark.t, None)]), [None], cut)
+        return self._mark(mark)
 
     def _compiled(self) -> Any:
         form = self.formulation

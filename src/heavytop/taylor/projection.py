@@ -13,15 +13,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import sqrt
-from operator import mul
+from functools import cache, reduce
+from operator import add, mul
+from threading import get_ident
 from typing import Any
 
+import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.models.formulation import Formulation
-from heavytop.models.invariants import Invariants, invariants_of
+from heavytop.models.invariants import invariants_of
+from heavytop.taylor.bits import LONG_DOUBLE
+from heavytop.taylor.translate import translate
 
 Array = NDArray[np.float64]
 
@@ -48,21 +52,24 @@ class Projection:
 
     Attributes
     ----------
-    invariants : Invariants
-    constants : tuple of float
-        The parameters that occur in them; `exactly` has them as long doubles.
-    targets : tuple of long double
-        Their values at the start.
-    floors : tuple of float
-        Slopes, beyond those of the invariants before, below which an invariant is left alone:
+    formulation : Formulation
+    nearest : callable
+        Compiled: of the states and of what is fixed, the projected states and the invariants.
+    fixed : ndarray of long double
+        The constants that occur in the invariants; their values at the start; the squares of the
+        slopes, beyond those of the invariants before, below which an invariant is left alone:
         the rounding of its residual would move the state by more than the state's own.
+    inside, outside : ndarray of long double
+        Room for what goes in and what comes out; `given` and `found` are their states.
     """
 
-    invariants: Invariants
-    constants: tuple[float, ...]
-    exactly: tuple[Any, ...]
-    targets: tuple[Any, ...]
-    floors: tuple[float, ...]
+    formulation: Formulation
+    nearest: Any
+    fixed: Any
+    inside: Any
+    outside: Any
+    given: Any
+    found: Any
 
     @classmethod
     def of(
@@ -77,42 +84,77 @@ class Projection:
         """
         if reason := why_not(formulation):
             raise ValueError(reason)
-        found, finer = invariants_of(formulation), extended() / DOUBLE
-        constants = tuple(parameters[name] for name in found.constants)
-        exactly = tuple(map(np.longdouble, constants))
-        state = start.tolist()
-        scale = max(1.0, *map(abs, state))  # as the integrator's tolerance has it
-        return cls(
-            invariants=found,
-            constants=constants,
-            exactly=exactly,
-            targets=tuple(found.values(*map(np.longdouble, state), *exactly)),
-            floors=tuple(finer * float(size) / scale for size in found.sizes(*state, *constants)),
+        found = invariants_of(formulation)
+        constants = [parameters[p.name] for p in found.constants]
+        scale = max(1.0, float(np.max(np.abs(start))))  # as the integrator's tolerance has it
+        sizes = np.array(found.sizes(*start.tolist(), *constants), dtype=float)
+        floors = (extended() / DOUBLE * sizes / scale) ** 2
+        untargeted = np.concatenate((constants, np.zeros(sizes.size), floors))
+        made = cls._made(formulation, untargeted.astype(np.longdouble))
+        made(start)
+        targeted = made.fixed.copy()
+        targeted[len(constants) : -sizes.size] = made.outside[start.size :]
+        return cls._made(formulation, targeted)
+
+    @classmethod
+    def _made(cls, formulation: Formulation, fixed: Any) -> Projection:
+        width, count = len(formulation.states), len(formulation.invariants)
+        inside = np.concatenate((np.zeros(width, np.longdouble), fixed))
+        outside = np.zeros(width + count, np.longdouble)
+        nearest, (given, found) = (
+            _nearest(formulation, get_ident()),
+            (inside[:width], outside[:width]),
         )
+        return cls(formulation, nearest, fixed, inside, outside, given, found)
+
+    def for_this_thread(self) -> Projection:
+        """Return the one like this that belongs to the calling thread."""
+        return self._made(self.formulation, self.fixed)
 
     def __call__(self, state: Array) -> Array:
         """Return the projected state, shape (n,): one Gauss-Newton step of least norm."""
-        values = self.invariants.values(*state.astype(np.longdouble), *self.exactly)
-        off = [float(value - target) for value, target in zip(values, self.targets, strict=True)]
-        slopes = self.invariants.slopes(*state.tolist(), *self.constants)
-        projected: Array = state - _least(slopes, off, self.floors)
-        return projected
+        self.given[:] = state
+        self.nearest(self.inside, outputs=self.outside)
+        return self.found.astype(float)  # type: ignore[no-any-return]
 
 
-def _least(
-    rows: Sequence[Sequence[float]], sides: Sequence[float], floors: Sequence[float]
-) -> list[float]:
+@cache
+def _nearest(formulation: Formulation, _thread: int) -> Any:
+    """Compile x - J^+ (I(x) - target) and I(x), all of it in long double.
+
+    What is fixed is handed over like the states: heyoka takes as long again for parameters.
+    """
+    found = invariants_of(formulation)
+    names = {s: hy.expression(s.name) for s in (*found.states, *found.constants)}
+    states = [names[s] for s in found.states]
+    values = translate(found.values, names, LONG_DOUBLE)
+    slopes = [translate(row, names, LONG_DOUBLE) for row in found.slopes]
+    targets = [hy.expression(f"target_{i}") for i in range(len(values))]
+    floors = [hy.expression(f"floor_{i}") for i in range(len(values))]
+    off = [value - target for value, target in zip(values, targets, strict=True)]
+    least = _least(slopes, off, floors)
+    projected = [x - change for x, change in zip(states, least, strict=True)]
+    return hy.cfunc(
+        [*projected, *values], [*names.values(), *targets, *floors], fp_type=np.longdouble
+    )
+
+
+def _least(rows: Sequence[Sequence[Any]], sides: Sequence[Any], floors: Sequence[Any]) -> list[Any]:
     """Return the least x with rows . x = sides, by Gram-Schmidt; dependent rows are left out."""
-    found: list[tuple[list[float], float]] = []
+    zero, one = hy.expression(0.0), hy.expression(1.0)
+    least = [zero] * len(rows[0])
+    found: list[tuple[list[Any], Any, Any]] = []
     for row, side, floor in zip(map(list, rows), sides, floors, strict=True):
-        for unit, along in found:
-            part = sum(map(mul, row, unit))
-            row = [a - part * b for a, b in zip(row, unit, strict=True)]
-            side -= part * along
-        length = sqrt(sum(map(mul, row, row)))
-        if length > floor:
-            found.append(([a / length for a in row], side / length))
-    least = [0.0] * len(rows[0])
-    for unit, along in found:
-        least = [a + along * b for a, b in zip(least, unit, strict=True)]
+        for across, reciprocal, length in found:
+            part = _dot(row, across) * reciprocal
+            row = [a - part * b for a, b in zip(row, across, strict=True)]
+            side = side - part * length
+        square = _dot(row, row)
+        reciprocal = hy.select(hy.gt(square, floor), one / square, zero)
+        found.append((row, reciprocal, side))
+        least = [a + side * reciprocal * b for a, b in zip(least, row, strict=True)]
     return least
+
+
+def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
+    return reduce(add, map(mul, a, b))

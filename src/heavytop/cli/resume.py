@@ -1,0 +1,69 @@
+"""``heavytop resume``: what was interrupted or killed goes on from where its folder says it was."""
+
+from __future__ import annotations
+
+from json import loads
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from heavytop import errors
+from heavytop.cli import drift as drifting
+from heavytop.cli import run as running
+from heavytop.cli.options import Debug, Json, NoFigures, Quiet, Verbose
+from heavytop.cli.voice import Voice, say
+
+StudyFolder = Annotated[
+    Path, typer.Argument(metavar="DIR", help="The folder of a drift study, or of a run.")
+]
+
+
+def resume(
+    folder: StudyFolder,
+    jobs: drifting.Jobs = 1,
+    json: Json = False,
+    no_figures: NoFigures = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    debug: Debug = False,
+) -> None:
+    """Go on with a study or a run that was interrupted or killed, from where it was."""
+    voice = Voice(quiet, verbose)
+    if not (folder / "study.json").exists() and (folder / "trajectory.nc").exists():
+        _run(folder, voice, json=json, figures=not no_figures)
+        return
+    from heavytop.drifts.drifting import resume as go_on
+
+    with voice.warnings(), voice.study() as progress:
+        found = go_on(folder, jobs=jobs, progress=progress)
+    drifting.finish(found, folder, json=json, figures=not no_figures, voice=voice)
+
+
+def _run(folder: Path, voice: Voice, *, json: bool, figures: bool) -> None:
+    from heavytop.archive import load_interrupted
+    from heavytop.propagation import completed
+
+    with voice.warnings():
+        part = load_interrupted(folder / "trajectory.nc")
+        if part.outcome is errors.Outcome.FINISHED:
+            say(f"{folder}: this run is finished")
+            running.show(document(folder / "run.json"), json)
+            return
+        try:
+            with voice.progress() as progress:
+                trajectory, early = completed(part, progress=progress), None
+        except errors.EndedEarly as stopped:
+            trajectory, early = stopped.trajectory, stopped
+        running.conclude(trajectory, early, folder, json=json, figures=figures, voice=voice)
+
+
+def document(path: Path) -> dict[str, Any]:
+    """The document of a finished run, as it was written."""
+    try:
+        found = loads(path.read_text("utf-8"))
+    except (OSError, ValueError) as fault:
+        raise errors.ForeignFile(f"{path}: not readable ({fault})") from None
+    if not isinstance(found, dict) or found.get("schema") != "heavytop/run/1":
+        raise errors.ForeignFile(f"{path}: not the document of a run")
+    return found

@@ -1,0 +1,109 @@
+"""Doing a drift study: from what is asked to what was found, in this process or in several."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from heavytop import ledger
+from heavytop.drifts.drift import Drift, gathered
+from heavytop.drifts.methods import DEFAULT
+from heavytop.drifts.study import KIND, Study
+from heavytop.errors import ForeignFile
+from heavytop.machine import versions
+from heavytop.scene import Scene
+
+Show = Callable[[ledger.Progress], object]
+
+
+def drift(
+    scene: Scene,
+    *,
+    methods: Sequence[str] = DEFAULT,
+    periods: float = 10_000,
+    ensemble: int = 1,
+    samples: int = 25,
+    seed: int = 0,
+    jobs: int = 1,
+    folder: str | os.PathLike[str] | None = None,
+    progress: Show | None = None,
+) -> Drift:
+    """Follow a top with several methods, and measure how their errors grow.
+
+    Every run is held against the closed form of its own binary start, at 40 digits.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its top and its start; its span and its wants are not used.
+    methods : sequence of str
+        ``NAME`` or ``NAME=SETTING``, such as ``taylor-axis-projected`` or ``strang=200``.
+    periods : float
+        Nutation periods to go, at least 1.
+    ensemble : int
+        Starts: the scene's own, and neighbouring ones.
+    samples : int
+        Times, spread evenly over the decades, at which errors are measured.
+    seed : int
+        Of the neighbouring starts.
+    jobs : int
+        Processes; results do not depend on it.
+    folder : path, optional
+        Where everything is written down, so that a study that was killed goes on from there. It
+        is new, or empty, or holds this study.
+    progress : callable, optional
+        It is given a `heavytop.ledger.Progress` after every half second of work.
+
+    Returns
+    -------
+    Drift
+
+    Raises
+    ------
+    BadScene
+        Nothing nutates; there is no such method; an option is out of its bounds.
+    ForeignFile
+        The folder holds something else, another study, or a damaged file.
+    InUse
+        Another process is writing the folder.
+    StoppedEarly
+        Ctrl-C; a full disk; a worker that died twice. What was done is in the folder.
+
+    Examples
+    --------
+    >>> from heavytop.scene import load_scene
+    >>> found = drift(load_scene("sicm-kicked"), methods=["taylor-axis"], periods=100, samples=5)
+    >>> found["taylor-axis"].phase_s[-1] < 1e-12
+    True
+    """
+    study = Study.asked(scene, tuple(methods), periods, ensemble, samples, seed)
+    if folder is None:
+        return gathered(study, ledger.run(_tasks(study), jobs=jobs, on_progress=progress))
+    with ledger.Folder.create_or_open(folder, study.identity) as book:
+        ledger.run(_tasks(study), book, jobs=jobs, on_progress=progress)
+        return gathered(study, book)
+
+
+def resume(folder: str | os.PathLike[str], *, jobs: int = 1, progress: Show | None = None) -> Drift:
+    """Take up a drift study where its folder says it was left.
+
+    Raises
+    ------
+    ForeignFile
+        It is no study of drift, was made by other versions, or is damaged.
+    InUse
+        Another process is writing it.
+    StoppedEarly
+        As for `drift`.
+    """
+    with ledger.Folder.open(folder, versions()) as book:
+        if book.identity.get("kind") != KIND:
+            raise ForeignFile(f"{Path(folder)}: a study of {book.identity.get('kind')!r:.40}")
+        study = Study.of(book.identity)
+        ledger.run(_tasks(study), book, jobs=jobs, on_progress=progress)
+        return gathered(study, book)
+
+
+def _tasks(study: Study) -> ledger.Study:
+    return ledger.study_of(study.identity)

@@ -1,0 +1,112 @@
+"""A run of a drift study: one method from one start, with the yardstick of its own numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from heavytop.decimals.run import rounded_start
+from heavytop.drifts.methods import Method
+from heavytop.drifts.precise_march import PreciseMarch
+from heavytop.drifts.taylor_march import TaylorMarch
+from heavytop.drifts.yardstick import DIGITS, Yardstick
+from heavytop.march import March
+from heavytop.planning import EPSILON, Plan, plan
+from heavytop.propagation import binary_start, compiled_for, engine_of, formulation_of, start_values
+from heavytop.scene import Scene
+from heavytop.taylor.bits import DOUBLE, named
+from heavytop.taylor.precise import PreciseIntegrator
+from heavytop.theory.precision import context
+from heavytop.witness import motion_of
+
+ONLY_TILT = {"quantities": ("theta",), "events": (), "samples": 2, "digits": 10}
+SPARE_DIGITS = 12  # of texts and of the yardstick, beyond those of the run's numbers
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One method set up for one start.
+
+    Attributes
+    ----------
+    march : March
+    yardstick : Yardstick
+    period : float
+        Of the nutation of this run's own start [s].
+    """
+
+    march: March
+    yardstick: Yardstick
+    period: float
+
+
+def run(scene: Scene, method: Method) -> Run:
+    """Return a method set up for the start of a scene.
+
+    Raises
+    ------
+    BadScene
+        The method's formulation cannot start there; nothing nutates.
+    MissingPackage
+        A rival whose package is not installed.
+    """
+    chosen = _plan(scene, method)
+    if method.bits > DOUBLE:
+        return _precise(scene, chosen, method)
+    parameters, start = binary_start(scene, chosen)
+    state = start.state
+    own = partial(_own, chosen)
+    yardstick = Yardstick(formulation_of(chosen), parameters, tuple(state.tolist()), own)
+    period = _period(yardstick)
+    if method.is_rival:
+        from heavytop.rivals.setting_up import march
+
+        form = formulation_of(chosen)
+        taken = march(method.name, state, parameters, method.setting, period, formulation=form)
+        return Run(taken, yardstick, period)
+    engine = engine_of(chosen, compiled_for(chosen), parameters, start)
+    engine.load(parameters)
+    return Run(TaylorMarch(engine, parameters, np.array(state), period), yardstick, period)
+
+
+def _plan(scene: Scene, method: Method) -> Plan:
+    """Return the plan of a run that keeps no more than the tilt."""
+    wants = Scene(scene.top, scene.start, periods=1, name=scene.name, **ONLY_TILT)  # type: ignore[arg-type]
+    chosen = plan(wants, method.formulation, projected=method.projected)
+    tolerance = EPSILON if method.is_rival else max(method.setting, EPSILON)
+    return replace(chosen, precision=named(method.bits), tolerance=tolerance)
+
+
+def _precise(scene: Scene, chosen: Plan, method: Method) -> Run:
+    digits = int(method.bits * 0.30103) + SPARE_DIGITS
+    form = formulation_of(chosen)
+    texts, start = rounded_start(form, start_values(scene), context(digits))
+    engine = PreciseIntegrator(form, method.bits, texts)
+    doubles, first = binary_start(scene, chosen)
+    compiled = compiled_for(chosen)
+    compiled.load(doubles)
+    march = PreciseMarch(engine, tuple(start), 1.0, compiled.cautious_step(first.state, 1e6))
+    begun = march.begin()
+    yardstick = Yardstick(
+        form,
+        engine.parameter_texts(),
+        (*begun.state, *begun.carry),
+        partial(_own, chosen),
+        max(DIGITS, digits + SPARE_DIGITS),
+    )
+    period = _period(yardstick)
+    return Run(replace(march, period=period), yardstick, period)
+
+
+def _own(chosen: Plan, ctx: Any, states: Sequence[Any], parameters: Any) -> Any:
+    return motion_of(chosen, ctx, states, parameters)
+
+
+def _period(yardstick: Yardstick) -> float:
+    period = yardstick.period
+    assert period is not None  # a study is refused where nothing nutates
+    return period

@@ -1,0 +1,18 @@
+"""The ledger: work that is never lost.
+
+A study is many tasks, each a long way in small pieces. One process writes down what each piece
+gave, so that a study that was killed is taken up again, bit for bit. The ledger knows nothing of
+what it keeps: a kind of study gives it the tasks and follows them.
+"""
+
+from __future__ import annotations
+
+from heavytop.ledger.book import Book, Memory
+from heavytop.ledger.crew import run
+from heavytop.ledger.folder import Folder
+from heavytop.ledger.kinds import study_of
+from heavytop.ledger.piece import Piece
+from heavytop.ledger.progress import Progress
+from heavytop.ledger.study import Study
+
+__all__ = ["Book", "Folder", "Memory", "Piece", "Progress", "Study", "run", "study_of"]

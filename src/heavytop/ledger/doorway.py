@@ -1,0 +1,79 @@
+"""The ways into the folder of a study, and what is refused or cleaned away there."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from heavytop.errors import ForeignFile, Stop, StoppedEarly
+from heavytop.files import write_text
+from heavytop.ledger.canonical import sealed, unsealed
+from heavytop.ledger.study import Identity
+
+STUDY, LOCK, TASKS = "study.json", "lock", "tasks"
+SCHEMA = "heavytop/study/1"
+_LEFTOVER = re.compile(r"\.\d+\.(probe|(study|checkpoint|cost|rows-\d{4,})\.json)")
+
+
+def kept_identity(path: Path) -> Identity:
+    """What is asked, as a folder says.
+
+    Raises
+    ------
+    ForeignFile
+        It is not the folder of a study, or what it says is damaged.
+    """
+    if not (path / STUDY).exists():
+        raise ForeignFile(f"{path}: not the folder of a study (there is no {STUDY})")
+    identity = unsealed(path / STUDY, SCHEMA).get("identity")
+    if not isinstance(identity, dict):
+        raise ForeignFile(f"{path / STUDY}: identity: not an object")
+    return identity
+
+
+def begin(path: Path, identity: Identity) -> None:
+    """Write what is asked, before anything is answered."""
+    write_text(path / STUDY, sealed({"schema": SCHEMA, "identity": identity}, indent=2))
+
+
+def refuse_strangers(path: Path) -> None:
+    """Refuse a folder that holds something, and no study."""
+    if not path.is_dir() or (path / STUDY).exists():
+        return
+    strangers = [p.name for p in path.iterdir() if p.name != LOCK and not _leftover(p)]
+    if strangers:
+        some = ", ".join(sorted(strangers)[:3])
+        raise ForeignFile(f"{path}: not empty and not the folder of a study ({some})")
+
+
+def _leftover(path: Path) -> bool:
+    """Whether a file is the unfinished one of a writer that was killed."""
+    return _LEFTOVER.fullmatch(path.name) is not None
+
+
+def clean(path: Path) -> None:
+    """Take away what a killed writer left unfinished; only the holder of the lock may."""
+    tasks = path / TASKS
+    if tasks.is_symlink():
+        raise ForeignFile(f"{tasks}: a link; the tasks of a study lie in its folder")
+    for place in (*path.glob(".*"), *tasks.rglob(".*.json")):
+        if _leftover(place):
+            place.unlink(missing_ok=True)
+
+
+@contextmanager
+def writing(path: Path, folder: Path) -> Iterator[None]:
+    """Let a file of a study be written; where it cannot, the study ends early and keeps the rest.
+
+    Raises
+    ------
+    StoppedEarly
+        It names the file and the reason.
+    """
+    try:
+        yield
+    except OSError as fault:
+        why = f"cannot write {fault.filename or path}: {fault.strerror or fault}"
+        raise StoppedEarly(Stop.UNWRITABLE, why, folder) from fault

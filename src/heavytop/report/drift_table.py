@@ -1,0 +1,90 @@
+"""A drift study's document as a table for reading; it knows nothing but the document."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from heavytop.report.rows import MISSING, title, two_columns
+
+HEADINGS: Final = (
+    "periods", "µs/period", "energy", "phase [s]", "axis", "energy ∝ t^", "phase ∝ t^",
+)  # fmt: skip
+
+
+def drift_table(document: Mapping[str, Any]) -> Group:
+    """The table of one drift study.
+
+    Parameters
+    ----------
+    document : mapping
+        A document of the schema ``heavytop/drift/1``.
+
+    Returns
+    -------
+    rich.console.Group
+        Title, what was asked, a row for each method with its errors at the last time, what was
+        skipped and why.
+    """
+    return Group(*_parts(document))
+
+
+def _parts(document: Mapping[str, Any]) -> Iterator[RenderableType]:
+    yield title(document["scene"])
+    yield two_columns(_asked(document))
+    yield Text()
+    yield _methods([each for each in document["methods"] if each["skipped"] is None])
+    if notes := list(_notes(document)):
+        yield Text()
+        yield two_columns(iter(notes))
+
+
+def _asked(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    count = document["ensemble"]
+    starts = "its own start" if count == 1 else f"{count} starts (seed {document['seed']}), RMS"
+    yield "drift", f"{document['periods']:g} nutation periods, {starts}"
+    yield "errors", "at the last time; energy relative to max(|E'|, gMR)"
+
+
+def _methods(methods: list[Mapping[str, Any]]) -> Table:
+    table = Table(box=None, pad_edge=False, header_style="cyan")
+    table.add_column("method")
+    for heading in HEADINGS:
+        table.add_column(Text(heading), justify="right")
+    for each in methods:
+        errors = (_last(each[name]) for name in ("energy", "phase_s", "axis"))
+        powers = (_power(each, name) for name in ("energy", "phase"))
+        table.add_row(each["name"], _reached(each), _cost(each), *errors, *powers)
+    return table
+
+
+def _reached(method: Mapping[str, Any]) -> str:
+    return f"{method['periods'][-1]:.4g}" if method["periods"] else MISSING
+
+
+def _cost(method: Mapping[str, Any]) -> str:
+    cost = method.get("us_per_period")
+    return MISSING if cost is None else f"{cost:.3g}"
+
+
+def _last(values: list[float | None]) -> str:
+    return f"{values[-1]:.1e}" if values and values[-1] is not None else MISSING
+
+
+def _power(method: Mapping[str, Any], name: str) -> str:
+    exponent, error = method[f"{name}_exponent"], method["stderr"][name]
+    return MISSING if exponent is None else f"{exponent:.2f} ± {error:.2f}"
+
+
+def _notes(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    for each in document["methods"]:
+        if each["skipped"] is not None:
+            yield each["name"], f"skipped: {each['skipped']}"
+        for number, why in each["ended"].items():
+            yield each["name"], f"start {number} ended early: {why}"
+    if document["files"]:
+        yield "files", ", ".join(map(str, document["files"].values()))

@@ -1,0 +1,300 @@
+"""What `drift` and `resume` promise: killed at any moment, a study loses a block and no bits."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import xarray
+from typer.testing import CliRunner, Result
+
+import heavytop as ht
+from heavytop.cli import app
+
+METHODS = "taylor-attitude,taylor-axis"
+ASKED = ("drift", "sicm-kicked", "--periods", "200000", "--samples", "9", "--methods", METHODS)
+QUICK = ("drift", "sicm-kicked", "--periods", "300", "--samples", "5", "--methods", "taylor-axis")
+
+
+def heavytop_(*arguments: object) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def started(*arguments: object) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "heavytop", *map(str, arguments)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONUNBUFFERED": "1"},
+    )
+
+
+def result_files(folder: Path) -> dict[str, bytes]:
+    files = (p for p in folder.rglob("*") if p.is_file() and p.name not in ("lock", "cost.json"))
+    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in files}
+
+
+def steps(folder: Path) -> int:
+    """Return how many steps the checkpoints of a study have behind them."""
+    points = [json.loads(p.read_text()) for p in folder.rglob("checkpoint.json")]
+    return sum(point["checkpoint"]["place"]["steps"] for point in points)
+
+
+def wait_for_checkpoint(folder: Path, process: subprocess.Popen[str]) -> None:
+    while not any(folder.rglob("checkpoint.json")):
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.02)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    folder = tmp_path_factory.mktemp("whole") / "study"
+    done = started(*ASKED, "-o", folder, "-q")
+    _, err = done.communicate()
+    assert done.returncode == 0, err
+    return result_files(folder)
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_killed_and_resumed_the_files_are_the_same_bit_for_bit(tmp_path, whole, jobs):
+    folder = tmp_path / "study"
+    draw = random.Random(jobs)
+    process = started(*ASKED, "-o", folder, "-j", jobs)
+    before = 0
+    for _ in range(2):
+        wait_for_checkpoint(folder, process)
+        time.sleep(draw.uniform(0.0, 1.0))
+        process.kill()
+        process.communicate()
+        assert steps(folder) >= before > -1  # it goes on from there, and not from the start
+        before = steps(folder)
+        process = started("resume", folder, "-j", jobs)
+    out, err = process.communicate()
+    assert process.returncode == 0, err
+    assert "taylor-axis" in out
+    assert result_files(folder) == whole
+
+
+def test_ctrl_c_saves_and_says_how_to_go_on(tmp_path, whole):
+    folder = tmp_path / "study"
+    process = started(*ASKED, "-o", folder)
+    wait_for_checkpoint(folder, process)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate()
+    assert process.returncode == 130
+    assert out == ""
+    assert f"heavytop resume {folder}" in err
+    assert "Traceback" not in err
+    again = started("resume", folder, "--json")
+    out, err = again.communicate()
+    assert again.returncode == 0, err
+    assert json.loads(out)["schema"] == "heavytop/drift/1"
+    assert result_files(folder) == whole
+
+
+def test_a_second_process_is_refused_by_name(tmp_path):
+    folder = tmp_path / "study"
+    process = started(*ASKED, "-o", folder)
+    try:
+        wait_for_checkpoint(folder, process)
+        second = heavytop_("resume", folder)
+        assert second.exit_code == 2
+        assert str(process.pid) in second.stderr
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("quick") / "study"
+    assert heavytop_(*QUICK, "-o", folder).exit_code == 0
+    return folder
+
+
+def copied(study: Path, tmp_path: Path) -> Path:
+    import shutil
+
+    return Path(shutil.copytree(study, tmp_path / "copy"))
+
+
+def test_resuming_what_is_finished_is_no_fault_and_changes_nothing(study):
+    before = result_files(study)
+    again = heavytop_("resume", study)
+    assert again.exit_code == 0
+    assert "taylor-axis" in again.stdout
+    assert result_files(study) == before
+
+
+def test_the_files_of_a_study(study):
+    document = json.loads((study / "drift.json").read_text())
+    assert document["files"] == {
+        "document": "drift.json",
+        "errors": "drift.nc",
+        "chart_svg": "drift.svg",
+        "chart_png": "drift.png",
+    }
+    assert "us_per_period" not in document["methods"][0]
+    with xarray.open_dataset(study / "drift.nc", engine="h5netcdf") as data:
+        found = data["phase_s"].sel(scheme="taylor-axis").values.tolist()
+    assert found == document["methods"][0]["phase_s"]
+    assert "<svg" in (study / "drift.svg").read_text()[:300]
+
+
+def test_another_study_in_the_same_folder_is_refused_with_every_difference(study, tmp_path):
+    folder = copied(study, tmp_path)
+    other = heavytop_(*QUICK, "--seed", 3, "--set", "start.theta=0.2", "-o", folder)
+    assert other.exit_code == 6
+    assert "scene.start.theta" in other.stderr
+    assert "seed" in other.stderr
+    assert result_files(folder) == result_files(study)
+
+
+def test_the_same_study_in_the_same_folder_goes_on(study):
+    assert heavytop_(*QUICK, "-o", study).exit_code == 0
+
+
+def test_an_edited_scene_is_refused_by_name(study, tmp_path):
+    folder = copied(study, tmp_path)
+    path = folder / "study.json"
+    path.write_text(path.read_text().replace("0.1", "0.2"))
+    refused = heavytop_("resume", folder)
+    assert refused.exit_code == 6
+    assert "study.json" in refused.stderr
+
+
+def test_a_truncated_segment_is_refused_by_name(study, tmp_path):
+    folder = copied(study, tmp_path)
+    (segment,) = folder.rglob("rows-0001.json")
+    segment.write_bytes(segment.read_bytes()[:-40])
+    refused = heavytop_("resume", folder)
+    assert refused.exit_code == 6
+    assert "rows-0001.json" in refused.stderr
+
+
+def test_other_versions_are_refused_by_name(study, monkeypatch):
+    from heavytop.drifts import drifting
+
+    here = drifting.versions()
+    monkeypatch.setattr(drifting, "versions", lambda: here | {"heyoka": "99"})
+    refused = heavytop_("resume", study)
+    assert refused.exit_code == 6
+    assert "versions.heyoka" in refused.stderr
+    assert "99" in refused.stderr
+
+
+@pytest.mark.parametrize("name", ["nowhere", ".", "file"])
+def test_what_is_no_study_is_refused(tmp_path, name):
+    (tmp_path / "file").write_text("x")
+    refused = heavytop_("resume", tmp_path / name)
+    assert refused.exit_code == 6
+    assert "bug" not in refused.stderr
+
+
+def test_a_folder_with_something_else_in_it_is_refused(tmp_path):
+    (tmp_path / "thesis.tex").write_text("x")
+    refused = heavytop_(*QUICK, "-o", tmp_path)
+    assert refused.exit_code == 6
+    assert "thesis.tex" in refused.stderr
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--methods", "dop854-scipy"], 'did you mean "dop853-scipy"?'),
+        (["--methods", "strang=-1"], "steps a period from"),
+        (["--methods", ""], "one of taylor-"),
+        (["--periods", "0"], "--periods"),
+        (["--periods", "nan"], "periods"),
+        (["--jobs", "0"], "--jobs"),
+    ],
+)
+def test_bad_options_are_usage_errors(options, said):
+    refused = heavytop_("drift", "sicm-kicked", *options)
+    assert refused.exit_code == 2
+    assert said in refused.stderr
+
+
+def test_a_bad_scene_is_a_bad_scene():
+    assert heavytop_("drift", "separatrix").exit_code == 3
+
+
+def test_json_has_costs_and_nothing_else_is_on_stdout():
+    found = heavytop_(*QUICK, "--json")
+    assert found.exit_code == 0
+    method = json.loads(found.stdout)["methods"][0]
+    assert method["us_per_period"] > 0
+    assert method["steps"] > 300
+
+
+def test_results_do_not_depend_on_the_number_of_workers(tmp_path):
+    asked = (*QUICK[:-1], "taylor-axis,taylor-cubic,strang", "--ensemble", 2)
+    for jobs in (1, 2):
+        assert heavytop_(*asked, "-j", jobs, "-o", tmp_path / str(jobs)).exit_code == 0
+    assert result_files(tmp_path / "1") == result_files(tmp_path / "2")
+
+
+def test_a_full_disk_leaves_a_readable_folder(tmp_path):
+    """The kernel refuses to write more than 20 kB to a file: the chart does not fit."""
+    folder = tmp_path / "study"
+    command = f"ulimit -f 20; exec {sys.executable} -m heavytop {' '.join(QUICK)} -o {folder}"
+    full = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    assert full.returncode == 4, full.stderr
+    assert "cannot write" in full.stderr
+    assert "heavytop resume" in full.stderr
+    assert heavytop_("resume", folder).exit_code == 0
+    assert (folder / "drift.json").exists()
+
+
+# --- runs ------------------------------------------------------------------------------------
+
+LONG = (
+    "run", "sicm-kicked", "--formulation", "axis", "--no-figures",
+    "--set", "span.periods=100000", "--set", "want.samples=7", "--set", "want.digits=5",
+)  # fmt: skip
+
+
+def test_an_interrupted_run_goes_on_where_it_was(tmp_path):
+    folder = tmp_path / "run"
+    process = started(*LONG, "-v", "-o", folder)
+    for line in process.stderr:  # it ends with the process
+        if "integrating" in line:
+            break
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate()
+    assert process.returncode == 130, err
+    assert f"heavytop resume {folder}" in err
+    part = ht.load_trajectory(folder / "trajectory.nc")
+    assert part.outcome == "interrupted"
+    assert heavytop_("resume", folder, "--no-figures").exit_code == 0
+    found = ht.load_trajectory(folder / "trajectory.nc")
+    scene = ht.load_scene("sicm-kicked", list(LONG[6::2]))
+    truth = ht.propagate(scene, formulation="axis")
+    assert found.outcome == "finished"
+    assert found.samples.states.tolist() == truth.samples.states.tolist()
+    assert found.phi.tolist() == truth.phi.tolist()
+    assert found.events.t.tolist() == truth.events.t.tolist()
+    assert found.orbit.steps == truth.orbit.steps
+    again = heavytop_("resume", folder)
+    assert again.exit_code == 0
+    assert "this run is finished" in again.stderr
+
+
+def test_a_run_begun_by_other_versions_is_refused(tmp_path, monkeypatch):
+    from heavytop import archive
+
+    assert heavytop_("run", "sicm-kicked", "--no-figures", "-o", tmp_path).exit_code == 0
+    here = archive.versions()
+    monkeypatch.setattr(archive, "versions", lambda: here | {"heyoka": "99"})
+    refused = heavytop_("resume", tmp_path)
+    assert refused.exit_code == 6
+    assert "heyoka" in refused.stderr

@@ -1,0 +1,60 @@
+"""A kind of study for the tests of the ledger: a chaotic map, whose pieces are cut at random."""
+
+import os
+import random
+import time
+from pathlib import Path
+
+from heavytop.errors import HeavyTopError
+from heavytop.ledger import Piece
+
+BLOCK = 50  # steps
+LONGEST = 8  # blocks in a piece
+
+
+def tasks(identity):
+    return [f"henon/{i:03d}" for i in range(identity["options"]["tasks"])]
+
+
+def follow(identity, task, checkpoint):
+    """Yield pieces of random length: what they give in all is always the same."""
+    where = checkpoint or {"steps": 0, "x": (int(task[-3:]) / 100).hex(), "y": (0.1).hex()}
+    steps, x, y = where["steps"], float.fromhex(where["x"]), float.fromhex(where["y"])
+    total = identity["options"]["blocks"] * BLOCK
+    while steps < total:
+        begun, first, rows = time.monotonic(), steps, []
+        time.sleep(float(os.environ.get("TOY_PAUSE", "0.003")))
+        for _ in range(random.SystemRandom().randint(1, LONGEST)):
+            for _ in range(BLOCK * (steps < total)):
+                x, y, steps = 1 - 1.4 * x * x + y, 0.3 * x, steps + 1
+            rows.append({"steps": steps, "x": x.hex(), "ballast": [x.hex()] * 100})
+            if steps == total:
+                break
+        _log(f"{task} {first} {steps} {os.getpid()}")
+        _misbehave(task, steps)
+        yield Piece(
+            checkpoint={"steps": steps, "x": x.hex(), "y": y.hex()},
+            rows=tuple(rows),
+            done=steps == total,
+            fraction=steps / total,
+            spent_s=time.monotonic() - begun,
+        )
+        if task in os.environ.get("TOY_REFUSES", ""):
+            raise HeavyTopError("too steep")
+
+
+def _misbehave(task, steps):
+    """Do what the environment asks for, as a bug or the system would."""
+    if task in os.environ.get("TOY_BUG", ""):
+        raise ZeroDivisionError("a slip")
+    if task in os.environ.get("TOY_DEADLY", "") and steps > 30 * BLOCK:
+        os.kill(os.getpid(), 9)
+    if os.environ.get("TOY_NOISE"):
+        os.write(1, b'{"piece": "printed by a library"}\n')
+        print("and by Python")
+
+
+def _log(line):
+    if name := os.environ.get("TOY_LOG"):
+        with Path(name).open("a") as file:
+            file.write(line + "\n")

@@ -1,0 +1,399 @@
+"""A drift study measures what it says: its runs are the package's own, its yardstick is exact."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import heavytop as ht
+from heavytop import ledger
+from heavytop.drifts.drift import gathered
+from heavytop.drifts.follow import _not_after, follow
+from heavytop.drifts.growth import growth
+from heavytop.drifts.marks import PHASE, marks
+from heavytop.drifts.members import member
+from heavytop.drifts.methods import method, taylor_methods
+from heavytop.drifts.precise_march import PreciseMarch
+from heavytop.drifts.runs import run
+from heavytop.drifts.study import Study
+from heavytop.theory.double_form import DoubleForm
+
+KICKED = ht.load_scene("sicm-kicked")
+TAYLOR = tuple(taylor_methods())
+
+
+def own(name, scene=KICKED):
+    return run(scene, method(name))
+
+
+def rows_of(study, task, checkpoint=None):
+    return [row for piece in follow(study.identity, task, checkpoint) for row in piece.rows]
+
+
+# --- the yardstick ---------------------------------------------------------------------------
+
+
+def exact_row(yardstick, t):
+    """The states e, l of the axis form at a time, from the closed form at 60 digits."""
+    ctx = yardstick.ctx
+    at, r = yardstick.truth(ctx.mpf(t)), yardstick.own(
+        ctx, yardstick.start, {k: ctx.mpf(v) for k, v in yardstick.parameters.items()}
+    )  # fmt: skip
+    s, c = ctx.sin(at.phi), ctx.cos(at.phi)
+    # l = e x e' + n e, e' = thetadot e_theta + phidot sin(theta) e_phi
+    n, sine = r.b, ctx.sin(at.theta)
+    e_theta = (ctx.cos(at.theta) * s, -ctx.cos(at.theta) * c, -sine)
+    e_phi = (c, s, 0)
+    across = [
+        at.thetadot * p - at.phidot * sine * q for p, q in zip(e_phi, e_theta, strict=True)
+    ]  # e x e_theta = e_phi, e x e_phi = -e_theta
+    momentum = [x + n * y for x, y in zip(across, at.axis, strict=True)]
+    return [*at.axis, *momentum[:2]]
+
+
+@pytest.fixture(scope="module")
+def axis():
+    """The yardstick of a start whose axis has length 1 exactly: nothing is rounded in it."""
+    scene = ht.Scene(
+        ht.Top(A=1, C="0.5", gMR=1), ht.State("pi/2", phidot="0.25", psidot=2), periods=1
+    )
+    return own("taylor-axis", scene).yardstick
+
+
+def words(ctx, values):
+    """Doubles whose sums are the values: high words first, then low ones."""
+    high = [float(x) for x in values]
+    return [*high, *(float(x - ctx.mpf(h)) for x, h in zip(values, high, strict=True))]
+
+
+@pytest.mark.parametrize("ahead", [0.0, 1e-9, -3e-12])
+def test_a_shift_in_time_is_a_phase_error(axis, ahead):
+    t = 3.7
+    off = axis((t, 0.0), words(axis.ctx, exact_row(axis, axis.ctx.mpf(t) + axis.ctx.mpf(ahead))))
+    assert off.phase_s == pytest.approx(ahead, rel=1e-6, abs=1e-28)
+    assert abs(off.energy) < 1e-28
+    assert all(abs(x) < 1e-28 for x in off.invariants.values())
+    speed = math.sqrt(sum(float(x) ** 2 for x in velocity(axis, t)))
+    assert off.axis == pytest.approx(abs(ahead) * speed, rel=1e-6, abs=1e-28)
+
+
+def velocity(yardstick, t):
+    ctx = yardstick.ctx
+    step = ctx.mpf("1e-15")
+    back, on = (yardstick.truth(ctx.mpf(t) + s).axis for s in (-step, step))
+    return [(b - a) / (2 * step) for a, b in zip(back, on, strict=True)]
+
+
+def test_both_words_of_a_time_count(axis):
+    row = words(axis.ctx, exact_row(axis, 3.7))
+    assert axis((3.7, 1e-17), row).phase_s == pytest.approx(-1e-17, rel=1e-4, abs=0)
+
+
+def test_energy_and_momentum_are_told_apart(axis):
+    """A longer axis has another length, another p_psi and another height."""
+    ctx, t = axis.ctx, 1.3
+    row = exact_row(axis, t)
+    longer = [*(x * (1 + ctx.mpf("1e-10")) for x in row[:3]), *row[3:]]
+    off = axis((t, 0.0), words(ctx, longer))
+    assert off.invariants["length"] == pytest.approx(2e-10, rel=1e-6)
+    r, l_z = axis._motion, ctx.mpf(axis.parameters["l_z"])
+    momentum = sum(x * y for x, y in zip(row[:3], [*row[3:], l_z], strict=True)) / 10**10
+    assert off.invariants["p_psi"] * float(abs(r.b)) == pytest.approx(float(momentum), rel=1e-6)
+    scale = max(abs(float(r.h)), abs(float(r.g)))
+    assert off.energy * scale == pytest.approx(float(r.g * row[2]) * 1e-10, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", [n for n in TAYLOR if "-" not in n[7:]])
+def test_every_form_starts_on_its_own_closed_form(name):
+    found = own(name)
+    off = found.yardstick((0.0, 0.0), found.march.begin().state)
+    assert abs(off.phase_s) < 1e-30
+    assert off.energy == 0
+    assert off.axis is None or off.axis < 1e-30
+
+
+def test_the_yardstick_agrees_with_the_witness_of_trajectories():
+    """Where both can see it, above the rounding of doubles."""
+    study = Study.asked(KICKED, ["taylor-axis=1e-9"], periods=40, samples=4)
+    last = rows_of(study, study.tasks[0])[-1]
+    found = own("taylor-axis=1e-9")
+    truth = DoubleForm(found.yardstick._motion)
+    t = float.fromhex(last["t"][0])
+    e = np.array([float.fromhex(x) for x in last["state"][:3]])
+    exact = truth(np.array([t]))
+    assert np.linalg.norm(e - exact.axis[0]) == pytest.approx(
+        float.fromhex(last["axis"]), abs=1e-14
+    )
+    by_height = (e[2] - exact.u[0]) / exact.udot[0]
+    assert float.fromhex(last["phase_s"]) == pytest.approx(by_height, rel=0.5)
+
+
+# --- the runs --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["taylor-axis", "taylor-cubic", "taylor-axis-projected"])
+def test_a_march_is_the_trajectory_that_propagate_integrates(name):
+    """Bit for bit, through several blocks."""
+    found = own(name)
+    chosen = method(name)
+    t = 700.618 * found.period
+    scene = ht.load_scene(
+        "sicm-kicked", [f"span.time={t!r}", 'want.quantities=["theta"]', "want.events=[]"]
+    )
+    trajectory = ht.propagate(scene, formulation=chosen.formulation, projected=chosen.projected)
+    place = found.march.begin()
+    while (after := found.march.block(place)).time[0] < t:
+        place = after
+    row = found.march.seen(place, [(t, 0.0)])[0]
+    assert row.tolist() == trajectory(t).states.tolist()
+
+
+@pytest.mark.parametrize("name", ["taylor-axis-longdouble", "taylor-axis-mpfr"])
+def test_more_bits_are_written_down_without_loss(name):
+    """A march that goes on from written words is the march that was never interrupted."""
+    march = own(name).march
+    assert isinstance(march, PreciseMarch)
+    one = march.block(march.begin())
+    again = march._place(march._mark(one))
+    assert again == one
+    assert len(one.state) + len(one.carry) == 5 * march.words
+
+
+def test_more_bits_give_more_digits():
+    study = Study.asked(
+        KICKED,
+        ["taylor-axis", "taylor-axis-longdouble", "taylor-axis-mpfr"],
+        periods=30,
+        samples=3,
+    )
+    found = gathered(study, ledger.run(ledger.study_of(study.identity)))
+    double, extended, many = (each.phase_s[-1] for each in found.methods)
+    assert 1e-16 < double < 1e-12
+    assert 1e-20 < extended < 1e-15
+    assert many < 1e-30
+
+
+def test_a_start_whose_taylor_coefficients_vanish():
+    """Let go from rest at pi/2, the integrator's own first step would have no bound."""
+    scene = ht.Scene(ht.Top(A=1, C=1, gMR=1), ht.State(theta="pi/2"), periods=1)
+    found = ht.drift(scene, methods=["taylor-axis", "taylor-cubic"], periods=20, samples=4)
+    assert all(each.phase_s[-1] < 1e-13 for each in found.methods)
+
+
+def test_a_looser_tolerance_is_used():
+    found = ht.drift(KICKED, methods=["taylor-axis", "taylor-axis=1e-6"], periods=100, samples=3)
+    tight, loose = found.methods
+    assert loose.axis[-1] > 1e6 * tight.axis[-1]
+    assert loose.method.text == "taylor-axis=1e-06"
+
+
+def test_a_mark_is_behind_when_both_words_say_so():
+    assert _not_after((1.0, 0.0), (1.0, 0.0))
+    assert not _not_after((1.0, 1e-17), (1.0, 0.0))
+    assert _not_after((1.0, -1e-17), (1.0, 0.0))
+
+
+def test_a_run_that_is_taken_up_again_has_the_same_bits():
+    study = Study.asked(KICKED, ["taylor-axis", "sofroniou-spaletta10"], periods=2e4, samples=9)
+    for task in study.tasks:
+        pieces = list(follow(study.identity, task, None))
+        rows = [row for piece in pieces for row in piece.rows]
+        march = follow(study.identity, task, None)
+        first = next(march)
+        written = json.loads(json.dumps(first.checkpoint))
+        assert list(first.rows) + rows_of(study, task, written) == rows
+
+
+def test_the_projected_axis_form_keeps_the_phase_and_the_textbook_form_loses_it():
+    """A cyclic angle in the state ruins the step control; projection beats Brouwer's law."""
+    found = ht.drift(
+        KICKED,
+        methods=["taylor-lagrange", "taylor-axis", "taylor-axis-projected"],
+        periods=20_000,
+        samples=13,
+        ensemble=2,
+    )
+    lagrange, plain, projected = found.methods
+    assert lagrange.phase_s[-1] > 1e-7 > 1e-9 > plain.phase_s[-1] > 10 * projected.phase_s[-1]
+    assert lagrange.phase_growth.exponent > 2 > plain.phase_growth.exponent
+    assert projected.phase_growth.exponent < 1
+
+
+# --- what is asked ---------------------------------------------------------------------------
+
+
+def test_marks_are_at_one_phase_and_within_the_span():
+    found = np.array(marks(1e6, 25))
+    assert np.allclose(found % 1, PHASE)
+    assert found[0] < 1
+    assert 1e6 - 1 < found[-1] < 1e6
+    assert (np.diff(found) > 0.5).all()
+    assert len(marks(3, 100)) == 3
+
+
+def test_members_are_neighbours_and_their_own():
+    starts = [member(KICKED.start, 5, k) for k in range(4)]
+    assert starts[0] is KICKED.start
+    assert len({float(s.theta) for s in starts}) == 4
+    assert member(KICKED.start, 6, 1) != starts[1]
+    for start in starts[1:]:
+        assert 0 < abs(float(start.theta) / 0.1 - 1) <= 0.01
+        assert 0 < abs(float(start.phidot) / -15 - 1) <= 0.01
+        assert float(start.omega3) == pytest.approx(float(KICKED.start.omega3), rel=1e-15)
+
+
+def test_a_power_law_is_found_with_its_error():
+    n = np.geomspace(1e3, 1e6, 13)
+    draw = np.random.default_rng(0)
+    slopes = [growth(n, 1e-16 * n**1.5 * np.exp(0.3 * draw.normal(size=13))) for _ in range(400)]
+    off = np.array([(g.exponent - 1.5) / g.stderr for g in slopes])
+    assert abs(np.mean([g.exponent for g in slopes]) - 1.5) < 0.01
+    assert 0.9 < np.std(off) < 1.3  # the stated error is the error that is made
+
+
+def test_only_the_last_three_decades_are_fitted():
+    n = [1.0, 10.0, 1e2, 1e3, 1e4, 1e5, 1e6]
+    errors = [1.0, 1.0, 1.0, 1e-3, 1e-2, 1e-1, 1.0]
+    assert growth(n, errors).exponent == pytest.approx(1)
+    assert growth(n, errors, lost=0.5) is None
+
+
+def test_an_identity_says_the_whole_study():
+    study = Study.asked(
+        ht.load_scene("sicm-kicked", ["start.theta=pi/7"]), ["strang=50", "taylor-cubic"], 7, 3
+    )
+    again = Study.of(json.loads(json.dumps(study.identity)))
+    assert again.identity == study.identity
+    assert again.scene.top == study.scene.top
+    assert again.scene.start == study.scene.start
+    assert again.methods == study.methods
+
+
+def test_auto_is_the_least_form_for_so_long_a_run():
+    names = [Study.asked(KICKED, ["auto"], periods=n).methods[0].name for n in (10, 1e5)]
+    assert names[0] == "taylor-axis"
+    assert names[1] == "taylor-axis-projected"
+
+
+def test_a_slow_method_goes_no_farther_than_ten_thousand_periods():
+    study = Study.asked(KICKED, ["dop853-scipy", "taylor-axis"], periods=1e6, samples=9)
+    assert [max(study.marks(each)) < 1e4 for each in study.methods] == [True, False]
+
+
+# --- refusals --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"methods": ["dop853"]}, "dop853-scipy|dop853-cyrk"),
+        ({"methods": ["strang=x"]}, "a number after the =: the steps a period"),
+        ({"methods": ["strang=0"]}, "a steps a period from|steps a period from"),
+        ({"methods": ["taylor-axis=nan"]}, "tolerance from"),
+        ({"methods": ["taylor-lagrange-mpfr=1e-3"]}, "tolerance from"),
+        ({"methods": []}, "at least one method"),
+        ({"periods": 0.5}, "periods = 0.5: from 1 to"),
+        ({"periods": float("nan")}, "periods = nan"),
+        ({"ensemble": 0}, "ensemble = 0"),
+        ({"samples": 1}, "samples = 1"),
+        ({"seed": -1}, "seed = -1"),
+    ],
+)
+def test_what_cannot_be_studied_is_refused_by_name(options, said):
+    with pytest.raises(ht.BadScene, match=said):
+        ht.drift(KICKED, **options)
+
+
+def test_every_fault_is_told_at_once():
+    with pytest.raises(ht.BadScene) as bad:
+        ht.drift(KICKED, methods=["x", "strang=0"], periods=0, ensemble=0)
+    assert len(bad.value.faults) == 4
+
+
+@pytest.mark.parametrize("name", ["separatrix", "steady-betsch", "sleeping"])
+def test_a_top_without_nutation_is_refused(name):
+    with pytest.raises(ht.BadScene, match="no nutation period"):
+        ht.drift(ht.load_scene(name), periods=10)
+
+
+def test_a_form_that_cannot_start_there_is_skipped_with_the_reason():
+    scene = ht.load_scene("sicm-kicked", ["start.theta=0", "start.thetadot=1"])
+    found = ht.drift(scene, methods=["taylor-lagrange", "taylor-axis"], periods=3, samples=2)
+    assert "cannot start at a pole" in found["taylor-lagrange"].skipped
+    assert found["taylor-axis"].skipped is None
+
+
+def test_a_rival_whose_package_is_missing_is_skipped_by_name(monkeypatch):
+    from heavytop.drifts import methods
+
+    monkeypatch.setattr(methods, "find_spec", lambda name: None if name == "numba" else name)
+    found = ht.drift(KICKED, methods=["strang", "taylor-axis"], periods=3, samples=2)
+    assert "pip install 'heavytop[rivals]'" in found["strang"].skipped
+    assert found["taylor-axis"].energy
+
+
+def test_a_method_that_cannot_go_on_keeps_what_it_has(monkeypatch):
+    from heavytop.drifts.taylor_march import TaylorMarch
+    from heavytop.march import Stopped
+
+    whole = TaylorMarch.block
+
+    def block(self, place):
+        if place.steps > 5000:
+            raise Stopped("for a test")
+        return whole(self, place)
+
+    monkeypatch.setattr(TaylorMarch, "block", block)
+    found = ht.drift(KICKED, methods=["taylor-axis"], periods=1e5, samples=25)
+    only = found["taylor-axis"]
+    assert only.ended == {0: "for a test"}
+    assert 100 < only.periods[-1] < 1e4
+
+
+# --- what comes out --------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def small():
+    return ht.drift(
+        KICKED, methods=["taylor-axis", "taylor-cubic"], periods=100, samples=5, ensemble=2
+    )
+
+
+def test_the_document_holds_what_the_contract_says(small):
+    document = json.loads(json.dumps(small.document()))
+    assert document["schema"] == "heavytop/drift/1"
+    for each in document["methods"]:
+        assert {"name", "formulation", "us_per_period", "steps", "periods", "energy", "p_phi",
+                "p_psi", "invariants", "phase_s", "axis", "energy_exponent", "phase_exponent",
+                "stderr", "skipped"} <= each.keys()  # fmt: skip
+        assert len(each["energy"]) == len(each["periods"]) == len(each["phase_s"])
+    axis, cubic = document["methods"]
+    assert cubic["axis"] == [None] * 5
+    assert axis["p_phi"] == [None] * 5  # a constant of the equations
+    assert axis["invariants"]["length"][-1] > 0
+
+
+def test_a_document_without_costs_has_no_clock_in_it(small):
+    slow = replace(small, methods=tuple(replace(m, us_per_period=1e9) for m in small.methods))
+    assert slow.document(costs=False) == small.document(costs=False)
+
+
+def test_errors_are_root_mean_squares_over_the_starts(small):
+    each = [
+        [float.fromhex(row["phase_s"]) for row in rows_of(small.study, f"taylor-axis/{k:04d}")]
+        for k in range(2)
+    ]
+    rms = np.sqrt(np.mean(np.square(each), axis=0))
+    assert np.allclose(small["taylor-axis"].phase_s, rms, rtol=1e-15, atol=0)
+
+
+def test_errors_as_a_dataset(small):
+    data = small.to_xarray()
+    assert data["phase_s"].attrs["units"] == "s"
+    assert np.isnan(data["axis"].sel(scheme="taylor-cubic")).all()
+    assert data["energy"].sel(scheme="taylor-axis").values.tolist() == list(
+        small["taylor-axis"].energy
+    )
