@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, overload
+from numbers import Integral
+from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +26,9 @@ from heavytop.theory.reduced import Reduced
 if TYPE_CHECKING:
     from heavytop.state import State
     from heavytop.top import Top
+
+
+MOST_DIGITS: Final = 10_000
 
 
 @dataclass(frozen=True)
@@ -87,7 +91,15 @@ class Motion:
         return DoubleForm(self.reduced, self.proved)
 
     def form(self, digits: int) -> MPForm:
-        """The closed form at so many digits."""
+        """The closed form at so many digits.
+
+        Raises
+        ------
+        ValueError
+            No whole number from 1 to 10 000.
+        """
+        if not isinstance(digits, Integral) or not 1 <= digits <= MOST_DIGITS:
+            raise ValueError(f"digits: a whole number from 1 to {MOST_DIGITS}, not {digits!r}")
         return MPForm(self.reduced, digits, self.proved)
 
     @property
@@ -209,6 +221,15 @@ class Motion:
         -------
         DoubleRecord or ExactRecord
             Arrays of the shape of t; with `digits` numbers, or a tuple of them when t is many.
+
+        Raises
+        ------
+        NotANumber
+            A time that is no finite number.
+        NoClosedForm
+            Beyond 2³¹ periods in doubles, 1e20 with digits.
+        ValueError
+            Digits that are no whole number from 1 to 10 000.
         """
         if digits is None:
             return self.double(np.asarray(t, dtype=np.float64))

@@ -5,6 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from heavytop.errors import NoClosedForm
 from heavytop.kinds.certify import classify
 from heavytop.motion import Motion
 from heavytop.state import State
@@ -106,3 +107,19 @@ def test_classify_is_the_kind_of_the_motion():
     assert classify(SICM, start) == Motion(SICM, start).verdict
     assert classify(SICM, start).kind == "cusps"
     assert "spherical-top" in classify(Top(1, 1, 1), State(1, phidot=1)).tags
+
+
+def test_where_the_digits_end_it_says_so():
+    motion = Motion(SICM, State(theta="0.1", phidot=-15, psidot=140))
+    motion.at(1e19, digits=20)
+    with pytest.raises(NoClosedForm, match="1e\\+20 periods"):
+        motion.at("1e20", digits=20)
+    with pytest.raises(NoClosedForm, match="ask for digits"):
+        motion.at(1e10)
+
+
+@pytest.mark.parametrize("digits", [0, -100, 10_001, 2.5, "20"])
+def test_absurd_digits_are_refused(digits):
+    motion = Motion(SICM, State(theta="0.1", psidot=140))
+    with pytest.raises(ValueError, match="digits: a whole number from 1 to 10000"):
+        motion.at(1, digits=digits)

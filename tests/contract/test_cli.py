@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import subprocess
@@ -315,6 +316,8 @@ class TestBugs:
         (errors.ForeignFile("x"), 6),
         (errors.MissingPackage("strang", ["numba"]), 7),
         (errors.InUse("x", "y"), 2),
+        (OSError(errno.ENOSPC, "No space left on device"), 4),
+        (OSError(errno.ENOENT, "No such file"), 1),
         (errors.StoppedEarly("unwritable", "x", None), 4),
         (errors.StoppedEarly("worker-lost", "x", None), 4),
         (errors.StoppedEarly("interrupted", "x", None), 130),

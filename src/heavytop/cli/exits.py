@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from enum import IntEnum
 
 from heavytop import errors
@@ -35,6 +36,8 @@ REFUSALS: tuple[tuple[type[BaseException], Exit], ...] = (
     (KeyboardInterrupt, Exit.INTERRUPTED),
 )
 
+FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
+
 EXIT_CODES = (
     "Exit codes: 0 ok; 1 a bug; 2 a bad option; 3 a bad scene; 4 ended early, the partial result "
     "is kept; 5 a check is out of its bound; 6 a damaged or foreign file; 7 an optional package "
@@ -48,6 +51,8 @@ def exit_code(error: BaseException) -> Exit:
         return Exit.INTERRUPTED
     if isinstance(error, errors.StoppedEarly) and error.outcome is errors.Stop.INTERRUPTED:
         return Exit.INTERRUPTED
+    if isinstance(error, OSError) and error.errno in FULL:
+        return Exit.ENDED_EARLY
     return next((code for kind, code in REFUSALS if isinstance(error, kind)), Exit.BUG)
 
 
@@ -56,6 +61,8 @@ def explain(error: BaseException, code: Exit) -> str:
     if code is Exit.BUG:
         what = " ".join(f"{type(error).__name__}: {error}".split())
         return f"a bug: {what} (--debug shows where)"
+    if isinstance(error, OSError):
+        return f"cannot write: {error.strerror or error}"
     if isinstance(error, errors.BadScene):
         return f"the scene cannot be run:\n{error}"
     return str(error) or "interrupted"

@@ -11,9 +11,7 @@ from rich.text import Text
 
 from heavytop.report.rows import MISSING, title, two_columns
 
-HEADINGS: Final = (
-    "periods", "µs/period", "energy", "phase [s]", "axis", "energy ∝ t^", "phase ∝ t^",
-)  # fmt: skip
+HEADINGS: Final = ("µs/period", "energy", "as t^", "phase [s]", "as t^", "axis")
 
 
 def drift_table(document: Mapping[str, Any]) -> Group:
@@ -48,22 +46,23 @@ def _asked(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     starts = "its own start" if count == 1 else f"{count} starts (seed {document['seed']}), RMS"
     yield "drift", f"{document['periods']:g} nutation periods, {starts}"
     yield "errors", "at the last time; energy relative to max(|E'|, gMR)"
+    yield "as t^", "the power of time with which it grows, and its standard error: 1.40(2) ± 0.02"
 
 
 def _methods(methods: list[Mapping[str, Any]]) -> Table:
     table = Table(box=None, pad_edge=False, header_style="cyan")
-    table.add_column("method")
+    table.add_column("method", overflow="fold")
     for heading in HEADINGS:
-        table.add_column(Text(heading), justify="right")
+        table.add_column(Text(heading), justify="right", no_wrap=True)
     for each in methods:
-        errors = (_last(each[name]) for name in ("energy", "phase_s", "axis"))
-        powers = (_power(each, name) for name in ("energy", "phase"))
-        table.add_row(each["name"], _reached(each), _cost(each), *errors, *powers)
+        table.add_row(each["name"], _cost(each), *_grown(each), _last(each["axis"]))
     return table
 
 
-def _reached(method: Mapping[str, Any]) -> str:
-    return f"{method['periods'][-1]:.4g}" if method["periods"] else MISSING
+def _grown(method: Mapping[str, Any]) -> Iterator[str]:
+    for values, name in (("energy", "energy"), ("phase_s", "phase")):
+        yield _last(method[values])
+        yield _power(method, name)
 
 
 def _cost(method: Mapping[str, Any]) -> str:
@@ -76,14 +75,20 @@ def _last(values: list[float | None]) -> str:
 
 
 def _power(method: Mapping[str, Any], name: str) -> str:
+    """An exponent as physicists write it: 1.40(2) is 1.40 ± 0.02."""
     exponent, error = method[f"{name}_exponent"], method["stderr"][name]
-    return MISSING if exponent is None else f"{exponent:.2f} ± {error:.2f}"
+    if exponent is None:
+        return MISSING
+    hundredths = max(1, round(100 * error))
+    return f"{exponent:.2f}({hundredths})" if hundredths < 100 else f"{exponent:.0f}({error:.0f})"
 
 
 def _notes(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     for each in document["methods"]:
         if each["skipped"] is not None:
             yield each["name"], f"skipped: {each['skipped']}"
+        elif each["periods"] and each["periods"][-1] < 0.5 * document["periods"]:
+            yield each["name"], f"to {each['periods'][-1]:.4g} periods"
         for number, why in each["ended"].items():
             yield each["name"], f"start {number} ended early: {why}"
     if document["files"]:

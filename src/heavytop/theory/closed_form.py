@@ -14,6 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from heavytop.errors import NoClosedForm
 from heavytop.theory.asymptotic import Asymptotic
 from heavytop.theory.course import NOTHING, Proved
 from heavytop.theory.nodding import Nodding
@@ -59,6 +60,10 @@ class ExactRecord:
     udot: Number
     axis: tuple[Number, Number, Number]
     n: int
+
+
+FARTHEST = 1e20
+"""Nutation periods up to which the digits are those asked for."""
 
 
 class MPForm:
@@ -146,9 +151,17 @@ class MPForm:
         return 2 * self.ctx.atan2(self.ctx.sqrt(above), self.ctx.sqrt(below))
 
     def __call__(self, t: Any) -> ExactRecord:
-        """Where the top is at time `t` [s], a number of any kind."""
+        """Where the top is at time `t` [s], a number of any kind.
+
+        Raises
+        ------
+        NoClosedForm
+            Farther than 1e20 periods away, where the digits end.
+        """
         ctx, start, side = self.ctx, self._reduced, self._side
         time = number(ctx, t)
+        if self.period is not None and abs(time) > FARTHEST * self.period:
+            raise NoClosedForm(f"t: more than {FARTHEST:g} periods away, where the digits end")
         place = self.orbit.place(time)
         above, below, rise, plus, minus, n = place
         theta = self._tilt(above, below)
