@@ -50,7 +50,7 @@ def _drift_row(each: Any) -> str:
         f"{each.us_per_period:.3g}",
         f"{each.energy[-1]:.1e}",
         _power(each.energy_growth),
-        f"{each.phase_s[-1]:.1e}",
+        "lost" if each.phase_s[-1] is None else f"{each.phase_s[-1]:.1e}",
         _power(each.phase_growth),
         "–" if each.axis[-1] is None else f"{each.axis[-1]:.1e}",
     )

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
+from itertools import takewhile
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
     import xarray
 
 SCHEMA: Final = "heavytop/drift/1"
-LOST: Final = 0.05  # of a period: a phase error beyond that no longer measures anything
-MEASURED: Final = ("energy", "phase_s", "axis")
+LOST: Final = 0.05  # of a period: beyond it what is left of a phase error is no measure of it
+MEASURED: Final = ("energy", "axis")
 MOMENTA: Final = ("p_phi", "p_psi")
 Values = tuple[float | None, ...]
 
@@ -37,7 +38,8 @@ class MethodDrift:
         Times in nutation periods of each run's own start.
     energy, phase_s, axis : tuple of (float or None), shape (k,)
         RMS over the starts of the error of E' relative to max(|E'|, gMR), of the phase [s], and
-        of the axis; None where the formulation does not say.
+        of the axis; None where the formulation does not say, and of the phase from where the
+        first run has lost a twentieth of a period: there it measures nothing any more.
     invariants : dict from str to tuple
         The same of the formulation's other invariants, relative.
     steps : float
@@ -69,8 +71,18 @@ class MethodDrift:
 
     @cached_property
     def phase_growth(self) -> Growth | None:
-        """With which power of the time the phase error grows, while it is no twentieth period."""
-        return growth(self.periods, self.phase_s, LOST * self.period)
+        """With which power of the time the phase error grows."""
+        return growth(self.periods, self.phase_s)
+
+    @property
+    def energy_exponent(self) -> float | None:
+        """The power of the time with which the energy error grows."""
+        return None if self.energy_growth is None else self.energy_growth.exponent
+
+    @property
+    def phase_exponent(self) -> float | None:
+        """The power of the time with which the phase error grows."""
+        return None if self.phase_growth is None else self.phase_growth.exponent
 
     def document(self, *, costs: bool = True) -> dict[str, Any]:
         """Return what is known of the method, for JSON."""
@@ -90,8 +102,8 @@ class MethodDrift:
             "invariants": others,
             "phase_s": list(self.phase_s),
             "axis": list(self.axis),
-            "energy_exponent": self.energy_growth and self.energy_growth.exponent,
-            "phase_exponent": self.phase_growth and self.phase_growth.exponent,
+            "energy_exponent": self.energy_exponent,
+            "phase_exponent": self.phase_exponent,
             "stderr": {
                 "energy": self.energy_growth and self.energy_growth.stderr,
                 "phase": self.phase_growth and self.phase_growth.stderr,
@@ -142,15 +154,30 @@ class Drift:
         import xarray
 
         width = max((len(each.periods) for each in self.methods), default=0)
-        names = ("periods", "energy", "phase_s", "axis")
         table = {
-            name: (("scheme", "mark"), _filled([getattr(m, name) for m in self.methods], width))
-            for name in names
+            name: (("scheme", "mark"), _filled([c(each) for each in self.methods], width), about)
+            for name, (c, about) in self._columns().items()
         }
-        found = xarray.Dataset(table, coords={"scheme": [m.method.text for m in self.methods]})
-        for name, unit in (("periods", "1"), ("energy", "1"), ("phase_s", "s"), ("axis", "1")):
-            found[name].attrs["units"] = unit
-        return found.assign_attrs(schema=SCHEMA, title=self.study.scene.title)
+        names = [each.method.text for each in self.methods]
+        asked = {name: self.study.identity[name] for name in ("ensemble", "samples", "seed")}
+        return xarray.Dataset(
+            table,
+            coords={"scheme": names},
+            attrs={"schema": SCHEMA, "title": self.study.scene.title, **asked},
+        )
+
+    def _columns(self) -> dict[str, tuple[Callable[[MethodDrift], Values], dict[str, str]]]:
+        """Return what a dataset holds: columns of methods, with their names and units."""
+        columns: dict[str, tuple[Callable[[MethodDrift], Values], dict[str, str]]] = {
+            "periods": (lambda m: m.periods, _about("time in nutation periods")),
+            "energy": (lambda m: m.energy, _about("error of E', relative to max(|E'|, gMR)")),
+            "phase_s": (lambda m: m.phase_s, _about("phase error of the nutation", "s")),
+            "axis": (lambda m: m.axis, _about("distance of the axis, a unit vector")),
+        }
+        others = {name: None for each in self.methods for name in each.invariants or {}}
+        for name in others:
+            columns[name] = (partial(_invariant, name), _about(f"error of {name}, relative"))
+        return columns
 
 
 def gathered(study: Study, book: Book) -> Drift:
@@ -178,14 +205,14 @@ def _method(study: Study, method: Method, book: Book) -> MethodDrift:
     spent = sum(map(book.spent_s, tasks))
     return replace(
         nothing,
-        **_errors([list(book.rows(task)) for task in tasks]),
+        **_errors([list(book.rows(task)) for task in tasks], LOST * nothing.period),
         steps=float(np.mean([end["place"]["steps"] for end in ends])),
         us_per_period=spent / gone * 1e6 if gone else None,
         ended={i: end["ended"] for i, end in enumerate(ends) if end["ended"]},
     )
 
 
-def _errors(runs: Sequence[Sequence[Mapping[str, Any]]]) -> dict[str, Any]:
+def _errors(runs: Sequence[Sequence[Mapping[str, Any]]], lost: float) -> dict[str, Any]:
     """Return the RMS errors over runs, at the marks that all of them passed."""
     common = min(map(len, runs))
     each = [run[:common] for run in runs]
@@ -193,10 +220,17 @@ def _errors(runs: Sequence[Sequence[Mapping[str, Any]]]) -> dict[str, Any]:
     return {
         "periods": tuple(float.fromhex(row["periods"]) for row in each[0]),
         **{name: _rms([[row[name] for row in run] for run in each]) for name in MEASURED},
+        "phase_s": _rms([_while_known([row["phase_s"] for row in run], lost) for run in each]),
         "invariants": {
             name: _rms([[row["invariants"][name] for row in run] for run in each]) for name in names
         },
     }
+
+
+def _while_known(phases: Sequence[str], lost: float) -> list[str | None]:
+    """Return phase errors until the first that is lost, and None from there on."""
+    known = list(takewhile(lambda x: abs(float.fromhex(x)) < lost, phases))
+    return [*known, *[None] * (len(phases) - len(known))]
 
 
 def _rms(runs: Sequence[Sequence[str | None]]) -> Values:
@@ -213,3 +247,11 @@ def _filled(columns: Sequence[Values], width: int) -> Any:
     for row, values in zip(table, columns, strict=True):
         row[: len(values)] = [np.nan if x is None else x for x in values]
     return table
+
+
+def _about(what: str, units: str = "1") -> dict[str, str]:
+    return {"long_name": what, "units": units}
+
+
+def _invariant(name: str, each: MethodDrift) -> Values:
+    return (each.invariants or {}).get(name, ())

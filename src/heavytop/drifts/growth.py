@@ -31,18 +31,14 @@ class Growth:
     points: int
 
 
-def growth(
-    periods: Sequence[float], errors: Sequence[float | None], lost: float = np.inf
-) -> Growth | None:
+def growth(periods: Sequence[float], errors: Sequence[float | None]) -> Growth | None:
     """Return the growth over the last three decades, or None where there is nothing to fit.
 
     Parameters
     ----------
     periods : sequence of float, shape (k,)
     errors : sequence of (float or None), shape (k,)
-        RMS errors; zeros and None are left out.
-    lost : float
-        An error beyond which it no longer grows, and is left out.
+        RMS errors; zeros and None are left out, and the last of the others ends the decades.
 
     Examples
     --------
@@ -50,15 +46,12 @@ def growth(
     >>> found = growth(n, [1e-15 * x**1.5 for x in n])
     >>> round(found.exponent, 6), found.points
     (1.5, 4)
-    >>> growth(n, [0.0, None, 1e-15, 2.0], lost=1.0) is None
+    >>> growth(n, [0.0, None, 1e-15, 2.0]) is None
     True
     """
-    from_here = max(periods, default=0.0) / 10**LAST_DECADES * 0.999
-    fitted = [
-        (np.log(n), np.log(e))
-        for n, e in zip(periods, errors, strict=True)
-        if e is not None and 0 < e < lost and n >= from_here
-    ]
+    known = [(n, e) for n, e in zip(periods, errors, strict=True) if e]
+    from_here = max((n for n, _ in known), default=0.0) / 10**LAST_DECADES * 0.999
+    fitted = [(np.log(n), np.log(e)) for n, e in known if n >= from_here]
     if len(fitted) < LEAST_POINTS:
         return None
     x, y = np.array(fitted).T

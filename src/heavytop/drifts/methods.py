@@ -84,7 +84,7 @@ class Method:
     @property
     def text(self) -> str:
         """What asks for this method: its name, with the setting where it is not the usual one."""
-        return f"{self.name}={self.setting:g}" if self.changed else self.name
+        return f"{self.name}={shortest(self.setting)}" if self.changed else self.name
 
 
 class NoMethod(ValueError):
@@ -120,9 +120,9 @@ def method(text: str) -> Method:
     try:
         value = float(setting)
     except ValueError:
-        raise NoMethod(f"a number after the =: the {found.set_by}") from None
+        raise NoMethod(f"a number after the =: {found.set_by}") from None
     if not found.least <= value <= found.most:
-        raise NoMethod(f"a {found.set_by} from {found.least:g} to {found.most:g}")
+        raise NoMethod(f"{found.set_by} from {found.least:g} to {found.most:g}")
     return replace(found, setting=value, changed=value != found.setting)
 
 
@@ -185,3 +185,14 @@ def _of(rival: table.Method) -> Method:
         source=rival.source,
         is_rival=True,
     )
+
+
+def shortest(x: float) -> str:
+    """Return the shortest text that reads back as a number.
+
+    Examples
+    --------
+    >>> shortest(200.0), shortest(1e-9), shortest(1234.5671)
+    ('200', '1e-09', '1234.5671')
+    """
+    return repr(x).removesuffix(".0")

@@ -19,6 +19,7 @@ from heavytop.theory.precision import Context, context
 from heavytop.theory.reduced import Reduced
 
 DIGITS = 40
+EVEN = 0.7  # of |z|, above which x and y say more about it
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,21 +135,24 @@ class Yardstick:
         return [self.ctx.fsum(row[i::n]) for i in range(n)]
 
     def _read(self, states: Sequence[Any]) -> tuple[Any, Any, dict[str, Any], Any]:
-        """Return u, udot, the invariants and the axis, of the length it started with."""
+        """Return u, udot, the invariants and the direction of the axis."""
         u, udot, values, axis = self._raw(states)
-        size = self._length
-        return u / size, udot / size, values, [x / size for x in axis] or None
+        if not axis:
+            return u, udot, values, None
+        size = self.ctx.norm(axis)  # 1 within the method's error, which stands under `length`
+        x, y, z = (component / size for component in axis)
+        return self._height(x, y, z), udot / size, values, (x, y, z)
+
+    def _height(self, x: Any, y: Any, z: Any) -> Any:
+        """Return z, near a pole from x and y: there it has lost the digits of 1 - |z|."""
+        if abs(z) < EVEN:
+            return z
+        return self.ctx.sign(z) * self.ctx.sqrt(1 - x * x - y * y)
 
     def _raw(self, states: Sequence[Any]) -> tuple[Any, Any, dict[str, Any], list[Any]]:
         found = iter(self._function(*states, *self._constants))
         u, udot = next(found), next(found)
         return u, udot, {name: next(found) for name in self.formulation.invariants}, list(found)
-
-    @cached_property
-    def _length(self) -> Any:
-        """The length of the axis at the start: 1 within the rounding of the states."""
-        axis = self._raw(self._states(self.start))[3]
-        return self.ctx.norm(axis) if axis else self.ctx.one
 
     @cached_property
     def _constants(self) -> list[Any]:

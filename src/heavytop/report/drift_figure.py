@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from itertools import cycle
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -14,15 +13,16 @@ from matplotlib.figure import Figure
 from heavytop.report.figures.style import FAINT, STYLE
 
 COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+DASHES: Final = ("-", "--", ":", "-.")  # one for every round of the colours
 MARKERS: Final = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*", "p")
 GUIDES: Final = ((0.5, r"$t^{1/2}$"), (1.0, r"$t$"), (1.5, r"$t^{3/2}$"), (2.0, r"$t^2$"))
 LABELS: Final = {
-    "energy": "energy, relative",
-    "p_phi": "momentum p_φ, relative",
-    "p_psi": "momentum p_ψ, relative",
+    "energy": "energy E', of max(|E'|, gMR)",
+    "p_phi": r"momentum $p_\varphi$, relative",
+    "p_psi": r"momentum $p_\psi$, relative",
     "phase_s": "phase of the nutation [s]",
-    "axis": "axis",
-    "length": "length of the axis, squared",
+    "axis": "direction of the axis [rad]",
+    "length": r"length of the axis, $|e|^2$",
 }
 Series = tuple[str, list[float], list[float]]
 
@@ -44,7 +44,9 @@ def drift_figure(document: Mapping[str, Any]) -> Figure:
     columns = min(3, max(1, len(panels)))
     rows = max(1, math.ceil(len(panels) / columns))
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(3.6 * columns + 0.6, 3.2 * rows + 1.1), layout="constrained")
+        lines = math.ceil(len(document["methods"]) / 4)
+        size = (3.6 * columns + 0.6, 3.2 * rows + 0.7 + 0.2 * lines)
+        figure = Figure(figsize=size, layout="constrained")
         axes = figure.subplots(rows, columns, squeeze=False).flat
         looks = _looks(document)
         for ax, (name, series) in zip(axes, panels.items(), strict=False):
@@ -59,7 +61,8 @@ def drift_figure(document: Mapping[str, Any]) -> Figure:
 def _title(document: Mapping[str, Any]) -> str:
     scene, count = document["scene"], document["ensemble"]
     starts = "" if count == 1 else f", RMS of {count} starts"
-    return f"{(scene['title'] or scene['name'])[:80]}{starts}"
+    title = (scene["title"] or scene["name"])[:80]
+    return f"{title} — {document['periods']:g} nutation periods{starts}"
 
 
 def _quantities(document: Mapping[str, Any]) -> list[str]:
@@ -77,27 +80,31 @@ def _series(document: Mapping[str, Any], name: str) -> list[Series]:
     return found
 
 
-def _looks(document: Mapping[str, Any]) -> dict[str, tuple[str, str]]:
-    names = (each["name"] for each in document["methods"])
-    return dict(zip(names, zip(cycle(COLOURS), cycle(MARKERS), strict=False), strict=False))
+def _looks(document: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return colour, marker and dashes of every method; no two have all of them alike."""
+    return {
+        each["name"]: {
+            "color": COLOURS[k % len(COLOURS)],
+            "marker": MARKERS[k % len(MARKERS)],
+            "linestyle": DASHES[k // len(COLOURS) % len(DASHES)],
+        }
+        for k, each in enumerate(document["methods"])
+    }
 
 
 def _panel(
-    ax: Axes, label: str, series: Sequence[Series], looks: Mapping[str, tuple[str, str]]
+    ax: Axes, label: str, series: Sequence[Series], looks: Mapping[str, Mapping[str, Any]]
 ) -> None:
     for name, periods, errors in series:
-        colour, marker = looks[name]
-        ax.loglog(
-            periods, errors, marker=marker, color=colour, linewidth=1.0, markersize=3.5, label=name
-        )
+        ax.loglog(periods, errors, linewidth=1.0, markersize=3.5, label=name, **looks[name])
     _guides(ax, series)
     ax.set_xlabel("nutation periods")
-    ax.set_ylabel(f"error: {label}")
+    ax.set_ylabel(f"error of {label}")
     ax.grid(True, which="major", linewidth=0.3, color=FAINT)
 
 
 def _guides(ax: Axes, series: Sequence[Series]) -> None:
-    """Draw the powers of time from one point below all curves, as far as they stay in the panel."""
+    """Draw powers of time from the lower left corner; only their slopes mean something."""
     first = min(periods[0] for _, periods, _ in series)
     last = max(periods[-1] for _, periods, _ in series)
     low, high = ax.get_ylim()
@@ -105,9 +112,10 @@ def _guides(ax: Axes, series: Sequence[Series]) -> None:
         return
     for power, label in GUIDES:
         end = min(last, first * (high / low) ** (1 / power))
-        ax.plot([first, end], [low, low * (end / first) ** power], ":", color="#777777", lw=0.8)
-        ax.annotate(label, (end, low * (end / first) ** power), color="#777777", fontsize=7,
-                    ha="right", va="bottom")  # fmt: skip
+        ax.plot([first, end], [low, low * (end / first) ** power], color=FAINT, lw=0.8, zorder=0)
+        at = first * (end / first) ** 0.93
+        place = (at, low * (at / first) ** power)
+        ax.annotate(label, place, color="#777777", fontsize=7, ha="right", va="bottom", zorder=0)
     ax.set_ylim(low, high)
 
 

@@ -46,7 +46,7 @@ def _asked(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     starts = "its own start" if count == 1 else f"{count} starts (seed {document['seed']}), RMS"
     yield "drift", f"{document['periods']:g} nutation periods, {starts}"
     yield "errors", "at the last time; energy relative to max(|E'|, gMR)"
-    yield "as t^", "the power of time with which it grows, and its standard error: 1.40(2) ± 0.02"
+    yield "as t^", "grows as this power of time, with its standard error: 1.40(2) means 1.40 ± 0.02"
 
 
 def _methods(methods: list[Mapping[str, Any]]) -> Table:
@@ -59,10 +59,9 @@ def _methods(methods: list[Mapping[str, Any]]) -> Table:
     return table
 
 
-def _grown(method: Mapping[str, Any]) -> Iterator[str]:
-    for values, name in (("energy", "energy"), ("phase_s", "phase")):
-        yield _last(method[values])
-        yield _power(method, name)
+def _grown(method: Mapping[str, Any]) -> tuple[str, ...]:
+    energy, phase = (_power(method, name) for name in ("energy", "phase"))
+    return _last(method["energy"]), energy, _phase(method), phase
 
 
 def _cost(method: Mapping[str, Any]) -> str:
@@ -72,6 +71,13 @@ def _cost(method: Mapping[str, Any]) -> str:
 
 def _last(values: list[float | None]) -> str:
     return f"{values[-1]:.1e}" if values and values[-1] is not None else MISSING
+
+
+def _phase(method: Mapping[str, Any]) -> str:
+    """A phase error; one beyond a twentieth of a period is no number any more."""
+    return (
+        "lost" if method["periods"] and method["phase_s"][-1] is None else _last(method["phase_s"])
+    )
 
 
 def _power(method: Mapping[str, Any], name: str) -> str:
