@@ -9,6 +9,7 @@ wanted, or start there, is left out.
 import random
 import sys
 import warnings
+from dataclasses import replace
 from statistics import median
 
 from claim import claim, finish
@@ -20,26 +21,35 @@ from heavytop.witness import missed_digits, run_errors
 
 SCENES = int(sys.argv[1]) if len(sys.argv) > 1 else 200
 REPEATS, LONG_S = 3, 1.0
+ROUND = (10, 100, 1000, 2000)
 WANTS = (("theta",), ("theta", "phi"), ("axis",), ("phi", "psi"), ("theta", "psi"), ("attitude",))
 
 
-def drawn(draw):
-    """A scene: any top, start, want, digits and span; some pass close to a pole."""
+def drawn(draw, number):
+    """A scene: any top, start, want, digits and span; some pass close to a pole.
+
+    Every third one starts at a turning point and ends a round number of periods later, with
+    samples a whole number of periods apart: there every rate of theta is zero.
+    """
     A = draw.choice((1.0, 3.28e-4))
     C, gMR = A * draw.uniform(0.1, 1.9), A * draw.uniform(0.5, 200) * draw.choice((1, 1, 1, -1))
     rate, sleeps = abs(gMR / A) ** 0.5, 2 * (A * abs(gMR)) ** 0.5 / C
     near = draw.random() < 0.25
     start = ht.State(
         10 ** draw.uniform(-6, -1) if near else draw.uniform(0.05, 3.0),
-        thetadot=draw.choice((0.0, draw.uniform(-1, 1) * rate)),
+        thetadot=draw.choice((0.0, draw.uniform(-1, 1) * rate)) * (number % 3 > 0),
         phidot=0.0 if near else draw.uniform(-2, 2) * rate,
         omega3=sleeps * draw.uniform(-3, 3),
     )
-    return ht.Scene(
+    scene = ht.Scene(
         ht.Top(A, C, gMR), start, periods=round(10 ** draw.uniform(0, 3.3), 3),
         quantities=draw.choice(WANTS), events=draw.choice(((), ("turning",))),
         samples=draw.choice((2, 33, 401)), digits=draw.randint(5, 12),
     )  # fmt: skip
+    if number % 3:
+        return scene
+    count, each = draw.choice(ROUND), draw.choice((1, 2, 5))
+    return replace(scene, periods=ht.Exact.of(count), samples=count // each + 1)
 
 
 def timed(scene, forms):
@@ -62,7 +72,7 @@ warnings.simplefilter("ignore")
 draw = random.Random(7)
 chosen, ratios, too_far, slower = {}, [], [], []
 for number in range(SCENES):
-    scene = drawn(draw)
+    scene = drawn(draw, number)
     best, runs = timed(scene, ("auto", *LADDER))
     auto = runs["auto"]
     chosen[auto.plan.formulation] = chosen.get(auto.plan.formulation, 0) + 1

@@ -35,10 +35,12 @@ _HOMES = {
     "Sensitivities": "sensitivity",
     "State": "state",
     "StoppedEarly": "errors",
+    "Stress": "stresses.stress",
     "Top": "top",
     "Trajectory": "trajectory",
     "Transition": "transition",
     "Verdict": "kinds",
+    "WorkPrecision": "workprecs.work_precision",
     "classify": "kinds.certify",
     "classify_many": "kinds.many",
     "drift": "drifts.drifting",
@@ -54,6 +56,8 @@ _HOMES = {
     "run_errors": "witness",
     "sensitivities": "sensitivity",
     "state_transition": "transition",
+    "stress": "stresses.stressing",
+    "work_precision": "workprecs.measuring",
 }
 
 __all__ = [
@@ -81,10 +85,12 @@ __all__ = [
     "Sensitivities",
     "State",
     "StoppedEarly",
+    "Stress",
     "Top",
     "Trajectory",
     "Transition",
     "Verdict",
+    "WorkPrecision",
     "classify",
     "classify_many",
     "drift",
@@ -100,6 +106,8 @@ __all__ = [
     "run_errors",
     "sensitivities",
     "state_transition",
+    "stress",
+    "work_precision",
 ]
 
 if TYPE_CHECKING:
@@ -134,10 +142,14 @@ if TYPE_CHECKING:
     from heavytop.scene import Scene, load_scene
     from heavytop.sensitivity import Sensitivities, sensitivities
     from heavytop.state import State
+    from heavytop.stresses.stress import Stress
+    from heavytop.stresses.stressing import stress
     from heavytop.top import Top
     from heavytop.trajectory import Trajectory
     from heavytop.transition import Transition, state_transition
     from heavytop.witness import Errors, run_errors
+    from heavytop.workprecs.measuring import work_precision
+    from heavytop.workprecs.work_precision import WorkPrecision
 
 
 def __getattr__(name: str) -> Any:

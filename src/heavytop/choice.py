@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from heavytop.digits import SPARE, bits_for
-from heavytop.estimates import LOCAL, UNIT, Estimate, estimate, growth, periods_of
+from heavytop.digits import SPARE, bits_for, needed_to_fold
+from heavytop.estimates import LOCAL, UNIT, Estimate, duration, estimate, growth, periods_of
 from heavytop.motion import Motion
 from heavytop.scene import Scene
-from heavytop.taylor.bits import DOUBLE, enough
+from heavytop.taylor.bits import DOUBLE, LONG_DOUBLE, enough
 from heavytop.theory.closed_form import Asymptotic
 
 KNOWN: Final = frozenset({"class", "period"})  # without integrating
@@ -19,6 +20,7 @@ TURNING: Final = frozenset({"phi", "psi", "attitude"})
 BESIDE_A_POLE: Final = 0.02  # rad, where the attitude form begins to be faster
 FOLD_AFTER_S: Final = 20.0  # of integration
 PATIENCE_S: Final = 20.0  # for more than doubles
+LONG_S: Final = 60.0  # before which somebody should be told
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,9 +108,10 @@ def choice(scene: Scene, motion: Motion, span: float, formulation: str) -> Choic
     plain = estimate(scene, motion, span, formulation, projected=False, bits=bits)
     if _folds(scene, motion, plain):
         count = periods_of(motion, span)
-        long = f"which would take {plain.seconds:.0f} s"
+        long = f"which would take {duration(plain.seconds)}"
         why = f"folded: one period answers for all {count:.3g}, {long}"
-        return Choice(False, True, DOUBLE, Estimate(1.0, bound / 10), (why,))
+        folding = enough(needed_to_fold(scene.digits, 2 * count))
+        return Choice(False, True, folding, Estimate(1.0, bound / 10), (why,))
     if bits > DOUBLE or plain.error <= bound:
         return Choice(False, False, bits, plain, ())
     if formulation in PROJECTABLE:
@@ -121,14 +124,15 @@ def choice(scene: Scene, motion: Motion, span: float, formulation: str) -> Choic
 
 def _finer(scene: Scene, motion: Motion, span: float, formulation: str, plain: Estimate) -> Choice:
     """More bits, where doubles will not do; or doubles, where that would take too long."""
-    bits = enough(DOUBLE + math.log2(plain.error * 10.0**scene.digits) + SPARE)
+    needed = DOUBLE + math.log2(plain.error) + scene.digits * math.log2(10)
+    bits = LONG_DOUBLE if needed <= LONG_DOUBLE else enough(needed + SPARE)
     long = estimate(scene, motion, span, formulation, projected=False, bits=bits)
     lost = f"in doubles {_of(plain.error)} would be lost, of 1e-{scene.digits} allowed"
     if long.seconds <= PATIENCE_S:
         return Choice(False, False, bits, long, (lost,))
     projected = formulation in PROJECTABLE
     best = estimate(scene, motion, span, formulation, projected=projected, bits=DOUBLE)
-    why = f"{_of(best.error)} will be lost: more bits would take {long.seconds:.0f} s"
+    why = f"{_of(best.error)} will be lost: more bits would take {duration(long.seconds)}"
     return Choice(projected, False, DOUBLE, best, (why,))
 
 
@@ -141,5 +145,25 @@ PROJECTABLE: Final = frozenset({"axis", "attitude", "cubic"})
 
 def _folds(scene: Scene, motion: Motion, plain: Estimate) -> bool:
     """Whether one period is worth more than all: few samples, no events, a very long span."""
-    returns = not isinstance(motion.exact.orbit, Asymptotic)
-    return returns and not scene.events and plain.seconds > FOLD_AFTER_S
+    return _returns(motion) and not scene.events and plain.seconds > FOLD_AFTER_S
+
+
+def _returns(motion: Motion) -> bool:
+    return not isinstance(motion.exact.orbit, Asymptotic)
+
+
+def patience(scene: Scene, motion: Motion, expected: Estimate) -> Iterator[str]:
+    """Say how long a long integration takes, and what would be quicker.
+
+    Parameters
+    ----------
+    scene : Scene
+    motion : Motion
+    expected : Estimate
+    """
+    if expected.seconds <= LONG_S:
+        return
+    quicker = "" if scene.events else "; by auto it would be folded and take a second"
+    if scene.events:
+        quicker = "; without events (want.events = []) it would be folded and take a second"
+    yield f"long: about {duration(expected.seconds)} in all{quicker if _returns(motion) else ''}"

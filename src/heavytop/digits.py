@@ -11,6 +11,11 @@ from heavytop.theory.closed_form import Asymptotic
 
 MOST_DIGITS: Final = 13  # what double precision can promise at the end of a short run
 SPARE: Final = 2.0  # bits, beyond those that have a reason
+LEAST_FOLDED: Final = 16  # digits of a fold, so that doubles lose nothing
+FOLDED_REACH: Final = 2.0**44  # half-periods, unless the scene reaches farther
+SPARE_FOLDED: Final = 4.0  # bits
+MOST_TURNS: Final = 2.0**60  # of theta, phi or psi that are counted
+MOST_BITS: Final = 131_072  # of the numbers that every step is taken in
 
 
 def bits_for(digits: int, motion: Motion, span: float, *, growing: bool = False) -> int:
@@ -41,6 +46,23 @@ def bits_for(digits: int, motion: Motion, span: float, *, growing: bool = False)
     if digits <= MOST_DIGITS:
         return DOUBLE
     return enough(digits * log2(10) + SPARE + lost_bits(motion, abs(span), growing=growing))
+
+
+def needed_to_fold(digits: int, halves: float = FOLDED_REACH) -> float:
+    """Return the bits that half a nutation needs, to tell decimal digits so many of it away.
+
+    Parameters
+    ----------
+    digits : int
+    halves : float
+        Half-periods that are reached.
+
+    Examples
+    --------
+    >>> round(needed_to_fold(16), 1), round(needed_to_fold(20, 2e15), 1)
+    (101.2, 121.3)
+    """
+    return max(LEAST_FOLDED, digits) * log2(10) + log2(max(halves, FOLDED_REACH)) + SPARE_FOLDED
 
 
 def lost_bits(motion: Motion, span: float, *, growing: bool) -> float:

@@ -12,13 +12,11 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-import numpy as np
-
 from heavytop.motion import Motion
 from heavytop.scene import Scene
+from heavytop.speeds import quickest
 from heavytop.taylor.bits import DOUBLE, LONG_DOUBLE
 from heavytop.theory.closed_form import Asymptotic
-from heavytop.theory.double_form import DoubleRecord
 
 UNIT: Final = 2.0**-53
 
@@ -67,12 +65,16 @@ QUADRATURE_US: Final = 2.0  # of psi beside the axis
 WATCHED: Final = 3.0  # times as long, with events
 SAMPLE_US: Final = 2.0
 PROJECTED: Final = 1.4  # times as long, and
-WANDER: Final = 120.0  # phase after N periods, in units of T 2⁻⁵³ N^{1/2},
+WANDER: Final = 40.0  # phase after N periods, in units of T 2⁻⁵³ N^{1/2},
 STEADY: Final = 0.1  # and of T 2⁻⁵³ N, for starts at which rounding does not average out
 LOCAL: Final = 16.0  # units of rounding in a state at the end, whatever the span
 LONG_DOUBLE_MS: Final = 0.3  # a period in long doubles,
 MPFR_MS: Final = 9.0  # and in 128 bits; it grows a little faster than their square
-LOOKED_AT: Final = 65  # times at which the rates are taken
+SHORT_S: Final = 60.0  # below which a time is told in seconds
+LONGER: Final = ((31_557_600, "years"), (86_400, "days"), (3600, "h"), (60, "min"))
+EVENT_MS: Final = 1.3  # to polish one beyond doubles, and to read it,
+READ_MS: Final = 0.6  # and to read a sample there
+MOST_ERROR: Final = 1e300  # so that what is worse than any error is still a number
 
 
 def estimate(
@@ -106,45 +108,55 @@ def periods_of(motion: Motion, span: float) -> float:
     return abs(span) * fastest / math.tau
 
 
+def duration(seconds: float) -> str:
+    """A time in the unit in which it is read: seconds, minutes, hours, days or years.
+
+    Examples
+    --------
+    >>> [duration(x) for x in (3.17, 90, 24_400, 3e5, 1e12)]
+    ['3.17 s', '1.5 min', '6.78 h', '3.47 days', '3.17e+04 years']
+    """
+    if seconds < SHORT_S:
+        return f"{seconds:.3g} s"
+    unit, name = next((u, n) for u, n in LONGER if seconds >= u)
+    return f"{seconds / unit:.3g} {name}"
+
+
 def _seconds(
     scene: Scene, motion: Motion, span: float, formulation: str, projected: bool, bits: int
 ) -> float:
     turned = formulation == "axis" and bool({"psi", "attitude"} & set(scene.quantities))
     each = RATES[formulation].microseconds + QUADRATURE_US * turned
     each *= (PROJECTED if projected else 1.0) * (WATCHED if scene.events else 1.0)
+    sampled = SAMPLE_US
     if bits > DOUBLE:
         longer = MPFR_MS * (bits / 128) ** 2.2
         each += 1e3 * (LONG_DOUBLE_MS if bits == LONG_DOUBLE else longer)
-    return float(1e-6 * (each * periods_of(motion, span) + SAMPLE_US * scene.samples))
+        each += 1e3 * EVENT_MS * _events_in_a_period(scene, motion)
+        sampled += 1e3 * READ_MS
+    return float(1e-6 * (each * periods_of(motion, span) + sampled * scene.samples))
+
+
+def _events_in_a_period(scene: Scene, motion: Motion) -> int:
+    """How many of the wanted events a nutation has: two turning points, two reversals, a cusp."""
+    if not motion.nutates:
+        return 0
+    turning = 2 if "turning" in scene.events else int(motion.kind == "cusps")
+    return turning + 2 * ("reversal" in scene.events and motion.kind == "loops")
 
 
 def _error(
     scene: Scene, motion: Motion, span: float, formulation: str, *, projected: bool
 ) -> float:
-    """The largest error of what is wanted, at the times at which it will be looked at."""
+    """The largest error of what is wanted, at any time at which it may be looked at."""
     count = periods_of(motion, span)
-    walked = RATES[formulation].drift * count**1.5
-    lost = WANDER * count**0.5 + STEADY * count if projected else walked
+    walked = RATES[formulation].drift * count * math.sqrt(count)
+    lost = WANDER * math.sqrt(count) + STEADY * count if projected else walked
     late = UNIT * abs(span) / max(count, 1.0) * lost * growth(motion, span)
     here = UNIT * LOCAL * growth(motion, span)
     if formulation == "cubic":  # theta from a height
         here /= min(1.0, max(math.sqrt(UNIT), min(motion.from_top, motion.from_bottom)))
-    seen = motion.double(np.linspace(0.0, span, LOOKED_AT))
-    return float(here + late * _quickest(scene, seen))
-
-
-def _quickest(scene: Scene, seen: DoubleRecord) -> float:
-    """The largest rate of what is wanted, beside max(1, |x|) at the end [1/s]."""
-    wants = set(scene.quantities)
-    across = seen.phidot * np.sin(seen.theta)
-    rates = {"axis": np.hypot(seen.thetadot, across), "theta": seen.thetadot}
-    seen_by = wants | ({"axis"} if "attitude" in wants else set())
-    found = [0.0, *(float(np.max(abs(rate))) for name, rate in rates.items() if name in seen_by)]
-    for angle in ("phi", "psi"):
-        if {angle, "attitude"} & wants:
-            rate = float(np.max(abs(getattr(seen, f"{angle}dot"))))
-            found.append(rate / max(1.0, abs(float(getattr(seen, angle)[-1]))))
-    return max(found)
+    return min(here + late * quickest(scene.quantities, motion, span), MOST_ERROR)
 
 
 def growth(motion: Motion, span: float) -> float:

@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from heavytop.digits import LEAST_FOLDED, MOST_TURNS
 from heavytop.errors import BadScene, Fault, Impossible, NotANumber
-from heavytop.folds.making import MOST_TURNS, Cost, Made, nodding, uniform
+from heavytop.folds.making import Cost, Made, nodding, uniform
 from heavytop.folds.nodding import Nodding
 from heavytop.folds.sample import FoldedSample, joined
 from heavytop.folds.uniform import Uniform
@@ -23,7 +24,6 @@ from heavytop.planning import closed_form_of, span
 from heavytop.scene import Scene
 from heavytop.theory.precision import Number, number
 
-LEAST_DIGITS = 16  # so that doubles lose nothing
 CHUNK = 4096  # times at once: what is worked on stays in the processor's cache
 
 _WHY_NOT = {
@@ -50,7 +50,8 @@ class Folded:
     span : mpf
         The end of the scene [s]; its periods are the fold's own, to all digits.
     reach : float
-        The farthest time that has these digits, past or future [s].
+        The farthest time that has these digits, past or future [s]; an array of doubles reaches
+        no farther than 2^50 half-periods.
     cost : Cost
 
     Examples
@@ -106,8 +107,9 @@ class Folded:
         if not np.ndim(t):
             return self.course.at(self._time(t))
         times = _doubles(t)
-        if times.size and np.abs(times).max() > self.reach:
-            raise self._too_far()
+        farthest = min(self.reach, self.course.reach_of_doubles)
+        if times.size and np.abs(times).max() > farthest:
+            raise _too_far(farthest)
         parts = np.split(times, range(CHUNK, times.size, CHUNK))
         return joined([self.course.at_many(part) for part in parts])
 
@@ -126,12 +128,13 @@ class Folded:
     def _time(self, t: Any) -> Number:
         exact = number(self.course.ctx, t.item() if isinstance(t, np.ndarray) else t)
         if abs(exact) > self.reach:
-            raise self._too_far()
+            raise _too_far(self.reach)
         return exact
 
-    def _too_far(self) -> Impossible:
-        rule = f"at most {self.reach:.3g} s from the start: farther off, digits or turns are lost"
-        return Impossible([("t", rule)])
+
+def _too_far(reach: float) -> Impossible:
+    rule = f"at most {reach:.3g} s from the start: farther off, digits or turns are lost"
+    return Impossible([("t", rule)])
 
 
 def _doubles(t: Any) -> NDArray[np.float64]:
@@ -168,7 +171,7 @@ def fold(scene: Scene, digits: int | None = None) -> Folded:
     """
     if faults := tuple(_too_far_round(scene)):
         raise BadScene(faults)
-    wanted = max(LEAST_DIGITS, scene.digits if digits is None else digits)
+    wanted = max(LEAST_FOLDED, scene.digits if digits is None else digits)
     motion = closed_form_of(scene)
     course = motion.proved.course
     if course == "steady":

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from functools import lru_cache
-from math import log
+from math import log, tau
 
-from heavytop.choice import KNOWN, Choice, choice, least_formulation
-from heavytop.digits import bits_for
+from heavytop.choice import KNOWN, Choice, choice, least_formulation, patience
+from heavytop.digits import MOST_BITS, MOST_TURNS, bits_for
 from heavytop.errors import BadScene, Fault
 from heavytop.estimates import Estimate, estimate
 from heavytop.exact import PI
@@ -24,7 +24,7 @@ from heavytop.top import Top
 
 EPSILON = 2.0**-52
 LONG_FOR_LAGRANGE = 100  # nutation periods
-REVERSING = frozenset({"loops", "cusps", "waves", "undecided"})  # phidot may have zeros
+REVERSING = frozenset({"loops", "cusps", "waves", "force-free", "undecided"})  # as phidot may
 OWN_STATES = {"routh": 2, "subsystem": 4}  # phi and psi not counted
 Why = tuple[str, ...]
 NEEDS_PHI = frozenset({"phi", "psi", "attitude"})
@@ -107,11 +107,12 @@ def plan(scene: Scene, formulation: str = "auto", *, projected: bool = False) ->
             "none", None, False, (), (), 0, reasons=(why_this,), estimate=Estimate(0.0, 0.0)
         )
     _check(scene, chosen)
-    watched, why_events = _watched(scene, motion)
+    end = span(scene, motion)
+    _countable(scene, motion, end)
+    watched, why_events = _watched(scene, motion, end)
     makers = {"lagrange": _lagrange, "axis": _axis, "attitude": _attitude, "cubic": _cubic}
     found = makers.get(chosen, _with_angles)(scene, motion, chosen, watched, why_events)
     found = replace(found, reasons=(why_this, *found.reasons))
-    end = span(scene, motion)
     if formulation == "auto" and not projected:
         return _refined(scene, found, choice(scene, motion, end, chosen))
     bits = bits_for(scene.digits, motion, end, growing=chosen == "lagrange")
@@ -119,22 +120,25 @@ def plan(scene: Scene, formulation: str = "auto", *, projected: bool = False) ->
     found = replace(found, estimate=expected)
     if bits > DOUBLE:
         found = _precise(scene, found, bits)
-    found = replace(found, warnings=(*found.warnings, *_leaving(motion, end, bits)))
+    told = (*_leaving(motion, end, bits), *patience(scene, motion, expected))
+    found = replace(found, warnings=(*found.warnings, *told))
     return _projected(scene, found) if projected else found
 
 
 def _refined(scene: Scene, found: Plan, how: Choice) -> Plan:
     """Return the plan with the precision, projection or folding that was chosen."""
     if how.folded:
-        whole = Plan("attitude", None, False, (), (), 6, precision="extended", tolerance=0.0)
-        return replace(whole, folded=True, estimate=how.estimate, reasons=how.reasons)
+        whole = Plan("attitude", None, False, (), (), 6, folded=True, estimate=how.estimate)
+        tolerance = 2.0 ** (1 - how.bits)
+        return replace(whole, precision=named(how.bits), tolerance=tolerance, reasons=how.reasons)
     found = replace(found, estimate=how.estimate, reasons=(*found.reasons, *how.reasons))
     motion, end = closed_form_of(scene), span(scene, closed_form_of(scene))
     if how.bits > DOUBLE:
         found = _precise(scene, found, how.bits)
     elif how.estimate.error > 10.0**-scene.digits:
         found = replace(found, warnings=(*found.warnings, f"digits: {how.reasons[-1]}"))
-    found = replace(found, warnings=(*found.warnings, *_leaving(motion, end, how.bits)))
+    told = (*_leaving(motion, end, how.bits), *patience(scene, motion, how.estimate))
+    found = replace(found, warnings=(*found.warnings, *told))
     return _projected(scene, found) if how.projected else found
 
 
@@ -151,7 +155,20 @@ def _leaving(motion: Motion, end: float, bits: int) -> Iterator[str]:
         )
 
 
+def _countable(scene: Scene, motion: Motion, end: float) -> None:
+    """Refuse a span with more turns than are counted."""
+    nodding = tau / motion.period if motion.period else 0.0
+    fastest = max(nodding, *map(abs, motion.mean_angle_rates))
+    if abs(end) * fastest > MOST_TURNS * tau:
+        key, value = ("time", scene.time) if scene.periods is None else ("periods", scene.periods)
+        rule = f"at most {MOST_TURNS * tau / fastest:.3g} s: farther off, turns are not counted"
+        raise BadScene((Fault(scene.name, None, f"span.{key}", str(value), rule),))
+
+
 def _precise(scene: Scene, found: Plan, bits: int) -> Plan:
+    if bits > MOST_BITS:
+        rule = f"over this span they take {bits:.3g} bits, and {MOST_BITS} are the most"
+        raise BadScene((Fault(scene.name, None, "want.digits", str(scene.digits), rule),))
     reason = f"{named(bits)}: for {scene.digits} digits at the end; events and turns from doubles"
     precise = replace(found, precision=named(bits), tolerance=2.0 ** (1 - bits))
     return replace(precise, reasons=(*found.reasons, reason))
@@ -209,9 +226,11 @@ def _at_a_pole(scene: Scene, formulation: str) -> Iterator[Fault]:
         yield Fault(scene.name, None, "start.theta", str(scene.start.theta), rule)
 
 
-def _watched(scene: Scene, motion: Motion) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _watched(scene: Scene, motion: Motion, end: float) -> tuple[tuple[str, ...], tuple[str, ...]]:
     if not scene.events:
         return (), ("no events are wanted: the loop is not slowed by any",)
+    if isinstance(motion.exact.orbit, Asymptotic):
+        return _watched_once(scene, end)
     if not motion.nutates:
         return (), (f"{motion.kind}: theta is constant, and constant theta has no events",)
     if "reversal" in scene.events and motion.kind in REVERSING:
@@ -220,6 +239,18 @@ def _watched(scene: Scene, motion: Motion) -> tuple[tuple[str, ...], tuple[str, 
     if "reversal" in scene.events:
         why = (f"{motion.kind}: phidot does not change its sign between poles", *why)
     return ("turning",), why
+
+
+def _watched_once(scene: Scene, end: float) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Watch for the one turning point of a motion that tends to the vertical, if it is to come.
+
+    It comes to the vertical in which V is highest, and from there, and turns in between.
+    """
+    no_period = "theta tends to the vertical: it has no period"
+    leaving = (scene.start.thetadot.sign() or 0) * (scene.top.gMR.sign() or 0)
+    if leaving * (1 if end >= 0 else -1) < 0:
+        return (), (f"{no_period}, and no turning point is ahead",)
+    return ("turning",), (f"{no_period}; watched in the loop: turning, of which there is one",)
 
 
 def _lagrange(

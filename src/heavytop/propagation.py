@@ -240,7 +240,11 @@ def _in_decimals(
         raise EndedEarly(Outcome.INTERRUPTED, doubles) from None
     engine = decimals.run.engine
     cost = Statistics(
-        decimals.steps, engine.order, spent.derive_s, engine.compile_s, decimals.integrate_s
+        decimals.steps,
+        engine.order,
+        spent.derive_s,
+        engine.compile_s,
+        spent.integrate_s + decimals.integrate_s,
     )
     return replace(trajectory, events=events, statistics=cost, decimals=decimals)
 

@@ -56,7 +56,7 @@ def tally(
     edge = EDGE * (abs(end) + form.period)
     ends = (ctx.mpf(end) + side * sign * edge for side in (-1, 1))
     spans = [sorted((-sign * AT_START * form.period, late)) for late in ends]
-    loops, cusps = motion.kind is Kind.LOOPS, motion.kind is Kind.CUSPS
+    loops, cusps = _loops(motion), motion.kind is Kind.CUSPS
     ways: dict[str, Callable[[Number, Number], int]] = {
         "turning": partial(_between, form.lower_turning, half),
         "reversal": partial(_crossings, motion) if loops else _none,
@@ -72,6 +72,14 @@ def differences(expected: Counts, counted: Mapping[str, int | None]) -> Iterator
         if found is not None and not least <= found <= most:
             there = f"{least}" if least == most else f"{least} to {most}"
             yield f"{found} {name} where there are {there}"
+
+
+def _loops(motion: Motion) -> bool:
+    """Whether phidot changes its sign in every half nutation; a free top may do that too."""
+    if motion.kind is not Kind.FORCE_FREE:
+        return motion.kind is Kind.LOOPS
+    turning: Number = motion.exact.lower_turning
+    return _ahead(motion, turning) != _ahead(motion, turning + _half(motion))
 
 
 def _none(_low: Number, _high: Number) -> int:

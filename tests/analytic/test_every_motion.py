@@ -96,7 +96,8 @@ def test_errors_are_finite_and_events_belong_to_the_kind(name):
     counts = [trajectory.events.count(e) for e in ("turning", "reversal", "cusp")]
     motion = ht.Motion(*MOTIONS[name])
     if not motion.nutates:
-        assert counts == [0, 0, 0]
+        once = motion.kind == "separatrix" and MOTIONS[name][1].thetadot.sign() == 0
+        assert counts == [once, 0, 0]  # a start at rest in theta is its only turning point
         return
     offset = 0 if MOTIONS[name][1].thetadot.sign() == 0 else 0.5
     assert abs(counts[0] - (2 * TIME / motion.period + 1 - offset)) <= 1
@@ -130,6 +131,7 @@ def test_near_a_cusp_the_events_are_counted_right(miss, side):
     assert events.count("reversal") == (40 if side < 0 else 0)
 
 
+@pytest.mark.filterwarnings("ignore::heavytop.errors.DoubtfulWarning")
 @pytest.mark.parametrize("miss", [0.0, 1e-16])
 def test_within_rounding_of_a_cusp_it_is_a_cusp(miss):
     state = ht.State(theta="0.1", phidot=miss, psidot=140)

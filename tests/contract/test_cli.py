@@ -33,6 +33,12 @@ time = 0.5
 """
 
 
+VERBS = (
+    "run", "classify", "plan", "drift", "resume", "workprec", "stress", "scenes", "derive",
+    "doctor",
+)  # fmt: skip
+
+
 def heavytop_(*arguments: object) -> Result:
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
@@ -78,7 +84,7 @@ def fail_with(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
 class TestHelp:
     def test_lists_the_verbs_that_exist_and_the_exit_codes(self):
         text = heavytop_("--help").stdout
-        for verb in ("run", "classify", "plan", "drift", "resume", "scenes", "derive", "doctor"):
+        for verb in VERBS:
             assert f"  {verb} " in text
         for absent in ("atlas", "validate"):
             assert absent not in text
@@ -92,9 +98,7 @@ class TestHelp:
         slow = {"heyoka", "sympy", "numpy", "scipy", "mpmath", "matplotlib", "xarray", "pydantic"}
         assert slow.isdisjoint(loaded)
 
-    @pytest.mark.parametrize(
-        "verb", ["run", "classify", "plan", "drift", "resume", "scenes", "derive", "doctor"]
-    )
+    @pytest.mark.parametrize("verb", VERBS)
     def test_every_verb_has_its_own(self, verb):
         assert f"heavytop {verb}" in heavytop_(verb, "--help").stdout
 

@@ -22,8 +22,10 @@ PAGES = (
     "enclosures.md",
     "sensitivity.md",
     "rivals.md",
+    "where-methods-fail.md",
     "drift.md",
     "keeping.md",
+    "work-precision.md",
 )
 BLOCK = re.compile(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```)?", re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")

@@ -166,6 +166,9 @@ def test_a_checkpoint_leads_nowhere_else(path, name):
         lambda d: d.update(checkpoint="x"),
         lambda d: d.update(failed=1),
         lambda d: d.update(fraction={}),
+        lambda d: d.update(fraction=10**400),
+        lambda d: d.update(done="x"),
+        lambda d: d["segments"][0].update(rows="1"),
     ],
 )
 def test_a_checkpoint_of_another_shape_is_refused(path, change):
@@ -281,6 +284,36 @@ def test_costs_are_no_result(path):
     (path / "cost.json").write_text("damaged")
     with Folder.open(path) as folder:
         assert folder.spent_s("a/1") == 0
+
+
+@pytest.mark.parametrize("spent", ["1" + "0" * 400, "-1", "true", '"1"', "null", "[1]"])
+def test_a_cost_that_is_no_time_is_no_cost(path, spent):
+    (path / "cost.json").write_text(f'{{"spent_s": {{"a/1": {spent}, "b": 2}}}}')
+    with Folder.open(path) as folder:
+        assert folder.spent_s("a/1") == 0
+        assert folder.spent_s("b") == 2
+
+
+@pytest.mark.parametrize("exchanged", [False, True])
+def test_a_folder_that_has_gone_is_not_made_again(path, exchanged):
+    with Folder.open(path) as folder:
+        gone = path.rename(path.parent / "elsewhere")
+        if exchanged:
+            shutil.copytree(gone, path)
+        there = sorted(path.rglob("*"))
+        with pytest.raises(StoppedEarly, match="the folder has gone; without a folder") as why:
+            folder.record("c", Piece({"steps": 1}))
+    assert exit_code(why.value) == 4
+    assert sorted(path.rglob("*")) == there
+    assert path.exists() is exchanged
+
+
+@pytest.mark.parametrize("name", ["file", "nul\0"])
+def test_what_can_be_no_folder_is_refused(tmp_path, name):
+    (tmp_path / "file").write_text("x")
+    for opened in (Folder.open, Folder.look, lambda at: Folder.create_or_open(at, IDENTITY)):
+        with pytest.raises(ForeignFile):
+            opened(tmp_path / name)
 
 
 def test_nothing_kept_can_execute():

@@ -326,3 +326,12 @@ def test_a_machine_without_longer_doubles_is_refused_by_name(monkeypatch):
     monkeypatch.setattr(projection, "extended", lambda: projection.DOUBLE)
     with pytest.raises(ht.BadScene, match="long double has no more digits than double"):
         ht.propagate(scene(1), projected=True)
+
+
+@pytest.mark.parametrize("periods", ["2.007", "3.19", "4.213", "-2.007"])
+def test_a_sample_on_the_end_of_a_leg(periods):
+    """Where phi is followed, a leg's end is looked at, and within rounding is the next one's."""
+    asked = [f"span.periods={periods}", "want.events=[]", "want.samples=2"]
+    scene = ht.load_scene("sicm-kicked", [*asked, 'want.quantities=["theta", "phi"]'])
+    errors = ht.run_errors(ht.propagate(scene, formulation="axis", projected=True))
+    assert errors.phi < 1e-13

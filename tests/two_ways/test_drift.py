@@ -159,7 +159,7 @@ def test_more_bits_are_written_down_without_loss(name):
     one = march.block(march.begin())
     again = march._place(march._mark(one))
     assert again == one
-    assert len(one.state) + len(one.carry) == 5 * march.words
+    assert len(one.state) + len(one.carry) == 5 * march.words + 2
 
 
 def test_more_bits_give_more_digits():
@@ -173,7 +173,7 @@ def test_more_bits_give_more_digits():
     double, extended, many = (each.phase_s[-1] for each in found.methods)
     assert 1e-16 < double < 1e-12
     assert 1e-20 < extended < 1e-15
-    assert many < 1e-30
+    assert many < 1e-34
 
 
 def test_a_start_whose_taylor_coefficients_vanish():

@@ -346,6 +346,16 @@ def test_as_many_half_periods_as_are_counted():
         assert off(one(many, i), form(times[i]), form.ctx) < 1e-14
 
 
+def test_one_time_reaches_farther_than_an_array_of_doubles():
+    """Beyond 2^50 half-periods doubles no longer tell one from the next; decimals do."""
+    scene = ht.load_scene("sicm-kicked", ["span.periods=2e15"])
+    folded, form = fold(scene), motion("sicm-kicked").form(DIGITS + 10)
+    end = form.ctx.mpf("2e15") * form.period
+    assert off(folded.end, form(end), form.ctx) < 1e-14
+    with pytest.raises(Impossible, match=r"at most 3\.06e\+14 s from the start"):
+        folded([float(folded.span)])
+
+
 @pytest.mark.parametrize("name", NEVER)
 def test_refused_where_there_is_no_period(name):
     with pytest.raises(BadScene, match="never comes back: there is no period to fold by"):

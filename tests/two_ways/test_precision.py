@@ -120,6 +120,7 @@ def test_cusps_are_cusps_at_any_number_of_digits():
     assert run.events.count("reversal") == 0
 
 
+@pytest.mark.filterwarnings("ignore::heavytop.errors.DoubtfulWarning")
 @pytest.mark.parametrize(("phidot", "reversals"), [("-1e-20", 9), ("1e-20", 0)])
 def test_what_doubles_take_for_a_cusp_is_told_apart(phidot, reversals):
     """Reversals lie 2e-12 s about the turning point, where doubles see one double root."""

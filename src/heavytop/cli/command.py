@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import traceback
 from typing import Annotated, Any
@@ -19,7 +20,9 @@ from heavytop.cli.plan import plan
 from heavytop.cli.resume import resume
 from heavytop.cli.run import run
 from heavytop.cli.scenes import scenes
+from heavytop.cli.stress import stress
 from heavytop.cli.voice import say
+from heavytop.cli.workprec import workprec
 
 
 class Verbs(TyperGroup):
@@ -59,6 +62,8 @@ app.command(epilog=EXIT_CODES)(classify)
 app.command(epilog=EXIT_CODES)(plan)
 app.command(epilog=EXIT_CODES)(drift)
 app.command(epilog=EXIT_CODES)(resume)
+app.command(epilog=EXIT_CODES)(stress)
+app.command(epilog=EXIT_CODES)(workprec)
 app.command()(scenes)
 app.command()(derive)
 app.command()(doctor)
@@ -83,8 +88,18 @@ def heavytop(version: Version = False) -> None:
     """Options of the command itself."""
 
 
+def _fill_closed() -> None:
+    """Put nothing where a standard stream is closed, or a file of results would get its number."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)
+
+
 def main() -> None:
     """Run the command line."""
+    _fill_closed()
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a terminal without θ shows ?, and does not fail
             stream.reconfigure(errors="replace")

@@ -83,7 +83,7 @@ def drift(
             stack.enter_context(results_folder(output))
         found = follow(
             read,
-            methods=DEFAULT if methods is None else tuple(methods.split(",")),
+            methods=DEFAULT if methods is None else [name.strip() for name in methods.split(",")],
             periods=periods,
             ensemble=ensemble,
             samples=samples,

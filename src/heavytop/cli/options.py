@@ -18,13 +18,26 @@ def _note_debug(ctx: typer.Context, wanted: bool) -> None:
     ctx.meta[DEBUG] = wanted
 
 
+def named_folder(text: str) -> Path:
+    """The folder of a name; an empty one would mean the folder one happens to be in."""
+    if not str(text):
+        raise typer.BadParameter("the name of a folder, not an empty text")
+    return Path(text)
+
+
 SceneName = Annotated[
     str, typer.Argument(metavar="SCENE", help="A shipped scene or the path of a TOML file.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
 Folder = Annotated[
     Path | None,
-    typer.Option("-o", "--output", metavar="DIR", help="Write results here (else nowhere)."),
+    typer.Option(
+        "-o",
+        "--output",
+        metavar="DIR",
+        help="Write results here (else nowhere).",
+        parser=named_folder,
+    ),
 ]
 Set = Annotated[
     list[str] | None,

@@ -23,6 +23,8 @@ def print_table(
     table: Callable[[Mapping[str, Any]], RenderableType], document: Mapping[str, Any]
 ) -> None:
     """Print a document as the table that `table` makes of it; 100 columns where there is no end."""
+    if sys.stdout is None:  # it was closed: nobody reads
+        return
     from rich.console import Console
 
     console = Console(width=None if sys.stdout.isatty() else 100)

@@ -4,18 +4,24 @@ from __future__ import annotations
 
 from json import loads
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from heavytop import errors
 from heavytop.cli import drift as drifting
 from heavytop.cli import run as running
-from heavytop.cli.options import Debug, Json, NoFigures, Quiet, Verbose
+from heavytop.cli.options import Debug, Json, NoFigures, Quiet, Verbose, named_folder
 from heavytop.cli.voice import Voice, say
 
+if TYPE_CHECKING:
+    from heavytop.ledger import Progress
+
 StudyFolder = Annotated[
-    Path, typer.Argument(metavar="DIR", help="The folder of a drift study, or of a run.")
+    Path,
+    typer.Argument(
+        metavar="DIR", help="The folder of a drift study, or of a run.", parser=named_folder
+    ),
 ]
 
 
@@ -35,8 +41,18 @@ def resume(
         return
     from heavytop.drifts.drifting import resume as go_on
 
+    begun: list[Progress] = []
+
+    def heard(now: Progress) -> None:
+        if not begun:
+            begun.append(now)
+        if progress is not None:
+            progress(now)
+
     with voice.warnings(), voice.study() as progress:
-        found = go_on(folder, jobs=jobs, progress=progress)
+        found = go_on(folder, jobs=jobs, progress=heard)
+    if 0 < begun[0].tasks == begun[0].ended:
+        say(f"{folder}: this study is finished")
     drifting.finish(found, folder, json=json, figures=not no_figures, voice=voice)
 
 

@@ -135,6 +135,8 @@ def results_folder(folder: Path) -> Iterator[Path]:
 
 def _unwritable(folder: Path, error: Exception) -> typer.BadParameter:
     why = getattr(error, "strerror", None) or str(error)
+    if isinstance(error, FileExistsError):
+        why = "not a folder"
     return typer.BadParameter(f"cannot write to {str(folder)!r}: {why}", param_hint="-o")
 
 

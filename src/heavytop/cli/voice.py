@@ -20,6 +20,11 @@ def say(text: str) -> None:
     typer.echo(f"heavytop: {text}", err=True)
 
 
+def _watched() -> bool:
+    """Whether stderr is a terminal; it may be closed."""
+    return sys.stderr is not None and sys.stderr.isatty()
+
+
 @dataclass(frozen=True, slots=True)
 class Voice:
     """How much is said on stderr while working."""
@@ -47,7 +52,7 @@ class Voice:
     @contextmanager
     def progress(self) -> Iterator[Callable[[float], None] | None]:
         """A progress bar on stderr, only where somebody can see it move."""
-        if self.quiet or not sys.stderr.isatty():
+        if self.quiet or not _watched():
             yield None
             return
         from rich.console import Console
@@ -60,7 +65,7 @@ class Voice:
     @contextmanager
     def study(self) -> Iterator[Callable[[StudyProgress], None] | None]:
         """A progress bar for many runs, with their number, the rate and the time left."""
-        if self.quiet or not sys.stderr.isatty():
+        if self.quiet or not _watched():
             yield None
             return
         from rich import progress

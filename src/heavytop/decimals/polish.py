@@ -16,6 +16,8 @@ from heavytop.taylor.orbit import Seen
 from heavytop.taylor.precise import Found, Wanted
 from heavytop.theory.precision import Number
 
+HEARD = 64  # events between two words of progress
+
 
 @dataclass(frozen=True, slots=True)
 class Polished:
@@ -46,14 +48,16 @@ class Polisher:
     events: Events
     steps: int
 
-    def polished(self, found: tuple[Found | None, ...]) -> tuple[Polished, ...]:
+    def polished(
+        self, found: tuple[Found | None, ...], progress: Callable[[float], None] | None = None
+    ) -> tuple[Polished, ...]:
         """Return the events, from what was found where `wanted` asked for them."""
-        every = [
-            event
-            for i, (kind, one) in enumerate(zip(self.events.kind, found, strict=True))
-            if one is not None
-            for event in self._events(i, kind, one)
-        ]
+        every: list[Polished] = []
+        for i, (kind, one) in enumerate(zip(self.events.kind, found, strict=True)):
+            if one is not None:
+                every += self._events(i, kind, one)
+            if progress is not None and i % HEARD == 0:
+                progress(i / len(found))
         return tuple(sorted(every, key=lambda event: abs(event.sample.t)))
 
     def as_it_is(self, kind: str, i: int, found: Found) -> Polished:

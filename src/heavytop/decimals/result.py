@@ -22,6 +22,7 @@ from heavytop.taylor.orbit import Orbit
 from heavytop.theory.precision import Context, Number
 
 Array = NDArray[np.float64]
+WALKED = 0.5  # of what is done, at the end of the steps, where there are events to read
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +41,7 @@ class Decimals:
     steps : int
         Natural steps.
     integrate_s : float
-        Wall-clock time of the integration [s].
+        Wall-clock time of the integration, with its events polished and its samples read [s].
     """
 
     digits: int
@@ -107,19 +108,21 @@ def in_decimals(
     began = time.perf_counter()
     times = _sample_times(scene, run.reader.ctx, before)
     wanted = [run.wanted(t) for t in times] + wanted_events(run, events)
-    walk = run.walk(wanted, progress and (lambda t: progress(t / orbit.end)))
-    spent = time.perf_counter() - began
+    walked = WALKED if len(events) else 1.0
+    walk = run.walk(wanted, progress and (lambda t: progress(walked * t / orbit.end)))
     run = PreciseRun(run.reader, run.engine, orbit, run.far, run.longest, walk.marks)
     polisher = Polisher(run, events, walk.steps)
-    polished = polisher.polished(walk.found[len(times) :])
+    heard = progress and (lambda done: progress(walked + (1 - walked) * done))
+    polished = polisher.polished(walk.found[len(times) :], heard)
     at_samples = [one for one in walk.found[: len(times)] if one is not None]
+    samples = run.read(at_samples, orbit.samples)
     decimals = Decimals(
         digits=scene.digits,
         run=run,
-        samples=run.read(at_samples, orbit.samples),
+        samples=samples,
         events=polished,
         steps=walk.steps,
-        integrate_s=spent,
+        integrate_s=time.perf_counter() - began,
     )
     return decimals, rounded_events(polished, events.asked, events.states.shape[1])
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from heavytop.drifts import checked
 from heavytop.drifts.growth import Growth, growth
 from heavytop.drifts.methods import Method
 from heavytop.drifts.study import Study
@@ -200,15 +201,15 @@ def _method(study: Study, method: Method, book: Book) -> MethodDrift:
     entries = [book.entry(task) for task in tasks]
     if failed := [entry.failed for entry in entries if entry.failed]:
         return replace(nothing, skipped=failed[0])
-    ends = [entry.checkpoint or {} for entry in entries]
-    gone = sum(float.fromhex(end["periods"]) for end in ends)
+    runs = checked.runs(book, tasks, study.marks(method))
+    gone = sum(run.periods for run in runs)
     spent = sum(map(book.spent_s, tasks))
     return replace(
         nothing,
-        **_errors([list(book.rows(task)) for task in tasks], LOST * nothing.period),
-        steps=float(np.mean([end["place"]["steps"] for end in ends])),
+        **_errors([run.rows for run in runs], LOST * nothing.period),
+        steps=float(np.mean([run.steps for run in runs])),
         us_per_period=spent / gone * 1e6 if gone else None,
-        ended={i: end["ended"] for i, end in enumerate(ends) if end["ended"]},
+        ended={i: run.ended for i, run in enumerate(runs) if run.ended},
     )
 
 

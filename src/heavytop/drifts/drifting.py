@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from heavytop import ledger
+from heavytop.drifts.checked import naming
 from heavytop.drifts.drift import Drift, gathered
 from heavytop.drifts.methods import DEFAULT
+from heavytop.drifts.options import JOBS, taken
 from heavytop.drifts.study import KIND, Study
-from heavytop.errors import ForeignFile
+from heavytop.errors import BadScene, Fault, ForeignFile
 from heavytop.machine import versions
 from heavytop.scene import Scene
 
@@ -62,7 +64,8 @@ def drift(
     Raises
     ------
     BadScene
-        Nothing nutates; there is no such method; an option is out of its bounds.
+        Nothing nutates; there is no such method; an option is of the wrong kind or out of its
+        bounds. Every fault is listed.
     ForeignFile
         The folder holds something else, another study, or a damaged file.
     InUse
@@ -77,7 +80,12 @@ def drift(
     >>> found["taylor-axis"].phase_s[-1] < 1e-12
     True
     """
-    study = Study.asked(scene, tuple(methods), periods, ensemble, samples, seed)
+    values, wrong = taken(str(getattr(scene, "name", "drift")), {"jobs": jobs}, JOBS)
+    try:
+        study = Study.asked(scene, methods, periods, ensemble, samples, seed)
+    except BadScene as bad:
+        raise BadScene((*bad.faults, *wrong)) from None
+    jobs = _one(values, wrong)
     if folder is None:
         return gathered(study, ledger.run(_tasks(study), jobs=jobs, on_progress=progress))
     with ledger.Folder.create_or_open(folder, study.identity) as book:
@@ -97,12 +105,21 @@ def resume(folder: str | os.PathLike[str], *, jobs: int = 1, progress: Show | No
     StoppedEarly
         As for `drift`.
     """
+    jobs = _one(*taken(str(folder), {"jobs": jobs}, JOBS))
     with ledger.Folder.open(folder, versions()) as book:
         if book.identity.get("kind") != KIND:
             raise ForeignFile(f"{Path(folder)}: a study of {book.identity.get('kind')!r:.40}")
-        study = Study.of(book.identity)
+        with naming(Path(folder) / "study.json"):
+            study = Study.of(book.identity)
         ledger.run(_tasks(study), book, jobs=jobs, on_progress=progress)
         return gathered(study, book)
+
+
+def _one(values: Mapping[str, int], wrong: Sequence[Fault]) -> int:
+    """Return the number of processes, unless something is wrong with it."""
+    if wrong:
+        raise BadScene(tuple(wrong))
+    return values["jobs"]
 
 
 def _tasks(study: Study) -> ledger.Study:

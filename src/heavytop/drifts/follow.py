@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from typing import Any, Final
 
 from heavytop.doubledouble import DoubleDouble
+from heavytop.drifts import checked
+from heavytop.drifts.methods import Method
 from heavytop.drifts.runs import Run, run
 from heavytop.drifts.study import Study
+from heavytop.errors import ForeignFile
 from heavytop.ledger import Piece
 from heavytop.march import Place, Stopped
+from heavytop.taylor.bits import DOUBLE
 
 PIECE_S: Final = 0.5  # of work between two checkpoints
 
@@ -37,12 +42,18 @@ def follow(
     ------
     Piece
         Its rows are the marks it passed, every float as hexadecimal text.
+
+    Raises
+    ------
+    ForeignFile
+        No run like this one wrote the checkpoint.
     """
     study = Study.of(identity)
     method, scene = study.task(task)
-    walk = _Walk(run(scene, method), study.marks(method))
+    walk = _Walk(method, run(scene, method), study.marks(method))
     if checkpoint is not None:
         walk.restore(checkpoint)
+    yield walk.piece()  # of a run at its end, an empty one that says so
     while not walk.done:
         yield walk.piece()
 
@@ -50,39 +61,51 @@ def follow(
 class _Walk:
     """A run under way."""
 
-    def __init__(self, found: Run, periods: tuple[float, ...]) -> None:
-        self.run, self.periods = found, periods
+    def __init__(self, method: Method, found: Run, periods: tuple[float, ...]) -> None:
+        self.method, self.run, self.periods = method, found, periods
         self.times = [found.march.offered(n * found.period) for n in periods]
         self.place = found.march.begin()
         self.marked = 0
         self.ended = ""
+        self.spent = 0.0
 
     @property
     def done(self) -> bool:
         """Whether every mark is passed, or none can be any more."""
-        return bool(self.ended) or self.marked == len(self.times)
+        return bool(self.ended) or self.marked >= len(self.times)
 
     def restore(self, checkpoint: Mapping[str, Any]) -> None:
         """Go back to where a checkpoint was written."""
-        self.place = _place(checkpoint["place"])
-        self.marked, self.ended = checkpoint["marked"], checkpoint["ended"]
+        self.place, self.marked = checked.under_way(
+            checkpoint, self.method, self.run.period, self.times, self.place
+        )
+        place = self.place
+        words = place.state if self.method.bits == DOUBLE else (*place.state, *place.carry)
+        try:
+            self.run.yardstick(place.time, words)
+        except (ArithmeticError, TypeError, ValueError) as fault:
+            raise ForeignFile(f"state: none of this top ({fault})") from None
 
     def piece(self) -> Piece:
         """Take blocks of steps for half a second, or to the end."""
         rows: list[dict[str, Any]] = []
-        spent = 0.0
-        while not self.done and spent < PIECE_S:
-            began = time.perf_counter()
+        self.spent = 0.0
+        while not self.done and self.spent < PIECE_S:
             try:
-                after = self.run.march.block(self.place)
+                after = self._block()
+                rows += self._passed(after)
             except Stopped as news:
                 self.ended = str(news)
                 break
-            finally:
-                spent += time.perf_counter() - began
-            rows += self._passed(after)
             self.place = after
-        return Piece(self._checkpoint(), tuple(rows), self.done, self._fraction(), spent)
+        return Piece(self._checkpoint(), tuple(rows), self.done, self._fraction(), self.spent)
+
+    def _block(self) -> Place:
+        began = time.perf_counter()
+        try:
+            return self.run.march.block(self.place)
+        finally:
+            self.spent += time.perf_counter() - began
 
     def _passed(self, after: Place) -> list[dict[str, Any]]:
         """Return the rows of the marks in the block that leads to a place."""
@@ -91,11 +114,12 @@ class _Walk:
             return []
         seen = self.run.march.seen(self.place, behind).tolist()
         first = self.marked
-        self.marked += len(behind)
-        return [
+        found = [
             self._row(first + k, t, row)
             for k, (t, row) in enumerate(zip(behind, seen, strict=True))
         ]
+        self.marked += len(behind)
+        return found
 
     def _row(self, k: int, t: DoubleDouble, row: list[float]) -> dict[str, Any]:
         off = asdict(self.run.yardstick(t, row))
@@ -126,7 +150,11 @@ def _not_after(t: DoubleDouble, end: DoubleDouble) -> bool:
 def _hexed(value: Any) -> Any:
     if isinstance(value, dict):
         return {name: _hexed(each) for name, each in value.items()}
-    return None if value is None else float(value).hex()
+    if value is None:
+        return None
+    if not math.isfinite(value):
+        raise Stopped("its errors are no longer finite")
+    return float(value).hex()
 
 
 def _written(place: Place) -> dict[str, Any]:
@@ -135,11 +163,3 @@ def _written(place: Place) -> dict[str, Any]:
         "steps": place.steps,
         "evaluations": place.evaluations,
     }
-
-
-def _place(document: Mapping[str, Any]) -> Place:
-    time_, state, carry = (
-        tuple(float.fromhex(x) for x in document[name]) for name in ("time", "state", "carry")
-    )
-    high, low = time_
-    return Place((high, low), state, carry, document["steps"], document["evaluations"])

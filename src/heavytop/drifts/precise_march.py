@@ -1,7 +1,8 @@
 """The Taylor integrator in more than double precision as a march.
 
 A number of more bits is written down as the sum of a few doubles, the largest first, which loses
-nothing: the first words of all states stand first, then their second words, and so on.
+nothing: the first words of all states stand first, then their second words, and so on. Time has
+two words more than a place holds; they stand behind all others.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from heavytop.march import Array, Place, Stopped
 from heavytop.taylor.precise import Mark, PreciseIntegrator, Unfinished, Wanted
 
 DOUBLE_BITS = 53
+LATE_WORDS = 2  # of the time, beside the two of the place
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,16 +76,19 @@ class PreciseMarch:
 
     def _mark(self, place: Place) -> Mark:
         n = len(self.start)
-        words = (*place.state, *place.carry)
+        words = (*place.state, *place.carry[:-LATE_WORDS])
         numbers = tuple(self.engine.total(words[i::n]) for i in range(n))
-        return Mark(self.engine.moment(*place.time), numbers, place.steps)
+        time = self.engine.moment(*place.time, *place.carry[-LATE_WORDS:])
+        return Mark(time, numbers, place.steps)
 
     def _place(self, mark: Mark) -> Place:
         n = len(self.start)
         words = self._words([self.engine.text(x) for x in mark.state])
-        high = float(mark.t)
-        low = float(mark.t - self.engine.moment(high, 0.0))
-        return Place((high, low), words[:n], words[n:], mark.steps, mark.steps)
+        time: list[float] = []
+        for _ in range(2 + LATE_WORDS):
+            time.append(float(mark.t - self.engine.moment(*time)))
+        carry = (*words[n:], *time[2:])
+        return Place((time[0], time[1]), words[:n], carry, mark.steps, mark.steps)
 
     def _words(self, texts: Sequence[str]) -> tuple[float, ...]:
         columns = [_expansion(Fraction(text), self.words) for text in texts]

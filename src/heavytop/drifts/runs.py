@@ -11,7 +11,7 @@ import numpy as np
 
 from heavytop.decimals.run import rounded_start
 from heavytop.drifts.methods import Method
-from heavytop.drifts.precise_march import PreciseMarch
+from heavytop.drifts.precise_march import LATE_WORDS, PreciseMarch
 from heavytop.drifts.taylor_march import TaylorMarch
 from heavytop.drifts.yardstick import DIGITS, Yardstick
 from heavytop.march import March
@@ -94,7 +94,7 @@ def _precise(scene: Scene, chosen: Plan, method: Method) -> Run:
     yardstick = Yardstick(
         form,
         engine.parameter_texts(),
-        (*begun.state, *begun.carry),
+        (*begun.state, *begun.carry[:-LATE_WORDS]),
         partial(_own, chosen),
         max(DIGITS, digits + SPARE_DIGITS),
     )

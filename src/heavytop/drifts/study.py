@@ -8,22 +8,18 @@ from functools import cached_property
 from typing import Any, Final
 
 from heavytop import scene_text
+from heavytop.drifts import checked
 from heavytop.drifts.marks import marks
 from heavytop.drifts.members import member
 from heavytop.drifts.methods import DEFAULT, Method, NoMethod, method
-from heavytop.errors import BadScene, Fault
+from heavytop.drifts.options import BOUNDS, names, taken
+from heavytop.errors import BadScene, Fault, ForeignFile, HeavyTopError
 from heavytop.machine import versions
 from heavytop.planning import closed_form_of, plan
 from heavytop.scene import Scene, read_scene
 
 KIND: Final = "drift"
 FORMAT: Final = 1
-BOUNDS: Final = {  # of the options, each with the rule in words
-    "periods": (1, 1e12),
-    "ensemble": (1, 10_000),
-    "samples": (2, 10_000),
-    "seed": (0, 2**63 - 1),
-}
 
 
 @dataclass(frozen=True)
@@ -67,28 +63,36 @@ class Study:
         Raises
         ------
         BadScene
-            Nothing nutates; there is no such method; an option is out of its bounds. Every fault
-            is listed.
+            Nothing nutates; there is no such method; an option is of the wrong kind or out of
+            its bounds. Every fault is listed.
         """
-        options = {"periods": periods, "ensemble": ensemble, "samples": samples, "seed": seed}
-        faults = [*_out_of_bounds(scene, options), *_no_nutation(scene)]
-        found, wrong = _methods(scene, methods)
-        if faults := faults + wrong:
+        file = str(getattr(scene, "name", "drift"))
+        given = {"periods": periods, "ensemble": ensemble, "samples": samples, "seed": seed}
+        values, faults = taken(file, given)
+        found, wrong = _methods(file, methods)
+        if faults := [*faults, *_no_nutation(scene), *wrong]:
             raise BadScene(tuple(faults))
-        concrete = tuple(_concrete(scene, each, periods) for each in found)
-        return cls(scene, _without_twins(concrete), periods, ensemble, samples, seed)
+        concrete = tuple(_concrete(scene, each, values["periods"]) for each in found)
+        return cls(scene, _without_twins(concrete), **values)
 
     @classmethod
     def of(cls, identity: Mapping[str, Any]) -> Study:
-        """Return the study that an identity describes."""
-        return cls(
-            _scene(identity["scene"]),
-            tuple(method(text) for text in identity["methods"]),
-            identity["periods"],
-            identity["ensemble"],
-            identity["samples"],
-            identity["seed"],
+        """Return the study that an identity describes.
+
+        Raises
+        ------
+        ForeignFile
+            It describes none; the message names what is wrong.
+        """
+        found = checked.table("identity", identity, ("scene", "methods", *BOUNDS))
+        scene = _scene(found["scene"])
+        methods = tuple(map(_kept_method, checked.texts("methods", found["methods"])))
+        periods = checked.number("periods", found["periods"], *BOUNDS["periods"])
+        ensemble, samples, seed = (
+            checked.whole(name, found[name], *map(int, BOUNDS[name]))
+            for name in ("ensemble", "samples", "seed")
         )
+        return cls(scene, methods, periods, ensemble, samples, seed)
 
     @cached_property
     def identity(self) -> dict[str, Any]:
@@ -133,7 +137,31 @@ class Study:
         return marks(min(self.periods, chosen.reach), self.samples)
 
 
-def _scene(tables: Mapping[str, Any]) -> Scene:
+def _scene(found: object) -> Scene:
+    """Return the scene of an identity, whose top nutates."""
+    tables = checked.table("scene", found, ("name", "title", "source", "top", "start"))
+    for name in ("name", "title", "source"):
+        checked.text(name, tables[name])
+    for name in ("top", "start"):
+        checked.table(name, tables[name], ())
+    try:
+        scene = _read(tables)
+        faults = tuple(_no_nutation(scene))
+    except HeavyTopError as wrong:
+        raise ForeignFile(f"scene: {wrong}") from None
+    if faults:
+        raise ForeignFile(f"scene: {faults[0]}")
+    return scene
+
+
+def _kept_method(text: str) -> Method:
+    try:
+        return method(text)
+    except NoMethod as wrong:
+        raise checked.refused("methods", text, wrong.rule) from None
+
+
+def _read(tables: Mapping[str, Any]) -> Scene:
     """Return a scene from its tables; numbers are texts or decimals that say them exactly."""
     whole = {"format": 1, "title": tables["title"], "source": tables["source"]}
     text = scene_text.written(
@@ -142,8 +170,9 @@ def _scene(tables: Mapping[str, Any]) -> Scene:
     return read_scene(text, where=tables["name"])
 
 
-def _methods(scene: Scene, texts: Sequence[str]) -> tuple[list[Method], list[Fault]]:
-    found, faults = [], []
+def _methods(file: str, given: object) -> tuple[list[Method], list[Fault]]:
+    found = []
+    texts, faults = names(file, given)
     for text in texts:
         try:
             found.append(method("taylor-axis") if text == "auto" else method(text))
@@ -151,9 +180,7 @@ def _methods(scene: Scene, texts: Sequence[str]) -> tuple[list[Method], list[Fau
                 found[-1] = replace(found[-1], name="auto")
         except NoMethod as wrong:
             shown = scene_text.harmless(text[:60])
-            faults.append(Fault(scene.name, None, "methods", shown, wrong.rule, wrong.hint))
-    if not texts:
-        faults.append(Fault(scene.name, None, "methods", "", "at least one method"))
+            faults.append(Fault(file, None, "methods", shown, wrong.rule, wrong.hint))
     return found, faults
 
 
@@ -173,14 +200,11 @@ def _without_twins(found: Sequence[Method]) -> tuple[Method, ...]:
     return tuple({each.text: each for each in found}.values())
 
 
-def _out_of_bounds(scene: Scene, options: Mapping[str, float]) -> Iterator[Fault]:
-    for name, value in options.items():
-        least, most = BOUNDS[name]
-        if not least <= value <= most:  # nan too
-            yield Fault(scene.name, None, name, str(value), f"from {least:g} to {most:g}")
-
-
 def _no_nutation(scene: Scene) -> Iterator[Fault]:
+    if not isinstance(scene, Scene):
+        shown = scene_text.shown(scene)
+        yield Fault("drift", None, "scene", shown, "a Scene", "load_scene gives one by its name")
+        return
     motion = closed_form_of(scene)
     if motion.period is None:
         rule = f"no nutation period to count: {motion.kind}"

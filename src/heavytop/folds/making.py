@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from time import perf_counter
 
+from heavytop.digits import FOLDED_REACH, MOST_TURNS, needed_to_fold
 from heavytop.errors import BadScene, Fault
 from heavytop.exact import PI, Exact
 from heavytop.folds.nodding import Nodding
@@ -19,12 +20,10 @@ from heavytop.taylor.folding import Folding
 from heavytop.taylor.precise import Unfinished
 from heavytop.theory.precision import Context, Number, context
 
-REACH = 2.0**44  # half-periods, unless the scene reaches farther
-MOST_HALVES = 2.0**50  # that doubles tell from their neighbours, with room
-MOST_TURNS = 2.0**60  # of phi or psi
+MOST_HALVES = 2.0**52  # that the next double to a number of them is another
 FOR_EVER = 1e300  # seconds
 MOST_BITS = 4096
-SPARE_BITS, SPARE_DIGITS = 4.0, 12
+SPARE_DIGITS = 12
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,14 +81,14 @@ def nodding(scene: Scene, digits: int) -> Made:
     BadScene
         It takes more than 4096 bits, or more steps than `Folding` takes.
     """
-    named, bits = _named(scene), enough(_needed(digits, REACH))
+    named, bits = _named(scene), enough(needed_to_fold(digits))
     compiling = integrating = 0.0
     while bits <= MOST_BITS:
         course, seconds = _integrated(scene, named, bits)
         compiling, integrating = compiling + course.engine.compile_s, integrating + seconds
         end, nutation = _end(scene, course), course.nutation
-        halves = min(max(REACH, float(1 + abs(end / course.half))), MOST_HALVES)
-        needed = _needed(digits, halves) + nutation.lost_bits
+        halves = min(max(FOLDED_REACH, float(1 + abs(end / course.half))), MOST_HALVES)
+        needed = needed_to_fold(digits, halves) + nutation.lost_bits
         if needed <= bits:
             cost = Cost(bits, nutation.steps, nutation.closure, compiling, integrating)
             return Made(course, end, _reach(course, halves), cost)
@@ -99,10 +98,6 @@ def nodding(scene: Scene, digits: int) -> Made:
 
 def _refusal(scene: Scene, rule: str) -> BadScene:
     return BadScene((Fault(scene.name, None, "fold", "", rule),))
-
-
-def _needed(digits: int, halves: float) -> float:
-    return digits * math.log2(10) + math.log2(halves) + SPARE_BITS
 
 
 def _reach(course: Nodding, halves: float) -> float:

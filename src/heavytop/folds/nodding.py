@@ -26,6 +26,7 @@ from heavytop.taylor.multiples import Multiples
 from heavytop.theory.precision import Context, Number
 
 Array = NDArray[np.float64]
+TOLD_APART = 2.0**50  # half-periods that doubles tell from their neighbours, with room
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +63,11 @@ class Nodding:
     def period(self) -> Number:
         """T [s], the period of theta."""
         return 2 * self.half
+
+    @property
+    def reach_of_doubles(self) -> float:
+        """How far off doubles still tell one half-period from the next [s]."""
+        return float(self.half) * TOLD_APART
 
     @property
     def gains(self) -> tuple[Number, Number]:

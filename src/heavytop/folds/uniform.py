@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
@@ -40,6 +41,7 @@ class Uniform:
 
     period: ClassVar[None] = None
     gains: ClassVar[tuple[None, None]] = (None, None)
+    reach_of_doubles: ClassVar[float] = math.inf
 
     def at_many(self, t: Array) -> FoldedSample:
         """Return the motion at times of shape (k,) [s]."""

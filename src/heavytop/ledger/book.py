@@ -39,6 +39,9 @@ class Book(Protocol):
     def spent_s(self, task: str) -> float:
         """Return the time that the pieces of a task took [s]; no result, and never the same."""
 
+    def origin(self, task: str, row: int | None = None) -> str:
+        """Return where the checkpoint or a row of a task is kept, for messages."""
+
 
 class Memory:
     """The book of a study without a folder: it lives as long as the process."""
@@ -69,3 +72,7 @@ class Memory:
     def spent_s(self, task: str) -> float:
         """The time that the pieces of a task took [s]."""
         return self._spent.get(task, 0.0)
+
+    def origin(self, task: str, row: int | None = None) -> str:
+        """The name of a task: there are no files."""
+        return task

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import sys
 from pathlib import Path
 
 from heavytop.errors import ForeignFile
@@ -25,10 +25,9 @@ class Costs:
             return cls(path, {})
         try:
             spent = dict(parsed(path, contents(path))["spent_s"])
-            seconds = {str(task): float(s) for task, s in spent.items()}
         except (ForeignFile, KeyError, TypeError, ValueError):
             return cls(path, {})
-        return cls(path, {task: s for task, s in seconds.items() if math.isfinite(s)})
+        return cls(path, {task: float(s) for task, s in spent.items() if _is_time(s)})
 
     def of(self, task: str) -> float:
         """The time spent on a task [s]."""
@@ -41,3 +40,10 @@ class Costs:
     def write(self) -> None:
         """Write the file, whole."""
         write_document(self._path, {"schema": SCHEMA, "spent_s": self._spent})
+
+
+def _is_time(seconds: object) -> bool:
+    """Whether this is a finite number that is not negative."""
+    if isinstance(seconds, bool) or not isinstance(seconds, int | float):
+        return False
+    return 0 <= seconds <= sys.float_info.max

@@ -8,7 +8,7 @@ from contextlib import suppress
 from queue import Empty, SimpleQueue
 from typing import Any
 
-from heavytop.errors import HeavyTopError, Stop
+from heavytop.errors import ForeignFile, HeavyTopError, Stop
 from heavytop.ledger.book import Book, Memory
 from heavytop.ledger.effort import Effort, Show
 from heavytop.ledger.folder import Folder
@@ -55,6 +55,8 @@ def run(
         in the folder, and running it again goes on from there.
     ForeignStudy
         The folder holds another study.
+    ForeignFile
+        The checkpoint of a task is not one that the task writes.
     BrokenTask
         A bug in a task, in a worker; here the exception itself.
     """
@@ -84,6 +86,8 @@ def _follow(effort: Effort, halt: Halt, task: str) -> None:
             raise effort.interrupted()
         try:
             piece = next(pieces, None)
+        except ForeignFile as fault:
+            raise effort.foreign(task, str(fault)) from None
         except HeavyTopError as refusal:
             effort.fail(task, str(refusal))
             return
@@ -173,6 +177,8 @@ class _Crew:
                 self._effort.record(task, Piece.of_json(fields))
             case {"failed": str(why)}:
                 self._effort.fail(task, why)
+            case {"foreign": str(why)}:
+                raise self._effort.foreign(task, why)
             case _:
                 bug = BrokenTask(f"{task}: {message.get('bug')}")
                 bug.add_note(str(message.get("trace", "")))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,6 +16,14 @@ from heavytop.ledger.study import Identity
 STUDY, LOCK, TASKS = "study.json", "lock", "tasks"
 SCHEMA = "heavytop/study/1"
 _LEFTOVER = re.compile(r"\.\d+\.(probe|(study|checkpoint|cost|rows-\d{4,})\.json)")
+
+
+def named(path: str | os.PathLike[str]) -> Path:
+    """The place that a person names, if a folder can have that name."""
+    place = Path(path)
+    if "\0" in str(place):
+        raise ForeignFile(f"{str(place)!r}: no folder has a NUL in its name")
+    return place
 
 
 def kept_identity(path: Path) -> Identity:
@@ -33,14 +42,40 @@ def kept_identity(path: Path) -> Identity:
     return identity
 
 
+def file_of(path: Path) -> tuple[int, int]:
+    """Which file a study is written in: another one of the same name is another study."""
+    try:
+        found = (path / STUDY).stat()
+    except OSError as fault:
+        raise ForeignFile(f"{path / STUDY}: cannot be read ({fault.strerror})") from None
+    return found.st_dev, found.st_ino
+
+
+def expect_there(path: Path, file: tuple[int, int]) -> None:
+    """Refuse to go on in a folder that was taken away, or exchanged, since it was opened.
+
+    Raises
+    ------
+    StoppedEarly
+    """
+    try:
+        there = file_of(path) == file
+    except ForeignFile:
+        there = False
+    if not there:
+        raise StoppedEarly(Stop.UNWRITABLE, f"{path}: the folder has gone", None)
+
+
 def begin(path: Path, identity: Identity) -> None:
     """Write what is asked, before anything is answered."""
     write_text(path / STUDY, sealed({"schema": SCHEMA, "identity": identity}, indent=2))
 
 
 def refuse_strangers(path: Path) -> None:
-    """Refuse a folder that holds something, and no study."""
-    if not path.is_dir() or (path / STUDY).exists():
+    """Refuse a file, and a folder that holds something, and no study."""
+    if path.exists() and not path.is_dir():
+        raise ForeignFile(f"{path}: not a folder")
+    if not path.exists() or (path / STUDY).exists():
         return
     strangers = [p.name for p in path.iterdir() if p.name != LOCK and not _leftover(p)]
     if strangers:

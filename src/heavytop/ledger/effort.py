@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from heavytop.errors import Stop, StoppedEarly
+from heavytop.errors import ForeignFile, Stop, StoppedEarly
 from heavytop.ledger.book import Book
 from heavytop.ledger.piece import Piece
 from heavytop.ledger.progress import Progress
@@ -32,6 +32,10 @@ class Effort:
         """Write down that a task cannot reach its end."""
         self.book.fail(task, why)
         self._tell()
+
+    def foreign(self, task: str, why: str) -> ForeignFile:
+        """What refuses the checkpoint of a task."""
+        return ForeignFile(f"{self.book.origin(task)}: {why}")
 
     def interrupted(self) -> StoppedEarly:
         """What ends a study when an end was asked for."""

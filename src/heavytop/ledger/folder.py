@@ -18,7 +18,10 @@ from heavytop.ledger.doorway import (
     TASKS,
     begin,
     clean,
+    expect_there,
+    file_of,
     kept_identity,
+    named,
     refuse_strangers,
     writing,
 )
@@ -48,6 +51,7 @@ class Folder:
         self.path: Path = path
         self._lock = lock
         self.identity: Identity = kept_identity(path)
+        self._file = file_of(path)
         self._study = study_digest(self.identity)
         self._entries = {task: self._shelf(task).read() for task in self._written()}
         self._costs = Costs.read(path / COST)
@@ -67,7 +71,7 @@ class Folder:
         OSError
             It cannot be made or written to.
         """
-        place = Path(path)
+        place = named(path)
         refuse_strangers(place)
         make_folder(place)
         with held(place / LOCK) as lock:
@@ -93,7 +97,7 @@ class Folder:
         StoppedEarly
             It cannot be written to.
         """
-        place = Path(path)
+        place = named(path)
         kept_identity(place)  # before anything is made there
         with writing(place, place), held(place / LOCK) as lock:
             clean(place)
@@ -111,7 +115,7 @@ class Folder:
         ForeignFile
             It is no study, or a file of it is damaged or was changed.
         """
-        return cls(Path(path), None)
+        return cls(named(path), None)
 
     def close(self) -> None:
         """Let another process write; a second time does nothing."""
@@ -141,8 +145,8 @@ class Folder:
         Raises
         ------
         StoppedEarly
-            It cannot be written: the disk is full, the folder has gone. What was written before
-            is as it was.
+            It cannot be written: the disk is full, the folder has gone; that is not made again.
+            What was written before is as it was.
         """
         self._write(task, self.entry(task).after(piece))
         self._costs.add(task, piece.spent_s)
@@ -167,9 +171,14 @@ class Folder:
         """The time that the pieces of a task took [s], in all processes that did them."""
         return self._costs.of(task)
 
+    def origin(self, task: str, row: int | None = None) -> str:
+        """The file of the checkpoint, or of a row, of a task."""
+        return str(self._shelf(task).origin(self.entry(task), row))
+
     def _write(self, task: str, entry: Entry) -> None:
         if self._lock is None:
             raise ValueError(f"{self.path}: not opened for writing")
+        expect_there(self.path, self._file)
         shelf = self._shelf(task)
         with writing(shelf.folder, self.path):
             self._entries[task] = shelf.write(entry)

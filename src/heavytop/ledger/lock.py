@@ -46,6 +46,7 @@ class Lock:
         """Let go; a second time does nothing."""
         file, self._file = self._file, -1
         if file >= 0:
+            _let_go(file)
             os.close(file)
 
 
@@ -67,6 +68,14 @@ def _opened(path: Path) -> int:
         if fault.errno == errno.ELOOP:
             raise ForeignFile(f"{path}: a link; the lock of a study is a file") from None
         raise
+
+
+def _let_go(file: int) -> None:
+    """Give the lock back, even where a forked child still has the file open."""
+    with suppress(ImportError, OSError):
+        import fcntl
+
+        fcntl.flock(file, fcntl.LOCK_UN)
 
 
 def _grasp(file: int) -> None:

@@ -57,4 +57,5 @@ class Follower(Protocol):
         Rows and the last checkpoint depend on nothing but `identity` and `task`: not on where
         the pieces are cut, nor on how often the task was taken up. A HeavyTopError ends the task
         as failed; what was yielded before it is kept, so the last whole blocks are yielded first.
+        A ForeignFile refuses the checkpoint, and ends the study.
         """

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -76,7 +77,7 @@ class Shelf:
         self._own(self.checkpoint, document)
         try:
             entry = self._entry(document)
-        except (KeyError, TypeError, ValueError, AttributeError) as fault:
+        except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as fault:
             raise ForeignFile(f"{self.checkpoint}: damaged ({fault})") from None
         for i, segment in enumerate(entry.segments):
             self._whole(i, segment)
@@ -87,8 +88,18 @@ class Shelf:
         for i, segment in enumerate(entry.segments):
             document = parsed(self.segment(i), self._whole(i, segment))
             self._own(self.segment(i), document)
-            yield from document["rows"]
+            rows = document.get("rows")
+            if not isinstance(rows, list) or len(rows) != segment.rows:
+                raise ForeignFile(f"{self.segment(i)}: damaged (rows: not {segment.rows})")
+            yield from rows
         yield from (parsed(self.checkpoint, line.encode()) for line in entry.pending)
+
+    def origin(self, entry: Entry, row: int | None) -> Path:
+        """The file that holds a row of an entry; without one, the checkpoint."""
+        ends = accumulate(s.rows for s in entry.segments)
+        inside = (i for i, end in enumerate(ends) if row is not None and row < end)
+        found = next(inside, None)
+        return self.checkpoint if found is None else self.segment(found)
 
     def _segment_text(self, lines: Lines) -> str:
         head = canonical({"schema": ROWS, "study": self.study, "task": self.task})
@@ -127,20 +138,25 @@ class Shelf:
             checkpoint=_either(document["checkpoint"], dict),
             segments=tuple(self._named(i, s) for i, s in enumerate(document["segments"])),
             pending=tuple(map(canonical, document["pending"])),
-            done=bool(document["done"]),
+            done=_a(document["done"], bool),
             failed=_either(document["failed"], str),
-            fraction=float(document["fraction"]),
+            fraction=min(1.0, max(0.0, float(document["fraction"]))),
         )
 
     def _named(self, i: int, fields: dict[str, Any]) -> Segment:
         """A segment, which has one possible name: a checkpoint cannot lead out of its folder."""
         if fields["file"] != self.segment(i).name:
             raise ValueError(f"segment {fields['file']!r:.80}: expected {self.segment(i).name}")
-        return Segment(str(fields["sha256"]), int(fields["rows"]))
+        return Segment(_a(fields["sha256"], str), _a(fields["rows"], int))
 
 
 def _either(value: Any, kind: type) -> Any:
     """A value that is of a kind, or null."""
-    if value is not None and not isinstance(value, kind):
+    return None if value is None else _a(value, kind)
+
+
+def _a(value: Any, kind: type) -> Any:
+    """A value that is of a kind."""
+    if type(value) is not kind:
         raise TypeError(f"{value!r:.80}: not {kind.__name__}")
     return value

@@ -17,7 +17,7 @@ from contextlib import suppress
 from queue import SimpleQueue
 from typing import IO, Any
 
-from heavytop.errors import HeavyTopError
+from heavytop.errors import ForeignFile, HeavyTopError
 from heavytop.ledger.canonical import canonical
 from heavytop.ledger.kinds import follower
 
@@ -71,6 +71,8 @@ def _obey(module: str, order: dict[str, Any], orders: Orders, channel: IO[str]) 
             if piece.done:
                 return
             orders.get()
+    except ForeignFile as fault:
+        _say(channel, {"foreign": str(fault)})
     except HeavyTopError as refusal:
         _say(channel, {"failed": str(refusal)})
     except Exception as bug:

@@ -7,6 +7,7 @@ from typing import Any
 
 from rich.console import Group
 
+from heavytop.estimates import duration
 from heavytop.report.rows import short, title, two_columns
 
 
@@ -35,4 +36,6 @@ def _rows(plan: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     yield from zip(labels, plan["reasons"], strict=False)
     yield from (("warning", warning) for warning in plan["warnings"])
     if plan["cost_s"] is not None and plan["states"]:
-        yield "expected", f"{short(plan['cost_s'])} s, off by {short(plan['error'])} at the end"
+        none = plan["error"] >= 1
+        off = "no digit right" if none else f"off by {short(plan['error'])}"
+        yield "expected", f"{duration(plan['cost_s'])}, {off} at the end"

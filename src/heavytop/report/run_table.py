@@ -21,6 +21,7 @@ from heavytop.report.rows import (
     two_columns,
 )
 
+MANY_TURNS = 1000  # from which on an angle is also told as turns and a rest
 FIRST_EVENTS = 8  # rows shown; the rest is counted
 
 
@@ -81,6 +82,10 @@ def _final(final: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         if final.get(name) is not None
     ]
     yield f"at t = {short(final['t'])} s", ", ".join(known) + " rad" if known else MISSING
+    for label, name in (("φ", "phi"), ("ψ", "psi")):
+        if abs(final.get(f"{name}_turns") or 0) >= MANY_TURNS:
+            rest = number(final[f"{name}_mod"])
+            yield "", f"{label} = {final[f'{name}_turns']} turns and {rest} rad"
 
 
 def _counts(events: Mapping[str, Any]) -> str:

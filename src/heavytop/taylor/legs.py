@@ -85,16 +85,16 @@ class Projected:
         legs: list[tuple[DoubleDouble, Block]] = []
         begun, taken, reach, ended = (0.0, 0.0), 0, math.inf, False
         stride = self.stride
-        while taken < steps and not ended:
+        while taken < steps and not ended and (rest := far - begun[0]) * far > 0:
             count, near = min(stride, steps - taken), waiting.since(begun, reach)
-            quick = self._quickly(state, count, far, longest, reach) if near is None else None
+            quick = self._quickly(state, count, rest, longest, reach) if near is None else None
             if quick is not None:
                 reached, elapsed = quick
                 taken += count
             else:
-                leg = self.engine.block(state, count, far, near, longest)
+                leg = self.engine.block(state, count, rest, near, longest)
                 if abs(leg.elapsed[0]) > 0.9 * reach:  # so far samples were not looked for
-                    leg = self.engine.block(state, count, far, waiting.since(begun), longest)
+                    leg = self.engine.block(state, count, rest, waiting.since(begun), longest)
                 legs.append((begun, leg))
                 reached, elapsed, ended = leg.state, leg.elapsed, leg.steps < count
                 taken, waiting.done = taken + leg.steps, waiting.done + len(leg.rows)
@@ -143,7 +143,13 @@ class _Waiting:
         last = bisect_right(self.distances, abs(begun[0]) + reach, self.done)
         if last == self.done:
             return None
-        return np.array([(t - begun[0]) - begun[1] for t in self.times[self.done : last]])
+        return np.array([_local(t, begun) for t in self.times[self.done : last]])
+
+
+def _local(t: float, begun: DoubleDouble) -> float:
+    """Return a time since a leg's start; one that is the start, within rounding, is just after."""
+    local = (t - begun[0]) - begun[1]
+    return local if local * t > 0 else math.copysign(float(np.finfo(float).tiny), t)
 
 
 def _since(begun: DoubleDouble, hits: Hits) -> Hits:

@@ -131,10 +131,10 @@ class PreciseIntegrator:
         exactly = np.longdouble if self.hardware else (lambda x: hy.real(x, self.bits))
         return sum(map(exactly, reversed(words)), exactly(0.0))
 
-    def moment(self, high: float, low: float) -> Any:
-        """Return a time, the sum of two doubles [s]."""
+    def moment(self, *words: float) -> Any:
+        """Return a time, the sum of doubles, the largest first [s]."""
         bits = 2 * self.bits + 64
-        return hy.real(high, bits) + hy.real(low, bits)
+        return sum((hy.real(word, bits) for word in reversed(words)), hy.real(0.0, bits))
 
     def start(self, state: Sequence[str]) -> Mark:
         """Return the start of a run, from decimal texts."""
@@ -195,7 +195,7 @@ class PreciseIntegrator:
             The equations are singular where the motion went.
         """
         cut = far if longest is None or mark.steps else math.copysign(longest, far)
-        self._stride(mark, deque([(0, self.moment(far, 0.0) + mark.t, None)]), [None], cut)
+        self._stride(mark, deque([(0, self.moment(far) + mark.t, None)]), [None], cut)
         return self._mark(mark)
 
     def _compiled(self) -> Any:

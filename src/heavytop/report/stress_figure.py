@@ -1,0 +1,71 @@
+"""The digits that every method lost at every case, as a heat map; failures have letters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from heavytop.report.figures.style import STYLE
+
+LETTERS: Final = {
+    "inaccurate": "!",
+    "singular": "S",
+    "stalled": "R",
+    "diverged": "D",
+    "step-limit": "N",
+    "time-limit": "T",
+    "refused": "–",
+    "missed-events": "e",
+}
+MOST: Final = 14.0  # digits
+WORDS: Final = "letters: ! inaccurate, S singular, R stalled, D diverged, N step limit,\n"
+MORE: Final = "T time limit, – refused, e events missed; grey: no number at the end"
+
+
+def stress_figure(document: Mapping[str, Any]) -> Figure:
+    """The chart of a stress test.
+
+    Parameters
+    ----------
+    document : mapping
+        A document of the schema ``heavytop/stress/1``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Cases against methods, coloured by digits lost beyond what conditioning allows.
+    """
+    runs = document["cases"]
+    names = [name for name in document["methods"] if any(name == r["method"] for r in runs)]
+    rows = [case for case in document["hard"] if any(case == r["case"] for r in runs)]
+    with mpl.rc_context(STYLE):
+        size = (3.2 + 0.42 * len(names), 1.9 + 0.19 * len(rows))
+        figure = Figure(figsize=size, layout="constrained")
+        ax = figure.subplots()
+        _draw(ax, runs, rows, names)
+        ax.set_xticks(range(len(names)), [document["methods"][name] for name in names], rotation=90)
+        ax.set_yticks(range(len(rows)), rows)
+        ax.tick_params(length=0, labeltop=True, labelbottom=False)
+        ax.set_xlabel(WORDS + MORE, fontsize=7.5)
+        bar = figure.colorbar(ax.images[0], ax=ax, fraction=0.04, aspect=40)
+        bar.set_label("digits lost beyond what conditioning allows")
+    return figure
+
+
+def _draw(ax: Axes, runs: Any, rows: list[str], names: list[str]) -> None:
+    lost = np.full((max(1, len(rows)), max(1, len(names))), np.nan)
+    for run in runs:
+        i, j = rows.index(run["case"]), names.index(run["method"])
+        if run["digits_lost"] is not None:
+            lost[i, j] = run["digits_lost"]
+        if letter := LETTERS.get(run["outcome"]):
+            dark = run["digits_lost"] is not None and run["digits_lost"] > MOST / 2
+            ax.text(j, i, letter, ha="center", va="center", fontsize=7.5,
+                    color="white" if dark else "black")  # fmt: skip
+    ax.set_facecolor("#DDDDDD")
+    ax.imshow(lost, cmap="YlGnBu", vmin=0.0, vmax=MOST, aspect="auto", interpolation="none")

@@ -1,0 +1,1 @@
+"""Stress: the motions at which methods fail, every method at each of them, and how each fails."""

@@ -1,0 +1,151 @@
+"""Doing one run: a method at a case, as its user would do it."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from heavytop.errors import BadScene, EndedEarly, Outcome
+from heavytop.march import Array
+from heavytop.models.formulation import Formulation
+from heavytop.models.numeric import numpy_function
+from heavytop.planning import Plan, closed_form_of
+from heavytop.propagation import binary_start, formulation_of, propagate
+from heavytop.quantities import invariants, sample
+from heavytop.rivals.textbook import Asked, rates_of, solved
+from heavytop.scene import Scene
+from heavytop.stresses.cases import Case
+from heavytop.stresses.conditioning import Reference
+from heavytop.stresses.first_order import first_order
+from heavytop.stresses.methods import AUTO, Method
+from heavytop.stresses.raw import Raw
+from heavytop.trajectory import Trajectory
+from heavytop.witness import energy_error
+
+ENDINGS = {
+    Outcome.FINISHED: "finished",
+    Outcome.SINGULAR: "singular",
+    Outcome.STEP_LIMIT: "step-limit",
+}
+WATCHED = ("turning", "reversal")  # sign changes are all that scipy finds: a cusp is none
+
+
+def run(case: Case, method: Method, truth: Reference, step_limit: int) -> Raw:
+    """Do one run.
+
+    Parameters
+    ----------
+    case : Case
+    method : Method
+    truth : Reference
+        Of the case: the end, and nothing of what is found there.
+    step_limit : int
+    """
+    if method.first_order:
+        return first_order(closed_form_of(case.scene), method, truth.end, step_limit)
+    if method.solver:
+        return _rival(case, method, truth.end, step_limit)
+    return _own(case, method, step_limit)
+
+
+def _own(case: Case, method: Method, step_limit: int) -> Raw:
+    scene = case.scene
+    if method.formulation == "cubic":
+        scene = _wanting(scene, "theta")
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        try:
+            found = propagate(scene, formulation=method.formulation, step_limit=step_limit)
+        except BadScene as refusal:
+            return Raw("refused", "; ".join(fault.rule for fault in refusal.faults))
+        except EndedEarly as early:
+            found = early.trajectory
+    said = "; ".join(str(each.message) for each in heard)
+    return _of_trajectory(found, said, auto=method.name == AUTO)
+
+
+def _wanting(scene: Scene, quantity: str) -> Scene:
+    return Scene(
+        scene.top, scene.start, time=scene.time, periods=scene.periods, quantities=(quantity,),
+        events=scene.events, samples=scene.samples, digits=scene.digits, name=scene.name,
+    )  # fmt: skip
+
+
+def _of_trajectory(found: Trajectory, said: str, *, auto: bool) -> Raw:
+    ending = ENDINGS[found.outcome]
+    raw = Raw(ending, said, found.orbit.end, found.statistics.steps, _smallest(found))
+    if auto:
+        how = (found.plan.precision, "projected" if found.plan.projected else "")
+        raw = replace(raw, plan=", ".join(filter(None, (found.plan.formulation, *how))))
+    if ending != "finished":
+        return replace(raw, said=said or _where(found))
+    start, at = found(0.0), found(found.orbit.end)
+    counted = {name: found.events.count(name) or 0 for name in found.scene.events}
+    axis = _three(at.axis)
+    known = not any(map(math.isnan, axis))
+    moved = math.dist(at.axis, start.axis) if known else abs(float(at.theta - start.theta))
+    return replace(
+        raw,
+        axis=axis if known else None,
+        theta=float(at.theta),
+        energy=energy_error(found),
+        moved=moved,
+        counted=counted,
+    )
+
+
+def _where(found: Trajectory) -> str:
+    return f"{found.outcome.sentence}, at t = {found.orbit.end:.6g} s"
+
+
+def _smallest(found: Trajectory) -> float | None:
+    points = found.orbit.checkpoints
+    times = np.array([*(point.time[0] for point in points), found.orbit.end])
+    steps = np.array([*(point.steps for point in points), found.statistics.steps])
+    means = [abs(t) / n for t, n in zip(np.diff(times), np.diff(steps), strict=True) if n]
+    return float(min(means)) if means else None
+
+
+def _rival(case: Case, method: Method, end: float, step_limit: int) -> Raw:
+    """Let one of scipy's solvers go, from any start: at a pole nothing warns its user either."""
+    bare = Plan(method.formulation, None, False, (), (), 0)
+    parameters, start = binary_start(case.scene, bare)
+    form = formulation_of(bare)
+    asked = Asked(method.solver, method.rtol, method.atol, end, step_limit)
+    watched = [_zero(form, name, parameters) for name in WATCHED] if case.counted else []
+    told = solved(rates_of(form, parameters), start.state, asked, watched)
+    raw = Raw(told.status, told.message, told.t, told.steps, told.smallest)
+    if told.status == "failed":
+        return replace(raw, ending="failed" if told.finite else "singular")
+    if told.status != "finished":
+        return raw
+    rows, times = np.array([start.state, told.state]), np.array([0.0, told.t])
+    with np.errstate(all="ignore"):
+        seen = sample(form, rows, parameters, times, np.full(2, np.nan))
+        energy = invariants(form, rows, parameters, times)["energy"]
+    weight = parameters["g"] if "g" in parameters else parameters["gMR"] / parameters["A"]
+    return replace(
+        raw,
+        axis=_three(seen.axis[1]),
+        theta=float(seen.theta[1]),
+        energy=abs(float(energy[1] - energy[0])) / max(abs(float(energy[0])), abs(weight)),
+        moved=math.dist(seen.axis[1], seen.axis[0]),
+        counted=dict(zip(WATCHED, told.zeros, strict=False)),
+    )
+
+
+def _three(axis: Any) -> tuple[float, float, float]:
+    x, y, z = (float(part) for part in axis)
+    return x, y, z
+
+
+def _zero(form: Formulation, name: str, parameters: dict[str, float]) -> Callable[[Array], float]:
+    symbols = (*form.parameters, *form.given)
+    known = [parameters[p.name] for p in symbols]
+    function = numpy_function([form.events[name]], (*form.states, *symbols))
+    return lambda y: float(function(*y, *known)[0])

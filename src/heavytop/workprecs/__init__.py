@@ -1,0 +1,1 @@
+"""Work and precision: what each digit costs, by every method, timed in turn in one process."""

@@ -1,0 +1,92 @@
+"""Where methods fail: every method at every case, and whether auto is ever silently wrong.
+
+The document and the chart are kept in out/; with the word `write`, table and chart go to
+docs/where-methods-fail.md. A number is another budget [s].
+"""
+
+import shutil
+import sys
+from time import perf_counter
+
+from claim import claim, finish
+from page import DOCS, rewrite
+
+import heavytop as ht
+from heavytop.report.stress_table import MARKS, cell
+from heavytop.stress_results import write_stress
+
+BUDGET = next((float(x) for x in sys.argv[1:] if x != "write"), 240.0)
+FOLDER = "out/stress"
+OURS = ("auto", "taylor-axis", "taylor-attitude")
+SUCCESS = ("ok", "inaccurate", "diverged", "missed-events")
+
+
+def table(found):
+    """A row for each case, what the marks mean, and how often each method had each outcome."""
+    document = found.document()
+    runs = {(run["case"], run["method"]): run for run in document["cases"]}
+    names = list(document["methods"])
+    common = [name for name in names if not name.endswith("first-order")]
+    rows = [["case", *(document["methods"][name] for name in common)],
+            ["--", *["--:"] * len(common)]]  # fmt: skip
+    rows += [
+        [f"`{case}`", *(cell(runs.get((case, name))) for name in common)]
+        for case in document["hard"]
+    ]
+    marks = [f"- {MARKS.get(word, '')} **{word}**: {rule}." for word, rule in
+             document["rules"].items()]  # fmt: skip
+    counts = found.counts()
+    words = list(document["rules"])
+    sums = [["method", *words], ["--", *["--:"] * len(words)]]
+    sums += [[f"`{name}`", *(str(counts[name][word] or "") for word in words)] for name in names]
+    return "\n\n".join([lines(rows), "\n".join(marks), lines(sums)])
+
+
+def lines(rows):
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+began = perf_counter()
+found = ht.stress(budget=BUDGET)
+took = perf_counter() - began
+folder = DOCS.parent / "validation" / FOLDER
+folder.mkdir(parents=True, exist_ok=True)
+write_stress(found, folder)
+print(table(found))
+for run in found.runs:
+    if run.outcome != "ok":
+        print(f"{run.case}, {run.method}: {run.outcome}: {run.note}")
+for each in found.skipped:
+    print(f"skipped: {each.case}, {each.method}: {each.reason}")
+if "write" in sys.argv and not found.skipped:
+    rewrite("where-methods-fail.md", "stress", table(found))
+    shutil.copyfile(folder / "stress.svg", DOCS / "images" / "stress.svg")
+
+claim("time of the whole test [s]", took, BUDGET + 5)
+claim("runs that the budget did not allow", len(found.skipped), 0)
+if found.skipped:
+    finish()
+wrong = [run.case for run in found.silently_wrong]
+claim(f"cases at which auto is silently wrong {wrong or ''}", len(wrong), 0)
+unnamed = [run for run in found.runs if run.method == "auto" and not run.named]
+claim("digits auto loses beyond what conditioning allows, unless it says so",
+      max(run.digits_lost for run in unnamed), 2.0)  # fmt: skip
+steady = [r for r in found.runs if r.method in OURS and r.case.startswith(("near-", "through-"))]
+claim("near passes and exact ones: digits that auto, axis and attitude lose",
+      max(run.digits_lost for run in steady), 1.0)  # fmt: skip
+proud = [r for r in found.runs if r.method not in OURS and r.outcome in SUCCESS and not r.named]
+far = [r for r in proud if r.error > 0.1]
+print(f"     {len(far)} runs say that they have arrived, more than 0.1 off: "
+      f"{', '.join(sorted({r.method for r in far}))}")  # fmt: skip
+
+# What was known before
+known = found["through-top", "taylor-lagrange"].outcome
+claim("Taylor on the textbook form stops at an exact pass, not", int(known != "singular"), 0)
+hung = found["start-at-top", "lsoda-scipy-lagrange"].outcome
+claim("LSODA does not return from theta = 0, not", int(hung != "time-limit"), 0)
+loose = found["ten-periods", "solve-ivp-defaults"].error
+claim("solve_ivp's defaults lose 5e-2 in ten periods, off by a factor", abs(loose / 5e-2 - 1), 0.2)
+for solver in ("dop853", "lsoda", "radau"):
+    rests = found["first-order", f"{solver}-scipy-first-order"].outcome
+    claim(f"{solver}: sqrt(f) stalls at the turning point, not", int(rests != "stalled"), 0)
+finish()

@@ -1,0 +1,172 @@
+"""Who falls and who pays: stability three ways, and steps in a period against the spin.
+
+The sleeping top grows or does not, by theory, by the Floquet multipliers of the package's own
+state-transition matrices, and by perturbed runs; steady precessions by their multipliers, in the
+frame that turns with them, and by perturbed runs. Then steps in a period against the spin rate at
+the same p_psi: of every form, and of Euler's equations in the body, which see the spin.
+Writes docs/images/stability.svg and spin.svg with the word `write`.
+"""
+
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+from claim import claim, finish
+
+import heavytop as ht
+from heavytop.report.figures import save
+from heavytop.report.stress_charts import spin_figure, stability_figure
+from heavytop.rivals.textbook import Asked, solved
+from heavytop.theory import sleeping, steady
+
+IMAGES = Path(__file__).parents[1] / "docs" / "images"
+TOP = ht.Top(1, "0.5", 1)  # p_psi^2/4A gMR = omega3^2/16
+TILT, GROWN = 1e-8, 8.0  # of a perturbed run: the start, and growth rate times time at its end
+
+
+def spin_at(ratio):
+    return 4 * math.sqrt(ratio)
+
+
+def scene(start, time):
+    return ht.Scene(TOP, start, time=time, quantities=("axis",), events=(), samples=2)
+
+
+def growth_by_multipliers(ratio, time=5.0):
+    moduli = abs(ht.state_transition(scene(ht.State(0, omega3=spin_at(ratio)), time), "axis",
+                                     [time]).multipliers[0])  # fmt: skip
+    return math.log(moduli.max()) / time
+
+
+def growth_by_a_run(ratio, growth):
+    """At rest in the frame that turns with p_psi/2A a tilt grows as cosh."""
+    omega3 = spin_at(ratio)
+    start = ht.State(TILT, phidot=omega3 / 4, omega3=omega3)
+    time = GROWN / growth
+    grown = float(ht.propagate(scene(start, time), formulation="axis")(time).theta)
+    return math.acosh(grown / TILT) / time
+
+
+theory, floquet, runs = [], [], []
+for ratio in (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99):
+    growth = sleeping.growth_rate(TOP, spin_at(ratio))
+    theory.append((ratio, growth))
+    floquet.append((ratio, growth_by_multipliers(ratio)))
+    runs.append((ratio, growth_by_a_run(ratio, growth)))
+off = max(abs(f / t - 1) for (_, f), (_, t) in zip(floquet, theory, strict=True))
+claim("growth of the sleeping top, multipliers off theory, relative", off, 1e-9)
+off = max(abs(r / t - 1) for (_, r), (_, t) in zip(runs, theory, strict=True))
+claim("growth of the sleeping top, perturbed runs off theory, relative", off, 1e-9)
+stable = [(ratio, growth_by_multipliers(ratio)) for ratio in (1.05, 1.2, 1.5, 1.9)]
+claim("stable sleeping: growth by multipliers", max(abs(g) for _, g in stable), 1e-12)
+for power in (1, 2, 4, 6, 8, 10, 12):
+    spins = [4 * (1 + sign * 10.0**-power) for sign in (-1, 1)]
+    below, above = (growth_by_multipliers((spin / 4) ** 2) for spin in spins)
+    exact = sleeping.growth_rate(TOP, spins[0])
+    print(f"     spin 1 -+ 1e-{power}: growth {below:.9e} (theory {exact:.9e}), {above:.1e} (0)")
+    claim(f"spin 1 -+ 1e-{power}: growth off theory", max(abs(below - exact), abs(above)), 1e-7)
+push = 1e-6
+tip = ht.propagate(
+    ht.Scene(TOP, ht.State(0, thetadot=push, omega3=4), time=4000, quantities=("axis",),
+             events=(), samples=4001), formulation="axis",
+).theta.max()  # fmt: skip
+claim("marginal: tilt after a push, off theory", abs(tip / sleeping.tilt_at_threshold(push) - 1),
+      1e-5)  # fmt: skip
+
+cones, frequency_off, strayed = [], [], []
+for tilt in (0.2, 0.5, 0.8, 1.1, 1.4, 1.7, 2.2, 2.8):
+    for ratio in (0.05, 0.35, 0.75, 1.05, 1.4, 1.9):
+        if ratio <= 1.02 * math.cos(tilt):
+            continue
+        omega3 = spin_at(ratio)
+        for branch in (steady.slow, steady.fast):
+            rate = float(branch(TOP, tilt, omega3))
+            nod = float(steady.nutation_frequency(TOP, tilt, rate))
+            time = 0.382 * math.tau / nod
+            start = ht.State(tilt, phidot=rate, omega3=omega3)
+            matrix = ht.state_transition(scene(start, time), "axis", [time]).matrix[0]
+            c, s = math.cos(rate * time), math.sin(rate * time)
+            back = np.eye(5)
+            back[:2, :2] = back[3:, 3:] = [[c, s], [-s, c]]
+            found = np.linalg.eigvals(back @ matrix)
+            nodding = found[np.argmax(found.imag)]  # the others are 1: phase and constants
+            cones.append((ratio, tilt, abs(nodding) - 1))
+            frequency_off.append(abs(np.angle(nodding) / time / nod - 1))
+            pushed = ht.State(tilt + 1e-6, phidot=rate, omega3=omega3)
+            long = ht.Scene(TOP, pushed, time=50 * math.tau / nod, quantities=("theta",),
+                            events=(), samples=1001)  # fmt: skip
+            tilts = ht.propagate(long, formulation="axis").theta
+            swing = 2e-6 * (rate * math.sin(tilt) / nod) ** 2  # it is never more than 2e-6
+            strayed.append(abs(np.ptp(tilts) / swing - 1))
+claim(f"{len(cones)} steady precessions: multipliers off the circle", max(abs(c[2]) for c in cones),
+      1e-12)  # fmt: skip
+claim("their angle against the nutation frequency, relative", max(frequency_off), 1e-11)
+claim("pushed by 1e-6, swing in 50 nutations, off the small one, relative", max(strayed), 1e-3)
+
+# Beside the separatrix: a start off by eps comes back after ln(1/eps)/lambda
+LEAVING = sleeping.growth_rate(TOP, "2*sqrt(3)")
+back_after = {}
+for power in (3, 5, 7, 9):
+    start = ht.State("pi/3", phidot=f"2/sqrt(3) + 1e-{power}", omega3="2*sqrt(3)")
+    once = ht.Scene(TOP, start, time=60, events=("turning",), samples=2)
+    events = ht.propagate(once, formulation="axis").events
+    back_after[power] = events.t[2] - events.t[0]
+for power in (5, 7, 9):
+    longer = back_after[power] - back_after[power - 2]
+    print(f"     separatrix off by 1e-{power}: back after {back_after[power]:.4f} s")
+    claim(f"1e-{power}: exit time, a hundredth of eps later by ln(100)/lambda, relative",
+          abs(longer * LEAVING / math.log(100) - 1), 3e-3)  # fmt: skip
+
+FORMS = ("axis", "attitude", "cubic", "routh", "subsystem", "lagrange")
+SPINS = [10.0**power for power in range(2, 8)]
+steps = {form: [] for form in FORMS} | {"body frame, DOP853": []}
+
+
+def body_frame(top, start, end):
+    """Euler's equations and the vertical, both seen from the body, which turns with the spin."""
+    A, C, gMR = (float(x) for x in (top.A, top.C, top.gMR))
+    omega3, theta, phidot = (float(getattr(start, n)) for n in ("omega3", "theta", "phidot"))
+
+    def rates(_, y):
+        w1, w2, x, z, v = y
+        turn = (A - C) / A * omega3
+        return [turn * w2 + gMR / A * z, -turn * w1 - gMR / A * x,
+                omega3 * z - w2 * v, w1 * v - omega3 * x, w2 * x - w1 * z]  # fmt: skip
+
+    sine, up = math.sin(theta), math.cos(theta)
+    begin = np.array([0.0, phidot * sine, 0.0, sine, up])
+    told = solved(rates, begin, Asked("dop853", 1e-12, 1e-12, end, 10**6))
+    w1, w2, _, _, v = told.state
+    energy = A * (w1**2 + w2**2) / 2 + gMR * v
+    first = A * (begin[1] ** 2) / 2 + gMR * up
+    return told.steps, abs(energy - first)
+
+
+for spin in SPINS:
+    top = ht.Top(1, f"4/{spin:.0f}", 1)
+    start = ht.State("0.5", phidot=1, psidot=spin)
+    count = 20.618
+    for form in FORMS:
+        wanted = "theta" if form == "cubic" else "axis"
+        one = ht.Scene(top, start, periods=count, quantities=(wanted,), events=(), samples=2)
+        run = ht.propagate(one, formulation=form)
+        steps[form].append((spin, run.statistics.steps / count))
+    if spin <= 1e4:
+        period = ht.Motion(top, start).period
+        taken, drifted = body_frame(top, start, period)
+        assert drifted < 1e-8, drifted
+        steps["body frame, DOP853"].append((spin, taken))
+for name, points in steps.items():
+    print(f"     {name:20}", " ".join(f"{n:8.1f}" for _, n in points))
+for form in ("axis", "attitude", "cubic", "routh"):
+    counts = [n for _, n in steps[form]]
+    claim(f"{form}: steps in a period, greatest over least", max(counts) / min(counts), 1.02)
+body = [n for _, n in steps["body frame, DOP853"]]
+claim("body frame: steps at 1e2 rad/s over those at 1e4", body[0] / body[-1], 0.05)
+
+if "write" in sys.argv:
+    save(stability_figure(cones, [*theory, (1.0, 0.0), (2.0, 0.0)], floquet + stable, runs),
+         IMAGES / "stability.svg")  # fmt: skip
+    save(spin_figure(steps), IMAGES / "spin.svg")
+finish()
