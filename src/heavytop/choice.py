@@ -161,7 +161,7 @@ def patience(scene: Scene, motion: Motion, expected: Estimate) -> Iterator[str]:
     motion : Motion
     expected : Estimate
     """
-    if expected.seconds <= LONG_S:
+    if expected.seconds <= LONG_S or motion.kind == "at-rest":  # which takes a step or two
         return
     quicker = "" if scene.events else "; by auto it would be folded and take a second"
     if scene.events:

@@ -53,7 +53,8 @@ def test_an_error_is_the_distance_from_the_closed_form(found, text):
         theta, phi = row[:2]
         axis = [math.sin(theta) * math.sin(phi), -math.sin(theta) * math.cos(phi), math.cos(theta)]
     else:
-        axis, theta = row[:3], math.acos(row[2])
+        axis = row[:3] / np.linalg.norm(row[:3])
+        theta = math.acos(axis[2])
     point = named(found, text)
     assert point.measures == "axis"
     assert point.energy_error == abs(made.yardstick(end, row.tolist()).energy) > 0
