@@ -65,7 +65,8 @@ def least_formulation(scene: Scene, motion: Motion, span: float) -> tuple[str, s
     nearest = min(motion.from_top, motion.from_bottom)
     if not wants <= TILT:
         return _with_angles(scene, motion, wants, nearest)
-    if 10.0**-scene.digits * nearest < UNIT * LOCAL * growth(motion, span):
+    height = min(nearest, nearest**2)  # of the cubic, whose errors are absolute: it sets the period
+    if 10.0**-scene.digits * height < UNIT * LOCAL * growth(motion, span):
         near = f"{nearest:.1e} rad from a pole theta would lose digits in the cubic form"
         return "axis", f"axis: only theta is wanted, but {near}"
     return "cubic", "cubic: only theta is wanted, and it has two states and a quadratic right side"

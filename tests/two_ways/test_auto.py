@@ -315,3 +315,13 @@ def test_the_command():
     assert "cubic" in text.output
     bad = CliRunner().invoke(app, ["plan", "sicm-kicked", "--formulation", "cubik"])
     assert bad.exit_code == 2
+
+
+def test_the_cubic_is_left_where_its_height_sets_the_period():
+    """Let go beside the vertical, hardly stable: rounding of 1 - cos(theta) shifts every fall."""
+    top = ht.Top(1, "1.155", "133.8")
+    start = ht.State("0.007", omega3="8.948")
+    scene = ht.Scene(top, start, periods=23, quantities=("theta",), events=(), samples=2, digits=6)
+    assert ht.plan(scene).formulation == "axis"
+    assert ht.run_errors(ht.propagate(scene)).theta < 1e-6
+    assert ht.run_errors(ht.propagate(scene, formulation="cubic")).theta > 1e-6
