@@ -15,7 +15,7 @@ PIP   := $(BIN)/python -m pip --quiet --quiet --disable-pip-version-check
 # The integrator's compiled code is kept beside the environment while testing, not in $HOME.
 tests_cache = HEYOKA_CACHE_DIR="$(CURDIR)/.cache/heyoka"
 
-.PHONY: help run test check proofs lock clean
+.PHONY: help run test check proofs docs lock clean
 .DELETE_ON_ERROR:
 
 help:
@@ -23,6 +23,7 @@ help:
 	@echo 'make test    run the tests'
 	@echo 'make check   ruff, mypy --strict, the layers (import-linter), and the examples in docstrings'
 	@echo 'make proofs  run every validation script'
+	@echo 'make docs    execute the pages and the commands on them; HTML goes to build/docs'
 	@echo 'make lock    resolve requirements/lock-py311.txt anew'
 	@echo 'make clean   remove .venv, out and all caches'
 
@@ -44,6 +45,11 @@ proofs: $(READY)
 	    test -e "$$script" || { echo 'heavytop: validation/ holds no numbered script.' >&2; exit 1; }; \
 	    echo "$$script"; $(BIN)/python "$$script"; \
 	done
+
+# Every warning fails: a page that does not run, a command that ends badly, a name left out.
+docs: $(READY)
+	@$(tests_cache) $(BIN)/python -m sphinx -q -b html -W --keep-going -j 2 -d .cache/doctrees docs build/docs
+	@echo build/docs/index.html
 
 # --upgrade: without it pip-compile keeps every old pin that still fits.
 lock: $(READY)
@@ -71,6 +77,6 @@ $(READY): pyproject.toml $(LOCK)
 	    $(PIP) install --no-build-isolation --no-deps -e .; \
 	else \
 	    $(PIP) install --upgrade 'pip>=25.1' && \
-	    $(PIP) install --group dev -e '.[rivals]'; \
+	    $(PIP) install --group dev -e '.[rivals,cluster,docs]'; \
 	fi || { echo 'heavytop: the environment could not be installed; the lines above say why.' >&2; exit 1; }
 	@touch $@

@@ -13,7 +13,7 @@ from claim import claim, finish
 from page import DOCS, rewrite
 
 import heavytop as ht
-from heavytop.drift_results import write_drift
+from heavytop.study_results import write_drift
 
 FOLDER = "out/cyclic-angles"
 found = ht.drift(

@@ -1,40 +1,74 @@
 """The book's kicked top: what every method costs for what it attains, timed in turn.
 
 Times are worth something on a quiet machine alone. What heyoka compiled before is not taken from
-its cache, so that setting up costs what it costs. The document and the chart are kept in out/;
-with the word `write`, table and chart go to the documentation. A number is another budget [s].
+its cache, so that setting up costs what it costs. The document and the chart are kept in out/
+beside this file; with the word `write`, table and chart go to the documentation. A number is
+another budget [s].
 """
 
 import os
 import shutil
 import sys
 import tempfile
+from collections import Counter
+from pathlib import Path
 from time import perf_counter
 
 from claim import claim, finish
 from page import DOCS, rewrite
 
 import heavytop as ht
-from heavytop.report.workprec_table import HEADINGS, setting, summaries
+from heavytop.report.workprec_rows import TARGETS, error, setting, summaries, time
 
 BUDGET = next((float(x) for x in sys.argv[1:] if x != "write"), 240.0)
-FOLDER = "out/work-precision"
+FOLDER = Path(__file__).parent / "out" / "work-precision"
 LEAST = 1e-6  # errors from there down
+HEADINGS = ("method", *TARGETS, "best", "evaluations", "setup [s]", "right-hand side in")
+AT = "1e-9"  # where methods are compared
+COMPARED = {
+    "the best splitting": ("strang", "blanes-moan-rkn6", "kahan-li8", "sofroniou-spaletta10"),
+    "Gauss' collocation": ("gauss8",),
+    "CyRK's DOP853": ("dop853-cyrk",),
+    "scipy's LSODA": ("lsoda-scipy",),
+    "scipy's DOP853": ("dop853-scipy",),
+    "scipy's Radau": ("radau-scipy",),
+    "the implicit midpoint rule": ("implicit-midpoint",),
+    "Bobenko and Suris' map": ("bobenko-suris",),
+}
 
 
 def table(document):
-    """A row for each method, and a line for each bound: who is cheapest, and who comes next."""
-    rules = ["--" if name in (HEADINGS[0], HEADINGS[-1]) else "--:" for name in HEADINGS]
-    rows = [HEADINGS, rules, *((f"`{name}`", *cells) for name, *cells in
-                               summaries(document["points"]))]  # fmt: skip
-    lines = [f"| {' | '.join(cell.strip() for cell in row)} |" for row in rows]
-    return "\n".join([*lines, "", *leaders(document)])
+    """A row for each method, then who is cheapest, and how much slower the others are."""
+    left = (HEADINGS[0], HEADINGS[-1])
+    rules = ["--" if name in left else "--:" for name in HEADINGS]
+    rows = [HEADINGS, rules, *map(row, summaries(document["points"]))]
+    lines = [f"| {' | '.join(cell.strip() for cell in each)} |" for each in rows]
+    notes = (*leaders(document), *slower(document), *where_rivals_lead(document), *others(document))
+    return "\n".join([*lines, "", *notes])
+
+
+def row(each):
+    """The cells of a method: times with the settings that they were taken at."""
+    best = each.best
+    name = f"`{each.name}`" if "digits" not in best else f"{each.name}: `{best['stands_for']}`"
+    within = ["–" if point is None else timed(point) for point in each.within]
+    evaluations = f"{best['rhs_evaluations'] / best['periods']:.3g}"
+    return (name, *within, f"{error(best).strip()} in {timed(best)}", evaluations,
+            f"{each.setup_s:.2g}", best["language"])  # fmt: skip
+
+
+def timed(point):
+    """A time, and the tolerance or the steps a period in brackets."""
+    steps = point["steps_a_period"]
+    return f"{time(point)} ({point['tolerance']:.2g})" if steps is None else (
+        f"{time(point)} ({steps:g})"
+    )  # fmt: skip
 
 
 def leaders(document):
     """Who is cheapest within each bound, and the best of the other side."""
     for words, name in (("the axis", "cheapest"), ("θ alone", "cheapest_theta")):
-        for bound in ("1e-6", "1e-9", "1e-12"):
+        for bound in TARGETS:
             first = document[name][bound]
             if first is None:
                 continue
@@ -42,21 +76,67 @@ def leaders(document):
             if other := first["against"]:
                 line += f"; then {shown(other)}, {first['ratio']:.2f} times as long"
             yield line
-    six = next(p for p in found.auto if (p.trial.wants, p.trial.digits) == ("axis", 6))
-    ratio = six.us_per_period / found.cheapest(1e-6).us_per_period
+
+
+def slower(document):
+    """How many times as long others take, and how long setting up is against a run."""
+    first = document["cheapest"][AT]
+    unit, told = first["us_per_period"], []
+    for words, names in COMPARED.items():
+        of = [p for p in document["points"] if p["method"] in names]
+        within = [p for p in of if p["error"] <= float(AT)]
+        if within:
+            least = min(within, key=lambda p: p["us_per_period"])
+            told.append(f"{words} {least['us_per_period'] / unit:.3g} times (`{least['method']}`)")
+        elif of:
+            best = min(of, key=lambda p: p["error"])
+            told.append(f"{words} not at all: {best['error']:.1e} at best, "
+                        f"in {best['us_per_period'] / unit:.3g} times that")  # fmt: skip
+    yield f"- beside {shown(first)}, to an axis good to {AT} others take: {'; '.join(told)}"
+    rival = first["against"]
+    for each in (first, *([rival] if rival else [])):
+        setup = document["points"][each["point"]]["setup_s"]
+        periods = setup / (each["us_per_period"] * 1e-6)
+        yield (f"- setting up `{each['method']}` takes as long as {periods:.2g} periods of it: a "
+               "shorter run costs what setting up costs")  # fmt: skip
+
+
+def where_rivals_lead(document):
+    """The decades of error of the axis at which somebody else's method is the cheapest."""
+    of_axis = [p for p in document["points"] if p["measures"] == "axis"]
+    led = {}
+    for k in range(16):
+        within = [p for p in of_axis if p["error"] <= 10.0**-k]
+        sides = [[p for p in within if p["rival"] is side] for side in (True, False)]
+        if not all(sides):
+            continue
+        first, ours = (min(side, key=lambda p: p["us_per_period"]) for side in sides)
+        ratio = ours["us_per_period"] / first["us_per_period"]
+        if ratio > 1:
+            led.setdefault(f"{shown(first)}; then {shown(ours)}, {ratio:.2f} times as long",
+                           []).append(f"1e-{k}" if k else "1")  # fmt: skip
+    for words, bounds in led.items():
+        yield f"- the axis to {', '.join(bounds)}: {words}"
+
+
+def others(document):
+    """What auto's caution costs, and what the budget left out."""
+    asked = (p for p in document["points"] if p["method"] == "auto")
+    six = next(p for p in asked if (p["wants"], p["digits"]) == ("axis", 6))
+    ratio = six["us_per_period"] / document["cheapest"]["1e-6"]["us_per_period"]
     yield f"- `auto`, asked for 6 digits of the axis: {ratio:.2f} times the cheapest to 1e-6"
     if names := dict.fromkeys(each["method"] for each in document["skipped"]):
-        yield f"- left out at some settings, for want of time: {', '.join(names)}"
+        yield f"- left out at some settings: {', '.join(names)}"
 
 
 def shown(point):
     """A point in words."""
-    return f"`{point['method']}` ({setting(point)}), {point['us_per_period']:.3g} µs"
+    return f"`{point['method']}` ({setting(point)}), {time(point)} µs"
 
 
 cache = tempfile.TemporaryDirectory()
 os.environ["HEYOKA_CACHE_DIR"] = cache.name  # heyoka, which is not loaded yet, reads it once
-from heavytop.workprec_results import write_work_precision  # noqa: E402
+from heavytop.study_results import write_work_precision  # noqa: E402
 
 began = perf_counter()
 found = ht.work_precision(ht.load_scene("sicm-kicked"), budget=BUDGET)
@@ -64,29 +144,28 @@ took = perf_counter() - began
 write_work_precision(found, FOLDER)
 document = found.document()
 print(table(document))
-for each in document["skipped"]:
-    print(f"skipped: {each['method']} {each['setting']}: {each['reason']}")
+reasons = Counter((each["method"], each["reason"]) for each in document["skipped"])
+for (name, reason), count in reasons.items():
+    print(f"left out: {name}, {count} settings: {reason}")
 if "write" in sys.argv:
     rewrite("work-precision.md", "work-precision", table(document))
-    shutil.copyfile(f"{FOLDER}/workprec.svg", DOCS / "images" / "workprec.svg")
+    shutil.copyfile(FOLDER / "workprec.svg", DOCS / "images" / "workprec.svg")
 
 claim("time of the whole diagram [s]", took, BUDGET + 2)
 claim("points ahead of what auto chose", sum(len(found.ahead_of(p)) for p in found.auto), 0)
-missed = [
-    p for p in found.auto
-    if (p.axis_error if p.trial.wants == "axis" else p.theta_error) > 10.0**-p.trial.digits
-]  # fmt: skip
-claim("choices of auto that miss the digits asked", len(missed), 0)
+claim("choices of auto that miss the digits asked", sum(p.misses for p in found.auto), 0)
 for words, name in (("axis", "cheapest"), ("theta", "cheapest_theta")):
-    for bound in ("1e-6", "1e-9", "1e-12"):
+    for bound in TARGETS:
         first = document[name][bound]
+        if first is None or first["against"] is None:
+            continue
         ours = 1 / first["ratio"] if not first["rival"] else first["ratio"]
         claim(f"{words} to {bound}: our time over that of the best rival", ours, 1.0)
 theirs = [
     found.points[i].trial.text
-    for leaders, error in ((found.front, "axis_error"), (found.front_theta, "theta_error"))
+    for leaders, name in ((found.front, "axis_error"), (found.front_theta, "theta_error"))
     for i in leaders
-    if found.points[i].is_rival and getattr(found.points[i], error) <= LEAST
+    if found.points[i].is_rival and getattr(found.points[i], name) <= LEAST
 ]
 claim(f"rivals on the front from {LEAST:g} down {theirs or ''}", len(theirs), 0)
 finish()

@@ -2,19 +2,84 @@
 
 from __future__ import annotations
 
+import json
+import math
+import os
 import sys
+import tomllib
 from collections.abc import Callable
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
 from time import perf_counter
+from typing import Any
+
+ASKED = "HEAVYTOP_CLAIMS_ASKED"  # names, with commas between: only these are measured
+TOLD = "HEAVYTOP_CLAIMS_TOLD"  # a file that takes a line of JSON for each claim
 
 failed: list[str] = []
 
 
-def claim(statement: str, measured: float, bound: float) -> None:
+@cache
+def register() -> dict[str, dict[str, Any]]:
+    """Return the claims of claims.toml by name."""
+    text = Path(__file__).with_name("claims.toml").read_text("utf-8")
+    return {each["id"]: each for each in tomllib.loads(text)["claim"]}
+
+
+def claim(statement: str, measured: float, bound: float, name: str | None = None) -> None:
     """Print a claim that `measured` is at most `bound`, and remember whether it holds."""
-    holds = measured <= bound
+    holds = bool(measured <= bound)
     if not holds:
         failed.append(statement)
     print(f"{'ok  ' if holds else 'FAIL'} {statement}: {measured:.3g} (bound {bound:.3g})")
+    tell(id=name, statement=statement, measured=plain(measured), bound=float(bound), passed=holds)
+
+
+def claimed(name: str) -> Callable[[Callable[[], Any]], Callable[[], Any]]:
+    """Measure the claim of this name in claims.toml at once, if it is asked for."""
+
+    def measuring(measure: Callable[[], Any]) -> Callable[[], Any]:
+        asked = os.environ.get(ASKED)
+        if asked is None or name in asked.split(","):
+            _hold(register()[name], measure)
+        return measure
+
+    return measuring
+
+
+def _hold(known: dict[str, Any], measure: Callable[[], Any]) -> None:
+    package, statement = known.get("needs"), known["statement"]
+    if package and find_spec(package) is None:
+        reason = f"needs {package}: pip install {package}"
+        print(f"skip {statement}: {reason}")
+        tell(id=known["id"], skipped=reason)
+        return
+    try:
+        measured = float(measure())
+    except Exception as fault:  # whatever it is, the claim does not hold
+        why = " ".join(f"{type(fault).__name__}: {fault}".split())
+        if package and isinstance(fault, ImportError):
+            print(f"skip {statement}: needs {package}: {why}")
+            tell(id=known["id"], skipped=f"needs {package}: {why}")
+            return
+        failed.append(statement)
+        print(f"FAIL {statement}: {why}")
+        tell(id=known["id"], passed=False, failure=why)
+    else:
+        claim(statement, measured, known["bound"], known["id"])
+
+
+def plain(measured: float) -> float | None:
+    """Return a number that JSON has, or None."""
+    return float(measured) if math.isfinite(measured) else None
+
+
+def tell(**found: Any) -> None:
+    """Write a line for the program that asked, if one did."""
+    if path := os.environ.get(TOLD):
+        with Path(path).open("a", encoding="utf-8") as file:
+            file.write(json.dumps(found) + "\n")
 
 
 def finish() -> None:

@@ -11,24 +11,32 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 _HOMES = {
+    "Atlas": "atlases.atlas",
     "BadScene": "errors",
+    "Circuit": "circuit",
     "Drift": "drifts.drift",
     "Enclosure": "balls",
+    "DoubtfulWarning": "errors",
     "EndedEarly": "errors",
+    "EnergyMomentum": "diagram",
     "Errors": "witness",
     "Exact": "exact",
     "Facts": "facts",
     "Folded": "folded",
     "ForeignFile": "errors",
     "ForeignStudy": "errors",
+    "ForeignWorker": "errors",
     "HeavyTopError": "errors",
     "ImpossibleStart": "errors",
     "ImpossibleTop": "errors",
     "InUse": "errors",
     "Kind": "kinds",
+    "MissedDigitsWarning": "errors",
     "MissingPackage": "errors",
     "Motion": "motion",
+    "Motions": "motions",
     "NoClosedForm": "errors",
+    "NoScheduler": "errors",
     "Plan": "planning",
     "Sample": "quantities",
     "Scene": "scene",
@@ -41,18 +49,23 @@ _HOMES = {
     "Transition": "transition",
     "Verdict": "kinds",
     "WorkPrecision": "workprecs.work_precision",
+    "atlas": "atlases.mapping",
     "classify": "kinds.certify",
     "classify_many": "kinds.many",
     "drift": "drifts.drifting",
     "enclose": "balls",
-    "extend": "propagation",
+    "energy_momentum": "diagram",
+    "extend": "continuation",
     "fold": "folded",
+    "load_atlas": "atlases.mapping",
     "load_scene": "scene",
     "load_trajectory": "archive",
+    "merge_atlases": "atlases.mapping",
+    "motions_many": "motions",
     "plan": "planning",
     "propagate": "propagation",
     "propagate_many": "ensemble",
-    "resume": "drifts.drifting",
+    "resume": "resuming",
     "run_errors": "witness",
     "sensitivities": "sensitivity",
     "state_transition": "transition",
@@ -61,24 +74,32 @@ _HOMES = {
 }
 
 __all__ = [
+    "Atlas",
     "BadScene",
+    "Circuit",
+    "DoubtfulWarning",
     "Drift",
     "Enclosure",
     "EndedEarly",
+    "EnergyMomentum",
     "Errors",
     "Exact",
     "Facts",
     "Folded",
     "ForeignFile",
     "ForeignStudy",
+    "ForeignWorker",
     "HeavyTopError",
     "ImpossibleStart",
     "ImpossibleTop",
     "InUse",
     "Kind",
+    "MissedDigitsWarning",
     "MissingPackage",
     "Motion",
+    "Motions",
     "NoClosedForm",
+    "NoScheduler",
     "Plan",
     "Sample",
     "Scene",
@@ -91,14 +112,19 @@ __all__ = [
     "Transition",
     "Verdict",
     "WorkPrecision",
+    "atlas",
     "classify",
     "classify_many",
     "drift",
     "enclose",
+    "energy_momentum",
     "extend",
     "fold",
+    "load_atlas",
     "load_scene",
     "load_trajectory",
+    "merge_atlases",
+    "motions_many",
     "plan",
     "propagate",
     "propagate_many",
@@ -112,21 +138,30 @@ __all__ = [
 
 if TYPE_CHECKING:
     from heavytop.archive import load_trajectory
+    from heavytop.atlases.atlas import Atlas
+    from heavytop.atlases.mapping import atlas, load_atlas, merge_atlases
     from heavytop.balls import Enclosure, enclose
+    from heavytop.circuit import Circuit
+    from heavytop.continuation import extend
+    from heavytop.diagram import EnergyMomentum, energy_momentum
     from heavytop.drifts.drift import Drift
-    from heavytop.drifts.drifting import drift, resume
+    from heavytop.drifts.drifting import drift
     from heavytop.ensemble import propagate_many
     from heavytop.errors import (
         BadScene,
+        DoubtfulWarning,
         EndedEarly,
         ForeignFile,
         ForeignStudy,
+        ForeignWorker,
         HeavyTopError,
         ImpossibleStart,
         ImpossibleTop,
         InUse,
+        MissedDigitsWarning,
         MissingPackage,
         NoClosedForm,
+        NoScheduler,
         StoppedEarly,
     )
     from heavytop.exact import Exact
@@ -136,9 +171,11 @@ if TYPE_CHECKING:
     from heavytop.kinds.certify import classify
     from heavytop.kinds.many import classify_many
     from heavytop.motion import Motion
+    from heavytop.motions import Motions, motions_many
     from heavytop.planning import Plan, plan
-    from heavytop.propagation import extend, propagate
+    from heavytop.propagation import propagate
     from heavytop.quantities import Sample
+    from heavytop.resuming import resume
     from heavytop.scene import Scene, load_scene
     from heavytop.sensitivity import Sensitivities, sensitivities
     from heavytop.state import State

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from heavytop.engines import compiled_for, engine_of, start_values
 from heavytop.errors import ForeignFile, Outcome
 from heavytop.events import Events
 from heavytop.machine import versions
 from heavytop.netcdf import SCHEMA
 from heavytop.planning import Plan
-from heavytop.propagation import compiled_for, engine_of, start_values
 from heavytop.scene import read_scene
 from heavytop.taylor.orbit import Checkpoint, Ending, Orbit, Seen
 from heavytop.taylor.winding import Winding

@@ -111,6 +111,28 @@ class ForeignStudy(ForeignFile):
         return f"{self.folder}: holds another study: {'; '.join(self.differences)}"
 
 
+class ForeignWorker(ForeignFile):
+    """A worker elsewhere that is not like the study; `differences` lists by name in what.
+
+    Attributes
+    ----------
+    worker : str
+        Its process and its computer.
+    differences : tuple of str
+    """
+
+    def __init__(self, worker: str, differences: Sequence[str]) -> None:
+        super().__init__(worker, differences)
+        self.worker, self.differences = worker, tuple(differences)
+
+    def __str__(self) -> str:
+        return f"{self.worker}: a worker unlike this study: {'; '.join(self.differences)}"
+
+
+class NoScheduler(HeavyTopError):
+    """An address where no cluster answers, or one without workers; the message says which."""
+
+
 class InUse(HeavyTopError):
     """A folder that another process is writing."""
 
@@ -132,15 +154,17 @@ class MissingPackage(HeavyTopError, ImportError):
         What needs them.
     packages : tuple of str
         What is missing.
+    extra : str
+        The extra of this package that brings them.
     """
 
-    def __init__(self, method: str, packages: Sequence[str]) -> None:
-        super().__init__(method, tuple(packages))
-        self.method, self.packages = method, tuple(packages)
+    def __init__(self, method: str, packages: Sequence[str], extra: str = "rivals") -> None:
+        super().__init__(method, tuple(packages), extra)
+        self.method, self.packages, self.extra = method, tuple(packages), extra
 
     def __str__(self) -> str:
         missing = " and ".join(self.packages)
-        return f"{self.method} needs {missing}: pip install 'heavytop[rivals]'"
+        return f"{self.method} needs {missing}: pip install 'heavytop[{self.extra}]'"
 
 
 class UnboundedAngleWarning(UserWarning):
@@ -149,6 +173,10 @@ class UnboundedAngleWarning(UserWarning):
 
 class DoubtfulWarning(UserWarning):
     """Something that a run gives, and that its precision cannot tell; the message says what."""
+
+
+class MissedDigitsWarning(DoubtfulWarning):
+    """Quantities that are farther off than the digits asked for allow; the message says which."""
 
 
 class Outcome(StrEnum):
@@ -223,6 +251,19 @@ class StoppedEarly(HeavyTopError):
     def __init__(self, outcome: Stop | str, why: str, folder: Path | None) -> None:
         super().__init__(outcome, why, folder)
         self.outcome, self.why, self.folder = Stop(outcome), why, folder
+
+    @classmethod
+    def unwritable(cls, fault: OSError, path: Path, folder: Path | None) -> StoppedEarly:
+        """The end of a study that cannot write a file: `path`, where `fault` does not say which.
+
+        Examples
+        --------
+        >>> full = OSError(28, "No space left on device")
+        >>> StoppedEarly.unwritable(full, Path("out/stress.json"), None).why
+        'cannot write out/stress.json: No space left on device'
+        """
+        why = f"cannot write {fault.filename or path}: {fault.strerror or fault}"
+        return cls(Stop.UNWRITABLE, why, folder)
 
     @property
     def command(self) -> str:

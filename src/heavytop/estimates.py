@@ -67,7 +67,9 @@ SAMPLE_US: Final = 2.0
 PROJECTED: Final = 1.4  # times as long, and
 WANDER: Final = 40.0  # phase after N periods, in units of T 2⁻⁵³ N^{1/2},
 STEADY: Final = 0.1  # and of T 2⁻⁵³ N, for starts at which rounding does not average out
-LOCAL: Final = 16.0  # units of rounding in a state at the end, whatever the span
+LOCAL: Final = 16.0  # units of rounding in a state at the end, whatever the span,
+TURNED: Final = 12.0  # and of N^{1/2}: how far the whole motion turns away, were it never late,
+PINNED: Final = 6.0  # projected
 LONG_DOUBLE_MS: Final = 0.3  # a period in long doubles,
 MPFR_MS: Final = 9.0  # and in 128 bits; it grows a little faster than their square
 SHORT_S: Final = 60.0  # below which a time is told in seconds
@@ -156,7 +158,9 @@ def _error(
     here = UNIT * LOCAL * growth(motion, span)
     if formulation == "cubic":  # theta from a height
         here /= min(1.0, max(math.sqrt(UNIT), min(motion.from_top, motion.from_bottom)))
-    return min(here + late * quickest(scene.quantities, motion, span), MOST_ERROR)
+    aside = UNIT * (PINNED if projected else TURNED) * math.sqrt(count) * growth(motion, span)
+    phase = late * quickest(scene.quantities, motion, span)
+    return min(here + max(phase, aside), MOST_ERROR)
 
 
 def growth(motion: Motion, span: float) -> float:

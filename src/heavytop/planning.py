@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from functools import lru_cache
 from math import log, tau
 
@@ -15,6 +14,7 @@ from heavytop.estimates import Estimate, estimate
 from heavytop.exact import PI
 from heavytop.models.ladder import LADDER
 from heavytop.motion import Motion
+from heavytop.names import nearest
 from heavytop.scene import Scene
 from heavytop.state import State
 from heavytop.taylor.bits import DOUBLE, named
@@ -23,6 +23,7 @@ from heavytop.theory.closed_form import Asymptotic
 from heavytop.top import Top
 
 EPSILON = 2.0**-52
+MOST_RATE = 1e150  # rad/s, whose square is a double
 LONG_FOR_LAGRANGE = 100  # nutation periods
 REVERSING = frozenset({"loops", "cusps", "waves", "force-free", "undecided"})  # as phidot may
 OWN_STATES = {"routh": 2, "subsystem": 4}  # phi and psi not counted
@@ -107,6 +108,7 @@ def plan(scene: Scene, formulation: str = "auto", *, projected: bool = False) ->
             "none", None, False, (), (), 0, reasons=(why_this,), estimate=Estimate(0.0, 0.0)
         )
     _check(scene, chosen)
+    _in_range(scene, motion)
     end = span(scene, motion)
     _countable(scene, motion, end)
     watched, why_events = _watched(scene, motion, end)
@@ -155,6 +157,16 @@ def _leaving(motion: Motion, end: float, bits: int) -> Iterator[str]:
         )
 
 
+def _in_range(scene: Scene, motion: Motion) -> None:
+    """Refuse rates whose squares no double holds."""
+    r = motion.reduced
+    fastest = max(abs(r.a), abs(r.b), motion.exact.ctx.sqrt(2 * (r.kinetic0 + abs(r.g))))
+    if fastest > MOST_RATE:
+        nstr = motion.exact.ctx.nstr
+        rule = f"rates of {nstr(fastest, 3)} rad/s, and {MOST_RATE:g} are the most"
+        raise BadScene((Fault(scene.name, None, "start", "", rule),))
+
+
 def _countable(scene: Scene, motion: Motion, end: float) -> None:
     """Refuse a span with more turns than are counted."""
     nodding = tau / motion.period if motion.period else 0.0
@@ -169,7 +181,7 @@ def _precise(scene: Scene, found: Plan, bits: int) -> Plan:
     if bits > MOST_BITS:
         rule = f"over this span they take {bits:.3g} bits, and {MOST_BITS} are the most"
         raise BadScene((Fault(scene.name, None, "want.digits", str(scene.digits), rule),))
-    reason = f"{named(bits)}: for {scene.digits} digits at the end; events and turns from doubles"
+    reason = f"{named(bits)}: for {scene.digits} digits at the end; events from doubles"
     precise = replace(found, precision=named(bits), tolerance=2.0 ** (1 - bits))
     return replace(precise, reasons=(*found.reasons, reason))
 
@@ -206,8 +218,7 @@ def _check(scene: Scene, formulation: str) -> None:
 def _unknown(scene: Scene, formulation: str) -> Iterator[Fault]:
     if formulation not in LADDER:
         rule = f"one of auto, {', '.join(LADDER)}"
-        near = get_close_matches(formulation, ("auto", *LADDER), 1)
-        hint = f'did you mean "{near[0]}"?' if near else ""
+        hint = nearest(formulation, ("auto", *LADDER))
         yield Fault(scene.name, None, "formulation", formulation, rule, hint)
 
 

@@ -14,6 +14,7 @@ from heavytop import scene_schema as schema
 from heavytop import scene_text
 from heavytop.errors import BadScene, Fault
 from heavytop.exact import Exact, Number
+from heavytop.names import nearest
 from heavytop.scene_schema import Wrong
 from heavytop.state import State
 from heavytop.top import Top
@@ -179,19 +180,32 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
     try:
         raw = scene_text.parse(text)
     except ValueError as error:
-        _refuse_file(where, f"not TOML: {error}", line=_line_in(str(error)))
+        _refuse_line(where, text, str(error))
     changed, faults = _overridden(raw, overrides)
     place = _Place(scene_text.harmless(where), scene_text.key_lines(text), changed)
     scene, more_faults = _built(raw, place, Path(where).stem)
     if scene is None or faults:
-        raise BadScene((*faults, *more_faults))
+        raise BadScene(tuple(sorted((*faults, *more_faults), key=lambda fault: fault.line or 0)))
     return scene
 
 
 def shipped_scenes() -> dict[str, str]:
     """The scenes that come with the package: name and title."""
-    texts = {name: (_SHIPPED / f"{name}.toml").read_text("utf-8") for name in _shipped_names()}
+    texts = {name: shipped_text(name) for name in _shipped_names()}
     return {name: scene_text.parse(text)["title"] for name, text in texts.items()}
+
+
+def shipped_text(name: str) -> str:
+    """The text of a scene that comes with the package, comments and all.
+
+    Raises
+    ------
+    BadScene
+        No shipped scene has this name.
+    """
+    if name not in _shipped_names():
+        _refuse_file(name, "no shipped scene has this name", nearest(name, _shipped_names()))
+    return (_SHIPPED / f"{name}.toml").read_text("utf-8")
 
 
 def _shipped_names() -> list[str]:
@@ -211,12 +225,11 @@ def _text_of(path: Path, where: str) -> str:
         mode = path.stat().st_mode
         if not stat.S_ISREG(mode):
             what = "a directory" if stat.S_ISDIR(mode) else "not a regular file"
-            _refuse_file(where, f"a scene is a TOML file, and this is {what}")
+            raise OSError(f"a scene is a TOML file, and this is {what}")
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
     except FileNotFoundError:
-        hint = schema.nearest(path.stem, _shipped_names())
-        _refuse_file(where, "no shipped scene and no file has this name", hint)
+        _refuse_file(where, "no shipped scene and no file has this name", _meant(path))
     except (OSError, ValueError) as error:  # a name with a null byte is a ValueError
         _refuse_file(where, getattr(error, "strerror", None) or str(error))
     if len(data) > MAX_BYTES:
@@ -228,9 +241,23 @@ def _text_of(path: Path, where: str) -> str:
         _refuse_file(where, f"a scene is UTF-8 text, and byte {error.start} is not", line=line)
 
 
-def _line_in(message: str) -> int | None:
+def _refuse_line(where: str, text: str, message: str) -> NoReturn:
+    """Refuse a text that is no TOML, and show the line at fault."""
     match = re.search(r"at line ([0-9]+)", message)
-    return int(match[1]) if match else None
+    line = int(match[1]) if match else None
+    key, value = scene_text.written_at(text, line)
+    hint = "a key or a table stands twice" if "overwrite" in message else ""
+    hint = hint or scene_text.mistake(value)
+    rule = f"not TOML: {message}"
+    place = scene_text.harmless(where)
+    raise BadScene((Fault(place, line, key or "scene", scene_text.harmless(value), rule, hint),))
+
+
+def _meant(path: Path) -> str:
+    """A hint at the scene that may have been meant by a name that none has."""
+    if path.suffix != ".toml" and Path(f"{path}.toml").exists():
+        return f'did you mean "{scene_text.harmless(str(path))}.toml"?'
+    return nearest(path.stem, _shipped_names()) or "heavytop scenes lists those that are shipped"
 
 
 # --- from keys to a scene --------------------------------------------------------------------
@@ -276,6 +303,9 @@ def _overridden(raw: dict[str, Any], overrides: Sequence[str]) -> tuple[set[str]
     """Change `raw` as asked; the keys that were changed, and the changes that cannot be made."""
     changed: set[str] = set()
     faults: list[Fault] = []
+    if isinstance(overrides, (str, Mapping)) or not all(isinstance(x, str) for x in overrides):
+        rule = 'a list of texts, such as ["start.phidot=-14"]'
+        return changed, [Fault(_CHANGES, None, "overrides", scene_text.shown(overrides), rule)]
     for change in overrides:
         key, equals, text = change.partition("=")
         key = key.strip()

@@ -6,7 +6,6 @@ wrong, so that one reading of a scene finds every fault.
 
 from __future__ import annotations
 
-import difflib
 import unicodedata
 from collections.abc import Callable, Collection, Iterable, Mapping
 from functools import cache
@@ -18,6 +17,7 @@ from typing_extensions import TypedDict  # before Python 3.12 pydantic reads onl
 from heavytop.errors import Impossible
 from heavytop.exact import Exact
 from heavytop.exact.grammar import ANGLES, RATES
+from heavytop.names import nearest
 from heavytop.scene_text import NumberText
 from heavytop.state import State, broken_angles, broken_spin
 from heavytop.top import Top, broken_moments, broken_parts
@@ -48,7 +48,8 @@ def _number(*units: str) -> PlainValidator:
 def _whole(least: int, most: int) -> PlainValidator:
     def check(value: object) -> int:
         if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-            raise ValueError(f"a whole number from {least} to {most}")
+            digits = ", written in digits alone" if isinstance(value, NumberText) else ""
+            raise ValueError(f"a whole number from {least} to {most}{digits}")
         return value
 
     return PlainValidator(check)
@@ -82,7 +83,7 @@ def _choice(*allowed: str) -> PlainValidator:
 def _names(allowed: tuple[str, ...], least: int) -> PlainValidator:
     def check(value: object) -> tuple[str, ...]:
         if not isinstance(value, (list, tuple)) or len(value) < least:
-            raise ValueError(f"a list of names out of {_listed(allowed)}")
+            raise ValueError(f'a list of names out of {_listed(allowed)}, such as ["{allowed[0]}"]')
         wrong = [name for name in value if name not in allowed]
         if wrong:
             raise ValueError(_with_nearest(f"names out of {_listed(allowed)}", wrong[0], allowed))
@@ -112,14 +113,6 @@ def _listed(names: Iterable[str]) -> str:
 def _with_nearest(rule: str, value: object, allowed: Collection[str]) -> str:
     hint = nearest(value, allowed)
     return f"{rule} ({hint})" if hint else rule
-
-
-def nearest(value: object, allowed: Collection[str]) -> str:
-    """A hint naming the one of `allowed` that `value` most looks like, or nothing."""
-    folded = {name.casefold(): name for name in allowed}
-    text = str(value)[:60].casefold() if isinstance(value, str) else ""
-    close = difflib.get_close_matches(text, folded, n=1)
-    return f'did you mean "{folded[close[0]]}"?' if close else ""
 
 
 # --- the tables ------------------------------------------------------------------------------
@@ -222,11 +215,14 @@ def _wrong(keys: type, details: Any) -> Wrong:
         return Wrong(key, str(details["ctx"]["error"]))
     home = [name for name, table in TABLES.items() if key in table.__annotations__]
     hint = f"it belongs in [{home[0]}]" if home else nearest(key, keys.__annotations__)
-    return Wrong(key, "unknown key", hint)
+    return Wrong(key, "unknown key", hint or f"known are {_listed(keys.__annotations__)}")
 
 
 # --- the rules between the keys --------------------------------------------------------------
 
+_NEEDED: Final = {"format": f"missing: a scene begins with format = {FORMAT}"} | {
+    table: f"missing: a scene has a table [{table}]" for table in ("top", "start", "span")
+}
 _MOMENTS: Final = ("A", "C", "gMR")
 _PARTS: Final = ("mass", "distance", "gravity", "A_cm", "C_cm")
 _CONSTANTS: Final = ("E", "p_phi", "p_psi", "theta", "branch")
@@ -236,7 +232,7 @@ _STEADY: Final = ("steady", "theta", "omega3")
 def read_scene_keys(raw: Mapping[str, object]) -> tuple[dict[str, Any], list[Wrong]]:
     """The tables of a scene and its titles; a table that is missing or wrong is empty."""
     values, wrong = checked(SceneKeys, raw)
-    wrong += _missing(("format", "top", "start", "span"), raw)
+    wrong += [Wrong(key, rule) for key, rule in _NEEDED.items() if key not in raw]
     return {name: {} for name in TABLES} | values, wrong
 
 

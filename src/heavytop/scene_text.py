@@ -15,6 +15,7 @@ from heavytop.exact import Exact
 _HEADER: Final = re.compile(r"\s*\[\s*([\w.-]+)\s*\]")
 _KEY: Final = re.compile(r"\s*([\w.-]+|\"[^\"]*\"|'[^']*')\s*=")
 _BARE: Final = re.compile(r"-?(0|[1-9][0-9]*)(\.[0-9]+)?([eE][-+]?[0-9]+)?")
+_COMMA: Final = re.compile(r"-?[0-9]+,[0-9]+([eE][-+]?[0-9]+)?")
 _LONGEST_BARE: Final = 100
 
 
@@ -60,6 +61,32 @@ def key_lines(text: str) -> dict[str, int]:
         elif key := _KEY.match(line):
             lines.setdefault(table + key[1].strip("\"'"), number)
     return lines
+
+
+def written_at(text: str, line: int | None) -> tuple[str, str]:
+    """The key on a line and what is written after it, its comment left out; empty without one."""
+    lines = text.splitlines()
+    if line is None or not line <= len(lines):
+        return "", ""
+    keys = {number: key for key, number in key_lines(text).items()}
+    found = _KEY.match(lines[line - 1])
+    if found is None or line not in keys:
+        return "", ""
+    value = lines[line - 1][found.end() :].partition("#")[0].strip()
+    return harmless(keys[line][:100]), value if len(value) <= 60 else value[:57] + "…"
+
+
+def mistake(value: str) -> str:
+    """A hint at what is wrong with a value that is no TOML, where that can be guessed."""
+    if value.count('"') % 2:
+        return "a quote is not closed"
+    if _COMMA.fullmatch(value):
+        return f"a decimal has a point: {value.replace(',', '.')}"
+    if value.endswith(","):
+        return "no comma ends a line"
+    if value and '"' not in value and not _BARE.fullmatch(value):
+        return f'words, units and expressions stand in quotes: "{harmless(value)}"'
+    return ""
 
 
 def shown(value: object) -> str:

@@ -267,7 +267,7 @@ def whole(parts: Iterable[Solid]) -> Whole:
     """
     solids = tuple(parts)
     if not solids or not all(isinstance(part, Solid) for part in solids):
-        raise ImpossibleTop([("parts", "at least one solid, and nothing else")])
+        raise ImpossibleTop([("parts", "at least one solid of heavytop.solids, and nothing else")])
     zero = Exact.of(0)
     mass = sum((part.mass for part in solids), zero)
     moment = sum((part.mass * part.centre for part in solids), zero)

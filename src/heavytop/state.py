@@ -15,6 +15,8 @@ from heavytop.errors import ImpossibleStart
 from heavytop.exact import PI, Exact, Number, cos, sin, sqrt
 from heavytop.top import Top
 
+_DEGREES = range(4, 181)  # a θ that is one of these was hardly meant in radians
+
 Branch: TypeAlias = Literal["falling", "rising"]
 Rate: TypeAlias = Literal["slow", "fast"]
 
@@ -141,8 +143,8 @@ class State:
         Raises
         ------
         ImpossibleStart
-            Some value is no number, or no motion with these constants reaches θ; the least
-            possible E is named.
+            `top` is no Top, some value is no number, or no motion with these constants reaches θ;
+            the least possible E is named.
 
         Examples
         --------
@@ -151,7 +153,11 @@ class State:
         2 1
         """
         broken, values = read(E=E, p_phi=p_phi, p_psi=p_psi, theta=theta, phi=phi, psi=psi)
-        broken += broken_angles(values) + _not_one_of("branch", branch, ("falling", "rising"))
+        broken += (
+            _no_top(top)
+            + broken_angles(values)
+            + _not_one_of("branch", branch, ("falling", "rising"))
+        )
         if broken:
             raise ImpossibleStart(broken)
         phidot = _precession_rate(top, values)
@@ -197,8 +203,8 @@ class State:
         Raises
         ------
         ImpossibleStart
-            Some value is no number, the spin is below the least possible (which is named), or
-            the fast rate is asked for at θ = π/2, where there is none.
+            `top` is no Top, some value is no number, the spin is below the least possible (which
+            is named), or the fast rate is asked for at θ = π/2, where there is none.
 
         Examples
         --------
@@ -207,7 +213,9 @@ class State:
         10
         """
         broken, values = read(theta=theta, omega3=omega3, phi=phi, psi=psi)
-        broken += broken_angles(values) + _not_one_of("steady", which, ("slow", "fast"))
+        broken += (
+            _no_top(top) + broken_angles(values) + _not_one_of("steady", which, ("slow", "fast"))
+        )
         if broken:
             raise ImpossibleStart(broken)
         rate = _steady_rate(top, values["theta"], values["omega3"], which)
@@ -221,7 +229,8 @@ def broken_angles(values: Mapping[str, Exact]) -> Broken:
     theta = values.get("theta")
     if theta is None or -1 not in (theta.sign(), (PI - theta).sign()):
         return []
-    return [("theta", "within [0, π]")]
+    degrees = f'; {theta} degrees are "{theta} deg"' if theta in _DEGREES else ""
+    return [("theta", f"within [0, π] radians{degrees}")]
 
 
 def broken_spin(spin: Collection[str]) -> Broken:
@@ -229,6 +238,10 @@ def broken_spin(spin: Collection[str]) -> Broken:
     if not {"psidot", "omega3"} <= set(spin):
         return []
     return [("omega3", "psidot or omega3, not both: it says what a kick holds")]
+
+
+def _no_top(top: object) -> Broken:
+    return [] if isinstance(top, Top) else [("top", "a Top")]
 
 
 def _not_one_of(name: str, value: str, allowed: tuple[str, ...]) -> Broken:

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from heavytop.engines import formulation_of, start_values
 from heavytop.errors import EndedEarly, NotANumber, Outcome
 from heavytop.models import gradients
 from heavytop.models import lagrangian as lag
 from heavytop.models.formulation import Formulation
 from heavytop.models.numeric import exact_values
 from heavytop.planning import EPSILON, Plan, closed_form_of, plan, span
-from heavytop.propagation import formulation_of, start_values
 from heavytop.scene import Scene
 from heavytop.taylor.variational import variational
 

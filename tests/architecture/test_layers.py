@@ -25,6 +25,10 @@ def test_import_contracts_are_kept():
         ("import heavytop.scene", ("numpy", "mpmath", "sympy", "heyoka", "scipy")),
         ("import heavytop.motion", ("heyoka", "sympy", "matplotlib")),
         ("import heavytop.propagation", ("matplotlib", "xarray")),
+        (
+            "import heavytop as ht; ht.fold(ht.load_scene('sicm-kicked'))",
+            ("heavytop.models.lagrangian", "scipy", "matplotlib", "xarray"),
+        ),
     ],
 )
 def test_nothing_heavy_is_imported_before_it_is_needed(statement, absent):

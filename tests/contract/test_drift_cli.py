@@ -477,7 +477,7 @@ def test_a_folder_with_something_else_in_it_is_refused(tmp_path):
     [
         (["--methods", "dop854-scipy"], 'did you mean "dop853-scipy"?'),
         (["--methods", "strang=-1"], "steps a period from"),
-        (["--methods", ""], "one of taylor-"),
+        (["--methods", ""], "a name is empty"),
         (["--periods", "0"], "--periods"),
         (["--periods", "nan"], "periods"),
         (["--jobs", "0"], "--jobs"),

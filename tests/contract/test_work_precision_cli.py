@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import time
 from pathlib import Path
@@ -9,10 +10,14 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
+import heavytop as ht
 from heavytop.cli import app
 
 QUICK = ("workprec", "sicm-kicked", "--periods", "5", "--budget", "60", "--methods")
-FEW = "auto,taylor-axis=1e-9,taylor-axis,taylor-cubic=1e-6,strang=50,kahan-li8=32"
+FEW = (
+    "auto,taylor-axis=1e-9,taylor-axis,taylor-cubic=1e-6,taylor-cubic-longdouble,strang=50,"
+    "kahan-li8=32"
+)
 
 
 def heavytop_(*arguments: object) -> Result:
@@ -52,30 +57,41 @@ def test_every_method_stands_in_the_chart_and_so_does_the_front(written):
 
     folder, _ = written
     document = json.loads((folder / "workprec.json").read_text())
-    left, right = workprec_figure(document).axes
-    shown = [{line.get_label(): line for line in ax.lines} for ax in (left, right)]
-    names = {point["method"] for point in document["points"]}
+    left, right, _, more = workprec_figure(document).axes  # doubles above, more bits below
+    shown = [{line.get_label(): line for line in ax.lines} for ax in (left, right, more)]
+    precise = {"taylor-cubic-longdouble"}
+    names = {point["method"] for point in document["points"]} - precise
+    assert set(shown[2]) == precise | {"front"}
     assert set(shown[1]) == names | {"front"}
     assert set(shown[0]) == (names | {"front"}) - {"taylor-cubic"}
     for name, lines, error in (
         ("front", shown[0], "error"),
         ("front_theta", shown[1], "theta_error"),
     ):
-        front = [document["points"][i] for i in document[name]]
+        front = [p for i in document[name] if (p := document["points"][i])["bits"] == 53]
         assert lines["front"].get_xdata().tolist() == [p[error] for p in front]
         assert lines["front"].get_ydata().tolist() == [p["us_per_period"] for p in front]
     for name in names - {"auto"}:
         points = [p for p in document["points"] if p["method"] == name]
         assert shown[1][name].get_xdata().tolist() == [p["theta_error"] for p in points]
+    for lines, wants, error in ((shown[0], "axis", "error"), (shown[1], "theta", "theta_error")):
+        chosen = [p for p in document["points"] if p.get("wants") == wants]
+        assert lines["auto"].get_xdata().tolist() == [p[error] for p in chosen]
     assert left.get_xscale() == left.get_yscale() == "log"
+    assert {text.get_text() for ax in (left, right) for text in ax.texts} == {
+        "auto: 6, 9, 12 digits"
+    }
+    colour = {name: shown[1][name].get_color() for name in names - {"auto"}}
+    assert colour["taylor-cubic"] == shown[2]["taylor-cubic-longdouble"].get_color()
+    assert len({colour[name] for name in ("taylor-cubic", "taylor-axis", "strang")}) == 3
 
 
 def test_the_table_says_who_is_cheapest_and_where_auto_stands():
     told = heavytop_(*QUICK, "auto=9,taylor-axis=1e-9,kahan-li8=32")
     assert told.exit_code == 0, told.stderr
-    for words in ("taylor-axis", "kahan-li8", "32 steps a period", "cheapest: 1e-9", "best rival",
-                  "9 digits of axis", "setup [s]"):  # fmt: skip
-        assert words in told.stdout
+    for words in ("taylor-axis", "kahan-li8", "32 steps a period", "axis to 1e-9", "best rival",
+                  "9 digits of axis", "auto, 9 of θ", "setup"):  # fmt: skip
+        assert words in " ".join(told.stdout.split())
 
 
 def test_without_figures_there_is_the_document_alone(tmp_path):
@@ -85,12 +101,54 @@ def test_without_figures_there_is_the_document_alone(tmp_path):
     assert [path.name for path in folder.iterdir()] == ["workprec.json"]
 
 
+def test_charts_of_another_diagram_do_not_stay_beside_a_new_document(tmp_path):
+    for name in ("workprec.svg", "workprec.png", "mine.png"):
+        (tmp_path / name).write_text("old")
+    done = heavytop_(*QUICK, "taylor-axis=1e-9", "-o", tmp_path, "--no-figures")
+    assert done.exit_code == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.png", "workprec.json"]
+
+
+@pytest.mark.parametrize("json_", [True, False])
+def test_what_cannot_be_written_is_printed_all_the_same(tmp_path, json_):
+    """Minutes of work are not lost for a folder where the file should go."""
+    (tmp_path / "workprec.json").mkdir()
+    (tmp_path / "workprec.json" / "full").touch()
+    done = heavytop_(*QUICK, "taylor-axis=1e-9", "-o", tmp_path, *(["--json"] * json_))
+    assert done.exit_code == 4
+    assert f"cannot write {tmp_path}/workprec.json: " in done.stderr
+    assert "without a folder" not in done.stderr
+    assert "taylor-axis" in done.stdout
+    if json_:
+        assert json.loads(done.stdout)["files"] == {}
+
+
+def test_a_chart_that_cannot_be_written_leaves_the_document(tmp_path, monkeypatch):
+    def full(figure, path):
+        raise OSError(errno.ENOSPC, "No space left on device", str(path))
+
+    monkeypatch.setattr("heavytop.report.figures.save", full)
+    done = heavytop_(*QUICK, "taylor-axis=1e-9", "-o", tmp_path)
+    assert done.exit_code == 4
+    assert f"cannot write {tmp_path}/workprec.svg: No space left" in done.stderr
+    kept = json.loads((tmp_path / "workprec.json").read_text())
+    assert kept["files"] == {"document": "workprec.json"}
+    assert kept["points"]
+
+
+def test_a_list_that_is_a_text_and_a_scene_that_is_a_name_are_refused_in_words():
+    with pytest.raises(ht.BadScene, match="a sequence of names"):
+        ht.work_precision(ht.load_scene("sicm-kicked"), methods="taylor-axis")
+    with pytest.raises(ht.BadScene, match=r'scene = "a\.toml": a Scene \(load_scene'):
+        ht.work_precision("a.toml")
+
+
 def test_the_budget_is_kept_and_what_it_left_out_is_named():
     began = time.perf_counter()
     done = heavytop_("workprec", "sicm-kicked", "--budget", "3", "--json")
     assert time.perf_counter() - began < 10  # what is compiled is not cut short
-    document = json.loads(done.stdout)
     assert done.exit_code == 0
+    document = json.loads(done.stdout)
     left_out = {each["method"] for each in document["skipped"]}
     charted = {point["method"] for point in document["points"]}
     assert {"auto", "taylor-axis", "dop853-scipy", "gauss8"} <= left_out | charted
@@ -104,7 +162,7 @@ def test_the_budget_is_kept_and_what_it_left_out_is_named():
     [
         (["--methods", "dop854-scipy"], 'did you mean "dop853-scipy"?'),
         (["--methods", "strang=-1"], "steps a period from"),
-        (["--methods", ""], "one of taylor-"),
+        (["--methods", ""], "a name is empty"),
         (["--periods", "0"], "--periods"),
         (["--periods", "nan"], "periods"),
         (["--budget", "0"], "--budget"),

@@ -295,7 +295,9 @@ def test_a_forked_child_does_not_keep_the_lock(tmp_path):
         os._exit(0)
     try:
         folder.close()
-        Folder.create_or_open(tmp_path, IDENTITY).close()
+        with Folder.open(tmp_path) as again:
+            assert again.identity == IDENTITY
+            assert alive(child)  # had it died, its hold would have gone with it
     finally:
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)

@@ -325,7 +325,7 @@ def test_a_slow_method_goes_no_farther_than_ten_thousand_periods():
         ({"methods": ["taylor-axis=nan"]}, "tolerance from"),
         ({"methods": ["taylor-lagrange-mpfr=1e-3"]}, "tolerance from"),
         ({"methods": []}, "at least one method"),
-        ({"periods": 0.5}, "periods = 0.5: from 1 to"),
+        ({"periods": 0.5}, "periods = 0.5: a number from 1 to"),
         ({"periods": float("nan")}, "periods = nan"),
         ({"ensemble": 0}, "ensemble = 0"),
         ({"samples": 1}, "samples = 1"),

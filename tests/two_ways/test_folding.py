@@ -10,15 +10,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import heavytop as ht
+from heavytop.engines import start_values
 from heavytop.errors import BadScene, Impossible, NotANumber
 from heavytop.exact import Exact
 from heavytop.folded import fold
-from heavytop.folds import making
+from heavytop.folds import making, starting
 from heavytop.folds.turned import DOUBLES, Turned
+from heavytop.models.attitude_form import attitude_form
+from heavytop.models.numeric import exact_values
 from heavytop.scene import shipped_scenes
 from heavytop.taylor import folding
+from heavytop.taylor.equations import Equations
 from heavytop.taylor.folding import Folding
 from heavytop.taylor.multiples import Multiples
+from heavytop.taylor.precise import PreciseIntegrator
+from heavytop.theory.precision import context
 
 DIGITS = 60  # of the closed form
 FAR = (0.0, 0.3, -0.7, 7.77, 1e3 + 0.1, 1e6 + 0.2, -1e6 - 0.4, 1e9 + 0.3, 1e12 + 0.45, -1e12 - 0.33)
@@ -466,3 +472,41 @@ def test_the_second_swing_measures_the_error(digits, bits):
     assert folded.cost.bits == bits
     assert 2.0**-bits < folded.cost.closure < 2.0 ** (10 - bits)
     assert 0 < abs(folded.period / true - 1) < 2 * folded.cost.closure
+
+
+# --- what is written out for a fold, against what is derived ----------------------------------
+
+
+@pytest.mark.parametrize("bits", [64, 128, 1024])
+def test_the_equations_are_those_derived(bits):
+    written, derived = Equations.of_attitude(bits), Equations.of(attitude_form(), bits)
+    assert written.states == derived.states
+    assert written.derivatives == derived.derivatives
+    assert written.loaded == derived.loaded
+
+
+AT_ONCE = {"theta": "0.3", "phi": "-100.7", "psi": 1000, "thetadot": 2, "phidot": -7}
+
+
+@pytest.mark.parametrize("name", [*shipped_scenes(), "everything at once"])
+def test_the_start_is_that_derived(name):
+    every = ht.Scene(BOOK, ht.State(**AT_ONCE, psidot="90.1"), time=1)
+    scene = ht.load_scene(name) if name in shipped_scenes() else every
+    form, ctx = attitude_form(), context(DIGITS)
+    expressions = (*form.parameters.values(), *form.start)
+    named = start_values(scene)
+    values = {x: named[x.name] for each in expressions for x in each.free_symbols}
+    derived = [x.mpf(ctx) for x in exact_values(expressions, values)]
+    constants = starting.constants(scene)
+    assert list(constants) == [p.name for p in form.parameters]
+    assert [x.mpf(ctx) for x in (*constants.values(), *starting.state(scene))] == derived
+
+
+@pytest.mark.parametrize("bits", [64, 128])
+def test_compiled_quickly_the_steps_are_the_same_to_the_last_bit(bits):
+    scene, ctx = ht.load_scene("sicm-kicked"), context(DIGITS)
+    texts = {name: ctx.nstr(x.mpf(ctx), DIGITS) for name, x in starting.constants(scene).items()}
+    start = [ctx.nstr(x.mpf(ctx), DIGITS) for x in starting.state(scene)]
+    engines = Folding(bits, texts), PreciseIntegrator(attitude_form(), bits, texts)
+    quick, thorough = (engine.onward(engine.start(start), 1e9) for engine in engines)
+    assert (quick.t, quick.state) == (thorough.t, thorough.state)

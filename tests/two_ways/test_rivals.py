@@ -13,11 +13,11 @@ import pytest
 
 import heavytop as ht
 from heavytop.cli.exits import Exit, exit_code
+from heavytop.engines import start_values
 from heavytop.errors import Impossible, MissingPackage
 from heavytop.march import Stopped
 from heavytop.models.ladder import LADDER
 from heavytop.models.numeric import exact_values
-from heavytop.propagation import start_values
 from heavytop.rivals import METHODS, absent, coefficients, march, named, setting_up
 from heavytop.rivals.equations import Singular, later, right_hand_side
 from heavytop.rivals.splitting import splitting

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import heavytop as ht
+from heavytop.engines import start_values
 from heavytop.errors import BadScene, EndedEarly, NotANumber, Outcome
 from heavytop.models import lagrangian as lag
 from heavytop.models.ladder import LADDER
 from heavytop.models.numeric import numpy_function
 from heavytop.models.typed import typed_function
-from heavytop.propagation import start_values
 from heavytop.sensitivity import UNITS, sensitivities, state_transition
 from heavytop.theory import sleeping, steady
 

@@ -1,24 +1,30 @@
 """A diagram shows what it says: errors are true, runs are in turn, and none beats the front."""
 
+import io
 import json
 import math
 import random
 from dataclasses import dataclass, replace
+from importlib import import_module
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 import heavytop as ht
 from heavytop.drifts.methods import method
 from heavytop.drifts.runs import run
 from heavytop.march import Place, Stopped
-from heavytop.workprecs import measuring
+from heavytop.report.workprec_table import workprec_table
+from heavytop.taylor.bits import bits_of
+from heavytop.workprecs import starting
 from heavytop.workprecs.front import ahead_of, axis_error, cheapest, front, theta_error
-from heavytop.workprecs.ladder import DEFAULT, STEPS, Trial, trials
+from heavytop.workprecs.ladder import DEFAULT, FOLDED, STEPS, Trial, trials
 from heavytop.workprecs.measuring import _Measuring
-from heavytop.workprecs.point import Point
+from heavytop.workprecs.point import Point, Skipped
+from heavytop.workprecs.schedule import LATER, middles, schedule
 from heavytop.workprecs.timing import TooSlow, in_turn, lap, shares
-from heavytop.workprecs.work_precision import BEFORE
+from heavytop.workprecs.work_precision import BEFORE, WorkPrecision
 
 KICKED = ht.load_scene("sicm-kicked")
 
@@ -131,15 +137,65 @@ def test_auto_is_what_plan_chooses(found):
         assert off <= 10.0**-point.trial.digits
 
 
-def test_auto_takes_bits_and_projection_where_the_plan_does():
-    names = {n: trials(KICKED, "auto=12", n)[0].method.name for n in (100, 1000, 10_000)}
-    assert names[100] == "taylor-axis"
-    for periods, name in names.items():
+@pytest.mark.parametrize("periods", [100, 1000, 10_000, 100_000])
+@pytest.mark.parametrize("digits", [6, 12, 13, 15, 30])
+def test_auto_is_the_plan_in_form_bits_tolerance_and_projection_or_says_that_it_is_folded(
+    periods, digits
+):
+    for trial in trials(KICKED, f"auto={digits}", periods):
         chosen = ht.plan(
-            ht.Scene(KICKED.top, KICKED.start, periods=periods, quantities=("axis",), events=())
-        )
-        assert name.endswith("-projected") == chosen.projected
-        assert name.endswith("-longdouble") == (chosen.precision == "long double")
+            ht.Scene(KICKED.top, KICKED.start, periods=periods, quantities=(trial.wants,),
+                     events=(), samples=2, digits=digits)
+        )  # fmt: skip
+        assert ("folded" in trial.refused) == chosen.folded
+        each = trial.method
+        assert (each.formulation, each.projected) == (chosen.formulation, chosen.projected)
+        assert (each.bits, each.setting) == (bits_of(chosen.precision), chosen.tolerance)
+
+
+def test_what_auto_runs_in_192_bits_is_run_in_192_bits():
+    """Beside a separatrix thirty digits take more than the ladder's 128 bits."""
+    scene = ht.Scene(ht.Top(1, 1, 1), ht.State(theta="1e-6", omega3="1.2"), periods=2)
+    (axis, _) = trials(scene, "auto=30", 2)
+    assert axis.method.bits == 192
+    assert axis.method.text == "taylor-axis-mpfr192"
+    (point,) = ht.work_precision(scene, methods=["auto=30"], periods=2, budget=60).points[:1]
+    assert point.document()["bits"] == 192
+    assert point.axis_error < 1e-30
+    assert not point.misses
+
+
+def test_what_is_folded_is_left_out_with_the_reason():
+    found = ht.work_precision(KICKED, methods=["auto=15"], periods=1e4, budget=60)
+    assert found.points == ()
+    assert [each.reason for each in found.skipped] == [FOLDED] * 2
+    assert found.document()["skipped"][0]["setting"] == {"digits": 15}
+
+
+def test_an_auto_that_misses_is_flagged_where_nothing_is_ahead_of_it():
+    points = tuple(
+        replace(made(1.0, off, name="taylor-axis"), trial=Trial(method("taylor-axis"), 9, wants))
+        for wants, off in (("axis", 2e-9), ("axis", 1e-9), ("theta", 2e-9))
+    )
+    assert [point.misses for point in points] == [True, False, True]
+    document = WorkPrecision(KICKED, 5.0, 60.0, points, ()).document()
+    assert [each["missed"] for each in document["auto"]] == [True, False, True]
+    assert document["auto"][0]["ahead"] == []
+    console = Console(width=100, record=True, file=io.StringIO())
+    console.print(workprec_table(document))
+    assert console.export_text().count("MISSES what was asked") == 2
+
+
+def test_the_same_trial_is_timed_once(found):
+    """What auto chose for 6, 9 and 12 digits is the last rung of the ladder."""
+    axis = [p for p in found.auto if p.trial.wants == "axis"]
+    rung = [p for p in found.points if p.trial.name == "taylor-axis"][-1]
+    assert {(p.us_per_period, p.error, p.runs) for p in axis} == {
+        (rung.us_per_period, rung.error, rung.runs)
+    }
+    leaders = [found.points[i].trial.name for i in found.front]
+    assert "auto" not in leaders
+    assert found.cheapest(1e-12).trial.name != "auto"
 
 
 # --- the front -------------------------------------------------------------------------------
@@ -358,7 +414,7 @@ class _ToyRun:
 def toyed(monkeypatch, settings, budget):
     """Measure strang at settings that are taken for the seconds of a block; one block is a run."""
     clock, log = Clock(), []
-    monkeypatch.setattr(measuring, "run", Toys(clock, log))
+    monkeypatch.setattr(starting, "run", Toys(clock, log))
     derived = dict.fromkeys(("axis",), 0.25)
     asked = [Trial(method(f"strang={s!r}")) for s in settings]
     work = _Measuring(KICKED, 2.0, budget, 0.0, derived, clock, None)
@@ -368,22 +424,22 @@ def toyed(monkeypatch, settings, budget):
 def test_first_runs_then_rounds_within_the_budget(monkeypatch):
     points, skipped, log, spent = toyed(monkeypatch, [1.0, 2.0], 200.0)
     assert (len(points), skipped) == (2, ())
-    assert log[:2] == ["strang=1", "strang=2"]
-    assert log[2:4] == ["strang=1", "strang=2"]
+    assert log[:2] == ["strang=2", "strang=1"]  # the middle of two is the second
+    assert log[2:4] == ["strang=2", "strang=1"]
     assert spent <= 200.0
     assert points[0].us_per_period * 1e-6 * points[0].periods == pytest.approx(1.0)
     assert [point.runs for point in points] == [2, 2]
 
 
 def test_setting_up_is_deriving_and_compiling_whoever_came_first(monkeypatch):
-    """The second setting finds the kernel compiled, and is charged for it all the same."""
+    """The setting that comes later finds the kernel compiled, and is charged all the same."""
     points, _, _, _ = toyed(monkeypatch, [1.0, 2.0], 200.0)
     assert [point.setup_s for point in points] == [0.75, 0.75]
     whole = _ToyRun.__init__
 
     def compiled_before(self, *arguments):
         whole(self, *arguments)
-        self.compile_s = 0.0 if self.cost > 1 else 0.5
+        self.compile_s = 0.5 if self.cost > 1 else 0.0
 
     monkeypatch.setattr(_ToyRun, "__init__", compiled_before)
     points, _, _, _ = toyed(monkeypatch, [1.0, 2.0], 200.0)
@@ -407,19 +463,38 @@ def test_the_time_is_the_best_of_the_rounds_and_the_warm_up_is_none(monkeypatch)
 def test_what_the_budget_does_not_allow_is_named(monkeypatch):
     """A first run that takes most of the budget leaves no time to begin the next."""
     points, skipped, _, spent = toyed(monkeypatch, [1.0, 12.5, 1.5], 20.0)
-    assert [point.trial.method.setting for point in points] == [1.0, 12.5]
-    assert [each.trial.method.setting for each in skipped] == [1.5]
+    assert [point.trial.method.setting for point in points] == [12.5]
+    assert [each.trial.method.setting for each in skipped] == [1.0, 1.5]
     assert "no time was left" in skipped[0].reason
-    assert points[1].runs == 1
+    assert points[0].runs == 1
     assert spent <= 20.0
+
+
+def test_what_is_not_expected_to_end_is_not_begun(monkeypatch):
+    """At 10 s of 20 a run like the one before, of 10 s, would end with nothing left for rounds."""
+    points, skipped, log, spent = toyed(monkeypatch, [9.0, 10.0], 20.0)
+    assert [point.trial.method.setting for point in points] == [10.0]
+    assert "no time was left" in skipped[0].reason
+    assert "strang=9" not in log
+    assert spent <= 20.0
+
+
+def test_no_first_run_is_begun_when_six_tenths_of_the_budget_are_gone(monkeypatch):
+    """After 12.3 s of 20 another like the last, of 3.6 s, would end in time, and is not begun."""
+    costs = [1.0, 4.4, 1.1, 4.3, 1.2, 3.6, 1.3]
+    points, skipped, log, _ = toyed(monkeypatch, costs, 20.0)
+    assert log[:3] == ["strang=4.3", "strang=4.4", "strang=3.6"]
+    assert len(points) == 3
+    assert all("no time was left" in each.reason for each in skipped)
 
 
 def test_a_slow_method_is_stopped_and_its_tighter_settings_not_begun(monkeypatch):
     monkeypatch.setattr(_ToyRun, "block", _never_there)
-    _, skipped, _, _ = toyed(monkeypatch, [4.0, 5.0], 100.0)
-    assert "stopped after" in skipped[0].reason
-    assert "periods in 8 s" in skipped[0].reason
-    assert skipped[1].reason == "not begun: strang=4 took too long"
+    _, skipped, _, _ = toyed(monkeypatch, [4.0, 5.0, 6.0], 100.0)
+    assert [each.trial.method.setting for each in skipped] == [4.0, 5.0, 6.0]
+    assert "periods in 8 s" in skipped[0].reason  # looser than what was stopped: it is tried
+    assert "stopped after" in skipped[1].reason
+    assert skipped[2].reason == "not begun: strang=4 took too long"
 
 
 def _never_there(self, place):
@@ -432,6 +507,60 @@ def test_what_cannot_go_on_is_skipped_with_its_reason(monkeypatch):
     points, skipped, _, _ = toyed(monkeypatch, [1.0, 91.0], 1000.0)
     assert len(points) == 1
     assert skipped[0].reason == "for a test"
+
+
+def test_first_runs_take_the_middle_of_every_ladder_before_any_second_rung():
+    tried = [t for name in ("auto", "taylor-axis", "strang", "taylor-cubic-mpfr", "gauss8")
+             for t in trials(KICKED, name, 100)]  # fmt: skip
+    order = [tried[i] for i in schedule(tried)]
+    assert sorted(schedule(tried)) == list(range(len(tried)))
+    names = [t.name for t in order]
+    assert [t.text for t in order[6:9]] == ["strang=800", "taylor-axis=1e-10", "gauss8=7"]
+    assert names[:6] == ["auto"] * 6
+    assert names[9:12] == ["strang", "taylor-axis", "gauss8"]
+    assert names.index("taylor-cubic-mpfr") == 6 + 3 * LATER + 3
+    assert sorted(middles(25)) == list(range(25))
+
+
+def test_the_rivals_and_ours_alternate_in_every_turn():
+    tried = [t for name in DEFAULT for t in trials(KICKED, name, 100)]
+    first = [tried[i].method.is_rival for i in schedule(tried)][6:25]
+    assert sum(first) == 10  # all of the rivals but Radau's
+    assert sum(first[:10]) == 5
+
+
+def test_that_no_rival_was_run_is_said_and_a_method_is_left_out_in_one_line():
+    left = [Skipped(Trial(method(f"strang={n}")), "not begun: no time was left for it in a budget"
+                    " of 5 s") for n in (25, 50, 100)]  # fmt: skip
+    left += [Skipped(Trial(method("gauss8=4")), "for a test")]
+    document = WorkPrecision(KICKED, 5.0, 5.0, (made(1.0, 1e-9),), tuple(left)).document()
+    assert document["rivals"] == {"run": [], "left_out": ["strang", "gauss8"]}
+    console = Console(width=80, record=True, file=io.StringIO())
+    console.print(workprec_table(document))
+    told = console.export_text()
+    assert "NO RIVAL WAS RUN" in told
+    assert told.count("strang") == told.count("gauss8") == 1
+    assert "all settings left out: for a test (at 4 steps a period)" in told
+
+
+def test_every_row_of_the_table_is_one_line_of_80_columns(found):
+    longest = [replace(made(us, off, name="taylor-attitude-longdouble"), us_per_period=us)
+               for us, off in ((46_123.4, 1e-12), (1.0, 1e-3))]  # fmt: skip
+    document = WorkPrecision(KICKED, 5.0, 5.0, (*found.points, *longest), ()).document()
+    console = Console(width=80, record=True, file=io.StringIO())
+    console.print(workprec_table(document))
+    rows = [row.split() for row in console.export_text().splitlines()]
+    (row,) = [row for row in rows if row[:1] == ["taylor-attitude-longdouble"] and len(row) == 7]
+    assert row[1:] == ["46100", "46100", "46100", "1.0e-12", "46100", "0.1"]
+
+
+def test_what_is_not_measured_is_refused_and_a_diagram_is_shown_in_a_line(found):
+    with pytest.raises(ht.HeavyTopError, match="'phi' is not measured; axis and theta are"):
+        found.cheapest(1e-9, "phi")
+    assert found.cheapest(1e-9, "theta").theta_error <= 1e-9
+    assert repr(found) == (
+        f"<WorkPrecision of sicm-kicked, 20 periods: {len(found.points)} points, 0 skipped>"
+    )
 
 
 # --- what is asked ---------------------------------------------------------------------------
@@ -461,7 +590,7 @@ def test_the_ladder_holds_every_formulation_precision_and_rival():
         ({"methods": ["auto=0"]}, "whole digits"),
         ({"methods": ["auto=six"]}, "whole digits"),
         ({"methods": []}, "at least one method"),
-        ({"periods": 0.5}, "periods = 0.5: from 1 to"),
+        ({"periods": 0.5}, "periods = 0.5: a number from 1 to"),
         ({"periods": float("nan"), "methods": ["auto"]}, "periods = nan"),
         ({"budget": 0}, "budget = 0"),
     ],
@@ -499,6 +628,22 @@ def test_a_rival_whose_package_is_missing_is_skipped_by_name(monkeypatch):
         KICKED, methods=["strang=25", "taylor-axis=1e-6"], periods=3, budget=9
     )
     assert "pip install 'heavytop[rivals]'" in found.skipped[0].reason
+    assert [point.trial.name for point in found.points] == ["taylor-axis"]
+
+
+def test_a_package_that_does_not_import_is_skipped_with_what_it_raises(monkeypatch):
+    def raising(name):
+        if name == "CyRK":
+            raise RuntimeError("built for another numpy")
+        return import_module(name)
+
+    monkeypatch.setattr("heavytop.rivals.table.import_module", raising)
+    methods = ["dop853-cyrk", "taylor-axis=1e-6"]
+    found = ht.work_precision(KICKED, methods=methods, periods=3, budget=9)
+    (reason,) = {each.reason for each in found.skipped}
+    assert reason == (
+        "dop853-cyrk needs CyRK, which does not import: RuntimeError: built for another numpy"
+    )
     assert [point.trial.name for point in found.points] == ["taylor-axis"]
 
 

@@ -12,7 +12,7 @@ from heavytop.cli.options import (
     blaming,
     overrides,
 )
-from heavytop.cli.printing import print_json, print_table
+from heavytop.cli.output import show
 from heavytop.cli.voice import Voice
 
 
@@ -33,10 +33,4 @@ def classify(
     with voice.warnings(), blaming(options):
         read = load_scene(scene, overrides=options)
     voice.note(f"classifying {read.name}")
-    document = classify_document(read)
-    if json:
-        print_json(document)
-        return
-    from heavytop.report.classify_table import classify_table
-
-    print_table(classify_table, document)
+    show(classify_document(read), json, "classify")

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from heavytop.cli.atlas import atlas
 from heavytop.cli.classify import classify
 from heavytop.cli.derive import derive
 from heavytop.cli.doctor import doctor
@@ -17,10 +18,12 @@ from heavytop.cli.drift import drift
 from heavytop.cli.exits import EXIT_CODES, exit_code, explain
 from heavytop.cli.options import DEBUG
 from heavytop.cli.plan import plan
+from heavytop.cli.report import report
 from heavytop.cli.resume import resume
 from heavytop.cli.run import run
 from heavytop.cli.scenes import scenes
 from heavytop.cli.stress import stress
+from heavytop.cli.validate import validate
 from heavytop.cli.voice import say
 from heavytop.cli.workprec import workprec
 
@@ -62,8 +65,11 @@ app.command(epilog=EXIT_CODES)(classify)
 app.command(epilog=EXIT_CODES)(plan)
 app.command(epilog=EXIT_CODES)(drift)
 app.command(epilog=EXIT_CODES)(resume)
+app.command(epilog=EXIT_CODES)(atlas)
 app.command(epilog=EXIT_CODES)(stress)
 app.command(epilog=EXIT_CODES)(workprec)
+app.command(epilog=EXIT_CODES)(validate)
+app.command(epilog=EXIT_CODES)(report)
 app.command()(scenes)
 app.command()(derive)
 app.command()(doctor)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import typer
 
 from heavytop.cli.options import Debug, Json, Latex
-from heavytop.cli.printing import print_json
+from heavytop.cli.output import print_json
 
 
 def derive(latex: Latex = False, json: Json = False, debug: Debug = False) -> None:

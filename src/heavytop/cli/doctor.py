@@ -6,7 +6,7 @@ import typer
 
 from heavytop.cli.exits import Exit
 from heavytop.cli.options import Debug, Json
-from heavytop.cli.printing import print_json
+from heavytop.cli.output import print_json
 from heavytop.cli.voice import say
 
 

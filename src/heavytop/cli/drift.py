@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,17 +13,21 @@ from heavytop.cli.exits import Exit
 from heavytop.cli.options import (
     Debug,
     Folder,
+    Jobs,
     Json,
     NoFigures,
+    Periods,
     Quiet,
     SceneName,
     Set,
     Verbose,
     blaming,
+    listed,
+    names,
     overrides,
 )
-from heavytop.cli.printing import print_json, print_table
-from heavytop.cli.run import results_folder
+from heavytop.cli.output import noted, results_folder, show
+from heavytop.cli.scheduler import Scheduler, executor
 from heavytop.cli.voice import Voice, say
 
 if TYPE_CHECKING:
@@ -31,16 +35,9 @@ if TYPE_CHECKING:
 
 OPTIONS = ("periods", "methods", "ensemble", "samples", "seed")
 
-Periods = Annotated[
-    float, typer.Option("--periods", metavar="N", help="Nutation periods to go.", min=1)
-]
 Methods = Annotated[
     str | None,
-    typer.Option(
-        "--methods",
-        metavar="NAME,…",
-        help="Methods, each NAME or NAME=SETTING (a tolerance, or steps a period).",
-    ),
+    listed("--methods", "Methods, each NAME or NAME=SETTING (a tolerance, or steps a period)."),
 ]
 Ensemble = Annotated[
     int, typer.Option("--ensemble", metavar="K", min=1, help="Neighbouring starts.")
@@ -49,7 +46,6 @@ Samples = Annotated[
     int, typer.Option("--samples", metavar="M", min=2, help="Times at which errors are measured.")
 ]
 Seed = Annotated[int, typer.Option("--seed", metavar="S", min=0, help="Of the starts.")]
-Jobs = Annotated[int, typer.Option("--jobs", "-j", metavar="J", min=1, max=1024, help="Processes.")]
 
 
 def drift(
@@ -60,6 +56,7 @@ def drift(
     samples: Samples = 25,
     seed: Seed = 0,
     jobs: Jobs = 1,
+    scheduler: Scheduler = None,
     json: Json = False,
     output: Folder = None,
     changes: Set = None,
@@ -74,22 +71,22 @@ def drift(
     from heavytop.scene import load_scene
 
     voice = Voice(quiet, verbose)
-    options = overrides(changes)
+    options, asked = overrides(changes), names("--methods", methods)
     with ExitStack() as stack:
         stack.enter_context(voice.warnings())
         stack.enter_context(blaming([*options, *(f"{name}=" for name in OPTIONS)]))
         read = load_scene(scene, overrides=options)
-        if output is not None:
-            stack.enter_context(results_folder(output))
+        stack.enter_context(results_folder(output))
         found = follow(
             read,
-            methods=DEFAULT if methods is None else [name.strip() for name in methods.split(",")],
+            methods=asked or DEFAULT,
             periods=periods,
             ensemble=ensemble,
             samples=samples,
             seed=seed,
             jobs=jobs,
             folder=output,
+            executor=stack.enter_context(executor(scheduler, jobs)),
             progress=stack.enter_context(voice.study()),
         )
     finish(found, output, json=json, figures=not no_figures, voice=voice)
@@ -98,7 +95,7 @@ def drift(
 def finish(found: Drift, folder: Path | None, *, json: bool, figures: bool, voice: Voice) -> None:
     """Write and print a finished study; leave with a code of its own where nothing could run."""
     document = found.document(files=results(found, folder, figures=figures, voice=voice))
-    show(document, json)
+    show(document, json, "drift")
     for each in found.methods:
         for number, why in (each.ended or {}).items():
             say(f"{each.method.text}, start {number}, ended early: {why}")
@@ -112,19 +109,6 @@ def results(found: Drift, folder: Path | None, *, figures: bool, voice: Voice) -
     """Write the files of a study, where there is a folder for them."""
     if folder is None:
         return {}
-    from heavytop.drift_results import write_drift
+    from heavytop.study_results import write_drift
 
-    files = write_drift(found, folder, figures=figures)
-    for name in files.values():
-        voice.note(f"wrote {folder / name}")
-    return files
-
-
-def show(document: dict[str, Any], json: bool) -> None:
-    """Print a study's document on stdout: for a program, or for a person."""
-    if json:
-        print_json(document)
-        return
-    from heavytop.report.drift_table import drift_table
-
-    print_table(drift_table, document)
+    return noted(write_drift(found, folder, figures=figures), folder, voice)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -23,6 +23,16 @@ def named_folder(text: str) -> Path:
     if not str(text):
         raise typer.BadParameter("the name of a folder, not an empty text")
     return Path(text)
+
+
+def listed(option: str, what: str) -> Any:
+    """An option that takes a list; `names` says what is in it."""
+    return typer.Option(option, metavar="NAME,…", help=what)
+
+
+def budgeted(least: float) -> Any:
+    """The option of a budget of time."""
+    return typer.Option("--budget", metavar="S", min=least, help="Seconds for all of it.")
 
 
 SceneName = Annotated[
@@ -50,6 +60,10 @@ Digits = Annotated[
     int | None,
     typer.Option("--digits", metavar="D", min=1, max=10_000, help="Digits wanted at the end."),
 ]
+Periods = Annotated[
+    float, typer.Option("--periods", metavar="N", help="Nutation periods to go.", min=1)
+]
+Jobs = Annotated[int, typer.Option("--jobs", "-j", metavar="J", min=1, max=1024, help="Processes.")]
 NoFigures = Annotated[bool, typer.Option("--no-figures", help="Draw nothing.")]
 Latex = Annotated[bool, typer.Option("--latex", help="Print one whole LaTeX document.")]
 Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="Errors only on stderr.")]
@@ -68,6 +82,16 @@ def overrides(changes: list[str] | None, digits: int | None = None) -> list[str]
         if not (key.strip() and equals):
             raise typer.BadParameter(f"{change!r} is not KEY=VALUE", param_hint="--set")
     return [*changes, *([f"want.digits={digits}"] if digits is not None else [])]
+
+
+def names(option: str, text: str | None) -> tuple[str, ...] | None:
+    """The names that a list holds, without the blanks around them; None where there is no list."""
+    if text is None:
+        return None
+    found = tuple(name.strip() for name in text.split(","))
+    if not all(found):
+        raise typer.BadParameter(f"{text!r} is not NAME,NAME,…: a name is empty", param_hint=option)
+    return found
 
 
 @contextmanager

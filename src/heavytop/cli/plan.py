@@ -14,7 +14,7 @@ from heavytop.cli.options import (
     blaming,
     overrides,
 )
-from heavytop.cli.printing import print_json, print_table
+from heavytop.cli.output import show
 from heavytop.cli.voice import Voice
 
 
@@ -35,9 +35,4 @@ def plan(
     options = overrides(changes, digits)
     with Voice(quiet, verbose).warnings(), blaming(options):
         document = plan_document(load_scene(scene, overrides=options), formulation)
-    if json:
-        print_json(document)
-        return
-    from heavytop.report.plan_table import plan_table
-
-    print_table(plan_table, document)
+    show(document, json, "plan")

@@ -9,9 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from heavytop import errors
+from heavytop.cli import atlas as mapping
 from heavytop.cli import drift as drifting
 from heavytop.cli import run as running
-from heavytop.cli.options import Debug, Json, NoFigures, Quiet, Verbose, named_folder
+from heavytop.cli.options import Debug, Jobs, Json, NoFigures, Quiet, Verbose, named_folder
+from heavytop.cli.output import show
+from heavytop.cli.scheduler import Scheduler, executor
 from heavytop.cli.voice import Voice, say
 
 if TYPE_CHECKING:
@@ -20,14 +23,15 @@ if TYPE_CHECKING:
 StudyFolder = Annotated[
     Path,
     typer.Argument(
-        metavar="DIR", help="The folder of a drift study, or of a run.", parser=named_folder
+        metavar="DIR", help="The folder of a drift study, an atlas, or a run.", parser=named_folder
     ),
 ]
 
 
 def resume(
     folder: StudyFolder,
-    jobs: drifting.Jobs = 1,
+    jobs: Jobs = 1,
+    scheduler: Scheduler = None,
     json: Json = False,
     no_figures: NoFigures = False,
     quiet: Quiet = False,
@@ -37,10 +41,14 @@ def resume(
     """Go on with a study or a run that was interrupted or killed, from where it was."""
     voice = Voice(quiet, verbose)
     if not (folder / "study.json").exists() and (folder / "trajectory.nc").exists():
+        if scheduler is not None:
+            raise typer.BadParameter("for studies; this is a run", param_hint="--scheduler")
         _run(folder, voice, json=json, figures=not no_figures)
         return
-    from heavytop.drifts.drifting import resume as go_on
+    from heavytop.resuming import kind_of
+    from heavytop.resuming import resume as go_on
 
+    kind = kind_of(folder)
     begun: list[Progress] = []
 
     def heard(now: Progress) -> None:
@@ -49,22 +57,23 @@ def resume(
         if progress is not None:
             progress(now)
 
-    with voice.warnings(), voice.study() as progress:
-        found = go_on(folder, jobs=jobs, progress=heard)
+    with voice.warnings(), executor(scheduler, jobs) as workers, voice.study() as progress:
+        found = go_on(folder, jobs=jobs, executor=workers, progress=heard)
     if 0 < begun[0].tasks == begun[0].ended:
         say(f"{folder}: this study is finished")
-    drifting.finish(found, folder, json=json, figures=not no_figures, voice=voice)
+    finish: Any = {"drift": drifting.finish, "atlas": mapping.finish}[kind]
+    finish(found, folder, json=json, figures=not no_figures, voice=voice)
 
 
 def _run(folder: Path, voice: Voice, *, json: bool, figures: bool) -> None:
     from heavytop.archive import load_interrupted
-    from heavytop.propagation import completed
+    from heavytop.continuation import completed
 
     with voice.warnings():
         part = load_interrupted(folder / "trajectory.nc")
         if part.outcome is errors.Outcome.FINISHED:
             say(f"{folder}: this run is finished")
-            running.show(document(folder / "run.json"), json)
+            show(document(folder / "run.json"), json, "run")
             return
         try:
             with voice.progress() as progress:

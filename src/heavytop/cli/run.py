@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+import warnings
+from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +26,7 @@ from heavytop.cli.options import (
     blaming,
     overrides,
 )
-from heavytop.cli.printing import print_json, print_table
+from heavytop.cli.output import noted, results_folder, show, unwritable
 from heavytop.cli.voice import Voice, say
 
 if TYPE_CHECKING:
@@ -55,7 +56,7 @@ def run(
         stack.enter_context(voice.warnings())
         stack.enter_context(blaming(options))
         read = load_scene(scene, overrides=options)
-        folder = stack.enter_context(results_folder(output)) if output else None
+        folder = stack.enter_context(results_folder(output))
         if (known := known_already(read, formulation, folder)) is not None:
             finish(known, read.digits, json)
             return
@@ -79,15 +80,17 @@ def conclude(
     if early is None:
         finish(document, trajectory.scene.digits, json)
         return
-    show(document, json)
+    show(document, json, "run")
     say(kept(folder, early))
     raise typer.Exit(exit_code(early))
 
 
 def finish(document: dict[str, Any], digits: int, json: bool) -> None:
     """Print a whole run; leave with a code of its own where digits are missed."""
-    show(document, json)
+    show(document, json, "run")
     if document["missed_digits"]:
+        from heavytop.doubts import missed
+
         say(missed(document["missed_digits"], digits))
         raise typer.Exit(Exit.OUT_OF_BOUND)
 
@@ -120,26 +123,6 @@ def at_once(scene: Scene, chosen: Plan) -> dict[str, Any]:
     return folded_document(fold(scene), chosen)
 
 
-@contextmanager
-def results_folder(folder: Path) -> Iterator[Path]:
-    """The folder named by -o; what cannot be written there is the fault of that option."""
-    from heavytop.files import writable
-
-    with ExitStack() as stack:
-        try:
-            stack.enter_context(writable(folder))
-        except (OSError, ValueError) as error:
-            raise _unwritable(folder, error) from None
-        yield folder
-
-
-def _unwritable(folder: Path, error: Exception) -> typer.BadParameter:
-    why = getattr(error, "strerror", None) or str(error)
-    if isinstance(error, FileExistsError):
-        why = "not a folder"
-    return typer.BadParameter(f"cannot write to {str(folder)!r}: {why}", param_hint="-o")
-
-
 def integrated(
     scene: Scene, formulation: str, voice: Voice
 ) -> tuple[Trajectory, errors.EndedEarly | None]:
@@ -147,7 +130,8 @@ def integrated(
     from heavytop.propagation import propagate
 
     try:
-        with voice.progress() as progress:
+        with voice.progress() as progress, warnings.catch_warnings():
+            warnings.simplefilter("ignore", errors.MissedDigitsWarning)  # said at the end
             heard = announced(progress, voice, scene.name)
             return propagate(scene, formulation=formulation, progress=heard), None
     except errors.EndedEarly as early:
@@ -186,26 +170,9 @@ def results(
     try:
         document = write_results(trajectory, folder, figures=figures)
     except OSError as error:  # the disk is full, the folder has gone
-        raise _unwritable(folder, error) from error
-    for name in document["files"].values():
-        voice.note(f"wrote {folder / name}")
+        raise unwritable(folder, error) from error
+    noted(document["files"], folder, voice)
     return document
-
-
-def show(document: dict[str, Any], json: bool) -> None:
-    """Print a run's document on stdout: for a program, or for a person."""
-    if json:
-        print_json(document)
-        return
-    from heavytop.report.run_table import run_table
-
-    print_table(run_table, document)
-
-
-def missed(found: dict[str, float], digits: int) -> str:
-    """What is farther off the closed form than the digits asked for allow."""
-    off = ", ".join(f"{name} {error:.1e}" for name, error in found.items())
-    return f"{digits} digits were asked for, and are not met: off the closed form by {off}"
 
 
 def kept(output: Path | None, early: errors.EndedEarly) -> str:

@@ -2,20 +2,47 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import typer
 
-from heavytop.cli.options import Debug, Json
-from heavytop.cli.printing import print_json
+from heavytop.cli.options import Debug, Json, blaming
+from heavytop.cli.output import print_json
+
+SCHEMA = "heavytop/scenes/1"
+
+ShippedName = Annotated[
+    str | None,
+    typer.Argument(metavar="NAME", help="Print the text of this one.", show_default=False),
+]
 
 
-def scenes(json: Json = False, debug: Debug = False) -> None:
-    """List the scenes that come with the package."""
+def scenes(name: ShippedName = None, json: Json = False, debug: Debug = False) -> None:
+    """List the scenes that come with the package, or print the text of one, to change it."""
+    if name is None:
+        _list(json)
+    else:
+        _print(name, json)
+
+
+def _list(json: bool) -> None:
     from heavytop.scene import shipped_scenes
 
     titles = shipped_scenes()
     if json:
-        print_json({"schema": "heavytop/scenes/1", "scenes": dict(titles)})
+        print_json({"schema": SCHEMA, "scenes": dict(titles)})
         return
     width = max(map(len, titles), default=0)
     for name, title in titles.items():
         typer.echo(f"{name:{width}}  {title}")
+
+
+def _print(name: str, json: bool) -> None:
+    from heavytop.scene import shipped_text
+
+    with blaming(["scene"]):
+        text = shipped_text(name)
+    if json:
+        print_json({"schema": SCHEMA, "name": name, "text": text})
+        return
+    typer.echo(text, nl=False)

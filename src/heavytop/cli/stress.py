@@ -2,15 +2,29 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from heavytop.cli.exits import Exit
-from heavytop.cli.options import Debug, Folder, Json, NoFigures, Quiet, Verbose, blaming
-from heavytop.cli.printing import print_json, print_table
+from heavytop.cli.options import (
+    Debug,
+    Folder,
+    Json,
+    NoFigures,
+    Quiet,
+    Verbose,
+    blaming,
+    budgeted,
+    listed,
+    names,
+)
+from heavytop.cli.output import noted, printing_anyway, results_folder, show
 from heavytop.cli.voice import Voice, say
 
 if TYPE_CHECKING:
@@ -18,20 +32,17 @@ if TYPE_CHECKING:
 
 OPTIONS = ("cases", "methods", "budget", "time_limit", "step_limit")
 
-Cases = Annotated[
-    str | None, typer.Option("--cases", metavar="NAME,…", help="Cases; all when left out.")
-]
-Methods = Annotated[
-    str | None, typer.Option("--methods", metavar="NAME,…", help="Methods; all when left out.")
-]
-Budget = Annotated[
-    float, typer.Option("--budget", metavar="S", min=0, help="Seconds for all of it.")
-]
+Cases = Annotated[str | None, listed("--cases", "Cases; all when left out.")]
+Methods = Annotated[str | None, listed("--methods", "Methods; all when left out.")]
+Budget = Annotated[float, budgeted(least=0)]
 TimeLimit = Annotated[
     float, typer.Option("--time-limit", metavar="S", help="Seconds after which a run is killed.")
 ]
 StepLimit = Annotated[
     int, typer.Option("--step-limit", metavar="N", help="Steps after which a run is given up.")
+]
+List = Annotated[
+    bool, typer.Option("--list", help="List cases and methods, and why each case is hard.")
 ]
 
 
@@ -41,6 +52,7 @@ def stress(
     budget: Budget = 240.0,
     time_limit: TimeLimit = 3.0,
     step_limit: StepLimit = 2_000_000,
+    listed: List = False,
     json: Json = False,
     output: Folder = None,
     no_figures: NoFigures = False,
@@ -49,19 +61,23 @@ def stress(
     debug: Debug = False,
 ) -> None:
     """Run every method at the motions at which methods fail, and say how each of them does."""
+    if listed:
+        from heavytop.stresses.listing import listing
+
+        show(listing(), json, "stress_cases")
+        return
     from heavytop.stresses.stressing import stress as put_under_stress
 
     voice = Voice(quiet, verbose)
+    chosen, asked = names("--cases", cases), names("--methods", methods)
     with ExitStack() as stack:
         stack.enter_context(voice.warnings())
         stack.enter_context(blaming([f"{name}=" for name in OPTIONS]))
-        if output is not None:
-            from heavytop.cli.run import results_folder
-
-            stack.enter_context(results_folder(output))
+        stack.enter_context(_ending())
+        stack.enter_context(results_folder(output))
         found = put_under_stress(
-            cases=_named(cases),
-            methods=_named(methods),
+            cases=chosen,
+            methods=asked,
             budget=budget,
             time_limit=time_limit,
             step_limit=step_limit,
@@ -72,35 +88,40 @@ def stress(
 
 def finish(found: Stress, folder: Path | None, *, json: bool, figures: bool, voice: Voice) -> None:
     """Write and print a stress test; leave with a code of its own where auto is silently wrong."""
-    document = found.document(files=results(found, folder, figures=figures, voice=voice))
-    show(document, json)
+    files: dict[str, str] = {}
+    with printing_anyway() as unsaved:
+        files = results(found, folder, figures=figures, voice=voice)
+    show(found.document(files=files), json, "stress")
     for run in found.silently_wrong:
         say(f"auto is wrong at {run.case}, and does not say so: {run.outcome}, {run.note}")
+    unsaved.leave()
     if found.silently_wrong:
         raise typer.Exit(Exit.OUT_OF_BOUND)
+    if not found.runs:
+        say("nothing was run")
+        raise typer.Exit(Exit.ENDED_EARLY)
+
+
+@contextmanager
+def _ending() -> Iterator[None]:
+    """Let SIGTERM and SIGHUP do what Ctrl-C does, so that what was begun is tidied away."""
+    before = {}
+    if threading.current_thread() is threading.main_thread():
+        for name in ("SIGTERM", "SIGHUP"):
+            number = getattr(signal, name, None)
+            if number is not None and signal.getsignal(number) is signal.SIG_DFL:
+                before[number] = signal.signal(number, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def results(found: Stress, folder: Path | None, *, figures: bool, voice: Voice) -> dict[str, str]:
     """Write the files of a stress test, where there is a folder for them."""
     if folder is None:
         return {}
-    from heavytop.stress_results import write_stress
+    from heavytop.study_results import write_stress
 
-    files = write_stress(found, folder, figures=figures)
-    for name in files.values():
-        voice.note(f"wrote {folder / name}")
-    return files
-
-
-def show(document: dict[str, Any], json: bool) -> None:
-    """Print the document on stdout: for a program, or for a person."""
-    if json:
-        print_json(document)
-        return
-    from heavytop.report.stress_table import stress_table
-
-    print_table(stress_table, document)
-
-
-def _named(texts: str | None) -> tuple[str, ...] | None:
-    return None if texts is None else tuple(texts.split(","))
+    return noted(write_stress(found, folder, figures=figures), folder, voice)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -15,15 +15,18 @@ from heavytop.cli.options import (
     Folder,
     Json,
     NoFigures,
+    Periods,
     Quiet,
     SceneName,
     Set,
     Verbose,
     blaming,
+    budgeted,
+    listed,
+    names,
     overrides,
 )
-from heavytop.cli.printing import print_json, print_table
-from heavytop.cli.run import results_folder
+from heavytop.cli.output import noted, printing_anyway, results_folder, show
 from heavytop.cli.voice import Voice
 
 if TYPE_CHECKING:
@@ -31,20 +34,15 @@ if TYPE_CHECKING:
 
 OPTIONS = ("periods", "methods", "budget")
 
-Periods = Annotated[
-    float, typer.Option("--periods", metavar="N", help="Nutation periods to go.", min=1)
-]
 Methods = Annotated[
     str | None,
-    typer.Option(
+    listed(
         "--methods",
-        metavar="NAME,…",
-        help="Methods, each NAME (all its settings), NAME=SETTING or auto.",
+        "Methods, each NAME (all its settings), NAME=SETTING, auto or auto=DIGITS; a wrong NAME "
+        "is answered with all names, and so does docs/rivals.md.",
     ),
 ]
-Budget = Annotated[
-    float, typer.Option("--budget", metavar="S", help="Time to take in all [s].", min=1)
-]
+Budget = Annotated[float, budgeted(least=1)]
 
 
 def workprec(
@@ -66,22 +64,24 @@ def workprec(
     from heavytop.workprecs.measuring import work_precision
 
     voice = Voice(quiet, verbose)
-    options = overrides(changes)
+    options, asked = overrides(changes), names("--methods", methods)
     with ExitStack() as stack:
         stack.enter_context(voice.warnings())
         stack.enter_context(blaming([*options, *(f"{name}=" for name in OPTIONS)]))
         read = load_scene(scene, overrides=options)
-        if output is not None:
-            stack.enter_context(results_folder(output))  # before minutes are spent
+        stack.enter_context(results_folder(output))
         found = work_precision(
             read,
-            methods=DEFAULT if methods is None else tuple(methods.split(",")),
+            methods=asked or DEFAULT,
             periods=periods,
             budget=budget,
             progress=stack.enter_context(voice.progress()),
         )
-        files = _results(found, output, figures=not no_figures, voice=voice)
-    _show(found.document(files=files), json)
+        files: dict[str, str] = {}
+        with printing_anyway() as unsaved:
+            files = _results(found, output, figures=not no_figures, voice=voice)
+    show(found.document(files=files), json, "workprec")
+    unsaved.leave()
     _leave(found)
 
 
@@ -91,25 +91,9 @@ def _results(
     """Write the files of a diagram, where there is a folder for them."""
     if folder is None:
         return {}
-    from heavytop.workprec_results import write_work_precision
+    from heavytop.study_results import write_work_precision
 
-    try:
-        files = write_work_precision(found, folder, figures=figures)
-    except OSError as error:
-        why = f"cannot write {error.filename or folder}: {error.strerror or error}"
-        raise typer.BadParameter(why, param_hint="-o") from error
-    for name in files.values():
-        voice.note(f"wrote {folder / name}")
-    return files
-
-
-def _show(document: dict[str, Any], json: bool) -> None:
-    if json:
-        print_json(document)
-        return
-    from heavytop.report.workprec_table import workprec_table
-
-    print_table(workprec_table, document)
+    return noted(write_work_precision(found, folder, figures=figures), folder, voice)
 
 
 def _leave(found: WorkPrecision) -> None:

@@ -12,7 +12,6 @@ import numpy as np
 from heavytop.decimals.reader import DecimalSample, Values
 from heavytop.decimals.run import PreciseRun
 from heavytop.events import CUSP_LEVEL, Events
-from heavytop.taylor.orbit import Seen
 from heavytop.taylor.precise import Found, Wanted
 from heavytop.theory.precision import Number
 
@@ -55,36 +54,31 @@ class Polisher:
         every: list[Polished] = []
         for i, (kind, one) in enumerate(zip(self.events.kind, found, strict=True)):
             if one is not None:
-                every += self._events(i, kind, one)
+                every += self._events(kind, one)
             if progress is not None and i % HEARD == 0:
                 progress(i / len(found))
         return tuple(sorted(every, key=lambda event: abs(event.sample.t)))
 
-    def as_it_is(self, kind: str, i: int, found: Found) -> Polished:
-        """Return event i where it was found, without judging it anew."""
+    def as_it_is(self, kind: str, found: Found) -> Polished:
+        """Return an event where it was found, without judging it anew."""
         name = "reversal" if kind == "reversal" else "turning"
         residual = self._number(name, self.run.reader.values(found))
-        return Polished(kind, self._sample(i, found), residual)
+        return Polished(kind, self.run.reader.sample(found), residual)
 
-    def _events(self, i: int, kind: str, found: Found) -> Iterator[Polished]:
-        sample = self._sample(i, found)
+    def _events(self, kind: str, found: Found) -> Iterator[Polished]:
+        sample = self.run.reader.sample(found)
         values = self.run.reader.values(found)
         if kind == "reversal":
-            yield self.as_it_is(kind, i, found)
+            yield self.as_it_is(kind, found)
             return
         judged = self._turning(sample, values)
         asked = set(self.events.asked)
         if "turning" in asked or (judged == "cusp" and "cusp" in asked):
-            yield self.as_it_is(judged, i, found)
+            yield self.as_it_is(judged, found)
         if kind == "cusp" and judged != "cusp" and "reversal" in asked:
             for one in self.run.found(list(self._beside(sample.t, values))):
                 if one is not None:
-                    yield self.as_it_is("reversal", i, one)
-
-    def _sample(self, i: int, found: Found) -> DecimalSample:
-        rows, phi = self.events.states[i : i + 1], self.events.phi[i : i + 1]
-        seen = Seen(self.events.t[i : i + 1], self.events.t_low[i : i + 1], rows, phi)
-        return self.run.read([found], seen)[0]
+                    yield self.as_it_is("reversal", one)
 
     def _turning(self, sample: DecimalSample, values: Values) -> str:
         """Return the kind of a turning point; a cusp as `events.judged` has it."""

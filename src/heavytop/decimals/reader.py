@@ -11,6 +11,7 @@ from heavytop.models.attitude_form import q_0, q_1, q_2, q_3
 from heavytop.models.axis_form import e_x, e_y, e_z, l_x, l_y
 from heavytop.models.formulation import Formulation, spin, time, turned_phi
 from heavytop.models.typed import typed_function
+from heavytop.taylor.following import Told
 from heavytop.taylor.precise import Found
 from heavytop.theory.precision import Context, Number
 
@@ -36,6 +37,8 @@ class DecimalSample:
         The attitude, body to space, scalar first.
     states : tuple of mpf
         The states of the formulation.
+    turned : tuple of float
+        Phi and psi as they were followed, see `Found`.
     """
 
     t: Number
@@ -49,6 +52,7 @@ class DecimalSample:
     omega: tuple[Number, ...] | None
     quaternion: tuple[Number, ...] | None
     states: tuple[Number, ...]
+    turned: Told
 
 
 @dataclass(frozen=True)
@@ -70,9 +74,9 @@ class Reader:
     parameters: Mapping[str, Number]
     grain: Number
 
-    def sample(self, found: Found, phi: float, psi: float) -> DecimalSample:
-        """Return the motion at a state; phi and psi in double precision tell their turns."""
-        values = self.values(found, phi, psi)
+    def sample(self, found: Found) -> DecimalSample:
+        """Return the motion at a state; phi and psi as they were followed tell their turns."""
+        values = self.values(found)
         full: Named = {n: f(values) for n, f in self._outputs.items()}
         full |= self._limits_at_pole(full)
         if "phi" not in full:
@@ -91,9 +95,10 @@ class Reader:
             omega=_components(full, "omega_", "xyz"),
             quaternion=self._attitude(full),
             states=tuple(values[s] for s in self.form.states),
+            turned=found.turned,
         )
 
-    def values(self, found: Found, phi: float = 0.0, psi: float = 0.0) -> Values:
+    def values(self, found: Found) -> Values:
         """Return the numbers that quantities are functions of, by their symbols."""
         ctx, form, t = self.ctx, self.form, self.ctx.mpf(found.t)
         own = form.integrated or form
@@ -101,9 +106,11 @@ class Reader:
         values |= {p: self.parameters[p.name] for p in (*form.parameters, *form.given)}
         spun = self.parameters.get("kappa", ctx.zero) * t
         if form.integrated is not None:
-            values |= zip(form.states[-2:], self._turned(values, phi, psi - spun), strict=True)
+            values |= zip(form.states[-2:], self._turned(values, *found.turned), strict=True)
         values |= {time: t, spin[0]: ctx.cos(spun / 2), spin[1]: ctx.sin(spun / 2)}
-        values[turned_phi] = self._phi(values, phi) if "phi_mod" in form.outputs else None
+        values[turned_phi] = (
+            self._phi(values, found.turned[0]) if "phi_mod" in form.outputs else None
+        )
         return values
 
     def invariants(self, sample: DecimalSample) -> dict[str, Number]:
@@ -148,7 +155,7 @@ class Reader:
             return None
         return self._nearest(self.ctx.atan2(x, -y), phi)
 
-    def _turned(self, values: Values, phi: float, psi: Number) -> tuple[Any, Any]:
+    def _turned(self, values: Values, phi: float, psi: float) -> tuple[Any, Any]:
         """Return phi and psi, less its uniform part, of a quaternion."""
         halves = ((values[q_3], values[q_0]), (values[q_2], values[q_1]))
         if any(max(map(abs, half)) < self.grain for half in halves):
@@ -157,7 +164,7 @@ class Reader:
         minus = self.ctx.atan2(values[q_2], values[q_1])
         return self._nearest(plus + minus, phi), self._nearest(plus - minus, psi)
 
-    def _nearest(self, principal: Number, near: Any) -> Number:
+    def _nearest(self, principal: Number, near: float) -> Number:
         turn = 2 * self.ctx.pi
         return principal + turn * self.ctx.nint((near - principal) / turn)
 

@@ -114,8 +114,7 @@ def in_decimals(
     polisher = Polisher(run, events, walk.steps)
     heard = progress and (lambda done: progress(walked + (1 - walked) * done))
     polished = polisher.polished(walk.found[len(times) :], heard)
-    at_samples = [one for one in walk.found[: len(times)] if one is not None]
-    samples = run.read(at_samples, orbit.samples)
+    samples = tuple(run.reader.sample(one) for one in walk.found[: len(times)] if one is not None)
     decimals = Decimals(
         digits=scene.digits,
         run=run,

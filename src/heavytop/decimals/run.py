@@ -1,15 +1,12 @@
-"""A run in more than double precision, beside the one in doubles that knows events and turns."""
+"""A run in more than double precision, beside the one in doubles that knows the events."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import groupby
 from threading import Lock
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from heavytop.decimals.reader import DecimalSample, Reader
 from heavytop.exact import Exact
@@ -17,15 +14,23 @@ from heavytop.models.formulation import Formulation
 from heavytop.models.ladder import LADDER
 from heavytop.models.numeric import exact_values
 from heavytop.planning import Plan
-from heavytop.quantities import Sample, sample
 from heavytop.taylor.bits import bits_of
-from heavytop.taylor.orbit import Orbit, Seen
+from heavytop.taylor.following import (
+    NOT_TOLD,
+    Following,
+    FollowingAttitude,
+    FollowingAxis,
+    Told,
+)
+from heavytop.taylor.orbit import Orbit
 from heavytop.taylor.precise import Found, Mark, PreciseIntegrator, Walk, Wanted
+from heavytop.taylor.turns import Turns
+from heavytop.taylor.winding import Winding
 from heavytop.theory.precision import Context, Number, context
 
-Array = NDArray[np.float64]
 GRAIN_BITS = 24  # of a state that rounding may have spoilt
 SPARE_DIGITS = 12  # of the numbers that quantities are formed in
+LEAST_GRAIN = 1e-140  # whose square is a double
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,14 +75,15 @@ class PreciseRun:
         constants |= {name: ctx.nstr(ctx.mpf(rate), ctx.dps) for name, rate in chosen.frame}
         own = form.integrated or form
         events = tuple(form.events) if chosen.watched else ()
-        engine = PreciseIntegrator(own, bits, constants, events)
+        engine = PreciseIntegrator(own, bits, constants, events, state[: len(own.states)])
         rounded = {n: ctx.mpf(text) for n, text in engine.parameter_texts().items()}
         first = orbit.checkpoints[0]
         far = 4.0 * (orbit.end - first.time[0])
         doubles = orbit.integrator.for_this_thread()
         doubles.load(orbit.parameters)
         longest = doubles.cautious_step(first.state, far)
-        start = engine.start(state[: len(own.states)])
+        engine.following, turned = _following(chosen, orbit, bits)
+        start = replace(engine.start(state[: len(own.states)]), turned=turned)
         reader = Reader(form, ctx, rounded, ctx.ldexp(1, GRAIN_BITS - bits))
         return cls(reader, engine, orbit, far, longest, (start,))
 
@@ -109,23 +115,24 @@ class PreciseRun:
         before = [mark for mark in self.marks if (t - mark.t) * forward >= 0]
         return max(len(before) - 1, 0)
 
-    def read(self, found: Sequence[Found], seen: Seen) -> tuple[DecimalSample, ...]:
-        """Return the motion at states, of which the doubles that are seen tell the turns."""
-        doubles = in_doubles(self.orbit, seen)
-        angles = zip(found, doubles.phi.tolist(), doubles.psi.tolist(), strict=True)
-        return tuple(self.reader.sample(*each) for each in angles)
-
     def at(self, times: Sequence[Number]) -> tuple[DecimalSample, ...]:
         """Return the motion at times between start and end [s], in any order."""
         found = self.found([self.wanted(t) for t in times])
-        seen = self.orbit.at(np.array([float(t) for t in times]))
-        return self.read([one for one in found if one is not None], seen)
+        return tuple(self.reader.sample(one) for one in found if one is not None)
 
 
-def in_doubles(orbit: Orbit, seen: Seen) -> Sample:
-    """Return the physical quantities of a run in double precision."""
-    form = orbit.integrator.formulation
-    return sample(form, seen.rows, orbit.parameters, seen.t, seen.phi)
+def _following(chosen: Plan, orbit: Orbit, bits: int) -> tuple[Following | None, Told]:
+    """Return what follows the turns of a plan, if they are no states, and the angles to begin."""
+    first = orbit.checkpoints[0]
+    known = max(2.0 ** (GRAIN_BITS - bits), LEAST_GRAIN), max(2.0 ** (-bits // 2), LEAST_GRAIN)
+    if chosen.follows_phi:
+        winding = Winding.of(orbit.parameters, first.state, *known)
+        return FollowingAxis(winding), (float(orbit.samples.phi[0]), NOT_TOLD[1])
+    if LADDER[chosen.formulation].build(chosen.variant).integrated is None:
+        return None, NOT_TOLD
+    turns = Turns.of(orbit.parameters, *known)
+    phi, psi = first.state[-2:].tolist()
+    return FollowingAttitude(turns, turns.decided(first.state[:-2])), (phi, psi)
 
 
 def rounded_start(

@@ -45,6 +45,8 @@ def kept_variables(decimals: Decimals) -> Variables:
         width = len(_own(decimals, decimals.samples[0]))
         states = _array([x for row in rows for x in row]).reshape(-1, width)
         kept[f"decimal_{over}_states"] = ((over, "decimal_state"), states)
+        turned = np.array([s.turned for s in each]).reshape(-1, 2)
+        kept[f"decimal_{over}_turned"] = ((over, "decimal_angle"), turned)
     return kept
 
 
@@ -69,10 +71,10 @@ def restored(
         In double precision.
     """
     run = PreciseRun.of(chosen, named, orbit)
-    samples = run.read(_found(variables, "t"), orbit.samples)
+    samples = tuple(map(run.reader.sample, _found(variables, "t")))
     polisher = Polisher(run, events, orbit.steps)
     found = _found(variables, "event")
-    every = zip(events.kind, range(len(events)), found, strict=True)
+    every = zip(events.kind, found, strict=True)
     return Decimals(
         digits=digits,
         run=run,
@@ -86,7 +88,9 @@ def restored(
 def _found(variables: Any, over: str) -> list[Found]:
     times = variables[f"decimal_{over}_time"].to_numpy().tolist()
     states = variables[f"decimal_{over}_states"].to_numpy().tolist()
-    return [Found(str(t), tuple(map(str, row))) for t, row in zip(times, states, strict=True)]
+    turned = map(tuple, variables[f"decimal_{over}_turned"].to_numpy().tolist())
+    every = zip(times, states, turned, strict=True)
+    return [Found(str(t), tuple(map(str, row)), angles) for t, row, angles in every]
 
 
 def _own(decimals: Decimals, sample: DecimalSample) -> tuple[Any, ...]:

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from math import isclose, isfinite
+from math import isclose
 from typing import Any, Final
 
+from heavytop import recorded
 from heavytop.doubledouble import DoubleDouble
 from heavytop.drifts.methods import TOLERANCE, Method
 from heavytop.drifts.yardstick import Off
 from heavytop.errors import ForeignFile
 from heavytop.ledger import Book
 from heavytop.march import Place
-from heavytop.scene_text import shown
 
 MOST: Final = 2**63 - 1
 CHECKPOINT: Final = ("place", "periods", "marked", "ended")
@@ -43,75 +42,6 @@ class Ended:
     ended: str
 
 
-def refused(name: str, value: object, rule: str) -> ForeignFile:
-    """Return what refuses a value, with its name and the rule."""
-    return ForeignFile(f"{name} = {shown(value)}: {rule}")
-
-
-@contextmanager
-def naming(file: object) -> Iterator[None]:
-    """Name the file in which something is refused."""
-    try:
-        yield
-    except ForeignFile as fault:
-        raise ForeignFile(f"{file}: {fault}") from None
-
-
-def table(name: str, value: object, keys: Sequence[str]) -> Mapping[str, Any]:
-    """Return a table that has these keys."""
-    if not isinstance(value, Mapping):
-        raise refused(name, value, "expected a table")
-    if missing := [key for key in keys if key not in value]:
-        raise ForeignFile(f"{name}: without {', '.join(missing)}")
-    return value
-
-
-def text(name: str, value: object) -> str:
-    """Return a text."""
-    if not isinstance(value, str):
-        raise refused(name, value, "expected a text")
-    return value
-
-
-def texts(name: str, value: object) -> tuple[str, ...]:
-    """Return the texts of a list that is not empty."""
-    if not isinstance(value, list) or not value:
-        raise refused(name, value, "expected a list of texts")
-    return tuple(text(name, each) for each in value)
-
-
-def whole(name: str, value: object, least: int, most: int = MOST) -> int:
-    """Return a whole number within its bounds."""
-    if type(value) is not int or not least <= value <= most:
-        raise refused(name, value, f"expected a whole number from {least} to {most}")
-    return value
-
-
-def number(name: str, value: object, least: float, most: float) -> float:
-    """Return a number within its bounds, as it is: a study is known by how its numbers look."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not least <= value <= most:
-        raise refused(name, value, f"expected a number from {least:g} to {most:g}")
-    return value
-
-
-def word(name: str, value: object) -> float:
-    """Return the finite float of a hexadecimal text."""
-    try:
-        found = float.fromhex(text(name, value))
-    except (ValueError, OverflowError):
-        found = float("nan")
-    if not isfinite(found):
-        raise refused(name, value, "expected a finite number as hexadecimal text")
-    return found
-
-
-def words(name: str, value: object, *counts: int) -> tuple[float, ...]:
-    """Return finite floats, as many as one of these counts says."""
-    if not isinstance(value, list) or len(value) not in counts:
-        raise refused(name, value, f"expected a list of {' or '.join(map(str, counts))} numbers")
-    return tuple(word(name, each) for each in value)
-
-
 def under_way(
     found: object, method: Method, period: float, times: Sequence[DoubleDouble], begun: Place
 ) -> tuple[Place, int]:
@@ -134,33 +64,35 @@ def under_way(
     ForeignFile
         No run of this method that is under way can have written it.
     """
-    document = table("checkpoint", found, CHECKPOINT)
+    document = recorded.table("checkpoint", found, CHECKPOINT)
     place = _place(document["place"], begun)
     _in_step(method, period, place)
-    marked = whole("marked", document["marked"], 0, len(times))
+    marked = recorded.whole("marked", document["marked"], 0, len(times))
     passed = sum(t <= place.time for t in times)
     if marked != passed:
-        raise refused("marked", marked, f"at {place.time[0]:g} s the run has passed {passed}")
-    if text("ended", document["ended"]):
-        raise refused("ended", document["ended"], "the run is said not to be done")
+        raise recorded.refused(
+            "marked", marked, f"at {place.time[0]:g} s the run has passed {passed}"
+        )
+    if recorded.text("ended", document["ended"]):
+        raise recorded.refused("ended", document["ended"], "the run is said not to be done")
     return place, marked
 
 
 def _place(found: object, begun: Place) -> Place:
-    document = table("place", found, PLACE)
-    high, low = words("time", document["time"], 2)
+    document = recorded.table("place", found, PLACE)
+    high, low = recorded.words("time", document["time"], 2)
     if high < 0 or high + low != high:
-        raise refused("time", document["time"], "expected a double-double from 0")
+        raise recorded.refused("time", document["time"], "expected a double-double from 0")
     carried = len(begun.carry)
     place = Place(
         (high, low),
-        words("state", document["state"], len(begun.state)),
-        words("carry", document["carry"], *((carried,) if carried else (0, 1))),
-        whole("steps", document["steps"], 0),
-        whole("evaluations", document["evaluations"], 0),
+        recorded.words("state", document["state"], len(begun.state)),
+        recorded.words("carry", document["carry"], *((carried,) if carried else (0, 1))),
+        recorded.whole("steps", document["steps"], 0),
+        recorded.whole("evaluations", document["evaluations"], 0),
     )
     if not carried and place.carry and not place.carry[0] > 0:
-        raise refused("carry", document["carry"], "expected the length of a step")
+        raise recorded.refused("carry", document["carry"], "expected the length of a step")
     return place
 
 
@@ -169,7 +101,7 @@ def _in_step(method: Method, period: float, place: Place) -> None:
     if method.set_by == TOLERANCE:
         return
     if not isclose(place.time[0] * method.setting, place.steps * period, rel_tol=1e-13):
-        raise refused("steps", place.steps, f"not those of {place.time[0]:g} s")
+        raise recorded.refused("steps", place.steps, f"not those of {place.time[0]:g} s")
 
 
 def runs(book: Book, tasks: Sequence[str], marks: Sequence[float]) -> tuple[Ended, ...]:
@@ -191,35 +123,35 @@ def runs(book: Book, tasks: Sequence[str], marks: Sequence[float]) -> tuple[Ende
 def _run(book: Book, task: str, marks: Sequence[float]) -> Ended:
     rows = []
     for k, row in enumerate(book.rows(task)):
-        with naming(book.origin(task, k)):
+        with recorded.naming(book.origin(task, k)):
             rows.append(_row(row, k, marks))
-    with naming(book.origin(task)):
+    with recorded.naming(book.origin(task)):
         return _at_end(book.entry(task).checkpoint, tuple(rows), marks)
 
 
 def _row(found: object, k: int, marks: Sequence[float]) -> dict[str, Any]:
-    row = dict(table(f"row {k}", found, ROW))
-    if k >= len(marks) or word("periods", row["periods"]) != marks[k]:
-        raise refused("periods", row["periods"], f"not that of mark {k}")
-    words("t", row["t"], 2)
-    errors = {**table("invariants", row["invariants"], ()), "energy": row["energy"]}
+    row = dict(recorded.table(f"row {k}", found, ROW))
+    if k >= len(marks) or recorded.word("periods", row["periods"]) != marks[k]:
+        raise recorded.refused("periods", row["periods"], f"not that of mark {k}")
+    recorded.words("t", row["t"], 2)
+    errors = {**recorded.table("invariants", row["invariants"], ()), "energy": row["energy"]}
     for name, error in {**errors, "phase_s": row["phase_s"]}.items():
-        word(name, error)
+        recorded.word(name, error)
     if row["axis"] is not None:
-        word("axis", row["axis"])
+        recorded.word("axis", row["axis"])
     return row
 
 
 def _at_end(found: object, rows: tuple[dict[str, Any], ...], marks: Sequence[float]) -> Ended:
-    document = table("checkpoint", found, CHECKPOINT)
-    place = table("place", document["place"], PLACE)
-    ended = text("ended", document["ended"])
-    marked = whole("marked", document["marked"], 0, len(marks))
+    document = recorded.table("checkpoint", found, CHECKPOINT)
+    place = recorded.table("place", document["place"], PLACE)
+    ended = recorded.text("ended", document["ended"])
+    marked = recorded.whole("marked", document["marked"], 0, len(marks))
     if marked != len(rows):
-        raise refused("marked", marked, f"there are {len(rows)} rows")
+        raise recorded.refused("marked", marked, f"there are {len(rows)} rows")
     if not ended and marked != len(marks):
-        raise refused("marked", marked, f"a run at its end has passed {len(marks)}")
-    periods = word("periods", document["periods"])
+        raise recorded.refused("marked", marked, f"a run at its end has passed {len(marks)}")
+    periods = recorded.word("periods", document["periods"])
     if periods < 0:
-        raise refused("periods", document["periods"], "expected a number from 0")
-    return Ended(rows, periods, whole("steps", place["steps"], 0), ended)
+        raise recorded.refused("periods", document["periods"], "expected a number from 0")
+    return Ended(rows, periods, recorded.whole("steps", place["steps"], 0), ended)

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from pathlib import Path
 
 from heavytop import ledger
-from heavytop.drifts.checked import naming
 from heavytop.drifts.drift import Drift, gathered
 from heavytop.drifts.methods import DEFAULT
-from heavytop.drifts.options import JOBS, taken
+from heavytop.drifts.options import JOBS
 from heavytop.drifts.study import KIND, Study
 from heavytop.errors import BadScene, Fault, ForeignFile
 from heavytop.machine import versions
+from heavytop.options import taken
+from heavytop.recorded import naming
 from heavytop.scene import Scene
 
 Show = Callable[[ledger.Progress], object]
@@ -29,6 +31,7 @@ def drift(
     seed: int = 0,
     jobs: int = 1,
     folder: str | os.PathLike[str] | None = None,
+    executor: Executor | None = None,
     progress: Show | None = None,
 ) -> Drift:
     """Follow a top with several methods, and measure how their errors grow.
@@ -54,6 +57,9 @@ def drift(
     folder : path, optional
         Where everything is written down, so that a study that was killed goes on from there. It
         is new, or empty, or holds this study.
+    executor : concurrent.futures.Executor, optional
+        Its workers do the runs, wherever they are, and `jobs` means nothing; results do not
+        depend on it. That of a dask cluster: `heavytop.cluster.executor_at`.
     progress : callable, optional
         It is given a `heavytop.ledger.Progress` after every half second of work.
 
@@ -72,6 +78,8 @@ def drift(
         Another process is writing the folder.
     StoppedEarly
         Ctrl-C; a full disk; a worker that died twice. What was done is in the folder.
+    ForeignWorker
+        A worker of the executor has other versions than this process.
 
     Examples
     --------
@@ -87,13 +95,20 @@ def drift(
         raise BadScene((*bad.faults, *wrong)) from None
     jobs = _one(values, wrong)
     if folder is None:
-        return gathered(study, ledger.run(_tasks(study), jobs=jobs, on_progress=progress))
+        memory = ledger.run(_tasks(study), jobs=jobs, executor=executor, on_progress=progress)
+        return gathered(study, memory)
     with ledger.Folder.create_or_open(folder, study.identity) as book:
-        ledger.run(_tasks(study), book, jobs=jobs, on_progress=progress)
+        ledger.run(_tasks(study), book, jobs=jobs, executor=executor, on_progress=progress)
         return gathered(study, book)
 
 
-def resume(folder: str | os.PathLike[str], *, jobs: int = 1, progress: Show | None = None) -> Drift:
+def resume(
+    folder: str | os.PathLike[str],
+    *,
+    jobs: int = 1,
+    executor: Executor | None = None,
+    progress: Show | None = None,
+) -> Drift:
     """Take up a drift study where its folder says it was left.
 
     Raises
@@ -102,7 +117,7 @@ def resume(folder: str | os.PathLike[str], *, jobs: int = 1, progress: Show | No
         It is no study of drift, was made by other versions, or is damaged.
     InUse
         Another process is writing it.
-    StoppedEarly
+    StoppedEarly, ForeignWorker
         As for `drift`.
     """
     jobs = _one(*taken(str(folder), {"jobs": jobs}, JOBS))
@@ -111,7 +126,7 @@ def resume(folder: str | os.PathLike[str], *, jobs: int = 1, progress: Show | No
             raise ForeignFile(f"{Path(folder)}: a study of {book.identity.get('kind')!r:.40}")
         with naming(Path(folder) / "study.json"):
             study = Study.of(book.identity)
-        ledger.run(_tasks(study), book, jobs=jobs, on_progress=progress)
+        ledger.run(_tasks(study), book, jobs=jobs, executor=executor, on_progress=progress)
         return gathered(study, book)
 
 

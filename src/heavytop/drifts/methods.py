@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from functools import cache
 from importlib.util import find_spec
 from typing import Final
 
 from heavytop.errors import Impossible
 from heavytop.models.ladder import LADDER
+from heavytop.names import nearest
+from heavytop.options import Refused
 from heavytop.planning import EPSILON
 from heavytop.rivals import table
 from heavytop.taylor.bits import DOUBLE, LONG_DOUBLE
@@ -87,12 +88,8 @@ class Method:
         return f"{self.name}={shortest(self.setting)}" if self.changed else self.name
 
 
-class NoMethod(ValueError):
+class NoMethod(Refused):
     """What is no method, and the rule that says so; `hint` may name the one that was meant."""
-
-    def __init__(self, rule: str, hint: str = "") -> None:
-        super().__init__(rule)
-        self.rule, self.hint = rule, hint
 
 
 def method(text: str) -> Method:
@@ -134,9 +131,7 @@ def _named(name: str) -> Method:
         return _of(table.named(name))
     except Impossible:
         known = (*own, *table.METHODS)
-        near = get_close_matches(name, known, 1)
-        hint = f'did you mean "{near[0]}"?' if near else ""
-        raise NoMethod(f"one of {', '.join(known)}", hint) from None
+        raise NoMethod(f"one of {', '.join(known)}", nearest(name, known)) from None
 
 
 @cache

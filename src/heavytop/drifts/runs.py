@@ -14,9 +14,10 @@ from heavytop.drifts.methods import Method
 from heavytop.drifts.precise_march import LATE_WORDS, PreciseMarch
 from heavytop.drifts.taylor_march import TaylorMarch
 from heavytop.drifts.yardstick import DIGITS, Yardstick
+from heavytop.engines import binary_start, compiled_for, engine_of, formulation_of, start_values
+from heavytop.errors import BadScene, Fault
 from heavytop.march import March
 from heavytop.planning import EPSILON, Plan, plan
-from heavytop.propagation import binary_start, compiled_for, engine_of, formulation_of, start_values
 from heavytop.scene import Scene
 from heavytop.taylor.bits import DOUBLE, named
 from heavytop.taylor.precise import PreciseIntegrator
@@ -61,7 +62,7 @@ def run(scene: Scene, method: Method) -> Run:
     state = start.state
     own = partial(_own, chosen)
     yardstick = Yardstick(formulation_of(chosen), parameters, tuple(state.tolist()), own)
-    period = _period(yardstick)
+    period = _period(scene, yardstick)
     if method.is_rival:
         from heavytop.rivals.setting_up import march
 
@@ -85,7 +86,7 @@ def _precise(scene: Scene, chosen: Plan, method: Method) -> Run:
     digits = int(method.bits * 0.30103) + SPARE_DIGITS
     form = formulation_of(chosen)
     texts, start = rounded_start(form, start_values(scene), context(digits))
-    engine = PreciseIntegrator(form, method.bits, texts)
+    engine = PreciseIntegrator(form, method.bits, texts, start=start)
     doubles, first = binary_start(scene, chosen)
     compiled = compiled_for(chosen)
     compiled.load(doubles)
@@ -98,7 +99,7 @@ def _precise(scene: Scene, chosen: Plan, method: Method) -> Run:
         partial(_own, chosen),
         max(DIGITS, digits + SPARE_DIGITS),
     )
-    period = _period(yardstick)
+    period = _period(scene, yardstick)
     return Run(replace(march, period=period), yardstick, period)
 
 
@@ -106,7 +107,10 @@ def _own(chosen: Plan, ctx: Any, states: Sequence[Any], parameters: Any) -> Any:
     return motion_of(chosen, ctx, states, parameters)
 
 
-def _period(yardstick: Yardstick) -> float:
+def _period(scene: Scene, yardstick: Yardstick) -> float:
     period = yardstick.period
-    assert period is not None  # a study is refused where nothing nutates
+    if period is None:  # a study is refused where nothing nutates, but this run is rounded
+        rule = f"so close to a pole that, as it is rounded here, nothing nutates ({DIGITS} digits)"
+        fault = Fault(scene.name, None, "start.theta", str(scene.start.theta), rule)
+        raise BadScene((fault,))
     return period

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Final
 
-from heavytop import scene_text
-from heavytop.drifts import checked
+from heavytop import recorded
 from heavytop.drifts.marks import marks
 from heavytop.drifts.members import member
 from heavytop.drifts.methods import DEFAULT, Method, NoMethod, method
-from heavytop.drifts.options import BOUNDS, names, taken
-from heavytop.errors import BadScene, Fault, ForeignFile, HeavyTopError
+from heavytop.drifts.options import NUMBERS, no_nutation
+from heavytop.errors import BadScene, ForeignFile, HeavyTopError
 from heavytop.machine import versions
-from heavytop.planning import closed_form_of, plan
-from heavytop.scene import Scene, read_scene
+from heavytop.options import named, taken
+from heavytop.planning import plan
+from heavytop.scene import Scene
 
 KIND: Final = "drift"
+WHO: Final = "a drift study"
 FORMAT: Final = 1
 
 
@@ -68,9 +69,9 @@ class Study:
         """
         file = str(getattr(scene, "name", "drift"))
         given = {"periods": periods, "ensemble": ensemble, "samples": samples, "seed": seed}
-        values, faults = taken(file, given)
-        found, wrong = _methods(file, methods)
-        if faults := [*faults, *_no_nutation(scene), *wrong]:
+        values, faults = taken(file, given, NUMBERS)
+        found, wrong = named(file, "methods", methods, _asked)
+        if faults := [*faults, *no_nutation(file, scene, WHO), *wrong]:
             raise BadScene(tuple(faults))
         concrete = tuple(_concrete(scene, each, values["periods"]) for each in found)
         return cls(scene, _without_twins(concrete), **values)
@@ -84,15 +85,10 @@ class Study:
         ForeignFile
             It describes none; the message names what is wrong.
         """
-        found = checked.table("identity", identity, ("scene", "methods", *BOUNDS))
+        found = recorded.table("identity", identity, ("scene", "methods", *NUMBERS))
         scene = _scene(found["scene"])
-        methods = tuple(map(_kept_method, checked.texts("methods", found["methods"])))
-        periods = checked.number("periods", found["periods"], *BOUNDS["periods"])
-        ensemble, samples, seed = (
-            checked.whole(name, found[name], *map(int, BOUNDS[name]))
-            for name in ("ensemble", "samples", "seed")
-        )
-        return cls(scene, methods, periods, ensemble, samples, seed)
+        methods = tuple(map(_kept_method, recorded.texts("methods", found["methods"])))
+        return cls(scene, methods, **recorded.numbers(found, NUMBERS))
 
     @cached_property
     def identity(self) -> dict[str, Any]:
@@ -139,14 +135,9 @@ class Study:
 
 def _scene(found: object) -> Scene:
     """Return the scene of an identity, whose top nutates."""
-    tables = checked.table("scene", found, ("name", "title", "source", "top", "start"))
-    for name in ("name", "title", "source"):
-        checked.text(name, tables[name])
-    for name in ("top", "start"):
-        checked.table(name, tables[name], ())
+    scene = recorded.scene(found)
     try:
-        scene = _read(tables)
-        faults = tuple(_no_nutation(scene))
+        faults = tuple(no_nutation(scene.name, scene, WHO))
     except HeavyTopError as wrong:
         raise ForeignFile(f"scene: {wrong}") from None
     if faults:
@@ -158,30 +149,12 @@ def _kept_method(text: str) -> Method:
     try:
         return method(text)
     except NoMethod as wrong:
-        raise checked.refused("methods", text, wrong.rule) from None
+        raise recorded.refused("methods", text, wrong.rule) from None
 
 
-def _read(tables: Mapping[str, Any]) -> Scene:
-    """Return a scene from its tables; numbers are texts or decimals that say them exactly."""
-    whole = {"format": 1, "title": tables["title"], "source": tables["source"]}
-    text = scene_text.written(
-        {**whole, "top": tables["top"], "start": tables["start"], "span": {"periods": 1}}
-    )
-    return read_scene(text, where=tables["name"])
-
-
-def _methods(file: str, given: object) -> tuple[list[Method], list[Fault]]:
-    found = []
-    texts, faults = names(file, given)
-    for text in texts:
-        try:
-            found.append(method("taylor-axis") if text == "auto" else method(text))
-            if text == "auto":
-                found[-1] = replace(found[-1], name="auto")
-        except NoMethod as wrong:
-            shown = scene_text.harmless(text[:60])
-            faults.append(Fault(file, None, "methods", shown, wrong.rule, wrong.hint))
-    return found, faults
+def _asked(text: str) -> Method:
+    """Return a method; auto waits for its periods under its name."""
+    return replace(method("taylor-axis"), name="auto") if text == "auto" else method(text)
 
 
 def _concrete(scene: Scene, asked: Method, periods: float) -> Method:
@@ -198,14 +171,3 @@ def _concrete(scene: Scene, asked: Method, periods: float) -> Method:
 
 def _without_twins(found: Sequence[Method]) -> tuple[Method, ...]:
     return tuple({each.text: each for each in found}.values())
-
-
-def _no_nutation(scene: Scene) -> Iterator[Fault]:
-    if not isinstance(scene, Scene):
-        shown = scene_text.shown(scene)
-        yield Fault("drift", None, "scene", shown, "a Scene", "load_scene gives one by its name")
-        return
-    motion = closed_form_of(scene)
-    if motion.period is None:
-        rule = f"no nutation period to count: {motion.kind}"
-        yield Fault(scene.name, None, "start", "", rule, "a drift study takes a top that nutates")

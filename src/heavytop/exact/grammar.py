@@ -41,6 +41,10 @@ _TOKEN: Final = re.compile(
 _PLAIN: Final = str.maketrans({"×": "*", "·": "*", "÷": "/", "−": "-", "π": " pi "})
 
 
+class _Unexpected(NotANumber):
+    """Something that no number holds, and that may have been meant as a unit."""
+
+
 def read(text: str, units: Collection[str] = UNITS) -> Form:
     """Read the number `text`, with an optional trailing unit out of `units`.
 
@@ -57,7 +61,11 @@ def read(text: str, units: Collection[str] = UNITS) -> Form:
     if unit and unit not in units:
         allowed = f"a unit here is {' or '.join(units)}" if units else "a number here has no unit"
         raise NotANumber(f"{allowed}, not {unit}")
-    value = _Descent(_tokens(body)).whole()
+    try:
+        value = _Descent(_tokens(body)).whole()
+    except _Unexpected as wrong:
+        known = f"a unit: {', '.join(units)}" if units else "no unit here"
+        raise NotANumber(f"{wrong}, and {known}") from None
     return value if unit is None else bounded.multiply(value, _UNIT_SIZES[unit])
 
 
@@ -77,12 +85,18 @@ def _tokens(text: str) -> list[str]:
     while place < len(text):
         match = _TOKEN.match(text, place)
         if match is None:
-            raise NotANumber(f"unexpected {text[place:].lstrip()[:1]!r}: {RULE}")
+            raise _unexpected_mark(text[place:].lstrip()[:1])
         tokens.append(match[0].strip())
         place = match.end()
     if sum(token not in "()" for token in tokens) > MAX_NODES:
         raise NotANumber(f"an expression holds at most {MAX_NODES} numbers and operators")
     return [*tokens, ""]
+
+
+def _unexpected_mark(mark: str) -> NotANumber:
+    if mark == ",":
+        return NotANumber("unexpected ',': a decimal is written with a point")
+    return _Unexpected(f"unexpected {mark!r}: {RULE}")
 
 
 def _literal(token: str) -> Fraction:
@@ -122,7 +136,7 @@ class _Descent:
     def unexpected(self) -> NotANumber:
         token = self.peek()
         if token:
-            return NotANumber(f'unexpected "{token[:40]}": {RULE}')
+            return _Unexpected(f'unexpected "{token[:40]}": {RULE}')
         return NotANumber(f"the expression ends too early: {RULE}")
 
     def sum(self) -> Form:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -11,9 +11,8 @@ from heavytop.digits import FOLDED_REACH, MOST_TURNS, needed_to_fold
 from heavytop.errors import BadScene, Fault
 from heavytop.exact import PI, Exact
 from heavytop.folds.nodding import Nodding
+from heavytop.folds.starting import constants, state
 from heavytop.folds.uniform import Uniform
-from heavytop.models.attitude_form import attitude_form
-from heavytop.models.numeric import exact_values
 from heavytop.scene import Scene
 from heavytop.taylor.bits import enough
 from heavytop.taylor.folding import Folding
@@ -81,10 +80,10 @@ def nodding(scene: Scene, digits: int) -> Made:
     BadScene
         It takes more than 4096 bits, or more steps than `Folding` takes.
     """
-    named, bits = _named(scene), enough(needed_to_fold(digits))
+    bits = enough(needed_to_fold(digits))
     compiling = integrating = 0.0
     while bits <= MOST_BITS:
-        course, seconds = _integrated(scene, named, bits)
+        course, seconds = _integrated(scene, bits)
         compiling, integrating = compiling + course.engine.compile_s, integrating + seconds
         end, nutation = _end(scene, course), course.nutation
         halves = min(max(FOLDED_REACH, float(1 + abs(end / course.half))), MOST_HALVES)
@@ -113,37 +112,26 @@ def _end(scene: Scene, course: Nodding) -> Number:
     return scene.periods.mpf(course.ctx) * course.period
 
 
-def _integrated(scene: Scene, named: Mapping[str, Exact], bits: int) -> tuple[Nodding, float]:
+def _integrated(scene: Scene, bits: int) -> tuple[Nodding, float]:
     """Return half a nutation in numbers of so many bits, and how long it took [s]."""
     ctx = context(int(bits * math.log10(2)) + SPARE_DIGITS)
-    constants, state = _rounded(named, ctx)
-    engine = Folding(bits, constants)
+    named = constants(scene)
+    engine = Folding(bits, dict(zip(named, _rounded(ctx, named.values()), strict=True)))
+    start = _rounded(ctx, state(scene))
     began = perf_counter()
     try:
-        nutation = engine.nutation(state, _turns_at_once(scene))
+        nutation = engine.nutation(start, _turns_at_once(scene))
     except Unfinished as reason:
         raise _refusal(scene, str(reason)) from None
     spent = perf_counter() - began
     values = {name: ctx.mpf(text) for name, text in engine.parameter_texts().items()}
-    values |= {f"{angle}_0": named[angle].mpf(ctx) for angle in ("phi", "psi")}
+    values |= {f"{angle}_0": named[f"{angle}_0"].mpf(ctx) for angle in ("phi", "psi")}
     return Nodding(ctx, engine, nutation, values), spent
 
 
-def _named(scene: Scene) -> dict[str, Exact]:
-    """Return the exact numbers of a scene by the symbols of the Lagrangian."""
-    angles = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
-    numbers = {name: getattr(scene.top, name) for name in ("A", "C", "gMR")}
-    return numbers | {name: getattr(scene.start, name) for name in angles}
-
-
-def _rounded(named: Mapping[str, Exact], ctx: Context) -> tuple[dict[str, str], list[str]]:
-    """Return the constants and the states of the start, each rounded once from the exact one."""
-    form = attitude_form()
-    expressions = (*form.parameters.values(), *form.start)
-    symbols = {s: named[s.name] for x in expressions for s in getattr(x, "free_symbols", ())}
-    texts = [ctx.nstr(x.mpf(ctx), ctx.dps) for x in exact_values(expressions, symbols)]
-    constants = zip((p.name for p in form.parameters), texts, strict=False)
-    return dict(constants), texts[len(form.parameters) :]
+def _rounded(ctx: Context, numbers: Iterable[Exact]) -> list[str]:
+    """Return exact numbers, each rounded once."""
+    return [ctx.nstr(x.mpf(ctx), ctx.dps) for x in numbers]
 
 
 def _turns_at_once(scene: Scene) -> bool:

@@ -9,10 +9,23 @@ from __future__ import annotations
 
 from heavytop.ledger.book import Book, Memory
 from heavytop.ledger.crew import run
-from heavytop.ledger.folder import Folder
+from heavytop.ledger.folder import Folder, identity_of
 from heavytop.ledger.kinds import study_of
+from heavytop.ledger.merging import merge
 from heavytop.ledger.piece import Piece
 from heavytop.ledger.progress import Progress
-from heavytop.ledger.study import Study
+from heavytop.ledger.study import Study, shard
 
-__all__ = ["Book", "Folder", "Memory", "Piece", "Progress", "Study", "run", "study_of"]
+__all__ = [
+    "Book",
+    "Folder",
+    "Memory",
+    "Piece",
+    "Progress",
+    "Study",
+    "identity_of",
+    "merge",
+    "run",
+    "shard",
+    "study_of",
+]

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor
 from contextlib import suppress
 from queue import Empty, SimpleQueue
 from typing import Any
 
 from heavytop.errors import ForeignFile, HeavyTopError, Stop
 from heavytop.ledger.book import Book, Memory
-from heavytop.ledger.effort import Effort, Show
+from heavytop.ledger.effort import LIVES, TICK_S, BrokenTask, Effort, Show
+from heavytop.ledger.errands import Errands
 from heavytop.ledger.folder import Folder
 from heavytop.ledger.halt import Halt
 from heavytop.ledger.hand import Hand, Inbox, Message
@@ -18,16 +20,15 @@ from heavytop.ledger.kinds import follower
 from heavytop.ledger.piece import Piece
 from heavytop.ledger.study import Study
 
-TICK_S = 0.1  # how long Ctrl-C may go unheard
-LIVES = 2  # a task whose worker dies once gets another; twice is no accident
-
-
-class BrokenTask(Exception):
-    """A bug in the code of a task, seen in a worker; its traceback is in the notes."""
-
 
 def run(
-    study: Study, folder: Folder | None = None, *, jobs: int = 1, on_progress: Show | None = None
+    study: Study,
+    folder: Folder | None = None,
+    *,
+    jobs: int = 1,
+    tasks: Sequence[str] | None = None,
+    executor: Executor | None = None,
+    on_progress: Show | None = None,
 ) -> Book:
     """Do what is left of a study.
 
@@ -38,6 +39,11 @@ def run(
         Where everything is written down, open for writing; else it is kept in memory.
     jobs : int
         Worker processes; with 1 the work is done here. Results do not depend on it.
+        With an executor it means nothing.
+    tasks : sequence of str, optional
+        Do these alone, such as a `shard` of them; the folder is that of the whole study.
+    executor : concurrent.futures.Executor, optional
+        Its workers do the tasks, wherever they are; results do not depend on it either.
     on_progress : callable, optional
         It is given a `Progress` after every piece.
 
@@ -49,12 +55,15 @@ def run(
     Raises
     ------
     ValueError
-        jobs < 1.
+        jobs < 1; a task that the study does not have; with an executor, a study whose kind is
+        another module's.
     StoppedEarly
-        Ctrl-C or SIGTERM; the disk is full; the worker of one task died twice. What was done is
-        in the folder, and running it again goes on from there.
+        Ctrl-C or SIGTERM; the disk is full; the worker of one task died twice; the executor takes
+        no more work. What was done is in the folder, and running it again goes on from there.
     ForeignStudy
         The folder holds another study.
+    ForeignWorker
+        A worker of the executor has other versions than the study.
     ForeignFile
         The checkpoint of a task is not one that the task writes.
     BrokenTask
@@ -63,9 +72,11 @@ def run(
     if jobs < 1:
         raise ValueError(f"jobs = {jobs}: at least 1")
     book: Book = Memory() if folder is None else folder.expect(study.identity)
-    effort = Effort(study, book, on_progress)
+    effort = Effort(study, book, on_progress, tasks)
     with Halt() as halt:
-        if jobs == 1:
+        if executor is not None:
+            Errands(effort, halt, executor).work()
+        elif jobs == 1:
             _alone(effort, halt)
         else:
             _Crew(effort, halt).work(jobs)
@@ -151,7 +162,7 @@ class _Crew:
         while not self._inbox.empty():
             hand, message = self._inbox.get()
             if message is not None:
-                self._write(hand.task, message)
+                self._effort.take(hand.task, message)
 
     def _dismiss(self) -> None:
         while self._hands:
@@ -161,7 +172,7 @@ class _Crew:
         if message is None:
             self._bury(hand)
             return
-        self._write(hand.task, message)
+        self._effort.take(hand.task, message)
         if not self._effort.book.entry(hand.task).ended:
             hand.go_on()
         elif self._waiting:
@@ -169,20 +180,6 @@ class _Crew:
         else:
             self._hands.remove(hand)
             hand.end()
-
-    def _write(self, task: str, message: dict[str, object]) -> None:
-        """Write down what a worker said of a task."""
-        match message:
-            case {"piece": dict(fields)}:
-                self._effort.record(task, Piece.of_json(fields))
-            case {"failed": str(why)}:
-                self._effort.fail(task, why)
-            case {"foreign": str(why)}:
-                raise self._effort.foreign(task, why)
-            case _:
-                bug = BrokenTask(f"{task}: {message.get('bug')}")
-                bug.add_note(str(message.get("trace", "")))
-                raise bug
 
     def _bury(self, hand: Hand) -> None:
         """Go on with the task of a dead worker in a new one, once."""

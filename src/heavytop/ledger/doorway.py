@@ -112,5 +112,4 @@ def writing(path: Path, folder: Path) -> Iterator[None]:
     except OSError as fault:
         if not (folder / STUDY).exists():  # taken away since it was looked at
             raise StoppedEarly(Stop.UNWRITABLE, f"{folder}: the folder has gone", None) from fault
-        why = f"cannot write {fault.filename or path}: {fault.strerror or fault}"
-        raise StoppedEarly(Stop.UNWRITABLE, why, folder) from fault
+        raise StoppedEarly.unwritable(fault, path, folder) from fault

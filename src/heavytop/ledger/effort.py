@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
-from heavytop.errors import ForeignFile, Stop, StoppedEarly
+from heavytop.errors import ForeignFile, ForeignWorker, Stop, StoppedEarly
 from heavytop.ledger.book import Book
 from heavytop.ledger.piece import Piece
 from heavytop.ledger.progress import Progress
@@ -13,13 +14,37 @@ from heavytop.ledger.study import Study
 
 Show = Callable[[Progress], object]
 
+TICK_S = 0.1  # how long Ctrl-C may go unheard
+LIVES = 2  # a task whose worker dies once gets another; twice is no accident
+
+
+class BrokenTask(Exception):
+    """A bug in the code of a task, seen in a worker; its traceback is in the notes."""
+
 
 class Effort:
-    """A study, the book it is written in, and the tasks that were left when this process began."""
+    """Tasks of a study, the book it is written in, and what was left when this process began.
 
-    def __init__(self, study: Study, book: Book, show: Show | None) -> None:
+    Parameters
+    ----------
+    study : Study
+    book : Book
+    show : callable, optional
+    tasks : sequence of str, optional
+        Those to be done; else all.
+
+    Raises
+    ------
+    ValueError
+        The study has no such task.
+    """
+
+    def __init__(
+        self, study: Study, book: Book, show: Show | None, tasks: Sequence[str] | None = None
+    ) -> None:
         self.study, self.book = study, book
-        self.left = tuple(t for t in study.tasks if not book.entry(t).ended)
+        self.tasks = study.tasks if tasks is None else _part(study, tasks)
+        self.left = tuple(t for t in self.tasks if not book.entry(t).ended)
         self._show, self._start, self._before = show, time.monotonic(), self._fraction()
         self._tell()
 
@@ -32,6 +57,22 @@ class Effort:
         """Write down that a task cannot reach its end."""
         self.book.fail(task, why)
         self._tell()
+
+    def take(self, task: str, message: dict[str, Any]) -> None:
+        """Write down what a worker said of a task; what ends the study is raised."""
+        match message:
+            case {"piece": dict(fields)}:
+                self.record(task, Piece.of_json(fields))
+            case {"failed": str(why)}:
+                self.fail(task, why)
+            case {"foreign": str(why)}:
+                raise self.foreign(task, why)
+            case {"stranger": str(who), "differences": list(found)}:
+                raise ForeignWorker(who, found)
+            case _:
+                bug = BrokenTask(f"{task}: {message.get('bug')}")
+                bug.add_note(str(message.get("trace", "")))
+                raise bug
 
     def foreign(self, task: str, why: str) -> ForeignFile:
         """What refuses the checkpoint of a task."""
@@ -46,13 +87,21 @@ class Effort:
         return StoppedEarly(stop, why, self.book.path)
 
     def _fraction(self) -> float:
-        tasks = self.study.tasks
+        tasks = self.tasks
         return sum(self.book.entry(t).fraction for t in tasks) / len(tasks) if tasks else 1.0
 
     def _tell(self) -> None:
         if self._show is None:
             return
-        done, tasks = self._fraction(), self.study.tasks
+        done, tasks = self._fraction(), self.tasks
         ended = sum(self.book.entry(t).ended for t in tasks)
         elapsed = time.monotonic() - self._start
         self._show(Progress(done, ended, len(tasks), elapsed, done - self._before))
+
+
+def _part(study: Study, tasks: Sequence[str]) -> tuple[str, ...]:
+    """These tasks in the order of the study, if it has them all."""
+    wanted = set(tasks)
+    if strangers := wanted.difference(study.tasks):
+        raise ValueError(f"task {min(strangers)!r}: not one of this study")
+    return tuple(task for task in study.tasks if task in wanted)

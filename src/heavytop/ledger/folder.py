@@ -149,13 +149,28 @@ class Folder:
             What was written before is as it was.
         """
         self._write(task, self.entry(task).after(piece))
-        self._costs.add(task, piece.spent_s)
-        with writing(self.path / COST, self.path):
-            self._costs.write()
+        self._spend(task, piece.spent_s)
 
     def fail(self, task: str, why: str) -> None:
         """Write down that a task cannot reach its end."""
         self._write(task, self.entry(task).given_up(why))
+
+    def take_over(self, task: str, source: Folder) -> None:
+        """Write down an ended task as another folder of this study has it, byte for byte.
+
+        Raises
+        ------
+        ForeignFile
+            A file there was changed meanwhile.
+        StoppedEarly
+            As for `record`.
+        """
+        entry = source.entry(task)
+        shelf = self._writable(task)
+        with writing(shelf.folder, self.path):
+            shelf.take_over(source._shelf(task), entry)
+        self._entries[task] = entry
+        self._spend(task, source.spent_s(task))
 
     def rows(self, task: str) -> Iterator[dict[str, Any]]:
         """The rows of a task in their order, one segment in memory at a time.
@@ -176,12 +191,20 @@ class Folder:
         return str(self._shelf(task).origin(self.entry(task), row))
 
     def _write(self, task: str, entry: Entry) -> None:
+        shelf = self._writable(task)
+        with writing(shelf.folder, self.path):
+            self._entries[task] = shelf.write(entry)
+
+    def _spend(self, task: str, seconds: float) -> None:
+        self._costs.add(task, seconds)
+        with writing(self.path / COST, self.path):
+            self._costs.write()
+
+    def _writable(self, task: str) -> Shelf:
         if self._lock is None:
             raise ValueError(f"{self.path}: not opened for writing")
         expect_there(self.path, self._file)
-        shelf = self._shelf(task)
-        with writing(shelf.folder, self.path):
-            self._entries[task] = shelf.write(entry)
+        return self._shelf(task)
 
     def _shelf(self, task: str) -> Shelf:
         """The files of a task, if they lie inside the folder."""
@@ -208,3 +231,14 @@ class Folder:
         if found := differences(self.identity, identity):
             raise ForeignStudy(self.path, found)
         return self
+
+
+def identity_of(path: str | os.PathLike[str]) -> Identity:
+    """What is asked in a folder; nothing else in it is read.
+
+    Raises
+    ------
+    ForeignFile
+        It is no study.
+    """
+    return kept_identity(named(path))

@@ -13,7 +13,10 @@ from heavytop.errors import ForeignFile
 from heavytop.ledger.piece import Follower
 from heavytop.ledger.study import Identity, Study
 
-KINDS: Mapping[str, str] = {"drift": "heavytop.drifts.follow"}
+KINDS: Mapping[str, str] = {
+    "drift": "heavytop.drifts.follow",
+    "atlas": "heavytop.atlases.follow",
+}
 
 
 def study_of(identity: Identity, kinds: Mapping[str, str] = KINDS) -> Study:
@@ -24,15 +27,27 @@ def study_of(identity: Identity, kinds: Mapping[str, str] = KINDS) -> Study:
     ForeignFile
         The kind is unknown, or its tasks have names that no folder can have.
     """
+    module = module_of(identity, kinds)
+    try:
+        return Study(identity, tuple(follower(module).tasks(identity)), module)
+    except ValueError as fault:
+        raise ForeignFile(f"kind = {identity['kind']!r}: {fault}") from None
+
+
+def module_of(identity: Identity, kinds: Mapping[str, str] = KINDS) -> str:
+    """The module that does the tasks of a study.
+
+    Raises
+    ------
+    ForeignFile
+        The kind is unknown.
+    """
     kind = identity.get("kind")
     module = kinds.get(kind) if isinstance(kind, str) else None
     if module is None:
         known = ", ".join(sorted(kinds)) or "none"
         raise ForeignFile(f"kind = {kind!r}: not a kind of study known here ({known})")
-    try:
-        return Study(identity, tuple(follower(module).tasks(identity)), module)
-    except ValueError as fault:
-        raise ForeignFile(f"kind = {kind!r}: {fault}") from None
+    return module
 
 
 def follower(module: str) -> Follower:

@@ -65,6 +65,20 @@ class Shelf:
         write_text(self.checkpoint, sealed(self._document(entry)))
         return entry
 
+    def take_over(self, other: Shelf, entry: Entry) -> None:
+        """Write the files of an ended task as another folder has them, segments first.
+
+        Raises
+        ------
+        ForeignFile
+            A file there was changed meanwhile.
+        OSError
+        """
+        make_folder(self.folder)
+        for i, segment in enumerate(entry.segments):
+            write_text(self.segment(i), other._whole(i, segment).decode("utf-8"))
+        write_text(self.checkpoint, sealed(self._document(entry)))
+
     def read(self) -> Entry:
         """Read the entry, and hold every segment it names against its digest.
 

@@ -59,6 +59,24 @@ def checked(tasks: Sequence[str]) -> tuple[str, ...]:
     return tuple(tasks)
 
 
+def shard(tasks: Sequence[str], i: int, n: int) -> tuple[str, ...]:
+    """Part i of n of the tasks: the i-th, the one n after it, and so on. All n are the whole.
+
+    Raises
+    ------
+    ValueError
+        Unless 1 <= i <= n.
+
+    Examples
+    --------
+    >>> shard(["a", "b", "c", "d", "e"], 2, 3)
+    ('b', 'e')
+    """
+    if not 1 <= i <= n:
+        raise ValueError(f"shard {i}/{n}: the parts of a whole are 1/n to n/n")
+    return tuple(tasks[i - 1 :: n])
+
+
 def is_name(task: str) -> bool:
     """Whether a name keeps inside the folder, and clear of the files in it.
 

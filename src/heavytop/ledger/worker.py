@@ -12,14 +12,12 @@ import os
 import signal
 import sys
 import threading
-import traceback
 from contextlib import suppress
 from queue import SimpleQueue
 from typing import IO, Any
 
-from heavytop.errors import ForeignFile, HeavyTopError
 from heavytop.ledger.canonical import canonical
-from heavytop.ledger.kinds import follower
+from heavytop.ledger.telling import told
 
 _DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG
 
@@ -63,23 +61,11 @@ def _listen(source: IO[str], orders: Orders) -> None:
 
 
 def _obey(module: str, order: dict[str, Any], orders: Orders, channel: IO[str]) -> None:
-    """Follow one task; what it raises is a message too."""
-    try:
-        work = follower(module)
-        for piece in work.follow(order["identity"], order["task"], order["checkpoint"]):
-            _say(channel, {"piece": piece.as_json()})
-            if piece.done:
-                return
+    """Follow one task; after a piece that is not the last, wait for the word to go on."""
+    for message in told(module, order["identity"], order["task"], order["checkpoint"]):
+        _say(channel, message)
+        if "piece" in message and not message["piece"]["done"]:
             orders.get()
-    except ForeignFile as fault:
-        _say(channel, {"foreign": str(fault)})
-    except HeavyTopError as refusal:
-        _say(channel, {"failed": str(refusal)})
-    except Exception as bug:
-        what = f"{type(bug).__name__}: {bug}"
-        _say(channel, {"bug": what, "trace": traceback.format_exc()})
-    else:
-        _say(channel, {"bug": "it ended before it was done", "trace": ""})
 
 
 def _say(channel: IO[str], message: dict[str, Any]) -> None:

@@ -56,6 +56,7 @@ def attitude_form(variant: str | None = None) -> Formulation:
         spin=_of_quaternion(seen.spin),
         starts_at_pole=True,
         unbounded=False,
+        rates=(l_x, l_y),
     )
 
 
@@ -76,6 +77,7 @@ def _with_angles(form: Formulation) -> Formulation:
         starts_at_pole=True,
         unbounded=False,
         integrated=form,
+        rates=form.rates,
     )
 
 

@@ -59,6 +59,7 @@ def axis_form(psi: str | None = None) -> Formulation:
         spin=ell.dot(e),
         starts_at_pole=True,
         unbounded=False,
+        rates=(l_x, l_y),
     )
 
 

@@ -43,6 +43,7 @@ def cubic_form(variant: str = "top") -> Formulation:
         spin=n,
         starts_at_pole=True,
         unbounded=False,
+        rates=(wdot,),
     )
 
 

@@ -52,6 +52,10 @@ class Formulation:
     integrated : Formulation, optional
         This one without its last two states, where these are angles that the others give modulo
         2 pi: they are not integrated, but read off, and their turns counted.
+    rates : tuple of sympy symbols
+        Those of the states that are rates [rad/s], as large or small as the top is fast or slow;
+        the others are of the size of one. Empty where angles grow in the state, which would only
+        be the largest states the sooner.
     """
 
     name: str
@@ -68,6 +72,7 @@ class Formulation:
     starts_at_pole: bool
     unbounded: bool
     integrated: Formulation | None = None
+    rates: tuple[Any, ...] = ()
 
     def flow_derivative(self, expression: Any) -> Any:
         """Return the time derivative of a function of the states along the motion."""

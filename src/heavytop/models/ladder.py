@@ -5,13 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from heavytop.models.attitude_form import attitude_form
-from heavytop.models.axis_form import axis_form
-from heavytop.models.cubic_form import cubic_form
 from heavytop.models.formulation import Formulation
-from heavytop.models.lagrange_form import lagrange_form
-from heavytop.models.routh_form import routh_form
-from heavytop.models.subsystem_form import subsystem_form
 
 EVERYTHING = frozenset({"class", "period", "theta", "rates", "axis", "phi", "psi", "attitude"})
 TILT = frozenset({"class", "period", "theta", "rates"})
@@ -39,13 +33,47 @@ class Rung:
     starts_at_pole: bool
 
 
+def _cubic(variant: str | None) -> Formulation:
+    from heavytop.models.cubic_form import cubic_form
+
+    return cubic_form(variant or "top")
+
+
+def _routh(variant: str | None) -> Formulation:
+    from heavytop.models.routh_form import routh_form
+
+    return routh_form(variant)
+
+
+def _subsystem(variant: str | None) -> Formulation:
+    from heavytop.models.subsystem_form import subsystem_form
+
+    return subsystem_form(variant)
+
+
+def _axis(variant: str | None) -> Formulation:
+    from heavytop.models.axis_form import axis_form
+
+    return axis_form(variant)
+
+
+def _attitude(variant: str | None) -> Formulation:
+    from heavytop.models.attitude_form import attitude_form
+
+    return attitude_form(variant)
+
+
+def _lagrange(_: str | None) -> Formulation:
+    from heavytop.models.lagrange_form import lagrange_form
+
+    return lagrange_form()
+
+
 LADDER: Mapping[str, Rung] = {
-    "cubic": Rung(
-        lambda variant: cubic_form(variant or "top"), ("top", "bottom"), TILT, starts_at_pole=True
-    ),
-    "routh": Rung(routh_form, (None, "angles"), EVERYTHING, starts_at_pole=False),
-    "subsystem": Rung(subsystem_form, (None, "angles"), EVERYTHING, starts_at_pole=False),
-    "axis": Rung(axis_form, (None, "sigma", "delta"), EVERYTHING, starts_at_pole=True),
-    "attitude": Rung(attitude_form, (None, "angles"), EVERYTHING, starts_at_pole=True),
-    "lagrange": Rung(lambda _: lagrange_form(), (None,), EVERYTHING, starts_at_pole=False),
+    "cubic": Rung(_cubic, ("top", "bottom"), TILT, starts_at_pole=True),
+    "routh": Rung(_routh, (None, "angles"), EVERYTHING, starts_at_pole=False),
+    "subsystem": Rung(_subsystem, (None, "angles"), EVERYTHING, starts_at_pole=False),
+    "axis": Rung(_axis, (None, "sigma", "delta"), EVERYTHING, starts_at_pole=True),
+    "attitude": Rung(_attitude, (None, "angles"), EVERYTHING, starts_at_pole=True),
+    "lagrange": Rung(_lagrange, (None,), EVERYTHING, starts_at_pole=False),
 }

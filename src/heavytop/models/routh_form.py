@@ -52,6 +52,7 @@ def routh_form(variant: str | None = None) -> Formulation:
         spin=p_psi / A,
         starts_at_pole=False,
         unbounded=False,
+        rates=(thetadot,),
     )
 
 

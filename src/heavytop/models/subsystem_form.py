@@ -42,4 +42,5 @@ def subsystem_form(variant: str | None = None) -> Formulation:
         spin=p_psi / lag.A,
         starts_at_pole=False,
         unbounded=False,
+        rates=lag.VELOCITIES,
     )

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
 
 import matplotlib as mpl
 import numpy as np
@@ -13,10 +15,35 @@ from heavytop.report.figures.style import FAINT, OTHER, PATH, STYLE
 from heavytop.report.steady_figure import COLOURS, MARKERS
 
 Points = Sequence[tuple[float, float]]
+ON: Final = 1e-9  # so near the circle a modulus counts as on it,
+BESIDE: Final = 1e-2  # and a swing as the small one that it should be
+
+
+@dataclass(frozen=True, slots=True)
+class Cone:
+    """A steady precession, and what became of it.
+
+    Attributes
+    ----------
+    ratio, tilt : float
+        p_ψ²/4A gMR, and θ [rad].
+    fast : bool
+        Whether it is the fast one of the two.
+    off : float
+        How far the modulus of its multiplier is from 1.
+    strayed : float
+        How far the swing of a pushed run is from the small one, relative.
+    """
+
+    ratio: float
+    tilt: float
+    fast: bool
+    off: float
+    strayed: float
 
 
 def stability_figure(
-    cones: Sequence[tuple[float, float, float]],
+    cones: Sequence[Cone],
     theory: Points,
     multipliers: Points,
     runs: Points,
@@ -25,8 +52,8 @@ def stability_figure(
 
     Parameters
     ----------
-    cones : sequence of (ratio, tilt, modulus less 1)
-        Steady precessions: p_ψ²/4A gMR, θ [rad], and how far their multipliers are off the circle.
+    cones : sequence of Cone
+        Steady precessions.
     theory, multipliers, runs : sequence of (ratio, growth)
         Growth rates of the sleeping top over √(gMR/A), from each source.
     """
@@ -39,21 +66,29 @@ def stability_figure(
     return figure
 
 
-def _cones(ax: Axes, cones: Sequence[tuple[float, float, float]]) -> None:
+def _cones(ax: Axes, cones: Sequence[Cone]) -> None:
     tilts = np.linspace(0.0, np.pi / 2, 181)
     ax.plot(np.cos(tilts), np.degrees(tilts), color=PATH, linewidth=1.2)
     ax.fill_betweenx(np.degrees(tilts), 0, np.cos(tilts), color=FAINT, alpha=0.4, linewidth=0)
     ax.text(0.3, 25, "no steady\nprecession", ha="center", fontsize=8)
-    looks = ((0, "o", PATH, "slow"), (1, "x", "black", "fast"))
-    for first, marker, colour, name in looks:
-        some = cones[first::2]
-        ax.plot([c[0] for c in some], np.degrees([c[1] for c in some]), marker, color=colour,
-                markersize=5, markerfacecolor="none", linestyle="none",
-                label=f"{name} precession: multipliers on the circle")  # fmt: skip
+    on = [c for c in cones if abs(c.off) <= ON]
+    _marked(ax, [c for c in on if not c.fast], "o", PATH, "slow: multipliers on the circle")
+    _marked(ax, [c for c in on if c.fast], "x", "black", "fast: multipliers on the circle")
+    _marked(ax, [c for c in cones if abs(c.off) > ON], "D", OTHER, "multipliers off the circle")
+    stayed = [c for c in cones if c.strayed <= BESIDE]
+    _marked(ax, stayed, "_", OTHER, "pushed runs that stay beside it")
+    _marked(ax, [c for c in cones if c.strayed > BESIDE], "s", OTHER, "pushed runs that leave it")
     ax.plot([0, 1], [0, 0], color=OTHER, linewidth=3, solid_capstyle="butt", label="upright, falls")
     ax.plot([1, 2], [0, 0], color=PATH, linewidth=3, solid_capstyle="butt", label="upright, sleeps")
     ax.set_ylabel("tilt [°]")
     ax.legend(frameon=False, fontsize=7.5, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
+
+
+def _marked(ax: Axes, cones: Sequence[Cone], marker: str, colour: str, label: str) -> None:
+    """Mark cones, if there are any."""
+    if cones:
+        ax.plot([c.ratio for c in cones], np.degrees([c.tilt for c in cones]), marker, color=colour,
+                markersize=6, markerfacecolor="none", linestyle="none", label=label)  # fmt: skip
 
 
 def _growth(ax: Axes, theory: Points, multipliers: Points, runs: Points) -> None:
@@ -69,7 +104,7 @@ def _growth(ax: Axes, theory: Points, multipliers: Points, runs: Points) -> None
 
 
 def spin_figure(steps: Mapping[str, Points]) -> Figure:
-    """Steps in a nutation period against ψ̇ at the same p_ψ, for every form.
+    """Steps in a nutation period against ω3 at the same p_ψ, for every form.
 
     Parameters
     ----------
@@ -83,7 +118,7 @@ def spin_figure(steps: Mapping[str, Points]) -> Figure:
             ax.loglog(*zip(*points, strict=True), marker=MARKERS[i % len(MARKERS)], markersize=4,
                       color=COLOURS[i % len(COLOURS)], linewidth=1.0, label=name,
                       linestyle="-" if i < len(MARKERS) else "--")  # fmt: skip
-        ax.set_xlabel("spin rate ψ̇ [rad/s] at the same p_ψ")
+        ax.set_xlabel("spin rate ω3 [rad/s] at the same p_ψ")
         ax.set_ylabel("steps in a nutation period")
         ax.grid(True, which="major", linewidth=0.3, color=FAINT)
         ax.legend(frameon=False, fontsize=7.5)

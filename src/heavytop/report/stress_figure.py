@@ -1,4 +1,4 @@
-"""The digits that every method lost at every case, as a heat map; failures have letters."""
+"""The digits that every method lost at every case, as a heat map; marks are the table's."""
 
 from __future__ import annotations
 
@@ -11,20 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from heavytop.report.figures.style import STYLE
+from heavytop.report.stress_table import MARKS, UNTOLD, heading
 
-LETTERS: Final = {
-    "inaccurate": "!",
-    "singular": "S",
-    "stalled": "R",
-    "diverged": "D",
-    "step-limit": "N",
-    "time-limit": "T",
-    "refused": "–",
-    "missed-events": "e",
-}
 MOST: Final = 14.0  # digits
-WORDS: Final = "letters: ! inaccurate, S singular, R stalled, D diverged, N step limit,\n"
-MORE: Final = "T time limit, – refused, e events missed; grey: no number at the end"
+ACROSS: Final = 4  # marks explained in a line
 
 
 def stress_figure(document: Mapping[str, Any]) -> Figure:
@@ -48,13 +38,20 @@ def stress_figure(document: Mapping[str, Any]) -> Figure:
         figure = Figure(figsize=size, layout="constrained")
         ax = figure.subplots()
         _draw(ax, runs, rows, names)
-        ax.set_xticks(range(len(names)), [document["methods"][name] for name in names], rotation=90)
+        ax.set_xticks(range(len(names)), [heading(document, m) for m in names], rotation=90)
         ax.set_yticks(range(len(rows)), rows)
         ax.tick_params(length=0, labeltop=True, labelbottom=False)
-        ax.set_xlabel(WORDS + MORE, fontsize=7.5)
+        ax.set_xlabel(_words(), fontsize=7.5)
         bar = figure.colorbar(ax.images[0], ax=ax, fraction=0.04, aspect=40)
         bar.set_label("digits lost beyond what conditioning allows")
     return figure
+
+
+def _words() -> str:
+    """What the marks mean."""
+    marks = [f"{mark} {word}" for word, mark in MARKS.items()]
+    marks += [f"{UNTOLD} nothing to tell", "grey: no number, or not run"]
+    return ",\n".join(", ".join(marks[i : i + ACROSS]) for i in range(0, len(marks), ACROSS))
 
 
 def _draw(ax: Axes, runs: Any, rows: list[str], names: list[str]) -> None:
@@ -63,9 +60,9 @@ def _draw(ax: Axes, runs: Any, rows: list[str], names: list[str]) -> None:
         i, j = rows.index(run["case"]), names.index(run["method"])
         if run["digits_lost"] is not None:
             lost[i, j] = run["digits_lost"]
-        if letter := LETTERS.get(run["outcome"]):
+        if mark := UNTOLD if run["untold"] else MARKS.get(run["outcome"]):
             dark = run["digits_lost"] is not None and run["digits_lost"] > MOST / 2
-            ax.text(j, i, letter, ha="center", va="center", fontsize=7.5,
+            ax.text(j, i, mark, ha="center", va="center", fontsize=6,
                     color="white" if dark else "black")  # fmt: skip
     ax.set_facecolor("#DDDDDD")
     ax.imshow(lost, cmap="YlGnBu", vmin=0.0, vmax=MOST, aspect="auto", interpolation="none")

@@ -21,6 +21,8 @@ MARKS: Final = {
     "refused": "no",
     "missed-events": "ev",
 }
+UNTOLD: Final = "?"
+UNTOLD_RULE: Final = "nothing to tell: conditioning leaves no digits, and what is there is chance"
 ACROSS: Final = 8  # methods side by side
 
 
@@ -65,7 +67,8 @@ def _table(
     table = Table(box=None, pad_edge=False, header_style="cyan")
     table.add_column("case", no_wrap=True)
     for name in names:
-        table.add_column(Text(document["methods"][name]), justify="right", no_wrap=True)
+        head = heading(document, name).replace(" ", "\n")
+        table.add_column(Text(head), justify="right", no_wrap=True)
     for case in document["hard"]:
         cells = [cell(found.get((case, name))) for name in names]
         if any(each != MISSING for each in cells):
@@ -73,16 +76,29 @@ def _table(
     return table
 
 
+def heading(document: Mapping[str, Any], method: str) -> str:
+    """A method's short name and its tolerance, or its steps in a period.
+
+    Examples
+    --------
+    >>> heading({"methods": {"m": "lsoda:a"}, "settings": {"m": "1e-11"}}, "m")
+    'lsoda:a 1e-11'
+    """
+    return f"{document['methods'][method]} {document['settings'][method]}".rstrip()
+
+
 def cell(run: Mapping[str, Any] | None) -> str:
     """One run in a few letters: the digits it lost, and a mark where it failed.
 
     Examples
     --------
-    >>> cell({"outcome": "inaccurate", "digits_lost": 9.42})
+    >>> cell({"outcome": "inaccurate", "digits_lost": 9.42, "untold": False, "turns": None})
     '9.4 !'
     """
     if run is None:
         return MISSING
+    if run["untold"]:
+        return UNTOLD
     lost = run["digits_lost"]
     number = [] if lost is None else [f"{lost:.1f}" if lost else "0"]
     mark = [MARKS[run["outcome"]]] if run["outcome"] in MARKS else []
@@ -94,13 +110,15 @@ def _meanings(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     for word, rule in document["rules"].items():
         if word in seen and word in MARKS:
             yield f"{MARKS[word]} {word}", rule
+    if any(run["untold"] for run in document["cases"]):
+        yield UNTOLD, UNTOLD_RULE
 
 
 def _failed(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """What failed, a line for each case, outcome and note, with the methods it befell."""
     groups: dict[tuple[str, str, str], list[str]] = {}
     for run in document["cases"]:
-        if run["outcome"] != "ok":
+        if run["outcome"] != "ok" or run["untold"] or any(run["turns"] or ()):
             key = (run["case"], run["outcome"], run["note"])
             groups.setdefault(key, []).append(run["method"])
     order = list(document["hard"])
@@ -109,12 +127,19 @@ def _failed(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _notes(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    apart: dict[tuple[str, str], int] = {}
+    for each in document["apart"]:
+        key = (each["method"], each["reason"])
+        apart[key] = apart.get(key, 0) + 1
+    for (method, reason), n in apart.items():
+        yield "left out", f"{method} at {n} case{'s'[: n > 1]}: {reason}"
     reasons: dict[str, list[str]] = {}
     for each in document["skipped"]:
         reasons.setdefault(each["reason"], []).append(f"{each['case']}/{each['method']}")
     for reason, names in reasons.items():
         yield "skipped", f"{reason}: {', '.join(names)}"
     wrong = document["auto"]["silently_wrong"]
-    yield "auto", f"silently wrong: {', '.join(wrong) or 'nowhere'}"
+    told = f"silently wrong: {', '.join(wrong) or 'nowhere'}"
+    yield "auto", told if document["auto"]["run"] else "was not run"
     if document["files"]:
         yield "files", ", ".join(map(str, document["files"].values()))

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import cycle
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
@@ -12,11 +12,38 @@ from matplotlib.figure import Figure
 
 from heavytop.report.figures.style import FAINT, STYLE
 
-OURS: Final = ("#0072B2", "#009E73", "#56B4E9", "#000000")
-THEIRS: Final = ("#D55E00", "#E69F00", "#CC79A7")
-MARKERS: Final = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "p", "h")
+DOUBLE: Final = 53
+FORMS: Final = {
+    "cubic": "#0072B2",
+    "axis": "#009E73",
+    "attitude": "#56B4E9",
+    "routh": "#CC79A7",
+    "subsystem": "#E69F00",
+    "lagrange": "#000000",
+}
+MARKERS: Final = {"": "o", "-projected": "s", "-longdouble": "^", "-mpfr": "D"}
+COLLOCATION, SPLITTING, ADAPTIVE = "#8C510A", "#D55E00", "#808080"
+FAMILIES: Final = {"numba": SPLITTING, "implicit-midpoint": COLLOCATION, "gauss8": COLLOCATION}
+THEIR_MARKERS: Final = ("o", "s", "^", "D", "v", "P", "X")
 LABELS: Final = {"error": "error of the axis", "theta_error": "error of θ [rad]"}
 Known = Mapping[str, Any]
+
+
+class Look(NamedTuple):
+    """How one method is drawn."""
+
+    colour: str
+    marker: str
+    line: str
+    hollow: bool
+
+
+class Panel(NamedTuple):
+    """One pair of axes: which error it shows, of which points, and which are on the front."""
+
+    error: str
+    points: Sequence[Known]
+    front: Sequence[Known]
 
 
 def workprec_figure(document: Known) -> Figure:
@@ -31,19 +58,26 @@ def workprec_figure(document: Known) -> Figure:
     -------
     matplotlib.figure.Figure
         Time against the error of the axis, of the methods that give it, and against that of θ, of
-        all. Rivals are drawn dashed and hollow, what auto chose as stars, the front as a grey
-        staircase.
+        all; doubles above, more bits below. A formulation has one colour; rivals are dashed and
+        hollow, in a colour for each family; what auto chose are stars with the digits asked; the
+        front is a grey staircase.
     """
-    panels = _panels(document)
+    rows = _rows(document)
+    heights = [1.0, 0.45][: len(rows)]
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.2 * len(panels) + 0.4, 8.2), layout="constrained")
-        axes = figure.subplots(1, len(panels), squeeze=False, sharey=True).flat
-        looks = _looks(document)
-        for ax, (name, members, leaders) in zip(axes, panels, strict=True):
-            _panel(ax, name, members, leaders, looks)
-        next(iter(figure.axes)).set_ylabel("µs per nutation period")
+        figure = Figure(
+            figsize=(5.6 * len(rows[0]) + 0.4, 6.0 * sum(heights) + 1.8), layout="constrained"
+        )
+        axes = figure.subplots(
+            len(rows), len(rows[0]), squeeze=False, sharey="row", height_ratios=heights
+        )
+        looks = _looks(document["points"])
+        for row, panels in zip(axes, rows, strict=True):
+            row[0].set_ylabel("µs per nutation period")
+            for ax, panel in zip(row, panels, strict=True):
+                _draw(ax, panel, looks)
         figure.suptitle(_title(document), parse_math=False)
-        _legend(figure)
+        _legend(figure, ["front", "auto", *looks])
     return figure
 
 
@@ -52,74 +86,104 @@ def _title(document: Known) -> str:
     return f"{(scene['title'] or scene['name'])[:80]}, {document['periods']:g} periods"
 
 
-def _panels(document: Known) -> list[tuple[str, list[Known], list[Known]]]:
-    """Return for each panel which error it shows, its points and those on its front."""
+def _rows(document: Known) -> list[list[Panel]]:
+    """Return the panels of doubles, and those of more bits where there are such points."""
     points = document["points"]
-    with_axis = [point for point in points if point["measures"] == "axis"]
-    theta = ("theta_error", points, [points[i] for i in document["front_theta"]])
-    if not with_axis:
-        return [theta]
-    return [("error", with_axis, [points[i] for i in document["front"]]), theta]
+    bits = [[p for p in points if p["bits"] == DOUBLE], [p for p in points if p["bits"] > DOUBLE]]
+    with_axis = any(point["measures"] == "axis" for point in points)
+    return [list(_panels(document, of, axis=with_axis)) for of in bits if of] or [
+        list(_panels(document, [], axis=with_axis))
+    ]
 
 
-def _looks(document: Known) -> dict[str, tuple[str, str]]:
-    """Return colour and marker by method: ours from cold colours, theirs from warm ones."""
-    rival = {point["method"]: point["rival"] for point in document["points"]}
-    ours = zip(cycle(OURS), cycle(MARKERS), strict=False)
-    theirs = zip(cycle(THEIRS), cycle(MARKERS), strict=False)
-    return {name: next(theirs if rival[name] else ours) for name in rival if name != "auto"}
+def _panels(document: Known, points: Sequence[Known], *, axis: bool) -> Iterator[Panel]:
+    fronts = {"theta_error": "front_theta"}
+    if axis:
+        fronts = {"error": "front"} | fronts
+    for error, name in fronts.items():
+        front = [document["points"][i] for i in document[name]]
+        shown = [p for p in points if error == "theta_error" or p["measures"] == "axis"]
+        yield Panel(error, shown, [p for p in front if any(p is each for each in points)])
 
 
-def _panel(
-    ax: Axes,
-    name: str,
-    members: Sequence[Known],
-    leaders: Sequence[Known],
-    looks: Mapping[str, tuple[str, str]],
-) -> None:
-    _draw_front(ax, name, leaders)
-    for method in dict.fromkeys(point["method"] for point in members):
-        points = [p for p in members if p["method"] == method and p[name] > 0]
-        if method == "auto":
-            _draw_auto(ax, name, points)
+def _looks(points: Sequence[Known]) -> dict[str, Look]:
+    """Return how each method is drawn: ours by formulation, theirs by family."""
+    markers = {colour: cycle(THEIR_MARKERS) for colour in (COLLOCATION, SPLITTING, ADAPTIVE)}
+    found: dict[str, Look] = {}
+    for point in points:
+        name = point["method"]
+        if name in found or name == "auto":
             continue
-        colour, marker = looks[method]
-        rival = any(point["rival"] for point in points)
-        ax.loglog(
-            [point[name] for point in points],
-            [point["us_per_period"] for point in points],
-            marker=marker, color=colour, label=method, linewidth=0.9, markersize=4,
-            linestyle="--" if rival else "-", markerfacecolor="white" if rival else colour,
-        )  # fmt: skip
+        if not point["rival"]:
+            found[name] = _own_look(point)
+            continue
+        colour = FAMILIES.get(name, FAMILIES.get(point["language"], ADAPTIVE))
+        found[name] = Look(colour, next(markers[colour]), "--", hollow=True)
+    return found
+
+
+def _own_look(point: Known) -> Look:
+    kind = point["method"].removeprefix(f"taylor-{point['formulation']}")
+    line = ":" if kind == "-projected" else "-"
+    return Look(
+        FORMS[point["formulation"]], MARKERS.get(kind, MARKERS["-mpfr"]), line, hollow=False
+    )
+
+
+def _draw(ax: Axes, panel: Panel, looks: Mapping[str, Look]) -> None:
+    _draw_front(ax, panel)
+    for method, look in looks.items():
+        points = [p for p in panel.points if p["method"] == method and p[panel.error] > 0]
+        if points:
+            _line(ax, points, panel.error, method, look)
+    _draw_auto(ax, panel)
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.invert_xaxis()
-    ax.set_xlabel(LABELS[name])
+    ax.set_xlabel(LABELS[panel.error])
     ax.grid(True, which="major", linewidth=0.3, color=FAINT)
 
 
-def _draw_front(ax: Axes, name: str, leaders: Sequence[Known]) -> None:
+def _line(ax: Axes, points: Sequence[Known], error: str, method: str, look: Look) -> None:
+    ax.plot(
+        [point[error] for point in points],
+        [point["us_per_period"] for point in points],
+        marker=look.marker, color=look.colour, label=method, linewidth=0.9, markersize=4,
+        linestyle=look.line, markerfacecolor="white" if look.hollow else look.colour,
+    )  # fmt: skip
+
+
+def _draw_front(ax: Axes, panel: Panel) -> None:
     """Draw the front: what each time attains, fastest first."""
-    drawn = [point for point in leaders if point[name] > 0]
+    drawn = [point for point in panel.front if point[panel.error] > 0]
     ax.step(
-        [point[name] for point in drawn],
+        [point[panel.error] for point in drawn],
         [point["us_per_period"] for point in drawn],
         where="pre", color="#999999", linewidth=5, alpha=0.5, label="front", zorder=1,
     )  # fmt: skip
 
 
-def _draw_auto(ax: Axes, name: str, points: Sequence[Known]) -> None:
-    """Mark what auto chose for this panel's error: of θ for θ, of the axis for the axis."""
-    wants = "theta" if name == "theta_error" else "axis"
-    chosen = [point for point in points if point["wants"] == wants]
+def _draw_auto(ax: Axes, panel: Panel) -> None:
+    """Mark what auto chose for this panel's error, of θ or of the axis, with the digits asked."""
+    wants = "theta" if panel.error == "theta_error" else "axis"
+    chosen = [p for p in panel.points if p["method"] == "auto" and p["wants"] == wants]
+    shown = [point for point in chosen if point[panel.error] > 0]
+    if not shown:
+        return
     ax.plot(
-        [point[name] for point in chosen],
-        [point["us_per_period"] for point in chosen],
+        [point[panel.error] for point in shown],
+        [point["us_per_period"] for point in shown],
         "*", color="#CC0000", markersize=13, label="auto", zorder=4,
     )  # fmt: skip
+    for name in dict.fromkeys(point["stands_for"] for point in shown):
+        same = [point for point in shown if point["stands_for"] == name]
+        at = (same[0][panel.error], same[0]["us_per_period"])
+        words = f"auto: {', '.join(str(point['digits']) for point in same)} digits"
+        ax.annotate(words, at, xytext=(8, -15), textcoords="offset points", ha="right",
+                    color="#CC0000", fontsize=8)  # fmt: skip
 
 
-def _legend(figure: Figure) -> None:
+def _legend(figure: Figure, order: Sequence[str]) -> None:
     """Name every method once, whichever panel it stands in."""
     known = {
         label: handle
@@ -128,5 +192,7 @@ def _legend(figure: Figure) -> None:
     }
     if known:
         figure.legend(
-            known.values(), known.keys(), loc="outside lower center", ncols=4, frameon=False
-        )
+            [known[name] for name in order if name in known],
+            [name for name in order if name in known],
+            loc="outside lower center", ncols=4, frameon=False, fontsize=8,
+        )  # fmt: skip

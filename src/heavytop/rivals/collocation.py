@@ -63,9 +63,71 @@ def collocation(s: int) -> Kernel:
     and what A and b lost in rounding, which once a step is enough for.
     `work` holds five lost words, whether the step before is known, and its derivatives (5, s).
     """
+    foreseen, converged, moved = _foreseen(s), _converged(s), _moved(s)
+
+    def advance(y: Any, work: Any, g: float, l_z: float, table: Any, steps: int) -> int:
+        z, new, rest, none = np.zeros((5, s)), np.zeros((5, s)), np.zeros((5, s)), np.zeros((5, s))
+        f = work[6:].reshape((5, s))
+        sweeps = 0
+        for _ in range(steps):
+            foreseen(y, work[5], g, l_z, table, f, z, rest, none)
+            taken = converged(y, g, l_z, table, f, z, new, rest)
+            if taken < 0:
+                return -1
+            moved(y, work, table, f)
+            work[5] = 1.0
+            sweeps += 1 + taken
+        return sweeps * s
+
+    return compiled(advance)
+
+
+def _foreseen(s: int) -> Any:
+    """Return what guesses the increments z, and weighs by what A lost their rates, into rest."""
     from numba import njit
 
-    added = added_up(compensated=True)
+    rates, weighed = _rates(s), _weighed(s)
+
+    def foreseen(
+        y: Any, known: float, g: float, l_z: float, table: Any, f: Any, z: Any, rest: Any, none: Any
+    ) -> None:
+        if known == 0:
+            rates(y, none, f, g, l_z)
+            weighed(table, 0, f, z, none)
+        else:
+            weighed(table, s + 1, f, z, none)
+        rates(y, z, f, g, l_z)
+        weighed(table, 2 * s + 1, f, rest, none)
+
+    return njit(foreseen)
+
+
+def _converged(s: int) -> Any:
+    """Return what sweeps until two sweeps agree to rounding, and how often: -1 if they do not."""
+    from numba import njit
+
+    rates, weighed, apart = _rates(s), _weighed(s), _apart(s)
+
+    def converged(
+        y: Any, g: float, l_z: float, table: Any, f: Any, z: Any, new: Any, rest: Any
+    ) -> int:
+        near = _NEAR * (1 + abs(table[s].sum() * g))
+        before = np.inf
+        for sweep in range(_SWEEPS):
+            rates(y, z, f, g, l_z)
+            weighed(table, 0, f, new, rest)
+            here = apart(new, z)
+            if here == 0 or (here >= before and here < near):
+                return sweep + 1
+            z, new, before = new, z, here
+        return _SWEEPS if before < near else -1
+
+    return njit(converged)
+
+
+def _rates(s: int) -> Any:
+    """Return what puts the rates at the nodes, y and their increments z, into f."""
+    from numba import njit
 
     def rates(y: Any, z: Any, f: Any, g: float, l_z: float) -> None:
         for i in range(s):
@@ -77,6 +139,13 @@ def collocation(s: int) -> Kernel:
             f[3, i] = -g * e_y
             f[4, i] = g * e_x
 
+    return njit(rates)
+
+
+def _weighed(s: int) -> Any:
+    """Return what puts into z the rates f, weighed by s rows of the table, and a rest."""
+    from numba import njit
+
     def weighed(table: Any, first: int, f: Any, z: Any, rest: Any) -> None:
         for k in range(5):
             for i in range(s):
@@ -84,6 +153,13 @@ def collocation(s: int) -> Kernel:
             for j in range(s):
                 for i in range(s):
                     z[k, i] += table[first + j, i] * f[k, j]
+
+    return njit(weighed)
+
+
+def _apart(s: int) -> Any:
+    """Return what tells how far two sweeps are apart."""
+    from numba import njit
 
     def apart(a: Any, b: Any) -> float:
         most = 0.0
@@ -94,42 +170,22 @@ def collocation(s: int) -> Kernel:
                     most = distance
         return most
 
-    rates, weighed, apart = njit(rates), njit(weighed), njit(apart)
+    return njit(apart)
 
-    def advance(y: Any, work: Any, g: float, l_z: float, table: Any, steps: int) -> int:
-        z, new, rest, none = np.zeros((5, s)), np.zeros((5, s)), np.zeros((5, s)), np.zeros((5, s))
-        sweeps = 0
-        f = work[6:].reshape((5, s))
-        near = _NEAR * (1 + abs(table[s].sum() * g))
-        for _ in range(steps):
-            if work[5] == 0:
-                rates(y, none, f, g, l_z)
-                weighed(table, 0, f, z, none)
-            else:
-                weighed(table, s + 1, f, z, none)
-            rates(y, z, f, g, l_z)
-            weighed(table, 2 * s + 1, f, rest, none)
-            sweeps += 1
-            before, here = np.inf, np.inf
-            for _ in range(_SWEEPS):
-                rates(y, z, f, g, l_z)
-                weighed(table, 0, f, new, rest)
-                sweeps += 1
-                here = apart(new, z)
-                z, new = new, z
-                if here == 0 or (here >= before and here < near):
-                    break
-                before = here
-            if not here < near:
-                return -1
-            for k in range(5):
-                term = 0.0
-                for i in range(s):
-                    term += table[3 * s + 1, i] * f[k, i]
-                for i in range(s):
-                    term += table[s, i] * f[k, i]
-                y[k], work[k] = added(y[k], work[k], term)
-            work[5] = 1.0
-        return sweeps * s
 
-    return compiled(advance)
+def _moved(s: int) -> Any:
+    """Return what takes y to the end of the step, by b and by what b lost."""
+    from numba import njit
+
+    added = added_up(compensated=True)
+
+    def moved(y: Any, work: Any, table: Any, f: Any) -> None:
+        for k in range(5):
+            term = 0.0
+            for i in range(s):
+                term += table[3 * s + 1, i] * f[k, i]
+            for i in range(s):
+                term += table[s, i] * f[k, i]
+            y[k], work[k] = added(y[k], work[k], term)
+
+    return njit(moved)

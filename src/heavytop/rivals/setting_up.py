@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from heavytop.doubledouble import two_product
-from heavytop.errors import Impossible, MissingPackage
+from heavytop.errors import Impossible
 from heavytop.march import Array, March
 from heavytop.rivals import coefficients, collocation, splitting
 from heavytop.rivals.fixed import FixedStep
-from heavytop.rivals.table import Method, absent, named
+from heavytop.rivals.table import Method, imported, named
 
 if TYPE_CHECKING:
     from heavytop.models.formulation import Formulation
@@ -81,11 +81,10 @@ def march(
         No such method, a setting out of its bounds, no period where one is needed, a parameter
         that is not given, or too many states or too few.
     MissingPackage
-        A package the method needs is not installed.
+        A package the method needs is not installed, or does not import.
     """
     method = named(name)
-    if missing := absent(method):
-        raise MissingPackage(method.name, missing)
+    imported(method)
     setting = method.allowed(method.default if setting is None else setting)
     state = tuple(float(x) for x in start)
     if method.fixed:

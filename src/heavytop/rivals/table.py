@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
+from importlib import import_module
 from importlib.util import find_spec
 from types import MappingProxyType
 
-from heavytop.errors import Impossible
+from heavytop.errors import Impossible, MissingPackage
 
 STEPS, TOLERANCE = "steps a period", "tolerance"
 FORMULATIONS = ("lagrange", "subsystem", "routh", "cubic", "attitude")  # besides the axis form
@@ -171,6 +172,11 @@ _ROWS = (
 METHODS: Mapping[str, Method] = MappingProxyType({row.name: row for row in _ROWS})
 
 
+MODULES: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {"scipy": ("scipy.integrate",), "CyRK": ("CyRK", "CyRK.nb")}  # what is used of each
+)
+
+
 def named(name: str) -> Method:
     """Return a method by its name, which may end in a formulation: ``dop853-scipy-lagrange``.
 
@@ -194,6 +200,41 @@ def named(name: str) -> Method:
         return replace(row, name=name, formulation=formulation)
     nearest = get_close_matches(name, METHODS, 1, 0.0)[0]
     raise Impossible([("method", f"there is none called {name!r}; the nearest is {nearest!r}")])
+
+
+class Unimportable(MissingPackage):
+    """A package that is there, and that does not import; `fault` says why."""
+
+    def __init__(self, method: str, package: str, fault: str) -> None:
+        super().__init__(method, (package,))
+        self.fault = fault
+
+    def __reduce__(self) -> tuple[type, tuple[str, str, str]]:
+        return type(self), (self.method, self.packages[0], self.fault)
+
+    def __str__(self) -> str:
+        return f"{self.method} needs {self.packages[0]}, which does not import: {self.fault}"
+
+
+def imported(method: Method) -> None:
+    """Import the packages a method needs.
+
+    Raises
+    ------
+    MissingPackage
+        One is not installed.
+    Unimportable
+        One is, and raises something: built for another numpy, hidden by a file of its name.
+    """
+    if missing := absent(method):
+        raise MissingPackage(method.name, missing)
+    for package in method.needs:
+        try:
+            for module in MODULES.get(package, (package,)):
+                import_module(module)
+        except Exception as fault:  # whatever it raises, it is not ours
+            why = " ".join(f"{type(fault).__name__}: {fault}".split())
+            raise Unimportable(method.name, package, why) from fault
 
 
 def absent(method: Method) -> tuple[str, ...]:

@@ -109,8 +109,9 @@ def _sleepers() -> Iterator[Case]:
     for sign in "+-":
         for power in (1, 4, 8, 12):
             off = f"1{sign}1e-{power}"
-            hard = f"nearly asleep, its spin {off} times the threshold"
-            start: Start = {"theta": "1e-6", "phidot": off, "omega3": f"4*({off})"}
+            hard = f"nearly asleep and pushed, its spin {off} times the threshold"
+            spins = {"phidot": off, "omega3": f"4*({off})"}
+            start: Start = {"theta": "1e-6", "thetadot": "1e-6", **spins}
             yield _case(f"sleeping-{off}", hard, UNIT, start, time=20)
     slow = "a tilt of 1e-6 grows as exp(0.97 t) and falls over: errors grow with it"
     still = {"theta": "1e-6", "phidot": "0.25", "omega3": 1}
@@ -146,14 +147,19 @@ def _spins() -> Iterator[Case]:
     for power in range(2, 8):
         spin = f"1e{power}"
         top = (1, f"4/{spin}", 1)
-        start = {"theta": "0.5", "phidot": 1, "psidot": spin}
-        hard = f"ψ̇ = {spin} rad/s at the same p_ψ: what sees the spin must follow it"
+        start = {"theta": "0.5", "phidot": 1, "omega3": spin}
+        hard = f"ω3 = {spin} rad/s at the same p_ψ: what sees the spin must follow it"
         yield _case(f"spin-{spin}", hard, top, start)
     for power in range(2, 8):
         spin = f"1e{power}"
         start = {"theta": "0.5", "psidot": spin}
         hard = f"ψ̇ = {spin} rad/s at the same C: a nutation of 4e-{2 * power} rad and no larger"
         yield _case(f"fast-{spin}", hard, UNIT, start, counted=True)
+    for power in (4, 6, 8, 10):
+        spin = f"1e{power}"
+        start = {"theta": "0.5", "thetadot": 1, "phidot": -1, "omega3": spin}
+        hard = f"l = {spin} rad/s beside e = 1: a step that is held to the larger loses the axis"
+        yield _case(f"kicked-fast-{spin}", hard, (1, 1, 1), start, periods="99.618")
 
 
 def _others() -> Iterator[Case]:

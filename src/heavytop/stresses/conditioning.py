@@ -30,6 +30,7 @@ ROUNDINGS: Final = 16  # of the start, of constants and of steps, that every met
 FOLLOWED: Final = 100  # periods
 LOOKS: Final = 65  # times at which the matrix is taken,
 RESTART: Final = 8  # and after so many of them it is taken anew
+SHARP: Final = 0.1  # of a small tilt's time to grow by e: how far apart, at most, finer looks are
 AXIS: Final = 2.0  # how far apart two axes can be
 
 
@@ -54,6 +55,8 @@ class Reference:
         Of the nutation [s].
     leaves : float or None
         When rounding in doubles has left nothing of the axis [s].
+    angles : (float, float)
+        phi and psi at the end [rad].
     """
 
     end: float
@@ -64,6 +67,16 @@ class Reference:
     counts: Counts | None
     period: float | None
     leaves: float | None
+    angles: tuple[float, float] = (0.0, 0.0)
+
+    def of_angles(self) -> Reference:
+        """Return what the case allows to phi and psi: the axis over sinθ, and the angles' own size.
+
+        The last is what a rounding of the spin does to them.
+        """
+        sine = math.hypot(*self.axis[:2])
+        growth = self.condition / sine if sine else math.inf
+        return replace(self, condition=growth + sum(map(abs, self.angles)))
 
     @property
     def allowed(self) -> float:
@@ -74,6 +87,11 @@ class Reference:
     def digits(self) -> float:
         """Decimal digits of the axis that the condition leaves."""
         return math.log10(AXIS / self.allowed)
+
+    @property
+    def hopeless(self) -> bool:
+        """Whether the condition leaves no digits: what is then right in doubles is so by chance."""
+        return self.allowed >= AXIS
 
     def digits_lost(self, error: float) -> float:
         """Decimal digits of an error beyond what the condition allows; not negative.
@@ -105,6 +123,7 @@ def reference(name: str) -> Reference:
         counts=tally(motion, end) if cases()[name].counted else None,
         period=motion.period,
         leaves=leaves,
+        angles=(float(exact.phi), float(exact.psi)),
     )
 
 
@@ -115,13 +134,27 @@ def _followed(scene: Scene, motion: Motion, end: float) -> tuple[float, float | 
     times = np.linspace(0.0, math.copysign(reach, end), LOOKS)
     varied = numbers(scene, plan(scene, "axis"))
     sizes, states = _sizes(varied, times)
-    lost = times[: len(sizes)][sizes * ROUNDINGS * UNIT >= 1.0]
     later = [
         _sizes(replace(varied, state=states[k]), times[-1:] - times[k])[0]
         for k in range(RESTART, min(len(states), LOOKS - 1), RESTART)
     ]
     worst = max(float(size[-1]) for size in (sizes, *later))
-    return worst * abs(end) / reach, float(lost[0]) if lost.size else None
+    return worst * abs(end) / reach, _lost(varied, times, sizes)
+
+
+def _lost(varied: Numbers, times: Array, sizes: Array) -> float | None:
+    """When a rounding of the start has grown to all there is, if it has at a time of a grid.
+
+    It grows and shrinks again as the axis nears the vertical and leaves it, so that only a grid
+    finer than that tells when it has first grown so much.
+    """
+    lost = np.flatnonzero(sizes * ROUNDINGS * UNIT >= 1.0)
+    if not lost.size:
+        return None
+    late, spacing = float(times[lost[0]]), SHARP / math.sqrt(abs(varied.constants["g"]))
+    finer = np.linspace(0.0, late, max(2, math.ceil(abs(late) / spacing)))
+    found = _sizes(varied, finer)[0]
+    return float(finer[np.argmax(found * ROUNDINGS * UNIT >= 1.0)])
 
 
 def _sizes(varied: Numbers, times: Array) -> tuple[Array, Array]:

@@ -14,6 +14,7 @@ from typing import Any
 
 from heavytop.ledger import Piece
 from heavytop.stresses.cases import cases
+from heavytop.stresses.compiled import ready
 from heavytop.stresses.conditioning import reference
 from heavytop.stresses.methods import METHODS
 from heavytop.stresses.outcome import judged
@@ -38,13 +39,14 @@ def follow(
         Not used: a run is done whole.
     """
     name, _, chosen = task.partition("/")
-    case, truth = cases()[name], reference(name)
+    case, method, truth = cases()[name], METHODS[chosen], reference(name)
+    ready(case, method, truth)
     yield Piece({}, fraction=0.1)
     began = time.perf_counter()
     with _unheard():
-        raw = run(case, METHODS[chosen], truth, identity["step_limit"])
+        raw = run(case, method, truth, identity["step_limit"])
     spent = time.perf_counter() - began
-    found = asdict(judged(raw, truth)) | {
+    found = asdict(judged(raw, truth, by_angles=method.angles)) | {
         "steps": raw.steps,
         "smallest_step": raw.smallest,
         "energy_error": raw.energy,

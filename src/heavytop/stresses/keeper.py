@@ -41,19 +41,19 @@ class Keeper:
         self._inbox: Inbox = SimpleQueue()
         self._hand: Hand | None = None
 
-    def prepare(self, task: str) -> None:
-        """Let a worker get ready for a run.
+    def prepare(self, task: str, patience_s: float = PATIENCE_S) -> None:
+        """Let a worker get ready for a run, which is no part of it.
 
         Raises
         ------
         Killed, Lost
-            As for `run`.
+            As for `run`; being killed here is not the fault of the method.
         """
         if self._hand is None:
             self._inbox = SimpleQueue()
             self._hand = Hand(self._study, self._inbox)
         self._hand.take(task, None)
-        self._piece(PATIENCE_S)
+        self._piece(patience_s)
 
     def run(self, limit_s: float) -> tuple[dict[str, Any], float]:
         """Do the run that is prepared, and return what it found and the time it took [s].
@@ -90,9 +90,10 @@ class Keeper:
 
     def _heard(self, until: float) -> dict[str, Any] | None:
         while True:
+            left = until - time.monotonic()
             try:
-                return self._inbox.get(timeout=TICK_S)[1]
+                return self._inbox.get(timeout=max(0.0, min(TICK_S, left)))[1]
             except Empty:
-                if time.monotonic() > until:
+                if left <= TICK_S:
                     self.close()
                     raise Killed from None

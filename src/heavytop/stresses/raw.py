@@ -23,6 +23,8 @@ class Raw:
     axis : tuple of 3 float, or None
         At the end; None where the formulation gives the tilt alone.
     theta : float or None
+    angles : (float, float), or None
+        phi and psi at the end, where the run follows them [rad].
     energy : float or None
         How far E' is off its start, relative to max(|E'|, gMR).
     moved : float
@@ -31,6 +33,8 @@ class Raw:
         Events.
     plan : str
         What auto chose.
+    more_bits : bool
+        Whether it had more than doubles have.
     resting : bool
         Whether its rate has vanished, and it stays where it is.
     """
@@ -42,8 +46,10 @@ class Raw:
     smallest: float | None = None
     axis: tuple[float, float, float] | None = None
     theta: float | None = None
+    angles: tuple[float, float] | None = None
     energy: float | None = None
     moved: float = 0.0
     counted: dict[str, int] = field(default_factory=dict)
     plan: str = ""
+    more_bits: bool = False
     resting: bool = False

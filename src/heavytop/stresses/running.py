@@ -6,22 +6,29 @@ import math
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from heavytop.errors import BadScene, EndedEarly, Outcome
+from heavytop.engines import binary_start, formulation_of
+from heavytop.errors import (
+    BadScene,
+    DoubtfulWarning,
+    EndedEarly,
+    Outcome,
+    UnboundedAngleWarning,
+)
 from heavytop.march import Array
 from heavytop.models.formulation import Formulation
 from heavytop.models.numeric import numpy_function
 from heavytop.planning import Plan, closed_form_of
-from heavytop.propagation import binary_start, formulation_of, propagate
-from heavytop.quantities import invariants, sample
+from heavytop.propagation import propagate
 from heavytop.rivals.textbook import Asked, rates_of, solved
 from heavytop.scene import Scene
 from heavytop.stresses.cases import Case
+from heavytop.stresses.compiled import compiled
 from heavytop.stresses.conditioning import Reference
 from heavytop.stresses.first_order import first_order
+from heavytop.stresses.landing import followed, landed, three
 from heavytop.stresses.methods import AUTO, Method
 from heavytop.stresses.raw import Raw
 from heavytop.trajectory import Trajectory
@@ -32,6 +39,7 @@ ENDINGS = {
     Outcome.SINGULAR: "singular",
     Outcome.STEP_LIMIT: "step-limit",
 }
+OWN = (DoubtfulWarning, UnboundedAngleWarning)  # numpy's say nothing of the top
 WATCHED = ("turning", "reversal")  # sign changes are all that scipy finds: a cusp is none
 
 
@@ -46,17 +54,33 @@ def run(case: Case, method: Method, truth: Reference, step_limit: int) -> Raw:
         Of the case: the end, and nothing of what is found there.
     step_limit : int
     """
+    return _within(_done(case, method, truth, step_limit), step_limit)
+
+
+def _done(case: Case, method: Method, truth: Reference, step_limit: int) -> Raw:
+    if method.rival:
+        return compiled(case, method, truth, step_limit)
+    end = truth.end
     if method.first_order:
-        return first_order(closed_form_of(case.scene), method, truth.end, step_limit)
+        return first_order(closed_form_of(case.scene), method, end, step_limit)
     if method.solver:
-        return _rival(case, method, truth.end, step_limit)
+        return _rival(case, method, end, step_limit)
     return _own(case, method, step_limit)
+
+
+def _within(raw: Raw, step_limit: int) -> Raw:
+    """Hold a run to its steps: what looks at them between blocks takes a whole block at least."""
+    if raw.ending != "finished" or raw.steps <= step_limit:
+        return raw
+    return replace(raw, ending="step-limit", said=f"{raw.steps} steps, where it may take fewer")
 
 
 def _own(case: Case, method: Method, step_limit: int) -> Raw:
     scene = case.scene
     if method.formulation == "cubic":
         scene = _wanting(scene, "theta")
+    if method.angles:
+        scene = _wanting(scene, "axis", "phi", "psi")
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
         try:
@@ -65,13 +89,14 @@ def _own(case: Case, method: Method, step_limit: int) -> Raw:
             return Raw("refused", "; ".join(fault.rule for fault in refusal.faults))
         except EndedEarly as early:
             found = early.trajectory
-    said = "; ".join(str(each.message) for each in heard)
-    return _of_trajectory(found, said, auto=method.name == AUTO)
+    said = "; ".join(str(each.message) for each in heard if issubclass(each.category, OWN))
+    with np.errstate(all="ignore"):
+        return _of_trajectory(found, said, auto=method.formulation == AUTO)
 
 
-def _wanting(scene: Scene, quantity: str) -> Scene:
+def _wanting(scene: Scene, *quantities: str) -> Scene:
     return Scene(
-        scene.top, scene.start, time=scene.time, periods=scene.periods, quantities=(quantity,),
+        scene.top, scene.start, time=scene.time, periods=scene.periods, quantities=quantities,
         events=scene.events, samples=scene.samples, digits=scene.digits, name=scene.name,
     )  # fmt: skip
 
@@ -81,18 +106,20 @@ def _of_trajectory(found: Trajectory, said: str, *, auto: bool) -> Raw:
     raw = Raw(ending, said, found.orbit.end, found.statistics.steps, _smallest(found))
     if auto:
         how = (found.plan.precision, "projected" if found.plan.projected else "")
-        raw = replace(raw, plan=", ".join(filter(None, (found.plan.formulation, *how))))
+        named = ", ".join(filter(None, (found.plan.formulation, *how)))
+        raw = replace(raw, plan=named, more_bits=found.plan.precision != "double")
     if ending != "finished":
         return replace(raw, said=said or _where(found))
     start, at = found(0.0), found(found.orbit.end)
     counted = {name: found.events.count(name) or 0 for name in found.scene.events}
-    axis = _three(at.axis)
+    axis = three(at.axis)
     known = not any(map(math.isnan, axis))
     moved = math.dist(at.axis, start.axis) if known else abs(float(at.theta - start.theta))
     return replace(
         raw,
         axis=axis if known else None,
         theta=float(at.theta),
+        angles=followed(float(at.phi), float(at.psi)),
         energy=energy_error(found),
         moved=moved,
         counted=counted,
@@ -124,24 +151,8 @@ def _rival(case: Case, method: Method, end: float, step_limit: int) -> Raw:
         return replace(raw, ending="failed" if told.finite else "singular")
     if told.status != "finished":
         return raw
-    rows, times = np.array([start.state, told.state]), np.array([0.0, told.t])
-    with np.errstate(all="ignore"):
-        seen = sample(form, rows, parameters, times, np.full(2, np.nan))
-        energy = invariants(form, rows, parameters, times)["energy"]
-    weight = parameters["g"] if "g" in parameters else parameters["gMR"] / parameters["A"]
-    return replace(
-        raw,
-        axis=_three(seen.axis[1]),
-        theta=float(seen.theta[1]),
-        energy=abs(float(energy[1] - energy[0])) / max(abs(float(energy[0])), abs(weight)),
-        moved=math.dist(seen.axis[1], seen.axis[0]),
-        counted=dict(zip(WATCHED, told.zeros, strict=False)),
-    )
-
-
-def _three(axis: Any) -> tuple[float, float, float]:
-    x, y, z = (float(part) for part in axis)
-    return x, y, z
+    raw = replace(raw, counted=dict(zip(WATCHED, told.zeros, strict=False)))
+    return landed(raw, form, np.array([start.state, told.state]), parameters)
 
 
 def _zero(form: Formulation, name: str, parameters: dict[str, float]) -> Callable[[Array], float]:

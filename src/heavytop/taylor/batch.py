@@ -2,7 +2,8 @@
 
 One integrator is reused: its lanes are loaded with the next tops, never cloned. All lanes advance
 until the slowest has arrived, and a lane that leaves the finite numbers stops them all, so such a
-top is found out by itself and the others are run without it.
+top is found out by itself and the others are run without it. Tops whose rates need a unit go apart
+from the others, each with its own.
 """
 
 from __future__ import annotations
@@ -18,11 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.models.formulation import Formulation
+from heavytop.taylor.bits import DOUBLE
+from heavytop.taylor.equations import Equations
 from heavytop.taylor.integrator import Array
-from heavytop.taylor.translate import translate
+from heavytop.taylor.pace import least_pace, units_of
 
 Indices = NDArray[np.int64]
 Hits = list[tuple[int, int, float, bytes]]  # event, lane, time, state
+PACE = ("g", "h", "A", "gMR")  # constants that tell how fast a motion may become
 
 
 class Lane(IntEnum):
@@ -90,30 +94,22 @@ class BatchIntegrator:
     width: int = field(init=False)
     parameters: tuple[str, ...] = field(init=False)
     found: Hits = field(init=False)
-    taylor: Any = field(init=False, repr=False)
+    _scaled: _Lanes | None = field(init=False, repr=False)  # built where a motion needs it
+    _plain: _Lanes = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        form = self.formulation
-        watched = [form.events[name] for name in self.events]
-        used = set().union(*(x.free_symbols for x in (*form.derivatives, *watched)))
-        symbols = [p for p in (*form.parameters, *form.given) if p in used]
-        self.parameters = tuple(p.name for p in symbols)
-        self.width = int(hy.recommended_simd_size())
-        self.found = []
-        variables = hy.make_vars(*(s.name for s in form.states))
-        names = dict(zip(form.states, variables, strict=True))
-        names |= {p: hy.par[i] for i, p in enumerate(symbols)}
-        system = zip(variables, translate(form.derivatives, names), strict=True)
-        zeros = translate(watched, names)
-        self.taylor = hy.taylor_adaptive_batch(
-            list(system),
-            np.zeros((len(variables), self.width)),
-            pars=np.zeros((len(symbols), self.width)),
-            tol=self.tolerance,
-            nt_events=[
-                hy.nt_event_batch(zero, _recorder(self.found, i)) for i, zero in enumerate(zeros)
-            ],
-        )
+        self.width, self.found = int(hy.recommended_simd_size()), []
+        self._plain, self._scaled = _Lanes(self, scaled=False), None
+        loaded, known = self._plain.loaded, {p.name for p in self.formulation.parameters}
+        self.parameters = (*loaded, *(n for n in PACE if n in known and n not in loaded))
+
+    def lanes(self, *, scaled: bool) -> _Lanes:
+        """Return the compiled equations, plain or scaled."""
+        if not scaled:
+            return self._plain
+        if self._scaled is None:
+            self._scaled = _Lanes(self, scaled=True)
+        return self._scaled
 
     def run(
         self, states: Array, parameters: Array, ends: Array, step_limit: int | None = None
@@ -124,7 +120,7 @@ class BatchIntegrator:
         ----------
         states : ndarray, shape (k, n)
         parameters : ndarray, shape (k, p)
-            In the order of `parameters`.
+            In the order of `parameters`, of which the last may only tell the pace.
         ends : ndarray, shape (k,)
             Times [s].
         step_limit : int, optional
@@ -135,26 +131,74 @@ class BatchIntegrator:
         for given in (states, parameters):
             sound &= np.isfinite(given).all(axis=1)
         order = np.argsort(np.where(sound, ends, np.inf), kind="stable")[: int(sound.sum())]
-        journey = _Journey(self, states, parameters, ends, step_limit or 0)
-        spare = -order.size % self.width  # the last batch is filled up with its first top
-        journey.advance(np.concatenate((order, np.repeat(order[-1:], spare))), spare)
+        units = self._units(states, parameters)
+        journey = _Journey(self, states, parameters, ends, units, step_limit or 0)
+        for scaled in (False, True):
+            mine = order[(units[order] != 1) == scaled]
+            spare = -mine.size % self.width  # the last batch is filled up with its first top
+            journey.advance(np.concatenate((mine, np.repeat(mine[-1:], spare))), spare)
         return journey.arrived()
+
+    def _units(self, states: Array, parameters: Array) -> Array:
+        """Return the unit of each top's rates, shape (k,)."""
+        form = self.formulation
+        rates = states[:, [i for i, s in enumerate(form.states) if s in form.rates]]
+        told = {n: parameters[:, i] for i, n in enumerate(self.parameters)}
+        with np.errstate(all="ignore"):  # what is no number is found out lane by lane
+            return units_of(rates, np.broadcast_to(least_pace(told), len(states)))
+
+
+class _Lanes:
+    """The equations compiled for many tops at a time, plain or scaled."""
+
+    def __init__(self, engine: BatchIntegrator, *, scaled: bool) -> None:
+        found = Equations.of(engine.formulation, DOUBLE, engine.events, scaled=scaled)
+        self.loaded, self.scaled = found.loaded, scaled
+        self.taylor = hy.taylor_adaptive_batch(
+            list(zip(found.states, found.derivatives, strict=True)),
+            np.zeros((len(found.states), engine.width)),
+            pars=np.zeros((len(found.loaded) + 2 * scaled, engine.width)),
+            tol=engine.tolerance,
+            nt_events=[
+                hy.nt_event_batch(zero, _recorder(engine.found, i))
+                for i, zero in enumerate(found.zeros)
+            ],
+        )
+
+    def constants(self, parameters: Array, units: Array) -> Array:
+        """Return what is loaded, shape (k, p)."""
+        loaded = parameters[:, : len(self.loaded)]
+        return np.column_stack((loaded, units, 1 / units)) if self.scaled else loaded
 
 
 class _Journey:
     """Many tops under way."""
 
     def __init__(
-        self, engine: BatchIntegrator, states: Array, parameters: Array, ends: Array, limit: int
+        self,
+        engine: BatchIntegrator,
+        states: Array,
+        parameters: Array,
+        ends: Array,
+        units: Array,
+        limit: int,
     ) -> None:
-        self.engine, self.limit = engine, limit
-        self.given = states, parameters, ends
+        form = engine.formulation
+        self.engine, self.limit, self.unit = engine, limit, units
+        rates = np.array([s in form.rates for s in form.states])
+        self.units = np.where(rates, units[:, None], 1.0)
+        self.given = states / self.units, parameters, ends
         self.states = np.full_like(states, np.nan)
         self.ending = np.full(ends.size, int(Lane.SINGULAR))
         self.hits: list[tuple[Indices, Hits]] = []
 
     def advance(self, tops: Indices, spare: int = 0) -> None:
-        """Integrate tops in full batches; those of a batch that was stopped go one by one."""
+        """Integrate tops in full batches; those of a batch that was stopped go one by one.
+
+        Either all of them are scaled, or none.
+        """
+        if tops.size == 0:
+            return
         width = self.engine.width
         lanes = tops.reshape(-1, width)
         ends = self.given[2][lanes]
@@ -182,16 +226,20 @@ class _Journey:
         t = np.array([hit[2] for hit in hits], dtype=np.float64)
         states = np.frombuffer(b"".join(hit[3] for hit in hits)).reshape(-1, width)
         order = np.lexsort((np.abs(t), which))
-        zeros = Zeros(which[order], event[order], t[order], states[order])
-        return Arrived(self.states, self.ending, zeros)
+        in_units = states[order] * self.units[which[order]]
+        zeros = Zeros(which[order], event[order], t[order], in_units)
+        return Arrived(self.states * self.units, self.ending, zeros)
 
     def _propagated(self, lanes: Indices, ends: Array) -> tuple[Array, Array, Indices]:
         """Run every batch: last states (b, n, w), times reached (b, w), zeros found after each."""
-        taylor, found = self.engine.taylor, self.engine.found
+        found = self.engine.found
+        compiled = self.engine.lanes(scaled=bool(self.unit[lanes[0, 0]] != 1))
+        taylor = compiled.taylor
         found.clear()
         states, parameters, _ = self.given
+        loaded = compiled.constants(parameters, self.unit)
         first = np.ascontiguousarray(states[lanes].transpose(0, 2, 1))
-        constants = np.ascontiguousarray(parameters[lanes].transpose(0, 2, 1))
+        constants = np.ascontiguousarray(loaded[lanes].transpose(0, 2, 1))
         last, reached = np.empty_like(first), np.empty_like(ends)
         marks = np.zeros(len(lanes) + 1, dtype=np.int64)
         for i in range(len(lanes)):

@@ -20,15 +20,16 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.models.attitude_form import attitude_form
 from heavytop.taylor.dense import Dense, Piece, cut, followed
-from heavytop.taylor.precise import Mark, PreciseIntegrator, Unfinished, Wanted
+from heavytop.taylor.equations import Equations
+from heavytop.taylor.precise import Mark, Precise, Unfinished, Wanted
 from heavytop.taylor.turning import Pair, Real, Turning, arguments, rise, rise_rate, sense, turning
 from heavytop.taylor.turns import Turns
 
 Array = NDArray[np.float64]
 MOST_STEPS = 2000  # in half a nutation
 MOST_ITERATIONS = 200
+QUICK = 256  # bits up to which half a nutation is done sooner than its code would be improved
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +92,7 @@ class Nutation:
     steps: int
 
 
-class Folding(PreciseIntegrator):
+class Folding(Precise):
     """The attitude form compiled for numbers of so many bits, to integrate half a nutation.
 
     Parameters
@@ -102,7 +103,7 @@ class Folding(PreciseIntegrator):
     """
 
     def __init__(self, bits: int, parameters: Mapping[str, str]) -> None:
-        super().__init__(attitude_form(), bits, parameters)
+        super().__init__(Equations.of_attitude(bits), bits, parameters, quick=bits <= QUICK)
         names = ("g", "l_z", "n", "P_plus", "P_minus")
         self._g, self._l_z, self._n, P_plus, P_minus = (self._constants[name] for name in names)
         self._turns = Turns.of({name: float(x) for name, x in self._constants.items()})

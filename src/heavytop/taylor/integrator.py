@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from threading import get_ident
@@ -22,13 +21,13 @@ from numpy.typing import NDArray
 
 from heavytop.doubledouble import DoubleDouble
 from heavytop.models.formulation import Formulation
-from heavytop.taylor.engine import Block, Hits
-from heavytop.taylor.translate import translate
+from heavytop.taylor.compiled import Compiled
+from heavytop.taylor.engine import Block
+from heavytop.taylor.pace import FAST, SLOW, least_pace, unit_of
 
 Array = NDArray[np.float64]
 
-hy.set_logger_level_critical()  # heyoka logs to stdout, which belongs to the results
-
+HALVINGS = 6  # of a first step, lest it hold a zero that is taken for the start
 NATURAL = frozenset({hy.taylor_outcome.step_limit, hy.taylor_outcome.time_limit})
 
 
@@ -52,44 +51,59 @@ class Integrator:
     compile_s: float = field(init=False)
     order: int = field(init=False)
     nothing: Array = field(init=False, repr=False)  # no rows of states
-    _parameters: tuple[Any, ...] = field(init=False)
-    _sinks: tuple[_Sink, ...] = field(init=False)
-    _taylor: Any = field(init=False, repr=False)
-    _state: Array = field(init=False, repr=False)  # looked up once: short runs feel it
+    _loaded: dict[str, float] = field(init=False)
+    _least: float = field(init=False)  # pace
+    _calm: bool = field(init=False)  # whether only a large rate asks for a unit
+    _rates: tuple[int, ...] = field(init=False)
+    _plain: Compiled = field(init=False, repr=False)
+    _scaled: Compiled | None = field(init=False, repr=False)  # built where a motion needs it
 
     def __post_init__(self) -> None:
         began = time.perf_counter()
-        watched = [self.formulation.events[name] for name in self.events]
-        used = set().union(*(x.free_symbols for x in (*self.formulation.derivatives, *watched)))
-        candidates = (*self.formulation.parameters, *self.formulation.given)
-        self._parameters = tuple(p for p in candidates if p in used)
-        self._sinks = tuple(_Sink() for _ in watched)
-        self._taylor = self._compiled(watched)
-        self._state = self._taylor.state
-        self.order = int(self._taylor.order)
-        self.nothing = np.empty((0, len(self.formulation.states)))
+        states = self.formulation.states
+        self._loaded, self._least, self._calm, self._scaled = {}, 1.0, True, None
+        self._rates = tuple(i for i, s in enumerate(states) if s in self.formulation.rates)
+        self._plain = Compiled(self.formulation, self.events, self.tolerance)
+        self.order = int(self._plain.taylor.order)
+        self.nothing = np.empty((0, len(states)))
         self.compile_s = time.perf_counter() - began
-
-    def _compiled(self, watched: Sequence[Any]) -> Any:
-        states = hy.make_vars(*(s.name for s in self.formulation.states))
-        names = dict(zip(self.formulation.states, states, strict=True))
-        names |= {p: hy.par[i] for i, p in enumerate(self._parameters)}
-        derivatives = translate(self.formulation.derivatives, names)
-        zeros = translate(watched, names)
-        return hy.taylor_adaptive(
-            list(zip(states, derivatives, strict=True)),
-            [0.0] * len(states),
-            pars=[0.0] * len(self._parameters),
-            tol=self.tolerance,
-            nt_events=[
-                hy.nt_event(zero, sink.recorder())
-                for zero, sink in zip(zeros, self._sinks, strict=True)
-            ],
-        )
 
     def load(self, parameters: dict[str, float]) -> None:
         """Load the constants of a run, by the names of their symbols."""
-        self._taylor.pars[:] = [parameters[p.name] for p in self._parameters]
+        self._loaded, self._least = parameters, least_pace(parameters)
+        self._calm = SLOW <= self._least <= FAST
+        self._plain.load(parameters)
+        if self._scaled is not None:
+            self._scaled.load(parameters)
+
+    def _standing(self, state: Array) -> Compiled:
+        """Return what takes the steps from a state, standing there.
+
+        Nothing but the state and the constants of the run says whether it is scaled: so a block
+        has the same bits however it was come to.
+        """
+        if self._calm:  # every leg of a projected run asks: most tops are told at once
+            for i in self._rates:
+                if not -FAST <= state.item(i) <= FAST:
+                    break
+            else:
+                self._plain.begin(state)
+                return self._plain
+        unit = unit_of([state.item(i) for i in self._rates], self._least)
+        if unit == 1:
+            self._plain.begin(state)
+            return self._plain
+        scaled = self._with_units()
+        scaled.begin_in(unit, state)
+        return scaled
+
+    def _with_units(self) -> Compiled:
+        if self._scaled is None:
+            began = time.perf_counter()
+            self._scaled = Compiled(self.formulation, self.events, self.tolerance, scaled=True)
+            self._scaled.load(self._loaded)
+            self.compile_s += time.perf_counter() - began
+        return self._scaled
 
     def block(
         self,
@@ -100,16 +114,13 @@ class Integrator:
         longest: float | None = None,
     ) -> Block:
         """Take natural steps from a state, as `Engine` says."""
-        taylor = self._taylor
-        taylor.time = 0.0
-        taylor.state[:] = state
-        for sink in self._sinks:
-            sink.clear()
-        outcome, taken, rows = self._propagated(steps, far, samples, longest)
+        compiled = self._standing(state)
+        compiled.forget()
+        outcome, taken, rows = _propagated(compiled, steps, far, samples, longest)
         if taken == steps or outcome in NATURAL:
-            return self._block(taken, rows, singular=False)
+            return _block(compiled, taken, rows)
         if taken == 0:
-            return Block(state.copy(), (0.0, 0.0), 0, rows[:0], self._hits(), singular=True)
+            return Block(state.copy(), (0.0, 0.0), 0, rows[:0], compiled.hits(), singular=True)
         good = self.block(state, taken, far, samples, longest)
         return Block(good.state, good.elapsed, good.steps, good.rows, good.hits, singular=True)
 
@@ -118,27 +129,14 @@ class Integrator:
     ) -> tuple[Array, DoubleDouble] | None:
         """Take the steps of a block of which only the end is wanted; None if it is a shorter one.
 
-        The state is the integrator's own: the next steps overwrite it.
+        The state may be the integrator's own: the next steps overwrite it.
         """
-        taylor, own = self._taylor, self._state
-        taylor.time = 0.0
-        own[:] = state
+        compiled = self._standing(state)
+        taylor = compiled.taylor
         bound = {} if longest is None else {"max_delta_t": longest}
         if taylor.propagate_until(far, max_steps=steps, **bound)[3] < steps:
             return None
-        return own, taylor.dtime
-
-    def _propagated(
-        self, steps: int, far: float, samples: Array | None, longest: float | None
-    ) -> tuple[Any, int, Array]:
-        bound = math.inf if longest is None else longest
-        if samples is None or samples.size == 0:
-            result = self._taylor.propagate_until(far, max_steps=steps, max_delta_t=bound)
-            return result[0], result[3], self.nothing
-        grid = np.empty(samples.size + 2)
-        grid[0], grid[1:-1], grid[-1] = 0.0, samples, far
-        result = self._taylor.propagate_grid(grid, max_steps=steps, max_delta_t=bound)
-        return result[0], result[3], result[5][1 : 1 + samples.size]
+        return compiled.true(compiled.own), taylor.dtime
 
     def cautious_step(self, state: Array, far: float) -> float | None:
         """Return a bound for the first steps: a little above the step beside the start [s].
@@ -146,61 +144,61 @@ class Integrator:
         At a start with a symmetry, such as rest, every other Taylor coefficient vanishes or even
         three of four, and with them the two from which heyoka chooses the length of its step.
         """
-        taylor = self._taylor
-        taylor.time = 0.0
-        taylor.state[:] = state
+        compiled = self._standing(state)
+        taylor, begun = compiled.taylor, compiled.own.copy()
         tiny = math.copysign(float(np.finfo(float).tiny), far)
         taylor.step(tiny, write_tc=True)
         speed = float(np.max(np.abs(taylor.tc[:, 1])))
         if not 0 < speed < math.inf:
             return None
-        aside = 1e-1 * max(1.0, float(np.max(np.abs(state)))) / speed
+        aside = 1e-1 * max(1.0, float(np.max(np.abs(begun)))) / speed
         taylor.time = 0.0
-        taylor.state[:] = state
+        compiled.own[:] = begun
         taylor.step(math.copysign(min(aside, abs(far)), far))
         taylor.time = 0.0
         _, length = taylor.step(far)
-        return 1.25 * abs(length) if math.isfinite(length) and length else None
+        if not (math.isfinite(length) and length):
+            return None
+        return self._without_echo(state, math.copysign(1.25 * length, far))
+
+    def _without_echo(self, state: Array, bound: float) -> float:
+        """Return the size of a bound, halved until the first step loses no zero to its start [s].
+
+        Where an event function is exactly zero at the start, heyoka may bracket the next zero
+        together with it, and then find the start a second time.
+        """
+        shorter = bound
+        for _ in range(HALVINGS if self.events else 0):
+            compiled = self._standing(state)
+            compiled.forget()
+            compiled.taylor.step(shorter)
+            if not compiled.echoes:
+                return abs(shorter)
+            shorter /= 2
+        return abs(bound)
 
     def for_this_thread(self) -> Integrator:
         """Return the integrator like this one that belongs to the calling thread."""
         return integrator(self.formulation, self.events, self.tolerance)
 
-    def _block(self, taken: int, rows: Array, *, singular: bool) -> Block:
-        taylor = self._taylor
-        return Block(taylor.state.copy(), taylor.dtime, taken, rows, self._hits(), singular)
 
-    def _hits(self) -> tuple[Hits, ...]:
-        width = len(self.formulation.states)
-        return tuple([sink.hits(width) for sink in self._sinks])
+def _propagated(
+    compiled: Compiled, steps: int, far: float, samples: Array | None, longest: float | None
+) -> tuple[Any, int, Array]:
+    """Return how the steps ended, how many there were, and the states at the samples."""
+    bound = math.inf if longest is None else longest
+    if samples is None or samples.size == 0:
+        result = compiled.taylor.propagate_until(far, max_steps=steps, max_delta_t=bound)
+        return result[0], result[3], np.empty((0, compiled.own.size))
+    grid = np.empty(samples.size + 2)
+    grid[0], grid[1:-1], grid[-1] = 0.0, samples, far
+    result = compiled.taylor.propagate_grid(grid, max_steps=steps, max_delta_t=bound)
+    return result[0], result[3], compiled.true(result[5][1 : 1 + samples.size])
 
 
-class _Sink:
-    """Collects the zeros of one event function; the callback must be cheap."""
-
-    def __init__(self) -> None:
-        self.t: list[float] = []
-        self.states: list[bytes] = []
-
-    def clear(self) -> None:
-        self.t.clear()
-        self.states.clear()
-
-    def recorder(self) -> Any:
-        # heyoka copies callbacks deeply, but a function keeps what it closes over
-        mark, keep = self.t.append, self.states.append
-
-        def record(taylor: Any, t: float, _sign: int) -> None:
-            taylor.update_d_output(t)
-            mark(t)
-            keep(taylor.d_output.tobytes())
-
-        return record
-
-    def hits(self, width: int) -> Hits:
-        states = np.frombuffer(b"".join(self.states)).reshape(-1, width)
-        t = np.array(self.t, dtype=float)
-        return Hits(t, np.zeros_like(t), states)
+def _block(compiled: Compiled, taken: int, rows: Array) -> Block:
+    end = compiled.true(compiled.own.copy())
+    return Block(end, compiled.taylor.dtime, taken, rows, compiled.hits(), singular=False)
 
 
 def integrator(formulation: Formulation, events: tuple[str, ...], tolerance: float) -> Integrator:

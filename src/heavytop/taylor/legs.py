@@ -3,6 +3,11 @@
 It stands where an integrator stands. Every leg measures time from its own start and takes a fixed
 number of natural steps, so the same start gives the same bits however a block is sampled; samples
 and events are read off the polynomials of the steps, before the projection that follows.
+
+Natural steps depend on where they begin, and so they may fall into a cycle: the same points period
+after period, rounded the same way each time, and what should be a random walk is a drift. Steps
+that are no longer than the mean of those of the first leg, and in no two legs of the same length,
+do not.
 """
 
 from __future__ import annotations
@@ -20,6 +25,8 @@ from heavytop.taylor.integrator import Integrator
 from heavytop.taylor.projection import Projection
 
 ROOM = 200  # states in a leg: steps take longer the more they have, a projection hardly
+EVEN = 0.12  # how much shorter than the mean of the first leg the longest steps of a leg may be
+GOLDEN = (math.sqrt(5) - 1) / 2  # its multiples, less the whole numbers, are never close again
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,20 +91,21 @@ class Projected:
         waiting = _Waiting([] if samples is None else samples.tolist())
         legs: list[tuple[DoubleDouble, Block]] = []
         begun, taken, reach, ended = (0.0, 0.0), 0, math.inf, False
-        stride = self.stride
+        stride, bound, even = self.stride, longest, _Even()
         while taken < steps and not ended and (rest := far - begun[0]) * far > 0:
             count, near = min(stride, steps - taken), waiting.since(begun, reach)
-            quick = self._quickly(state, count, rest, longest, reach) if near is None else None
+            quick = self._quickly(state, count, rest, bound, reach) if near is None else None
             if quick is not None:
                 reached, elapsed = quick
                 taken += count
             else:
-                leg = self.engine.block(state, count, rest, near, longest)
+                leg = self.engine.block(state, count, rest, near, bound)
                 if abs(leg.elapsed[0]) > 0.9 * reach:  # so far samples were not looked for
-                    leg = self.engine.block(state, count, rest, waiting.since(begun), longest)
+                    leg = self.engine.block(state, count, rest, waiting.since(begun), bound)
                 legs.append((begun, leg))
                 reached, elapsed, ended = leg.state, leg.elapsed, leg.steps < count
                 taken, waiting.done = taken + leg.steps, waiting.done + len(leg.rows)
+            bound = even.after(abs(elapsed[0]) / count, longest)
             begun, state, reach = add(begun, elapsed), self.projection(reached), 2 * abs(elapsed[0])
         return self._joined(legs, state, begun, taken)
 
@@ -126,6 +134,19 @@ class Projected:
             hits=tuple(Hits.join(list(each)) for each in hits),
             singular=bool(legs) and legs[-1][1].singular,
         )
+
+
+class _Even:
+    """The longest step of every leg but the first."""
+
+    def __init__(self) -> None:
+        self.mean, self.legs = 0.0, 0
+
+    def after(self, mean: float, longest: float | None) -> float:
+        """Return the bound for the leg after one of this mean step [s]."""
+        self.mean, self.legs = self.mean or mean, self.legs + 1
+        even = self.mean * (1 - EVEN * (self.legs * GOLDEN % 1))
+        return even if longest is None else min(even, longest)
 
 
 class _Waiting:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from heavytop.doubledouble import DoubleDouble, add
 from heavytop.taylor.engine import Array, Block, Engine, Hits
-from heavytop.taylor.winding import GRAIN, SLACK, Winding, azimuth, distinct
+from heavytop.taylor.winding import SLACK, Winding, azimuth, distinct
 
 FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to the longest
 LONGEST_BLOCK = 4000
@@ -273,20 +273,21 @@ class _BlockRun:
 
     def _phi(self, block: Block, t: Array, rows: Array) -> Callable[[Array], Array]:
         """Return phi as a function of the times at which the block was seen."""
-        if self.winding is None:
+        winding = self.winding
+        if winding is None:
             return lambda asked: np.full(asked.size, np.nan)
         times = np.concatenate((t, *(h.t for h in block.hits), [block.elapsed[0]]))
         states = np.concatenate((rows, *(h.states for h in block.hits), block.state[None]))
         unique, where = distinct(self.forward * times)
-        turned = self.winding.turned(self.forward * unique, states[where], self._more(block.steps))
-        phi = _continued(states[where], self._first_phi() + turned)
+        turned = winding.turned(self.forward * unique, states[where], self._more(block.steps))
+        phi = winding.on_branch(states[where], self._first_phi(winding) + turned)
         return lambda asked: phi[np.searchsorted(unique, self.forward * asked)]
 
-    def _first_phi(self) -> float:
+    def _first_phi(self, winding: Winding) -> float:
         """Return phi at the start; on a pole that in which the axis leaves, phi_0 or phi_0 + pi."""
         state, phi = self.start.state[None], self.start.phi
         if state[0, 0] != 0 or state[0, 1] != 0 or not state[0, 3:5].any():
-            return float(_continued(state, np.array([phi]))[0])
+            return float(winding.on_branch(state, np.array([phi]))[0])
         leaving = float(azimuth(state)[0])
         return leaving + 2 * np.pi * math.ceil((phi - leaving) / (2 * np.pi) - SLACK)
 
@@ -296,14 +297,6 @@ class _BlockRun:
 
 def _nothing(width: int) -> Seen:
     return Seen(np.empty(0), np.empty(0), np.empty((0, width)), np.empty(0))
-
-
-def _continued(rows: Array, phi: Array) -> Array:
-    """Return the azimuths of the rows, on the branch nearest to phi; on the vertical, phi."""
-    principal = azimuth(rows)
-    upright = np.max(np.abs(rows[:, (0, 1, 3, 4)]), axis=1) < GRAIN
-    turns = np.round((phi - principal) / (2 * np.pi))
-    return np.where(upright, phi, principal + 2 * np.pi * turns)
 
 
 class _Journey:

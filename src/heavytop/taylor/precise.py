@@ -12,16 +12,18 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import heyoka as hy
 import numpy as np
 
 from heavytop.models.formulation import Formulation
-from heavytop.models.typed import typed_function
 from heavytop.taylor.bits import LONG_DOUBLE
-from heavytop.taylor.translate import translate
+from heavytop.taylor.equations import Equations
+from heavytop.taylor.following import NOT_TOLD, Following, Told, Trail
+from heavytop.taylor.pace import least_pace, unit_of
+from heavytop.taylor.units import InTrueUnits
 
 MARK = 64  # steps between the states that are kept
 MOST_ITERATIONS = 100
@@ -44,10 +46,15 @@ class Wanted:
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """A state and its time [s], as decimal texts that hold every bit."""
+    """A state and its time [s], as decimal texts that hold every bit; and phi and psi there.
+
+    The angles `turned` are followed from the start to double precision [rad]; nan where they are
+    not, and psi less its uniform part.
+    """
 
     t: str
     state: tuple[str, ...]
+    turned: Told = NOT_TOLD
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,35 +83,42 @@ class Mark:
     t: Any
     state: tuple[Any, ...]
     steps: int
+    turned: Told = NOT_TOLD
 
 
-class PreciseIntegrator:
-    """A formulation compiled for numbers of so many bits.
+class Precise:
+    """Equations compiled for numbers of so many bits.
 
     Parameters
     ----------
-    formulation : Formulation
+    equations : Equations
+        With constants of as many bits.
     bits : int
         Of the significand; `LONG_DOUBLE` means the machine's own.
     parameters : mapping from str to str
         Constants of the run, by symbol name, as decimal texts.
-    events : sequence of str
-        Names of the event functions whose zeros may be wanted.
+    quick : bool
+        Whether compiling is to be quick rather than the steps, which are the same bit for bit.
+    units : sequence of float
+        Of the states, powers of two: 1, and that of the rates; none if nothing is scaled.
     """
 
     def __init__(
         self,
-        formulation: Formulation,
+        equations: Equations,
         bits: int,
         parameters: Mapping[str, str],
-        events: Sequence[str] = (),
+        *,
+        quick: bool = False,
+        units: Sequence[float] = (),
     ) -> None:
         began = time.perf_counter()
-        self.formulation, self.bits = formulation, bits
-        self.hardware = bits == LONG_DOUBLE
+        self.bits, self.hardware = bits, bits == LONG_DOUBLE
         self._constants = {name: self.number(text) for name, text in parameters.items()}
-        self._taylor = self._compiled()
-        self._events = {name: self._event(name) for name in events}
+        self._events: dict[str, Callable[..., Any]] = {}
+        self.following: Following | None = None  # tells phi and psi along the way
+        self._turned = NOT_TOLD
+        self._taylor = self._compiled(equations, units, 0 if quick else 3)
         self.order = int(self._taylor.order)
         self.compile_s = time.perf_counter() - began
 
@@ -198,23 +212,22 @@ class PreciseIntegrator:
         self._stride(mark, deque([(0, self.moment(far) + mark.t, None)]), [None], cut)
         return self._mark(mark)
 
-    def _compiled(self) -> Any:
-        form = self.formulation
-        used = set().union(*(x.free_symbols for x in form.derivatives))
-        loaded = [p for p in (*form.parameters, *form.given) if p in used]
-        states = hy.make_vars(*(s.name for s in form.states))
-        names = dict(zip(form.states, states, strict=True))
-        names |= {p: hy.par[i] for i, p in enumerate(loaded)}
-        derivatives = translate(form.derivatives, names, self.bits)
+    def _compiled(self, equations: Equations, units: Sequence[float], opt_level: int) -> Any:
         number_type: dict[str, Any] = {"fp_type": np.longdouble}
         if not self.hardware:  # without compact mode compiling takes minutes
             number_type = {"fp_type": hy.real, "prec": self.bits, "compact_mode": True}
-        return hy.taylor_adaptive(
-            list(zip(states, derivatives, strict=True)),
-            [self.number("0")] * len(states),
-            pars=[self._constants[p.name] for p in loaded],
+        own = [unit for unit in units if unit != 1][:1]
+        taylor = hy.taylor_adaptive(
+            list(zip(equations.states, equations.derivatives, strict=True)),
+            [self.number("0")] * len(equations.states),
+            pars=[
+                *(self._constants[name] for name in equations.loaded),
+                *(self.number(repr(x)) for unit in own for x in (unit, 1 / unit)),
+            ],
+            opt_level=opt_level,
             **number_type,
         )
+        return InTrueUnits(taylor, [self.number(repr(u)) for u in units]) if own else taylor
 
     def _stride(
         self, mark: Mark, waiting: deque[tuple[int, Any, str | None]], found: list[Any], cut: float
@@ -225,7 +238,26 @@ class PreciseIntegrator:
         for i, value in enumerate(mark.state):
             taylor.state[i] = value
         while waiting and waiting[0][1] == mark.t and waiting[0][2] is None:
-            found[waiting.popleft()[0]] = self._found(mark.t, mark.state)
+            one = self._found(mark.t, mark.state)
+            found[waiting.popleft()[0]] = replace(one, turned=mark.turned)
+        trail = Trail(self.following, mark.state, mark.turned) if self.following else None
+        steps = self._steps(mark, waiting, found, cut, trail)
+        if trail is not None:
+            trail.tell()
+            self._turned = trail.last
+            for i, turned in trail.told.items():
+                found[i] = replace(found[i], turned=turned)
+        return steps
+
+    def _steps(
+        self,
+        mark: Mark,
+        waiting: deque[tuple[int, Any, str | None]],
+        found: list[Any],
+        cut: float,
+        trail: Trail | None,
+    ) -> int:
+        taylor = self._taylor
         longest = self.number(repr(cut))
         for step in range(MARK):
             if not waiting:
@@ -238,11 +270,20 @@ class PreciseIntegrator:
                 i, t, event = waiting.popleft()
                 since = self._narrowed(t - mark.t - self._widened(high, low))
                 found[i] = self._seen(mark, since, length, event)
+                if trail is not None and found[i] is not None:
+                    moment = float(self.wide(found[i].t) - mark.t)
+                    trail.see(i, moment, found[i].state)
+            if trail is not None:
+                trail.step(float(high), float(length), taylor.state, self._before)
         return MARK
+
+    def _before(self, since: float) -> tuple[Any, ...]:
+        """Return the state at a time since the end of the last step, in double."""
+        return self._dense(self.number(repr(since)))
 
     def _mark(self, mark: Mark) -> Mark:
         t = mark.t + self._widened(*self._taylor.dtime)
-        return Mark(t, tuple(self._taylor.state), mark.steps + MARK)
+        return Mark(t, tuple(self._taylor.state), mark.steps + MARK, self._turned)
 
     def _widened(self, high: Any, low: Any) -> Any:
         return hy.real(high, 2 * self.bits + 64) + hy.real(low, 2 * self.bits + 64)
@@ -283,8 +324,41 @@ class PreciseIntegrator:
                 return since
         return None
 
+
+class PreciseIntegrator(Precise):
+    """A formulation compiled for numbers of so many bits.
+
+    Parameters
+    ----------
+    formulation : Formulation
+    bits, parameters
+        As for `Precise`.
+    events : sequence of str
+        Names of the event functions whose zeros may be wanted.
+    start : sequence of str
+        The states at the start of the run, as decimal texts: they tell the unit of its rates.
+    """
+
+    def __init__(
+        self,
+        formulation: Formulation,
+        bits: int,
+        parameters: Mapping[str, str],
+        events: Sequence[str] = (),
+        start: Sequence[str] = (),
+    ) -> None:
+        began = time.perf_counter()
+        self.formulation = formulation
+        units = _units(formulation, parameters, start)
+        equations = Equations.of(formulation, bits, scaled=bool(units))
+        super().__init__(equations, bits, parameters, units=units)
+        self._events |= {name: self._event(name) for name in events}
+        self.compile_s = time.perf_counter() - began
+
     def _event(self, event: str) -> Callable[..., Any]:
         """Return an event function and its time derivative, as a function of the states."""
+        from heavytop.models.typed import typed_function
+
         form, zero = self.formulation, self.formulation.events[event]
         both = [zero, form.flow_derivative(zero)]
         used = set().union(*(x.free_symbols for x in both))
@@ -294,3 +368,13 @@ class PreciseIntegrator:
             both, (*form.states, *constants), lambda i: self.number(str(i)), _FUNCTIONS
         )
         return lambda *state: function(*state, *values)
+
+
+def _units(form: Formulation, parameters: Mapping[str, str], start: Sequence[str]) -> list[float]:
+    """Return the units of the states in the run from a start, none if all are one."""
+    if not start:
+        return []
+    states = list(zip(form.states, map(float, start), strict=True))
+    constants = {name: float(text) for name, text in parameters.items()}
+    unit = unit_of([x for s, x in states if s in form.rates], least_pace(constants))
+    return [] if unit == 1 else [unit if s in form.rates else 1.0 for s in form.states]

@@ -44,17 +44,24 @@ class Turns:
     ----------
     g, l_z, P_plus, P_minus : float
         gMR/A, p_phi/A, (p_phi + p_psi)/A and (p_phi - p_psi)/A.
+    grain, close : float
+        How well a state is known, and how near to a pole it may have drifted to the other side.
     """
 
     g: float
     l_z: float
     P_plus: float
     P_minus: float
+    grain: float = GRAIN
+    close: float = CLOSE
 
     @classmethod
-    def of(cls, parameters: Mapping[str, float]) -> Turns:
+    def of(
+        cls, parameters: Mapping[str, float], grain: float = GRAIN, close: float = CLOSE
+    ) -> Turns:
         """Return the turns of the motions that have these constants."""
-        return cls(*(parameters[name] for name in ("g", "l_z", "P_plus", "P_minus")))
+        g, l_z, *P = (parameters[name] for name in ("g", "l_z", "P_plus", "P_minus"))
+        return cls(g, l_z, P[0], P[1], grain, close)
 
     def stiffness(self, state: Array) -> float:
         """Return a bound K of l^2/4 + g |beta|^2 and l^2/4 - g |alpha|^2 over the motion."""
@@ -84,9 +91,11 @@ class Turns:
         alpha, beta = self._arms(rows)
         forward = 1.0 if t[-1] >= t[0] else -1.0
         da, db = alpha.changes(forward), beta.changes(forward)
-        a, b = alpha.argument(), beta.argument()
+        a, b = alpha.argument(self.grain), beta.argument(self.grain)
+        lean = alpha.lean(a[0]), beta.lean(b[0])
+        first = first[0] + lean[0] + lean[1], first[1] + lean[0] - lean[1]
         if not (alpha.aside and beta.aside):
-            slow = GRAIN * math.sqrt(self.stiffness(rows[0]))
+            slow = self.grain * math.sqrt(self.stiffness(rows[0]))
             rests = alpha.resting(slow), beta.resting(slow)
             a, b, da, db = _upright(rests, a, b, da, db, first[0])
         phi, psi = (_summed(*x) for x in zip(first, (da + db, da - db), strict=True))
@@ -105,8 +114,8 @@ class Turns:
         q_0, q_1, q_2, q_3, l_x, l_y = rows[:, :6].T
         alpha, beta, w = q_0 + 1j * q_3, q_1 + 1j * q_2, l_x + 1j * l_y
         return (
-            _Arm(alpha, -w * beta.conj(), self.l_z, self.P_plus),
-            _Arm(beta, w * alpha.conj(), self.l_z, self.P_minus),
+            _Arm(alpha, -w * beta.conj(), self.l_z, self.P_plus, self.grain, self.close),
+            _Arm(beta, w * alpha.conj(), self.l_z, self.P_minus, self.grain, self.close),
         )
 
 
@@ -116,10 +125,12 @@ class _Arm:
     Its rate is half of i l_z z + push.
     """
 
-    def __init__(self, z: Complex, push: Complex, l_z: float, P: float) -> None:
-        self.z, self.P = z, P
+    def __init__(
+        self, z: Complex, push: Complex, l_z: float, P: float, grain: float, close: float
+    ) -> None:
+        self.z, self.P, self.grain, self.close = z, P, grain, close
         self.size = np.abs(z)
-        self.aside = bool(self.size.min() > CLOSE)
+        self.aside = bool(self.size.min() > close)
         self._push, self._l_z = push, l_z
 
     @property
@@ -128,12 +139,17 @@ class _Arm:
 
     def changes(self, forward: float) -> Array:
         """Return by how much the argument changes from each time to the next."""
-        change = np.diff(self.argument(CLOSE))
+        change = np.diff(self.argument(self.close))
         change -= 2 * np.pi * np.round(change / (2 * np.pi))
         sense = -forward if self.P < 0 else forward
         return np.where(sense * change < -np.pi / 2, change + sense * 2 * np.pi, change)
 
-    def argument(self, close: float = GRAIN) -> Array:
+    def lean(self, first: float) -> float:
+        """Return by how much what `changes` begin with is ahead of the first argument."""
+        lean = float(self.argument(self.close)[0] - first)
+        return lean - 2 * math.pi * round(lean / (2 * math.pi))
+
+    def argument(self, close: float) -> Array:
         """Return the argument; so close to the pole as that, what it was before or will be after.
 
         A pass at a distance of |P|/4|rate| is not told by a state that has drifted, but by the
@@ -142,13 +158,13 @@ class _Arm:
         if self.aside:
             return np.angle(self.z)
         rate = self.rate
-        passing = (self.size < close) & (abs(self.P) < 2 * CLOSE * np.abs(rate))
+        passing = (self.size < close) & (abs(self.P) < 2 * self.close * np.abs(rate))
         before = (self.z.conj() * rate).real < 0
         return np.angle(np.where(passing, np.where(before, -rate, rate), self.z))
 
     def resting(self, slow: float) -> Mask:
         """Tell where it vanishes and stays: the axis is on the vertical."""
-        return (self.size < GRAIN) & (np.abs(self.rate) < slow)
+        return (self.size < self.grain) & (np.abs(self.rate) < slow)
 
     def behind(self, half: float) -> float:
         """Return what to add to the argument at a start, for it to be that in which it leaves."""

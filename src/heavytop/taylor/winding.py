@@ -76,6 +76,8 @@ class Winding:
         Its invariants l^2 + 2 g u and l . e.
     slowest, fastest : float
         Bounds of phi' over the whole motion [rad/s].
+    grain, close : float
+        How well a state is known, and how near to a pole it may have drifted to the other side.
     """
 
     g: float
@@ -86,9 +88,17 @@ class Winding:
     n: float
     slowest: float
     fastest: float
+    grain: float = GRAIN
+    close: float = CLOSE
 
     @classmethod
-    def of(cls, parameters: Mapping[str, float], state: Array) -> Winding:
+    def of(
+        cls,
+        parameters: Mapping[str, float],
+        state: Array,
+        grain: float = GRAIN,
+        close: float = CLOSE,
+    ) -> Winding:
         """Return the winding of the motion through a state of the axis form."""
         g, l_z, *P = (parameters[name] for name in ("g", "l_z", "P_plus", "P_minus"))
         e_x, e_y, u, l_x, l_y = state[:5].tolist()
@@ -98,7 +108,7 @@ class Winding:
         plus = _bounds(_uncertain(P[0], P), 1 + u1, 1 + u2)
         minus = _bounds(_uncertain(P[1], P), 1 - u2, 1 - u1)
         slowest, fastest = ((plus[i] + minus[i]) / 2 for i in range(2))
-        return cls(g, l_z, P[0], P[1], energy, n, slowest, fastest)
+        return cls(g, l_z, P[0], P[1], energy, n, slowest, fastest, grain, close)
 
     def intervals(self, duration: float, most: int) -> int:
         """Return into how many intervals to divide a duration [s], for nearly all to be decided.
@@ -110,7 +120,7 @@ class Winding:
         needed = 1.1 * (self.fastest - self.slowest) * duration / (2 * np.pi)
         return int(min(most, np.ceil(needed) + 1)) if np.isfinite(needed) else most
 
-    def turned(self, t: Array, rows: Array, more: More) -> Array:
+    def turned(self, t: Array, rows: Array, more: More | None) -> Array:
         """Return the change of phi since the first time [rad], shape (k,).
 
         Parameters
@@ -119,8 +129,9 @@ class Winding:
             Times, monotonic [s].
         rows : ndarray, shape (k, n)
             States there.
-        more : callable
-            States at further times within the range, in the same order.
+        more : callable, optional
+            States at further times within the range, in the same order; without it the least
+            change is taken where none is proved.
         """
         if t.size < 2:
             return np.zeros(t.size)
@@ -130,7 +141,7 @@ class Winding:
         while True:
             change, decided = self._changes(t, rows)
             open_ = np.flatnonzero(~decided & (np.abs(np.diff(t)) > finest))
-            if open_.size == 0 or open_.size * PARTS > MOST_POINTS:
+            if more is None or open_.size == 0 or open_.size * PARTS > MOST_POINTS:
                 break
             between = _divided(t, open_)
             order = np.argsort(forward * np.concatenate((t, between)), kind="stable")
@@ -139,10 +150,17 @@ class Winding:
         total = np.concatenate(([0.0], np.cumsum(change)))
         return total[np.searchsorted(forward * t, forward * asked)]
 
+    def on_branch(self, rows: Array, phi: Array) -> Array:
+        """Return the azimuths of the rows, on the branch nearest to phi; on the vertical, phi."""
+        principal = azimuth(rows)
+        upright = np.max(np.abs(rows[:, (0, 1, 3, 4)]), axis=1) < self.grain
+        turns = np.round((phi - principal) / (2 * np.pi))
+        return np.where(upright, phi, principal + 2 * np.pi * turns)
+
     def _changes(self, t: Array, rows: Array) -> tuple[Array, Mask]:
         """Return the change of phi over each interval, and whether it is proved."""
         dt = np.diff(t)
-        principal = np.diff(_telling(rows))
+        principal = np.diff(_telling(rows, self.close))
         low, high = self.slowest * dt, self.fastest * dt
         change, decided = _fitting(principal, np.minimum(low, high), np.maximum(low, high))
         if decided.all():
@@ -179,13 +197,13 @@ class Winding:
             acceleration += (abs(self.l_z) + largest_w * largest_z) * largest_w
             stray = dt * dt * acceleration / 8
         distance = _distance_from_origin(z[:-1], z[1:])
-        close = distance < CLOSE
+        close = distance < self.close
         across = close & (stray < STRAIGHT * np.abs(np.diff(z)))
-        resting = (sizes_z + np.abs(dt) * sizes_w) * widest < GRAIN
-        return (distance > stray + GRAIN) & ~close, across, resting
+        resting = (sizes_z + np.abs(dt) * sizes_w) * widest < self.grain
+        return (distance > stray + self.grain) & ~close, across, resting
 
 
-def _telling(rows: Array) -> Array:
+def _telling(rows: Array, close: float) -> Array:
     """Return the azimuths, but at a row on a pole that is only being passed that of the last.
 
     There the azimuth is rounding, and would be counted on both sides of it.
@@ -193,7 +211,7 @@ def _telling(rows: Array) -> Array:
     angles = azimuth(rows)
     size = np.hypot(rows[:, 0], rows[:, 1])
     beside = np.minimum(size[:-2], size[2:])
-    passed = 1 + np.flatnonzero((size[1:-1] < CLOSE) & (size[1:-1] < 1e-3 * beside))
+    passed = 1 + np.flatnonzero((size[1:-1] < close) & (size[1:-1] < 1e-3 * beside))
     angles[passed] = angles[passed - 1]
     return angles
 

@@ -8,6 +8,7 @@ from typing import Final
 from heavytop.workprecs.point import Point
 
 Error = Callable[[Point], float | None]
+Tie = tuple[bool, str]
 NOISE: Final = 0.1  # of a time: what is faster by less is not known to be
 
 
@@ -39,10 +40,10 @@ def front(points: Sequence[Point], error: Error) -> tuple[int, ...]:
     return tuple(found)
 
 
-def _ranked(points: Sequence[Point], error: Error) -> list[tuple[tuple[float, float], str, int]]:
-    """Return time and error, the name that settles a tie, and the index of each point."""
+def _ranked(points: Sequence[Point], error: Error) -> list[tuple[tuple[float, float], Tie, int]]:
+    """Return time and error, what settles a tie, and the index of each point."""
     return [
-        ((point.us_per_period, off), point.trial.name, index)
+        ((point.us_per_period, off), _tie(point), index)
         for index, point in enumerate(points)
         if (off := error(point)) is not None
     ]
@@ -56,7 +57,7 @@ def cheapest(
 ) -> Point | None:
     """Return the fastest point with an error of at most a bound, or None."""
     within = [p for p in points if (off := error(p)) is not None and off <= bound and among(p)]
-    return min(within, key=lambda p: p.us_per_period, default=None)
+    return min(within, key=lambda p: (p.us_per_period, _tie(p)), default=None)
 
 
 def most_accurate(
@@ -64,7 +65,12 @@ def most_accurate(
 ) -> Point | None:
     """Return the point with the least error, or None where there is none."""
     having = [(off, p) for p in points if (off := error(p)) is not None and among(p)]
-    return min(having, key=lambda pair: pair[0])[1] if having else None
+    return min(having, key=lambda pair: (pair[0], _tie(pair[1])))[1] if having else None
+
+
+def _tie(point: Point) -> Tie:
+    """Return what comes first of equals: what auto chose is the method's own point once more."""
+    return point.trial.digits is not None, point.trial.name
 
 
 def ahead_of(

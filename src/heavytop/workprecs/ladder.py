@@ -3,32 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from heavytop.drifts.methods import TOLERANCE, Method, NoMethod, method
+from heavytop.errors import BadScene
 from heavytop.models.ladder import LADDER
 from heavytop.planning import EPSILON, Plan, plan
 from heavytop.rivals.table import METHODS
 from heavytop.scene import Scene
-from heavytop.taylor.bits import DOUBLE, LONG_DOUBLE, named
+from heavytop.taylor.bits import DOUBLE, LONG_DOUBLE, bits_of
 
 AUTO: Final = "auto"
 AUTO_DIGITS: Final = (6, 9, 12)
 AUTO_MOST: Final = 30
+_LONGEST: Final = 100  # Python refuses to read an int of thousands of digits
 WANTS: Final = ("axis", "theta")
+FOLDED: Final = "the plan is folded: it goes one period, and no steps after it are there to time"
 _PROJECTED: Final = ("axis", "attitude", "cubic")  # what planning projects
 _PYTHON: Final = tuple(name for name, row in METHODS.items() if row.language == "python")
-_SLOWEST: Final = "radau-scipy"
+SLOWEST: Final = "radau-scipy"
 DEFAULT: Final = (
     AUTO,
     *(f"taylor-{form}" for form in LADDER),
     *(f"taylor-{form}-projected" for form in _PROJECTED),
     *(name for name in METHODS if name not in _PYTHON),
-    *(name for name in _PYTHON if name != _SLOWEST),
+    *(name for name in _PYTHON if name != SLOWEST),
     *(f"taylor-{form}-longdouble" for form in LADDER),
     *(f"taylor-{form}-mpfr" for form in LADDER),
-    _SLOWEST,  # last: what a short budget leaves out
+    SLOWEST,  # last: what a short budget leaves out
 )
 _DECADES: Final = tuple(10.0**-k for k in range(3, 16))
 _HALF_DECADES: Final = tuple(10.0 ** (-k / 2) for k in range(6, 31))
@@ -56,11 +59,14 @@ class Trial:
         That auto was asked for; None where the method is not auto's choice.
     wants : str or None
         What auto was asked for: ``axis`` or ``theta``.
+    refused : str
+        Why what auto chose cannot be timed; empty where it can.
     """
 
     method: Method
     digits: int | None = None
     wants: str | None = None
+    refused: str = ""
 
     @property
     def name(self) -> str:
@@ -100,25 +106,39 @@ def trials(scene: Scene, text: str, periods: float) -> tuple[Trial, ...]:
     >>> [trial.method.name for trial in trials(scene, "auto=6", 100)]
     ['taylor-axis', 'taylor-cubic']
     """
-    name, equals, setting = text.partition("=")
-    if name == AUTO:
-        asked = (_digits(setting),) if equals else AUTO_DIGITS
-        return tuple(
-            Trial(_planned(scene, wants, digits, periods), digits, wants)
-            for wants in WANTS
-            for digits in asked
-        )
+    asked = auto_digits(text)
+    if asked is not None:
+        return tuple(_planned(scene, wants, digits, periods) for wants in WANTS for digits in asked)
     found = method(text)
-    if equals:
+    if "=" in text:
         return (Trial(found),)
-    return tuple(Trial(method(f"{name}={rung!r}")) for rung in _rungs(found))
+    return tuple(Trial(method(f"{text}={rung!r}")) for rung in _rungs(found))
+
+
+def auto_digits(text: str) -> tuple[int, ...] | None:
+    """Return the digits for which a text asks auto; None where it asks for a method.
+
+    Raises
+    ------
+    NoMethod
+        It asks auto for what are no digits.
+
+    Examples
+    --------
+    >>> auto_digits("auto"), auto_digits("auto=12"), auto_digits("gauss8")
+    ((6, 9, 12), (12,), None)
+    """
+    name, equals, setting = text.partition("=")
+    if name != AUTO:
+        return None
+    return (_digits(setting),) if equals else AUTO_DIGITS
 
 
 def _digits(text: str) -> int:
-    rule = f"whole digits after auto=, from 1 to {AUTO_MOST}"
-    if not (text.isdecimal() and text.isascii() and 1 <= int(text) <= AUTO_MOST):
-        raise NoMethod(rule)
-    return int(text)
+    found = int(text) if text.isdecimal() and text.isascii() and len(text) < _LONGEST else 0
+    if not 1 <= found <= AUTO_MOST:
+        raise NoMethod(f"whole digits after auto=, from 1 to {AUTO_MOST}")
+    return found
 
 
 def _rungs(found: Method) -> Sequence[float]:
@@ -133,19 +153,29 @@ def _rungs(found: Method) -> Sequence[float]:
     return rungs if found.is_rival else [*rungs, found.least]
 
 
-def _planned(scene: Scene, wants: str, digits: int, periods: float) -> Method:
-    """Return the method that a plan for this stands for."""
+def _planned(scene: Scene, wants: str, digits: int, periods: float) -> Trial:
+    """Return what a plan for so many digits of this stands for, or why it cannot be timed."""
     wanted = Scene(scene.top, scene.start, periods=periods, quantities=(wants,), events=(),
                    samples=2, digits=digits, name=scene.name)  # fmt: skip
-    chosen = plan(wanted)
-    return method(_name(chosen, wants))
+    try:
+        chosen = plan(wanted)
+    except BadScene as refusal:
+        rules = "; ".join(fault.rule for fault in refusal.faults)
+        return Trial(method(f"taylor-{wants.replace('theta', 'cubic')}"), digits, wants, rules)
+    return Trial(_of(chosen), digits, wants, FOLDED if chosen.folded else "")
 
 
-def _name(chosen: Plan, wants: str) -> str:
-    if chosen.folded:  # no steps to be timed: the nearest thing that takes them
-        return f"taylor-{'axis' if wants == 'axis' else 'cubic'}-projected"
-    name = f"taylor-{chosen.formulation}"
-    if chosen.precision != named(DOUBLE):
-        return f"{name}-{'longdouble' if chosen.precision == named(LONG_DOUBLE) else 'mpfr'}"
-    loose = f"={chosen.tolerance!r}" if chosen.tolerance > EPSILON else ""
-    return f"{name}{'-projected' if chosen.projected else ''}{loose}"
+def _of(chosen: Plan) -> Method:
+    """Return the method that a plan stands for: its form, its bits, its tolerance."""
+    name, bits = f"taylor-{chosen.formulation}", bits_of(chosen.precision)
+    if bits == DOUBLE:
+        loose = f"={chosen.tolerance!r}" if chosen.tolerance > EPSILON else ""
+        return method(f"{name}{'-projected' if chosen.projected else ''}{loose}")
+    if bits == LONG_DOUBLE:
+        return method(f"{name}-longdouble")
+    found = method(f"{name}-mpfr")
+    if bits == found.bits:
+        return found
+    least = 2.0 ** (1 - bits)
+    return replace(found, name=f"{name}-mpfr{bits}", bits=bits, setting=least, least=least,
+                   most=least)  # fmt: skip

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any, Final
 
-from heavytop.drifts.runs import Run, run
+from heavytop.drifts.methods import Method
+from heavytop.drifts.runs import Run
 from heavytop.errors import HeavyTopError, MissingPackage
 from heavytop.march import Stopped
 from heavytop.models.ladder import LADDER
@@ -17,11 +18,16 @@ from heavytop.scene import Scene
 from heavytop.workprecs.asked import asked
 from heavytop.workprecs.ladder import DEFAULT, Trial
 from heavytop.workprecs.point import Point, Skipped
-from heavytop.workprecs.timing import Clock, Lap, TooSlow, in_turn, lap
-from heavytop.workprecs.work_precision import BEFORE, WorkPrecision
+from heavytop.workprecs.schedule import schedule
+from heavytop.workprecs.starting import Started, started
+from heavytop.workprecs.timing import Clock, TooSlow, in_turn, lap
+from heavytop.workprecs.work_precision import WorkPrecision
 
-FIRST_RUNS: Final = 0.6  # of the budget may go to setting up and first runs,
-PATIENCE: Final = 0.05  # and to one of them
+FIRST_RUNS: Final = 0.6  # of the budget: then no first run is begun,
+ALL_BUT_ROUNDS: Final = 0.8  # nor one that is not expected to end before this,
+PATIENCE: Final = 0.05  # nor gone on with that takes this
+UNKNOWN: Final = {"numba": 1.0, "compiled by CyRK": 1.0}  # to set up what was never set up [s],
+USUAL: Final = 0.3  # and of all others: a first run that is not expected to end is not begun
 
 Show = Callable[[float], object]
 
@@ -45,11 +51,13 @@ def work_precision(
         Its top and its start; its span and its wants are not used.
     methods : sequence of str
         ``NAME`` for all settings of a method, ``NAME=SETTING`` for one; ``auto`` is what `plan`
-        chooses for 6, 9 and 12 digits.
+        chooses for 6, 9 and 12 digits, ``auto=DIGITS`` for others up to 30. All names are in
+        `heavytop.workprecs.ladder.DEFAULT`, which is what is tried when this is left out.
     periods : float
         Nutation periods to go, from 1 to 1e6.
     budget : float
-        Time to take in all, at least 1 [s]. What it does not allow is in ``skipped``.
+        Time to take in all, at least 1 [s]: importing the libraries and deriving the equations
+        are in it. What it does not allow is in ``skipped``.
     progress : callable, optional
         It is given the fraction done.
 
@@ -77,6 +85,7 @@ def work_precision(
     began = clock()
     derived = _derived(clock)
     tried = asked(scene, methods, {"periods": periods, "budget": budget})
+    periods, budget = float(periods), float(budget)  # of any kind of number
     measuring = _Measuring(scene, periods, budget, began, derived, clock, progress)
     points, skipped = measuring.of(tried)
     return WorkPrecision(scene, periods, budget, points, skipped)
@@ -90,18 +99,6 @@ def _derived(clock: Clock) -> dict[str, float]:
         form.build(None)
         spent[name] = clock() - began
     return spent
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Started:
-    """A trial after its first run."""
-
-    trial: Trial
-    run: Run
-    end: tuple[float, float]
-    first: Lap
-    errors: dict[str, Any]
-    setup_s: float
 
 
 class _Measuring:
@@ -119,55 +116,74 @@ class _Measuring:
     ) -> None:
         self.scene, self.periods, self.budget = scene, periods, budget
         self.began, self.clock, self.progress = began, clock, progress
-        self.stopped: dict[str, str] = {}  # by method, what took too long
+        self.stopped: dict[str, tuple[int, str]] = {}  # by method, its rung that took too long
+        self.useless: dict[str, str] = {}  # by method, the package that is not to be had
         self.derived = derived
         self.compiled: dict[int, float] = {}
+        self.taken: dict[str, float] = {}  # by method and by language, the last first run [s]
 
     def of(self, tried: Sequence[Trial]) -> tuple[tuple[Point, ...], tuple[Skipped, ...]]:
-        """Return the points and what was skipped."""
-        started, skipped = [], []
-        for i, trial in enumerate(tried):
-            reason = self._why_not(trial)
-            if not reason:
-                one = self._started(trial)
-                if isinstance(one, _Started):
-                    started.append(one)
-                    self._show(0.5 * (i + 1) / len(tried))
-                    continue
-                reason = one
-            skipped.append(Skipped(trial, reason))
-        return tuple(self._timed(started)), tuple(skipped)
+        """Return the points and what was skipped, both in the order in which they were asked."""
+        begun: dict[Method, Started | str] = {}  # what is asked of auto may be on a ladder too
+        for done, i in enumerate(schedule(tried)):
+            trial = tried[i]
+            if not trial.refused and trial.method not in begun:
+                begun[trial.method] = self._why_not(i, trial) or self._started(i, trial)
+            self._show(0.5 * (done + 1) / len(tried))
+        found = {m: one for m, one in begun.items() if isinstance(one, Started)}
+        seconds = dict(zip(found, self._timed([*found.values()]), strict=True))
+        points = [
+            _point(trial, found[trial.method], seconds[trial.method])
+            for trial in tried
+            if trial.method in found and not trial.refused
+        ]
+        skipped = [
+            Skipped(trial, trial.refused or str(begun[trial.method]))
+            for trial in tried
+            if trial.refused or trial.method not in found
+        ]
+        return tuple(points), tuple(skipped)
 
-    def _why_not(self, trial: Trial) -> str:
+    def _why_not(self, i: int, trial: Trial) -> str:
+        """Return why the trial at an index is not begun; empty where it is."""
+        name = trial.method.name
+        if name in self.useless:
+            return self.useless[name]
         if trial.method.absent:
-            return str(MissingPackage(trial.method.name, trial.method.absent))
-        if self.clock() - self.began > FIRST_RUNS * self.budget:
+            return str(MissingPackage(name, trial.method.absent))
+        if name in self.stopped and i > self.stopped[name][0]:
+            return f"not begun: {self.stopped[name][1]} took too long"
+        gone = self.clock() - self.began
+        late = gone + self._expected(trial.method) > ALL_BUT_ROUNDS * self.budget
+        if late or gone > FIRST_RUNS * self.budget:
             return f"not begun: no time was left for it in a budget of {self.budget:g} s"
-        if before := self.stopped.get(trial.method.name):
-            return f"not begun: {before} took too long"
         return ""
 
-    def _started(self, trial: Trial) -> _Started | str:
+    def _expected(self, method: Method) -> float:
+        """Return how long a first run is expected to take, with all that it compiles [s]."""
+        return self.taken.get(method.name, self.taken.get(method.language, _guessed(method)))
+
+    def _started(self, i: int, trial: Trial) -> Started | str:
         """Return a trial after its first run, or why there is none."""
+        began, method = self.clock(), trial.method
         try:
-            return self._first_run(trial)
+            one = started(self.scene, method, self.periods, PATIENCE * self.budget, self.clock)
+            return replace(one, setup_s=self._setup_s(method, one.run))
         except TooSlow as slow:
-            self.stopped[trial.method.name] = trial.text
+            self.stopped[method.name] = (i, trial.text)
             gone = slow.place.time[0] / float(closed_form_of(self.scene).period or math.inf)
             return f"stopped after {gone:.3g} of {self.periods:g} periods in {slow.spent:.3g} s"
+        except MissingPackage as lacking:
+            self.useless[method.name] = str(lacking)
+            return str(lacking)
         except (Stopped, HeavyTopError) as refusal:
             return " ".join(str(refusal).split())
+        finally:
+            known = method.language in self.taken  # the first one imports what all of them need
+            self.taken[method.name] = spent = self.clock() - began
+            self.taken[method.language] = spent if known else _guessed(method)
 
-    def _first_run(self, trial: Trial) -> _Started:
-        found = run(self.scene, trial.method)
-        end = found.march.offered((self.periods - BEFORE) * found.period)
-        first = lap(found.march, end, self.clock, PATIENCE * self.budget)
-        errors = _errors(found, end, found.march.seen(first.last, [end])[0].tolist())
-        if not all(math.isfinite(x) for x in errors.values() if x is not None):
-            raise Stopped("its numbers are no longer finite")
-        return _Started(trial, found, end, first, errors, self._setup_s(trial, found))
-
-    def _setup_s(self, trial: Trial, found: Run) -> float:
+    def _setup_s(self, method: Method, found: Run) -> float:
         """Return what deriving and compiling took; rivals with one kernel compile it once."""
         march: Any = found.march
         if hasattr(march, "engine"):
@@ -175,43 +191,38 @@ class _Measuring:
         else:
             kernel = getattr(march, "kernel", None) or march.right_hand_side
             spent = self.compiled.setdefault(id(kernel), march.compile_s)
-        return self.derived[trial.method.formulation] + spent
+        return self.derived[method.formulation] + spent
 
-    def _timed(self, started: Sequence[_Started]) -> Iterator[Point]:
-        """Time what was started, in turn, and make its points."""
+    def _timed(self, begun: Sequence[Started]) -> Iterator[list[float]]:
+        """Time what was started, in turn: the seconds of its runs, or of the first where none."""
         spent = in_turn(
-            [_program(one, self.clock) for one in started],
-            [one.first.seconds for one in started],
+            [_program(one, self.clock) for one in begun],
+            [one.first.seconds for one in begun],
             self.began + self.budget,
             self.clock,
             on_round=lambda done: self._show(0.5 + 0.5 * done),
         )
-        for one, seconds in zip(started, spent, strict=True):
-            yield _point(one, seconds or [one.first.seconds])
+        for one, seconds in zip(begun, spent, strict=True):
+            yield seconds or [one.first.seconds]
 
     def _show(self, done: float) -> None:
         if self.progress is not None:
             self.progress(done)
 
 
-def _program(one: _Started, clock: Clock) -> Callable[[], float]:
+def _guessed(method: Method) -> float:
+    return UNKNOWN.get(method.language, USUAL)
+
+
+def _program(one: Started, clock: Clock) -> Callable[[], float]:
     return lambda: lap(one.run.march, one.end, clock).seconds
 
 
-def _errors(found: Run, end: tuple[float, float], row: list[float]) -> dict[str, Any]:
-    off = found.yardstick(end, row)
-    return {
-        "axis_error": off.axis,
-        "theta_error": abs(found.yardstick.tilt(end, row)),
-        "energy_error": abs(off.energy),
-    }
-
-
-def _point(one: _Started, seconds: Sequence[float]) -> Point:
+def _point(trial: Trial, one: Started, seconds: Sequence[float]) -> Point:
     after = one.first.after
     gone = after.time[0] / one.run.period
     return Point(
-        trial=one.trial,
+        trial=trial,
         us_per_period=min(seconds) / gone * 1e6,
         runs=len(seconds),
         periods=gone,

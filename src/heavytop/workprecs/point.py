@@ -57,6 +57,17 @@ class Point:
         return self.theta_error if self.axis_error is None else self.axis_error
 
     @property
+    def wanted_error(self) -> float:
+        """The error of what auto was asked for; of a point that is not auto's choice, `error`."""
+        return self.theta_error if self.trial.wants == "theta" else self.error
+
+    @property
+    def misses(self) -> bool:
+        """Whether it is auto's choice, and not as good as was asked."""
+        digits = self.trial.digits
+        return digits is not None and self.wanted_error > 10.0**-digits
+
+    @property
     def is_rival(self) -> bool:
         """Whether somebody else's method made it."""
         return self.trial.method.is_rival
@@ -82,7 +93,7 @@ class Point:
         found |= {name: getattr(self, name) for name in names}
         if self.trial.digits is not None:
             found |= {"stands_for": method.text, "wants": self.trial.wants}
-            found["digits"] = self.trial.digits
+            found |= {"digits": self.trial.digits, "missed": self.misses}
         return found
 
 
@@ -95,9 +106,10 @@ class Skipped:
 
     def document(self) -> dict[str, Any]:
         """Return it for JSON."""
-        method = self.trial.method
-        return {
-            "method": self.trial.name,
-            "setting": {method.set_by: method.setting},
-            "reason": self.reason,
-        }
+        trial = self.trial
+        found: dict[str, Any] = {"method": trial.name}
+        if trial.digits is None:
+            found["setting"] = {trial.method.set_by: trial.method.setting}
+        else:
+            found |= {"setting": {"digits": trial.digits}, "wants": trial.wants}
+        return found | {"reason": self.reason}

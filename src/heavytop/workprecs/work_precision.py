@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final
 
+from heavytop.errors import Impossible
 from heavytop.machine import versions
 from heavytop.scene import Scene
 from heavytop.taylor.bits import DOUBLE
@@ -48,6 +49,10 @@ class WorkPrecision:
     points: tuple[Point, ...]
     skipped: tuple[Skipped, ...]
 
+    def __repr__(self) -> str:
+        of = f"{self.scene.name}, {self.periods:g} periods"
+        return f"<WorkPrecision of {of}: {len(self.points)} points, {len(self.skipped)} skipped>"
+
     @cached_property
     def front(self) -> tuple[int, ...]:
         """Indices of the points that none beats in time and error of the axis, fastest first.
@@ -62,7 +67,19 @@ class WorkPrecision:
         return front(self.points, theta_error)
 
     def cheapest(self, bound: float, wants: str = "axis") -> Point | None:
-        """Return the fastest point with an error of at most a bound, or None."""
+        """Return the fastest point with an error of at most a bound, or None.
+
+        Parameters
+        ----------
+        bound : float
+        wants : str
+            ``axis`` or ``theta``: the error of which; phi and psi are not measured.
+
+        Raises
+        ------
+        Impossible
+            It wants anything else.
+        """
         return cheapest(self.points, _error_of(wants), bound)
 
     @property
@@ -89,10 +106,19 @@ class WorkPrecision:
             "cheapest": self._cheapest(self._error),
             "cheapest_theta": self._cheapest(theta_error),
             "auto": [self._judged(point) for point in self.auto],
+            "rivals": self._rivals,
             "skipped": [each.document() for each in self.skipped],
             "files": dict(files or {}),
             "versions": versions(),
         }
+
+    @property
+    def _rivals(self) -> dict[str, list[str]]:
+        """Names of the rivals that were run at some setting, and of those that were at none."""
+        run = dict.fromkeys(point.trial.name for point in self.points if point.is_rival)
+        skipped = (each.trial for each in self.skipped if each.trial.method.is_rival)
+        left = dict.fromkeys(trial.name for trial in skipped if trial.name not in run)
+        return {"run": list(run), "left_out": list(left)}
 
     @property
     def _error(self) -> Error:
@@ -121,16 +147,22 @@ class WorkPrecision:
 
     def _told(self, point: Point, error: Error) -> dict[str, Any]:
         known = point.document()
-        names = ("method", "tolerance", "steps_a_period", "rival", "us_per_period")
+        names = ("method", "stands_for", "tolerance", "steps_a_period", "rival", "us_per_period")
         index = next(i for i, each in enumerate(self.points) if each is point)
-        return {name: known[name] for name in names} | {"error": error(point), "point": index}
+        return {name: known[name] for name in names if name in known} | {
+            "error": error(point),
+            "point": index,
+        }
 
     def _judged(self, auto: Point) -> dict[str, Any]:
         index = next(i for i, each in enumerate(self.points) if each is auto)
         ahead = [other.trial.text for other in self.ahead_of(auto)]
         return {"point": index, "digits": auto.trial.digits, "wants": auto.trial.wants,
-                "ahead": ahead}  # fmt: skip
+                "error": auto.wanted_error, "missed": auto.misses, "ahead": ahead}  # fmt: skip
 
 
 def _error_of(wants: str) -> Error:
-    return axis_error if wants == "axis" else theta_error
+    known = {"axis": axis_error, "theta": theta_error}
+    if wants not in known:
+        raise Impossible([("wants", f"{wants!r} is not measured; axis and theta are")])
+    return known[wants]

@@ -1,0 +1,54 @@
+"""Following one task of an atlas: a tile, computed at once."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from heavytop.atlases.columns import packed
+from heavytop.atlases.study import Study
+from heavytop.atlases.tiles import counts, tile_of
+from heavytop.errors import ForeignFile
+from heavytop.ledger import Piece
+
+
+def tasks(identity: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the names of the tiles of a study."""
+    return tuple(Study.of(identity).tiles)
+
+
+def follow(
+    identity: Mapping[str, Any], task: str, checkpoint: Mapping[str, Any] | None
+) -> Iterator[Piece]:
+    """Compute a tile; its one row holds the columns.
+
+    Parameters
+    ----------
+    identity : mapping
+        Of the study.
+    task : str
+    checkpoint : mapping, optional
+        There is nothing half-way.
+
+    Yields
+    ------
+    Piece
+
+    Raises
+    ------
+    ForeignFile
+        No tile wrote the checkpoint.
+    """
+    if checkpoint is not None:
+        raise ForeignFile("checkpoint: a tile has none before its end")
+    began = time.perf_counter()
+    study = Study.of(identity)
+    found = tile_of(study.plane, study.tiles[task], study.what)
+    row = {
+        "counts": counts(found.columns),
+        "sent": found.sent,
+        "uncertified": int((found.columns["certified"] == 0).sum()),
+        "columns": packed(found.columns),
+    }
+    yield Piece({}, (row,), done=True, fraction=1.0, spent_s=time.perf_counter() - began)

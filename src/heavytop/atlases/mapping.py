@@ -1,0 +1,294 @@
+"""Making an atlas: from what is asked to what was found, here, in processes, or in shards."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import Any, Final
+
+from heavytop import ledger, options, recorded
+from heavytop.atlases.atlas import Atlas, gathered
+from heavytop.atlases.study import KIND, Study
+from heavytop.errors import BadScene, Fault, ForeignFile
+from heavytop.files import write_document
+from heavytop.machine import usable_cpus, versions
+from heavytop.options import Number, Refused
+from heavytop.scene import Scene
+
+SHARD: Final = "shard.json"
+Show = Callable[[ledger.Progress], object]
+
+
+def atlas(
+    scene: Scene,
+    x: object,
+    y: object,
+    *,
+    only: str | None = None,
+    integrate: bool = False,
+    shard: str | tuple[int, int] | None = None,
+    jobs: int | None = None,
+    executor: Executor | None = None,
+    folder: str | os.PathLike[str] | None = None,
+    progress: Show | None = None,
+) -> Atlas:
+    """The kind of motion of every pixel of a plane of tops, each proved, and how each moves.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its top and its start say every number that no axis changes.
+    x, y : str, tuple or Axis
+        ``"phidot=-20:20:2000"`` or ``("phidot", -20, 20, 2000)``: start values, constants (p_phi,
+        p_psi, E) or parameters (A, C, gMR), with a last ``:log`` on a logarithmic axis.
+    only : {"kind"}, optional
+        Only kinds are found, many times as fast.
+    integrate : bool
+        Each top is integrated too, and its kind told by the events of that run.
+    shard : str or (int, int), optional
+        Only the tiles of shard i of n, ``"i/n"`` with 1 ≤ i ≤ n; `merge_atlases` joins shards.
+    jobs : int, optional
+        Processes; by default one for each processor. Results do not depend on it.
+    executor : concurrent.futures.Executor, optional
+        What computes the tiles, in place of own processes.
+    folder : path, optional
+        Where tiles are written down, so that an atlas that was killed goes on from there. It is
+        new, or empty, or holds this atlas.
+    progress : callable, optional
+        It is given a `heavytop.ledger.Progress` after every tile.
+
+    Returns
+    -------
+    Atlas
+
+    Raises
+    ------
+    BadScene
+        No axis, two axes that set the same thing, an option of the wrong kind, or more pixels
+        than there is room for. Every fault is listed.
+    ForeignFile
+        The folder holds something else, another atlas, or a damaged file.
+    InUse
+        Another process is writing the folder.
+    StoppedEarly
+        Ctrl-C; a full disk; a worker that died twice. What was done is in the folder.
+
+    Examples
+    --------
+    >>> from heavytop.scene import load_scene
+    >>> found = atlas(load_scene("sicm-kicked"), "phidot=-20:20:41", "psidot=-150:150:31", jobs=1)
+    >>> found.counts, found.uncertified
+    ({'loops': 600, 'cusps': 30, 'waves': 641}, 0)
+    """
+    file = str(getattr(scene, "name", KIND))
+    given = {"jobs": usable_cpus() if jobs is None else jobs, "shard": shard, "only": only,
+             "integrate": integrate}  # fmt: skip
+    values, wrong = options.taken(file, given, OPTIONS)
+    if only is not None and integrate is True:
+        wrong.append(Fault(file, None, "only", "", "not together with integrate"))
+    try:
+        study = Study.asked(scene, x, y, _what(only, integrate))
+    except BadScene as bad:
+        raise BadScene((*bad.faults, *wrong)) from None
+    if faults := [*wrong, *_room(file, study, folder, values.get("shard"))]:
+        raise BadScene(tuple(faults))
+    tasks = _share(study, values["shard"])
+    if folder is None:
+        book = ledger.run(_tasks(study), jobs=values["jobs"], tasks=tasks, executor=executor,
+                          on_progress=progress)  # fmt: skip
+        return gathered(study, book, tasks, values["jobs"])
+    with ledger.Folder.create_or_open(folder, study.identity) as kept:
+        _note_shard(kept.path, values["shard"])
+        ledger.run(_tasks(study), kept, jobs=values["jobs"], tasks=tasks, executor=executor,
+                   on_progress=progress)  # fmt: skip
+        return gathered(study, kept, tuple(study.tiles), values["jobs"])
+
+
+def continued(
+    folder: str | os.PathLike[str],
+    *,
+    jobs: int = 1,
+    executor: Executor | None = None,
+    progress: Show | None = None,
+) -> Atlas:
+    """Take up an atlas where its folder says it was left.
+
+    Raises
+    ------
+    ForeignFile
+        It is no atlas, was made by other versions, or is damaged.
+    InUse
+        Another process is writing it.
+    StoppedEarly
+        As for `atlas`.
+    """
+    here = {key: value for key, value in versions().items() if key != "cpu"}
+    with ledger.Folder.open(folder, here) as kept:
+        study = _study(kept)
+        tasks = _share(study, _noted_shard(kept.path))
+        ledger.run(_tasks(study), kept, jobs=jobs, tasks=tasks, executor=executor,
+                   on_progress=progress)  # fmt: skip
+        return gathered(study, kept, tuple(study.tiles), jobs)
+
+
+def merge_atlases(
+    folders: Sequence[str | os.PathLike[str]], folder: str | os.PathLike[str]
+) -> tuple[Atlas, tuple[str, ...]]:
+    """Join the shards of an atlas in a new folder, or in one of theirs.
+
+    Parameters
+    ----------
+    folders : sequence of path
+        At least one.
+    folder : path
+        Where all tiles are then; it is new, or empty, or holds this atlas.
+
+    Returns
+    -------
+    Atlas
+    tuple of str
+        The tiles that none of them has.
+
+    Raises
+    ------
+    BadScene
+        No folder is given.
+    ForeignFile
+        A folder holds no atlas, another one, or a damaged file; nothing was written.
+    """
+    if not folders:
+        raise BadScene((Fault(KIND, None, "merge", "", "at least one folder"),))
+    study = _study(ledger.Folder.look(folders[0]))
+    with ledger.Folder.create_or_open(folder, study.identity) as kept:
+        missing = ledger.merge(kept, [Path(each) for each in folders])
+        return gathered(study, kept, tuple(study.tiles), 1), tuple(missing)
+
+
+def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
+    """Read the atlas in a folder, as far as it is done.
+
+    Raises
+    ------
+    ForeignFile
+        It is none, or is damaged.
+    """
+    kept = ledger.Folder.look(folder)
+    study = _study(kept)
+    return gathered(study, kept, tuple(study.tiles), 1)
+
+
+def _study(kept: ledger.Folder) -> Study:
+    if kept.identity.get("kind") != KIND:
+        raise ForeignFile(f"{kept.path}: a study of {kept.identity.get('kind')!r:.40}")
+    with recorded.naming(kept.path / "study.json"):
+        return Study.of(kept.identity)
+
+
+def _what(only: object, integrate: object) -> str:
+    if only == "kind":
+        return "kind"
+    return "integrate" if integrate is True else "rows"
+
+
+def _share(study: Study, shard: tuple[int, int] | None) -> tuple[str, ...]:
+    tasks = tuple(study.tiles)
+    return tasks if shard is None else ledger.shard(tasks, *shard)
+
+
+def _note_shard(folder: Path, shard: tuple[int, int] | None) -> None:
+    """Note which shard a folder is for, or that it is for all: so far its tiles are the same."""
+    note = folder / SHARD
+    if shard is None:
+        note.unlink(missing_ok=True)
+    else:
+        write_document(note, {"shard": list(shard)})
+
+
+def _noted_shard(folder: Path) -> tuple[int, int] | None:
+    note = folder / SHARD
+    if not note.exists():
+        return None
+    try:
+        found = json.loads(note.read_text("utf-8"))
+        return _shard(found["shard"])
+    except (OSError, ValueError, TypeError, KeyError) as fault:
+        raise ForeignFile(f"{note}: damaged ({fault})") from None
+
+
+def _room(
+    file: str, study: Study, folder: str | os.PathLike[str] | None, shard: tuple[int, int] | None
+) -> list[Fault]:
+    """What is wrong when there is not room enough on the disk, or in memory."""
+    needed = study.bytes // (shard[1] if shard else 1)
+    if folder is None:
+        free, where = _free_memory(), "in memory"
+    else:
+        place = Path(folder).absolute()
+        there = next(each for each in (place, *place.parents) if each.exists())
+        free, where = shutil.disk_usage(there).free, f"on the disk of {there}"
+    if needed <= free:
+        return []
+    rule = f"{_gigabytes(needed)} are needed {where}, and {_gigabytes(free)} are free"
+    return [Fault(file, None, "x, y", f"{study.plane.pixels} pixels", rule)]
+
+
+def _free_memory() -> int:
+    """Bytes that this machine could give; no limit where it does not say."""
+    try:
+        return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):
+        return 2**62
+
+
+def _gigabytes(count: int) -> str:
+    return f"{count / 1e9:.3g} GB"
+
+
+def _tasks(study: Study) -> ledger.Study:
+    return ledger.study_of(study.identity)
+
+
+def _shard(given: object) -> tuple[int, int] | None:
+    """Return (i, n) of ``i/n``."""
+    if given is None:
+        return None
+    words = given.split("/") if isinstance(given, str) else given
+    rule = "i/n, whole numbers with 1 <= i <= n <= 10000"
+    if not isinstance(words, Sequence) or len(words) != 2:
+        raise Refused(rule)
+    try:
+        i, n = (_whole(word) for word in words)
+    except ValueError:
+        raise Refused(rule) from None
+    if not 1 <= i <= n <= 10_000:
+        raise Refused(rule)
+    return i, n
+
+
+def _whole(word: object) -> int:
+    if isinstance(word, str) and word.strip().isdecimal() and len(word) < 10:
+        return int(word)
+    if isinstance(word, int) and not isinstance(word, bool):
+        return word
+    raise ValueError
+
+
+def _only(given: object) -> str | None:
+    if given not in (None, "kind"):
+        raise Refused("kind")
+    return None if given is None else "kind"
+
+
+def _truth(given: object) -> bool:
+    if not isinstance(given, bool):
+        raise Refused("True or False")
+    return given
+
+
+OPTIONS: Mapping[str, Callable[[object], Any]] = {
+    "jobs": Number(1, 1024, whole=True), "shard": _shard, "only": _only, "integrate": _truth,
+}  # fmt: skip

@@ -1,0 +1,146 @@
+"""``heavytop report``: one page of what was run."""
+
+from __future__ import annotations
+
+import shlex
+import tempfile
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from heavytop.cli.options import Debug, Json, Quiet, Set, Verbose, blaming, named_folder, overrides
+from heavytop.cli.output import print_json, results_folder, unwritable
+from heavytop.cli.voice import Voice
+
+if TYPE_CHECKING:
+    from heavytop.pages.page import Page
+    from heavytop.scene import Scene
+
+PAGE = "report.html"
+
+Places = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="[DIR…|SCENE]",
+        help="Folders of results; or a scene, about which quick studies are run first; or "
+        "nothing: the book's tops.",
+        show_default=False,
+    ),
+]
+Where = Annotated[
+    Path | None,
+    typer.Option(
+        "-o",
+        "--output",
+        metavar="DIR",
+        help=f"Write {PAGE} and report.json here, or FILE.html (else in the current folder; "
+        "with --json, nowhere).",
+        parser=named_folder,
+    ),
+]
+
+
+def report(
+    places: Places = None,
+    json: Json = False,
+    output: Where = None,
+    changes: Set = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    debug: Debug = False,
+) -> None:
+    """Put results on one HTML page that needs no network, with the numbers behind each figure."""
+    voice, asked = Voice(quiet, verbose), places or []
+    with ExitStack() as stack:
+        stack.enter_context(voice.warnings())
+        folders, scene = _meant(asked, changes, stack)
+        html = _file(output, json)
+        if html is not None:
+            stack.enter_context(results_folder(html.parent))
+        page = _page(folders, scene, _command(asked, changes), voice, stack)
+        files = {} if html is None else _written(page, html)
+    if json:
+        print_json(page.document(files=files))
+    elif html is not None:
+        figures = sum(len(section.pictures) for section in page.sections)
+        typer.echo(f"{html}: {len(page.sections)} results, {figures} figures")
+    for name, why in page.missing:
+        voice.note(f"not run: {name}: {why}")
+
+
+def _command(places: list[str], changes: list[str] | None) -> str:
+    options = [word for change in changes or [] for word in ("--set", change)]
+    return shlex.join(["heavytop", "report", *places, *options])
+
+
+def _meant(
+    places: list[str], changes: list[str] | None, stack: ExitStack
+) -> tuple[list[Path], Scene | None]:
+    """The folders that are named, or the scene."""
+    folders = [Path(each) for each in places if Path(each).is_dir()]
+    if (folders or not places) and changes:
+        raise typer.BadParameter("changes a scene, and none is named", param_hint="--set")
+    if folders and len(folders) == len(places):
+        return folders, None
+    if len(places) > 1:
+        others = ", ".join(repr(each) for each in places if not Path(each).is_dir())
+        raise typer.BadParameter(f"several folders, or one scene; no folder: {others}",
+                                 param_hint="DIR")  # fmt: skip
+    if not places:
+        return [], None
+    from heavytop.scene import load_scene
+
+    options = overrides(changes)
+    stack.enter_context(blaming(options))
+    return [], load_scene(places[0], overrides=options)
+
+
+def _file(output: Path | None, json: bool) -> Path | None:
+    """Where the page goes; without -o it replaces no file in the current folder but a report."""
+    if output is not None:
+        return output if output.suffix == ".html" and not output.is_dir() else output / PAGE
+    if json:
+        return None
+    html = Path(PAGE)
+    for path in (html, html.with_suffix(".json")):
+        if path.exists() and b"heavytop" not in _head(path):
+            raise typer.BadParameter(
+                f"{path} is there, and is no report: say where", param_hint="-o"
+            )
+    return html
+
+
+def _head(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            return file.read(2000)
+    except OSError as error:
+        raise unwritable(path, error) from None
+
+
+def _page(
+    folders: list[Path], scene: Scene | None, command: str, voice: Voice, stack: ExitStack
+) -> Page:
+    from heavytop.pages.findings import findings
+    from heavytop.pages.page import page_of
+
+    missing: list[tuple[str, str]] = []
+    if not folders:
+        from heavytop.pages.quick import quick
+
+        place = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="heavytop-")))
+        missing = quick(place, scene, heard=lambda name: voice.note(f"running {name}"))
+        folders = [place]
+    return page_of(findings(folders), missing=missing, command=command)
+
+
+def _written(page: Page, html: Path) -> dict[str, str]:
+    from heavytop.pages.page import write_page
+
+    try:
+        found: dict[str, Any] = write_page(page, html)
+    except OSError as error:  # the disk is full, the folder has gone
+        raise unwritable(html.parent, error) from error
+    return found

@@ -1,0 +1,114 @@
+"""From an orbit to the trajectory of its scene, in doubles or in the digits that were asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from heavytop.engines import start_values
+from heavytop.errors import EndedEarly, Outcome
+from heavytop.orbit_events import orbit_events
+from heavytop.planning import Plan
+from heavytop.scene import Scene
+from heavytop.taylor.orbit import Orbit
+from heavytop.trajectory import Statistics, Trajectory
+
+if TYPE_CHECKING:
+    from heavytop.decimals.result import Decimals
+
+Progress = Callable[[float], None]
+
+_OUTCOMES = {
+    "reached": Outcome.FINISHED,
+    "singular": Outcome.SINGULAR,
+    "interrupted": Outcome.INTERRUPTED,
+    "step-limit": Outcome.STEP_LIMIT,
+}
+
+
+def finished(
+    scene: Scene, chosen: Plan, orbit: Orbit, derive_s: float, integrate_s: float
+) -> Trajectory:
+    """Return the trajectory of an orbit.
+
+    Parameters
+    ----------
+    scene : Scene
+    chosen : Plan
+    orbit : Orbit
+    derive_s, integrate_s : float
+        What its equations and its steps took [s].
+
+    Raises
+    ------
+    EndedEarly
+        A singularity, the step limit or an interrupt; it carries the trajectory.
+    """
+    compiled = orbit.integrator
+    if orbit.ending == "reached" and _left_the_chart(orbit):
+        orbit = replace(orbit, ending="singular")
+    trajectory = Trajectory(
+        scene=scene,
+        plan=chosen,
+        orbit=orbit,
+        events=orbit_events(scene, chosen, orbit),
+        outcome=_OUTCOMES[orbit.ending],
+        statistics=Statistics(
+            orbit.steps, compiled.order, derive_s, compiled.compile_s, integrate_s
+        ),
+    )
+    if trajectory.outcome is not Outcome.FINISHED:
+        raise EndedEarly(trajectory.outcome, trajectory)
+    return trajectory
+
+
+def _left_the_chart(orbit: Orbit) -> bool:
+    """Tell whether a form that is singular at the poles stepped over one, theta leaving 0 to pi."""
+    if orbit.integrator.formulation.starts_at_pole:
+        return False
+    theta = orbit.samples.rows[:, 0]  # of these forms it is the first state
+    return bool(np.any((theta < 0) | (theta > np.pi)))
+
+
+def in_decimals(
+    trajectory: Trajectory, progress: Progress | None, before: Decimals | None = None
+) -> Trajectory:
+    """Return a trajectory in the precision of its plan, which its run in doubles has prepared.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    progress : callable, optional
+    before : Decimals, optional
+        What is known already, of an earlier end.
+
+    Raises
+    ------
+    EndedEarly
+        An interrupt or a singularity; it carries the trajectory in doubles.
+    """
+    from heavytop.decimals import result
+    from heavytop.taylor.precise import Unfinished
+
+    scene, spent = trajectory.scene, trajectory.statistics
+    parts = (trajectory.plan, start_values(scene), trajectory.orbit, trajectory.events)
+    try:
+        decimals, events = result.in_decimals(scene, *parts, before, progress)
+    except KeyboardInterrupt:
+        doubles = replace(trajectory, outcome=Outcome.INTERRUPTED)
+        raise EndedEarly(Outcome.INTERRUPTED, doubles) from None
+    except Unfinished:
+        doubles = replace(trajectory, outcome=Outcome.SINGULAR)
+        raise EndedEarly(Outcome.SINGULAR, doubles) from None
+    engine = decimals.run.engine
+    cost = Statistics(
+        decimals.steps,
+        engine.order,
+        spent.derive_s,
+        engine.compile_s,
+        spent.integrate_s + decimals.integrate_s,
+    )
+    return replace(trajectory, events=events, statistics=cost, decimals=decimals)

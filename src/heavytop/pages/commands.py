@@ -1,0 +1,69 @@
+"""The command that makes a result, and the scene that it takes."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Mapping
+from typing import Any
+
+Known = Mapping[str, Any]
+
+
+def command(verb: str, *words: str) -> str:
+    """The command line of a verb, quoted for a shell.
+
+    Examples
+    --------
+    >>> command("run", "my scene.toml", "-o", "out")
+    "heavytop run 'my scene.toml' -o out"
+    """
+    return shlex.join(["heavytop", verb, *words])
+
+
+def scene_word(scene: Known) -> str:
+    """The shipped scene that this one is, else a name for the file that `scene_file` gives."""
+    return str(scene["name"]) if is_shipped(scene) else "scene.toml"
+
+
+def is_shipped(scene: Known) -> bool:
+    """Whether it says what the shipped scene of its name says."""
+    from heavytop.scene import load_scene, shipped_scenes
+
+    if scene["name"] not in shipped_scenes():
+        return False
+    own = load_scene(scene["name"]).document()
+    return all(own.get(key) == value for key, value in scene.items())
+
+
+def scene_file(scene: Known, span: Known | None = None) -> str:
+    r"""The scene as a TOML file, with a span where it says none; empty where it is a shipped one.
+
+    Examples
+    --------
+    >>> print(scene_file({"name": "x", "title": 'a "b"', "top": {"A": 2, "C": "1/3"}}))
+    title = "a \"b\""
+    <BLANKLINE>
+    [top]
+    A = 2
+    C = "1/3"
+    """
+    if is_shipped(scene):
+        return ""
+    lines: list[str] = []
+    tables = {"span": span or {}, **scene}
+    for name, value in sorted(tables.items(), key=lambda each: isinstance(each[1], Mapping)):
+        if isinstance(value, Mapping) and value:
+            lines += ["", f"[{_key(name)}]", *(f"{_key(k)} = {_toml(x)}" for k, x in value.items())]
+        elif name != "name" and value != {}:
+            lines.append(f"{_key(name)} = {_toml(value)}")
+    return "\n".join(lines)
+
+
+def _key(name: str) -> str:
+    return name if name.replace("_", "").isalnum() and name.isascii() else _toml(name)
+
+
+def _toml(value: Any) -> str:
+    """A value; what JSON spells is TOML, but for the letter that TOML wants escaped."""
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

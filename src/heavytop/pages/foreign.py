@@ -1,0 +1,177 @@
+"""Documents that anybody may have written: read within bounds, and held against a shape."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final, NamedTuple, NoReturn
+
+from heavytop.errors import ForeignFile
+
+MOST_BYTES: Final = 64 * 2**20  # of a document
+MOST_VALUES: Final = 3_000_000
+MOST_LETTERS: Final = 20_000  # of a text: a decimal of so many digits is still one
+LARGEST: Final = 1e300  # of a number: its square is still one
+
+Wrong = str | None
+Shape = Callable[[Any], Wrong]
+FAULTS: Final = (KeyError, IndexError, TypeError, ValueError, AttributeError, ArithmeticError)
+
+
+class Place(NamedTuple):
+    """Where a document lies, and the document."""
+
+    path: Path
+    document: Mapping[str, Any]
+
+
+def document_at(path: Path) -> dict[str, Any]:
+    """Return the JSON object that a file holds.
+
+    Raises
+    ------
+    ForeignFile
+        It is no regular file, too large, no JSON object, or has NaN, or texts and numbers that
+        no result has.
+    """
+    if not path.is_file():
+        raise ForeignFile(f"{path}: not a file")
+    try:
+        with path.open("rb") as file:
+            data = file.read(MOST_BYTES + 1)
+        if len(data) > MOST_BYTES:
+            raise ForeignFile(f"{path}: more than {MOST_BYTES >> 20} MB")
+        found = json.loads(data.decode("utf-8"), parse_constant=_refuse)
+    except (OSError, ValueError, RecursionError) as fault:
+        raise ForeignFile(f"{path}: not readable as JSON ({fault})") from None
+    if not isinstance(found, dict):
+        raise ForeignFile(f"{path}: not the document of a result")
+    if wrong := _unbounded(found):
+        raise ForeignFile(f"{path}: {wrong}")
+    return found
+
+
+def _refuse(name: str) -> NoReturn:
+    raise ValueError(f"{name} is no number of JSON")
+
+
+def _unbounded(found: object) -> Wrong:
+    """Say what in a document is larger than in any result."""
+    left, count = [found], 0
+    while left:
+        each = left.pop()
+        count += 1
+        if count > MOST_VALUES:
+            return f"more than {MOST_VALUES} values"
+        if isinstance(each, str) and len(each) > MOST_LETTERS:
+            return f"a text of {len(each)} letters"
+        if isinstance(each, int | float) and not -LARGEST < each < LARGEST:
+            return "a number that no result has"
+        if isinstance(each, dict):
+            left += [*each, *each.values()]
+        elif isinstance(each, list):
+            left += each
+    return None
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """Let a document be read; what is missing in it, or of another type, is the file's fault.
+
+    Raises
+    ------
+    ForeignFile
+    """
+    try:
+        yield
+    except FAULTS as fault:
+        why = " ".join(f"{type(fault).__name__}: {fault}".split())[:200]
+        raise ForeignFile(f"{path}: not what was written ({why})") from fault
+
+
+def hold(place: Place, shape: Shape) -> None:
+    """Hold a document against a shape.
+
+    Raises
+    ------
+    ForeignFile
+        The message names the file and what in it is wrong.
+    """
+    if wrong := shape(place.document):
+        raise ForeignFile(f"{place.path}: {wrong}")
+
+
+def number(value: Any) -> Wrong:
+    """A number."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return None
+    return "not a number"
+
+
+def text(value: Any) -> Wrong:
+    """A text."""
+    return None if isinstance(value, str) else "not a text"
+
+
+def truth(value: Any) -> Wrong:
+    """True or false."""
+    return None if isinstance(value, bool) else "neither true nor false"
+
+
+def either(*shapes: Shape) -> Shape:
+    """Something of one of these shapes."""
+
+    def wrong(value: Any) -> Wrong:
+        found = [shape(value) for shape in shapes]
+        return None if None in found else found[0]
+
+    return wrong
+
+
+def known(shape: Shape) -> Shape:
+    """Something of this shape, or null."""
+    return lambda value: None if value is None else shape(value)
+
+
+def listed(shape: Shape, most: int = 1_000_000) -> Shape:
+    """A list of things of one shape."""
+
+    def wrong(value: Any) -> Wrong:
+        if not isinstance(value, list):
+            return "not a list"
+        if len(value) > most:
+            return f"a list of {len(value)}, more than {most}"
+        return next((f"[{k}] {why}" for k, x in enumerate(value) if (why := shape(x))), None)
+
+    return wrong
+
+
+def named(shape: Shape, most: int = 1000) -> Shape:
+    """Things of one shape by names that are free."""
+
+    def wrong(value: Any) -> Wrong:
+        if not isinstance(value, dict):
+            return "not an object"
+        if len(value) > most:
+            return f"{len(value)} names, more than {most}"
+        return next((f"{k[:40]!r}: {why}" for k, x in value.items() if (why := shape(x))), None)
+
+    return wrong
+
+
+def having(**shapes: Shape) -> Shape:
+    """An object that has these keys, and maybe others."""
+
+    def wrong(value: Any) -> Wrong:
+        if not isinstance(value, dict):
+            return "not an object"
+        for name, shape in shapes.items():
+            if name not in value:
+                return f"{name} is missing"
+            if why := shape(value[name]):
+                return f"{name}: {why}"
+        return None
+
+    return wrong

@@ -1,0 +1,82 @@
+"""The path of the axis of every shipped scene, by the closed form: made, and on the page."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from heavytop.pages.section import Picture, Section, Table, drawn
+
+if TYPE_CHECKING:
+    from heavytop.motion import Motion
+    from heavytop.pages.findings import Finding
+    from heavytop.scene import Scene
+
+SCHEMA: Final = "heavytop/traces/1"
+POINTS: Final = 601
+PERIODS: Final = 3
+SECONDS: Final = 2.0  # of a path where nothing nutates, and the scene does not say
+
+
+def traces_document() -> dict[str, Any]:
+    """Return the axis of every shipped scene over a few nutations; nothing is integrated.
+
+    Examples
+    --------
+    >>> first = traces_document()["traces"][0]
+    >>> first["name"], first["kind"], first["axis"][0]
+    ('at-rest', 'at-rest', [0.0, 0.0, 1.0])
+    """
+    from heavytop.motion import Motion
+    from heavytop.scene import load_scene, shipped_scenes
+
+    found = []
+    for name, title in shipped_scenes().items():
+        scene = load_scene(name)
+        motion = Motion(scene.top, scene.start)
+        seconds = _seconds(motion, scene)
+        axis = motion.at(np.linspace(0.0, seconds, POINTS)).axis
+        known = {"name": name, "title": title, "kind": str(motion.kind), "tags": list(motion.tags)}
+        places = [[round(x, 6) + 0.0 for x in place] for place in axis.tolist()]
+        found.append(known | {"seconds": seconds, "axis": places})
+    return {"schema": SCHEMA, "traces": found}
+
+
+def _seconds(motion: Motion, scene: Scene) -> float:
+    """How long a path is drawn: some nutations; where nothing nutates, what the scene spans."""
+    return PERIODS * motion.period if motion.period else float(scene.time or SECONDS)
+
+
+def traces_section(finding: Finding, ident: str) -> Section:
+    """Return the section of axis traces."""
+    from heavytop.report.traces_figure import traces_figure
+
+    traces = finding.document["traces"]
+    made = "heavytop report"
+    picture = Picture(
+        ident=f"{ident}-chart",
+        title="the path of the axis on the unit sphere; dot: start, cross: vertical",
+        alt="Paths of the axis: "
+        + ", ".join(f"{each['name']} ({each['kind']})" for each in traces)
+        + ".",
+        svg=drawn(traces_figure(finding.document)),
+        table=Table.of(
+            {
+                "scene": [each["name"] for each in traces],
+                "kind": [each["kind"] for each in traces],
+                "tags": [", ".join(each["tags"]) for each in traces],
+                "seconds": [each["seconds"] for each in traces],
+                "command": [f"heavytop classify {each['name']}" for each in traces],
+            }
+        ),
+        data={"traces": traces},
+        command=made,
+    )
+    return Section(
+        ident=ident,
+        heading="Every kind of motion",
+        words=f"the axis of {len(traces)} scenes by the closed form; nothing is integrated",
+        pictures=(picture,),
+        command=made,
+    )

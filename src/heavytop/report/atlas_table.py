@@ -1,0 +1,79 @@
+"""An atlas' document as a table for reading; it knows nothing but the document."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from heavytop.report.rows import two_columns
+
+SHOWN: Final = 10  # pixels that differ
+
+
+def atlas_table(document: Mapping[str, Any]) -> Group:
+    """The table of one atlas.
+
+    Parameters
+    ----------
+    document : mapping
+        A document of the schema ``heavytop/atlas/1``.
+
+    Returns
+    -------
+    rich.console.Group
+        The axes, how many pixels there are of each kind, the boundaries, and where two maps
+        differ.
+    """
+    return Group(*_parts(document))
+
+
+def _parts(document: Mapping[str, Any]) -> Iterator[RenderableType]:
+    title = Text("atlas: ", style="bold")
+    yield title.append(str(document["scene"].get("title") or document["scene"]["name"]))
+    yield Text()
+    yield _kinds(document)
+    yield Text()
+    yield two_columns(list(_facts(document)))
+    if document.get("pixels"):
+        yield Text()
+        yield _pixels(document["pixels"][:SHOWN])
+
+
+def _kinds(document: Mapping[str, Any]) -> Table:
+    table = Table("kind", box=None, pad_edge=False)
+    for name in ("pixels", "share"):
+        table.add_column(name, justify="right")
+    every = sum(document["counts"].values())
+    for name, count in sorted(document["counts"].items(), key=lambda each: -each[1]):
+        table.add_row(name, str(count), f"{count / every:.3%}")
+    return table
+
+
+def _facts(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    for side, axis in document["axes"].items():
+        scale = ", logarithmic" if axis["log"] else ""
+        ends = f"{axis['low']:.6g} … {axis['high']:.6g}"
+        yield side, f"{axis['name']} = {ends}, {axis['count']} values{scale}"
+    yield "not proved", str(document["uncertified"])
+    yield "sent to balls", str(document["sent"])
+    names = [curve["name"] for curve in document["curves"]]
+    counted = ", ".join(f"{name} ({names.count(name)})" for name in dict.fromkeys(names))
+    yield "boundaries", counted or "none"
+    if "differing" in document:
+        yield "kinds that a run tells otherwise", str(document["differing"])
+        yield "… by more than rounding", str(document["unexplained"])
+    yield "pixels per second", f"{document['kinds_per_s']:.3g}"
+
+
+def _pixels(pixels: list[Mapping[str, Any]]) -> Table:
+    table = Table(box=None, pad_edge=False)
+    for name in ("x", "y", "kind", "integrated", "margin"):
+        table.add_column(name, justify="left" if name in ("kind", "integrated") else "right")
+    for each in pixels:
+        x, y, margin = f"{each['x']:.9g}", f"{each['y']:.9g}", f"{each['margin']:.1e}"
+        table.add_row(x, y, each["kind"], each["integrated"], margin)
+    return table

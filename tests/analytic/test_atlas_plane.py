@@ -1,0 +1,265 @@
+"""The tops of a plane's pixels are those of the scene, and its boundaries divide the kinds."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import heavytop as ht
+from heavytop.atlases.axes import MOST, Axis
+from heavytop.atlases.curves import curves
+from heavytop.atlases.plane import Plane, Tile
+from heavytop.kinds.many import classify_many
+from heavytop.options import Refused
+
+KICKED = ht.load_scene("sicm-kicked")
+TOP = KICKED.top
+
+
+def plane(x, y, scene=KICKED):
+    return Plane(scene, Axis.of(x), Axis.of(y))
+
+
+def at(where, x, y):
+    """The pixel of a plane at given values."""
+    tops = where.at(np.array([float(x)]), np.array([float(y)]))
+    return {name: float(np.ravel(each)[0]) for name, each in tops.items()}
+
+
+# --- axes -----------------------------------------------------------------------------------------
+
+
+def test_values_are_the_doubles_nearest_the_exact_ones():
+    axis = Axis.of("phidot=-0.3:0.7:1001")
+    wanted = [float(Fraction(-3, 10) + Fraction(k, 1000)) for k in range(1001)]
+    assert axis.values.tolist() == wanted
+    assert axis.values[300] == 0
+
+
+def test_a_logarithmic_axis_has_equal_ratios_and_its_own_ends():
+    axis = Axis.of("C=1e-6:1e-4:201:log")
+    values = axis.values
+    assert (values[0], values[-1]) == (1e-6, 1e-4)
+    assert np.ptp(np.log(values[1:] / values[:-1])) < 1e-14
+    assert Axis.of("gMR=-4:-1:3:log").values.tolist() == [-4, -2, -1]
+
+
+def test_units_and_expressions_are_read():
+    assert Axis.of("theta=0:180 deg:3").values.tolist() == [0, np.pi / 2, np.pi]
+    assert Axis.of("theta=0:pi:3").text == "theta=0:pi:3"
+
+
+@pytest.mark.parametrize("text", ["phidot=-20:20:2000", "C=1e-6:1e-4:5:log", "theta=0:pi:7"])
+def test_an_axis_says_a_text_that_reads_as_itself(text):
+    assert Axis.of(Axis.of(text).text) == Axis.of(text)
+
+
+@pytest.mark.parametrize(
+    ("given", "rule"),
+    [
+        ("phidt=0:1:5", "phidot"),
+        ("phidot", "NAME=FROM:TO:COUNT"),
+        ("phidot=0:1", "NAME=FROM:TO:COUNT"),
+        ("phidot=0:1:5:lin", "NAME=FROM:TO:COUNT"),
+        ("phidot=0:1:5:log:log", "NAME=FROM:TO:COUNT"),
+        ("phidot=:1:5", "NAME=FROM:TO:COUNT"),
+        ("phidot=0:1:2.5", "NAME=FROM:TO:COUNT"),
+        ("phidot=0:1:-3", "NAME=FROM:TO:COUNT"),
+        ("phidot=1:0:5", "less than"),
+        ("phidot=1:1:5", "less than"),
+        ("phidot=0:1:1", "from 2"),
+        (f"phidot=0:1:{MOST + 1}", str(MOST)),
+        ("phidot=0:nan:5", "number"),
+        ("phidot=0:1e999:5", "exponent"),
+        ("phidot=0:1 deg:5", "unit"),
+        ("C=0:1:5:log", "logarithmic"),
+        ("C=-1:1:5:log", "logarithmic"),
+        ("phidot=0:1e-400:5", "magnitude"),
+        (("phidot", 0, 1), "name"),
+        (("phidot", 0, 1, True), "name"),
+        (("phidot", 0, 1, 5, "lin"), "log"),
+        (7, "text"),
+        (None, "text"),
+    ],
+)
+def test_what_is_no_axis_is_refused_with_the_rule(given, rule):
+    with pytest.raises(Refused, match=rule):
+        Axis.of(given)
+
+
+# --- pixels ---------------------------------------------------------------------------------------
+
+
+def test_start_values_replace_those_of_the_scene():
+    found = at(plane("phidot=-20:20:5", "psidot=0:150:5"), 3, 70)
+    start = {"theta": 0.1, "thetadot": 0, "phidot": 3, "psidot": 70}
+    assert found == start | {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
+
+
+def test_what_the_scene_holds_is_held():
+    forward = ht.load_scene("sicm-forward")  # says omega3
+    assert at(plane("phidot=-20:20:5", "theta=0:1:5", forward), 3, 0.5)["omega3"] == 140
+    assert "psidot" not in at(plane("phidot=-20:20:5", "omega3=0:150:5"), 3, 70)
+
+
+@pytest.mark.parametrize("held", ["psidot", "omega3"])
+@pytest.mark.parametrize("theta", ["0.1", "1.5", "2.9"])
+def test_momenta_are_those_asked_for(held, theta):
+    scene = ht.load_scene("sicm-kicked", [f"start.theta={theta}", f"start.{held}=140"])
+    found = at(plane("p_phi=0:0.02:5", "thetadot=0:9:5", scene), 0.011, 2)
+    constants = ht.Motion(
+        TOP, ht.State(**{k: v for k, v in found.items() if k not in SICM})
+    ).constants
+    assert float(constants.p_phi) == pytest.approx(0.011, rel=1e-14)
+
+
+SICM = {"A", "C", "gMR"}
+
+
+def test_energy_and_momenta_are_those_asked_for():
+    scene = ht.load_scene("sicm-kicked", ["start.theta=0.9", "start.omega3=140"])
+    for x, y, names in (
+        ("E=0.5:2:5", "p_phi=0:0.02:5", ("E", "p_phi")),
+        ("p_psi=0:0.02:5", "E=0.5:2:5", ("p_psi", "E")),
+        ("p_psi=0:0.02:5", "p_phi=0:0.02:5", ("p_psi", "p_phi")),
+    ):
+        values = {"E": 1.7, "p_phi": 0.004, "p_psi": 0.011}
+        found = at(plane(x, y, scene), *(values[name] for name in names))
+        start = ht.State(**{k: v for k, v in found.items() if k not in SICM})
+        constants = ht.Motion(TOP, start).constants
+        for name in names:
+            assert float(getattr(constants, name)) == pytest.approx(values[name], rel=1e-13)
+
+
+def test_a_given_energy_starts_on_the_side_of_the_scene():
+    for thetadot, sign in ((1, 1), (0, 1), (-1, -1)):
+        scene = ht.load_scene("sicm-kicked", [f"start.thetadot={thetadot}"])
+        found = at(plane("E=0.5:2:5", "theta=0.05:1:5", scene), 1.5, 0.3)
+        assert np.sign(found["thetadot"]) == sign
+
+
+def test_what_no_start_has_is_impossible():
+    scene = ht.load_scene("sicm-kicked", ["start.theta=0.9"])
+    for where, x, y in (
+        (plane("E=-9:2:5", "p_phi=0:0.02:5", scene), -9, 0.01),
+        (plane("p_phi=-1:1:5", "theta=0:1:5", ht.load_scene("sicm-forward")), 0.5, 0),
+        (plane("C=1e-5:1e-3:5", "A=1e-4:1e-3:5"), 9e-4, 1e-4),
+        (plane("A=-1:1:5", "theta=0:1:5"), -1, 0.5),
+        (plane("theta=-1:4:5", "phidot=0:1:5"), 4, 0.5),
+    ):
+        assert classify_many(**where.at(np.array([x]), np.array([y]))).impossible.all()
+
+
+def test_a_pole_reached_with_p_phi_equal_to_p_psi_is_possible():
+    forward = ht.load_scene("sicm-forward")
+    tops = plane("p_phi=0:0.02:5", "theta=0:1:5", forward).at(
+        np.array([6.6e-5 * 140]), np.array([0.0])
+    )
+    found = classify_many(**tops)
+    assert not found.impossible.any()
+    assert found.names[found.kind[0]] == "sleeping"
+
+
+@pytest.mark.parametrize("most", [1, 7, 50, 10_000])
+def test_tiles_cover_the_plane_once(most):
+    where = plane("phidot=-20:20:23", "psidot=0:150:17")
+    seen = np.zeros(where.shape, int)
+    for tile in where.tiles(most):
+        seen[tile.rows, tile.columns] += 1
+        assert tile.shape[0] * tile.shape[1] <= max(most, 23)
+    assert (seen == 1).all()
+
+
+def test_a_tile_has_the_tops_of_its_pixels():
+    where = plane("phidot=-20:20:9", "psidot=0:150:7")
+    whole = where.tops(Tile(slice(0, 7), slice(0, 9)))
+    part = where.tops(Tile(slice(2, 5), slice(3, 4)))
+    for name, each in whole.items():
+        wide = np.broadcast_to(each, (7, 9))[2:5, 3:4]
+        np.testing.assert_array_equal(np.broadcast_to(part[name], (3, 1)), wide)
+
+
+# --- boundaries -----------------------------------------------------------------------------------
+
+PLANES = {
+    "kicks and spins": (plane("phidot=-20:20:9", "psidot=-150:150:9"), 1e-6),
+    "tilts and spins": (plane("theta=0.01:3.1:9", "omega3=1:200:9"), 1e-6),
+    "sideways": (plane("phidot=-20:20:9", "thetadot=-10:10:9"), 1e-6),
+    "asleep": (plane("psidot=1:400:9", "A=1e-4:1e-3:9:log", ht.load_scene("sleeping")), 1e-6),
+    "momenta": (
+        plane("p_phi=-0.02:0.02:9", "p_psi=-0.02:0.02:9",
+              ht.load_scene("sicm-kicked", ["start.theta=1.2"])), 1e-6,
+    ),
+}  # fmt: skip
+DIVIDES = {"cusp": {"loops", "waves"}, "sleeping": {"stable", "unstable"}}
+
+
+@pytest.mark.parametrize("name", PLANES)
+def test_curves_divide_the_kinds(name):
+    where, step = PLANES[name]
+    found = [curve for curve in curves(where) if curve.name in DIVIDES and curve.x.size > 1]
+    for curve in found:
+        told = both_sides(where, curve, step)
+        for pair in told[len(told) // 4 : -len(told) // 4 or None]:
+            assert pair == DIVIDES[curve.name]
+    if name in ("kicks and spins", "asleep", "momenta"):
+        assert found
+
+
+def both_sides(where, curve, step):
+    """The words for either side of each point of a curve, a little step across it."""
+    x, y = curve.x, curve.y
+    scale = np.array([np.ptp(where.values[0]), np.ptp(where.values[1])])
+    wide = np.clip(np.arange(x.size) + np.array([[-5], [5]]), 0, x.size - 1)  # neighbours may touch
+    dx, dy = np.diff(x[wide], axis=0)[0] / scale[0], np.diff(y[wide], axis=0)[0] / scale[1]
+    size = np.hypot(dx, dy)
+    across = np.stack((-dy / size * scale[0], dx / size * scale[1]))
+    sides = []
+    for sign in (step, -step):
+        found = classify_many(**where.at(x + sign * across[0], y + sign * across[1]))
+        words = found.details if curve.name == "sleeping" else found.names
+        codes = found.detail if curve.name == "sleeping" else found.kind
+        sides.append([words[code] for code in codes])
+    return [set(pair) for pair in zip(*sides, strict=True)]
+
+
+@pytest.mark.parametrize("name", ["kicks and spins", "momenta", "tilts and spins"])
+def test_poles_and_steady_precession_lie_on_their_curves(name):
+    where, _ = PLANES[name]
+    for curve in curves(where):
+        if curve.name not in ("through-top", "through-bottom", "steady") or curve.x.size < 2:
+            continue
+        tops = where.at(curve.x, curve.y)
+        for k in range(0, curve.x.size, 37):
+            one = {n: float(np.broadcast_to(v, curve.x.shape)[k]) for n, v in tops.items()}
+            motion = ht.Motion(TOP, ht.State(**{n: v for n, v in one.items() if n not in SICM}))
+            nearest = {
+                "through-top": motion.from_top,
+                "through-bottom": motion.from_bottom,
+                "steady": motion.theta_max - motion.theta_min,
+            }[curve.name]
+            assert nearest < 1e-6, (curve.name, k, motion)
+
+
+def test_the_separatrix_is_a_point_of_the_plane_of_kicks_and_spins():
+    where, _ = PLANES["kicks and spins"]
+    points = [curve for curve in curves(where) if curve.name == "separatrix"]
+    assert len(points) == 2
+    for point in points:
+        tops = where.at(point.x, point.y)
+        start = {n: float(np.ravel(v)[0]) for n, v in tops.items() if n not in SICM}
+        motion = ht.Motion(TOP, ht.State(**start))
+        scale = float(abs(motion.constants.p_psi))
+        assert abs(float(motion.constants.p_phi - motion.constants.p_psi)) < 1e-10 * scale
+        assert abs(float(motion.constants.E_prime) - 0.0456) < 1e-5 * 0.0456
+        assert motion.period > 2
+
+
+def test_a_straight_curve_is_straight():
+    (cusp,) = [
+        curve
+        for curve in curves(plane("phidot=-1:2:9", "psidot=120:150:9"))
+        if curve.name == "cusp"
+    ]
+    assert abs(cusp.x).max() < 1e-14
+    assert (cusp.y.min(), cusp.y.max()) == (120, 150)

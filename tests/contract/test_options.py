@@ -1,0 +1,237 @@
+"""Every study checks its options at one door: all that is wrong is said at once, in one wording."""
+
+import pickle
+from decimal import Decimal
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import heavytop as ht
+from heavytop.drifts.study import Study
+from heavytop.errors import BadScene
+from heavytop.names import nearest
+from heavytop.options import Number, Refused, named, one_of, taken
+from heavytop.planning import plan
+from heavytop.workprecs.asked import asked
+
+KICKED = ht.load_scene("sicm-kicked")
+REAL, WHOLE = Number(0.5, 1e6), Number(1, 2**63 - 1, whole=True)
+NO_NUMBERS = [True, np.True_, "1", None, 1j, [1], (1,), {}, b"1", float("nan"), Decimal("sNaN")]
+
+
+def faults_of(ask, **options):
+    with pytest.raises(BadScene) as bad:
+        ask(**options)
+    return bad.value.faults
+
+
+def drift(**options):
+    return Study.asked(**({"scene": KICKED} | options))
+
+
+def work_precision(*, scene=KICKED, methods=("auto",), periods=100, budget=10):
+    return asked(scene, methods, {"periods": periods, "budget": budget})
+
+
+STUDIES = {"drift": drift, "work_precision": work_precision, "stress": ht.stress}
+every_study = pytest.mark.parametrize("study", STUDIES)
+with_a_scene = pytest.mark.parametrize("study", ["drift", "work_precision"])
+
+
+@pytest.mark.parametrize("kind", [int, float, np.int8, np.float32, Decimal, Fraction])
+def test_a_real_number_of_any_kind_is_a_float(kind):
+    assert (found := REAL(kind(7))) == 7
+    assert type(found) is float
+
+
+@pytest.mark.parametrize("kind", [int, np.int8, np.uint64])
+def test_a_whole_number_of_any_kind_is_an_int(kind):
+    assert (found := WHOLE(kind(7))) == 7
+    assert type(found) is int
+
+
+@pytest.mark.parametrize("value", NO_NUMBERS, ids=repr)
+@pytest.mark.parametrize("number", [REAL, WHOLE])
+def test_what_is_no_number_is_none(number, value):
+    with pytest.raises(Refused, match="number from"):
+        number(value)
+
+
+@pytest.mark.parametrize("value", [7.0, 7.5, np.float64(7), Fraction(7), Decimal(7)], ids=repr)
+def test_what_is_no_integer_is_not_whole(value):
+    with pytest.raises(Refused, match="a whole number from 1 to 9223372036854775807"):
+        WHOLE(value)
+
+
+@pytest.mark.parametrize(("least", "most"), [(1, 3), (-2, 5), (0.5, 0.75), (1, 2**63 - 1)])
+def test_bounds_belong_to_what_they_bound(least, most):
+    whole = isinstance(most, int)
+    number = Number(least, most, whole=whole)
+    assert (number(least), number(most)) == (least, most)
+    step = 1 if whole else 1e-9
+    for beyond in (least - step, most + step):
+        with pytest.raises(Refused):
+            number(beyond)
+
+
+def test_infinity_and_what_no_float_holds_are_out_of_bounds():
+    for value in (float("inf"), -float("inf"), 10**400, Fraction(10**400), Decimal("1e400")):
+        with pytest.raises(Refused, match=r"a number from 0.5 to 1e\+06"):
+            REAL(value)
+    with pytest.raises(Refused):
+        WHOLE(10**400)
+
+
+def test_what_is_right_is_kept_where_something_is_wrong():
+    table = {"periods": REAL, "seed": WHOLE, "form": one_of({"axis": 5, "cubic": 6})}
+    given = {"periods": 2, "seed": 0, "form": "cubic"}
+    values, faults = taken("some", given, table)
+    assert values == {"periods": 2.0, "form": 6}
+    (fault,) = faults
+    assert (fault.file, fault.line, fault.key, fault.value) == ("some", None, "seed", "0")
+    assert taken("some", given | {"seed": 3}, table) == (values | {"seed": 3}, [])
+
+
+@pytest.mark.parametrize(
+    ("value", "told"),
+    [
+        ("axes", '"axes"'),
+        (3, "3"),
+        (["axis"], '["axis"]'),
+        (None, "None"),
+        ("\x1b[2J", '"\\x1b[2J"'),
+    ],
+)
+def test_a_name_that_is_not_in_the_list_is_refused(value, told):
+    _, (fault,) = taken("some", {"form": value}, {"form": one_of({"axis": 0, "cubic": 1})})
+    assert (fault.value, fault.rule) == (told, "one of axis, cubic")
+    assert fault.hint == ('did you mean "axis"?' if value == "axes" else "")
+
+
+def test_names_are_read_in_their_order_and_every_other_is_told():
+    given = ["b", "x", 7, "a", "", "b\x1b", "b" * 100]
+    found, faults = named("some", "names", iter(given), one_of({"a": 1, "b": 2}))
+    assert found == [2, 1]
+    assert [fault.value for fault in faults] == ["x", "7", '""', "b\\x1b", "b" * 60]
+    assert {fault.key for fault in faults} == {"names"}
+    assert faults[1].rule == "a name, as text"
+
+
+@pytest.mark.parametrize("given", ["a", b"a", None, 3, True])
+def test_what_is_no_list_of_names_is_refused(given):
+    found, (fault,) = named("some", "names", given, one_of({"a": 1}))
+    assert (found, fault.rule) == ([], "a sequence of names")
+
+
+def test_a_list_without_names_is_refused():
+    for given in ([], (), iter([])):
+        found, (fault,) = named("some", "cases", given, one_of({"a": 1}))
+        assert (found, str(fault)) == ([], "some: cases: at least one case")
+
+
+def test_a_refusal_can_be_pickled_and_read():
+    again = pickle.loads(pickle.dumps(Refused("one of a, b", 'did you mean "a"?')))
+    assert (again.rule, again.hint) == ("one of a, b", 'did you mean "a"?')
+    assert str(again) == 'one of a, b (did you mean "a"?)'
+
+
+# --- the nearest name ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("value", "hint"),
+    [
+        ("phidott", "phidot"), ("PHIDOT", "phidot"), ("OMEGA3", "Omega3"), ("axis", "AXIS"),
+        ("zz", ""), ("", ""),
+        (3, ""), (None, ""), ("phidot" + 10**6 * " ", ""),
+    ],
+    ids=lambda value: str(value)[:10],
+)  # fmt: skip
+def test_the_nearest_name_is_hinted_at(value, hint):
+    expected = hint and f'did you mean "{hint}"?'
+    assert nearest(value, ("phi", "phidot", "Omega3", "AXIS")) == expected
+    assert nearest(value, ()) == ""
+
+
+@pytest.mark.parametrize(
+    ("ask", "meant"),
+    [
+        (lambda: ht.load_scene("SICM-kiked"), "sicm-kicked"),
+        (lambda: ht.load_scene("sicm-kicked", ["start.Phidott=1"]), "phidot"),
+        (lambda: ht.load_scene("sicm-kicked", ['want.quantities=["Tetha"]']), "theta"),
+        (lambda: plan(KICKED, "Axes"), "axis"),
+        (lambda: drift(methods=["Taylor-axes"]), "taylor-axis"),
+        (lambda: work_precision(methods=["DOP854-scipy"]), "dop853-scipy"),
+        (lambda: ht.stress(cases=["Cups"]), "cusp"),
+        (lambda: ht.stress(methods=["Taylor-axes"]), "taylor-axis"),
+    ],
+)
+def test_everywhere_the_name_that_was_meant_is_told_in_one_wording(ask, meant):
+    (fault,) = faults_of(ask)
+    assert f'did you mean "{meant}"?' in str(fault)
+
+
+# --- studies ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("study", "wrong"),
+    [
+        ("drift", {"periods": True, "ensemble": 2.0, "samples": None, "seed": 1.5,
+                   "methods": ["x", "strang=0"]}),
+        ("work_precision", {"periods": "9", "budget": float("nan"),
+                            "methods": ["auto=0", 3, "strang=x"]}),
+        ("stress", {"cases": ["cups"], "methods": [1, "taylor"], "budget": True,
+                    "time_limit": "3", "step_limit": 2.5}),
+    ],
+)  # fmt: skip
+def test_everything_that_is_wrong_is_told_at_once(study, wrong):
+    told = [fault.key for fault in faults_of(STUDIES[study], **wrong)]
+    names = [key for key, value in wrong.items() if isinstance(value, list) for _ in value]
+    assert sorted(told) == sorted(names + [key for key in wrong if key not in names])
+
+
+@every_study
+@pytest.mark.parametrize("methods", ["auto", b"auto", 3, [], {}], ids=repr)
+def test_methods_are_a_list_with_something_in_it(study, methods):
+    (fault,) = faults_of(STUDIES[study], methods=methods)
+    assert fault.key == "methods"
+    assert fault.rule in ("a sequence of names", "at least one method")
+
+
+@with_a_scene
+def test_what_is_no_scene_is_refused_with_all_the_rest(study):
+    first, *others = faults_of(STUDIES[study], scene="sicm-kicked", periods=0, methods=["x"])
+    assert (first.key, first.rule) == (
+        "periods",
+        f"a number from 1 to {'1e+12' if study == 'drift' else '1e+06'}",
+    )
+    assert [fault.key for fault in others] == ["scene", "methods"]
+    assert others[0].value == '"sicm-kicked"'
+
+
+@with_a_scene
+def test_a_top_that_does_not_nutate_is_refused_with_all_the_rest(study):
+    faults = faults_of(
+        STUDIES[study], scene=ht.load_scene("separatrix"), periods=0, methods=["auto", "x"]
+    )
+    assert [(fault.file, fault.key) for fault in faults] == [
+        ("separatrix", "periods"), ("separatrix", "start"), ("separatrix", "methods"),
+    ]  # fmt: skip
+    assert "no nutation period to count: separatrix" in str(faults[1])
+    assert faults[1].hint.endswith(" takes a top that nutates")
+
+
+def test_digits_of_thousands_of_digits_are_no_bug():
+    (fault,) = faults_of(work_precision, methods=[f"auto={'1' * 5000}"])
+    assert fault.rule == "whole digits after auto=, from 1 to 30"
+    assert len(work_precision(methods=["auto=06"])) == len(work_precision(methods=["auto=6"])) == 2
+
+
+def test_nothing_is_done_twice_under_one_name():
+    once = ht.stress(cases=["cusp"], methods=["auto"], budget=0)
+    twice = ht.stress(cases=("cusp", "cusp"), methods=iter(["auto"] * 2), budget=Decimal(0))
+    assert (twice.cases, twice.methods) == (once.cases, once.methods)
+    assert len(twice.skipped) == len(once.skipped) == 1
+    assert len(work_precision(methods=["strang=25", "strang=25.0"])) == 1

@@ -1,0 +1,101 @@
+"""What users hold is frozen: the public names, what they take, and every verb with its options."""
+
+import inspect
+from pathlib import Path
+
+import pytest
+import typer
+
+import heavytop
+from heavytop.cli import app
+
+MADE = ("Motion", "Scene", "State", "Top")  # classes that users call; what others take is ours
+MAKERS = (
+    "State.from_constants",
+    "State.kicked",
+    "State.steady",
+    "Top.from_parts",
+    "Top.from_solids",
+)
+
+FROZEN = Path(__file__).with_name("public_names.txt").read_text("utf-8").splitlines()
+COMMAND = "heavytop"  # with which the lines of the command and its verbs begin
+
+CHANGED = """\
+{what} changed.
+  gone:  {gone}
+  added: {added}
+If that is meant, write it into tests/contract/public_names.txt and note it in CHANGELOG.md: what is
+gone, or takes something else, breaks the programs of others."""
+
+
+def taken(function):
+    """Return what a function takes, in a line: name= has a default, and * ends the places."""
+    texts, kinds = [], inspect.Parameter
+    for each in inspect.signature(function).parameters.values():
+        if each.kind is kinds.KEYWORD_ONLY and "*" not in texts:
+            texts.append("*")
+        texts.append(each.name + "=" * (each.default is not kinds.empty))
+    return ", ".join(texts)
+
+
+def name_line(name):
+    """Return a public name as it is frozen: a class that users do not make is a name alone."""
+    value = heavytop
+    for part in name.split("."):
+        value = getattr(value, part)
+    made = name in MADE or not inspect.isclass(value)
+    return f"{name}({taken(value)})" if made else name
+
+
+def verb_line(name, verb):
+    """Return a verb as it is frozen: its arguments in their order, then its options by name."""
+    arguments = [p.name for p in verb.params if p.param_type_name == "argument"]
+    options = ["/".join(p.opts) for p in verb.params if p.param_type_name == "option"]
+    return " ".join([name, *arguments, *sorted(options)])
+
+
+def hold(what, frozen, found):
+    """Compare two lists of lines."""
+    gone, added = sorted(set(frozen) - set(found)), sorted(set(found) - set(frozen))
+    message = CHANGED.format(what=what, gone=gone, added=added)
+    assert list(frozen) == list(found), message
+
+
+def names_now():
+    return [*map(name_line, sorted(heavytop.__all__)), *map(name_line, MAKERS)]
+
+
+def verbs_now():
+    group = typer.main.get_command(app)
+    verbs = group.commands.items()
+    return [
+        verb_line(COMMAND, group),
+        *(verb_line(f"{COMMAND} {name}", verb) for name, verb in sorted(verbs)),
+    ]
+
+
+def test_the_public_names_are_those_that_were_promised():
+    names = [line for line in FROZEN if not line.startswith(COMMAND)]
+    hold("The public names", names, names_now())
+
+
+def test_the_verbs_and_their_options_are_those_that_were_promised():
+    verbs = [line for line in FROZEN if line.startswith(COMMAND)]
+    hold("The command line", verbs, verbs_now())
+
+
+def test_every_public_name_is_there_and_known_to_dir():
+    assert heavytop.__all__ == sorted(set(heavytop.__all__))
+    assert set(heavytop.__all__) <= set(dir(heavytop))
+    for name in heavytop.__all__:
+        assert getattr(heavytop, name).__doc__, name
+
+
+def test_a_change_says_what_and_where_to_note_it():
+    with pytest.raises(AssertionError, match=r"gone: +\['b'\]\s+added: +\['c'\]\s.*CHANGELOG"):
+        hold("x", ["a", "b"], ["a", "c"])
+
+
+def test_what_is_frozen_says_what_changes():
+    assert taken(lambda a, b=1, *, c, d=2: None) == "a, b=, *, c, d="

@@ -1,0 +1,417 @@
+"""A report is one page that asks nothing of a network, says what its data say, and takes no
+text in them for markup."""
+
+from __future__ import annotations
+
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from heavytop.atlases.mapping import atlas
+from heavytop.cli.command import app
+from heavytop.drifts.drifting import drift
+from heavytop.energy_momentum_document import energy_momentum_document
+from heavytop.files import write_document
+from heavytop.motion import Motion
+from heavytop.pages import quick as studies
+from heavytop.pages.commands import scene_file
+from heavytop.pages.findings import findings
+from heavytop.pages.page import page_of, write_page
+from heavytop.pages.player import attitude, played
+from heavytop.pages.section import Picture, Table
+from heavytop.propagation import propagate
+from heavytop.results import write_results
+from heavytop.scene import load_scene, read_scene
+from heavytop.study_results import write_atlas, write_drift, write_energy_momentum
+
+BREAKING = "<script>alert(1)</script>\"'><img src=x onerror=alert(2)> $\\frac{"
+CLOSING = "</script></title></style><svg onload=alert(3)>&amp;<!--"
+HOSTILE = [f"title={json.dumps(BREAKING)}", f"source={json.dumps(CLOSING)}"]
+POINT = {
+    "method": CLOSING, "formulation": "axis", "language": BREAKING, "tolerance": 1e-16,
+    "steps_a_period": None, "bits": 53, "measures": "axis", "rival": True, "us_per_period": 9.0,
+    "rhs_evaluations": None, "error": 1e-12, "theta_error": 1e-12, "energy_error": 1e-14,
+}  # fmt: skip
+
+
+def workprec(scene):
+    return {
+        "schema": "heavytop/workprec/1", "scene": scene, "periods": 100, "budget": 4,
+        "points": [POINT, {**POINT, "error": 1e-9, "us_per_period": 3.0}], "front": [1, 0],
+        "front_theta": [0], "skipped": [{"method": "strang", "reason": BREAKING}], "files": {},
+    }  # fmt: skip
+
+
+def stress():
+    run = {"case": CLOSING, "method": "auto", "outcome": "ok", "error": 1e-15, "digits_lost": 0.5,
+           "note": BREAKING, "untold": False}  # fmt: skip
+    return {
+        "schema": "heavytop/stress/1", "limits": {"time_s": 3.0}, "hard": {CLOSING: BREAKING},
+        "methods": {"auto": "auto"}, "settings": {"auto": None}, "cases": [run], "skipped": [],
+    }  # fmt: skip
+
+
+def validate():
+    claim = {"id": CLOSING, "statement": BREAKING, "authority": BREAKING, "bound": 1e-9,
+             "measured": 2e-13, "passed": True, "skipped": None}  # fmt: skip
+    failing = claim | {"id": "other", "passed": False, "measured": 1.0}
+    return {"schema": "heavytop/validate/1", "claims": [claim, failing]}
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    """Results of every kind, about a scene whose texts would break out of a page."""
+    root = tmp_path_factory.mktemp("results")
+    scene = load_scene("sicm-kicked", overrides=HOSTILE)
+    folders = {name: root / name for name in
+               ("run", "drift", "workprec", "stress", "atlas", "momenta", "claims")}  # fmt: skip
+    for folder in folders.values():
+        folder.mkdir()
+    write_results(propagate(scene), folders["run"], figures=False)
+    (folders["run"] / "overview.svg").write_text("<svg onload='alert(4)'/>")
+    found = drift(scene, methods=["taylor-axis"], periods=10, samples=4, folder=folders["drift"])
+    write_drift(found, folders["drift"], figures=False)
+    found = atlas(scene, "phidot=-30:40:24", "theta=0.1:1.5:16", jobs=1, folder=folders["atlas"])
+    write_atlas(found, folders["atlas"], figures=False)
+    write_energy_momentum(energy_momentum_document(scene), folders["momenta"], figures=False)
+    write_document(folders["workprec"] / "workprec.json", workprec(scene.document()))
+    write_document(folders["stress"] / "stress.json", stress())
+    write_document(folders["claims"] / "validate.json", validate())
+    return root
+
+
+@pytest.fixture(scope="module")
+def page(place):
+    return page_of(findings([place]))
+
+
+@pytest.fixture(scope="module")
+def written(page, tmp_path_factory):
+    html = tmp_path_factory.mktemp("page") / "report.html"
+    write_page(page, html)
+    return html
+
+
+class Seen(HTMLParser):
+    """What a browser would find on a page."""
+
+    def __init__(self, text):
+        super().__init__(convert_charrefs=True)
+        self.tags, self.open, self.texts, self.scripts = [], [], [], {}
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        self.open.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag):
+        while self.open and self.open.pop()[0] != tag:
+            pass
+
+    def handle_data(self, data):
+        tag, attrs = self.open[-1] if self.open else ("", {})
+        if tag == "script":
+            self.scripts[attrs.get("id", f"code-{len(self.scripts)}")] = data
+        elif tag != "style":
+            self.texts.append(data)
+
+    def all(self, tag):
+        return [attrs for name, attrs in self.tags if name == tag]
+
+
+@pytest.fixture(scope="module")
+def seen(written):
+    return Seen(written.read_text("utf-8"))
+
+
+def test_nothing_is_asked_of_a_network(written, seen):
+    assert not [tag for tag, _ in seen.tags if tag in ("link", "iframe", "object", "embed", "base")]
+    for _, attrs in seen.tags:
+        for name in ("src", "href", "srcset", "data", "action", "poster"):
+            assert attrs.get(name, "#").startswith(("#", "data:image/svg+xml;base64,"))
+    (style,) = re.findall(r"<style>(.*?)</style>", written.read_text("utf-8"), re.DOTALL)
+    assert "url(" not in style
+    assert "@import" not in style
+    policy = [m["content"] for m in seen.all("meta") if "http-equiv" in m]
+    assert policy[0].startswith("default-src 'none'")
+
+
+def test_no_text_is_taken_for_markup(page, seen):
+    assert not [attrs for _, attrs in seen.tags for name in attrs if name.startswith("on")]
+    assert not seen.all("svg")
+    pictures = [p for section in page.sections for p in section.pictures]
+    assert len(seen.all("img")) == len(pictures)
+    assert (
+        len(seen.all("script")) == len(pictures) + 5
+    )  # saving, turning, plotly; the player's data and code
+    said = "".join(seen.texts)
+    assert BREAKING in said
+    assert CLOSING in said
+
+
+def test_a_script_in_the_folder_is_not_on_the_page(written):
+    assert "alert(4)" not in written.read_text("utf-8")
+
+
+def test_names_are_unique_and_links_lead_somewhere(seen):
+    names = [attrs["id"] for _, attrs in seen.tags if "id" in attrs]
+    assert len(names) == len(set(names))
+    targets = [attrs["href"][1:] for attrs in seen.all("a")]
+    assert targets
+    assert set(targets) <= set(names)
+
+
+def test_it_can_be_read_without_eyes_and_on_a_phone(seen):
+    assert all(len(attrs["alt"]) > 20 for attrs in seen.all("img"))
+    assert seen.all("html")[0]["lang"] == "en"
+    assert len(seen.all("h1")) == 1
+    assert {"name": "viewport", "content": "width=device-width, initial-scale=1"} in seen.all(
+        "meta"
+    )
+    named = {attrs["for"] for attrs in seen.all("label")}
+    for tag in ("select", "input"):
+        assert all("aria-label" in a or a["id"] in named for a in seen.all(tag))
+
+
+def test_every_figure_has_its_numbers_and_its_command(page, seen, written):
+    document = json.loads(written.with_suffix(".json").read_text("utf-8"))
+    assert document["schema"] == "heavytop/report/1"
+    pictures = [p for section in page.sections for p in section.pictures]
+    assert [figure["id"] for figure in document["figures"]] == [p.ident for p in pictures]
+    assert {"run-1-overview", "drift-1-chart", "workprec-1-chart", "stress-1-chart", "atlas-1-map",
+            "energy-momentum-1-diagram"} <= {p.ident for p in pictures}  # fmt: skip
+    said = "".join(seen.texts)
+    for figure in document["figures"]:
+        assert json.loads(seen.scripts[f"{figure['id']}-data"]) == figure["data"]
+        assert figure["command"].startswith("heavytop ")
+        assert figure["command"] in said
+
+
+def test_numbers_behind_a_picture_are_the_trajectorys(page):
+    angles = next(p for s in page.sections for p in s.pictures if p.ident == "run-1-angles")
+    trajectory = propagate(load_scene("sicm-kicked"))
+    there = trajectory(np.array(angles.data["t"]))
+    for name in ("theta", "phi", "psi", "psidot"):
+        assert angles.data[name] == pytest.approx(getattr(there, name), rel=1e-11)
+
+
+def test_claims_that_fail_come_first(page):
+    assert page.sections[0].table.rows[0][-1] == "FAIL"
+    assert page.sections[0].words == "1 hold, 1 FAIL, 0 skipped"
+
+
+def test_a_changed_scene_is_given_as_a_file(place):
+    scene = load_scene("sicm-kicked", overrides=HOSTILE)
+    again = read_scene(scene_file(scene.document()))
+    assert again == scene
+    assert scene_file(load_scene("sicm-kicked").document()) == ""
+
+
+# --- the player ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["sicm-kicked", "lie-group-benchmark", "through-top"])
+def test_the_body_that_is_played_is_the_runs(name):
+    trajectory = propagate(load_scene(name, overrides=['want.quantities=["attitude"]']))
+    frames = played(trajectory)
+    seen = trajectory(np.array(frames["t"]))
+    found = np.array(frames["quaternion"]).reshape(-1, 4)
+    sides = np.sign(np.sum(found * seen.quaternion, axis=1))[:, None]
+    assert found == pytest.approx(sides * seen.quaternion, abs=1e-5)
+
+
+@pytest.mark.parametrize("quantities", [["theta"], ["theta", "phi"], ["axis"], ["attitude"]])
+def test_momentum_keeps_what_is_conserved_whatever_a_run_follows(quantities):
+    """L·z = p_φ and L·e = p_ψ, and e is where the quaternion takes the body's axis."""
+    wanted = f"want.quantities={json.dumps(quantities)}"
+    scene = load_scene("sicm-kicked", overrides=[wanted])
+    frames = played(propagate(scene))
+    w, x, y, z = np.array(frames["quaternion"]).reshape(-1, 4).T
+    axis = np.stack((2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)), axis=-1)
+    momentum = np.array(frames["momentum"]).reshape(-1, 3)
+    constants = Motion(scene.top, scene.start).constants.floats
+    along = np.sum(momentum * axis, axis=1)
+    assert momentum[:, 2] == pytest.approx(momentum[0, 2], abs=4e-5)
+    assert along == pytest.approx(along[0], abs=4e-5)
+    ratio = constants["p_phi"] / constants["p_psi"]
+    assert momentum[0, 2] / along[0] == pytest.approx(ratio, abs=1e-4)
+
+
+def test_the_attitude_of_an_axis_at_the_pole_is_the_sum_of_its_angles():
+    axis, phi, psi = np.array([[0.0, 0.0, 1.0]]), np.array([0.7]), np.array([0.5])
+    expected = [np.cos(0.6), 0.0, 0.0, np.sin(0.6)]
+    assert attitude(axis, phi, psi)[0] == pytest.approx(expected)
+
+
+def test_events_are_marked_where_they_are():
+    trajectory = propagate(load_scene("sicm-kicked"))
+    frames = played(trajectory)
+    for event in frames["events"]:
+        assert frames["t"][event["frame"]] == pytest.approx(event["t"], abs=2.0 / 599)
+    assert {event["kind"] for event in frames["events"]} == {"theta_min", "theta_max", "reversal"}
+
+
+# --- what is refused -------------------------------------------------------------------------
+
+
+def refused(tmp_path, name, text):
+    """The message about a file, from the command line."""
+    path = tmp_path / name
+    path.write_text(text if isinstance(text, str) else json.dumps(text), "utf-8")
+    done = CliRunner().invoke(app, ["report", str(tmp_path), "-o", str(tmp_path / "page")])
+    assert done.exit_code == 6, done.output
+    assert name in done.stderr
+    assert not (tmp_path / "page").exists()
+    return done.stderr
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "", "[]", "{", '{"schema": NaN}', "[" * 100_000, '{"schema": "heavytop/run/1"}', "\x00",
+        '{"schema": "heavytop/validate/1"}', '{"schema": "heavytop/validate/1", "claims": {}}',
+        '{"schema": "heavytop/validate/1", "claims": [{"id": 3}]}',
+        '{"schema": "heavytop/validate/1", "claims": [], "x": 1e999}',
+        '{"schema": "heavytop/validate/1", "claims": [], "x": "' + "a" * 30_000 + '"}',
+    ],
+    ids=lambda text: text[:40].replace("\x00", "null"),
+)  # fmt: skip
+def test_a_damaged_document_is_refused_by_name(tmp_path, text):
+    refused(tmp_path, "validate.json", text)
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("workprec", {"front": [7]}),
+        ("workprec", {"front": [0.5]}),
+        (
+            "workprec",
+            {"points": [POINT | {"formulation": "no such", "rival": False}], "front": [0]},
+        ),
+        ("workprec", {"points": [{"method": "auto"}]}),
+        ("stress", {"cases": [{"case": "x"}]}),
+        ("stress", {"hard": {f"case {k}": "" for k in range(2000)}}),
+        ("stress", {"hard": {}}),
+        ("atlas", {"axes": {"x": {"name": "phidot"}}}),
+        ("atlas", {"curves": [{"name": "no such", "x": [0, 1], "y": [0, 1]}]}),
+        ("atlas", {"shape": [24, 24]}),
+        ("drift", {"methods": [{"name": "strang"}]}),
+        ("run", {"plan": None}),
+    ],
+)
+def test_a_document_without_what_a_page_needs_is_refused(place, tmp_path, name, change):
+    for file in (place / name).iterdir():
+        if file.is_file():
+            (tmp_path / file.name).write_bytes(file.read_bytes())
+    own = json.loads((tmp_path / f"{name}.json").read_text("utf-8"))
+    refused_file = {"shape": "atlas.nc"}.get(next(iter(change)), f"{name}.json")
+    (tmp_path / f"{name}.json").write_text(json.dumps(own | change), "utf-8")
+    done = CliRunner().invoke(app, ["report", str(tmp_path), "-o", str(tmp_path / "page")])
+    assert done.exit_code == 6, done.output
+    assert refused_file in done.stderr
+
+
+def test_the_trajectory_of_another_scene_is_refused(place, tmp_path):
+    own = json.loads((place / "run" / "run.json").read_text("utf-8"))
+    (tmp_path / "trajectory.nc").write_bytes((place / "run" / "trajectory.nc").read_bytes())
+    own["scene"]["start"]["phidot"] = 3
+    (tmp_path / "run.json").write_text(json.dumps(own), "utf-8")
+    done = CliRunner().invoke(app, ["report", str(tmp_path), "-o", str(tmp_path / "page")])
+    assert done.exit_code == 6
+    assert "trajectory.nc: the trajectory of another scene" in done.stderr
+
+
+def test_an_empty_folder_is_refused(tmp_path):
+    done = CliRunner().invoke(app, ["report", str(tmp_path)])
+    assert done.exit_code == 6
+    assert "holds no results" in done.stderr
+
+
+# --- the verb --------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def quickly(monkeypatch, place):
+    """Quick studies that are quicker still."""
+
+    def written_at_once(folder):
+        write_document(folder / "validate.json", validate())
+
+    def failing(_):
+        raise studies.NotRun("it has no time")
+
+    made = [studies.Study("claims", written_at_once), studies.Study("drift", failing)]
+    monkeypatch.setattr(studies, "_studies", lambda scene: made[:1])
+    monkeypatch.setattr(studies, "_claims", lambda until: made[1])
+
+
+def report(*words):
+    return CliRunner().invoke(app, ["report", *map(str, words)])
+
+
+def test_without_anything_the_studies_are_run_and_what_was_not_is_said(
+    quickly, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    done = report()
+    assert done.exit_code == 0, done.output
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["report.html", "report.json"]
+    assert "drift: it has no time" in (tmp_path / "report.html").read_text("utf-8")
+    assert report().exit_code == 0  # a report may be replaced
+
+
+def test_as_json_nothing_is_written(quickly, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = report("sicm-kicked", "--json")
+    document = json.loads(done.stdout)
+    assert document["missing"] == [{"study": "drift", "reason": "it has no time"}]
+    assert document["command"] == "heavytop report sicm-kicked"
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_file_that_is_no_report_is_left_alone(quickly, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("report.html").write_text("my own")
+    assert report().exit_code == 2
+    assert Path("report.html").read_text() == "my own"
+
+
+def test_the_page_can_be_named(quickly, tmp_path):
+    assert report("-o", tmp_path / "some" / "page.html").exit_code == 0
+    assert (tmp_path / "some" / "page.json").is_file()
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        (["no-such-scene"], 3),
+        (["{place}", "no-such-folder"], 2),
+        (["sicm-kicked", "sicm-dropped"], 2),
+        (["{place}", "--set", "start.phidot=3"], 2),
+        (["--set", "start.phidot=3"], 2),
+        (["sicm-kicked", "--set", "start.phidot=x"], 2),
+    ],
+)
+def test_what_makes_no_sense_is_refused(quickly, place, words, code, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert report(*(word.format(place=place) for word in words)).exit_code == code
+    assert not list(tmp_path.iterdir())
+
+
+def test_long_tables_are_thinned_evenly():
+    table = Table.of({"k": list(range(1000))}, most=60)
+    assert len(table.rows) <= 60
+    assert table.all_rows == 1000
+    assert table.rows[:2] == (("0",), ("17",))
+
+
+def test_pictures_are_images_that_run_nothing():
+    picture = Picture("a", "a", "a", b"<svg/>", Table.of({}), {}, "heavytop")
+    assert picture.address == "data:image/svg+xml;base64,PHN2Zy8+"

@@ -1,0 +1,20 @@
+"""A kind of study that counts how many of its tasks are done at the same moment."""
+
+import time
+
+from heavytop.ledger import Piece
+
+NOW = []
+MOST = [0]
+
+
+def tasks(identity):
+    return [f"t/{i}" for i in range(6)]
+
+
+def follow(identity, task, checkpoint):
+    NOW.append(task)
+    MOST[0] = max(MOST[0], len(NOW))
+    time.sleep(0.01)
+    NOW.remove(task)
+    yield Piece({}, ({"task": task},), done=True)

@@ -1,0 +1,339 @@
+"""An atlas says of every pixel what is said of it alone, however the work is shared out."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+import xarray
+
+import heavytop as ht
+from heavytop.atlases import study as study_module
+from heavytop.atlases.columns import packed, unpacked
+from heavytop.atlases.integrated import integrated
+from heavytop.kinds.codes import NAMES
+
+KICKED = ht.load_scene("sicm-kicked")
+AXES = {"x": "phidot=-20:20:33", "y": "psidot=-150:150:29"}
+
+
+@pytest.fixture
+def small_tiles(monkeypatch):
+    """Tiles of a few rows, so that a small atlas has many."""
+    monkeypatch.setattr(study_module, "TILE", {"kind": 128, "rows": 128, "integrate": 256})
+
+
+@pytest.fixture(scope="module")
+def rows():
+    return ht.atlas(KICKED, **AXES, jobs=1)
+
+
+def same(one, other):
+    return all(np.array_equal(one[name], other[name], equal_nan=True) for name in COLUMNS)
+
+
+COLUMNS = (
+    "kind", "detail", "certified", "tags", "open_tags", "margin",
+    "theta_min", "theta_max", "period", "precession",
+)  # fmt: skip
+
+
+def alone(atlas, i, j):
+    """The motion of one pixel, by itself."""
+    x, y = atlas.study.plane.values
+    tops = atlas.study.plane.at(x[j : j + 1], y[i : i + 1])
+    numbers = {name: float(np.ravel(each)[0]) for name, each in tops.items()}
+    top = ht.Top(**{name: numbers.pop(name) for name in ("A", "C", "gMR")})
+    return ht.Motion(top, ht.State(**numbers))
+
+
+# --- every pixel ----------------------------------------------------------------------------------
+
+
+def test_pixels_are_what_their_motions_are_alone(rows):
+    kind, period = rows["kind"], rows["period"]
+    pick = np.random.default_rng(3)
+    for i, j in zip(pick.integers(0, 29, 60), pick.integers(0, 33, 60), strict=True):
+        motion = alone(rows, i, j)
+        assert NAMES[kind[i, j]] == motion.kind
+        assert rows["margin"][i, j] == pytest.approx(motion.margin, rel=1e-3)
+        for name, own in (("theta_min", motion.theta_min), ("theta_max", motion.theta_max),
+                          ("precession", motion.precession)):  # fmt: skip
+            assert rows[name][i, j] == pytest.approx(own, rel=1e-13, abs=1e-13)
+        assert period[i, j] == pytest.approx(motion.period, rel=1e-13)
+
+
+def test_counts_sum_to_the_pixels_and_all_are_proved(rows):
+    assert sum(rows.counts.values()) == 33 * 29
+    assert rows.uncertified == 0
+    codes, counts = np.unique(rows["kind"], return_counts=True)
+    assert rows.counts == {
+        NAMES[c]: n for c, n in zip(codes.tolist(), counts.tolist(), strict=True)
+    }
+
+
+def test_kinds_alone_are_the_kinds_of_whole_rows(rows):
+    only = ht.atlas(KICKED, **AXES, only="kind", jobs=1)
+    for name in ("kind", "detail", "certified"):
+        assert np.array_equal(only[name], rows[name])
+    with pytest.raises(KeyError):
+        only["period"]
+
+
+def test_impossible_pixels_are_counted_and_have_no_numbers():
+    scene = ht.load_scene("sicm-kicked", ["start.theta=0.9"])
+    found = ht.atlas(scene, "E=0:2:21", "p_phi=-0.02:0.02:23", jobs=1)
+    out = found["kind"] == NAMES.index("impossible")
+    assert 50 < out.sum() == found.counts["impossible"] < 21 * 23
+    assert np.isnan(found["period"][out]).all()
+    assert np.isfinite(found["period"][~out]).all()
+    assert found.uncertified == 0
+
+
+def test_the_order_of_axes_is_the_order_of_dimensions(rows):
+    turned = ht.atlas(KICKED, AXES["y"], AXES["x"], only="kind", jobs=1)
+    assert np.array_equal(turned["kind"], rows["kind"].T)
+
+
+# --- however it is shared out ---------------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("small_tiles")
+def test_tiles_change_nothing(rows):
+    assert same(rows, ht.atlas(KICKED, **AXES, jobs=1))
+
+
+def test_workers_and_executors_change_nothing(rows, tmp_path):
+    assert same(rows, ht.atlas(KICKED, **AXES, jobs=2, folder=tmp_path / "two"))
+    with ThreadPoolExecutor(2) as pool:
+        assert same(rows, ht.atlas(KICKED, **AXES, executor=pool))
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        assert same(rows, ht.atlas(KICKED, **AXES, executor=pool, folder=tmp_path / "pool"))
+    for name in ("study.json",):
+        assert (tmp_path / "two" / name).read_bytes() == (tmp_path / "pool" / name).read_bytes()
+
+
+@pytest.mark.usefixtures("small_tiles")
+def test_shards_joined_are_the_whole(rows, tmp_path):
+    parts = [ht.atlas(KICKED, **AXES, shard=f"{i}/3", folder=tmp_path / str(i), jobs=1)
+             for i in (1, 2, 3)]  # fmt: skip
+    assert [len(part.tasks) for part in parts] == [4, 3, 3]
+    assert not any(part.whole for part in parts)
+    some, missing = ht.merge_atlases([tmp_path / "1", tmp_path / "3"], tmp_path / "all")
+    assert not some.whole
+    assert set(missing) == set(parts[1].tasks)
+    whole, missing = ht.merge_atlases([tmp_path / "2"], tmp_path / "all")
+    assert whole.whole
+    assert not missing
+    assert same(rows, whole)
+    assert same(rows, ht.load_atlas(tmp_path / "all"))
+    assert sum(whole.counts.values()) == 33 * 29
+
+
+@pytest.mark.usefixtures("small_tiles")
+def test_a_part_has_nothing_where_it_has_no_tiles(tmp_path):
+    part = ht.atlas(KICKED, **AXES, shard=(1, 3), folder=tmp_path / "1", jobs=1)
+    kind, period = part["kind"], part["period"]
+    assert (kind == 255).sum() == 33 * 29 - sum(part.counts.values())
+    assert np.isnan(period[kind == 255]).all()
+
+
+def test_shards_of_other_atlases_are_refused(tmp_path):
+    ht.atlas(KICKED, **AXES, only="kind", folder=tmp_path / "a", jobs=1)
+    ht.atlas(KICKED, AXES["x"], "psidot=-150:150:31", only="kind", folder=tmp_path / "b", jobs=1)
+    with pytest.raises(ht.ForeignStudy, match=r"y: .*29.*31|y: .*31.*29"):
+        ht.merge_atlases([tmp_path / "a", tmp_path / "b"], tmp_path / "all")
+    ht.drift(KICKED, methods=["taylor-axis"], periods=10, samples=2, folder=tmp_path / "d")
+    with pytest.raises(ht.ForeignFile, match="a study of 'drift'"):
+        ht.load_atlas(tmp_path / "d")
+
+
+def test_a_killed_atlas_goes_on_where_it_was(tmp_path):
+    axes = ["phidot=-20:20:900", "psidot=-150:150:900"]
+    folder = tmp_path / "killed"
+    code = (
+        "import sys, heavytop as ht; "
+        f"ht.atlas(ht.load_scene('sicm-kicked'), *{axes!r}, jobs=1, folder=sys.argv[1])"
+    )
+    process = subprocess.Popen([sys.executable, "-c", code, str(folder)])
+    give_up = time.monotonic() + 60
+    while time.monotonic() < give_up and not list(folder.glob("tasks/*/*/checkpoint.json")):
+        time.sleep(0.02)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    done = len(list(folder.glob("tasks/*/*/checkpoint.json")))
+    found = ht.atlas(KICKED, *axes, folder=folder, jobs=1)
+    assert 1 <= done < len(found.study.tiles)
+    assert found.whole
+    fresh = ht.atlas(KICKED, *axes, jobs=1)
+    assert same(found, fresh)
+
+
+# --- files ----------------------------------------------------------------------------------------
+
+
+def test_the_map_is_netcdf_with_flags(rows, tmp_path):
+    from heavytop.study_results import write_atlas
+
+    found = ht.atlas(KICKED, **AXES, jobs=1, folder=tmp_path / "a")
+    files = write_atlas(found, tmp_path / "a")
+    document = json.loads((tmp_path / "a" / files["document"]).read_text())
+    assert document["schema"] == "heavytop/atlas/1"
+    assert document["files"] == files
+    assert document["counts"] == rows.counts
+    assert document["shape"] == [29, 33]
+    with xarray.open_dataset(tmp_path / "a" / files["map"], mask_and_scale=False) as stored:
+        assert stored["kind"].dims == ("psidot", "phidot")
+        assert stored["phidot"].attrs["units"] == "rad s-1"
+        meanings = stored["kind"].attrs["flag_meanings"].split()
+        assert stored["kind"].attrs["flag_values"].tolist() == list(range(len(meanings)))
+        for name in COLUMNS:
+            assert np.array_equal(stored[name].values, rows[name], equal_nan=True)
+        assert meanings[stored["kind"].values[0, 0]] == NAMES[rows["kind"][0, 0]]
+        assert stored["phidot"].values.tolist() == rows.study.plane.values[0].tolist()
+    in_memory = rows.to_xarray()
+    assert in_memory["kind"].attrs["flag_meanings"].split() == list(NAMES)
+
+
+def test_the_picture_is_the_same_bytes_each_time(tmp_path):
+    from heavytop.study_results import write_atlas
+
+    found = ht.atlas(KICKED, **AXES, jobs=1, folder=tmp_path / "a")
+    files = write_atlas(found, tmp_path / "a")
+    first = (tmp_path / "a" / files["chart_svg"]).read_bytes()
+    write_atlas(found, tmp_path / "a")
+    assert (tmp_path / "a" / files["chart_svg"]).read_bytes() == first
+
+
+@pytest.mark.parametrize("what", ["kind", "rows", "integrate"])
+def test_columns_survive_being_written_down(what):
+    from heavytop.atlases.columns import SETS
+
+    random = np.random.default_rng(1)
+    columns = {
+        name: random.integers(0, 9, (3, 5)).astype("u1") if each.dtype == "u1"
+        else random.normal(size=(3, 5))
+        for name, each in SETS[what].items()
+    }  # fmt: skip
+    back = unpacked(packed(columns), what, (3, 5))
+    assert all(np.array_equal(back[name], columns[name]) for name in columns)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "!!!!", "AAAA", 7, None, "eJxjYGBgAAAABAAB", "eNrtwTEBAAAAwqD1T20ND6AAAAAAAA=="]
+)
+def test_damaged_columns_are_refused(text):
+    good = packed({name: np.zeros((3, 5), "u1") for name in ("kind", "detail", "certified")})
+    with pytest.raises(ht.ForeignFile, match="column detail"):
+        unpacked({**good, "detail": text}, "kind", (3, 5))
+    with pytest.raises(ht.ForeignFile, match="columns"):
+        unpacked({"kind": good["kind"]}, "kind", (3, 5))
+
+
+# --- integrated -----------------------------------------------------------------------------------
+
+PLANES = {
+    "kicks and spins": (KICKED, "phidot=-20:20:41", "psidot=-150:150:41"),
+    "tilts and spins": (KICKED, "theta=0:3.1:41", "omega3=0:200:41"),
+    "pushed": (KICKED, "phidot=-20:20:41", "thetadot=-10:10:41"),
+    "hanging": (ht.load_scene("sicm-kicked", ["top.gMR=-0.0456"]), "phidot=-20:20:41",
+                "psidot=-150:150:41"),
+    "from the top": (ht.load_scene("through-top"), "thetadot=-10:10:40", "omega3=0:200:41"),
+    "spherical pendulum": (ht.load_scene("spherical-pendulum"), "phidot=0:9:41", "theta=0.1:3:41"),
+    "force-free": (ht.load_scene("sicm-kicked", ["top.gMR=0"]), "phidot=-5:5:11", "theta=0.1:3:11"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", PLANES)
+def test_two_maps_of_a_plane_agree(name):
+    found = ht.atlas(*PLANES[name], integrate=True, jobs=1)
+    assert not found.unexplained
+    assert len(found.differing) < 100
+    assert "undecided" not in {NAMES[code] for code in np.unique(found["integrated"])}
+
+
+@pytest.mark.parametrize("scene", [
+    "sicm-dropped", "sicm-kicked", "sicm-forward", "through-top", "steady-betsch", "sleeping",
+    "sleeping-unstable", "spherical-pendulum", "lie-group-benchmark", "simo-wong",
+])  # fmt: skip
+def test_shipped_scenes_are_told_from_their_events(scene):
+    loaded = ht.load_scene(scene)
+    names = ("theta", "thetadot", "phidot", "omega3")
+    tops = {name: np.array([float(getattr(loaded.top, name))]) for name in ("A", "C", "gMR")}
+    tops |= {name: np.array([float(getattr(loaded.start, name))]) for name in names}
+    motion = ht.Motion(loaded.top, loaded.start)
+    told = integrated(tops, np.array([motion.period or np.nan]))
+    assert NAMES[told[0]] == motion.kind
+
+
+def test_a_wrong_map_is_seen(monkeypatch):
+    """A flipped sign of gravity in what is integrated is found, pixel by pixel."""
+    from heavytop.atlases import tiles
+
+    def upside_down(tops, period):
+        return integrated({**tops, "gMR": -np.asarray(tops["gMR"])}, period)
+
+    monkeypatch.setattr(tiles, "integrated", upside_down)
+    found = ht.atlas(*PLANES["kicks and spins"], integrate=True, jobs=1)
+    assert len(found.unexplained) > 100
+    assert found.document()["unexplained"] == len(found.unexplained)
+
+
+# --- what is wrong --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"x": "phi=0:1:5"}, "x = .*phi.*one of theta"),
+        ({"y": "p_psi=0:1:5", "x": "psidot=0:1:5"}, "both set the spin"),
+        ({"x": "phidot=5:1:5", "y": "psi=0:1:2", "jobs": 0}, "(?s)x = .*y = .*jobs"),
+        ({"shard": "4/3"}, "shard.*i/n"),
+        ({"shard": "one"}, "shard.*i/n"),
+        ({"shard": (0, 3)}, "shard.*i/n"),
+        ({"only": "rows"}, "only.*kind"),
+        ({"integrate": 1}, "integrate.*True or False"),
+        ({"only": "kind", "integrate": True}, "only.*not together"),
+        ({"x": "phidot=0:1:1000000", "y": "psidot=0:1:1000000"}, "at most 1e"),
+        ({"x": "phidot=0:1:90000", "y": "psidot=0:1:90000"}, "GB are needed in memory"),
+    ],
+)
+def test_what_is_wrong_is_said_before_anything_is_done(wrong, words):
+    with pytest.raises(ht.BadScene, match=words):
+        ht.atlas(KICKED, **{**AXES, **wrong})
+    with pytest.raises(ht.BadScene, match=r"scene.*a Scene"):
+        ht.atlas("sicm-kicked", **AXES)
+
+
+def test_room_on_the_disk_is_asked_for(tmp_path, monkeypatch):
+    import shutil
+
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: type("Usage", (), {"free": 1000})())
+    with pytest.raises(ht.BadScene, match="needed on the disk of"):
+        ht.atlas(KICKED, **AXES, folder=tmp_path / "a" / "b")
+    assert not (tmp_path / "a").exists()
+
+
+SOUND = {"counts": {"loops": 1}, "sent": 0, "uncertified": 0, "columns": {}}
+
+
+@pytest.mark.parametrize(
+    "row",
+    [{}, {"counts": {}}, {**SOUND, "counts": {"loops": "1"}}, {**SOUND, "counts": {"laps": 1}},
+     {**SOUND, "sent": "0"}, {**SOUND, "columns": []}],
+)  # fmt: skip
+def test_forged_rows_are_refused(row):
+    from heavytop.atlases.atlas import gathered
+    from heavytop.atlases.study import Study
+    from heavytop.ledger import Memory, Piece
+
+    study, book = Study.asked(KICKED, AXES["x"], AXES["y"], "kind"), Memory()
+    (task,) = study.tiles
+    book.record(task, Piece({}, (row,), done=True))
+    with pytest.raises(ht.ForeignFile, match="not the row of a tile"):
+        gathered(study, book, (task,), 1)

@@ -1,0 +1,158 @@
+"""In more than doubles phi and psi have the turns of the closed form, however near a separatrix;
+and what misses its digits all the same is said."""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import heavytop as ht
+from heavytop.decimals.run import PreciseRun
+from heavytop.doubts import doubtful_digits
+from heavytop.drifts.methods import method
+from heavytop.drifts.runs import run
+from heavytop.errors import BadScene, DoubtfulWarning, EndedEarly, MissedDigitsWarning, Outcome
+from heavytop.taylor.precise import Unfinished
+
+ALLOWED = 1e-11  # of an angle or of 1: the digits asked for hold at the end, and near it
+SLOW = ht.Top(1, 1, 1)
+
+
+def _scene(start, periods, top=SLOW, digits=14, **more):
+    state = ht.State(**start)
+    wants = {"quantities": ("phi", "psi"), "events": (), "samples": 5} | more
+    return ht.Scene(top, state, periods=periods, digits=digits, **wants)
+
+
+def _held(trajectory):
+    """Hold samples, events and a time between against the closed form of the exact numbers."""
+    decimals = trajectory.decimals
+    motion = ht.Motion(trajectory.scene.top, trajectory.scene.start)
+    middle = (decimals.samples[1].t + 2 * decimals.samples[2].t) / 3
+    looked_at = (*decimals.samples, *(e.sample for e in decimals.events[-4:]))
+    for sample in (*looked_at, *decimals.at([middle])):
+        exact = motion.at(sample.t, digits=40)
+        for name in ("phi", "psi"):
+            seen, known = getattr(sample, name), getattr(exact, name)
+            assert abs(seen - known) <= ALLOWED * max(1, abs(known)), (name, sample.t)
+
+
+NEAR = (("1e-9", "-2.3", "axis"), ("1e-9", "3.8", "attitude"), ("1e-11", "2", "attitude"))
+
+
+@pytest.mark.parametrize(("theta", "periods", "formulation"), NEAR)
+def test_turns_near_the_separatrix(theta, periods, formulation):
+    scene = _scene({"theta": theta, "omega3": "1.2"}, periods)
+    _held(ht.propagate(scene, formulation=formulation))
+
+
+@pytest.mark.parametrize("formulation", ["axis", "attitude"])
+def test_turns_of_an_axis_that_leaves_a_pole_closer_than_doubles_know_it(formulation):
+    """At 1e-25 rad the state is on the vertical within the rounding of doubles, and turns."""
+    scene = _scene({"theta": "1e-25", "omega3": "1.2"}, "0.6")
+    _held(ht.propagate(scene, formulation=formulation))
+
+
+def test_turns_of_a_fall_from_beside_the_top_with_events():
+    start = {"theta": "1.7601238236122326e-12", "phidot": "4.36", "omega3": "872.07"}
+    top = ht.Top("3.28e-4", "3.28e-6", "0.04559856")
+    scene = _scene(start, "0.9", top=top, events=("turning",))
+    trajectory = ht.propagate(scene, formulation="attitude")
+    assert trajectory.decimals.events
+    _held(trajectory)
+
+
+def _drawn(draw):
+    r, g = draw.choice(("0.5", "1", "1.9")), draw.choice(("1", "-1", "-50"))
+    rate = math.sqrt(abs(float(g)))
+    critical, e = 2 * rate / float(r), 10 ** draw.uniform(-12, -2)
+    theta = math.pi - e if g[0] == "-" else e
+    start = {"theta": theta, "omega3": draw.uniform(0.1, 0.97) * critical}
+    start["phidot"] = draw.choice((0.0, start["omega3"] * float(r) / 2, rate))
+    start["thetadot"] = draw.choice((0.0, 10 ** draw.uniform(-12, -3)))
+    periods = draw.choice((1, -1)) * round(draw.uniform(0.5, 2), 3)
+    return _scene({k: repr(v) for k, v in start.items()}, repr(periods), top=ht.Top(1, r, g))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_turns_of_random_motions_near_the_separatrix(seed):
+    scene = _drawn(random.Random(seed))
+    _held(ht.propagate(scene, formulation=("axis", "attitude")[seed % 2]))
+
+
+def test_turns_in_long_doubles_over_many_strides():
+    """Far from the poles a step is told by bounds alone; near one it is divided."""
+    for theta in ("1", "1e-3"):
+        start = {"theta": theta, "thetadot": "0.01", "phidot": "0.3", "omega3": "3"}
+        trajectory = ht.propagate(_scene(start, "30"), formulation="axis")
+        assert trajectory.plan.precision == "long double"
+        assert len(trajectory.decimals.run.marks) > 2
+        _held(trajectory)
+
+
+def test_turns_are_read_back_from_a_file(tmp_path):
+    trajectory = ht.propagate(_scene({"theta": "1e-9", "omega3": "1.2"}, "2.3"))
+    trajectory.save(tmp_path / "kept.nc")
+    again = ht.load_trajectory(tmp_path / "kept.nc")
+    assert [s.phi for s in again.decimals.samples] == [s.phi for s in trajectory.decimals.samples]
+    assert [s.psi for s in again.decimals.samples] == [s.psi for s in trajectory.decimals.samples]
+
+
+def _turned_once_more(trajectory):
+    turned = replace(trajectory.decimals.samples[-1], phi=trajectory.decimals.samples[-1].phi + 6.3)
+    samples = (*trajectory.decimals.samples[:-1], turned)
+    return replace(trajectory, decimals=replace(trajectory.decimals, samples=samples))
+
+
+def test_a_wrong_turn_is_known_in_decimals_and_in_doubles():
+    precise = ht.propagate(_scene({"theta": "1", "omega3": "3"}, "2"))
+    assert doubtful_digits(precise) == ""
+    assert "phi 6.3e+00" in doubtful_digits(_turned_once_more(precise))
+    double = ht.propagate(_scene({"theta": "1", "omega3": "3"}, "2", digits=12, samples=50))
+    assert doubtful_digits(double) == ""
+    seen = double.orbit.samples
+    late = np.where(np.arange(50) == 49, 2 * np.pi, 0.0)
+    orbit = replace(double.orbit, samples=replace(seen, phi=seen.phi + late))
+    assert "phi 6.3e+00" in doubtful_digits(replace(double, orbit=orbit))
+
+
+def test_missed_digits_are_warned_of(monkeypatch):
+    monkeypatch.setattr("heavytop.propagation.doubtful_digits", lambda _: "14 digits are not met")
+    assert issubclass(MissedDigitsWarning, DoubtfulWarning)
+    scene = _scene({"theta": "1", "omega3": "3"}, "2")
+    for formulation in ("auto", "attitude"):
+        with pytest.warns(MissedDigitsWarning, match="14 digits are not met"):
+            ht.propagate(scene, formulation=formulation)
+
+
+def test_a_start_that_rounding_puts_on_the_vertical_misses_nothing():
+    """Its own binary numbers are those of a sleeping top; it agrees with the exact ones."""
+    scene = ht.Scene(
+        SLOW, ht.State(theta="1e-60", omega3="1.2"), time=3, quantities=("phi",), events=()
+    )
+    assert doubtful_digits(ht.propagate(scene)) == ""
+
+
+def test_a_singular_precise_run_ends_early(monkeypatch):
+    def singular(*_):
+        raise Unfinished("beyond the finite numbers")
+
+    monkeypatch.setattr(PreciseRun, "walk", singular)
+    with pytest.raises(EndedEarly) as early:
+        ht.propagate(_scene({"theta": "1", "omega3": "3"}, "2"))
+    assert early.value.outcome is Outcome.SINGULAR
+
+
+def test_rates_whose_squares_no_double_holds_are_refused():
+    with pytest.raises(BadScene, match=r"rates of 1.0e\+300 rad/s"):
+        ht.propagate(_scene({"theta": "1e-9", "omega3": "1e300"}, "2"))
+
+
+def test_a_study_of_what_does_not_nutate_once_rounded_is_refused():
+    scene = _scene({"theta": "1e-200", "omega3": "1.2"}, "2")
+    with pytest.raises(BadScene, match="nothing nutates"):
+        run(scene, method("taylor-axis"))

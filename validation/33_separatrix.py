@@ -1,0 +1,68 @@
+"""The motion that rises for ever: 1/cos(theta) = 1 + sech(gamma t) (Whittaker; Woodhouse)."""
+
+import mpmath
+import numpy as np
+from claim import claimed, finish
+
+import heavytop as ht
+
+mp = mpmath.MPContext()
+mp.dps = 60
+TOPS = ((1, "0.5", 1), (3, "0.1", 12), ("0.25", "0.4", 4))  # A, C, gMR; gamma = 1, 2 and 4
+
+
+def released(A, C, gMR):
+    """Woodhouse's start, from which any such top rises, and gamma."""
+    gamma = ht.Exact.of(f"sqrt({gMR}/{A})")
+    start = ht.State(
+        theta="pi/3",
+        phidot=f"2*sqrt({gMR}/{A})/sqrt(3)",
+        psidot=f"(3*{A}-{C})*sqrt({gMR}/{A})/({C}*sqrt(3))",
+    )
+    return ht.Top(A=A, C=C, gMR=gMR), start, float(gamma)
+
+
+def one_minus_u(gt):
+    """1 - cos(theta), by the elementary solution."""
+    s = mp.sech(mp.mpf(gt))
+    return s / (1 + s)
+
+
+@claimed("whittaker-closed-form")
+def _():
+    worst = 0.0
+    for values in TOPS:
+        top, start, gamma = released(*values)
+        motion = ht.Motion(top, start)
+        for gt in (-3, 0.5, 1, 5, 10, 20, 30):
+            found = mp.mpf(motion.at(gt / gamma, digits=40).one_minus_u)
+            worst = max(worst, abs(found / one_minus_u(gt) - 1))
+    return worst
+
+
+@claimed("whittaker-doubles")
+def _():
+    top, start, gamma = released(*TOPS[0])
+    gt = np.linspace(0, 30, 301)
+    found = ht.Motion(top, start).at(gt / gamma).one_minus_u
+    return max(abs(mp.mpf(float(x)) / one_minus_u(t) - 1) for x, t in zip(found, gt, strict=True))
+
+
+@claimed("whittaker-kind")
+def _():
+    verdicts = [ht.classify(*released(*values)[:2]) for values in TOPS]
+    return sum(str(v.kind) != "separatrix" or not v.certified for v in verdicts)
+
+
+def of_the_run(gt):
+    """The largest error of theta up to so many 1/gamma."""
+    top, start, gamma = released(*TOPS[0])
+    run = ht.propagate(ht.Scene(top, start, time=gt / gamma, quantities=("theta",), digits=8))
+    t = np.linspace(0, gt / gamma, 101)
+    truth = [mp.acos(1 - one_minus_u(gamma * x)) for x in t]
+    return max(abs(mp.mpf(float(x)) - y) for x, y in zip(run(t).theta, truth, strict=True))
+
+
+for gt in (10, 20):
+    claimed(f"whittaker-run-{gt}")(lambda gt=gt: of_the_run(gt))
+finish()

@@ -1,0 +1,68 @@
+"""scipy's DOP853 on the textbook's equations, typed here by hand (Goldstein, section 5.7)."""
+
+from functools import cache
+
+import numpy as np
+from claim import claimed, finish
+from scipy.integrate import solve_ivp
+
+import heavytop as ht
+
+END = 2.0
+BOOK = {"A": 3.28e-4, "C": 6.60e-5, "gMR": 0.0456}
+STARTS = {
+    "kicked": (BOOK, (0.1, 0.0, 0.0, 0.0, -15.0, 140.0)),
+    "dropped": (BOOK, (0.1, 0.0, 0.0, 0.0, 0.0, 140.0)),
+    "tilted": ({"A": 1.3, "C": 0.7, "gMR": 2.1}, (0.8, 0.1, -0.4, 0.6, -0.5, 4.0)),
+    "upside down": ({"A": 1.3, "C": 0.7, "gMR": -2.1}, (2.1, 0.1, -0.4, 0.3, 0.7, -5.0)),
+}
+
+
+def rates(t, y, A, C, gMR):
+    """theta, phi, psi and their rates, for constants p_phi and p_psi never used."""
+    theta, _, _, thetadot, phidot, psidot = y
+    s, c = np.sin(theta), np.cos(theta)
+    spin = C * (psidot + phidot * c)
+    tilt = (A * phidot**2 * s * c - spin * phidot * s + gMR * s) / A
+    turn = (spin * thetadot - 2 * A * phidot * thetadot * c) / (A * s)
+    return thetadot, phidot, psidot, tilt, turn, phidot * thetadot * s - turn * c
+
+
+@cache
+def scipys(name):
+    top, start = STARTS[name]
+    found = solve_ivp(
+        rates, (0, END), start, method="DOP853", rtol=3e-14, atol=1e-14, args=tuple(top.values())
+    )
+    return found.y[:3, -1]
+
+
+def ours(name):
+    top, start = STARTS[name]
+    names = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
+    return ht.Top(**top), ht.State(**dict(zip(names, start, strict=True)))
+
+
+def off(angles, name):
+    """The largest difference of the three angles, phi and psi continuous from the start."""
+    return float(np.max(np.abs(np.asarray(angles, dtype=float) - scipys(name))))
+
+
+def of_the_closed_form(name):
+    at = ht.Motion(*ours(name)).at(END)
+    return off((at.theta, at.phi, at.psi), name)
+
+
+def of_the_run(name, formulation):
+    scene = ht.Scene(*ours(name), time=END, quantities=("theta", "phi", "psi"))
+    at = ht.propagate(scene, formulation=formulation)(END)
+    return off((at.theta, at.phi, at.psi), name)
+
+
+for name in STARTS:
+    title = name.replace(" ", "-")
+    claimed(f"dop853-closed-form-{title}")(lambda name=name: of_the_closed_form(name))
+for name, form in zip(STARTS, ("axis", "routh", "attitude", "lagrange"), strict=True):
+    title = name.replace(" ", "-")
+    claimed(f"dop853-run-{title}")(lambda name=name, form=form: of_the_run(name, form))
+finish()

@@ -1,0 +1,134 @@
+"""mpmath at 100 digits: its own elliptic functions, with its own convention m = k^2."""
+
+from functools import cache
+
+import mpmath
+from claim import claimed, finish
+
+import heavytop as ht
+from heavytop.theory.elliptic import complete_first, complete_third, first
+from heavytop.theory.precision import context
+
+mp = mpmath.MPContext()
+mp.dps = 130
+TIMES = ("0.1", "1", "2", "7.5")
+NAMES = ("sicm-kicked", "sicm-forward", "simo-wong", "spherical-pendulum")
+
+
+def pairs():
+    """Parameters m and characteristics n, on both sides of zero."""
+    return [(mp.mpf(m) / 10, mp.mpf(n) / 7) for m in (1, 5, 9) for n in (-20, -1, 3, 6)]
+
+
+def relative(found, exact):
+    return abs(mp.mpf(found) / exact - 1)
+
+
+@claimed("mpmath-first")
+def _():
+    ctx = context(100)
+    complete = [(complete_first(ctx, ctx.mpf(1 - m)), mp.ellipk(m)) for m, _ in pairs()]
+    angles = [
+        (first(ctx, ctx.mpf(mp.tan(x)), ctx.mpf(1 - m)), mp.ellipf(x, m))
+        for m, _ in pairs()
+        for x in (mp.mpf("0.3"), mp.mpf("1.4"))
+    ]
+    return max(relative(a, b) for a, b in (*complete, *angles))
+
+
+@claimed("mpmath-third")
+def _():
+    ctx = context(100)
+    found = [
+        (complete_third(ctx, ctx.mpf(1 - n), ctx.mpf(1 - m)), mp.ellippi(n, m)) for m, n in pairs()
+    ]
+    return max(relative(a, b) for a, b in found)
+
+
+class Formula:
+    """The textbook's closed form, from the scene's numbers, by mpmath alone."""
+
+    def __init__(self, name):
+        self.name, self.scene = name, ht.load_scene(name)
+        top, start = self.scene.top, self.scene.start
+        self.A, self.C, self.gMR = (x.mpf(mp) for x in (top.A, top.C, top.gMR))
+        theta, rate, turn = (x.mpf(mp) for x in (start.theta, start.thetadot, start.phidot))
+        u, sine = mp.cos(theta), mp.sin(theta)
+        self.p_psi = self.C * start.omega3.mpf(mp)
+        self.p_phi = self.A * turn * sine**2 + self.p_psi * u
+        energy = self.A * (rate**2 + (turn * sine) ** 2) / 2 + self.gMR * u
+        self.roots = self._roots(energy)
+        low, middle, high = self.roots
+        self.w = mp.sqrt(self.gMR * (high - low) / (2 * self.A))
+        self.m = (middle - low) / (high - low)
+        self.upper = abs(u - middle) < abs(u - low)  # released at a turning point: which one
+
+    def _roots(self, energy):
+        """Roots of (2/A)(E' - gMR u)(1 - u^2) - ((p_phi - p_psi u)/A)^2."""
+        A, g, a, b = self.A, self.gMR, self.p_phi / self.A, self.p_psi / self.A
+        polynomial = [
+            2 * g / A, -2 * energy / A - b**2, 2 * a * b - 2 * g / A, 2 * energy / A - a**2,
+        ]  # fmt: skip
+        roots = mp.polyroots(polynomial, maxsteps=500, extraprec=600)
+        return sorted(mp.re(x) for x in roots)
+
+    @property
+    def period(self):
+        return 2 * mp.ellipk(self.m) / self.w
+
+    @property
+    def precession(self):
+        low, middle, _ = self.roots
+        terms = (
+            (self.p_phi - self.p_psi) / (1 - low) * mp.ellippi((middle - low) / (1 - low), self.m),
+            (self.p_phi + self.p_psi) / (1 + low) * mp.ellippi(-(middle - low) / (1 + low), self.m),
+        )
+        return sum(terms) / (self.A * self.w)
+
+    def theta(self, t):
+        low, middle, _ = self.roots
+        angle = self.w * t + (mp.ellipk(self.m) if self.upper else 0)
+        return mp.acos(low + (middle - low) * mp.ellipfun("sn", angle, m=self.m) ** 2)
+
+
+@cache
+def formulas():
+    return tuple(Formula(name) for name in NAMES)
+
+
+def form(formula):
+    return ht.Motion(formula.scene.top, formula.scene.start).form(100)
+
+
+@claimed("mpmath-period")
+def _():
+    return max(relative(form(x).period, x.period) for x in formulas())
+
+
+@claimed("mpmath-precession")
+def _():
+    return max(relative(form(x).precession, x.precession) for x in formulas())
+
+
+@claimed("mpmath-tilt")
+def _():
+    off = (
+        abs(mp.mpf(form(x)(form(x).ctx.mpf(t)).theta) - x.theta(mp.mpf(t)))
+        for x in formulas()
+        for t in TIMES
+    )
+    return max(off)
+
+
+@claimed("mpmath-tilt-run")
+def _():
+    scene = ht.load_scene("sicm-kicked", ["want.digits=30"])
+    run = ht.propagate(scene, formulation="axis")
+    truth = next(x for x in formulas() if x.name == "sicm-kicked")
+    return max(
+        abs(mp.mpf(str(s.theta)) - truth.theta(mp.mpf(str(s.t))))
+        for s in run.decimals.samples[1::100]
+    )
+
+
+finish()

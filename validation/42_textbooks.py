@@ -1,0 +1,106 @@
+"""What textbooks say in a formula: Landau & Lifshitz on the top, Gauss and Huygens on pendulums."""
+
+import math
+
+import mpmath
+import numpy as np
+from claim import claimed, finish
+
+import heavytop as ht
+
+mp = mpmath.MPContext()
+mp.dps = 50
+BOOK = {"A": "3.28e-4", "C": "6.60e-5", "gMR": "0.0456"}
+KIND = "uniform-precession"
+
+
+def certain(scene_top, omega3):
+    """The tags of a sleeping top, empty unless proved."""
+    verdict = ht.classify(scene_top, ht.State(theta=0, omega3=omega3))
+    return set(verdict.tags) if verdict.certified else set()
+
+
+@claimed("landau-sleeping")
+def _():
+    """p_psi^2 against 4 A gMR at A = gMR = 1, C = 1/2: omega3 = 4 exactly, and 1e-30 off it."""
+    top = ht.Top(A=1, C="1/2", gMR=1)
+    small = "1e-30"
+    cases = ((f"4+{small}", "stable"), ("4", "marginal"), (f"4-{small}", "unstable"))
+    return sum(tag not in certain(top, ht.Exact.of(text)) for text, tag in cases)
+
+
+def fast(omega3):
+    """Our period and precession of a fast top, over Landau's formulas, and p_psi^2/4A gMR."""
+    motion = ht.Motion(ht.Top(**BOOK), ht.State(theta="0.7", omega3=omega3)).form(30)
+    A, C, gMR = (mp.mpf(x) for x in BOOK.values())
+    p_psi = C * omega3
+    period, rate = 2 * mp.pi * A / p_psi, gMR / p_psi
+    found = mp.mpf(motion.period), mp.mpf(motion.precession) / mp.mpf(motion.period)
+    return found[0] / period, found[1] / rate, p_psi**2 / (4 * A * gMR)
+
+
+@claimed("landau-fast-period")
+def _():
+    period, _, ratio = fast(10**6)
+    return abs(period - 1) * ratio
+
+
+@claimed("landau-fast-precession")
+def _():
+    _, rate, ratio = fast(10**6)
+    return abs(rate - 1) * ratio
+
+
+SWING = {"theta": "2", "omega3": 0}  # from the upward vertical: pi - 2 from hanging
+PENDULUM = ht.Top(A="0.4", C="0.1", gMR="3")
+
+
+def gauss():
+    """The period of a swing, 2 pi sqrt(A/gMR) / agm(1, cos(amplitude/2))."""
+    amplitude = mp.pi - 2
+    return 2 * mp.pi * mp.sqrt(mp.mpf("0.4") / 3) / mp.agm(1, mp.cos(amplitude / 2))
+
+
+@claimed("gauss-pendulum")
+def _():
+    motion = ht.Motion(PENDULUM, ht.State(**SWING)).form(30)
+    return abs(2 * mp.mpf(motion.period) / gauss() - 1)  # a period of theta is half a swing
+
+
+@claimed("gauss-pendulum-run")
+def _():
+    """After five swings and a quarter it hangs, and moves fastest."""
+    end = float(gauss() * 21 / 4)
+    scene = ht.Scene(PENDULUM, ht.State(**SWING), time=end, quantities=("theta",))
+    axis = ht.propagate(scene)(end).axis
+    return math.hypot(float(axis[0]), float(axis[1]))
+
+
+@claimed("huygens-conical")
+def _():
+    """A conical pendulum turns at sqrt(gMR / A cos(angle from hanging))."""
+    rate = ht.Exact.of("sqrt(15)")  # sqrt(3/(0.4 cos(pi/3)))
+    start = ht.State(theta="2*pi/3", phidot=rate, omega3=0)
+    scene = ht.Scene(PENDULUM, start, time=3, quantities=("theta", "phi"))
+    run = ht.propagate(scene)
+    t = np.asarray(run.t)
+    motion = ht.Motion(PENDULUM, start).at(t)
+    angles = ((x.theta - 2 * math.pi / 3, x.phi - math.sqrt(15) * t) for x in (run, motion))
+    return max(float(np.max(np.abs(part))) for pair in angles for part in pair)
+
+
+@claimed("goldstein-rates")
+def _():
+    """Roots of A cos(theta) W^2 - p_psi W + gMR = 0 at theta = 0.1, omega3 = 140, and the kind."""
+    A, C, gMR = (mp.mpf(x) for x in BOOK.values())
+    c, p = mp.cos(mp.mpf("0.1")), C * 140
+    root = mp.sqrt(p**2 - 4 * A * gMR * c)
+    worst = 0.0
+    for which, rate in (("slow", (p - root) / (2 * A * c)), ("fast", (p + root) / (2 * A * c))):
+        start = ht.State.steady(ht.Top(**BOOK), theta="0.1", omega3=140, which=which)
+        worst = max(worst, float(abs(start.phidot.mpf(mp) / rate - 1)))
+        worst = max(worst, float(str(ht.classify(ht.Top(**BOOK), start).kind) != KIND))
+    return worst
+
+
+finish()

@@ -1,0 +1,140 @@
+"""Errors planted on purpose, and how many claims catch each.
+
+A copy of the sources gets one wrong sign, swapped moments, k for m or a lost turn; all claims are
+measured on it. With the word `write` the table goes to docs/validation.md.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+ROOT = Path(__file__).parents[1]
+SQUARED = "    mc = mc * (2 - mc)\n"  # m^2 where m is meant
+
+
+@dataclass(frozen=True)
+class Plant:
+    """One error: a file of the package, texts in it and what stands there instead."""
+
+    name: str
+    file: str
+    changes: tuple[tuple[str, str], ...]
+    quick: tuple[str, ...]  # claims that are measured soon, and catch it
+
+
+PLANTS = (
+    Plant(
+        "gravity upwards, in the Lagrangian",
+        "models/lagrangian.py",
+        ((".subs(g, gMR / (M * R_cm))", ".subs(g, -gMR / (M * R_cm))"),),
+        ("sympy-accelerations", "dop853-run-dropped", "dop853-run-upside-down"),
+    ),
+    Plant(
+        "gravity upwards, in the axis form",
+        "models/axis_form.py",
+        (("torque = -g *", "torque = g *"),),
+        ("gauss-pendulum-run", "huygens-conical", "dop853-run-kicked"),
+    ),
+    Plant(
+        "gravity upwards, in the closed form",
+        "theory/reduced.py",
+        (("ctx, gMR_ / A_, b", "ctx, -gMR_ / A_, b"),),
+        ("gauss-pendulum", "landau-fast-precession", "mpmath-period", "mpmath-tilt"),
+    ),
+    Plant(
+        "A and C exchanged, in the Lagrangian",
+        "models/lagrangian.py",
+        (("A * transverse / 2 + C * omega", "C * transverse / 2 + A * omega"),),
+        ("sympy-accelerations", "dop853-run-dropped", "dop853-run-upside-down"),
+    ),
+    Plant(
+        "A and C exchanged, in the closed form",
+        "theory/reduced.py",
+        (("A_, C_, gMR_, th, ph", "C_, A_, gMR_, th, ph"),),
+        ("gauss-pendulum", "landau-fast-period", "mpmath-period", "mpmath-tilt"),
+    ),
+    Plant(
+        "k for m, in the elliptic integrals",
+        "theory/elliptic.py",
+        (
+            ("    if not tangent:\n", SQUARED + "    if not tangent:\n"),
+            ("    return ctx.pi / (2 * ctx", SQUARED + "    return ctx.pi / (2 * ctx"),
+            ("    p, k = ctx.sqrt(p),", SQUARED + "    p, k = ctx.sqrt(p),"),
+        ),
+        ("mpmath-first", "mpmath-third", "mpmath-period", "gauss-pendulum"),
+    ),
+    Plant(
+        "turns lost, in the integrator",
+        "taylor/winding.py",
+        (("principal + 2 * np.pi * turns)", "principal)"),),
+        ("simo-wong-phi-run", "simo-wong-psi-run", "dop853-run-kicked"),
+    ),
+    Plant(
+        "a turn lost in every period, in the closed form",
+        "theory/nodding.py",
+        (("return self.halves[0].turn", "return self.halves[0].turn - 2 * self.ctx.pi"),),
+        ("landau-fast-precession", "mpmath-precession", "dop853-closed-form-kicked"),
+    ),
+)  # fmt: skip
+
+
+def planted(plant: Plant, folder: Path) -> None:
+    """Copy the package and its claims, with the error in the copy."""
+    ignored = shutil.ignore_patterns("__pycache__", "out")
+    shutil.copytree(ROOT / "src", folder / "src", ignore=ignored)
+    shutil.copytree(ROOT / "validation", folder / "validation", ignore=ignored)
+    path = folder / "src" / "heavytop" / plant.file
+    text = path.read_text("utf-8")
+    for old, new in plant.changes:
+        if text.count(old) != 1:
+            raise ValueError(f"{plant.file} holds {old!r} {text.count(old)} times")
+        text = text.replace(old, new)
+    path.write_text(text, "utf-8")
+
+
+def measured(folder: Path, names: Sequence[str]) -> list[dict]:
+    """Measure claims on the copy, as a user would."""
+    command = [sys.executable, "-m", "heavytop", "validate", "--json", "-q", *names]
+    here = os.environ | {"PYTHONPATH": str(folder / "src")}
+    found = subprocess.run(command, cwd=folder, env=here, capture_output=True, text=True)
+    if found.returncode not in (0, 5):
+        raise RuntimeError(found.stderr)
+    return json.loads(found.stdout)["claims"]
+
+
+def catch(plant: Plant, names: Sequence[str]) -> list[str]:
+    """Return the claims that do not hold on the copy with the error."""
+    with TemporaryDirectory(prefix="heavytop-plant-") as place:
+        planted(plant, Path(place))
+        return [each["id"] for each in measured(Path(place), names) if each["passed"] is False]
+
+
+def table(rows: list[tuple[Plant, list[str]]]) -> str:
+    """The plants as a table of the documentation."""
+    lines = ["| planted | caught by | for instance |", "|---|--:|---|"]
+    for plant, names in rows:
+        shown = ", ".join(f"`{name}`" for name in plant.quick)
+        lines.append(f"| {plant.name} (`{plant.file}`) | {len(names)} | {shown} |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Plant every error, measure every claim."""
+    rows = [(plant, catch(plant, ())) for plant in PLANTS]
+    print(table(rows))
+    if "write" in sys.argv[1:]:
+        from page import rewrite
+
+        rewrite("validation.md", "plants", table(rows))
+
+
+if __name__ == "__main__":
+    main()
