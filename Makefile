@@ -48,7 +48,7 @@ proofs: $(READY)
 
 # Every warning fails: a page that does not run, a command that ends badly, a name left out.
 docs: $(READY)
-	@$(tests_cache) $(BIN)/python -m sphinx -q -b html -W --keep-going -j 2 -d .cache/doctrees docs build/docs
+	@$(tests_cache) $(BIN)/python -m sphinx -q -b html -W --keep-going -E -d .cache/doctrees docs build/docs
 	@echo build/docs/index.html
 
 # --upgrade: without it pip-compile keeps every old pin that still fits.

@@ -148,6 +148,22 @@ def _():
     return worst
 
 
+@claimed("book-lagrangian")
+def _():
+    """The book's L, typed here, against that of our symbols at random states."""
+    from heavytop.models import lagrangian as ours
+    from heavytop.models.numeric import numpy_function
+
+    symbols = (ours.A, ours.C, ours.gMR, *ours.COORDINATES, *ours.VELOCITIES)
+    mine = numpy_function([ours.lagrangian()], symbols)
+    a, c, g, theta, phi, psi, tilt, turn, spin = np.random.default_rng(3).uniform(0.2, 3, (9, 500))
+    across = tilt**2 + turn**2 * np.sin(theta) ** 2
+    along = (spin + turn * np.cos(theta)) ** 2
+    book = a / 2 * across + c / 2 * along - g * np.cos(theta)
+    found = np.ravel(mine(a, c, g, theta, phi, psi, tilt, turn, spin))
+    return float(np.max(np.abs(found - book) / (a * across + c * along + g)))
+
+
 @claimed("book-figures")
 def _():
     wrong = 0

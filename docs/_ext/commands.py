@@ -2,7 +2,8 @@
 
 A command is an indented line, or a line of a ```sh block, that begins with `heavytop`. What takes
 long on purpose is run with less to do (`LESS`): the same verb and options, smaller numbers. What
-cannot be run here carries `<!-- not run: why -->` on the line before its block.
+cannot be run here carries `<!-- not run: why -->` on the line before its block. Sessions in
+```console blocks, with their files and mistakes, are replayed by tests/contract/test_transcript.py.
 """
 
 from __future__ import annotations
@@ -16,10 +17,11 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 from sphinx.util import logging
 
@@ -99,6 +101,25 @@ def faults(page: str, commands: list[list[str]]) -> list[str]:
         return [f"{shlex.join(words)}\n{wrong}" for words, wrong in found if wrong]
 
 
+@dataclass(frozen=True, slots=True)
+class Run:
+    """The commands of one page as they are run, and a name for them."""
+
+    page: str
+    commands: list[list[str]]
+
+    @classmethod
+    def of(cls, page: str, source: Path) -> Self:
+        """Those that a page shows, each once."""
+        commands = dict.fromkeys(shown(source.read_text("utf-8")))
+        return cls(page, [less(each) for each in commands])
+
+    @property
+    def key(self) -> str:
+        """The same for the same page and commands."""
+        return sha256(repr((self.page, self.commands)).encode()).hexdigest()
+
+
 def sources(env: BuildEnvironment) -> dict[str, Path]:
     """The pages and the README."""
     return {page: env.doc2path(page) for page in sorted(env.found_docs)} | {
@@ -106,31 +127,31 @@ def sources(env: BuildEnvironment) -> dict[str, Path]:
     }
 
 
-def run_all(app: Sphinx, env: BuildEnvironment) -> None:
-    """Run the commands of every page that has not passed in this state of the code."""
-    record = Path(app.config.nb_execution_cache_path) / "commands.json"
-    passed = set(json.loads(record.read_text())) if record.exists() else set()
-    wanted = {
-        page: [less(each) for each in shown(path.read_text("utf-8"))]
-        for page, path in sources(env).items()
-    }
-    keys = {
-        page: sha256(repr((page, words)).encode()).hexdigest() for page, words in wanted.items()
-    }
-    left = [page for page, words in wanted.items() if words and keys[page] not in passed]
-    with ThreadPoolExecutor(2) as pool:
-        results = dict(
-            zip(left, pool.map(lambda page: faults(page, wanted[page]), left), strict=True)
-        )
-    for page, wrong in results.items():
-        for each in wrong:
-            logger.warning("%s shows a command that fails: %s", page, each)
-    passed |= {keys[page] for page, wrong in results.items() if not wrong}
-    record.write_text(json.dumps(sorted(passed)))
-    logger.info("%d commands are shown; run now: %s", sum(map(len, wanted.values())), left)
+def begin(app: Sphinx, env: BuildEnvironment, docnames: list[str]) -> None:
+    """Start on the commands of every page that has not passed in this state of the code.
+
+    They run while pages are executed; those of one page in their order.
+    """
+    path = Path(app.config.nb_execution_cache_path) / "commands.json"
+    passed = set(json.loads(path.read_text())) if path.exists() else set()
+    runs = [Run.of(page, source) for page, source in sources(env).items()]
+    left = [run for run in runs if run.commands and run.key not in passed]
+    pool = ThreadPoolExecutor(2)
+    found = [(run, pool.submit(faults, run.page, run.commands)) for run in left]
+    app.connect("env-check-consistency", lambda *_: finish(path, passed, found))
+
+
+def finish(path: Path, passed: set[str], found: list[tuple[Run, Future[list[str]]]]) -> None:
+    """Say which commands failed, and remember the pages all of whose commands did not."""
+    for run, result in found:
+        for each in result.result():
+            logger.warning("%s shows a command that fails: %s", run.page, each)
+        if not result.result():
+            passed.add(run.key)
+    path.write_text(json.dumps(sorted(passed)))
 
 
 def setup(app: Sphinx) -> dict[str, object]:
     """Enter the extension."""
-    app.connect("env-check-consistency", run_all)
+    app.connect("env-before-read-docs", begin)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from docutils import nodes
-from freshness import digest
 from jupyter_cache import get_cache
 from sphinx.util import logging
 
@@ -78,20 +77,25 @@ def is_part(container: nodes.container, name: str) -> bool:
     return container.get("nb_element") == name
 
 
-def be_quiet() -> None:
-    """Let kernels and those who start them tell of errors only, not of every start."""
+# A kernel tells of errors only, and sends what a cell prints at its end, in one piece.
+KERNEL = """c = get_config()
+c.IPKernelApp.log_level = 40
+from ipykernel.iostream import OutStream
+OutStream.flush_interval = 3600.0
+"""
+
+
+def configure_kernels() -> None:
+    """Write the kernels' configuration, and quieten those who start them."""
     profile = Path(os.environ["IPYTHONDIR"]) / "profile_default"
     profile.mkdir(parents=True, exist_ok=True)
-    (profile / "ipython_kernel_config.py").write_text(
-        "c = get_config()\nc.IPKernelApp.log_level = 40\n"
-    )
-    for name in ("traitlets", "nbclient", "jupyter_cache"):
-        stdlib_logging.getLogger(name).setLevel(stdlib_logging.WARNING)
+    (profile / "ipython_kernel_config.py").write_text(KERNEL)
+    stdlib_logging.getLogger("traitlets").setLevel(stdlib_logging.ERROR)
 
 
 def open_cache(app: Sphinx) -> None:
-    """Make the cache before pages are read in parallel; drop those of other states of the code."""
-    be_quiet()
+    """Make the cache of this state of the code; drop those of others."""
+    configure_kernels()
     here = Path(app.config.nb_execution_cache_path)
     for other in here.parent.glob("[0-9a-f]*"):
         if other != here:
@@ -102,7 +106,6 @@ def open_cache(app: Sphinx) -> None:
 
 def setup(app: Sphinx) -> dict[str, object]:
     """Enter the extension."""
-    app.add_config_value("heavytop_state", digest(), "env")  # another state: read everything anew
     app.connect("builder-inited", open_cache)
     app.connect("source-read", to_cells)
     app.connect("doctree-read", compare)

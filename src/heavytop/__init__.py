@@ -5,6 +5,7 @@ Names are imported when they are first used, so that ``import heavytop`` costs n
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -194,7 +195,8 @@ def __getattr__(name: str) -> Any:
         value = getattr(import_module(f"heavytop.{_HOMES[name]}"), name)
         globals()[name] = value  # the function, not the module of the same name
         return value
-    raise AttributeError(f"module 'heavytop' has no attribute '{name}'")
+    module = sys.modules[__name__]  # with it Python says which name may have been meant
+    raise AttributeError(f"module 'heavytop' has no attribute '{name}'", name=name, obj=module)
 
 
 def __dir__() -> list[str]:

@@ -34,6 +34,16 @@ _ENDINGS: dict[Outcome, Ending] = {
 def load_trajectory(path: str | os.PathLike[str]) -> Trajectory:
     """Read a trajectory from a netCDF file that `Trajectory.save` wrote.
 
+    Parameters
+    ----------
+    path : path
+        The file, ``trajectory.nc`` in the folder of a run.
+
+    Returns
+    -------
+    Trajectory
+        The same bits; it can be asked for any time, and continued by `extend`.
+
     Raises
     ------
     ForeignFile

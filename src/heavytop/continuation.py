@@ -34,6 +34,12 @@ def extend(
     samples : int, optional
         Samples between the old end and the new one; by default they go on at the old distance.
     progress : callable, optional
+        Called with the fraction done, after each block of steps.
+
+    Returns
+    -------
+    Trajectory
+        From the old start to the new end, with the samples and events of both parts.
 
     Raises
     ------

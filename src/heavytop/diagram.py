@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from math import atan2, pi, sqrt
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -70,6 +70,9 @@ class Steady(NamedTuple):
     p_phi: Array
     E_prime: Array
     fast: npt.NDArray[np.bool_]
+
+
+NEAREST: Final = 1e-7  # of gMR: a shallower thread cannot be gone around in doubles in any time
 
 
 @dataclass(frozen=True)
@@ -315,6 +318,9 @@ class EnergyMomentum:
             if not self.isolated:
                 why = "below the threshold p_psi^2 = 4 A |gMR|: nothing is there to go around"
                 raise ImpossibleStart([("p_psi", why)])
+            if self.depth < NEAREST * abs(float(self.top.gMR)):
+                why = f"farther below the threshold: the thread is but {self.depth:.3g} J deep"
+                raise ImpossibleStart([("p_psi", why)])
             loop = self.around(self.room / 2)
         return followed(self._stop, loop, points)
 
@@ -358,6 +364,10 @@ def energy_momentum(top: Top, p_psi: Number) -> EnergyMomentum:
         What spins.
     p_psi : number
         Momentum about the symmetry axis, p_ψ = C ω3 [kg m² s⁻¹].
+
+    Returns
+    -------
+    EnergyMomentum
 
     Raises
     ------

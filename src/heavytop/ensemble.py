@@ -103,6 +103,7 @@ def propagate_many(
     formulation: str = "axis",
     events: tuple[str, ...] = (),
     step_limit: int | None = None,
+    longest: ArrayLike = np.inf,
     jobs: int | None = None,
 ) -> Ensemble:
     """Integrate many tops in double precision, each over its own span.
@@ -123,6 +124,9 @@ def propagate_many(
         Which zeros to find: turning, reversal.
     step_limit : int, optional
         Steps after which a top is given up; those that share its registers are, too.
+    longest : array_like
+        The longest step [s]. A step longer than the half of a nutation may pass over a turning
+        point next to a start on one.
     jobs : int, optional
         Threads; by default one per processor. The results do not depend on it.
 
@@ -159,14 +163,15 @@ def propagate_many(
     if psidot is not None and omega3 is not None:
         raise ImpossibleStart(broken_spin(("psidot", "omega3")))
     spin = psidot if omega3 is None else omega3
-    given = (A, C, gMR, theta, phi, psi, thetadot, phidot, 0.0 if spin is None else spin, time)
+    rate = 0.0 if spin is None else spin
+    given = (A, C, gMR, theta, phi, psi, thetadot, phidot, rate, time, longest)
     shape, columns = _columns(given)
-    *start, end = columns
+    *start, end, bounds = columns
     if omega3 is not None:
         start[8] = start[8] - start[7] * np.cos(start[3])
     form = LADDER[formulation].build(None)
     states, parameters = _binary(form, start)
-    arrived = _arrived(form, events, states, parameters, end, step_limit, jobs)
+    arrived = _arrived(form, events, states, parameters, (end, bounds), step_limit, jobs)
     return Ensemble(
         shape, form, parameters, events, end, arrived.states, arrived.ending, arrived.zeros
     )
@@ -197,18 +202,20 @@ def _start_function(form: Formulation) -> Any:
 
 def _arrived(
     form: Formulation, events: tuple[str, ...], states: Array, parameters: dict[str, Array],
-    end: Array, step_limit: int | None, jobs: int | None,
+    spans: tuple[Array, Array], step_limit: int | None, jobs: int | None,
 ) -> Arrived:  # fmt: skip
     """All tops at their ends, in equal shares for the threads."""
 
     def share(part: slice) -> Arrived:
         engine = batch_integrator(form, events, EPSILON)
         used = [parameters[name][part] for name in engine.parameters]
-        return engine.run(states[part], np.stack(used, axis=-1), end[part], step_limit)
+        end, longest = (each[part] for each in spans)
+        return engine.run(states[part], np.stack(used, axis=-1), end, step_limit, longest)
 
-    count = max(1, min(jobs or os.cpu_count() or 1, end.size // 64))
-    bounds = np.linspace(0, end.size, count + 1).astype(int) // 64 * 64  # whole batches
-    bounds[-1] = end.size
+    size = spans[0].size
+    count = max(1, min(jobs or os.cpu_count() or 1, size // 64))
+    bounds = np.linspace(0, size, count + 1).astype(int) // 64 * 64  # whole batches
+    bounds[-1] = size
     parts = [slice(*pair) for pair in pairwise(bounds)]
     if count == 1:
         return share(parts[0])

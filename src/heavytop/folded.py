@@ -158,6 +158,11 @@ def fold(scene: Scene, digits: int | None = None) -> Folded:
     digits : int, optional
         Decimal digits wanted, at least 16; by default the scene's.
 
+    Returns
+    -------
+    Folded
+        The motion at any time, and where its digits end.
+
     Raises
     ------
     BadScene
@@ -169,10 +174,10 @@ def fold(scene: Scene, digits: int | None = None) -> Folded:
     Accuracy: ``tests/two_ways/test_folding.py`` holds axis, phi_mod and psi_mod to 1e-13 of the
     closed form 1e12 periods from the start, for every shipped scene that has a period.
     """
+    motion = closed_form_of(scene)
     if faults := tuple(_too_far_round(scene)):
         raise BadScene(faults)
     wanted = max(LEAST_FOLDED, scene.digits if digits is None else digits)
-    motion = closed_form_of(scene)
     course = motion.proved.course
     if course == "steady":
         span(scene, motion)  # refuses periods

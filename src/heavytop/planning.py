@@ -15,7 +15,7 @@ from heavytop.exact import PI
 from heavytop.models.ladder import LADDER
 from heavytop.motion import Motion
 from heavytop.names import nearest
-from heavytop.scene import Scene
+from heavytop.scene import Scene, no_scene
 from heavytop.state import State
 from heavytop.taylor.bits import DOUBLE, named
 from heavytop.taylor.projection import why_not
@@ -85,6 +85,11 @@ def plan(scene: Scene, formulation: str = "auto", *, projected: bool = False) ->
         ``auto`` or the name of a formulation: axis, attitude, cubic, routh, subsystem, lagrange.
     projected : bool
         Whether the state is put back onto the invariants of the start, between blocks of steps.
+
+    Returns
+    -------
+    Plan
+        The formulation, its precision and tolerance, with the reasons.
 
     Raises
     ------
@@ -198,7 +203,15 @@ def _projected(scene: Scene, found: Plan) -> Plan:
 
 
 def closed_form_of(scene: Scene) -> Motion:
-    """Return the closed form of a scene's motion; the last few are remembered."""
+    """Return the closed form of a scene's motion; the last few are remembered.
+
+    Raises
+    ------
+    BadScene
+        It is no `Scene`, but a name, say.
+    """
+    if not isinstance(scene, Scene):
+        raise no_scene(scene, "heavytop")
     return _motion(scene.top, scene.start)
 
 

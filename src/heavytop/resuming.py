@@ -42,6 +42,11 @@ def resume(
     progress : callable, optional
         It is given a `heavytop.ledger.Progress` after every piece of work.
 
+    Returns
+    -------
+    Drift or Atlas
+        The study, whole.
+
     Raises
     ------
     ForeignFile

@@ -151,6 +151,10 @@ def load_scene(name_or_path: str | os.PathLike[str], overrides: Sequence[str] = 
         Changes such as ``"start.phidot=-14"``. span.time and span.periods displace each other,
         and so do start.psidot and start.omega3.
 
+    Returns
+    -------
+    Scene
+
     Raises
     ------
     BadScene
@@ -187,6 +191,12 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
     if scene is None or faults:
         raise BadScene(tuple(sorted((*faults, *more_faults), key=lambda fault: fault.line or 0)))
     return scene
+
+
+def no_scene(what: object, verb: str) -> BadScene:
+    """What is raised where something that is no scene, such as a name, is given to a function."""
+    value, hint = scene_text.shown(what), "load_scene gives one by its name"
+    return BadScene((Fault(verb, None, "scene", value, "a Scene", hint),))
 
 
 def shipped_scenes() -> dict[str, str]:

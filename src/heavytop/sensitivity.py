@@ -77,6 +77,11 @@ def sensitivities(scene: Scene, formulation: str = "axis") -> Sensitivities:
     formulation : str
         The name of the formulation whose variational equations are integrated.
 
+    Returns
+    -------
+    Sensitivities
+        By name of each number of the top and the start [of the quantity per unit of the number].
+
     Raises
     ------
     BadScene

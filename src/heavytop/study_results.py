@@ -155,7 +155,7 @@ def write_atlas(
             from heavytop.report.atlas_figure import atlas_figure
 
             files |= _saved("atlas", atlas_figure(found), place)
-        write_document(place / files["document"], found.document(files=files))
+        write_document(place / files["document"], found.document(costs=False, files=files))
     return files
 
 

@@ -78,6 +78,11 @@ def state_transition(
     t : array_like, optional
         Times since the start, of either sign, in any order [s]; by default the scene's samples.
 
+    Returns
+    -------
+    Transition
+        Matrices of shape (k, n, n) for k times and n states.
+
     Raises
     ------
     BadScene

@@ -62,7 +62,24 @@ class Errors:
 
 
 def run_errors(trajectory: Trajectory) -> Errors:
-    """Return the errors of a trajectory against the closed form of its own binary start."""
+    """The errors of a trajectory against the closed form of its own binary start.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+
+    Returns
+    -------
+    Errors
+        The largest at the samples and at times spread over the last period; None where there is
+        nothing to hold a quantity against.
+
+    Examples
+    --------
+    >>> import heavytop as ht
+    >>> run_errors(ht.propagate(ht.load_scene("sicm-kicked"))).theta < 1e-13
+    True
+    """
     if trajectory.decimals is not None:
         from heavytop.decimal_witness import rounded_errors
 

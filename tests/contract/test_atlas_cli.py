@@ -68,6 +68,8 @@ def test_shards_are_joined(tmp_path):
         assert part.exit_code == 0
         assert list(json.loads(part.stdout)["files"].values()) == ["atlas.json"]
     assert "--merge" in part.stderr
+    part = run("--merge", tmp_path / "1", "-o", tmp_path / "part")
+    assert part.exit_code == 4
     whole = run("--merge", tmp_path / "1", tmp_path / "2", "-o", tmp_path / "all", "--json")
     assert whole.exit_code == 0
     assert sum(json.loads(whole.stdout)["counts"].values()) == 1500**2
@@ -118,6 +120,9 @@ def test_the_energy_momentum_diagram(tmp_path):
         (("no-such-scene", *AXES), 3, "no shipped scene"),
         (("sicm-kicked", "sicm-dropped", *AXES), 2, "one scene"),
         (("--merge", "nowhere"), 2, "-o"),
+        (("--merge", "nowhere", "-o", "out", "--shard", "1/2"), 2, "not together with --merge"),
+        (("sicm-kicked", "--energy-momentum", *AXES), 2, "not together with --energy-momentum"),
+        (("sicm-kicked", *AXES, "--set", "start.omega3=9"), 2, "axis psidot sets the spin"),
         (("--merge", "nowhere", "-o", "out"), 6, "nowhere"),
         (("sicm-kicked", "--x", "phidot=0:1:90000", "--y", "psidot=0:1:90000"), 2, "GB are needed"),
         (("sicm-kicked", "--set", "start.theta=9", *AXES), 2, "start.theta"),

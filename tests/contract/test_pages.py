@@ -28,6 +28,7 @@ PAGES = {  # and how many blocks of each are run
     "drift.md": 1,
     "keeping.md": 3,
     "atlas.md": 1,
+    "validation.md": 1,
     "energy-momentum.md": 5,
     "rows.md": 2,
     "work-precision.md": 1,

@@ -25,8 +25,9 @@ CHANGED = """\
 {what} changed.
   gone:  {gone}
   added: {added}
-If that is meant, write it into tests/contract/public_names.txt and note it in CHANGELOG.md: what is
-gone, or takes something else, breaks the programs of others."""
+If that is meant, note it in CHANGELOG.md (what is gone, or takes something else, breaks the
+programs of others) and freeze it:
+python tests/contract/test_public_names.py > tests/contract/public_names.txt"""
 
 
 def taken(function):
@@ -99,3 +100,7 @@ def test_a_change_says_what_and_where_to_note_it():
 
 def test_what_is_frozen_says_what_changes():
     assert taken(lambda a, b=1, *, c, d=2: None) == "a, b=, *, c, d="
+
+
+if __name__ == "__main__":
+    print(*names_now(), *verbs_now(), sep="\n")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import os
+import select
 import shutil
 import subprocess
 import sys
@@ -30,7 +31,7 @@ FLAGS = (
     "--host-resolver-rules=MAP * ~NOTFOUND", "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader", "--remote-debugging-pipe", "--window-size=1280,1000",
 )  # fmt: skip
-FIRST, SECOND = 30.0, 0.1  # how long is waited for something, and between looks [s]
+FIRST, SECOND = 60.0, 0.1  # how long is waited for something, and between looks [s]
 # The browser reads from descriptor 3 and writes to 4.
 START = """
 import os, sys
@@ -75,10 +76,12 @@ class Browser:
             if found.get("id") == self.number:
                 assert "error" not in found, found
                 return found["result"]
+            assert found.get("method") != "Page.javascriptDialogOpening", "a title was run"
             self.heard.append(found)
 
     def _read(self):
         while b"\0" not in self.rest:
+            assert select.select([self.inward], [], [], FIRST)[0], "the browser says nothing"
             part = os.read(self.inward, 1 << 20)
             assert part, "the browser has gone"
             self.rest += part

@@ -14,6 +14,7 @@ from heavytop.atlases.columns import SETS, Columns, unpacked
 from heavytop.atlases.plane import Tile
 from heavytop.atlases.study import Study
 from heavytop.errors import ForeignFile
+from heavytop.kinds.kind import Kind
 from heavytop.kinds.many import Verdicts
 from heavytop.ledger import Book
 
@@ -48,9 +49,12 @@ class Differing(NamedTuple):
     margin: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Atlas:
     """A plane of tops and what kind of motion each of its pixels is.
+
+    ``atlas["period"]`` is a column, as an array of shape (y, x); `counts` and `details` say how
+    many pixels there are of each kind, `curves` are the boundaries, `to_xarray()` is all of it.
 
     Attributes
     ----------
@@ -68,6 +72,11 @@ class Atlas:
     book: Book
     tasks: tuple[str, ...]
     jobs: int = 1
+
+    def __repr__(self) -> str:
+        y, x = self.study.plane.shape
+        axes = f"{self.study.plane.y.name} × {self.study.plane.x.name}, {y} × {x} pixels"
+        return f"<Atlas: {axes}: {', '.join(f'{n} {name}' for name, n in self.counts.items())}>"
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -87,6 +96,15 @@ class Atlas:
             for name, count in row["counts"].items():
                 found[name] += count
         return {name: count for name, count in found.items() if count}
+
+    @cached_property
+    def details(self) -> dict[str, int]:
+        """How many pixels there are of each kind that is told apart further."""
+        found: dict[str, int] = {}
+        for _, row in self._rows():
+            for name, count in row["details"].items():
+                found[name] = found.get(name, 0) + count
+        return found
 
     @cached_property
     def sent(self) -> int:
@@ -114,9 +132,18 @@ class Atlas:
 
     @cached_property
     def differing(self) -> tuple[Differing, ...]:
-        """The pixels whose integrated kind is another one, the largest margin first."""
+        """The pixels whose integrated kind is another one, the largest margin first.
+
+        Those that a run cannot tell are not among them: `untold` counts these.
+        """
         found = [each for tile, columns in self.tiles() for each in self._differing(tile, columns)]
         return tuple(sorted(found, key=lambda each: -each.margin))
+
+    @cached_property
+    def untold(self) -> int:
+        """How many pixels a run cannot tell: what decides is below its own error."""
+        code = self.names.index(Kind.UNDECIDED)
+        return sum(int((columns["integrated"] == code).sum()) for _, columns in self.tiles())
 
     @property
     def unexplained(self) -> tuple[Differing, ...]:
@@ -124,7 +151,15 @@ class Atlas:
         return tuple(each for each in self.differing if each.margin > ROUNDING)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """A column, shape (y, x): with several, `tiles` needs less memory."""
+        """A column, shape (y, x): with several, `tiles` needs less memory.
+
+        Raises
+        ------
+        KeyError
+            It has no such column.
+        """
+        if name not in SETS[self.study.what]:
+            raise KeyError(f"{name!r}: this atlas has {', '.join(SETS[self.study.what])}")
         dtype = SETS[self.study.what][name].dtype
         whole = np.full(self.study.plane.shape, *_nothing(dtype, name))
         for tile, columns in self.tiles():
@@ -136,7 +171,9 @@ class Atlas:
         for tile, row in self._rows():
             yield tile, unpacked(row["columns"], self.study.what, tile.shape)
 
-    def document(self, *, files: Mapping[str, str] | None = None) -> dict[str, Any]:
+    def document(
+        self, *, costs: bool = True, files: Mapping[str, str] | None = None
+    ) -> dict[str, Any]:
         """Return what was found, for JSON; the map itself is in ``atlas.nc``."""
         plane, rate, what = self.study.plane, self.per_s, self.study.what
         document = {
@@ -146,6 +183,7 @@ class Atlas:
             "shape": list(plane.shape),
             "what": what,
             "counts": self.counts,
+            "details": self.details,
             "sent": self.sent,
             "uncertified": self.uncertified,
             "kinds_per_s": rate,
@@ -156,8 +194,12 @@ class Atlas:
             "curves": [each.document() for each in self.curves],
             "files": dict(files or {}),
         }
+        if not costs:  # what is written holds no wall-clock values
+            for name in ("kinds_per_s", "rows_per_s", "tops_per_s", "jobs"):
+                del document[name]
         if what == "integrate":
             document["differing"] = len(self.differing)
+            document["untold"] = self.untold
             document["unexplained"] = len(self.unexplained)
             document["pixels"] = [each._asdict() for each in self.differing[:LISTED]]
         return document
@@ -185,7 +227,8 @@ class Atlas:
     def _differing(self, tile: Tile, columns: Columns) -> Iterator[Differing]:
         x, y = self.study.plane.values
         kind, run = columns["kind"], columns["integrated"]
-        for row, column in np.argwhere(kind != run).tolist():
+        told = run != self.names.index(Kind.UNDECIDED)
+        for row, column in np.argwhere((kind != run) & told).tolist():
             yield Differing(
                 float(x[tile.columns.start + column]), float(y[tile.rows.start + row]),
                 self.names[kind[row, column]], self.names[run[row, column]],
@@ -220,6 +263,8 @@ def checked_row(book: Book, task: str, k: int, row: Mapping[str, Any]) -> Mappin
         and all(name in Verdicts.names and type(n) is int and n >= 0 for name, n in counts.items())
         and all(type(row.get(name)) is int for name in ("sent", "uncertified"))
         and isinstance(row.get("columns"), dict)
+        and isinstance(row.get("details"), dict)
+        and all(type(n) is int and n >= 0 for n in row["details"].values())
     )
     if not sound:
         raise ForeignFile(f"{book.origin(task, k)}: not the row of a tile")

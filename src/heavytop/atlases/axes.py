@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -139,13 +140,22 @@ class Axis:
     @property
     def values(self) -> NDArray[np.float64]:
         """The values, increasing: of a linear axis each the double nearest the exact one."""
-        low, high, last = _fraction(self.low), _fraction(self.high), self.count - 1
-        if not self.log:
-            ends = ((low * (last - k) + high * k) / last for k in range(self.count))
-            return np.fromiter(map(float, ends), np.float64, self.count)
-        values = float(low) * float(high / low) ** (np.arange(self.count) / last)
+        return _values(self)
+
+
+@lru_cache(maxsize=8)
+def _values(axis: Axis) -> NDArray[np.float64]:
+    low, high, last = _fraction(axis.low), _fraction(axis.high), axis.count - 1
+    if axis.log:
+        values = float(low) * float(high / low) ** (np.arange(axis.count) / last)
         values[0], values[-1] = float(low), float(high)
-        return np.asarray(values)
+    else:  # a quotient of integers is rounded once
+        first, step = low.numerator * high.denominator, high.numerator * low.denominator
+        under = low.denominator * high.denominator * last
+        ends = ((first * (last - k) + step * k) / under for k in range(axis.count))
+        values = np.fromiter(ends, np.float64, axis.count)
+    values.setflags(write=False)
+    return values
 
 
 def _fraction(x: Exact) -> Fraction:

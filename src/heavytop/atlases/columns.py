@@ -38,11 +38,11 @@ ROWS: Final = CODES | {
     "theta_max": Column("<f8", "rad", "largest tilt"),
     "period": Column("<f8", "s", "nutation period; nan where nothing nutates"),
     "precession": Column("<f8", "rad", "advance of φ in a nutation period"),
+    "spin": Column("<f8", "rad", "advance of ψ in a nutation period"),
 }
 """By default."""
 
-INTEGRATED: Final = CODES | {
-    "margin": ROWS["margin"],
+INTEGRATED: Final = ROWS | {
     "integrated": Column("u1", "", "kind of motion, told by the events of a run"),
 }
 """With ``integrate=True``."""

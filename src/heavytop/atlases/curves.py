@@ -92,6 +92,13 @@ class Momenta:
         return 2 * np.sin(self.top["theta"] / 2) ** 2
 
     @property
+    def possible(self) -> Any:
+        """Where a top and a start have such numbers."""
+        A, C, theta = self.top["A"], self.top["C"], self.top["theta"]
+        moves = np.isfinite(self.kinetic + self.p_psi)
+        return moves & (A > 0) & (C > 0) & (2 * A >= C) & (theta >= 0) & (theta <= np.pi)
+
+    @property
     def swings(self) -> Any:
         """Where the axis does not rest on the vertical."""
         return (np.sin(self.top["theta"]) > 1e-12) | (self.top["thetadot"] != 0)
@@ -110,6 +117,8 @@ class Momenta:
 def _cusp(m: Momenta) -> Terms:
     """E' p_ψ = gMR p_φ, between the poles, where gMR p_ψ cosθ is on both sides."""
     inside = abs(m.p_phi) < abs(m.p_psi)
+    if not np.any(m.across):  # let go without φ̇: what is squared in E′ touches zero
+        return Terms(m.top["thetadot"], 0 * m.p_psi, inside)
     return Terms(m.kinetic * m.p_psi, -m.top["gMR"] * m.across, inside)
 
 
@@ -197,13 +206,30 @@ class _Mesh:
                 yield Curve(name, *self._places(i[part], j[part]))
 
     def points(self) -> Iterator[Curve]:
-        """The separatrix where it is a point: E' = gMR on the curve p_φ = p_ψ."""
+        """The boundaries that are points of this plane.
+
+        They are the separatrix, E' = gMR on the curve p_φ = p_ψ, and the threshold of sleep, which
+        lies on an edge where θ = 0.
+        """
+        yield from self._asleep()
         for i, j in self._lines("through-top"):
             lift = np.broadcast_to(self._momenta(i, j).lift, i.shape)
             for k in np.flatnonzero(lift[1:] * lift[:-1] < 0).tolist():
                 share = lift[k] / (lift[k] - lift[k + 1])
                 here = (np.atleast_1d(s[k] + share * (s[k + 1] - s[k])) for s in (i, j))
                 yield Curve("separatrix", *self._places(*here))
+
+    def _asleep(self) -> Iterator[Curve]:
+        steps, edge = np.arange(MESH, dtype=np.float64), np.zeros(MESH)
+        for axis, at in ((self.plane.x, (edge, steps)), (self.plane.y, (steps, edge))):
+            if axis.name != "theta" or axis.low.sign() != 0:
+                continue
+            terms = BOUNDARIES["sleeping"](self._momenta(*at))
+            value, where = np.broadcast_arrays(terms.one + terms.other, terms.where)
+            for k in np.flatnonzero((value[1:] * value[:-1] < 0) & where[1:] & where[:-1]).tolist():
+                share = value[k] / (value[k] - value[k + 1])
+                here = (np.atleast_1d(s[k] + share * (s[k + 1] - s[k])) for s in at)
+                yield Curve("sleeping", *self._places(*self._sharp("sleeping", *here)))
 
     def _lines(self, name: str) -> Iterator[tuple[Array, Array]]:
         """The zeros of a function, as lines of places."""
@@ -212,7 +238,8 @@ class _Mesh:
         terms = self._wide(BOUNDARIES[name], self.momenta)
         if not terms.where.any() or _vanishes(terms):
             return
-        value = np.ma.masked_invalid(terms.one + terms.other)
+        possible = np.broadcast_to(self.momenta.possible, self.shape)
+        value = np.ma.masked_invalid(np.where(possible, terms.one + terms.other, np.nan))
         for line in contour_generator(z=value).lines(0.0):
             yield self._sharp(name, *np.asarray(line).T)
 

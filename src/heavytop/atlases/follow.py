@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from typing import Any
 
 from heavytop.atlases.columns import packed
 from heavytop.atlases.study import Study
-from heavytop.atlases.tiles import counts, tile_of
+from heavytop.atlases.tiles import counts, details, tile_of
 from heavytop.errors import ForeignFile
 from heavytop.ledger import Piece
+from heavytop.ledger.canonical import canonical
 
 
 def tasks(identity: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the names of the tiles of a study."""
     return tuple(Study.of(identity).tiles)
+
+
+@lru_cache(maxsize=2)
+def _study(identity: str) -> Study:
+    """The study of an identity as text; a worker is asked for one tile after the other."""
+    return Study.of(json.loads(identity))
 
 
 def follow(
@@ -43,10 +52,11 @@ def follow(
     if checkpoint is not None:
         raise ForeignFile("checkpoint: a tile has none before its end")
     began = time.perf_counter()
-    study = Study.of(identity)
+    study = _study(canonical(dict(identity)))
     found = tile_of(study.plane, study.tiles[task], study.what)
     row = {
         "counts": counts(found.columns),
+        "details": details(found.columns),
         "sent": found.sent,
         "uncertified": int((found.columns["certified"] == 0).sum()),
         "columns": packed(found.columns),

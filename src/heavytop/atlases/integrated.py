@@ -18,11 +18,15 @@ from heavytop.kinds.kind import Kind
 
 Array = NDArray[np.float64]
 
-SPAN: Final = 1.05  # nutation periods: from a turning point both others are met
+SPAN: Final = 1.55  # nutation periods: one turning point at least is met twice
+PART: Final = (
+    5  # steps are no longer than such a part of a period: none passes over a turning point
+)
 STEPS: Final = 10_000
 POLE: Final = 1e-12  # rad: nearer the axis cannot be told from the vertical
-REST: Final = 1e-12  # of the largest rate at a turning point: less is none
-LEVEL: Final = 1e-10  # rad: a nutation smaller than that is rounding
+REST: Final = 1e-12  # of φ̇, and of φ̇ sin²θ, at the other turning point: less is none
+LEVEL: Final = 1e-12  # rad: a nutation smaller than that is rounding
+DOUBT: Final = 20  # times what a run differs from itself, a period later, is no more than rounding
 
 
 def integrated(tops: Mapping[str, Any], period: Array) -> Codes:
@@ -45,28 +49,39 @@ def integrated(tops: Mapping[str, Any], period: Array) -> Codes:
     numbers: dict[str, Any] = {
         name: np.broadcast_to(each, shape).ravel() for name, each in tops.items()
     }
-    time = SPAN * np.where(np.isfinite(period), period, 1.0).ravel()
-    run = propagate_many(**numbers, time=time, events=("turning",), step_limit=STEPS, jobs=1)
+    once = np.where(np.isfinite(period), period, 1.0).ravel()
+    run = propagate_many(
+        **numbers, time=SPAN * once, longest=once / PART, events=("turning",), step_limit=STEPS,
+        jobs=1,
+    )  # fmt: skip
     return _told(run, numbers).reshape(shape)
 
 
 def _told(run: Ensemble, start: Mapping[str, Array]) -> Codes:
     """Codes of kinds of a row of runs; later words go over earlier ones."""
     low, high = _turnings(run, start)
-    rates = np.sort(abs(np.stack((low.phidot, high.phidot))), axis=0)
-    level = (low.met == 0) | (high.theta - low.theta <= LEVEL)
-    found = np.full(run.end.size, NAMES.index(Kind.WAVES), np.uint8)
+    sorts = (low, high)
+    off_theta = DOUBT * np.fmax(low.off_theta, high.off_theta)
+    untold = np.logical_or(*(abs(each.phidot) <= DOUBT * each.off_phidot for each in sorts))
+    rest = np.logical_and(*(_at_rest(*pair) for pair in (
+        (low.phidot, high.phidot), (low.across, high.across))))  # fmt: skip
+    alone = low.met == 0
+    nod = np.where(alone, 0.0, high.theta - low.theta)
     p_psi, across, size = _momenta(start)
     still = abs(start["thetadot"]) * start["A"] <= REST * size
-    flat = (abs(p_psi) <= REST * size) & (abs(across) <= REST * size)
     pole = np.sin(start["theta"]) <= POLE
+    flat = (abs(p_psi) <= REST * size) & ((across == 0) | pole)
     upwards = (np.cos(start["theta"]) > 0) == (start["gMR"] > 0)
+    found = np.full(run.end.size, NAMES.index(Kind.WAVES), np.uint8)
     for kind, where in (
         (Kind.LOOPS, low.phidot * high.phidot < 0),
-        (Kind.CUSPS, rates[0] <= REST * rates[1]),
+        (Kind.UNDECIDED, untold),
+        (Kind.CUSPS, rest),
         (Kind.SEPARATRIX, low.met + high.met == 1),
-        (Kind.UNIFORM_PRECESSION, level & still),
-        (Kind.SEPARATRIX, level & ~still),
+        (Kind.UNDECIDED, nod <= off_theta),
+        (Kind.UNIFORM_PRECESSION, (nod <= LEVEL) & still),
+        (Kind.SEPARATRIX, alone & ~still),
+        (Kind.UNDECIDED, (np.pi - high.theta <= off_theta) | (low.theta <= off_theta)),
         (Kind.THROUGH_BOTTOM, np.pi - high.theta <= POLE),
         (Kind.THROUGH_TOP, low.theta <= POLE),
         (Kind.PLANAR_PENDULUM, flat),
@@ -82,28 +97,71 @@ def _told(run: Ensemble, start: Mapping[str, Array]) -> Codes:
 
 
 class _Turning(NamedTuple):
-    """The turning point of each top that is highest, or lowest: nan and 0 where it met none."""
+    """The turning points of each top that are highest, or lowest: nan and 0 where it met none.
+
+    Attributes
+    ----------
+    theta, phidot : ndarray
+        At the first of them.
+    off_theta, off_phidot : ndarray
+        By how much those a period later differ from it: what the run itself is off.
+    met : ndarray of int
+        How many turning points of either sort there were.
+    """
 
     theta: Array
     phidot: Array
+    off_theta: Array
+    off_phidot: Array
     met: NDArray[np.int64]
+
+    @property
+    def across(self) -> Array:
+        """φ̇ sin²θ."""
+        return np.asarray(self.phidot * np.sin(self.theta) ** 2)
+
+
+def _at_rest(one: Array, other: Array) -> Any:
+    """Where the smaller of two numbers is nothing beside the larger."""
+    small, large = np.sort(abs(np.stack((one, other))), axis=0)
+    return small <= REST * large
 
 
 def _turnings(run: Ensemble, start: Mapping[str, Array]) -> tuple[_Turning, _Turning]:
-    """The smallest and the largest θ at which each top turned; a start at rest in θ counts."""
+    """The turning points at the smallest θ and at the largest; a start at rest in θ is one."""
     met, size = run.met, run.end.size
     here = np.flatnonzero(start["thetadot"] == 0)
-    which = np.concatenate((run.zeros.which, here))
-    theta = np.concatenate((met.theta, start["theta"][here]))
-    phidot = np.concatenate((met.phidot, start["phidot"][here]))
-    order = np.lexsort((theta, which))
-    tops, first, count = np.unique(which[order], return_index=True, return_counts=True)
-    found = []
-    for at in (order[first], order[first + count - 1]):
-        rows = [np.full(size, np.nan), np.full(size, np.nan), np.zeros(size, np.int64)]
-        rows[0][tops], rows[1][tops], rows[2][tops] = theta[at], phidot[at], count
-        found.append(_Turning(*rows))
-    return found[0], found[1]
+    which = np.concatenate((here, run.zeros.which))
+    theta = np.concatenate((start["theta"][here], met.theta))
+    phidot = np.concatenate((start["phidot"][here], met.phidot))
+    count = np.bincount(which, minlength=size)
+    with np.errstate(invalid="ignore"):  # of tops that met none: inf less inf
+        low, high = (_extreme(which, theta, size, np.fmin, np.inf),
+                     _extreme(which, theta, size, np.fmax, -np.inf))  # fmt: skip
+        middle = (low + high) / 2
+        return tuple(  # type: ignore[return-value]
+            _sort(which, theta, phidot, below == (theta <= middle[which]), count)
+            for below in (True, False)
+        )
+
+
+def _extreme(which: Any, values: Array, size: int, choose: Any, least: float) -> Array:
+    found = np.full(size, least)
+    choose.at(found, which, values)
+    return found
+
+
+def _sort(which: Any, theta: Array, phidot: Array, mine: Any, count: Any) -> _Turning:
+    """One sort of turning points: the first of each top, and how far the others are off it."""
+    at = np.flatnonzero(mine)
+    tops, first = np.unique(which[at], return_index=True)
+    values = []
+    for each in (theta, phidot):
+        one = np.full(count.size, np.nan)
+        one[tops] = each[at][first]
+        values.append((one, _extreme(which[at], abs(each[at] - one[which[at]]), count.size,
+                                     np.fmax, 0.0)))  # fmt: skip
+    return _Turning(values[0][0], values[1][0], values[0][1], values[1][1], count)
 
 
 def _momenta(start: Mapping[str, Array]) -> tuple[Array, Array, Array]:

@@ -86,7 +86,7 @@ def atlas(
     """
     file = str(getattr(scene, "name", KIND))
     given = {"jobs": usable_cpus() if jobs is None else jobs, "shard": shard, "only": only,
-             "integrate": integrate}  # fmt: skip
+             "integrate": integrate, "executor": executor}  # fmt: skip
     values, wrong = options.taken(file, given, OPTIONS)
     if only is not None and integrate is True:
         wrong.append(Fault(file, None, "only", "", "not together with integrate"))
@@ -162,14 +162,27 @@ def merge_atlases(
     """
     if not folders:
         raise BadScene((Fault(KIND, None, "merge", "", "at least one folder"),))
-    study = _study(ledger.Folder.look(folders[0]))
+    looked = [ledger.Folder.look(each) for each in folders]  # before anything is written
+    study = _study(looked[0])
+    for each in looked[1:]:
+        each.expect(study.identity)
     with ledger.Folder.create_or_open(folder, study.identity) as kept:
         missing = ledger.merge(kept, [Path(each) for each in folders])
+        _note_shard(kept.path, None)
         return gathered(study, kept, tuple(study.tiles), 1), tuple(missing)
 
 
 def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
     """Read the atlas in a folder, as far as it is done.
+
+    Parameters
+    ----------
+    folder : path
+        What `atlas` or `merge_atlases` wrote into.
+
+    Returns
+    -------
+    Atlas
 
     Raises
     ------
@@ -202,10 +215,13 @@ def _share(study: Study, shard: tuple[int, int] | None) -> tuple[str, ...]:
 def _note_shard(folder: Path, shard: tuple[int, int] | None) -> None:
     """Note which shard a folder is for, or that it is for all: so far its tiles are the same."""
     note = folder / SHARD
-    if shard is None:
-        note.unlink(missing_ok=True)
-    else:
-        write_document(note, {"shard": list(shard)})
+    try:
+        if shard is None:
+            note.unlink(missing_ok=True)
+        else:
+            write_document(note, {"shard": list(shard)})
+    except OSError as fault:
+        raise ForeignFile(f"{note}: not the note of a shard ({fault.strerror})") from None
 
 
 def _noted_shard(folder: Path) -> tuple[int, int] | None:
@@ -213,9 +229,11 @@ def _noted_shard(folder: Path) -> tuple[int, int] | None:
     if not note.exists():
         return None
     try:
-        found = json.loads(note.read_text("utf-8"))
-        return _shard(found["shard"])
-    except (OSError, ValueError, TypeError, KeyError) as fault:
+        found = json.loads(note.read_text("utf-8")[:1000])["shard"]
+        if found is None:
+            raise ValueError("null")
+        return _shard(found)
+    except (OSError, ValueError, TypeError, KeyError, RecursionError) as fault:
         raise ForeignFile(f"{note}: damaged ({fault})") from None
 
 
@@ -223,7 +241,7 @@ def _room(
     file: str, study: Study, folder: str | os.PathLike[str] | None, shard: tuple[int, int] | None
 ) -> list[Fault]:
     """What is wrong when there is not room enough on the disk, or in memory."""
-    needed = study.bytes // (shard[1] if shard else 1)
+    needed = int(study.bytes * _left(study, folder) / (shard[1] if shard else 1))
     if folder is None:
         free, where = _free_memory(), "in memory"
     else:
@@ -236,6 +254,14 @@ def _room(
     return [Fault(file, None, "x, y", f"{study.plane.pixels} pixels", rule)]
 
 
+def _left(study: Study, folder: str | os.PathLike[str] | None) -> float:
+    """The part of an atlas that is not in a folder yet."""
+    if folder is None:
+        return 1.0
+    done = sum(1 for _ in Path(folder).glob("tasks/*/*/checkpoint.json"))
+    return max(0.0, 1 - done / len(study.tiles))
+
+
 def _free_memory() -> int:
     """Bytes that this machine could give; no limit where it does not say."""
     try:
@@ -245,7 +271,7 @@ def _free_memory() -> int:
 
 
 def _gigabytes(count: int) -> str:
-    return f"{count / 1e9:.3g} GB"
+    return f"{count / 1e9:.4g} GB" if count >= 1e9 else f"{count / 1e6:.4g} MB"
 
 
 def _tasks(study: Study) -> ledger.Study:
@@ -283,6 +309,12 @@ def _only(given: object) -> str | None:
     return None if given is None else "kind"
 
 
+def _executor(given: object) -> object:
+    if given is not None and not callable(getattr(given, "submit", None)):
+        raise Refused("a concurrent.futures.Executor")
+    return given
+
+
 def _truth(given: object) -> bool:
     if not isinstance(given, bool):
         raise Refused("True or False")
@@ -291,4 +323,5 @@ def _truth(given: object) -> bool:
 
 OPTIONS: Mapping[str, Callable[[object], Any]] = {
     "jobs": Number(1, 1024, whole=True), "shard": _shard, "only": _only, "integrate": _truth,
+    "executor": _executor,
 }  # fmt: skip

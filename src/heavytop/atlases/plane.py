@@ -114,7 +114,9 @@ def _started(given: Mapping[str, Any]) -> dict[str, Array]:
     p_ψ = C ω3, p_φ = A φ̇ sin²θ + p_ψ cosθ, E = ½A (θ̇² + φ̇² sin²θ) + ½C ω3² + gMR cosθ.
     """
     top = {name: given[name] for name in ("A", "C", "gMR", "theta")}
-    place = _Place(top["A"], top["C"], np.cos(top["theta"]), np.sin(top["theta"]))
+    upside_down = np.equal(top["theta"], np.pi)  # the double nearest π means π
+    sine = np.where(upside_down, 0.0, np.sin(top["theta"]))
+    place = _Place(top["A"], top["C"], np.cos(top["theta"]), sine)
     spin = {name: given[name] for name in ("psidot", "omega3") if name in given}
     if "p_psi" in given:
         spin = {"omega3": given["p_psi"] / place.C}

@@ -14,8 +14,6 @@ from heavytop.atlases.described import attributes, coordinates
 from heavytop.files import write_whole
 from heavytop.ledger.canonical import canonical
 
-NOTHING = 255  # a code where no tile is
-
 
 def store(atlas: Atlas, path: Path) -> None:
     """Write ``atlas.nc``: a tile at a time in memory, whole or not at all.
@@ -35,7 +33,7 @@ def _write(atlas: Atlas, path: Path) -> None:
     chunk = tiles[0].shape
     with h5netcdf.File(path, "w") as file:
         file.attrs["Conventions"] = "CF-1.11"
-        file.attrs["title"] = f"heavytop atlas of {plane.scene.name}"
+        file.attrs["title"] = plane.scene.title or plane.scene.name
         file.attrs["source"] = f"heavytop {__version__}"
         file.attrs["identity"] = canonical(atlas.study.identity)
         file.dimensions = {plane.y.name: plane.y.count, plane.x.name: plane.x.count}
@@ -46,7 +44,7 @@ def _write(atlas: Atlas, path: Path) -> None:
             name: _described(
                 file.create_variable(
                     name, dims, column.dtype, chunks=chunk, compression="gzip", compression_opts=1,
-                    shuffle=True, fillvalue=_fill(column.dtype),
+                    shuffle=True, fillvalue=None if column.dtype == "u1" else np.nan,
                 ),
                 attributes(name, what),
             )
@@ -61,7 +59,3 @@ def _described(variable: Any, about: dict[str, Any]) -> Any:
     for name, value in about.items():
         variable.attrs[name] = value
     return variable
-
-
-def _fill(dtype: str) -> Any:
-    return np.uint8(NOTHING) if dtype == "u1" else np.float64(np.nan)

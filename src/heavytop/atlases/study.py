@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Final
 
 from heavytop import options, recorded
@@ -100,7 +101,7 @@ class Study:
             "versions": {key: value for key, value in versions().items() if key != "cpu"},
         }
 
-    @property
+    @cached_property
     def tiles(self) -> Mapping[str, Tile]:
         """The tiles by the names of their tasks."""
         return {tile.name: tile for tile in self.plane.tiles(self.tile)}

@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 from heavytop.atlases.columns import SETS, Columns
 from heavytop.atlases.integrated import integrated
 from heavytop.atlases.plane import Plane, Tile
+from heavytop.atlases.poles import at_bottom, mirrored, restored
 from heavytop.kinds.many import Verdicts, classify_many
 from heavytop.motions import motions_many
 
 VERDICTS: Final = ("kind", "detail", "certified", "tags", "open_tags", "margin")
-CLOSED: Final = ("theta_min", "theta_max", "period", "precession")
+CLOSED: Final = ("theta_min", "theta_max", "period", "precession", "spin")
 
 
 class Computed(NamedTuple):
@@ -42,19 +43,41 @@ def tile_of(plane: Plane, tile: Tile, what: str) -> Computed:
         A key of `columns.SETS`.
     """
     tops: dict[str, Any] = plane.tops(tile)
+    bottom = at_bottom(tops)
+    seen = mirrored(tops, bottom) if bottom.any() else tops
+    columns, sent = _columns(seen, what)
+    if bottom.any():
+        weighted = np.broadcast_to(np.not_equal(tops["gMR"], 0), bottom.shape)
+        columns = restored(columns, bottom, weighted)
+    if what == "integrate":
+        columns["integrated"] = integrated(tops, columns["period"])
+    wanted = SETS[what]
+    shaped = {name: _as(columns[name], wanted[name].dtype, tile) for name in wanted}
+    return Computed(shaped, sent)
+
+
+def _columns(tops: dict[str, Any], what: str) -> tuple[Columns, int]:
+    """Kinds, and unless these are all that is asked for, rows; how many balls were asked about."""
     columns: dict[str, Any] = {}
     if what == "kind":
         verdicts = classify_many(**tops)
     else:
-        found = motions_many(**tops, tags=what == "rows")
+        found = motions_many(**tops, tags=True)
         verdicts = found.verdicts
         columns = {name: getattr(found, name) for name in CLOSED}
-    if what == "integrate":
-        columns["integrated"] = integrated(tops, columns["period"])
-    columns |= {name: getattr(verdicts, name) for name in VERDICTS}
-    wanted = SETS[what]
-    shaped = {name: _as(columns[name], wanted[name].dtype, tile) for name in wanted}
-    return Computed(shaped, verdicts.sent)
+    columns |= {
+        name: getattr(verdicts, name) for name in VERDICTS if getattr(verdicts, name) is not None
+    }
+    return columns, verdicts.sent
+
+
+def details(columns: Columns) -> dict[str, int]:
+    """How many pixels of a tile there are of each kind that is told apart further."""
+    both = columns["kind"].astype(np.int64) * len(Verdicts.details) + columns["detail"]
+    codes, counted = np.unique(both[columns["detail"] > 0], return_counts=True)
+    pairs = (divmod(code, len(Verdicts.details)) for code in codes.tolist())
+    words = (f"{Verdicts.names[kind]}, {Verdicts.details[detail]}" for kind, detail in pairs)
+    return dict(zip(words, counted.tolist(), strict=True))
 
 
 def counts(columns: Columns) -> dict[str, int]:

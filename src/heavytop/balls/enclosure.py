@@ -206,6 +206,10 @@ def enclose(top: Top, start: State, digits: int = 15, limit: int = LIMIT) -> Enc
     limit : int
         Bits at which to give up.
 
+    Returns
+    -------
+    Enclosure
+
     Raises
     ------
     Unseparated

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from heavytop.cli.ending import ending
 from heavytop.cli.exits import Exit
 from heavytop.cli.options import (
     Debug,
@@ -78,14 +79,27 @@ def atlas(
 ) -> None:
     """Classify every pixel of a plane of tops, each proved, and chart the map."""
     voice = Voice(quiet, verbose)
+    asked = {"--x": x, "--y": y, "--only": only, "--integrate": integrate or None, "--shard": shard,
+             "--jobs": jobs, "--scheduler": scheduler}  # fmt: skip
+    if merge:
+        _alone("--merge", {**asked, "--set": changes, "--energy-momentum": energy_momentum or None})
+    elif energy_momentum:
+        _alone("--energy-momentum", asked)
     with ExitStack() as stack:
+        stack.enter_context(ending())
         stack.enter_context(voice.warnings())
         if merge:
             found = _merged(places, output)
             finish(found, output, json=json, figures=not no_figures, voice=voice)
+            if not found.whole:
+                raise typer.Exit(Exit.ENDED_EARLY)
             return
         name = _scene(places)
         if energy_momentum:
+            if x is not None or y is not None:
+                raise typer.BadParameter(
+                    "not together with --energy-momentum", param_hint="--x, --y"
+                )
             _diagram(name, output, changes, json=json, figures=not no_figures, voice=voice)
             return
         axes = _axes(x, y)
@@ -93,6 +107,7 @@ def atlas(
         from heavytop.scene import load_scene
 
         options = overrides(changes)
+        _no_clash(options, axes)
         stack.enter_context(blaming([*options, *(f"{name}=" for name in OPTIONS)]))
         read = load_scene(name, overrides=options)
         stack.enter_context(results_folder(output))
@@ -107,7 +122,7 @@ def atlas(
             folder=output,
             progress=stack.enter_context(voice.study()),
         )
-    finish(found, output, json=json, figures=not no_figures, voice=voice)
+        finish(found, output, json=json, figures=not no_figures, voice=voice)
 
 
 def finish(found: Atlas, folder: Path | None, *, json: bool, figures: bool, voice: Voice) -> None:
@@ -164,6 +179,26 @@ def _merged(places: list[str], output: Path | None) -> Atlas:
     with results_folder(output):
         found, _ = merge_atlases([named_folder(place) for place in places], output)
     return found
+
+
+def _alone(option: str, others: dict[str, Any]) -> None:
+    """Refuse what says nothing beside an option, rather than pass it over."""
+    if given := [name for name, value in others.items() if value is not None]:
+        raise typer.BadParameter(f"not together with {option}", param_hint=", ".join(given))
+
+
+def _no_clash(changes: list[str], axes: tuple[str, str]) -> None:
+    """Refuse a change of the scene to what an axis changes pixel by pixel."""
+    from heavytop.atlases.axes import ROLES
+
+    for axis in axes:
+        name = axis.partition("=")[0].strip()
+        for change in changes:
+            table, _, key = change.partition("=")[0].strip().partition(".")
+            same = table in ("top", "start") and key in ROLES and name in ROLES
+            if same and ROLES[key].sets == ROLES[name].sets:
+                rule = f"{change!r}: the axis {name} sets the {ROLES[name].sets} of every pixel"
+                raise typer.BadParameter(rule, param_hint="--set")
 
 
 def _scene(places: list[str]) -> str:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import signal
-import threading
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from heavytop.cli.ending import ending
 from heavytop.cli.exits import Exit
 from heavytop.cli.options import (
     Debug,
@@ -73,7 +71,7 @@ def stress(
     with ExitStack() as stack:
         stack.enter_context(voice.warnings())
         stack.enter_context(blaming([f"{name}=" for name in OPTIONS]))
-        stack.enter_context(_ending())
+        stack.enter_context(ending())
         stack.enter_context(results_folder(output))
         found = put_under_stress(
             cases=chosen,
@@ -100,22 +98,6 @@ def finish(found: Stress, folder: Path | None, *, json: bool, figures: bool, voi
     if not found.runs:
         say("nothing was run")
         raise typer.Exit(Exit.ENDED_EARLY)
-
-
-@contextmanager
-def _ending() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP do what Ctrl-C does, so that what was begun is tidied away."""
-    before = {}
-    if threading.current_thread() is threading.main_thread():
-        for name in ("SIGTERM", "SIGHUP"):
-            number = getattr(signal, name, None)
-            if number is not None and signal.getsignal(number) is signal.SIG_DFL:
-                before[number] = signal.signal(number, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def results(found: Stress, folder: Path | None, *, figures: bool, voice: Voice) -> dict[str, str]:

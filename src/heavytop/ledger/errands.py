@@ -13,6 +13,7 @@ from concurrent.futures import (
     Future,
     wait,
 )
+from contextlib import suppress
 
 from heavytop.errors import Stop
 from heavytop.ledger.effort import LIVES, TICK_S, Effort
@@ -116,7 +117,7 @@ class Errands:
     def _settle(self) -> None:
         """Call off what has not begun, and write down what has come back."""
         for future in self._away:
-            future.cancel()
+            _call_off(future)
         while self._away:
             future, task = self._away.popitem()
             if future.done() and _fault(future) is None:
@@ -124,7 +125,7 @@ class Errands:
 
     def _recall(self) -> None:
         while self._away:
-            self._away.popitem()[0].cancel()
+            _call_off(self._away.popitem()[0])
 
 
 def workers(executor: Executor) -> int:
@@ -142,6 +143,12 @@ def workers(executor: Executor) -> int:
         if isinstance(found, int):
             return max(1, found)
     return usable_cpus()
+
+
+def _call_off(future: Future[str]) -> None:
+    """Call off an errand; an executor that is out of reach cannot be told."""
+    with suppress(Exception):
+        future.cancel()
 
 
 def _fault(future: Future[str]) -> BaseException | None:

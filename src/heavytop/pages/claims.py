@@ -23,15 +23,15 @@ def claims_section(finding: Finding, ident: str) -> Section:
         words=", ".join(f"{words.count(word)} {word}" for word in ("hold", "FAIL", "skipped")),
         table=Table.of(
             {
+                "verdict": [
+                    f"skipped: {each['skipped']}" if each["skipped"] else word
+                    for each, word in zip(claims, words, strict=True)
+                ],
                 "claim": [each["id"] for each in claims],
                 "statement": [each["statement"] for each in claims],
                 "authority": [each["authority"] for each in claims],
                 "measured": [each["measured"] for each in claims],
                 "bound": [each["bound"] for each in claims],
-                "verdict": [
-                    f"skipped: {each['skipped']}" if each["skipped"] else word
-                    for each, word in zip(claims, words, strict=True)
-                ],
             },
             most=2000,
         ),

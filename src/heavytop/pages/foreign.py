@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final, NamedTuple, NoReturn
+from typing import Any, Final, NamedTuple
 
 from heavytop.errors import ForeignFile
 
@@ -43,7 +43,7 @@ def document_at(path: Path) -> dict[str, Any]:
             data = file.read(MOST_BYTES + 1)
         if len(data) > MOST_BYTES:
             raise ForeignFile(f"{path}: more than {MOST_BYTES >> 20} MB")
-        found = json.loads(data.decode("utf-8"), parse_constant=_refuse)
+        found = json.loads(data.decode("utf-8"))
     except (OSError, ValueError, RecursionError) as fault:
         raise ForeignFile(f"{path}: not readable as JSON ({fault})") from None
     if not isinstance(found, dict):
@@ -51,10 +51,6 @@ def document_at(path: Path) -> dict[str, Any]:
     if wrong := _unbounded(found):
         raise ForeignFile(f"{path}: {wrong}")
     return found
-
-
-def _refuse(name: str) -> NoReturn:
-    raise ValueError(f"{name} is no number of JSON")
 
 
 def _unbounded(found: object) -> Wrong:
@@ -67,7 +63,7 @@ def _unbounded(found: object) -> Wrong:
             return f"more than {MOST_VALUES} values"
         if isinstance(each, str) and len(each) > MOST_LETTERS:
             return f"a text of {len(each)} letters"
-        if isinstance(each, int | float) and not -LARGEST < each < LARGEST:
+        if isinstance(each, int | float) and not -LARGEST < each < LARGEST:  # NaN neither
             return "a number that no result has"
         if isinstance(each, dict):
             left += [*each, *each.values()]

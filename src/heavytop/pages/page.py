@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from base64 import b64encode
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -80,13 +82,15 @@ class Page:
             loader=PackageLoader("heavytop.pages"), autoescape=True, undefined=StrictUndefined,
             trim_blocks=True, lstrip_blocks=True,
         )  # fmt: skip
+        plotly = Markup(_plotly()) if self.turns else Markup()
         own = ("page.css", "player.js", "save.js", "turn.js")
         source = {name.replace(".", "_"): Markup(_template(name)) for name in own}
         return jinja.get_template("page.html").render(
             page=self,
             sections=self.sections,
             tops=self.tops,
-            plotly=Markup(_plotly()) if self.turns else "",
+            plotly=plotly,
+            allowed=_allowed(plotly, *source.values()),
             data=_script_data,
             versions={name: version(name) for name in LIBRARIES},
             **source,
@@ -148,6 +152,7 @@ def write_page(page: Page, html: Path) -> dict[str, str]:
 
 
 def _told(finding: Finding, section: Section) -> dict[str, Any]:
+    table = section.table
     return {
         "id": section.ident,
         "heading": section.heading,
@@ -155,6 +160,8 @@ def _told(finding: Finding, section: Section) -> dict[str, Any]:
         "file": f"{finding.path.parent.name}/{finding.path.name}",
         "sha256": finding.sha256,
         "command": section.command,
+        "facts": dict(section.facts),
+        "table": table and {"head": list(table.head), "rows": [list(row) for row in table.rows]},
         "figures": [picture.ident for picture in section.pictures],
     }
 
@@ -167,6 +174,12 @@ def _script_data(value: Any) -> Any:
     for letter in "<>&":
         text = text.replace(letter, f"\\u{ord(letter):04x}")
     return Markup(text)
+
+
+def _allowed(*scripts: str) -> str:
+    """The scripts that may run on the page, by their fingerprints: no other, whoever wrote it."""
+    prints = (b64encode(sha256(text.encode("utf-8")).digest()) for text in scripts)
+    return " ".join(f"'sha256-{each.decode('ascii')}'" for each in prints)
 
 
 def _template(name: str) -> str:

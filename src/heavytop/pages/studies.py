@@ -161,11 +161,15 @@ def stress_section(finding: Finding, ident: str) -> Section:
 
 def _chosen(document: Known) -> tuple[str, ...]:
     """The options that choose cases and methods; none where all were run."""
-    from heavytop.stresses.cases import cases as known
+    from heavytop.stresses.cases import cases
+    from heavytop.stresses.methods import METHODS
 
-    cases = list(document["hard"])
-    chosen = () if set(cases) >= set(known()) else ("--cases", ",".join(cases))
-    return (*chosen, "--methods", ",".join(document["methods"]))
+    words: list[str] = []
+    for option, asked, known in (
+        ("--cases", document["hard"], cases()), ("--methods", document["methods"], METHODS),
+    ):  # fmt: skip
+        words += [] if set(asked) >= set(known) else [option, ",".join(asked)]
+    return tuple(words)
 
 
 def _counts(runs: Any) -> list[dict[str, Any]]:

@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from heavytop.motion import Motion
@@ -31,6 +32,7 @@ TRACED: Final = 8  # regions with a path of the axis: the largest
 CELLS: Final = 80  # along an axis of the mesh on which regions are told
 PERIODS: Final = 3
 SECONDS: Final = 2.0  # of a path, where nothing nutates
+LEAST: Final = 0.005  # of the map: smaller regions have no number, unless their kind has no other
 
 # Tints of Okabe and Ito's colours, each of another lightness than its neighbours on any map.
 COLOURS: Final = {
@@ -78,9 +80,12 @@ def atlas_figure(atlas: Atlas) -> Figure:
         figure = Figure(figsize=(9.6, 6.0), layout="constrained")
         parts: Any = figure.subfigures(1, 2, width_ratios=(2.6, 1.0))
         left, right = parts
+        scene = atlas.study.plane.scene
+        left.suptitle((scene.title or scene.name)[:90], parse_math=False)
         ax = left.subplots()
         _map(ax, atlas, kind)
         _strokes(ax, atlas.curves)
+        _kinds(ax, atlas)
         shown = list(_examples(atlas, kind, columns, rows))
         for number, example in enumerate(shown, start=1):
             _number(ax, example.x, example.y, number)
@@ -89,10 +94,9 @@ def atlas_figure(atlas: Atlas) -> Figure:
 
 
 class Example(NamedTuple):
-    """A region: its kind, its share of the map, and the motion at a pixel in its midst."""
+    """A region: its kind, and the motion at a pixel in its midst."""
 
     name: str
-    share: float
     x: float
     y: float
     motion: Motion
@@ -157,8 +161,19 @@ def _strokes(ax: Axes, curves: tuple[Curve, ...]) -> None:
         ax.plot(curve.x, curve.y, "-", color="white", linewidth=2.6, alpha=0.7, zorder=2)
         ax.plot(curve.x, curve.y, linestyle=stroke.style, color=stroke.colour, linewidth=1.3,
                 label=label, zorder=3)  # fmt: skip
-    if named:
-        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.11), ncols=3, frameon=False)
+
+
+def _kinds(ax: Axes, atlas: Atlas) -> None:
+    """The legend: areas with the share of each kind, and the boundaries."""
+    every = sum(atlas.counts.values())
+    areas = [
+        Patch(facecolor=COLOURS[name], edgecolor="#555555", linewidth=0.5,
+              label=f"{name} {count / every:.2%}")
+        for name, count in sorted(atlas.counts.items(), key=lambda each: -each[1])
+    ]  # fmt: skip
+    lines = ax.get_legend_handles_labels()[0]
+    ax.legend(handles=[*areas, *lines], loc="upper center", bbox_to_anchor=(0.5, -0.11), ncols=3,
+              frameon=False, fontsize=8)  # fmt: skip
 
 
 def _examples(atlas: Atlas, kind: Codes, columns: Any, rows: Any) -> Iterator[Example]:
@@ -169,11 +184,16 @@ def _examples(atlas: Atlas, kind: Codes, columns: Any, rows: Any) -> Iterator[Ex
     found = [
         each for each in regions(cells) if atlas.names[each.code] not in ("impossible", "at-rest")
     ]
-    for region in sorted(found, key=lambda each: -each.size)[:TRACED]:
+    seen: set[int] = set()
+    large: list[Region] = []
+    for region in sorted(found, key=lambda each: -each.size):
+        if region.size >= LEAST * cells.size or region.code not in seen:
+            large.append(region)
+        seen.add(region.code)
+    for region in large[:TRACED]:
         row, column = (int(places[k]) for places, k in zip(coarse, region.middle, strict=True))
         at = float(x[columns[column]]), float(y[rows[row]])
-        share = region.size / cells.size
-        yield Example(atlas.names[region.code], share, *at, _motion(atlas, *at))
+        yield Example(atlas.names[region.code], *at, _motion(atlas, *at))
 
 
 class Region(NamedTuple):
@@ -240,7 +260,7 @@ def _number(ax: Axes, x: float, y: float, number: int) -> None:
 
 
 def _legend(figure: Any, shown: list[Example]) -> None:
-    """Small paths of the axis, each under the name and the share of its region."""
+    """Small paths of the axis over a few nutations, each under the name of its kind."""
     panels = figure.subplots(max(3, -(-len(shown) // 2)), 2).ravel()
     for ax in panels:
         ax.axis("off")
@@ -248,7 +268,7 @@ def _legend(figure: Any, shown: list[Example]) -> None:
         period = example.motion.period
         path = axis_path(example.motion, SECONDS if period is None else PERIODS * period)
         kind_panel(ax, path, View.of(path), "#333333")
-        ax.set_title(f"{number} {example.name}\n{example.share:.1%}", fontsize=7.5)
+        ax.set_title(f"{number}: {example.name}", fontsize=7.5)
         colour = COLOURS[example.name]
         swatch = {"boxstyle": "round,pad=0.25", "facecolor": colour, "linewidth": 0.5}
         ax.text(0.02, 0.02, "  ", transform=ax.transAxes, fontsize=6, bbox=swatch)

@@ -41,6 +41,10 @@ def _parts(document: Mapping[str, Any]) -> Iterator[RenderableType]:
     if document.get("pixels"):
         yield Text()
         yield _pixels(document["pixels"][:SHOWN])
+        if document["differing"] > SHOWN:
+            yield Text(
+                f"… and {document['differing'] - SHOWN} more, of which atlas.json has a thousand"
+            )
 
 
 def _kinds(document: Mapping[str, Any]) -> Table:
@@ -50,6 +54,9 @@ def _kinds(document: Mapping[str, Any]) -> Table:
     every = sum(document["counts"].values())
     for name, count in sorted(document["counts"].items(), key=lambda each: -each[1]):
         table.add_row(name, str(count), f"{count / every:.3%}")
+        for detail, part in document["details"].items():
+            if detail.startswith(f"{name}, "):
+                table.add_row(f"  {detail.partition(', ')[2]}", str(part), f"{part / every:.3%}")
     return table
 
 
@@ -59,13 +66,14 @@ def _facts(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         ends = f"{axis['low']:.6g} … {axis['high']:.6g}"
         yield side, f"{axis['name']} = {ends}, {axis['count']} values{scale}"
     yield "not proved", str(document["uncertified"])
-    yield "sent to balls", str(document["sent"])
+    yield "settled by balls", str(document["sent"])
     names = [curve["name"] for curve in document["curves"]]
     counted = ", ".join(f"{name} ({names.count(name)})" for name in dict.fromkeys(names))
     yield "boundaries", counted or "none"
     if "differing" in document:
         yield "kinds that a run tells otherwise", str(document["differing"])
         yield "… by more than rounding", str(document["unexplained"])
+        yield "that a run cannot tell", str(document["untold"])
     yield "pixels per second", f"{document['kinds_per_s']:.3g}"
 
 

@@ -10,13 +10,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from heavytop.report.atlas_figure import COLOURS
 from heavytop.report.figures.style import FAINT, OTHER, PATH, STYLE
 
 Known = Mapping[str, Any]
 PURPLE: Final = "#CC79A7"
 GREEN: Final = "#009E73"
-WAVES: Final = "#E8EEF5"
-LOOPS: Final = "#F6DFAE"
+WAVES: Final = COLOURS["waves"]
+LOOPS: Final = COLOURS["loops"]
 SLOW: Final = PATH
 FAST: Final = "#000000"
 
@@ -43,7 +44,7 @@ def energy_momentum_figure(document: Known) -> Figure:
         if circuit:
             _around(axes[1], circuit)
         scene, ratio = document["scene"], document["ratio"]
-        words = "" if ratio is None else f"p_ψ²/4A|gMR| = {ratio:.4g}"
+        words = "" if ratio is None else f"p_psi²/4A|gMR| = {ratio:.4g}"
         figure.suptitle(f"{(scene['title'] or scene['name'])[:80]}\n{words}", parse_math=False)
         figure.legend(loc="outside lower center", ncols=4, frameon=False, fontsize=8)
     return figure

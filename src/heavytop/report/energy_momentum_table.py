@@ -36,7 +36,10 @@ def _rows(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     yield "upright", _place(document["standing"])
     yield "hanging", _place(document["hanging"])
     if document["thread"] is None:
-        yield "thread", "none: upright tops are steady precessions of their own"
+        yield (
+            "thread",
+            "none: an upright top sleeps" if document["ratio"] is not None else "none: no weight",
+        )
     else:
         yield "thread", f"{_place(document['thread'])}, {document['depth']:.6g} J above the edge"
     if circuit := document["circuit"]:

@@ -112,7 +112,12 @@ class BatchIntegrator:
         return self._scaled
 
     def run(
-        self, states: Array, parameters: Array, ends: Array, step_limit: int | None = None
+        self,
+        states: Array,
+        parameters: Array,
+        ends: Array,
+        step_limit: int | None = None,
+        longest: Array | None = None,
     ) -> Arrived:
         """Integrate each top from its state at time 0 to its own end.
 
@@ -125,6 +130,8 @@ class BatchIntegrator:
             Times [s].
         step_limit : int, optional
             Steps after which a top, with the others of its batch, is given up.
+        longest : ndarray, shape (k,), optional
+            The longest step of each top [s].
         """
         self.found.clear()
         sound = np.isfinite(ends)
@@ -132,7 +139,8 @@ class BatchIntegrator:
             sound &= np.isfinite(given).all(axis=1)
         order = np.argsort(np.where(sound, ends, np.inf), kind="stable")[: int(sound.sum())]
         units = self._units(states, parameters)
-        journey = _Journey(self, states, parameters, ends, units, step_limit or 0)
+        bounds = np.full(ends.size, np.inf) if longest is None else longest
+        journey = _Journey(self, (states, parameters, ends, bounds), units, step_limit or 0)
         for scaled in (False, True):
             mine = order[(units[order] != 1) == scaled]
             spare = -mine.size % self.width  # the last batch is filled up with its first top
@@ -177,19 +185,17 @@ class _Journey:
     def __init__(
         self,
         engine: BatchIntegrator,
-        states: Array,
-        parameters: Array,
-        ends: Array,
+        given: tuple[Array, Array, Array, Array],
         units: Array,
         limit: int,
     ) -> None:
-        form = engine.formulation
+        form, (states, *others) = engine.formulation, given
         self.engine, self.limit, self.unit = engine, limit, units
         rates = np.array([s in form.rates for s in form.states])
         self.units = np.where(rates, units[:, None], 1.0)
-        self.given = states / self.units, parameters, ends
+        self.given = states / self.units, *others
         self.states = np.full_like(states, np.nan)
-        self.ending = np.full(ends.size, int(Lane.SINGULAR))
+        self.ending = np.full(len(states), int(Lane.SINGULAR))
         self.hits: list[tuple[Indices, Hits]] = []
 
     def advance(self, tops: Indices, spare: int = 0) -> None:
@@ -236,7 +242,7 @@ class _Journey:
         compiled = self.engine.lanes(scaled=bool(self.unit[lanes[0, 0]] != 1))
         taylor = compiled.taylor
         found.clear()
-        states, parameters, _ = self.given
+        states, parameters, _, longest = self.given
         loaded = compiled.constants(parameters, self.unit)
         first = np.ascontiguousarray(states[lanes].transpose(0, 2, 1))
         constants = np.ascontiguousarray(loaded[lanes].transpose(0, 2, 1))
@@ -246,7 +252,7 @@ class _Journey:
             taylor.set_time(0.0)
             taylor.state[:] = first[i]
             taylor.pars[:] = constants[i]
-            taylor.propagate_until(ends[i], max_steps=self.limit)
+            taylor.propagate_until(ends[i], max_steps=self.limit, max_delta_t=longest[lanes[i]])
             last[i], reached[i], marks[i + 1] = taylor.state, taylor.time, len(found)
         return last, reached, marks
 
