@@ -6,7 +6,8 @@ import heavytop as ht
 from heavytop.witness import energy_error, phase_error
 
 overrides = ["span.periods=100000", 'want.quantities=["theta"]', "want.events=[]"]
-run = ht.propagate(ht.load_scene("sicm-kicked", overrides=overrides))
+scene = ht.load_scene("sicm-kicked", overrides=overrides)
+run = ht.propagate(scene, formulation="axis", projected=False)
 claim("energy, relative to max(|E'|, gMR)", energy_error(run), 1e-13)
 claim("phase error [s]", abs(phase_error(run)), 2e-8)
 print(

@@ -54,9 +54,16 @@ def test_the_python_runs(tmp_path):
     assert (tmp_path / "kicked.nc").exists()
 
 
-@pytest.mark.parametrize(
-    "line", re.findall(r"^    \.venv/bin/heavytop (.*)$", README, re.MULTILINE)
-)
+NOT_RUN = re.compile(r"^<!-- not run: .*? -->\n((?:    .*\n)+)", re.MULTILINE)
+COMMAND = re.compile(r"^    \.venv/bin/heavytop (.*)$", re.MULTILINE)
+
+
+def test_only_the_report_is_not_run():
+    [block] = NOT_RUN.findall(README)
+    assert {line.split()[0] for line in COMMAND.findall(block)} == {"report"}
+
+
+@pytest.mark.parametrize("line", COMMAND.findall(NOT_RUN.sub("", README)))
 def test_the_commands_run(line, tmp_path):
     arguments = line.split("#")[0].split()
     command = [sys.executable, "-m", "heavytop", *arguments]
