@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -49,6 +50,7 @@ def quickest(quantities: Collection[str], motion: Motion, span: float) -> float:
     return max(found)
 
 
+@lru_cache(maxsize=8)
 def _seen(motion: Motion, span: float) -> DoubleRecord:
     """The motion at times spread over one nutation, and at the phases of times up to the end.
 

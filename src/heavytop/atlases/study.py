@@ -20,7 +20,7 @@ KIND: Final = "atlas"
 FORMAT: Final = 1
 MOST: Final = 10**10  # pixels
 LARGEST: Final = 2**24  # pixels of a tile
-TILE: Final = {"kind": 2**20, "rows": 2**16, "integrate": 2**15}
+TILE: Final = {"kind": 2**20, "rows": 2**16, "integrate": 2**14}
 """Pixels of a tile: a second of work or less, and what a worker has in memory."""
 
 

@@ -24,7 +24,7 @@ from heavytop.taylor.engine import Array, Block, Hits
 from heavytop.taylor.integrator import Integrator
 from heavytop.taylor.projection import Projection
 
-ROOM = 200  # states in a leg: steps take longer the more they have, a projection hardly
+ROOM = 260  # states in a leg: steps take longer the more they have, a projection hardly
 EVEN = 0.12  # how much shorter than the mean of the first leg the longest steps of a leg may be
 GOLDEN = (math.sqrt(5) - 1) / 2  # its multiples, less the whole numbers, are never close again
 
