@@ -15,7 +15,8 @@ def row(claim):
     measured = SKIPPED if claim["measured"] is None else f"{claim['measured']:.1e}"
     bound = f"{claim['bound']:.0e}" if claim["bound"] else "0"
     holds = ", ".join(claim["holds"])
-    return f"| `{claim['id']}` | {claim['statement']} | {holds} | {measured} | {bound} |"
+    statement = claim["statement"].replace("|", "\\|")
+    return f"| `{claim['id']}` | {statement} | {holds} | {measured} | {bound} |"
 
 
 def table(document):

@@ -24,6 +24,7 @@ class Table:
     head: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     all_rows: int
+    every: int = 1  # of so many rows one is there
 
     @classmethod
     def of(cls, columns: Mapping[str, Sequence[Any]], most: int = MOST_ROWS) -> Table:
@@ -37,7 +38,7 @@ class Table:
         count = max(map(len, columns.values()), default=0)
         every = max(1, -(-count // most))
         rows = tuple(zip(*(map(cell, c[::every]) for c in columns.values()), strict=True))
-        return cls(tuple(columns), rows, count)
+        return cls(tuple(columns), rows, count, every)
 
 
 def cell(value: Any) -> str:
