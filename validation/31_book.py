@@ -2,7 +2,7 @@
 
 import mpmath
 import numpy as np
-from claim import claimed, finish
+from claim import claimed, finish, most
 
 import heavytop as ht
 
@@ -93,12 +93,14 @@ def quadratures():
 
 @claimed("book-period")
 def _():
-    return max(relative(motion.form(30).period, found[1]) for _, motion, found in quadratures())
+    return most(relative(motion.form(30).period, found[1]) for _, motion, found in quadratures())
 
 
 @claimed("book-precession")
 def _():
-    return max(relative(motion.form(30).precession, found[2]) for _, motion, found in quadratures())
+    return most(
+        relative(motion.form(30).precession, found[2]) for _, motion, found in quadratures()
+    )
 
 
 @claimed("book-range")
@@ -106,7 +108,7 @@ def _():
     worst = 0.0
     for _, motion, found in quadratures():
         ends = motion.form(30).tilts
-        worst = max(worst, min(relative(end, found[0]) for end in ends))
+        worst = most(worst, min(relative(end, found[0]) for end in ends))
     return worst
 
 
@@ -122,7 +124,7 @@ def _():
     for scene, _, found in quadratures():
         _, t = turning(scene)
         expected = np.arange(t.size) * float(found[1]) / 2
-        worst = max(worst, float(np.max(np.abs(t - expected))))
+        worst = most(worst, float(np.max(np.abs(t - expected))))
     return worst
 
 
@@ -134,7 +136,7 @@ def _():
         period = float(found[1])
         times = np.arange(1, int(2 / period) + 1) * period
         turned = np.arange(1, times.size + 1) * float(found[2])
-        worst = max(worst, float(np.max(np.abs(run(times).phi - turned))))
+        worst = most(worst, float(np.max(np.abs(run(times).phi - turned))))
     return worst
 
 
@@ -144,7 +146,7 @@ def _():
     for scene, _, found in quadratures():
         events, _ = turning(scene)
         tilts = events.theta[events.is_turning][1::2]
-        worst = max(worst, float(np.max(np.abs(tilts - float(found[0])))))
+        worst = most(worst, float(np.max(np.abs(tilts - float(found[0])))))
     return worst
 
 

@@ -2,7 +2,7 @@
 
 from functools import cache
 
-from claim import claimed, finish
+from claim import claimed, finish, most
 from rigid import Body, body_rates, farthest, from_angles, mpf
 
 import heavytop as ht
@@ -45,7 +45,7 @@ def _():
     for tilt in TILTS:
         scene = scene_of(tilt)
         at = ht.Motion(scene.top, scene.start).at(END, digits=45)
-        worst = max(worst, farthest((at.theta, at.phi, at.psi), exact(tilt)))
+        worst = most(worst, farthest((at.theta, at.phi, at.psi), exact(tilt)))
     return worst
 
 
@@ -54,7 +54,7 @@ def of_the_run(index):
     for tilt in TILTS:
         at = ht.propagate(scene_of(tilt))(float(END))
         found = float((at.theta, at.phi, at.psi)[index])
-        worst = max(worst, float(abs(mpf(found) - exact(tilt)[index])))
+        worst = most(worst, float(abs(mpf(found) - exact(tilt)[index])))
     return worst
 
 

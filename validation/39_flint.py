@@ -8,7 +8,7 @@ from functools import cache
 
 import flint
 import mpmath
-from claim import claimed, finish
+from claim import claimed, finish, most
 from flint import acb, arb
 
 import heavytop as ht
@@ -84,23 +84,23 @@ def form(cubic):
 def off(enclosure, value):
     """How far a number of 60 digits is from the ball, and 1 if the ball says nothing."""
     mine = arb(mp.nstr(mp.mpf(value), 75))
-    apart = abs(enclosure - mine) / max(1.0, abs(float(mine)))
+    apart = abs(enclosure - mine) / most(1.0, abs(float(mine)))
     return 1.0 if float(enclosure.rad()) > 1e-50 else float(apart.abs_upper())
 
 
 @claimed("flint-period")
 def _():
-    return max(off(x.period, form(x).period) for x in cubics())
+    return most(off(x.period, form(x).period) for x in cubics())
 
 
 @claimed("flint-precession")
 def _():
-    return max(off(x.precession, form(x).precession) for x in cubics())
+    return most(off(x.precession, form(x).precession) for x in cubics())
 
 
 @claimed("flint-weierstrass")
 def _():
-    return max(off(x.u(t), form(x)(form(x).ctx.mpf(t)).u) for x in cubics() for t in TIMES)
+    return most(off(x.u(t), form(x)(form(x).ctx.mpf(t)).u) for x in cubics() for t in TIMES)
 
 
 def fraction(value):
@@ -125,7 +125,7 @@ def _():
     for cubic in cubics():
         run = ht.propagate(ht.load_scene(cubic.scene.name, ["span.time=7.5"]))
         heights = (float(run(float(t)).axis[2]) - float(cubic.u(t)) for t in TIMES)
-        worst = max(worst, *map(abs, heights))
+        worst = most(worst, *map(abs, heights))
     return worst
 
 

@@ -8,7 +8,7 @@ from functools import cache
 
 import heyoka as hy
 import numpy as np
-from claim import claimed, finish
+from claim import claimed, finish, most
 
 import heavytop as ht
 
@@ -67,7 +67,7 @@ def of_the_closed_form(which):
         for name in STARTS:
             at = ht.Motion(*ours(name)).at(END)
             found = np.array([float(at.theta), float(at.phi), float(at.psi)])
-            worst = max(worst, float(np.max(np.abs(found - theirs(which, name)))))
+            worst = most(worst, float(np.max(np.abs(found - theirs(which, name)))))
         return worst
 
     return measure
@@ -80,7 +80,7 @@ def of_the_run(which, formulation):
             scene = ht.Scene(*ours(name), time=END, quantities=("theta", "phi", "psi"))
             at = ht.propagate(scene, formulation=formulation)(END)
             found = np.array([float(at.theta), float(at.phi), float(at.psi)])
-            worst = max(worst, float(np.max(np.abs(found - theirs(which, name)))))
+            worst = most(worst, float(np.max(np.abs(found - theirs(which, name)))))
         return worst
 
     return measure

@@ -36,6 +36,12 @@ def claim(statement: str, measured: float, bound: float, name: str | None = None
     tell(id=name, statement=statement, measured=plain(measured), bound=float(bound), passed=holds)
 
 
+def most(*found: Any) -> Any:
+    """Return the largest of some numbers, as max does, but no number where one of them is none."""
+    values = list(found[0]) if len(found) == 1 else list(found)
+    return next((value for value in values if value != value), None) or max(values)
+
+
 def claimed(name: str) -> Callable[[Callable[[], Any]], Callable[[], Any]]:
     """Measure the claim of this name in claims.toml at once, if it is asked for."""
 

@@ -12,6 +12,7 @@ import numpy as np
 from heavytop.engines import compiled_for, engine_of, start_values
 from heavytop.errors import ForeignFile, Outcome
 from heavytop.events import Events
+from heavytop.hdf5 import expect_harmless
 from heavytop.machine import versions
 from heavytop.netcdf import SCHEMA
 from heavytop.planning import Plan
@@ -54,6 +55,7 @@ def load_trajectory(path: str | os.PathLike[str]) -> Trajectory:
     if not Path(path).is_file():
         raise ForeignFile(f"{path}: no such file")
     try:
+        expect_harmless(Path(path))
         with xarray.open_dataset(Path(path), engine="h5netcdf") as file:
             return _checked(_trajectory(file.load()))
     except ForeignFile:

@@ -82,7 +82,7 @@ def atlas(
     >>> from heavytop.scene import load_scene
     >>> found = atlas(load_scene("sicm-kicked"), "phidot=-20:20:41", "psidot=-150:150:31", jobs=1)
     >>> found.counts, found.uncertified
-    ({'loops': 600, 'cusps': 30, 'waves': 641}, 0)
+    ({'planar-pendulum': 1, 'loops': 622, 'cusps': 30, 'waves': 618}, 0)
     """
     file = str(getattr(scene, "name", KIND))
     given = {"jobs": usable_cpus() if jobs is None else jobs, "shard": shard, "only": only,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from heavytop.cli.ending import ending
 from heavytop.cli.options import Debug, Json, Quiet, Set, Verbose, blaming, named_folder, overrides
 from heavytop.cli.output import print_json, results_folder, unwritable
 from heavytop.cli.voice import Voice
@@ -54,6 +55,7 @@ def report(
     """Put results on one HTML page that needs no network, with the numbers behind each figure."""
     voice, asked = Voice(quiet, verbose), places or []
     with ExitStack() as stack:
+        stack.enter_context(ending())
         stack.enter_context(voice.warnings())
         folders, scene = _meant(asked, changes, stack)
         html = _file(output, json)
@@ -98,14 +100,14 @@ def _meant(
 
 
 def _file(output: Path | None, json: bool) -> Path | None:
-    """Where the page goes; without -o it replaces no file in the current folder but a report."""
-    if output is not None:
-        return output if output.suffix == ".html" and not output.is_dir() else output / PAGE
-    if json:
+    """Where the page goes; it and the document beside it replace nothing but a report."""
+    if output is None and json:
         return None
-    html = Path(PAGE)
-    for path in (html, html.with_suffix(".json")):
-        if path.exists() and b"heavytop" not in _head(path):
+    named = output is not None and output.suffix == ".html" and not output.is_dir()
+    html = output if output is not None and named else (output or Path()) / PAGE
+    for path, mark in ((html, b'name="generator" content="heavytop'),
+                       (html.with_suffix(".json"), b'"schema": "heavytop/report/1"')):  # fmt: skip
+        if path.exists() and mark not in _head(path):
             raise typer.BadParameter(
                 f"{path} is there, and is no report: say where", param_hint="-o"
             )

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.errors import ForeignFile
+from heavytop.hdf5 import expect_harmless
 from heavytop.pages.commands import command, scene_file, scene_word
 from heavytop.pages.section import Picture, Section, Table, drawn
 
@@ -107,6 +108,7 @@ def stored_map(path: Path, shape: Sequence[float]) -> tuple[Codes, tuple[str, ..
     import h5netcdf
 
     try:
+        expect_harmless(path)
         with h5netcdf.File(path, "r") as file:
             kind = file.variables["kind"]
             names = tuple(str(kind.attrs["flag_meanings"]).split())
@@ -115,6 +117,8 @@ def stored_map(path: Path, shape: Sequence[float]) -> tuple[Codes, tuple[str, ..
             if kind.dtype != np.uint8 or kind.shape[0] * kind.shape[1] > MOST_PIXELS:
                 raise ValueError("a map of another type, or too large")
             codes = kind[:: -(-kind.shape[0] // FINEST), :: -(-kind.shape[1] // FINEST)]
+    except ForeignFile:
+        raise
     except Exception as fault:  # a damaged file fails in any of the libraries that read it
         raise ForeignFile(f"{path}: not a readable map ({fault})") from fault
     return np.asarray(codes, np.uint8), names

@@ -62,7 +62,7 @@ def shown(trajectory: Trajectory) -> float:
     most = [PERIODS * period] if period else []
     if rate:
         most.append(max(FRAMES * TURN / rate, period))
-    return float(np.copysign(min(abs(end), *most), end))
+    return float(np.copysign(min([abs(end), *most]), end))
 
 
 def attitude(axis: Array, phi: Array, psi: Array) -> Array:

@@ -1,0 +1,83 @@
+"""A result file whose arrays lie elsewhere, or would fit nowhere, is refused before it is read."""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import heavytop as ht
+from heavytop.cli.command import app
+from heavytop.hdf5 import MOST_BYTES, expect_harmless
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "a.nc"
+
+
+def test_a_file_of_ours_is_harmless(path):
+    ht.propagate(ht.load_scene("sicm-kicked")).save(path)
+    expect_harmless(path)
+
+
+def test_an_array_in_another_file_is_refused(path, tmp_path):
+    (tmp_path / "secret.txt").write_text("a secret")
+    with h5py.File(path, "w") as file:
+        file.create_dataset("kind", (8,), np.uint8, external=[(str(tmp_path / "secret.txt"), 0, 8)])
+    with pytest.raises(ht.ForeignFile, match="'kind': lies in another file"):
+        ht.load_trajectory(path)
+
+
+def test_a_virtual_array_is_refused(path):
+    layout = h5py.VirtualLayout((4,), np.uint8)
+    layout[:] = h5py.VirtualSource("elsewhere.nc", "kind", (4,))
+    with h5py.File(path, "w") as file:
+        file.create_virtual_dataset("kind", layout)
+    with pytest.raises(ht.ForeignFile, match="lies in another file"):
+        expect_harmless(path)
+
+
+def test_a_link_is_refused(path):
+    with h5py.File(path, "w") as file:
+        file["kind"] = h5py.ExternalLink("elsewhere.nc", "/kind")
+    with pytest.raises(ht.ForeignFile, match="a link"):
+        expect_harmless(path)
+
+
+def test_more_than_fits_is_refused(path):
+    with h5py.File(path, "w") as file:
+        file.create_dataset("bomb", (MOST_BYTES + 1,), np.uint8, chunks=(1000,), compression="gzip")
+    with pytest.raises(ht.ForeignFile, match="declares"):
+        ht.load_trajectory(path)
+
+
+@pytest.mark.parametrize("scene", ["at-rest", "planar-asymptotic"])
+def test_a_run_of_a_top_that_hardly_moves_has_a_page(scene, tmp_path):
+    runner = CliRunner()
+    assert runner.invoke(app, ["run", scene, "-q", "-o", str(tmp_path / "a")]).exit_code == 0
+    found = runner.invoke(app, ["report", str(tmp_path / "a"), "-o", str(tmp_path / "b")])
+    assert found.exit_code == 0, found.stderr
+
+
+@pytest.mark.parametrize("name", ["run.json", "run.html"])
+def test_a_report_replaces_nothing_but_a_report(name, tmp_path):
+    runner = CliRunner()
+    runner.invoke(app, ["run", "sicm-kicked", "-q", "-o", str(tmp_path)])
+    kept = tmp_path / name
+    if not kept.exists():
+        kept.write_text("<h1>My notes on heavytop</h1>")
+    before = kept.read_bytes()
+    found = runner.invoke(app, ["report", str(tmp_path), "-o", str(tmp_path / "run.html")])
+    assert found.exit_code == 2
+    assert name in " ".join(found.stderr.split())
+    assert kept.read_bytes() == before
+
+
+def test_what_is_no_number_is_never_the_smaller(monkeypatch):
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "validation"))
+    most = __import__("claim").most
+    assert most(1, 3, 2) == most(iter([1, 3, 2])) == 3
+    assert np.isnan(most(1.0, np.nan))
+    assert np.isnan(most(iter([1.0, np.nan, 2.0])))
