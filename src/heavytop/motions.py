@@ -8,15 +8,14 @@ from typing import Any, ClassVar, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from heavytop.errors import ImpossibleStart, NoClosedForm
+from heavytop.errors import NoClosedForm
 from heavytop.kinds.bounded import Array, Mask
 from heavytop.kinds.codes import DETAILS, NAMES
-from heavytop.kinds.columns import Columns
+from heavytop.kinds.columns import Columns, spun
 from heavytop.kinds.kind import Kind
 from heavytop.kinds.many import Verdicts, classify_many
 from heavytop.kinds.starts import Starts
 from heavytop.motion import Motion
-from heavytop.state import broken_spin
 from heavytop.theory.rows.row import rows
 
 CHUNK: Final = 8192  # motions at a time: the arrays in use stay in the cache, the calls are few
@@ -111,15 +110,8 @@ def motions_many(
     >>> print(found.period.round(8), found.sent)
     [0.40140587 0.4044716  0.38409494        nan] 0
     """
-    given: dict[str, Any] = {
-        "A": A, "C": C, "gMR": gMR, "theta": theta, "thetadot": thetadot, "phidot": phidot,
-    }  # fmt: skip
-    if psidot is not None and omega3 is not None:
-        raise ImpossibleStart(broken_spin(("psidot", "omega3")))
-    if omega3 is None:
-        given["psidot"] = 0.0 if psidot is None else psidot
-    else:
-        given["omega3"] = omega3
+    tops = {"A": A, "C": C, "gMR": gMR, "theta": theta, "thetadot": thetadot, "phidot": phidot}
+    given: dict[str, Any] = spun(tops, psidot, omega3)
     survey = _Survey(Columns(given), classify_many(**given, tags=tags))
     survey.compute()
     return survey.motions(survey.send())

@@ -15,6 +15,7 @@ from heavytop.files import write_document, write_whole
 
 if TYPE_CHECKING:
     from heavytop.atlases.atlas import Atlas
+    from heavytop.claims.validation import Validation
     from heavytop.drifts.drift import Drift
     from heavytop.stresses.stress import Stress
     from heavytop.workprecs.work_precision import WorkPrecision
@@ -192,6 +193,31 @@ def write_energy_momentum(
             files |= {f"critical_set_{form}": drawn[f"chart_{form}"] for form in FORMS}
         write_document(place / files["document"], {**document, "files": files})
     return files
+
+
+def write_validation(found: Validation, folder: str | os.PathLike[str]) -> dict[str, str]:
+    """Write ``validate.json``.
+
+    Parameters
+    ----------
+    found : Validation
+    folder : path
+        It is made where there is none.
+
+    Returns
+    -------
+    dict from str to str
+        Names of the files, by what they are.
+
+    Raises
+    ------
+    Unwritten
+        The file cannot be written.
+    """
+    place = Path(folder)
+    with _stopping(place, kept=None):
+        place.mkdir(parents=True, exist_ok=True)
+        return _written("validate", found.document, place, figures=False)
 
 
 @contextmanager

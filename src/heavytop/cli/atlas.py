@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypedDict
 
 import typer
 
@@ -31,6 +31,15 @@ if TYPE_CHECKING:
 
 OPTIONS = ("x", "y", "x, y", "only", "integrate", "shard", "jobs")
 AXIS = "NAME=FROM:TO:COUNT"
+
+
+class Put(TypedDict):
+    """How what was found is put out."""
+
+    json: bool
+    figures: bool
+    voice: Voice
+
 
 Places = Annotated[
     list[str],
@@ -79,34 +88,26 @@ def atlas(
 ) -> None:
     """Classify every pixel of a plane of tops, each proved, and chart the map."""
     voice = Voice(quiet, verbose)
+    put: Put = {"json": json, "figures": not no_figures, "voice": voice}
     asked = {"--x": x, "--y": y, "--only": only, "--integrate": integrate or None, "--shard": shard,
              "--jobs": jobs, "--scheduler": scheduler}  # fmt: skip
-    if merge:
-        _alone("--merge", {**asked, "--set": changes, "--energy-momentum": energy_momentum or None})
-    elif energy_momentum:
-        _alone("--energy-momentum", asked)
     with ExitStack() as stack:
         stack.enter_context(ending())
         stack.enter_context(voice.warnings())
         if merge:
-            found = _merged(places, output)
-            finish(found, output, json=json, figures=not no_figures, voice=voice)
-            if not found.whole:
-                raise typer.Exit(Exit.ENDED_EARLY)
+            others = {"--set": changes, "--energy-momentum": energy_momentum or None}
+            _alone("--merge", asked | others)
+            _join(places, output, put)
             return
-        name = _scene(places)
+        name, options = _scene(places), overrides(changes)
         if energy_momentum:
-            if x is not None or y is not None:
-                raise typer.BadParameter(
-                    "not together with --energy-momentum", param_hint="--x, --y"
-                )
-            _diagram(name, output, changes, json=json, figures=not no_figures, voice=voice)
+            _alone("--energy-momentum", asked)
+            _diagram(name, options, output, put)
             return
         axes = _axes(x, y)
         from heavytop.atlases.mapping import atlas as mapped
         from heavytop.scene import load_scene
 
-        options = overrides(changes)
         _no_clash(options, axes)
         stack.enter_context(blaming([*options, *(f"{name}=" for name in OPTIONS)]))
         read = load_scene(name, overrides=options)
@@ -122,7 +123,7 @@ def atlas(
             folder=output,
             progress=stack.enter_context(voice.study()),
         )
-        finish(found, output, json=json, figures=not no_figures, voice=voice)
+        finish(found, output, **put)
 
 
 def finish(found: Atlas, folder: Path | None, *, json: bool, figures: bool, voice: Voice) -> None:
@@ -146,39 +147,33 @@ def results(found: Atlas, folder: Path | None, *, figures: bool, voice: Voice) -
     return noted(write_atlas(found, folder, figures=figures), folder, voice)
 
 
-def _diagram(
-    name: str,
-    output: Path | None,
-    changes: list[str] | None,
-    *,
-    json: bool,
-    figures: bool,
-    voice: Voice,
-) -> None:
+def _diagram(name: str, options: list[str], output: Path | None, put: Put) -> None:
     """Write and print the energy–momentum diagram of a scene."""
     from heavytop.energy_momentum_document import energy_momentum_document
     from heavytop.scene import load_scene
 
-    options = overrides(changes)
     with blaming(options), results_folder(output):
         document = energy_momentum_document(load_scene(name, overrides=options))
         document["files"] = {}
         if output is not None:
             from heavytop.study_results import write_energy_momentum
 
-            files = write_energy_momentum(document, output, figures=figures)
-            document["files"] = noted(files, output, voice)
-        show(document, json, "energy_momentum")
+            files = write_energy_momentum(document, output, figures=put["figures"])
+            document["files"] = noted(files, output, put["voice"])
+        show(document, put["json"], "energy_momentum")
 
 
-def _merged(places: list[str], output: Path | None) -> Atlas:
+def _join(places: list[str], output: Path | None, put: Put) -> None:
+    """Join shards; leave with a code of its own where some are missing."""
     from heavytop.atlases.mapping import merge_atlases
 
     if output is None:
         raise typer.BadParameter("the folder to join the shards in", param_hint="-o")
     with results_folder(output):
         found, _ = merge_atlases([named_folder(place) for place in places], output)
-    return found
+    finish(found, output, **put)
+    if not found.whole:
+        raise typer.Exit(Exit.ENDED_EARLY)
 
 
 def _alone(option: str, others: dict[str, Any]) -> None:

@@ -9,10 +9,10 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from heavytop.errors import Impossible, NotANumber
+from heavytop.errors import Impossible, ImpossibleStart, NotANumber
 from heavytop.kinds.bounded import Array
 from heavytop.kinds.starts import Held, Starts
-from heavytop.state import State
+from heavytop.state import State, broken_spin
 from heavytop.top import Top
 
 _WHOLE: Final = 2.0**53
@@ -60,6 +60,23 @@ class Columns:
         numbers = {name: float(_part(each, span)[0]) for name, each in self._columns.items()}
         moments = {name: numbers.pop(name) for name in ("A", "C", "gMR")}
         return Top(**moments), State(**numbers)
+
+
+def spun(
+    given: Mapping[str, ArrayLike], psidot: ArrayLike | None, omega3: ArrayLike | None
+) -> dict[str, ArrayLike]:
+    """Tops and starts with their spin, of which one name at most is given; none is ψ̇ = 0.
+
+    Raises
+    ------
+    ImpossibleStart
+        Both are given.
+    """
+    if psidot is not None and omega3 is not None:
+        raise ImpossibleStart(broken_spin(("psidot", "omega3")))
+    if omega3 is not None:
+        return {**given, "omega3": omega3}
+    return {**given, "psidot": 0.0 if psidot is None else psidot}
 
 
 def _column(given: Array, shape: tuple[int, ...]) -> Column:

@@ -9,14 +9,13 @@ from typing import Any, ClassVar, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from heavytop.errors import Impossible, ImpossibleStart
+from heavytop.errors import Impossible
 from heavytop.kinds.bounded import Array, Mask
 from heavytop.kinds.certify import classify
 from heavytop.kinds.codes import DETAILS, IMPOSSIBLE, NAMES, TAGS, Codes, bits, detail
-from heavytop.kinds.columns import Columns
+from heavytop.kinds.columns import Columns, spun
 from heavytop.kinds.screen import Screened, screen
 from heavytop.kinds.starts import Starts
-from heavytop.state import broken_spin
 
 CHUNK: Final = 16384  # tops at a time: the arrays in use stay in the cache, the calls are few
 
@@ -122,13 +121,8 @@ def classify_many(
     >>> [found.names[code] for code in found.kind], found.certified.all(), found.sent
     (['cusps', 'waves', 'loops'], np.True_, 0)
     """
-    if psidot is not None and omega3 is not None:
-        raise ImpossibleStart(broken_spin(("psidot", "omega3")))
     given = {"A": A, "C": C, "gMR": gMR, "theta": theta, "thetadot": thetadot, "phidot": phidot}
-    if omega3 is None:
-        columns = Columns(given | {"psidot": 0.0 if psidot is None else psidot})
-    else:
-        columns = Columns(given | {"omega3": omega3})
+    columns = Columns(spun(given, psidot, omega3))
     survey = _Survey(columns, tags)
     survey.screen()
     return survey.verdicts(survey.send())
