@@ -81,3 +81,25 @@ def test_what_is_no_number_is_never_the_smaller(monkeypatch):
     assert most(1, 3, 2) == most(iter([1, 3, 2])) == 3
     assert np.isnan(most(1.0, np.nan))
     assert np.isnan(most(iter([1.0, np.nan, 2.0])))
+
+
+def test_a_trajectory_of_another_span_is_named(tmp_path):
+    runner = CliRunner()
+    for folder, time in (("a", 2), ("b", 4)):
+        there = ["-q", "--no-figures", "-o", str(tmp_path / folder)]
+        runner.invoke(app, ["run", "sicm-kicked", "--set", f"span.time={time}", *there])
+    (tmp_path / "b" / "trajectory.nc").replace(tmp_path / "a" / "trajectory.nc")
+    found = runner.invoke(app, ["report", str(tmp_path / "a"), "-o", str(tmp_path / "c")])
+    assert found.exit_code == 6
+    said = "".join(found.stderr.split())
+    assert "a/trajectory.nc:thetrajectoryofanotherscene" in said
+
+
+def test_a_damaged_trajectory_is_the_one_that_is_named(tmp_path):
+    runner = CliRunner()
+    runner.invoke(app, ["run", "sicm-kicked", "-q", "--no-figures", "-o", str(tmp_path / "a")])
+    (tmp_path / "a" / "trajectory.nc").write_bytes(b"no such thing")
+    found = runner.invoke(app, ["report", str(tmp_path / "a"), "-o", str(tmp_path / "c")])
+    assert found.exit_code == 6
+    assert "trajectory.nc: not a readable" in " ".join(found.stderr.split())
+    assert "run.json" not in found.stderr

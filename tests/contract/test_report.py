@@ -292,6 +292,9 @@ def refused(tmp_path, name, text):
         '{"schema": "heavytop/validate/1", "claims": [], "x": 1e999}',
         '{"schema": "heavytop/validate/1", "claims": [], "x": [NaN]}',
         '{"schema": "heavytop/validate/1", "claims": [], "x": "' + "a" * 30_000 + '"}',
+        '{"schema": "heavytop/validate/1", "claims": [], "surrogate": "\\ud800"}',
+        '{"schema": "heavytop/validate/1", "claims": [], "control": "a\\u0001b"}',
+        '{"schema": "heavytop/validate/1", "claims": [], "deep": ' + "[" * 60 + "]" * 60 + "}",
     ],
     ids=lambda text: text[:40].replace("\x00", "null"),
 )  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import unicodedata
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,6 +13,7 @@ from heavytop.errors import ForeignFile
 
 MOST_BYTES: Final = 64 * 2**20  # of a document
 MOST_VALUES: Final = 3_000_000
+DEEPEST: Final = 40  # indented by so much, a page of lists is still of their size
 MOST_LETTERS: Final = 20_000  # of a text: a decimal of so many digits is still one
 LARGEST: Final = 1e300  # of a number: its square is still one
 
@@ -55,20 +57,32 @@ def document_at(path: Path) -> dict[str, Any]:
 
 def _unbounded(found: object) -> Wrong:
     """Say what in a document is larger than in any result."""
-    left, count = [found], 0
+    left, count = [(found, 0)], 0
     while left:
-        each = left.pop()
+        each, depth = left.pop()
         count += 1
         if count > MOST_VALUES:
             return f"more than {MOST_VALUES} values"
-        if isinstance(each, str) and len(each) > MOST_LETTERS:
-            return f"a text of {len(each)} letters"
+        if depth > DEEPEST:
+            return f"lists in lists, more than {DEEPEST} deep"
+        if isinstance(each, str) and (wrong := _unreadable(each)):
+            return wrong
         if isinstance(each, int | float) and not -LARGEST < each < LARGEST:  # NaN neither
             return "a number that no result has"
-        if isinstance(each, dict):
-            left += [*each, *each.values()]
-        elif isinstance(each, list):
-            left += each
+        inside = [*each, *each.values()] if isinstance(each, dict) else each
+        if isinstance(inside, list):
+            left += [(one, depth + 1) for one in inside]
+    return None
+
+
+def _unreadable(text: str) -> Wrong:
+    """Say what in a text no result has: too many letters, or some that no page can show."""
+    if len(text) > MOST_LETTERS:
+        return f"a text of {len(text)} letters"
+    if any(
+        unicodedata.category(letter) in {"Cc", "Cs"} and letter not in "\n\t" for letter in text
+    ):
+        return "a text with control characters"
     return None
 
 
@@ -82,6 +96,8 @@ def reading(path: Path) -> Iterator[None]:
     """
     try:
         yield
+    except ForeignFile:  # which names its file itself
+        raise
     except FAULTS as fault:
         why = " ".join(f"{type(fault).__name__}: {fault}".split())[:200]
         raise ForeignFile(f"{path}: not what was written ({why})") from fault

@@ -61,6 +61,9 @@ def run_section(finding: Finding, ident: str) -> Section:
     )
 
 
+SAME: Final = ("top", "start", "title", "span")
+
+
 def _trajectory(finding: Finding) -> Trajectory | None:
     path = finding.path.with_name("trajectory.nc")
     if "trajectory" not in finding.document["files"] or not path.is_file():
@@ -71,7 +74,7 @@ def _trajectory(finding: Finding) -> Trajectory | None:
 
     found = load_trajectory(path)
     there = finding.document["scene"]
-    if any(found.scene.document()[key] != there.get(key) for key in ("top", "start", "title")):
+    if any(found.scene.document()[key] != there.get(key) for key in SAME):
         raise ForeignFile(f"{path}: the trajectory of another scene than run.json is about")
     return found
 
