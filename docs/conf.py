@@ -27,9 +27,11 @@ extensions = [
     "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
     "executed",
     "commands",
     "public_names",
+    "verbs",
 ]
 exclude_patterns = ["_ext"]
 highlight_language = "none"
@@ -47,6 +49,8 @@ nb_output_stderr = "error"
 suppress_warnings = ["ref.python"]  # `period` in a docstring: of which class, its own text says
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
+autodoc_type_aliases = {"ArrayLike": "ArrayLike", "npt.ArrayLike": "ArrayLike"}
+smartquotes_action = "D"  # dashes alone: the E' of a text is no E with a quotation mark
 napoleon_google_docstring = False
 napoleon_use_ivar = True
 

@@ -9,7 +9,7 @@ and with phi alone; and the pass through both poles.
 from dataclasses import replace
 
 import numpy as np
-from claim import claim, finish
+from claim import claim, finish, most
 
 import heavytop as ht
 from heavytop.witness import closed_form
@@ -120,6 +120,6 @@ for pole, tops in (("lowest point", levels), ("top", kicks)):
 print()
 both = ht.load_scene("planar-rotating", ['want.quantities=["theta", "phi", "psi"]'])
 errors = ht.run_errors(ht.propagate(both, formulation="attitude"))
-claim("through both poles, error of phi and psi", max(errors.phi, errors.psi), 1e-12)
+claim("through both poles, error of phi and psi", most(errors.phi, errors.psi), 1e-12)
 print(f"     the axis form, with psi, ends early there: {ends_early(both, 'axis')}")
 finish()

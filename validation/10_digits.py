@@ -8,7 +8,7 @@ input is part of the error.
 import sys
 from time import perf_counter
 
-from claim import claim, finish
+from claim import claim, finish, most
 
 import heavytop as ht
 
@@ -30,7 +30,7 @@ def off(run, digits):
         exact = truth(ctx.mpf(sample.t))
         for name in ("theta", "phi", "psi"):
             mine, true = ctx.mpf(getattr(sample, name)), getattr(exact, name)
-            worst = max(worst, abs(mine - true) / max(1, abs(true)))
+            worst = most(worst, abs(mine - true) / max(1, abs(true)))
     return ctx, worst
 
 

@@ -5,7 +5,7 @@ import sys
 from time import perf_counter
 
 import numpy as np
-from claim import claim, finish
+from claim import claim, finish, most
 
 import heavytop as ht
 from heavytop.exact import Exact
@@ -25,7 +25,7 @@ print(perf_counter() - began)
 
 def off(sample, exact, ctx):
     """Return the errors of the axis, and of phi and psi with all their turns."""
-    axis = max(abs(float(x - y)) for x, y in zip(sample.axis, exact.axis, strict=True))
+    axis = most(abs(float(x - y)) for x, y in zip(sample.axis, exact.axis, strict=True))
     turned = (
         2 * ctx.pi * int(getattr(sample, f"{a}_turns")) + ctx.mpf(getattr(sample, f"{a}_mod"))
         for a in ("phi", "psi")
@@ -58,7 +58,7 @@ axis, phi, psi = np.max([errors for errors, _ in found], axis=0)
 claim("axis, up to 1e12 periods", axis, 1e-13)
 claim("phi, its turns and its rest", phi, 1e-13)
 claim("psi, its turns and its rest", psi, 1e-13)
-claim("period, relative", max(late for _, late in found), 1e-28)
+claim("period, relative", most(late for _, late in found), 1e-28)
 
 scene = ht.load_scene("sicm-kicked", ["span.time=1000000000.1"])
 form = ht.Motion(scene.top, scene.start).form(60)

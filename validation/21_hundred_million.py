@@ -9,7 +9,7 @@ import json
 import sys
 from pathlib import Path
 
-from claim import claim, finish
+from claim import claim, finish, most
 from page import rewrite
 
 import heavytop as ht
@@ -42,7 +42,7 @@ for name in METHODS:
         if float.fromhex(piece.checkpoint["periods"]) > FIRST:
             break
     again = [abs(float.fromhex(row["phase_s"])) for row in rows]
-    worst = max(worst, *(abs(a - b) for a, b in zip(again, method["phase_s"], strict=False)))
+    worst = most(worst, *(abs(a - b) for a, b in zip(again, method["phase_s"], strict=False)))
     error, exponent = method["phase_s"][-1], method["phase_exponent"]
     table.append(
         f"| `{name}` | {method['periods'][-1]:.9g} | {method['steps']:.4g} | {error:.2e} | "

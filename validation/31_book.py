@@ -1,4 +1,4 @@
-"""The book (SICM 2.10): its quadratures, its words about its figures, its effective potential."""
+"""The book (SICM 2.10): its quadratures, its words about its figures, its three exercises."""
 
 import mpmath
 import numpy as np
@@ -8,8 +8,11 @@ import heavytop as ht
 
 A, C, gMR = "3.28e-4", "6.60e-5", "0.0456"  # the book's top
 mp = mpmath.MPContext()
-mp.dps = 60
-NODES = 160
+mp.dps = 80
+NODES = 200
+DIGITS = 75  # asked of the closed form; the quadratures have 80, and lose four
+END = 2  # seconds that the figures show
+PARTWAY = "0.3"  # a tilt between the turning points of the kicked top
 STARTS = {  # released at theta = 0.1 with thetadot = 0; the book's sentence and what is held
     "sicm-kicked": "loops",
     "sicm-dropped": "cusps",
@@ -39,7 +42,7 @@ class Book:
         """The turning point that is not the start: a bracket of the potential, halved."""
         inside = (mp.mpf("0.1") + 3 * near) / 4
         out = near + (near - mp.mpf("0.1")) / 3
-        for _ in range(230):
+        for _ in range(300):
             middle = (inside + out) / 2
             if self.potential(middle) < self.E:
                 inside = middle
@@ -47,15 +50,29 @@ class Book:
                 out = middle
         return inside
 
+    def time(self, angle, centre, half):
+        """dt over the angle that makes both ends regular, theta = centre + half sin(angle)."""
+        theta = centre + half * mp.sin(angle)
+        height = 2 * (self.E - self.potential(theta)) / self.A
+        return half * mp.cos(angle) / mp.sqrt(height)
+
+    def elapsed(self, end, tilt):
+        """The time from the start to a tilt on the way to the other end: exercise 2.12 c."""
+        start = mp.mpf("0.1")
+        centre, half = (start + end) / 2, (end - start) / 2
+        angles = [-mp.pi / 2, mp.asin((mp.mpf(tilt) - centre) / half)]
+        # Gauss's nodes stay away from the start, where E - V is lost in its rounding
+        return mp.quad(
+            lambda angle: self.time(angle, centre, half), angles, method="gauss-legendre"
+        )
+
     def quadrature(self, near):
-        """Period and precession, integrated over the angle that makes both ends regular."""
+        """Other end, period and precession."""
         start, end = mp.mpf("0.1"), self.other_end(near)
         centre, half = (start + end) / 2, abs(end - start) / 2
 
         def time(angle):
-            theta = centre + half * mp.sin(angle)
-            height = 2 * (self.E - self.potential(theta)) / self.A
-            return half * mp.cos(angle) / mp.sqrt(height)
+            return self.time(angle, centre, half)
 
         def turn(angle):
             return time(angle) * self.phidot(centre + half * mp.sin(angle))
@@ -87,28 +104,30 @@ def quadratures():
     if not QUADRATURES:
         for name in STARTS:
             scene, motion, book, near = book_of(name)
-            QUADRATURES[name] = scene, motion, book.quadrature(mp.mpf(near))
+            QUADRATURES[name] = scene, motion, book.quadrature(mp.mpf(near)), book
     return QUADRATURES.values()
 
 
 @claimed("book-period")
 def _():
-    return most(relative(motion.form(30).period, found[1]) for _, motion, found in quadratures())
+    return most(
+        relative(motion.form(DIGITS).period, found[1]) for _, motion, found, _ in quadratures()
+    )
 
 
 @claimed("book-precession")
 def _():
     return most(
-        relative(motion.form(30).precession, found[2]) for _, motion, found in quadratures()
+        relative(motion.form(DIGITS).precession, found[2]) for _, motion, found, _ in quadratures()
     )
 
 
 @claimed("book-range")
 def _():
     worst = 0.0
-    for _, motion, found in quadratures():
-        ends = motion.form(30).tilts
-        worst = most(worst, min(relative(end, found[0]) for end in ends))
+    for _, motion, found, _ in quadratures():
+        high, low = motion.form(DIGITS).tilts
+        worst = most(worst, relative(high if found[0] > 0.1 else low, found[0]))
     return worst
 
 
@@ -121,9 +140,10 @@ def turning(scene):
 @claimed("book-period-run")
 def _():
     worst = 0.0
-    for scene, _, found in quadratures():
+    for scene, _, found, _ in quadratures():
         _, t = turning(scene)
-        expected = np.arange(t.size) * float(found[1]) / 2
+        half = float(found[1]) / 2
+        expected = np.arange(int(END / half) + 1) * half  # none may be missing
         worst = most(worst, float(np.max(np.abs(t - expected))))
     return worst
 
@@ -131,10 +151,10 @@ def _():
 @claimed("book-precession-run")
 def _():
     worst = 0.0
-    for scene, _, found in quadratures():
+    for scene, _, found, _ in quadratures():
         run = ht.propagate(scene)
         period = float(found[1])
-        times = np.arange(1, int(2 / period) + 1) * period
+        times = np.arange(1, int(END / period) + 1) * period
         turned = np.arange(1, times.size + 1) * float(found[2])
         worst = most(worst, float(np.max(np.abs(run(times).phi - turned))))
     return worst
@@ -143,7 +163,7 @@ def _():
 @claimed("book-range-run")
 def _():
     worst = 0.0
-    for scene, _, found in quadratures():
+    for scene, _, found, _ in quadratures():
         events, _ = turning(scene)
         tilts = events.theta[events.is_turning][1::2]
         worst = most(worst, float(np.max(np.abs(tilts - float(found[0])))))
@@ -177,6 +197,114 @@ def _():
         wrong += str(motion.kind) != word
         wrong += kinds != {word}
     return wrong
+
+
+@claimed("book-spin-run")
+def _():
+    """The figure of the rate of rotation: psidot from the book's two momenta, at both ends."""
+    worst = 0.0
+    for scene, _, found, book in quadratures():
+        half = float(found[1]) / 2
+        times = np.arange(int(END / half) + 1) * half
+        ends = [book.p_psi / book.C - book.phidot(x) * mp.cos(x) for x in (mp.mpf("0.1"), found[0])]
+        rates = np.resize([float(x) for x in ends], times.size)
+        worst = most(worst, float(np.max(np.abs(ht.propagate(scene)(times).psidot - rates))))
+    return worst
+
+
+@claimed("book-spins-faster")
+def _():
+    """Of samples by growing tilt, those at which the kicked top spins no slower than before."""
+    run = ht.propagate(ht.load_scene("sicm-kicked"))
+    at = run(np.linspace(0, 0.27, 271))  # on the way down, half a period
+    down = bool(np.all(np.diff(at.theta) > 0))
+    return int(np.sum(~(np.diff(at.psidot) < 0))) + (not down)
+
+
+def body(count=5, rings=4):
+    """Rings of equal point masses about the z axis: masses, places from the pivot."""
+    source = np.random.default_rng(7)
+    masses, places = [], []
+    for mass, radius, height in source.uniform(0.2, 2, (rings, 3)):
+        angles = source.uniform(0, 6) + 2 * np.pi * np.arange(count) / count
+        masses += [mass] * count
+        places += [(radius * np.cos(x), radius * np.sin(x), height) for x in angles]
+    return np.array(masses), np.array(places)
+
+
+def turned(theta, phi, psi):
+    """The book's rotation: Rz(phi) Rx(theta) Rz(psi), and the axes about which the angles turn."""
+
+    def about_z(x):
+        return np.array([[np.cos(x), -np.sin(x), 0], [np.sin(x), np.cos(x), 0], [0, 0, 1]])
+
+    c, s = np.cos(theta), np.sin(theta)
+    tilted = about_z(phi) @ np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+    return tilted @ about_z(psi), about_z(phi) @ [1, 0, 0], np.array([0, 0, 1]), tilted @ [0, 0, 1]
+
+
+@claimed("book-exercise-2.11")
+def _():
+    """Sum of m v^2/2 over point masses, against T with the moments that our top has of parts."""
+    from heavytop.models import lagrangian as ours
+    from heavytop.models.numeric import numpy_function
+
+    masses, places = body()
+    M, centre = masses.sum(), (masses @ places) / masses.sum()
+    x, y, z = (places - centre).T
+    top = ht.Top.from_parts(
+        mass=float(M),
+        distance=float(centre[2]),
+        A_cm=float(masses @ (y**2 + z**2)),
+        C_cm=float(masses @ (x**2 + y**2)),
+        gravity=1,
+    )
+    symbols = (ours.A, ours.C, *ours.COORDINATES, *ours.VELOCITIES)
+    mine = numpy_function([ours.kinetic_energy()], symbols)
+    worst = 0.0
+    for *angles, tilt, turn, spin in np.random.default_rng(11).uniform(-3, 3, (100, 6)):
+        rotation, nodes, up, axis = turned(*angles)
+        omega = tilt * nodes + turn * up + spin * axis
+        constituents = np.cross(omega, places @ rotation.T)
+        energy = masses @ np.sum(constituents**2, axis=1) / 2
+        found = np.ravel(mine(float(top.A), float(top.C), *angles, tilt, turn, spin))[0]
+        worst = most(worst, float(abs(found / energy - 1)))
+    return worst
+
+
+def partway():
+    """When the kicked top first has a tilt of 0.3, by the book's quadrature."""
+    scene, motion, found, book = next(iter(quadratures()))
+    return scene, motion, book.elapsed(found[0], PARTWAY)
+
+
+@claimed("book-exercise-2.12")
+def _():
+    _, motion, t = partway()
+    form = motion.form(DIGITS)
+    return abs(mp.mpf(form(form.ctx.mpf(t)).theta) - mp.mpf(PARTWAY))
+
+
+@claimed("book-exercise-2.12-run")
+def _():
+    scene, _, t = partway()
+    return abs(float(ht.propagate(scene)(float(t)).theta) - float(PARTWAY))
+
+
+@claimed("book-exercise-2.13")
+def _():
+    """Turned in a second of steady precession, over the roots of A cos W^2 - p_psi W + gMR."""
+    worst = 0.0
+    top, (a, c, g) = ht.Top(A, C, gMR), (mp.mpf(x) for x in (A, C, gMR))
+    cosine = mp.cos(mp.mpf("0.1"))
+    for spin in (118, 140, 200, 500, 2000):
+        root = mp.sqrt((c * spin) ** 2 - 4 * a * g * cosine)
+        for which, sign in (("slow", -1), ("fast", 1)):
+            start = ht.State.steady(top, "0.1", spin, which)
+            scene = ht.Scene(top, start, time=1, events=(), quantities=("theta", "phi"))
+            rate = float((c * spin + sign * root) / (2 * a * cosine))
+            worst = most(worst, abs(float(ht.propagate(scene)(1.0).phi) / rate - 1))
+    return worst
 
 
 @claimed("book-fastest-precession")

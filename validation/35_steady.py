@@ -2,10 +2,15 @@
 
 from fractions import Fraction
 
+import mpmath
 import numpy as np
 from claim import claimed, finish, most
 
 import heavytop as ht
+from heavytop.solids import cone
+
+mp = mpmath.MPContext()
+mp.dps = 50
 
 # The cone as METIS states it: height, radius, height of its centre, gravity; its moments for each
 # kilogram, and the spin that goes with a precession of 10 rad/s at a tilt of pi/3.
@@ -14,7 +19,20 @@ PRECESSION, COSINE = 10, Fraction(1, 2)
 AXIAL = Fraction(3, 10) * RADIUS**2
 TRANSVERSE = Fraction(3, 80) * (4 * RADIUS**2 + HEIGHT**2) + CENTRE**2
 WEIGHT = G * CENTRE
-SPIN = WEIGHT / (AXIAL * PRECESSION) + (TRANSVERSE - AXIAL) / AXIAL * PRECESSION * COSINE
+DENSITY = 2700
+
+
+def spin(rate, number=Fraction):
+    """METIS's formula: the spin that goes with a precession."""
+    weight, axial, transverse, cosine = map(number, (WEIGHT, AXIAL, TRANSVERSE, COSINE))
+    return weight / (axial * rate) + (transverse - axial) / axial * rate * cosine
+
+
+def decimal(fraction):
+    return mp.mpf(fraction.numerator) / fraction.denominator
+
+
+SPIN = spin(PRECESSION)
 
 
 def moved():
@@ -29,6 +47,16 @@ def _():
     return most(abs(a.fraction / b - 1) for a, b in pairs)
 
 
+@claimed("betsch-solid")
+def _():
+    """The cone as a solid, against METIS's formulas with its mass of density pi r^2 h/3."""
+    solid = cone(radius="0.05", apex=0, base="0.1", density=DENSITY)
+    top = ht.Top.from_solids([solid], gravity="9.81")
+    mass = DENSITY * mp.pi * decimal(RADIUS**2 * HEIGHT) / 3
+    pairs = ((top.A, TRANSVERSE), (top.C, AXIAL), (top.gMR, WEIGHT))
+    return most(abs(found.mpf(mp) / (mass * decimal(each)) - 1) for found, each in pairs)
+
+
 @claimed("betsch-spin")
 def _():
     scene = ht.load_scene("steady-betsch")
@@ -38,19 +66,28 @@ def _():
     )
 
 
-@claimed("betsch-balance")
+@claimed("betsch-rates")
 def _():
-    scene = ht.load_scene("steady-betsch")
-    rate, omega3 = float(scene.start.phidot), float(scene.start.omega3)
-    terms = (float(TRANSVERSE * COSINE) * rate**2, -float(AXIAL) * omega3 * rate, float(WEIGHT))
-    return abs(sum(terms)) / most(map(abs, terms))
+    """METIS's formula read the other way: at its spin, 10 rad/s and one other precession."""
+    top = ht.Top(A=TRANSVERSE, C=AXIAL, gMR=WEIGHT)
+    omega3 = SPIN + PRECESSION * COSINE
+    starts = [ht.State.steady(top, "pi/3", omega3, which) for which in ("slow", "fast")]
+    slow, fast = (start.phidot.mpf(mp) for start in starts)
+    off = [
+        abs(start.psidot.mpf(mp) / spin(rate, decimal) - 1)
+        for start, rate in zip(starts, (slow, fast), strict=True)
+    ]
+    return most(abs(slow / PRECESSION - 1), *off, int(not fast > 2 * slow))
 
 
 @claimed("betsch-kind")
 def _():
     top = ht.Top(A=TRANSVERSE, C=AXIAL, gMR=WEIGHT)
-    verdict = ht.classify(top, ht.State(theta="pi/3", phidot=PRECESSION, psidot=SPIN))
-    return str(verdict.kind) != "uniform-precession" or not verdict.certified
+    wrong = 0
+    for less, kinds in ((0, {"uniform-precession"}), (Fraction(1, 10**30), {"waves", "loops"})):
+        verdict = ht.classify(top, ht.State(theta="pi/3", phidot=PRECESSION, psidot=SPIN - less))
+        wrong += str(verdict.kind) not in kinds or not verdict.certified
+    return wrong
 
 
 @claimed("betsch-closed-form")

@@ -13,10 +13,11 @@ SKIPPED = "skipped"
 
 def row(claim):
     measured = SKIPPED if claim["measured"] is None else f"{claim['measured']:.1e}"
-    bound = f"{claim['bound']:.0e}" if claim["bound"] else "0"
+    bound = f"{claim['bound']:.2g}" if claim["bound"] else "0"
     holds = ", ".join(claim["holds"])
     statement = claim["statement"].replace("|", "\\|")
-    return f"| `{claim['id']}` | {statement} | {holds} | {measured} | {bound} |"
+    numbers = claim["numbers"]
+    return f"| `{claim['id']}` | {statement} | {holds} | {numbers} | {measured} | {bound} |"
 
 
 def table(document):
@@ -25,7 +26,10 @@ def table(document):
     parts = []
     for authority in dict.fromkeys(claim["authority"] for claim in claims):
         rows = [row(claim) for claim in claims if claim["authority"] == authority]
-        head = "| claim | what is measured | held | measured | bound |\n|---|---|---|--:|--:|"
+        head = (
+            "| claim | what is measured | held | whose numbers | measured | bound |\n"
+            "|---|---|---|---|--:|--:|"
+        )
         parts.append("\n".join([f"**{authority}**\n", head, *rows]))
     return "\n\n".join(parts)
 

@@ -1,7 +1,8 @@
 """Errors planted on purpose, and how many claims catch each.
 
-A copy of the sources gets one wrong sign, swapped moments, k for m or a lost turn; all claims are
-measured on it. With the word `write` the table goes to docs/validation.md.
+A copy of the sources gets one wrong sign, swapped moments, k for m, a lost turn or, at one place,
+no number; all claims are measured on it. With the word `write` the table goes to
+docs/validation.md.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from tempfile import TemporaryDirectory
 
 ROOT = Path(__file__).parents[1]
 SQUARED = "    mc = mc * (2 - mc)\n"  # m^2 where m is meant
+VALUES = "np.broadcast_to(v, t.shape)"
+HOLE = f"np.where(np.arange(t.size) == t.size // 2, np.nan, {VALUES})"  # one of the times asked for
 
 
 @dataclass(frozen=True)
@@ -83,6 +86,36 @@ PLANTS = (
         (("return self.halves[0].turn", "return self.halves[0].turn - 2 * self.ctx.pi"),),
         ("landau-fast-precession", "mpmath-precession", "dop853-closed-form-kicked"),
     ),
+    Plant(
+        "no number at one time, in the integrator",
+        "quantities.py",
+        ((f"full = {{n: {VALUES} for", f"full = {{n: {HOLE} for"),),
+        ("betsch-tilt-run", "dop853-run-tilted", "gauss-pendulum-run", "huygens-conical"),
+    ),
+    Plant(
+        "no number at one time, in the closed form in doubles",
+        "theory/nodding_double.py",
+        (
+            (
+                "        opened = (turning % 2 == 1) & (after > 0)\n",
+                "        columns[0].flat[t.size // 2] = np.nan\n"
+                "        opened = (turning % 2 == 1) & (after > 0)\n",
+            ),
+        ),
+        ("dop853-closed-form-kicked", "dop853-closed-form-tilted", "dop853-closed-form-dropped"),
+    ),
+    Plant(
+        "no number beside one turning point, in the closed form",
+        "theory/nodding.py",
+        (
+            (
+                "        return Place(above,",
+                "        above, below = (ctx.nan, ctx.nan) if upper else (above, below)\n"
+                "        return Place(above,",
+            ),
+        ),
+        ("mpmath-tilt", "flint-weierstrass", "lie-closed-form"),
+    ),
 )  # fmt: skip
 
 
@@ -121,7 +154,7 @@ def table(rows: list[tuple[Plant, list[str]]]) -> str:
     """The plants as a table of the documentation."""
     lines = ["| planted | caught by | for instance |", "|---|--:|---|"]
     for plant, names in rows:
-        shown = ", ".join(f"`{name}`" for name in plant.quick)
+        shown = ", ".join(f"`{name}`" for name in plant.quick[:4])
         lines.append(f"| {plant.name} (`{plant.file}`) | {len(names)} | {shown} |")
     return "\n".join(lines)
 

@@ -171,5 +171,6 @@ class Body:
 
 
 def farthest(a, b) -> float:
-    """Return the largest difference of two sequences of numbers."""
-    return float(max(abs(mpf(x) - mpf(y)) for x, y in zip(a, b, strict=True)))
+    """Return the largest difference of two sequences of numbers, none where one of them is none."""
+    apart = [float(abs(mpf(x) - mpf(y))) for x, y in zip(a, b, strict=True)]
+    return math.nan if any(map(math.isnan, apart)) else max(apart)

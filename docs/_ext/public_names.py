@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
+from itertools import groupby
 from typing import TYPE_CHECKING
 
 from sphinx.util import logging
@@ -11,6 +14,8 @@ import heavytop
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
     from sphinx.environment import BuildEnvironment
+
+SHARED = re.compile(r":(ivar|vartype) (\w+(?:, \w+)+):(.*)")
 
 logger = logging.getLogger(__name__)
 
@@ -36,8 +41,33 @@ def without_substitutions(
             lines[i] = "``".join(parts)
 
 
+def one_by_one(
+    app: Sphinx, kind: str, name: str, thing: object, options: object, lines: list[str]
+) -> None:
+    """Give every attribute a field of its own, where several share one description."""
+    lines[:] = [line for field in fields(lines) for line in field]
+
+
+def fields(lines: list[str]) -> Iterator[list[str]]:
+    """The lines of a docstring, field by field; a field that several share once for each."""
+    count = 0
+
+    def number(line: str) -> int:
+        nonlocal count
+        count += not line.startswith(" ")
+        return count
+
+    for _, group in groupby(lines, number):
+        first, *rest = group
+        shared = SHARED.fullmatch(first)
+        names = shared[2].split(", ") if shared else [""]
+        for each in names:
+            yield [f":{shared[1]} {each}:{shared[3]}" if shared else first, *rest]
+
+
 def setup(app: Sphinx) -> dict[str, object]:
     """Enter the extension."""
     app.connect("autodoc-process-docstring", without_substitutions)
+    app.connect("autodoc-process-docstring", one_by_one)
     app.connect("env-check-consistency", compare)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -38,6 +38,7 @@ _HOMES = {
     "Motions": "motions",
     "NoClosedForm": "errors",
     "NoScheduler": "errors",
+    "NoWorkerWarning": "errors",
     "Plan": "planning",
     "Sample": "quantities",
     "Scene": "scene",
@@ -48,8 +49,10 @@ _HOMES = {
     "Top": "top",
     "Trajectory": "trajectory",
     "Transition": "transition",
+    "Validation": "claims.validation",
     "Verdict": "kinds",
     "WorkPrecision": "workprecs.work_precision",
+    "WrongType": "errors",
     "atlas": "atlases.mapping",
     "classify": "kinds.certify",
     "classify_many": "kinds.many",
@@ -71,6 +74,7 @@ _HOMES = {
     "sensitivities": "sensitivity",
     "state_transition": "transition",
     "stress": "stresses.stressing",
+    "validate": "claims.validating",
     "work_precision": "workprecs.measuring",
 }
 
@@ -101,6 +105,7 @@ __all__ = [
     "Motions",
     "NoClosedForm",
     "NoScheduler",
+    "NoWorkerWarning",
     "Plan",
     "Sample",
     "Scene",
@@ -111,8 +116,10 @@ __all__ = [
     "Top",
     "Trajectory",
     "Transition",
+    "Validation",
     "Verdict",
     "WorkPrecision",
+    "WrongType",
     "atlas",
     "classify",
     "classify_many",
@@ -134,6 +141,7 @@ __all__ = [
     "sensitivities",
     "state_transition",
     "stress",
+    "validate",
     "work_precision",
 ]
 
@@ -143,6 +151,8 @@ if TYPE_CHECKING:
     from heavytop.atlases.mapping import atlas, load_atlas, merge_atlases
     from heavytop.balls import Enclosure, enclose
     from heavytop.circuit import Circuit
+    from heavytop.claims.validating import validate
+    from heavytop.claims.validation import Validation
     from heavytop.continuation import extend
     from heavytop.diagram import EnergyMomentum, energy_momentum
     from heavytop.drifts.drift import Drift
@@ -163,7 +173,9 @@ if TYPE_CHECKING:
         MissingPackage,
         NoClosedForm,
         NoScheduler,
+        NoWorkerWarning,
         StoppedEarly,
+        WrongType,
     )
     from heavytop.exact import Exact
     from heavytop.facts import Facts

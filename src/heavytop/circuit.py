@@ -66,6 +66,8 @@ Look: TypeAlias = "Callable[[float, float], Stop]"
 class Circuit:
     """The period lattice around a loop; arrays of shape (k,), the last place being the first.
 
+    Made by `EnergyMomentum.circuit`.
+
     Parameters
     ----------
     s : ndarray
@@ -80,6 +82,11 @@ class Circuit:
         What makes them continuous from where the loop begins, in turns.
     largest_step : float
         The largest |step| of Δφ or of Δψ − κT, less than a quarter turn [rad].
+
+    References
+    ----------
+    Duistermaat, "On global action-angle coordinates", *Communications on Pure and Applied
+    Mathematics* 33 (1980); Cushman & Bates, *Global Aspects of Classical Integrable Systems*.
     """
 
     s: Array
@@ -109,7 +116,7 @@ class Circuit:
 
     @property
     def spin_winding(self) -> int:
-        """By how many turns Δψ has grown: −1 for each turn of Δφ, or where gMR < 0 1."""
+        """By how many turns Δψ has grown, −1 for each turn of Δφ, or where gMR < 0 1."""
         return int(self.spin_turns[-1])
 
     @property

@@ -55,6 +55,11 @@ def executor_at(address: str, *, timeout_s: float = TIMEOUT_S) -> Iterator[Execu
     timeout_s : float
         How long to wait for the scheduler, and then for its first worker [s].
 
+    Yields
+    ------
+    concurrent.futures.Executor
+        For the argument ``executor`` of `drift`, `atlas` and `resume`.
+
     Raises
     ------
     NoScheduler

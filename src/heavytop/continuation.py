@@ -7,12 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from heavytop import options
+from heavytop.arguments import expect, number_of
 from heavytop.errors import Outcome
-from heavytop.exact import Exact, Number
+from heavytop.exact import Number
 from heavytop.finishing import Progress, finished, in_decimals
 from heavytop.planning import closed_form_of, plan, span
+from heavytop.scene_schema import MAX_SAMPLES
 from heavytop.taylor.orbit import continued
 from heavytop.trajectory import Trajectory
+
+_SAMPLES = options.Number(1, MAX_SAMPLES, whole=True)
 
 
 def extend(
@@ -29,6 +34,7 @@ def extend(
     Parameters
     ----------
     trajectory : Trajectory
+        What goes on.
     time_span : number
         The new end, measured from the start [s], beyond the old one on the same side.
     samples : int, optional
@@ -44,17 +50,32 @@ def extend(
     Raises
     ------
     ValueError
-        The new end is not beyond the old one.
+        The new end is not beyond the old one; samples are no whole number.
+    WrongType, NotANumber
+        It is no Trajectory; `time_span` is no number.
+
+    Notes
+    -----
+    Accuracy: ``tests/property/test_determinism.py`` holds a run that was continued to one in a
+    piece, bit for bit.
+
+    Examples
+    --------
+    >>> import heavytop as ht
+    >>> scene = ht.load_scene("sicm-kicked")
+    >>> longer = extend(ht.propagate(scene), 4)
+    >>> float(longer.t[-1]), longer.events.count("turning")
+    (4.0, 15)
     """
-    old, end = trajectory.orbit, float(Exact.of(time_span))
+    expect("trajectory", trajectory, Trajectory, "propagate gives one")
+    span_wanted = number_of("time_span", time_span)
+    old, end = trajectory.orbit, float(span_wanted)
     if not abs(end) > abs(old.end) or end * old.end < 0:
         raise ValueError(f"time_span: beyond {old.end}, where the trajectory ends")
-    spacing = abs(old.end) / max(trajectory.t.size - 1, 1)
-    count = max(1, round((abs(end) - abs(old.end)) / spacing)) if samples is None else samples
+    count = _as_before(trajectory, end) if samples is None else _whole(samples)
     times = np.linspace(old.end, end, count + 1)[1:]
     began = time.perf_counter()
     orbit = continued(old, times, on_block=progress)
-    span_wanted = Exact.of(time_span)
     scene = replace(
         trajectory.scene, time=span_wanted, periods=None, samples=trajectory.t.size + count
     )
@@ -65,6 +86,20 @@ def extend(
     again = plan(scene, trajectory.plan.formulation)  # a longer run may take more bits
     chosen = replace(trajectory.plan, precision=again.precision, tolerance=again.tolerance)
     return in_decimals(replace(longer, plan=chosen), progress, trajectory.decimals)
+
+
+def _as_before(trajectory: Trajectory, end: float) -> int:
+    """Return how many samples there are to an end at the distance that they have."""
+    reached = abs(trajectory.orbit.end)
+    spacing = reached / max(trajectory.t.size - 1, 1)
+    return max(1, round((abs(end) - reached) / spacing))
+
+
+def _whole(samples: object) -> int:
+    try:
+        return int(_SAMPLES(samples))
+    except options.Refused as wrong:
+        raise ValueError(f"samples: {wrong}") from None
 
 
 def completed(trajectory: Trajectory, *, progress: Progress | None = None) -> Trajectory:

@@ -22,8 +22,18 @@ class NotANumber(HeavyTopError, ValueError):
     """A value that is not an exact finite real number; the message says the rule."""
 
 
+class WrongType(HeavyTopError, TypeError):
+    """An argument that is not what a function takes; the message names it and says what is."""
+
+
 class Impossible(HeavyTopError, ValueError):
-    """Values that break a rule; `broken` lists (name, rule) for each one that does."""
+    """Values that break a rule; `broken` lists (name, rule) for each one that does.
+
+    Attributes
+    ----------
+    broken : tuple of (str, str)
+        The names of the values, and the rules.
+    """
 
     def __init__(self, broken: Sequence[tuple[str, str]]) -> None:
         super().__init__(broken)
@@ -43,7 +53,21 @@ class ImpossibleStart(Impossible):
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One thing wrong with a scene: where it stands, what it says, which rule it breaks."""
+    """One thing wrong with a scene: where it stands, what it says, which rule it breaks.
+
+    Attributes
+    ----------
+    file : str
+        The file, or what else holds it, such as ``--set``.
+    line : int or None
+        Its line there.
+    key, value : str
+        What stands there.
+    rule : str
+        What may stand there instead.
+    hint : str
+        The nearest name that is known, or what may have been meant; or empty.
+    """
 
     file: str
     line: int | None
@@ -60,7 +84,13 @@ class Fault:
 
 
 class BadScene(HeavyTopError, ValueError):
-    """A scene that cannot be run; `faults` lists everything wrong with it at once."""
+    """A scene that cannot be run; `faults` lists everything wrong with it at once.
+
+    Attributes
+    ----------
+    faults : tuple of Fault
+        What is wrong: file, line, key, value, rule and hint of each.
+    """
 
     def __init__(self, faults: tuple[Fault, ...]) -> None:
         super().__init__(faults)
@@ -100,7 +130,15 @@ class ForeignFile(HeavyTopError, ValueError):
 
 
 class ForeignStudy(ForeignFile):
-    """A folder that holds another study; `differences` lists by name what is not the same."""
+    """A folder that holds another study; `differences` lists by name what is not the same.
+
+    Attributes
+    ----------
+    folder : Path
+        Where it lies.
+    differences : tuple of str
+        Each with what stands there and what was asked.
+    """
 
     def __init__(self, folder: Path, differences: Sequence[str]) -> None:
         super().__init__(folder, differences)
@@ -119,6 +157,7 @@ class ForeignWorker(ForeignFile):
     worker : str
         Its process and its computer.
     differences : tuple of str
+        Each with what the worker has and what the study was begun with.
     """
 
     def __init__(self, worker: str, differences: Sequence[str]) -> None:
@@ -134,7 +173,15 @@ class NoScheduler(HeavyTopError):
 
 
 class InUse(HeavyTopError):
-    """A folder that another process is writing."""
+    """A folder that another process is writing.
+
+    Attributes
+    ----------
+    folder : Path
+        Which one.
+    pid, host : str
+        The number of that process and its computer; empty where they are not known.
+    """
 
     def __init__(self, folder: Path, pid: str = "", host: str = "") -> None:
         super().__init__(folder, pid, host)
@@ -165,6 +212,10 @@ class MissingPackage(HeavyTopError, ImportError):
     def __str__(self) -> str:
         missing = " and ".join(self.packages)
         return f"{self.method} needs {missing}: pip install 'heavytop[{self.extra}]'"
+
+
+class NoWorkerWarning(UserWarning):
+    """Workers elsewhere that have all gone, while their study waits for one."""
 
 
 class UnboundedAngleWarning(UserWarning):
@@ -255,6 +306,15 @@ class StoppedEarly(HeavyTopError):
     @classmethod
     def unwritable(cls, fault: OSError, path: Path, folder: Path | None) -> StoppedEarly:
         """The end of a study that cannot write a file: `path`, where `fault` does not say which.
+
+        Parameters
+        ----------
+        fault : OSError
+            What the system said.
+        path : Path
+            The file that was to be written.
+        folder : Path or None
+            Where the part that was done is kept.
 
         Examples
         --------

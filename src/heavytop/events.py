@@ -39,6 +39,8 @@ class Events:
         Low words of the times [s].
     theta, phi, phidot : ndarray, shape (k,)
         Tilt, precession [rad] and precession rate [rad/s]; phi is nan where it is not followed.
+        Where the exact motion passes through the vertical itself phi is that before or after the
+        pass, π apart, and phidot is its limit.
     residual : ndarray, shape (k,)
         The event function at the state found: thetadot sin(theta) or thetadot at a turning
         point, phidot sin^2(theta) or phidot at a reversal, as the formulation has it [rad/s].
@@ -68,7 +70,13 @@ class Events:
         return f"<Events: {counted or 'none asked for'}>"
 
     def table(self, most: int | None = None) -> list[dict[str, Any]]:
-        """Return the events, or the first of them, as rows with kind, t, theta, phi, ..."""
+        """Return the events, or the first of them, as rows with kind, t, theta, phi, ...
+
+        Parameters
+        ----------
+        most : int, optional
+            How many at most.
+        """
         columns = {name: getattr(self, name)[:most].tolist() for name in COLUMNS}
         rows = zip(self.kind[:most], *columns.values(), strict=True)
         return [dict(zip(("kind", *COLUMNS), row, strict=True)) for row in rows]
@@ -80,6 +88,11 @@ class Events:
 
     def count(self, event: str) -> int | None:
         """Return how many ``turning``, ``reversal`` or ``cusp``; None where not asked for.
+
+        Parameters
+        ----------
+        event : {"turning", "reversal", "cusp"}
+            Which; a cusp is a turning point too.
 
         Raises
         ------

@@ -76,6 +76,15 @@ class Facts:
         nutation or of small nodding) [s], and the amplitude of a top let go from rest.
     fast_top_precession_error, fast_top_period_error, fast_top_amplitude_error : float or None
         estimate/truth − 1.
+
+    Notes
+    -----
+    Accuracy: ``tests/analytic/test_rates.py`` holds extremes of rates and their tilts to an ulp,
+    ``tests/analytic/test_facts.py`` means to 1e-10 of sums over the motion.
+
+    References
+    ----------
+    Landau & Lifshitz, *Mechanics*, section 35; Goldstein, *Classical Mechanics*, section 5.7.
     """
 
     omega3: float

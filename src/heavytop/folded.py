@@ -43,6 +43,7 @@ class Folded:
     Attributes
     ----------
     scene : Scene
+        What was folded.
     digits : int
         Decimal digits: `decimals` is off by at most 10^-digits, and doubles by their rounding.
     course : Nodding or Uniform
@@ -53,6 +54,7 @@ class Folded:
         The farthest time that has these digits, past or future [s]; an array of doubles reaches
         no farther than 2^50 half-periods.
     cost : Cost
+        Bits, steps and times that it took.
 
     Examples
     --------
@@ -116,6 +118,15 @@ class Folded:
     def decimals(self, t: Any) -> FoldedSample:
         """Return the motion at a time [s], in mpmath numbers of so many digits.
 
+        Parameters
+        ----------
+        t : number
+            Time since the start [s]; texts and integers mean what they say.
+
+        Returns
+        -------
+        FoldedSample
+
         Raises
         ------
         NotANumber
@@ -173,6 +184,18 @@ def fold(scene: Scene, digits: int | None = None) -> Folded:
     -----
     Accuracy: ``tests/two_ways/test_folding.py`` holds axis, phi_mod and psi_mod to 1e-13 of the
     closed form 1e12 periods from the start, for every shipped scene that has a period.
+
+    References
+    ----------
+    Whittaker, *Analytical Dynamics*, sections 71 to 73: the motion repeats itself, but for the
+    angles that φ and ψ gain.
+
+    Examples
+    --------
+    >>> from heavytop.scene import load_scene
+    >>> folded = fold(load_scene("sicm-kicked"), digits=16)
+    >>> round(folded.period, 12), round(folded(2.0).theta, 12)
+    (0.542895518188, 0.42694370531)
     """
     motion = closed_form_of(scene)
     if faults := tuple(_too_far_round(scene)):

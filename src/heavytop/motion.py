@@ -6,14 +6,17 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from numbers import Integral
-from typing import TYPE_CHECKING, Any, Final, overload
+from typing import Any, Final, overload
 
 import numpy as np
 import numpy.typing as npt
 
+from heavytop.arguments import expect
+from heavytop.errors import NotANumber
 from heavytop.kinds import Kind, Verdict
 from heavytop.kinds.certify import classify
 from heavytop.kinds.course import course, zero_momenta
+from heavytop.state import State
 from heavytop.theory import constants as _constants
 from heavytop.theory.closed_form import ExactRecord, MPForm, Nodding
 from heavytop.theory.constants import Constants
@@ -22,13 +25,10 @@ from heavytop.theory.double_form import DoubleForm, DoubleRecord
 from heavytop.theory.nutation import Nutation
 from heavytop.theory.precision import STANDARD_DIGITS, Number, context
 from heavytop.theory.reduced import Reduced
-
-if TYPE_CHECKING:
-    from heavytop.state import State
-    from heavytop.top import Top
-
+from heavytop.top import Top
 
 MOST_DIGITS: Final = 10_000
+NOTHING: Final = 1e-50  # rad
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,11 @@ class Motion:
     start : State
         How it starts.
 
+    Raises
+    ------
+    WrongType
+        `top` is no Top, or `start` no State.
+
     Examples
     --------
     >>> from heavytop.state import State
@@ -52,10 +57,26 @@ class Motion:
     ('loops', 0.5428955182)
     >>> round(float(motion.at(2.0).theta), 12)
     0.42694370531
+
+    Notes
+    -----
+    Accuracy: ``tests/analytic/test_scene_accuracy.py`` holds θ, φ and ψ in doubles to 2e-15 of
+    themselves over every shipped scene, and 100 digits to 1000;
+    ``tests/analytic/test_double_form.py`` the axis, and φ and ψ modulo 2π, to 4e-15 a million
+    periods away.
+
+    References
+    ----------
+    Whittaker, *Analytical Dynamics*, sections 71 to 73; elliptic integrals and theta functions as
+    in the *NIST Digital Library of Mathematical Functions*, chapters 19, 20 and 22.
     """
 
     top: Top
     start: State
+
+    def __post_init__(self) -> None:
+        expect("top", self.top, Top)
+        expect("start", self.start, State)
 
     @cached_property
     def reduced(self) -> Reduced:
@@ -64,7 +85,7 @@ class Motion:
 
     @cached_property
     def proved(self) -> Proved:
-        """What the verdict proves of the course of θ: the closed form takes it as given."""
+        """What the verdict proves of the course of θ, which the closed form takes as given."""
         found = course(self.top, self.start, self.verdict)
         momenta = zero_momenta(self.top, self.start)
         return Proved(None if found is None else Course(found), *momenta)
@@ -92,6 +113,16 @@ class Motion:
 
     def form(self, digits: int) -> MPForm:
         """The closed form at so many digits.
+
+        Parameters
+        ----------
+        digits : int
+            Decimal digits, from 1 to 10 000.
+
+        Returns
+        -------
+        MPForm
+            Call it with a time [s]; it has T, Δφ and Δψ to all digits.
 
         Raises
         ------
@@ -123,12 +154,12 @@ class Motion:
     @property
     def precession(self) -> float | None:
         """Δφ [rad] in one period; None where nothing nutates."""
-        return _float(self.exact.precession)
+        return _turned(self.exact.precession)
 
     @property
     def spin(self) -> float | None:
         """Δψ [rad] in one period; None where nothing nutates."""
-        return _float(self.exact.spin)
+        return _turned(self.exact.spin)
 
     @property
     def theta_min(self) -> float:
@@ -232,11 +263,23 @@ class Motion:
             Digits that are no whole number from 1 to 10 000.
         """
         if digits is None:
-            return self.double(np.asarray(t, dtype=np.float64))
+            return self.double(_times(t))
         form = self.form(digits)
         if isinstance(t, Iterable) and not isinstance(t, str):
             return tuple(form(each) for each in t)
         return form(t)
+
+
+def _turned(value: Number | None) -> float | None:
+    """An angle to the digits of the form: what is beyond them, as where terms cancel, is zero."""
+    return 0.0 if value is not None and abs(value) < NOTHING else _float(value)
+
+
+def _times(t: Any) -> npt.NDArray[np.float64]:
+    try:
+        return np.asarray(t, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise NotANumber("t: finite times; texts and exact numbers go with digits=") from None
 
 
 def _float(value: Number | None) -> float | None:

@@ -38,6 +38,8 @@ class Motions:
         Δφ and Δψ in one period [rad]; an exact pass through a pole makes φ jump by π.
     sent : int
         How many were computed one by one, by `heavytop.Motion`.
+    columns : tuple of str
+        The names of the five arrays.
     """
 
     verdicts: Verdicts
@@ -98,6 +100,11 @@ def motions_many(
     Accuracy: 1e-14 of `heavytop.Motion`'s, relative, and of angles relative to max(1, |x|); as near
     as 1e-15 to every special motion, by ``tests/analytic/test_motions_many.py``.
     ``validation/25_rows_per_second.py`` measures how fast this is.
+
+    References
+    ----------
+    As of `heavytop.Motion`; elliptic integrals by arithmetic–geometric means, *NIST Digital Library
+    of Mathematical Functions*, section 19.8.
 
     Examples
     --------

@@ -10,7 +10,7 @@ from numbers import Real
 from typing import Any, TypeVar
 
 from heavytop.errors import Fault
-from heavytop.names import LONGEST, nearest
+from heavytop.names import LONGEST, listed, nearest
 from heavytop.scene_text import harmless, shown
 
 T = TypeVar("T")
@@ -138,12 +138,12 @@ def named(
     return found, faults
 
 
-def one_of(known: Mapping[str, T]) -> Callable[[object], T]:
-    """Return what reads a name out of a table."""
+def one_of(known: Mapping[str, T], everything: str = "") -> Callable[[object], T]:
+    """Return what reads a name out of a table, of which `everything` says where all is listed."""
 
     def read(value: object) -> T:
         if not isinstance(value, str) or value not in known:
-            raise Refused(f"one of {', '.join(known)}", nearest(value, known))
+            raise Refused(f"one of {listed(value, known, everything)}", nearest(value, known))
         return known[value]
 
     return read

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.events import Candidates, Events, judged, within
-from heavytop.planning import EPSILON, Plan
+from heavytop.exact import Exact
+from heavytop.planning import EPSILON, Plan, closed_form_of
+from heavytop.poles import rates_at_poles
 from heavytop.quantities import Sample, event_function, sample, spin_momentum
 from heavytop.scene import Scene
 from heavytop.taylor.orbit import Orbit, Seen
@@ -27,7 +32,18 @@ def orbit_events(scene: Scene, chosen: Plan, orbit: Orbit) -> Events:
         )
         for event in ("turning", "reversal")
     }
-    return judged(found["turning"], found["reversal"], scene.events, orbit.steps)
+    events = judged(found["turning"], found["reversal"], scene.events, orbit.steps)
+    return _with_limits(events, rates_at_poles(closed_form_of(scene)))
+
+
+def _with_limits(events: Events, at_poles: Mapping[str, Exact]) -> Events:
+    """Return the events with phidot on the vertical as the exact motion has it."""
+    if not at_poles:
+        return events
+    phidot, kind = events.phidot.copy(), np.array(events.kind)
+    for which, limit in at_poles.items():
+        phidot[kind == which] = float(limit)
+    return replace(events, phidot=phidot)
 
 
 def _candidates(orbit: Orbit, event: str, seen: Seen) -> Candidates:

@@ -37,6 +37,7 @@ def propagate(
     Parameters
     ----------
     scene : Scene
+        What is to be run.
     formulation : str
         ``auto`` (the least that gives what the scene wants) or the name of a formulation.
     projected : bool
@@ -60,13 +61,24 @@ def propagate(
 
     Warns
     -----
+    MissedDigitsWarning
+        By auto, and in more than doubles: wanted quantities are farther off the closed form than
+        the scene's digits allow. A formulation by name, in doubles, is the caller's choice and is
+        held against nothing, which would take longer than many a run: `run_errors` does.
     DoubtfulWarning
-        By auto, and in more than double precision: events are miscounted, or digits are missed.
+        By auto: events are miscounted, or something else is beyond the precision.
 
     Notes
     -----
     Accuracy: ``tests/analytic/test_book.py`` holds theta, phi, psi of the book's scenes at 2 s
     to 1e-12 of the exact solution.
+
+    References
+    ----------
+    Jorba & Zou, "A software package for the numerical integration of ODEs by means of high-order
+    Taylor methods", *Experimental Mathematics* 14 (2005), for order and step; Biscani & Izzo,
+    "Revisiting high-order Taylor methods for astrodynamics and celestial mechanics", *Monthly
+    Notices of the Royal Astronomical Society* 504 (2021), for heyoka.
 
     Examples
     --------

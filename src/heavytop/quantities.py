@@ -48,7 +48,13 @@ class Sample:
     states: Array
 
     def at(self, index: Any) -> Sample:
-        """Return some of them: one by its index, or several by a slice or mask."""
+        """Return some of them.
+
+        Parameters
+        ----------
+        index : int, slice or ndarray of bool
+            One by its number, or several.
+        """
         return Sample(*(getattr(self, name)[index] for name in self.__slots__))
 
 

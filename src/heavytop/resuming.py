@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from heavytop import ledger
+from heavytop.arguments import path_of
 from heavytop.errors import ForeignFile
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ def resume(
     Parameters
     ----------
     folder : path
+        Where it was written.
     jobs : int
         Processes; results do not depend on it.
     executor : concurrent.futures.Executor, optional
@@ -55,8 +57,25 @@ def resume(
         Another process is writing it.
     StoppedEarly, ForeignWorker
         As for `heavytop.drift` and `heavytop.atlas`.
+    WrongType
+        It is no path.
+
+    Notes
+    -----
+    Accuracy: ``tests/property/test_ledger.py`` holds a study that was killed to one that was not,
+    bit for bit.
+
+    Examples
+    --------
+    >>> import heavytop as ht
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     scene = ht.load_scene("sicm-kicked")
+    ...     first = ht.drift(scene, methods=["taylor-axis"], periods=10, samples=3, folder=place)
+    ...     print(resume(place).document(costs=False) == first.document(costs=False))
+    True
     """
-    kind = kind_of(folder)
+    kind = kind_of(path_of("folder", folder))
     if kind not in GOING_ON:
         raise ForeignFile(f"{Path(folder)}: a study of {kind!r:.40}")
     module, name = GOING_ON[kind]

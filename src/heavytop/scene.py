@@ -12,6 +12,7 @@ from typing import Any, Final, NoReturn
 
 from heavytop import scene_schema as schema
 from heavytop import scene_text
+from heavytop.arguments import path_of
 from heavytop.errors import BadScene, Fault
 from heavytop.exact import Exact, Number
 from heavytop.names import nearest
@@ -37,7 +38,9 @@ class Scene:
     Parameters
     ----------
     top : Top
+        What spins.
     start : State
+        How it starts.
     time : number, optional
         The span [s]; negative runs backwards.
     periods : number, optional
@@ -51,6 +54,7 @@ class Scene:
     digits : int
         Correct digits wanted at the end: error ≤ 10^-digits · max(1, |x|).
     title, source : str
+        What it is called, and where its numbers are from.
     name : str
         What files are called after; not part of the scene's identity.
 
@@ -92,18 +96,19 @@ class Scene:
         source: str = "",
         name: str = "scene",
     ) -> None:
-        spans = {"time": time, "periods": periods}
+        spans = {k: v for k, v in (("time", time), ("periods", periods)) if v is not None}
         wants = {"quantities": quantities, "events": events, "samples": samples, "digits": digits}
         texts = {"title": title, "source": source}
-        span, wrong = schema.read_span({k: v for k, v in spans.items() if v is not None})
+        span, wrong = schema.read_span(spans)
         want, wrong_want = schema.checked(schema.WantKeys, wants)
         text, wrong_text = schema.checked(schema.SceneKeys, texts)
-        wrong += wrong_want + wrong_text + _wrong_types(top, start)
+        parts = {"top": top, "start": start, "name": name}
+        wrong += wrong_want + wrong_text + _wrong_types(parts)
         if wrong:
-            given = spans | wants | texts | {"top": top, "start": start}
+            given = spans | wants | texts | parts
             raise BadScene(tuple(_Place("Scene").fault("", given, fault) for fault in wrong))
         fields = {"time": None, "periods": None} | span | want | text
-        for key, value in ({"top": top, "start": start, "name": name} | fields).items():
+        for key, value in (parts | fields).items():
             object.__setattr__(self, key, value)
 
     def tables(self) -> dict[str, Any]:
@@ -159,12 +164,15 @@ def load_scene(name_or_path: str | os.PathLike[str], overrides: Sequence[str] = 
     ------
     BadScene
         The file cannot be read or the scene cannot be run; every fault is listed.
+    WrongType
+        It is neither a name nor a path.
 
     Examples
     --------
     >>> print(load_scene("sicm-kicked", ["start.phidot=-14"]).start.phidot)
     -14
     """
+    path_of("name_or_path", name_or_path)
     given = os.fspath(name_or_path)
     shipped = isinstance(name_or_path, str) and given in _shipped_names()
     path = _SHIPPED / f"{given}.toml" if shipped else Path(given)
@@ -172,12 +180,30 @@ def load_scene(name_or_path: str | os.PathLike[str], overrides: Sequence[str] = 
 
 
 def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -> Scene:
-    """Read a scene from its TOML text; `where` names it in messages.
+    """Read a scene from its TOML text.
+
+    Parameters
+    ----------
+    text : str
+        What a scene file holds.
+    where : str
+        A name for it, in messages and of files.
+    overrides : sequence of str
+        Changes, as of `load_scene`.
+
+    Returns
+    -------
+    Scene
 
     Raises
     ------
     BadScene
         The scene cannot be run; every fault is listed.
+
+    Examples
+    --------
+    >>> read_scene(shipped_text("sicm-dropped"), "mine", ["span.time=3"]).name
+    'mine'
     """
     if len(text) > MAX_BYTES:
         _refuse_file(where, f"a scene is at most {MAX_BYTES} bytes long")
@@ -196,11 +222,24 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
 def no_scene(what: object, verb: str) -> BadScene:
     """What is raised where something that is no scene, such as a name, is given to a function."""
     value, hint = scene_text.shown(what), "load_scene gives one by its name"
+    if isinstance(what, str) and what in _shipped_names():
+        hint = f'load_scene("{what}") gives it'
     return BadScene((Fault(verb, None, "scene", value, "a Scene", hint),))
 
 
 def shipped_scenes() -> dict[str, str]:
-    """The scenes that come with the package: name and title."""
+    """The scenes that come with the package.
+
+    Returns
+    -------
+    dict from str to str
+        Their titles, by their names.
+
+    Examples
+    --------
+    >>> shipped_scenes()["sicm-dropped"]
+    'SICM 2.10, let go from rest: cusps'
+    """
     texts = {name: shipped_text(name) for name in _shipped_names()}
     return {name: scene_text.parse(text)["title"] for name, text in texts.items()}
 
@@ -208,10 +247,24 @@ def shipped_scenes() -> dict[str, str]:
 def shipped_text(name: str) -> str:
     """The text of a scene that comes with the package, comments and all.
 
+    Parameters
+    ----------
+    name : str
+        A key of `shipped_scenes`.
+
+    Returns
+    -------
+    str
+
     Raises
     ------
     BadScene
         No shipped scene has this name.
+
+    Examples
+    --------
+    >>> print(shipped_text("sicm-dropped").splitlines()[0])
+    format = 1
     """
     if name not in _shipped_names():
         _refuse_file(name, "no shipped scene has this name", nearest(name, _shipped_names()))
@@ -342,6 +395,6 @@ def _override_value(text: str) -> object:
     return value["value"] if value.keys() == {"value"} else text.strip()
 
 
-def _wrong_types(top: object, start: object) -> list[Wrong]:
-    wrong = [] if isinstance(top, Top) else [Wrong("top", "a Top")]
-    return wrong if isinstance(start, State) else [*wrong, Wrong("start", "a State")]
+def _wrong_types(parts: Mapping[str, object]) -> list[Wrong]:
+    rules = {"top": (Top, "a Top"), "start": (State, "a State"), "name": (str, "a text")}
+    return [Wrong(k, rule) for k, (kind, rule) in rules.items() if not isinstance(parts[k], kind)]

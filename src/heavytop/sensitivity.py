@@ -103,6 +103,11 @@ def sensitivities(scene: Scene, formulation: str = "axis") -> Sensitivities:
 
     Accuracy: ``tests/two_ways/test_sensitivity.py`` holds them to 1e-12 of the closed form's.
 
+    References
+    ----------
+    Hairer, Nørsett & Wanner, *Solving Ordinary Differential Equations I*, section I.14, for the
+    variational equations.
+
     Examples
     --------
     >>> from heavytop.scene import load_scene

@@ -65,6 +65,10 @@ def disk(
     density, mass : number
         ρ [kg m⁻³] or M [kg]; one of them.
 
+    Returns
+    -------
+    Solid
+
     Raises
     ------
     ImpossibleTop
@@ -100,6 +104,10 @@ def rod(
         Distance from the pivot of its middle, or of its lower end [m]; one of them.
     density, mass : number
         ρ [kg m⁻³] or M [kg]; one of them.
+
+    Returns
+    -------
+    Solid
 
     Raises
     ------
@@ -137,6 +145,10 @@ def ring(
     density, mass : number
         ρ [kg m⁻³] or M [kg]; one of them.
 
+    Returns
+    -------
+    Solid
+
     Raises
     ------
     ImpossibleTop
@@ -172,6 +184,10 @@ def cone(
         Distances of the apex and of the base from the pivot [m]; either may be the larger.
     density, mass : number
         ρ [kg m⁻³] or M [kg]; one of them.
+
+    Returns
+    -------
+    Solid
 
     Raises
     ------
@@ -209,6 +225,10 @@ def sphere(
         Radius, and distance of the centre from the pivot [m].
     density, mass : number
         ρ [kg m⁻³] or M [kg]; one of them.
+
+    Returns
+    -------
+    Solid
 
     Raises
     ------
@@ -260,12 +280,17 @@ def whole(parts: Iterable[Solid]) -> Whole:
         At least one. They are added as they are: where one goes through another, say so with a
         `ring`.
 
+    Returns
+    -------
+    Whole
+
     Raises
     ------
     ImpossibleTop
         There are no parts, or one of them is no `Solid`.
     """
-    solids = tuple(parts)
+    given: object = parts
+    solids = tuple(given) if isinstance(given, Iterable) else ()
     if not solids or not all(isinstance(part, Solid) for part in solids):
         raise ImpossibleTop([("parts", "at least one solid of heavytop.solids, and nothing else")])
     zero = Exact.of(0)

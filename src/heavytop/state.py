@@ -30,9 +30,10 @@ class State:
     theta : number
         Tilt θ of the axis from the upward vertical, in [0, π].
     thetadot, phi, phidot, psi : number
-        The other angles and rates.
+        The other angles [rad] and rates [rad/s].
     psidot, omega3 : number, optional
-        The spin, as ψ̇ or as ω3 = ψ̇ + φ̇ cosθ; at most one of them. It says what a kick holds.
+        The spin, as ψ̇ or as ω3 = ψ̇ + φ̇ cosθ [rad/s]; at most one of them. It says what a kick
+        holds.
 
     Attributes
     ----------
@@ -51,6 +52,10 @@ class State:
     >>> start = State(theta="pi/3", phidot=2, omega3=10)
     >>> print(start.psidot, start.held)
     9 omega3
+
+    References
+    ----------
+    Sussman & Wisdom, *Structure and Interpretation of Classical Mechanics*, section 2.10.
     """
 
     theta: Exact
@@ -100,6 +105,15 @@ class State:
     ) -> State:
         """The start after a kick across the axis, which holds ω3 and not ψ̇.
 
+        Parameters
+        ----------
+        theta, phi, psi : number
+            Angles [rad].
+        omega3 : number
+            ω3 [rad/s].
+        phidot, thetadot : number
+            Rates after the kick [rad/s].
+
         Raises
         ------
         ImpossibleStart
@@ -110,6 +124,8 @@ class State:
         >>> print(State.kicked(theta="pi/3", omega3=140, phidot=-15).psidot)
         147.5
         """
+        if omega3 is None:  # which `State` takes for a spin that is not given
+            raise ImpossibleStart([("omega3", "a number is not nothing")])
         return cls(theta, thetadot, phi, phidot, psi, omega3=omega3)
 
     @classmethod
@@ -129,6 +145,7 @@ class State:
         Parameters
         ----------
         top : Top
+            What spins.
         E : number
             Energy, the spin energy p_ψ²/2C included [J].
         p_phi, p_psi : number
@@ -191,6 +208,7 @@ class State:
         Parameters
         ----------
         top : Top
+            What spins.
         theta : number
             Tilt θ [rad].
         omega3 : number

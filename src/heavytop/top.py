@@ -37,6 +37,10 @@ class Top:
     --------
     >>> print(Top(A="3.28e-4", C="6.60e-5", gMR="0.0456").gMR)
     0.0456
+
+    References
+    ----------
+    Sussman & Wisdom, *Structure and Interpretation of Classical Mechanics*, section 2.10.
     """
 
     A: Exact

@@ -57,10 +57,15 @@ class Trajectory:
     Attributes
     ----------
     scene : Scene
+        What was run.
     plan : Plan
+        How.
     events : Events
+        Turning points, reversals and cusps, as far as the scene asked for them.
     outcome : Outcome
+        How it ended.
     statistics : Statistics
+        Steps and times.
     orbit : Orbit
         The integration itself, in double precision: states, checkpoints, zeros.
     decimals : Decimals or None
@@ -98,7 +103,7 @@ class Trajectory:
         ValueError
             A time that is not finite or not between start and end; more than one dimension.
         """
-        times = np.asarray(t, dtype=float)
+        times = _doubles(t)
         if times.ndim > 1 or not np.isfinite(times).all():
             raise ValueError("t: a finite time or a one-dimensional array of them")
         low, high = sorted((0.0, self.orbit.end))
@@ -161,10 +166,28 @@ class Trajectory:
         return dataset(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the trajectory to a netCDF file, whole or not at all."""
+        """Write the trajectory to a netCDF file, whole or not at all.
+
+        Parameters
+        ----------
+        path : path
+            The file; one that is there is replaced.
+
+        Raises
+        ------
+        OSError
+            It cannot be written.
+        """
         from heavytop.netcdf import write
 
         write(self, path)
+
+
+def _doubles(t: ArrayLike) -> Array:
+    try:
+        return np.asarray(t, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError("t: a finite time or a one-dimensional array of them") from None
 
 
 def _known(values: Array) -> Array | None:

@@ -51,7 +51,7 @@ class Transition:
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:
-        """The eigenvalues of the matrix at each time, shape (k, n): after a period, Floquet's."""
+        """Eigenvalues of the matrix at each time, shape (k, n), after a period Floquet's."""
         return np.linalg.eigvals(self.matrix).astype(np.complex128)
 
 
@@ -97,6 +97,10 @@ def state_transition(
     Accuracy: ``tests/two_ways/test_sensitivity.py`` holds every column to 1e-12 of its largest
     entry, over a period, against the closed form; ``validation/15_sensitivities.py`` measures how
     that grows, and what sharing its step control with the matrix costs the state.
+
+    References
+    ----------
+    As of `heavytop.sensitivities`.
 
     Examples
     --------

@@ -1,5 +1,6 @@
 """Every claim can fail: an error planted in a copy of the sources is caught by three or more."""
 
+import re
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -30,6 +31,25 @@ def test_a_plant_that_no_longer_fits_is_no_plant(tmp_path):
     gone = plants.Plant("nothing", "models/lagrangian.py", (("no such text", ""),), ())
     with pytest.raises(ValueError, match="0 times"):
         plants.planted(gone, tmp_path)
+
+
+def of_the_page():
+    """Claims as docs/validation.md shows them: name, numbers, measured, bound."""
+    page = Path(__file__).parents[2] / "docs" / "validation.md"
+    rows = re.findall(r"^\| `([\w.-]+)` \| (.+) \|$", page.read_text("utf-8"), re.M)
+    cells = [(name, rest.split(" | ")) for name, rest in rows]
+    return {name: (each[-3], float(each[-2]), float(each[-1])) for name, each in cells}
+
+
+def test_the_page_shows_the_claims_of_the_register():
+    claims = {claim.id: (claim.numbers, claim.bound) for claim in load_register().claims}
+    assert {name: (found[0], found[2]) for name, found in of_the_page().items()} == claims
+
+
+def test_no_bound_is_above_a_hundred_times_what_was_measured():
+    for name, (_, measured, bound) in of_the_page().items():
+        assert 0 <= measured <= bound, name
+        assert not measured or bound <= 100 * measured, name
 
 
 def test_plants_are_caught_by_claims_that_are_registered():

@@ -309,6 +309,67 @@ class TestBugs:
         assert not (tmp_path / "out" / "run.json").exists()
 
 
+class TestStreams:
+    """Where what is said cannot be told, the exit code tells it, and no traceback."""
+
+    FULL = Path("/dev/full")
+
+    def ended(self, *words: object, **streams: object) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "heavytop", *map(str, words)]
+        both = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | streams
+        return subprocess.run(command, text=True, check=False, **both)
+
+    @pytest.mark.parametrize(
+        "words", ["--help", "--version", "scenes", "scenes sicm-kicked", "run --help", "derive",
+                  "classify sicm-kicked", "plan sicm-kicked --json", "doctor"],
+    )  # fmt: skip
+    def test_what_is_printed_goes_to_a_full_disk(self, words):
+        with self.FULL.open("w") as full:
+            found = self.ended(*words.split(), stdout=full)
+        assert found.returncode == Exit.ENDED_EARLY
+        assert found.stderr == "heavytop: cannot write: No space left on device\n"
+
+    @pytest.mark.parametrize(
+        ("words", "code"),
+        [("run no-such-scene", 3), ("run --no-such", 2), ("resume nowhere", 6), ("scenes", 0)],
+    )
+    def test_what_is_wrong_cannot_be_said(self, words, code):
+        with self.FULL.open("w") as full:
+            assert self.ended(*words.split(), stderr=full).returncode == code
+
+    @pytest.mark.parametrize("words", ["--help", "scenes", "derive", "classify sicm-kicked"])
+    def test_nobody_reads(self, words):
+        """As a shell says of what ends by a closed pipe; 1 would be a bug of ours."""
+        read, write = os.pipe()
+        os.close(read)
+        found = self.ended(*words.split(), stdout=write)
+        os.close(write)
+        assert (found.returncode, found.stderr) == (Exit.UNREAD, "")
+
+    @pytest.mark.parametrize("home", [{}, {"HOME": "/nowhere"}])
+    def test_without_a_home_or_a_locale(self, home):
+        plain = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+        found = self.ended("classify", "sicm-kicked", env=self.environment(**home, **plain))
+        assert (found.returncode, found.stderr) == (0, "")
+        assert "? between      0.1 and 0.5172313182384348 rad" in found.stdout
+
+    def test_nothing_is_said_of_the_caches_of_others(self, tmp_path):
+        words = ("run", "sicm-kicked", "-o", tmp_path)
+        found = self.ended(*words, env=self.environment(HOME="/proc"))
+        assert (found.returncode, found.stderr) == (0, "")
+        assert (tmp_path / "overview.png").exists()
+
+    @staticmethod
+    def environment(**others: str) -> dict[str, str]:
+        kept = ("PATH", "PYTHONPATH", "HEYOKA_CACHE_DIR")
+        return {name: os.environ[name] for name in kept if name in os.environ} | others
+
+    def test_results_cannot_stand_where_one_is(self):
+        found = self.ended("run", "sicm-kicked", "-o", "out", cwd="/proc")
+        assert found.returncode == Exit.USAGE
+        assert found.stderr.splitlines()[-1].startswith("Error: Invalid value for -o: cannot write")
+
+
 @pytest.mark.parametrize(
     ("error", "code"),
     [
@@ -333,6 +394,47 @@ class TestBugs:
 )
 def test_exit_codes(error, code):
     assert exit_code(error) == code
+
+
+class TestPoles:
+    """Where the axis passes through the vertical, φ̇ is its limit p_ψ/2A, and no rounding's."""
+
+    @pytest.mark.parametrize(
+        ("name", "kind", "limit"),
+        [("through-top", "theta_min", 140 * 6.6e-5), ("through-bottom", "theta_max", -40 * 6.6e-5)],
+    )
+    @pytest.mark.parametrize("digits", [12, 25])
+    def test_a_row_at_a_pole_has_the_limit(self, name, kind, limit, digits):
+        words = ("run", name, "--set", "span.time=0.6", "--digits", digits)
+        found = json.loads(heavytop_(*words, "--json").stdout)
+        rows = found["events"]["table"]
+        there = [float(row["phidot"]) for row in rows if row["kind"] == kind]
+        assert there == pytest.approx([limit / (2 * 3.28e-4)] * 3, rel=1e-14)
+        assert len(rows) == 5
+        table = heavytop_(*words).stdout
+        assert "at the pole: φ is that before or after, π apart; φ̇ is its limit" in table
+
+    @pytest.mark.parametrize("name", ["sicm-kicked", "lie-group-benchmark", "planar-pendulum"])
+    def test_elsewhere_nothing_is_said_of_poles(self, name):
+        assert "at the pole:" not in heavytop_("run", name, "--set", "span.time=1").stdout
+
+    def test_what_a_stored_run_says_is_the_same(self, tmp_path):
+        scene = heavytop.load_scene("through-top", ["span.time=0.6", "want.digits=25"])
+        run = heavytop.propagate(scene)
+        run.save(tmp_path / "run.nc")
+        again = heavytop.load_trajectory(tmp_path / "run.nc")
+        assert again.events.phidot.tolist() == run.events.phidot.tolist()
+        texts = [[each.decimals.text(e.sample.phidot) for e in each.decimals.events]
+                 for each in (run, again)]  # fmt: skip
+        assert texts[0] == texts[1]
+        assert texts[0][0] == texts[0][2] == texts[0][4] != texts[0][1]
+
+
+def test_an_advance_that_is_zero_is_printed_as_zero():
+    """Without gravity the axis runs round a circle: φ comes back, and 1e-101 is no advance."""
+    found = json.loads(heavytop_("run", "force-free", "--json").stdout)
+    assert found["motion"]["precession"] == 0
+    assert found["motion"]["spin"] > 3
 
 
 class TestScenes:

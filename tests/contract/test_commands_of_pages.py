@@ -1,9 +1,16 @@
-"""What the build of the pages takes for a command, and what it runs in the stead of a long one."""
+"""What the build of the pages takes for a command, what it runs, and what it says of every verb."""
 
+import importlib
+import re
 import sys
 from pathlib import Path
 
 import pytest
+import typer
+
+from heavytop.cli import app
+from heavytop.cli.exits import EXIT_CODES
+from heavytop.pages import quick
 
 EXTENSIONS = Path(__file__).parents[2] / "docs" / "_ext"
 PAGE = """# A page
@@ -36,13 +43,17 @@ heavytop run in-text
 
 
 @pytest.fixture
-def commands(monkeypatch):
+def extension(monkeypatch):
     pytest.importorskip("sphinx", reason="the pages are built with the extra docs")
     monkeypatch.syspath_prepend(EXTENSIONS)
-    monkeypatch.delitem(sys.modules, "commands", raising=False)
-    import commands
+    for name in ("commands", "verbs", "briefly", "public_names"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    return importlib.import_module
 
-    return commands
+
+@pytest.fixture
+def commands(extension):
+    return extension("commands")
 
 
 def test_commands_are_found_where_they_are_shown_as_such(commands):
@@ -64,6 +75,7 @@ def test_commands_are_found_where_they_are_shown_as_such(commands):
         ("run top --set 'want.quantities=[\"theta\"]'", 'run top --set want.quantities=["theta"]'),
         ("validate --proofs", "validate 39_flint"),
         ("stress --list", "stress --list"),
+        ("report my-scene.toml -o out/page.html", "report sicm-forward -o out/page.html"),
     ],
 )
 def test_hours_become_seconds_and_the_verb_stays(commands, said, run):
@@ -73,3 +85,57 @@ def test_hours_become_seconds_and_the_verb_stays(commands, said, run):
 def test_the_readme_shows_commands(commands):
     readme = EXTENSIONS.parents[1] / "README.md"
     assert len(list(commands.shown(readme.read_text("utf-8")))) >= 10
+
+
+def test_a_report_is_cut_short_and_nothing_else_is(commands, extension):
+    assert commands.program("report") == [sys.executable, str(EXTENSIONS / "briefly.py")]
+    assert commands.program("run") == [commands.HEAVYTOP]
+    assert extension("briefly").LESS.keys() <= vars(quick).keys()
+
+
+def test_the_reference_has_every_verb_with_all_it_takes(extension):
+    reference = extension("verbs").reference()
+    sections = dict(re.findall(r"^## (\w+)\n(.*?)(?=^## |\Z)", reference, re.MULTILINE | re.DOTALL))
+    verbs = typer.main.get_command(app).commands
+    assert sections.keys() == verbs.keys()
+    for name, verb in verbs.items():
+        said = set(re.findall(r"`(-[-\w]+)", sections[name]))
+        assert said == {option for each in verb.params for option in each.opts if option[0] == "-"}
+
+
+def test_the_reference_says_what_is_typed_and_what_holds_else(extension):
+    reference = extension("verbs").reference()
+    assert "heavytop run SCENE [OPTION…]" in reference
+    assert "heavytop report [DIR…|SCENE] [OPTION…]" in reference
+    assert "| `-j J`, `--jobs J` | Processes. From 1 to 1024. | `1` |" in reference
+    assert "| Change the scene: `--set start.phidot=-14`. |" in reference
+    assert "| `SCENE` | A shipped scene or the path of a TOML file. | needed |" in reference
+
+
+def test_the_built_page_has_it_in_place_of_a_word_to_those_who_read_it_unbuilt(extension):
+    source = [(EXTENSIONS.parent / "commands.md").read_text("utf-8")]
+    extension("verbs").fill(None, "commands", source)
+    assert extension("verbs").reference() in source[0]
+    assert "make docs" not in source[0]
+
+
+def test_every_verb_leads_to_a_page(extension):
+    for page in extension("verbs").PAGES.values():
+        assert (EXTENSIONS.parent / page).exists(), page
+
+
+def test_the_page_has_the_exit_codes_of_the_command():
+    page = (EXTENSIONS.parent / "commands.md").read_text("utf-8")
+    shown = re.findall(r"^\| (\d+) \| ([^|]+) \|", page, re.MULTILINE)
+    words = EXIT_CODES.removeprefix("Exit codes: ").rstrip(".").split("; ")
+    told = dict(each.split(" ", 1) for each in words)
+    assert {code: what.strip() for code, what in shown} == told
+
+
+def test_attributes_that_share_a_description_have_a_field_each(extension):
+    lines = ["Text.", "", ":ivar a, b: what", "  they are", ":vartype a, b: float", ":ivar c: x"]
+    extension("public_names").one_by_one(None, "class", "X", None, None, lines)
+    assert lines[2:] == [
+        ":ivar a: what", "  they are", ":ivar b: what", "  they are",
+        ":vartype a: float", ":vartype b: float", ":ivar c: x",
+    ]  # fmt: skip

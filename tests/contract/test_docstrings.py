@@ -1,55 +1,212 @@
-"""Every public name says what it takes, returns and raises: the pages of the API rest on it."""
+"""Every public name says what it takes, returns and raises, how good it is, and from which book."""
 
 import inspect
 import re
+from functools import cached_property
+from importlib import import_module
+from pathlib import Path
 
 import pytest
 
 import heavytop as ht
 
-HEADING = re.compile(r"^(\w+)\n-{3,}$", re.MULTILINE)
+ROOT = Path(__file__).parents[2]
+HEADING = re.compile(r"^([A-Z]\w+)\n-{3,}$", re.MULTILINE)
+ENTRY = re.compile(r"^(\w+(?:, \w+)*) : (.+)\n((?:    .*\n|\n)*)", re.MULTILINE)
+NOTE = re.compile(r"^Accuracy: (?:.+\n?)+", re.MULTILINE)
+FILE = re.compile(r"``((?:tests|validation)/[\w/.]+)``")
+
 FUNCTIONS = [name for name in ht.__all__ if inspect.isfunction(getattr(ht, name))]
 CLASSES = [name for name in ht.__all__ if inspect.isclass(getattr(ht, name))]
-RAISES_NOTHING = {"classify", "run_errors"}
+RAISED = [name for name in CLASSES if issubclass(getattr(ht, name), (Exception, Warning))]
+VALUES = [name for name in CLASSES if name not in RAISED]
 PLAIN = {"Exact", "Kind"}  # a number with its operations, and an enumeration
+
+# What measures nothing itself: it holds or reads what others measured, or is exact.
+NO_ACCURACY = {
+    **dict.fromkeys(["Exact", "Scene", "State", "Top", "load_scene"], "exact numbers"),
+    **dict.fromkeys(["Kind", "Plan", "Sample", "Trajectory", "Transition"], "as its maker says"),
+    **dict.fromkeys(["Circuit", "Errors", "Folded", "Motions", "Sensitivities"], "likewise"),
+    **dict.fromkeys(["Drift", "Stress", "Verdict", "WorkPrecision", "Atlas"], "likewise"),
+    **dict.fromkeys(["Validation", "validate"], "each claim has its own bound, and its reason"),
+}
+# What rests on no book, paper or record: values that others make, files, and studies of our own.
+NO_REFERENCE = {
+    **dict.fromkeys(["Exact", "Scene", "Plan", "Sample", "Trajectory", "Errors"], "ours"),
+    **dict.fromkeys(["Atlas", "Drift", "Stress", "WorkPrecision", "Motions"], "a container"),
+    **dict.fromkeys(["Folded", "Kind", "Sensitivities", "Transition", "Verdict"], "as its maker"),
+    **dict.fromkeys(["load_atlas", "load_scene", "load_trajectory", "resume"], "files"),
+    **dict.fromkeys(["merge_atlases", "atlas", "extend", "plan", "propagate_many"], "ours"),
+    **dict.fromkeys(["run_errors", "stress", "work_precision", "classify_many"], "ours"),
+    **dict.fromkeys(["Validation", "validate"], "each claim names its authority"),
+}
+NO_UNIT = {  # numbers that count, compare or have the unit of what they are of
+    "Circuit": {"s", "turns", "spin_turns"},
+    "Errors": {"energy", "invariants", "input_rounding"},
+    "Facts": {"rotation_number", "nutation_amplitude", "fast_top_ratio", "fast_top_amplitude_error",
+              "fast_top_precession_error", "fast_top_period_error"},
+    "Plan": {"tolerance"},
+    "Sample": {"quaternion", "states"},
+    "Scene": {"periods"},
+    "Sensitivities": {"error"},
+    "Transition": {"states", "matrix", "by_parameters"},
+    "Verdict": {"margin", "margin_enclosure"},
+    "WorkPrecision": {"periods"},
+    "drift": {"periods"},
+    "work_precision": {"periods"},
+}  # fmt: skip
+# What the pages of the API show beside the public names: what these return, and makers of parts.
+PAGES = "".join(path.read_text("utf-8") for path in (ROOT / "docs" / "api").glob("*.md"))
+BESIDE = re.findall(r"auto(?:class|function):: heavytop\.(\w+[.\w]*\.\w+)$", PAGES, re.MULTILINE)
+
+NUMERIC = re.compile(r"\b(float|number|ndarray|array_like|mpf|array)\b")
+MANY = re.compile(r"\bndarray\b")
+SHAPED = re.compile(r"shape|of the length")
+
+
+def said(thing):
+    return inspect.getdoc(thing) or ""
 
 
 def sections(thing):
     """Return the sections of a docstring, by heading."""
-    parts = HEADING.split(inspect.getdoc(thing) or "")
+    parts = HEADING.split(said(thing))
     return dict(zip(parts[1::2], parts[2::2], strict=True))
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
-def test_a_function_says_what_it_takes_returns_and_raises(name):
-    function = getattr(ht, name)
-    found = sections(function)
-    assert "Returns" in found
-    assert "Raises" in found or name in RAISES_NOTHING
-    for parameter in inspect.signature(function).parameters:
-        assert re.search(rf"^(\w+, )*{parameter}\b.* : ", found["Parameters"], re.MULTILINE), (
-            parameter
-        )
+def entries(text):
+    """Return (names, type, description) of every entry of a section."""
+    for names, kind, described in ENTRY.findall(f"{text}\n"):
+        yield names.split(", "), kind, described
 
 
-@pytest.mark.parametrize("name", CLASSES)
-def test_a_class_says_what_it_holds(name):
-    thing = getattr(ht, name)
-    said = inspect.getdoc(thing)
-    assert said != inspect.getdoc(Exception)
-    if not issubclass(thing, Exception) and name not in PLAIN:
-        assert {"Attributes", "Parameters"} & set(sections(thing))
+def named(text):
+    return {name for names, _, _ in entries(text) for name in names}
+
+
+def taken(function):
+    return [name for name in inspect.signature(function).parameters if name not in {"self", "cls"}]
+
+
+def plain(member):
+    """Return the function behind a method, a property or a class method."""
+    found = getattr(member, "fget", None) or getattr(member, "func", member)
+    return getattr(found, "__func__", found)
 
 
 def members(thing):
     """Return the public methods and properties that a class itself defines, by name."""
     for name, member in vars(thing).items():
-        plain = getattr(member, "fget", None) or getattr(member, "func", member)
-        plain = getattr(plain, "__func__", plain)
-        if not name.startswith("_") and inspect.isfunction(plain):
-            yield name, plain
+        if not name.startswith("_") and inspect.isfunction(plain(member)):
+            yield name, plain(member)
 
 
-@pytest.mark.parametrize("name", CLASSES)
+def method(name):
+    owner, _, each = name.partition(".")
+    return plain(vars(getattr(ht, owner))[each])
+
+
+METHODS = [f"{name}.{each}" for name in CLASSES for each, _ in members(getattr(ht, name))]
+TAKING = [name for name in METHODS if taken(method(name))]
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_a_function_says_what_it_takes_returns_and_raises(name):
+    found = sections(getattr(ht, name))
+    assert named(found["Parameters"]) == set(taken(getattr(ht, name)))
+    assert {"Returns", "Raises", "Examples"} <= found.keys()
+
+
+@pytest.mark.parametrize("name", [name for name in VALUES if name not in PLAIN])
+def test_a_value_says_what_it_holds(name):
+    thing = getattr(ht, name)
+    found = sections(thing)
+    held = named(found.get("Attributes", "")) | named(found.get("Parameters", ""))
+    fields = getattr(thing, "__dataclass_fields__", {})
+    public = {field for field, each in fields.items() if field[0] != "_" and each.repr}
+    assert public <= held
+    assert held
+
+
+@pytest.mark.parametrize("name", RAISED)
+def test_what_is_raised_says_when(name):
+    thing = getattr(ht, name)
+    assert said(thing) not in {said(Exception), said(Warning), ""}
+    if "__init__" in vars(thing):
+        held = vars(thing)["__init__"].__code__.co_names
+        kept = {each for each in held if each in taken(thing)}
+        assert kept <= named(sections(thing).get("Attributes", "")), kept
+
+
+@pytest.mark.parametrize("name", METHODS)
 def test_every_method_is_described(name):
-    assert not [each for each, plain in members(getattr(ht, name)) if not inspect.getdoc(plain)]
+    first = said(method(name)).partition("\n")[0]
+    assert first
+    owner, _, each = name.partition(".")
+    if isinstance(vars(getattr(ht, owner))[each], (property, cached_property)):
+        assert ":" not in first, "of a property, Sphinx takes what is before a colon for its type"
+
+
+@pytest.mark.parametrize("name", TAKING)
+def test_a_method_says_what_it_takes(name):
+    assert named(sections(method(name)).get("Parameters", "")) == set(taken(method(name)))
+
+
+@pytest.mark.parametrize("name", FUNCTIONS + [name for name in VALUES if name not in PLAIN])
+def test_numbers_have_units_and_arrays_shapes(name):
+    thing = getattr(ht, name)
+    found = sections(thing)
+    for heading in ("Parameters", "Attributes", "Returns"):
+        for names, kind, described in entries(found.get(heading, "")):
+            if NUMERIC.search(kind) and not set(names) <= NO_UNIT.get(name, set()):
+                assert "[" in described + kind, (names, "unit")
+            if MANY.search(kind):
+                assert SHAPED.search(kind + described + said(thing).split("\n\n")[0]), (
+                    names,
+                    "shape",
+                )
+
+
+def whole(name):
+    """Return the docstring of a name, with those of its methods."""
+    thing = getattr(ht, name)
+    return [said(thing), *(said(each) for _, each in members(thing))]
+
+
+@pytest.mark.parametrize("name", FUNCTIONS + VALUES)
+def test_what_is_measured_names_what_measures_it(name):
+    notes = [NOTE.findall(text) for text in whole(name)]
+    assert any(notes) == (name not in NO_ACCURACY)
+    for note in (each for found in notes for each in found):
+        files = FILE.findall(note)
+        assert files, note
+        assert all((ROOT / each).exists() for each in files), note
+
+
+@pytest.mark.parametrize("name", FUNCTIONS + VALUES)
+def test_what_is_from_a_book_says_from_which(name):
+    given = any("References" in HEADING.findall(text) for text in whole(name))
+    assert given == (name not in NO_REFERENCE)
+
+
+@pytest.mark.parametrize("path", BESIDE)
+def test_what_stands_beside_them_says_what_it_is(path):
+    module, _, name = path.rpartition(".")
+    thing = getattr(import_module(f"heavytop.{module}"), name)
+    found = sections(thing)
+    held = named(found.get("Attributes", "")) | named(found.get("Parameters", ""))
+    if inspect.isclass(thing):
+        fields = getattr(thing, "__dataclass_fields__", None) or getattr(thing, "_fields", ())
+        asked = {each for each in fields if each[0] != "_"}
+        for each, function in members(thing):
+            assert set(taken(function)) <= named(sections(function).get("Parameters", "")), each
+    else:
+        asked = set(taken(thing))
+        assert {"Returns", "Yields"} & found.keys()
+    assert asked <= held
+
+
+def test_no_exception_to_the_rule_is_a_name_of_the_past():
+    known = set(ht.__all__)
+    for exceptions in (NO_ACCURACY, NO_REFERENCE, NO_UNIT, PLAIN):
+        assert set(exceptions) <= known

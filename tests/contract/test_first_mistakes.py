@@ -1,12 +1,21 @@
 """What a newcomer does wrong is answered with what is right, in words that need no manual."""
 
+import inspect
+import itertools
+import operator
+import re
+import warnings
+
 import pytest
 from typer.testing import CliRunner
 
 import heavytop as ht
 from heavytop.cli import app
+from heavytop.drifts.methods import taylor_methods
 from heavytop.errors import BadScene, ImpossibleStart, ImpossibleTop
+from heavytop.rivals import table
 from heavytop.scene import load_scene, read_scene, shipped_scenes, shipped_text
+from heavytop.witness import missed_digits
 
 SCENE = """\
 format = 1
@@ -179,3 +188,244 @@ def test_numbers_that_are_none():
         ht.Top("3,28e-4", "C", None)
     assert [name for name, _ in error.value.broken] == ["A", "C", "gMR"]
     assert "written with a point" in str(error.value)
+
+
+# what each public function takes in its places, as it should be; a name alone is taken by name
+KICKED = load_scene("sicm-kicked")
+TOP, START = KICKED.top, KICKED.start
+NUMBERS = {"A": 1, "C": 1, "gMR": 1, "theta": 1}
+PLACES = {
+    "Motion": {"top": TOP, "start": START},
+    "Scene": {"top": TOP, "start": START, "time": 2},
+    "State": {"theta": 1},
+    "Top": {"A": 1, "C": 1, "gMR": 1},
+    "atlas": {"scene": KICKED, "x": "phidot=-20:20:5", "y": "psidot=1:2:3"},
+    "classify": {"top": TOP, "start": START},
+    "classify_many": NUMBERS,
+    "drift": {"scene": KICKED},
+    "enclose": {"top": TOP, "start": START},
+    "energy_momentum": {"top": TOP, "p_psi": "0.004"},
+    "extend": {"trajectory": None, "time_span": 3},
+    "fold": {"scene": KICKED},
+    "load_atlas": {"folder": "nowhere"},
+    "load_scene": {"name_or_path": "sicm-kicked"},
+    "load_trajectory": {"path": "nowhere"},
+    "merge_atlases": {"folders": ["nowhere"], "folder": "nowhere"},
+    "motions_many": NUMBERS,
+    "plan": {"scene": KICKED},
+    "propagate": {"scene": KICKED},
+    "propagate_many": NUMBERS | {"time": 1},
+    "resume": {"folder": "nowhere"},
+    "run_errors": {"trajectory": None},
+    "sensitivities": {"scene": KICKED},
+    "state_transition": {"scene": KICKED},
+    "stress": {"cases": ["cusp"]},
+    "validate": {"names": ["betsch-cone"]},
+    "work_precision": {"scene": KICKED},
+    "State.from_constants": {"top": TOP, "E": 1, "p_phi": 1, "p_psi": 1, "theta": 1},
+    "State.kicked": {"theta": 1, "omega3": 1, "phidot": 1},
+    "State.steady": {"top": TOP, "theta": 1, "omega3": 200},
+    "Top.from_parts": dict.fromkeys(("mass", "distance", "A_cm", "C_cm", "gravity"), 1),
+    "Top.from_solids": {"parts": [], "gravity": 1},
+}
+NOT_IT = [object(), "of no use", None, 1j, {}]
+A_PATH = {"folder", "name_or_path", "path"}  # which a text can be: it names no file
+
+
+def named(name):
+    return operator.attrgetter(name)(ht)
+
+
+RIGHT = [("stress", "cases", None), ("merge_atlases", "folder", "of no use")]  # all; where to write
+WRONG = [
+    (name, place, wrong)
+    for name, given in PLACES.items()
+    for place, wrong in itertools.product(given, NOT_IT)
+    if (name, place, wrong) not in RIGHT
+]
+
+
+@pytest.mark.parametrize(("name", "place", "wrong"), WRONG)
+def test_what_a_function_does_not_take_is_refused_by_name(name, place, wrong):
+    given = PLACES[name] | {place: wrong}
+    if name == "extend" and place == "time_span":
+        given["trajectory"] = ht.propagate(KICKED)
+    with pytest.raises(ht.HeavyTopError) as refusal:
+        named(name)(**given)
+    told = str(refusal.value)
+    assert (wrong if isinstance(wrong, str) and place in A_PATH else place) in told
+    assert told.isprintable() or "\n" in told
+    assert len(told) < 300
+
+
+def test_every_public_function_is_among_them():
+    """A function that is new is tried as the others are."""
+    known = {n for n in ht.__all__ if inspect.isfunction(getattr(ht, n))}
+    assert known <= PLACES.keys()
+    for name, given in PLACES.items():
+        own = inspect.signature(named(name)).parameters
+        needed = [n for n, p in own.items() if p.default is p.empty]
+        assert set(needed) <= given.keys() <= own.keys()
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: ht.Motion(START, TOP), "top: a Top, not a State"),
+        (lambda: ht.classify(TOP, TOP), "start: a State, not a Top"),
+        (lambda: ht.run_errors("x"), 'trajectory: a Trajectory (propagate gives one), not "x"'),
+        (lambda: ht.extend(KICKED, 3), "a Trajectory (propagate gives one), not a Scene"),
+        (lambda: ht.load_scene(42), "name_or_path: a path, not 42"),
+        (lambda: ht.load_scene(b"sicm-kicked"), "name_or_path: a path, not b'sicm-kicked'"),
+        (lambda: ht.merge_atlases("out", "all"), 'folders: a list of paths, not "out"'),
+        (lambda: ht.merge_atlases([3], "all"), "folders: a path, not 3"),
+        (lambda: ht.resume(None), "folder: a path, not None"),
+    ],
+)
+def test_what_is_of_another_type_is_a_type_error(call, told):
+    with pytest.raises(TypeError) as error:
+        call()
+    assert isinstance(error.value, ht.HeavyTopError)
+    assert str(error.value).endswith(told)
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: ht.propagate("sicm-kicked"), 'a Scene (load_scene("sicm-kicked") gives it)'),
+        (lambda: ht.propagate("kicked"), "a Scene (load_scene gives one by its name)"),
+        (lambda: ht.propagate(KICKED, formulation=[]), "formulation = []: one of auto, cubic"),
+        (lambda: ht.propagate(KICKED, formulation="\x1b"), r"formulation = \x1b: one of auto"),
+        (lambda: ht.Scene(TOP, START), "Scene: time: missing: a span is"),
+        (lambda: ht.Scene(TOP, START, time=1, name=3), "Scene: name = 3: a text"),
+        (lambda: ht.Scene(TOP, START, time="x"), 'Scene: time = "x": unexpected'),
+        (lambda: ht.propagate_many(**NUMBERS, time=1, formulation="axes"), 'did you mean "axis"?'),
+        (lambda: ht.propagate_many(**NUMBERS, time=1, events="turning"), "a sequence of names"),
+        (lambda: ht.propagate_many(**NUMBERS, time=1, events=["tuning"]), "one of turning, rever"),
+        (lambda: ht.Motion(TOP, START).at("x"), "t: finite times; texts and exact numbers go with"),
+        (lambda: ht.Top(1, [], 1), "C: a number is not a list"),
+        (lambda: ht.Top(1, object(), 1), "C: a number is not an object"),
+    ],
+)
+def test_what_is_wrong_is_told(call, told):
+    with pytest.raises(ht.HeavyTopError) as error:
+        call()
+    assert told in str(error.value)
+
+
+@pytest.mark.parametrize("samples", ["3", 0, -1, 2.5, True])
+def test_samples_of_a_continuation_are_counted(samples):
+    with pytest.raises(ValueError, match="samples: a whole number from 1 to"):
+        ht.extend(ht.propagate(KICKED), 3, samples=samples)
+
+
+@pytest.mark.parametrize("t", ["x", object(), [[1.0]], None, [1, "a"]])
+def test_a_trajectory_is_asked_for_times(t):
+    with pytest.raises(ValueError, match="t: a finite time or a one-dimensional array"):
+        ht.propagate(KICKED)(t)
+
+
+# --- the command ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("sicm-kicked", "a scene stands behind a verb, as in heavytop run sicm-kicked"),
+        ("SICM-kiked --json", "a scene stands behind a verb, as in heavytop run sicm-kicked"),
+        ("my-top.toml", "as in heavytop run my-top.toml"),
+        ("help", "it is heavytop --help"),
+        ("help run now", "it is heavytop run --help"),
+        ("runn sicm-kicked", "Did you mean 'run'?"),
+        ("--scene x", "a scene has no option before it, as in heavytop run x"),
+        ("run --scene sicm-dropped", "as in heavytop run sicm-dropped"),
+        ("run --scene", "as in heavytop run sicm-kicked"),
+        ("run", "Missing argument 'SCENE'. As in heavytop run sicm-kicked; heavytop scenes lists"),
+        ("atlas", "As in heavytop atlas sicm-kicked; heavytop scenes lists"),
+        ("run sicm-kicked --set start.phidot -14", "one word, --set start.phidot=-14"),
+        ("run sicm-kicked --set start.phidot 14", "one word, --set start.phidot=14"),
+        ("run sicm-kicked --phidot 14", "a scene is changed by --set start.phidot=VALUE"),
+        ("run sicm-kicked --time=3", "a scene is changed by --set span.time=VALUE"),
+        ("run sicm-kicked --verbos", "No such option: --verbos (Possible options: --verbose)"),
+        ("run sicm-kicked --zzz", "No such option: --zzz\n"),
+        ("resume", "Missing argument 'DIR'.\n"),
+        ("zzz", "No such command 'zzz'.\n"),
+    ],
+)
+def test_words_that_do_not_fit_are_answered_with_those_that_do(words, told):
+    result = heavytop_(*words.split())
+    assert result.exit_code == 2
+    assert told in result.stderr
+    assert result.stdout == ""
+
+
+def test_a_word_a_terminal_would_act_on_is_not_shown():
+    result = heavytop_("--scene", "\x1b[2J")
+    assert "as in heavytop run sicm-kicked" in result.stderr
+    assert "\x1b" not in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("place", "told"),
+    [
+        ("nowhere", "nowhere: there is no such folder"),
+        ("file", "file: a file; resume takes the folder of a study or a run"),
+        ("empty", "empty: nothing to go on with: neither study.json, of a study, nor trajectory"),
+    ],
+)
+def test_what_cannot_be_resumed(place, told, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").touch()
+    (tmp_path / "empty").mkdir()
+    result = heavytop_("resume", place)
+    assert result.exit_code == 6
+    assert f"heavytop: {told}" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("stress --cases cup", "one of cusp, "),
+        ("stress --cases cup", 'in all: heavytop stress --list) (did you mean "cusp"?)'),
+        ("stress --methods dop853", "one of dop853-"),
+        ("drift sicm-kicked --methods taylor-axes", 'did you mean "taylor-axis"?'),
+        ("drift sicm-kicked --methods aut", 'did you mean "auto"?'),
+    ],
+)
+def test_of_many_names_the_nearest_stand_first_and_few_are_told(words, told):
+    result = heavytop_(*words.split())
+    assert result.exit_code == 2
+    assert told in result.stderr
+    assert len(result.stderr.splitlines()[-1]) < 450
+
+
+def test_a_wrong_method_is_answered_with_all_of_them():
+    """Every method of the Taylor integrator is one of the patterns, in one of the formulations."""
+    with pytest.raises(BadScene) as error:
+        ht.drift(KICKED, methods=["zzz"])
+    words = re.split(r"[, ]+", str(error.value))
+    forms = words[words.index("of", words.index("FORM")) + 1 :]
+    told = {word.replace("FORM", form) for word in words for form in forms}
+    assert taylor_methods().keys() | table.METHODS.keys() | {"auto"} <= told
+
+
+# --- digits that are missed ----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("formulation", "time", "code"),
+    [("axis", 2, 0), ("axis", 10_000, 5), ("auto", 2, 0)],
+)
+def test_missed_digits_are_told_by_the_command_whoever_chose_the_equations(formulation, time, code):
+    """In Python auto warns; who names a form, and wants to know, asks `run_errors`."""
+    changes = [f"span.time={time}", "want.quantities=['theta', 'phi']", "want.events=[]"]
+    words = [word for change in changes for word in ("--set", change)]
+    by_command = heavytop_("run", "sicm-kicked", *words, "--formulation", formulation)
+    assert by_command.exit_code == code
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        found = ht.propagate(load_scene("sicm-kicked", changes), formulation=formulation)
+    assert not [each for each in heard if issubclass(each.category, ht.MissedDigitsWarning)]
+    missed = missed_digits(found, ht.run_errors(found))
+    assert bool(missed) == (code == 5)
+    assert all(name in by_command.stderr for name in missed)

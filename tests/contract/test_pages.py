@@ -7,6 +7,7 @@ import subprocess
 import sys
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
@@ -14,11 +15,13 @@ from .pages_agree import BLOCK, agree, last_digit
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = {  # and how many blocks of each are run
+    "conventions.md": 1,
     "exercises/2.11.md": 4,
     "exercises/2.12.md": 7,
     "exercises/2.13.md": 6,
     "kicks.md": 4,
     "facts.md": 6,
+    "figures.md": 1,
     "kinds.md": 4,
     "folding.md": 4,
     "enclosures.md": 5,
@@ -33,10 +36,13 @@ PAGES = {  # and how many blocks of each are run
     "rows.md": 2,
     "work-precision.md": 1,
     "closed-form.md": 4,
+    "formulations.md": 1,
     "projection.md": 1,
     "quickstart.md": 5,
-    "theory/lagrangian.md": 6,
-    "theory/taylor.md": 2,
+    "theory/lagrangian.md": 5,
+    "theory/elliptic.md": 5,
+    "theory/taylor.md": 4,
+    "theory/rounding.md": 1,
 }
 
 
@@ -46,7 +52,11 @@ def replayed(page):
     names, outputs = {"__name__": page}, []
     for block in BLOCK.finditer((DOCS / page).read_text("utf-8")):
         printed = io.StringIO()
-        with contextlib.redirect_stdout(printed):
+        with (
+            contextlib.redirect_stdout(printed),
+            TemporaryDirectory() as place,
+            contextlib.chdir(place),
+        ):
             exec(compile(block[1], page, "exec"), names)
         outputs.append((block[2] or "", printed.getvalue()))
     return outputs, names
@@ -59,6 +69,13 @@ def test_agreement_means_something():
     assert not agree("22 %", "23 %")
     assert agree("3.28e-04", "3.29e-04")
     assert not agree("3.28e-04", "3.31e-04")
+
+
+def test_every_page_with_python_is_replayed():
+    texts = {
+        path.relative_to(DOCS).as_posix(): path.read_text("utf-8") for path in DOCS.rglob("*.md")
+    }
+    assert {page for page, text in texts.items() if BLOCK.search(text)} == set(PAGES)
 
 
 @pytest.mark.parametrize(("page", "blocks"), PAGES.items())

@@ -1,6 +1,7 @@
 """What users hold is frozen: the public names, what they take, and every verb with its options."""
 
 import inspect
+import re
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,7 @@ MAKERS = (
 )
 
 FROZEN = Path(__file__).with_name("public_names.txt").read_text("utf-8").splitlines()
+API = Path(__file__).parents[2] / "docs" / "api"
 COMMAND = "heavytop"  # with which the lines of the command and its verbs begin
 
 CHANGED = """\
@@ -91,6 +93,26 @@ def test_every_public_name_is_there_and_known_to_dir():
     assert set(heavytop.__all__) <= set(dir(heavytop))
     for name in heavytop.__all__:
         assert getattr(heavytop, name).__doc__, name
+
+
+def listed():
+    """Return the names of every page of the API, as its index lists them."""
+    rows = re.findall(
+        r"^\| \[.*?\]\((.*?)\) \| (.*) \|$", (API / "index.md").read_text(), re.MULTILINE
+    )
+    return {page: re.findall(r"`(\w+)`", names) for page, names in rows}
+
+
+def test_the_index_of_the_api_has_every_public_name_once():
+    assert sorted(name for names in listed().values() for name in names) == heavytop.__all__
+
+
+@pytest.mark.parametrize("page", listed())
+def test_a_page_of_the_api_describes_what_the_index_says(page):
+    text = (API / page).read_text("utf-8")
+    for name in listed()[page]:
+        assert f"\n## {name}\n" in text, name
+        assert re.search(rf"auto\w+:: heavytop\.{name}\n", text), name
 
 
 def test_a_change_says_what_and_where_to_note_it():

@@ -21,10 +21,12 @@ from heavytop.files import write_document
 from heavytop.motion import Motion
 from heavytop.pages import quick as studies
 from heavytop.pages.commands import scene_file
+from heavytop.pages.errand import Ended
 from heavytop.pages.findings import findings
 from heavytop.pages.page import page_of, write_page
 from heavytop.pages.player import attitude, played
-from heavytop.pages.section import Picture, Table
+from heavytop.pages.section import Picture
+from heavytop.pages.tables import Table
 from heavytop.propagation import propagate
 from heavytop.results import write_results
 from heavytop.scene import load_scene, read_scene
@@ -191,7 +193,7 @@ def test_every_figure_has_its_numbers_and_its_command(page, seen, written):
     assert [figure["id"] for figure in document["figures"]] == [p.ident for p in pictures]
     assert {"run-1-overview", "drift-1-chart", "workprec-1-chart", "stress-1-chart", "atlas-1-map",
             "energy-momentum-1-diagram"} <= {p.ident for p in pictures}  # fmt: skip
-    claims = document["results"][0]
+    claims = document["results"][-1]
     assert claims["table"]["head"][:2] == ["verdict", "claim"]
     assert [row[0] for row in claims["table"]["rows"]] == ["FAIL", "hold"]
     shown = Counter(seen.commands)
@@ -210,8 +212,8 @@ def test_numbers_behind_a_picture_are_the_trajectorys(page):
 
 
 def test_claims_that_fail_come_first(page):
-    assert page.sections[0].table.rows[0][0] == "FAIL"
-    assert page.sections[0].words == "1 hold, 1 FAIL, 0 skipped"
+    assert page.sections[-1].table.rows[0][0] == "FAIL"
+    assert page.sections[-1].words == "1 hold, 1 FAIL, 0 skipped"
 
 
 def test_a_changed_scene_is_given_as_a_file(place):
@@ -354,18 +356,17 @@ def test_an_empty_folder_is_refused(tmp_path):
 
 
 @pytest.fixture
-def quickly(monkeypatch, place):
-    """Quick studies that are quicker still."""
+def quickly(monkeypatch):
+    """Quick studies that are quicker still: the claims are there at once, and nothing else is."""
 
-    def written_at_once(folder):
-        write_document(folder / "validate.json", validate())
+    def ended(words, place, limit_s):
+        if words[0] == "validate":
+            write_document(Path(words[-1]) / "validate.json", validate())
+            return Ended(0, "")
+        return Ended(None if words[0] == "drift" else 3, f"{words[-1]}: no <b>")
 
-    def failing(_):
-        raise studies.NotRun("it has no time")
-
-    made = [studies.Study("claims", written_at_once), studies.Study("drift", failing)]
-    monkeypatch.setattr(studies, "_studies", lambda scene: made[:1])
-    monkeypatch.setattr(studies, "_claims", lambda until: made[1])
+    monkeypatch.setattr(studies, "run", ended)
+    monkeypatch.setattr(studies, "_traces", lambda folder: None)
 
 
 def report(*words):
@@ -379,16 +380,24 @@ def test_without_anything_the_studies_are_run_and_what_was_not_is_said(
     done = report()
     assert done.exit_code == 0, done.output
     assert sorted(p.name for p in tmp_path.iterdir()) == ["report.html", "report.json"]
-    assert "drift: it has no time" in (tmp_path / "report.html").read_text("utf-8")
+    page = Seen((tmp_path / "report.html").read_text("utf-8"))
+    said = [" ".join(text.split()) for text in page.texts]
+    drifting = ",".join(studies.DRIFTING)
+    command = f"heavytop drift sicm-kicked --periods 1000 --methods {drifting} -o out"
+    assert any(re.fullmatch(rf"drift: not done in \d+ s \({command}\)", text) for text in said)
+    assert "atlas: atlas: no <b> (heavytop atlas sicm-kicked --x phidot=-30:40:300" in str(said)
     assert report().exit_code == 0  # a report may be replaced
 
 
 def test_as_json_nothing_is_written(quickly, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    done = report("sicm-kicked", "--json")
+    done = report("sicm-kicked", "--set", "start.phidot=-14", "--json")
     document = json.loads(done.stdout)
-    assert document["missing"] == [{"study": "drift", "reason": "it has no time"}]
-    assert document["command"] == "heavytop report sicm-kicked"
+    missing = {each["study"]: each["reason"] for each in document["missing"]}
+    assert list(missing) == ["run", "drift", "workprec", "stress", "atlas", "energy-momentum"]
+    own = "heavytop run sicm-kicked --set start.phidot=-14 -o out"  # not the file written for it
+    assert missing["run"] == f"run: no <b> ({own})"
+    assert document["command"] == "heavytop report sicm-kicked --set start.phidot=-14"
     assert not list(tmp_path.iterdir())
 
 

@@ -5,13 +5,6 @@ from __future__ import annotations
 import ast
 import json
 import math
-import os
-import shutil
-import signal
-import subprocess
-import sys
-import time
-from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -20,23 +13,14 @@ from heavytop.claims import validating
 from heavytop.claims.register import load_register
 from heavytop.claims.validating import UnknownClaim, validate
 from heavytop.cli import app
-from heavytop.errors import HeavyTopError
+from heavytop.errors import HeavyTopError, WrongType
+
+from .own_claims import GOOD, VALIDATION, by_id, made, one
 
 PROMISED = {"id", "statement", "authority", "bound", "measured", "passed", "skipped"}
-VALIDATION = Path(__file__).parents[2] / "validation"
 
-HEAD = 'format = 1\n[authorities]\nbook = "a book"\n'
-CLAIM = """
-[[claim]]
-id = "{id}"
-script = "{script}"
-authority = "book"
-holds = ["closed form"]
-statement = "{id} of the top"
-bound = 1.0
-reason = "so it is"
-"""
 FAKE = """
+import os
 from claim import claimed, finish, tell
 
 @claimed("holds")
@@ -59,32 +43,16 @@ def _():
 def _():
     return 0.0
 
-tell(id="lies", measured=2.0, passed=True)
+if "lies" in os.environ["HEAVYTOP_CLAIMS_ASKED"]:
+    tell(id="lies", measured=2.0, passed=True)
 finish()
 """
 IDS = ("holds", "fails", "raises", "nan", "absent", "lies", "unsaid")
 
 
-def made(folder, scripts, ids):
-    """A register of our own: scripts by name, and the claims of each."""
-    shutil.copy(VALIDATION / "claim.py", folder)
-    text = HEAD
-    for script, body in scripts.items():
-        (folder / script).write_text(body, "utf-8")
-        for name in ids.get(script, ()):
-            text += CLAIM.format(id=name, script=script)
-            text += 'needs = "no_such_package"\n' if name == "absent" else ""
-    (folder / "claims.toml").write_text(text, "utf-8")
-    return load_register(folder)
-
-
 @pytest.fixture
 def fake(tmp_path):
     return made(tmp_path, {"50_fake.py": FAKE}, {"50_fake.py": IDS})
-
-
-def by_id(found):
-    return {each.claim.id: each for each in found.results}
 
 
 def test_each_claim_is_judged_by_its_bound(fake):
@@ -107,60 +75,30 @@ def test_only_what_is_asked_is_measured(fake):
         validate(["hold"], register=fake)
 
 
-def test_a_script_that_dies_holds_nothing(tmp_path):
-    dying = 'import sys\nprint("not this", file=sys.stderr)\nsys.exit("worn out")'
-    found = validate(register=made(tmp_path, {"50_d.py": dying}, {"50_d.py": ("holds",)}))
-    assert found.failed[0].failure == "ended with code 1: worn out"
+def test_what_is_asked_for_is_names(fake):
+    for wrong in ("hold", "50_fak", "", "a\n" * 100, "\udcff"):
+        with pytest.raises(UnknownClaim, match="is no claim and no script") as error:
+            validate([wrong], register=fake)
+        assert len(str(error.value)) < 200
+        assert isinstance(error.value, HeavyTopError)
+    with pytest.raises(UnknownClaim):
+        validate([3], register=fake)
+    with pytest.raises(WrongType, match='names: a list of names, not "holds"'):
+        validate("holds", register=fake)
+    with pytest.raises(ValueError, match="jobs = 0: at least 1"):
+        validate(jobs=0, register=fake)
 
 
-def test_a_script_that_does_not_end_is_killed_with_what_it_started(tmp_path, monkeypatch):
-    started = tmp_path / "pid"
-    slow = (
-        "import subprocess, sys, time, pathlib\n"
-        'child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])\n'
-        f"pathlib.Path({str(started)!r}).write_text(str(child.pid))\ntime.sleep(60)\n"
-    )
-    monkeypatch.setattr(validating, "LIMIT", 2.0)
-    found = validate(register=made(tmp_path, {"50_s.py": slow}, {"50_s.py": ("holds",)}))
-    assert found.failed[0].failure == "not done in 2 s"
-    assert gone(int(started.read_text()))
-
-
-def test_a_validation_that_is_ended_leaves_nothing_running(tmp_path):
-    started = tmp_path / "pid"
-    slow = (
-        "import os, pathlib, time\n"
-        f"pathlib.Path({str(started)!r}).write_text(str(os.getpid()))\ntime.sleep(60)\n"
-    )
-    made(tmp_path, {"50_s.py": slow}, {"50_s.py": ("holds",)})
-    program = (
-        "import sys\nfrom pathlib import Path\nfrom heavytop.claims import register, validating\n"
-        f"known = register.load_register(Path({str(tmp_path)!r}))\n"
-        "validating.load_register = lambda: known\n"
-        "from heavytop.cli import app\nsys.argv = ['heavytop', 'validate']\napp()\n"
-    )
-    running = subprocess.Popen([sys.executable, "-c", program], stderr=subprocess.PIPE)
-    for _ in range(600):
-        if started.exists() and started.read_text():
-            break
-        time.sleep(0.05)
-    running.send_signal(signal.SIGTERM)
-    assert running.wait(20) == 130
-    running.stderr.close()
-    assert gone(int(started.read_text()))
-
-
-def gone(pid):
-    """Whether a process has ended; one that nobody has asked after yet has."""
-    for _ in range(100):
-        try:
-            os.kill(pid, 0)
-            if Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z":
-                return True
-        except (ProcessLookupError, FileNotFoundError):
-            return True
-        time.sleep(0.02)
-    return False
+def test_each_script_is_told_of_as_it_begins_and_ends(tmp_path):
+    scripts = {"01_own.py": "from claim import claim\nclaim('one', 1, 2)\n", "50_fake.py": FAKE}
+    known = made(tmp_path, scripts, {"50_fake.py": IDS})
+    notes, parts = [], []
+    validate(proofs=True, register=known, note=notes.append, progress=parts.append)
+    assert [note.partition(" in ")[0] for note in notes] == [
+        "running 50_fake.py", "50_fake.py: 1 passed, 5 failed, 1 skipped",
+        "running 01_own.py", "01_own.py: 1 passed",
+    ]  # fmt: skip
+    assert parts == [0.5, 1.0]
 
 
 def test_other_scripts_state_their_own_claims(tmp_path):
@@ -172,11 +110,15 @@ def test_other_scripts_state_their_own_claims(tmp_path):
     register = made(tmp_path, scripts, {"50_fake.py": ("holds",)})
     assert register.proofs["01_own.py"] == "About tops."
     assert set(by_id(validate(register=register))) == {"holds"}
-    found = by_id(validate(proofs=True, register=register))
+    all_of_them = validate(proofs=True, register=register)
+    assert all_of_them.document()["authorities"] == 1  # a book; we are none
+    found = by_id(all_of_them)
     assert [(name, each.passed) for name, each in found.items()] == [
         ("holds", True), ("01_own/1", True), ("01_own/2", False),
-        ("02_worse/1", True), ("02_worse/2", False), ("02_worse/end", False),
+        ("02_worse/1", False), ("02_worse/2", False), ("02_worse/end", False),
     ]  # fmt: skip
+    assert [found[f"02_worse/{n}"].measured for n in (1, 2, "end")] == [1, 3, None]
+    assert found["02_worse/1"].failure == "ended with code 3: it said nothing"
 
 
 def test_what_an_installed_package_carries_is_run_from_a_copy(tmp_path, monkeypatch):
@@ -212,6 +154,47 @@ def test_the_document_and_the_exit_code(tmp_path):
 
 
 @pytest.mark.usefixtures("ours")
+@pytest.mark.parametrize(
+    ("arguments", "asked", "proofs"),
+    [((), [], False), (("holds", "holds", "absent"), ["holds", "absent"], False),
+     (("holds", "--proofs"), ["holds"], True)],
+)  # fmt: skip
+def test_the_document_keeps_what_was_asked(arguments, asked, proofs):
+    document = json.loads(cli("--json", *arguments).stdout)
+    assert (document["asked"], document["proofs"]) == (asked, proofs)
+    assert {claim["numbers"] for claim in document["claims"]} == {"formula"}
+
+
+@pytest.mark.usefixtures("ours")
+def test_a_script_that_ends_badly_is_out_of_bound_and_no_bug(tmp_path, monkeypatch):
+    known = one(tmp_path, GOOD + "raise SystemExit(3)")
+    monkeypatch.setattr(validating, "load_register", lambda: known)
+    shown = cli("-v")
+    assert shown.exit_code == 5
+    assert "x does not hold: ended with code 3: it said nothing" in shown.stderr
+    assert "FAIL  x of the top" in shown.stdout
+    assert "0.5" in shown.stdout
+    assert "heavytop: 50_one.py: 1 failed in " in shown.stderr
+
+
+def test_a_damaged_register_is_a_foreign_file(tmp_path, monkeypatch):
+    (tmp_path / "claims.toml").write_text("[", "utf-8")
+    monkeypatch.setattr(validating, "load_register", lambda: load_register(tmp_path))
+    shown = cli()
+    assert shown.exit_code == 6
+    assert "claims.toml" in shown.stderr
+
+
+@pytest.mark.usefixtures("ours")
+def test_a_folder_that_cannot_be_written_is_said_before_anything_runs(tmp_path):
+    (tmp_path / "file").touch()
+    shown = cli("-o", tmp_path / "file", "-v")
+    assert shown.exit_code == 2
+    assert "not a folder" in shown.stderr
+    assert "running" not in shown.stderr
+
+
+@pytest.mark.usefixtures("ours")
 def test_exit_codes_where_all_holds_and_where_a_name_is_unknown():
     assert cli("holds", "absent").exit_code == 0
     unknown = cli("hold")
@@ -226,6 +209,7 @@ def test_the_table_shows_measured_and_bound():
         assert line in shown
     assert "absent  skipped: needs no_such_package: pip install no_such_package" in shown
     assert "1 claim holds, 5 fail, 1 was skipped; 1 authority" in shown
+    assert "ok    holds of the top   formula       0.5      1" in shown
 
 
 def test_an_installation_without_claims_says_so(tmp_path):

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from heavytop.cli.exits import exit_code
-from heavytop.errors import ForeignFile, ForeignWorker, Stop, StoppedEarly
+from heavytop.errors import ForeignFile, ForeignWorker, NoWorkerWarning, Stop, StoppedEarly
 from heavytop.ledger import Folder, Study, errands, run, study_of
 from heavytop.ledger.effort import BrokenTask
 from heavytop.ledger.errand import errand
@@ -208,6 +208,35 @@ def test_without_workers_it_does_not_wait_for_ever(study, tmp_path, monkeypatch)
     with pytest.raises(StoppedEarly, match="no worker for 0 s") as stopped:
         done(study, tmp_path / "study", executor=Deserted())
     assert stopped.value.outcome is Stop.WORKER_LOST
+
+
+def test_that_no_worker_is_left_is_said_once_each_time(study, tmp_path, monkeypatch):
+    monkeypatch.setattr(errands, "PATIENCE_S", 1.5)
+    monkeypatch.setattr(errands, "NOTICED_S", 0.25)
+    begun = time.monotonic()
+
+    class Deserted(Executor):
+        @property
+        def workers(self):  # one comes, and is gone again
+            return int(0.6 < time.monotonic() - begun < 0.9)
+
+        def submit(self, fn, /, *args, **kwargs):
+            return Future()
+
+    with (
+        pytest.warns(NoWorkerWarning, match=r"unless one comes, the study ends in 1 s") as told,
+        pytest.raises(StoppedEarly, match="no worker for 2 s"),
+    ):
+        done(study, tmp_path / "study", executor=Deserted())
+    assert len(told) == 2
+
+
+def test_a_worker_that_is_gone_for_a_moment_is_not_missed(study, tmp_path, monkeypatch):
+    monkeypatch.setattr(errands, "NOTICED_S", 5.0)
+    monkeypatch.setattr(errands, "PATIENCE_S", 0.3)  # before anything is said
+    deserted = type("Deserted", (Executor,), {"workers": 0, "submit": lambda *_: Future()})
+    with pytest.raises(StoppedEarly, match="no worker"):
+        done(study, tmp_path / "study", executor=deserted())
 
 
 def test_a_worker_with_other_versions_is_refused_by_name(tmp_path):

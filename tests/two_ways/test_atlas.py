@@ -5,6 +5,8 @@ import signal
 import subprocess
 import sys
 import time
+import zlib
+from base64 import b64encode
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 
@@ -224,9 +226,14 @@ def test_columns_survive_being_written_down(what):
     assert all(np.array_equal(back[name], columns[name]) for name in columns)
 
 
+WITHOUT_ITS_CHECK = b64encode(zlib.compress(bytes(15))[:-4]).decode()  # all bytes are there
+
+
 @pytest.mark.parametrize(
-    "text", ["", "!!!!", "AAAA", 7, None, "eJxjYGBgAAAABAAB", "eNrtwTEBAAAAwqD1T20ND6AAAAAAAA=="]
-)
+    "text",
+    ["", "!!!!", "AAAA", 7, None, "eJxjYGBgAAAABAAB", "eNrtwTEBAAAAwqD1T20ND6AAAAAAAA==",
+     WITHOUT_ITS_CHECK],
+)  # fmt: skip
 def test_damaged_columns_are_refused(text):
     good = packed({name: np.zeros((3, 5), "u1") for name in ("kind", "detail", "certified")})
     with pytest.raises(ht.ForeignFile, match="column detail"):
@@ -271,9 +278,42 @@ def test_shipped_scenes_are_told_from_their_events(scene):
     assert NAMES[told[0]] == motion.kind
 
 
+SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
+ONES = {  # one top each: theta, thetadot, phidot, omega3, what it is by proof, and what a run tells
+    "a nutation that a longer step passes over":
+        (2.0913820324639576, 0.0, -15.379518847402188, -6.907812267291379, "waves", "waves"),
+    "a cusp beside the vertical, missed by rounding one way":
+        (1.1177948153536073, -9.521365865968562, 9.014796177014924, 64.4086067775603,
+         "waves", "undecided"),
+    "and the other way":
+        (1.0197296777796385, -9.43178367945079, -7.741882054558546, -58.62008866483815,
+         "loops", "undecided"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", ONES)
+def test_a_run_tells_what_it_can_tell(what):
+    *numbers, proved, told = ONES[what]
+    named = zip(("theta", "thetadot", "phidot", "omega3"), numbers, strict=True)
+    tops = SICM | {name: np.array([value]) for name, value in named}
+    found = ht.motions_many(**tops)
+    assert NAMES[found.verdicts.kind[0]] == proved
+    assert NAMES[integrated(tops, found.period)[0]] == told
+
+
+def test_a_cusp_is_told_from_the_lower_end_of_its_nutation():
+    """There, nothing is exactly at rest: the rates are those of the closed form, rounded."""
+    dropped = ht.load_scene("sicm-dropped")
+    motion = ht.Motion(dropped.top, dropped.start)
+    below = motion.at(motion.period / 2)
+    start = {"theta": below.theta, "phidot": below.phidot, "omega3": 140.0}
+    tops = SICM | {"thetadot": 0.0} | {name: np.array([each]) for name, each in start.items()}
+    assert NAMES[integrated(tops, np.array([motion.period]))[0]] == "cusps"
+
+
 def test_a_wrong_map_is_seen(monkeypatch):
     """A flipped sign of gravity in what is integrated is found, pixel by pixel."""
-    from heavytop.atlases import tiles
+    from heavytop.atlases import plane, tiles
 
     def upside_down(tops, period):
         return integrated({**tops, "gMR": -np.asarray(tops["gMR"])}, period)
@@ -282,6 +322,10 @@ def test_a_wrong_map_is_seen(monkeypatch):
     found = ht.atlas(*PLANES["kicks and spins"], integrate=True, jobs=1)
     assert len(found.unexplained) > 100
     assert found.document()["unexplained"] == len(found.unexplained)
+    monkeypatch.setattr(plane, "WIDEST", 16)  # tiles beside each other: each says its own places
+    some = ht.atlas(KICKED, "phidot=-20:20:40", "psidot=-150:150:20", integrate=True, jobs=1)
+    assert len(some.tasks) == 3
+    assert len({each.x for each in some.differing}) > 16
 
 
 @pytest.mark.parametrize(

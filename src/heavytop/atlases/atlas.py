@@ -53,8 +53,10 @@ class Differing(NamedTuple):
 class Atlas:
     """A plane of tops and what kind of motion each of its pixels is.
 
-    ``atlas["period"]`` is a column, as an array of shape (y, x); `counts` and `details` say how
-    many pixels there are of each kind, `curves` are the boundaries, `to_xarray()` is all of it.
+    ``atlas["period"]`` is a column, as an array of shape (y, x): ``theta_min`` and ``theta_max``
+    [rad], ``period`` [s], ``precession`` and ``spin`` in a period [rad], ``margin``, ``kind`` as an
+    index of `names`. `counts` and `details` say how many pixels there are of each kind, `curves`
+    are the boundaries, `to_xarray()` is all of it.
 
     Attributes
     ----------
@@ -141,7 +143,7 @@ class Atlas:
 
     @cached_property
     def untold(self) -> int:
-        """How many pixels a run cannot tell: what decides is below its own error."""
+        """How many pixels a run cannot tell, as what decides is below its own error."""
         code = self.names.index(Kind.UNDECIDED)
         return sum(int((columns["integrated"] == code).sum()) for _, columns in self.tiles())
 
@@ -174,7 +176,15 @@ class Atlas:
     def document(
         self, *, costs: bool = True, files: Mapping[str, str] | None = None
     ) -> dict[str, Any]:
-        """Return what was found, for JSON; the map itself is in ``atlas.nc``."""
+        """Return what was found, for JSON; the map itself is in ``atlas.nc``.
+
+        Parameters
+        ----------
+        costs : bool
+            Whether with what it took; without it there are no wall-clock values.
+        files : mapping, optional
+            Names of the files that were written, by what they are.
+        """
         plane, rate, what = self.study.plane, self.per_s, self.study.what
         document = {
             "schema": SCHEMA,

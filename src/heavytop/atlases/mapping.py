@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from heavytop import ledger, options, recorded
+from heavytop.arguments import path_of, wrong_type
 from heavytop.atlases.atlas import Atlas, gathered
 from heavytop.atlases.study import KIND, Study
 from heavytop.errors import BadScene, Fault, ForeignFile
@@ -83,6 +84,11 @@ def atlas(
     >>> found = atlas(load_scene("sicm-kicked"), "phidot=-20:20:41", "psidot=-150:150:31", jobs=1)
     >>> found.counts, found.uncertified
     ({'planar-pendulum': 1, 'loops': 622, 'cusps': 30, 'waves': 618}, 0)
+
+    Notes
+    -----
+    Accuracy: ``tests/two_ways/test_atlas.py`` holds pixels to 1e-13 of `heavytop.Motion` alone,
+    and their kinds to integrated ones.
     """
     file = str(getattr(scene, "name", KIND))
     given = {"jobs": usable_cpus() if jobs is None else jobs, "shard": shard, "only": only,
@@ -159,15 +165,40 @@ def merge_atlases(
         No folder is given.
     ForeignFile
         A folder holds no atlas, another one, or a damaged file; nothing was written.
+    InUse
+        Another process is writing `folder`.
+    WrongType
+        `folders` is no sequence of paths, or `folder` no path.
+
+    Notes
+    -----
+    Accuracy: ``tests/two_ways/test_atlas.py`` holds shards that were joined to the whole, bit for
+    bit.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from heavytop.scene import load_scene
+    >>> plane = load_scene("sicm-kicked"), "phidot=-20:20:41", "psidot=-150:150:31"
+    >>> with TemporaryDirectory() as place:
+    ...     parts = [f"{place}/{i}" for i in (1, 2)]
+    ...     for i, part in enumerate(parts, 1):
+    ...         _ = atlas(*plane, shard=(i, 2), jobs=1, folder=part)
+    ...     found, missing = merge_atlases(parts, f"{place}/all")
+    ...     print(found.whole, missing, found.counts["loops"])
+    True () 622
     """
+    if isinstance(folders, str | bytes) or not isinstance(folders, Sequence):
+        raise wrong_type("folders", "a list of paths", folders)
     if not folders:
         raise BadScene((Fault(KIND, None, "merge", "", "at least one folder"),))
-    looked = [ledger.Folder.look(each) for each in folders]  # before anything is written
+    parts, whole = [path_of("folders", each) for each in folders], path_of("folder", folder)
+    looked = [ledger.Folder.look(each) for each in parts]  # before anything is written
     study = _study(looked[0])
     for each in looked[1:]:
         each.expect(study.identity)
-    with ledger.Folder.create_or_open(folder, study.identity) as kept:
-        missing = ledger.merge(kept, [Path(each) for each in folders])
+    with ledger.Folder.create_or_open(whole, study.identity) as kept:
+        missing = ledger.merge(kept, parts)
         _note_shard(kept.path, None)
         return gathered(study, kept, tuple(study.tiles), 1), tuple(missing)
 
@@ -188,8 +219,25 @@ def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
     ------
     ForeignFile
         It is none, or is damaged.
+    WrongType
+        It is no path.
+
+    Notes
+    -----
+    Accuracy: as of `atlas`; ``tests/two_ways/test_atlas.py`` holds what is read to be what was
+    computed, bit for bit.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from heavytop.scene import load_scene
+    >>> with TemporaryDirectory() as place:
+    ...     plane = load_scene("sicm-kicked"), "phidot=-20:20:41", "psidot=-150:150:31"
+    ...     made = atlas(*plane, jobs=1, folder=place)
+    ...     print(load_atlas(place).counts == made.counts)
+    True
     """
-    kept = ledger.Folder.look(folder)
+    kept = ledger.Folder.look(path_of("folder", folder))
     study = _study(kept)
     return gathered(study, kept, tuple(study.tiles), 1)
 

@@ -44,6 +44,11 @@ class Ball:
     def of(cls, ball: arb) -> Ball:
         """The value of a finite ball of python-flint; nothing is lost but digits below 2⁻⁶⁵⁵³⁶.
 
+        Parameters
+        ----------
+        ball : flint.arb
+            Such as `Exact.ball` gives.
+
         Raises
         ------
         ValueError
@@ -88,7 +93,13 @@ class Ball:
         return _decimals(self.spread) if self.spread else math.inf
 
     def bounds(self, digits: int) -> tuple[str, str]:
-        """Two decimal numbers of so many significant digits with the ball between them."""
+        """Two decimal numbers of so many significant digits with the ball between them.
+
+        Parameters
+        ----------
+        digits : int
+            How many, at least 1.
+        """
         ends = (self.middle - self.spread, ROUND_FLOOR), (self.middle + self.spread, ROUND_CEILING)
         low, high = (str(_decimal(end, digits, way)) for end, way in ends)
         return low.replace("E", "e"), high.replace("E", "e")

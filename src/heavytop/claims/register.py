@@ -4,53 +4,20 @@ from __future__ import annotations
 
 import ast
 import tomllib
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
-from heavytop.errors import HeavyTopError
+from heavytop.claims.claim import Claim
+from heavytop.errors import ForeignFile, HeavyTopError
 
 NAME: Final = "claims.toml"
-OURS: Final = "this project"
 PACKAGE: Final = Path(__file__).parents[1]
 PACKED: Final = PACKAGE / "_validation"  # where a wheel has them
 BESIDE: Final = PACKAGE.parents[1] / "validation"  # where a checkout has them
-
-
-@dataclass(frozen=True, slots=True)
-class Claim:
-    """One thing that is claimed.
-
-    Parameters
-    ----------
-    id : str
-        Its name.
-    statement : str
-        What is measured, with its unit.
-    authority : str
-        Who says so, outside this project.
-    bound : float
-        What is measured is at most this.
-    reason : str
-        Why this bound.
-    script : str
-        The script that measures it.
-    holds : tuple of str
-        What of the package is held against the authority.
-    needs : str, optional
-        A package that not everybody has.
-    """
-
-    id: str
-    statement: str
-    authority: str
-    bound: float
-    reason: str
-    script: str
-    holds: tuple[str, ...]
-    needs: str | None = None
 
 
 @dataclass(frozen=True)
@@ -108,6 +75,8 @@ def load_register(folder: Path | None = None) -> Register:
     ------
     HeavyTopError
         There is none: the package was installed without its scripts.
+    ForeignFile
+        It is not as it should be; the message names the claim.
 
     Examples
     --------
@@ -116,11 +85,29 @@ def load_register(folder: Path | None = None) -> Register:
     """
     place = folder or (PACKED if (PACKED / NAME).is_file() else BESIDE)
     try:
-        tables = tomllib.loads((place / NAME).read_text("utf-8"))
+        claims = tuple(_claims(tomllib.loads((place / NAME).read_text("utf-8")), place))
     except FileNotFoundError:
         raise HeavyTopError(f"{place / NAME} is not there: installed without its claims") from None
-    claims = tuple(_claim(each, tables["authorities"]) for each in tables.get("claim", ()))
+    except ValueError as fault:  # of the TOML, of its letters, or of a claim
+        raise ForeignFile(f"{place / NAME}: {fault}") from None
     return Register(place, claims, dict(_others(place, {claim.script for claim in claims})))
+
+
+def _claims(tables: Mapping[str, Any], folder: Path) -> Iterator[Claim]:
+    """The claims of a file, each name told apart and each script there."""
+    found, authorities = tables.get("claim", []), tables.get("authorities", {})
+    if not isinstance(found, list) or not all(isinstance(each, dict) for each in found):
+        raise ForeignFile("claims stand under [[claim]]")
+    if not isinstance(authorities, dict) or set(map(type, authorities.values())) - {str}:
+        raise ForeignFile("authorities, each a text, stand under [authorities]")
+    claims = [Claim.of(each, authorities) for each in found]
+    times = Counter(claim.id for claim in claims)
+    for claim in claims:
+        if times[claim.id] > 1:
+            raise ForeignFile(f"claim {claim.id!r} stands there {times[claim.id]} times")
+        if not (folder / claim.script).is_file():
+            raise ForeignFile(f"claim {claim.id!r}: script = {claim.script!r}: not there")
+        yield claim
 
 
 def _others(folder: Path, registered: set[str]) -> Iterator[tuple[str, str]]:
@@ -129,8 +116,3 @@ def _others(folder: Path, registered: set[str]) -> Iterator[tuple[str, str]]:
         if path.name not in registered:
             said = ast.get_docstring(ast.parse(path.read_text("utf-8"))) or path.stem
             yield path.name, said.partition("\n")[0]
-
-
-def _claim(table: Mapping[str, Any], authorities: Mapping[str, str]) -> Claim:
-    said = {**table, "authority": authorities[table["authority"]]}
-    return Claim(**{**said, "bound": float(table["bound"]), "holds": tuple(table["holds"])})

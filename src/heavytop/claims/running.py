@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Final
+from typing import Final
+
+from heavytop.claims.keeper import BY_SIGNAL
+from heavytop.claims.kept import Process, begin, end, tail
+from heavytop.claims.register import PACKAGE
 
 ASKED: Final = "HEAVYTOP_CLAIMS_ASKED"  # as validation/claim.py reads it
 TOLD: Final = "HEAVYTOP_CLAIMS_TOLD"
+OF: Final = "HEAVYTOP_CLAIMS_OF"
+FOREIGN: Final = (ASKED, TOLD, OF, "PYTHONSAFEPATH")  # with the last, no script finds its helpers
 LOOK: Final = 0.05  # s between two looks at what is running
+GRACE: Final = 2.0  # s from SIGTERM to SIGKILL
+TAIL: Final = 65536  # bytes of what a script said: its last line is in them
+DONE: Final = (0, 5)  # codes of a script that came to its end: all holds, or not
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +35,7 @@ class Errand:
     asked : tuple of str, optional
         The claims to measure; None for whatever the script has.
     limit : float
-        Seconds after which it is killed.
+        Seconds after which it is ended.
     """
 
     script: Path
@@ -45,104 +50,119 @@ class Ended:
     Parameters
     ----------
     errand : Errand
-    told : tuple of dict
-        A line for each claim, in its order.
-    trouble : str
-        Why it ended before its end; empty where it did not.
+    code : int, optional
+        Its exit code, above 128 for a signal; None where it was not done within its limit.
+    told : bytes
+        What it wrote of its claims.
+    said : str
+        The last line of its stderr.
+    seconds : float
+        How long it took.
     """
 
     errand: Errand
-    told: tuple[dict[str, Any], ...]
-    trouble: str
+    code: int | None
+    told: bytes
+    said: str
+    seconds: float
+
+    @property
+    def trouble(self) -> str:
+        """Why it did not come to its end; empty where it did."""
+        if self.code is None:
+            return f"not done in {self.errand.limit:g} s"
+        if self.code in DONE:
+            return ""
+        return f"ended {_by(self.code)}: {self.said or 'it said nothing'}"
 
 
-@dataclass(slots=True)
+def _by(code: int) -> str:
+    try:
+        name = signal.Signals(code - BY_SIGNAL if code > BY_SIGNAL else -code).name
+    except ValueError:
+        return f"with code {code}"
+    return f"by {name}"
+
+
+@dataclass(frozen=True, slots=True)
 class _Running:
     errand: Errand
-    process: subprocess.Popen[bytes]
+    process: Process
     folder: Path
-    until: float
+    began: float
+
+    @property
+    def over(self) -> bool:
+        return time.monotonic() - self.began > self.errand.limit
 
     def ended(self, code: int | None) -> Ended:
-        trouble = "" if code in (0, 5) else f"ended with code {code}: {_last(self.folder / 'said')}"
-        if code is None:
-            trouble = f"not done in {self.errand.limit:g} s"
-        return Ended(self.errand, tuple(_lines(self.folder / "told")), trouble)
-
-    def kill(self) -> None:
-        """Kill it with all that it started."""
-        with suppress(ProcessLookupError):
-            os.killpg(self.process.pid, signal.SIGKILL)
-        self.process.wait()
+        seconds = time.monotonic() - self.began
+        told = self.folder / "told"
+        return Ended(
+            self.errand,
+            code,
+            told.read_bytes() if told.is_file() else b"",
+            _last(self.folder / "said"),
+            seconds,
+        )
 
 
 def run_scripts(
     errands: Sequence[Errand], jobs: int = 2, started: Callable[[Errand], object] | None = None
 ) -> Iterator[Ended]:
-    """Run scripts, and give each as it ends; what still runs when this is left is killed.
+    """Run scripts, and give each as it ends; what still runs when this is closed is ended.
+
+    No script outlives this process, however it goes: each has a keeper, who sees a pipe close.
 
     Parameters
     ----------
     errands : sequence of Errand
     jobs : int
-        How many run at a time.
+        How many run at a time, at least 1.
     started : callable, optional
         It is told of each errand as it begins.
     """
     waiting, running = list(errands), list[_Running]()
-    with TemporaryDirectory(prefix="heavytop-claims-") as place:
+    # What a script that is killed leaves in the folder for what is temporary goes with ours; what
+    # dies may still write in it.
+    with TemporaryDirectory(prefix="heavytop-", ignore_cleanup_errors=True) as place:
         try:
             while waiting or running:
                 while waiting and len(running) < jobs:
                     errand = waiting.pop(0)
                     if started is not None:
                         started(errand)
-                    running.append(_begin(errand, Path(place) / errand.script.stem))
+                    running.append(_begin(errand, Path(place)))
                 yield from _looked_at(running)
         finally:
-            for each in running:
-                each.kill()
+            end([each.process for each in running], GRACE)
 
 
 def _looked_at(running: list[_Running]) -> Iterator[Ended]:
     time.sleep(LOOK)
     for each in tuple(running):
         code = each.process.poll()
-        if code is None and time.monotonic() < each.until:
+        if code is None and not each.over:
             continue
-        if code is None:
-            each.kill()
+        end([each.process], GRACE)
         running.remove(each)
         yield each.ended(code)
 
 
-def _begin(errand: Errand, folder: Path) -> _Running:
+def _begin(errand: Errand, place: Path) -> _Running:
+    folder = place / errand.script.stem
     folder.mkdir()
-    with (folder / "said").open("wb") as said:
-        process = subprocess.Popen(
-            [sys.executable, str(errand.script)],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=said,
-            env=_environment(errand, folder / "told"),
-            start_new_session=True,  # so that it can be killed with all that it starts
-        )
-    return _Running(errand, process, folder, time.monotonic() + errand.limit)
+    process = begin([str(errand.script)], folder / "said", _environment(errand, place))
+    return _Running(errand, process, folder, time.monotonic())
 
 
-def _environment(errand: Errand, told: Path) -> Mapping[str, str]:
-    here = {name: value for name, value in os.environ.items() if name not in (ASKED, TOLD)}
+def _environment(errand: Errand, place: Path) -> Mapping[str, str]:
+    here = {name: value for name, value in os.environ.items() if name not in FOREIGN}
     asked = {} if errand.asked is None else {ASKED: ",".join(errand.asked)}
-    return {**here, **asked, TOLD: str(told)}
+    told = str(place / errand.script.stem / "told")
+    return {**here, **asked, TOLD: told, OF: str(PACKAGE), "TMPDIR": str(place)}
 
 
-def _lines(path: Path) -> Iterator[dict[str, Any]]:
-    text = path.read_text("utf-8") if path.exists() else ""
-    for line in text.splitlines():
-        with suppress(json.JSONDecodeError):  # it was killed in the midst of it
-            yield json.loads(line)
-
-
-def _last(path: Path) -> str:
-    lines = path.read_text("utf-8", errors="replace").split("\n")
-    return next((line.strip() for line in reversed(lines) if line.strip()), "it said nothing")
+def _last(said: Path) -> str:
+    lines = tail(said, TAIL).split("\n")
+    return next((line.strip() for line in reversed(lines) if line.strip()), "")

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import replace
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-from heavytop.claims.register import OURS, PACKED, Claim, Register, load_register, stem
+from heavytop.arguments import wrong_type
+from heavytop.claims.register import PACKED, Register, load_register, stem
 from heavytop.claims.running import Ended, Errand, run_scripts
-from heavytop.claims.validation import Measured, Validation
-from heavytop.names import nearest
+from heavytop.claims.validation import Measured, Validation, counts
+from heavytop.claims.verdicts import verdicts
+from heavytop.errors import HeavyTopError
+from heavytop.names import LONGEST, nearest
 
 LIMIT: Final = 120.0  # s for a script of registered claims
 PROOF_LIMIT: Final = 7200.0  # s for any other: some of them time what takes minutes
 
 
-class UnknownClaim(ValueError):
+class UnknownClaim(HeavyTopError, ValueError):
     """A name that is neither a claim nor a script; the message gives the nearest."""
 
 
@@ -32,7 +34,13 @@ def validate(
     note: Callable[[str], None] | None = None,
     register: Register | None = None,
 ) -> Validation:
-    """Measure claims.
+    """What is claimed of the package, measured and held to its bounds.
+
+    Each script of claims runs in processes of its own, which do not outlive this one, however it
+    ends. None of the claims of a script holds that ends otherwise than by code 0 or 5, that is
+    not done in its time (two minutes; two hours for those of `proofs`), or that tells what it was
+    not asked for. What an interrupt leaves is nothing: scripts are asked to end, and after two
+    seconds killed.
 
     Parameters
     ----------
@@ -43,42 +51,72 @@ def validate(
     jobs : int
         Scripts at a time. Those of `proofs` have clocks to read, and run one at a time.
     progress : callable, optional
-        It is told the part of the scripts that has ended.
+        It is told the part of the scripts that has ended, from 0 to 1.
     note : callable, optional
-        It is told the name of each script as it begins.
+        It is told, in a line, of each script that begins or ends.
     register : Register, optional
         By default that of the package.
 
     Returns
     -------
     Validation
+        In the order of the register, whatever the order of `names`.
 
     Raises
     ------
     UnknownClaim
         A name that is neither a claim nor a script.
+    WrongType
+        `names` is a single text, or no sequence.
+    ValueError
+        ``jobs`` < 1.
+    ForeignFile
+        The register is damaged.
     HeavyTopError
         The package was installed without its claims.
 
     Examples
     --------
-    >>> from heavytop.claims.validating import validate
-    >>> validate(["betsch-cone"]).counts
-    {'passed': 1, 'failed': 0, 'skipped': 0}
+    >>> import heavytop as ht
+    >>> found = ht.validate(["betsch-cone"])
+    >>> found.counts, found.failed
+    ({'passed': 1, 'failed': 0, 'skipped': 0}, ())
     """
+    if jobs < 1:
+        raise ValueError(f"jobs = {jobs}: at least 1")
     known = register or load_register()
+    asked = _asked(names, known)
+    found = dict[str, tuple[Measured, ...]]()
     with _runnable(known) as place:
-        quick, slow = _errands(known, place, tuple(names), proofs)
-        told = note or (lambda _: None)
-        ended = dict[str, Ended]()
-        for group, at_once in ((quick, jobs), (slow, 1)):
-            for one in run_scripts(group, at_once, lambda errand: told(errand.script.name)):
-                ended[one.errand.script.name] = one
+        groups = _errands(known, place, asked, proofs)
+        with closing(_run(groups, (jobs, 1), note or (lambda _: None))) as running:
+            for ended in running:
+                found[ended.errand.script.name] = verdicts(known, ended)
+                if note is not None:
+                    note(_sentence(ended, found[ended.errand.script.name]))
                 if progress is not None:
-                    progress(len(ended) / len(quick + slow))
+                    progress(len(found) / sum(map(len, groups)))
     scripts = [*known.scripts, *known.proofs]
-    found = (_found(known, ended[script]) for script in scripts if script in ended)
-    return Validation(tuple(each for group in found for each in group), proofs)
+    results = tuple(each for script in scripts for each in found.get(script, ()))
+    return Validation(results, proofs, asked)
+
+
+Groups = tuple[list[Errand], list[Errand]]
+
+
+def _asked(names: Sequence[str], known: Register) -> tuple[str, ...]:
+    if isinstance(names, str) or not isinstance(names, Sequence):
+        raise wrong_type("names", "a list of names", names)
+    for name in names:
+        if name not in known.names:
+            shown = f"{name!r:.{LONGEST + 2}}"
+            raise UnknownClaim(f"{shown} is no claim and no script{_hint(name, known.names)}")
+    return tuple(dict.fromkeys(names))
+
+
+def _hint(name: str, names: Sequence[str]) -> str:
+    near = nearest(name, names)
+    return f"; {near}" if near else ""
 
 
 @contextmanager
@@ -87,18 +125,16 @@ def _runnable(known: Register) -> Iterator[Path]:
     if known.folder != PACKED:
         yield known.folder
         return
-    with TemporaryDirectory(prefix="heavytop-validation-") as place:
+    with TemporaryDirectory(prefix="heavytop-", ignore_cleanup_errors=True) as place:
         copy = Path(place) / "validation"
-        shutil.copytree(known.folder, copy)
+        shutil.copytree(known.folder, copy, copy_function=shutil.copyfile)
+        for path in (copy, *copy.rglob("*/")):
+            path.chmod(0o700)  # a package may be installed read-only
         yield copy
 
 
-def _errands(
-    known: Register, place: Path, names: tuple[str, ...], proofs: bool
-) -> tuple[list[Errand], list[Errand]]:
-    for name in names:
-        if name not in known.names:
-            raise UnknownClaim(f"{name!r} is no claim and no script{_hint(name, known.names)}")
+def _errands(known: Register, place: Path, names: tuple[str, ...], proofs: bool) -> Groups:
+    """What there is to run: some at a time, and one at a time."""
     quick = []
     for script, claims in known.scripts.items():
         whole = not names or stem(script) in names
@@ -109,47 +145,11 @@ def _errands(
     return quick, [Errand(place / script, None, PROOF_LIMIT) for script in slow]
 
 
-def _hint(name: str, names: Sequence[str]) -> str:
-    near = nearest(name, names)
-    return f"; {near}" if near else ""
+def _run(groups: Groups, jobs: tuple[int, int], note: Callable[[str], None]) -> Generator[Ended]:
+    for group, at_once in zip(groups, jobs, strict=True):
+        yield from run_scripts(group, at_once, lambda one: note(f"running {one.script.name}"))
 
 
-def _found(known: Register, ended: Ended) -> Iterator[Measured]:
-    script = ended.errand.script.name
-    if script in known.proofs:
-        return _proved(script, known.proofs[script], ended)
-    return _held(known.scripts[script], ended)
-
-
-def _held(claims: tuple[Claim, ...], ended: Ended) -> Iterator[Measured]:
-    """Set what was told beside what is claimed; a claim that was not told of does not hold."""
-    told = {each.get("id"): each for each in ended.told}
-    for claim in claims:
-        if claim.id not in (ended.errand.asked or ()):
-            continue
-        each = told.get(claim.id)
-        if each is None:
-            yield Measured(claim, passed=False, failure=ended.trouble or "nothing was measured")
-        elif "skipped" in each:
-            yield Measured(claim, skipped=each["skipped"])
-        else:
-            yield _judged(claim, each.get("measured"), each.get("failure"))
-
-
-def _judged(claim: Claim, measured: float | None, failure: str | None) -> Measured:
-    """Hold a number to the bound once more: a script does not judge itself."""
-    holds = measured is not None and measured <= claim.bound
-    why = None if measured is not None else failure or "no number"
-    return Measured(claim, measured, holds, failure=why)
-
-
-def _proved(script: str, about: str, ended: Ended) -> Iterator[Measured]:
-    """What a script that states its own claims told, and whether it came to its end."""
-    blank = Claim("", about, OURS, 0.0, "as the script says", script, ())
-    for n, each in enumerate(ended.told, 1):
-        name = f"{stem(script)}/{n}"
-        claim = replace(blank, id=name, statement=each["statement"], bound=each["bound"])
-        yield _judged(claim, each["measured"], "no finite number")
-    if ended.trouble or not ended.told:
-        claim = replace(blank, id=f"{stem(script)}/end")
-        yield Measured(claim, passed=False, failure=ended.trouble or "it claims nothing")
+def _sentence(ended: Ended, found: Sequence[Measured]) -> str:
+    said = ", ".join(f"{many} {word}" for word, many in counts(found).items() if many)
+    return f"{ended.errand.script.name}: {said} in {ended.seconds:.1f} s"

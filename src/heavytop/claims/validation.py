@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
-from heavytop.claims.register import Claim
+from heavytop.claims.claim import OURS, Claim
 from heavytop.machine import versions
 
 SCHEMA: Final = "heavytop/validate/1"
@@ -26,7 +26,8 @@ class Measured:
     skipped : str, optional
         Why, where it was.
     failure : str, optional
-        What happened instead, where nothing came out.
+        What went wrong, where that is not a number beyond its bound; a number that was measured
+        before it did is kept.
     """
 
     claim: Claim
@@ -44,6 +45,15 @@ class Measured:
         return {**said, **found}
 
 
+def counts(results: Iterable[Measured]) -> dict[str, int]:
+    """How many hold, do not hold, and were skipped."""
+    words = {True: "passed", False: "failed", None: "skipped"}
+    found = dict.fromkeys(words.values(), 0)
+    for each in results:
+        found[words[each.passed]] += 1
+    return found
+
+
 @dataclass(frozen=True, slots=True)
 class Validation:
     """The claims that were looked at.
@@ -54,10 +64,13 @@ class Validation:
         In the order of the register.
     proofs : bool
         Whether every script was asked for.
+    asked : tuple of str
+        The names that were asked for; none where all registered claims were.
     """
 
     results: tuple[Measured, ...]
     proofs: bool = False
+    asked: tuple[str, ...] = ()
 
     @property
     def failed(self) -> tuple[Measured, ...]:
@@ -67,11 +80,7 @@ class Validation:
     @property
     def counts(self) -> dict[str, int]:
         """How many hold, do not hold, and were skipped."""
-        words = {True: "passed", False: "failed", None: "skipped"}
-        found = dict.fromkeys(words.values(), 0)
-        for each in self.results:
-            found[words[each.passed]] += 1
-        return found
+        return counts(self.results)
 
     def document(self, files: Mapping[str, str] | None = None) -> dict[str, Any]:
         """The document of the schema ``heavytop/validate/1``.
@@ -83,9 +92,10 @@ class Validation:
         """
         return {
             "schema": SCHEMA,
+            "asked": list(self.asked),
             "proofs": self.proofs,
             "counts": self.counts,
-            "authorities": len({each.claim.authority for each in self.results}),
+            "authorities": len({each.claim.authority for each in self.results} - {OURS}),
             "claims": [each.row for each in self.results],
             "files": dict(files or {}),
             "versions": versions(),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 import traceback
@@ -15,7 +16,8 @@ from heavytop.cli.classify import classify
 from heavytop.cli.derive import derive
 from heavytop.cli.doctor import doctor
 from heavytop.cli.drift import drift
-from heavytop.cli.exits import EXIT_CODES, exit_code, explain
+from heavytop.cli.exits import EXIT_CODES, Exit, exit_code, explain
+from heavytop.cli.hints import Usage, hinted
 from heavytop.cli.options import DEBUG
 from heavytop.cli.plan import plan
 from heavytop.cli.report import report
@@ -27,14 +29,28 @@ from heavytop.cli.validate import validate
 from heavytop.cli.voice import say
 from heavytop.cli.workprec import workprec
 
+WORDS = "heavytop.words"  # key in the context: all that stands behind the name of the command
+
 
 class Verbs(TyperGroup):
     """The command group, where every exception becomes a message and an exit code."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read what stands before the verb, and remember all that was said."""
+        ctx.meta[WORDS] = tuple(args)
+        try:
+            return super().parse_args(ctx, args)
+        except Usage as error:
+            hinted(error, ctx.meta[WORDS])
+            raise
 
     def invoke(self, ctx: Any) -> Any:
         """Run a verb; what it raises is explained without a traceback, unless asked for one."""
         try:
             return super().invoke(ctx)
+        except Usage as error:
+            hinted(error, ctx.meta[WORDS])
+            raise
         except (Exception, KeyboardInterrupt) as error:
             if belongs_to_typer(error):
                 raise
@@ -47,7 +63,8 @@ class Verbs(TyperGroup):
 
 def belongs_to_typer(error: BaseException) -> bool:
     """Whether typer itself turns this exception into a message and an exit code."""
-    return isinstance(error, BrokenPipeError) or type(error).__module__.startswith("typer.")
+    home = type(error).__module__.partition(".")[0]
+    return isinstance(error, BrokenPipeError) or home in ("typer", "click")
 
 
 app = typer.Typer(
@@ -106,7 +123,16 @@ def _fill_closed() -> None:
 def main() -> None:
     """Run the command line."""
     _fill_closed()
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it tells of caches it cannot make
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a terminal without θ shows ?, and does not fail
             stream.reconfigure(errors="replace")
-    app()
+    try:
+        app()
+    except SystemExit as leaving:
+        if isinstance(leaving.__context__, BrokenPipeError):
+            raise SystemExit(Exit.UNREAD) from None
+        raise
+    except OSError as fault:  # of the help, or of what is wrong with an option
+        say(f"cannot write: {fault.strerror}")
+        raise SystemExit(getattr(fault.__context__, "exit_code", Exit.ENDED_EARLY)) from None

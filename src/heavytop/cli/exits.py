@@ -20,6 +20,7 @@ class Exit(IntEnum):
     FOREIGN_FILE = 6
     MISSING_PACKAGE = 7
     INTERRUPTED = 130
+    UNREAD = 141  # nobody reads what is printed, as with | head: what a shell says of such an end
 
 
 # The first that fits. What is not here is a bug of ours.
@@ -41,7 +42,7 @@ FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EI
 EXIT_CODES = (
     "Exit codes: 0 ok; 1 a bug; 2 a bad option; 3 a bad scene; 4 ended early, the partial result "
     "is kept; 5 a check is out of its bound; 6 a damaged or foreign file; 7 an optional package "
-    "is missing; 130 interrupted."
+    "is missing; 130 interrupted; 141 unread."
 )
 
 

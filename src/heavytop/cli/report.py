@@ -2,24 +2,36 @@
 
 from __future__ import annotations
 
-import shlex
+import os
 import tempfile
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from heavytop.cli.ending import ending
+from heavytop.cli.exits import FULL, Exit
 from heavytop.cli.options import Debug, Json, Quiet, Set, Verbose, blaming, named_folder, overrides
-from heavytop.cli.output import print_json, results_folder, unwritable
-from heavytop.cli.voice import Voice
+from heavytop.cli.output import results_folder, unwritable
+from heavytop.cli.voice import Voice, say
+from heavytop.pages.foreign import spelled
 
 if TYPE_CHECKING:
     from heavytop.pages.page import Page
     from heavytop.scene import Scene
 
 PAGE = "report.html"
+
+
+def page_file(text: str) -> Path:
+    """The file of a page: one that is named, as FILE.html, else that of a folder."""
+    named = named_folder(text)
+    if named.name.lower() == ".html":
+        raise typer.BadParameter(f"{text!r}: a name before .html, or a folder")
+    as_folder = text.endswith(("/", os.sep)) or named.is_dir()
+    return named if named.suffix.lower() == ".html" and not as_folder else named / PAGE
+
 
 Places = Annotated[
     list[str] | None,
@@ -38,7 +50,7 @@ Where = Annotated[
         metavar="DIR",
         help=f"Write {PAGE} and report.json here, or FILE.html (else in the current folder; "
         "with --json, nowhere).",
-        parser=named_folder,
+        parser=page_file,
     ),
 ]
 
@@ -61,27 +73,30 @@ def report(
         html = _file(output, json)
         if html is not None:
             stack.enter_context(results_folder(html.parent))
-        page = _page(folders, scene, _command(asked, changes), voice, stack)
+        page = _page(folders, scene, asked, changes, voice, stack)
         files = {} if html is None else _written(page, html)
     if json:
-        print_json(page.document(files=files))
+        typer.echo(page.json(files))
     elif html is not None:
         figures = sum(len(section.pictures) for section in page.sections)
-        typer.echo(f"{html}: {len(page.sections)} results, {figures} figures")
-    for name, why in page.missing:
-        voice.note(f"not run: {name}: {why}")
+        typer.echo(f"{spelled(html)}: {len(page.sections)} results, {figures} figures")
+    for name, why in () if quiet else page.missing:
+        say(f"not on the page: {name}: {why}")
+    if not page.results:
+        raise typer.Exit(Exit.ENDED_EARLY)
 
 
-def _command(places: list[str], changes: list[str] | None) -> str:
+def _words(places: list[str], changes: list[str] | None) -> list[str]:
+    """What was asked for, as a shell would be told again."""
     options = [word for change in changes or [] for word in ("--set", change)]
-    return shlex.join(["heavytop", "report", *places, *options])
+    return [*(f"./{each}" if each.startswith("-") else each for each in places), *options]
 
 
 def _meant(
     places: list[str], changes: list[str] | None, stack: ExitStack
 ) -> tuple[list[Path], Scene | None]:
     """The folders that are named, or the scene."""
-    folders = [Path(each) for each in places if Path(each).is_dir()]
+    folders = [named_folder(each) for each in places if Path(each).is_dir()]
     if (folders or not places) and changes:
         raise typer.BadParameter("changes a scene, and none is named", param_hint="--set")
     if folders and len(folders) == len(places):
@@ -103,13 +118,12 @@ def _file(output: Path | None, json: bool) -> Path | None:
     """Where the page goes; it and the document beside it replace nothing but a report."""
     if output is None and json:
         return None
-    named = output is not None and output.suffix == ".html" and not output.is_dir()
-    html = output if output is not None and named else (output or Path()) / PAGE
+    html = output or Path(PAGE)
     for path, mark in ((html, b'name="generator" content="heavytop'),
                        (html.with_suffix(".json"), b'"schema": "heavytop/report/1"')):  # fmt: skip
-        if path.exists() and mark not in _head(path):
+        if path.exists() and not (path.is_file() and mark in _head(path)):
             raise typer.BadParameter(
-                f"{path} is there, and is no report: say where", param_hint="-o"
+                f"{spelled(path)} is there, and is no report: say where", param_hint="-o"
             )
     return html
 
@@ -123,26 +137,37 @@ def _head(path: Path) -> bytes:
 
 
 def _page(
-    folders: list[Path], scene: Scene | None, command: str, voice: Voice, stack: ExitStack
+    folders: list[Path],
+    scene: Scene | None,
+    places: list[str],
+    changes: list[str] | None,
+    voice: Voice,
+    stack: ExitStack,
 ) -> Page:
-    from heavytop.pages.findings import findings
+    from heavytop.pages.commands import command
+    from heavytop.pages.findings import Found, findings
     from heavytop.pages.page import page_of
 
     missing: list[tuple[str, str]] = []
+    asked = _words(places, changes)
     if not folders:
         from heavytop.pages.quick import quick
 
-        place = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="heavytop-")))
-        missing = quick(place, scene, heard=lambda name: voice.note(f"running {name}"))
-        folders = [place]
-    return page_of(findings(folders), missing=missing, command=command)
+        temporary = tempfile.TemporaryDirectory(prefix="heavytop-", ignore_cleanup_errors=True)
+        place = Path(stack.enter_context(temporary))
+        heard = lambda name: voice.note(f"running {name}")  # noqa: E731
+        missing = quick(place, scene, asked=asked, heard=heard)
+        folders = [place] if any(place.glob("*/*.json")) else []
+    found = findings(folders) if folders else Found(())
+    return page_of(found, missing=missing, command=command("report", *asked))
 
 
 def _written(page: Page, html: Path) -> dict[str, str]:
     from heavytop.pages.page import write_page
 
     try:
-        found: dict[str, Any] = write_page(page, html)
-    except OSError as error:  # the disk is full, the folder has gone
-        raise unwritable(html.parent, error) from error
-    return found
+        return write_page(page, html)
+    except OSError as error:
+        if error.errno in FULL:
+            raise
+        raise unwritable(html.parent, error) from error  # the folder has gone

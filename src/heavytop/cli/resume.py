@@ -45,6 +45,7 @@ def resume(
             raise typer.BadParameter("for studies; this is a run", param_hint="--scheduler")
         _run(folder, voice, json=json, figures=not no_figures)
         return
+    _expect_study(folder)
     from heavytop.resuming import kind_of
     from heavytop.resuming import resume as go_on
 
@@ -63,6 +64,17 @@ def resume(
         say(f"{folder}: this study is finished")
     finish: Any = {"drift": drifting.finish, "atlas": mapping.finish}[kind]
     finish(found, folder, json=json, figures=not no_figures, voice=voice)
+
+
+def _expect_study(folder: Path) -> None:
+    """Refuse what is no folder, and a folder with nothing to go on with."""
+    if not folder.exists():
+        raise errors.ForeignFile(f"{folder}: there is no such folder")
+    if not folder.is_dir():
+        raise errors.ForeignFile(f"{folder}: a file; resume takes the folder of a study or a run")
+    if not (folder / "study.json").exists():
+        lacking = "neither study.json, of a study, nor trajectory.nc, of a run"
+        raise errors.ForeignFile(f"{folder}: nothing to go on with: {lacking}")
 
 
 def _run(folder: Path, voice: Voice, *, json: bool, figures: bool) -> None:

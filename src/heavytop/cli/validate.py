@@ -48,7 +48,7 @@ def validate(
                 tuple(claims or ()),
                 proofs=proofs,
                 progress=stack.enter_context(voice.progress()),
-                note=lambda script: voice.note(f"running {script}"),
+                note=voice.note,
             )
         except UnknownClaim as unknown:
             raise typer.BadParameter(str(unknown), param_hint="CLAIM") from None

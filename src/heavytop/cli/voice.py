@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -16,8 +16,9 @@ if TYPE_CHECKING:
 
 
 def say(text: str) -> None:
-    """Tell the person at the terminal something that is not a result."""
-    typer.echo(f"heavytop: {text}", err=True)
+    """Tell the person at the terminal something that is not a result, if it can be told."""
+    with suppress(OSError):  # of a closed or a full stderr: the exit code still says it
+        typer.echo(f"heavytop: {text}", err=True)
 
 
 def _watched() -> bool:

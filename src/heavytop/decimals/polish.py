@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import nan, sqrt
 
@@ -12,6 +12,7 @@ import numpy as np
 from heavytop.decimals.reader import DecimalSample, Values
 from heavytop.decimals.run import PreciseRun
 from heavytop.events import CUSP_LEVEL, Events
+from heavytop.exact import Exact
 from heavytop.taylor.precise import Found, Wanted
 from heavytop.theory.precision import Number
 
@@ -41,11 +42,14 @@ class Polisher:
         In doubles.
     steps : int
         Taken by the run.
+    at_poles : mapping from str to Exact
+        The limits of phidot at turning points on the vertical itself, as `rates_at_poles` has them.
     """
 
     run: PreciseRun
     events: Events
     steps: int
+    at_poles: Mapping[str, Exact]
 
     def polished(
         self, found: tuple[Found | None, ...], progress: Callable[[float], None] | None = None
@@ -63,7 +67,11 @@ class Polisher:
         """Return an event where it was found, without judging it anew."""
         name = "reversal" if kind == "reversal" else "turning"
         residual = self._number(name, self.run.reader.values(found))
-        return Polished(kind, self.run.reader.sample(found), residual)
+        sample = self.run.reader.sample(found)
+        if kind in self.at_poles:
+            limit = self.at_poles[kind].mpf(self.run.reader.ctx)
+            sample = replace(sample, phidot=limit)
+        return Polished(kind, sample, residual)
 
     def _events(self, kind: str, found: Found) -> Iterator[Polished]:
         sample = self.run.reader.sample(found)

@@ -16,6 +16,7 @@ from heavytop.decimals.run import PreciseRun
 from heavytop.events import Events
 from heavytop.exact import Exact
 from heavytop.planning import Plan, closed_form_of
+from heavytop.poles import rates_at_poles
 from heavytop.quantities import Sample
 from heavytop.scene import Scene
 from heavytop.taylor.orbit import Orbit
@@ -52,12 +53,24 @@ class Decimals:
     integrate_s: float
 
     def at(self, times: Sequence[Number]) -> tuple[DecimalSample, ...]:
-        """Return the motion at times between start and end [s], of any kind of number."""
+        """Return the motion at times between start and end, to all digits.
+
+        Parameters
+        ----------
+        times : sequence of number
+            Times [s], of any kind of number.
+        """
         return self.run.at(times)
 
     @staticmethod
     def rounded(samples: Sequence[DecimalSample]) -> Sample:
-        """Return the motion at several times, every number rounded to double."""
+        """Return the motion at several times, every number rounded to double.
+
+        Parameters
+        ----------
+        samples : sequence of DecimalSample
+            As `at` returns them.
+        """
 
         def column(name: str) -> Array:
             return np.array([_double(getattr(s, name)) for s in samples])
@@ -76,7 +89,13 @@ class Decimals:
         )
 
     def text(self, x: Number | None) -> str | None:
-        """Return a number with the digits that are wanted, or None."""
+        """Return a number with the digits that are wanted, or None.
+
+        Parameters
+        ----------
+        x : number or None
+            One of a DecimalSample, in its own unit.
+        """
         return None if x is None else str(self.run.reader.ctx.nstr(x, self.digits))
 
 
@@ -111,7 +130,7 @@ def in_decimals(
     walked = WALKED if len(events) else 1.0
     walk = run.walk(wanted, progress and (lambda t: progress(walked * t / orbit.end)))
     run = PreciseRun(run.reader, run.engine, orbit, run.far, run.longest, walk.marks)
-    polisher = Polisher(run, events, walk.steps)
+    polisher = Polisher(run, events, walk.steps, rates_at_poles(closed_form_of(scene)))
     heard = progress and (lambda done: progress(walked + (1 - walked) * done))
     polished = polisher.polished(walk.found[len(times) :], heard)
     samples = tuple(run.reader.sample(one) for one in walk.found[: len(times)] if one is not None)

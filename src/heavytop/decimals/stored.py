@@ -57,6 +57,7 @@ def restored(
     named: Mapping[str, Exact],
     orbit: Orbit,
     events: Events,
+    at_poles: Mapping[str, Exact],
 ) -> Decimals:
     """Return the decimals of a file.
 
@@ -69,10 +70,12 @@ def restored(
         The scene's numbers, by the symbols of the Lagrangian.
     orbit, events : Orbit and Events
         In double precision.
+    at_poles : mapping from str to Exact
+        What `rates_at_poles` says of the motion.
     """
     run = PreciseRun.of(chosen, named, orbit)
     samples = tuple(map(run.reader.sample, _found(variables, "t")))
-    polisher = Polisher(run, events, orbit.steps)
+    polisher = Polisher(run, events, orbit.steps, at_poles)
     found = _found(variables, "event")
     every = zip(events.kind, found, strict=True)
     return Decimals(

@@ -35,6 +35,9 @@ class MethodDrift:
     Attributes
     ----------
     method : Method
+        Which one, with its setting.
+    period : float
+        T of the scene [s].
     periods : tuple of float, shape (k,)
         Times in nutation periods of each run's own start.
     energy, phase_s, axis : tuple of (float or None), shape (k,)
@@ -86,7 +89,13 @@ class MethodDrift:
         return None if self.phase_growth is None else self.phase_growth.exponent
 
     def document(self, *, costs: bool = True) -> dict[str, Any]:
-        """Return what is known of the method, for JSON."""
+        """Return what is known of the method, for JSON.
+
+        Parameters
+        ----------
+        costs : bool
+            Whether with what it took.
+        """
         known = self.invariants or {}
         none = (None,) * len(self.periods)
         others = {name: list(x) for name, x in known.items() if name not in MOMENTA}
@@ -119,12 +128,14 @@ class MethodDrift:
 
 @dataclass(frozen=True)
 class Drift:
-    """The result of a drift study.
+    """The result of a drift study; ``drift["strang"]`` is one method.
 
     Attributes
     ----------
     study : Study
+        What was asked: the scene, the methods, how far.
     methods : tuple of MethodDrift
+        What was found of each, in the order asked.
     """
 
     study: Study
@@ -135,7 +146,15 @@ class Drift:
         return next(each for each in self.methods if each.method.text == name)
 
     def document(self, *, costs: bool = True, files: Mapping[str, str] | None = None) -> Any:
-        """Return the document heavytop/drift/1; without costs it holds no wall-clock values."""
+        """Return the document heavytop/drift/1.
+
+        Parameters
+        ----------
+        costs : bool
+            Whether with what runs took; without it there are no wall-clock values.
+        files : mapping, optional
+            Names of the files that were written, by what they are.
+        """
         identity = self.study.identity
         asked = {name: identity[name] for name in ("periods", "ensemble", "samples", "seed")}
         return {

@@ -87,6 +87,16 @@ def drift(
     >>> found = drift(load_scene("sicm-kicked"), methods=["taylor-axis"], periods=100, samples=5)
     >>> found["taylor-axis"].phase_s[-1] < 1e-12
     True
+
+    Notes
+    -----
+    Accuracy: ``tests/two_ways/test_drift.py`` finds a shift of 1e-9 s, and one of 3e-12 s, as a
+    phase to a millionth of itself.
+
+    References
+    ----------
+    Brouwer, "On the accumulation of errors in numerical integration", *Astronomical Journal* 46
+    (1937), for the powers of the time with which errors grow.
     """
     values, wrong = taken(str(getattr(scene, "name", "drift")), {"jobs": jobs}, JOBS)
     try:

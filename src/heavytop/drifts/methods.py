@@ -130,8 +130,17 @@ def _named(name: str) -> Method:
     try:
         return _of(table.named(name))
     except Impossible:
-        known = (*own, *table.METHODS)
-        raise NoMethod(f"one of {', '.join(known)}", nearest(name, known)) from None
+        known = ("auto", *own, *table.METHODS)
+        raise NoMethod(f"one of {_in_words()}", nearest(name, known)) from None
+
+
+def _in_words() -> str:
+    """Return all names, those of the Taylor integrator's in every formulation at once."""
+    own = taylor_methods()
+    rivals = ", ".join(table.METHODS)
+    first = next(iter(LADDER))
+    patterns = [n.replace(first, "FORM") for n, each in own.items() if each.formulation == first]
+    return f"auto, {rivals}, {', '.join(patterns)} with FORM one of {', '.join(LADDER)}"
 
 
 @cache

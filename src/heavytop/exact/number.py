@@ -137,6 +137,15 @@ class Exact:
         zero the result is indeterminate (``is_finite()`` is false): ask at more bits. Go on to
         compute inside `heavytop.exact.precision.working`.
 
+        Parameters
+        ----------
+        bits : int
+            At least 2.
+
+        Returns
+        -------
+        flint.arb
+
         Raises
         ------
         ValueError
@@ -156,6 +165,11 @@ class Exact:
         """The number in the mpmath context `ctx`, correctly rounded to its precision.
 
         A number that 2000 bits beyond that precision cannot tell from zero comes out as zero.
+
+        Parameters
+        ----------
+        ctx : mpmath context
+            Such as ``mpmath.mp``; its precision is that of the result.
         """
         if (q := self.fraction) is not None:
             return ctx.mpf(dyadic.cut(q, ctx.prec + 2))
@@ -233,7 +247,8 @@ def _finite(x: object) -> Fraction:
         return _ratio(x)
     if isinstance(x, bool) or not isinstance(x, (numbers.Real, Decimal)):
         kind = type(x).__name__
-        what = {"bool": "true or false", "NoneType": "nothing"}.get(kind, f"a {kind}")
+        article = "an" if kind[:1] in "aeiou" else "a"
+        what = {"bool": "true or false", "NoneType": "nothing"}.get(kind, f"{article} {kind}")
         raise NotANumber(f"a number is not {what}")
     if isinstance(x, numbers.Rational):
         return Fraction(int(x.numerator), int(x.denominator))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from heavytop.arguments import expect
 from heavytop.kinds.judge import Ball, Judge, UndecidedError
 from heavytop.kinds.kind import WHY, Kind, Verdict
 from heavytop.kinds.tags import found
@@ -27,11 +28,24 @@ def classify(top: Top, start: State) -> Verdict:
     Verdict
         Certified, unless some sign can be neither told with 4096 bits nor proved to be zero.
 
+    Raises
+    ------
+    WrongType
+        `top` is no Top, or `start` no State.
+
     Notes
     -----
     Every sign is decided by real balls or by an algebraic proof that the number is zero:
-    no threshold enters. ``validation/11_certified_verdicts.py`` holds 1e5 verdicts against
-    integrated motions.
+    no threshold enters.
+
+    Accuracy: ``tests/property/test_verdicts.py`` holds verdicts over the whole space to the
+    definitions at 300 digits, ``validation/11_certified_verdicts.py`` 1e5 of them to integrated
+    motions.
+
+    References
+    ----------
+    Landau & Lifshitz, *Mechanics*, section 35; Whittaker, *Analytical Dynamics*, sections 71 to 73,
+    for the separatrix.
 
     Examples
     --------
@@ -42,6 +56,8 @@ def classify(top: Top, start: State) -> Verdict:
     >>> str(classify(top, State(theta="0.1", phidot="1e-40", psidot=140)).kind)
     'waves'
     """
+    expect("top", top, Top)
+    expect("start", start, State)
     try:
         judge = Judge(top, start)
         tree = Tree(judge)

@@ -41,7 +41,7 @@ class Verdict:
     margin : float
         How far the nearest other verdict is: the smallest relative size of a number that was found
         not to be zero on the way (0 … 1).
-    margin_enclosure : tuple of 2 float
+    margin_enclosure : (float, float)
         Bounds that contain the margin.
     why : str
         The condition that decided.

@@ -40,6 +40,8 @@ class Verdicts:
         the first of `tag_names`, 2, 4, … for the others. None where they were not asked for.
     sent : int
         How many could not be told in bounded double arithmetic and were sent to balls.
+    names, details, tag_names : tuple of str
+        What the codes and the bits mean.
     """
 
     kind: Codes
@@ -110,6 +112,9 @@ def classify_many(
     -----
     Signs that double arithmetic with bounds on its roundings cannot tell are left to
     `heavytop.classify`. ``validation/07_kinds_per_second.py`` measures how fast this is.
+
+    Accuracy: ``tests/analytic/test_kinds_many.py`` holds kinds and tags to those of
+    `heavytop.classify`, one by one.
 
     Examples
     --------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+import warnings
 from collections import Counter, deque
 from concurrent.futures import (
     FIRST_COMPLETED,
@@ -15,7 +16,7 @@ from concurrent.futures import (
 )
 from contextlib import suppress
 
-from heavytop.errors import Stop
+from heavytop.errors import NoWorkerWarning, Stop
 from heavytop.ledger.effort import LIVES, TICK_S, Effort
 from heavytop.ledger.errand import errand, order
 from heavytop.ledger.halt import Halt
@@ -24,6 +25,7 @@ from heavytop.machine import usable_cpus
 
 SECONDS = 5.0  # of an errand: setting up a task again costs some hundredths of one
 PATIENCE_S = 60.0  # without a worker: nobody else would notice that none comes
+NOTICED_S = 5.0  # without a worker, before that is said: one may be changing places with another
 AHEAD = 2  # errands a worker: it has the next one before it is asked what it did
 
 # How an executor says that a worker has gone. dask's is known by its name, which needs no dask;
@@ -43,6 +45,7 @@ class Errands:
         self._away: dict[Future[str], str] = {}
         self._losses: Counter[str] = Counter()
         self._seen = time.monotonic()  # a worker, or somebody who does not count them
+        self._told = False  # that none is seen
 
     def work(self) -> None:
         """Do the tasks; however this ends, no errand waits to be begun."""
@@ -81,9 +84,16 @@ class Errands:
     def _expect_workers(self, heard: bool) -> None:
         """End the study when an executor that counts its workers has had none for long."""
         if heard or getattr(self._executor, "workers", 1) != 0:
-            self._seen = time.monotonic()
-        elif time.monotonic() - self._seen > PATIENCE_S:
+            self._seen, self._told = time.monotonic(), False
+            return
+        alone = time.monotonic() - self._seen
+        if alone > PATIENCE_S:
             raise self._lost(f"no worker for {PATIENCE_S:.0f} s")
+        if alone > NOTICED_S and not self._told:
+            self._told = True
+            left = f"{PATIENCE_S - alone:.0f} s"
+            text = f"no worker is left: unless one comes, the study ends in {left}"
+            warnings.warn(text, NoWorkerWarning, stacklevel=2)
 
     def _take(self, task: str, future: Future[str]) -> None:
         """Write down what came back; what has not ended is the next to go out again."""

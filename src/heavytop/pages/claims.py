@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
+from heavytop.errors import ForeignFile
 from heavytop.pages.commands import command
-from heavytop.pages.section import Section, Table
+from heavytop.pages.foreign import spelled
+from heavytop.pages.section import Section
+from heavytop.pages.tables import Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from heavytop.pages.findings import Finding
+
+WHOSE: Final = {
+    "printed": "printed by the authority",
+    "program": "its own program",
+    "formula": "its formula",
+    "ours": "its equations, integrated by us",
+}
 
 
 def claims_section(finding: Finding, ident: str) -> Section:
@@ -30,13 +40,28 @@ def claims_section(finding: Finding, ident: str) -> Section:
                 "claim": [each["id"] for each in claims],
                 "statement": [each["statement"] for each in claims],
                 "authority": [each["authority"] for each in claims],
+                "whose numbers": [_whose(each.get("numbers")) for each in claims],
                 "measured": [each["measured"] for each in claims],
                 "bound": [each["bound"] for each in claims],
             },
             most=2000,
         ),
-        command=command("validate", "-o", "out"),
+        command=_command(finding),
+        parted="authority",
     )
+
+
+def _command(finding: Finding) -> str:
+    """What measures these claims again; documents of old do not say which were asked for."""
+    asked = finding.document.get("asked") or ()
+    if option := next((name for name in asked if name.startswith("-")), None):
+        raise ForeignFile(f"{spelled(finding.path)}: asked: {option!r:.60}: no name of a claim")
+    proofs = ["--proofs"] if finding.document.get("proofs") else []
+    return command("validate", *asked, *proofs, "-o", "out")
+
+
+def _whose(numbers: str | None) -> str | None:
+    return None if numbers is None else WHOSE.get(numbers, numbers)
 
 
 def _verdict(claim: Mapping[str, Any]) -> str:

@@ -18,7 +18,26 @@ def command(verb: str, *words: str) -> str:
     >>> command("run", "my scene.toml", "-o", "out")
     "heavytop run 'my scene.toml' -o out"
     """
-    return shlex.join(["heavytop", verb, *words])
+    return " ".join(map(quoted, ["heavytop", verb, *words]))
+
+
+def quoted(word: str) -> str:
+    r"""A word as a shell takes it, on one line.
+
+    Examples
+    --------
+    >>> print(quoted("a b"), quoted("a\nb"), quoted("caf\udce9"))
+    'a b' $'a\x0ab' $'caf\xe9'
+    """
+    if word.isprintable():
+        return shlex.quote(word)
+    return "$'" + "".join(map(_escaped, word)) + "'"
+
+
+def _escaped(letter: str) -> str:
+    if letter.isprintable() and letter not in "\\'":
+        return letter
+    return "".join(f"\\x{byte:02x}" for byte in letter.encode("utf-8", "surrogateescape"))
 
 
 def scene_word(scene: Known) -> str:
@@ -54,10 +73,14 @@ def scene_file(scene: Known, span: Known | None = None) -> str:
     tables = {"span": span or {}, **scene}
     for name, value in sorted(tables.items(), key=lambda each: isinstance(each[1], Mapping)):
         if isinstance(value, Mapping) and value:
-            lines += ["", f"[{_key(name)}]", *(f"{_key(k)} = {_toml(x)}" for k, x in value.items())]
-        elif name != "name" and value != {}:
+            lines += ["", f"[{_key(name)}]", *_pairs(value)]
+        elif name != "name" and value not in ({}, None):
             lines.append(f"{_key(name)} = {_toml(value)}")
     return "\n".join(lines)
+
+
+def _pairs(table: Known) -> list[str]:
+    return [f"{_key(k)} = {_toml(x)}" for k, x in table.items() if x is not None]
 
 
 def _key(name: str) -> str:

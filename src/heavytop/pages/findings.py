@@ -1,18 +1,18 @@
-"""The results that folders hold, each file read and held against its schema."""
+"""The results that folders hold, each file read and cut to its schema."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from heavytop.errors import ForeignFile
-from heavytop.pages.foreign import Place, document_at, hold
+from heavytop.pages.foreign import cut, read, spelled
 from heavytop.pages.shapes import SHAPES
 
 FILES: Final = {
-    "validate.json": "heavytop/validate/1",
     "run.json": "heavytop/run/1",
     "traces.json": "heavytop/traces/1",
     "drift.json": "heavytop/drift/1",
@@ -20,59 +20,156 @@ FILES: Final = {
     "stress.json": "heavytop/stress/1",
     "atlas.json": "heavytop/atlas/1",
     "energy_momentum.json": "heavytop/energy-momentum/1",
+    "validate.json": "heavytop/validate/1",
 }
 """The documents that verbs write, by the name of the file, in the order of the page."""
 
 MOST: Final = 60  # results on a page
+MOST_BYTES: Final = 128 * 2**20  # of all their documents
+TOLD: Final = 20  # faults of one error
 
 
 class Finding(NamedTuple):
-    """One result: where it lies, what it is, what it says, and its fingerprint."""
+    """One result.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    schema : str
+    document : dict
+        What the shape of its schema has of it.
+    sha256 : str
+    size : int
+        Bytes of the file.
+    name : str
+        What a page calls it: the end of its path that no other has.
+    """
 
     path: Path
     schema: str
     document: dict[str, Any]
     sha256: str
+    size: int
+    name: str
 
 
-def findings(folders: Sequence[Path]) -> list[Finding]:
-    """Return what lies in the folders, in the order of the page.
+class Found(NamedTuple):
+    """What folders hold.
+
+    Attributes
+    ----------
+    results : tuple of Finding
+        In the order of the page.
+    again : tuple of (str, str)
+        Files that are there twice, each with a word about the one that is shown.
+    """
+
+    results: tuple[Finding, ...]
+    again: tuple[tuple[str, str], ...] = ()
+
+
+def findings(folders: Sequence[Path]) -> Found:
+    """Return what lies in the folders.
 
     Parameters
     ----------
     folders : sequence of Path
         Each holds results itself, or folders that do.
 
+    Returns
+    -------
+    Found
+        The results, in the order of the page, and what was there twice.
+
     Raises
     ------
     ForeignFile
-        A folder holds none, a file is not what its name promises, or there are too many.
+        Folders hold none, files are not what their names promise, or there are too many. Every
+        fault has a line.
     """
-    found = [each for folder in folders for each in _within(folder)]
-    if len(found) > MOST:
-        raise ForeignFile(f"{len(found)} results, more than the {MOST} that a page is made of")
+    faults: list[str] = []
+    paths: dict[Path, None] = {}
+    for folder in folders:
+        try:
+            paths |= dict.fromkeys(_within(folder))
+        except ForeignFile as fault:
+            faults.append(str(fault))
+    if len(paths) > MOST:
+        faults.append(f"{len(paths)} results, more than the {MOST} that a page is made of")
+        paths.clear()
+    found = list(_read(list(paths), faults))
+    if faults:
+        more = [f"and {len(faults) - TOLD} more"] if len(faults) > TOLD else []
+        raise ForeignFile("\n".join([*faults[:TOLD], *more]))
     order = list(FILES.values())
-    return sorted(found, key=lambda each: order.index(each.schema))
+    return _once(sorted(found, key=lambda each: order.index(each.schema)))
 
 
-def _within(folder: Path) -> list[Finding]:
+def _within(folder: Path) -> list[Path]:
+    """The documents in a folder, and in those directly in it."""
     try:
         below = sorted(place for place in folder.iterdir() if place.is_dir())
+        places = [place / name for place in (folder, *below) for name in FILES]
+        found = [_whole(path) for path in places if os.path.lexists(path)]
     except OSError as fault:
-        raise ForeignFile(f"{folder}: {fault.strerror or fault}") from None
-    found = [each for place in (folder, *below) for each in _here(place)]
+        raise ForeignFile(f"{spelled(folder)}: {fault.strerror or fault}") from None
     if not found:
-        raise ForeignFile(f"{folder}: holds no results ({', '.join(FILES)})")
+        raise ForeignFile(f"{spelled(folder)}: holds no results ({', '.join(FILES)})")
     return found
 
 
-def _here(folder: Path) -> Iterator[Finding]:
-    for name, schema in FILES.items():
-        path = folder / name
-        if not path.exists():
+def _whole(path: Path) -> Path:
+    """The path from the root; a link keeps its name."""
+    return Path(os.path.abspath(path))  # noqa: PTH100
+
+
+def _read(paths: list[Path], faults: list[str]) -> Iterator[Finding]:
+    """Read documents; what is wrong with one is put to the other faults."""
+    size = 0
+    for path, name in zip(paths, _names(paths), strict=True):
+        try:
+            finding = _one(path, name)
+        except ForeignFile as fault:
+            faults.append(str(fault))
             continue
-        document = document_at(path)
-        if document.get("schema") != schema:
-            raise ForeignFile(f"{path}: schema = {document.get('schema')!r:.60}: expected {schema}")
-        hold(Place(path, document), SHAPES[schema])
-        yield Finding(path, schema, document, sha256(path.read_bytes()).hexdigest())
+        size += finding.size
+        if size > MOST_BYTES:
+            faults.append(f"documents of more than {MOST_BYTES >> 20} MB in all")
+            return
+        yield finding
+
+
+def _one(path: Path, name: str) -> Finding:
+    schema = FILES[path.name]
+    document, data = read(path)
+    there = document.get("schema")
+    if there != schema:
+        raise ForeignFile(f"{spelled(path)}: schema = {there!r:.60}: expected {schema}")
+    kept = cut(path, document, SHAPES[schema])
+    return Finding(path, schema, kept, sha256(data).hexdigest(), len(data), name)
+
+
+def _names(paths: Sequence[Path]) -> list[str]:
+    """The end of every path, of two parts or more, that no other path has."""
+    whole = [path.parts for path in paths]
+    return [_end(parts, whole) for parts in whole]
+
+
+def _end(parts: tuple[str, ...], whole: Sequence[tuple[str, ...]]) -> str:
+    for count in range(2, len(parts)):
+        if sum(other[-count:] == parts[-count:] for other in whole) == 1:
+            return spelled(Path(*parts[-count:]))
+    return spelled(Path(*parts))
+
+
+def _once(found: Sequence[Finding]) -> Found:
+    """Each result once: a copy, with what lies beside it, says nothing new."""
+    first: dict[tuple[str, ...], Finding] = {}
+    again: list[tuple[str, str]] = []
+    for each in found:
+        beside = sorted(p.name for p in each.path.parent.glob("*.nc"))
+        same = first.setdefault((each.schema, each.sha256, *beside), each)
+        if same is not each:
+            again.append((each.name, f"the same as {same.name}, which is here"))
+    return Found(tuple(first.values()), tuple(again))

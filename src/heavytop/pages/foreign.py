@@ -1,15 +1,16 @@
-"""Documents that anybody may have written: read within bounds, and held against a shape."""
+"""Documents that anybody may have written: read within bounds, and cut to a shape."""
 
 from __future__ import annotations
 
 import json
 import unicodedata
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from heavytop.errors import ForeignFile
+from heavytop.errors import ForeignFile, HeavyTopError
+from heavytop.pages.forms import Shape, Unfit
 
 MOST_BYTES: Final = 64 * 2**20  # of a document
 MOST_VALUES: Final = 3_000_000
@@ -18,18 +19,40 @@ MOST_LETTERS: Final = 20_000  # of a text: a decimal of so many digits is still 
 LARGEST: Final = 1e300  # of a number: its square is still one
 
 Wrong = str | None
-Shape = Callable[[Any], Wrong]
-FAULTS: Final = (KeyError, IndexError, TypeError, ValueError, AttributeError, ArithmeticError)
+
+FAULTS: Final = (
+    LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RuntimeError, MemoryError,
+    HeavyTopError,
+)  # fmt: skip
 
 
-class Place(NamedTuple):
-    """Where a document lies, and the document."""
+class Source(NamedTuple):
+    """A document, and the bytes that it was read from."""
 
-    path: Path
-    document: Mapping[str, Any]
+    document: dict[str, Any]
+    data: bytes
 
 
-def document_at(path: Path) -> dict[str, Any]:
+def spelled(text: object) -> str:
+    r"""A text or the name of a file as one line, whatever letters it has.
+
+    Examples
+    --------
+    >>> print(spelled("a\nb"), spelled("caf\udce9"))
+    a\nb caf\xe9
+    """
+    return "".join(map(_spelled, str(text)))
+
+
+def _spelled(letter: str) -> str:
+    if "\udc80" <= letter <= "\udcff":  # a byte that is no UTF-8, as os.fsdecode gives it
+        return f"\\x{ord(letter) - 0xDC00:02x}"
+    if letter.isprintable():
+        return letter
+    return letter.encode("unicode_escape").decode("ascii")
+
+
+def read(path: Path) -> Source:
     """Return the JSON object that a file holds.
 
     Raises
@@ -39,20 +62,22 @@ def document_at(path: Path) -> dict[str, Any]:
         no result has.
     """
     if not path.is_file():
-        raise ForeignFile(f"{path}: not a file")
+        raise ForeignFile(f"{spelled(path)}: not a file")
     try:
         with path.open("rb") as file:
             data = file.read(MOST_BYTES + 1)
         if len(data) > MOST_BYTES:
-            raise ForeignFile(f"{path}: more than {MOST_BYTES >> 20} MB")
+            raise ForeignFile(f"{spelled(path)}: more than {MOST_BYTES >> 20} MB")
         found = json.loads(data.decode("utf-8"))
-    except (OSError, ValueError, RecursionError) as fault:
-        raise ForeignFile(f"{path}: not readable as JSON ({fault})") from None
+    except OSError as fault:
+        raise ForeignFile(f"{spelled(path)}: {fault.strerror or fault}") from None
+    except (ValueError, RecursionError) as fault:
+        raise ForeignFile(f"{spelled(path)}: not readable as JSON ({fault})") from None
     if not isinstance(found, dict):
-        raise ForeignFile(f"{path}: not the document of a result")
+        raise ForeignFile(f"{spelled(path)}: not the document of a result")
     if wrong := _unbounded(found):
-        raise ForeignFile(f"{path}: {wrong}")
-    return found
+        raise ForeignFile(f"{spelled(path)}: {wrong}")
+    return Source(found, data)
 
 
 def _unbounded(found: object) -> Wrong:
@@ -79,11 +104,15 @@ def _unreadable(text: str) -> Wrong:
     """Say what in a text no result has: too many letters, or some that no page can show."""
     if len(text) > MOST_LETTERS:
         return f"a text of {len(text)} letters"
-    if any(
-        unicodedata.category(letter) in {"Cc", "Cs"} and letter not in "\n\t" for letter in text
-    ):
+    if any(map(_unprintable, text)):
         return "a text with control characters"
     return None
+
+
+def _unprintable(letter: str) -> bool:
+    """Control characters, halves of surrogate pairs, and what turns text around."""
+    turning = "\u202a" <= letter <= "\u202e" or "\u2066" <= letter <= "\u2069"
+    return turning or (unicodedata.category(letter) in {"Cc", "Cs"} and letter not in "\n\t")
 
 
 @contextmanager
@@ -99,91 +128,19 @@ def reading(path: Path) -> Iterator[None]:
     except ForeignFile:  # which names its file itself
         raise
     except FAULTS as fault:
-        why = " ".join(f"{type(fault).__name__}: {fault}".split())[:200]
-        raise ForeignFile(f"{path}: not what was written ({why})") from fault
+        why = spelled(f"{type(fault).__name__}: {fault}")[:200]
+        raise ForeignFile(f"{spelled(path)}: not what was written ({why})") from fault
 
 
-def hold(place: Place, shape: Shape) -> None:
-    """Hold a document against a shape.
+def cut(path: Path, document: Mapping[str, Any], shape: Shape) -> Any:
+    """What a shape has of a document, and nothing else.
 
     Raises
     ------
     ForeignFile
         The message names the file and what in it is wrong.
     """
-    if wrong := shape(place.document):
-        raise ForeignFile(f"{place.path}: {wrong}")
-
-
-def number(value: Any) -> Wrong:
-    """A number."""
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return None
-    return "not a number"
-
-
-def text(value: Any) -> Wrong:
-    """A text."""
-    return None if isinstance(value, str) else "not a text"
-
-
-def truth(value: Any) -> Wrong:
-    """True or false."""
-    return None if isinstance(value, bool) else "neither true nor false"
-
-
-def either(*shapes: Shape) -> Shape:
-    """Something of one of these shapes."""
-
-    def wrong(value: Any) -> Wrong:
-        found = [shape(value) for shape in shapes]
-        return None if None in found else found[0]
-
-    return wrong
-
-
-def known(shape: Shape) -> Shape:
-    """Something of this shape, or null."""
-    return lambda value: None if value is None else shape(value)
-
-
-def listed(shape: Shape, most: int = 1_000_000) -> Shape:
-    """A list of things of one shape."""
-
-    def wrong(value: Any) -> Wrong:
-        if not isinstance(value, list):
-            return "not a list"
-        if len(value) > most:
-            return f"a list of {len(value)}, more than {most}"
-        return next((f"[{k}] {why}" for k, x in enumerate(value) if (why := shape(x))), None)
-
-    return wrong
-
-
-def named(shape: Shape, most: int = 1000) -> Shape:
-    """Things of one shape by names that are free."""
-
-    def wrong(value: Any) -> Wrong:
-        if not isinstance(value, dict):
-            return "not an object"
-        if len(value) > most:
-            return f"{len(value)} names, more than {most}"
-        return next((f"{k[:40]!r}: {why}" for k, x in value.items() if (why := shape(x))), None)
-
-    return wrong
-
-
-def having(**shapes: Shape) -> Shape:
-    """An object that has these keys, and maybe others."""
-
-    def wrong(value: Any) -> Wrong:
-        if not isinstance(value, dict):
-            return "not an object"
-        for name, shape in shapes.items():
-            if name not in value:
-                return f"{name} is missing"
-            if why := shape(value[name]):
-                return f"{name}: {why}"
-        return None
-
-    return wrong
+    try:
+        return shape(document)
+    except Unfit as wrong:
+        raise ForeignFile(f"{spelled(path)}: {wrong}") from None

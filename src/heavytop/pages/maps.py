@@ -1,4 +1,4 @@
-"""Maps on the page: an atlas, and the diagram of energy and momentum."""
+"""An atlas on the page: the map of its kinds, their shares and their boundaries."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from heavytop.errors import ForeignFile
 from heavytop.hdf5 import expect_harmless
 from heavytop.pages.commands import command, scene_file, scene_word
-from heavytop.pages.section import Picture, Section, Table, drawn
+from heavytop.pages.descriptions import called
+from heavytop.pages.section import Picture, Section, drawn
+from heavytop.pages.tables import Table
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -45,18 +47,20 @@ def atlas_section(finding: Finding, ident: str) -> Section:
         {
             "kind": [name for name, _ in order],
             "pixels": [count for _, count in order],
-            "share": [f"{count / (pixels or 1):.3%}" for _, count in order],
+            "share": [f"{100 * count / (pixels or 1):.2f} %" for _, count in order],
         }
     )
+    pictures = tuple(_map(finding, ident, made))
     return Section(
         ident=ident,
-        heading=f"Atlas: {_name(document)}",
+        heading=f"Atlas: {called(document)}",
         words=f"{pixels} tops, {pixels - document['uncertified']:g} of them with a proved kind",
         source=document["scene"]["source"],
         table=shares,
-        pictures=tuple(_map(finding, ident, made)),
+        pictures=pictures,
         command=made,
         scene=scene_file(document["scene"], {"time": 1}),
+        notes=() if pictures else ("There is no whole map beside atlas.json: no figure.",),
     )
 
 
@@ -74,9 +78,10 @@ def _map(finding: Finding, ident: str, made: str) -> Sequence[Picture]:
         Picture(
             ident=f"{ident}-map",
             title=f"kinds of motion over {x['name']} and {y['name']}",
-            alt=f"{_name(document)}: a map of {x['name']} from {x['low']:g} to {x['high']:g} and "
-            f"{y['name']} from {y['low']:g} to {y['high']:g}; pixels by kind: "
-            + ", ".join(f"{name} {count}" for name, count in counts.items()) + ".",
+            alt=f"{called(document)}: a map of {x['name']} from {x['low']:g} to {x['high']:g} and "
+            f"{y['name']} from {y['low']:g} to {y['high']:g}; shares of the area: "
+            + "; ".join(f"{name} {count / (sum(counts.values()) or 1):.1%}" for name, count in
+                        sorted(counts.items(), key=lambda each: -each[1]) if count) + ".",
             svg=drawn(map_figure(document, kind, names)),
             table=Table.of(
                 {
@@ -93,6 +98,7 @@ def _map(finding: Finding, ident: str, made: str) -> Sequence[Picture]:
                 "kind_of_every_so_many_pixels": few.tolist(), "curves": document["curves"],
             },
             command=made,
+            listed="curves",
         )
     ]  # fmt: skip
 
@@ -128,61 +134,3 @@ def _asked(axis: Known) -> str:
     """The axis as an option spells it."""
     words = f"{axis['name']}={axis['low']!r}:{axis['high']!r}:{axis['count']}"
     return words + (":log" if axis["log"] else "")
-
-
-def energy_momentum_section(finding: Finding, ident: str) -> Section:
-    """Return the section of an energy–momentum diagram."""
-    from heavytop.report.energy_momentum_figure import energy_momentum_figure
-
-    document, edge = finding.document, finding.document["edge"]
-    made = command("atlas", scene_word(document["scene"]), "--energy-momentum", "-o", "out")
-    start, circuit = document["start"], document["circuit"]
-    turn = f" Around the thread Δφ gains {circuit['winding']:+g} turn." if circuit else ""
-    columns = {name: edge[name] for name in ("p_phi", "E_prime", "rate")}
-    diagram = Picture(
-        ident=f"{ident}-diagram",
-        title="energy over momentum at the p_ψ of the scene: kinds, and the edge of steady "
-        "precession",
-        alt=f"{_name(document)}: the scene lies at p_phi {start['p_phi']:.6g} and E' "
-        f"{start['E_prime']:.6g} J, among {start['kind']}.{turn}",
-        svg=drawn(energy_momentum_figure(document)),
-        table=Table.of(columns),
-        data={name: document[name] for name in ("start", "standing", "hanging", "thread", "edge",
-                                                "window", "circuit")},
-        command=made,
-    )  # fmt: skip
-    return Section(
-        ident=ident,
-        heading=f"Energy and momentum: {_name(document)}",
-        words="nothing is integrated",
-        source=document["scene"]["source"],
-        pictures=(diagram, *_critical_set(document, ident, made)),
-        command=made,
-        scene=scene_file(document["scene"], {"time": 1}),
-    )
-
-
-def _critical_set(document: Known, ident: str, made: str) -> Sequence[Picture]:
-    from heavytop.report.critical_set_figure import critical_set_figure
-
-    found = document.get("critical_set")
-    if not found:
-        return ()
-    thread = found["thread"]
-    return [
-        Picture(
-            ident=f"{ident}-critical-set",
-            title="the critical set over all p_ψ: two sheets of steady precession and the thread",
-            alt=f"{_name(document)}: two sheets that meet along the hanging tops, and the thread "
-            "of upright tops that fall, which hangs above them.",
-            svg=drawn(critical_set_figure(document)),
-            table=Table.of({name: thread[name] for name in ("p_psi", "p_phi", "E_prime")}),
-            data=found,
-            command=made,
-            turns=True,
-        )
-    ]
-
-
-def _name(document: Known) -> str:
-    return str(document["scene"]["title"] or document["scene"]["name"])

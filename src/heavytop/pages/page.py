@@ -2,41 +2,28 @@
 
 from __future__ import annotations
 
-import json
-from base64 import b64encode
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from heavytop.files import write_document, write_text
+from heavytop.errors import ForeignFile
+from heavytop.files import as_json, write_text, write_whole
 from heavytop.machine import version
-from heavytop.pages.claims import claims_section
-from heavytop.pages.foreign import reading
-from heavytop.pages.maps import atlas_section, energy_momentum_section
-from heavytop.pages.runs import run_section
-from heavytop.pages.studies import drift_section, stress_section, workprec_section
-from heavytop.pages.traces import traces_section
+from heavytop.pages.contents import contents
+from heavytop.pages.markup import allowed, library, script_data, template
+from heavytop.pages.summary import summary_of
 
 if TYPE_CHECKING:
-    from heavytop.pages.findings import Finding
+    from heavytop.pages.findings import Finding, Found
     from heavytop.pages.section import Section
 
 SCHEMA: Final = "heavytop/report/1"
+MOST_BYTES: Final = 32 * 2**20  # of a page, or its document: with the library that draws, and
+MOST_OF_RESULT: Final = 4 * 2**20  # for each result with its pictures, and
+MOST_OF_BYTE: Final = 12  # for each byte of a document: a digit on a line of its own
 LIBRARIES: Final = ("heavytop", "heyoka", "numpy", "matplotlib", "plotly")
-
-SECTIONS: Final[Mapping[str, tuple[str, Callable[[Finding, str], Section]]]] = {
-    "heavytop/validate/1": ("claims", claims_section),
-    "heavytop/run/1": ("run", run_section),
-    "heavytop/traces/1": ("traces", traces_section),
-    "heavytop/drift/1": ("drift", drift_section),
-    "heavytop/workprec/1": ("workprec", workprec_section),
-    "heavytop/stress/1": ("stress", stress_section),
-    "heavytop/atlas/1": ("atlas", atlas_section),
-    "heavytop/energy-momentum/1": ("energy-momentum", energy_momentum_section),
-}
-"""By schema, the name of a section and what makes it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +61,13 @@ class Page:
         return bool(self.tops) or any(picture.turns for picture in pictures)
 
     def html(self) -> str:
-        """The page: one file, which asks no network for anything."""
+        """The page: one file, which asks no network for anything.
+
+        Raises
+        ------
+        ForeignFile
+            It is out of all proportion to what it is made of.
+        """
         from jinja2 import Environment, PackageLoader, StrictUndefined
         from markupsafe import Markup
 
@@ -82,22 +75,53 @@ class Page:
             loader=PackageLoader("heavytop.pages"), autoescape=True, undefined=StrictUndefined,
             trim_blocks=True, lstrip_blocks=True,
         )  # fmt: skip
-        plotly = Markup(_plotly()) if self.turns else Markup()
+        plotly = Markup(library()) if self.turns else Markup()
         own = ("page.css", "player.js", "save.js", "turn.js")
-        source = {name.replace(".", "_"): Markup(_template(name)) for name in own}
-        return jinja.get_template("page.html").render(
+        source = {name.replace(".", "_"): Markup(template(name)) for name in own}
+        text = jinja.get_template("page.html").render(
             page=self,
+            summary=summary_of(self.results),
             sections=self.sections,
             tops=self.tops,
             plotly=plotly,
-            allowed=_allowed(plotly, *source.values()),
-            data=_script_data,
+            allowed=allowed(plotly, *source.values()),
+            data=script_data,
             versions={name: version(name) for name in LIBRARIES},
             **source,
         )
+        return self._in_proportion(text)
+
+    def json(self, files: Mapping[str, str] | None = None) -> str:
+        """The document as a text.
+
+        Parameters
+        ----------
+        files : mapping, optional
+            Names of the files that are written, by what they are.
+
+        Raises
+        ------
+        ForeignFile
+            As for `html`.
+        """
+        return self._in_proportion(as_json(self.document(files=files)))
+
+    def _in_proportion(self, text: str) -> str:
+        sizes = [finding.size for finding, _ in self.results]
+        most = MOST_BYTES + len(sizes) * MOST_OF_RESULT + MOST_OF_BYTE * sum(sizes)
+        if len(text) > most:
+            size, files = len(text) >> 20, sum(sizes) / 2**20
+            raise ForeignFile(f"a page of {size} MB for {files:.1f} MB of documents: not made")
+        return text
 
     def document(self, *, files: Mapping[str, str] | None = None) -> dict[str, Any]:
-        """Return the document heavytop/report/1."""
+        """Return the document heavytop/report/1.
+
+        Parameters
+        ----------
+        files : mapping, optional
+            Names of the files that are written, by what they are.
+        """
         return {
             "schema": SCHEMA,
             "command": self.command,
@@ -113,41 +137,69 @@ class Page:
 
 
 def page_of(
-    found: Sequence[Finding],
+    found: Found,
     *,
     missing: Sequence[tuple[str, str]] = (),
     command: str = "heavytop report",
 ) -> Page:
     """Return the page of what folders hold.
 
+    Parameters
+    ----------
+    found : Found
+        As `heavytop.pages.findings.findings` returns it.
+    missing : sequence of (str, str)
+        What was to be run and was not, and why.
+    command : str
+        What makes the page.
+
+    Returns
+    -------
+    Page
+
     Raises
     ------
     ForeignFile
         A result is not what was written; the message names its file.
     """
-    return Page(tuple(_sections(found)), tuple(missing), command)
-
-
-def _sections(found: Sequence[Finding]) -> Iterator[tuple[Finding, Section]]:
-    counts: dict[str, int] = {}
-    for finding in found:
-        name, section = SECTIONS[finding.schema]
-        counts[name] = counts.get(name, 0) + 1
-        with reading(finding.path):
-            yield finding, section(finding, f"{name}-{counts[name]}")
+    return Page(contents(found.results), (*missing, *found.again), command)
 
 
 def write_page(page: Page, html: Path) -> dict[str, str]:
-    """Write a page, and its document beside it; return their names by what they are.
+    """Write a page, and its document beside it.
+
+    Where one of them cannot be written, neither is.
+
+    Parameters
+    ----------
+    page : Page
+        What is written.
+    html : Path
+        The file of the page; the document's ends in ``.json``.
+
+    Returns
+    -------
+    dict from str to str
+        The names of the files, by what they are.
 
     Raises
     ------
+    ForeignFile
+        The page is out of all proportion to what it is made of.
     OSError
         A file cannot be written.
     """
     files = {"page": html.name, "document": html.with_suffix(".json").name}
-    write_text(html, page.html())
-    write_document(html.with_name(files["document"]), page.document(files=files))
+    texts = page.html(), page.json(files) + "\n"
+
+    def both(part: Path) -> None:
+        with part.open("w", encoding="utf-8") as file:
+            file.write(texts[0])
+            file.flush()
+            os.fsync(file.fileno())  # a full disk says so before the document is in its place
+        write_text(html.with_name(files["document"]), texts[1])
+
+    write_whole(html, both)
     return files
 
 
@@ -157,38 +209,10 @@ def _told(finding: Finding, section: Section) -> dict[str, Any]:
         "id": section.ident,
         "heading": section.heading,
         "schema": finding.schema,
-        "file": f"{finding.path.parent.name}/{finding.path.name}",
+        "file": finding.name,
         "sha256": finding.sha256,
         "command": section.command,
         "facts": dict(section.facts),
         "table": table and {"head": list(table.head), "rows": [list(row) for row in table.rows]},
         "figures": [picture.ident for picture in section.pictures],
     }
-
-
-def _script_data(value: Any) -> Any:
-    """JSON for a script element, in which nothing can end that element."""
-    from markupsafe import Markup
-
-    text = json.dumps(value, allow_nan=False, separators=(",", ":"))
-    for letter in "<>&":
-        text = text.replace(letter, f"\\u{ord(letter):04x}")
-    return Markup(text)
-
-
-def _allowed(*scripts: str) -> str:
-    """The scripts that may run on the page, by their fingerprints: no other, whoever wrote it."""
-    prints = (b64encode(sha256(text.encode("utf-8")).digest()) for text in scripts)
-    return " ".join(f"'sha256-{each.decode('ascii')}'" for each in prints)
-
-
-def _template(name: str) -> str:
-    return (Path(__file__).parent / "templates" / name).read_text("utf-8")
-
-
-def _plotly() -> str:
-    """The library that draws what can be turned; whole, so that no network is asked for it."""
-    from plotly.offline import get_plotlyjs
-
-    source: str = get_plotlyjs()
-    return source.replace("</script", "<\\/script")

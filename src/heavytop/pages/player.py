@@ -35,7 +35,8 @@ def played(trajectory: Trajectory) -> dict[str, Any]:
     dict
         ``t`` [s]; ``quaternion``, body to space and scalar first, and ``momentum``, the angular
         momentum over its largest size, both flat; ``events`` with their frame and place; ``spin``,
-        where the angle of spin is from; ``per_frame``, the largest turn in a frame [rad].
+        where the angle of spin is from; ``per_frame``, the largest turn in a frame [rad]; ``end``,
+        the last time of the run [s].
     """
     times = np.linspace(0.0, shown(trajectory), FRAMES)
     seen = trajectory(times)
@@ -49,7 +50,8 @@ def played(trajectory: Trajectory) -> dict[str, Any]:
         "momentum": _flat(momentum / largest),
         "events": _events(trajectory, float(times[-1])),
         "spin": spin,
-        "per_frame": _largest_turn(quaternion, axis),
+        "per_frame": _largest_turn(quaternion),
+        "end": float(trajectory.orbit.end),
     }
 
 
@@ -128,8 +130,8 @@ def _events(trajectory: Trajectory, last: float) -> list[dict[str, Any]]:
     return found
 
 
-def _largest_turn(quaternion: Array, axis: Array) -> float:
-    """The largest turn about the axis from one frame to the next [rad]."""
+def _largest_turn(quaternion: Array) -> float:
+    """The largest turn of the body from one frame to the next [rad]."""
     one, two = quaternion[:-1], quaternion[1:]
     same = np.abs(np.sum(one * two, axis=1)).clip(0.0, 1.0)
     return float(np.max(2 * np.arccos(same), initial=0.0))

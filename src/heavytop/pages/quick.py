@@ -2,47 +2,69 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
-from heavytop.errors import EndedEarly, HeavyTopError
-from heavytop.files import write_document
+from heavytop.files import write_document, write_text
+from heavytop.pages.commands import command, is_shipped, scene_file
+from heavytop.pages.errand import run
+from heavytop.pages.foreign import spelled
 
 if TYPE_CHECKING:
     from heavytop.scene import Scene
 
 BOOK: Final = ("sicm-kicked", "sicm-dropped", "sicm-forward", "sicm-forward-spin-held")
-LIMIT_S: Final = 290.0  # of all of them; what checks the claims gets what is left
-WORKPREC_S: Final = 40.0
-STRESS_S: Final = 40.0
-PERIODS: Final = 1000
+UPRIGHT: Final = "sleeping-unstable"  # whose diagram of energy and momentum has a thread
+LIMIT_S: Final = 250.0  # of all of them: under 5 minutes with the page
+BUDGET: Final = "40"  # s, of work and precision, and of stress
+PERIODS: Final = "1000"
 DRIFTING: Final = ("taylor-axis", "dop853-scipy", "strang", "gauss8")
 CASES: Final = (
-    "through-top", "through-bottom", "near-top-1e-4", "near-top-1e-8", "lie-group",
-    "beside-the-top", "sleeping-1+1e-4", "sleeping-1-1e-4", "falling-1e-6", "separatrix-20",
-    "near-separatrix", "cusp", "kick+1e-6", "kick-1e-6",
+    "through-top", "near-top-1e-8", "lie-group", "beside-the-top", "sleeping-1-1e-4",
+    "falling-1e-6", "separatrix-20", "near-separatrix", "cusp", "kick+1e-6", "kick-1e-6",
 )  # fmt: skip
-PIXELS: Final = 300
-KICKS: Final = (-30, 40)  # rad/s of φ̇ across the atlas, and
-TILTS: Final = ("0.02", "1.5")  # rad of θ
+STRESSED: Final = (
+    "auto", "taylor-axis", "taylor-attitude", "taylor-cubic", "taylor-subsystem",
+    "taylor-lagrange", "dop853-scipy", "dop853-scipy-lagrange", "lsoda-scipy-lagrange",
+    "radau-scipy-lagrange", "gauss8", "solve-ivp-defaults",
+)  # fmt: skip
+PLANE: Final = ("--x", "phidot=-30:40:300", "--y", "theta=0.02:1.5:300")
 
 
 class Study(NamedTuple):
-    """One of them: its name, and what writes its files into a folder."""
+    """One of them.
+
+    Attributes
+    ----------
+    name : str
+        That of its folder.
+    document : str
+        The file that it writes there.
+    words : tuple of str
+        What is run: a verb, and what it is given.
+    shown : str
+        The same for a person.
+    share : float
+        Of the time that is left, its part to that of those after it.
+    """
 
     name: str
-    write: Callable[[Path], object]
+    document: str
+    words: tuple[str, ...]
+    shown: str
+    share: float
 
 
 def quick(
-    place: Path, scene: Scene | None = None, *, heard: Callable[[str], object] = lambda _: None
+    place: Path,
+    scene: Scene | None = None,
+    *,
+    asked: Sequence[str] = (),
+    heard: Callable[[str], object] = lambda _: None,
 ) -> list[tuple[str, str]]:
-    """Run the quick studies, each into a folder of its own.
+    """Run the quick studies, each into a folder of its own, by a process of its own.
 
     Parameters
     ----------
@@ -50,6 +72,8 @@ def quick(
         It exists.
     scene : Scene, optional
         What they are about; the book's tops where there is none.
+    asked : sequence of str, optional
+        The words by which the scene was named, and changed, for the commands of what is missing.
     heard : callable, optional
         It is told the name of each before it begins.
 
@@ -58,135 +82,87 @@ def quick(
     list of (str, str)
         What was not run, and why.
     """
+    until = time.monotonic() + LIMIT_S
+    if scene is None:
+        heard("traces")
+        _traces(place / "traces")
+    waiting = list(_studies(place, scene, asked))
     missing = []
-    for study in (*_studies(scene), _claims(time.monotonic() + LIMIT_S)):
+    while waiting:
+        study = waiting[0]
+        left = until - time.monotonic()
         heard(study.name)
-        folder = place / study.name
-        folder.mkdir()
-        try:
-            study.write(folder)
-        except HeavyTopError as why:
-            missing.append((study.name, " ".join(str(why).split())[:300]))
+        limit = left * study.share / sum(each.share for each in waiting)
+        if why := _run(waiting.pop(0), place, limit):
+            missing.append((study.name, f"{why} ({study.shown})"))
     return missing
 
 
-def _studies(scene: Scene | None) -> Iterator[Study]:
-    from heavytop.scene import load_scene
+def _run(study: Study, place: Path, limit_s: float) -> str:
+    """Run one of them; why its document is not there, if so."""
+    folder, aside = place / study.name, place / f"{study.name}-aside" / "said"
+    folder.mkdir()
+    aside.mkdir(parents=True)
+    ended = run((*study.words, "-q", "-o", str(folder)), aside, limit_s)
+    if (folder / study.document).is_file():
+        return ""
+    if ended.code is None:
+        return f"not done in {limit_s:.0f} s"
+    return spelled(ended.said.replace(f"{place}/", "")) or f"it ended with code {ended.code}"
 
-    scenes = [load_scene(name) for name in BOOK] if scene is None else [scene]
-    about = scenes[0]
-    for k, each in enumerate(scenes, start=1):
-        yield Study(f"run-{k}-{_harmless(each.name)}", partial(_run, each))
+
+def _studies(place: Path, scene: Scene | None, asked: Sequence[str]) -> Iterator[Study]:
     if scene is None:
-        yield Study("traces", _traces)
-    yield Study("drift", partial(_drift, about))
-    yield Study("workprec", partial(_workprec, about))
-    yield Study("stress", _stress)
-    yield Study("atlas", partial(_atlas, about))
-    upright = load_scene("sleeping-unstable") if scene is None else scene
-    yield Study("energy-momentum", partial(_energy_momentum, upright))
+        for k, name in enumerate(BOOK, start=1):
+            yield _study(f"run-{k}-{name}", "run", "run", ("--no-figures",), (name,), share=16)
+        about, upright = (BOOK[0],), (UPRIGHT,)
+    else:
+        about = upright = (_named(scene, place),)
+        yield _study("run", "run", "run", ("--no-figures",), about, asked, share=40)
+    drifting = ("--periods", PERIODS, "--methods", ",".join(DRIFTING))
+    yield _study("drift", "drift", "drift", (*drifting, "--no-figures"), about, asked, share=45)
+    budget = ("--budget", BUDGET, "--no-figures")
+    yield _study("workprec", "workprec", "workprec", budget, about, asked, share=55)
+    hard = ("--cases", ",".join(CASES), "--methods", ",".join(STRESSED))
+    yield _study("stress", "stress", "stress", (*hard, *budget), share=55)
+    yield _study("atlas", "atlas", "atlas", (*PLANE, "--no-figures"), about, asked, share=25)
+    yield _study("energy-momentum", "energy_momentum", "atlas",
+                 ("--energy-momentum", "--no-figures"), upright, asked, share=10)  # fmt: skip
+    yield _study("claims", "validate", "validate", (), share=60)
+
+
+def _study(
+    name: str,
+    document: str,
+    verb: str,
+    options: tuple[str, ...],
+    about: Sequence[str] = (),
+    asked: Sequence[str] = (),
+    *,
+    share: float,
+) -> Study:
+    told = [word for word in options if word != "--no-figures"]
+    shown = command(verb, *(asked or about), *told, "-o", "out")
+    return Study(name, f"{document}.json", (verb, *about, *options), shown, share)
+
+
+def _named(scene: Scene, place: Path) -> str:
+    """A word for the scene: its name where it is shipped, else a file that is written for it."""
+    document = scene.document()
+    if is_shipped(document):
+        return scene.name
+    path = place / f"{_harmless(scene.name)}.toml"
+    write_text(path, scene_file(document))
+    return str(path)
 
 
 def _harmless(name: str) -> str:
-    return "".join(c if c.isalnum() or c in "-_." else "-" for c in name)[:60]
-
-
-def _run(scene: Scene, folder: Path) -> None:
-    from heavytop.planning import plan
-
-    chosen = plan(scene)
-    if chosen.formulation == "none" or chosen.folded:
-        write_document(folder / "run.json", {**_at_once(scene, chosen), "files": {}})
-        return
-    from heavytop.propagation import propagate
-    from heavytop.results import write_results
-
-    try:
-        trajectory = propagate(scene)
-    except EndedEarly as early:
-        trajectory = early.trajectory
-    write_results(trajectory, folder, figures=False)
-
-
-def _at_once(scene: Scene, chosen: Any) -> dict[str, Any]:
-    """The document of a scene that is known at once, or from one nutation."""
-    if not chosen.folded:
-        from heavytop.document import known_document
-
-        return known_document(scene, chosen)
-    from heavytop.folded import fold
-    from heavytop.folded_document import folded_document
-
-    return folded_document(fold(scene), chosen)
+    return "".join(c if c.isalnum() or c in "-_." else "-" for c in name)[:60] or "scene"
 
 
 def _traces(folder: Path) -> None:
+    """The path of the axis of every shipped scene, by the closed form: at once."""
     from heavytop.pages.traces import traces_document
 
+    folder.mkdir()
     write_document(folder / "traces.json", traces_document())
-
-
-def _drift(scene: Scene, folder: Path) -> None:
-    from heavytop.drifts.drifting import drift
-    from heavytop.study_results import write_drift
-
-    found = drift(scene, methods=DRIFTING, periods=PERIODS, folder=folder)
-    write_drift(found, folder, figures=False)
-
-
-def _workprec(scene: Scene, folder: Path) -> None:
-    from heavytop.study_results import write_work_precision
-    from heavytop.workprecs.measuring import work_precision
-
-    write_work_precision(work_precision(scene, budget=WORKPREC_S), folder, figures=False)
-
-
-def _stress(folder: Path) -> None:
-    from heavytop.stresses.stressing import stress
-    from heavytop.study_results import write_stress
-
-    write_stress(stress(cases=CASES, budget=STRESS_S), folder, figures=False)
-
-
-def _atlas(scene: Scene, folder: Path) -> None:
-    from heavytop.atlases.mapping import atlas
-    from heavytop.study_results import write_atlas
-
-    x = f"phidot={KICKS[0]}:{KICKS[1]}:{PIXELS}"
-    y = f"theta={TILTS[0]}:{TILTS[1]}:{PIXELS}"
-    write_atlas(atlas(scene, x, y, folder=folder), folder, figures=False)
-
-
-def _energy_momentum(scene: Scene, folder: Path) -> None:
-    from heavytop.energy_momentum_document import energy_momentum_document
-    from heavytop.study_results import write_energy_momentum
-
-    write_energy_momentum(energy_momentum_document(scene), folder, figures=False)
-
-
-class NotRun(HeavyTopError):
-    """A study that this installation cannot run, or that had no time left."""
-
-
-def _claims(until: float) -> Study:
-    """The check of the claims, in a process of its own, which ends when time is up."""
-    return Study("claims", partial(_validate, until))
-
-
-def _validate(until: float, folder: Path) -> None:
-    command = [sys.executable, "-m", "heavytop", "validate", "-q", "-o", str(folder)]
-    left = until - time.monotonic()
-    if left <= 0:
-        raise NotRun("no time was left; heavytop validate has it all")
-    try:
-        done = _ended(command, left)
-    except subprocess.TimeoutExpired:
-        raise NotRun(f"it took more than {left:.0f} s; heavytop validate waits") from None
-    if not (folder / "validate.json").is_file():
-        said = " ".join(done.split())[-200:]
-        raise NotRun(f"heavytop validate wrote nothing ({said})")
-
-
-def _ended(command: Sequence[str], limit_s: float) -> str:
-    done = subprocess.run(command, capture_output=True, text=True, timeout=limit_s, check=False)
-    return done.stderr

@@ -2,28 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
-
-from heavytop.errors import ForeignFile, NoClosedForm
+from heavytop.errors import ForeignFile
+from heavytop.pages.behind import BEHIND
 from heavytop.pages.commands import command, scene_file, scene_word
-from heavytop.pages.section import Picture, Section, Table, drawn
+from heavytop.pages.descriptions import called, described, given
+from heavytop.pages.section import Picture, Section, drawn
+from heavytop.pages.tables import Table, cell, rounded
 
 if TYPE_CHECKING:
     from heavytop.pages.findings import Finding
     from heavytop.trajectory import Trajectory
 
-Columns = Mapping[str, list[Any]]
-
-POINTS: Final = 401  # of the numbers behind a picture
+ROUNDING: Final = 1e-9
 MOST_BYTES: Final = 512 * 2**20  # of a stored trajectory
 EVENT: Final = {
     "event": "kind", "t [s]": "t", "θ [rad]": "theta", "φ [rad]": "phi", "φ̇ [rad/s]": "phidot",
     "residual": "residual",
 }  # fmt: skip
-
+CALLED: Final = {
+    "theta_min": "θ least", "theta_max": "θ greatest", "reversal": "precession reverses",
+}  # fmt: skip
 
 HEADS: Final = {
     "t": "t [s]", "theta": "θ [rad]", "phi": "φ [rad]", "psi": "ψ [rad]", "thetadot": "θ̇ [rad/s]",
@@ -46,19 +47,36 @@ def run_section(finding: Finding, ident: str) -> Section:
     rows = document["events"]["table"]
     return Section(
         ident=ident,
-        heading=scene["title"] or scene["name"],
+        heading=called(document),
         words="integrated, and compared with the closed form",
         source=scene["source"],
         facts=tuple(_facts(document)),
-        table=Table.of({head: [r[name] for r in rows] for head, name in EVENT.items()}, 30),
+        table=_events(rows),
         pictures=() if trajectory is None else tuple(_pictures(trajectory, ident, made)),
         command=made,
         scene=scene_file(scene),
         top=None if trajectory is None else _top(trajectory, ident, document),
-        notes=()
-        if trajectory is not None
-        else ("trajectory.nc is not beside run.json: no pictures.",),
+        notes=tuple(_notes(document, trajectory)),
     )
+
+
+def _notes(document: Mapping[str, Any], trajectory: Trajectory | None) -> Iterator[str]:
+    if trajectory is None:
+        yield "trajectory.nc is not beside run.json: no pictures."
+    if document["motion"]["kind"].startswith("through-") and document["events"]["table"]:
+        yield "At the pole φ is that before or after, half a turn apart, and its rate is the limit."
+
+
+def _events(rows: list[Mapping[str, Any]]) -> Table:
+    columns = {head: [_spelt(row[name]) for row in rows] for head, name in EVENT.items()}
+    columns["event"] = [CALLED.get(kind, kind) for kind in columns["event"]]
+    columns["residual"] = [cell(row["residual"], 2) for row in rows]
+    return Table.of(columns, 30)
+
+
+def _spelt(value: Any) -> str:
+    """A value; of what is but rounding two digits."""
+    return cell(value, 2) if isinstance(value, float) and abs(value) < ROUNDING else cell(value)
 
 
 SAME: Final = ("top", "start", "title", "span")
@@ -82,16 +100,17 @@ def _trajectory(finding: Finding) -> Trajectory | None:
 def _top(trajectory: Trajectory, ident: str, document: Mapping[str, Any]) -> dict[str, Any]:
     from heavytop.pages.player import played
 
-    scene = document["scene"]
-    return {"id": ident, "title": scene["title"] or scene["name"], **played(trajectory)}
+    return {"id": ident, "title": called(document), **played(trajectory)}
 
 
 def _facts(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     from heavytop.report import rows
 
+    yield "top", given(document["scene"]["top"])
+    yield "start", given(document["scene"]["start"])
     yield "kind", rows.kind(document["motion"])
-    yield from rows.course(document["motion"])
-    yield from rows.constants(document["constants"])
+    yield from rows.course(rounded(document["motion"]))
+    yield from rows.constants(rounded(document["constants"]))
     yield from _plan(document["plan"])
     yield from _end(document["final"])
     yield "off the closed form", _errors(document["errors"])
@@ -105,21 +124,27 @@ def _plan(plan: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _end(final: Mapping[str, Any] | None) -> Iterator[tuple[str, str]]:
-    from heavytop.report.rows import brief
-
     names = (("θ", "theta"), ("φ", "phi"), ("ψ", "psi"))
     known = [
-        f"{sign} = {brief(final[name])}"
+        f"{sign} = {cell(float(final[name]))}"
         for sign, name in names
         if final and final.get(name) is not None
     ]
     if final and known:
-        yield f"at t = {brief(final['t'])} s", ", ".join(known) + " rad"
+        yield f"at t = {cell(float(final['t']))} s", ", ".join(known) + " rad"
+
+
+UNITS: Final = {
+    "theta": " rad", "phi": " rad", "psi": " rad", "event_time": " s", "input_rounding": " rad",
+}  # fmt: skip
+"""Of the distances from the closed form; the others are lengths or relative."""
 
 
 def _errors(found: Mapping[str, Any]) -> str:
     sizes = {name: x for name, x in found.items() if isinstance(x, int | float)}
-    words = [f"{name.replace('_', ' ')} {float(x):.2g}" for name, x in sizes.items()]
+    words = [
+        f"{name.replace('_', ' ')} {cell(x, 2)}{UNITS.get(name, '')}" for name, x in sizes.items()
+    ]
     return ", ".join(words) or str(found.get("why_not") or "nothing to compare")
 
 
@@ -133,72 +158,9 @@ def _pictures(trajectory: Trajectory, ident: str, made: str) -> Iterator[Picture
         yield Picture(
             ident=f"{ident}-{which}",
             title=words,
-            alt=f"{name}: {words}.",
+            alt=f"{name}: {words}. {described(which, found)}",
             svg=drawn(draw(trajectory)),
             table=Table.of({HEADS.get(name, name): x for name, x in found.items()}),
             data=found,
             command=made,
         )
-
-
-def _over_time(trajectory: Trajectory, names: tuple[str, ...]) -> dict[str, list[Any]]:
-    """Quantities over the time that the pictures of a run show."""
-    from heavytop.report.figures.style import path
-
-    last = path(trajectory)[1]
-    seen = trajectory(np.linspace(0.0, last, POINTS))
-    known = {"t": _listed(seen.t)} | {name: _listed(getattr(seen, name)) for name in names}
-    return {name: x for name, x in known.items() if any(each is not None for each in x)}
-
-
-def _axis(trajectory: Trajectory) -> dict[str, list[Any]]:
-    found = _over_time(trajectory, ("theta", "phi"))
-    seen = trajectory(np.array(found["t"]))
-    return found | {f"axis_{x}": _listed(seen.axis[:, k]) for k, x in enumerate("xyz")}
-
-
-def _angles(trajectory: Trajectory) -> dict[str, list[Any]]:
-    return _over_time(trajectory, ("theta", "phi", "psi", "thetadot", "phidot", "psidot"))
-
-
-def _potential(trajectory: Trajectory) -> dict[str, list[Any]]:
-    from heavytop.planning import closed_form_of
-    from heavytop.theory.potential import Potential
-
-    motion = closed_form_of(trajectory.scene)
-    theta = np.linspace(0.0, np.pi, 203)[1:-1]
-    energy = float(trajectory.scene.top.A) * Potential(motion.reduced)(theta)
-    level = float(motion.constants.E_prime)
-    return {
-        "theta": _listed(theta),
-        "potential_J": _listed(energy),
-        "E_prime_J": [level] * theta.size,
-    }
-
-
-def _phase(trajectory: Trajectory) -> dict[str, list[Any]]:
-    return _over_time(trajectory, ("theta", "thetadot"))
-
-
-def _off(trajectory: Trajectory) -> dict[str, list[Any]]:
-    from heavytop.deviations import deviations
-
-    try:
-        found = deviations(trajectory, POINTS)
-    except NoClosedForm:
-        return {"t": []}
-    return {"t": _listed(found.t)} | {name: _listed(x) for name, x in found.of.items()}
-
-
-def _listed(values: Any) -> list[Any]:
-    return [float(f"{x:.12g}") if np.isfinite(x) else None for x in np.asarray(values)]
-
-
-BEHIND: Final[Mapping[str, tuple[str, Callable[[Trajectory], Columns]]]] = {
-    "overview": ("tilt over precession, and the path of the axis on the unit sphere", _axis),
-    "angles": ("tilt, precession and rate of spin over time", _angles),
-    "potential": ("effective potential, energy, and the tilts that they allow", _potential),
-    "phase": ("the plane of tilt and tilt rate, with neighbouring energies", _phase),
-    "errors": ("distance of the run from the closed form over time", _off),
-}
-"""By picture of a run: what it shows, and the numbers behind it."""

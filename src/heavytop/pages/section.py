@@ -2,55 +2,21 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 import warnings
 from base64 import b64encode
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MOST_ROWS: Final = 60  # of a table on the page; the data have all of them
-MISSING: Final = "–"
+    from heavytop.pages.tables import Table
 
-
-@dataclass(frozen=True, slots=True)
-class Table:
-    """Columns of texts; of long ones, rows that are evenly spaced, and how many there are."""
-
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    all_rows: int
-    every: int = 1  # of so many rows one is there
-
-    @classmethod
-    def of(cls, columns: Mapping[str, Sequence[Any]], most: int = MOST_ROWS) -> Table:
-        """The table of columns of equal length.
-
-        Examples
-        --------
-        >>> Table.of({"t": [0.0, 1 / 3], "kind": ["cusp", None]}).rows
-        (('0', 'cusp'), ('0.333333', '–'))
-        """
-        count = max(map(len, columns.values()), default=0)
-        every = max(1, -(-count // most))
-        rows = tuple(zip(*(map(cell, c[::every]) for c in columns.values()), strict=True))
-        return cls(tuple(columns), rows, count, every)
-
-
-def cell(value: Any) -> str:
-    """A value to 6 digits; a text, or a decimal of many digits, as it begins."""
-    if value is None or value != value:
-        return MISSING
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, int | float):
-        return f"{value:.6g}"
-    words = str(value)
-    return words if len(words) <= 300 else f"{words[:299]}…"
+POINT: Final = 4 / 3  # pixels of a style sheet
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +37,9 @@ class Picture:
         What makes it.
     turns : bool
         Whether its numbers are surfaces and lines in space, which can be turned.
+    listed : str
+        The part of the numbers that is a list, or columns, to be saved as CSV; all of them if
+        empty.
     """
 
     ident: str
@@ -81,6 +50,13 @@ class Picture:
     data: Mapping[str, Any]
     command: str
     turns: bool = False
+    listed: str = ""
+
+    @property
+    def width(self) -> int:
+        """How wide it is drawn [pixels of a style sheet]."""
+        found = re.search(rb'<svg\b[^>]*? width="([\d.]{1,9})pt"', self.svg[:2000])
+        return round(float(found[1]) * POINT) if found else 640
 
     @property
     def address(self) -> str:
@@ -103,11 +79,17 @@ class Section:
         Labels and texts.
     table : Table or None
         What is no picture's.
+    parted : str
+        The column by whose values the table is shown in parts that open, if any.
     pictures : tuple of Picture
+    command : str
+        What makes it.
     scene : str
         The scene as a file, where no shipped one is it.
     top : mapping or None
         What the player plays.
+    notes : tuple of str
+        What there is to say beside.
     """
 
     ident: str
@@ -120,7 +102,8 @@ class Section:
     command: str = ""
     scene: str = ""
     top: Mapping[str, Any] | None = None
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
+    parted: str = ""
 
 
 def drawn(figure: Figure) -> bytes:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from heavytop.pages.foreign import (
+from heavytop.pages.forms import (
     Shape,
     either,
     having,
@@ -13,16 +13,30 @@ from heavytop.pages.foreign import (
     listed,
     named,
     number,
+    one_of,
+    plain,
+    size,
     text,
     truth,
 )
 
 MANY: Final = 200  # methods, cases or kinds: a figure of more could not be read
+FEW: Final = 60  # keys of a table with names that are free
+PANELS: Final = 12  # of a figure
+POINTS: Final = 2000  # of a figure, each maybe of another look
+CELLS: Final = 10_000  # of a figure, each with a mark
 value: Final = known(either(number, text))  # more than 15 digits are a text
+names: Final = listed(text, MANY)
+versions: Final = {"versions": named(known(text), FEW)}
 places: Final = having(p_phi=number, E_prime=number)
 columns: Final = listed(known(number))
+sizes: Final = listed(known(size))  # of errors
 
-scene: Final = having(name=text, title=text, source=text, top=named(value), start=named(value))
+wish: Final = either(value, names)  # of a scene
+scene: Final = having(
+    {"format": number, "span": named(value, FEW), "want": named(wish, FEW)},
+    name=text, title=text, source=text, top=named(value, FEW), start=named(value, FEW),
+)  # fmt: skip
 motion: Final = having(
     kind=text, tags=listed(text, MANY), certified=truth, margin=value, theta_min=value,
     theta_max=value, period=value, precession=value, spin=value,
@@ -32,55 +46,90 @@ plan: Final = having(
     formulation=text, precision=text, states=number, tolerance=value, projected=truth,
     folded=truth, reasons=listed(text, MANY),
 )  # fmt: skip
+constants: Final = having(E=value, E_prime=value, p_phi=value, p_psi=value)
+final: Final = having(dict.fromkeys(("t", "theta", "phi", "psi"), value))
 run: Final = having(
-    scene=scene, motion=motion, constants=named(value), plan=plan, outcome=text,
-    events=having(table=listed(event)), final=known(named(lambda _: None)),
-    errors=named(lambda _: None), files=named(text), versions=named(text),
-    missed_digits=named(number), cost=having(steps=number),
+    versions,
+    scene=scene, motion=motion, constants=constants, plan=plan, outcome=text,
+    events=having(table=listed(event)), final=known(final), errors=named(plain, FEW),
+    files=named(text, FEW), missed_digits=named(number, FEW), cost=having(steps=number),
 )  # fmt: skip
+grown: Final = having(energy=known(number), phase=known(number))
 method: Final = having(
-    name=text, periods=listed(number), energy=columns, p_phi=columns, p_psi=columns,
-    phase_s=columns, axis=columns, invariants=named(columns, MANY), skipped=known(text),
+    {"formulation": text, "language": text, "setting": named(value, FEW), "stderr": grown,
+     "steps": known(number), "us_per_period": known(number), "ended": named(text, MANY)},
+    name=text, periods=listed(size), energy=sizes, p_phi=sizes, p_psi=sizes,
+    phase_s=sizes, axis=sizes, invariants=named(sizes, PANELS), skipped=known(text),
     energy_exponent=known(number), phase_exponent=known(number),
 )  # fmt: skip
 drift: Final = having(
+    versions,
     scene=scene, periods=number, ensemble=number, samples=number, seed=number,
     methods=listed(method, MANY),
 )  # fmt: skip
+timed: Final = (
+    "tolerance", "steps_a_period", "rhs_evaluations", "energy_error", "setup_s", "runs", "periods",
+    "steps", "digits",
+)  # fmt: skip
 point: Final = having(
-    method=text, formulation=text, bits=number, measures=text, us_per_period=number,
-    error=known(number), theta_error=known(number), rival=truth, language=text,
+    dict.fromkeys(timed, known(number)) | {"wants": text, "stands_for": text, "missed": truth},
+    method=text, formulation=text, bits=number, measures=text, us_per_period=size,
+    error=known(size), theta_error=known(size), rival=truth, language=text,
 )  # fmt: skip
 workprec: Final = having(
-    scene=scene, periods=number, budget=number, points=listed(point, 5000),
-    front=listed(number, 5000), front_theta=listed(number, 5000),
-    skipped=listed(named(lambda _: None)),
+    versions,
+    scene=scene, periods=number, budget=number, points=listed(point, POINTS),
+    front=listed(number, POINTS), front_theta=listed(number, POINTS),
+    skipped=listed(having({"setting": named(value, FEW), "wants": text}, method=text, reason=text)),
+)  # fmt: skip
+OUTCOMES: Final = (
+    "ok", "inaccurate", "singular", "stalled", "diverged", "step-limit", "time-limit", "refused",
+    "missed-events",
 )  # fmt: skip
 case: Final = having(
-    case=text, method=text, outcome=text, error=known(number), digits_lost=known(number), note=text,
-    untold=truth,
+    case=text, method=text, outcome=one_of(*OUTCOMES), error=known(number),
+    digits_lost=known(number), note=text, untold=truth,
 )  # fmt: skip
 stress: Final = having(
-    limits=named(number), hard=named(text, MANY), methods=named(text, MANY),
-    cases=listed(case, MANY * MANY), skipped=listed(having(case=text, method=text, reason=text)),
+    versions,
+    limits=named(number, FEW), hard=named(text, MANY), methods=named(text, MANY),
+    settings=named(value, MANY),
+    cases=listed(case, CELLS), skipped=listed(having(case=text, method=text, reason=text)),
 )  # fmt: skip
 axis: Final = having(name=text, low=number, high=number, count=number, log=truth)
 curve: Final = having(name=text, x=listed(number), y=listed(number))
 atlas: Final = having(
+    versions | {"tiles": having(done=number, all=number), "what": text},
     scene=scene, axes=having(x=axis, y=axis), shape=listed(number, 2), counts=named(number, MANY),
-    uncertified=number, curves=listed(curve, 1000), files=named(text),
+    uncertified=number, curves=listed(curve, 1000),
+    files=named(text, FEW),
 )  # fmt: skip
+edge: Final = having(
+    {"theta": columns}, p_phi=columns, E_prime=columns, rate=columns, fast=listed(truth)
+)  # fmt: skip
+circuit: Final = having(
+    winding=number, s=columns, p_phi=columns, E_prime=columns, precession=columns,
+    principal_precession=columns,
+)  # fmt: skip
+line: Final = having(p_psi=listed(number, MANY), p_phi=columns, E_prime=columns)
+grid: Final = listed(listed(known(number), MANY), MANY)
+sheet: Final = having({"rate": grid}, p_psi=grid, p_phi=grid, E_prime=grid)
+critical_set: Final = having(sheets=listed(sheet, 2), thread=line, sleeping=line, hanging=line)
 energy_momentum: Final = having(
+    versions | {"critical_set": known(critical_set), "depth": known(number)},
     scene=scene, p_psi=number, ratio=known(number), window=having(p_phi=columns, E_prime=columns),
     start=having(kind=text, p_phi=number, E_prime=number), standing=places, hanging=places,
-    thread=known(places), edge=having(p_phi=columns, E_prime=columns, rate=columns),
-    circuit=known(having(winding=number, s=columns, precession=columns)),
+    thread=known(places), edge=edge, circuit=known(circuit), cusps=known(listed(places, 2)),
+    through_top=listed(places, 2), through_bottom=listed(places, 2),
 )  # fmt: skip
 claim: Final = having(
+    {"numbers": text, "failure": known(text), "script": text, "reason": text, "holds": names,
+     "needs": known(text)},
     id=text, statement=text, authority=text, bound=value, measured=value, passed=known(truth),
     skipped=known(text),
 )  # fmt: skip
-validate: Final = having(claims=listed(claim, 2000))
+asked: Final = {"asked": known(listed(text, 2000)), "proofs": truth}
+validate: Final = having(versions | asked, claims=listed(claim, 2000))
 trace: Final = having(
     name=text, title=text, kind=text, tags=listed(text, MANY), seconds=number,
     axis=listed(listed(number, 3), 2000),

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from heavytop.pages.section import Picture, Section, Table, drawn
+from heavytop.pages.commands import command
+from heavytop.pages.section import Picture, Section, drawn
+from heavytop.pages.tables import Table, shown
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from heavytop.motion import Motion
     from heavytop.pages.findings import Finding
     from heavytop.scene import Scene
@@ -57,26 +62,35 @@ def traces_section(finding: Finding, ident: str) -> Section:
     picture = Picture(
         ident=f"{ident}-chart",
         title="the path of the axis on the unit sphere; dot: start, cross: vertical",
-        alt="Paths of the axis: "
-        + ", ".join(f"{each['name']} ({each['kind']})" for each in traces)
+        alt=f"Paths of the axis in {len(traces)} panels. "
+        + "; ".join(f"{each['name']}, {each['kind']}: tilt {_reach(each)}" for each in traces)
         + ".",
         svg=drawn(traces_figure(finding.document)),
         table=Table.of(
             {
                 "scene": [each["name"] for each in traces],
                 "kind": [each["kind"] for each in traces],
-                "tags": [", ".join(each["tags"]) for each in traces],
-                "seconds": [each["seconds"] for each in traces],
-                "command": [f"heavytop classify {each['name']}" for each in traces],
+                "tags": [", ".join(each["tags"]) or None for each in traces],
+                "drawn [s]": [each["seconds"] for each in traces],
+                "tilt": [_reach(each) for each in traces],
+                "command": [command("classify", each["name"]) for each in traces],
             }
         ),
         data={"traces": traces},
         command=made,
+        listed="traces",
     )
     return Section(
         ident=ident,
         heading="Every kind of motion",
         words=f"the axis of {len(traces)} scenes by the closed form; nothing is integrated",
-        pictures=(picture,),
+        pictures=(picture,) if traces else (),
         command=made,
     )
+
+
+def _reach(trace: Mapping[str, Any]) -> str:
+    """The tilts between which the axis stays."""
+    heights = [min(1.0, max(-1.0, place[2])) for place in trace["axis"]] or [1.0]
+    low, high = (shown(math.degrees(math.acos(u)), 3) for u in (max(heights), min(heights)))
+    return f"{low}°" if low == high else f"{low}° to {high}°"

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from heavytop.motion import Motion
 from heavytop.report.figures import View
-from heavytop.report.figures.style import STYLE
+from heavytop.report.figures.style import STYLE, literal
 from heavytop.report.kinds_figure import axis_path, kind_panel
 from heavytop.state import State
 from heavytop.top import Top
@@ -81,7 +81,7 @@ def atlas_figure(atlas: Atlas) -> Figure:
         parts: Any = figure.subfigures(1, 2, width_ratios=(2.6, 1.0))
         left, right = parts
         scene = atlas.study.plane.scene
-        left.suptitle((scene.title or scene.name)[:90], parse_math=False)
+        left.suptitle(literal(scene.title or scene.name))
         ax = left.subplots()
         _map(ax, atlas, kind)
         _strokes(ax, atlas.curves)

@@ -10,7 +10,7 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from heavytop.report.figures.style import FAINT, STYLE
+from heavytop.report.figures.style import FAINT, STYLE, literal
 
 COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 DASHES: Final = ("-", "--", ":", "-.")  # one for every round of the colours
@@ -50,10 +50,10 @@ def drift_figure(document: Mapping[str, Any]) -> Figure:
         axes = figure.subplots(rows, columns, squeeze=False).flat
         looks = _looks(document)
         for ax, (name, series) in zip(axes, panels.items(), strict=False):
-            _panel(ax, LABELS.get(name, f"{name}, relative"), series, looks)
+            _panel(ax, LABELS.get(name, f"{literal(name)}, relative"), series, looks)
         for ax in list(figure.axes)[len(panels) :]:
             ax.set_visible(False)
-        figure.suptitle(_title(document), parse_math=False)
+        figure.suptitle(_title(document))
         _legend(figure)
     return figure
 
@@ -61,7 +61,7 @@ def drift_figure(document: Mapping[str, Any]) -> Figure:
 def _title(document: Mapping[str, Any]) -> str:
     scene, count = document["scene"], document["ensemble"]
     starts = "" if count == 1 else f", RMS of {count} starts"
-    title = (scene["title"] or scene["name"])[:80]
+    title = literal(scene["title"] or scene["name"], 80)
     return f"{title} — {document['periods']:g} nutation periods{starts}"
 
 
@@ -96,7 +96,9 @@ def _panel(
     ax: Axes, label: str, series: Sequence[Series], looks: Mapping[str, Mapping[str, Any]]
 ) -> None:
     for name, periods, errors in series:
-        ax.loglog(periods, errors, linewidth=1.0, markersize=3.5, label=name, **looks[name])
+        ax.loglog(
+            periods, errors, linewidth=1.0, markersize=3.5, label=literal(name), **looks[name]
+        )
     _guides(ax, series)
     ax.set_xlabel("nutation periods")
     ax.set_ylabel(f"error of {label}")

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from heavytop.report.atlas_figure import COLOURS
-from heavytop.report.figures.style import FAINT, OTHER, PATH, STYLE
+from heavytop.report.figures.style import FAINT, OTHER, PATH, STYLE, literal
 
 Known = Mapping[str, Any]
 PURPLE: Final = "#CC79A7"
@@ -45,7 +45,7 @@ def energy_momentum_figure(document: Known) -> Figure:
             _around(axes[1], circuit)
         scene, ratio = document["scene"], document["ratio"]
         words = "" if ratio is None else f"p_psi²/4A|gMR| = {ratio:.4g}"
-        figure.suptitle(f"{(scene['title'] or scene['name'])[:80]}\n{words}", parse_math=False)
+        figure.suptitle(f"{literal(scene['title'] or scene['name'], 80)}\n{words}")
         figure.legend(loc="outside lower center", ncols=4, frameon=False, fontsize=8)
     return figure
 
@@ -66,6 +66,7 @@ def _diagram(ax: Axes, document: Known) -> None:
     _places(ax, document)
     ax.set_xlim(*window["p_phi"])
     ax.set_ylim(*window["E_prime"])
+    ax.locator_params(axis="x", nbins=5)
     ax.set_xlabel("p$_φ$ [kg m² s⁻¹]")
     ax.set_ylabel("E′ = E − p$_ψ$²/2C [J]")
 
@@ -99,7 +100,7 @@ def _places(ax: Axes, document: Known) -> None:
         (document["hanging"], "v", "white", "hanging"),
         (document["standing"], "*" if thread else "^", "white",
          "standing, falls: the thread" if thread else "sleeping"),
-        (document["start"], "o", OTHER, f"the scene: {document['start']['kind']}"),
+        (document["start"], "o", OTHER, f"the scene: {literal(document['start']['kind'])}"),
     )  # fmt: skip
     for place, marker, face, label in marks:
         ax.plot(place["p_phi"], place["E_prime"], marker, color="black", markerfacecolor=face,

@@ -52,7 +52,7 @@ def _nutation(facts: Known) -> Iterator[Row]:
     if facts["nutation_frequency"] is None:
         return
     yield "nutation", f"{number(facts['nutation_frequency'])} rad/s"
-    yield "", f"amplitude in cos θ {number(facts['nutation_amplitude'])}"
+    yield "", f"range of cos θ {number(facts['nutation_amplitude'])}"
     if facts["rotation_number"] is not None:
         yield "", f"turns of φ in one: {number(facts['rotation_number'])}"
 
@@ -85,7 +85,7 @@ def _fast_top(facts: Known) -> Iterator[Row]:
     for label, value, error, unit in (
         ("mean φ̇", "precession_rate", "precession_error", " rad/s"),
         ("period", "nutation_period", "period_error", " s"),
-        ("amplitude", "amplitude", "amplitude_error", ""),
+        ("range of cos θ", "amplitude", "amplitude_error", ""),
     ):
         estimate = facts[f"fast_top_{value}"]
         if estimate is not None:

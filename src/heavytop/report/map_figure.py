@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from heavytop.report.atlas_figure import COLOURS, STROKES
-from heavytop.report.figures.style import STYLE
+from heavytop.report.figures.style import STYLE, literal
 
 Known = Mapping[str, Any]
 
@@ -44,7 +44,7 @@ def map_figure(document: Known, kind: NDArray[np.uint8], names: Sequence[str]) -
         _areas(ax, document["axes"], kind, names)
         _curves(ax, document["curves"])
         scene = document["scene"]
-        figure.suptitle((scene["title"] or scene["name"])[:80], parse_math=False)
+        figure.suptitle(literal(scene["title"] or scene["name"], 80))
         handles, labels = ax.get_legend_handles_labels()
         shares = _shares(document["counts"])
         areas = [Patch(facecolor=c, edgecolor="#444444", linewidth=0.5) for c in shares.values()]
@@ -106,4 +106,4 @@ def _shares(counts: Mapping[str, int]) -> dict[str, str]:
     """The kinds that occur with their shares, the most frequent first, and their colours."""
     whole = sum(counts.values()) or 1
     order = sorted(counts.items(), key=lambda each: -each[1])
-    return {f"{name} {n / whole:.2%}": COLOURS.get(name, NOTHING) for name, n in order}
+    return {f"{literal(name)} {n / whole:.2%}": COLOURS.get(name, NOTHING) for name, n in order}

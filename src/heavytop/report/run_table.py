@@ -52,6 +52,8 @@ def _parts(document: Mapping[str, Any]) -> Iterator[RenderableType]:
     if document["events"]["table"]:
         yield Text()
         yield _event_table(document["events"]["table"])
+        if document["motion"]["kind"].startswith("through-"):
+            yield Text("at the pole: φ is that before or after, π apart; φ̇ is its limit", "dim")
     yield Text()
     yield two_columns(_bounds(document))
 

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from heavytop.report.figures.style import STYLE
+from heavytop.report.figures.style import STYLE, literal
 from heavytop.report.stress_table import MARKS, UNTOLD, heading
 
 MOST: Final = 14.0  # digits
@@ -38,8 +38,10 @@ def stress_figure(document: Mapping[str, Any]) -> Figure:
         figure = Figure(figsize=size, layout="constrained")
         ax = figure.subplots()
         _draw(ax, runs, rows, names)
-        ax.set_xticks(range(len(names)), [heading(document, m) for m in names], rotation=90)
-        ax.set_yticks(range(len(rows)), rows)
+        ax.set_xticks(
+            range(len(names)), [literal(heading(document, m), 40) for m in names], rotation=90
+        )
+        ax.set_yticks(range(len(rows)), [literal(case, 40) for case in rows])
         ax.tick_params(length=0, labeltop=True, labelbottom=False)
         ax.set_xlabel(_words(), fontsize=7.5)
         bar = figure.colorbar(ax.images[0], ax=ax, fraction=0.04, aspect=40)

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from heavytop.report.figures import View
-from heavytop.report.figures.style import STYLE
+from heavytop.report.figures.style import STYLE, literal
 from heavytop.report.kinds_figure import kind_panel
 
 ACROSS: Final = 4
@@ -42,6 +42,8 @@ def traces_figure(document: Mapping[str, Any]) -> Figure:
         for ax, each in zip(panels, traces, strict=False):
             path = np.array(each["axis"], float).reshape(-1, 3)
             kind_panel(ax, path, View.of(path), COLOURS[kinds.index(each["kind"]) % len(COLOURS)])
-            words = f"{each['name'][:40]}\n{each['kind']}\n{each['seconds']:.3g} s"
-            ax.set_title(words, fontsize=8, parse_math=False)
+            words = (
+                f"{literal(each['name'], 40)}\n{literal(each['kind'], 40)}\n{each['seconds']:.3g} s"
+            )
+            ax.set_title(words, fontsize=8)
     return figure

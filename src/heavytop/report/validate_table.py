@@ -49,12 +49,14 @@ def _table(claims: list[Mapping[str, Any]]) -> Table:
     table = Table(box=None, pad_edge=False, header_style="cyan")
     table.add_column("", no_wrap=True)
     table.add_column("claim", ratio=1)
+    table.add_column("numbers", no_wrap=True)
     table.add_column("measured", justify="right", no_wrap=True)
     table.add_column("bound", justify="right", no_wrap=True)
     for claim in claims:
         mark = Text(MARKS[claim["passed"]], style="red" if claim["passed"] is False else "")
         said = Text(claim["statement"])
-        table.add_row(mark, said, number(claim["measured"]), number(claim["bound"]))
+        found = number(claim["measured"]), number(claim["bound"])
+        table.add_row(mark, said, Text(claim["numbers"]), *found)
     return table
 
 

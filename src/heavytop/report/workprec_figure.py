@@ -10,7 +10,7 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from heavytop.report.figures.style import FAINT, STYLE
+from heavytop.report.figures.style import FAINT, STYLE, literal
 
 DOUBLE: Final = 53
 FORMS: Final = {
@@ -76,14 +76,14 @@ def workprec_figure(document: Known) -> Figure:
             row[0].set_ylabel("µs per nutation period")
             for ax, panel in zip(row, panels, strict=True):
                 _draw(ax, panel, looks)
-        figure.suptitle(_title(document), parse_math=False)
-        _legend(figure, ["front", "auto", *looks])
+        figure.suptitle(_title(document))
+        _legend(figure, ["front", "auto", *map(literal, looks)])
     return figure
 
 
 def _title(document: Known) -> str:
     scene = document["scene"]
-    return f"{(scene['title'] or scene['name'])[:80]}, {document['periods']:g} periods"
+    return f"{literal(scene['title'] or scene['name'], 80)}, {document['periods']:g} periods"
 
 
 def _rows(document: Known) -> list[list[Panel]]:
@@ -148,7 +148,7 @@ def _line(ax: Axes, points: Sequence[Known], error: str, method: str, look: Look
     ax.plot(
         [point[error] for point in points],
         [point["us_per_period"] for point in points],
-        marker=look.marker, color=look.colour, label=method, linewidth=0.9, markersize=4,
+        marker=look.marker, color=look.colour, label=literal(method), linewidth=0.9, markersize=4,
         linestyle=look.line, markerfacecolor="white" if look.hollow else look.colour,
     )  # fmt: skip
 
@@ -178,7 +178,8 @@ def _draw_auto(ax: Axes, panel: Panel) -> None:
     for name in dict.fromkeys(point["stands_for"] for point in shown):
         same = [point for point in shown if point["stands_for"] == name]
         at = (same[0][panel.error], same[0]["us_per_period"])
-        words = f"auto: {', '.join(str(point['digits']) for point in same)} digits"
+        digits = ", ".join(f"{point['digits']:g}" for point in same)
+        words = f"auto: {digits} digits"
         ax.annotate(words, at, xytext=(8, -15), textcoords="offset points", ha="right",
                     color="#CC0000", fontsize=8)  # fmt: skip
 

@@ -111,14 +111,17 @@ class Stress:
     Attributes
     ----------
     cases : tuple of Case
+        What was hard.
     methods : tuple of Method
+        Who was put to it.
     runs : tuple of Run
+        What became of each pair; ``stress["cusp", "auto"]`` is one.
     skipped : tuple of Skipped
         Runs that were not done.
     apart : tuple of Skipped
         Pairs that do not go together.
     limits : dict from str to float
-        ``time_s`` and ``steps`` of a run, and the ``budget_s`` of all.
+        ``time_s`` [s] and ``steps`` of a run, and the ``budget_s`` of all [s].
     """
 
     cases: tuple[Case, ...]
@@ -161,7 +164,13 @@ class Stress:
         return found
 
     def document(self, files: Mapping[str, str] | None = None) -> dict[str, Any]:
-        """Return the document heavytop/stress/1."""
+        """Return the document heavytop/stress/1.
+
+        Parameters
+        ----------
+        files : mapping, optional
+            Names of the files that were written, by what they are.
+        """
         return {
             "schema": SCHEMA,
             "limits": dict(self.limits),

@@ -21,6 +21,7 @@ from heavytop.stresses.stress import Run, Skipped, Stress
 BUDGET_S: Final = 240.0
 TIME_S: Final = 3.0
 STEPS: Final = 2_000_000
+LIST: Final = "heavytop stress --list"
 NUMBERS: Final = {
     "budget": Number(0, 1e6),
     "time_limit": Number(0.01, 1e5),
@@ -70,6 +71,11 @@ def stress(
     >>> found = stress(cases=["through-top"], methods=["auto", "taylor-lagrange"])
     >>> print(found["through-top", "auto"].outcome, found["through-top", "taylor-lagrange"].outcome)
     ok singular
+
+    Notes
+    -----
+    Accuracy: ``tests/two_ways/test_stress.py`` holds what a case allows to what the closed form
+    makes of changed starts.
     """
     limits = {"budget": budget, "time_limit": time_limit, "step_limit": step_limit}
     chosen, asked, limits = _chosen(cases, methods, limits)
@@ -201,5 +207,5 @@ def _each(
     key: str, some: Sequence[str] | None, known: Mapping[str, T]
 ) -> tuple[tuple[T, ...], list[Fault]]:
     """Return what is asked for by name, none of it twice, and all where nothing is named."""
-    found, faults = named("stress", key, known if some is None else some, one_of(known))
+    found, faults = named("stress", key, known if some is None else some, one_of(known, LIST))
     return tuple({id(each): each for each in found}.values()), faults

@@ -48,7 +48,7 @@ class Point:
 
     @property
     def measures(self) -> str:
-        """What `error` is of: ``axis``, or ``theta`` where the states do not give the axis."""
+        """``axis`` or, where the states do not give the axis, ``theta``, of which `error` is."""
         return "theta" if self.axis_error is None else "axis"
 
     @property
@@ -99,7 +99,15 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class Skipped:
-    """One method at one setting that gave no point, and why."""
+    """One method at one setting that gave no point, and why.
+
+    Attributes
+    ----------
+    trial : Trial
+        Which one.
+    reason : str
+        Why.
+    """
 
     trial: Trial
     reason: str

@@ -35,12 +35,15 @@ class WorkPrecision:
     Attributes
     ----------
     scene : Scene
+        Its top and start were integrated.
     periods : float
         Nutation periods; the error is that at `BEFORE` of a period before.
     budget : float
         Time that was allowed [s].
     points : tuple of Point
+        One method at one setting each: its time and its errors.
     skipped : tuple of Skipped
+        What gave no point, and why.
     """
 
     scene: Scene
@@ -72,6 +75,7 @@ class WorkPrecision:
         Parameters
         ----------
         bound : float
+            Of the axis, as a length, or of theta [rad].
         wants : str
             ``axis`` or ``theta``: the error of which; phi and psi are not measured.
 
@@ -88,11 +92,23 @@ class WorkPrecision:
         return tuple(point for point in self.points if point.trial.name == AUTO)
 
     def ahead_of(self, auto: Point) -> tuple[Point, ...]:
-        """Return the points more accurate than a choice of auto, and faster beyond noise."""
+        """Return the points more accurate than a choice of auto, and faster beyond noise.
+
+        Parameters
+        ----------
+        auto : Point
+            One of `auto`.
+        """
         return ahead_of(self.points, auto, _error_of(auto.trial.wants or "axis"))
 
     def document(self, *, files: Mapping[str, str] | None = None) -> dict[str, Any]:
-        """Return the document heavytop/workprec/1."""
+        """Return the document heavytop/workprec/1.
+
+        Parameters
+        ----------
+        files : mapping, optional
+            Names of the files that were written, by what they are.
+        """
         tables = self.scene.document()
         return {
             "schema": SCHEMA,

@@ -1,10 +1,47 @@
 "use strict";
+// Rolling zooms a picture that was clicked on; over any other the page is rolled on.
+document.addEventListener("wheel", (event) => {
+  const plot = event.target.closest?.(".plot");
+  if (plot && !plot.contains(document.activeElement)) event.stopPropagation();
+}, { capture: true, passive: true });
+document.addEventListener("pointerdown", (event) => {
+  event.target.closest?.(".plot")?.focus({ preventScroll: true });
+}, { capture: true });
+// Two fingers zoom: the library that draws gives them no meaning.
+const apart = ([one, two]) => Math.hypot(one.clientX - two.clientX, one.clientY - two.clientY);
+const zoomed = (plot, from, by) => {
+  const eye = Object.fromEntries(Object.entries(from).map(([name, x]) => [name, x * by]));
+  return Plotly.relayout(plot, { "scene.camera.eye": eye });
+};
+let pinch = null;
+document.addEventListener("touchstart", (event) => {
+  const plot = event.target.closest?.(".plot");
+  if (!plot || event.touches.length !== 2) return;
+  event.stopPropagation();
+  pinch = { plot, apart: apart(event.touches), eye: plot.layout.scene.camera.eye, busy: false };
+}, { capture: true, passive: true });
+document.addEventListener("touchmove", async (event) => {
+  if (!pinch || event.touches.length !== 2) return;
+  event.preventDefault();
+  event.stopPropagation();
+  if (pinch.busy) return;
+  pinch.busy = true;
+  const by = pinch.apart / Math.max(1, apart(event.touches));
+  await zoomed(pinch.plot, pinch.eye, Math.min(4, Math.max(0.25, by)));
+  if (pinch) pinch.busy = false;
+}, { capture: true, passive: false });
+document.addEventListener("touchend", (event) => {
+  if (event.touches.length < 2) pinch = null;
+}, { capture: true, passive: true });
 // The critical set as surfaces and lines that can be turned, drawn when it is asked for.
 for (const button of document.querySelectorAll("button.turn")) {
   button.addEventListener("click", () => {
     const found = JSON.parse(document.getElementById(button.dataset.of).textContent);
     const place = document.createElement("div");
     place.className = "plot";
+    place.tabIndex = 0;
+    place.setAttribute("role", "group");
+    place.setAttribute("aria-label", "The critical set in three dimensions, to be turned");
     button.parentElement.replaceWith(place);
     const ink = getComputedStyle(document.body).color;
     const colours = { sleeping: "#000000", thread: "#D55E00", hanging: "#009E73" };

@@ -13,7 +13,7 @@ from heavytop.report.figures.angles import loop, nutation, precession, spin_rate
 from heavytop.report.figures.energy import effective_potential, phase_plane
 from heavytop.report.figures.errors import errors
 from heavytop.report.figures.sphere import axis_on_sphere
-from heavytop.report.figures.style import STYLE
+from heavytop.report.figures.style import STYLE, literal
 
 if TYPE_CHECKING:
     from heavytop.trajectory import Trajectory
@@ -100,16 +100,10 @@ def accuracy(trajectory: Trajectory) -> Figure:
 
 def _finish(figure: Figure, trajectory: Trajectory, labelled: Axes, columns: int) -> None:
     """Set the title and the legend."""
-    # A title is text that somebody else wrote: a $ in it starts no formula.
-    title = trajectory.scene.title or trajectory.scene.name
-    figure.suptitle(_shortened(title), parse_math=False)
+    figure.suptitle(literal(trajectory.scene.title or trajectory.scene.name))
     handles, labels = labelled.get_legend_handles_labels()
     if handles:
         figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False)
-
-
-def _shortened(title: str, most: int = 90) -> str:
-    return title if len(title) <= most else title[: most - 1] + "…"
 
 
 FIGURES: Final[Mapping[str, Callable[[Trajectory], Figure]]] = {

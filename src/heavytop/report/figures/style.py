@@ -7,6 +7,7 @@ rests on telling colours apart.
 from __future__ import annotations
 
 import warnings
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -51,6 +52,7 @@ STYLE: Final[Any] = {
     "font.family": "DejaVu Sans",
     "font.size": 9.0,
     "axes.formatter.useoffset": False,
+    "text.usetex": False,
 }
 # No date and no program version: the file depends on the trajectory alone.
 _METADATA: Final[dict[str, dict[str, Any]]] = {
@@ -59,12 +61,35 @@ _METADATA: Final[dict[str, dict[str, Any]]] = {
 }
 
 
+MOST_LETTERS: Final = 90  # of a text that somebody else wrote
+
+
+def literal(text: str, most: int = MOST_LETTERS) -> str:
+    r"""A text that somebody else wrote, as it is drawn: one line, no formula, and never hidden.
+
+    Examples
+    --------
+    >>> print(literal("$x$ \n of _gone"), literal("_gone") + ".", literal(""))
+    \$x\$ of _gone  _gone. –
+    """
+    words = " ".join(text.split()) or "–"
+    words = words if len(words) <= most else f"{words[: most - 1]}…"
+    words = words.replace("$", r"\$")
+    return f" {words}" if words.startswith("_") else words  # which a legend would leave out
+
+
+@lru_cache(maxsize=1)  # of a run of many digits, each figure would take it for itself
 def path(trajectory: Trajectory) -> tuple[Sample, float]:
     """The motion at the times drawn, and the last of them [s]."""
+    last = last_shown(trajectory)
+    return trajectory(np.linspace(0.0, last, POINTS)), last
+
+
+def last_shown(trajectory: Trajectory) -> float:
+    """The last of the times drawn [s]."""
     end = float(trajectory.orbit.end)
     lowest = [t for kind, t in _timed(trajectory) if kind == "theta_max"]
-    last = float(lowest[MOST_PERIODS]) if len(lowest) > MOST_PERIODS else end
-    return trajectory(np.linspace(0.0, last, POINTS)), last
+    return float(lowest[MOST_PERIODS]) if len(lowest) > MOST_PERIODS else end
 
 
 def _timed(trajectory: Trajectory) -> zip[tuple[str, float]]:

@@ -1,0 +1,117 @@
+"""The page of the commands: what each verb takes, from the command line itself.
+
+Between `<!-- verbs -->` and `<!-- end verbs -->` the built page has every verb with its arguments
+and options, in place of what stands there for those who read it unbuilt.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from heavytop.cli import app as heavytop
+
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
+
+MARK = re.compile(r"<!-- verbs -->.*?<!-- end verbs -->", re.DOTALL)
+TYPED = re.compile(r"--[a-z][-a-z]*(?: [\w.]+=[-\w.]*\w)?|(?<=\s)-o\b")
+
+# Where what a verb puts out is told.
+PAGES = {
+    "run": "results.md",
+    "classify": "what-a-top-can-do.md",
+    "plan": "formulations.md",
+    "drift": "drift.md",
+    "resume": "keeping.md",
+    "atlas": "atlas.md",
+    "stress": "where-methods-fail.md",
+    "workprec": "work-precision.md",
+    "validate": "validation.md",
+    "report": "report.md",
+    "scenes": "scenes.md",
+    "derive": "theory/lagrangian.md",
+    "doctor": "quickstart.md",
+}
+
+
+def reference() -> str:
+    """All verbs, in the order of `heavytop -h`, as Markdown."""
+    verbs = typer.main.get_command(heavytop).commands
+    return "\n".join(line for name, verb in verbs.items() for line in section(name, verb))
+
+
+def section(name: str, verb: Any) -> Iterator[str]:
+    """One verb: what it does, how it is typed, what it takes."""
+    yield from (f"## {name}", "", f"{sentence(verb.help)} [More]({PAGES[name]}).", "")
+    yield from ("```text", f"heavytop {name} {' '.join(usage(verb))}", "```", "")
+    yield from ("| | what it is | left out |", "|---|---|---|")
+    yield from map(row, verb.params)
+    yield ""
+
+
+def sentence(text: str) -> str:
+    """A help text in a line, with what is typed set as such."""
+    return TYPED.sub(r"`\g<0>`", " ".join(text.split()))
+
+
+def usage(verb: Any) -> Iterator[str]:
+    """The arguments of a verb, in brackets where they may be left out, and a word for options."""
+    for each in verb.params:
+        if each.param_type_name == "argument":
+            named = word(each)
+            optional = not each.required and not named.startswith("[")
+            yield f"[{named}]" if optional else named
+    yield "[OPTION…]"
+
+
+def row(each: Any) -> str:
+    """One argument or option, what it is, and what it is where it is left out."""
+    text = sentence(each.help or "").replace("|", "\\|")
+    return f"| {spelled(each)} | {text}{bounds(each)} | {fallback(each)} |"
+
+
+def bounds(each: Any) -> str:
+    """Between which values a number is; older releases of typer have them at its type."""
+    holder = each if hasattr(each, "min") else each.type
+    low, high = getattr(holder, "min", None), getattr(holder, "max", None)
+    if low is None:
+        return ""
+    return f" At least {low:g}." if high is None else f" From {low:g} to {high:g}."
+
+
+def spelled(each: Any) -> str:
+    """How it is typed: `-o DIR`, `--output DIR`."""
+    if each.param_type_name == "argument":
+        return f"`{word(each)}`".replace("|", "\\|")
+    value = "" if each.is_flag else f" {word(each)}"
+    return ", ".join(f"`{option}{value}`" for option in sorted(each.opts, key=len))
+
+
+def word(each: Any) -> str:
+    """The word that stands for a value, or for any number of them."""
+    named = str(each.metavar or each.name.upper())
+    return f"{named}…" if each.nargs == -1 and "…" not in named else named
+
+
+def fallback(each: Any) -> str:
+    """What holds where it is left out."""
+    if each.required:
+        return "needed"
+    if getattr(each, "is_flag", False) or each.default in (None, "", [], ()):
+        return ""
+    return f"`{each.default:g}`" if isinstance(each.default, float) else f"`{each.default}`"
+
+
+def fill(app: Sphinx, docname: str, source: list[str]) -> None:
+    """Put the verbs where a page asks for them."""
+    source[0] = MARK.sub(lambda _: reference(), source[0])
+
+
+def setup(app: Sphinx) -> dict[str, object]:
+    """Enter the extension."""
+    app.connect("source-read", fill)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,80 @@
+"""Arguments: what a function is given is what it takes, or an error says what that would be."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Final
+
+from heavytop.errors import NotANumber, WrongType
+from heavytop.exact import Exact, Number
+from heavytop.names import LONGEST
+from heavytop.scene_text import shown
+
+_PLAIN: Final = (str, bytes, int, float, type(None))  # which are known best by their value
+
+
+def expect(name: str, value: object, kind: type, hint: str = "") -> None:
+    """Refuse an argument that is not of a type.
+
+    Parameters
+    ----------
+    name : str
+    value : object
+    kind : type
+    hint : str
+        Where one is to be had.
+
+    Raises
+    ------
+    WrongType
+
+    Examples
+    --------
+    >>> expect("top", "sicm", float)
+    Traceback (most recent call last):
+    ...
+    heavytop.errors.WrongType: top: a float, not "sicm"
+    """
+    if not isinstance(value, kind):
+        what = _a(kind) + (f" ({hint})" if hint else "")
+        raise wrong_type(name, what, value)
+
+
+def path_of(name: str, value: object) -> Path:
+    """Return the path that an argument is.
+
+    Raises
+    ------
+    WrongType
+        It is neither a text nor an object that stands for one, as a `pathlib.Path` does.
+    """
+    found = os.fspath(value) if isinstance(value, str | os.PathLike) else None
+    if not isinstance(found, str):
+        raise wrong_type(name, "a path", value)
+    return Path(found)
+
+
+def number_of(name: str, value: Number) -> Exact:
+    """Return the exact number that an argument is.
+
+    Raises
+    ------
+    NotANumber
+        It is none; the message names the argument.
+    """
+    try:
+        return Exact.of(value)
+    except NotANumber as wrong:
+        raise NotANumber(f"{name}: {wrong}") from None
+
+
+def wrong_type(name: str, what: str, value: object) -> WrongType:
+    """Return what refuses a value that is not what an argument takes, in words."""
+    told = shown(value) if isinstance(value, _PLAIN) else _a(type(value))
+    return WrongType(f"{name}: {what}, not {told}")
+
+
+def _a(kind: type) -> str:
+    name = kind.__name__[:LONGEST]
+    return f"an {name}" if name[0] in "aeiouAEIOU" else f"a {name}"

@@ -1,0 +1,88 @@
+"""A stress test on the page: where methods fail, and what the words for it mean."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Final
+
+from heavytop.pages.commands import command
+from heavytop.pages.descriptions import NOTHING, left_out
+from heavytop.pages.section import Picture, Section, drawn
+from heavytop.pages.tables import Table
+
+if TYPE_CHECKING:
+    from heavytop.pages.findings import Finding
+
+Known = Mapping[str, Any]
+
+FEW: Final = 20  # cases, of which it is said why each is hard
+
+
+def stress_section(finding: Finding, ident: str) -> Section:
+    """Return the section of a stress test."""
+    from heavytop.report.stress_figure import stress_figure
+
+    document = finding.document
+    runs = document["cases"]
+    made = command("stress", *_chosen(document), "-o", "out")
+    names = ("case", "method", "outcome", "error", "digits_lost", "note")
+    rows = [{name.replace("_", " "): each[name] for name in names} for each in runs]
+    counts = _counts(runs, document["skipped"])
+    picture = Picture(
+        ident=f"{ident}-chart",
+        title="digits lost at every case by every method",
+        alt=f"Digits lost at {len(document['hard'])} cases. Outcomes: "
+        + "; ".join(
+            f"{row['method']}: " + ", ".join(f"{n} {word}" for word, n in row.items() if n and
+                                             word != "method") for row in counts
+        ) + ".",
+        svg=drawn(stress_figure(document)),
+        table=Table.of_rows(rows, 400, digits=2),
+        data={"hard": document["hard"], "cases": runs},
+        command=made,
+        listed="cases",
+    )  # fmt: skip
+    return Section(
+        ident=ident,
+        heading="Where methods fail",
+        words=f"{len(runs)} runs, each under a limit of {document['limits'].get('time_s', 0):g} s. "
+        "Digits lost are those beyond what the conditioning of the motion allows",
+        facts=tuple(document["hard"].items()) if len(document["hard"]) <= FEW else (),
+        table=Table.of_rows(counts, 100),
+        pictures=(picture,) if runs else (),
+        command=made,
+        notes=(_outcomes(runs) or NOTHING, *left_out(document["skipped"])),
+    )
+
+
+def _outcomes(runs: Any) -> str:
+    """What the words mean with which runs ended."""
+    from heavytop.stresses.outcome import RULES
+
+    ended = {each["outcome"] for each in runs}
+    return " ".join(f"{word}: {rule}." for word, rule in RULES.items() if word in ended)
+
+
+def _chosen(document: Known) -> tuple[str, ...]:
+    """The options that choose cases and methods; none where all were run."""
+    from heavytop.stresses.cases import cases
+    from heavytop.stresses.methods import METHODS
+
+    words: list[str] = []
+    for option, asked, known in (
+        ("--cases", document["hard"], cases()), ("--methods", document["methods"], METHODS),
+    ):  # fmt: skip
+        words += [] if set(asked) >= set(known) else [option, ",".join(asked)]
+    return tuple(words)
+
+
+def _counts(runs: Any, skipped: Any) -> list[dict[str, Any]]:
+    """How often each method had each outcome, and how often it was not run."""
+    ended = [(each["method"], each["outcome"]) for each in runs]
+    ended += [(each["method"], "not run") for each in skipped]
+    words = dict.fromkeys(word for _, word in ended)
+    found: dict[str, dict[str, Any]] = {}
+    for method, word in ended:
+        row = found.setdefault(method, {"method": method, **dict.fromkeys(words, 0)})
+        row[word] += 1
+    return list(found.values())

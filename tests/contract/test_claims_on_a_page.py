@@ -1,0 +1,55 @@
+"""The claims on a page: whose numbers they are held against, and the command for just these."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from heavytop.claims.claim import NUMBERS
+from heavytop.errors import ForeignFile
+from heavytop.pages.claims import WHOSE, claims_section
+from heavytop.pages.findings import findings
+
+
+def section(tmp_path, **document):
+    """The section of a document that has what it needs, and more."""
+    claim = {"id": "x", "statement": "s", "authority": "a", "bound": 1, "measured": 0.5}
+    claim |= {"passed": True, "skipped": None} | document.pop("claim", {})
+    found = {"schema": "heavytop/validate/1", "claims": [claim], **document}
+    (tmp_path / "validate.json").write_text(json.dumps(found), "utf-8")
+    return claims_section(findings([tmp_path]).results[0], "claims")
+
+
+@pytest.mark.parametrize(
+    ("said", "command"),
+    [
+        ({}, "heavytop validate -o out"), ({"asked": []}, "heavytop validate -o out"),
+        ({"proofs": False}, "heavytop validate -o out"),
+        ({"asked": ["x", "y z"], "proofs": False}, "heavytop validate x 'y z' -o out"),
+        ({"asked": [], "proofs": True}, "heavytop validate --proofs -o out"),
+        ({"asked": ["x"], "proofs": True}, "heavytop validate x --proofs -o out"),
+    ],
+)  # fmt: skip
+def test_the_command_makes_exactly_this(tmp_path, said, command):
+    assert section(tmp_path, **said).command == command
+
+
+@pytest.mark.parametrize("asked", ["x", [3], {"x": 1}, ["--debug"], ["x"] * 2001])
+def test_what_nobody_can_have_asked_is_refused(tmp_path, asked):
+    with pytest.raises(ForeignFile, match=r"validate\.json: asked"):
+        section(tmp_path, asked=asked)
+
+
+@pytest.mark.parametrize(
+    ("claim", "shown"),
+    [({"numbers": "ours"}, "its equations, integrated by us"), ({"numbers": "else"}, "else"),
+     ({"numbers": "printed"}, "printed by the authority"), ({}, "–")],
+)  # fmt: skip
+def test_it_says_whose_numbers(tmp_path, claim, shown):
+    table = section(tmp_path, claim=claim).table
+    assert table.rows[0][table.head.index("whose numbers")] == shown
+
+
+def test_it_has_words_for_all_kinds_of_numbers():
+    assert list(WHOSE) == list(NUMBERS)

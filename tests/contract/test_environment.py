@@ -1,0 +1,26 @@
+"""The conda environment, where the integrator has no wheels, has what the package needs."""
+
+import re
+import tomllib
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+CONDA = {"heyoka": "heyoka.py", "matplotlib": "matplotlib-base"}  # under other names there
+
+
+def requirement(text):
+    """Return the name and the bounds of a requirement, written in whichever way."""
+    name, bounds = re.fullmatch(r"([\w.-]+?)\s*([<>=!~].*)?", text.strip()).groups()
+    return name, frozenset(filter(None, re.split(r"[,\s]+", bounds or "")))
+
+
+def test_conda_installs_what_pip_does():
+    """Every dependency stands in environment.yml, with the same bounds."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    wanted = dict(map(requirement, project["dependencies"]))
+    lines = re.findall(r"^  - ([a-z][^:\n]*)$", (ROOT / "environment.yml").read_text("utf-8"), re.M)
+    there = dict(map(requirement, lines))
+    assert {
+        CONDA.get(name, name): bounds for name, bounds in wanted.items()
+    }.items() <= there.items()
+    assert dict([requirement(f"python {project['requires-python']}")]).items() <= there.items()

@@ -1,0 +1,57 @@
+"""Every number of others has its line in PROVENANCE.md, and is as far from exact as it says."""
+
+import re
+import sys
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+VALIDATION = Path(__file__).parents[2] / "validation"
+SCRIPTS = sorted(VALIDATION.glob("3[1-9]_*.py")) + sorted(VALIDATION.glob("4[0-9]_*.py"))
+PROVENANCE = (VALIDATION / "PROVENANCE.md").read_text("utf-8").replace("−", "-")
+DECIMAL = re.compile(r"(?<![\w.])\d+\.\d+(?![\w.])")
+ROW = re.compile(r"^\| (0\.01|2) \| (-?\d+\.\d+) \| .* \| (\S+) \|$", re.M)
+
+
+def long_decimals(script):
+    """Decimals of more than six digits; zeros before the first do not count."""
+    found = DECIMAL.findall(script.read_text("utf-8"))
+    return {each for each in found if len(each.replace(".", "").lstrip("0")) > 6}
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
+def test_a_number_of_more_than_six_digits_has_its_line(script):
+    stated = set(DECIMAL.findall(PROVENANCE))
+    assert long_decimals(script) <= stated
+
+
+def test_there_are_such_numbers():
+    assert len(set().union(*map(long_decimals, SCRIPTS))) > 30
+
+
+@cache
+def exact():
+    """omega_y of the Lie-group benchmark at both times, by the rigid body of the claims."""
+    sys.path.insert(0, str(VALIDATION))
+    rigid = import_module("rigid")
+    sys.path.pop(0)
+    body = rigid.Body(
+        ("15.234375", "0.46875", "15.234375"), "147.15", (0, 1, 0),
+        (1, 0, 0, 0), ("0", "150", "-4.61538"),
+    )  # fmt: skip
+    return {t: at.omega[1] for t, at in zip(("0.01", "2"), body.at(("0.01", "2")), strict=True)}
+
+
+def test_what_exudyn_prints_is_as_far_from_exact_as_is_said():
+    rows = ROW.findall(PROVENANCE)
+    assert len(rows) == 24
+    for t, value, said in rows:
+        off = abs(exact()[t] - type(exact()[t])(value))
+        assert f"{float(off):.1e}" == f"{float(said):.1e}", value
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
+def test_a_largest_is_taken_by_what_lets_no_nan_slip(script):
+    assert not re.search(r"(?<![\w.])max\(", script.read_text("utf-8"))

@@ -1,0 +1,398 @@
+"""Whatever lies in a folder, a report is a page, or one clear refusal that names the file."""
+
+from __future__ import annotations
+
+import copy
+import errno
+import json
+import os
+import random
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from heavytop.atlases.mapping import atlas
+from heavytop.cli.command import app
+from heavytop.drifts.drifting import drift
+from heavytop.energy_momentum_document import energy_momentum_document
+from heavytop.errors import ForeignFile
+from heavytop.files import write_document
+from heavytop.pages import diagrams, failures, maps, runs, studies, traces
+from heavytop.pages import page as pages
+from heavytop.pages.commands import quoted
+from heavytop.pages.findings import FILES, findings
+from heavytop.pages.page import page_of, write_page
+from heavytop.propagation import propagate
+from heavytop.report.drift_figure import drift_figure
+from heavytop.report.figures.style import literal
+from heavytop.report.stress_figure import stress_figure
+from heavytop.report.workprec_figure import workprec_figure
+from heavytop.results import write_results
+from heavytop.scene import load_scene
+from heavytop.study_results import write_atlas, write_drift, write_energy_momentum
+
+MARKUP = "<script>alert(1)</script>"
+FORMULA, UNPAIRED, HIDDEN = "$x$ and $\\frac{$", "costs 5$", "_gone"
+HOSTILE = (FORMULA, UNPAIRED, HIDDEN, "two\nlines", "", "\\", "\\$", "x" * 5000)
+INSTEAD = (
+    None, "nan", 10**299, -(10**299), 1e-299, 0, -1, [], [[]], {}, MARKUP, FORMULA, HIDDEN, "",
+    True, 0.5, "-o", "🎩\n\t",
+)  # fmt: skip
+MUTANTS = 10  # of each document
+
+
+def validate():
+    claim = {"id": "a", "statement": "s", "authority": "Euler", "numbers": "formula", "bound": 1.0,
+             "measured": 0.5, "passed": True, "skipped": None, "failure": None}  # fmt: skip
+    return {"schema": "heavytop/validate/1", "proofs": False, "claims": [claim]}
+
+
+def workprec(scene):
+    point = {
+        "method": "strang", "formulation": "axis", "language": "numba", "tolerance": None,
+        "steps_a_period": 200, "bits": 53, "measures": "axis", "rival": True, "us_per_period": 9.0,
+        "rhs_evaluations": None, "error": 1e-6, "theta_error": 1e-7, "energy_error": 1e-8,
+    }  # fmt: skip
+    auto = point | {"method": "auto", "stands_for": "taylor-axis", "wants": "axis", "digits": 9,
+                    "missed": False, "error": 1e-12, "rival": False}  # fmt: skip
+    return {
+        "schema": "heavytop/workprec/1", "scene": scene, "periods": 100, "budget": 4,
+        "points": [point, auto], "front": [0, 1], "front_theta": [0], "files": {},
+        "skipped": [{"method": "gauss8", "reason": "no time", "setting": {"tolerance": 1e-9}}],
+    }  # fmt: skip
+
+
+def stress():
+    run = {"case": "cusp", "method": "auto", "outcome": "ok", "error": 1e-15, "digits_lost": 0.5,
+           "note": "", "untold": False}  # fmt: skip
+    return {
+        "schema": "heavytop/stress/1", "limits": {"time_s": 3.0}, "hard": {"cusp": "it stops"},
+        "methods": {"auto": "auto"}, "settings": {"auto": None}, "skipped": [],
+        "cases": [run], "files": {},
+    }  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    """A result of every kind, each in a folder named as its document."""
+    root = tmp_path_factory.mktemp("results")
+    folders = {name: root / name.removesuffix(".json") for name in FILES}
+    for folder in folders.values():
+        folder.mkdir()
+    scene = load_scene("sicm-kicked")
+    write_results(propagate(scene), folders["run.json"], figures=False)
+    there = folders["drift.json"]
+    write_drift(drift(scene, methods=["strang"], periods=10, samples=4, folder=there), there,
+                figures=False)  # fmt: skip
+    there = folders["atlas.json"]
+    found = atlas(scene, "phidot=-30:40:12", "theta=0.1:1.5:8", jobs=1, folder=there)
+    write_atlas(found, there, figures=False)
+    upright = energy_momentum_document(load_scene("sleeping-unstable"))
+    write_energy_momentum(upright, folders["energy_momentum.json"], figures=False)
+    made = {"validate": validate(), "workprec": workprec(scene.document()), "stress": stress()}
+    known = traces.traces_document()
+    made["traces"] = known | {"traces": known["traces"][:2]}
+    for name, document in made.items():
+        write_document(root / name / f"{name}.json", document)
+    return root
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Figures are made, and not drawn."""
+    for module in (runs, studies, failures, maps, diagrams, traces):
+        monkeypatch.setattr(module, "drawn", lambda figure: b"<svg/>")
+
+
+def document(place, name):
+    return json.loads((place / name / f"{name}.json").read_text("utf-8"))
+
+
+def put(place, name, changed, folder):
+    """A folder with a changed document, and what lay beside it."""
+    folder.mkdir(parents=True)
+    for file in (place / name).glob("*.nc"):
+        shutil.copy(file, folder)
+    (folder / f"{name}.json").write_text(json.dumps(changed), "utf-8")
+    return folder
+
+
+def leaves(value, at=()):
+    """The place of everything in a document; of lists, the first and the last."""
+    if at:
+        yield at
+    if isinstance(value, dict):
+        for key, each in value.items():
+            yield from leaves(each, (*at, key))
+    elif isinstance(value, list) and value:
+        for k in sorted({0, len(value) - 1}):
+            yield from leaves(value[k], (*at, k))
+
+
+def with_instead(whole, at, value):
+    changed = copy.deepcopy(whole)
+    inner = changed
+    for key in at[:-1]:
+        inner = inner[key]
+    inner[at[-1]] = value
+    return changed
+
+
+def page_or_refusal(folder):
+    try:
+        return page_of(findings([folder])).html()
+    except ForeignFile as refused:
+        return str(refused)
+
+
+def report(*words):
+    return CliRunner().invoke(app, ["report", *map(str, words)])
+
+
+NAMES = [name.removesuffix(".json") for name in FILES]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_document_with_anything_in_it_is_a_page_or_is_refused_by_name(
+    place, undrawn, name, tmp_path
+):
+    whole, draw = document(place, name), random.Random(8)
+    places = list(leaves(whole))
+    for k in range(MUTANTS):
+        at, value = draw.choice(places), draw.choice(INSTEAD)
+        folder = put(place, name, with_instead(whole, at, value), tmp_path / str(k))
+        said = page_or_refusal(folder)
+        assert MARKUP not in said, (at, value)
+        assert "<!doctype html>" in said or (str(folder) in said and "\n" not in said), (at, value)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_keys_that_nobody_reads_are_not_on_the_page(place, undrawn, name, tmp_path):
+    whole = document(place, name)
+    whole["planted"] = "planted"
+    for key in ("scene", "motion", "plan", "events", "edge", "circuit", "critical_set", "axes"):
+        if isinstance(whole.get(key), dict):
+            whole[key]["planted"] = ["planted"]
+    for key in ("methods", "points", "cases", "curves", "claims", "traces", "cusps", "skipped"):
+        for each in whole[key] if isinstance(whole.get(key), list) else ():
+            each["planted"] = {"planted": "planted"}
+    found = findings([put(place, name, whole, tmp_path / "a")])
+    if "scene" in whole:
+        del whole["scene"]["planted"]  # it would be no shipped one
+    page = page_of(found)
+    assert "planted" not in page.html()
+    assert "planted" not in page.json()
+
+
+# --- texts in pictures ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("text", HOSTILE)
+def test_a_text_is_drawn_as_it_is(text):
+    from matplotlib.cbook import is_math_text
+    from matplotlib.text import Text
+
+    drawn, plain = Text(text=literal(text))._preprocess_math(literal(text))
+    assert plain is False
+    assert not is_math_text(literal(text))
+    words = " ".join(text.split()) or "–"
+    assert drawn.strip() == (words if len(words) <= 90 else words[:89] + "…")
+
+
+def legend(figure):
+    return [text.get_text().strip() for each in figure.legends for text in each.get_texts()]
+
+
+def test_every_method_is_in_the_legend_whatever_its_name(place):
+    known = document(place, "drift")
+    known["methods"] = [known["methods"][0] | {"name": name} for name in HOSTILE[:4]]
+    assert legend(drift_figure(known)) == [literal(name).strip() for name in HOSTILE[:4]]
+    timed = document(place, "workprec")
+    timed["points"] = [timed["points"][0] | {"method": name} for name in HOSTILE[:4]]
+    assert legend(workprec_figure(timed))[1:] == [literal(name).strip() for name in HOSTILE[:4]]
+
+
+@pytest.mark.parametrize("text", [FORMULA, HIDDEN])
+def test_no_name_in_a_picture_breaks_it(place, text, tmp_path):
+    title = f"title={json.dumps(text)}"
+    scene = load_scene("sicm-kicked", overrides=[title]).document()
+    for name in ("drift", "workprec", "atlas", "energy_momentum"):
+        changed = document(place, name)
+        changed["scene"] = scene
+        if name == "drift":
+            changed["methods"][0] |= {"name": text, "invariants": {text: [1e-9] * 4}}
+        if name == "workprec":
+            changed["points"][0]["method"] = changed["points"][1]["stands_for"] = text
+        if name == "atlas":
+            changed["counts"] = {text: 96}
+        if name == "energy_momentum":
+            changed["start"]["kind"] = text
+        put(place, name, changed, tmp_path / name)
+    hard = document(place, "stress")
+    hard |= {"hard": {text: text}, "methods": {text: text}, "settings": {text: text}}
+    hard["cases"][0] |= {"case": text, "method": text}
+    put(place, "stress", hard, tmp_path / "stress")
+    moving = document(place, "traces")
+    moving["traces"][0] |= {"name": text, "kind": text, "tags": [text]}
+    put(place, "traces", moving, tmp_path / "traces")
+    page = page_of(findings([tmp_path]))
+    assert len([p for section in page.sections for p in section.pictures]) == 7
+    assert len(stress_figure(hard).axes[0].get_yticklabels()) == 1
+
+
+# --- nothing to show -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "nothing"),
+    [
+        ("workprec", {"points": [], "front": [], "front_theta": []}),
+        ("drift", {"methods": []}),
+        ("stress", {"cases": [], "hard": {}, "methods": {}, "settings": {}}),
+        ("atlas", {"counts": {}, "curves": [], "uncertified": 0, "files": {}}),
+        ("run", {"files": {}}),
+    ],
+)
+def test_a_result_with_nothing_in_it_has_a_section_that_says_so(place, name, nothing, tmp_path):
+    folder = put(place, name, document(place, name) | nothing, tmp_path / "a")
+    (section,) = page_of(findings([folder])).sections
+    assert not section.pictures
+    assert section.notes[0].startswith(("Nothing was measured", "There is no whole map",
+                                        "trajectory.nc is not"))  # fmt: skip
+
+
+# --- folders -------------------------------------------------------------------------------
+
+
+def test_all_faults_of_all_folders_are_told_at_once(place, tmp_path):
+    put(place, "stress", {"schema": "heavytop/stress/1"}, tmp_path / "a")
+    put(place, "drift", {"schema": "other"}, tmp_path / "a" / "b")
+    (tmp_path / "empty").mkdir()
+    done = report(tmp_path / "a", tmp_path / "empty", place, "-o", tmp_path / "page")
+    assert done.exit_code == 6
+    (empty, hard, drifted) = done.stderr.splitlines()
+    assert "empty: holds no results" in empty
+    assert hard.endswith("a/stress.json: limits is missing")
+    assert drifted.endswith("schema = 'other': expected heavytop/drift/1")
+    assert not (tmp_path / "page").exists()
+
+
+def test_what_is_there_twice_is_shown_once_and_said(place, undrawn, tmp_path):
+    shutil.copytree(place / "stress", tmp_path / "copy")
+    done = report(place / "stress", f"{place}/stress/", tmp_path / "copy", "-o", tmp_path / "page")
+    assert done.exit_code == 0, done.stderr
+    assert "1 results" in done.stdout
+    (line,) = done.stderr.splitlines()
+    assert line.endswith("copy/stress.json: the same as stress/stress.json, which is here")
+
+
+def test_two_studies_of_a_kind_are_told_apart(place, undrawn, tmp_path):
+    for who, time in (("a", 1.0), ("b", 2.0)):
+        changed = document(place, "stress") | {"limits": {"time_s": time}}
+        put(place, "stress", changed, tmp_path / who / "out")
+    page = page_of(findings([tmp_path / "a" / "out", tmp_path / "b" / "out"]))
+    names = ["a/out/stress.json", "b/out/stress.json"]
+    assert [section.heading for section in page.sections] == [
+        f"Where methods fail ({name})" for name in names
+    ]
+    assert [each["file"] for each in page.document()["results"]] == names
+
+
+@pytest.mark.parametrize(
+    ("here", "word"),
+    [("x", "."), ("x", "./"), ("x", ".."), ("x", "../../out//"), ("", "x"), ("", "x/../x/")],
+)
+def test_files_are_named_by_their_folders(place, here, word, tmp_path, monkeypatch):
+    put(place, "validate", document(place, "validate"), tmp_path / "out" / "x")
+    monkeypatch.chdir(tmp_path / "out" / here)
+    page = page_of(findings([Path(word)]))
+    assert page.document()["results"][0]["file"] == "x/validate.json"
+
+
+ODD = [b"caf\xe9", b"a\nb\x1b[31m", b"'\"<>&$(x)`;", "\u202ex".encode()]
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_a_folder_may_have_any_name(place, undrawn, name, tmp_path):
+    folder = tmp_path / os.fsdecode(name)
+    put(place, "stress", document(place, "stress"), folder)
+    done = report(folder, "-o", folder / "page.html")
+    assert done.exit_code == 0, done.output
+    assert "\x1b" not in done.output
+    told = json.loads((folder / "page.json").read_text("utf-8"))
+    assert told["results"][0]["file"].isprintable()
+    assert told["command"].isprintable()
+    said = subprocess.run(
+        ["bash", "-c", f"printf %s {quoted(str(folder))}"], capture_output=True, check=True
+    )
+    assert said.stdout == os.fsencode(folder)
+    put(place, "drift", {"schema": "heavytop/drift/1"}, folder / "b")
+    done = report(folder, "-o", tmp_path / "page")
+    assert done.exit_code == 6
+    assert done.stderr.count("\n") == 1
+    assert "\x1b" not in done.stderr
+
+
+# --- files ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("word", "file"),
+    [("x.html", "x.html"), ("x.HTML", "x.HTML"), ("a/b", "a/b/report.html"),
+     ("dir/", "dir/report.html"), ("x.html/", "x.html/report.html"), ("x.htm", "x.htm/report.html"),
+     (".html", None), ("a/.HTML", None), ("", None)],
+)  # fmt: skip
+def test_a_page_is_where_it_is_said(place, undrawn, word, file, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = report(place / "validate", "-o", word)
+    made = sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file())
+    if file is None:
+        assert done.exit_code == 2
+        assert made == []
+        return
+    assert done.exit_code == 0, done.output
+    assert made == sorted([file, str(Path(file).with_suffix(".json"))])
+
+
+def test_a_pipe_in_the_place_of_a_page_is_left_alone(place, tmp_path):
+    os.mkfifo(tmp_path / "report.html")
+    assert report(place / "validate", "-o", tmp_path).exit_code == 2
+    assert report("", "-o", tmp_path / "b").exit_code == 2
+
+
+@pytest.mark.parametrize(("number", "code"), [(errno.ENOSPC, 4), (errno.EACCES, 2)])
+def test_where_the_document_cannot_be_written_the_page_is_not(
+    place, undrawn, number, code, tmp_path, monkeypatch
+):
+    def full(path, text):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(pages, "write_text", full)
+    done = report(place / "validate", "-o", tmp_path / "page")
+    assert done.exit_code == code
+    assert os.strerror(number) in " ".join(done.stderr.split())
+    assert not (tmp_path / "page").exists()
+
+
+def test_a_page_out_of_proportion_is_not_made(place, undrawn, tmp_path, monkeypatch):
+    page = page_of(findings([place / "stress"]))
+    monkeypatch.setattr(pages, "MOST_OF_RESULT", 0)
+    monkeypatch.setattr(pages, "MOST_BYTES", len(page.json()) - 12 * page.results[0][0].size)
+    page.json()
+    monkeypatch.setattr(pages, "MOST_BYTES", pages.MOST_BYTES - 1)
+    with pytest.raises(ForeignFile, match=r"a page of 0 MB for 0\.0 MB of documents"):
+        page.json()
+    with pytest.raises(ForeignFile):
+        write_page(page, tmp_path / "page.html")
+    assert not list(tmp_path.iterdir())
+
+
+def test_more_than_a_page_can_hold_is_refused_before_it_is_read(place, tmp_path):
+    for k in range(61):
+        put(place, "stress", {"schema": "no"}, tmp_path / str(k))
+    done = report(tmp_path, "-o", tmp_path / "page")
+    assert done.exit_code == 6
+    assert done.stderr == "heavytop: 61 results, more than the 60 that a page is made of\n"
