@@ -65,7 +65,7 @@ for _ in range(TOPS):
     numbers = drawn(random)
     A, C, gMR, theta, thetadot, phidot, omega3 = map(float, numbers)
     verdict = ht.classify(
-        ht.Top(A, C, gMR), ht.State(theta, thetadot, phidot=phidot, omega3=omega3)
+        ht.Top(A, C, gMR), ht.State(theta, thetadot=thetadot, phidot=phidot, omega3=omega3)
     )
     kinds[str(verdict.kind)] += 1
     uncertain += not verdict.certified

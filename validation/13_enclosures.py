@@ -61,7 +61,7 @@ def drawn(dice):
     rate = [0, 1, "-0.3", round(dice.uniform(-9, 9), 3)]
     spin = {dice.choice(["psidot", "omega3"]): dice.choice([*rate, dice.randint(-(10**6), 10**6)])}
     theta = dice.choice([0, "pi", "pi/3", "1.2", "3", round(dice.uniform(0, 3), 3)])
-    return top, ht.State(theta, dice.choice(rate), 0, dice.choice(rate), **spin)
+    return top, ht.State(theta, thetadot=dice.choice(rate), phidot=dice.choice(rate), **spin)
 
 
 def outside(ball, value):

@@ -38,6 +38,9 @@ class Book:
     def phidot(self, theta):
         return (self.p_phi - self.p_psi * mp.cos(theta)) / (self.A * mp.sin(theta) ** 2)
 
+    def psidot(self, theta):
+        return self.p_psi / self.C - self.phidot(theta) * mp.cos(theta)
+
     def other_end(self, near):
         """The turning point that is not the start: a bracket of the potential, halved."""
         inside = (mp.mpf("0.1") + 3 * near) / 4
@@ -67,7 +70,7 @@ class Book:
         )
 
     def quadrature(self, near):
-        """Other end, period and precession."""
+        """Other end, period, precession, and the turn of psi in a period."""
         start, end = mp.mpf("0.1"), self.other_end(near)
         centre, half = (start + end) / 2, abs(end - start) / 2
 
@@ -77,9 +80,12 @@ class Book:
         def turn(angle):
             return time(angle) * self.phidot(centre + half * mp.sin(angle))
 
+        def spun(angle):
+            return time(angle) * self.psidot(centre + half * mp.sin(angle))
+
         angles = [mp.pi * ((2 * n + 1) / mp.mpf(2 * NODES) - mp.mpf(1) / 2) for n in range(NODES)]
         step = 2 * mp.pi / NODES  # midpoints of a periodic integrand: the error falls as c^-NODES
-        return end, step * sum(map(time, angles)), step * sum(map(turn, angles))
+        return end, *(step * sum(map(each, angles)) for each in (time, turn, spun))
 
 
 def book_of(name):
@@ -119,6 +125,13 @@ def _():
 def _():
     return most(
         relative(motion.form(DIGITS).precession, found[2]) for _, motion, found, _ in quadratures()
+    )
+
+
+@claimed("book-spin")
+def _():
+    return most(
+        relative(motion.form(DIGITS).spin, found[3]) for _, motion, found, _ in quadratures()
     )
 
 
@@ -199,6 +212,18 @@ def _():
     return wrong
 
 
+@claimed("book-figures-edge")
+def _():
+    """A kick whose other end is at rest is the fastest precession of a dropped top, 2 gMR/p_psi."""
+    top, wrong = ht.Top(A, C, gMR), 0
+    edge = 2 * top.gMR / (top.C * 140)
+    for more, word in (("-1e-30", "waves"), ("0", "cusps"), ("1e-30", "loops")):
+        start = ht.State("0.1", phidot=edge + ht.Exact.of(more), omega3=140)
+        verdict = ht.classify(top, start)
+        wrong += str(verdict.kind) != word or not verdict.certified
+    return wrong
+
+
 @claimed("book-spin-run")
 def _():
     """The figure of the rate of rotation: psidot from the book's two momenta, at both ends."""
@@ -206,7 +231,7 @@ def _():
     for scene, _, found, book in quadratures():
         half = float(found[1]) / 2
         times = np.arange(int(END / half) + 1) * half
-        ends = [book.p_psi / book.C - book.phidot(x) * mp.cos(x) for x in (mp.mpf("0.1"), found[0])]
+        ends = [book.psidot(x) for x in (mp.mpf("0.1"), found[0])]
         rates = np.resize([float(x) for x in ends], times.size)
         worst = most(worst, float(np.max(np.abs(ht.propagate(scene)(times).psidot - rates))))
     return worst
@@ -283,6 +308,13 @@ def _():
     _, motion, t = partway()
     form = motion.form(DIGITS)
     return abs(mp.mpf(form(form.ctx.mpf(t)).theta) - mp.mpf(PARTWAY))
+
+
+@claimed("book-spin-partway")
+def _():
+    _, motion, t = partway()
+    form, book = motion.form(DIGITS), next(iter(quadratures()))[3]
+    return relative(form(form.ctx.mpf(t)).psidot, book.psidot(mp.mpf(PARTWAY)))
 
 
 @claimed("book-exercise-2.12-run")

@@ -32,6 +32,11 @@ def decimal(fraction):
     return mp.mpf(fraction.numerator) / fraction.denominator
 
 
+def exact(value):
+    """The fraction that a number is; of a root, which is none, its first fifty digits."""
+    return Fraction(str(value.mpf(mp))) if value.fraction is None else value.fraction
+
+
 SPIN = spin(PRECESSION)
 
 
@@ -59,11 +64,10 @@ def _():
 
 @claimed("betsch-spin")
 def _():
-    scene = ht.load_scene("steady-betsch")
-    found = (scene.start.phidot, scene.start.psidot)
-    return most(
-        abs(float(x) / float(y) - 1) for x, y in zip(found, (PRECESSION, SPIN), strict=True)
-    )
+    """Exactly: theta is pi/3, so omega3 less half the precession is the spin."""
+    start = ht.load_scene("steady-betsch").start
+    turn, omega3 = map(exact, (start.phidot, start.omega3))
+    return most(abs(turn / PRECESSION - 1), abs((omega3 - turn * COSINE) / SPIN - 1))
 
 
 @claimed("betsch-rates")

@@ -34,6 +34,7 @@ class Cubic:
         self.b, self.g = C * omega3 / A, gMR / A
         self.a, self.h = turn * sine**2 + self.b * u, (turn * sine) ** 2 / 2 + self.g * u
         # u0 is a root; the other two solve the quotient, a quadratic
+        self.omega3 = omega3
         self.u0, half = u, -(2 * self.h + self.b**2) / (2 * self.g)
         p, q = half + u, (2 * self.a * self.b / (2 * self.g) - 1) + u * (half + u)
         root = (p * p - 4 * q).sqrt()
@@ -58,6 +59,16 @@ class Cubic:
             return 2 * (acb(self.a) - acb(self.b) * u) / ((1 - u * u) * speed)
 
         return acb.integral(rate, 0, acb.pi() / 2).real
+
+    @property
+    def spin(self):
+        """omega3 T less the integral of phidot cos(theta)."""
+
+        def rate(angle, flag):
+            speed, u = self.speed(angle, flag)
+            return 2 * u * (acb(self.a) - acb(self.b) * u) / ((1 - u * u) * speed)
+
+        return self.omega3 * self.period - acb.integral(rate, 0, acb.pi() / 2).real
 
     def u(self, t):
         """cos(theta) by Weierstrass's function; u'^2 = f(u) is its equation, stretched."""
@@ -115,7 +126,8 @@ def _():
     missed = 0
     for cubic in cubics():
         found = ht.enclose(cubic.scene.top, cubic.scene.start, digits=OURS)
-        for mine, theirs in ((found.period, cubic.period), (found.precession, cubic.precession)):
+        for name in ("period", "precession", "spin"):
+            mine, theirs = getattr(found, name), getattr(cubic, name)
             spread, size = fraction(mine.spread), abs(fraction(mine.middle))
             holds = bool(abs(fraction(mine.middle) - theirs) < spread)  # for all of both balls
             narrow = bool(spread <= arb(10) ** -OURS * size.max(arb(1)))

@@ -67,6 +67,55 @@ def _():
     return abs(next_term(1) / (mp.cos(mp.mpf(TILT)) / 4) - 1)
 
 
+FREE = ht.Top(A=1, C="1/2", gMR=0)
+TOSSED = ht.State(theta="0.5", thetadot="0.1", phidot="0.3", psidot=1)
+AFTER = (1, 5, 20)
+
+
+def cross(x, y):
+    pairs = ((1, 2), (2, 0), (0, 1))
+    return mp.matrix([x[i] * y[j] - x[j] * y[i] for i, j in pairs])
+
+
+class Regular:
+    """Landau's regular precession, section 33: the axis turns about L at |L|/A."""
+
+    def __init__(self):
+        theta, turn = mp.mpf("0.5"), mp.mpf("0.3")
+        s, c = mp.sin(theta), mp.cos(theta)
+        self.axis = mp.matrix([0, -s, c])
+        moving = mp.matrix([turn * s, -mp.mpf("0.1") * c, -mp.mpf("0.1") * s])
+        momentum = cross(self.axis, moving) + (1 + turn * c) / 2 * self.axis
+        self.rate = mp.norm(momentum)
+        self.pole = momentum / self.rate
+
+    def at(self, t):
+        along = mp.fdot(self.pole, self.axis) * self.pole
+        c, s = mp.cos(self.rate * t), mp.sin(self.rate * t)
+        return along + c * (self.axis - along) + s * cross(self.pole, self.axis)
+
+    def off(self, axes):
+        """The largest distance of a component at the three times."""
+        pairs = zip(axes, map(self.at, AFTER), strict=True)
+        return most(abs(mp.mpf(x) - y) for pair in pairs for x, y in zip(*pair, strict=True))
+
+
+@claimed("landau-free")
+def _():
+    motion = ht.Motion(FREE, TOSSED)
+    with mp.workdps(80):
+        exact = Regular()
+        period = mp.mpf(motion.form(75).period) * exact.rate / (2 * mp.pi)
+        return most(abs(period - 1), exact.off(motion.at(t, digits=75).axis for t in AFTER))
+
+
+@claimed("landau-free-run")
+def _():
+    scene = ht.Scene(FREE, TOSSED, time=20, quantities=("theta", "phi", "psi"))
+    run = ht.propagate(scene)
+    return Regular().off([float(x) for x in run(float(t)).axis] for t in AFTER)
+
+
 SWING = {"theta": "2", "omega3": 0}  # from the upward vertical: pi - 2 from hanging
 PENDULUM = ht.Top(A="0.4", C="0.1", gMR="3")
 

@@ -8,11 +8,12 @@ from heavytop.cli import main
 from heavytop.pages import quick
 
 LESS: Final = {
-    "LIMIT_S": 60.0,
+    "LIMIT_S": 200.0,
     "BUDGET": "4",
     "PERIODS": "30",
     "DRIFTING": ("taylor-axis", "strang"),
     "CASES": ("kick-1e-6",),
+    "CLAIMS": ("39_flint",),
     "PLANE": ("--x", "phidot=-30:40:24", "--y", "theta=0.02:1.5:24"),
 }
 

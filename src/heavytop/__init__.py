@@ -22,7 +22,7 @@ _HOMES = {
     "EnergyMomentum": "diagram",
     "Errors": "witness",
     "Exact": "exact",
-    "Facts": "facts",
+    "Facts": "derived",
     "Folded": "folded",
     "ForeignFile": "errors",
     "ForeignStudy": "errors",
@@ -60,6 +60,7 @@ _HOMES = {
     "enclose": "balls",
     "energy_momentum": "diagram",
     "extend": "continuation",
+    "facts": "derived",
     "fold": "folded",
     "load_atlas": "atlases.mapping",
     "load_scene": "scene",
@@ -127,6 +128,7 @@ __all__ = [
     "enclose",
     "energy_momentum",
     "extend",
+    "facts",
     "fold",
     "load_atlas",
     "load_scene",
@@ -154,6 +156,7 @@ if TYPE_CHECKING:
     from heavytop.claims.validating import validate
     from heavytop.claims.validation import Validation
     from heavytop.continuation import extend
+    from heavytop.derived import Facts, facts
     from heavytop.diagram import EnergyMomentum, energy_momentum
     from heavytop.drifts.drift import Drift
     from heavytop.drifts.drifting import drift
@@ -178,7 +181,6 @@ if TYPE_CHECKING:
         WrongType,
     )
     from heavytop.exact import Exact
-    from heavytop.facts import Facts
     from heavytop.folded import Folded, fold
     from heavytop.kinds import Kind, Verdict
     from heavytop.kinds.certify import classify

@@ -71,8 +71,12 @@ def number_of(name: str, value: Number) -> Exact:
 
 def wrong_type(name: str, what: str, value: object) -> WrongType:
     """Return what refuses a value that is not what an argument takes, in words."""
-    told = shown(value) if isinstance(value, _PLAIN) else _a(type(value))
-    return WrongType(f"{name}: {what}, not {told}")
+    return WrongType(f"{name}: {what}, not {told(value)}")
+
+
+def told(value: object) -> str:
+    """Return what a message calls a value: itself where it is short, else its type."""
+    return shown(value) if isinstance(value, _PLAIN) else _a(type(value))
 
 
 def _a(kind: type) -> str:

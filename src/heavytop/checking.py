@@ -35,6 +35,11 @@ def fill(instance: object, values: Mapping[str, object]) -> None:
         object.__setattr__(instance, name, value)
 
 
+def made(name: str, **values: Exact) -> str:
+    """The call that makes an instance, its numbers as the texts they are read from."""
+    return f"{name}({', '.join(f'{key}={str(value)!r}' for key, value in values.items())})"
+
+
 def short(x: Exact) -> str:
     """A number for a message: exactly where that is short, so that it can be taken over."""
     exact = str(Exact(x.terms))

@@ -118,7 +118,7 @@ def choice(scene: Scene, motion: Motion, span: float, formulation: str) -> Choic
     if formulation in PROJECTABLE:
         pinned = estimate(scene, motion, span, formulation, projected=True, bits=bits)
         if pinned.error <= bound:
-            why = f"projected: else {_of(plain.error)} would be lost, of 1e-{scene.digits} allowed"
+            why = f"projected: else {_off('would', plain.error)}, of 1e-{scene.digits} allowed"
             return Choice(True, False, bits, pinned, (why,))
     return _finer(scene, motion, span, formulation, plain)
 
@@ -128,17 +128,19 @@ def _finer(scene: Scene, motion: Motion, span: float, formulation: str, plain: E
     needed = DOUBLE + math.log2(plain.error) + scene.digits * math.log2(10)
     bits = LONG_DOUBLE if needed <= LONG_DOUBLE else enough(needed + SPARE)
     long = estimate(scene, motion, span, formulation, projected=False, bits=bits)
-    lost = f"in doubles {_of(plain.error)} would be lost, of 1e-{scene.digits} allowed"
+    lost = f"in doubles {_off('would', plain.error)}, of 1e-{scene.digits} allowed"
     if long.seconds <= PATIENCE_S:
         return Choice(False, False, bits, long, (lost,))
     projected = formulation in PROJECTABLE
     best = estimate(scene, motion, span, formulation, projected=projected, bits=DOUBLE)
-    why = f"{_of(best.error)} will be lost: more bits would take {duration(long.seconds)}"
+    why = f"{_off('will', best.error)}: more bits would take {duration(long.seconds)}"
     return Choice(projected, False, DOUBLE, best, (why,))
 
 
-def _of(error: float) -> str:
-    return f"about {error:.0e}" if error < 1 else "every digit"
+def _off(verb: str, error: float) -> str:
+    if error < 1:
+        return f"the end {verb} be off by about {error:.0e}"
+    return f"every digit {verb} be lost"
 
 
 PROJECTABLE: Final = frozenset({"axis", "attitude", "cubic"})

@@ -6,8 +6,8 @@ import math
 from typing import Any, Final
 
 from heavytop.balls import Enclosure, enclose
+from heavytop.derived import facts
 from heavytop.errors import Unseparated
-from heavytop.facts import facts
 from heavytop.motion import Motion
 from heavytop.scene import Scene
 
@@ -30,7 +30,7 @@ def classify_document(scene: Scene) -> dict[str, Any]:
     dict
         ``scene``, ``motion`` and ``constants`` as in a run's document; the motion has ``why``,
         ``margin_enclosure``, ``open_tags`` and ``bound`` besides. ``facts`` are those of
-        `heavytop.facts.Facts`. ``enclosure`` has ``roots`` (cos θ), ``theta_min``, ``theta_max``,
+        `heavytop.Facts`. ``enclosure`` has ``roots`` (cos θ), ``theta_min``, ``theta_max``,
         ``period``, ``precession`` and ``spin``, each as two decimals with the true value between
         them; None where there is no such value, or none could be enclosed.
 

@@ -8,7 +8,7 @@ there against its rounding; the zeros of phidot around it are its shadows and ar
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 EVENTS = ("turning", "reversal", "cusp")
+KINDS = ("theta_min", "theta_max", "cusp", "reversal", "turning")
 COLUMNS = ("t", "theta", "phi", "phidot", "residual")
 
 EPSILON = 2.0**-52
@@ -32,7 +33,7 @@ class Events:
     Attributes
     ----------
     kind : tuple of str, length k
-        ``theta_min``, ``theta_max``, ``reversal`` or ``cusp``.
+        ``theta_min``, ``theta_max``, ``reversal`` or ``cusp``; `of` gives those of one kind.
     t : ndarray, shape (k,)
         Times [s].
     t_low : ndarray, shape (k,)
@@ -80,6 +81,35 @@ class Events:
         columns = {name: getattr(self, name)[:most].tolist() for name in COLUMNS}
         rows = zip(self.kind[:most], *columns.values(), strict=True)
         return [dict(zip(("kind", *COLUMNS), row, strict=True)) for row in rows]
+
+    def of(self, kind: str) -> Events:
+        """Return those of one kind; none where there are none, or it was not asked for.
+
+        Parameters
+        ----------
+        kind : {"theta_min", "theta_max", "cusp", "reversal", "turning"}
+            Which; ``turning`` are the first three.
+
+        Raises
+        ------
+        ValueError
+            Another name.
+
+        Examples
+        --------
+        >>> import heavytop as ht
+        >>> events = ht.propagate(ht.load_scene("sicm-kicked", ["span.periods=2"])).events
+        >>> len(events.of("reversal")), events.of("theta_max").kind
+        (4, ('theta_max', 'theta_max'))
+        """
+        if kind not in KINDS:
+            raise ValueError(f"kind: one of {', '.join(KINDS)}, not {kind!r}")
+        wanted = [k == kind or (kind == "turning" and k != "reversal") for k in self.kind]
+        columns = (name for name in self.__slots__ if name not in ("kind", "asked"))
+        here = np.array(wanted, dtype=bool)
+        kept = {name: getattr(self, name)[here] for name in columns}
+        kinds = tuple(k for k, wants in zip(self.kind, wanted, strict=True) if wants)
+        return Events(kind=kinds, asked=self.asked, **kept)
 
     @property
     def is_turning(self) -> NDArray[np.bool_]:
@@ -139,6 +169,8 @@ class Candidates:
 def within(candidates: Candidates, start: Candidates | None, end: float, step: float) -> Candidates:
     """Return the zeros that belong to the run, those exactly at its edges included.
 
+    One that rounding puts behind the end is at the end.
+
     Parameters
     ----------
     candidates : Candidates
@@ -153,11 +185,27 @@ def within(candidates: Candidates, start: Candidates | None, end: float, step: f
     forward = 1.0 if end >= 0 else -1.0
     margin = EDGE_LEVEL * EPSILON * abs(end) * np.sqrt(candidates.t.size + 1.0)
     kept = candidates.where(forward * candidates.t <= abs(end) + margin)
+    t, t_low = ended(kept.t, kept.t_low, end)
+    kept = replace(kept, t=t, t_low=t_low)
     if start is None:
         return kept
     off = abs(float(start.residual[0]) / float(start.slope[0])) if start.slope[0] else 0.0
     blur = 16 * off + BLUR * step
     return kept.where(np.abs(kept.t) > blur).with_start(start)
+
+
+def ended(t: Array, t_low: Array, end: float) -> tuple[Array, Array]:
+    """Return times with none behind the end: what rounding put there goes into the low word.
+
+    Parameters
+    ----------
+    t, t_low : ndarray, shape (k,)
+        High and low words [s].
+    end : float
+        The end of the run [s].
+    """
+    behind = np.abs(t) > abs(end)
+    return np.where(behind, end, t), np.where(behind, (t - end) + t_low, t_low)
 
 
 def judged(turning: Candidates, reversal: Candidates, asked: Sequence[str], steps: int) -> Events:

@@ -7,7 +7,9 @@ import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
+
+SHORT: Final = 200  # bytes of a name, of the 255 that a file system has
 
 
 def as_json(document: Mapping[str, Any]) -> str:
@@ -35,7 +37,7 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     A reader, or a crash at any moment, finds the old file or the new one, never a part. What is
     written stays written when the power goes.
     """
-    part = path.with_name(f".{os.getpid()}.{path.name}")
+    part = path.with_name(f".{os.getpid()}.{_short(path.name)}")
     try:
         write(part)
         with part.open("rb") as written:
@@ -47,6 +49,11 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         if isinstance(error, OSError) and error.errno and error.filename is None:
             error.filename = str(path)  # a full disk does not say where
         raise
+
+
+def _short(name: str) -> str:
+    """A name to which some letters can be put in front; one that is nearly too long by its end."""
+    return name if len(os.fsencode(name)) <= SHORT else name[-SHORT // 5 :]
 
 
 def _sync(folder: Path) -> None:

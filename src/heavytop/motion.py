@@ -78,6 +78,9 @@ class Motion:
         expect("top", self.top, Top)
         expect("start", self.start, State)
 
+    def __str__(self) -> str:
+        return f"Motion({self.top}, {self.start})"
+
     @cached_property
     def reduced(self) -> Reduced:
         """The motion in units A = 1, at 60 digits."""

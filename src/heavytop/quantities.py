@@ -28,7 +28,8 @@ class Sample:
     thetadot, phidot, psidot : ndarray, shape (k,)
         Their rates [rad/s].
     axis, omega : ndarray, shape (k, 3)
-        The symmetry axis and the angular velocity [rad/s], both in space.
+        The symmetry axis and the angular velocity [rad/s], both in space; nan as phi and psi
+        are, but for axis z, the cosine of theta.
     quaternion : ndarray, shape (k, 4)
         The attitude, body to space, scalar first; nan where the plan does not follow it.
     states : ndarray, shape (k, n)
@@ -157,7 +158,10 @@ def _limits_at_poles(full: dict[str, Array], parameters: dict[str, float]) -> di
 def invariants(
     formulation: Formulation, rows: Array, parameters: dict[str, float], t: Array
 ) -> dict[str, Array]:
-    """Return the invariants of a formulation at its states, by name; ``energy`` is E'/A."""
+    """Return the invariants of a formulation at its states, by name, in units A = 1.
+
+    ``energy`` is E'/A [1/s^2], ``p_phi`` and ``p_psi`` are p_phi/A and p_psi/A [1/s].
+    """
     names, function = _invariants(formulation)
     values = function(*_values(formulation, rows, parameters, t))
     return {n: np.broadcast_to(v, t.shape) for n, v in zip(names, values, strict=True)}

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from heavytop.document import run_document
 from heavytop.files import write_document
 from heavytop.trajectory import Trajectory
+
+FORMS: Final = ("svg", "png")
+OWN_FIGURES: Final = frozenset(
+    f"{name}.{form}"
+    for name in ("overview", "angles", "potential", "phase", "errors")
+    for form in FORMS
+)
 
 
 def write_results(trajectory: Trajectory, folder: Path, *, figures: bool = True) -> dict[str, Any]:
@@ -32,13 +40,41 @@ def write_results(trajectory: Trajectory, folder: Path, *, figures: bool = True)
         A file cannot be written.
     """
     files = {"document": "run.json", "trajectory": "trajectory.nc"}
-    (folder / files["document"]).unlink(missing_ok=True)  # of an earlier run in this folder
+    clear(folder)
     trajectory.save(folder / files["trajectory"])
     if figures:
         files |= _write_figures(trajectory, folder)
     document = run_document(trajectory, files=files)
     write_document(folder / files["document"], document)
     return document
+
+
+def clear(folder: Path) -> None:
+    """Remove the document of an earlier run in a folder, and the figures of which it tells.
+
+    They would stand beside another top's document. Other files are left alone.
+
+    Parameters
+    ----------
+    folder : Path
+
+    Raises
+    ------
+    OSError
+        A file cannot be removed.
+    """
+    document = folder / "run.json"
+    for name in _figures_told(document):
+        (folder / name).unlink(missing_ok=True)
+    document.unlink(missing_ok=True)
+
+
+def _figures_told(document: Path) -> frozenset[str]:
+    try:
+        told = json.loads(document.read_text("utf-8"))["files"].values()
+        return OWN_FIGURES & {name for name in told if isinstance(name, str)}
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
+        return frozenset()  # there is no document, or it is no run's
 
 
 def _write_figures(trajectory: Trajectory, folder: Path) -> dict[str, str]:
@@ -48,7 +84,7 @@ def _write_figures(trajectory: Trajectory, folder: Path) -> dict[str, str]:
     files = {}
     for name, draw in FIGURES.items():
         figure = draw(trajectory)
-        for form in ("svg", "png"):
+        for form in FORMS:
             files[f"{name}_{form}"] = f"{name}.{form}"
             save(figure, folder / f"{name}.{form}")
     return files

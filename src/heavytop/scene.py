@@ -7,20 +7,22 @@ import re
 import stat
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final, NoReturn
 
 from heavytop import scene_schema as schema
 from heavytop import scene_text
-from heavytop.arguments import path_of
+from heavytop.arguments import path_of, told
 from heavytop.errors import BadScene, Fault
 from heavytop.exact import Exact, Number
-from heavytop.names import nearest
+from heavytop.names import closest, nearest
 from heavytop.scene_schema import Wrong
 from heavytop.state import State
 from heavytop.top import Top
 
 MAX_BYTES: Final = 1_000_000
+_MANY_FILES: Final = 1000  # of a folder, among which one may have been meant
 _CHANGES: Final = "--set"
 _RIVALS: Final = {  # a change to one takes the other's place
     "span.time": "periods",
@@ -31,7 +33,7 @@ _RIVALS: Final = {  # a change to one takes the other's place
 _SHIPPED: Final = Path(__file__).with_name("scenes")
 
 
-@dataclass(frozen=True, slots=True, init=False)
+@dataclass(frozen=True, slots=True, init=False, repr=False)
 class Scene:
     """What is to be run: immutable, exact, and complete.
 
@@ -110,6 +112,17 @@ class Scene:
         fields = {"time": None, "periods": None} | span | want | text
         for key, value in (parts | fields).items():
             object.__setattr__(self, key, value)
+
+    def __repr__(self) -> str:
+        length = {key: str(x) for key in ("time", "periods") if (x := getattr(self, key))}
+        names = ("quantities", "events", "samples", "digits", "title", "source", "name")
+        told_of = length | {name: getattr(self, name) for name in names}
+        rest = ", ".join(f"{key}={value!r}" for key, value in told_of.items() if value != "")
+        return f"Scene({self.top}, {self.start}, {rest})"
+
+    def __str__(self) -> str:
+        length = f"{self.time} s" if self.time is not None else f"{self.periods} periods"
+        return f"{self.title or self.name}: {self.top}, {self.start}, {length}"
 
     def tables(self) -> dict[str, Any]:
         """The scene as the tables of its file: exact numbers, texts, tuples of names."""
@@ -221,7 +234,9 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
 
 def no_scene(what: object, verb: str) -> BadScene:
     """What is raised where something that is no scene, such as a name, is given to a function."""
-    value, hint = scene_text.shown(what), "load_scene gives one by its name"
+    value, hint = told(what), "load_scene gives one by its name"
+    if isinstance(getattr(what, "start", None), State):  # a Motion
+        hint = "Scene(motion.top, motion.start, time=2) is one"
     if isinstance(what, str) and what in _shipped_names():
         hint = f'load_scene("{what}") gives it'
     return BadScene((Fault(verb, None, "scene", value, "a Scene", hint),))
@@ -320,6 +335,12 @@ def _meant(path: Path) -> str:
     """A hint at the scene that may have been meant by a name that none has."""
     if path.suffix != ".toml" and Path(f"{path}.toml").exists():
         return f'did you mean "{scene_text.harmless(str(path))}.toml"?'
+    try:
+        beside = sorted(file.name for file in islice(path.parent.glob("*.toml"), _MANY_FILES))
+    except (OSError, ValueError):
+        beside = []
+    if meant := closest(path.name, beside):
+        return f'did you mean "{scene_text.harmless(str(path.with_name(meant)))}"?'
     return nearest(path.stem, _shipped_names()) or "heavytop scenes lists those that are shipped"
 
 
@@ -364,11 +385,12 @@ def _built(raw: dict[str, Any], place: _Place, name: str) -> tuple[Scene | None,
 
 def _overridden(raw: dict[str, Any], overrides: Sequence[str]) -> tuple[set[str], list[Fault]]:
     """Change `raw` as asked; the keys that were changed, and the changes that cannot be made."""
-    changed: set[str] = set()
+    changed: dict[str, str] = {}
     faults: list[Fault] = []
-    if isinstance(overrides, (str, Mapping)) or not all(isinstance(x, str) for x in overrides):
+    if not _are_texts(overrides):
         rule = 'a list of texts, such as ["start.phidot=-14"]'
-        return changed, [Fault(_CHANGES, None, "overrides", scene_text.shown(overrides), rule)]
+        value = (scene_text.shown if isinstance(overrides, list | tuple) else told)(overrides)
+        return set(), [Fault("heavytop", None, "overrides", value, rule)]
     for change in overrides:
         key, equals, text = change.partition("=")
         key = key.strip()
@@ -382,8 +404,15 @@ def _overridden(raw: dict[str, Any], overrides: Sequence[str]) -> tuple[set[str]
         if key in _RIVALS:
             table.pop(_RIVALS[key], None)
         table[last] = _override_value(text)
-        changed.add(key)
-    return changed, faults
+        changed[key] = text.strip().strip("\"'")
+    scene_text.retitle(raw, changed)
+    return set(changed), faults
+
+
+def _are_texts(overrides: object) -> bool:
+    if isinstance(overrides, str | Mapping) or not isinstance(overrides, Collection):
+        return False
+    return all(isinstance(each, str) for each in overrides)
 
 
 def _override_value(text: str) -> object:

@@ -18,7 +18,7 @@ from heavytop.errors import Impossible
 from heavytop.exact import Exact
 from heavytop.exact.grammar import ANGLES, RATES
 from heavytop.names import nearest
-from heavytop.scene_text import NumberText
+from heavytop.scene_text import MAX_TITLE, NumberText
 from heavytop.state import State, broken_angles, broken_spin
 from heavytop.top import Top, broken_moments, broken_parts
 
@@ -27,7 +27,8 @@ QUANTITIES: Final = ("class", "period", "theta", "axis", "phi", "psi", "rates", 
 EVENTS: Final = ("turning", "reversal", "cusp")
 MAX_SAMPLES: Final = 10_000_000
 MAX_DIGITS: Final = 10_000
-MAX_TITLE: Final = 500
+_RATES: Final = ("thetadot", "phidot", "psidot")
+_RATES_ARE: Final = '{} (did you mean "rates"? it holds thetadot, phidot and psidot)'
 
 
 class Wrong(NamedTuple):
@@ -66,9 +67,10 @@ def _text(value: object) -> str:
 
 
 def _unprintable(letter: str) -> bool:
-    """Control characters, line ends, halves of surrogate pairs, and what turns text around."""
+    """Controls, line ends, halves of surrogate pairs, no characters, and what turns text around."""
     turning = "\u202a" <= letter <= "\u202e" or "\u2066" <= letter <= "\u2069"
-    return turning or unicodedata.category(letter) in {"Cc", "Cs", "Zl", "Zp"}
+    category = unicodedata.category(letter)
+    return turning or category in {"Cc", "Cs", "Zl", "Zp"} or letter in "\ufffe\uffff"
 
 
 def _choice(*allowed: str) -> PlainValidator:
@@ -86,7 +88,9 @@ def _names(allowed: tuple[str, ...], least: int) -> PlainValidator:
             raise ValueError(f'a list of names out of {_listed(allowed)}, such as ["{allowed[0]}"]')
         wrong = [name for name in value if name not in allowed]
         if wrong:
-            raise ValueError(_with_nearest(f"names out of {_listed(allowed)}", wrong[0], allowed))
+            rule = f"names out of {_listed(allowed)}"
+            meant = _RATES_ARE if "rates" in allowed and wrong[0] in _RATES else ""
+            raise ValueError(meant.format(rule) or _with_nearest(rule, wrong[0], allowed))
         if len(set(value)) < len(value):
             raise ValueError("a name at most once")
         return tuple(value)

@@ -331,7 +331,7 @@ def _read(
             broken.append((name, str(error)))
             continue
         if name in positive and values[name].sign() != 1:
-            broken.append((name, "greater than 0"))
+            broken.append((name, "must be greater than 0"))
     if broken:
         raise ImpossibleTop(broken)
     return values

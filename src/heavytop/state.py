@@ -10,7 +10,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
-from heavytop.checking import Broken, fill, read, short
+from heavytop.checking import Broken, fill, made, read, short
 from heavytop.errors import ImpossibleStart
 from heavytop.exact import PI, Exact, Number, cos, sin, sqrt
 from heavytop.top import Top
@@ -21,7 +21,7 @@ Branch: TypeAlias = Literal["falling", "rising"]
 Rate: TypeAlias = Literal["slow", "fast"]
 
 
-@dataclass(frozen=True, slots=True, init=False)
+@dataclass(frozen=True, slots=True, init=False, repr=False)
 class State:
     """A start: Euler angles [rad] and their rates [rad/s], exact.
 
@@ -30,7 +30,7 @@ class State:
     theta : number
         Tilt θ of the axis from the upward vertical, in [0, π].
     thetadot, phi, phidot, psi : number
-        The other angles [rad] and rates [rad/s].
+        The other angles [rad] and rates [rad/s], by name.
     psidot, omega3 : number, optional
         The spin, as ψ̇ or as ω3 = ψ̇ + φ̇ cosθ [rad/s]; at most one of them. It says what a kick
         holds.
@@ -52,6 +52,8 @@ class State:
     >>> start = State(theta="pi/3", phidot=2, omega3=10)
     >>> print(start.psidot, start.held)
     9 omega3
+    >>> start
+    State(theta='pi/3', phidot='2', omega3='10')
 
     References
     ----------
@@ -71,6 +73,7 @@ class State:
     def __init__(
         self,
         theta: Number,
+        *,
         thetadot: Number = 0,
         phi: Number = 0,
         phidot: Number = 0,
@@ -91,6 +94,12 @@ class State:
         else:
             other = {"held": "psidot", "omega3": values["psidot"] + turn}
         fill(self, values | other | {"given": tuple(values.items())})
+
+    def __repr__(self) -> str:
+        """What makes it, less what is 0."""
+        names = ("thetadot", "phi", "phidot", "psi", self.held)
+        others = {name: getattr(self, name) for name in names if getattr(self, name) != 0}
+        return made("State", theta=self.theta, **others)
 
     @classmethod
     def kicked(
@@ -126,7 +135,7 @@ class State:
         """
         if omega3 is None:  # which `State` takes for a spin that is not given
             raise ImpossibleStart([("omega3", "a number is not nothing")])
-        return cls(theta, thetadot, phi, phidot, psi, omega3=omega3)
+        return cls(theta, thetadot=thetadot, phi=phi, phidot=phidot, psi=psi, omega3=omega3)
 
     @classmethod
     def from_constants(
@@ -248,7 +257,7 @@ def broken_angles(values: Mapping[str, Exact]) -> Broken:
     if theta is None or -1 not in (theta.sign(), (PI - theta).sign()):
         return []
     degrees = f'; {theta} degrees are "{theta} deg"' if theta in _DEGREES else ""
-    return [("theta", f"within [0, π] radians{degrees}")]
+    return [("theta", f"must lie within [0, π] radians{degrees}")]
 
 
 def broken_spin(spin: Collection[str]) -> Broken:

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
-from heavytop.checking import Broken, fill, read, short
+from heavytop.checking import Broken, fill, made, read, short
 from heavytop.errors import ImpossibleTop
 from heavytop.exact import Exact, Number
 from heavytop.solids import Solid, whole
 
 
-@dataclass(frozen=True, slots=True, init=False)
+@dataclass(frozen=True, slots=True, init=False, repr=False)
 class Top:
     """An axisymmetric rigid body on a fixed pivot, under gravity.
 
@@ -35,8 +35,11 @@ class Top:
 
     Examples
     --------
-    >>> print(Top(A="3.28e-4", C="6.60e-5", gMR="0.0456").gMR)
+    >>> top = Top(A="3.28e-4", C="6.60e-5", gMR="0.0456")
+    >>> print(top.gMR)
     0.0456
+    >>> top
+    Top(A='3.28e-4', C='6.60e-5', gMR='0.0456')
 
     References
     ----------
@@ -52,6 +55,9 @@ class Top:
         if broken := broken + broken_moments(values):
             raise ImpossibleTop(broken)
         fill(self, values)
+
+    def __repr__(self) -> str:
+        return made("Top", A=self.A, C=self.C, gMR=self.gMR)
 
     @classmethod
     def from_parts(
@@ -126,18 +132,18 @@ class Top:
 def broken_moments(values: Mapping[str, Exact]) -> Broken:
     """The rules that A and C, or those of the two that are there, break."""
     broken = _not_positive(values, ("A", "C"))
-    return broken or _too_flat(values, "A", "C", "at most 2A = {} about the pivot")
+    return broken or _too_flat(values, "A", "C", "must be at most 2A = {} about the pivot")
 
 
 def broken_parts(parts: Mapping[str, Exact]) -> Broken:
     """The rules that mass, A_cm and C_cm, or those of them that are there, break."""
     broken = _not_positive(parts, ("mass", "A_cm", "C_cm"))
-    return broken or _too_flat(parts, "A_cm", "C_cm", "at most 2 A_cm = {}")
+    return broken or _too_flat(parts, "A_cm", "C_cm", "must be at most 2 A_cm = {}")
 
 
 def _not_positive(values: Mapping[str, Exact], names: Collection[str]) -> Broken:
     there = (name for name in names if name in values)
-    return [(name, "greater than 0") for name in there if values[name].sign() != 1]
+    return [(name, "must be greater than 0") for name in there if values[name].sign() != 1]
 
 
 def _too_flat(values: Mapping[str, Exact], A: str, C: str, rule: str) -> Broken:

@@ -106,11 +106,17 @@ class Trajectory:
         times = _doubles(t)
         if times.ndim > 1 or not np.isfinite(times).all():
             raise ValueError("t: a finite time or a one-dimensional array of them")
-        low, high = sorted((0.0, self.orbit.end))
+        low, high = sorted((0.0, self._end))
         if times.size and (times.min() < low or times.max() > high):
             raise ValueError(f"t: between {low} and {high}, where the trajectory was integrated")
         found = self._at(times.reshape(-1))
         return found if times.ndim else found.at(0)
+
+    @property
+    def _end(self) -> float:
+        """The later of the ends in double precision and in more, which may be an ulp apart [s]."""
+        more = () if self.decimals is None else self.decimals.samples[-1:]
+        return max((self.orbit.end, *(float(s.t) for s in more)), key=abs)
 
     def _at(self, times: Array) -> Sample:
         if self.decimals is None:
@@ -155,7 +161,12 @@ class Trajectory:
 
     @cached_property
     def invariants(self) -> dict[str, Array]:
-        """Invariants of the formulation at the sample times; ``energy`` is E'/A [1/s^2]."""
+        """Invariants of the formulation at the sample times, shape (k,) each, in units A = 1.
+
+        ``energy`` is E'/A [1/s^2], ``p_phi`` and ``p_psi`` are p_phi/A and p_psi/A [1/s], and
+        ``length`` is that of a vector or quaternion of unit length. What is called E_prime, p_phi
+        and p_psi elsewhere is in J and kg m^2/s: A times these.
+        """
         run, formulation = self.samples, self.orbit.integrator.formulation
         return invariants(formulation, run.states, self.orbit.parameters, run.t)
 

@@ -20,7 +20,10 @@ def close(one, other, digits=50):
 
 def test_definitions():
     """E = ½A(θ̇² + φ̇² sin²θ) + p_ψ²/2C + gMR cosθ and the momenta, written out."""
-    top, start = Top("3.28e-4", "6.6e-5", "0.0456"), State("0.1", "0.7", phidot=-15, psidot=140)
+    top, start = (
+        Top("3.28e-4", "6.6e-5", "0.0456"),
+        State("0.1", thetadot="0.7", phidot=-15, psidot=140),
+    )
     A, C, gMR, th, thd, phd, psd = map(
         CTX.mpf, ("3.28e-4", "6.6e-5", "0.0456", "0.1", "0.7", "-15", "140")
     )

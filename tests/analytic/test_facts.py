@@ -11,7 +11,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import heavytop as ht
-from heavytop.facts import Facts, facts
+from heavytop.derived import Facts, facts
 from heavytop.scene import shipped_scenes
 from heavytop.theory import sleeping
 
@@ -165,7 +165,9 @@ numbers = st.fractions(-4, 4, max_denominator=1000)
 )  # fmt: skip
 def test_means_are_averages_over_the_motion(A, flat, theta, gMR, thetadot, phidot, psidot):
     """The mean of equidistant samples over a period, which is exact for what is smooth."""
-    motion = ht.Motion(ht.Top(A, A * flat, gMR), ht.State(theta, thetadot, 0, phidot, 0, psidot))
+    motion = ht.Motion(
+        ht.Top(A, A * flat, gMR), ht.State(theta, thetadot=thetadot, phidot=phidot, psidot=psidot)
+    )
     known = facts(motion)
     assert all(f is None or isinstance(f, bool | str) or math.isfinite(f) for f in values(known))
     assume(motion.period is not None)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.facts import facts
+from heavytop.derived import facts
 from heavytop.theory import steady
 
 BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")

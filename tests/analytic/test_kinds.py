@@ -20,7 +20,7 @@ X = Exact.of
 
 def verdict(top, theta, phidot=0, psidot=0, thetadot=0, omega3=None):
     spin = {"psidot": psidot} if omega3 is None else {"omega3": omega3}
-    return classify(Top(*top), State(theta, thetadot, phidot=phidot, **spin))
+    return classify(Top(*top), State(theta, thetadot=thetadot, phidot=phidot, **spin))
 
 
 def sicm(phidot, **spin):
@@ -139,7 +139,7 @@ def test_next_to_special_kinds_is_generic():
 def drawn(draw, gMR):
     """A motion at random."""
     start = State(
-        draw.uniform(0.3, 2.8), draw.uniform(-1, 1), phidot=draw.uniform(-2, 2),
+        draw.uniform(0.3, 2.8), thetadot=draw.uniform(-1, 1), phidot=draw.uniform(-2, 2),
         psidot=draw.uniform(-3, 3),
     )  # fmt: skip
     return Motion(Top(2, draw.uniform(0.1, 3.9), gMR), start)

@@ -75,7 +75,9 @@ def test_steady_precession():
 @pytest.mark.parametrize("gMR", ["0.0456", "-0.0456"])
 def test_mean_rates(gMR):
     """Means of (φ + ψ)˙ − κ and (φ − ψ)˙ + κ from the rates over one period."""
-    motion = Motion(Top("3.28e-4", "6.6e-5", gMR), State("1.1", "0.3", phidot=3, psidot=70))
+    motion = Motion(
+        Top("3.28e-4", "6.6e-5", gMR), State("1.1", thetadot="0.3", phidot=3, psidot=70)
+    )
     at = motion.at(np.arange(1024) / 1024 * motion.period)
     kappa = float(motion.reduced.kappa)
     sigma, delta = np.mean(at.phidot + at.psidot), np.mean(at.phidot - at.psidot)
@@ -87,9 +89,10 @@ def test_mean_rates(gMR):
 
 def test_inverted_gravity_is_the_mirrored_top():
     """gMR → −gMR with θ → π − θ, ψ̇ → −ψ̇: the same φ, and θ and ψ mirrored."""
-    up = Motion(SICM, State("0.1", "0.5", phidot=-15, psidot=140))
+    up = Motion(SICM, State("0.1", thetadot="0.5", phidot=-15, psidot=140))
     down = Motion(
-        Top("3.28e-4", "6.60e-5", "-0.0456"), State("pi - 0.1", "-0.5", phidot=-15, psidot=-140)
+        Top("3.28e-4", "6.60e-5", "-0.0456"),
+        State("pi - 0.1", thetadot="-0.5", phidot=-15, psidot=-140),
     )
     t = np.linspace(-1, 2, 50)
     one, other = up.at(t), down.at(t)

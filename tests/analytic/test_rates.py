@@ -237,7 +237,7 @@ def motions(draw):
     A = draw(st.fractions("0.1", 4, max_denominator=100))
     C = A * draw(st.fractions("0.01", 2, max_denominator=100))
     theta = draw(st.fractions("0.01", "3.13", max_denominator=1000))
-    start = ht.State(theta, draw(exact), 0, draw(exact), 0, draw(exact))
+    start = ht.State(theta, thetadot=draw(exact), phidot=draw(exact), psidot=draw(exact))
     return ht.Motion(ht.Top(A, C, draw(exact)), start)
 
 

@@ -116,7 +116,10 @@ def test_every_fault_is_named():
 
 
 REFUSED = {
-    "no mass": (lambda: disk(radius=1, thickness=1, centre=0, mass=0), "mass: greater than 0"),
+    "no mass": (
+        lambda: disk(radius=1, thickness=1, centre=0, mass=0),
+        "mass: must be greater than 0",
+    ),
     "a flat cone": (lambda: cone(radius=1, apex=2, base=2, mass=1), "apart from the apex"),
     "a hole too large": (
         lambda: ring(outer=1, inner=1, thickness=1, base=0, mass=1),

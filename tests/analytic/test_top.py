@@ -128,7 +128,7 @@ def test_constants_lead_back_to_the_start(
 ) -> None:
     assume(C <= 2 * A and abs(thetadot) > 1e-3)
     top = Top(A, C, gMR)
-    start = State(theta, thetadot, phidot=phidot, omega3=omega3)
+    start = State(theta, thetadot=thetadot, phidot=phidot, omega3=omega3)
     E, p_phi, p_psi = constants(top, start)
     branch = "falling" if thetadot > 0 else "rising"
     again = State.from_constants(top, E, p_phi, p_psi, theta, branch)

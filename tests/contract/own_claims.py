@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-import time
 from pathlib import Path
 
 from heavytop.claims.register import load_register
@@ -53,25 +51,3 @@ def one(folder, body, ids=("x",)):
 
 def by_id(found):
     return {each.claim.id: each for each in found.results}
-
-
-def soon(path):
-    """What a file says, as soon as it says something."""
-    for _ in range(400):
-        if path.exists() and path.read_text():
-            return path.read_text()
-        time.sleep(0.05)
-    raise TimeoutError(path)
-
-
-def gone(pid):
-    """Whether a process has ended; one that nobody has asked after yet has."""
-    for _ in range(100):
-        try:
-            os.kill(pid, 0)
-            if Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z":
-                return True
-        except (ProcessLookupError, FileNotFoundError):
-            return True
-        time.sleep(0.02)
-    return False

@@ -30,7 +30,7 @@ def test_json_is_one_document_of_the_contract():
 def test_a_table_is_for_reading():
     found = run("sicm-kicked", *AXES, "--only", "kind", "-j", 1)
     assert found.exit_code == 0
-    for words in ("loops", "waves", "phidot = -20 … 20, 21 values", "cusp (", "not proved"):
+    for words in ("loops", "waves", "phidot = -20 … 20 rad/s, 21 values", "cusp (", "not proved"):
         assert words in found.stdout
 
 

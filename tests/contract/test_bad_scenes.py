@@ -91,9 +91,9 @@ KICK = "theta = 0.1\nphidot = -15\npsidot = 140"
         ("phidot = -15", 'phidot = "6 deg"', 11, "start.phidot", "a unit here is rpm"),
         ("time = 2", 'time = "2 rad"', 15, "span.time", "no unit"),
         # the top
-        ("A = 3.28e-4", "A = 0", 5, "top.A", "greater than 0"),
+        ("A = 3.28e-4", "A = 0", 5, "top.A", "must be greater than 0"),
         ("C = 6.60e-5", "C = -1", 6, "top.C", "greater than 0"),
-        ("C = 6.60e-5", "C = 6.561e-4", 6, "top.C", "at most 2A"),
+        ("C = 6.60e-5", "C = 6.561e-4", 6, "top.C", "must be at most 2A"),
         ("gMR = 0.0456", "gMR = 0.0456\nmass = 1", 8, "top.mass", "not some of both"),
         (
             "A = 3.28e-4\nC = 6.60e-5\ngMR = 0.0456",
@@ -106,9 +106,9 @@ KICK = "theta = 0.1\nphidot = -15\npsidot = 140"
             4, "top.gravity", "missing",
         ),
         # the start
-        ("theta = 0.1", "theta = -0.1", 10, "start.theta", "within [0, π]"),
-        ("theta = 0.1", "theta = 3.15", 10, "start.theta", "within [0, π]"),
-        ("theta = 0.1", 'theta = "pi + 1e-99"', 10, "start.theta", "within [0, π]"),
+        ("theta = 0.1", "theta = -0.1", 10, "start.theta", "must lie within [0, π]"),
+        ("theta = 0.1", "theta = 3.15", 10, "start.theta", "must lie within [0, π]"),
+        ("theta = 0.1", 'theta = "pi + 1e-99"', 10, "start.theta", "must lie within [0, π]"),
         ("psidot = 140", "psidot = 140\nomega3 = 1", 13, "start.omega3", "not both"),
         (KICK, CONSTANTS + "\nphidot = 1", 15, "start.phidot", "does not go with the constants"),
         (KICK, CONSTANTS.replace("E = 3\n", ""), 9, "start.E", "missing"),

@@ -24,11 +24,11 @@ def section(tmp_path, **document):
 @pytest.mark.parametrize(
     ("said", "command"),
     [
-        ({}, "heavytop validate -o out"), ({"asked": []}, "heavytop validate -o out"),
-        ({"proofs": False}, "heavytop validate -o out"),
-        ({"asked": ["x", "y z"], "proofs": False}, "heavytop validate x 'y z' -o out"),
-        ({"asked": [], "proofs": True}, "heavytop validate --proofs -o out"),
-        ({"asked": ["x"], "proofs": True}, "heavytop validate x --proofs -o out"),
+        ({}, "heavytop validate -o out/claims"), ({"asked": []}, "heavytop validate -o out/claims"),
+        ({"proofs": False}, "heavytop validate -o out/claims"),
+        ({"asked": ["x", "y z"], "proofs": False}, "heavytop validate x 'y z' -o out/claims"),
+        ({"asked": [], "proofs": True}, "heavytop validate --proofs -o out/claims"),
+        ({"asked": ["x"], "proofs": True}, "heavytop validate x --proofs -o out/claims"),
     ],
 )  # fmt: skip
 def test_the_command_makes_exactly_this(tmp_path, said, command):
@@ -49,6 +49,30 @@ def test_what_nobody_can_have_asked_is_refused(tmp_path, asked):
 def test_it_says_whose_numbers(tmp_path, claim, shown):
     table = section(tmp_path, claim=claim).table
     assert table.rows[0][table.head.index("whose numbers")] == shown
+
+
+@pytest.mark.parametrize(
+    "claim",
+    [
+        {"measured": 1e9, "bound": 1e-15}, {"measured": None}, {"bound": None},
+        {"measured": "0.5"}, {"bound": "1"}, {"passed": False, "skipped": "no time"},
+        {"passed": True, "skipped": "no time"}, {"passed": None}, {"passed": None, "skipped": ""},
+    ],
+)  # fmt: skip
+def test_a_verdict_against_its_own_numbers_is_refused(tmp_path, claim):
+    with pytest.raises(ForeignFile, match=r"validate\.json: claims: \[0\]"):
+        section(tmp_path, claim=claim)
+
+
+@pytest.mark.parametrize(
+    ("claim", "shown"),
+    [({}, "hold"), ({"measured": 1}, "hold"), ({"passed": False, "measured": 2}, "FAIL"),
+     ({"passed": False, "measured": None}, "FAIL"),
+     ({"passed": None, "measured": None, "skipped": "no time"}, "skipped: no time")],
+)  # fmt: skip
+def test_what_has_a_verdict_shows_it(tmp_path, claim, shown):
+    table = section(tmp_path, claim=claim).table
+    assert table.rows[0][table.head.index("verdict")] == shown
 
 
 def test_it_has_words_for_all_kinds_of_numbers():

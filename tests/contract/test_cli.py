@@ -11,6 +11,7 @@ import warnings
 from pathlib import Path
 
 import pytest
+import typer
 from typer.testing import CliRunner, Result
 
 import heavytop.propagation
@@ -104,6 +105,17 @@ class TestHelp:
 
     def test_python_m_is_the_command(self):
         assert process("--version").stdout == f"heavytop {heavytop.__version__}\n"
+
+
+class TestSummaries:
+    def test_each_fits_a_line_of_80_letters(self):
+        shown = CliRunner().invoke(app, ["-h"], terminal_width=80).stdout
+        assert "..." not in shown.partition("Commands:")[2]
+
+    def test_the_page_of_commands_has_them_unbuilt(self):
+        page = (Path(__file__).parents[2] / "docs" / "commands.md").read_text("utf-8")
+        for name, verb in typer.main.get_command(app).commands.items():
+            assert f"| `{name}` | {verb.help.splitlines()[0]} |" in page
 
 
 class TestRun:

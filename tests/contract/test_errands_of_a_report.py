@@ -8,13 +8,14 @@ import subprocess
 import sys
 import textwrap
 import time
-from pathlib import Path
 
 import pytest
 
 from heavytop.pages import errand
 from heavytop.pages import quick as studies
-from heavytop.scene import load_scene, read_scene
+from heavytop.scene import load_scene
+
+from .processes import gone, soon
 
 STUBBORN = """
 import os, pathlib, signal, subprocess, sys, time
@@ -36,42 +37,13 @@ pathlib.Path(sys.argv[2]).write_text(str(child.pid))
 """
 """A command that ends, and leaves behind what does not."""
 
-SLOW = """
-format = 1
-[top]
-A = 0.000328
-C = 0.000066
-gMR = 0.0456
-[start]
-theta = 0.1
-phidot = -15
-psidot = 140
-[span]
-time = 1e9
-"""
+
+def pids_in(path):
+    return [int(word) for word in soon(path).split()]
 
 
-def is_there(pid):
-    """Whether a process runs, and is no zombie."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except (FileNotFoundError, ProcessLookupError):
-        return False
-
-
-def pids_in(path, patience=20.0):
-    until = time.monotonic() + patience
-    while not path.exists():
-        assert time.monotonic() < until
-        time.sleep(0.02)
-    return [int(word) for word in path.read_text().split()]
-
-
-def all_gone(pids, patience=10.0):
-    until = time.monotonic() + patience
-    while any(map(is_there, pids)) and time.monotonic() < until:
-        time.sleep(0.02)
-    return not any(map(is_there, pids))
+def all_gone(pids):
+    return all(map(gone, pids))
 
 
 @pytest.fixture
@@ -84,15 +56,15 @@ def stubborn(monkeypatch, tmp_path):
 def test_what_has_no_time_left_is_gone_with_all_it_began(stubborn, tmp_path):
     ended = errand.run([str(stubborn)], tmp_path, 2.0)
     assert ended.code is None
-    pids = pids_in(stubborn, 0.0)
+    pids = pids_in(stubborn)
     assert len(pids) == 2
-    assert all_gone(pids, 1.0)
+    assert all_gone(pids)
 
 
 def test_what_a_command_leaves_behind_is_gone(stubborn, tmp_path, monkeypatch):
     monkeypatch.setattr(errand, "_BOOT", LEAVING)
     assert errand.run([str(stubborn)], tmp_path, 30.0).code == 0
-    assert all_gone(pids_in(stubborn, 0.0), 1.0)
+    assert all_gone(pids_in(stubborn))
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
@@ -123,13 +95,20 @@ def test_what_a_command_says_last_is_known(tmp_path):
     assert ended.said.startswith("Invalid value for '--periods'")
 
 
+def test_a_command_prints_its_letters_wherever_the_person_is(tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONIOENCODING", "ascii:strict")
+    monkeypatch.setattr(errand, "_BOOT", "print('\u03b8 of a top')")
+    assert errand.run([], tmp_path, 30.0) == (0, "")
+
+
 def test_a_scene_without_end_is_given_up(tmp_path, monkeypatch):
     monkeypatch.setattr(studies, "LIMIT_S", 4.0)
     own = studies._studies
     monkeypatch.setattr(studies, "_studies", lambda *about: list(own(*about))[:1])
     began = time.monotonic()
-    missing = studies.quick(tmp_path, read_scene(SLOW), asked=["my scene.toml"])
-    assert missing == [("run", "not done in 4 s (heavytop run 'my scene.toml' -o out)")]
+    endless = load_scene("sicm-kicked", overrides=["span.time=1e9"])
+    missing = studies.quick(tmp_path, endless, asked=["my scene.toml"])
+    assert missing == [("run", "not done in 4 s (heavytop run 'my scene.toml' -o out/run)")]
     assert time.monotonic() - began < 4.0 + errand.GRACE + 1.0
 
 

@@ -64,6 +64,12 @@ MISTAKES = {  # what is written instead of what, and how each answer begins and 
     "no table": ("[start]\n", "", "top.toml: start: ", "a scene has a table [start]"),
     "no format": ("format = 1", "", "top.toml: format: ", "begins with format = 1"),
     "1e3": ("[want]", "[want]\nsamples = 1e3", "top.toml:17: want.samples", "in digits alone"),
+    "a rate": (
+        '"theta",',
+        '"phidot",',
+        "top.toml:17: want.quant",
+        "holds thetadot, phidot and psidot)",
+    ),
     "no list": ('["theta", "phi"]', '"phi"', "top.toml:17: want.quant", 'such as ["class"]'),
 }
 
@@ -167,7 +173,7 @@ def test_degrees_without_a_unit_are_noticed(theta):
 
 @pytest.mark.parametrize("theta", [-1, "-30 deg", "200 deg", 181, 3.2])
 def test_other_angles_are_only_out_of_range(theta):
-    with pytest.raises(ImpossibleStart, match=r"^theta: within \[0, π\] radians$"):
+    with pytest.raises(ImpossibleStart, match=r"^theta: must lie within \[0, π\] radians$"):
         ht.State(theta=theta)
 
 
@@ -206,6 +212,7 @@ PLACES = {
     "enclose": {"top": TOP, "start": START},
     "energy_momentum": {"top": TOP, "p_psi": "0.004"},
     "extend": {"trajectory": None, "time_span": 3},
+    "facts": {"motion": ht.Motion(TOP, START)},
     "fold": {"scene": KICKED},
     "load_atlas": {"folder": "nowhere"},
     "load_scene": {"name_or_path": "sicm-kicked"},
@@ -328,6 +335,21 @@ def test_a_trajectory_is_asked_for_times(t):
 # --- the command ---------------------------------------------------------------------------------
 
 
+def test_what_options_say_wrongly_is_told_behind_a_head():
+    result = heavytop_("run", "sicm-kicked", "--set", "top.A=-1")
+    told = ["Error: Invalid value: the scene cannot be run so:"]
+    assert result.stderr.splitlines()[-2:] == [*told, "--set: top.A = -1: must be greater than 0"]
+
+
+def test_a_file_of_nearly_this_name_is_named(tmp_path):
+    (tmp_path / "my-top.toml").touch()
+    for near in ("my-top", "my-top.tml", "mytop.toml"):
+        with pytest.raises(BadScene, match=r'did you mean ".*/my-top\.toml"'):
+            load_scene(tmp_path / near)
+    with pytest.raises(BadScene, match="heavytop scenes lists"):
+        load_scene(tmp_path / "other")
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [
@@ -344,6 +366,12 @@ def test_a_trajectory_is_asked_for_times(t):
         ("atlas", "As in heavytop atlas sicm-kicked; heavytop scenes lists"),
         ("run sicm-kicked --set start.phidot -14", "one word, --set start.phidot=-14"),
         ("run sicm-kicked --set start.phidot 14", "one word, --set start.phidot=14"),
+        ("run sicm-kicked --set start.theta = 0.2", "one word, --set start.theta=0.2\n"),
+        ("run sicm-kicked --set start.theta =0.2", "one word, --set start.theta=0.2\n"),
+        ("run sicm-kicked --set start.theta= 0.2", "one word, --set start.theta=0.2\n"),
+        ("run sicm-kicked --set start.theta=30 deg", "one word, --set 'start.theta=30 deg'\n"),
+        ("run sicm-kicked --set start.theta = 30 deg", "one word, --set 'start.theta=30 deg'\n"),
+        ("run sicm-kicked --set start.theta=1 more", "argument(s) (more)\n"),
         ("run sicm-kicked --phidot 14", "a scene is changed by --set start.phidot=VALUE"),
         ("run sicm-kicked --time=3", "a scene is changed by --set span.time=VALUE"),
         ("run sicm-kicked --verbos", "No such option: --verbos (Possible options: --verbose)"),

@@ -1,6 +1,7 @@
 """The README, replayed: what it shows is what happens."""
 
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -59,7 +60,7 @@ COMMAND = re.compile(r"^    \.venv/bin/heavytop (?!report)(.*)$", re.MULTILINE)
 
 @pytest.mark.parametrize("line", COMMAND.findall(README))  # a report is made by the build of pages
 def test_the_commands_run(line, tmp_path):
-    arguments = line.split("#")[0].split()
+    arguments = shlex.split(line, comments=True)
     command = [sys.executable, "-m", "heavytop", *arguments]
     result = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
     assert result.returncode == 0, result.stderr

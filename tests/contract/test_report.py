@@ -36,7 +36,7 @@ BREAKING = "<script>alert(1)</script>\"'><img src=x onerror=alert(2)> $\\frac{"
 CLOSING = "</script></title></style><svg onload=alert(3)>&amp;<!--"
 HOSTILE = [f"title={json.dumps(BREAKING)}", f"source={json.dumps(CLOSING)}"]
 POINT = {
-    "method": CLOSING, "formulation": "axis", "language": BREAKING, "tolerance": 1e-16,
+    "method": "dop853-scipy", "formulation": "axis", "language": BREAKING, "tolerance": 1e-16,
     "steps_a_period": None, "bits": 53, "measures": "axis", "rival": True, "us_per_period": 9.0,
     "rhs_evaluations": None, "error": 1e-12, "theta_error": 1e-12, "energy_error": 1e-14,
 }  # fmt: skip
@@ -51,11 +51,11 @@ def workprec(scene):
 
 
 def stress():
-    run = {"case": CLOSING, "method": "auto", "outcome": "ok", "error": 1e-15, "digits_lost": 0.5,
+    run = {"case": "cusp", "method": "auto", "outcome": "ok", "error": 1e-15, "digits_lost": 0.5,
            "note": BREAKING, "untold": False}  # fmt: skip
     return {
-        "schema": "heavytop/stress/1", "limits": {"time_s": 3.0}, "hard": {CLOSING: BREAKING},
-        "methods": {"auto": "auto"}, "settings": {"auto": None}, "cases": [run], "skipped": [],
+        "schema": "heavytop/stress/1", "limits": {"time_s": 3.0}, "hard": {"cusp": BREAKING},
+        "methods": {"auto": CLOSING}, "settings": {"auto": BREAKING}, "cases": [run], "skipped": [],
     }  # fmt: skip
 
 
@@ -211,9 +211,52 @@ def test_numbers_behind_a_picture_are_the_trajectorys(page):
         assert angles.data[name] == pytest.approx(getattr(there, name), rel=1e-11)
 
 
+def test_shares_and_boundaries_of_an_atlas_are_those_of_its_map(page):
+    finding, section = next(each for each in page.results if each[1].ident == "atlas-1")
+    counts, curves = (finding.document[name] for name in ("counts", "curves"))
+    shares = [float(share.removesuffix(" %")) for _, _, share in section.table.rows]
+    kinds = [kind for kind, _, _ in section.table.rows]
+    whole = sum(counts.values())
+    assert shares == pytest.approx([100 * counts[kind] / whole for kind in kinds], abs=0.006)
+    assert (len(kinds), shares) == (len(counts), sorted(shares, reverse=True))
+    rows = section.pictures[0].table.rows
+    assert len(rows) == len(curves) > 0
+    for (_, points, *ends), curve in zip(rows, curves, strict=True):
+        reach = [end(curve[axis]) for axis in "xy" for end in (min, max)]
+        assert [float(each) for each in (points, *ends)] == pytest.approx(
+            [len(curve["x"]), *reach], rel=1e-5, abs=1e-12
+        )
+
+
+def test_runs_of_one_title_are_told_apart_everywhere(place, tmp_path):
+    for number in (3, 4):
+        scene = load_scene("sicm-kicked", overrides=[f"start.phidot={number}", 'title="one"'])
+        (tmp_path / f"at-{number}").mkdir()
+        write_results(propagate(scene), tmp_path / f"at-{number}", figures=False)
+    page = page_of(findings([tmp_path]))
+    names = ["one (at-3/run.json)", "one (at-4/run.json)"]
+    assert [top["title"] for top in page.tops] == names
+    assert [section.heading for section in page.sections] == names
+    assert [section.command for section in page.sections] == [
+        f"heavytop run run-{k}.toml -o out/run-{k}" for k in (1, 2)
+    ]
+    html = page.html()
+    assert all(html.count(f"<li>{name}: ") == 1 for name in names)
+    assert all(f"to be saved as run-{k}.toml" in html for k in (1, 2))
+    assert "Machine and versions" not in html  # a run names no processor
+
+
+def test_a_map_is_described_with_signs_and_units(page):
+    picture = next(p for s in page.sections for p in s.pictures if p.ident == "atlas-1-map")
+    assert "a map of φ̇ from -30 to 40 rad/s and θ from 0.1 to 1.5 rad;" in picture.alt
+    assert picture.table.head[2:] == (
+        "from φ̇ [rad/s]", "to φ̇ [rad/s]", "from θ [rad]", "to θ [rad]",
+    )  # fmt: skip
+
+
 def test_claims_that_fail_come_first(page):
     assert page.sections[-1].table.rows[0][0] == "FAIL"
-    assert page.sections[-1].words == "1 hold, 1 FAIL, 0 skipped"
+    assert page.sections[-1].words == "1 holds, 1 fails"
 
 
 def test_a_changed_scene_is_given_as_a_file(place):
@@ -315,7 +358,7 @@ def test_a_damaged_document_is_refused_by_name(tmp_path, text):
         ),
         ("workprec", {"points": [{"method": "auto"}]}),
         ("stress", {"cases": [{"case": "x"}]}),
-        ("stress", {"hard": {f"case {k}": "" for k in range(2000)}}),
+        ("stress", {"hard": {f"case-{k}": "" for k in range(2000)}}),
         ("stress", {"hard": {}}),
         ("atlas", {"axes": {"x": {"name": "phidot"}}}),
         ("atlas", {"curves": [{"name": "no such", "x": [0, 1], "y": [0, 1]}]}),
@@ -383,7 +426,7 @@ def test_without_anything_the_studies_are_run_and_what_was_not_is_said(
     page = Seen((tmp_path / "report.html").read_text("utf-8"))
     said = [" ".join(text.split()) for text in page.texts]
     drifting = ",".join(studies.DRIFTING)
-    command = f"heavytop drift sicm-kicked --periods 1000 --methods {drifting} -o out"
+    command = f"heavytop drift sicm-kicked --periods 1000 --methods {drifting} -o out/drift"
     assert any(re.fullmatch(rf"drift: not done in \d+ s \({command}\)", text) for text in said)
     assert "atlas: atlas: no <b> (heavytop atlas sicm-kicked --x phidot=-30:40:300" in str(said)
     assert report().exit_code == 0  # a report may be replaced
@@ -395,7 +438,9 @@ def test_as_json_nothing_is_written(quickly, tmp_path, monkeypatch):
     document = json.loads(done.stdout)
     missing = {each["study"]: each["reason"] for each in document["missing"]}
     assert list(missing) == ["run", "drift", "workprec", "stress", "atlas", "energy-momentum"]
-    own = "heavytop run sicm-kicked --set start.phidot=-14 -o out"  # not the file written for it
+    own = (
+        "heavytop run sicm-kicked --set start.phidot=-14 -o out/run"  # not the file written for it
+    )
     assert missing["run"] == f"run: no <b> ({own})"
     assert document["command"] == "heavytop report sicm-kicked --set start.phidot=-14"
     assert not list(tmp_path.iterdir())

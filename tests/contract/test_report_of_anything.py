@@ -223,20 +223,20 @@ def test_no_name_in_a_picture_breaks_it(place, text, tmp_path):
         changed = document(place, name)
         changed["scene"] = scene
         if name == "drift":
-            changed["methods"][0] |= {"name": text, "invariants": {text: [1e-9] * 4}}
+            changed["methods"][0] |= {"language": text, "invariants": {text: [1e-9] * 4}}
         if name == "workprec":
-            changed["points"][0]["method"] = changed["points"][1]["stands_for"] = text
+            changed["points"][0]["language"] = changed["points"][1]["stands_for"] = text
         if name == "atlas":
             changed["counts"] = {text: 96}
         if name == "energy_momentum":
             changed["start"]["kind"] = text
         put(place, name, changed, tmp_path / name)
     hard = document(place, "stress")
-    hard |= {"hard": {text: text}, "methods": {text: text}, "settings": {text: text}}
-    hard["cases"][0] |= {"case": text, "method": text}
+    hard |= {"hard": {"cusp": text}, "methods": {"auto": text}, "settings": {"auto": text}}
+    hard["cases"][0]["note"] = text
     put(place, "stress", hard, tmp_path / "stress")
     moving = document(place, "traces")
-    moving["traces"][0] |= {"name": text, "kind": text, "tags": [text]}
+    moving["traces"][0] |= {"title": text, "kind": text, "tags": [text]}
     put(place, "traces", moving, tmp_path / "traces")
     page = page_of(findings([tmp_path]))
     assert len([p for section in page.sections for p in section.pictures]) == 7
@@ -284,7 +284,7 @@ def test_what_is_there_twice_is_shown_once_and_said(place, undrawn, tmp_path):
     shutil.copytree(place / "stress", tmp_path / "copy")
     done = report(place / "stress", f"{place}/stress/", tmp_path / "copy", "-o", tmp_path / "page")
     assert done.exit_code == 0, done.stderr
-    assert "1 results" in done.stdout
+    assert done.stdout.endswith(": 1 result, 1 figure\n")
     (line,) = done.stderr.splitlines()
     assert line.endswith("copy/stress.json: the same as stress/stress.json, which is here")
 

@@ -126,6 +126,21 @@ def test_changes() -> None:
     assert (scene.digits, scene.events, scene.title) == (30, ("cusp",), "tilted = more")
 
 
+def test_a_changed_top_or_start_is_told_by_title_and_source() -> None:
+    kicked = load_scene("sicm-kicked")
+    scene = load_scene("sicm-kicked", ["start.phidot=5", "start.theta='30 deg'", "span.time=3"])
+    assert scene.title == f"{kicked.title}; with start.phidot = 5, start.theta = 30 deg"
+    assert scene.source == f"changed from {kicked.source}"
+    assert read_scene(scene.to_toml()).title == scene.title
+    longer = load_scene("sicm-kicked", ["span.time=3", "want.digits=13"])
+    assert (longer.title, longer.source) == (kicked.title, kicked.source)
+    named = load_scene("sicm-kicked", ["top.gMR=1", "title=mine {}", "source=me"])
+    assert (named.title, named.source) == ("mine {}", "me")
+    text = kicked.to_toml().replace(kicked.title, "x" * 490).replace(kicked.source, "")
+    long = read_scene(text, overrides=[f"start.phidot=5{' + 0' * 90}"])
+    assert (len(long.title), long.title[-1], long.source) == (500, "…", "")
+
+
 def test_a_changed_span_displaces_the_other_kind() -> None:
     scene = load_scene("sicm-kicked", ["span.periods=1000"])
     assert (scene.time, scene.periods) == (None, 1000)

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -14,7 +15,8 @@ import pytest
 from heavytop.claims import kept, running, validating
 from heavytop.claims.validating import validate
 
-from .own_claims import GOOD, by_id, gone, made, one, soon
+from .own_claims import GOOD, by_id, made, one
+from .processes import gone, soon
 
 CHILD = 'import subprocess, sys\nchild = subprocess.Popen([sys.executable, "-c", {program!r}])\n'
 SLEEPING = CHILD.format(program="import time; time.sleep(60)")
@@ -124,8 +126,12 @@ def test_a_validation_that_is_ended_leaves_nothing_running(tmp_path, number, own
     process.send_signal(number)
     assert process.wait(20) == (-9 if number == signal.SIGKILL else 130)
     assert all(gone(pid) for pid in pids)
-    if number != signal.SIGKILL:
-        assert not list(tmp_path.glob("heavytop-*"))
+    # What is killed cannot remove its folder: its keeper does.
+    until = time.monotonic() + (10 if number == signal.SIGKILL else 0)
+    while list(tmp_path.glob("heavytop-*")) and time.monotonic() < until:
+        time.sleep(0.02)
+    assert not list(tmp_path.glob("heavytop-*"))
+    assert (tmp_path / "claims.toml").is_file()
 
 
 def test_what_holds_the_interpreter_cannot_outlive_its_validation_either(tmp_path):
@@ -183,6 +189,16 @@ def test_the_environment_of_a_user_changes_nothing(tmp_path, monkeypatch):
     assert validate(register=known).counts["passed"] == 1
 
 
+def test_letters_of_a_statement_are_printed_wherever_the_person_is(tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONIOENCODING", "ascii")
+    monkeypatch.setenv("PYTHONUTF8", "0")
+    monkeypatch.setenv("LC_ALL", "C")
+    body = "import sys\nprint('\u03b8')\nprint('\u03b8', file=sys.stderr)\n" + GOOD
+    assert not validate(
+        register=one(tmp_path, body + "open('/dev/null', 'w').write('\u03b8')\n")
+    ).failed
+
+
 def test_a_script_by_itself_measures_all_whatever_the_environment(tmp_path):
     body = 'from claim import claimed, finish\n@claimed("x")\ndef _():\n    return 2\nfinish()\n'
     made(tmp_path, {"50_c.py": body}, {"50_c.py": ("x",)})
@@ -231,6 +247,6 @@ def test_an_installed_package_may_be_read_only(tmp_path, monkeypatch):
 def test_the_keeper_knows_nothing_of_the_package():
     text = kept.KEEPER.read_text("utf-8")
     assert "heavytop" not in text
-    run = [sys.executable, "-I", "-S", str(kept.KEEPER), "/no/such/script"]
+    run = [sys.executable, "-I", "-S", str(kept.KEEPER), "", "/no/such/script"]
     with subprocess.Popen(run, stdin=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
         assert process.wait(10) == 2

@@ -5,6 +5,8 @@ from __future__ import annotations
 import ast
 import json
 import math
+import subprocess
+import sys
 
 import pytest
 from typer.testing import CliRunner
@@ -12,7 +14,7 @@ from typer.testing import CliRunner
 from heavytop.claims import validating
 from heavytop.claims.register import load_register
 from heavytop.claims.validating import UnknownClaim, validate
-from heavytop.cli import app
+from heavytop.cli import app, command
 from heavytop.errors import HeavyTopError, WrongType
 
 from .own_claims import GOOD, VALIDATION, by_id, made, one
@@ -210,6 +212,29 @@ def test_the_table_shows_measured_and_bound():
     assert "absent  skipped: needs no_such_package: pip install no_such_package" in shown
     assert "1 claim holds, 5 fail, 1 was skipped; 1 authority" in shown
     assert "ok    holds of the top   formula       0.5      1" in shown
+
+
+@pytest.mark.parametrize("late", ["heavytop.cli.command", "heavytop.cli.voice", "typer"])
+def test_an_interrupt_before_there_is_a_command_is_no_traceback(late):
+    program = (
+        "import sys\n"
+        "class Pressed:\n"
+        "    def find_spec(self, name, *_):\n"
+        f"        if name == {late!r}: raise KeyboardInterrupt\n"
+        "sys.meta_path.insert(0, Pressed())\nfrom heavytop.cli import main\nmain()\n"
+    )
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True)
+    assert (ended.returncode, ended.stderr) == (130, b"")
+
+
+def test_an_interrupt_outside_of_a_verb_is_no_traceback(monkeypatch):
+    def pressed():
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(command, "app", pressed)
+    with pytest.raises(SystemExit) as left:
+        command.main()
+    assert left.value.code == 130
 
 
 def test_an_installation_without_claims_says_so(tmp_path):

@@ -140,7 +140,14 @@ def test_a_claim_says_whose_numbers_it_is_held_against():
         ({"bound": False}, "bound = False"), ({"bound": float("inf")}, "bound = inf"),
         ({"authority": "b"}, "authority = 'b': none of a"), ({"holds": "symbols"}, "holds = "),
         ({"holds": []}, "holds = "), ({"reason": " "}, "reason = ' ': not a text"),
-        ({"needs": 3}, "needs = 3: not a text"),
+        ({"needs": 3}, "needs = 3: not a text"), ({"needs": ".x"}, "needs = '.x': not a text"),
+        ({"bound": 10**400}, "bound = 10*…: not a finite number"),
+        ({"script": "../1.py"}, "script = '../1.py': not the plain name"),
+        ({"script": "/tmp/1.py"}, "script = '/tmp/1.py': not the plain name"),
+        ({"script": "a/1.py"}, "not the plain name"), ({"script": "-1.py"}, "not the plain name"),
+        ({"script": "1.sh"}, "not the plain name"),
+        ({"statement": "a\x1b[31m"}, "statement = 'a.x1b.31m': not a text"),
+        ({"holds": ["a\x1b"]}, "holds = "), ({"a\x1b": 1}, "a� is unknown"),
     ],
 )  # fmt: skip
 def test_a_table_that_is_no_claim_is_refused_with_its_name(change, why):
@@ -164,6 +171,61 @@ def test_a_damaged_register_is_refused_with_its_file(tmp_path, old, new, why):
     path = tmp_path / "claims.toml"
     path.write_text(path.read_text("utf-8").replace(old, new, 1), "utf-8")
     with pytest.raises(ForeignFile, match=f"claims.toml: .*{why}"):
+        load_register(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["x,y", "-x", "a b", "x\x1b[31m", "", "é"])
+def test_a_name_that_could_be_something_else_is_refused(name):
+    with pytest.raises(ForeignFile, match=r"id = .*: not letters, digits and") as error:
+        Claim.of(TABLE | {"id": name}, {"a": "A"})
+    assert str(error.value).isprintable()
+
+
+@pytest.mark.parametrize("text", ["def (", "\0", "(" * 500_000, "-" * 500_000 + "1"])
+def test_a_script_that_is_no_python_is_refused_with_its_name(tmp_path, text):
+    one(tmp_path, "")
+    (tmp_path / "60_bad.py").write_text(text, "utf-8")
+    with pytest.raises(ForeignFile, match=r"60_bad\.py: not readable as Python"):
+        load_register(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["6\x1b[31m.py", "6 x.py", "6,x.py"])
+def test_a_script_with_a_name_that_no_script_has_is_refused(tmp_path, name):
+    one(tmp_path, "")
+    (tmp_path / name).touch()
+    with pytest.raises(ForeignFile, match="not the plain name") as error:
+        load_register(tmp_path)
+    assert str(error.value).isprintable()
+
+
+def test_a_claim_is_not_named_as_a_script_is(tmp_path):
+    with pytest.raises(ForeignFile, match=r"claims\.toml: claim '50_one': the name of a script"):
+        one(tmp_path, GOOD, ("x", "50_one"))
+
+
+def test_an_authority_without_a_name_that_can_be_printed_is_refused(tmp_path):
+    one(tmp_path, "")
+    path = tmp_path / "claims.toml"
+    path.write_text(path.read_text("utf-8").replace('"a book"', r'"a \u001b[31mbook"'), "utf-8")
+    with pytest.raises(ForeignFile, match="authorities, each a text"):
+        load_register(tmp_path)
+
+
+def test_where_nothing_is_claimed_nothing_holds(tmp_path):
+    with pytest.raises(ForeignFile, match=r"claims\.toml: no claims"):
+        validate(register=made(tmp_path, {}, {}))
+
+
+def test_what_is_told_without_end_is_not_read_to_its_end(tmp_path):
+    body = GOOD + "tell(b' ' * 2**20)"
+    found = told(tmp_path, body)["x"]
+    assert (found.passed, found.measured) == (False, 0.5)
+    assert found.failure == "it told more than 1 MB"
+
+
+def test_a_register_that_is_a_folder_is_refused(tmp_path):
+    (tmp_path / "claims.toml").mkdir()
+    with pytest.raises(ForeignFile, match=r"claims\.toml"):
         load_register(tmp_path)
 
 

@@ -8,11 +8,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from heavytop.pages.descriptions import described, given
+from heavytop.atlases.axes import ROLES
+from heavytop.motion import Motion
+from heavytop.pages.behind import BEHIND
+from heavytop.pages.claims import verdicts
+from heavytop.pages.descriptions import GIVEN, described, given
 from heavytop.pages.findings import Finding
 from heavytop.pages.section import Picture, Section
-from heavytop.pages.summary import summary_of
+from heavytop.pages.summary import Verdicts, summary_of
 from heavytop.pages.tables import Table, cell, rounded
+from heavytop.propagation import propagate
+from heavytop.report.figures.style import MOST_PERIODS
+from heavytop.scene import load_scene
+from heavytop.theory.potential import Potential
 
 WAVE = np.sin(np.linspace(0.0, 4 * np.pi, 201))
 
@@ -39,12 +47,45 @@ def test_what_stays_is_said_to_stay():
 
 
 def test_the_words_of_a_potential_are_its_tilts():
-    theta = np.radians(np.arange(1, 180))
-    found = {"theta": list(theta), "potential_J": list((theta - 1.0) ** 2), "E_prime_J": [0.25]}
-    words = described("potential", found)
-    assert "least" in words
-    assert "at a tilt of 57°." in words  # 57.3 on the grid of degrees
-    assert "E′, 0.25 J, allows tilts of about 29° to 85°." in words  # 28.6 to 85.9
+    theta = np.linspace(0.0, 2.0, 3)
+    found = {"theta": list(theta), "potential_J": [1.0, 0.0, None], "E_prime_J": [0.25] * 3}
+    ends = {"theta_min": [0.5] * 3, "theta_max": [1.5] * 3}
+    assert described("potential", found | ends) == (
+        "The potential is least, 0 J, at a tilt of 57.3°. "
+        "The motion has the energy E′, 0.25 J, at tilts from 28.6° to 85.9°."
+    )
+    still = described("potential", found | {name: [1.0] * 3 for name in ends})
+    assert still.endswith("0.25 J, and stays at a tilt of 57.3°.")
+
+
+@pytest.mark.parametrize("name", ["sicm-kicked", "simo-wong", "steady-betsch", "sleeping-unstable"])
+def test_the_tilts_beside_a_potential_are_those_of_the_motion(name):
+    scene = load_scene(name)
+    motion = Motion(scene.top, scene.start)
+    columns = BEHIND["potential"][1](propagate(scene))
+    potential = Potential(motion.reduced)
+    least = np.argmin([np.inf if v is None else v for v in columns["potential_J"]])
+    assert columns["theta"][least] == pytest.approx(potential.bottom, abs=1e-7)  # flat there
+    energy = float(scene.top.A) * float(potential.least)
+    assert columns["potential_J"][least] == pytest.approx(energy, rel=1e-10)
+    ends = [columns[name][0] for name in ("theta_min", "theta_max")]
+    assert ends == pytest.approx([float(motion.theta_min), float(motion.theta_max)], abs=1e-11)
+    inside = [ends[0] < tilt < ends[1] for tilt in columns["theta"]]
+    assert sum(inside) > 50 or not motion.nutates
+
+
+@pytest.mark.parametrize("name", ["sleeping", "sleeping-marginal", "through-top"])
+def test_a_potential_that_is_least_upright_is_said_to_be_so(name):
+    columns = BEHIND["potential"][1](propagate(load_scene(name)))
+    assert " J, at a tilt of 0°. " in described("potential", columns)
+
+
+def test_a_long_run_without_events_is_shown_for_so_long_as_its_turns_are_seen():
+    long = load_scene("sicm-kicked", overrides=["span.time=60", "want.events=[]"])
+    columns = BEHIND["overview"][1](propagate(long))
+    period = Motion(long.top, long.start).period
+    assert columns["t"][-1] == pytest.approx(MOST_PERIODS * period)
+    assert f"It turns back {2 * MOST_PERIODS} times" in described("overview", columns)
 
 
 def test_the_words_of_errors_are_the_largest():
@@ -117,14 +158,48 @@ def test_the_head_lists_results_by_scene_and_counts_claims():
     assert found.title == "6 results about 2 scenes"
     links = [[(link.ident, link.words) for link in about.links] for about in found.scenes]
     assert links == [
-        [("run-1", "run"), ("drift-1", "drift"), ("drift-2", "drift 2")], [("run-2", "run")],
+        [("run-1", "run"), ("drift-1", "drift (drift.json)"), ("drift-2", "drift (drift.json)")],
+        [("run-2", "run")],
     ]  # fmt: skip
     assert [link.ident for link in found.others] == ["stress-1", "claims-1"]
     assert found.claims == (("claims-1", 1, ("1",), 1),)
     assert found.machine == ("a processor", "heyoka 7 and 8")
+    assert found.processor
 
 
 def test_the_head_of_one_scene_is_its_title():
     assert summary_of([result("run", "run-1", scene=BOOK)]).title == "The book's"
     assert summary_of([result("validate", "c", claims=[])]).title == "claims"
     assert json.dumps(summary_of([]).title) == '"0 results"'
+
+
+def test_results_of_one_name_go_by_their_files():
+    def at(folder, study, ident, scene):
+        finding, section = result(study, ident, scene=scene)
+        return finding._replace(name=f"{folder}/{finding.name}"), section
+
+    other = BOOK | {"start": {"theta": 1}}
+    found = summary_of([at("a", "run", "run-1", BOOK), at("b", "run", "run-2", other),
+                        at("c", "drift", "drift-1", BOOK)])  # fmt: skip
+    assert [about.title for about in found.scenes] == [
+        "The book's (a/run.json)", "The book's (b/run.json)",
+    ]  # fmt: skip
+    found = summary_of([at(folder, "run", folder, BOOK) for folder in "ab"])
+    assert [link.words for link in found.scenes[0].links] == [
+        "run (a/run.json)",
+        "run (b/run.json)",
+    ]
+    assert found.scenes[0].title == "The book's"
+    assert not found.processor
+
+
+def test_every_axis_of_an_atlas_has_a_sign_and_a_unit():
+    assert GIVEN.keys() >= ROLES.keys()
+    bare = {name: unit.replace(" s⁻¹", "/s") for name, (_, _, unit, _) in ROLES.items()}
+    assert {name: unit for name, (_, unit) in GIVEN.items() if name in ROLES} == bare | {"gMR": "J"}
+
+
+def test_claims_are_counted_alike_everywhere():
+    assert Verdicts("c", 82, (), 3).words == verdicts(82, 0, 3) == "82 hold, none fails, 3 skipped"
+    assert verdicts(1, 1, 0) == "1 holds, 1 fails"
+    assert verdicts(0, 2, 0) == "0 hold, 2 fail"

@@ -102,7 +102,7 @@ def holds(kind, x):
 def test_the_first_kind_that_fits(moments, gMR, theta, thetadot, phidot, spin, held):
     """The verdict's definition holds, and that of no kind before it."""
     top = Top(*moments, gMR)
-    start = State(theta, thetadot, phidot=phidot, **{"omega3" if held else "psidot": spin})
+    start = State(theta, thetadot=thetadot, phidot=phidot, **{"omega3" if held else "psidot": spin})
     found = classify(top, start)
     assert found.certified
     assert 0 < found.margin <= 1

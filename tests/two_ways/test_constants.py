@@ -30,7 +30,7 @@ def test_constants_are_the_legendre_transform(seed):
     found = constants(
         CTX,
         Top(str(A), str(C), str(g)),
-        State(str(theta), thetadot, 0, phidot, 0, psidot),
+        State(str(theta), thetadot=thetadot, phidot=phidot, psidot=psidot),
     )
     for name, value in found.items():
         exact = CTX.mpf(str(symbolic[name].subs(values).evalf(60)))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields
 from typing import Any, Final
 
+from heavytop.claims.told import number, words
 from heavytop.errors import ForeignFile
 from heavytop.names import nearest
 
@@ -18,6 +19,8 @@ NUMBERS: Final = {
     "ours": "the authority's equations, integrated by code of this project",
 }
 """Whose numbers a claim is held against."""
+SIMPLE: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+=-]*")  # no option, no list, no path
+SCRIPT: Final = re.compile(rf"{SIMPLE.pattern}\.py")
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +30,7 @@ class Claim:
     Parameters
     ----------
     id : str
-        Its name.
+        Its name: letters, digits and ``._+=-``, the first a letter or a digit.
     statement : str
         What is measured, with its unit.
     authority : str
@@ -39,7 +42,7 @@ class Claim:
     reason : str
         Why this bound.
     script : str
-        The script that measures it.
+        The script that measures it: the name of a file beside the register.
     holds : tuple of str
         What of the package is held against the authority.
     needs : str, optional
@@ -80,13 +83,12 @@ class Claim:
         heavytop.errors.ForeignFile: claim 'x': bound = -1: not a finite number from 0 up
         """
         if faults := [*_misnamed(table), *_misvalued(table, authorities)]:
-            raise ForeignFile(f"claim {table.get('id', '')!r}: {'; '.join(faults)}")
+            raise ForeignFile(f"claim {words(repr(table.get('id', '')))}: {'; '.join(faults)}")
         said = {**table, "authority": authorities[table["authority"]]}
         return cls(**{**said, "bound": float(table["bound"]), "holds": tuple(table["holds"])})
 
 
 KEYS: Final = {field.name: field.default is MISSING for field in fields(Claim)}  # whether required
-TEXTS: Final = {"id", "statement", "authority", "numbers", "reason", "script", "needs"}
 
 
 def _misnamed(table: Mapping[str, Any]) -> Iterator[str]:
@@ -96,26 +98,52 @@ def _misnamed(table: Mapping[str, Any]) -> Iterator[str]:
     for key in table:
         if key not in KEYS:
             near = nearest(key, KEYS)
-            yield f"{key} is unknown" + (f" ({near})" if near else "")
+            yield f"{words(key)} is unknown" + (f" ({near})" if near else "")
 
 
 def _misvalued(table: Mapping[str, Any], authorities: Mapping[str, str]) -> Iterator[str]:
-    for key in TEXTS & table.keys():
-        if not isinstance(table[key], str) or not table[key].strip():
-            yield f"{key} = {table[key]!r}: not a text"
-    if "bound" in table and not _is_bound(table["bound"]):
-        yield f"bound = {table['bound']!r}: not a finite number from 0 up"
-    if "holds" in table and not _are_texts(table["holds"]):
-        yield f"holds = {table['holds']!r}: not a list of texts"
+    for key, (fits, rule) in VALUES.items():
+        if key in table and not fits(table[key]):
+            yield f"{key} = {words(repr(table[key]), 80)}: {rule}"
     for key, known in (("authority", authorities), ("numbers", NUMBERS)):
         value = table.get(key)
-        if isinstance(value, str) and value.strip() and value not in known:
+        if is_text(value) and value not in known:
             yield f"{key} = {value!r}: none of {', '.join(known)}"
 
 
+def is_text(value: object) -> bool:
+    """Whether a value is a text of one line, without escape codes.
+
+    Examples
+    --------
+    >>> is_text("a sum"), is_text(" "), is_text(chr(27) + "[31m"), is_text(3)
+    (True, False, False, False)
+    """
+    return isinstance(value, str) and bool(value.strip()) and value.isprintable()
+
+
 def _is_bound(value: object) -> bool:
-    return isinstance(value, int | float) and type(value) is not bool and 0 <= value < math.inf
+    bound = number(value)
+    return bound is not None and bound >= 0
 
 
 def _are_texts(value: object) -> bool:
-    return isinstance(value, list) and bool(value) and all(isinstance(x, str) for x in value)
+    return isinstance(value, list) and bool(value) and all(map(is_text, value))
+
+
+def _is_package(value: object) -> bool:
+    return is_text(value) and all(part.isidentifier() for part in str(value).split("."))
+
+
+def _simple(pattern: re.Pattern[str]) -> Callable[[object], bool]:
+    return lambda value: isinstance(value, str) and bool(pattern.fullmatch(value))
+
+
+VALUES: Final[Mapping[str, tuple[Callable[[object], bool], str]]] = {
+    **dict.fromkeys(("statement", "authority", "numbers", "reason"), (is_text, "not a text")),
+    "id": (_simple(SIMPLE), "not letters, digits and ._+=- alone, or not begun by the former"),
+    "script": (_simple(SCRIPT), "not the plain name of a .py file"),
+    "needs": (_is_package, "not a text that names a package"),
+    "bound": (_is_bound, "not a finite number from 0 up"),
+    "holds": (_are_texts, "not a list of texts"),
+}

@@ -1,4 +1,7 @@
-"""Processes under a keeper: none outlives this process, nor does anything that it began."""
+"""Processes under a keeper: none outlives this process, nor does what it began.
+
+What leaves for a session of its own (``setsid``) is no longer seen, and may stay.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +17,18 @@ from typing import Final, TypeAlias
 
 KEEPER: Final = Path(__file__).with_name("keeper.py")
 
+LETTERS: Final = {"PYTHONUTF8": "1", "PYTHONIOENCODING": "utf-8"}
+"""Of an environment: what is printed in it is UTF-8, wherever the person happens to be."""
+
 Process: TypeAlias = subprocess.Popen[bytes]
 
 
-def begin(words: Sequence[str], said: Path, environment: Mapping[str, str]) -> Process:
+def begin(
+    words: Sequence[str],
+    said: Path,
+    environment: Mapping[str, str],
+    temporary: Path | None = None,
+) -> Process:
     """Begin what Python runs, in a group of processes of its own.
 
     Parameters
@@ -27,6 +38,8 @@ def begin(words: Sequence[str], said: Path, environment: Mapping[str, str]) -> P
     said : Path
         The file for its stderr; its stdout is not kept.
     environment : mapping from str to str
+    temporary : Path, optional
+        A folder that this process will remove; its keeper does where this is killed before.
 
     Raises
     ------
@@ -35,7 +48,7 @@ def begin(words: Sequence[str], said: Path, environment: Mapping[str, str]) -> P
     """
     with said.open("wb") as file:
         return subprocess.Popen(
-            [sys.executable, "-I", "-S", str(KEEPER), *words],
+            [sys.executable, "-I", "-S", str(KEEPER), str(temporary or ""), *words],
             stdin=subprocess.PIPE,  # never written to: it closes when this process is gone
             stdout=subprocess.DEVNULL,
             stderr=file,
@@ -45,7 +58,7 @@ def begin(words: Sequence[str], said: Path, environment: Mapping[str, str]) -> P
 
 
 def end(processes: Sequence[Process], grace: float) -> None:
-    """Let processes go, and all that they began: first asked, and `grace` seconds later killed."""
+    """Let processes go, and what they began: first asked, and `grace` seconds later killed."""
     try:
         for each in processes:
             _send(each, signal.SIGTERM)

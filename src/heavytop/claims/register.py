@@ -11,7 +11,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
-from heavytop.claims.claim import Claim
+from heavytop.claims.claim import SCRIPT, Claim, is_text
+from heavytop.claims.told import words
 from heavytop.errors import ForeignFile, HeavyTopError
 
 NAME: Final = "claims.toml"
@@ -88,9 +89,13 @@ def load_register(folder: Path | None = None) -> Register:
         claims = tuple(_claims(tomllib.loads((place / NAME).read_text("utf-8")), place))
     except FileNotFoundError:
         raise HeavyTopError(f"{place / NAME} is not there: installed without its claims") from None
-    except ValueError as fault:  # of the TOML, of its letters, or of a claim
+    except (ValueError, RecursionError, OSError) as fault:  # of TOML, letters, a claim, the file
         raise ForeignFile(f"{place / NAME}: {fault}") from None
-    return Register(place, claims, dict(_others(place, {claim.script for claim in claims})))
+    proofs = dict(_others(place, {claim.script for claim in claims}))
+    scripts = {stem(script) for script in (*proofs, *(claim.script for claim in claims))}
+    if both := next((claim.id for claim in claims if claim.id in scripts), None):
+        raise ForeignFile(f"{place / NAME}: claim {both!r}: the name of a script as well")
+    return Register(place, claims, proofs)
 
 
 def _claims(tables: Mapping[str, Any], folder: Path) -> Iterator[Claim]:
@@ -98,7 +103,7 @@ def _claims(tables: Mapping[str, Any], folder: Path) -> Iterator[Claim]:
     found, authorities = tables.get("claim", []), tables.get("authorities", {})
     if not isinstance(found, list) or not all(isinstance(each, dict) for each in found):
         raise ForeignFile("claims stand under [[claim]]")
-    if not isinstance(authorities, dict) or set(map(type, authorities.values())) - {str}:
+    if not isinstance(authorities, dict) or not all(map(is_text, authorities.values())):
         raise ForeignFile("authorities, each a text, stand under [authorities]")
     claims = [Claim.of(each, authorities) for each in found]
     times = Counter(claim.id for claim in claims)
@@ -114,5 +119,14 @@ def _others(folder: Path, registered: set[str]) -> Iterator[tuple[str, str]]:
     """The other numbered scripts, and the first line of what each says of itself."""
     for path in sorted(folder.glob("[0-9]*.py")):
         if path.name not in registered:
-            said = ast.get_docstring(ast.parse(path.read_text("utf-8"))) or path.stem
-            yield path.name, said.partition("\n")[0]
+            yield path.name, words(_about(path).partition("\n")[0])
+
+
+def _about(path: Path) -> str:
+    """What a script says of itself."""
+    if not SCRIPT.fullmatch(path.name) or not path.is_file():
+        raise ForeignFile(f"{words(str(path))}: not the plain name of a .py file")
+    try:
+        return ast.get_docstring(ast.parse(path.read_text("utf-8"))) or path.stem
+    except (SyntaxError, ValueError, RecursionError, MemoryError, OSError) as fault:
+        raise ForeignFile(f"{path}: not readable as Python ({fault})") from None

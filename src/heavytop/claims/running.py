@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from heavytop.claims.keeper import BY_SIGNAL
-from heavytop.claims.kept import Process, begin, end, tail
+from heavytop.claims.kept import LETTERS, Process, begin, end, tail
 from heavytop.claims.register import PACKAGE
 
 ASKED: Final = "HEAVYTOP_CLAIMS_ASKED"  # as validation/claim.py reads it
@@ -22,6 +22,7 @@ FOREIGN: Final = (ASKED, TOLD, OF, "PYTHONSAFEPATH")  # with the last, no script
 LOOK: Final = 0.05  # s between two looks at what is running
 GRACE: Final = 2.0  # s from SIGTERM to SIGKILL
 TAIL: Final = 65536  # bytes of what a script said: its last line is in them
+MOST: Final = 2**20  # bytes that a script may tell: a line for each claim
 DONE: Final = (0, 5)  # codes of a script that came to its end: all holds, or not
 
 
@@ -53,7 +54,7 @@ class Ended:
     code : int, optional
         Its exit code, above 128 for a signal; None where it was not done within its limit.
     told : bytes
-        What it wrote of its claims.
+        What it wrote of its claims; no more than a byte beyond `MOST`.
     said : str
         The last line of its stderr.
     seconds : float
@@ -71,9 +72,9 @@ class Ended:
         """Why it did not come to its end; empty where it did."""
         if self.code is None:
             return f"not done in {self.errand.limit:g} s"
-        if self.code in DONE:
-            return ""
-        return f"ended {_by(self.code)}: {self.said or 'it said nothing'}"
+        if self.code not in DONE:
+            return f"ended {_by(self.code)}: {self.said or 'it said nothing'}"
+        return f"it told more than {MOST >> 20} MB" if len(self.told) > MOST else ""
 
 
 def _by(code: int) -> str:
@@ -101,7 +102,7 @@ class _Running:
         return Ended(
             self.errand,
             code,
-            told.read_bytes() if told.is_file() else b"",
+            _told(told),
             _last(self.folder / "said"),
             seconds,
         )
@@ -113,6 +114,7 @@ def run_scripts(
     """Run scripts, and give each as it ends; what still runs when this is closed is ended.
 
     No script outlives this process, however it goes: each has a keeper, who sees a pipe close.
+    What a script begins goes with it, unless that leaves for a session of its own.
 
     Parameters
     ----------
@@ -152,7 +154,7 @@ def _looked_at(running: list[_Running]) -> Iterator[Ended]:
 def _begin(errand: Errand, place: Path) -> _Running:
     folder = place / errand.script.stem
     folder.mkdir()
-    process = begin([str(errand.script)], folder / "said", _environment(errand, place))
+    process = begin([str(errand.script)], folder / "said", _environment(errand, place), place)
     return _Running(errand, process, folder, time.monotonic())
 
 
@@ -160,7 +162,14 @@ def _environment(errand: Errand, place: Path) -> Mapping[str, str]:
     here = {name: value for name, value in os.environ.items() if name not in FOREIGN}
     asked = {} if errand.asked is None else {ASKED: ",".join(errand.asked)}
     told = str(place / errand.script.stem / "told")
-    return {**here, **asked, TOLD: told, OF: str(PACKAGE), "TMPDIR": str(place)}
+    return {**here, **asked, **LETTERS, TOLD: told, OF: str(PACKAGE), "TMPDIR": str(place)}
+
+
+def _told(path: Path) -> bytes:
+    if not path.is_file():
+        return b""
+    with path.open("rb") as file:
+        return file.read(MOST + 1)
 
 
 def _last(said: Path) -> str:

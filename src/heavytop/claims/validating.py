@@ -10,11 +10,11 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from heavytop.arguments import wrong_type
-from heavytop.claims.register import PACKED, Register, load_register, stem
+from heavytop.claims.register import NAME, PACKED, Register, load_register, stem
 from heavytop.claims.running import Ended, Errand, run_scripts
 from heavytop.claims.validation import Measured, Validation, counts
 from heavytop.claims.verdicts import verdicts
-from heavytop.errors import HeavyTopError
+from heavytop.errors import ForeignFile, HeavyTopError
 from heavytop.names import LONGEST, nearest
 
 LIMIT: Final = 120.0  # s for a script of registered claims
@@ -36,11 +36,11 @@ def validate(
 ) -> Validation:
     """What is claimed of the package, measured and held to its bounds.
 
-    Each script of claims runs in processes of its own, which do not outlive this one, however it
-    ends. None of the claims of a script holds that ends otherwise than by code 0 or 5, that is
-    not done in its time (two minutes; two hours for those of `proofs`), or that tells what it was
-    not asked for. What an interrupt leaves is nothing: scripts are asked to end, and after two
-    seconds killed.
+    Each script of claims runs in a group of processes of its own, which does not outlive this one,
+    however it ends; only what leaves for a session of its own may. None of the claims of a script
+    holds that ends otherwise than by code 0 or 5, that is not done in its time (two minutes; two
+    hours for those of `proofs`), or that tells what it was not asked for, or more than 1 MB. What
+    an interrupt leaves is nothing: scripts are asked to end, and after two seconds killed.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def validate(
     ValueError
         ``jobs`` < 1.
     ForeignFile
-        The register is damaged.
+        The register is damaged, or has no claims.
     HeavyTopError
         The package was installed without its claims.
 
@@ -89,6 +89,8 @@ def validate(
     found = dict[str, tuple[Measured, ...]]()
     with _runnable(known) as place:
         groups = _errands(known, place, asked, proofs)
+        if not any(groups):
+            raise ForeignFile(f"{known.folder / NAME}: no claims")
         with closing(_run(groups, (jobs, 1), note or (lambda _: None))) as running:
             for ended in running:
                 found[ended.errand.script.name] = verdicts(known, ended)

@@ -5,7 +5,10 @@ what is slow to import is imported by the verb that needs it, so that ``heavytop
 at once.
 """
 
-from heavytop.cli.command import app, main
+try:
+    from heavytop.cli.command import app, main
+except KeyboardInterrupt:  # before there is a command that could say so
+    raise SystemExit(130) from None
 from heavytop.cli.exits import Exit, exit_code
 
 __all__ = ["Exit", "app", "exit_code", "main"]

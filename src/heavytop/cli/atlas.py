@@ -86,7 +86,7 @@ def atlas(
     verbose: Verbose = False,
     debug: Debug = False,
 ) -> None:
-    """Classify every pixel of a plane of tops, each proved, and chart the map."""
+    """Classify every pixel of a plane of tops, and chart the map."""
     voice = Voice(quiet, verbose)
     put: Put = {"json": json, "figures": not no_figures, "voice": voice}
     asked = {"--x": x, "--y": y, "--only": only, "--integrate": integrate or None, "--shard": shard,

@@ -24,7 +24,10 @@ def classify(
     verbose: Verbose = False,
     debug: Debug = False,
 ) -> None:
-    """Say which kind of motion a scene is, and how that is proved; nothing is integrated."""
+    """Say which kind of motion a scene is, with the proof.
+
+    Nothing is integrated.
+    """
     from heavytop.classification import classify_document
     from heavytop.scene import load_scene
 

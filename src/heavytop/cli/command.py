@@ -133,6 +133,8 @@ def main() -> None:
         if isinstance(leaving.__context__, BrokenPipeError):
             raise SystemExit(Exit.UNREAD) from None
         raise
+    except KeyboardInterrupt:  # before a verb has been read, or while it is explained
+        raise SystemExit(Exit.INTERRUPTED) from None
     except OSError as fault:  # of the help, or of what is wrong with an option
         say(f"cannot write: {fault.strerror}")
         raise SystemExit(getattr(fault.__context__, "exit_code", Exit.ENDED_EARLY)) from None

@@ -9,7 +9,7 @@ from heavytop.cli.output import print_json
 
 
 def derive(latex: Latex = False, json: Json = False, debug: Debug = False) -> None:
-    """Show the derivation: from the rotation matrix to the equations that are integrated."""
+    """Derive from the rotation matrix what is integrated."""
     from heavytop.derivation import as_latex, as_text, derivation, derive_document
 
     if latex and json:

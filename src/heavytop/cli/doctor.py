@@ -11,7 +11,7 @@ from heavytop.cli.voice import say
 
 
 def doctor(json: Json = False, debug: Debug = False) -> None:
-    """Say what is installed here: versions, processor, the integrator's wheel and cache."""
+    """Say what is installed here: versions, processor, wheel, cache."""
     from heavytop.doctor import diagnosis, in_words
 
     found = diagnosis()

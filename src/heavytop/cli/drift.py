@@ -65,7 +65,7 @@ def drift(
     verbose: Verbose = False,
     debug: Debug = False,
 ) -> None:
-    """Follow a scene for long with several methods, and chart how their errors grow."""
+    """Follow a scene for long by many methods; chart their errors."""
     from heavytop.drifts.drifting import drift as follow
     from heavytop.drifts.methods import DEFAULT
     from heavytop.scene import load_scene

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Sequence
 from itertools import pairwise
@@ -14,6 +15,7 @@ Usage: Final[Any] = typer.BadParameter.__mro__[1]
 """What typer raises for words that do not fit; it is not among its public names."""
 
 EXAMPLE: Final = "sicm-kicked"
+_OPTION: Final = re.compile(r"--|-[a-z]$")
 
 
 def hinted(error: Any, words: Sequence[str]) -> None:
@@ -50,11 +52,27 @@ def _missing(parameter: Any, verb: str) -> str:
 
 
 def _parted(words: Sequence[str]) -> str:
-    """A hint at the = between a key and its value."""
-    for option, key, value in zip(words, words[1:], words[2:], strict=False):
-        if option == "--set" and "=" not in key:
-            return f"KEY=VALUE is one word, --set {shlex.quote(f'{key}={value}')}"
+    """A hint at blanks around = or before a unit, of which the shell makes several words."""
+    for at, word in enumerate(words, start=1):
+        if word == "--set" and (change := _joined(words[at:])):
+            return f"KEY=VALUE is one word, --set {shlex.quote(change)}"
     return ""
+
+
+def _joined(words: Sequence[str]) -> str:
+    """The change that begins with these words, if it was meant to be more than the first."""
+    from heavytop.exact.grammar import UNITS
+
+    key, equals, value = (words[0] if words else "").partition("=")
+    rest = list(words[1:])
+    if not equals and rest and rest[0].startswith("="):
+        value = rest.pop(0)[1:]
+    if not value and rest:
+        value = rest.pop(0)
+    if rest and rest[0] in UNITS:
+        value = f"{value} {rest.pop(0)}"
+    alone = len(rest) == len(words) - 1
+    return "" if alone or not value or _OPTION.match(value) else f"{key}={value}"
 
 
 def _option(name: str, words: Sequence[str]) -> str:

@@ -102,5 +102,5 @@ def blaming(options: list[str]) -> Iterator[None]:
         yield
     except errors.BadScene as bad:
         if all(fault.key in keys for fault in bad.faults):
-            raise typer.BadParameter(f"\n{bad}") from bad
+            raise typer.BadParameter(f"the scene cannot be run so:\n{bad}") from bad
         raise

@@ -28,7 +28,10 @@ def plan(
     verbose: Verbose = False,
     debug: Debug = False,
 ) -> None:
-    """Say how a scene would be integrated, why, and what that would cost; nothing is integrated."""
+    """Say how a scene would be integrated, why, and at what cost.
+
+    Nothing is integrated.
+    """
     from heavytop.plan_document import plan_document
     from heavytop.scene import load_scene
 

@@ -64,7 +64,10 @@ def report(
     verbose: Verbose = False,
     debug: Debug = False,
 ) -> None:
-    """Put results on one HTML page that needs no network, with the numbers behind each figure."""
+    """Put results on one HTML page that needs no network.
+
+    The numbers behind each figure stand beside it.
+    """
     voice, asked = Voice(quiet, verbose), places or []
     with ExitStack() as stack:
         stack.enter_context(ending())
@@ -78,12 +81,18 @@ def report(
     if json:
         typer.echo(page.json(files))
     elif html is not None:
-        figures = sum(len(section.pictures) for section in page.sections)
-        typer.echo(f"{spelled(html)}: {len(page.sections)} results, {figures} figures")
+        typer.echo(f"{spelled(html)}: {_size(page)}")
     for name, why in () if quiet else page.missing:
         say(f"not on the page: {name}: {why}")
     if not page.results:
         raise typer.Exit(Exit.ENDED_EARLY)
+
+
+def _size(page: Page) -> str:
+    from heavytop.pages.tables import amount
+
+    figures = sum(len(section.pictures) for section in page.sections)
+    return f"{amount(len(page.sections), 'result')}, {amount(figures, 'figure')}"
 
 
 def _words(places: list[str], changes: list[str] | None) -> list[str]:

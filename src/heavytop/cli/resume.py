@@ -38,7 +38,7 @@ def resume(
     verbose: Verbose = False,
     debug: Debug = False,
 ) -> None:
-    """Go on with a study or a run that was interrupted or killed, from where it was."""
+    """Go on with a study or a run that was interrupted or killed."""
     voice = Voice(quiet, verbose)
     if not (folder / "study.json").exists() and (folder / "trajectory.nc").exists():
         if scheduler is not None:

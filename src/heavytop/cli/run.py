@@ -106,6 +106,9 @@ def known_already(scene: Scene, formulation: str, folder: Path | None) -> dict[s
 
     document = at_once(scene, chosen)
     if folder is not None:
+        from heavytop.results import clear
+
+        clear(folder)
         document["files"] = {"document": "run.json"}
         write_document(folder / "run.json", document)
     return document

@@ -18,7 +18,7 @@ ShippedName = Annotated[
 
 
 def scenes(name: ShippedName = None, json: Json = False, debug: Debug = False) -> None:
-    """List the scenes that come with the package, or print the text of one, to change it."""
+    """List the scenes that are shipped, or print the text of one."""
     if name is None:
         _list(json)
     else:

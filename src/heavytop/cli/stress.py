@@ -58,7 +58,7 @@ def stress(
     verbose: Verbose = False,
     debug: Debug = False,
 ) -> None:
-    """Run every method at the motions at which methods fail, and say how each of them does."""
+    """Run every method at the motions at which methods fail."""
     if listed:
         from heavytop.stresses.listing import listing
 

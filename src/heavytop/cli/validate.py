@@ -35,7 +35,7 @@ def validate(
     verbose: Verbose = False,
     debug: Debug = False,
 ) -> None:
-    """Measure what is claimed, on authorities outside this project, and print it by its bound."""
+    """Measure what is claimed, on authorities outside this project."""
     from heavytop.claims.validating import UnknownClaim
     from heavytop.claims.validating import validate as measured
 

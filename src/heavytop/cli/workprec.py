@@ -58,7 +58,7 @@ def workprec(
     verbose: Verbose = False,
     debug: Debug = False,
 ) -> None:
-    """Time every method at every setting, and chart the times against the errors."""
+    """Time every method at every setting; chart times by errors."""
     from heavytop.scene import load_scene
     from heavytop.workprecs.ladder import DEFAULT
     from heavytop.workprecs.measuring import work_precision

@@ -11,7 +11,7 @@ import numpy as np
 
 from heavytop.decimals.reader import DecimalSample, Values
 from heavytop.decimals.run import PreciseRun
-from heavytop.events import CUSP_LEVEL, Events
+from heavytop.events import CUSP_LEVEL, Events, ended
 from heavytop.exact import Exact
 from heavytop.taylor.precise import Found, Wanted
 from heavytop.theory.precision import Number
@@ -138,14 +138,18 @@ def _function(kind: str) -> str:
     return "reversal" if kind == "reversal" else "turning"
 
 
-def rounded_events(polished: tuple[Polished, ...], asked: tuple[str, ...], width: int) -> Events:
-    """Return the events with every number rounded to double."""
+def rounded_events(
+    polished: tuple[Polished, ...], asked: tuple[str, ...], width: int, end: float
+) -> Events:
+    """Return the events with every number rounded to double, none behind the end of the run."""
     samples = [event.sample for event in polished]
     high = np.array([float(s.t) for s in samples])
+    low = np.array([float(s.t - h) for s, h in zip(samples, high.tolist(), strict=True)])
+    t, t_low = ended(high, low, end)
     return Events(
         kind=tuple(event.kind for event in polished),
-        t=high,
-        t_low=np.array([float(s.t - h) for s, h in zip(samples, high.tolist(), strict=True)]),
+        t=t,
+        t_low=t_low,
         theta=np.array([float(s.theta) for s in samples]),
         phi=np.array([_double(s.phi) for s in samples]),
         phidot=np.array([_double(s.phidot) for s in samples]),

@@ -142,7 +142,8 @@ def in_decimals(
         steps=walk.steps,
         integrate_s=time.perf_counter() - began,
     )
-    return decimals, rounded_events(polished, events.asked, events.states.shape[1])
+    width = events.states.shape[1]
+    return decimals, rounded_events(polished, events.asked, width, orbit.end)
 
 
 def _sample_times(scene: Scene, ctx: Context, before: Decimals | None) -> list[Number]:

@@ -32,7 +32,7 @@ _UNIT_SIZES: Final = {
     "rad/s": ONE,
 }
 
-RULE: Final = "a number may use digits, pi, sqrt( ), + - * / ^ and parentheses"
+RULE: Final = "a number may use digits, pi, sqrt( ), + - * / ** (or ^) and parentheses"
 
 _TOKEN: Final = re.compile(
     r"\s*(?:(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"

@@ -42,7 +42,8 @@ class Formulation:
         Functions whose zeros are the events: ``turning`` has the sign of thetadot, ``reversal``
         that of phidot.
     invariants : mapping from str to expression
-        Functions that the exact flow conserves; ``energy`` is E'/A.
+        Functions that the exact flow conserves; ``energy`` is E'/A [1/s^2], ``p_phi`` and
+        ``p_psi`` are p_phi/A and p_psi/A [1/s].
     spin : sympy expression
         p_psi/A, a function of states and parameters.
     starts_at_pole : bool

@@ -12,11 +12,13 @@ from heavytop.errors import NoClosedForm
 
 if TYPE_CHECKING:
     from heavytop.quantities import Sample
+    from heavytop.theory.potential import Potential
     from heavytop.trajectory import Trajectory
 
 Columns = Mapping[str, list[Any]]
 
 POINTS: Final = 401
+TILTS: Final = 201
 
 
 @lru_cache(maxsize=1)
@@ -46,17 +48,30 @@ def _angles(trajectory: Trajectory) -> dict[str, list[Any]]:
 
 def _potential(trajectory: Trajectory) -> dict[str, list[Any]]:
     from heavytop.planning import closed_form_of
+    from heavytop.report.figures.energy import tilts_shown
     from heavytop.theory.potential import Potential
 
     motion = closed_form_of(trajectory.scene)
-    theta = np.linspace(0.0, np.pi, 203)[1:-1]
-    energy = float(trajectory.scene.top.A) * Potential(motion.reduced)(theta)
-    level = float(motion.constants.E_prime)
+    potential = Potential(motion.reduced)
+    ends = float(motion.theta_min), float(motion.theta_max)
+    tilts = np.linspace(*tilts_shown(potential), TILTS + 2)[1:-1]
+    theta = np.union1d(tilts, _lowest(potential, ends))
+    known = {
+        "E_prime_J": float(motion.constants.E_prime),
+        "theta_min": ends[0],
+        "theta_max": ends[1],
+    }
     return {
         "theta": _listed(theta),
-        "potential_J": _listed(energy),
-        "E_prime_J": [level] * theta.size,
-    }
+        "potential_J": _listed(float(trajectory.scene.top.A) * potential(theta)),
+    } | {name: _listed([value]) * theta.size for name, value in known.items()}
+
+
+def _lowest(potential: Potential, ends: tuple[float, float]) -> float:
+    """The tilt of the least potential: an end of the motion, where rounding hides that it is."""
+    least = potential.bottom
+    limit = potential(least) + 4 * np.finfo(float).eps * np.abs(potential(least))
+    return next((end for end in ends if potential(end) <= limit), least)
 
 
 def _phase(trajectory: Trajectory) -> dict[str, list[Any]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from heavytop.errors import ForeignFile
-from heavytop.pages.commands import command
+from heavytop.pages.commands import command, folder
 from heavytop.pages.foreign import spelled
 from heavytop.pages.section import Section
 from heavytop.pages.tables import Table
@@ -23,18 +23,32 @@ WHOSE: Final = {
 }
 
 
+def verdicts(hold: int, fail: int, skipped: int) -> str:
+    """How many claims hold, fail and were skipped.
+
+    Examples
+    --------
+    >>> verdicts(82, 0, 3)
+    '82 hold, none fails, 3 skipped'
+    """
+    words = [f"{hold} {'holds' if hold == 1 else 'hold'}"]
+    words.append(f"{fail or 'none'} {'fails' if fail < 2 else 'fail'}")
+    return ", ".join([*words, f"{skipped} skipped"] if skipped else words)
+
+
 def claims_section(finding: Finding, ident: str) -> Section:
     """Return the section of a validation: all claims, those that fail first."""
     claims = sorted(finding.document["claims"], key=lambda each: each["passed"] is not False)
     words = [_verdict(each) for each in claims]
+    counts = [words.count(word) for word in ("hold", "FAIL", "skipped")]
     return Section(
         ident=ident,
         heading="Claims",
-        words=", ".join(f"{words.count(word)} {word}" for word in ("hold", "FAIL", "skipped")),
+        words=verdicts(*counts),
         table=Table.of(
             {
                 "verdict": [
-                    f"skipped: {each['skipped']}" if each["skipped"] else word
+                    f"skipped: {each['skipped']}" if word == "skipped" else word
                     for each, word in zip(claims, words, strict=True)
                 ],
                 "claim": [each["id"] for each in claims],
@@ -46,18 +60,18 @@ def claims_section(finding: Finding, ident: str) -> Section:
             },
             most=2000,
         ),
-        command=_command(finding),
+        command=_command(finding, ident),
         parted="authority",
     )
 
 
-def _command(finding: Finding) -> str:
+def _command(finding: Finding, ident: str) -> str:
     """What measures these claims again; documents of old do not say which were asked for."""
     asked = finding.document.get("asked") or ()
     if option := next((name for name in asked if name.startswith("-")), None):
         raise ForeignFile(f"{spelled(finding.path)}: asked: {option!r:.60}: no name of a claim")
     proofs = ["--proofs"] if finding.document.get("proofs") else []
-    return command("validate", *asked, *proofs, "-o", "out")
+    return command("validate", *asked, *proofs, *folder(ident))
 
 
 def _whose(numbers: str | None) -> str | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 Known = Mapping[str, Any]
@@ -19,6 +19,35 @@ def command(verb: str, *words: str) -> str:
     "heavytop run 'my scene.toml' -o out"
     """
     return " ".join(map(quoted, ["heavytop", verb, *words]))
+
+
+def folder(ident: str) -> tuple[str, str]:
+    """The option that names a folder of its own: no two studies write into the same."""
+    return "-o", f"out/{ident}"
+
+
+def exactly(x: float) -> str:
+    """The shortest text of a number that is read as the same number.
+
+    Examples
+    --------
+    >>> exactly(1234567.0), exactly(0.1), exactly(30)
+    ('1234567', '0.1', '30')
+    """
+    return repr(x).removesuffix(".0")
+
+
+def changed(options: Mapping[str, tuple[float | None, float]]) -> Iterator[str]:
+    """The options that are known and not what holds where they are left out.
+
+    Examples
+    --------
+    >>> list(changed({"--budget": (40.0, 240.0), "--step-limit": (None, 9), "--x": (1, 1.0)}))
+    ['--budget', '40']
+    """
+    for option, (value, usual) in options.items():
+        if value is not None and value != usual:
+            yield from (option, exactly(value))
 
 
 def quoted(word: str) -> str:
@@ -40,9 +69,11 @@ def _escaped(letter: str) -> str:
     return "".join(f"\\x{byte:02x}" for byte in letter.encode("utf-8", "surrogateescape"))
 
 
-def scene_word(scene: Known) -> str:
-    """The shipped scene that this one is, else a name for the file that `scene_file` gives."""
-    return str(scene["name"]) if is_shipped(scene) else "scene.toml"
+def scene_word(scene: Known, ident: str) -> str:
+    """The shipped scene that this one is, else the file that `scene_file` gives, by the name of
+    its section.
+    """
+    return str(scene["name"]) if is_shipped(scene) else f"{ident}.toml"
 
 
 def is_shipped(scene: Known) -> bool:

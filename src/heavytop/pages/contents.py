@@ -58,9 +58,10 @@ def _sections(found: Sequence[Finding]) -> Iterator[tuple[Finding, Section]]:
 
 
 def _told_apart(results: Sequence[tuple[Finding, Section]]) -> Iterator[tuple[Finding, Section]]:
-    """Sections of one heading with the names of their files."""
+    """Sections of one heading with the names of their files, in the player too."""
     counts = Counter(section.heading for _, section in results)
     for finding, section in results:
         one = counts[section.heading] == 1
         heading = section.heading if one else f"{section.heading} ({finding.name})"
-        yield finding, replace(section, heading=heading)
+        top = section.top and {**section.top, "title": heading}
+        yield finding, replace(section, heading=heading, top=top)

@@ -11,12 +11,14 @@ from heavytop.pages.tables import cell, shown
 
 Columns = Mapping[str, Sequence[Any]]
 NOTHING: Final = "Nothing was measured: there is no figure."
+ROUNDING: Final = 1e-12  # of the energy: a potential so small is 0
 LEAP: Final = 1.0  # rad: no angle goes so far from one of these numbers to the next
 
 GIVEN: Final = {
     "A": ("A", "kg m²"), "C": ("C", "kg m²"), "gMR": ("gMR", "J"), "theta": ("θ", "rad"),
     "phi": ("φ", "rad"), "psi": ("ψ", "rad"), "thetadot": ("θ̇", "rad/s"),
     "phidot": ("φ̇", "rad/s"), "psidot": ("ψ̇", "rad/s"), "omega3": ("ω₃", "rad/s"),
+    "p_phi": ("p_φ", "kg m²/s"), "p_psi": ("p_ψ", "kg m²/s"), "E": ("E", "J"),
 }  # fmt: skip
 
 
@@ -90,14 +92,14 @@ def _angles(columns: Columns) -> Iterator[str]:
 
 
 def _potential(columns: Columns) -> Iterator[str]:
-    tilts, heights = columns["theta"], columns["potential_J"]
-    level = columns["E_prime_J"][0]
-    known = [(v, t) for t, v in zip(tilts, heights, strict=True) if v is not None]
-    least = min(known)
-    yield f"The potential is least, {shown(least[0], 3)} J, at a tilt of {_degrees(least[1])}."
-    allowed = [tilt for v, tilt in known if v <= level]
-    reach = f"tilts of about {_span(allowed)}" if len(allowed) > 1 else "no more than this tilt"
-    yield f"The energy E′, {shown(level, 3)} J, allows {reach}."
+    pairs = zip(columns["potential_J"], columns["theta"], strict=True)
+    height, tilt = min(each for each in pairs if each[0] is not None)
+    level, *ends = (columns[name][0] for name in ("E_prime_J", "theta_min", "theta_max"))
+    least = height if abs(height) > ROUNDING * abs(level) else 0
+    yield f"The potential is least, {shown(least, 3)} J, at a tilt of {_degrees(tilt)}."
+    words = _span(ends)  # of the motion: on the grid the ends of what is allowed are coarse
+    moves = f"at tilts from {words}" if " to " in words else f"and stays at a tilt of {words}"
+    yield f"The motion has the energy E′, {shown(level, 3)} J, {moves}."
 
 
 def _phase(columns: Columns) -> Iterator[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from heavytop.pages.commands import command, scene_file, scene_word
+from heavytop.pages.commands import command, folder, scene_file, scene_word
 from heavytop.pages.descriptions import called
 from heavytop.pages.section import Picture, Section, drawn
 from heavytop.pages.tables import Table, cell
@@ -25,7 +25,8 @@ def energy_momentum_section(finding: Finding, ident: str) -> Section:
     from heavytop.report.energy_momentum_figure import energy_momentum_figure
 
     document, edge = finding.document, finding.document["edge"]
-    made = command("atlas", scene_word(document["scene"]), "--energy-momentum", "-o", "out")
+    about = scene_word(document["scene"], ident)
+    made = command("atlas", about, "--energy-momentum", *folder(ident))
     start, circuit = document["start"], document["circuit"]
     turn = f" Around the thread Δφ gains {circuit['winding']:+g} turn." if circuit else ""
     columns = {head: edge[name] for name, head in HEADS.items() if name in edge}

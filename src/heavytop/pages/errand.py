@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from heavytop.claims.kept import begin, end, tail
+from heavytop.claims.kept import LETTERS, begin, end, tail
 
 GRACE: Final = 5.0  # s from SIGTERM to SIGKILL: what checks the claims ends its scripts meanwhile
 TAIL: Final = 4096  # bytes of what a command said
@@ -31,7 +31,7 @@ class Ended(NamedTuple):
 
 
 def run(words: Sequence[str], place: Path, limit_s: float) -> Ended:
-    """Run a command of heavytop; nothing that it began is left when this returns.
+    """Run a command of heavytop; its group of processes is gone when this returns.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def run(words: Sequence[str], place: Path, limit_s: float) -> Ended:
     """
     boot = ("-P", "-c", _BOOT, json.dumps([*map(str, sys.path)]))
     said = place / "said"
-    process = begin((*boot, *words), said, os.environ | {"TMPDIR": str(place)})
+    process = begin((*boot, *words), said, os.environ | LETTERS | {"TMPDIR": str(place)})
     try:
         code: int | None = process.wait(limit_s)
     except subprocess.TimeoutExpired:

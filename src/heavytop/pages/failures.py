@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from heavytop.pages.commands import command
+from heavytop.pages.commands import changed, command, folder
 from heavytop.pages.descriptions import NOTHING, left_out
 from heavytop.pages.section import Picture, Section, drawn
 from heavytop.pages.tables import Table
@@ -20,28 +20,10 @@ FEW: Final = 20  # cases, of which it is said why each is hard
 
 def stress_section(finding: Finding, ident: str) -> Section:
     """Return the section of a stress test."""
-    from heavytop.report.stress_figure import stress_figure
-
     document = finding.document
     runs = document["cases"]
-    made = command("stress", *_chosen(document), "-o", "out")
-    names = ("case", "method", "outcome", "error", "digits_lost", "note")
-    rows = [{name.replace("_", " "): each[name] for name in names} for each in runs]
+    made = command("stress", *_chosen(document), *_limits(document["limits"]), *folder(ident))
     counts = _counts(runs, document["skipped"])
-    picture = Picture(
-        ident=f"{ident}-chart",
-        title="digits lost at every case by every method",
-        alt=f"Digits lost at {len(document['hard'])} cases. Outcomes: "
-        + "; ".join(
-            f"{row['method']}: " + ", ".join(f"{n} {word}" for word, n in row.items() if n and
-                                             word != "method") for row in counts
-        ) + ".",
-        svg=drawn(stress_figure(document)),
-        table=Table.of_rows(rows, 400, digits=2),
-        data={"hard": document["hard"], "cases": runs},
-        command=made,
-        listed="cases",
-    )  # fmt: skip
     return Section(
         ident=ident,
         heading="Where methods fail",
@@ -49,10 +31,33 @@ def stress_section(finding: Finding, ident: str) -> Section:
         "Digits lost are those beyond what the conditioning of the motion allows",
         facts=tuple(document["hard"].items()) if len(document["hard"]) <= FEW else (),
         table=Table.of_rows(counts, 100),
-        pictures=(picture,) if runs else (),
+        pictures=(_picture(document, ident, made, counts),) if runs else (),
         command=made,
         notes=(_outcomes(runs) or NOTHING, *left_out(document["skipped"])),
     )
+
+
+def _picture(document: Known, ident: str, made: str, counts: Sequence[Known]) -> Picture:
+    from heavytop.report.stress_figure import stress_figure
+
+    names = ("case", "method", "outcome", "error", "digits_lost", "note")
+    rows = [{name.replace("_", " "): each[name] for name in names} for each in document["cases"]]
+    ended = "; ".join(f"{row['method']}: {_ended(row)}" for row in counts)
+    return Picture(
+        ident=f"{ident}-chart",
+        title="digits lost at every case by every method",
+        alt=f"Digits lost at {len(document['hard'])} cases. Outcomes: {ended}.",
+        svg=drawn(stress_figure(document)),
+        table=Table.of_rows(rows, 400, digits=2),
+        data={"hard": document["hard"], "cases": document["cases"]},
+        command=made,
+        listed="cases",
+    )
+
+
+def _ended(row: Known) -> str:
+    """How often the runs of a method ended in which way."""
+    return ", ".join(f"{n} {word}" for word, n in row.items() if n and word != "method")
 
 
 def _outcomes(runs: Any) -> str:
@@ -74,6 +79,17 @@ def _chosen(document: Known) -> tuple[str, ...]:
     ):  # fmt: skip
         words += [] if set(asked) >= set(known) else [option, ",".join(asked)]
     return tuple(words)
+
+
+def _limits(limits: Known) -> Iterator[str]:
+    """The options that bound a test; none where it had the usual bounds."""
+    from heavytop.stresses.stressing import BUDGET_S, STEPS, TIME_S
+
+    return changed({
+        "--time-limit": (limits.get("time_s"), TIME_S),
+        "--step-limit": (limits.get("steps"), STEPS),
+        "--budget": (limits.get("budget_s"), BUDGET_S),
+    })  # fmt: skip
 
 
 def _counts(runs: Any, skipped: Any) -> list[dict[str, Any]]:

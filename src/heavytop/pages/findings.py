@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Iterator, Sequence
-from hashlib import sha256
+from hashlib import file_digest, sha256
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from heavytop.errors import ForeignFile
-from heavytop.pages.foreign import cut, read, spelled
+from heavytop.pages.foreign import cut, expect_file, read, spelled
 from heavytop.pages.shapes import SHAPES
 
 FILES: Final = {
@@ -27,6 +28,8 @@ FILES: Final = {
 MOST: Final = 60  # results on a page
 MOST_BYTES: Final = 128 * 2**20  # of all their documents
 TOLD: Final = 20  # faults of one error
+BESIDE: Final = {"heavytop/run/1": "trajectory.nc", "heavytop/atlas/1": "atlas.nc"}
+MOST_BESIDE: Final = 512 * 2**20  # of one of these
 
 
 class Finding(NamedTuple):
@@ -165,11 +168,25 @@ def _end(parts: tuple[str, ...], whole: Sequence[tuple[str, ...]]) -> str:
 
 def _once(found: Sequence[Finding]) -> Found:
     """Each result once: a copy, with what lies beside it, says nothing new."""
-    first: dict[tuple[str, ...], Finding] = {}
+    counts = Counter((each.schema, each.sha256) for each in found)
+    first: dict[tuple[str, str, str], Finding] = {}
     again: list[tuple[str, str]] = []
     for each in found:
-        beside = sorted(p.name for p in each.path.parent.glob("*.nc"))
-        same = first.setdefault((each.schema, each.sha256, *beside), each)
+        beside = _beside(each) if counts[each.schema, each.sha256] > 1 else ""
+        same = first.setdefault((each.schema, each.sha256, beside), each)
         if same is not each:
             again.append((each.name, f"the same as {same.name}, which is here"))
     return Found(tuple(first.values()), tuple(again))
+
+
+def _beside(finding: Finding) -> str:
+    """What lies beside a document and is read with it, by its contents."""
+    path = finding.path.with_name(BESIDE.get(finding.schema, "none"))
+    if finding.schema not in BESIDE or not os.path.lexists(path):
+        return ""
+    try:
+        expect_file(path, MOST_BESIDE)
+        with path.open("rb") as file:
+            return file_digest(file, "sha256").hexdigest()
+    except (OSError, ForeignFile):
+        return str(path)  # like no other: whoever reads it says what is wrong with it

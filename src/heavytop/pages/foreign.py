@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import stat
 import unicodedata
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -16,7 +17,7 @@ MOST_BYTES: Final = 64 * 2**20  # of a document
 MOST_VALUES: Final = 3_000_000
 DEEPEST: Final = 40  # indented by so much, a page of lists is still of their size
 MOST_LETTERS: Final = 20_000  # of a text: a decimal of so many digits is still one
-LARGEST: Final = 1e300  # of a number: its square is still one
+LARGEST: Final = 1e150  # of a number: its square is still one
 
 Wrong = str | None
 
@@ -61,13 +62,10 @@ def read(path: Path) -> Source:
         It is no regular file, too large, no JSON object, or has NaN, or texts and numbers that
         no result has.
     """
-    if not path.is_file():
-        raise ForeignFile(f"{spelled(path)}: not a file")
+    expect_file(path, MOST_BYTES)
     try:
         with path.open("rb") as file:
             data = file.read(MOST_BYTES + 1)
-        if len(data) > MOST_BYTES:
-            raise ForeignFile(f"{spelled(path)}: more than {MOST_BYTES >> 20} MB")
         found = json.loads(data.decode("utf-8"))
     except OSError as fault:
         raise ForeignFile(f"{spelled(path)}: {fault.strerror or fault}") from None
@@ -78,6 +76,31 @@ def read(path: Path) -> Source:
     if wrong := _unbounded(found):
         raise ForeignFile(f"{spelled(path)}: {wrong}")
     return Source(found, data)
+
+
+def expect_file(path: Path, most: int) -> None:
+    """Expect a regular file with something in it; others may have no end, or never answer.
+
+    Parameters
+    ----------
+    path : Path
+    most : int
+        Bytes that it may have.
+
+    Raises
+    ------
+    ForeignFile
+    """
+    try:
+        found = path.stat()
+    except OSError as fault:
+        raise ForeignFile(f"{spelled(path)}: {fault.strerror or fault}") from None
+    if not stat.S_ISREG(found.st_mode):
+        raise ForeignFile(f"{spelled(path)}: not a file")
+    if not found.st_size:  # as of what a kernel tells
+        raise ForeignFile(f"{spelled(path)}: an empty file")
+    if found.st_size > most:
+        raise ForeignFile(f"{spelled(path)}: more than {most >> 20} MB")
 
 
 def _unbounded(found: object) -> Wrong:
@@ -110,9 +133,10 @@ def _unreadable(text: str) -> Wrong:
 
 
 def _unprintable(letter: str) -> bool:
-    """Control characters, halves of surrogate pairs, and what turns text around."""
+    """Controls, halves of surrogate pairs, what is no character, and what turns text around."""
     turning = "\u202a" <= letter <= "\u202e" or "\u2066" <= letter <= "\u2069"
-    return turning or (unicodedata.category(letter) in {"Cc", "Cs"} and letter not in "\n\t")
+    wrong = unicodedata.category(letter) in {"Cc", "Cs"} or letter in "\ufffe\uffff"
+    return turning or (wrong and letter not in "\n\t")
 
 
 @contextmanager

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from heavytop.errors import ForeignFile
 from heavytop.hdf5 import expect_harmless
-from heavytop.pages.commands import command, scene_file, scene_word
-from heavytop.pages.descriptions import called
+from heavytop.pages.commands import command, exactly, folder, scene_file, scene_word
+from heavytop.pages.descriptions import GIVEN, called
 from heavytop.pages.section import Picture, Section, drawn
 from heavytop.pages.tables import Table
 
@@ -26,6 +26,8 @@ Codes = NDArray[np.uint8]
 FINEST: Final = 600  # pixels drawn along an axis, and
 KEPT: Final = 100  # those behind the picture
 MOST_PIXELS: Final = 2_000_000_000
+WHAT: Final = {"kind": ("--only", "kind"), "integrate": ("--integrate",)}
+"""The options that ask for another set of columns than the usual one."""
 
 
 def atlas_section(finding: Finding, ident: str) -> Section:
@@ -39,15 +41,15 @@ def atlas_section(finding: Finding, ident: str) -> Section:
     document = finding.document
     axes, counts, pixels = document["axes"], document["counts"], sum(document["counts"].values())
     made = command(
-        "atlas", scene_word(document["scene"]),
-        "--x", _asked(axes["x"]), "--y", _asked(axes["y"]), "-o", "out",
+        "atlas", scene_word(document["scene"], ident),
+        "--x", _asked(axes["x"]), "--y", _asked(axes["y"]), *WHAT.get(document.get("what", ""), ()),
+        *folder(ident),
     )  # fmt: skip
-    order = sorted(counts.items(), key=lambda each: -each[1])
     shares = Table.of(
         {
-            "kind": [name for name, _ in order],
-            "pixels": [count for _, count in order],
-            "share": [f"{100 * count / (pixels or 1):.2f} %" for _, count in order],
+            "kind": [name for name, _ in _shares(counts)],
+            "pixels": [counts[name] for name, _ in _shares(counts)],
+            "share": [f"{100 * share:.2f} %" for _, share in _shares(counts)],
         }
     )
     pictures = tuple(_map(finding, ident, made))
@@ -74,25 +76,15 @@ def _map(finding: Finding, ident: str, made: str) -> Sequence[Picture]:
     few = kind[:: -(-kind.shape[0] // KEPT), :: -(-kind.shape[1] // KEPT)]
     counts = document["counts"]
     x, y = (document["axes"][k] for k in "xy")
+    shares = "; ".join(f"{name} {share:.1%}" for name, share in _shares(counts) if share)
     return [
         Picture(
             ident=f"{ident}-map",
-            title=f"kinds of motion over {x['name']} and {y['name']}",
-            alt=f"{called(document)}: a map of {x['name']} from {x['low']:g} to {x['high']:g} and "
-            f"{y['name']} from {y['low']:g} to {y['high']:g}; shares of the area: "
-            + "; ".join(f"{name} {count / (sum(counts.values()) or 1):.1%}" for name, count in
-                        sorted(counts.items(), key=lambda each: -each[1]) if count) + ".",
+            title=f"kinds of motion over {_headed(x)} and {_headed(y)}",
+            alt=f"{called(document)}: a map of {_ranged(x)} and {_ranged(y)}; "
+            f"shares of the area: {shares}.",
             svg=drawn(map_figure(document, kind, names)),
-            table=Table.of(
-                {
-                    "boundary": [c["name"] for c in document["curves"]],
-                    "points": [len(c["x"]) for c in document["curves"]],
-                    "from x": [min(c["x"], default=None) for c in document["curves"]],
-                    "to x": [max(c["x"], default=None) for c in document["curves"]],
-                    "from y": [min(c["y"], default=None) for c in document["curves"]],
-                    "to y": [max(c["y"], default=None) for c in document["curves"]],
-                }
-            ),
+            table=_boundaries(document["curves"], {"x": _headed(x), "y": _headed(y)}),
             data={
                 "axes": document["axes"], "counts": counts, "names": list(names),
                 "kind_of_every_so_many_pixels": few.tolist(), "curves": document["curves"],
@@ -101,6 +93,36 @@ def _map(finding: Finding, ident: str, made: str) -> Sequence[Picture]:
             listed="curves",
         )
     ]  # fmt: skip
+
+
+def _shares(counts: Mapping[str, float]) -> list[tuple[str, float]]:
+    """The kinds with their parts of the area, the largest first."""
+    pixels = sum(counts.values()) or 1
+    order = sorted(counts.items(), key=lambda each: -each[1])
+    return [(name, count / pixels) for name, count in order]
+
+
+def _headed(axis: Known) -> str:
+    """The sign of what changes along an axis, and its unit."""
+    sign, unit = GIVEN[axis["name"]]
+    return f"{sign} [{unit}]"
+
+
+def _ranged(axis: Known) -> str:
+    sign, unit = GIVEN[axis["name"]]
+    return f"{sign} from {axis['low']:g} to {axis['high']:g} {unit}"
+
+
+def _boundaries(curves: Sequence[Known], heads: Mapping[str, str]) -> Table:
+    """The curves of an atlas: how many points each has, and how far it reaches."""
+    columns: dict[str, list[Any]] = {
+        "boundary": [curve["name"] for curve in curves],
+        "points": [len(curve["x"]) for curve in curves],
+    }
+    for axis, head in heads.items():
+        columns[f"from {head}"] = [min(curve[axis], default=None) for curve in curves]
+        columns[f"to {head}"] = [max(curve[axis], default=None) for curve in curves]
+    return Table.of(columns)
 
 
 def stored_map(path: Path, shape: Sequence[float]) -> tuple[Codes, tuple[str, ...]]:
@@ -132,5 +154,6 @@ def stored_map(path: Path, shape: Sequence[float]) -> tuple[Codes, tuple[str, ..
 
 def _asked(axis: Known) -> str:
     """The axis as an option spells it."""
-    words = f"{axis['name']}={axis['low']!r}:{axis['high']!r}:{axis['count']}"
+    ends = ":".join(exactly(axis[name]) for name in ("low", "high", "count"))
+    words = f"{axis['name']}={ends}"
     return words + (":log" if axis["log"] else "")

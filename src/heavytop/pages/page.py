@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -168,7 +169,7 @@ def page_of(
 def write_page(page: Page, html: Path) -> dict[str, str]:
     """Write a page, and its document beside it.
 
-    Where one of them cannot be written, neither is.
+    Where one of them cannot be written, neither is: a document that was there before stays.
 
     Parameters
     ----------
@@ -191,16 +192,31 @@ def write_page(page: Page, html: Path) -> dict[str, str]:
     """
     files = {"page": html.name, "document": html.with_suffix(".json").name}
     texts = page.html(), page.json(files) + "\n"
+    document = html.with_name(files["document"])
+    before = document.read_bytes() if document.is_file() else None
 
     def both(part: Path) -> None:
         with part.open("w", encoding="utf-8") as file:
             file.write(texts[0])
             file.flush()
             os.fsync(file.fileno())  # a full disk says so before the document is in its place
-        write_text(html.with_name(files["document"]), texts[1])
+        write_text(document, texts[1])
 
-    write_whole(html, both)
+    try:
+        write_whole(html, both)
+    except BaseException:
+        _put_back(document, before)
+        raise
     return files
+
+
+def _put_back(path: Path, data: bytes | None) -> None:
+    """Let a file be what it was, None where there was none, as far as that can be."""
+    with suppress(OSError):
+        if data is None:
+            path.unlink(missing_ok=True)
+        elif path.read_bytes() != data:
+            write_whole(path, lambda part: part.write_bytes(data))
 
 
 def _told(finding: Finding, section: Section) -> dict[str, Any]:

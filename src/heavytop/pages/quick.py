@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from heavytop.files import write_document, write_text
-from heavytop.pages.commands import command, is_shipped, scene_file
+from heavytop.pages.commands import command, folder, is_shipped, scene_file
 from heavytop.pages.errand import run
 from heavytop.pages.foreign import spelled
 
@@ -30,6 +30,7 @@ STRESSED: Final = (
     "taylor-lagrange", "dop853-scipy", "dop853-scipy-lagrange", "lsoda-scipy-lagrange",
     "radau-scipy-lagrange", "gauss8", "solve-ivp-defaults",
 )  # fmt: skip
+CLAIMS: Final = ()  # all
 PLANE: Final = ("--x", "phidot=-30:40:300", "--y", "theta=0.02:1.5:300")
 
 
@@ -128,7 +129,7 @@ def _studies(place: Path, scene: Scene | None, asked: Sequence[str]) -> Iterator
     yield _study("atlas", "atlas", "atlas", (*PLANE, "--no-figures"), about, asked, share=25)
     yield _study("energy-momentum", "energy_momentum", "atlas",
                  ("--energy-momentum", "--no-figures"), upright, asked, share=10)  # fmt: skip
-    yield _study("claims", "validate", "validate", (), share=60)
+    yield _study("claims", "validate", "validate", CLAIMS, share=60)
 
 
 def _study(
@@ -142,7 +143,7 @@ def _study(
     share: float,
 ) -> Study:
     told = [word for word in options if word != "--no-figures"]
-    shown = command(verb, *(asked or about), *told, "-o", "out")
+    shown = command(verb, *(asked or about), *told, *folder(name))
     return Study(name, f"{document}.json", (verb, *about, *options), shown, share)
 
 

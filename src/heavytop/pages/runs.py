@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
 
 from heavytop.errors import ForeignFile
 from heavytop.pages.behind import BEHIND
-from heavytop.pages.commands import command, scene_file, scene_word
+from heavytop.pages.commands import command, folder, scene_file, scene_word
 from heavytop.pages.descriptions import called, described, given
+from heavytop.pages.foreign import expect_file, reading, spelled
 from heavytop.pages.section import Picture, Section, drawn
 from heavytop.pages.tables import Table, cell, rounded
 
 if TYPE_CHECKING:
     from heavytop.pages.findings import Finding
+    from heavytop.quantities import Sample
     from heavytop.trajectory import Trajectory
 
 ROUNDING: Final = 1e-9
@@ -30,6 +35,7 @@ HEADS: Final = {
     "t": "t [s]", "theta": "θ [rad]", "phi": "φ [rad]", "psi": "ψ [rad]", "thetadot": "θ̇ [rad/s]",
     "phidot": "φ̇ [rad/s]", "psidot": "ψ̇ [rad/s]", "axis_x": "axis x", "axis_y": "axis y",
     "axis_z": "axis z", "potential_J": "potential [J]", "E_prime_J": "E′ [J]",
+    "theta_min": "least θ of the motion [rad]", "theta_max": "greatest θ of the motion [rad]",
 }  # fmt: skip
 
 
@@ -42,7 +48,7 @@ def run_section(finding: Finding, ident: str) -> Section:
         The trajectory is damaged, or that of another run.
     """
     document, scene = finding.document, finding.document["scene"]
-    made = command("run", scene_word(scene), "-o", "out")
+    made = command("run", scene_word(scene, ident), *_form(document["plan"]), *folder(ident))
     trajectory = _trajectory(finding)
     rows = document["events"]["table"]
     return Section(
@@ -58,6 +64,13 @@ def run_section(finding: Finding, ident: str) -> Section:
         top=None if trajectory is None else _top(trajectory, ident, document),
         notes=tuple(_notes(document, trajectory)),
     )
+
+
+def _form(plan: Mapping[str, Any]) -> tuple[str, ...]:
+    """The option that asks for the equations; none where auto chose them."""
+    form = plan["formulation"]
+    asked = f"{form}: asked for by name" in plan["reasons"]
+    return ("--formulation", form) if asked else ()
 
 
 def _notes(document: Mapping[str, Any], trajectory: Trajectory | None) -> Iterator[str]:
@@ -80,27 +93,84 @@ def _spelt(value: Any) -> str:
 
 
 SAME: Final = ("top", "start", "title", "span")
+SAME_PLAN: Final = ("formulation", "precision", "states", "tolerance", "projected", "folded")
+NEAR: Final = 1e-6  # of what the same steps, taken on another machine, give
+UNSEEN: Final = 1e-9  # of a picture
+COMPARED: Final = 400  # samples
 
 
 def _trajectory(finding: Finding) -> Trajectory | None:
     path = finding.path.with_name("trajectory.nc")
     if "trajectory" not in finding.document["files"] or not path.is_file():
         return None
-    if path.stat().st_size > MOST_BYTES:
-        raise ForeignFile(f"{path}: more than {MOST_BYTES >> 20} MB")
+    expect_file(path, MOST_BYTES)
     from heavytop.archive import load_trajectory
 
     found = load_trajectory(path)
-    there = finding.document["scene"]
-    if any(found.scene.document()[key] != there.get(key) for key in SAME):
-        raise ForeignFile(f"{path}: the trajectory of another scene than run.json is about")
+    with reading(path):
+        if other := _other(found, finding.document):
+            raise ForeignFile(
+                f"{spelled(path)}: the trajectory of another {other} than run.json is about"
+            )
     return found
+
+
+def _other(found: Trajectory, told: Mapping[str, Any]) -> str | None:
+    """What of a trajectory is not that of which a document tells, if anything."""
+    from heavytop.plan_document import chosen_document
+
+    scene, chosen = found.scene.document(), chosen_document(found.plan)
+    if any(scene[key] != told["scene"].get(key) for key in SAME):
+        return "scene"
+    if any(chosen[key] != told["plan"][key] for key in SAME_PLAN):
+        return "plan"
+    if str(found.outcome) != told["outcome"]:
+        return "outcome"
+    kinds = [row["kind"] for row in told["events"]["table"]]
+    if kinds != list(found.events.kind[: len(kinds)]):
+        return "list of events"
+    return None if all(_agreements(found, told)) else "motion"
+
+
+def _agreements(found: Trajectory, told: Mapping[str, Any]) -> Iterator[bool]:
+    """Whether the end, the events and the samples are those of the document, and of each other."""
+    seen, end, last = _in_doubles(found), float(found.orbit.end), told["final"] or {}
+    theta = float(seen(end).theta)
+    yield _near(end, last.get("t")) and _near(theta, last.get("theta"))
+    for row, t, tilt in zip(told["events"]["table"], found.events.t, found.events.theta):  # noqa: B905
+        yield _near(float(t), row["t"]) and _near(float(tilt), row["theta"])
+    some = found.samples.at(slice(None, None, max(1, found.t.size // 4)))
+    yield _agree(some, seen(some.t), NEAR)
+
+
+def _near(here: float, there: Any) -> bool:
+    """Whether a number is the one that is told, if one is."""
+    return there is None or abs(here - float(there)) <= NEAR * (1 + abs(here))
+
+
+def _in_doubles(trajectory: Trajectory) -> Trajectory:
+    """The run in double precision where pictures show no more: many digits take long to draw."""
+    if trajectory.decimals is None:
+        return trajectory
+    seen, every = replace(trajectory, decimals=None), -(-trajectory.t.size // COMPARED)
+    some = trajectory.samples.at(slice(None, None, every))
+    return seen if _agree(some, seen(some.t), UNSEEN) else trajectory
+
+
+def _agree(one: Sample, other: Sample, most: float) -> bool:
+    """Whether axes and angles are the same, but for rounding of the times."""
+    late = 4 * np.spacing(np.abs(one.t))
+    return all(
+        np.allclose(getattr(one, name), getattr(other, name), rtol=most, atol=most + np.max(
+            late * np.abs(np.nan_to_num(getattr(one, f"{name}dot"))), initial=0.0), equal_nan=True)
+        for name in ("theta", "phi", "psi")
+    )  # fmt: skip
 
 
 def _top(trajectory: Trajectory, ident: str, document: Mapping[str, Any]) -> dict[str, Any]:
     from heavytop.pages.player import played
 
-    return {"id": ident, "title": called(document), **played(trajectory)}
+    return {"id": ident, "title": called(document), **played(_in_doubles(trajectory))}
 
 
 def _facts(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -152,14 +222,16 @@ def _pictures(trajectory: Trajectory, ident: str, made: str) -> Iterator[Picture
     from heavytop.report.figures import FIGURES
 
     name = trajectory.scene.title or trajectory.scene.name
+    quick = _in_doubles(trajectory)
     for which, draw in FIGURES.items():
         words, columns = BEHIND[which]
-        found = columns(trajectory)
+        run = trajectory if which == "errors" else quick
+        found = columns(run)
         yield Picture(
             ident=f"{ident}-{which}",
             title=words,
             alt=f"{name}: {words}. {described(which, found)}",
-            svg=drawn(draw(trajectory)),
+            svg=drawn(draw(run)),
             table=Table.of({HEADS.get(name, name): x for name, x in found.items()}),
             data=found,
             command=made,

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
-from typing import Final
+from typing import Any, Final
 
 from heavytop.pages.forms import (
     Shape,
+    Unfit,
     either,
     having,
     known,
@@ -25,6 +27,23 @@ FEW: Final = 60  # keys of a table with names that are free
 PANELS: Final = 12  # of a figure
 POINTS: Final = 2000  # of a figure, each maybe of another look
 CELLS: Final = 10_000  # of a figure, each with a mark
+LONGEST: Final = 100  # letters of a name
+NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9._=+-]*")
+
+
+def word(value: Any) -> Any:
+    """A name that means itself in a command: no option, nor a list."""
+    if len(text(value)) <= LONGEST and NAME.fullmatch(value):
+        return value
+    raise Unfit(f"{value[:40]!r} is no name of a method, case or scene")
+
+
+def by_word(shape: Shape, most: int) -> Shape:
+    """Things of one shape by names that mean themselves in a command."""
+    things = named(shape, most)
+    return lambda value: {word(name): each for name, each in things(value).items()}
+
+
 value: Final = known(either(number, text))  # more than 15 digits are a text
 names: Final = listed(text, MANY)
 versions: Final = {"versions": named(known(text), FEW)}
@@ -43,7 +62,7 @@ motion: Final = having(
 )  # fmt: skip
 event: Final = having(kind=text, t=value, theta=value, phi=value, phidot=value, residual=value)
 plan: Final = having(
-    formulation=text, precision=text, states=number, tolerance=value, projected=truth,
+    formulation=word, precision=text, states=number, tolerance=value, projected=truth,
     folded=truth, reasons=listed(text, MANY),
 )  # fmt: skip
 constants: Final = having(E=value, E_prime=value, p_phi=value, p_psi=value)
@@ -58,7 +77,7 @@ grown: Final = having(energy=known(number), phase=known(number))
 method: Final = having(
     {"formulation": text, "language": text, "setting": named(value, FEW), "stderr": grown,
      "steps": known(number), "us_per_period": known(number), "ended": named(text, MANY)},
-    name=text, periods=listed(size), energy=sizes, p_phi=sizes, p_psi=sizes,
+    name=word, periods=listed(size), energy=sizes, p_phi=sizes, p_psi=sizes,
     phase_s=sizes, axis=sizes, invariants=named(sizes, PANELS), skipped=known(text),
     energy_exponent=known(number), phase_exponent=known(number),
 )  # fmt: skip
@@ -73,30 +92,30 @@ timed: Final = (
 )  # fmt: skip
 point: Final = having(
     dict.fromkeys(timed, known(number)) | {"wants": text, "stands_for": text, "missed": truth},
-    method=text, formulation=text, bits=number, measures=text, us_per_period=size,
+    method=word, formulation=text, bits=number, measures=text, us_per_period=size,
     error=known(size), theta_error=known(size), rival=truth, language=text,
 )  # fmt: skip
 workprec: Final = having(
     versions,
     scene=scene, periods=number, budget=number, points=listed(point, POINTS),
     front=listed(number, POINTS), front_theta=listed(number, POINTS),
-    skipped=listed(having({"setting": named(value, FEW), "wants": text}, method=text, reason=text)),
+    skipped=listed(having({"setting": named(value, FEW), "wants": text}, method=word, reason=text)),
 )  # fmt: skip
 OUTCOMES: Final = (
     "ok", "inaccurate", "singular", "stalled", "diverged", "step-limit", "time-limit", "refused",
     "missed-events",
 )  # fmt: skip
 case: Final = having(
-    case=text, method=text, outcome=one_of(*OUTCOMES), error=known(number),
+    case=word, method=word, outcome=one_of(*OUTCOMES), error=known(number),
     digits_lost=known(number), note=text, untold=truth,
 )  # fmt: skip
 stress: Final = having(
     versions,
-    limits=named(number, FEW), hard=named(text, MANY), methods=named(text, MANY),
+    limits=named(number, FEW), hard=by_word(text, MANY), methods=by_word(text, MANY),
     settings=named(value, MANY),
-    cases=listed(case, CELLS), skipped=listed(having(case=text, method=text, reason=text)),
+    cases=listed(case, CELLS), skipped=listed(having(case=word, method=word, reason=text)),
 )  # fmt: skip
-axis: Final = having(name=text, low=number, high=number, count=number, log=truth)
+axis: Final = having(name=word, low=number, high=number, count=number, log=truth)
 curve: Final = having(name=text, x=listed(number), y=listed(number))
 atlas: Final = having(
     versions | {"tiles": having(done=number, all=number), "what": text},
@@ -122,16 +141,29 @@ energy_momentum: Final = having(
     thread=known(places), edge=edge, circuit=known(circuit), cusps=known(listed(places, 2)),
     through_top=listed(places, 2), through_bottom=listed(places, 2),
 )  # fmt: skip
-claim: Final = having(
+judged: Final = having(
     {"numbers": text, "failure": known(text), "script": text, "reason": text, "holds": names,
      "needs": known(text)},
-    id=text, statement=text, authority=text, bound=value, measured=value, passed=known(truth),
-    skipped=known(text),
+    id=text, statement=text, authority=text, bound=known(number), measured=known(number),
+    passed=known(truth), skipped=known(text),
 )  # fmt: skip
+
+
+def claim(value: Any) -> Any:
+    """A claim whose verdict is that of its numbers."""
+    found = judged(value)
+    measured, bound, passed = found["measured"], found["bound"], found["passed"]
+    if passed and (measured is None or bound is None or measured > bound):
+        raise Unfit("passed, but not by its numbers")
+    if (passed is None) is not bool(found["skipped"]):
+        raise Unfit("neither a verdict nor skipped, or both")
+    return found
+
+
 asked: Final = {"asked": known(listed(text, 2000)), "proofs": truth}
 validate: Final = having(versions | asked, claims=listed(claim, 2000))
 trace: Final = having(
-    name=text, title=text, kind=text, tags=listed(text, MANY), seconds=number,
+    name=word, title=text, kind=text, tags=listed(text, MANY), seconds=number,
     axis=listed(listed(number, 3), 2000),
 )  # fmt: skip
 traces: Final = having(traces=listed(trace, MANY))

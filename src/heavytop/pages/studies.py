@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from heavytop.pages.commands import command, scene_file, scene_word
+from heavytop.pages.commands import command, exactly, folder, scene_file, scene_word
 from heavytop.pages.descriptions import NOTHING, called, left_out
+from heavytop.pages.ladders import methods_asked
 from heavytop.pages.section import Picture, Section, drawn
 from heavytop.pages.tables import Table
 
@@ -14,45 +15,53 @@ if TYPE_CHECKING:
     from heavytop.pages.findings import Finding
 
 Known = Mapping[str, Any]
+Rows = Sequence[Known]
 
 
 def drift_section(finding: Finding, ident: str) -> Section:
     """Return the section of a drift study."""
-    from heavytop.report.drift_figure import drift_figure
-
     document = finding.document
+    names = [each["name"] for each in document["methods"]]
     asked = (
-        "--periods", f"{document['periods']:g}",
-        "--methods", ",".join(each["name"] for each in document["methods"]),
-        "--ensemble", str(document["ensemble"]), "--samples", str(document["samples"]),
-        "--seed", str(document["seed"]),
+        "--periods", exactly(document["periods"]),
+        *(("--methods", ",".join(names)) if names else ()),
+        "--ensemble", exactly(document["ensemble"]), "--samples", exactly(document["samples"]),
+        "--seed", exactly(document["seed"]),
     )  # fmt: skip
-    made = command("drift", scene_word(document["scene"]), *asked, "-o", "out")
-    rows = [row for each in document["methods"] for row in _marks(each)]
-    picture = Picture(
-        ident=f"{ident}-chart",
-        title="errors over nutation periods, both logarithmic",
-        alt=_drift_words(document),
-        svg=drawn(drift_figure(document)),
-        table=Table.of_rows(rows, 400, digits=3),
-        data={"methods": document["methods"]},
-        command=made,
-        listed="methods",
-    )
+    made = command("drift", scene_word(document["scene"], ident), *asked, *folder(ident))
+    pictures = tuple(_drift_picture(document, ident, made))
     return Section(
         ident=ident,
         heading=f"Drift: {called(document)}",
-        words=f"{document['periods']:g} nutation periods, errors at {document['samples']} times. "
-        "The power of t is the one with which an error grows, with the uncertainty of its last "
-        "digits: 1/2 for a random walk, 1 for a steady drift. Energy is relative to "
-        "max(|E′|, |gMR|); a phase is lost that is off by more than a twentieth of a period",
+        words=f"{exactly(document['periods'])} nutation periods, errors at "
+        f"{document['samples']} times. The power of t is the one with which an error grows, with "
+        "the uncertainty of its last digits: 1/2 for a random walk, 1 for a steady drift. Energy "
+        "is relative to max(|E′|, |gMR|); a phase is lost that is off by more than a twentieth of "
+        "a period",
         source=document["scene"]["source"],
         table=Table.of_rows([_growth(each) for each in document["methods"]], digits=2),
-        pictures=(picture,) if rows else (),
+        pictures=pictures,
         command=made,
         scene=scene_file(document["scene"], {"periods": document["periods"]}),
-        notes=() if rows else (NOTHING,),
+        notes=() if pictures else (NOTHING,),
     )
+
+
+def _drift_picture(document: Known, ident: str, made: str) -> Iterator[Picture]:
+    from heavytop.report.drift_figure import drift_figure
+
+    rows = [row for each in document["methods"] for row in _marks(each)]
+    if rows:
+        yield Picture(
+            ident=f"{ident}-chart",
+            title="errors over nutation periods, both logarithmic",
+            alt=_drift_words(document),
+            svg=drawn(drift_figure(document)),
+            table=Table.of_rows(rows, 400, digits=3),
+            data={"methods": document["methods"]},
+            command=made,
+            listed="methods",
+        )
 
 
 def _marks(method: Known) -> Iterator[dict[str, Any]]:
@@ -101,7 +110,7 @@ def _drift_words(document: Known) -> str:
     ]
     return (
         f"{called(document)}: errors of {len(document['methods'])} methods over "
-        f"{document['periods']:g} nutation periods. Energy at the end: {', '.join(ends)}."
+        f"{exactly(document['periods'])} nutation periods. Energy at the end: {', '.join(ends)}."
     )
 
 
@@ -115,26 +124,13 @@ POINT: Final = {
 
 def workprec_section(finding: Finding, ident: str) -> Section:
     """Return the section of a work–precision diagram."""
-    from heavytop.report.workprec_figure import workprec_figure
-
     document = finding.document
-    periods, budget = f"{document['periods']:g}", f"{document['budget']:g}"
-    asked = ("--periods", periods, "--budget", budget)
-    made = command("workprec", scene_word(document["scene"]), *asked, "-o", "out")
+    periods, budget = exactly(document["periods"]), exactly(document["budget"])
+    asked = (*methods_asked(document), "--periods", periods, "--budget", budget)
+    made = command("workprec", scene_word(document["scene"], ident), *asked, *folder(ident))
     points = [{head: each.get(name) for head, name in POINT.items()} for each in document["points"]]
     front = [points[_index(i, points)] for i in document["front"] or document["front_theta"]]
-    # A chart of no points cannot be logarithmic.
-    pictures = [Picture(
-        ident=f"{ident}-chart",
-        title="time per nutation period over error, both logarithmic",
-        alt=f"{called(document)}: {len(points)} timed settings; {len(front)} of them are beaten by "
-        f"none in both time and error: {', '.join(dict.fromkeys(p['method'] for p in front))}.",
-        svg=drawn(workprec_figure(document)),
-        table=Table.of_rows(points, 400, digits=3),
-        data={name: document[name] for name in ("points", "front", "front_theta")},
-        command=made,
-        listed="points",
-    )] if points else []  # fmt: skip
+    picture = _workprec_picture(document, ident, made, points, front) if points else None
     return Section(
         ident=ident,
         heading=f"Work and precision: {called(document)}",
@@ -142,10 +138,27 @@ def workprec_section(finding: Finding, ident: str) -> Section:
         "The table is the front: what none beats in both time and error",
         source=document["scene"]["source"],
         table=Table.of_rows(front, 100, digits=2),
-        pictures=tuple(pictures),
+        pictures=() if picture is None else (picture,),
         command=made,
         scene=scene_file(document["scene"], {"periods": document["periods"]}),
         notes=(*(() if points else (NOTHING,)), *left_out(document["skipped"])),
+    )
+
+
+def _workprec_picture(document: Known, ident: str, made: str, points: Rows, front: Rows) -> Picture:
+    from heavytop.report.workprec_figure import workprec_figure
+
+    best = ", ".join(dict.fromkeys(point["method"] for point in front))
+    return Picture(
+        ident=f"{ident}-chart",
+        title="time per nutation period over error, both logarithmic",
+        alt=f"{called(document)}: {len(points)} timed settings; {len(front)} of them are beaten by "
+        f"none in both time and error: {best}.",
+        svg=drawn(workprec_figure(document)),
+        table=Table.of_rows(points, 400, digits=3),
+        data={name: document[name] for name in ("points", "front", "front_theta")},
+        command=made,
+        listed="points",
     )
 
 

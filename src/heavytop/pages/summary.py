@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from heavytop.pages.claims import verdicts
 from heavytop.pages.descriptions import called
-from heavytop.pages.tables import cell
+from heavytop.pages.tables import amount, cell
 
 if TYPE_CHECKING:
     from heavytop.pages.findings import Finding
@@ -62,6 +64,11 @@ class Verdicts(NamedTuple):
     failing: tuple[str, ...]
     skipped: int
 
+    @property
+    def words(self) -> str:
+        """The counts."""
+        return verdicts(self.hold, len(self.failing), self.skipped)
+
 
 @dataclass(frozen=True, slots=True)
 class Summary:
@@ -79,6 +86,8 @@ class Summary:
         One for each validation.
     machine : tuple of str
         The processor and the programs that the results name.
+    processor : bool
+        Whether they name a processor.
     """
 
     title: str
@@ -86,18 +95,21 @@ class Summary:
     others: tuple[Link, ...]
     claims: tuple[Verdicts, ...]
     machine: tuple[str, ...]
+    processor: bool
 
 
 def summary_of(results: Results) -> Summary:
     """The head of the page of these results."""
     scenes = tuple(_scenes(results))
     others = tuple(_links([each for each in results if _study(each[0]) in NO_SCENE]))
+    ran_on = _machine(finding.document for finding, _ in results)
     return Summary(
         title=_title(scenes, others, len(results)),
         scenes=scenes,
         others=others,
         claims=tuple(_verdicts(*each) for each in results if _study(each[0]) == CLAIMS),
-        machine=tuple(_machine(finding.document for finding, _ in results)),
+        machine=tuple(RAN_ON[name] + " and ".join(each) for name, each in ran_on.items() if each),
+        processor=bool(ran_on["cpu"]),
     )
 
 
@@ -107,7 +119,7 @@ def _title(scenes: Sequence[About], others: Sequence[Link], count: int) -> str:
         return scenes[0].title
     if len(scenes) + len(others) == 1:
         return others[0].words
-    results = f"{count} result{'' if count == 1 else 's'}"
+    results = amount(count, "result")
     return f"{results} about {len(scenes)} scenes" if scenes else results
 
 
@@ -122,18 +134,21 @@ def _scenes(results: Results) -> Iterator[About]:
         if _study(each[0]) not in NO_SCENE:
             scene = each[0].document["scene"]
             of.setdefault(json.dumps([scene.get(k) for k in SAME], sort_keys=True), []).append(each)
+    titles = Counter(called(some[0][0].document) for some in of.values())
     for some in of.values():
-        document = some[0][0].document
-        yield About(cell(called(document)), document["scene"]["source"], tuple(_links(some)))
+        first = some[0][0]
+        title = called(first.document)
+        words = cell(title) if titles[title] == 1 else f"{cell(title)} ({first.name})"
+        yield About(words, first.document["scene"]["source"], tuple(_links(some)))
 
 
 def _links(results: Results) -> Iterator[Link]:
-    """The results by what they are called; those of one name are numbered."""
-    counts: dict[str, int] = {}
+    """The results by what they are called; those of one name with the names of their files."""
+    counts = Counter(_study(finding) for finding, _ in results)
     for finding, section in results:
         words = WORDS[_study(finding)]
-        counts[words] = counts.get(words, 0) + 1
-        yield Link(section.ident, words if counts[words] == 1 else f"{words} {counts[words]}")
+        one = counts[_study(finding)] == 1
+        yield Link(section.ident, words if one else f"{words} ({finding.name})")
 
 
 def _verdicts(finding: Finding, section: Section) -> Verdicts:
@@ -143,7 +158,7 @@ def _verdicts(finding: Finding, section: Section) -> Verdicts:
     return Verdicts(section.ident, passed.count(True), failing, passed.count(None))
 
 
-def _machine(documents: Iterable[Known]) -> Iterator[str]:
+def _machine(documents: Iterable[Known]) -> dict[str, dict[str, None]]:
     """The processor, then the programs with their numbers; of results of several, all of them."""
     found: dict[str, dict[str, None]] = {name: {} for name in RAN_ON}
     for document in documents:
@@ -151,6 +166,4 @@ def _machine(documents: Iterable[Known]) -> Iterator[str]:
         for name in RAN_ON:
             if isinstance(versions.get(name), str):
                 found[name][cell(versions[name])] = None
-    for name, numbers in found.items():
-        if numbers:
-            yield RAN_ON[name] + " and ".join(numbers)
+    return found

@@ -103,6 +103,17 @@ def cell(value: Any, digits: int = DIGITS) -> str:
     return words if len(words) <= 300 else f"{words[:299]}…"
 
 
+def amount(count: int, thing: str) -> str:
+    """So many things.
+
+    Examples
+    --------
+    >>> amount(1, "result"), amount(2, "result")
+    ('1 result', '2 results')
+    """
+    return f"{count} {thing}{'' if count == 1 else 's'}"
+
+
 def rounded(known: Mapping[str, Any], digits: int = DIGITS) -> dict[str, Any]:
     """What is known, its floats to so many digits; a decimal of more keeps those asked for.
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from heavytop.pages.commands import command
+from heavytop.pages.commands import command, folder
 from heavytop.pages.section import Picture, Section, drawn
 from heavytop.pages.tables import Table, shown
 
@@ -58,7 +58,7 @@ def traces_section(finding: Finding, ident: str) -> Section:
     from heavytop.report.traces_figure import traces_figure
 
     traces = finding.document["traces"]
-    made = "heavytop report"
+    made = command("report", *folder(ident))  # no other verb draws them
     picture = Picture(
         ident=f"{ident}-chart",
         title="the path of the axis on the unit sphere; dot: start, cross: vertical",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
@@ -61,14 +62,19 @@ def _kinds(document: Mapping[str, Any]) -> Table:
 
 
 def _facts(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    from heavytop.atlases.axes import ROLES
+
     for side, axis in document["axes"].items():
         scale = ", logarithmic" if axis["log"] else ""
-        ends = f"{axis['low']:.6g} … {axis['high']:.6g}"
+        unit = ROLES[axis["name"]].unit
+        ends = f"{axis['low']:.6g} … {axis['high']:.6g} {unit}".strip()
         yield side, f"{axis['name']} = {ends}, {axis['count']} values{scale}"
     yield "not proved", str(document["uncertified"])
     yield "settled by balls", str(document["sent"])
     names = [curve["name"] for curve in document["curves"]]
-    counted = ", ".join(f"{name} ({names.count(name)})" for name in dict.fromkeys(names))
+    counted = ", ".join(
+        f"{name} ({many} line{'s' * (many > 1)})" for name, many in Counter(names).items()
+    )
     yield "boundaries", counted or "none"
     if "differing" in document:
         yield "kinds that a run tells otherwise", str(document["differing"])

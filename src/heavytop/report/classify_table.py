@@ -9,7 +9,7 @@ from typing import Any, Final
 from rich.console import Group
 
 from heavytop.report.fact_rows import fact_rows
-from heavytop.report.rows import MEANS, MISSING, constants, number, tilt, title, two_columns
+from heavytop.report.rows import MEANS, MISSING, constants, number, swing, tilt, title, two_columns
 
 DIGITS: Final = 17  # shown of what is enclosed
 
@@ -62,6 +62,8 @@ def _course(motion: Mapping[str, Any], enclosure: Mapping[str, Any]) -> Iterator
     for label, name, unit in MEANS:
         if shown[name] != MISSING:
             yield label, f"{shown[name]} {unit}"
+            if name == "period":
+                yield from swing(motion)
 
 
 def _shown(value: Any, bounds: Sequence[str] | None) -> str:

@@ -64,7 +64,7 @@ def _steady(facts: Known) -> Iterator[Row]:
     yield "small nutation", f"{number(nodding)} rad/s about this motion"
     if facts["other_precession_rate"] is not None:
         other = facts["other_nutation_frequency"]
-        about = "" if other is None else f", with a small nutation of {number(other)}"
+        about = "" if other is None else f", with a small nutation of {number(other)} rad/s"
         yield "the other rate", f"{number(facts['other_precession_rate'])} rad/s{about}"
 
 

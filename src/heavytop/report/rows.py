@@ -49,6 +49,15 @@ def course(motion: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     for label, name, unit in MEANS:
         if motion[name] is not None:
             yield label, f"{number(motion[name])} {unit}"
+            if name == "period":
+                yield from swing(motion)
+
+
+def swing(motion: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """What the period of θ is to a pendulum in a plane: θ is the same to either side."""
+    if motion["kind"] == "planar-pendulum" and "swinging" in motion["tags"]:
+        there_and_back = number(2 * float(motion["period"]))
+        yield "", f"the swing there and back {there_and_back} s; φ jumps by π at the vertical"
 
 
 def tilt(low: str, high: str) -> tuple[str, str]:

@@ -23,6 +23,15 @@ from heavytop.report.rows import (
 
 MANY_TURNS = 1000  # from which on an angle is also told as turns and a rest
 FIRST_EVENTS = 8  # rows shown; the rest is counted
+OFF = {  # what distances from the closed form are measured in
+    "theta": " rad",
+    "phi": " rad",
+    "psi": " rad",
+    "axis": " (a length)",
+    "energy": " (relative)",
+    "event_time": " s",
+    "input_rounding": " rad",
+}
 
 
 def run_table(document: Mapping[str, Any]) -> Group:
@@ -83,7 +92,7 @@ def _final(final: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         for label, name in (("θ", "theta"), ("φ", "phi"), ("ψ", "psi"))
         if final.get(name) is not None
     ]
-    yield f"at t = {short(final['t'])} s", ", ".join(known) + " rad" if known else MISSING
+    yield f"at t = {number(final['t'])} s", ", ".join(known) + " rad" if known else MISSING
     for label, name in (("φ", "phi"), ("ψ", "psi")):
         if abs(final.get(f"{name}_turns") or 0) >= MANY_TURNS:
             rest = number(final[f"{name}_mod"])
@@ -99,8 +108,8 @@ def _counts(events: Mapping[str, Any]) -> str:
 def _event_table(rows: list[Mapping[str, Any]]) -> Table:
     table = Table(box=None, pad_edge=False, header_style="cyan")
     table.add_column("event")
-    for heading in ("t [s]", "θ [rad]", "φ [rad]", "φ̇ [rad/s]", "residual"):
-        table.add_column(heading, justify="right")
+    for heading in ("t [s]", "θ [rad]", "φ [rad]", "φ̇ [rad/s]", "residual [rad/s]"):
+        table.add_column(Text(heading), justify="right")
     for row in rows[:FIRST_EVENTS]:
         numbers = (brief(row[name]) for name in ("t", "theta", "phi", "phidot"))
         table.add_row(row["kind"], *numbers, short(row["residual"]))
@@ -118,7 +127,9 @@ def _bounds(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 def _errors(found: Mapping[str, Any]) -> str:
     sizes = {name: size for name, size in found.items() if isinstance(size, int | float)}
-    known = [f"{name.replace('_', ' ')} {short(size)}" for name, size in sizes.items()]
+    known = [
+        f"{name.replace('_', ' ')} {short(size)}{OFF.get(name, '')}" for name, size in sizes.items()
+    ]
     return ", ".join(filter(None, (*known, found.get("why_not"))))
 
 

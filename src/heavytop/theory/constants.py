@@ -23,6 +23,11 @@ class Constants:
         Energy, and energy without that of the spin [J].
     p_phi, p_psi : Number
         Momenta about the vertical and about the symmetry axis [kg m² s⁻¹].
+
+    Notes
+    -----
+    They are numbers of many digits (mpmath's ``mpf``): ``float(constants.E)`` is one as a float,
+    `floats` all of them, and an f-string shows as many digits as it asks for.
     """
 
     E: Number

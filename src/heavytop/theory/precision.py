@@ -34,12 +34,21 @@ def context(dps: int) -> Context:
 
     Examples
     --------
-    >>> context(30).dps
-    30
+    >>> context(30).dps, f"{context(30).mpf(1) / 3:.4f}"
+    (30, '0.3333')
     """
     own = MPContext()
     own.dps = dps
+    if own.mpf.__format__ is object.__format__:  # before mpmath 1.4, which formats by itself
+        own.mpf.__format__ = _formatted
     return own
+
+
+def _formatted(value: Number, spec: str) -> str:
+    """A number as an f-string asks for it, with as many of its digits as that shows."""
+    if not spec:
+        return str(value)
+    return format(Decimal(value.context.nstr(value, value.context.dps + 3)), spec)
 
 
 def number(ctx: Context, value: Any) -> Number:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 
+from heavytop.report.figures.given import expect_run
 from heavytop.report.figures.style import PATH, Array, mark_events, part_shown, path
 
 if TYPE_CHECKING:
@@ -29,14 +30,17 @@ def loop(ax: Axes, trajectory: Trajectory) -> None:
 
     Raises
     ------
+    WrongType
+        It is no Trajectory; the other figures say the same.
     ValueError
         The trajectory did not follow phi.
     """
+    expect_run(trajectory)
     if trajectory.phi is None:
         raise ValueError("phi: not followed by this trajectory; nutation() draws theta over t")
     drawn, shown = path(trajectory)
     ax.plot(drawn.phi, drawn.theta, color=PATH, linewidth=1.0)
-    ax.plot(drawn.phi[0], drawn.theta[0], "o", color=PATH, markersize=2.5)
+    ax.plot(drawn.phi[0], drawn.theta[0], "o", color=PATH, markersize=2.5, zorder=4)
     events = trajectory.events
     mark_events(ax, trajectory, shown, np.column_stack((events.phi, events.theta)))
     _upright(ax, drawn.theta)
@@ -53,6 +57,7 @@ def nutation(ax: Axes, trajectory: Trajectory) -> None:
     ax : matplotlib.axes.Axes
     trajectory : Trajectory
     """
+    expect_run(trajectory)
     drawn, shown = path(trajectory)
     ax.plot(drawn.t, drawn.theta, color=PATH, linewidth=1.0)
     events = trajectory.events
@@ -76,6 +81,7 @@ def precession(ax: Axes, trajectory: Trajectory) -> None:
     ValueError
         The trajectory did not follow phi.
     """
+    expect_run(trajectory)
     if trajectory.phi is None:
         raise ValueError("phi: not followed by this trajectory")
     drawn, shown = path(trajectory)
@@ -94,6 +100,7 @@ def spin_rate(ax: Axes, trajectory: Trajectory) -> None:
     ax : matplotlib.axes.Axes
     trajectory : Trajectory
     """
+    expect_run(trajectory)
     drawn, _ = path(trajectory)
     ax.plot(drawn.t, drawn.psidot, color=PATH, linewidth=1.0)
     _cut_peaks(ax, drawn.psidot)

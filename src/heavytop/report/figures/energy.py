@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 
 from heavytop.kinds import Kind
 from heavytop.planning import closed_form_of
+from heavytop.report.figures.given import expect_run
 from heavytop.report.figures.style import FAINT, MARKS, OTHER, PATH, Array
 from heavytop.theory.potential import Curve, Potential
 
@@ -26,9 +27,10 @@ def effective_potential(ax: Axes, trajectory: Trajectory) -> None:
     ax : matplotlib.axes.Axes
     trajectory : Trajectory
     """
+    expect_run(trajectory)
     V = Potential(closed_form_of(trajectory.scene).reduced)
     A, E_prime = float(trajectory.scene.top.A), _energy(trajectory)
-    low, high = _range(V)
+    low, high = tilts_shown(V)
     theta = np.linspace(low, high, 801)
     ax.plot(theta, A * V(theta), color=PATH, linewidth=1.4, label="V$_{eff}$ − p$_ψ$²/2C")
     ax.axhline(E_prime, color=OTHER, linewidth=1.0, linestyle="--", label="energy E′")
@@ -79,6 +81,7 @@ def phase_plane(ax: Axes, trajectory: Trajectory) -> None:
     ax : matplotlib.axes.Axes
     trajectory : Trajectory
     """
+    expect_run(trajectory)
     motion = closed_form_of(trajectory.scene)
     V = Potential(motion.reduced)
     for k, curve in enumerate(V.family()):
@@ -104,7 +107,7 @@ def _loop(ax: Axes, curve: Curve, colour: str, width: float, style: str, label: 
     ax.plot(theta, speed, style, color=colour, linewidth=width, label=label)
 
 
-def _range(V: Potential) -> tuple[float, float]:
+def tilts_shown(V: Potential) -> tuple[float, float]:
     """The tilts that the picture spans."""
     widest = V.curve(BEYOND * V.spread, 2)
     return (0.0, float(np.pi)) if widest is None else (widest.theta[0], widest.theta[-1])

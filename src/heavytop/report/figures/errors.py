@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 
 from heavytop.deviations import deviations
 from heavytop.errors import NoClosedForm
+from heavytop.report.figures.given import expect_run
 
 if TYPE_CHECKING:
     from heavytop.deviations import Deviations
@@ -33,6 +34,7 @@ def errors(ax: Axes, trajectory: Trajectory) -> None:
     ax : matplotlib.axes.Axes
     trajectory : Trajectory
     """
+    expect_run(trajectory)
     try:
         _draw(ax, deviations(trajectory))
     except NoClosedForm as reason:

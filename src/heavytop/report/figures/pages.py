@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from heavytop.report.figures.angles import loop, nutation, precession, spin_rate
 from heavytop.report.figures.energy import effective_potential, phase_plane
 from heavytop.report.figures.errors import errors
+from heavytop.report.figures.given import expect_run
 from heavytop.report.figures.sphere import axis_on_sphere
 from heavytop.report.figures.style import STYLE, literal
 
@@ -31,6 +32,7 @@ def overview(trajectory: Trajectory) -> Figure:
     matplotlib.figure.Figure
         Where phi was not followed, the tilt is drawn against time instead.
     """
+    expect_run(trajectory)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.6, 5.2), layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=(1.15, 1.0))
@@ -47,6 +49,7 @@ def angles(trajectory: Trajectory) -> Figure:
     ----------
     trajectory : Trajectory
     """
+    expect_run(trajectory)
     panels = [nutation, *([precession] if trajectory.phi is not None else []), spin_rate]
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8.0, 2.3 * len(panels)), layout="constrained")

@@ -10,6 +10,7 @@ from matplotlib.patches import Circle, PathPatch
 from matplotlib.path import Path
 from matplotlib.transforms import Affine2D
 
+from heavytop.report.figures.given import expect_run
 from heavytop.report.figures.style import FAINT, PATH, Array, mark_events, path
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ def axis_on_sphere(ax: Axes, trajectory: Trajectory) -> None:
     ax : matplotlib.axes.Axes
     trajectory : Trajectory
     """
+    expect_run(trajectory)
     drawn, shown = path(trajectory)
     view = View.of(drawn.axis)
     view.draw_graticule(ax)
@@ -35,7 +37,7 @@ def axis_on_sphere(ax: Axes, trajectory: Trajectory) -> None:
     for hidden, style in ((False, "-"), (True, ":")):
         part = np.where(((depth < 0) == hidden)[:, None], seen, np.nan)
         ax.plot(part[:, 0], part[:, 1], style, color=PATH, linewidth=1.0)
-    ax.plot(seen[0, 0], seen[0, 1], "o", color=PATH, markersize=2.5)
+    ax.plot(seen[0, 0], seen[0, 1], "o", color=PATH, markersize=2.5, zorder=4)
     mark_events(ax, trajectory, shown, view.project(trajectory.events.axis)[0])
     ax.set_xlim(-view.reach, view.reach)
     ax.set_ylim(-view.reach, view.reach)

@@ -6,9 +6,10 @@ rests on telling colours apart.
 
 from __future__ import annotations
 
+import os
+import re
 import warnings
 from functools import lru_cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import matplotlib as mpl
@@ -17,7 +18,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from heavytop.arguments import path_of
 from heavytop.files import write_whole
+from heavytop.planning import closed_form_of
 
 if TYPE_CHECKING:
     from heavytop.quantities import Sample
@@ -58,10 +61,12 @@ STYLE: Final[Any] = {
 _METADATA: Final[dict[str, dict[str, Any]]] = {
     "svg": {"Date": None, "Creator": None},
     "png": {"Software": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
 
 
 MOST_LETTERS: Final = 90  # of a text that somebody else wrote
+_NO_LETTER: Final = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # in XML 1.0
 
 
 def literal(text: str, most: int = MOST_LETTERS) -> str:
@@ -72,7 +77,7 @@ def literal(text: str, most: int = MOST_LETTERS) -> str:
     >>> print(literal("$x$ \n of _gone"), literal("_gone") + ".", literal(""))
     \$x\$ of _gone  _gone. –
     """
-    words = " ".join(text.split()) or "–"
+    words = _NO_LETTER.sub("\ufffd", " ".join(text.split())) or "–"
     words = words if len(words) <= most else f"{words[: most - 1]}…"
     words = words.replace("$", r"\$")
     return f" {words}" if words.startswith("_") else words  # which a legend would leave out
@@ -89,7 +94,10 @@ def last_shown(trajectory: Trajectory) -> float:
     """The last of the times drawn [s]."""
     end = float(trajectory.orbit.end)
     lowest = [t for kind, t in _timed(trajectory) if kind == "theta_max"]
-    return float(lowest[MOST_PERIODS]) if len(lowest) > MOST_PERIODS else end
+    if lowest:
+        return float(lowest[MOST_PERIODS]) if len(lowest) > MOST_PERIODS else end
+    period = float(closed_form_of(trajectory.scene).period or np.inf)  # events were not wanted
+    return float(np.copysign(min(abs(end), MOST_PERIODS * period), end))
 
 
 def _timed(trajectory: Trajectory) -> zip[tuple[str, float]]:
@@ -124,8 +132,8 @@ def part_shown(trajectory: Trajectory, shown: float) -> str:
     return f"the first {shown:.4g} s of {end:.6g} s"
 
 
-def save(figure: Figure, path: Path) -> None:
-    """Write a figure whole; the name ends in ``.svg`` or ``.png``.
+def save(figure: Figure, path: str | os.PathLike[str]) -> None:
+    """Write a figure whole; the name ends in ``.svg``, ``.png`` or ``.pdf``.
 
     Raises
     ------
@@ -134,13 +142,14 @@ def save(figure: Figure, path: Path) -> None:
     OSError
         The file cannot be written.
     """
-    form = path.suffix.removeprefix(".")
+    place = path_of("path", path)
+    form = place.suffix.removeprefix(".")
     if form not in _METADATA:
-        raise ValueError(f"{path.name}: a figure is .svg or .png")
+        raise ValueError(f"{place.name}: a figure is .svg, .png or .pdf")
     with mpl.rc_context(STYLE), warnings.catch_warnings():
         # A title in a script the font lacks is drawn with boxes; the run is none the worse.
         warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
         metadata = _METADATA[form]
         write_whole(
-            path, lambda part: figure.savefig(part, format=form, dpi=160, metadata=metadata)
+            place, lambda part: figure.savefig(part, format=form, dpi=160, metadata=metadata)
         )

@@ -9,6 +9,7 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any, Literal, TypeAlias
 
+from heavytop.arguments import expect
 from heavytop.motion import Motion
 from heavytop.theory import fast_top, sleeping, steady
 from heavytop.theory.closed_form import Nodding, Steady
@@ -136,6 +137,15 @@ def facts(motion: Motion) -> Facts:
     motion : Motion
         What spins and how it starts.
 
+    Returns
+    -------
+    Facts
+
+    Raises
+    ------
+    WrongType
+        It is no Motion.
+
     Examples
     --------
     >>> from heavytop.state import State
@@ -146,7 +156,17 @@ def facts(motion: Motion) -> Facts:
     (9.87012987013, 130.291539463)
     >>> round(known.fast_top_ratio, 2), round(known.fast_top_amplitude_error, 2)
     (1.43, -0.69)
+
+    Notes
+    -----
+    Accuracy: ``tests/analytic/test_rates.py`` holds extremes of rates and their tilts to an ulp,
+    ``tests/analytic/test_facts.py`` means to 1e-10 of sums over the motion.
+
+    References
+    ----------
+    Landau & Lifshitz, *Mechanics*, section 35; Goldstein, *Classical Mechanics*, section 5.7.
     """
+    expect("motion", motion, Motion, "Motion(scene.top, scene.start) is one")
     path = motion.exact.orbit
     reduced = motion.reduced.refined(path.ctx)
     both = rates(path, reduced)
