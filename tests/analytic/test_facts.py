@@ -188,13 +188,20 @@ def values(known):
 
 
 PAGE = (Path(__file__).parents[2] / "docs" / "facts.md").read_text("utf-8")
-ROWS = re.findall(r"^\| (`.*?) \|", PAGE, re.MULTILINE)
+FACTS, PRINTED = PAGE.split("## What classify prints")
+ROWS = re.findall(r"^\| (`.*?) \|", FACTS, re.MULTILINE)
 NAMES = re.findall(r"`(\w+)`", " ".join(ROWS))
 """The facts that the page on them describes."""
 
 
 def test_the_page_describes_every_fact_once():
     assert sorted(NAMES) == sorted(Facts(omega3=1.0).document())
+
+
+def test_what_classify_prints_is_told_by_facts_that_there_are():
+    told = {name for name in re.findall(r"`(\w+)`", PRINTED) if name.isascii() and "_" in name}
+    assert told
+    assert told <= set(NAMES)
 
 
 @pytest.mark.parametrize("name", shipped_scenes())
