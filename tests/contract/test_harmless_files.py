@@ -1,5 +1,7 @@
 """A result file whose arrays lie elsewhere, or would fit nowhere, is refused before it is read."""
 
+import os
+import shutil
 from pathlib import Path
 
 import h5py
@@ -103,3 +105,60 @@ def test_a_damaged_trajectory_is_the_one_that_is_named(tmp_path):
     assert found.exit_code == 6
     assert "trajectory.nc: not a readable" in " ".join(found.stderr.split())
     assert "run.json" not in found.stderr
+
+
+@pytest.fixture
+def run_twice(tmp_path):
+    """Two folders with the same run, and what a report of them, or of the first, says."""
+    runner, report = CliRunner(), tmp_path / "page" / "report.html"
+    runner.invoke(app, ["run", "sicm-kicked", "-q", "--no-figures", "-o", str(tmp_path / "a")])
+    shutil.copytree(tmp_path / "a", tmp_path / "b")
+
+    def reported(*names):
+        asked = ["report", *(str(tmp_path / name) for name in names), "-o", str(report)]
+        return runner.invoke(app, asked)
+
+    return tmp_path, reported
+
+
+def test_a_trajectory_by_other_equations_or_of_another_motion_is_refused(run_twice):
+    place, reported = run_twice
+    trajectory = place / "a" / "trajectory.nc"
+    ht.propagate(ht.load_scene("sicm-kicked"), formulation="attitude").save(trajectory)
+    found = reported("a")
+    assert found.exit_code == 6
+    assert "trajectory.nc: the trajectory of another plan" in " ".join(found.stderr.split())
+    shutil.copy(place / "b" / "trajectory.nc", trajectory)
+    with h5py.File(trajectory, "r+") as file:
+        file["checkpoint_states"][:, 0] += 0.01  # the axis
+    found = reported("a")
+    assert found.exit_code == 6
+    assert "a/trajectory.nc" in "".join(found.stderr.split())
+
+
+def test_copies_are_one_only_with_what_lies_beside_them(run_twice):
+    place, reported = run_twice
+    assert "the same as" in reported("a", "b").stderr
+    (place / "b" / "trajectory.nc").write_bytes(b"no such thing")
+    found = reported("a", "b")
+    assert found.exit_code == 6
+    assert "b/trajectory.nc" in "".join(found.stderr.split())
+
+
+def test_a_page_that_cannot_be_put_in_its_place_leaves_the_document_that_was_there(
+    run_twice, monkeypatch
+):
+    place, reported = run_twice
+    assert reported("a").exit_code == 0
+    before = (place / "page" / "report.json").read_bytes()
+    put = os.replace
+
+    def refused(source, target):
+        if str(target).endswith(".html"):
+            raise PermissionError(1, "Operation not permitted")
+        return put(source, target)
+
+    monkeypatch.setattr(os, "replace", refused)
+    monkeypatch.setattr(Path, "replace", lambda source, target: refused(source, target))
+    assert reported("b").exit_code != 0
+    assert (place / "page" / "report.json").read_bytes() == before
