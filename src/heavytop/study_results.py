@@ -85,11 +85,7 @@ def write_stress(
     Unwritten
         A file cannot be written. The document is written first, and again once the chart is there.
     """
-    place = Path(folder)
-    with _stopping(place, kept=None):
-        place.mkdir(parents=True, exist_ok=True)
-        files = _written("stress", stress.document, place, figures=figures)
-    return files
+    return _afresh("stress", stress.document, folder, figures=figures)
 
 
 def write_work_precision(
@@ -115,11 +111,7 @@ def write_work_precision(
     Unwritten
         A file cannot be written. The document is written first, and again once the chart is there.
     """
-    place, drawn = Path(folder), figures and bool(found.points)
-    with _stopping(place, kept=None):
-        place.mkdir(parents=True, exist_ok=True)
-        files = _written("workprec", found.document, place, figures=drawn)
-    return files
+    return _afresh("workprec", found.document, folder, figures=figures and bool(found.points))
 
 
 def write_atlas(
@@ -214,10 +206,7 @@ def write_validation(found: Validation, folder: str | os.PathLike[str]) -> dict[
     Unwritten
         The file cannot be written.
     """
-    place = Path(folder)
-    with _stopping(place, kept=None):
-        place.mkdir(parents=True, exist_ok=True)
-        return _written("validate", found.document, place, figures=False)
+    return _afresh("validate", found.document, folder, figures=False)
 
 
 @contextmanager
@@ -238,6 +227,20 @@ def _meant(fault: OSError, place: Path) -> Path:
     """Return the file that could not be written, by the name that it would have had at last."""
     path = Path(os.fsdecode(fault.filename or place))
     return path.with_name(path.name.removeprefix(f".{os.getpid()}."))
+
+
+def _afresh(
+    name: str,
+    document: Callable[..., dict[str, Any]],
+    folder: str | os.PathLike[str],
+    *,
+    figures: bool,
+) -> dict[str, str]:
+    """Write a study that kept no folder of its own while it went."""
+    place = Path(folder)
+    with _stopping(place, kept=None):
+        place.mkdir(parents=True, exist_ok=True)
+        return _written(name, document, place, figures=figures)
 
 
 def _written(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, Final
 
 from rich.table import Table
@@ -15,6 +15,15 @@ MEANS: Final = (
     ("Δφ per period", "precession", "rad"),
     ("Δψ per period", "spin", "rad"),
 )
+OFF: Final = {  # what distances from the closed form are measured in
+    "theta": " rad",
+    "phi": " rad",
+    "psi": " rad",
+    "axis": " (a length)",
+    "energy": " (relative)",
+    "event_time": " s",
+    "input_rounding": " rad",
+}
 
 
 def title(scene: Mapping[str, Any]) -> Text:
@@ -51,6 +60,21 @@ def course(motion: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             yield label, f"{number(motion[name])} {unit}"
             if name == "period":
                 yield from swing(motion)
+
+
+def distances(found: Mapping[str, Any], told: Callable[[float], str]) -> Iterator[str]:
+    """The distances from the closed form that are known, each with its unit.
+
+    Parameters
+    ----------
+    found : mapping
+        What a document has under ``errors``.
+    told : callable
+        How a size is written.
+    """
+    for name, size in found.items():
+        if isinstance(size, int | float):
+            yield f"{name.replace('_', ' ')} {told(size)}{OFF.get(name, '')}"
 
 
 def swing(motion: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

@@ -14,6 +14,7 @@ from heavytop.report.rows import (
     brief,
     constants,
     course,
+    distances,
     kind,
     number,
     short,
@@ -23,15 +24,6 @@ from heavytop.report.rows import (
 
 MANY_TURNS = 1000  # from which on an angle is also told as turns and a rest
 FIRST_EVENTS = 8  # rows shown; the rest is counted
-OFF = {  # what distances from the closed form are measured in
-    "theta": " rad",
-    "phi": " rad",
-    "psi": " rad",
-    "axis": " (a length)",
-    "energy": " (relative)",
-    "event_time": " s",
-    "input_rounding": " rad",
-}
 
 
 def run_table(document: Mapping[str, Any]) -> Group:
@@ -126,11 +118,7 @@ def _bounds(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _errors(found: Mapping[str, Any]) -> str:
-    sizes = {name: size for name, size in found.items() if isinstance(size, int | float)}
-    known = [
-        f"{name.replace('_', ' ')} {short(size)}{OFF.get(name, '')}" for name, size in sizes.items()
-    ]
-    return ", ".join(filter(None, (*known, found.get("why_not"))))
+    return ", ".join(filter(None, (*distances(found, short), found.get("why_not"))))
 
 
 def _cost(cost: Mapping[str, Any]) -> str:
