@@ -11,7 +11,8 @@ from typing import Any, TypeVar
 
 from heavytop.errors import Fault
 from heavytop.names import LONGEST, listed, nearest
-from heavytop.scene_text import harmless, shown
+from heavytop.scene_text import shown
+from heavytop.spelling import harmless
 
 T = TypeVar("T")
 

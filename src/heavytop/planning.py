@@ -16,7 +16,8 @@ from heavytop.models.ladder import LADDER
 from heavytop.motion import Motion
 from heavytop.names import LONGEST, nearest
 from heavytop.scene import Scene, no_scene
-from heavytop.scene_text import harmless, shown
+from heavytop.scene_text import shown
+from heavytop.spelling import harmless
 from heavytop.state import State
 from heavytop.taylor.bits import DOUBLE, named
 from heavytop.taylor.projection import why_not

@@ -18,6 +18,7 @@ from heavytop.errors import BadScene, Fault
 from heavytop.exact import Exact, Number
 from heavytop.names import closest, nearest
 from heavytop.scene_schema import Wrong
+from heavytop.spelling import harmless
 from heavytop.state import State
 from heavytop.top import Top
 
@@ -225,7 +226,7 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
     except ValueError as error:
         _refuse_line(where, text, str(error))
     changed, faults = _overridden(raw, overrides)
-    place = _Place(scene_text.harmless(where), scene_text.key_lines(text), changed)
+    place = _Place(harmless(where), scene_text.key_lines(text), changed)
     scene, more_faults = _built(raw, place, Path(where).stem)
     if scene is None or faults:
         raise BadScene(tuple(sorted((*faults, *more_faults), key=lambda fault: fault.line or 0)))
@@ -294,7 +295,7 @@ def _shipped_names() -> list[str]:
 
 
 def _refuse_file(where: str, rule: str, hint: str = "", line: int | None = None) -> NoReturn:
-    raise BadScene((Fault(scene_text.harmless(where), line, "scene", "", rule, hint),))
+    raise BadScene((Fault(harmless(where), line, "scene", "", rule, hint),))
 
 
 def _text_of(path: Path, where: str) -> str:
@@ -327,20 +328,20 @@ def _refuse_line(where: str, text: str, message: str) -> NoReturn:
     hint = "a key or a table stands twice" if "overwrite" in message else ""
     hint = hint or scene_text.mistake(value)
     rule = f"not TOML: {message}"
-    place = scene_text.harmless(where)
-    raise BadScene((Fault(place, line, key or "scene", scene_text.harmless(value), rule, hint),))
+    place = harmless(where)
+    raise BadScene((Fault(place, line, key or "scene", harmless(value), rule, hint),))
 
 
 def _meant(path: Path) -> str:
     """A hint at the scene that may have been meant by a name that none has."""
     if path.suffix != ".toml" and Path(f"{path}.toml").exists():
-        return f'did you mean "{scene_text.harmless(str(path))}.toml"?'
+        return f'did you mean "{harmless(str(path))}.toml"?'
     try:
         beside = sorted(file.name for file in islice(path.parent.glob("*.toml"), _MANY_FILES))
     except (OSError, ValueError):
         beside = []
     if meant := closest(path.name, beside):
-        return f'did you mean "{scene_text.harmless(str(path.with_name(meant)))}"?'
+        return f'did you mean "{harmless(str(path.with_name(meant)))}"?'
     return nearest(path.stem, _shipped_names()) or "heavytop scenes lists those that are shipped"
 
 
@@ -357,7 +358,7 @@ class _Place:
 
     def fault(self, table: str, raw: Mapping[str, object], wrong: Wrong) -> Fault:
         key = f"{table}.{wrong.key}" if table else wrong.key
-        name = scene_text.harmless(key[:100])
+        name = harmless(key[:100])
         value = scene_text.shown(raw[wrong.key]) if wrong.key in raw else ""
         if key in self.changed:
             return Fault(_CHANGES, None, name, value, wrong.rule, wrong.hint)
@@ -399,7 +400,7 @@ def _overridden(raw: dict[str, Any], overrides: Sequence[str]) -> tuple[set[str]
         table = raw.setdefault(tables[0], {}) if tables and readable else raw
         if not readable or not isinstance(table, dict):
             rule = "a change is KEY=VALUE, such as start.phidot=-14"
-            faults.append(Fault(_CHANGES, None, scene_text.harmless(change[:60]), "", rule))
+            faults.append(Fault(_CHANGES, None, harmless(change[:60]), "", rule))
             continue
         if key in _RIVALS:
             table.pop(_RIVALS[key], None)

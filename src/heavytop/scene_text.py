@@ -11,6 +11,7 @@ from typing import Any, Final
 
 from heavytop.errors import NotANumber
 from heavytop.exact import Exact
+from heavytop.spelling import harmless
 
 _HEADER: Final = re.compile(r"\s*\[\s*([\w.-]+)\s*\]")
 _KEY: Final = re.compile(r"\s*([\w.-]+|\"[^\"]*\"|'[^']*')\s*=")
@@ -99,11 +100,6 @@ def shown(value: object) -> str:
     except (RecursionError, ValueError):  # nested too deeply, or an integer too long to print
         text = f"a {type(value).__name__}"
     return text if len(text) <= 60 else text[:57] + "…"
-
-
-def harmless(text: str) -> str:
-    """The text with what a terminal would act on spelled out."""
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 def retitle(raw: dict[str, Any], changes: Mapping[str, str]) -> None:

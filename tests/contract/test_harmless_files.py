@@ -162,3 +162,13 @@ def test_a_page_that_cannot_be_put_in_its_place_leaves_the_document_that_was_the
     monkeypatch.setattr(Path, "replace", lambda source, target: refused(source, target))
     assert reported("b").exit_code != 0
     assert (place / "page" / "report.json").read_bytes() == before
+
+
+def test_escape_codes_in_the_name_of_a_folder_do_not_reach_the_terminal(run_twice):
+    place, reported = run_twice
+    (place / "a").rename(place / "esc\x1b[31mred\x07")
+    (place / "esc\x1b[31mred\x07" / "trajectory.nc").write_bytes(b"no such thing")
+    found = reported("esc\x1b[31mred\x07")
+    assert found.exit_code == 6
+    assert r"esc\x1b[31mred\x07" in "".join(found.stderr.split())
+    assert not {"\x1b", "\x07"} & set(found.stderr)

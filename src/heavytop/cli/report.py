@@ -15,7 +15,7 @@ from heavytop.cli.exits import FULL, Exit
 from heavytop.cli.options import Debug, Json, Quiet, Set, Verbose, blaming, named_folder, overrides
 from heavytop.cli.output import results_folder, unwritable
 from heavytop.cli.voice import Voice, say
-from heavytop.pages.foreign import spelled
+from heavytop.spelling import harmless
 
 if TYPE_CHECKING:
     from heavytop.pages.page import Page
@@ -81,7 +81,7 @@ def report(
     if json:
         typer.echo(page.json(files))
     elif html is not None:
-        typer.echo(f"{spelled(html)}: {_size(page)}")
+        typer.echo(f"{harmless(html)}: {_size(page)}")
     for name, why in () if quiet else page.missing:
         say(f"not on the page: {name}: {why}")
     if not page.results:
@@ -132,7 +132,7 @@ def _file(output: Path | None, json: bool) -> Path | None:
                        (html.with_suffix(".json"), b'"schema": "heavytop/report/1"')):  # fmt: skip
         if path.exists() and not (path.is_file() and mark in _head(path)):
             raise typer.BadParameter(
-                f"{spelled(path)} is there, and is no report: say where", param_hint="-o"
+                f"{harmless(path)} is there, and is no report: say where", param_hint="-o"
             )
     return html
 

@@ -11,14 +11,17 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from heavytop.spelling import harmless
+
 if TYPE_CHECKING:
     from heavytop.ledger import Progress as StudyProgress
 
 
 def say(text: str) -> None:
     """Tell the person at the terminal something that is not a result, if it can be told."""
+    told = "\n".join(map(harmless, text.split("\n")))  # names of files may have escape codes
     with suppress(OSError):  # of a closed or a full stderr: the exit code still says it
-        typer.echo(f"heavytop: {text}", err=True)
+        typer.echo(f"heavytop: {told}", err=True)
 
 
 def _watched() -> bool:

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 from heavytop.errors import ForeignFile
 from heavytop.pages.commands import command, folder
-from heavytop.pages.foreign import spelled
 from heavytop.pages.section import Section
 from heavytop.pages.tables import Table
+from heavytop.spelling import harmless
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -69,7 +69,7 @@ def _command(finding: Finding, ident: str) -> str:
     """What measures these claims again; documents of old do not say which were asked for."""
     asked = finding.document.get("asked") or ()
     if option := next((name for name in asked if name.startswith("-")), None):
-        raise ForeignFile(f"{spelled(finding.path)}: asked: {option!r:.60}: no name of a claim")
+        raise ForeignFile(f"{harmless(finding.path)}: asked: {option!r:.60}: no name of a claim")
     proofs = ["--proofs"] if finding.document.get("proofs") else []
     return command("validate", *asked, *proofs, *folder(ident))
 

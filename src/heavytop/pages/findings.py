@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from heavytop.errors import ForeignFile
-from heavytop.pages.foreign import cut, expect_file, read, spelled
+from heavytop.pages.foreign import cut, expect_file, read
 from heavytop.pages.shapes import SHAPES
+from heavytop.spelling import harmless
 
 FILES: Final = {
     "run.json": "heavytop/run/1",
@@ -116,9 +117,9 @@ def _within(folder: Path) -> list[Path]:
         places = [place / name for place in (folder, *below) for name in FILES]
         found = [_whole(path) for path in places if os.path.lexists(path)]
     except OSError as fault:
-        raise ForeignFile(f"{spelled(folder)}: {fault.strerror or fault}") from None
+        raise ForeignFile(f"{harmless(folder)}: {fault.strerror or fault}") from None
     if not found:
-        raise ForeignFile(f"{spelled(folder)}: holds no results ({', '.join(FILES)})")
+        raise ForeignFile(f"{harmless(folder)}: holds no results ({', '.join(FILES)})")
     return found
 
 
@@ -148,7 +149,7 @@ def _one(path: Path, name: str) -> Finding:
     document, data = read(path)
     there = document.get("schema")
     if there != schema:
-        raise ForeignFile(f"{spelled(path)}: schema = {there!r:.60}: expected {schema}")
+        raise ForeignFile(f"{harmless(path)}: schema = {there!r:.60}: expected {schema}")
     kept = cut(path, document, SHAPES[schema])
     return Finding(path, schema, kept, sha256(data).hexdigest(), len(data), name)
 
@@ -162,8 +163,8 @@ def _names(paths: Sequence[Path]) -> list[str]:
 def _end(parts: tuple[str, ...], whole: Sequence[tuple[str, ...]]) -> str:
     for count in range(2, len(parts)):
         if sum(other[-count:] == parts[-count:] for other in whole) == 1:
-            return spelled(Path(*parts[-count:]))
-    return spelled(Path(*parts))
+            return harmless(Path(*parts[-count:]))
+    return harmless(Path(*parts))
 
 
 def _once(found: Sequence[Finding]) -> Found:

@@ -12,6 +12,7 @@ from typing import Any, Final, NamedTuple
 
 from heavytop.errors import ForeignFile, HeavyTopError
 from heavytop.pages.forms import Shape, Unfit
+from heavytop.spelling import harmless
 
 MOST_BYTES: Final = 64 * 2**20  # of a document
 MOST_VALUES: Final = 3_000_000
@@ -34,25 +35,6 @@ class Source(NamedTuple):
     data: bytes
 
 
-def spelled(text: object) -> str:
-    r"""A text or the name of a file as one line, whatever letters it has.
-
-    Examples
-    --------
-    >>> print(spelled("a\nb"), spelled("caf\udce9"))
-    a\nb caf\xe9
-    """
-    return "".join(map(_spelled, str(text)))
-
-
-def _spelled(letter: str) -> str:
-    if "\udc80" <= letter <= "\udcff":  # a byte that is no UTF-8, as os.fsdecode gives it
-        return f"\\x{ord(letter) - 0xDC00:02x}"
-    if letter.isprintable():
-        return letter
-    return letter.encode("unicode_escape").decode("ascii")
-
-
 def read(path: Path) -> Source:
     """Return the JSON object that a file holds.
 
@@ -68,13 +50,13 @@ def read(path: Path) -> Source:
             data = file.read(MOST_BYTES + 1)
         found = json.loads(data.decode("utf-8"))
     except OSError as fault:
-        raise ForeignFile(f"{spelled(path)}: {fault.strerror or fault}") from None
+        raise ForeignFile(f"{harmless(path)}: {fault.strerror or fault}") from None
     except (ValueError, RecursionError) as fault:
-        raise ForeignFile(f"{spelled(path)}: not readable as JSON ({fault})") from None
+        raise ForeignFile(f"{harmless(path)}: not readable as JSON ({fault})") from None
     if not isinstance(found, dict):
-        raise ForeignFile(f"{spelled(path)}: not the document of a result")
+        raise ForeignFile(f"{harmless(path)}: not the document of a result")
     if wrong := _unbounded(found):
-        raise ForeignFile(f"{spelled(path)}: {wrong}")
+        raise ForeignFile(f"{harmless(path)}: {wrong}")
     return Source(found, data)
 
 
@@ -94,13 +76,13 @@ def expect_file(path: Path, most: int) -> None:
     try:
         found = path.stat()
     except OSError as fault:
-        raise ForeignFile(f"{spelled(path)}: {fault.strerror or fault}") from None
+        raise ForeignFile(f"{harmless(path)}: {fault.strerror or fault}") from None
     if not stat.S_ISREG(found.st_mode):
-        raise ForeignFile(f"{spelled(path)}: not a file")
+        raise ForeignFile(f"{harmless(path)}: not a file")
     if not found.st_size:  # as of what a kernel tells
-        raise ForeignFile(f"{spelled(path)}: an empty file")
+        raise ForeignFile(f"{harmless(path)}: an empty file")
     if found.st_size > most:
-        raise ForeignFile(f"{spelled(path)}: more than {most >> 20} MB")
+        raise ForeignFile(f"{harmless(path)}: more than {most >> 20} MB")
 
 
 def _unbounded(found: object) -> Wrong:
@@ -152,8 +134,8 @@ def reading(path: Path) -> Iterator[None]:
     except ForeignFile:  # which names its file itself
         raise
     except FAULTS as fault:
-        why = spelled(f"{type(fault).__name__}: {fault}")[:200]
-        raise ForeignFile(f"{spelled(path)}: not what was written ({why})") from fault
+        why = harmless(f"{type(fault).__name__}: {fault}")[:200]
+        raise ForeignFile(f"{harmless(path)}: not what was written ({why})") from fault
 
 
 def cut(path: Path, document: Mapping[str, Any], shape: Shape) -> Any:
@@ -167,4 +149,4 @@ def cut(path: Path, document: Mapping[str, Any], shape: Shape) -> Any:
     try:
         return shape(document)
     except Unfit as wrong:
-        raise ForeignFile(f"{spelled(path)}: {wrong}") from None
+        raise ForeignFile(f"{harmless(path)}: {wrong}") from None

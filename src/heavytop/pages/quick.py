@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from heavytop.files import write_document, write_text
 from heavytop.pages.commands import command, folder, is_shipped, scene_file
 from heavytop.pages.errand import run
-from heavytop.pages.foreign import spelled
+from heavytop.spelling import harmless
 
 if TYPE_CHECKING:
     from heavytop.scene import Scene
@@ -109,7 +109,7 @@ def _run(study: Study, place: Path, limit_s: float) -> str:
         return ""
     if ended.code is None:
         return f"not done in {limit_s:.0f} s"
-    return spelled(ended.said.replace(f"{place}/", "")) or f"it ended with code {ended.code}"
+    return harmless(ended.said.replace(f"{place}/", "")) or f"it ended with code {ended.code}"
 
 
 def _studies(place: Path, scene: Scene | None, asked: Sequence[str]) -> Iterator[Study]:

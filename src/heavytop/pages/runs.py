@@ -12,9 +12,10 @@ from heavytop.errors import ForeignFile
 from heavytop.pages.behind import BEHIND
 from heavytop.pages.commands import command, folder, scene_file, scene_word
 from heavytop.pages.descriptions import called, described, given
-from heavytop.pages.foreign import expect_file, reading, spelled
+from heavytop.pages.foreign import expect_file, reading
 from heavytop.pages.section import Picture, Section, drawn
 from heavytop.pages.tables import Table, cell, rounded
+from heavytop.spelling import harmless
 
 if TYPE_CHECKING:
     from heavytop.pages.findings import Finding
@@ -110,7 +111,7 @@ def _trajectory(finding: Finding) -> Trajectory | None:
     with reading(path):
         if other := _other(found, finding.document):
             raise ForeignFile(
-                f"{spelled(path)}: the trajectory of another {other} than run.json is about"
+                f"{harmless(path)}: the trajectory of another {other} than run.json is about"
             )
     return found
 
@@ -204,18 +205,11 @@ def _end(final: Mapping[str, Any] | None) -> Iterator[tuple[str, str]]:
         yield f"at t = {cell(float(final['t']))} s", ", ".join(known) + " rad"
 
 
-UNITS: Final = {
-    "theta": " rad", "phi": " rad", "psi": " rad", "event_time": " s", "input_rounding": " rad",
-}  # fmt: skip
-"""Of the distances from the closed form; the others are lengths or relative."""
-
-
 def _errors(found: Mapping[str, Any]) -> str:
-    sizes = {name: x for name, x in found.items() if isinstance(x, int | float)}
-    words = [
-        f"{name.replace('_', ' ')} {cell(x, 2)}{UNITS.get(name, '')}" for name, x in sizes.items()
-    ]
-    return ", ".join(words) or str(found.get("why_not") or "nothing to compare")
+    from heavytop.report.rows import distances
+
+    words = ", ".join(distances(found, lambda size: cell(size, 2)))
+    return words or str(found.get("why_not") or "nothing to compare")
 
 
 def _pictures(trajectory: Trajectory, ident: str, made: str) -> Iterator[Picture]:

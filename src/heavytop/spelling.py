@@ -1,0 +1,20 @@
+"""Foreign letters: what a terminal would act on, spelled out."""
+
+from __future__ import annotations
+
+
+def harmless(text: object) -> str:
+    r"""The text on one line, with what a terminal would act on spelled out.
+
+    Examples
+    --------
+    >>> print(harmless("a\nb"), harmless("caf\udce9"))
+    a\nb caf\xe9
+    """
+    return "".join(c if c.isprintable() else _letter(c) for c in str(text))
+
+
+def _letter(letter: str) -> str:
+    if "\udc80" <= letter <= "\udcff":  # a byte that is no UTF-8, as os.fsdecode gives it
+        return f"\\x{ord(letter) - 0xDC00:02x}"
+    return ascii(letter)[1:-1]
