@@ -12,7 +12,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from heavytop.claims import kept, running, validating
+from heavytop import kept
+from heavytop.claims import running, validating
 from heavytop.claims.validating import validate
 
 from .own_claims import GOOD, by_id, made, one

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from heavytop.claims.kept import LETTERS, begin, end, tail
+from heavytop.kept import LETTERS, begin, end, tail
 
 GRACE: Final = 5.0  # s from SIGTERM to SIGKILL: what checks the claims ends its scripts meanwhile
 TAIL: Final = 4096  # bytes of what a command said
