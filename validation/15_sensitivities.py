@@ -17,8 +17,8 @@ from heavytop.errors import ImpossibleTop
 from heavytop.models import gradients
 from heavytop.models.axis_form import axis_form
 from heavytop.models.ladder import LADDER
-from heavytop.scene import shipped_scenes
 from heavytop.sensitivity import sensitivities, state_transition
+from heavytop.shipped import shipped_scenes
 from heavytop.theory import sleeping, steady
 from heavytop.transition import at_start
 

@@ -14,24 +14,18 @@ from typing import Any, Final, NoReturn
 from heavytop import scene_schema as schema
 from heavytop import scene_text
 from heavytop.arguments import path_of, told
+from heavytop.changes import CHANGES, overridden
 from heavytop.errors import BadScene, Fault
 from heavytop.exact import Exact, Number
 from heavytop.names import closest, nearest
 from heavytop.scene_schema import Wrong
+from heavytop.shipped import FOLDER, shipped_names
 from heavytop.spelling import harmless
 from heavytop.state import State
 from heavytop.top import Top
 
 MAX_BYTES: Final = 1_000_000
 _MANY_FILES: Final = 1000  # of a folder, among which one may have been meant
-_CHANGES: Final = "--set"
-_RIVALS: Final = {  # a change to one takes the other's place
-    "span.time": "periods",
-    "span.periods": "time",
-    "start.psidot": "omega3",
-    "start.omega3": "psidot",
-}
-_SHIPPED: Final = Path(__file__).with_name("scenes")
 
 
 @dataclass(frozen=True, slots=True, init=False, repr=False)
@@ -188,8 +182,8 @@ def load_scene(name_or_path: str | os.PathLike[str], overrides: Sequence[str] = 
     """
     path_of("name_or_path", name_or_path)
     given = os.fspath(name_or_path)
-    shipped = isinstance(name_or_path, str) and given in _shipped_names()
-    path = _SHIPPED / f"{given}.toml" if shipped else Path(given)
+    shipped = isinstance(name_or_path, str) and given in shipped_names()
+    path = FOLDER / f"{given}.toml" if shipped else Path(given)
     return read_scene(_text_of(path, given), where=given, overrides=overrides)
 
 
@@ -216,6 +210,7 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
 
     Examples
     --------
+    >>> from heavytop.shipped import shipped_text
     >>> read_scene(shipped_text("sicm-dropped"), "mine", ["span.time=3"]).name
     'mine'
     """
@@ -225,7 +220,7 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
         raw = scene_text.parse(text)
     except ValueError as error:
         _refuse_line(where, text, str(error))
-    changed, faults = _overridden(raw, overrides)
+    changed, faults = overridden(raw, overrides)
     place = _Place(harmless(where), scene_text.key_lines(text), changed)
     scene, more_faults = _built(raw, place, Path(where).stem)
     if scene is None or faults:
@@ -238,57 +233,9 @@ def no_scene(what: object, verb: str) -> BadScene:
     value, hint = told(what), "load_scene gives one by its name"
     if isinstance(getattr(what, "start", None), State):  # a Motion
         hint = "Scene(motion.top, motion.start, time=2) is one"
-    if isinstance(what, str) and what in _shipped_names():
+    if isinstance(what, str) and what in shipped_names():
         hint = f'load_scene("{what}") gives it'
     return BadScene((Fault(verb, None, "scene", value, "a Scene", hint),))
-
-
-def shipped_scenes() -> dict[str, str]:
-    """The scenes that come with the package.
-
-    Returns
-    -------
-    dict from str to str
-        Their titles, by their names.
-
-    Examples
-    --------
-    >>> shipped_scenes()["sicm-dropped"]
-    'SICM 2.10, let go from rest: cusps'
-    """
-    texts = {name: shipped_text(name) for name in _shipped_names()}
-    return {name: scene_text.parse(text)["title"] for name, text in texts.items()}
-
-
-def shipped_text(name: str) -> str:
-    """The text of a scene that comes with the package, comments and all.
-
-    Parameters
-    ----------
-    name : str
-        A key of `shipped_scenes`.
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    BadScene
-        No shipped scene has this name.
-
-    Examples
-    --------
-    >>> print(shipped_text("sicm-dropped").splitlines()[0])
-    format = 1
-    """
-    if name not in _shipped_names():
-        _refuse_file(name, "no shipped scene has this name", nearest(name, _shipped_names()))
-    return (_SHIPPED / f"{name}.toml").read_text("utf-8")
-
-
-def _shipped_names() -> list[str]:
-    return sorted(path.stem for path in _SHIPPED.glob("*.toml"))
 
 
 # --- files -----------------------------------------------------------------------------------
@@ -342,7 +289,7 @@ def _meant(path: Path) -> str:
         beside = []
     if meant := closest(path.name, beside):
         return f'did you mean "{harmless(str(path.with_name(meant)))}"?'
-    return nearest(path.stem, _shipped_names()) or "heavytop scenes lists those that are shipped"
+    return nearest(path.stem, shipped_names()) or "heavytop scenes lists those that are shipped"
 
 
 # --- from keys to a scene --------------------------------------------------------------------
@@ -361,7 +308,7 @@ class _Place:
         name = harmless(key[:100])
         value = scene_text.shown(raw[wrong.key]) if wrong.key in raw else ""
         if key in self.changed:
-            return Fault(_CHANGES, None, name, value, wrong.rule, wrong.hint)
+            return Fault(CHANGES, None, name, value, wrong.rule, wrong.hint)
         line = self.lines.get(key, self.lines.get(table))
         return Fault(self.file, line, name, value, wrong.rule, wrong.hint)
 
@@ -382,47 +329,6 @@ def _built(raw: dict[str, Any], place: _Place, name: str) -> tuple[Scene | None,
         return None, faults
     titles = {key: keys[key] for key in ("title", "source") if key in keys}
     return Scene(top, start, **span, **want, **titles, name=name), []
-
-
-def _overridden(raw: dict[str, Any], overrides: Sequence[str]) -> tuple[set[str], list[Fault]]:
-    """Change `raw` as asked; the keys that were changed, and the changes that cannot be made."""
-    changed: dict[str, str] = {}
-    faults: list[Fault] = []
-    if not _are_texts(overrides):
-        rule = 'a list of texts, such as ["start.phidot=-14"]'
-        value = (scene_text.shown if isinstance(overrides, list | tuple) else told)(overrides)
-        return set(), [Fault("heavytop", None, "overrides", value, rule)]
-    for change in overrides:
-        key, equals, text = change.partition("=")
-        key = key.strip()
-        *tables, last = key.split(".")
-        readable = bool(equals and last) and len(tables) < 2
-        table = raw.setdefault(tables[0], {}) if tables and readable else raw
-        if not readable or not isinstance(table, dict):
-            rule = "a change is KEY=VALUE, such as start.phidot=-14"
-            faults.append(Fault(_CHANGES, None, harmless(change[:60]), "", rule))
-            continue
-        if key in _RIVALS:
-            table.pop(_RIVALS[key], None)
-        table[last] = _override_value(text)
-        changed[key] = text.strip().strip("\"'")
-    scene_text.retitle(raw, changed)
-    return set(changed), faults
-
-
-def _are_texts(overrides: object) -> bool:
-    if isinstance(overrides, str | Mapping) or not isinstance(overrides, Collection):
-        return False
-    return all(isinstance(each, str) for each in overrides)
-
-
-def _override_value(text: str) -> object:
-    """A TOML value where it is one, else the text itself: no quotes needed around pi/3."""
-    try:
-        value = scene_text.parse(f"value = {text}")
-    except ValueError:
-        return text.strip()
-    return value["value"] if value.keys() == {"value"} else text.strip()
 
 
 def _wrong_types(parts: Mapping[str, object]) -> list[Wrong]:

@@ -28,8 +28,6 @@ class NumberText(str):
 
 LONGEST_LINE = 10_000
 MAX_TITLE: Final = 500
-_LONGEST_CHANGES: Final = 120
-_OF_THE_MOTION: Final = ("top.", "start.")
 
 
 def parse(text: str) -> dict[str, Any]:
@@ -100,30 +98,6 @@ def shown(value: object) -> str:
     except (RecursionError, ValueError):  # nested too deeply, or an integer too long to print
         text = f"a {type(value).__name__}"
     return text if len(text) <= 60 else text[:57] + "…"
-
-
-def retitle(raw: dict[str, Any], changes: Mapping[str, str]) -> None:
-    """Say in title and source that top or start were changed, where these texts were not.
-
-    Without it a scene goes on asserting what its changes may have undone.
-    """
-    told = [f"{k[:60]} = {v[:60]}" for k, v in changes.items() if k.startswith(_OF_THE_MOTION)]
-    title, source = _of_a_scene(raw, "title"), _of_a_scene(raw, "source")
-    if told and title and "title" not in changes:
-        these = _cut(harmless(", ".join(told)), _LONGEST_CHANGES)
-        raw["title"] = _cut(f"{title}; with {these}", MAX_TITLE)
-    if told and source and "source" not in changes:
-        raw["source"] = _cut(f"changed from {source}", MAX_TITLE)
-
-
-def _of_a_scene(raw: Mapping[str, object], key: str) -> str:
-    """A text of a scene that may be added to; empty where there is none, or a wrong one."""
-    text = raw.get(key)
-    return text if type(text) is str and len(text) <= MAX_TITLE else ""
-
-
-def _cut(text: str, most: int) -> str:
-    return text if len(text) <= most else text[: most - 1] + "…"
 
 
 def _spelled(value: object) -> str:

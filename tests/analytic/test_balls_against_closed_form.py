@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import heavytop as ht
 from heavytop.balls import Ball, enclose, enclose_axis
-from heavytop.scene import shipped_scenes
+from heavytop.shipped import shipped_scenes
 from heavytop.theory.closed_form import MPForm
 from heavytop.theory.precision import context
 from heavytop.theory.reduced import Reduced

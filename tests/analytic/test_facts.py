@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import heavytop as ht
 from heavytop.derived import Facts, facts
-from heavytop.scene import shipped_scenes
+from heavytop.shipped import shipped_scenes
 from heavytop.theory import sleeping
 
 BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")

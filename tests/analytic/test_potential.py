@@ -7,7 +7,8 @@ import sympy as sp
 from heavytop.models import lagrangian as lag
 from heavytop.models import reduction
 from heavytop.motion import Motion
-from heavytop.scene import load_scene, shipped_scenes
+from heavytop.scene import load_scene
+from heavytop.shipped import shipped_scenes
 from heavytop.state import State
 from heavytop.theory.nutation import nutation
 from heavytop.theory.potential import Potential

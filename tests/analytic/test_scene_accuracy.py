@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.scene import shipped_scenes
+from heavytop.shipped import shipped_scenes
 
 SCENES = sorted(shipped_scenes())
 

@@ -18,7 +18,8 @@ from heavytop.pages.commands import exactly
 from heavytop.pages.findings import findings
 from heavytop.pages.ladders import methods_asked
 from heavytop.pages.page import page_of
-from heavytop.scene import load_scene, shipped_scenes
+from heavytop.scene import load_scene
+from heavytop.shipped import shipped_scenes
 from heavytop.stresses.cases import cases
 from heavytop.stresses.methods import METHODS
 from heavytop.workprecs.ladder import DEFAULT, trials

@@ -26,7 +26,8 @@ from heavytop.report.figures import (
     save,
     spin_rate,
 )
-from heavytop.scene import load_scene, shipped_scenes
+from heavytop.scene import load_scene
+from heavytop.shipped import shipped_scenes
 from heavytop.witness import run_errors
 
 

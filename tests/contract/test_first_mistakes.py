@@ -14,7 +14,8 @@ from heavytop.cli import app
 from heavytop.drifts.methods import taylor_methods
 from heavytop.errors import BadScene, ImpossibleStart, ImpossibleTop
 from heavytop.rivals import table
-from heavytop.scene import load_scene, read_scene, shipped_scenes, shipped_text
+from heavytop.scene import load_scene, read_scene
+from heavytop.shipped import shipped_scenes, shipped_text
 from heavytop.witness import missed_digits
 
 SCENE = """\

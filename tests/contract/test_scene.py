@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 
 from heavytop.errors import NotANumber
 from heavytop.exact import PI, Exact, cos, sqrt
-from heavytop.scene import Scene, load_scene, read_scene, shipped_scenes
+from heavytop.scene import Scene, load_scene, read_scene
+from heavytop.shipped import shipped_scenes
 from heavytop.state import State
 from heavytop.top import Top
 

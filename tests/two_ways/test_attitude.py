@@ -14,7 +14,7 @@ from heavytop.models import lagrangian as lag
 from heavytop.models.attitude_form import attitude_form, product, psi_slow, q, start_attitude
 from heavytop.models.axis_form import axis_form, g, kappa, l_x, l_y, l_z
 from heavytop.models.formulation import spin, time
-from heavytop.scene import shipped_scenes
+from heavytop.shipped import shipped_scenes
 from heavytop.taylor.orbit import integrate
 from heavytop.witness import closed_form
 

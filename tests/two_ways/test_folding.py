@@ -18,7 +18,7 @@ from heavytop.folds import making, starting
 from heavytop.folds.turned import DOUBLES, Turned
 from heavytop.models.attitude_form import attitude_form
 from heavytop.models.numeric import exact_values
-from heavytop.scene import shipped_scenes
+from heavytop.shipped import shipped_scenes
 from heavytop.taylor import folding
 from heavytop.taylor.equations import Equations
 from heavytop.taylor.folding import Folding

@@ -98,7 +98,7 @@ def _verb(words: Sequence[str]) -> str:
 def _scene(word: str) -> str:
     """The scene that a word names or nearly names, if any."""
     from heavytop.names import closest
-    from heavytop.scene import shipped_scenes
+    from heavytop.shipped import shipped_scenes
 
     shipped = shipped_scenes()
     is_file = Path(word).suffix == ".toml" or Path(word).is_file()

@@ -78,7 +78,8 @@ def scene_word(scene: Known, ident: str) -> str:
 
 def is_shipped(scene: Known) -> bool:
     """Whether it says what the shipped scene of its name says."""
-    from heavytop.scene import load_scene, shipped_scenes
+    from heavytop.scene import load_scene
+    from heavytop.shipped import shipped_scenes
 
     if scene["name"] not in shipped_scenes():
         return False

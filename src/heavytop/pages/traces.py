@@ -34,7 +34,8 @@ def traces_document() -> dict[str, Any]:
     ('at-rest', 'at-rest', [0.0, 0.0, 1.0])
     """
     from heavytop.motion import Motion
-    from heavytop.scene import load_scene, shipped_scenes
+    from heavytop.scene import load_scene
+    from heavytop.shipped import shipped_scenes
 
     found = []
     for name, title in shipped_scenes().items():
