@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from heavytop.arguments import path_of
 from heavytop.engines import compiled_for, engine_of, start_values
 from heavytop.errors import ForeignFile, Outcome
 from heavytop.events import Events
-from heavytop.hdf5 import expect_harmless
+from heavytop.hdf5 import array, attribute, opened
 from heavytop.machine import versions
 from heavytop.netcdf import SCHEMA
 from heavytop.planning import Plan, closed_form_of
@@ -22,9 +22,6 @@ from heavytop.scene import read_scene
 from heavytop.taylor.orbit import Checkpoint, Ending, Orbit, Seen
 from heavytop.taylor.winding import Winding
 from heavytop.trajectory import Statistics, Trajectory
-
-if TYPE_CHECKING:
-    import xarray
 
 _ENDINGS: dict[Outcome, Ending] = {
     Outcome.FINISHED: "reached",
@@ -70,19 +67,9 @@ def load_trajectory(path: str | os.PathLike[str]) -> Trajectory:
     >>> bool((read.phi == ran.phi).all())
     True
     """
-    import xarray
-
     place = path_of("path", path)
-    if not place.is_file():
-        raise ForeignFile(f"{path}: no such file")
-    try:
-        expect_harmless(place)
-        with xarray.open_dataset(place, engine="h5netcdf") as file:
-            return _checked(_trajectory(file.load()))
-    except ForeignFile:
-        raise
-    except Exception as fault:  # a damaged file fails in any of the libraries that read it
-        raise ForeignFile(f"{path}: not a readable {SCHEMA} file ({fault})") from fault
+    with opened(place) as file:
+        return _checked(_trajectory(file))
 
 
 def load_interrupted(path: str | os.PathLike[str]) -> Trajectory:
@@ -93,11 +80,9 @@ def load_interrupted(path: str | os.PathLike[str]) -> Trajectory:
     ForeignFile
         As for `load_trajectory`; or it was begun with other versions, or on another processor.
     """
-    import xarray
-
-    found = load_trajectory(path)
-    with xarray.open_dataset(Path(path), engine="h5netcdf") as file:
-        there = json.loads(file.attrs.get("versions", "{}"))
+    with opened(Path(path)) as file:
+        there = json.loads(attribute(file, "versions"))
+        found = _checked(_trajectory(file))
     here = versions()
     other = [
         f"{name}: {there.get(name)} there, {here[name]} here"
@@ -125,13 +110,14 @@ def _checked(trajectory: Trajectory) -> Trajectory:
     return trajectory
 
 
-def _trajectory(file: xarray.Dataset) -> Trajectory:
-    if file.attrs.get("schema") != SCHEMA:
-        raise ForeignFile(f"schema = {file.attrs.get('schema')!r}: expected {SCHEMA}")
-    scene = read_scene(file.attrs["scene"], where="scene in file")
-    chosen = _plan(json.loads(file.attrs["plan"]))
-    values = {k: float.fromhex(v) for k, v in json.loads(file.attrs["parameters"]).items()}
-    outcome = Outcome(file.attrs["outcome"])
+def _trajectory(file: Any) -> Trajectory:
+    if (schema := attribute(file, "schema")) != SCHEMA:
+        raise ForeignFile(f"schema = {schema!r:.60}: expected {SCHEMA}")
+    scene = read_scene(attribute(file, "scene"), where="scene in file")
+    chosen = _plan(json.loads(attribute(file, "plan")))
+    parameters = json.loads(attribute(file, "parameters"))
+    values = {name: float.fromhex(text) for name, text in parameters.items()}
+    outcome = Outcome(attribute(file, "outcome"))
     orbit, events = _orbit(file, chosen, values, outcome), _events(file, scene.events)
     decimals = None
     if "decimal_t_time" in file:
@@ -169,17 +155,15 @@ def _plan(fields: dict[str, Any]) -> Plan:
     )
 
 
-def _orbit(
-    file: xarray.Dataset, chosen: Plan, parameters: dict[str, float], outcome: Outcome
-) -> Orbit:
+def _orbit(file: Any, chosen: Plan, parameters: dict[str, float], outcome: Outcome) -> Orbit:
     columns = (f"checkpoint_{n}" for n in ("time", "states", "phi", "steps"))
-    rows = zip(*(file[c].to_numpy() for c in columns), strict=True)
+    rows = zip(*(array(file, c) for c in columns), strict=True)
     points = tuple(
         Checkpoint((float(t[0]), float(t[1])), np.array(s), float(phi), int(n))
         for t, s, phi, n in rows
     )
-    phi = file["phi"].to_numpy() if chosen.follows_phi else np.full(file.sizes["t"], np.nan)
-    t, t_low, states = (file[n].to_numpy() for n in ("t", "t_low", "states"))
+    t, t_low, states = (array(file, n) for n in ("t", "t_low", "states"))
+    phi = array(file, "phi") if chosen.follows_phi else np.full(t.size, np.nan)
     hits = tuple(_seen(file, f"zeros_{i}") for i in range(len(chosen.watched)))
     return Orbit(
         integrator=engine_of(chosen, compiled_for(chosen), parameters, points[0]),
@@ -188,21 +172,21 @@ def _orbit(
         checkpoints=points,
         samples=Seen(t, t_low, states, phi),
         hits=hits,
-        end=float(file.attrs["end"]),
-        steps=int(file.attrs["steps"]),
+        end=float(attribute(file, "end")),
+        steps=int(attribute(file, "steps")),
         ending=_ENDINGS[outcome],
     )
 
 
-def _seen(file: xarray.Dataset, name: str) -> Seen:
+def _seen(file: Any, name: str) -> Seen:
     t, t_low, rows, phi = (
-        file[f"{name}_{part}"].to_numpy() for part in ("t", "t_low", "states", "phi")
+        array(file, f"{name}_{part}") for part in ("t", "t_low", "states", "phi")
     )
     return Seen(t, t_low, rows, phi)
 
 
-def _events(file: xarray.Dataset, asked: tuple[str, ...]) -> Events:
+def _events(file: Any, asked: tuple[str, ...]) -> Events:
     names = ("t", "t_low", "theta", "phi", "phidot", "residual", "axis", "states")
-    columns = {n: file[f"event_{n}"].to_numpy() for n in names}
-    kind = tuple(str(k) for k in file["event_kind"].to_numpy())
+    columns = {n: array(file, f"event_{n}") for n in names}
+    kind = tuple(map(str, array(file, "event_kind")))
     return Events(kind=kind, asked=tuple(asked), **columns)

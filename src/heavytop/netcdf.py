@@ -2,6 +2,7 @@
 
 The file holds samples and events for everybody, and the starts of the blocks, with which the
 trajectory can be asked for any other time, or continued, bit for bit. Nothing in it can execute.
+Behind its end stands its digest.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 
 from heavytop import __version__
 from heavytop.events import Events
-from heavytop.files import write_whole
+from heavytop.hdf5 import write_sealed
 from heavytop.machine import versions
 from heavytop.planning import Plan
 from heavytop.taylor.orbit import Orbit
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
     from heavytop.trajectory import Trajectory
 
 SCHEMA = "heavytop/trajectory/1"
+TEXTS = ("event_kind", *(f"decimal_{x}_{y}" for x in ("t", "event") for y in ("time", "states")))
+"""Variables that are read back as texts."""
 
 
 def dataset(trajectory: Trajectory) -> xarray.Dataset:
@@ -138,5 +141,6 @@ def write(trajectory: Trajectory, path: str | os.PathLike[str]) -> None:
         from heavytop.decimals.stored import kept_variables
 
         contents = contents.assign(kept_variables(trajectory.decimals))
-    data = bytes(contents.to_netcdf(engine="h5netcdf"))  # HDF5 does not survive a full disk
-    write_whole(target, lambda part: part.write_bytes(data))
+    letters = {name: {"dtype": "S1"} for name in contents if name in TEXTS}  # of a known size
+    data = bytes(contents.to_netcdf(engine="h5netcdf", encoding=letters))
+    write_sealed(target, lambda part: part.write_bytes(data))  # HDF5 does not survive a full disk

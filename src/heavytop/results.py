@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from heavytop.document import run_document
-from heavytop.files import write_document
+from heavytop.files import regular, write_document
 from heavytop.trajectory import Trajectory
 
 FORMS: Final = ("svg", "png")
@@ -71,7 +71,8 @@ def clear(folder: Path) -> None:
 
 def _figures_told(document: Path) -> frozenset[str]:
     try:
-        told = json.loads(document.read_text("utf-8"))["files"].values()
+        with regular(document) as file:
+            told = json.loads(file.read())["files"].values()
         return OWN_FIGURES & {name for name in told if isinstance(name, str)}
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
         return frozenset()  # there is no document, or it is no run's

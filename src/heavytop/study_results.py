@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from heavytop.errors import Stop, StoppedEarly
-from heavytop.files import write_document, write_whole
+from heavytop.files import write_document
+from heavytop.hdf5 import write_sealed
 
 if TYPE_CHECKING:
     from heavytop.atlases.atlas import Atlas
@@ -56,7 +57,7 @@ def write_drift(
     place, errors = Path(folder), "drift.nc"
     with _stopping(place, kept=place):
         data = bytes(drift.to_xarray().to_netcdf(engine="h5netcdf"))  # whole before it is on disk
-        write_whole(place / errors, lambda part: part.write_bytes(data))
+        write_sealed(place / errors, lambda part: part.write_bytes(data))
         document, others = partial(drift.document, costs=False), {"errors": errors}
         files = _written("drift", document, place, figures=figures, others=others)
     return files

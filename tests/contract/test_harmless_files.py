@@ -1,17 +1,24 @@
-"""A result file whose arrays lie elsewhere, or would fit nowhere, is refused before it is read."""
+"""A result file that is not what was written is refused before anything in it is believed."""
 
+import hashlib
+import json
 import os
 import shutil
+import subprocess
+import sys
+from contextlib import contextmanager
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
+import xarray
 from typer.testing import CliRunner
 
 import heavytop as ht
 from heavytop.cli.command import app
-from heavytop.hdf5 import MOST_BYTES, expect_harmless
+from heavytop.hdf5 import SEAL_BYTES, seal
+from heavytop.pages.maps import stored_map
 
 
 @pytest.fixture
@@ -19,40 +26,192 @@ def path(tmp_path):
     return tmp_path / "a.nc"
 
 
-def test_a_file_of_ours_is_harmless(path):
+@contextmanager
+def forging(path):
+    """Change a file of ours with h5py, and give it the digest of what it is then."""
+    path.write_bytes(path.read_bytes()[:-SEAL_BYTES])
+    with h5py.File(path, "r+") as file:
+        yield file
+    seal(path)
+
+
+@pytest.fixture
+def forged(path):
+    ht.propagate(ht.load_scene("sicm-kicked", ["span.time=0.1"])).save(path)
+    return lambda: forging(path)
+
+
+def memory_of_a_load(path):
+    """The most memory that a process has taken which loaded a file, and what it said [bytes]."""
+    code = (
+        "import resource, sys, heavytop as ht\n"
+        "try: ht.load_trajectory(sys.argv[1])\n"
+        "except ht.ForeignFile as fault: print(fault, file=sys.stderr)\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)"
+    )
+    done = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True,
+                          timeout=120, check=True)  # fmt: skip
+    return int(done.stdout), done.stderr
+
+
+def test_a_digest_of_the_file_stands_behind_its_end(path):
     ht.propagate(ht.load_scene("sicm-kicked")).save(path)
-    expect_harmless(path)
+    data = path.read_bytes()
+    before, own = data[:-SEAL_BYTES], hashlib.sha256(data[:-SEAL_BYTES]).hexdigest()
+    assert data == before + b"\nheavytop sha256 " + own.encode() + b"\n"
 
 
-def test_an_array_in_another_file_is_refused(path, tmp_path):
-    (tmp_path / "secret.txt").write_text("a secret")
-    with h5py.File(path, "w") as file:
-        file.create_dataset("kind", (8,), np.uint8, external=[(str(tmp_path / "secret.txt"), 0, 8)])
-    with pytest.raises(ht.ForeignFile, match="'kind': lies in another file"):
+def test_what_is_stored_is_read_by_everybody(path):
+    run = ht.propagate(ht.load_scene("sicm-kicked", ["want.digits=20", "want.samples=5"]))
+    run.save(path)
+    with xarray.open_dataset(path) as data:
+        assert np.array_equal(data.theta, run.theta)
+        assert tuple(data.event_kind.values) == run.events.kind
+        assert float(data.decimal_t_time[-1]) == 2.0
+
+
+def test_a_file_without_a_digest_is_refused(path):
+    ht.propagate(ht.load_scene("sicm-kicked")).save(path)
+    path.write_bytes(path.read_bytes()[:-SEAL_BYTES])
+    with pytest.raises(ht.ForeignFile, match=r"a\.nc: .*no digest at its end.*earlier version"):
         ht.load_trajectory(path)
 
 
-def test_a_virtual_array_is_refused(path):
-    layout = h5py.VirtualLayout((4,), np.uint8)
-    layout[:] = h5py.VirtualSource("elsewhere.nc", "kind", (4,))
-    with h5py.File(path, "w") as file:
-        file.create_virtual_dataset("kind", layout)
-    with pytest.raises(ht.ForeignFile, match="lies in another file"):
-        expect_harmless(path)
-
-
-def test_a_link_is_refused(path):
-    with h5py.File(path, "w") as file:
-        file["kind"] = h5py.ExternalLink("elsewhere.nc", "/kind")
-    with pytest.raises(ht.ForeignFile, match="a link"):
-        expect_harmless(path)
-
-
-def test_more_than_fits_is_refused(path):
-    with h5py.File(path, "w") as file:
-        file.create_dataset("bomb", (MOST_BYTES + 1,), np.uint8, chunks=(1000,), compression="gzip")
-    with pytest.raises(ht.ForeignFile, match="declares"):
+def test_a_file_that_another_program_changed_is_refused(path):
+    ht.propagate(ht.load_scene("sicm-kicked")).save(path)
+    with h5py.File(path, "r+") as file:
+        file["theta"][3] += 1e-9
+    with pytest.raises(ht.ForeignFile, match=r"a\.nc: not a readable result file"):
         ht.load_trajectory(path)
+
+
+def test_what_is_not_declared_is_not_read(forged, path):
+    with forged() as file:
+        file.create_dataset("bomb", (2**39,), "f8", chunks=(2**20,), compression="gzip")
+        file["more"] = h5py.ExternalLink("elsewhere.nc", "/kind")
+        file.attrs["more"] = ["a"] * 100
+    assert ht.load_trajectory(path).outcome == "finished"
+
+
+@pytest.mark.parametrize("name", ["theta", "states", "event_t", "checkpoint_states"])
+def test_zeros_that_are_compressed_take_no_memory(forged, path, name):
+    with forged() as file:
+        del file[name]
+        file.create_dataset(name, (2**29, 6), "f8", chunks=(2**18, 6), compression="gzip")
+    size, said = memory_of_a_load(path)
+    assert size < 2**30
+    if name != "theta":  # which is computed from the states
+        assert f"'{name}': not in one piece" in said
+
+
+def test_arrays_that_are_declared_and_not_stored_are_refused(forged, path):
+    with forged() as file:
+        del file["states"]
+        file.create_dataset("states", (2**31, 6), "f8")
+    with pytest.raises(ht.ForeignFile, match="'states': not in one piece"):
+        ht.load_trajectory(path)
+
+
+def test_an_array_in_another_file_is_refused(forged, path, tmp_path):
+    (tmp_path / "secret.txt").write_text("a secret, and more of it")
+    with forged() as file:
+        del file["t"]
+        file.create_dataset("t", (1,), "f8", external=[(str(tmp_path / "secret.txt"), 0, 8)])
+    with pytest.raises(ht.ForeignFile, match="'t': lies in another file"):
+        ht.load_trajectory(path)
+
+
+def test_a_virtual_array_is_refused(forged, path):
+    layout = h5py.VirtualLayout((4,), "f8")
+    layout[:] = h5py.VirtualSource("elsewhere.nc", "t", (4,))
+    with forged() as file:
+        del file["t"]
+        file.create_virtual_dataset("t", layout)
+    with pytest.raises(ht.ForeignFile, match="'t': lies in another file"):
+        ht.load_trajectory(path)
+
+
+@pytest.mark.parametrize("link", [h5py.ExternalLink("b.nc", "/t"), h5py.SoftLink("/theta")])
+def test_a_link_is_refused(forged, path, link):
+    with forged() as file:
+        del file["t"]
+        file["t"] = link
+    with pytest.raises(ht.ForeignFile, match="no array 't'"):
+        ht.load_trajectory(path)
+
+
+@pytest.mark.parametrize("kind", [h5py.string_dtype(), "u1", ">f8", h5py.ref_dtype])
+def test_an_array_of_another_type_is_refused(forged, path, kind):
+    with forged() as file:
+        del file["t"]
+        file.create_dataset("t", (4,), kind)
+    with pytest.raises(ht.ForeignFile, match="'t': of type"):
+        ht.load_trajectory(path)
+
+
+def test_a_map_in_one_huge_part_is_refused(tmp_path):
+    with h5py.File(tmp_path / "atlas.nc", "w") as file:
+        shape = (40_000, 40_000)
+        kind = file.create_dataset("kind", shape, "u1", chunks=shape, compression="gzip")
+        kind.attrs["flag_meanings"] = "loops"
+    seal(tmp_path / "atlas.nc")
+    with pytest.raises(ht.ForeignFile, match="'kind': in parts that are too large"):
+        stored_map(tmp_path / "atlas.nc", shape)
+
+
+@pytest.mark.parametrize("made", [os.mkfifo, lambda path: path.symlink_to("/dev/zero")])
+def test_a_pipe_or_a_device_is_no_trajectory(path, made):
+    made(path)
+    with pytest.raises(ht.ForeignFile, match="not a regular file"):
+        ht.load_trajectory(path)
+
+
+RESUME_ALL = """
+import json, sys
+from typer.testing import CliRunner
+from heavytop.cli.command import app
+for place in sys.argv[1:]:
+    done = CliRunner().invoke(app, ["resume", "--no-figures", place])
+    print(json.dumps([place, done.exit_code, done.stderr]), flush=True)
+"""
+
+
+@pytest.mark.parametrize(
+    ("words", "needed"),
+    [
+        (
+            ["drift", "sicm-kicked", "--methods", "taylor-axis", "--periods", "3"],
+            {"study.json", "checkpoint.json", "rows-0001.json"},
+        ),
+        (
+            ["atlas", "sicm-kicked", "--x", "phidot=-20:20:6", "--y", "theta=0.1:3:6"],
+            {"study.json", "checkpoint.json", "rows-0001.json", "shard.json"},
+        ),
+        (["run", "sicm-kicked"], {"run.json", "trajectory.nc"}),
+    ],
+)
+def test_a_pipe_in_a_folder_stops_nothing(tmp_path, words, needed):
+    """Whatever file it stands for, `resume` ends, and names it where it is needed."""
+    whole = tmp_path / "whole"
+    begun = CliRunner().invoke(app, [*words, "-q", "--no-figures", "-o", str(whole)])
+    assert begun.exit_code == 0, begun.stderr
+    (whole / "shard.json").touch()
+    files = sorted(path.relative_to(whole) for path in whole.rglob("*") if path.is_file())
+    places = {str(tmp_path / f"{number}"): file for number, file in enumerate(files)}
+    for place, file in places.items():
+        shutil.copytree(whole, place)
+        if file.name != "shard.json":
+            (Path(place) / "shard.json").unlink()
+        (Path(place) / file).unlink()
+        os.mkfifo(Path(place) / file)
+    done = subprocess.run([sys.executable, "-c", RESUME_ALL, *places], capture_output=True,
+                          text=True, timeout=120, check=True)  # fmt: skip
+    told = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [place for place, *_ in told] == list(places)
+    for place, code, said in told:
+        name = places[place].name
+        assert code == (6 if name in needed else 0), (name, said)
+        assert name not in needed or name in "".join(said.split())
 
 
 @pytest.mark.parametrize("scene", ["at-rest", "planar-asymptotic"])
@@ -129,11 +288,11 @@ def test_a_trajectory_by_other_equations_or_of_another_motion_is_refused(run_twi
     assert found.exit_code == 6
     assert "trajectory.nc: the trajectory of another plan" in " ".join(found.stderr.split())
     shutil.copy(place / "b" / "trajectory.nc", trajectory)
-    with h5py.File(trajectory, "r+") as file:
+    with forging(trajectory) as file:
         file["checkpoint_states"][:, 0] += 0.01  # the axis
     found = reported("a")
     assert found.exit_code == 6
-    assert "a/trajectory.nc" in "".join(found.stderr.split())
+    assert "trajectory.nc: the trajectory of another motion" in " ".join(found.stderr.split())
 
 
 def test_copies_are_one_only_with_what_lies_beside_them(run_twice):

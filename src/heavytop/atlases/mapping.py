@@ -15,7 +15,7 @@ from heavytop.arguments import path_of, wrong_type
 from heavytop.atlases.atlas import Atlas, gathered
 from heavytop.atlases.study import KIND, Study
 from heavytop.errors import BadScene, Fault, ForeignFile
-from heavytop.files import write_document
+from heavytop.files import regular, write_document
 from heavytop.machine import usable_cpus, versions
 from heavytop.options import Number, Refused
 from heavytop.scene import Scene
@@ -277,7 +277,8 @@ def _noted_shard(folder: Path) -> tuple[int, int] | None:
     if not note.exists():
         return None
     try:
-        found = json.loads(note.read_text("utf-8")[:1000])["shard"]
+        with regular(note) as file:
+            found = json.loads(file.read(1000))["shard"]
         if found is None:
             raise ValueError("null")
         return _shard(found)

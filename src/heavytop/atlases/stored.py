@@ -11,7 +11,7 @@ from heavytop import __version__
 from heavytop.atlases.atlas import Atlas
 from heavytop.atlases.columns import SETS
 from heavytop.atlases.described import attributes, coordinates
-from heavytop.files import write_whole
+from heavytop.hdf5 import write_sealed
 from heavytop.ledger.canonical import canonical
 
 
@@ -22,7 +22,7 @@ def store(atlas: Atlas, path: Path) -> None:
     ------
     OSError
     """
-    write_whole(path, lambda part: _write(atlas, part))
+    write_sealed(path, lambda part: _write(atlas, part))
 
 
 def _write(atlas: Atlas, path: Path) -> None:

@@ -16,6 +16,7 @@ from heavytop.cli.options import Debug, Jobs, Json, NoFigures, Quiet, Verbose, n
 from heavytop.cli.output import show
 from heavytop.cli.scheduler import Scheduler, executor
 from heavytop.cli.voice import Voice, say
+from heavytop.files import regular
 
 if TYPE_CHECKING:
     from heavytop.ledger import Progress
@@ -98,7 +99,8 @@ def _run(folder: Path, voice: Voice, *, json: bool, figures: bool) -> None:
 def document(path: Path) -> dict[str, Any]:
     """The document of a finished run, as it was written."""
     try:
-        found = loads(path.read_text("utf-8"))
+        with regular(path) as file:
+            found = loads(file.read())
     except (OSError, ValueError) as fault:
         raise errors.ForeignFile(f"{path}: not readable ({fault})") from None
     if not isinstance(found, dict) or found.get("schema") != "heavytop/run/1":

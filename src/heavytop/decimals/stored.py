@@ -13,6 +13,7 @@ from heavytop.decimals.result import Decimals
 from heavytop.decimals.run import PreciseRun
 from heavytop.events import Events
 from heavytop.exact import Exact
+from heavytop.hdf5 import array
 from heavytop.planning import Plan
 from heavytop.taylor.orbit import Orbit
 from heavytop.taylor.precise import Found
@@ -51,7 +52,7 @@ def kept_variables(decimals: Decimals) -> Variables:
 
 
 def restored(
-    variables: Any,
+    file: Any,
     digits: int,
     chosen: Plan,
     named: Mapping[str, Exact],
@@ -63,7 +64,7 @@ def restored(
 
     Parameters
     ----------
-    variables : xarray.Dataset
+    file : h5py.File
     digits : int
     chosen : Plan
     named : mapping from str to Exact
@@ -74,24 +75,24 @@ def restored(
         What `rates_at_poles` says of the motion.
     """
     run = PreciseRun.of(chosen, named, orbit)
-    samples = tuple(map(run.reader.sample, _found(variables, "t")))
+    samples = tuple(map(run.reader.sample, _found(file, "t")))
     polisher = Polisher(run, events, orbit.steps, at_poles)
-    found = _found(variables, "event")
+    found = _found(file, "event")
     every = zip(events.kind, found, strict=True)
     return Decimals(
         digits=digits,
         run=run,
         samples=samples,
         events=tuple(polisher.as_it_is(*each) for each in every),
-        steps=int(variables["decimal_steps"]),
+        steps=int(array(file, "decimal_steps")),
         integrate_s=0.0,
     )
 
 
-def _found(variables: Any, over: str) -> list[Found]:
-    times = variables[f"decimal_{over}_time"].to_numpy().tolist()
-    states = variables[f"decimal_{over}_states"].to_numpy().tolist()
-    turned = map(tuple, variables[f"decimal_{over}_turned"].to_numpy().tolist())
+def _found(file: Any, over: str) -> list[Found]:
+    names = ("time", "states", "turned")
+    times, states, turns = (array(file, f"decimal_{over}_{name}").tolist() for name in names)
+    turned = map(tuple, turns)
     every = zip(times, states, turned, strict=True)
     return [Found(str(t), tuple(map(str, row)), angles) for t, row, angles in every]
 

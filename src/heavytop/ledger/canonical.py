@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from heavytop.errors import ForeignFile
+from heavytop.files import regular
 
 SEAL = "sha256"
 
@@ -67,7 +68,8 @@ def unsealed(path: Path, schema: str) -> dict[str, Any]:
 def contents(path: Path) -> bytes:
     """The bytes of a file that must be there."""
     try:
-        return path.read_bytes()
+        with regular(path) as file:
+            return file.read()
     except OSError as fault:
         raise ForeignFile(f"{path}: cannot be read ({fault.strerror})") from None
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.errors import ForeignFile
-from heavytop.hdf5 import expect_harmless
+from heavytop.hdf5 import attribute, dataset, opened
 from heavytop.pages.commands import command, exactly, folder, scene_file, scene_word
 from heavytop.pages.descriptions import GIVEN, called
 from heavytop.pages.section import Picture, Section, drawn
@@ -133,23 +132,14 @@ def stored_map(path: Path, shape: Sequence[float]) -> tuple[Codes, tuple[str, ..
     ForeignFile
         It is damaged, too large, or of another shape.
     """
-    import h5netcdf
-
-    try:
-        expect_harmless(path)
-        with h5netcdf.File(path, "r") as file:
-            kind = file.variables["kind"]
-            names = tuple(str(kind.attrs["flag_meanings"]).split())
-            if list(kind.shape) != list(shape) or not all(kind.shape):
-                raise ValueError(f"a map of {kind.shape}, not of {tuple(shape)}")
-            if kind.dtype != np.uint8 or kind.shape[0] * kind.shape[1] > MOST_PIXELS:
-                raise ValueError("a map of another type, or too large")
-            codes = kind[:: -(-kind.shape[0] // FINEST), :: -(-kind.shape[1] // FINEST)]
-    except ForeignFile:
-        raise
-    except Exception as fault:  # a damaged file fails in any of the libraries that read it
-        raise ForeignFile(f"{path}: not a readable map ({fault})") from fault
-    return np.asarray(codes, np.uint8), names
+    with opened(path) as file:
+        kind = dataset(file, "kind")
+        if list(kind.shape) != list(shape) or not all(kind.shape):
+            raise ValueError(f"a map of {kind.shape}, not of {tuple(shape)}")
+        if kind.dtype != np.uint8 or kind.size > MOST_PIXELS:
+            raise ValueError("a map of another type, or too large")
+        codes = kind[:: -(-kind.shape[0] // FINEST), :: -(-kind.shape[1] // FINEST)]
+        return np.asarray(codes), tuple(attribute(kind, "flag_meanings").split())
 
 
 def _asked(axis: Known) -> str:
