@@ -350,9 +350,9 @@ def test_a_million_tilts_a_second(name):
     form, t = DoubleForm(SCENES[name]), np.linspace(-3, 40, 10**5)
     spent = []
     while not spent or (min(spent) > 0.1 and len(spent) < 20):
-        began = time.perf_counter()
+        began = time.process_time()
         form.theta(t)
-        spent.append(time.perf_counter() - began)
+        spent.append(time.process_time() - began)
     assert min(spent) <= 0.1
 
 

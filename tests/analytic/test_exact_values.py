@@ -191,7 +191,8 @@ def test_threads_at_different_precisions_get_what_each_gets_alone() -> None:
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join()
+        thread.join(timeout=300)
+        assert not thread.is_alive()
     assert different == []
 
 

@@ -61,7 +61,7 @@ def steps(folder: Path) -> int:
 
 def wait_for_checkpoint(folder: Path, process: subprocess.Popen[str]) -> None:
     while not any(folder.rglob("checkpoint.json")):
-        assert process.poll() is None, process.communicate()
+        assert process.poll() is None, process.communicate(timeout=300)
         time.sleep(0.02)
 
 
@@ -69,7 +69,7 @@ def wait_for_checkpoint(folder: Path, process: subprocess.Popen[str]) -> None:
 def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     folder = tmp_path_factory.mktemp("whole") / "study"
     done = started(*ASKED, "-o", folder, "-q")
-    _, err = done.communicate()
+    _, err = done.communicate(timeout=300)
     assert done.returncode == 0, err
     return result_files(folder)
 
@@ -84,11 +84,11 @@ def test_killed_and_resumed_the_files_are_the_same_bit_for_bit(tmp_path, whole, 
         wait_for_checkpoint(folder, process)
         time.sleep(draw.uniform(0.0, 1.0))
         process.kill()
-        process.communicate()
+        process.communicate(timeout=300)
         assert steps(folder) >= before > -1  # it goes on from there, and not from the start
         before = steps(folder)
         process = started("resume", folder, "-j", jobs)
-    out, err = process.communicate()
+    out, err = process.communicate(timeout=300)
     assert process.returncode == 0, err
     assert "taylor-axis" in out
     assert result_files(folder) == whole
@@ -99,13 +99,13 @@ def test_ctrl_c_saves_and_says_how_to_go_on(tmp_path, whole):
     process = started(*ASKED, "-o", folder)
     wait_for_checkpoint(folder, process)
     process.send_signal(signal.SIGINT)
-    out, err = process.communicate()
+    out, err = process.communicate(timeout=300)
     assert process.returncode == 130
     assert out == ""
     assert f"heavytop resume {folder}" in err
     assert "Traceback" not in err
     again = started("resume", folder, "--json")
-    out, err = again.communicate()
+    out, err = again.communicate(timeout=300)
     assert again.returncode == 0, err
     assert json.loads(out)["schema"] == "heavytop/drift/1"
     assert result_files(folder) == whole
@@ -121,7 +121,7 @@ def test_a_second_process_is_refused_by_name(tmp_path):
         assert str(process.pid) in second.stderr
     finally:
         process.kill()
-        process.communicate()
+        process.communicate(timeout=300)
 
 
 @pytest.fixture(scope="module")
@@ -369,7 +369,7 @@ def test_a_folder_that_was_taken_away_is_not_made_again(tmp_path):
     process = started(*ASKED, "-o", folder)
     wait_for_checkpoint(folder, process)
     folder.rename(tmp_path / "elsewhere")
-    out, err = process.communicate()
+    out, err = process.communicate(timeout=300)
     assert process.returncode == 4, err
     assert out == ""
     assert f"{folder}: the folder has gone" in err
@@ -559,7 +559,7 @@ def test_an_interrupted_run_goes_on_where_it_was(tmp_path):
             break
     time.sleep(0.3)
     process.send_signal(signal.SIGINT)
-    _, err = process.communicate()
+    _, err = process.communicate(timeout=300)
     assert process.returncode == 130, err
     assert f"heavytop resume {folder}" in err
     part = ht.load_trajectory(folder / "trajectory.nc")

@@ -95,7 +95,8 @@ def test_threads_do_not_share_an_integrator():
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join()
+        thread.join(timeout=300)
+        assert not thread.is_alive()
     assert failures == []
 
 
@@ -129,10 +130,10 @@ def test_an_early_end_can_be_pickled():
 
 
 def test_a_key_of_many_parts_is_refused_at_once():
-    began = time.perf_counter()
+    began = time.process_time()
     with pytest.raises(ht.BadScene):
         read_scene("[" + ".".join(["a"] * 400_000) + "]")
-    assert time.perf_counter() - began < 5
+    assert time.process_time() - began < 5
 
 
 def test_a_number_over_two_lines_can_be_written_and_read():

@@ -143,7 +143,7 @@ def test_what_holds_the_interpreter_cannot_outlive_its_validation_either(tmp_pat
     process = alone(tmp_path)
     pid = int(soon(tmp_path / "pids"))
     process.kill()
-    process.wait()
+    process.wait(20)
     assert gone(pid)
 
 

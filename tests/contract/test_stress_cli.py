@@ -161,7 +161,8 @@ def test_the_cases_are_listed_with_what_they_are():
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
 def test_whatever_ends_it_no_empty_folders_are_left(tmp_path, number):
     folder = tmp_path / "made" / "here"
-    command = "from heavytop.cli import main; main()"
+    heard = "import signal; signal.signal(signal.SIGHUP, signal.SIG_DFL); "  # nohup ignores it
+    command = heard + "from heavytop.cli import main; main()"
     asked = ("stress", "--cases", "start-at-top", "--methods", "lsoda-scipy-lagrange")
     options = ("--time-limit", "60", "-o", str(folder))
     going = subprocess.Popen(

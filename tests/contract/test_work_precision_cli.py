@@ -146,7 +146,7 @@ def test_a_list_that_is_a_text_and_a_scene_that_is_a_name_are_refused_in_words()
 def test_the_budget_is_kept_and_what_it_left_out_is_named():
     began = time.perf_counter()
     done = heavytop_("workprec", "sicm-kicked", "--budget", "3", "--json")
-    assert time.perf_counter() - began < 10  # what is compiled is not cut short
+    assert time.perf_counter() - began < 60  # of 240 by default; what compiles is not cut short
     assert done.exit_code == 0
     document = json.loads(done.stdout)
     left_out = {each["method"] for each in document["skipped"]}

@@ -167,7 +167,7 @@ def test_a_killed_atlas_goes_on_where_it_was(tmp_path):
     while time.monotonic() < give_up and not list(folder.glob("tasks/*/*/checkpoint.json")):
         time.sleep(0.02)
     process.send_signal(signal.SIGKILL)
-    process.wait()
+    process.wait(20)
     done = len(list(folder.glob("tasks/*/*/checkpoint.json")))
     found = ht.atlas(KICKED, *axes, folder=folder, jobs=1)
     assert 1 <= done < len(found.study.tiles)

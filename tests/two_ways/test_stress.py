@@ -398,7 +398,7 @@ def test_a_run_that_hangs_is_killed_and_the_next_one_is_done(keeper):
     began = time.monotonic()
     with pytest.raises(Killed):
         done(keeper, "hangs", 0.5)
-    assert time.monotonic() - began < 3
+    assert time.monotonic() - began < 60  # it would sleep for ten times as long
     assert not alive(first)
     second = done(keeper, "goes")
     assert second != first
@@ -424,26 +424,30 @@ def test_a_worker_that_dies_is_told_from_one_that_hangs(keeper, task, why):
 
 
 def test_lsoda_does_not_return_from_the_pole_and_the_test_goes_on():
-    got = stress(cases=["start-at-top", "ten-periods"], methods=["lsoda-scipy-lagrange"],
-                 time_limit=2.5)  # fmt: skip
+    """What goes on takes a hundredth of a second, so that the limit is far on any machine."""
+    methods = ["lsoda-scipy-lagrange", "taylor-axis"]
+    got = stress(cases=["start-at-top"], methods=methods, time_limit=4.0)
     assert [str(run.outcome) for run in got.runs] == ["time-limit", "ok"]
-    assert got["start-at-top", "lsoda-scipy-lagrange"].note == "killed after 2.5 s"
+    assert got["start-at-top", "lsoda-scipy-lagrange"].note == "killed after 4 s"
 
 
-def test_a_budget_is_kept_and_what_it_did_not_allow_is_named():
+def test_a_budget_is_kept_and_what_it_did_not_allow_is_named(monkeypatch):
     got = stress(cases=["cusp"], methods=["auto", "taylor-axis"], budget=0.0)
     assert not got.runs
     assert [(s.case, s.method, s.reason) for s in got.skipped] == [
         ("cusp", "auto", "the budget was spent"), ("cusp", "taylor-axis", "the budget was spent"),
     ]  # fmt: skip
-    began = time.monotonic()
-    four = ["cusp", "through-top", "lie-group", "separatrix-40"]
+    four, waited = ["cusp", "through-top", "lie-group", "separatrix-40"], []
+    prepare = Keeper.prepare
+    monkeypatch.setattr(
+        Keeper, "prepare", lambda *given: [waited.append(given[2]), prepare(*given)]
+    )
     assert not stress(cases=four, methods=["auto"], budget=0.05).runs
-    assert time.monotonic() - began < 1  # a truth that is not known in time is given up too
+    assert max(waited) <= 0.05  # a truth that is not known in time is given up too
     began = time.monotonic()
     late = stress(cases=["start-at-top"], methods=["lsoda-scipy-lagrange"], budget=4.0,
                   time_limit=100.0)  # fmt: skip
-    assert time.monotonic() - began < 6
+    assert time.monotonic() - began < 60  # of the 100 that one run may take
     assert [s.reason for s in late.skipped] == ["the budget was spent"]
 
 
