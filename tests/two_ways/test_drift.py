@@ -18,6 +18,8 @@ from heavytop.drifts.methods import method, taylor_methods
 from heavytop.drifts.precise_march import PreciseMarch
 from heavytop.drifts.runs import run
 from heavytop.drifts.study import Study
+from heavytop.drifts.taylor_march import TaylorMarch
+from heavytop.march import Stopped
 from heavytop.theory.double_form import DoubleForm
 
 KICKED = ht.load_scene("sicm-kicked")
@@ -366,9 +368,6 @@ def test_a_rival_whose_package_is_missing_is_skipped_by_name(monkeypatch):
 
 
 def test_a_method_that_cannot_go_on_keeps_what_it_has(monkeypatch):
-    from heavytop.drifts.taylor_march import TaylorMarch
-    from heavytop.march import Stopped
-
     whole = TaylorMarch.block
 
     def block(self, place):
@@ -428,3 +427,124 @@ def test_errors_as_a_dataset(small):
     assert data["energy"].sel(scheme="taylor-axis").values.tolist() == list(
         small["taylor-axis"].energy
     )
+
+
+# --- members ---------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def three():
+    return ht.drift(KICKED, methods=["taylor-axis", "strang"], periods=60, samples=6, ensemble=3)
+
+
+def columns(each):
+    """Every list of errors of a document, by its name."""
+    found = {name: each[name] for name in ("energy", "p_phi", "p_psi", "phase_s", "axis")}
+    return {**found, **each["invariants"]}
+
+
+@pytest.mark.parametrize(
+    ("name", "over"),
+    [(None, lambda x: math.sqrt(np.mean(x**2))), ("spread", lambda x: np.std(x))],
+)
+def test_what_stands_for_all_starts_follows_from_the_members(three, name, over):
+    document = json.loads(json.dumps(three.document()))
+    for method_ in document["methods"]:
+        members, told = method_["members"], method_ if name is None else method_[name]
+        assert len(members) == document["ensemble"] == 3
+        assert all(each["periods"] == method_["periods"] for each in members)
+        assert np.mean([each["steps"] for each in members]) == method_["steps"]
+        for key, values in columns(told).items():
+            alone = [columns(each)[key] for each in members]
+            if values[0] is None:
+                assert {x for each in alone for x in each} == {None}
+                continue
+            again = [over(np.array(x)) for x in zip(*alone, strict=True)]
+            assert values == pytest.approx(again, rel=1e-13, abs=1e-30)
+            assert len({tuple(each) for each in alone}) == 3
+
+
+def test_errors_of_members_are_those_of_their_runs_with_their_signs(three):
+    for k, told in enumerate(three["taylor-axis"].members):
+        rows = rows_of(three.study, f"taylor-axis/{k:04d}")
+        assert told.energy == tuple(float.fromhex(row["energy"]) for row in rows)
+        assert told.phase_s == tuple(float.fromhex(row["phase_s"]) for row in rows)
+    assert min(x for each in three["taylor-axis"].members for x in each.phase_s) < 0
+
+
+def test_the_initial_conditions_of_a_member_are_those_it_was_run_from(three):
+    """A study of that start alone gives its errors, bit for bit."""
+    document = json.loads(json.dumps(three.document()))
+    starts, own = document["starts"], document["scene"]["start"]
+    assert document["spread"] == 0.01
+    assert len(starts) == 3
+    for name in ("theta", "phidot", "psidot"):
+        assert starts[0][name] == float(own[name])
+    for each in starts:
+        spin = each["psidot"] + each["phidot"] * math.cos(each["theta"])
+        assert each["omega3"] == pytest.approx(spin, rel=1e-15)
+        assert each["omega3"] == starts[0]["omega3"]
+        for name in ("theta", "phidot"):
+            change = abs(each[name] / starts[0][name] - 1)
+            assert change <= 0.01
+            assert (change > 0) == (each is not starts[0])
+    given = {name: x for name, x in starts[2].items() if name != "psidot"}
+    scene = ht.Scene(KICKED.top, ht.State(**given), periods=1)
+    alone = ht.drift(scene, methods=["taylor-axis", "strang"], periods=60, samples=6)
+    for name in ("taylor-axis", "strang"):
+        assert alone[name].members[0] == three[name].members[2]
+        assert set(alone[name].spread.energy) == {0.0}
+
+
+def test_the_dataset_has_the_members_too(three):
+    data, document = three.to_xarray(), three.document()
+    assert dict(data.sizes) == {"scheme": 2, "start": 3, "mark": 6}
+    assert data.attrs["spread"] == 0.01
+    for name in document["starts"][0]:
+        assert data[name].values.tolist() == [each[name] for each in document["starts"]]
+        assert data[name].attrs["units"] in ("rad", "rad s-1")
+    for each in document["methods"]:
+        mine = data.sel(scheme=each["name"])
+        for name, values in columns(each).items():
+            if values[0] is None:
+                assert name not in data or np.isnan(mine[f"member_{name}"]).all()
+                continue
+            assert mine[f"{name}_spread"].values.tolist() == columns(each["spread"])[name]
+            alone = [columns(one)[name] for one in each["members"]]
+            assert mine[f"member_{name}"].values.tolist() == alone
+            rms = np.sqrt((mine[f"member_{name}"] ** 2).mean("start"))
+            assert np.allclose(rms, mine[name], rtol=1e-13, atol=0)
+    assert all("long_name" in data[name].attrs for name in data.data_vars)
+
+
+@pytest.mark.parametrize("first", [0, 100])
+def test_a_member_that_ends_early_keeps_what_it_has_and_the_others_keep_all(monkeypatch, first):
+    order, whole = {}, TaylorMarch.block
+
+    def block(self, place):
+        number = order.setdefault(self.start.tobytes(), len(order))
+        if place.steps >= (math.inf, first, 2000)[number]:
+            raise Stopped("for a test")
+        return whole(self, place)
+
+    monkeypatch.setattr(TaylorMarch, "block", block)
+    study = ht.drift(KICKED, methods=["taylor-axis"], periods=400, samples=9, ensemble=3)
+    found = study["taylor-axis"]
+    assert found.ended == {1: "for a test", 2: "for a test"}
+    every, short, long = (len(each.periods) for each in found.members)
+    assert short < long < every == 9
+    assert (short == 0) == (first == 0)
+    assert len(found.periods) == len(found.energy) == len(found.spread.energy) == short
+    data = study.to_xarray().sel(scheme="taylor-axis")
+    assert np.isfinite(data["member_energy"]).sum("mark").values.tolist() == [every, short, long]
+    assert data["member_periods"].sel(start=0).values.tolist() == list(found.members[0].periods)
+
+
+def test_a_method_that_is_skipped_has_no_members():
+    pole = ht.Scene(ht.Top(A=1, C="0.5", gMR=1), ht.State(0, thetadot=1, psidot=1), periods=1)
+    found = ht.drift(pole, methods=["taylor-routh", "taylor-axis"], periods=5, samples=2)
+    skipped, run_ = json.loads(json.dumps(found.document()))["methods"]
+    assert skipped["skipped"]
+    assert (skipped["members"], skipped["spread"]) == ([], None)
+    assert len(run_["members"]) == 1
+    assert np.isnan(found.to_xarray()["member_energy"].sel(scheme="taylor-routh")).all()

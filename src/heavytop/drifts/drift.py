@@ -1,8 +1,8 @@
-"""A drift: what a study found, method by method, as root mean squares over the starts."""
+"""A drift: what a study found, method by method, of each start and over all of them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import takewhile
@@ -12,6 +12,7 @@ import numpy as np
 
 from heavytop.drifts import checked
 from heavytop.drifts.growth import Growth, growth
+from heavytop.drifts.members import SPREAD, STARTS
 from heavytop.drifts.methods import Method
 from heavytop.drifts.study import Study
 from heavytop.errors import MissingPackage
@@ -28,9 +29,57 @@ MOMENTA: Final = ("p_phi", "p_psi")
 Values = tuple[float | None, ...]
 
 
+@dataclass(frozen=True, kw_only=True)
+class Errors:
+    """Errors at the times of a study.
+
+    Attributes
+    ----------
+    periods : tuple of float, shape (k,)
+        Times in nutation periods of each run's own start.
+    energy, phase_s, axis : tuple of (float or None), shape (k,)
+        Of E' relative to max(|E'|, gMR), of the phase [s], and of the axis; None where the
+        formulation does not say, and of the phase from where a run has lost a twentieth of a
+        period: there it measures nothing any more.
+    invariants : dict from str to tuple
+        The same of the formulation's other invariants, relative.
+    """
+
+    periods: tuple[float, ...] = ()
+    energy: Values = ()
+    phase_s: Values = ()
+    axis: Values = ()
+    invariants: Mapping[str, Values] | None = None
+
+    def lists(self) -> dict[str, Any]:
+        """Return them for JSON; None for momenta that cannot change."""
+        known, none = self.invariants or {}, (None,) * len(self.periods)
+        return {
+            "periods": list(self.periods),
+            "energy": list(self.energy),
+            **{name: list(known.get(name, none)) for name in MOMENTA},
+            "invariants": {name: list(x) for name, x in known.items() if name not in MOMENTA},
+            "phase_s": list(self.phase_s),
+            "axis": list(self.axis),
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class MemberDrift(Errors):
+    """The errors of one run, with their signs, at the times that it reached.
+
+    Attributes
+    ----------
+    steps : int
+        How many it took.
+    """
+
+    steps: int
+
+
 @dataclass(frozen=True)
-class MethodDrift:
-    """How the errors of one method grow.
+class MethodDrift(Errors):
+    """How the errors of one method grow: `Errors` are root mean squares over the starts.
 
     Attributes
     ----------
@@ -38,14 +87,10 @@ class MethodDrift:
         Which one, with its setting.
     period : float
         T of the scene [s].
-    periods : tuple of float, shape (k,)
-        Times in nutation periods of each run's own start.
-    energy, phase_s, axis : tuple of (float or None), shape (k,)
-        RMS over the starts of the error of E' relative to max(|E'|, gMR), of the phase [s], and
-        of the axis; None where the formulation does not say, and of the phase from where the
-        first run has lost a twentieth of a period: there it measures nothing any more.
-    invariants : dict from str to tuple
-        The same of the formulation's other invariants, relative.
+    members : tuple of MemberDrift
+        The runs, in the order of `Study.starts`.
+    spread : Errors or None
+        Standard deviations over the starts, of the errors with their signs.
     steps : float
         Mean number of steps of a run.
     us_per_period : float or None
@@ -58,11 +103,8 @@ class MethodDrift:
 
     method: Method
     period: float
-    periods: tuple[float, ...] = ()
-    energy: Values = ()
-    phase_s: Values = ()
-    axis: Values = ()
-    invariants: Mapping[str, Values] | None = None
+    members: tuple[MemberDrift, ...] = ()
+    spread: Errors | None = None
     steps: float | None = None
     us_per_period: float | None = None
     ended: Mapping[int, str] | None = None
@@ -96,9 +138,6 @@ class MethodDrift:
         costs : bool
             Whether with what it took.
         """
-        known = self.invariants or {}
-        none = (None,) * len(self.periods)
-        others = {name: list(x) for name, x in known.items() if name not in MOMENTA}
         found = {
             "name": self.method.text,
             "formulation": self.method.formulation,
@@ -106,12 +145,7 @@ class MethodDrift:
             "setting": {self.method.set_by: self.method.setting},
             "us_per_period": self.us_per_period,
             "steps": self.steps,
-            "periods": list(self.periods),
-            "energy": list(self.energy),
-            **{name: list(known.get(name, none)) for name in MOMENTA},
-            "invariants": others,
-            "phase_s": list(self.phase_s),
-            "axis": list(self.axis),
+            **self.lists(),
             "energy_exponent": self.energy_exponent,
             "phase_exponent": self.phase_exponent,
             "stderr": {
@@ -120,6 +154,8 @@ class MethodDrift:
             },
             "ended": {str(number): why for number, why in (self.ended or {}).items()},
             "skipped": self.skipped,
+            "spread": self.spread and self.spread.lists(),
+            "members": [{**each.lists(), "steps": each.steps} for each in self.members],
         }
         if not costs:
             del found["us_per_period"]
@@ -161,6 +197,8 @@ class Drift:
             "schema": SCHEMA,
             "scene": identity["scene"],
             **asked,
+            "spread": SPREAD,
+            "starts": self.study.starts,
             "methods": [each.document(costs=costs) for each in self.methods],
             "files": dict(files or {}),
             "versions": identity["versions"],
@@ -169,34 +207,52 @@ class Drift:
     def to_xarray(self) -> xarray.Dataset:
         """Return errors over ``scheme`` and ``mark``, nan where there are none.
 
+        ``energy`` and the others are root mean squares over the starts, ``energy_spread`` standard
+        deviations, and ``member_energy``, over ``start`` too, the errors of each run; ``theta`` and
+        the others over ``start`` are the initial conditions.
+
         (A dimension called method could not be selected: xarray has an option of that name.)
         """
         import xarray
 
-        width = max((len(each.periods) for each in self.methods), default=0)
-        table = {
-            name: (("scheme", "mark"), _filled([c(each) for each in self.methods], width), about)
-            for name, (c, about) in self._columns().items()
+        each, count = self.methods, self.study.ensemble
+        members = [one.members or (Errors(),) * count for one in each]
+        width = max((len(run.periods) for runs in members for run in runs), default=0)
+        table: dict[str, Any] = {
+            name: ("start", np.array([one[name] for one in self.study.starts]), about)
+            for name, about in STARTS.items()
         }
-        names = [each.method.text for each in self.methods]
+        for name, (c, what, unit) in self._columns().items():
+            mean, spread = ([c(x or Errors()) for x in some] for some in
+                            (each, [one.spread for one in each]))  # fmt: skip
+            alone = np.array([_filled([c(run) for run in runs], width) for runs in members])
+            shaped = alone.reshape(len(each), count, width)
+            table[name] = (("scheme", "mark"), _filled(mean, width), _about(what, unit))
+            table[f"member_{name}"] = (
+                ("scheme", "start", "mark"), shaped, _about(f"{what}, of each start", unit),
+            )  # fmt: skip
+            if name != "periods":
+                over = _about(f"{what}, standard deviation over the starts", unit)
+                table[f"{name}_spread"] = (("scheme", "mark"), _filled(spread, width), over)
         asked = {name: self.study.identity[name] for name in ("ensemble", "samples", "seed")}
+        title = self.study.scene.title
         return xarray.Dataset(
             table,
-            coords={"scheme": names},
-            attrs={"schema": SCHEMA, "title": self.study.scene.title, **asked},
+            coords={"scheme": [one.method.text for one in each]},
+            attrs={"schema": SCHEMA, "title": title, **asked, "spread": SPREAD},
         )
 
-    def _columns(self) -> dict[str, tuple[Callable[[MethodDrift], Values], dict[str, str]]]:
-        """Return what a dataset holds: columns of methods, with their names and units."""
-        columns: dict[str, tuple[Callable[[MethodDrift], Values], dict[str, str]]] = {
-            "periods": (lambda m: m.periods, _about("time in nutation periods")),
-            "energy": (lambda m: m.energy, _about("error of E', relative to max(|E'|, gMR)")),
-            "phase_s": (lambda m: m.phase_s, _about("phase error of the nutation", "s")),
-            "axis": (lambda m: m.axis, _about("distance of the axis, a unit vector")),
+    def _columns(self) -> dict[str, tuple[Callable[[Errors], Values], str, str]]:
+        """Return what a dataset holds: columns of errors, with their names and units."""
+        columns: dict[str, tuple[Callable[[Errors], Values], str, str]] = {
+            "periods": (lambda e: e.periods, "time in nutation periods", "1"),
+            "energy": (lambda e: e.energy, "error of E', relative to max(|E'|, gMR)", "1"),
+            "phase_s": (lambda e: e.phase_s, "phase error of the nutation", "s"),
+            "axis": (lambda e: e.axis, "distance of the axis, a unit vector", "1"),
         }
         others = {name: None for each in self.methods for name in each.invariants or {}}
         for name in others:
-            columns[name] = (partial(_invariant, name), _about(f"error of {name}, relative"))
+            columns[name] = (partial(_invariant, name), f"error of {name}, relative", "1")
         return columns
 
 
@@ -221,45 +277,60 @@ def _method(study: Study, method: Method, book: Book) -> MethodDrift:
     if failed := [entry.failed for entry in entries if entry.failed]:
         return replace(nothing, skipped=failed[0])
     runs = checked.runs(book, tasks, study.marks(method))
+    members = tuple(_member(run, LOST * nothing.period) for run in runs)
     gone = sum(run.periods for run in runs)
     spent = sum(map(book.spent_s, tasks))
     return replace(
         nothing,
-        **_errors([run.rows for run in runs], LOST * nothing.period),
+        **_over(members, _root_mean_square),
+        members=members,
+        spread=Errors(**_over(members, _deviation)),
         steps=float(np.mean([run.steps for run in runs])),
         us_per_period=spent / gone * 1e6 if gone else None,
         ended={i: run.ended for i, run in enumerate(runs) if run.ended},
     )
 
 
-def _errors(runs: Sequence[Sequence[Mapping[str, Any]]], lost: float) -> dict[str, Any]:
-    """Return the RMS errors over runs, at the marks that all of them passed."""
-    common = min(map(len, runs))
-    each = [run[:common] for run in runs]
-    names = each[0][0]["invariants"] if common else ()
+def _member(run: checked.Ended, lost: float) -> MemberDrift:
+    rows = run.rows
+    names = rows[0]["invariants"] if rows else ()
+    phases = [_number(row["phase_s"]) for row in rows]
+    known = len(list(takewhile(lambda x: x is not None and abs(x) < lost, phases)))
+    return MemberDrift(
+        periods=tuple(float.fromhex(row["periods"]) for row in rows),
+        **{name: tuple(_number(row[name]) for row in rows) for name in MEASURED},
+        phase_s=(*phases[:known], *[None] * (len(phases) - known)),
+        invariants={n: tuple(_number(row["invariants"][n]) for row in rows) for n in names},
+        steps=run.steps,
+    )
+
+
+def _over(members: Sequence[Errors], mean: Callable[[Any], Any]) -> dict[str, Any]:
+    """Return errors over all runs, at the times that all of them reached."""
+
+    def folded(columns: Iterable[Values]) -> Values:
+        every = zip(*columns, strict=False)
+        return tuple(None if None in each else float(mean(np.array(each))) for each in every)
+
+    periods = min((each.periods for each in members), key=len)
+    names = (members[0].invariants or ()) if periods else ()
     return {
-        "periods": tuple(float.fromhex(row["periods"]) for row in each[0]),
-        **{name: _rms([[row[name] for row in run] for run in each]) for name in MEASURED},
-        "phase_s": _rms([_while_known([row["phase_s"] for row in run], lost) for run in each]),
-        "invariants": {
-            name: _rms([[row["invariants"][name] for row in run] for run in each]) for name in names
-        },
+        "periods": periods,
+        **{n: folded(getattr(x, n) for x in members) for n in (*MEASURED, "phase_s")},
+        "invariants": {n: folded((x.invariants or {})[n] for x in members) for n in names},
     }
 
 
-def _while_known(phases: Sequence[str], lost: float) -> list[str | None]:
-    """Return phase errors until the first that is lost, and None from there on."""
-    known = list(takewhile(lambda x: abs(float.fromhex(x)) < lost, phases))
-    return [*known, *[None] * (len(phases) - len(known))]
+def _root_mean_square(values: Any) -> Any:
+    return np.sqrt(np.mean(np.square(values)))
 
 
-def _rms(runs: Sequence[Sequence[str | None]]) -> Values:
-    return tuple(_mean(values) for values in zip(*runs, strict=True))
+def _deviation(values: Any) -> Any:
+    return np.sqrt(np.mean(np.square(values - np.mean(values))))
 
 
-def _mean(values: Sequence[str | None]) -> float | None:
-    numbers = [float.fromhex(x) for x in values if x is not None]
-    return float(np.sqrt(np.mean(np.square(numbers)))) if len(numbers) == len(values) else None
+def _number(text: str | None) -> float | None:
+    return None if text is None else float.fromhex(text)
 
 
 def _filled(columns: Sequence[Values], width: int) -> Any:
@@ -269,9 +340,9 @@ def _filled(columns: Sequence[Values], width: int) -> Any:
     return table
 
 
-def _about(what: str, units: str = "1") -> dict[str, str]:
+def _about(what: str, units: str) -> dict[str, str]:
     return {"long_name": what, "units": units}
 
 
-def _invariant(name: str, each: MethodDrift) -> Values:
+def _invariant(name: str, each: Errors) -> Values:
     return (each.invariants or {}).get(name, ())

@@ -9,6 +9,15 @@ import numpy as np
 from heavytop.state import State
 
 SPREAD = 1e-2  # relative; of tilt, the smaller of its distances from the poles
+STARTS = {
+    name: {"long_name": f"initial {name}", "units": unit}
+    for names, unit in (
+        (("theta", "phi", "psi"), "rad"),
+        (("thetadot", "phidot", "psidot", "omega3"), "rad s-1"),
+    )
+    for name in names
+}
+"""The initial conditions that are told of each start."""
 
 
 def member(start: State, seed: int, number: int) -> State:

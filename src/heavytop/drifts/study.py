@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from heavytop import recorded
 from heavytop.drifts.marks import marks
-from heavytop.drifts.members import member
+from heavytop.drifts.members import STARTS, member
 from heavytop.drifts.methods import DEFAULT, Method, NoMethod, method
 from heavytop.drifts.options import NUMBERS, no_nutation
 from heavytop.errors import BadScene, ForeignFile, HeavyTopError
@@ -105,6 +105,12 @@ class Study:
             "seed": self.seed,
             "versions": versions(),
         }
+
+    @property
+    def starts(self) -> list[dict[str, float]]:
+        """The initial conditions of every start, as doubles; the first is the scene's own."""
+        states = (member(self.scene.start, self.seed, k) for k in range(self.ensemble))
+        return [{name: float(getattr(state, name)) for name in STARTS} for state in states]
 
     @property
     def tasks(self) -> tuple[str, ...]:

@@ -43,7 +43,8 @@ def _parts(document: Mapping[str, Any]) -> Iterator[RenderableType]:
 
 def _asked(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     count = document["ensemble"]
-    starts = "its own start" if count == 1 else f"{count} starts (seed {document['seed']}), RMS"
+    several = f"{count} starts within {document['spread']:.0%} (seed {document['seed']}), RMS"
+    starts = "its own start" if count == 1 else several
     yield "drift", f"{document['periods']:g} nutation periods, {starts}"
     yield "errors", "at the last time; energy relative to max(|E'|, gMR)"
     yield "as t^", "grows as this power of time, with its standard error: 1.40(2) means 1.40 ± 0.02"
