@@ -103,3 +103,73 @@ def test_backwards_and_forwards_meet(scene):
     mirrored = ht.propagate(scene)  # released at a turning point: even in time
     assert np.max(np.abs(there.theta - mirrored.theta)) < 1e-9
     assert np.max(np.abs(there.phi + mirrored.phi)) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("formulation", "options"),
+    [
+        ("axis", {}),
+        ("axis", {"projected": True}),
+        ("attitude", {}),
+        ("attitude", {"projected": True}),
+        ("cubic", {}),
+        ("routh", {}),
+        ("subsystem", {}),
+        ("lagrange", {}),
+        ("axis", {"digits": 14}),
+        ("attitude", {"digits": 14}),
+    ],
+)
+def test_a_run_inside_the_progress_of_another_changes_neither(formulation, options):
+    """All runs of a thread share the compiled equations; none leaves its constants in another."""
+    wanted = ("theta",) if formulation == "cubic" else ("theta", "phi", "psi")
+    options = dict(options)
+    span, digits = ("6", options.pop("digits")) if "digits" in options else ("50", 10)
+    slow = ht.Scene(
+        ht.Top("3.28e-4", "6.60e-5", "0.0456"),
+        ht.State("0.1", phidot=-15, psidot=140),
+        time=span,
+        quantities=wanted,
+        digits=digits,
+    )
+    other = replace(slow, top=ht.Top(1, "0.5", -3), start=ht.State(2, phidot=1, psidot=3))
+    fast = replace(slow, start=ht.State("0.1", phidot=-15, psidot=10**7), time=Exact.of("1e-4"))
+
+    def run(scene, **also):
+        return ht.propagate(scene, formulation=formulation, **options, **also)
+
+    alone, alone_other = run(slow), run(other)
+    inside = []
+
+    def disturbed(_done):
+        if len(inside) == 2:
+            return
+        inside.append(run(other))
+        if formulation != "lagrange":
+            run(fast)  # in units of its own
+        alone_other(0.5)
+        ht.extend(alone_other, float(other.time) + 1)
+
+    found = run(slow, progress=disturbed)
+    assert len(inside) > 1
+    assert_same_run(found, alone)
+    assert_same_run(inside[0], alone_other)
+    assert same(found.samples.theta, alone.samples.theta)
+    assert same(found(1.234).states, alone(1.234).states)
+
+
+def test_marches_of_two_tops_may_take_turns():
+    from heavytop.drifts.methods import method
+    from heavytop.drifts.runs import run
+
+    scene = ht.load_scene("sicm-kicked")
+    other = replace(scene, start=ht.State(1, phidot=1, psidot=3))
+    taylor = method("taylor-axis")
+
+    def after_two(march, between=lambda: None):
+        place = march.block(march.begin())
+        between()
+        return march.block(place)
+
+    alone = after_two(run(scene, taylor).march)
+    assert after_two(run(scene, taylor).march, lambda: after_two(run(other, taylor).march)) == alone

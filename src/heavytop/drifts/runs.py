@@ -70,7 +70,6 @@ def run(scene: Scene, method: Method) -> Run:
         taken = march(method.name, state, parameters, method.setting, period, formulation=form)
         return Run(taken, yardstick, period)
     engine = engine_of(chosen, compiled_for(chosen), parameters, start)
-    engine.load(parameters)
     return Run(TaylorMarch(engine, parameters, np.array(state), period), yardstick, period)
 
 

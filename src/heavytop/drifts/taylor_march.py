@@ -23,7 +23,8 @@ class TaylorMarch:
     Attributes
     ----------
     engine : Engine
-        An integrator, or one that projects; it belongs to this march alone.
+        An integrator, or one that projects; every block loads its constants anew, so marches of a
+        thread may share it.
     parameters : dict from str to float
     start : ndarray, shape (n,)
     period : float
@@ -67,6 +68,7 @@ class TaylorMarch:
         return (t, 0.0)
 
     def _block(self, place: Place, samples: Array | None = None) -> Block:
+        self.engine.load(self.parameters)
         state = np.array(place.state)
         steps = Checkpoint(place.time, state, np.nan, place.steps).block_steps
         longest = None if place.steps else self._first_steps

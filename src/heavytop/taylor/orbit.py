@@ -89,7 +89,6 @@ class Orbit:
     def at(self, t: Array) -> Seen:
         """Return the states at times between start and end, in any order, shape (k,)."""
         engine = self.integrator.for_this_thread()
-        engine.load(self.parameters)
         if t.size == 0:
             return Seen(t, t, self.samples.rows[:0], t)
         forward = 1.0 if self.end >= self.checkpoints[0].time[0] else -1.0
@@ -104,7 +103,7 @@ class Orbit:
 
     def _within(self, engine: Engine, checkpoint: Checkpoint, t: Array) -> Seen:
         far = _far(self.checkpoints[0].time[0], self.end)
-        run = _BlockRun(engine, self.winding, checkpoint, far)
+        run = _BlockRun(engine, self.parameters, self.winding, checkpoint, far)
         unique = run.forward * distinct(run.forward * t)[0]
         inverse = np.searchsorted(run.forward * unique, run.forward * t)
         _, seen, _, _ = run.observed(checkpoint.block_steps, unique, abs(run.local(unique[-1:])[0]))
@@ -141,8 +140,7 @@ def integrate(
     step_length : float
         Mean step of the block before the start, where there is one [s].
     """
-    integrator.load(parameters)
-    journey = _Journey(integrator, winding, start, samples)
+    journey = _Journey(integrator, parameters, winding, start, samples)
     journey.step_length = step_length
     ending: Ending = "reached"
     try:
@@ -157,7 +155,7 @@ def integrate(
                 on_block(journey.fraction)
     except KeyboardInterrupt:
         ending = "interrupted"
-    return journey.orbit(parameters, ending)
+    return journey.orbit(ending)
 
 
 def continued(
@@ -208,11 +206,20 @@ def _far(start: float, end: float) -> float:
 
 
 class _BlockRun:
-    """One block from its checkpoint, with samples and winding."""
+    """One block from its checkpoint, with samples and winding.
+
+    All runs of a thread share an integrator, so every block begins by loading its own constants.
+    """
 
     def __init__(
-        self, integrator: Engine, winding: Winding | None, start: Checkpoint, far: float
+        self,
+        integrator: Engine,
+        parameters: dict[str, float],
+        winding: Winding | None,
+        start: Checkpoint,
+        far: float,
     ) -> None:
+        integrator.load(parameters)
         self.integrator = integrator
         self.winding = winding
         self.start = start
@@ -303,9 +310,15 @@ class _Journey:
     """An integration under way."""
 
     def __init__(
-        self, integrator: Engine, winding: Winding | None, start: Checkpoint, samples: Array
+        self,
+        integrator: Engine,
+        parameters: dict[str, float],
+        winding: Winding | None,
+        start: Checkpoint,
+        samples: Array,
     ) -> None:
         self.integrator = integrator
+        self.parameters = parameters
         self.winding = winding
         self.samples = samples
         self.far = _far(start.time[0], float(samples[-1]))
@@ -330,7 +343,8 @@ class _Journey:
 
     def advance(self) -> bool:
         """Run one block; tell whether the next one can follow."""
-        run = _BlockRun(self.integrator, self.winding, self.checkpoints[-1], self.far)
+        last = self.checkpoints[-1]
+        run = _BlockRun(self.integrator, self.parameters, self.winding, last, self.far)
         remaining = np.abs(run.local(self.samples[self.done :]))
         block, seen, hits, phi = self._observed(run, remaining)
         self.seen.append(seen)
@@ -370,14 +384,14 @@ class _Journey:
                 return result
             steps = min(full, steps + math.ceil(1.05 * (end - reached) / length) + 1)
 
-    def orbit(self, parameters: dict[str, float], ending: Ending) -> Orbit:
+    def orbit(self, ending: Ending) -> Orbit:
         """Return what has been seen so far."""
         width = len(self.integrator.formulation.states)
         none = _nothing(width)
         channels = range(len(self.integrator.events))
         return Orbit(
             integrator=self.integrator,
-            parameters=parameters,
+            parameters=self.parameters,
             winding=self.winding,
             checkpoints=tuple(self.checkpoints),
             samples=Seen.join([none, *self.seen]),
