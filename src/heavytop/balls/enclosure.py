@@ -6,7 +6,7 @@ import math
 import sys
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Final, TypeAlias, cast
+from typing import Any, Final, TypeAlias, cast
 
 from flint import arb
 
@@ -69,6 +69,9 @@ class Enclosure:
         self.source, self.digits, self.limit = source, digits, limit
         self.known = Known.of(source)
         self._courses: dict[int, Course] = {}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Enclosure, (self.source, self.digits, self.limit)  # what was computed is not copied
 
     @property
     def nutates(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -17,6 +18,8 @@ from heavytop.cli.voice import say
 from heavytop.errors import StoppedEarly
 
 if TYPE_CHECKING:
+    from rich.console import RenderableType
+
     from heavytop.cli.voice import Voice
 
 
@@ -36,14 +39,21 @@ def show(document: Mapping[str, Any], json: bool, table: str) -> None:
 
 
 def _print_table(document: Mapping[str, Any], name: str) -> None:
-    """Print a document as ``heavytop.report.NAME_table`` does, in 100 columns where none is set."""
-    if sys.stdout is None:  # it was closed: nobody reads
-        return
+    """Print a document as ``heavytop.report.NAME_table`` does."""
+    if sys.stdout is not None:  # it was closed: nobody reads
+        table = getattr(import_module(f"heavytop.report.{name}_table"), f"{name}_table")
+        print_table(table(document))
+
+
+def print_table(table: RenderableType) -> None:
+    """Print a table as wide as the terminal, or COLUMNS, or 100; nothing stands behind a line."""
     from rich.console import Console
 
-    table = getattr(import_module(f"heavytop.report.{name}_table"), f"{name}_table")
-    console = Console(width=None if sys.stdout.isatty() else 100)
-    console.print(table(document))
+    console = Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else 100)
+    with console.capture() as printed:
+        console.print(table)
+    for line in printed.get().splitlines():
+        typer.echo(line.rstrip())
 
 
 @contextmanager

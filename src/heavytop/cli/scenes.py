@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from heavytop.cli.options import Debug, Json, blaming
-from heavytop.cli.output import print_json
+from heavytop.cli.output import print_json, print_table
 
 SCHEMA = "heavytop/scenes/1"
 
@@ -32,9 +32,9 @@ def _list(json: bool) -> None:
     if json:
         print_json({"schema": SCHEMA, "scenes": dict(titles)})
         return
-    width = max(map(len, titles), default=0)
-    for name, title in titles.items():
-        typer.echo(f"{name:{width}}  {title}")
+    from heavytop.report.rows import two_columns
+
+    print_table(two_columns(titles.items()))
 
 
 def _print(name: str, json: bool) -> None:

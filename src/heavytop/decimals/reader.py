@@ -74,6 +74,9 @@ class Reader:
     parameters: Mapping[str, Number]
     grain: Number
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Reader, (self.form, self.ctx, self.parameters, self.grain)
+
     def sample(self, found: Found) -> DecimalSample:
         """Return the motion at a state; phi and psi as they were followed tell their turns."""
         values = self.values(found)

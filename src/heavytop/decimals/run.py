@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
-from threading import Lock
-from typing import Any
 
+from heavytop.alone import Alone
 from heavytop.decimals.reader import DecimalSample, Reader
 from heavytop.exact import Exact
 from heavytop.models.formulation import Formulation
@@ -55,7 +54,7 @@ class PreciseRun:
     far: float
     longest: float | None
     marks: tuple[Mark, ...]
-    _alone: Any = field(default_factory=Lock, repr=False)
+    _alone: Alone = field(default_factory=Alone, repr=False)
 
     @classmethod
     def of(cls, chosen: Plan, named: Mapping[str, Exact], orbit: Orbit) -> PreciseRun:

@@ -11,12 +11,11 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from threading import Lock
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from heavytop.alone import Alone
 from heavytop.doubledouble import two_product
 from heavytop.folds.cayley_klein import Angles, Constants, nodding
 from heavytop.folds.sample import FoldedSample
@@ -47,7 +46,7 @@ class Nodding:
     engine: Folding
     nutation: Nutation
     constants: Mapping[str, Number]
-    _alone: Any = field(default_factory=Lock, repr=False)
+    _alone: Alone = field(default_factory=Alone, repr=False)
 
     @cached_property
     def first(self) -> Number:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from functools import partial
 from typing import Any, Final
 
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from heavytop.report.rows import two_columns
+from heavytop.report.rows import Fitted, grid, two_columns
 
 SHOWN: Final = 10  # pixels that differ
 
@@ -41,7 +42,7 @@ def _parts(document: Mapping[str, Any]) -> Iterator[RenderableType]:
     yield two_columns(list(_facts(document)))
     if document.get("pixels"):
         yield Text()
-        yield _pixels(document["pixels"][:SHOWN])
+        yield Fitted(partial(_pixels, document["pixels"][:SHOWN]), range(9, 2, -1))
         if document["differing"] > SHOWN:
             yield Text(
                 f"… and {document['differing'] - SHOWN} more, of which atlas.json has a thousand"
@@ -49,9 +50,7 @@ def _parts(document: Mapping[str, Any]) -> Iterator[RenderableType]:
 
 
 def _kinds(document: Mapping[str, Any]) -> Table:
-    table = Table("kind", box=None, pad_edge=False)
-    for name in ("pixels", "share"):
-        table.add_column(name, justify="right")
+    table = grid(("kind", "pixels", "share"))
     every = sum(document["counts"].values())
     for name, count in sorted(document["counts"].items(), key=lambda each: -each[1]):
         table.add_row(name, str(count), f"{count / every:.3%}")
@@ -83,11 +82,9 @@ def _facts(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     yield "pixels per second", f"{document['kinds_per_s']:.3g}"
 
 
-def _pixels(pixels: list[Mapping[str, Any]]) -> Table:
-    table = Table(box=None, pad_edge=False)
-    for name in ("x", "y", "kind", "integrated", "margin"):
-        table.add_column(name, justify="left" if name in ("kind", "integrated") else "right")
+def _pixels(pixels: list[Mapping[str, Any]], digits: int) -> Table:
+    table = grid(("kind", "integrated", "x", "y", "margin"), left=2)
     for each in pixels:
-        x, y, margin = f"{each['x']:.9g}", f"{each['y']:.9g}", f"{each['margin']:.1e}"
-        table.add_row(x, y, each["kind"], each["integrated"], margin)
+        x, y = (f"{each[side]:.{digits}g}" for side in ("x", "y"))
+        table.add_row(each["kind"], each["integrated"], x, y, f"{each['margin']:.1e}")
     return table

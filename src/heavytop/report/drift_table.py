@@ -9,9 +9,9 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from heavytop.report.rows import MISSING, title, two_columns
+from heavytop.report.rows import MISSING, grid, title, two_columns
 
-HEADINGS: Final = ("µs/period", "energy", "as t^", "phase [s]", "as t^", "axis")
+HEADINGS: Final = ("method", "µs/\nperiod", "energy", "as t^", "phase\n[s]", "as t^", "axis")
 
 
 def drift_table(document: Mapping[str, Any]) -> Group:
@@ -51,10 +51,7 @@ def _asked(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _methods(methods: list[Mapping[str, Any]]) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="cyan")
-    table.add_column("method", overflow="fold")
-    for heading in HEADINGS:
-        table.add_column(Text(heading), justify="right", no_wrap=True)
+    table = grid(HEADINGS)
     for each in methods:
         table.add_row(each["name"], _cost(each), *_grown(each), _last(each["axis"]))
     return table

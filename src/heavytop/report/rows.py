@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
 MISSING: Final = "–"
+ROUNDING: Final = 8 * sys.float_info.epsilon  # of the largest in a column
 MEANS: Final = (
     ("period", "period", "s"),
     ("Δφ per period", "precession", "rad"),
@@ -36,10 +40,60 @@ def two_columns(rows: Iterable[tuple[str, str]]) -> Table:
     """Labels and texts side by side."""
     table = Table(box=None, show_header=False, pad_edge=False)
     table.add_column(style="cyan", no_wrap=True)
-    table.add_column()
+    table.add_column(overflow="fold")
     for label, text in rows:
         table.add_row(Text(label), Text(text))  # Text: what a scene says is never markup
     return table
+
+
+def grid(headings: Sequence[str], left: int = 1) -> Table:
+    """A table without lines, the first columns to the left; what is too wide is folded, not cut."""
+    table = Table(box=None, pad_edge=False, header_style="cyan")
+    for at, heading in enumerate(headings):
+        justify: Any = "left" if at < left else "right"
+        table.add_column(Text(heading), justify=justify, overflow="fold")
+    return table
+
+
+class Fitted:
+    """The first of several forms of a table that is no wider than where it is printed, or the last.
+
+    Parameters
+    ----------
+    build : callable
+        Makes the table of a size: so many digits, or columns.
+    sizes : iterable of int
+        The best first.
+    """
+
+    def __init__(self, build: Callable[[int], RenderableType], sizes: Iterable[int]) -> None:
+        self.forms = [build(size) for size in sizes]
+
+    def __rich_console__(
+        self, console: Console, options: ConsoleOptions
+    ) -> Iterator[RenderableType]:
+        anywhere = options.update_width(sys.maxsize)
+        widths = (Measurement.get(console, anywhere, form).maximum for form in self.forms)
+        fitting = (f for f, w in zip(self.forms, widths, strict=True) if w <= options.max_width)
+        yield next(fitting, self.forms[-1])
+
+
+def in_digits(value: float | None, digits: int) -> str:
+    """A value to so many digits."""
+    return MISSING if value is None else f"{value:.{digits}g}"
+
+
+def settled(values: Iterable[Any]) -> list[float | None]:
+    """The numbers of a column, those that are rounding beside the largest as 0.
+
+    Examples
+    --------
+    >>> settled([-15, -7.1e-15, "12.3", None])
+    [-15.0, 0.0, 12.3, None]
+    """
+    found = [None if value is None else float(value) for value in values]
+    least = ROUNDING * max((abs(value) for value in found if value is not None), default=0.0)
+    return [0.0 if value is not None and abs(value) < least else value for value in found]
 
 
 def kind(motion: Mapping[str, Any]) -> str:
@@ -109,11 +163,6 @@ def number(value: Any) -> str:
     if value is None:
         return MISSING
     return value if isinstance(value, str) else f"{value:.12g}"
-
-
-def brief(value: Any) -> str:
-    """A value to 12 digits, however many the document has."""
-    return number(float(value) if isinstance(value, str) else value)
 
 
 def short(value: Any) -> str:

@@ -11,19 +11,24 @@ from rich.text import Text
 
 from heavytop.report.rows import (
     MISSING,
-    brief,
+    Fitted,
     constants,
     course,
     distances,
+    grid,
+    in_digits,
     kind,
     number,
+    settled,
     short,
     title,
     two_columns,
 )
 
 MANY_TURNS = 1000  # from which on an angle is also told as turns and a rest
+EVENT_HEADINGS = ("event", "t [s]", "θ [rad]", "φ [rad]", "φ̇ [rad/s]", "residual [rad/s]")
 FIRST_EVENTS = 8  # rows shown; the rest is counted
+MOST_DIGITS, FEWEST_DIGITS = 12, 3  # of the numbers of an event
 
 
 def run_table(document: Mapping[str, Any]) -> Group:
@@ -52,7 +57,7 @@ def _parts(document: Mapping[str, Any]) -> Iterator[RenderableType]:
     yield two_columns(_rows(document))
     if document["events"]["table"]:
         yield Text()
-        yield _event_table(document["events"]["table"])
+        yield from _events(document["events"]["table"])
         if document["motion"]["kind"].startswith("through-"):
             yield Text("at the pole: φ is that before or after, π apart; φ̇ is its limit", "dim")
     yield Text()
@@ -97,17 +102,21 @@ def _counts(events: Mapping[str, Any]) -> str:
     return ", ".join(asked) or "none asked for"
 
 
-def _event_table(rows: list[Mapping[str, Any]]) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="cyan")
-    table.add_column("event")
-    for heading in ("t [s]", "θ [rad]", "φ [rad]", "φ̇ [rad/s]", "residual [rad/s]"):
-        table.add_column(Text(heading), justify="right")
-    for row in rows[:FIRST_EVENTS]:
-        numbers = (brief(row[name]) for name in ("t", "theta", "phi", "phidot"))
-        table.add_row(row["kind"], *numbers, short(row["residual"]))
+def _events(rows: list[Mapping[str, Any]]) -> Iterator[RenderableType]:
+    """The first events, with as many digits as fit; units below the headings where it is narrow."""
+    columns = [settled(row[name] for row in rows) for name in ("t", "theta", "phi", "phidot")]
+
+    def table(digits: int) -> Table:
+        below = "\n" if digits < MOST_DIGITS else " "
+        found = grid([heading.replace(" ", below) for heading in EVENT_HEADINGS])
+        for row, *numbers in zip(rows[:FIRST_EVENTS], *columns, strict=False):
+            told = (in_digits(value, digits) for value in numbers)
+            found.add_row(row["kind"], *told, short(row["residual"]))
+        return found
+
+    yield Fitted(table, range(MOST_DIGITS, FEWEST_DIGITS - 1, -1))
     if len(rows) > FIRST_EVENTS:
-        table.add_row(f"… and {len(rows) - FIRST_EVENTS} more")
-    return table
+        yield Text(f"… and {len(rows) - FIRST_EVENTS} more")
 
 
 def _bounds(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

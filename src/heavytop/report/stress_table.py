@@ -9,7 +9,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from heavytop.report.rows import MISSING, two_columns
+from heavytop.report.rows import MISSING, Fitted, grid, two_columns
 
 MARKS: Final = {
     "inaccurate": "!",
@@ -23,7 +23,7 @@ MARKS: Final = {
 }
 UNTOLD: Final = "?"
 UNTOLD_RULE: Final = "nothing to tell: conditioning leaves no digits, and what is there is chance"
-ACROSS: Final = 8  # methods side by side
+ACROSS: Final = 8  # methods side by side, or fewer where it is narrow
 
 
 def stress_table(document: Mapping[str, Any]) -> Group:
@@ -47,9 +47,12 @@ def _parts(document: Mapping[str, Any]) -> Iterator[RenderableType]:
     found = {(run["case"], run["method"]): run for run in document["cases"]}
     names = [m for m in document["methods"] if any(m == run["method"] for run in document["cases"])]
     yield Text("stress: digits lost beyond what conditioning allows", style="bold")
-    for first in range(0, len(names), ACROSS):
-        yield _table(document, names[first : first + ACROSS], found)
-        yield Text()
+
+    def tables(across: int) -> Group:
+        parts = (names[first : first + across] for first in range(0, len(names), across))
+        return Group(*(each for part in parts for each in (_table(document, part, found), Text())))
+
+    yield Fitted(tables, range(ACROSS, 0, -1))
     yield two_columns(_meanings(document))
     if failed := list(_failed(document)):
         yield Text()
@@ -64,11 +67,7 @@ def _table(
     names: list[str],
     found: Mapping[tuple[str, str], Mapping[str, Any]],
 ) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="cyan")
-    table.add_column("case", no_wrap=True)
-    for name in names:
-        head = heading(document, name).replace(" ", "\n")
-        table.add_column(Text(head), justify="right", no_wrap=True)
+    table = grid(["case", *(heading(document, name).replace(" ", "\n") for name in names)])
     for case in document["hard"]:
         cells = [cell(found.get((case, name))) for name in names]
         if any(each != MISSING for each in cells):

@@ -48,7 +48,7 @@ def _parts(document: Mapping[str, Any]) -> Iterator[RenderableType]:
 def _table(claims: list[Mapping[str, Any]]) -> Table:
     table = Table(box=None, pad_edge=False, header_style="cyan")
     table.add_column("", no_wrap=True)
-    table.add_column("claim", ratio=1)
+    table.add_column("claim", ratio=1, overflow="fold")
     table.add_column("numbers", no_wrap=True)
     table.add_column("measured", justify="right", no_wrap=True)
     table.add_column("bound", justify="right", no_wrap=True)

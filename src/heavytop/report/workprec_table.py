@@ -9,7 +9,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from heavytop.report.rows import MISSING, title, two_columns
+from heavytop.report.rows import MISSING, grid, title, two_columns
 from heavytop.report.workprec_notes import notes
 from heavytop.report.workprec_rows import TARGETS, Known, error, setting, summaries, time, who
 
@@ -64,10 +64,7 @@ def _asked(document: Known) -> Iterator[tuple[str, str]]:
 
 
 def _methods(points: Sequence[Known]) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="cyan")
-    for heading in HEADINGS:
-        left = heading == HEADINGS[0]
-        table.add_column(Text(heading), justify="left" if left else "right", no_wrap=True)
+    table = grid(HEADINGS)
     for row in summaries(points):
         within = [MISSING if point is None else time(point) for point in row.within]
         table.add_row(row.name, *within, error(row.best), time(row.best), f"{row.setup_s:.2g}")
@@ -75,10 +72,7 @@ def _methods(points: Sequence[Known]) -> Table:
 
 
 def _front(words: str, points: Sequence[Known]) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="cyan")
-    table.add_column(words, no_wrap=True)
-    for heading in ("setting", "µs/period", "error"):
-        table.add_column(heading, justify="right", no_wrap=True)
+    table = grid((words, "setting", "µs/period", "error"))
     for point in points:
         off = point["theta_error"] if "θ" in words else point["error"]
         table.add_row(who(point), setting(point), time(point), f"{off:.1e}")

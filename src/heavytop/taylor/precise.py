@@ -348,12 +348,16 @@ class PreciseIntegrator(Precise):
         start: Sequence[str] = (),
     ) -> None:
         began = time.perf_counter()
+        self._asked = formulation, bits, dict(parameters), tuple(events), tuple(start)
         self.formulation = formulation
         units = _units(formulation, parameters, start)
         equations = Equations.of(formulation, bits, scaled=bool(units))
         super().__init__(equations, bits, parameters, units=units)
         self._events |= {name: self._event(name) for name in events}
         self.compile_s = time.perf_counter() - began
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return PreciseIntegrator, self._asked, {"following": self.following}  # compiled anew
 
     def _event(self, event: str) -> Callable[..., Any]:
         """Return an event function and its time derivative, as a function of the states."""

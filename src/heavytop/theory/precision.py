@@ -37,11 +37,24 @@ def context(dps: int) -> Context:
     >>> context(30).dps, f"{context(30).mpf(1) / 3:.4f}"
     (30, '0.3333')
     """
-    own = MPContext()
+    own = _Context()
     own.dps = dps
+    own.mpf.__reduce__ = own.constant.__reduce__ = lambda value: (_again, (dps, value._mpf_))
     if own.mpf.__format__ is object.__format__:  # before mpmath 1.4, which formats by itself
         own.mpf.__format__ = _formatted
     return own
+
+
+class _Context(MPContext):  # type: ignore[misc]
+    """A context that a copy of its numbers shares, in this process or another."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return context, (self.dps,)
+
+
+def _again(dps: int, parts: tuple[int, ...]) -> Number:
+    """The number of a context that was copied or pickled."""
+    return context(dps).make_mpf(parts)
 
 
 def _formatted(value: Number, spec: str) -> str:

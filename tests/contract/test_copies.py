@@ -1,0 +1,75 @@
+"""What is known of a motion can be copied and pickled, used or not, and then says the same."""
+
+import copy
+import pickle
+
+import mpmath
+import pytest
+
+import heavytop as ht
+from heavytop.balls.enclosure import enclose_axis
+from heavytop.theory.precision import context
+
+TOP = ht.Top("3.28e-4", "6.60e-5", "0.0456")
+START = ht.State("0.1", phidot=-15, psidot=140)
+T = "0.7"
+
+
+def scene(**more):
+    return ht.Scene(TOP, START, time=1, **more)
+
+
+def of_motion(m):
+    return m.at(0.7).phi, m.at(T, 40), m.kind, m.period, m.nutation, m.constants, m.margin
+
+
+def of_fold(f):
+    return f(0.7), f.decimals(T), f.period, f.precession, f.end
+
+
+def of_enclosure(e):
+    return e.period, e.roots, e.theta_min, e.theta(T), e.theta_error(1, 0.1), e.spin
+
+
+def of_run(t):
+    precise = () if t.decimals is None else t.decimals.at([T])
+    return t(0.7), t.events.t, t.samples.phi, precise
+
+
+MADE = {
+    "motion": (lambda: ht.Motion(TOP, START), of_motion),
+    "fold": (lambda: ht.fold(scene()), of_fold),
+    "fold of 40 digits": (lambda: ht.fold(scene(), digits=40), of_fold),
+    "fold of a steady motion": (lambda: ht.fold(ht.load_scene("steady-betsch")), of_fold),
+    "enclosure": (lambda: ht.enclose(TOP, START, 20), of_enclosure),
+    "enclosure of an axis": (lambda: enclose_axis((0.0, 0.6, 0.8), (1.0, 3.0, 4.0), 1.0),
+                             lambda e: e.period),
+    "run": (lambda: ht.propagate(scene()), of_run),
+    "run of 20 digits": (lambda: ht.propagate(scene(digits=20)), of_run),
+    "run of 20 digits, attitude": (
+        lambda: ht.propagate(scene(digits=20), formulation="attitude"), of_run),
+    "numbers of a motion": (lambda: ht.Motion(TOP, START).at(T, 30), lambda record: record),
+    "numbers of a fold": (lambda: ht.fold(scene()).decimals(T), lambda sample: sample),
+}  # fmt: skip
+
+COPIES = {"pickled": lambda x: pickle.loads(pickle.dumps(x)), "copied": copy.deepcopy}
+
+
+@pytest.mark.parametrize("how", COPIES)
+@pytest.mark.parametrize("used", [False, True], ids=["new", "used"])
+@pytest.mark.parametrize("name", MADE)
+def test_a_copy_says_what_its_original_says(name, used, how):
+    make, said = MADE[name]
+    original = make()
+    if used:
+        said(original)
+    assert repr(said(COPIES[how](original))) == repr(said(original))
+
+
+def test_a_copied_number_is_exact_and_of_its_own_precision():
+    ctx = context(50)
+    for value in (ctx.mpf(1) / 3, ctx.mpf(0), -ctx.ldexp(7, -3000), ctx.inf, +ctx.pi):
+        for again in (pickle.loads(pickle.dumps(value)), copy.deepcopy(value)):
+            assert again == value
+            assert again.context is ctx
+    assert abs(pickle.loads(pickle.dumps(ctx.pi)) - mpmath.mpf(mpmath.pi)) < 1e-15
