@@ -75,14 +75,14 @@ def restored(
     """
     run = PreciseRun.of(chosen, named, orbit)
     samples = tuple(map(run.reader.sample, _found(variables, "t")))
-    polisher = Polisher(run, events, orbit.steps, at_poles)
+    polisher = Polisher(run, at_poles)
     found = _found(variables, "event")
     every = zip(events.kind, found, strict=True)
     return Decimals(
         digits=digits,
         run=run,
         samples=samples,
-        events=tuple(polisher.as_it_is(*each) for each in every),
+        events=tuple(polisher.event(*each) for each in every),
         steps=int(variables["decimal_steps"]),
         integrate_s=0.0,
     )
