@@ -9,11 +9,15 @@ import numpy as np
 
 from heavytop import options
 from heavytop.arguments import expect, number_of
+from heavytop.choice import choice
+from heavytop.doubts import checked, forewarned
 from heavytop.errors import Outcome
 from heavytop.exact import Number
 from heavytop.finishing import Progress, finished, in_decimals
-from heavytop.planning import closed_form_of, plan, span
+from heavytop.planning import Plan, closed_form_of, leaving, plan, span
+from heavytop.scene import Scene
 from heavytop.scene_schema import MAX_SAMPLES
+from heavytop.taylor.bits import bits_of, named
 from heavytop.taylor.orbit import continued
 from heavytop.trajectory import Trajectory
 
@@ -50,9 +54,19 @@ def extend(
     Raises
     ------
     ValueError
-        The new end is not beyond the old one; samples are no whole number.
+        The new end is not beyond the old one; samples are no whole number, or too many.
+    BadScene
+        The new end is so far off that turns are not counted, or more bits would be needed than
+        there are.
+    EndedEarly
+        As for `propagate`.
     WrongType, NotANumber
         It is no Trajectory; `time_span` is no number.
+
+    Warns
+    -----
+    MissedDigitsWarning, DoubtfulWarning, UnboundedAngleWarning
+        As `propagate` does: the whole run is checked.
 
     Notes
     -----
@@ -74,25 +88,48 @@ def extend(
         raise ValueError(f"time_span: beyond {old.end}, where the trajectory ends")
     count = _as_before(trajectory, end) if samples is None else _whole(samples)
     times = np.linspace(old.end, end, count + 1)[1:]
-    began = time.perf_counter()
-    orbit = continued(old, times, on_block=progress)
     scene = replace(
         trajectory.scene, time=span_wanted, periods=None, samples=trajectory.t.size + count
     )
+    chosen = _longer(trajectory.plan, scene)
+    forewarned(chosen)
+    began = time.perf_counter()
+    orbit = continued(old, times, on_block=progress)
     spent = trajectory.statistics.integrate_s + time.perf_counter() - began
-    longer = finished(scene, trajectory.plan, orbit, trajectory.statistics.derive_s, spent)
-    if trajectory.decimals is None:
-        return longer
-    again = plan(scene, trajectory.plan.formulation)  # a longer run may take more bits
-    chosen = replace(trajectory.plan, precision=again.precision, tolerance=again.tolerance)
-    return in_decimals(replace(longer, plan=chosen), progress, trajectory.decimals)
+    longer = finished(scene, chosen, orbit, trajectory.statistics.derive_s, spent)
+    if trajectory.decimals is not None:
+        longer = in_decimals(longer, progress, trajectory.decimals)
+    return checked(longer)
+
+
+def _longer(chosen: Plan, scene: Scene) -> Plan:
+    """Return a plan for a longer span: its warnings are new, and what has more bits may take more.
+
+    Raises
+    ------
+    BadScene
+        As for `plan`.
+    """
+    again = plan(scene, chosen.formulation)
+    if chosen.precision == "double":
+        return replace(chosen, warnings=again.warnings)
+    motion = closed_form_of(scene)
+    end = span(scene, motion)
+    needed = choice(scene, motion, end, chosen.formulation).bits
+    bits = max(needed, bits_of(again.precision), bits_of(chosen.precision))
+    told = tuple(leaving(motion, end, bits))
+    return replace(chosen, precision=named(bits), tolerance=2.0 ** (1 - bits), warnings=told)
 
 
 def _as_before(trajectory: Trajectory, end: float) -> int:
     """Return how many samples there are to an end at the distance that they have."""
     reached = abs(trajectory.orbit.end)
     spacing = reached / max(trajectory.t.size - 1, 1)
-    return max(1, round((abs(end) - reached) / spacing))
+    count = (abs(end) - reached) / spacing
+    if not count <= MAX_SAMPLES - trajectory.t.size:
+        rule = f"{count:.3g} more samples at the distance that they have, of {MAX_SAMPLES} at most"
+        raise ValueError(f"time_span: {rule}; samples= says how many there are to be")
+    return max(1, round(count))
 
 
 def _whole(samples: object) -> int:
@@ -115,10 +152,16 @@ def completed(trajectory: Trajectory, *, progress: Progress | None = None) -> Tr
     ------
     EndedEarly
         As for `propagate`.
+
+    Warns
+    -----
+    MissedDigitsWarning, DoubtfulWarning, UnboundedAngleWarning
+        As `propagate` does.
     """
     if trajectory.outcome not in (Outcome.INTERRUPTED, Outcome.STEP_LIMIT):
         return trajectory
     scene, old = trajectory.scene, trajectory.orbit
+    forewarned(trajectory.plan)
     end = span(scene, closed_form_of(scene))
     times = np.linspace(0.0, end, scene.samples)[old.samples.t.size :]
     began = time.perf_counter()
@@ -127,4 +170,4 @@ def completed(trajectory: Trajectory, *, progress: Progress | None = None) -> Tr
     derive_s = trajectory.statistics.derive_s
     orbit = orbit if times.size else replace(orbit, ending="reached")
     found = finished(scene, trajectory.plan, orbit, derive_s, spent)
-    return found if found.plan.precision == "double" else in_decimals(found, progress)
+    return checked(found if found.plan.precision == "double" else in_decimals(found, progress))

@@ -11,6 +11,7 @@ import numpy as np
 
 from heavytop.classification import constants_document, finite, motion_document
 from heavytop.decimal_document import event_rows, final_document
+from heavytop.doubts import missed_events
 from heavytop.errors import Outcome
 from heavytop.events import EVENTS
 from heavytop.machine import version
@@ -48,6 +49,7 @@ def run_document(trajectory: Trajectory, files: Mapping[str, str] | None = None)
         "events": _events(trajectory),
         "errors": {k: finite(v) for k, v in asdict(errors).items()},
         "missed_digits": missed_digits(trajectory, errors),
+        "missed_events": {name: list(true) for name, true in missed_events(trajectory).items()},
         "cost": _cost(trajectory, motion),
         "outcome": str(trajectory.outcome),
         "files": dict(files or {}),
@@ -77,6 +79,7 @@ def known_document(scene: Scene, chosen: Plan) -> dict[str, Any]:
         "events": dict.fromkeys(EVENTS) | {"table": [], "omitted": 0},
         "errors": {k: finite(v) for k, v in asdict(nothing).items()} | {"energy": None},
         "missed_digits": {},
+        "missed_events": {},
         "cost": {"steps": 0, **dict.fromkeys(costs, 0.0), "us_per_period": None},
         "outcome": str(Outcome.FINISHED),
         "files": {},

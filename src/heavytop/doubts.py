@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
-from heavytop.errors import NoClosedForm
-from heavytop.planning import closed_form_of
+import warnings
+
+from heavytop.errors import (
+    DoubtfulWarning,
+    MissedDigitsWarning,
+    NoClosedForm,
+    UnboundedAngleWarning,
+)
+from heavytop.events import EVENTS
+from heavytop.planning import Plan, closed_form_of
 from heavytop.quantities import Sample
-from heavytop.tally import differences, tally
+from heavytop.tally import Counts, differences, tally
 from heavytop.trajectory import Trajectory
 from heavytop.witness import missed_digits, run_errors
 
@@ -13,13 +21,42 @@ GLANCED_AT = 16  # samples, before all are held against the closed form
 ANGLES = ("theta", "phi", "psi")
 
 
+def forewarned(chosen: Plan, stacklevel: int = 3) -> None:
+    """Warn of what a plan says may disappoint."""
+    about = UnboundedAngleWarning if chosen.formulation == "lagrange" else DoubtfulWarning
+    for warning in chosen.warnings:
+        warnings.warn(warning, about, stacklevel=stacklevel)
+
+
+def checked(trajectory: Trajectory, stacklevel: int = 3) -> Trajectory:
+    """Return a run that reached its end, with a warning of what it is known to be wrong about.
+
+    However it was made, in one piece, continued or resumed, in doubles or in more digits.
+    """
+    if doubt := doubtful_events(trajectory):
+        warnings.warn(doubt, DoubtfulWarning, stacklevel=stacklevel)
+    if lack := doubtful_digits(trajectory):
+        warnings.warn(lack, MissedDigitsWarning, stacklevel=stacklevel)
+    return trajectory
+
+
 def doubtful_events(trajectory: Trajectory) -> str:
     """Return what was counted otherwise than the exact numbers have it; or nothing."""
+    counted = {name: trajectory.events.count(name) for name in EVENTS}
+    wrong = "; ".join(differences(missed_events(trajectory), counted))
+    return f"events: {wrong} by the exact numbers, which this run does not resolve" if wrong else ""
+
+
+def missed_events(trajectory: Trajectory) -> Counts:
+    """Return the least and the greatest true number of the events that are miscounted, by name."""
     motion, asked = closed_form_of(trajectory.scene), trajectory.scene.events
     expected = tally(motion, trajectory.orbit.end, asked) if asked else None
-    counted = {name: trajectory.events.count(name) for name in asked}
-    wrong = "; ".join(differences(expected or {}, counted))
-    return f"events: {wrong} by the exact numbers, which this run does not resolve" if wrong else ""
+    counted = {name: trajectory.events.count(name) or 0 for name in asked}
+    return {
+        name: (least, most)
+        for name, (least, most) in (expected or {}).items()
+        if not least <= counted[name] <= most
+    }
 
 
 def doubtful_digits(trajectory: Trajectory) -> str:

@@ -11,9 +11,9 @@ import numpy as np
 from heavytop.engines import start_values
 from heavytop.errors import EndedEarly, Outcome
 from heavytop.orbit_events import orbit_events
-from heavytop.planning import Plan
+from heavytop.planning import Plan, closed_form_of, span
 from heavytop.scene import Scene
-from heavytop.taylor.orbit import Orbit
+from heavytop.taylor.orbit import Orbit, Seen
 from heavytop.trajectory import Statistics, Trajectory
 
 if TYPE_CHECKING:
@@ -50,6 +50,8 @@ def finished(
     compiled = orbit.integrator
     if orbit.ending == "reached" and _left_the_chart(orbit):
         orbit = replace(orbit, ending="singular")
+    if orbit.ending == "singular" and chosen.precision != "double":  # it only prepares the run
+        orbit = replace(orbit, ending="reached", end=span(scene, closed_form_of(scene)))
     trajectory = Trajectory(
         scene=scene,
         plan=chosen,
@@ -94,7 +96,7 @@ def in_decimals(
     from heavytop.taylor.precise import Unfinished
 
     scene, spent = trajectory.scene, trajectory.statistics
-    parts = (trajectory.plan, start_values(scene), trajectory.orbit, trajectory.events)
+    parts = (trajectory.plan, start_values(scene), trajectory.orbit)
     try:
         decimals, events = result.in_decimals(scene, *parts, before, progress)
     except KeyboardInterrupt:
@@ -103,7 +105,10 @@ def in_decimals(
     except Unfinished:
         doubles = replace(trajectory, outcome=Outcome.SINGULAR)
         raise EndedEarly(Outcome.SINGULAR, doubles) from None
-    engine = decimals.run.engine
+    engine, orbit = decimals.run.engine, trajectory.orbit
+    if orbit.samples.t.size != len(decimals.samples):  # doubles ended before
+        run = decimals.rounded(decimals.samples)
+        orbit = replace(orbit, samples=Seen(run.t, 0 * run.t, run.states, run.phi))
     cost = Statistics(
         decimals.steps,
         engine.order,
@@ -111,4 +116,4 @@ def in_decimals(
         engine.compile_s,
         spent.integrate_s + decimals.integrate_s,
     )
-    return replace(trajectory, events=events, statistics=cost, decimals=decimals)
+    return replace(trajectory, orbit=orbit, events=events, statistics=cost, decimals=decimals)

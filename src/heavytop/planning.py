@@ -142,7 +142,7 @@ def plan(scene: Scene, formulation: str = "auto", *, projected: bool = False) ->
     found = replace(found, estimate=expected)
     if bits > DOUBLE:
         found = _precise(scene, found, bits)
-    told = (*_leaving(motion, end, bits), *patience(scene, motion, expected))
+    told = (*leaving(motion, end, bits), *patience(scene, motion, expected))
     found = replace(found, warnings=(*found.warnings, *told))
     return _projected(scene, found) if projected else found
 
@@ -159,12 +159,12 @@ def _refined(scene: Scene, found: Plan, how: Choice) -> Plan:
         found = _precise(scene, found, how.bits)
     elif how.estimate.error > 10.0**-scene.digits:
         found = replace(found, warnings=(*found.warnings, f"digits: {how.reasons[-1]}"))
-    told = (*_leaving(motion, end, how.bits), *patience(scene, motion, how.estimate))
+    told = (*leaving(motion, end, how.bits), *patience(scene, motion, how.estimate))
     found = replace(found, warnings=(*found.warnings, *told))
     return _projected(scene, found) if how.projected else found
 
 
-def _leaving(motion: Motion, end: float, bits: int) -> Iterator[str]:
+def leaving(motion: Motion, end: float, bits: int) -> Iterator[str]:
     """Say when rounding, which grows as exp(wt), has carried off an axis that nears a pole."""
     path = motion.exact.orbit
     if not isinstance(path, Asymptotic):

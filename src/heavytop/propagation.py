@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 import time
-import warnings
 
 import numpy as np
 
-from heavytop.doubts import doubtful_digits, doubtful_events
+from heavytop.doubts import checked, forewarned
 from heavytop.engines import binary_start, compiled_and_timed, engine_of
-from heavytop.errors import (
-    BadScene,
-    DoubtfulWarning,
-    Fault,
-    MissedDigitsWarning,
-    UnboundedAngleWarning,
-)
+from heavytop.errors import BadScene, Fault
 from heavytop.finishing import Progress, finished, in_decimals
 from heavytop.planning import Plan, closed_form_of, plan, span
 from heavytop.scene import Scene
@@ -62,11 +55,11 @@ def propagate(
     Warns
     -----
     MissedDigitsWarning
-        By auto, and in more than doubles: wanted quantities are farther off the closed form than
-        the scene's digits allow. A formulation by name, in doubles, is the caller's choice and is
-        held against nothing, which would take longer than many a run: `run_errors` does.
+        Wanted quantities are farther off the closed form than the scene's digits allow.
     DoubtfulWarning
-        By auto: events are miscounted, or something else is beyond the precision.
+        Events are miscounted, or something else is beyond the precision.
+    UnboundedAngleWarning
+        In the Lagrangian form, where phi and psi grow in the state of a long run.
 
     Notes
     -----
@@ -92,9 +85,7 @@ def propagate(
         raise _nothing_to_integrate(scene)
     if chosen.folded:
         raise _better_folded(scene, chosen)
-    about = UnboundedAngleWarning if chosen.formulation == "lagrange" else DoubtfulWarning
-    for warning in chosen.warnings:
-        warnings.warn(warning, about, stacklevel=2)
+    forewarned(chosen)
     end = span(scene, closed_form_of(scene))
     compiled, derive_s = compiled_and_timed(chosen)
     parameters, start = binary_start(scene, chosen)
@@ -113,12 +104,7 @@ def propagate(
     trajectory = finished(scene, chosen, orbit, derive_s, time.perf_counter() - began)
     if chosen.precision != "double":
         trajectory = in_decimals(trajectory, progress)
-    if formulation == "auto" and (doubt := doubtful_events(trajectory)):
-        warnings.warn(doubt, DoubtfulWarning, stacklevel=2)
-    promised = formulation == "auto" or trajectory.decimals is not None
-    if promised and (lack := doubtful_digits(trajectory)):
-        warnings.warn(lack, MissedDigitsWarning, stacklevel=2)
-    return trajectory
+    return checked(trajectory)
 
 
 def _nothing_to_integrate(scene: Scene) -> BadScene:

@@ -1,22 +1,28 @@
-"""How many events a motion has in a span of time, from its closed form.
+"""How many events a motion has in a span of time, and when, from its closed form.
 
 Where a nutation is smaller than the rounding of doubles, what an integrator counts is noise. What
 the exact numbers say is counted here, without one: turning points are half a period apart, a
 reversal lies in every half nutation of a motion with loops, a cusp in every whole one with cusps.
+An axis that tends to the vertical turns once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
-from functools import partial
+from collections.abc import Collection, Iterator, Mapping
 from typing import Final
 
 from heavytop.kinds import Kind
 from heavytop.motion import Motion
+from heavytop.theory.closed_form import MPForm
 from heavytop.theory.precision import Number
 
 EDGE: Final = 1e-9  # of a period, for each period: so near the end an event may be on either side
 AT_START: Final = 1e-40  # of a period: an event there is the start itself, and counts
+KINDS_OF: Final[Mapping[str, frozenset[str]]] = {
+    "turning": frozenset({"theta_min", "theta_max", "cusp"}),
+    "reversal": frozenset({"reversal"}),
+    "cusp": frozenset({"cusp"}),
+}
 
 Counts = Mapping[str, tuple[int, int]]
 
@@ -39,7 +45,7 @@ def tally(
     Returns
     -------
     mapping from str to (int, int), or None
-        None where nothing nutates, or the kind is not decided.
+        None where theta is constant, or the kind is not decided.
 
     Examples
     --------
@@ -48,21 +54,56 @@ def tally(
     >>> tally(Motion(scene.top, scene.start), 2.0)
     {'turning': (10, 10), 'reversal': (0, 0), 'cusp': (5, 5)}
     """
-    form = motion.exact
-    if form.period is None or form.lower_turning is None or motion.kind is Kind.UNDECIDED:
+    form, rows = motion.exact, _rows(motion, motion.exact)
+    if not rows or motion.kind is Kind.UNDECIDED:
         return None
-    ctx, half = form.ctx, form.period / 2
-    sign = 1 if end >= 0 else -1
-    edge = EDGE * (abs(end) + form.period)
-    ends = (ctx.mpf(end) + side * sign * edge for side in (-1, 1))
-    spans = [sorted((-sign * AT_START * form.period, late)) for late in ends]
-    loops, cusps = _loops(motion), motion.kind is Kind.CUSPS
-    ways: dict[str, Callable[[Number, Number], int]] = {
-        "turning": partial(_between, form.lower_turning, half),
-        "reversal": partial(_crossings, motion) if loops else _none,
-        "cusp": partial(_between, _highest(motion), form.period) if cusps else _none,
+    at_start, edge = AT_START * _scale(form), EDGE * (abs(end) + _scale(form))
+    spans = [_span(form.ctx.mpf(end), at_start, side * edge) for side in (-1, 1)]
+    counted = {
+        name: [
+            sum(len(_within(one, form.period, *span)) for kind, one in rows if kind in kinds)
+            for span in spans
+        ]
+        for name, kinds in KINDS_OF.items()
+        if name in asked
     }
-    return {name: _pair([ways[name](*span) for span in spans]) for name in ways if name in asked}
+    return {name: (least, most) for name, (least, most) in counted.items()}
+
+
+def schedule(
+    motion: Motion, end: Number, asked: Collection[str], digits: int
+) -> list[tuple[str, Number]]:
+    """The kinds and the times of the events from 0 to a time, for a run to be asked near them.
+
+    Parameters
+    ----------
+    motion : Motion
+    end : Number
+        The end of the span [s], of either sign; an event at it belongs to it.
+    asked : collection of str
+        Of turning, reversal and cusp.
+    digits : int
+        Of the times.
+
+    Returns
+    -------
+    list of (str, Number)
+        ``theta_min``, ``theta_max``, ``reversal`` or ``cusp`` (where that is undecided perhaps
+        none), and the time [s], exactly zero at the start.
+    """
+    form = motion.form(digits)
+    ctx, wanted = form.ctx, frozenset().union(*(KINDS_OF[name] for name in asked))
+    blur = ctx.mpf(10) ** -digits
+    span = _span(ctx.mpf(end), blur * _scale(form), blur * (abs(end) + _scale(form)))
+    found = [
+        (kind, one + n * form.period if form.period else one)
+        for kind, one in _rows(motion, form)
+        if kind in wanted
+        for n in _within(one, form.period, *span)
+    ]
+    at_start = blur * _scale(form)
+    begun = [(kind, t if abs(t) > at_start else ctx.zero) for kind, t in found]
+    return sorted(begun, key=lambda event: abs(event[1]))
 
 
 def differences(expected: Counts, counted: Mapping[str, int | None]) -> Iterator[str]:
@@ -74,55 +115,38 @@ def differences(expected: Counts, counted: Mapping[str, int | None]) -> Iterator
             yield f"{found} {name} where there are {there}"
 
 
-def _loops(motion: Motion) -> bool:
-    """Whether phidot changes its sign in every half nutation; a free top may do that too."""
-    if motion.kind is not Kind.FORCE_FREE:
-        return motion.kind is Kind.LOOPS
-    turning: Number = motion.exact.lower_turning
-    return _ahead(motion, turning) != _ahead(motion, turning + _half(motion))
+def _rows(motion: Motion, form: MPForm) -> list[tuple[str, Number]]:
+    """The kinds of event with the time of one [s]; others of it are whole periods apart."""
+    if (first := form.lower_turning) is None:
+        return []
+    below, above = "theta_max", "theta_min"
+    if (motion.top.gMR.sign() or 0) < 0:
+        below, above = above, below
+    if form.period is None:
+        return [(below, first)]
+    sharp, half = motion.kind in (Kind.CUSPS, Kind.UNDECIDED), form.period / 2
+    rows = [(below, first), ("cusp" if sharp else above, first + half)]
+    if motion.kind is Kind.LOOPS:
+        later = form.reversal or half  # so near a cusp that no digits tell the two apart
+    else:  # a free top may loop too
+        later = form.reversal if motion.kind is Kind.FORCE_FREE else None
+    return rows + [("reversal", first + side * later) for side in (-1, 1) if later]
 
 
-def _none(_low: Number, _high: Number) -> int:
-    return 0
+def _scale(form: MPForm) -> Number:
+    """The period [s], or a time that is not zero where there is none."""
+    return form.period or abs(form.lower_turning or 0) or 1
 
 
-def _pair(counts: list[int]) -> tuple[int, int]:
-    least, most = counts
-    return min(max(least, 0), most), most
+def _span(end: Number, at_start: Number, slack: Number) -> tuple[Number, Number]:
+    """The earlier and the later end of a span from just before the start to about its end [s]."""
+    reach = max(abs(end) + slack, 0)
+    return (-at_start, reach) if end >= 0 else (-reach, at_start)
 
 
-def _highest(motion: Motion) -> Number:
-    """The time of a turning point where V is highest, at which a cusp can be [s]."""
-    first: Number = motion.exact.lower_turning
-    return first + _half(motion)  # the other one, for either sign of gMR
-
-
-def _half(motion: Motion) -> Number:
-    period: Number = motion.exact.period
-    return period / 2
-
-
-def _between(first: Number, step: Number, low: Number, high: Number) -> int:
-    """How many of the times first + k step lie from low to high."""
-    return _index(first, step, high) - _index(first, step, low)
-
-
-def _index(first: Number, step: Number, t: Number) -> int:
-    return int(first.context.floor((t - first) / step))
-
-
-def _crossings(motion: Motion, low: Number, high: Number) -> int:
-    """How often u = p_φ/p_ψ is crossed from low to high: once between any two turning points."""
-    half, first = _half(motion), motion.exact.lower_turning
-    begin, end = (_index(first, half, t) for t in (low, high))
-    later, behind = first + (begin + 1) * half, first + end * half
-    if begin == end:
-        return int(_ahead(motion, low) != _ahead(motion, high))
-    inside = end - begin - 1
-    opened = _ahead(motion, low) != _ahead(motion, later)
-    return inside + int(opened) + int(_ahead(motion, behind) != _ahead(motion, high))
-
-
-def _ahead(motion: Motion, t: Number) -> bool:
-    """Whether φ̇ is positive."""
-    return bool(motion.exact(t).phidot > 0)
+def _within(first: Number, step: Number | None, low: Number, high: Number) -> range:
+    """For which n the time first + n step is from low to high; without a step, for 0 or none."""
+    if step is None:
+        return range(int(low < first <= high))
+    begin, end = (int(first.context.floor((t - first) / step)) for t in (low, high))
+    return range(begin + 1, end + 1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from json import loads
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -89,7 +90,8 @@ def _run(folder: Path, voice: Voice, *, json: bool, figures: bool) -> None:
             show(document(folder / "run.json"), json, "run")
             return
         try:
-            with voice.progress() as progress:
+            with voice.progress() as progress, warnings.catch_warnings():
+                warnings.simplefilter("ignore", errors.MissedDigitsWarning)  # said at the end
                 trajectory, early = completed(part, progress=progress), None
         except errors.EndedEarly as stopped:
             trajectory, early = stopped.trajectory, stopped

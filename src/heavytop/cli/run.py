@@ -73,7 +73,7 @@ def conclude(
     figures: bool,
     voice: Voice,
 ) -> None:
-    """Write and print a run; leave with a code of its own where it ended early or lacks digits."""
+    """Write and print a run; leave with a code of its own where it ended early or a check is not met."""
     if early is not None:
         say(f"ended early at t = {trajectory.orbit.end:.6g} s: {early}")
     document = results(trajectory, folder, figures=figures, voice=voice)
@@ -86,12 +86,13 @@ def conclude(
 
 
 def finish(document: dict[str, Any], digits: int, json: bool) -> None:
-    """Print a whole run; leave with a code of its own where digits are missed."""
+    """Print a whole run; leave with a code of its own where digits or events are missed."""
     show(document, json, "run")
     if document["missed_digits"]:
         from heavytop.doubts import missed
 
         say(missed(document["missed_digits"], digits))
+    if document["missed_digits"] or document["missed_events"]:
         raise typer.Exit(Exit.OUT_OF_BOUND)
 
 

@@ -19,10 +19,12 @@ from heavytop.planning import Plan, closed_form_of
 from heavytop.poles import rates_at_poles
 from heavytop.quantities import Sample
 from heavytop.scene import Scene
+from heavytop.tally import schedule
 from heavytop.taylor.orbit import Orbit
 from heavytop.theory.precision import Context, Number
 
 Array = NDArray[np.float64]
+SPARE_DIGITS = 20  # of the times at which events are looked for
 WALKED = 0.5  # of what is done, at the end of the steps, where there are events to read
 
 
@@ -104,7 +106,6 @@ def in_decimals(
     chosen: Plan,
     named: Mapping[str, Exact],
     orbit: Orbit,
-    events: Events,
     before: Decimals | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Decimals, Events]:
@@ -116,7 +117,7 @@ def in_decimals(
     chosen : Plan
     named : mapping from str to Exact
         The scene's numbers, by the symbols of the Lagrangian.
-    orbit, events : Orbit and Events
+    orbit : Orbit
         The run in double precision.
     before : Decimals, optional
         What the run is a continuation of, with the first of its sample times.
@@ -126,13 +127,16 @@ def in_decimals(
     run = PreciseRun.of(chosen, named, orbit)
     began = time.perf_counter()
     times = _sample_times(scene, run.reader.ctx, before)
-    wanted = [run.wanted(t) for t in times] + wanted_events(run, events)
-    walked = WALKED if len(events) else 1.0
+    motion = closed_form_of(scene)
+    expected = schedule(motion, times[-1], scene.events, scene.digits + SPARE_DIGITS)
+    wanted = [run.wanted(t) for t in times] + wanted_events(run, expected)
+    walked = WALKED if expected else 1.0
     walk = run.walk(wanted, progress and (lambda t: progress(walked * t / orbit.end)))
     run = PreciseRun(run.reader, run.engine, orbit, run.far, run.longest, walk.marks)
-    polisher = Polisher(run, events, walk.steps, rates_at_poles(closed_form_of(scene)))
+    polisher = Polisher(run, rates_at_poles(motion))
     heard = progress and (lambda done: progress(walked + (1 - walked) * done))
-    polished = polisher.polished(walk.found[len(times) :], heard)
+    seen = walk.found[len(times) :]
+    polished = polisher.polished(expected, seen, scene.digits, scene.events, heard)
     samples = tuple(run.reader.sample(one) for one in walk.found[: len(times)] if one is not None)
     decimals = Decimals(
         digits=scene.digits,
@@ -142,8 +146,8 @@ def in_decimals(
         steps=walk.steps,
         integrate_s=time.perf_counter() - began,
     )
-    width = events.states.shape[1]
-    return decimals, rounded_events(polished, events.asked, width, orbit.end)
+    width = len(samples[0].states)
+    return decimals, rounded_events(polished, scene.events, width, orbit.end)
 
 
 def _sample_times(scene: Scene, ctx: Context, before: Decimals | None) -> list[Number]:

@@ -76,14 +76,14 @@ def restored(
     """
     run = PreciseRun.of(chosen, named, orbit)
     samples = tuple(map(run.reader.sample, _found(file, "t")))
-    polisher = Polisher(run, events, orbit.steps, at_poles)
+    polisher = Polisher(run, at_poles)
     found = _found(file, "event")
     every = zip(events.kind, found, strict=True)
     return Decimals(
         digits=digits,
         run=run,
         samples=samples,
-        events=tuple(polisher.as_it_is(*each) for each in every),
+        events=tuple(polisher.event(*each) for each in every),
         steps=int(array(file, "decimal_steps")),
         integrate_s=0.0,
     )

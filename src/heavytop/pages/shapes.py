@@ -68,7 +68,7 @@ plan: Final = having(
 constants: Final = having(E=value, E_prime=value, p_phi=value, p_psi=value)
 final: Final = having(dict.fromkeys(("t", "theta", "phi", "psi"), value))
 run: Final = having(
-    versions,
+    versions | {"missed_events": named(sizes, FEW)},
     scene=scene, motion=motion, constants=constants, plan=plan, outcome=text,
     events=having(table=listed(event)), final=known(final), errors=named(plain, FEW),
     files=named(text, FEW), missed_digits=named(number, FEW), cost=having(steps=number),

@@ -141,8 +141,18 @@ class MPForm:
 
     @property
     def lower_turning(self) -> Number | None:
-        """The time [s] of one passage of θ through u₁ (θ_max if gMR ≥ 0); others are T apart."""
+        """The time [s] of one passage of θ through u₁ (θ_max if gMR ≥ 0); others are T apart.
+
+        Of an axis that tends to the vertical it is the only one; None where θ is constant.
+        """
+        if isinstance(self.orbit, Asymptotic):
+            return -self.orbit.x0 / self.orbit.w
         return -self.orbit.t0 if isinstance(self.orbit, Nodding) else None
+
+    @property
+    def reversal(self) -> Number | None:
+        """How long before and after each `lower_turning` φ̇ changes its sign [s]; None if never."""
+        return self.orbit.reversal if isinstance(self.orbit, Nodding) else None
 
     def _tilt(self, above: Number, below: Number) -> Number:
         """θ [rad] from the upright 1 ∓ u."""

@@ -64,14 +64,28 @@ class Nodding:
 
         That of u₁ is 0; −1 and 1 are those of u₂ before and after it.
         """
-        roots, ctx = self.roots, self.ctx
-        low, high = ctx.sqrt(roots.down), ctx.sqrt(roots.up)
-        rising = roots.upright.udot0 > 0
+        turning, tau = self._rise(self.roots.down, self.roots.up)
+        return (turning, tau) if self.roots.upright.udot0 > 0 else (-turning, -tau)
+
+    def _rise(self, down: Number, up: Number) -> tuple[int, Number]:
+        """The nearer turning point, 0 or 1, and the time since it, on the way up from u₁ to u₂."""
+        ctx, mc = self.ctx, self.roots.mc
+        low, high = ctx.sqrt(down), ctx.sqrt(up)
         if low <= high:
-            x = first(ctx, low / high, roots.mc)
-            return 0, (x if rising else -x) / self.w
-        x = first(ctx, high / (ctx.sqrt(roots.mc) * low), roots.mc)
-        return (1, -x / self.w) if rising else (-1, x / self.w)
+            return 0, first(ctx, low / high, mc) / self.w
+        return 1, -first(ctx, high / (ctx.sqrt(mc) * low), mc) / self.w
+
+    @property
+    def reversal(self) -> Number | None:
+        """How long after u₁ the axis comes, rising, to u = a/b where φ̇ = 0 [s]; None if never."""
+        roots, b = self.roots, self.roots.upright.b
+        if not b:
+            return None
+        down, up = self.P_plus / b - roots.one_plus_u1, -self.P_minus / b - roots.one_minus_u2
+        if min(down, up) <= 0:
+            return None
+        turning, tau = self._rise(down, up)
+        return turning * self.T / 2 + tau
 
     @property
     def t0(self) -> Number:
