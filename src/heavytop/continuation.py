@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from dataclasses import replace
 
@@ -11,7 +12,7 @@ from heavytop import options
 from heavytop.arguments import expect, number_of
 from heavytop.errors import Outcome
 from heavytop.exact import Number
-from heavytop.finishing import Progress, finished, in_decimals
+from heavytop.finishing import Keeper, Progress, finished, in_decimals
 from heavytop.planning import closed_form_of, plan, span
 from heavytop.scene_schema import MAX_SAMPLES
 from heavytop.taylor.orbit import continued
@@ -102,7 +103,12 @@ def _whole(samples: object) -> int:
         raise ValueError(f"samples: {wrong}") from None
 
 
-def completed(trajectory: Trajectory, *, progress: Progress | None = None) -> Trajectory:
+def completed(
+    trajectory: Trajectory,
+    *,
+    progress: Progress | None = None,
+    checkpoint: str | os.PathLike[str] | None = None,
+) -> Trajectory:
     """Go on with an interrupted trajectory to the end of its scene, as if nothing had happened.
 
     Parameters
@@ -110,10 +116,12 @@ def completed(trajectory: Trajectory, *, progress: Progress | None = None) -> Tr
     trajectory : Trajectory
         One that ended early by an interrupt or the step limit; of another, it is returned.
     progress : callable, optional
+    checkpoint : path, optional
+        As for `propagate`.
 
     Raises
     ------
-    EndedEarly
+    EndedEarly, OSError
         As for `propagate`.
     """
     if trajectory.outcome not in (Outcome.INTERRUPTED, Outcome.STEP_LIMIT):
@@ -121,10 +129,13 @@ def completed(trajectory: Trajectory, *, progress: Progress | None = None) -> Tr
     scene, old = trajectory.scene, trajectory.orbit
     end = span(scene, closed_form_of(scene))
     times = np.linspace(0.0, end, scene.samples)[old.samples.t.size :]
+    keeper = Keeper.of(checkpoint, scene, trajectory.plan)
     began = time.perf_counter()
-    orbit = continued(old, times, on_block=progress) if times.size else old
+    orbit = continued(old, times, on_block=progress, keep=keeper) if times.size else old
     spent = trajectory.statistics.integrate_s + time.perf_counter() - began
     derive_s = trajectory.statistics.derive_s
     orbit = orbit if times.size else replace(orbit, ending="reached")
+    if keeper is not None:
+        keeper.at_last(orbit)
     found = finished(scene, trajectory.plan, orbit, derive_s, spent)
     return found if found.plan.precision == "double" else in_decimals(found, progress)
