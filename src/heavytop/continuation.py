@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from dataclasses import replace
 
@@ -13,7 +14,7 @@ from heavytop.choice import choice
 from heavytop.doubts import checked, forewarned
 from heavytop.errors import Outcome
 from heavytop.exact import Number
-from heavytop.finishing import Progress, finished, in_decimals
+from heavytop.finishing import Keeper, Progress, finished, in_decimals
 from heavytop.planning import Plan, closed_form_of, leaving, plan, span
 from heavytop.scene import Scene
 from heavytop.scene_schema import MAX_SAMPLES
@@ -139,7 +140,12 @@ def _whole(samples: object) -> int:
         raise ValueError(f"samples: {wrong}") from None
 
 
-def completed(trajectory: Trajectory, *, progress: Progress | None = None) -> Trajectory:
+def completed(
+    trajectory: Trajectory,
+    *,
+    progress: Progress | None = None,
+    checkpoint: str | os.PathLike[str] | None = None,
+) -> Trajectory:
     """Go on with an interrupted trajectory to the end of its scene, as if nothing had happened.
 
     Parameters
@@ -147,10 +153,12 @@ def completed(trajectory: Trajectory, *, progress: Progress | None = None) -> Tr
     trajectory : Trajectory
         One that ended early by an interrupt or the step limit; of another, it is returned.
     progress : callable, optional
+    checkpoint : path, optional
+        As for `propagate`.
 
     Raises
     ------
-    EndedEarly
+    EndedEarly, OSError
         As for `propagate`.
 
     Warns
@@ -164,10 +172,13 @@ def completed(trajectory: Trajectory, *, progress: Progress | None = None) -> Tr
     forewarned(trajectory.plan)
     end = span(scene, closed_form_of(scene))
     times = np.linspace(0.0, end, scene.samples)[old.samples.t.size :]
+    keeper = Keeper.of(checkpoint, scene, trajectory.plan)
     began = time.perf_counter()
-    orbit = continued(old, times, on_block=progress) if times.size else old
+    orbit = continued(old, times, on_block=progress, keep=keeper) if times.size else old
     spent = trajectory.statistics.integrate_s + time.perf_counter() - began
     derive_s = trajectory.statistics.derive_s
     orbit = orbit if times.size else replace(orbit, ending="reached")
+    if keeper is not None:
+        keeper.at_last(orbit)
     found = finished(scene, trajectory.plan, orbit, derive_s, spent)
     return checked(found if found.plan.precision == "double" else in_decimals(found, progress))

@@ -149,6 +149,16 @@ class ForeignStudy(ForeignFile):
         return f"{self.folder}: holds another study: {'; '.join(self.differences)}"
 
 
+class ForeignRun(ForeignStudy):
+    """A folder that holds another run, or a study; `differences` lists what is not the same."""
+
+    def __str__(self) -> str:
+        if not self.differences:
+            return f"{self.folder}: holds a study; a run needs a folder of its own"
+        differences = "; ".join(self.differences)
+        return f"{self.folder}: holds another run: {differences} (--force replaces it)"
+
+
 class ForeignWorker(ForeignFile):
     """A worker elsewhere that is not like the study; `differences` lists by name in what.
 

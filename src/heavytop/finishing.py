@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +22,9 @@ if TYPE_CHECKING:
     from heavytop.decimals.result import Decimals
 
 Progress = Callable[[float], None]
+EVERY_S = 10.0  # between two saves of a trajectory on its way
+SHARE = 20.0  # times as long as a save takes, until the next one
+UNSAVED_S = 1.0  # at the end of the steps; less is not worth a file
 
 _OUTCOMES = {
     "reached": Outcome.FINISHED,
@@ -65,6 +70,47 @@ def finished(
     if trajectory.outcome is not Outcome.FINISHED:
         raise EndedEarly(trajectory.outcome, trajectory)
     return trajectory
+
+
+@dataclass
+class Keeper:
+    """Saves an orbit on its way, now and then, so that a kill loses little of it."""
+
+    path: str | os.PathLike[str]
+    scene: Scene
+    plan: Plan
+    saved: float
+    due: float
+
+    @classmethod
+    def of(cls, path: str | os.PathLike[str] | None, scene: Scene, chosen: Plan) -> Keeper | None:
+        """Return the keeper of a file, if there is to be one."""
+        now = time.monotonic()
+        return None if path is None else cls(path, scene, chosen, now, now + EVERY_S)
+
+    def __call__(self, so_far: Callable[[], Orbit]) -> None:
+        """Save the orbit so far, if it is time."""
+        if time.monotonic() >= self.due:
+            self._save(so_far())
+
+    def at_last(self, orbit: Orbit) -> None:
+        """Save the orbit at the end of its steps, before what is made of it takes its time."""
+        if time.monotonic() - self.saved >= UNSAVED_S and orbit.ending in ("reached", "singular"):
+            self._save(orbit)
+
+    def _save(self, orbit: Orbit) -> None:
+        began = time.monotonic()
+        later = replace(orbit, hits=tuple(seen.where(seen.t != seen.t) for seen in orbit.hits))
+        Trajectory(
+            scene=self.scene,
+            plan=self.plan,
+            orbit=orbit,
+            events=orbit_events(self.scene, self.plan, later),  # those are found at the end
+            outcome=Outcome.INTERRUPTED,
+            statistics=Statistics(orbit.steps, 0, 0.0, 0.0, 0.0),
+        ).save(self.path)
+        self.saved = time.monotonic()
+        self.due = self.saved + max(EVERY_S, SHARE * (self.saved - began))
 
 
 def _left_the_chart(orbit: Orbit) -> bool:

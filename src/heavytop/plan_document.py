@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Final
 
 from heavytop.classification import finite
@@ -46,3 +47,9 @@ def chosen_document(chosen: Plan) -> dict[str, Any]:
         "cost_s": None if expected is None else finite(expected.seconds),
         "error": None if expected is None else finite(expected.error),
     }
+
+
+def asked_form(plan: Mapping[str, Any]) -> str:
+    """Return the equations that were asked for, ``auto`` where it chose; of a plan's document."""
+    form = str(plan["formulation"])
+    return form if f"{form}: asked for by name" in plan["reasons"] else "auto"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from heavytop.doubts import checked, forewarned
 from heavytop.engines import binary_start, compiled_and_timed, engine_of
 from heavytop.errors import BadScene, Fault
-from heavytop.finishing import Progress, finished, in_decimals
+from heavytop.finishing import Keeper, Progress, finished, in_decimals
 from heavytop.planning import Plan, closed_form_of, plan, span
 from heavytop.scene import Scene
 from heavytop.taylor.orbit import integrate
@@ -24,6 +25,7 @@ def propagate(
     projected: bool = False,
     progress: Progress | None = None,
     step_limit: int | None = None,
+    checkpoint: str | os.PathLike[str] | None = None,
 ) -> Trajectory:
     """Integrate a scene.
 
@@ -40,6 +42,9 @@ def propagate(
         Called with the fraction done, after each block of steps.
     step_limit : int, optional
         Steps after which to give up; checked between blocks.
+    checkpoint : path, optional
+        A file in which the trajectory so far is saved every ten seconds, or at longer intervals
+        where saving takes long. `load_trajectory` reads it, whatever ended the run.
 
     Returns
     -------
@@ -51,6 +56,8 @@ def propagate(
         The scene wants what the formulation cannot give.
     EndedEarly
         A singularity, the step limit or an interrupt; it carries the partial trajectory.
+    OSError
+        `checkpoint` cannot be written.
 
     Warns
     -----
@@ -91,6 +98,7 @@ def propagate(
     parameters, start = binary_start(scene, chosen)
     samples = np.linspace(0.0, end, scene.samples)
     winding = Winding.of(parameters, start.state) if chosen.follows_phi else None
+    keeper = Keeper.of(checkpoint, scene, chosen)
     began = time.perf_counter()
     orbit = integrate(
         engine_of(chosen, compiled, parameters, start),
@@ -100,8 +108,12 @@ def propagate(
         winding=winding,
         on_block=progress if chosen.precision == "double" else None,
         step_limit=step_limit,
+        keep=keeper,
     )
-    trajectory = finished(scene, chosen, orbit, derive_s, time.perf_counter() - began)
+    spent = time.perf_counter() - began
+    if keeper is not None:
+        keeper.at_last(orbit)
+    trajectory = finished(scene, chosen, orbit, derive_s, spent)
     if chosen.precision != "double":
         trajectory = in_decimals(trajectory, progress)
     return checked(trajectory)

@@ -32,9 +32,9 @@ REFUSALS: tuple[tuple[type[BaseException], Exit], ...] = (
     (errors.EndedEarly, Exit.ENDED_EARLY),
     (errors.StoppedEarly, Exit.ENDED_EARLY),
     (errors.InUse, Exit.USAGE),
+    (errors.ForeignRun, Exit.BAD_SCENE),
     (errors.ForeignFile, Exit.FOREIGN_FILE),
     (errors.MissingPackage, Exit.MISSING_PACKAGE),
-    (KeyboardInterrupt, Exit.INTERRUPTED),
 )
 
 FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
@@ -46,8 +46,15 @@ EXIT_CODES = (
 )
 
 
+def interrupted(error: BaseException) -> bool:
+    """Whether it is an interrupt; one in the middle of an import is wrapped up by what is read."""
+    return isinstance(error, KeyboardInterrupt) or isinstance(error.__cause__, KeyboardInterrupt)
+
+
 def exit_code(error: BaseException) -> Exit:
     """The exit code that an exception stands for."""
+    if interrupted(error):
+        return Exit.INTERRUPTED
     if isinstance(error, errors.EndedEarly) and error.outcome is errors.Outcome.INTERRUPTED:
         return Exit.INTERRUPTED
     if isinstance(error, errors.StoppedEarly) and error.outcome is errors.Stop.INTERRUPTED:
@@ -66,4 +73,4 @@ def explain(error: BaseException, code: Exit) -> str:
         return f"cannot write: {error.strerror or error}"
     if isinstance(error, errors.BadScene):
         return f"the scene cannot be run:\n{error}"
-    return str(error) or "interrupted"
+    return "interrupted" if interrupted(error) else str(error)

@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-import warnings
-from json import loads
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
 from heavytop import errors
 from heavytop.cli import atlas as mapping
 from heavytop.cli import drift as drifting
-from heavytop.cli import run as running
+from heavytop.cli.ending import ending
+from heavytop.cli.exits import Exit
 from heavytop.cli.options import Debug, Jobs, Json, NoFigures, Quiet, Verbose, named_folder
 from heavytop.cli.output import show
+from heavytop.cli.run import carry_out
 from heavytop.cli.scheduler import Scheduler, executor
 from heavytop.cli.voice import Voice, say
-from heavytop.files import regular
 
 if TYPE_CHECKING:
     from heavytop.ledger import Progress
 
+OF_A_RUN: Final = ("request.json", "run.json", "trajectory.nc")
 StudyFolder = Annotated[
     Path,
     typer.Argument(
@@ -42,7 +43,7 @@ def resume(
 ) -> None:
     """Go on with a study or a run that was interrupted or killed."""
     voice = Voice(quiet, verbose)
-    if not (folder / "study.json").exists() and (folder / "trajectory.nc").exists():
+    if not (folder / "study.json").exists() and any((folder / n).exists() for n in OF_A_RUN):
         if scheduler is not None:
             raise typer.BadParameter("for studies; this is a run", param_hint="--scheduler")
         _run(folder, voice, json=json, figures=not no_figures)
@@ -80,31 +81,33 @@ def _expect_study(folder: Path) -> None:
 
 
 def _run(folder: Path, voice: Voice, *, json: bool, figures: bool) -> None:
+    """Go on with a run; of one that has ended, say so."""
+    from heavytop.results import DOCUMENT, REQUEST, Request, document_of
+
+    with ending(), voice.warnings():
+        begun = (folder / REQUEST).exists()
+        if not begun and (folder / DOCUMENT).exists():
+            document = document_of(folder)
+            outcome = errors.Outcome(document["outcome"])
+            if outcome is not errors.Outcome.INTERRUPTED:
+                _ended(folder, document, outcome, json)
+                return
+        asked = Request.read(folder)
+        if not begun:  # the trajectory of a run is all there is
+            asked.write(folder)
+        asked = replace(asked, figures=asked.figures and figures)
+        carry_out(asked, folder, json=json, voice=voice)
+
+
+def _ended(folder: Path, document: dict[str, Any], outcome: errors.Outcome, json: bool) -> None:
+    """Print what a run that has ended gave."""
     from heavytop.archive import load_interrupted
-    from heavytop.continuation import completed
+    from heavytop.results import TRAJECTORY
 
-    with voice.warnings():
-        part = load_interrupted(folder / "trajectory.nc")
-        if part.outcome is errors.Outcome.FINISHED:
-            say(f"{folder}: this run is finished")
-            show(document(folder / "run.json"), json, "run")
-            return
-        try:
-            with voice.progress() as progress, warnings.catch_warnings():
-                warnings.simplefilter("ignore", errors.MissedDigitsWarning)  # said at the end
-                trajectory, early = completed(part, progress=progress), None
-        except errors.EndedEarly as stopped:
-            trajectory, early = stopped.trajectory, stopped
-        running.conclude(trajectory, early, folder, json=json, figures=figures, voice=voice)
-
-
-def document(path: Path) -> dict[str, Any]:
-    """The document of a finished run, as it was written."""
-    try:
-        with regular(path) as file:
-            found = loads(file.read())
-    except (OSError, ValueError) as fault:
-        raise errors.ForeignFile(f"{path}: not readable ({fault})") from None
-    if not isinstance(found, dict) or found.get("schema") != "heavytop/run/1":
-        raise errors.ForeignFile(f"{path}: not the document of a run")
-    return found
+    if (folder / TRAJECTORY).exists():
+        load_interrupted(folder / TRAJECTORY)  # refuses what is damaged
+    done = outcome is errors.Outcome.FINISHED
+    say(f"{folder}: this run " + ("is finished" if done else f"ended early: {outcome.sentence}"))
+    show(document, json, "run")
+    if not done:
+        raise typer.Exit(Exit.ENDED_EARLY)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from heavytop import errors
-from heavytop.cli.exits import Exit, exit_code
+from heavytop.cli.ending import ending
+from heavytop.cli.exits import Exit, exit_code, interrupted
 from heavytop.cli.options import (
     Debug,
     Digits,
@@ -26,19 +27,25 @@ from heavytop.cli.options import (
     blaming,
     overrides,
 )
-from heavytop.cli.output import noted, results_folder, show, unwritable
+from heavytop.cli.output import noted, results_folder, show
 from heavytop.cli.voice import Voice, say
 
 if TYPE_CHECKING:
     from heavytop.planning import Plan
+    from heavytop.results import Request
     from heavytop.scene import Scene
     from heavytop.trajectory import Trajectory
+
+
+Early = errors.EndedEarly | errors.StoppedEarly
+Force = Annotated[bool, typer.Option("--force", help="Replace another run that DIR holds.")]
 
 
 def run(
     scene: SceneName,
     json: Json = False,
     output: Folder = None,
+    force: Force = False,
     changes: Set = None,
     formulation: Form = "auto",
     digits: Digits = None,
@@ -53,66 +60,103 @@ def run(
     voice = Voice(quiet, verbose)
     options = overrides(changes, digits)
     with ExitStack() as stack:
+        stack.enter_context(ending())
         stack.enter_context(voice.warnings())
         stack.enter_context(blaming(options))
         read = load_scene(scene, overrides=options)
-        folder = stack.enter_context(results_folder(output))
-        if (known := known_already(read, formulation, folder)) is not None:
-            finish(known, read.digits, json)
-            return
-        trajectory, early = integrated(read, formulation, voice)
-        conclude(trajectory, early, folder, json=json, figures=not no_figures, voice=voice)
+        from heavytop.results import Request
+
+        asked = Request(read, formulation, figures=not no_figures)
+        carry_out(asked, output, json=json, voice=voice, force=force)
 
 
-def conclude(
-    trajectory: Trajectory,
-    early: errors.EndedEarly | None,
-    folder: Path | None,
-    *,
-    json: bool,
-    figures: bool,
-    voice: Voice,
+def carry_out(
+    asked: Request, folder: Path | None, *, json: bool, voice: Voice, force: bool = False
 ) -> None:
-    """Write and print a run; leave with a code of its own where it ended early or a check is not met."""
+    """Do what is asked, or what is left of it; leave with a code of its own where it is not whole.
+
+    What cannot be run touches no folder.
+    """
+    from heavytop.planning import plan
+    from heavytop.results import REQUEST, begun
+
+    chosen = plan(asked.scene, asked.formulation)
+    if folder is None:
+        document, early = answered(asked, chosen, None, voice)
+    else:
+        with results_folder(folder), begun(folder, asked, force=force), stopping(folder):
+            document, early = answered(asked, chosen, folder, voice)
+            if not goes_on(early):
+                (folder / REQUEST).unlink(missing_ok=True)
+    show(document, json, "run")
     if early is not None:
-        say(f"ended early at t = {trajectory.orbit.end:.6g} s: {early}")
-    document = results(trajectory, folder, figures=figures, voice=voice)
-    if early is None:
-        finish(document, trajectory.scene.digits, json)
-        return
-    show(document, json, "run")
-    say(kept(folder, early))
-    raise typer.Exit(exit_code(early))
-
-
-def finish(document: dict[str, Any], digits: int, json: bool) -> None:
-    """Print a whole run; leave with a code of its own where digits or events are missed."""
-    show(document, json, "run")
+        say(kept(folder, early))
+        raise typer.Exit(exit_code(early))
     if document["missed_digits"]:
         from heavytop.doubts import missed
 
-        say(missed(document["missed_digits"], digits))
+        say(missed(document["missed_digits"], asked.scene.digits))
     if document["missed_digits"] or document["missed_events"]:
         raise typer.Exit(Exit.OUT_OF_BOUND)
 
 
-def known_already(scene: Scene, formulation: str, folder: Path | None) -> dict[str, Any] | None:
-    """The document of a scene that needs no integration over its span; None of another."""
-    from heavytop.planning import plan
+@contextmanager
+def stopping(folder: Path) -> Iterator[None]:
+    """Let what stops a run on its way say that its folder goes on with it."""
+    try:
+        yield
+    except OSError as fault:
+        raise unwritten(folder, fault) from fault
+    except BaseException as fault:
+        if not interrupted(fault):
+            raise
+        raise errors.StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", folder) from None
 
-    chosen = plan(scene, formulation)
-    if chosen.formulation != "none" and not chosen.folded:
-        return None
+
+def unwritten(folder: Path, fault: OSError) -> errors.StoppedEarly:
+    """The end of a run that cannot write a file: the disk is full, the folder has gone."""
+    why = errors.StoppedEarly.unwritable(fault, folder, None).why
+    there = folder if folder.is_dir() else None
+    return errors.StoppedEarly(errors.Stop.UNWRITABLE, f"ended early: {why}", there)
+
+
+def goes_on(early: Early | None) -> bool:
+    """Whether there is more to do in the folder of a run that ended so."""
+    if isinstance(early, errors.EndedEarly):
+        return early.outcome is errors.Outcome.INTERRUPTED
+    return early is not None
+
+
+def answered(
+    asked: Request, chosen: Plan, folder: Path | None, voice: Voice
+) -> tuple[dict[str, Any], Early | None]:
+    """The document of what is asked, written with its files, and why it is not whole if so."""
+    from heavytop.document import run_document
     from heavytop.files import write_document
+    from heavytop.results import DOCUMENT, write_results
 
-    document = at_once(scene, chosen)
-    if folder is not None:
-        from heavytop.results import clear
-
-        clear(folder)
-        document["files"] = {"document": "run.json"}
-        write_document(folder / "run.json", document)
-    return document
+    early: Early | None = None
+    if chosen.formulation == "none" or chosen.folded:
+        document = at_once(asked.scene, chosen)
+        if folder is not None:
+            document["files"] = {"document": DOCUMENT}
+            try:
+                write_document(folder / DOCUMENT, document)
+            except OSError as fault:
+                early = unwritten(folder, fault)
+        return document, early
+    trajectory, early = integrated(asked, chosen, folder, voice)
+    if early is not None:
+        say(f"ended early at t = {trajectory.orbit.end:.6g} s: {early}")
+    if folder is None:
+        return run_document(trajectory), early
+    try:
+        figures = asked.figures and not goes_on(early)
+        document = write_results(trajectory, folder, figures=figures)
+    except OSError as fault:
+        return run_document(trajectory), unwritten(folder, fault)
+    noted(document["files"], folder, voice)
+    return document, early
 
 
 def at_once(scene: Scene, chosen: Plan) -> dict[str, Any]:
@@ -128,16 +172,26 @@ def at_once(scene: Scene, chosen: Plan) -> dict[str, Any]:
 
 
 def integrated(
-    scene: Scene, formulation: str, voice: Voice
+    asked: Request, chosen: Plan, folder: Path | None, voice: Voice
 ) -> tuple[Trajectory, errors.EndedEarly | None]:
-    """The trajectory of a scene, and why it is only a part when it is."""
+    """The trajectory of a scene, from where its folder has it, and why it is a part if it is."""
+    from heavytop.continuation import completed
     from heavytop.propagation import propagate
+    from heavytop.results import TRAJECTORY, part_of
 
+    scene, form = asked.scene, asked.formulation
+    part = None if folder is None else part_of(folder, scene, chosen)
+    if part is not None and part.outcome is errors.Outcome.SINGULAR:
+        return part, errors.EndedEarly(part.outcome, part)
+    checkpoint = None if folder is None else folder / TRAJECTORY
     try:
         with voice.progress() as progress, warnings.catch_warnings():
             warnings.simplefilter("ignore", errors.MissedDigitsWarning)  # said at the end
             heard = announced(progress, voice, scene.name)
-            return propagate(scene, formulation=formulation, progress=heard), None
+            if part is not None:
+                return completed(part, progress=heard, checkpoint=checkpoint), None
+            found = propagate(scene, formulation=form, progress=heard, checkpoint=checkpoint)
+            return found, None
     except errors.EndedEarly as early:
         return early.trajectory, early
 
@@ -161,28 +215,12 @@ def announced(
     return heard
 
 
-def results(
-    trajectory: Trajectory, folder: Path | None, *, figures: bool, voice: Voice
-) -> dict[str, Any]:
-    """The document of a run, and its files when there is a folder for them."""
-    if folder is None:
-        from heavytop.document import run_document
-
-        return run_document(trajectory, files={})
-    from heavytop.results import write_results
-
-    try:
-        document = write_results(trajectory, folder, figures=figures)
-    except OSError as error:  # the disk is full, the folder has gone
-        raise unwritable(folder, error) from error
-    noted(document["files"], folder, voice)
-    return document
-
-
-def kept(output: Path | None, early: errors.EndedEarly) -> str:
+def kept(folder: Path | None, early: Early) -> str:
     """Where the part of a run that was done can be found, and how to go on with it."""
-    if output is None:
+    if isinstance(early, errors.StoppedEarly):
+        return str(early)
+    if folder is None:
         return "what was done is above (-o DIR keeps it)"
-    if early.outcome is not errors.Outcome.INTERRUPTED:
-        return f"what was done is in {output}"
-    return f"what was done is in {output}, and this goes on:\n{errors.resuming(output)}"
+    if not goes_on(early):
+        return f"what was done is in {folder}"
+    return f"what was done is in {folder}, and this goes on:\n{errors.resuming(folder)}"

@@ -104,7 +104,7 @@ def _own(decimals: Decimals, sample: DecimalSample) -> tuple[Any, ...]:
 
 def _whole(decimals: Decimals, x: Any) -> str:
     ctx = decimals.run.reader.ctx
-    return str(ctx.nstr(x, ctx.dps))
+    return str(ctx.nstr(x, ctx.dps + 3))  # by which every bit comes back
 
 
 def _array(texts: Sequence[str | None]) -> Any:

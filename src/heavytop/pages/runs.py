@@ -15,6 +15,7 @@ from heavytop.pages.descriptions import called, described, given
 from heavytop.pages.foreign import expect_file, reading
 from heavytop.pages.section import Picture, Section, drawn
 from heavytop.pages.tables import Table, cell, rounded
+from heavytop.plan_document import asked_form
 from heavytop.spelling import harmless
 
 if TYPE_CHECKING:
@@ -69,9 +70,8 @@ def run_section(finding: Finding, ident: str) -> Section:
 
 def _form(plan: Mapping[str, Any]) -> tuple[str, ...]:
     """The option that asks for the equations; none where auto chose them."""
-    form = plan["formulation"]
-    asked = f"{form}: asked for by name" in plan["reasons"]
-    return ("--formulation", form) if asked else ()
+    form = asked_form(plan)
+    return () if form == "auto" else ("--formulation", form)
 
 
 def _notes(document: Mapping[str, Any], trajectory: Trajectory | None) -> Iterator[str]:

@@ -23,6 +23,7 @@ FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to 
 LONGEST_BLOCK = 4000
 
 Ending = Literal["reached", "singular", "interrupted", "step-limit"]
+Keep = Callable[[Callable[[], "Orbit"]], object]
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,6 +121,7 @@ def integrate(
     on_block: Callable[[float], None] | None = None,
     step_limit: int | None = None,
     step_length: float = 0.0,
+    keep: Keep | None = None,
 ) -> Orbit:
     """Integrate from a checkpoint to the last of the samples.
 
@@ -139,6 +141,8 @@ def integrate(
         Steps after which to give up.
     step_length : float
         Mean step of the block before the start, where there is one [s].
+    keep : callable, optional
+        Called after each block with a function that returns the orbit so far.
     """
     journey = _Journey(integrator, parameters, winding, start, samples)
     journey.step_length = step_length
@@ -151,15 +155,23 @@ def integrate(
             if not journey.advance():
                 ending = "singular"
                 break
+            if keep is not None:
+                keep(lambda: journey.orbit("interrupted"))
             if on_block is not None:
                 on_block(journey.fraction)
     except KeyboardInterrupt:
+        if journey.checkpoints[-1].steps == 0:  # nothing is done
+            raise
         ending = "interrupted"
     return journey.orbit(ending)
 
 
 def continued(
-    orbit: Orbit, samples: Array, *, on_block: Callable[[float], None] | None = None
+    orbit: Orbit,
+    samples: Array,
+    *,
+    on_block: Callable[[float], None] | None = None,
+    keep: Keep | None = None,
 ) -> Orbit:
     """Continue an orbit from its last checkpoint to later samples.
 
@@ -176,7 +188,14 @@ def continued(
         winding=orbit.winding,
         on_block=on_block,
         step_length=_mean_step(before, last),
+        keep=keep and (lambda rest: keep(lambda: _joined(orbit, rest()))),
     )
+    return _joined(orbit, rest)
+
+
+def _joined(orbit: Orbit, rest: Orbit) -> Orbit:
+    """Return an orbit with what follows from its last checkpoint on."""
+    last = orbit.checkpoints[-1]
     forward = 1.0 if rest.end >= orbit.checkpoints[0].time[0] else -1.0
     hits = [
         Seen.join([old.where(forward * old.t < forward * last.time[0]), new])
@@ -385,18 +404,26 @@ class _Journey:
             steps = min(full, steps + math.ceil(1.05 * (end - reached) / length) + 1)
 
     def orbit(self, ending: Ending) -> Orbit:
-        """Return what has been seen so far."""
+        """Return what has been seen so far.
+
+        An interrupt may come in the middle of `advance`: what counts then is the last checkpoint.
+        """
         width = len(self.integrator.formulation.states)
         none = _nothing(width)
         channels = range(len(self.integrator.events))
+        blocks, steps, end = len(self.seen), self.steps, self.reached
+        if ending == "interrupted":
+            last = self.checkpoints[-1]
+            blocks, steps = len(self.checkpoints) - 1, last.steps
+            end = _before(last.time[0], self.first)
         return Orbit(
             integrator=self.integrator,
             parameters=self.parameters,
             winding=self.winding,
             checkpoints=tuple(self.checkpoints),
-            samples=Seen.join([none, *self.seen]),
-            hits=tuple(Seen.join([none, *(h[i] for h in self.hits)]) for i in channels),
-            end=self.reached,
-            steps=self.steps,
+            samples=Seen.join([none, *self.seen[:blocks]]),
+            hits=tuple(Seen.join([none, *(h[i] for h in self.hits[:blocks])]) for i in channels),
+            end=end,
+            steps=steps,
             ending=ending,
         )
