@@ -45,7 +45,10 @@ def _group(scenes: list[ht.Scene], formulation: str, stretch: float) -> list[str
 
 
 def _doubles(scene: ht.Scene, stretch: float) -> dict[str, float]:
-    parts = [*(getattr(scene.top, n) for n in NAMES[:3]), *(getattr(scene.start, n) for n in NAMES[3:9])]
+    parts = [
+        *(getattr(scene.top, n) for n in NAMES[:3]),
+        *(getattr(scene.start, n) for n in NAMES[3:9]),
+    ]
     return dict(zip(NAMES, map(float, (*parts, scene.time)), strict=True)) | {
         "time": float(scene.time) * stretch
     }

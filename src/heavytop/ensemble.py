@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from itertools import pairwise
 from threading import Event
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -106,6 +106,8 @@ class Ensemble:
         """
         with np.errstate(all="ignore"):
             error = (self._ahead.rounding + self._moved()) * self._ahead.growth
+            if not self.formulation.starts_at_pole:  # it is singular there
+                error /= self._ahead.near
             if self.formulation.name == "cubic":
                 sine = np.minimum(np.sin(self.start["theta"]), np.sin(self.final.theta))
                 error *= BY_HEIGHT * self._ahead.growth / sine**2
@@ -140,7 +142,8 @@ class Ensemble:
         first, _ = _binary(form, [self.start[symbol.name] for symbol in _SYMBOLS])
         values, sizes = [], []
         for states in (first, self.states):
-            values.append(invariants(form, states, dict(self.parameters), self.end).values())
+            parameters = cast(Any, self.parameters)
+            values.append(invariants(form, states, parameters, self.end).values())
             sizes.append(known.sizes(*states.T, *constants))
         pairs = zip(*values, *sizes, strict=True)
         moved = [abs(b - a) / np.maximum(np.maximum(x, y), TINY) for a, b, x, y in pairs]
@@ -276,7 +279,7 @@ def propagate_many(
         "thetadot": thetadot, "phidot": phidot, "psidot" if omega3 is None else "omega3": rate,
         "time": time, "longest": longest,
     }  # fmt: skip
-    if not isinstance(digits, int) or not 1 <= digits <= MOST_DIGITS:
+    if digits not in range(1, MOST_DIGITS + 1):
         raise NotANumber(f"digits: a whole number from 1 to {MOST_DIGITS}")
     form, events = _asked(formulation, events)
     shape, columns = _columns(given)
@@ -327,6 +330,8 @@ def _recomputed(run: Ensemble) -> Ensemble:
         off[i] = float(np.linalg.norm(one.samples.axis[-1] - exact.axis[-1])) + EPSILON
         for code, event in enumerate(run.events):
             t = one.events.of(event).t
+            if not t.size:
+                continue
             which, what = (np.full(t.size, number) for number in (i, code))
             zeros.append(Zeros(which, what, t, _states(run, i, one(t))))
     kept = ~np.isin(run.zeros.which, list(off))
@@ -351,8 +356,10 @@ def _sorted(which: Any, event: Any, t: Array, states: Array) -> Zeros:
 def _at_start(event: str, start: Starts, ahead: Outlook) -> NDArray[np.bool_]:
     """Where a start is exactly an event."""
     if event == "turning":
-        return (ahead.nods > 0) & ((start["thetadot"] == 0) | (start["theta"] == 0))
-    return (ahead.turns_back > 0) & (start["phidot"] == 0)
+        exactly = (ahead.nods > 0) & ((start["thetadot"] == 0) | (start["theta"] == 0))
+    else:
+        exactly = (ahead.turns_back > 0) & (start["phidot"] == 0)
+    return np.asarray(exactly)
 
 
 def _short(event: str, start: Starts, ahead: Outlook) -> Array:
@@ -363,7 +370,7 @@ def _short(event: str, start: Starts, ahead: Outlook) -> Array:
     sine, falling = np.sin(start["theta"]), abs(start["thetadot"])  # beside a pole or a cusp
     with np.errstate(all="ignore"):
         again = sine * falling / (falling**2 + abs(start["gMR"] / start["A"]) * sine**2)
-    return np.fmin(short, again / 2)
+    return np.asarray(np.fmin(short, again / 2))
 
 
 def _counted(run: Ensemble, start: Starts, states: Array, ahead: Outlook) -> Zeros:
@@ -372,7 +379,7 @@ def _counted(run: Ensemble, start: Starts, states: Array, ahead: Outlook) -> Zer
     What is at the start is known from the numbers given; it may be found beside it, or not at all.
     One that the error does not tell from the end is at the end.
     """
-    found, parts = run.zeros, []
+    found, parts, known = run.zeros, [], cast(Any, run.parameters)
     margin = ahead.rounding * ahead.growth / ahead.rate
     for code, event in enumerate(run.events):
         begins = _at_start(event, start, ahead)
@@ -382,7 +389,7 @@ def _counted(run: Ensemble, start: Starts, states: Array, ahead: Outlook) -> Zer
         here = (found.event == code) & ~never[found.which] & ~echo
         last = np.zeros(run.end.size)
         np.maximum.at(last, found.which[here], abs(found.t[here]))
-        zero, slope = event_function(run.formulation, event, run.states, run.parameters, run.end)
+        zero, slope = event_function(run.formulation, event, run.states, known, run.end)
         with np.errstate(all="ignore"):
             late = -zero / slope * np.sign(run.end)
             ends = (late > 0) & (late <= margin) & (last < abs(run.end) - margin) & ~never
@@ -451,8 +458,9 @@ def _arrived(
     def share(part: slice) -> Arrived:
         engine = batch_integrator(form, events, EPSILON)
         used = [parameters[name][part] for name in engine.parameters]
-        end, *bounds = (each[part] for each in spans)
-        return engine.run(states[part], np.stack(used, axis=-1), end, step_limit, *bounds, halt)
+        end, longest, first = (each[part] for each in spans)
+        loaded = np.stack(used, axis=-1)
+        return engine.run(states[part], loaded, end, step_limit, longest, first, halt)
 
     size = spans[0].size
     count = max(1, min(jobs or os.cpu_count() or 1, size // 64))

@@ -40,6 +40,8 @@ class Outlook:
         The largest rate in the motion, about [1/s].
     nods : ndarray, shape (k,)
         About how far θ nods, at least [rad]; 0 where it is known to be constant.
+    near : ndarray, shape (k,)
+        A bound below the distance at which the axis passes a pole, at most 1 [rad].
     turns_back : ndarray, shape (k,)
         About how far cosθ goes beyond the height at which φ̇ changes its sign; not above 0 where it
         does not.
@@ -49,6 +51,7 @@ class Outlook:
     growth: Array
     rate: Array
     nods: Array
+    near: Array
     turns_back: Array
 
 
@@ -92,7 +95,8 @@ def _outlook(start: Mapping[str, Array], time: Array) -> Outlook:
     pull = sine * (phidot**2 * cosine - b * phidot + g)  # θ'' at the start
     nods = abs(thetadot) / rate + abs(pull) / rate**2
     P_plus, P_minus = drift + b * below, drift - b * above
-    return Outlook(EPSILON * (LOCAL + np.sqrt(nutations)), growth, rate, nods,
+    near = np.minimum(np.minimum(abs(P_plus), abs(P_minus)) / (2 * rate), 1.0)
+    return Outlook(EPSILON * (LOCAL + np.sqrt(nutations)), growth, rate, nods, near,
                    _turns_back(g, b, drift, speed2, P_plus * P_minus))  # fmt: skip
 
 

@@ -16,6 +16,7 @@ from heavytop.errors import (
     MissedDigitsWarning,
     UnboundedAngleWarning,
 )
+from heavytop.estimates import most_steps
 from heavytop.finishing import Progress, finished, in_decimals
 from heavytop.planning import Plan, closed_form_of, plan, span
 from heavytop.scene import Scene
@@ -46,7 +47,8 @@ def propagate(
     progress : callable, optional
         Called with the fraction done, after each block of steps.
     step_limit : int, optional
-        Steps after which to give up; checked between blocks.
+        Steps after which to give up; checked between blocks. By default a million, and a thousand
+        for each nutation, which only a form that is singular at a pole ever takes.
 
     Returns
     -------
@@ -108,7 +110,7 @@ def propagate(
         samples,
         winding=winding,
         on_block=progress if chosen.precision == "double" else None,
-        step_limit=step_limit,
+        step_limit=step_limit or most_steps(closed_form_of(scene), end),
     )
     trajectory = finished(scene, chosen, orbit, derive_s, time.perf_counter() - began)
     if chosen.precision != "double":

@@ -27,6 +27,7 @@ from heavytop.taylor.pace import least_pace, units_of
 Indices = NDArray[np.int64]
 Hits = list[tuple[int, int, float, bytes]]  # event, lane, time, state
 PACE = ("g", "h", "A", "gMR")  # constants that tell how fast a motion may become
+LOST = hy.taylor_outcome.err_nf_state
 WINK = 20_000  # steps at a time, some hundredths of a second: heyoka itself heeds no Ctrl-C
 
 
@@ -214,7 +215,8 @@ class _Journey:
         _, _, ends, longest, _ = self.given
         sound = np.isfinite(ends) & np.isfinite(self.given[0]).all(axis=1)
         with np.errstate(invalid="ignore", over="ignore"):
-            beyond = sound & (self.limit > 0) & (np.abs(ends) > self.limit * longest)
+            far = np.abs(ends) > self.limit * longest
+        beyond: NDArray[np.bool_] = sound & far & (self.limit > 0)
         self.ending[beyond] = Lane.STEP_LIMIT
         return beyond
 
@@ -268,20 +270,26 @@ class _Journey:
         constants = np.ascontiguousarray(loaded[lanes].transpose(0, 2, 1))
         last, reached = np.empty_like(first), np.empty_like(ends)
         marks = np.zeros(len(lanes) + 1, dtype=np.int64)
-        bounded = np.isfinite(begin[lanes]).any(axis=1).tolist()
+        bounded: list[bool] = np.isfinite(begin[lanes]).any(axis=1).tolist()  # type: ignore[assignment]
         for i, target in enumerate(ends.tolist()):
             taylor.set_time(0.0)
             taylor.state[:] = first[i]
             taylor.pars[:] = constants[i]
+            lost: list[bool] = []
             left, some, bound = self.limit or np.inf, WINK, longest[lanes[i]]
             if bounded[i]:
                 some, bound = 1, np.minimum(bound, begin[lanes[i]])
             while left > 0 and not self.halt.is_set():
                 taylor.propagate_until(ends[i], max_steps=int(min(left, some)), max_delta_t=bound)
-                if taylor.time.tolist() == target or not np.isfinite(taylor.time).all():
+                if taylor.time.tolist() == target:
+                    break
+                lost = [each[0] == LOST for each in taylor.propagate_res]
+                if any(lost):
                     break
                 left, some, bound = left - some, WINK, longest[lanes[i]]
             last[i], reached[i], marks[i + 1] = taylor.state, taylor.time, len(found)
+            if any(lost):
+                reached[i, lost] = np.nan
         return last, reached, marks
 
     def _keep(self, lanes: Indices, done: NDArray[np.bool_], marks: Indices) -> None:
