@@ -3,26 +3,34 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from itertools import pairwise
-from typing import Any
+from threading import Event
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heavytop import options
-from heavytop.errors import BadScene, ImpossibleStart, NotANumber, Outcome
+from heavytop.digits import MOST_DIGITS
+from heavytop.error_growth import Outlook, fastest, outlook
+from heavytop.errors import BadScene, HeavyTopError, ImpossibleStart, NotANumber, Outcome
 from heavytop.models import lagrangian as lag
 from heavytop.models.formulation import Formulation
+from heavytop.models.invariants import invariants_of
 from heavytop.models.ladder import LADDER
 from heavytop.models.numeric import numpy_function
-from heavytop.planning import EPSILON
-from heavytop.quantities import Sample, sample
-from heavytop.state import broken_spin
+from heavytop.planning import EPSILON, closed_form_of
+from heavytop.propagation import propagate
+from heavytop.quantities import Sample, event_function, invariants, sample
+from heavytop.scene import Scene
+from heavytop.state import State, broken_spin
 from heavytop.taylor.batch import Arrived, Lane, Zeros, batch_integrator
+from heavytop.top import Top
 
 Array = NDArray[np.float64]
 
@@ -31,8 +39,16 @@ OUTCOMES = {
     Lane.SINGULAR: Outcome.SINGULAR,
     Lane.STEP_LIMIT: Outcome.STEP_LIMIT,
 }
+Starts = Mapping[str, Array]
+
 KIND = "propagate_many"
+MOST_STEPS = 10_000_000  # unless told otherwise: some ten seconds,
+SPARE_STEPS, NUTATION_STEPS = 100_000, 100  # or so many, and so many more for each nutation
+TOLD = 100  # units of rounding by which a motion must have an event for its number to be told
+BY_HEIGHT = 100  # the cubic form, whose state is a height, in units of the others
 FORMULATIONS = {"formulation": options.one_of(LADDER)}
+TINY = float(np.finfo(np.float64).tiny)
+SHORT = 0.1  # of the fastest time in a motion: in such a step from one event there is no other
 _SYMBOLS = (
     lag.A, lag.C, lag.gMR, lag.theta, lag.phi, lag.psi, lag.thetadot, lag.phidot, lag.psidot,
 )  # fmt: skip
@@ -59,7 +75,14 @@ class Ensemble:
     ending : ndarray of int, shape (k,)
         Codes of how each ended; `outcomes` has the words.
     zeros : Zeros
-        Zeros of the events asked for: which top, which event, time and state.
+        Zeros of the events asked for: which top, which event, time and state; a start or an end
+        exactly on an event counts.
+    digits : int
+        How many are asked for.
+    start : mapping from str to ndarray
+        The starts, by name, each of shape (k,).
+    recomputed : mapping from int to float
+        Tops that were recomputed by `propagate`, and by how much they are off the closed form.
     """
 
     shape: tuple[int, ...]
@@ -70,6 +93,61 @@ class Ensemble:
     states: Array
     ending: NDArray[np.int64]
     zeros: Zeros
+    digits: int
+    start: Starts
+    recomputed: Mapping[int, float] = field(default_factory=dict)
+
+    @cached_property
+    def error(self) -> Array:
+        """About how far off the axis is at the end at most, and so θ [rad], shape (k,).
+
+        From the rounding of the steps, by how much the invariants have moved, and how errors grow
+        from such a start; nan where the end was not reached.
+        """
+        with np.errstate(all="ignore"):
+            error = (self._ahead.rounding + self._moved()) * self._ahead.growth
+            if not self.formulation.starts_at_pole:  # it is singular there
+                error /= self._ahead.near
+            if self.formulation.name == "cubic":
+                sine = np.minimum(np.sin(self.start["theta"]), np.sin(self.final.theta))
+                error *= BY_HEIGHT * self._ahead.growth / sine**2
+        theta = self.final.theta
+        error = np.where((theta < 0) | (theta > np.pi), np.inf, np.fmin(error, np.pi))
+        error[self.ending != Lane.REACHED] = np.nan
+        error[list(self.recomputed)] = list(self.recomputed.values())
+        return error
+
+    @cached_property
+    def missed(self) -> NDArray[np.bool_]:
+        """Which tops do not have what is asked, or may not, shape (k,).
+
+        Their end was not reached, `error` is more than 10^-digits max(1, θ), or the number of an
+        event asked for is beyond doubles.
+        """
+        ahead, unsure = self._ahead, np.zeros(self.end.shape, dtype=bool)
+        for event in self.events:
+            clear = abs(ahead.nods if event == "turning" else ahead.turns_back)
+            unsure |= (clear != 0) & ~(clear > TOLD * ahead.rounding)
+        unsure[list(self.recomputed)] = False
+        return unsure | ~(self.error <= 10.0**-self.digits * np.fmax(1.0, self.final.theta))
+
+    @cached_property
+    def _ahead(self) -> Outlook:
+        return outlook(self.start, self.end)
+
+    def _moved(self) -> Array:
+        """By how much the invariants have moved, each beside the size of its terms."""
+        form, known = self.formulation, invariants_of(self.formulation)
+        constants = [self.parameters[c.name] for c in known.constants]
+        first, _ = _binary(form, [self.start[symbol.name] for symbol in _SYMBOLS])
+        values, sizes = [], []
+        for states in (first, self.states):
+            parameters = cast(Any, self.parameters)
+            values.append(invariants(form, states, parameters, self.end).values())
+            sizes.append(known.sizes(*states.T, *constants))
+        pairs = zip(*values, *sizes, strict=True)
+        moved = [abs(b - a) / np.maximum(np.maximum(x, y), TINY) for a, b, x, y in pairs]
+        return np.asarray(np.max(moved, axis=0))
 
     @property
     def outcomes(self) -> tuple[Outcome, ...]:
@@ -119,6 +197,8 @@ def propagate_many(
     events: Sequence[str] = (),
     step_limit: int | None = None,
     longest: ArrayLike = np.inf,
+    digits: int = 12,
+    recompute: bool = False,
     jobs: int | None = None,
 ) -> Ensemble:
     """Integrate many tops in double precision, each over its own span.
@@ -138,10 +218,17 @@ def propagate_many(
     events : sequence of str
         Which zeros to find: turning, reversal.
     step_limit : int, optional
-        Steps after which a top is given up; those that share its registers are, too.
+        Steps after which a top is given up; by default some ten seconds of them, or a hundred
+        thousand and a hundred more for each nutation, if that is less.
     longest : array_like
         The longest step [s]. A step longer than the half of a nutation may pass over a turning
         point next to a start on one.
+    digits : int
+        Decimal digits of θ and the axis that are wanted at the ends: those that miss them, or may
+        have a wrong number of events, are marked in `Ensemble.missed`.
+    recompute : bool
+        Whether these are computed again, one by one, by `propagate`, in as many bits as it takes:
+        milliseconds each, or seconds.
     jobs : int, optional
         Threads; by default one per processor. The results do not depend on it.
 
@@ -155,7 +242,8 @@ def propagate_many(
     ImpossibleStart
         Both psidot and omega3 are given.
     NotANumber
-        Something is not an array of numbers, which is named, or the shapes do not broadcast.
+        Something is not an array of numbers, which is named, or the shapes do not broadcast; or
+        the digits are none that doubles can have.
     BadScene
         No formulation has this name, or it has no such event.
 
@@ -165,7 +253,9 @@ def propagate_many(
     that a top moves as in `propagate`, to rounding. ``validation/12_many_tops.py`` measures both.
 
     Accuracy: ``tests/two_ways/test_many_tops.py`` holds θ to 3e-12 and times of events to 1e-11 s
-    of those of `propagate`.
+    of those of `propagate`. ``tests/property/test_fuzz_many.py`` holds the axis to `Ensemble.error`
+    of the closed form, and every number of events that is not marked; ``validation/fuzz_many.py``
+    does it for thousands of tops.
 
     Examples
     --------
@@ -177,6 +267,8 @@ def propagate_many(
     (array([0.42694371, 0.10034198,        nan]), ['finished', 'finished', 'singular'])
     >>> found.count("turning")
     array([ 8, 10,  0])
+    >>> found.missed
+    array([False, False,  True])
     """
     if psidot is not None and omega3 is not None:
         raise ImpossibleStart(broken_spin(("psidot", "omega3")))
@@ -187,16 +279,125 @@ def propagate_many(
         "thetadot": thetadot, "phidot": phidot, "psidot" if omega3 is None else "omega3": rate,
         "time": time, "longest": longest,
     }  # fmt: skip
+    if digits not in range(1, MOST_DIGITS + 1):
+        raise NotANumber(f"digits: a whole number from 1 to {MOST_DIGITS}")
     form, events = _asked(formulation, events)
     shape, columns = _columns(given)
     *start, end, bounds = columns
     if omega3 is not None:
         start[8] = start[8] - start[7] * np.cos(start[3])
     states, parameters = _binary(form, start)
-    arrived = _arrived(form, events, states, parameters, (end, bounds), step_limit, jobs)
-    return Ensemble(
-        shape, form, parameters, events, end, arrived.states, arrived.ending, arrived.zeros
-    )
+    begun = {symbol.name: each for symbol, each in zip(_SYMBOLS, start, strict=True)}
+    if step_limit is None:
+        turns = np.nanmax(np.abs(end) * fastest(begun), initial=0.0) / (2 * np.pi)
+        step_limit = int(min(MOST_STEPS, SPARE_STEPS + NUTATION_STEPS * turns))
+    ahead = outlook(begun, end) if events else None
+    first = np.full(end.shape, np.inf)
+    if ahead is not None:
+        for each in events:
+            begins = _at_start(each, begun, ahead)
+            first[begins] = np.minimum(first, _short(each, begun, ahead))[begins]
+    arrived = _arrived(form, events, states, parameters, (end, bounds, first), step_limit, jobs)
+    run = Ensemble(
+        shape, form, parameters, events, end, arrived.states, arrived.ending, arrived.zeros,
+        digits, begun,
+    )  # fmt: skip
+    if ahead is not None:
+        run = replace(run, zeros=_counted(run, begun, states, ahead))
+    return _recomputed(run) if recompute else run
+
+
+def _recomputed(run: Ensemble) -> Ensemble:
+    """The run, with tops that miss what is asked computed one by one as far as `propagate` can."""
+    states, ending, off = run.states.copy(), run.ending.copy(), {}
+    zeros = [run.zeros]
+    for i in np.flatnonzero(run.missed).tolist():
+        given = {name: float(each[i]) for name, each in run.start.items()}
+        try:
+            scene = Scene(
+                Top(*(given.pop(name) for name in ("A", "C", "gMR"))), State(**given),
+                float(run.end[i]), quantities=("theta", "axis", "rates"), events=run.events,
+                samples=2, digits=run.digits,
+            )  # fmt: skip
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # `error` tells what is off all the same
+                one = propagate(scene)
+            exact = closed_form_of(scene).double(run.end[i : i + 1])
+        except HeavyTopError:
+            continue
+        states[i] = _states(run, i, one.samples)[-1]
+        ending[i] = Lane.REACHED
+        off[i] = float(np.linalg.norm(one.samples.axis[-1] - exact.axis[-1])) + EPSILON
+        for code, event in enumerate(run.events):
+            t = one.events.of(event).t
+            if not t.size:
+                continue
+            which, what = (np.full(t.size, number) for number in (i, code))
+            zeros.append(Zeros(which, what, t, _states(run, i, one(t))))
+    kept = ~np.isin(run.zeros.which, list(off))
+    zeros[0] = Zeros(*(getattr(run.zeros, name)[kept] for name in Zeros.__slots__))
+    joined = (np.concatenate([getattr(z, n) for z in zeros]) for n in Zeros.__slots__)
+    return replace(run, states=states, ending=ending, zeros=_sorted(*joined), recomputed=off)
+
+
+def _states(run: Ensemble, i: int, at: Sample) -> Array:
+    """States of the run's formulation, of the top with a number, where another one has been."""
+    top = [np.full(at.t.shape, run.start[name][i]) for name in ("A", "C", "gMR")]
+    phi = np.arctan2(at.axis[:, 0], -at.axis[:, 1])
+    rates = [at.thetadot, at.phidot, at.psidot]
+    return _binary(run.formulation, [*top, at.theta, phi, 0 * phi, *rates])[0]
+
+
+def _sorted(which: Any, event: Any, t: Array, states: Array) -> Zeros:
+    order = np.lexsort((np.abs(t), which))
+    return Zeros(which[order], event[order], t[order], states[order])
+
+
+def _at_start(event: str, start: Starts, ahead: Outlook) -> NDArray[np.bool_]:
+    """Where a start is exactly an event."""
+    if event == "turning":
+        exactly = (ahead.nods > 0) & ((start["thetadot"] == 0) | (start["theta"] == 0))
+    else:
+        exactly = (ahead.turns_back > 0) & (start["phidot"] == 0)
+    return np.asarray(exactly)
+
+
+def _short(event: str, start: Starts, ahead: Outlook) -> Array:
+    """A time after an event at the start, in which there is no other of its kind [s]."""
+    short = SHORT / ahead.rate
+    if event == "turning":
+        return short
+    sine, falling = np.sin(start["theta"]), abs(start["thetadot"])  # beside a pole or a cusp
+    with np.errstate(all="ignore"):
+        again = sine * falling / (falling**2 + abs(start["gMR"] / start["A"]) * sine**2)
+    return np.asarray(np.fmin(short, again / 2))
+
+
+def _counted(run: Ensemble, start: Starts, states: Array, ahead: Outlook) -> Zeros:
+    """The zeros that count: those exactly at the start or the end too, each once, and no others.
+
+    What is at the start is known from the numbers given; it may be found beside it, or not at all.
+    One that the error does not tell from the end is at the end.
+    """
+    found, parts, known = run.zeros, [], cast(Any, run.parameters)
+    margin = ahead.rounding * ahead.growth / ahead.rate
+    for code, event in enumerate(run.events):
+        begins = _at_start(event, start, ahead)
+        never = (ahead.nods == 0) if event == "turning" else (ahead.turns_back <= 0)
+        echo = begins[found.which]
+        echo &= abs(found.t) <= _short(event, start, ahead)[found.which] / 2
+        here = (found.event == code) & ~never[found.which] & ~echo
+        last = np.zeros(run.end.size)
+        np.maximum.at(last, found.which[here], abs(found.t[here]))
+        zero, slope = event_function(run.formulation, event, run.states, known, run.end)
+        with np.errstate(all="ignore"):
+            late = -zero / slope * np.sign(run.end)
+            ends = (late > 0) & (late <= margin) & (last < abs(run.end) - margin) & ~never
+        parts += [(found.which[here], found.event[here], found.t[here], found.states[here])]
+        for where, t, at in ((begins, 0 * run.end, states), (ends, run.end, run.states)):
+            which = np.flatnonzero(where)
+            parts.append((which, np.full(which.size, code), t[which], at[which]))
+    return _sorted(*(np.concatenate(each) for each in zip(*parts, strict=True)))
 
 
 def _asked(formulation: str, events: Sequence[str]) -> tuple[Formulation, tuple[str, ...]]:
@@ -249,15 +450,17 @@ def _start_function(form: Formulation) -> Any:
 
 def _arrived(
     form: Formulation, events: tuple[str, ...], states: Array, parameters: dict[str, Array],
-    spans: tuple[Array, Array], step_limit: int | None, jobs: int | None,
+    spans: tuple[Array, Array, Array], step_limit: int | None, jobs: int | None,
 ) -> Arrived:  # fmt: skip
     """All tops at their ends, in equal shares for the threads."""
+    halt = Event()
 
     def share(part: slice) -> Arrived:
         engine = batch_integrator(form, events, EPSILON)
         used = [parameters[name][part] for name in engine.parameters]
-        end, longest = (each[part] for each in spans)
-        return engine.run(states[part], np.stack(used, axis=-1), end, step_limit, longest)
+        end, longest, first = (each[part] for each in spans)
+        loaded = np.stack(used, axis=-1)
+        return engine.run(states[part], loaded, end, step_limit, longest, first, halt)
 
     size = spans[0].size
     count = max(1, min(jobs or os.cpu_count() or 1, size // 64))
@@ -267,7 +470,11 @@ def _arrived(
     if count == 1:
         return share(parts[0])
     with ThreadPoolExecutor(count) as pool:
-        return _joined(list(pool.map(share, parts)), bounds)
+        try:
+            return _joined(list(pool.map(share, parts)), bounds)
+        except BaseException:  # the pool waits for its threads
+            halt.set()
+            raise
 
 
 def _joined(shares: list[Arrived], bounds: NDArray[np.int64]) -> Arrived:

@@ -277,15 +277,18 @@ class EndedEarly(HeavyTopError):
         Why it ended.
     trajectory : Trajectory
         The part that was integrated.
+    why : str
+        What made it so, and what to do instead, where that is known.
     """
 
-    def __init__(self, outcome: Outcome | str, trajectory: Any) -> None:
+    def __init__(self, outcome: Outcome | str, trajectory: Any, why: str = "") -> None:
         self.outcome = Outcome(outcome)
         self.trajectory = trajectory
-        super().__init__(self.outcome.sentence)
+        self.why = why
+        super().__init__(self.outcome.sentence + (f": {why}" if why else ""))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.outcome, self.trajectory)
+        return type(self), (self.outcome, self.trajectory, self.why)
 
 
 class Stop(StrEnum):

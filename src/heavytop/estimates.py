@@ -19,6 +19,7 @@ from heavytop.taylor.bits import DOUBLE, LONG_DOUBLE
 from heavytop.theory.closed_form import Asymptotic
 
 UNIT: Final = 2.0**-53
+PI: Final = math.pi
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +77,9 @@ SHORT_S: Final = 60.0  # below which a time is told in seconds
 LONGER: Final = ((31_557_600, "years"), (86_400, "days"), (3600, "h"), (60, "min"))
 EVENT_MS: Final = 1.3  # to polish one beyond doubles, and to read it,
 READ_MS: Final = 0.6  # and to read a sample there
+SINGULAR: Final = frozenset({"routh", "subsystem", "lagrange"})  # at the poles
+SPARE_STEPS: Final = 1_000_000  # some seconds of them,
+STEPS: Final = 1_000  # and so many for each nutation: a sound run takes 10 to 40
 MOST_ERROR: Final = 1e300  # so that what is worse than any error is still a number
 
 
@@ -124,11 +128,39 @@ def duration(seconds: float) -> str:
     return f"{seconds / unit:.3g} {name}"
 
 
+def most_steps(motion: Motion, span: float) -> int:
+    """Steps that no sound run of so many seconds takes, by far.
+
+    Parameters
+    ----------
+    motion : Motion
+    span : float
+        Its end [s].
+
+    Examples
+    --------
+    >>> from heavytop.scene import load_scene
+    >>> scene = load_scene("sicm-kicked")
+    >>> most_steps(Motion(scene.top, scene.start), 2.0)
+    1003684
+    """
+    return int(SPARE_STEPS + STEPS * periods_of(motion, span))
+
+
+def closeness(motion: Motion) -> float:
+    """How near a pole the axis comes, beside how far from it [1]: forms singular there feel it."""
+    top, bottom = (motion.theta_min, motion.theta_max), (motion.from_bottom, PI - motion.theta_min)
+    near, far = min(top, bottom)
+    return near / far if far else 1.0
+
+
 def _seconds(
     scene: Scene, motion: Motion, span: float, formulation: str, projected: bool, bits: int
 ) -> float:
     turned = formulation == "axis" and bool({"psi", "attitude"} & set(scene.quantities))
     each = RATES[formulation].microseconds + QUADRATURE_US * turned
+    if formulation in SINGULAR:  # where time scales follow one another down to the pass, and back
+        each *= 1 - math.log10(max(closeness(motion), UNIT))
     each *= (PROJECTED if projected else 1.0) * (WATCHED if scene.events else 1.0)
     sampled = SAMPLE_US
     if bits > DOUBLE:
@@ -158,6 +190,8 @@ def _error(
     here = UNIT * LOCAL * growth(motion, span)
     if formulation == "cubic":  # theta from a height
         here /= min(1.0, max(math.sqrt(UNIT), min(motion.from_top, motion.from_bottom)))
+    if formulation in SINGULAR:  # at a pass, θ has the digits that it has beside one
+        here /= max(closeness(motion), here / MOST_ERROR)
     aside = UNIT * (PINNED if projected else TURNED) * math.sqrt(count) * growth(motion, span)
     phase = late * quickest(scene.quantities, motion, span)
     return min(here + max(phase, aside), MOST_ERROR)

@@ -12,6 +12,7 @@ import numpy as np
 
 from heavytop.engines import start_values
 from heavytop.errors import EndedEarly, Outcome
+from heavytop.estimates import SINGULAR
 from heavytop.orbit_events import orbit_events
 from heavytop.planning import Plan, closed_form_of, span
 from heavytop.scene import Scene
@@ -68,8 +69,20 @@ def finished(
         ),
     )
     if trajectory.outcome is not Outcome.FINISHED:
-        raise EndedEarly(trajectory.outcome, trajectory)
+        raise EndedEarly(trajectory.outcome, trajectory, _why(trajectory))
     return trajectory
+
+
+def _why(trajectory: Trajectory) -> str:
+    """Say what stops a run of a form that is singular at the poles, and what does not."""
+    motion, form = closed_form_of(trajectory.scene), trajectory.plan.formulation
+    if trajectory.outcome is Outcome.INTERRUPTED or form not in SINGULAR:
+        return ""
+    near = min(motion.from_top, motion.from_bottom)
+    passing = (
+        f"the {form} form is singular at the poles, and the axis comes {near:.1e} rad near one"
+    )
+    return f"{passing}; the axis form and the attitude form are regular there"
 
 
 @dataclass

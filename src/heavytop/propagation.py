@@ -10,6 +10,7 @@ import numpy as np
 from heavytop.doubts import checked, forewarned
 from heavytop.engines import binary_start, compiled_and_timed, engine_of
 from heavytop.errors import BadScene, Fault
+from heavytop.estimates import most_steps
 from heavytop.finishing import Keeper, Progress, finished, in_decimals
 from heavytop.planning import Plan, closed_form_of, plan, span
 from heavytop.scene import Scene
@@ -41,7 +42,8 @@ def propagate(
     progress : callable, optional
         Called with the fraction done, after each block of steps.
     step_limit : int, optional
-        Steps after which to give up; checked between blocks.
+        Steps after which to give up; checked between blocks. By default a million, and a thousand
+        for each nutation, which only a form that is singular at a pole ever takes.
     checkpoint : path, optional
         A file in which the trajectory so far is saved every ten seconds, or at longer intervals
         where saving takes long. `load_trajectory` reads it, whatever ended the run.
@@ -107,7 +109,7 @@ def propagate(
         samples,
         winding=winding,
         on_block=progress if chosen.precision == "double" else None,
-        step_limit=step_limit,
+        step_limit=step_limit or most_steps(closed_form_of(scene), end),
         keep=keeper,
     )
     spent = time.perf_counter() - began

@@ -5,6 +5,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.errors import ImpossibleStart, NotANumber, Outcome
+from heavytop.tally import tally
 
 SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
 RANDOM = np.random.default_rng(11)
@@ -102,3 +103,94 @@ def test_bad_input():
         ht.propagate_many(**SICM, theta=np.zeros(3), phidot=np.zeros(4), time=1.0)
     with pytest.raises(NotANumber):
         ht.propagate_many(**SICM, theta="upright", time=1.0)
+
+
+@pytest.mark.parametrize("phi", [0.0, 0.3, 2.0])
+@pytest.mark.parametrize("thetadot", [-2.0, 2.0])
+def test_a_start_on_a_reversal_counts_in_all_tops(phi, thetadot):
+    """φ̇ = 0 in loops: the numbers are those of the closed form, from the start on."""
+    tops = {"theta": np.linspace(0.2, 1.4, 13), "thetadot": thetadot, "phi": phi, "psidot": 200.0}
+    found = ht.propagate_many(**SICM, **tops, time=0.7, events=("turning", "reversal"))
+    motions = [
+        ht.Motion(ht.Top(**SICM), ht.State(theta, thetadot=thetadot, phi=phi, psidot=200.0))
+        for theta in tops["theta"].tolist()
+    ]
+    counts = [tally(motion, 0.7) for motion in motions]
+    for event in found.events:
+        assert found.count(event).tolist() == [count[event][0] for count in counts]
+    first = [
+        found.zeros.t[(found.zeros.which == i) & (found.zeros.event == 1)][0] for i in range(13)
+    ]
+    assert first == [0.0] * 13
+    assert not found.missed.any()
+
+
+def test_a_start_on_a_turning_point_loses_no_other_one():
+    """A nutation too small for the steps to see: the first holds the start and the next zero."""
+    theta, phidot = 0.9, 7.0
+    steady = (0.0456 + 3.28e-4 * phidot**2 * np.cos(theta)) / (6.6e-5 * phidot)
+    start = {"theta": theta, "phidot": phidot * (1 + 1e-9), "omega3": steady}
+    found = ht.propagate_many(**SICM, **start, time=1.0, events=("turning",))
+    motion = ht.Motion(ht.Top(**SICM), ht.State(**start))
+    half = motion.period / 2
+    assert found.count("turning")[0] == int(1.0 / half) + 1
+    assert found.zeros.t == pytest.approx(half * np.arange(int(1.0 / half) + 1), abs=1e-6)
+
+
+def test_an_end_on_a_turning_point_counts():
+    motion = ht.Motion(ht.Top(**SICM), ht.State(0.1, phidot=-15.0, psidot=140.0))
+    halves = np.arange(1, 9) * motion.period / 2
+    found = ht.propagate_many(
+        **SICM, theta=0.1, phidot=-15.0, psidot=140.0, time=halves, events=("turning",)
+    )
+    assert found.count("turning").tolist() == list(range(2, 10))
+
+
+def test_released_at_rest_there_are_cusps_and_no_reversals():
+    found = ht.propagate_many(
+        **SICM, theta=THETA, psidot=140.0, time=1.0, events=("turning", "reversal")
+    )
+    assert not found.count("reversal").any()
+
+
+def test_lost_digits_are_marked_and_recomputed():
+    """The unstable sleeper, 1e-7 rad off the vertical: 1.5 % off, in doubles."""
+    start = {"theta": np.array([0.1, 1e-7]), "psidot": np.array([140.0, 90.0])}
+    asked = {"time": 10.0, "events": ("turning", "reversal")}
+    exact = [
+        float(ht.Motion(ht.Top(**SICM), ht.State(x, psidot=spin)).at(10, 40).theta)
+        for x, spin in ((0.1, 140.0), (1e-7, 90.0))
+    ]
+    found = ht.propagate_many(**SICM, **start, **asked)
+    off = abs(found.final.theta - exact)
+    assert off[1] > 1e-9  # or there would be nothing to see
+    assert (off <= found.error).all()
+    assert found.missed.tolist() == [False, True]
+    mended = ht.propagate_many(**SICM, **start, **asked, recompute=True)
+    assert mended.final.theta == pytest.approx(exact, abs=2e-12)
+    assert not mended.missed.any()
+    assert (mended.states[0] == found.states[0]).all()
+
+
+def test_digits_that_doubles_cannot_have():
+    with pytest.raises(NotANumber, match="digits: a whole number from 1 to 13"):
+        ht.propagate_many(**SICM, theta=0.1, time=1.0, digits=30)
+
+
+def test_one_that_breaks_off_ends_no_other_at_the_step_limit():
+    """The textbook form steps over the pole in one of four lanes."""
+    theta = np.array([np.pi, 1.0, 1.1, 1.2])
+    found = ht.propagate_many(
+        **SICM, theta=theta, thetadot=3.0, psidot=100.0, time=1.0, formulation="routh",
+        step_limit=20_000,
+    )  # fmt: skip
+    assert found.outcomes[1:] == (Outcome.FINISHED,) * 3
+
+
+@pytest.mark.parametrize("given", [{"time": 1e12, "step_limit": 1000}, {"longest": 1e-12}])
+def test_what_never_ends_has_a_limit(given):
+    found = ht.propagate_many(
+        **SICM, **({"theta": np.full(9, 0.1), "psidot": 140.0, "time": 2.0} | given)
+    )
+    assert set(found.outcomes) == {Outcome.STEP_LIMIT}
+    assert found.missed.all()

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import IntEnum
-from threading import local
+from threading import Event, Lock, local
 from typing import Any
 
 import heyoka as hy
@@ -27,6 +27,8 @@ from heavytop.taylor.pace import least_pace, units_of
 Indices = NDArray[np.int64]
 Hits = list[tuple[int, int, float, bytes]]  # event, lane, time, state
 PACE = ("g", "h", "A", "gMR")  # constants that tell how fast a motion may become
+LOST = hy.taylor_outcome.err_nf_state
+WINK = 20_000  # steps at a time, some hundredths of a second: heyoka itself heeds no Ctrl-C
 
 
 class Lane(IntEnum):
@@ -118,6 +120,8 @@ class BatchIntegrator:
         ends: Array,
         step_limit: int | None = None,
         longest: Array | None = None,
+        first: Array | None = None,
+        halt: Event | None = None,
     ) -> Arrived:
         """Integrate each top from its state at time 0 to its own end.
 
@@ -132,15 +136,22 @@ class BatchIntegrator:
             Steps after which a top, with the others of its batch, is given up.
         longest : ndarray, shape (k,), optional
             The longest step of each top [s].
+        first : ndarray, shape (k,), optional
+            The longest first step of each top [s]: from a zero of an event function no other may
+            be reached in it, or heyoka brackets both, and finds the start twice.
+        halt : Event, optional
+            Once it is set by another thread, no more steps are taken, and the result means nothing.
         """
         self.found.clear()
         sound = np.isfinite(ends)
         for given in (states, parameters):
             sound &= np.isfinite(given).all(axis=1)
-        order = np.argsort(np.where(sound, ends, np.inf), kind="stable")[: int(sound.sum())]
         units = self._units(states, parameters)
-        bounds = np.full(ends.size, np.inf) if longest is None else longest
-        journey = _Journey(self, (states, parameters, ends, bounds), units, step_limit or 0)
+        free = np.full(ends.size, np.inf)
+        bounds = [free if each is None else each for each in (longest, first)]
+        journey = _Journey(self, (states, parameters, ends, *bounds), units, step_limit or 0, halt)
+        sound &= ~journey.hopeless()
+        order = np.argsort(np.where(sound, ends, np.inf), kind="stable")[: int(sound.sum())]
         for scaled in (False, True):
             mine = order[(units[order] != 1) == scaled]
             spare = -mine.size % self.width  # the last batch is filled up with its first top
@@ -185,18 +196,29 @@ class _Journey:
     def __init__(
         self,
         engine: BatchIntegrator,
-        given: tuple[Array, Array, Array, Array],
+        given: tuple[Array, ...],
         units: Array,
         limit: int,
+        halt: Event | None,
     ) -> None:
         form, (states, *others) = engine.formulation, given
-        self.engine, self.limit, self.unit = engine, limit, units
+        self.engine, self.limit, self.unit, self.halt = engine, limit, units, halt or Event()
         rates = np.array([s in form.rates for s in form.states])
         self.units = np.where(rates, units[:, None], 1.0)
         self.given = states / self.units, *others
         self.states = np.full_like(states, np.nan)
         self.ending = np.full(len(states), int(Lane.SINGULAR))
         self.hits: list[tuple[Indices, Hits]] = []
+
+    def hopeless(self) -> NDArray[np.bool_]:
+        """Which would need more than all steps even if each were as long as it may be."""
+        _, _, ends, longest, _ = self.given
+        sound = np.isfinite(ends) & np.isfinite(self.given[0]).all(axis=1)
+        with np.errstate(invalid="ignore", over="ignore"):
+            far = np.abs(ends) > self.limit * longest
+        beyond: NDArray[np.bool_] = sound & far & (self.limit > 0)
+        self.ending[beyond] = Lane.STEP_LIMIT
+        return beyond
 
     def advance(self, tops: Indices, spare: int = 0) -> None:
         """Integrate tops in full batches; those of a batch that was stopped go one by one.
@@ -242,18 +264,32 @@ class _Journey:
         compiled = self.engine.lanes(scaled=bool(self.unit[lanes[0, 0]] != 1))
         taylor = compiled.taylor
         found.clear()
-        states, parameters, _, longest = self.given
+        states, parameters, _, longest, begin = self.given
         loaded = compiled.constants(parameters, self.unit)
         first = np.ascontiguousarray(states[lanes].transpose(0, 2, 1))
         constants = np.ascontiguousarray(loaded[lanes].transpose(0, 2, 1))
         last, reached = np.empty_like(first), np.empty_like(ends)
         marks = np.zeros(len(lanes) + 1, dtype=np.int64)
-        for i in range(len(lanes)):
+        bounded: list[bool] = np.isfinite(begin[lanes]).any(axis=1).tolist()  # type: ignore[assignment]
+        for i, target in enumerate(ends.tolist()):
             taylor.set_time(0.0)
             taylor.state[:] = first[i]
             taylor.pars[:] = constants[i]
-            taylor.propagate_until(ends[i], max_steps=self.limit, max_delta_t=longest[lanes[i]])
+            lost: list[bool] = []
+            left, some, bound = self.limit or np.inf, WINK, longest[lanes[i]]
+            if bounded[i]:
+                some, bound = 1, np.minimum(bound, begin[lanes[i]])
+            while left > 0 and not self.halt.is_set():
+                taylor.propagate_until(ends[i], max_steps=int(min(left, some)), max_delta_t=bound)
+                if taylor.time.tolist() == target:
+                    break
+                lost = [each[0] == LOST for each in taylor.propagate_res]
+                if any(lost):
+                    break
+                left, some, bound = left - some, WINK, longest[lanes[i]]
             last[i], reached[i], marks[i + 1] = taylor.state, taylor.time, len(found)
+            if any(lost):
+                reached[i, lost] = np.nan
         return last, reached, marks
 
     def _keep(self, lanes: Indices, done: NDArray[np.bool_], marks: Indices) -> None:
@@ -284,8 +320,9 @@ def batch_integrator(
     built: dict[Any, BatchIntegrator] = _OF_THIS_THREAD.__dict__.setdefault("built", {})
     key = (formulation, events, tolerance)
     if key not in built:
-        built[key] = BatchIntegrator(*key)
+        with _BUILDING:
+            built[key] = BatchIntegrator(*key)
     return built[key]
 
 
-_OF_THIS_THREAD = local()
+_OF_THIS_THREAD, _BUILDING = local(), Lock()  # sympy is not made for threads
