@@ -73,7 +73,7 @@ def conclude(
     figures: bool,
     voice: Voice,
 ) -> None:
-    """Write and print a run; leave with a code of its own where it ended early or a check is not met."""
+    """Write and print a run; leave with a code where it ended early or missed a check."""
     if early is not None:
         say(f"ended early at t = {trajectory.orbit.end:.6g} s: {early}")
     document = results(trajectory, folder, figures=figures, voice=voice)
