@@ -56,7 +56,7 @@ def finished(
     compiled = orbit.integrator
     if orbit.ending == "reached" and _left_the_chart(orbit):
         orbit = replace(orbit, ending="singular")
-    if orbit.ending == "singular" and chosen.precision != "double":  # it only prepares the run
+    if orbit.ending == "singular" and chosen.precision != "double":  # more bits may go on
         orbit = replace(orbit, ending="reached", end=span(scene, closed_form_of(scene)))
     trajectory = Trajectory(
         scene=scene,
@@ -137,7 +137,7 @@ def _left_the_chart(orbit: Orbit) -> bool:
 def in_decimals(
     trajectory: Trajectory, progress: Progress | None, before: Decimals | None = None
 ) -> Trajectory:
-    """Return a trajectory in the precision of its plan, which its run in doubles has prepared.
+    """Return a trajectory in the precision of its plan, beside its run in doubles.
 
     Parameters
     ----------

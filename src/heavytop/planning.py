@@ -201,7 +201,7 @@ def _precise(scene: Scene, found: Plan, bits: int) -> Plan:
     if bits > MOST_BITS:
         rule = f"over this span they take {bits:.3g} bits, and {MOST_BITS} are the most"
         raise BadScene((Fault(scene.name, None, "want.digits", str(scene.digits), rule),))
-    events = "events found in doubles, then refined"
+    events = "events are looked for where the closed form has them"
     reason = f"{named(bits)}: for {scene.digits} digits at the end; {events}"
     precise = replace(found, precision=named(bits), tolerance=2.0 ** (1 - bits))
     return replace(precise, reasons=(*found.reasons, reason))

@@ -226,9 +226,10 @@ def _of_cubic(ctx: Context, state: State, p: Parameters, variant: Variant) -> Re
     """Return the motion through w and wdot of the cubic that the run integrates."""
     w, wdot = (ctx.mpf(x) for x in state)
     side = 1 if variant == "top" else -1
-    if not w:  # on the pole itself, where wdot is zero whatever the speed
-        speed = ctx.sqrt(p["k_0"])
-        pole = (ctx.mpf(0) if side > 0 else ctx.pi, 0, 0, side * speed, 0)
+    if w in (0, 2):  # on a pole itself, where wdot is zero whatever the speed
+        up = side if not w else -side
+        speed = ctx.sqrt(abs(p["k_0"] + w * (p["k_1"] + w * p["k_2"])))
+        pole = (ctx.mpf(0) if up > 0 else ctx.pi, 0, 0, up * speed, 0)
         return Reduced.from_angles(ctx, 1, 1, p["g"], *pole, omega3=p["n"])
     sine = ctx.sqrt(w * (2 - w))
     theta = 2 * ctx.asin(ctx.sqrt(w / 2))

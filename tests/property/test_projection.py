@@ -116,6 +116,7 @@ def test_residuals_are_long_doubles():
     assert 0 < max(bits) < 2.0**-62
 
 
+@pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
 def test_the_axis_form_keeps_its_energy():
     wanted = scene(10_000.3, "want.events=[]")
     runs = (ht.propagate(wanted, formulation="axis", projected=p) for p in (False, True))
@@ -128,6 +129,7 @@ def rms_energy(run):
     return float(np.sqrt(np.mean((energy / energy[0] - 1) ** 2)))
 
 
+@pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
 @pytest.mark.parametrize("formulation", ["axis", "cubic"])
 def test_phase_only_wanders(formulation):
     """RMS over neighbouring starts of the phase error of the kicked top, 3000 periods."""

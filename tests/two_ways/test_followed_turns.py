@@ -121,7 +121,7 @@ def test_a_wrong_turn_is_known_in_decimals_and_in_doubles():
 
 
 def test_missed_digits_are_warned_of(monkeypatch):
-    monkeypatch.setattr("heavytop.propagation.doubtful_digits", lambda _: "14 digits are not met")
+    monkeypatch.setattr("heavytop.doubts.doubtful_digits", lambda _: "14 digits are not met")
     assert issubclass(MissedDigitsWarning, DoubtfulWarning)
     scene = _scene({"theta": "1", "omega3": "3"}, "2")
     for formulation in ("auto", "attitude"):

@@ -335,6 +335,7 @@ def test_a_miscount_is_named_and_a_right_count_is_not():
         ht.propagate(cases()["kick-1e-9"].scene)
 
 
+@pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
 def test_the_time_is_named_at_which_doubles_have_lost_the_vertical():
     scene = cases()["separatrix-3000"].scene
     chosen = plan(scene)

@@ -1,4 +1,4 @@
-"""A run in more than double precision, beside the one in doubles that knows the events."""
+"""A run in more than double precision, beside one in doubles."""
 
 from __future__ import annotations
 

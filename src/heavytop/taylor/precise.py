@@ -2,8 +2,8 @@
 
 Numbers enter and leave as decimal texts; inside they are numpy long doubles or heyoka's reals
 (MPFR). Steps are natural ones, so samples change nothing. Events are not watched in the loop,
-where high orders would take gigabytes to compile: a run in double precision knows them all, and
-each is polished here, by Newton's method on the Taylor polynomials of the step that holds it.
+where high orders would take gigabytes to compile: whoever knows about when they are asks for them,
+and each is polished here, by Newton's method on the Taylor polynomials of the step that holds it.
 """
 
 from __future__ import annotations

@@ -1,0 +1,175 @@
+"""Random runs by every door: in doubles by each form's name, in more digits, and continued.
+
+Each is held against the closed form at more digits than it has. A miss is a count of events that
+is not the true one, or a digit that was asked for and is not there, where the call said nothing.
+Reversals are counted here by the signs of φ̇ at the turning points and at the ends.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import random
+import warnings
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+from typing import Any
+
+import fuzz
+
+import heavytop as ht
+from heavytop.errors import BadScene, EndedEarly
+
+ALL = ("turning", "reversal", "cusp")
+FORMS = ("axis", "attitude", "cubic", "routh", "subsystem", "lagrange")
+REGULAR = ("axis", "attitude", "cubic", "auto")  # at the poles
+STEPS = 30_000  # of forms that are singular there
+SPARE = 20  # digits of what is held against, beyond those of a run
+WAYS = ("doubles", "more", "extended")
+
+
+def misses(seed: int, count: int, ways: tuple[str, ...] = WAYS) -> list[str]:
+    """Return a line for each scene on which a call is wrong, and does not say so."""
+    found = []
+    for number, scene in enumerate(fuzz.scenes(seed, count)):
+        way = ways[number // 8 % len(ways)]  # each family goes every way
+        lines = WAY[way](scene, random.Random(f"{way} {scene.name}"))
+        about = f"{scene.top}, {scene.start}, {scene.time} s"
+        found += [f"{scene.name} {way} {line}; {about}" for line in lines]
+    return found
+
+
+def _doubles(scene: ht.Scene, _draw: random.Random) -> Iterator[str]:
+    for form in FORMS:
+        yield from _judged(form, _wanting(scene, form, 12), lambda s, f=form: _run(s, f))
+
+
+def _more(scene: ht.Scene, draw: random.Random) -> Iterator[str]:
+    form, digits = draw.choice(REGULAR), draw.choice((14, 15, 20, 24, 30, 40))
+    run: Callable[[ht.Scene], Any] = lambda s: _run(s, form)  # noqa: E731
+    yield from _judged(f"{form} {digits}", _wanting(scene, form, digits), run)
+
+
+def _extended(scene: ht.Scene, draw: random.Random) -> Iterator[str]:
+    form, digits = draw.choice((*FORMS, "auto")), draw.choice((8, 12, 12, 20))
+    part = draw.choice((0.5, 0.01)) * float(scene.time)
+
+    def run(whole: ht.Scene) -> Any:
+        with warnings.catch_warnings():  # of the part
+            warnings.simplefilter("ignore")
+            first = _run(_like(whole, part), form)
+        return ht.extend(first, whole.time, samples=16)
+
+    yield from _judged(f"{form} {digits}", _wanting(scene, form, digits), run)
+
+
+WAY = {"doubles": _doubles, "more": _more, "extended": _extended}
+
+
+def _run(scene: ht.Scene, form: str) -> Any:
+    limit = None if form in REGULAR else STEPS
+    return ht.propagate(scene, formulation=form, step_limit=limit)
+
+
+def _wanting(scene: ht.Scene, form: str, digits: int) -> ht.Scene:
+    wants = ("theta",) if form == "cubic" else ("theta", "phi", "psi")
+    return ht.Scene(
+        scene.top, scene.start, time=scene.time, quantities=wants, events=ALL, samples=9,
+        digits=digits, name=scene.name,
+    )  # fmt: skip
+
+
+def _like(scene: ht.Scene, time: float) -> ht.Scene:
+    return ht.Scene(
+        scene.top, scene.start, time=time, quantities=scene.quantities, events=ALL, samples=9,
+        digits=scene.digits, name=scene.name,
+    )  # fmt: skip
+
+
+def _judged(what: str, scene: ht.Scene, run: Callable[[ht.Scene], Any]) -> Iterator[str]:
+    """Yield what is wrong with a run, and was not said."""
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        try:
+            found = run(scene)
+        except (BadScene, EndedEarly):  # which says so
+            return
+        except Exception as error:
+            yield f"{what}: raised {type(error).__name__}: {error}"
+            return
+    said = [each.message for each in heard if issubclass(each.category, ht.DoubtfulWarning)]
+    if not any(isinstance(each, ht.MissedDigitsWarning) for each in said):
+        yield from (f"{what}: {line}" for line in _digits_missed(scene, found) if not said)
+    if not any("events: " in str(each) for each in said):
+        yield from (f"{what}: {line}" for line in _events_missed(scene, found) if not said)
+
+
+def _digits_missed(scene: ht.Scene, found: Any) -> Iterator[str]:
+    motion = ht.Motion(scene.top, scene.start)
+    form = motion.form(scene.digits + SPARE)
+    ctx, bound = form.ctx, 10.0**-scene.digits
+    passing = str(motion.kind) in ("through-top", "through-bottom", "planar-pendulum")
+    end = form(ctx.mpf(found.t[-1]))
+    sizes = {name: max(1, abs(getattr(end, name))) for name in scene.quantities}
+    for k in range(len(found.t)):
+        sample = found.decimals.samples[k] if found.decimals else found.samples.at(k)
+        exact = form(ctx.mpf(sample.t))
+        for name in scene.quantities:
+            mine, true = getattr(sample, name), getattr(exact, name)
+            if mine is None:  # on a pole, in more digits
+                continue
+            off = ctx.mpf(mine) - true
+            if passing and name != "theta":  # either way round
+                off -= 2 * ctx.pi * ctx.nint(off / (2 * ctx.pi))
+            if not abs(off) <= bound * sizes[name]:
+                yield f"{name} off by {float(off):.1e} of {bound:.0e} at {float(sample.t):.6g} s"
+                return
+
+
+def _events_missed(scene: ht.Scene, found: Any) -> Iterator[str]:
+    blur = 1e-9 if found.decimals is None else 10.0**-scene.digits
+    end = scene.time.mpf(ht.Motion(scene.top, scene.start).form(100).ctx)
+    counts = [true_counts(scene, end, side * blur) for side in (-1, 1)]
+    if None in counts:
+        return
+    for name in ALL:
+        low, high = (each[name] for each in counts)
+        if not low <= found.events.count(name) <= high:
+            yield f"{found.events.count(name)} {name}, not {low}" + f" to {high}" * (low < high)
+
+
+def true_counts(scene: ht.Scene, end: Any, slack: float) -> dict[str, int] | None:
+    """Return how many events there are up to so much of a period and of the span beyond its end."""
+    motion = ht.Motion(scene.top, scene.start)
+    form = motion.form(100)
+    ctx, first, period = form.ctx, form.lower_turning, form.period
+    if period is None or str(motion.kind) == "undecided":
+        return None
+    sign = 1 if end >= 0 else -1
+    late, tiny = max(abs(end) + slack * (abs(end) + period), 0), ctx.mpf(10) ** -60 * period
+    low, half = math.ceil((-tiny - sign * first) / (period / 2)), period / 2
+    turning = []
+    while (t := sign * first + low * half) <= late:
+        turning.append((t, low % 2 == 0))
+        low += 1
+    cusps = sum(not lower for _, lower in turning) if str(motion.kind) == "cusps" else 0
+    reversals = 0
+    if str(motion.kind) in ("loops", "waves", "force-free"):
+        ways = [form(sign * t).phidot for t in (tiny, *(t for t, _ in turning if t > tiny), late)]
+        reversals = sum((a > 0) != (b > 0) for a, b in pairwise(ways))
+        reversals += scene.start.phidot.sign() == 0
+    return {"turning": len(turning), "reversal": reversals, "cusp": cusps}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--count", type=int, default=500)
+    parser.add_argument("--ways", default=",".join(WAYS))
+    given = parser.parse_args()
+    found = misses(given.seed, given.count, tuple(given.ways.split(",")))
+    print("\n".join([*found, f"{len(found)} misses in {given.count} scenes"]))
+
+
+if __name__ == "__main__":
+    main()
