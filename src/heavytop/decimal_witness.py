@@ -20,7 +20,7 @@ from heavytop.theory.closed_form import MPForm
 from heavytop.theory.precision import Context, Number, context
 from heavytop.theory.reduced import Reduced
 from heavytop.trajectory import Trajectory
-from heavytop.witness import THROUGH_A_POLE, Errors, motion_of
+from heavytop.witness import Errors, motion_of, passes
 
 LOOKED_AT = 8  # samples, and as many events
 SPARE_DIGITS = 10  # of the closed form
@@ -52,11 +52,11 @@ def decimal_errors(trajectory: Trajectory) -> DecimalErrors:
     ctx = context(decimals.run.reader.ctx.dps + SPARE_DIGITS)
     try:
         own = _own(trajectory, ctx)
-        truth = MPForm(own, decimals.digits + SPARE_DIGITS)
+        truth = MPForm(own, decimals.digits + SPARE_DIGITS, passes(trajectory))
         pairs = [(sample, truth(ctx.mpf(sample.t))) for sample in _some(decimals.samples)]
     except NoClosedForm as reason:
         return DecimalErrors({}, energy, invariants, why_not=str(reason))
-    apart = _Apart(ctx, closed_form_of(trajectory.scene).kind in THROUGH_A_POLE)
+    apart = _Apart(ctx)
     exactly = closed_form_of(trajectory.scene).form(decimals.digits + SPARE_DIGITS)
     last = exactly(ctx.mpf(decimals.samples[-1].t))
     wants = [n for n in ANGLES if n == "theta" or n in trajectory.scene.quantities]
@@ -112,7 +112,7 @@ def _off_exactly(trajectory: Trajectory, names: Iterable[str]) -> dict[str, Any]
     """Return how far a trajectory is off the motion of the scene's exact numbers."""
     decimals, motion = _decimals(trajectory), closed_form_of(trajectory.scene)
     ctx, truth = decimals.run.reader.ctx, motion.form(decimals.digits + SPARE_DIGITS)
-    apart = _Apart(ctx, motion.kind in THROUGH_A_POLE)
+    apart = _Apart(ctx)
     pairs = [(sample, truth(ctx.mpf(sample.t))) for sample in _some(decimals.samples)]
     return {
         name: _largest(
@@ -124,17 +124,15 @@ def _off_exactly(trajectory: Trajectory, names: Iterable[str]) -> dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class _Apart:
-    """Differences of two records; through a pole phi may have turned either way."""
+    """Differences of two records."""
 
     ctx: Context
-    through_a_pole: bool
 
     def angle(self, name: str, one: Record, other: Record) -> Number | None:
         a, b = getattr(one, name), getattr(other, name)
         if a is None:
             return None
-        turn, off = 2 * self.ctx.pi, self.ctx.mpf(a) - b
-        return abs(off - turn * self.ctx.nint(off / turn) if self.through_a_pole else off)
+        return abs(self.ctx.mpf(a) - b)
 
     def axis(self, one: Record, other: Record) -> Number | None:
         if one.axis is None:

@@ -93,6 +93,6 @@ def _off_at_a_glance(trajectory: Trajectory) -> bool:
         if name in wants:
             end = abs(float(getattr(run, name)[-1]))
             off = abs(getattr(run, name)[some] - getattr(exact, name))
-            if (off > bound * max(1.0, end)).any():
+            if not (off <= bound * max(1.0, end)).all():
                 return True
-    return "axis" in wants and bool((abs(run.axis[some] - exact.axis) > bound / 2).any())
+    return "axis" in wants and not (abs(run.axis[some] - exact.axis) <= bound / 2).all()

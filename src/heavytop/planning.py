@@ -240,6 +240,7 @@ def _check(scene: Scene, formulation: str) -> None:
     faults = [*_unknown(scene, formulation)]
     if not faults:
         faults += [*_not_given(scene, formulation), *_at_a_pole(scene, formulation)]
+        faults += _through_both_poles(scene, formulation)
     if faults:
         raise BadScene(tuple(faults))
 
@@ -266,6 +267,16 @@ def _at_a_pole(scene: Scene, formulation: str) -> Iterator[Fault]:
     if at_pole and not LADDER[formulation].starts_at_pole:
         rule = f"the {formulation} form cannot start at a pole; axis, attitude and cubic can"
         yield Fault(scene.name, None, "start.theta", str(scene.start.theta), rule)
+
+
+def _through_both_poles(scene: Scene, formulation: str) -> Iterator[Fault]:
+    """Refuse psi in the axis form where it jumps by whole turns that neither quadrature has."""
+    motion = closed_form_of(scene)
+    through_both = motion.nutates and motion.from_top == motion.from_bottom == 0
+    if formulation == "axis" and through_both and frozenset(scene.quantities) & NEEDS_PSI:
+        rule = "the axis form does not give psi of an axis that passes through both poles"
+        wants = ", ".join(scene.quantities)
+        yield Fault(scene.name, None, "want.quantities", wants, f"{rule}; the attitude form does")
 
 
 def _watched(scene: Scene, motion: Motion, end: float) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -360,7 +371,7 @@ def _axis(
     reasons: list[str] = []
     variant = None
     if wants & NEEDS_PSI:
-        variant, reason = _quadrature(motion)
+        variant, reason = _quadrature(motion, scene.top)
         reasons.append(reason)
     follows_phi = bool(wants & NEEDS_PHI)
     if follows_phi:
@@ -394,8 +405,10 @@ def _attitude(
     )
 
 
-def _quadrature(motion: Motion) -> tuple[str, str]:
-    if motion.from_bottom >= motion.from_top:
+def _quadrature(motion: Motion, top: Top) -> tuple[str, str]:
+    """The quadrature regular at the pole that is passed; one where V is highest is only neared."""
+    aside = motion.from_bottom > motion.from_top
+    if aside or (motion.from_bottom == motion.from_top and (top.gMR.sign() or 0) <= 0):
         return "sigma", "psi by quadrature of (phi + psi)', regular at the top, less its mean"
     return "delta", "psi by quadrature of (phi - psi)', regular at the bottom, less its mean"
 

@@ -137,18 +137,22 @@ def _attitude(full: dict[str, Array], phi: Array) -> Array:
 
 
 def _limits_at_poles(full: dict[str, Array], parameters: dict[str, float]) -> dict[str, Array]:
-    """Return the rates of the axis form where the axis is exactly vertical, and phi undefined.
+    """Return the rates where the axis is exactly vertical, and phi undefined.
 
     A passing axis leaves with the speed it has, phi turning as its regular term says; where the
     axis rests, phi stays and psi takes all the spin.
     """
     pole = np.isnan(full["phidot"])
-    if not pole.any() or "kappa" not in parameters:
+    if not pole.any() or not {"kappa", "k_0"} & set(parameters):
         return {}
     up = full["axis_z"] > 0
-    kappa = parameters["kappa"]
-    tilting = np.hypot(*(full[f"omega_{x}"] - kappa * full[f"axis_{x}"] for x in "xy"))
-    regular = np.where(up, parameters["P_plus"], parameters["P_minus"]) / 4
+    if "k_0" in parameters:  # the cubic form
+        tilting = np.sqrt(np.maximum(parameters["k_0"], 0.0))
+        regular = np.where(up, parameters["n"], -parameters["n"]) / 2
+    else:
+        kappa = parameters["kappa"]
+        tilting = np.hypot(*(full[f"omega_{x}"] - kappa * full[f"axis_{x}"] for x in "xy"))
+        regular = np.where(up, parameters["P_plus"], parameters["P_minus"]) / 4
     phidot = np.where(pole, np.where(tilting > 0, regular, 0.0), full["phidot"])
     thetadot = np.where(pole, np.where(up, tilting, -tilting), full["thetadot"])
     psidot = np.where(pole, parameters["omega3"] - phidot * full["axis_z"], full["psidot"])

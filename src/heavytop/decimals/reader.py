@@ -8,15 +8,17 @@ from functools import cached_property
 from typing import Any
 
 from heavytop.models.attitude_form import q_0, q_1, q_2, q_3
-from heavytop.models.axis_form import e_x, e_y, e_z, l_x, l_y
+from heavytop.models.axis_form import e_x, e_y, e_z, l_x, l_y, l_z
 from heavytop.models.formulation import Formulation, spin, time, turned_phi
 from heavytop.models.typed import typed_function
 from heavytop.taylor.following import Told
 from heavytop.taylor.precise import Found
+from heavytop.taylor.turning import Pair, arm_rates
 from heavytop.theory.precision import Context, Number
 
 Values = dict[Any, Any]
 Named = dict[str, Number | None]
+_AXIS, _MOMENTUM, _QUATERNION = (e_x, e_y, e_z), (l_x, l_y, l_z), (q_0, q_1, q_2, q_3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +68,8 @@ class Reader:
         Of more digits than the states.
     parameters : mapping from str to mpf
     grain : mpf
-        How well a state is known. Closer to a pole, phi and psi are not known apart: None.
+        How well a state is known, once it may have drifted. Closer to a pole phi is that before or
+        after the pass.
     """
 
     form: Formulation
@@ -146,26 +149,45 @@ class Reader:
         return {name: self.function(expression) for name, expression in wanted.items()}
 
     def _phi(self, values: Values, phi: float) -> Number | None:
-        """Return phi of the axis; on a pole that in which the axis leaves, or that of the start."""
+        """Return phi of the axis; where it stays on a pole, that of the start."""
         if phi != phi:  # not followed
             return None
-        x, y = values[e_x], values[e_y]
-        if not x and not y:
-            x, y = values[l_y] * values[e_z], -values[l_x] * values[e_z]
-            if not x and not y:
-                return self.parameters["phi_0"]
-        elif max(abs(x), abs(y)) < self.grain:
-            return None
-        return self._nearest(self.ctx.atan2(x, -y), phi)
+        (x, y, z), (p, q, r) = ((values[s] for s in row) for row in (_AXIS, _MOMENTUM))
+        own = self.parameters["P_minus" if z > 0 else "P_plus"]
+        rate = q * z - r * y, r * x - p * z
+        argument = self._argument((-y, x), (-rate[1], rate[0]), own, values)
+        return self.parameters["phi_0"] if argument is None else self._nearest(argument, phi)
 
-    def _turned(self, values: Values, phi: float, psi: float) -> tuple[Any, Any]:
-        """Return phi and psi, less its uniform part, of a quaternion."""
-        halves = ((values[q_3], values[q_0]), (values[q_2], values[q_1]))
-        if any(max(map(abs, half)) < self.grain for half in halves):
-            return None, None
-        plus = self.ctx.atan2(values[q_3], values[q_0])
-        minus = self.ctx.atan2(values[q_2], values[q_1])
+    def _turned(self, values: Values, phi: float, psi: float) -> tuple[Number, Number]:
+        """Return phi and psi, less its uniform part, of a quaternion, as `turns` has them."""
+        state = [values[s] for s in (*_QUATERNION, *_MOMENTUM[:2])]
+        arms = ((state[0], state[3]), (state[1], state[2]))
+        rates = arm_rates(state, values[l_z])
+        momenta = (self.parameters[name] / 4 for name in ("P_plus", "P_minus"))
+        each = zip(arms, rates, momenta, strict=True)
+        plus, minus = (self._argument(*arm, values) for arm in each)
+        if plus is None:  # on the vertical phi stays
+            plus = self.parameters["phi_0"] - minus
+        elif minus is None:
+            minus = self.parameters["phi_0"] - plus
         return self._nearest(plus + minus, phi), self._nearest(plus - minus, psi)
+
+    def _argument(self, z: Pair, rate: Pair, momentum: Number, values: Values) -> Number | None:
+        """Return the argument of z; None where it vanishes and stays.
+
+        In a pass that the state does not tell, having another angular momentum than it should, it
+        is what it was before or will be after.
+        """
+        ctx, (x, y), (p, q) = self.ctx, z, rate
+        size, speed = ctx.hypot(x, y), ctx.hypot(p, q)
+        if not size and not speed:
+            return None
+        fastest = ctx.sqrt(sum(values[s] ** 2 for s in _MOMENTUM) + 8 * abs(self.parameters["g"]))
+        near = size < self.grain and size * fastest <= speed
+        drifted = abs(x * q - y * p - momentum) >= abs(momentum) / 2
+        if near and drifted and 2 * abs(momentum) < self.grain * speed:
+            return ctx.atan2(-q, -p) if x * p + y * q < 0 else ctx.atan2(q, p)
+        return ctx.atan2(y, x)
 
     def _nearest(self, principal: Number, near: float) -> Number:
         turn = 2 * self.ctx.pi
@@ -173,13 +195,16 @@ class Reader:
 
     def _limits_at_pole(self, full: Named) -> Named:
         """Return the rates where the axis is exactly vertical, as `quantities` has them."""
-        if full["phidot"] is not None or "kappa" not in self.parameters:
+        if full["phidot"] is not None:
             return {}
         height: Number = full["axis_z"]
         p, up = self.parameters, height > 0
-        across = (full[f"omega_{x}"] - p["kappa"] * full[f"axis_{x}"] for x in "xy")
-        tilting = self.ctx.hypot(*across)
-        phidot = p["P_plus" if up else "P_minus"] / 4 if tilting else self.ctx.zero
+        if "k_0" in p:  # the cubic form
+            tilting, regular = self.ctx.sqrt(max(p["k_0"], 0)), p["n"] / 2 if up else -p["n"] / 2
+        else:
+            across = (full[f"omega_{x}"] - p["kappa"] * full[f"axis_{x}"] for x in "xy")
+            tilting, regular = self.ctx.hypot(*across), p["P_plus" if up else "P_minus"] / 4
+        phidot = regular if tilting else self.ctx.zero
         return {
             "phidot": phidot,
             "thetadot": tilting if up else -tilting,

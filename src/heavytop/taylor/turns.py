@@ -95,9 +95,7 @@ class Turns:
         lean = alpha.lean(a[0]), beta.lean(b[0])
         first = first[0] + lean[0] + lean[1], first[1] + lean[0] - lean[1]
         if not (alpha.aside and beta.aside):
-            slow = self.grain * math.sqrt(self.stiffness(rows[0]))
-            rests = alpha.resting(slow), beta.resting(slow)
-            a, b, da, db = _upright(rests, a, b, da, db, first[0])
+            a, b, da, db = _upright((alpha.resting, beta.resting), a, b, da, db, first[0])
         phi, psi = (_summed(*x) for x in zip(first, (da + db, da - db), strict=True))
         return np.stack((_nearest(a + b, phi), _nearest(a - b, psi)), axis=-1)
 
@@ -113,22 +111,23 @@ class Turns:
     def _arms(self, rows: Array) -> tuple[_Arm, _Arm]:
         q_0, q_1, q_2, q_3, l_x, l_y = rows[:, :6].T
         alpha, beta, w = q_0 + 1j * q_3, q_1 + 1j * q_2, l_x + 1j * l_y
+        fastest = math.sqrt(self.stiffness(rows[0]))
         return (
-            _Arm(alpha, -w * beta.conj(), self.l_z, self.P_plus, self.grain, self.close),
-            _Arm(beta, w * alpha.conj(), self.l_z, self.P_minus, self.grain, self.close),
+            _Arm(alpha, -w * beta.conj(), self.l_z, self.P_plus, fastest, self.close),
+            _Arm(beta, w * alpha.conj(), self.l_z, self.P_minus, fastest, self.close),
         )
 
 
 class _Arm:
     """alpha or beta at some times; P is four times its angular momentum.
 
-    Its rate is half of i l_z z + push.
+    Its rate is half of i l_z z + push, and changes at `fastest` [rad/s].
     """
 
     def __init__(
-        self, z: Complex, push: Complex, l_z: float, P: float, grain: float, close: float
+        self, z: Complex, push: Complex, l_z: float, P: float, fastest: float, close: float
     ) -> None:
-        self.z, self.P, self.grain, self.close = z, P, grain, close
+        self.z, self.P, self.fastest, self.close = z, P, fastest, close
         self.size = np.abs(z)
         self.aside = bool(self.size.min() > close)
         self._push, self._l_z = push, l_z
@@ -152,19 +151,24 @@ class _Arm:
     def argument(self, close: float) -> Array:
         """Return the argument; so close to the pole as that, what it was before or will be after.
 
-        A pass at a distance of |P|/4|rate| is not told by a state that has drifted, but by the
-        constants of the motion: up to the pole the argument stays, and there it jumps.
+        A pass at a distance of |P|/4|rate| is not told by a state that has drifted, whose angular
+        momentum is another one, but by the constants of the motion: up to the pole the argument
+        stays, and there it jumps.
         """
         if self.aside:
             return np.angle(self.z)
-        rate = self.rate
-        passing = (self.size < close) & (abs(self.P) < 2 * self.close * np.abs(rate))
+        rate, speed = self.rate, np.abs(self.rate)
+        drifted = np.abs(4 * (self.z.conj() * rate).imag - self.P) >= abs(self.P) / 2
+        passing = drifted & (self.size < close) & (self.size * self.fastest < speed)
+        passing &= abs(self.P) < 2 * self.close * speed
         before = (self.z.conj() * rate).real < 0
         return np.angle(np.where(passing, np.where(before, -rate, rate), self.z))
 
-    def resting(self, slow: float) -> Mask:
+    @property
+    def resting(self) -> Mask:
         """Tell where it vanishes and stays: the axis is on the vertical."""
-        return (self.size < self.grain) & (np.abs(self.rate) < slow)
+        vanishing: Mask = (self.z == 0) & (self.rate == 0)
+        return vanishing
 
     def behind(self, half: float) -> float:
         """Return what to add to the argument at a start, for it to be that in which it leaves."""

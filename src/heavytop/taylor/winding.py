@@ -153,7 +153,7 @@ class Winding:
     def on_branch(self, rows: Array, phi: Array) -> Array:
         """Return the azimuths of the rows, on the branch nearest to phi; on the vertical, phi."""
         principal = azimuth(rows)
-        upright = np.max(np.abs(rows[:, (0, 1, 3, 4)]), axis=1) < self.grain
+        upright = ~rows[:, (0, 1, 3, 4)].any(axis=1)
         turns = np.round((phi - principal) / (2 * np.pi))
         return np.where(upright, phi, principal + 2 * np.pi * turns)
 
@@ -181,14 +181,13 @@ class Winding:
         """Tell where the path goes: beside the pole, across it, or nowhere at all.
 
         Beside: it can be pulled straight. Across: it is straight, and so close to the pole that
-        not the state, with its errors, but the constants of the motion must say on which side.
-        Nowhere: it stays on the vertical within rounding, and phi stays what it was.
+        not the state, which has drifted, but the constants of the motion must say on which side.
+        Nowhere: it stays on the vertical, and phi stays what it was.
         """
         z, w = rows[:, 0] + 1j * rows[:, 1], rows[:, 3] + 1j * rows[:, 4]
         half, mu = np.abs(dt) / 2, np.sqrt(abs(self.g))
         with np.errstate(over="ignore"):  # a step so long decides nothing, and is divided
             grown, mixed = np.cosh(mu * half), _sinhc(mu * half) * half
-            widest = np.exp(np.abs(dt) * mu)
         sizes_z, sizes_w = (np.maximum(np.abs(x[:-1]), np.abs(x[1:])) for x in (z, w))
         with np.errstate(over="ignore", invalid="ignore"):
             largest_z = sizes_z * grown + sizes_w * mixed
@@ -197,10 +196,19 @@ class Winding:
             acceleration += (abs(self.l_z) + largest_w * largest_z) * largest_w
             stray = dt * dt * acceleration / 8
         distance = _distance_from_origin(z[:-1], z[1:])
-        close = distance < self.close
+        drifted = self._drifted(z, w, rows[:, 2])
+        close = (distance < self.close) & (drifted[:-1] | drifted[1:])
         across = close & (stray < STRAIGHT * np.abs(np.diff(z)))
-        resting = (sizes_z + np.abs(dt) * sizes_w) * widest < self.grain
-        return (distance > stray + self.grain) & ~close, across, resting
+        resting = (sizes_z == 0) & (sizes_w == 0)
+        return (distance > stray + self.grain * sizes_z) & ~close, across, resting
+
+    def _drifted(self, z: Any, w: Any, u: Array) -> Mask:
+        """Tell where phi' sin^2 theta is off the constants by half the pole's own term of it."""
+        own = np.where(u > 0, self.P_minus, self.P_plus)
+        other, far = self.P_plus + self.P_minus - own, 1 + np.abs(u)
+        said = (own * far + other * np.abs(z) ** 2 / far) / 2
+        seen = self.l_z * np.abs(z) ** 2 - u * (z.conj() * w).real
+        return np.abs(seen - said) >= np.abs(own) / 2  # type: ignore[no-any-return]
 
 
 def _telling(rows: Array, close: float) -> Array:
