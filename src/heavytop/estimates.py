@@ -19,7 +19,6 @@ from heavytop.taylor.bits import DOUBLE, LONG_DOUBLE
 from heavytop.theory.closed_form import Asymptotic
 
 UNIT: Final = 2.0**-53
-PI: Final = math.pi
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +72,7 @@ TURNED: Final = 12.0  # and of N^{1/2}: how far the whole motion turns away, wer
 PINNED: Final = 6.0  # projected
 LONG_DOUBLE_MS: Final = 0.3  # a period in long doubles,
 MPFR_MS: Final = 9.0  # and in 128 bits; it grows a little faster than their square
+HEAVY: Final = 2400.0  # bits, beyond which it grows as their cube
 SHORT_S: Final = 60.0  # below which a time is told in seconds
 LONGER: Final = ((31_557_600, "years"), (86_400, "days"), (3600, "h"), (60, "min"))
 EVENT_MS: Final = 1.3  # to polish one beyond doubles, and to read it,
@@ -147,11 +147,9 @@ def most_steps(motion: Motion, span: float) -> int:
     return int(SPARE_STEPS + STEPS * periods_of(motion, span))
 
 
-def closeness(motion: Motion) -> float:
-    """How near a pole the axis comes, beside how far from it [1]: forms singular there feel it."""
-    top, bottom = (motion.theta_min, motion.theta_max), (motion.from_bottom, PI - motion.theta_min)
-    near, far = min(top, bottom)
-    return near / far if far else 1.0
+def _nearest(motion: Motion) -> float:
+    """How near a pole the axis comes, at most 1 [rad]."""
+    return min(motion.from_top, motion.from_bottom, 1.0)
 
 
 def _seconds(
@@ -160,11 +158,11 @@ def _seconds(
     turned = formulation == "axis" and bool({"psi", "attitude"} & set(scene.quantities))
     each = RATES[formulation].microseconds + QUADRATURE_US * turned
     if formulation in SINGULAR:  # where time scales follow one another down to the pass, and back
-        each *= 1 - math.log10(max(closeness(motion), UNIT))
+        each *= 1 - math.log10(max(_nearest(motion), UNIT))
     each *= (PROJECTED if projected else 1.0) * (WATCHED if scene.events else 1.0)
     sampled = SAMPLE_US
     if bits > DOUBLE:
-        longer = MPFR_MS * (bits / 128) ** 2.2
+        longer = MPFR_MS * (bits / 128) ** 2.2 * max(1.0, bits / HEAVY)
         each += 1e3 * (LONG_DOUBLE_MS if bits == LONG_DOUBLE else longer)
         each += 1e3 * EVENT_MS * _events_in_a_period(scene, motion)
         sampled += 1e3 * READ_MS
@@ -190,8 +188,8 @@ def _error(
     here = UNIT * LOCAL * growth(motion, span)
     if formulation == "cubic":  # theta from a height
         here /= min(1.0, max(math.sqrt(UNIT), min(motion.from_top, motion.from_bottom)))
-    if formulation in SINGULAR:  # at a pass, θ has the digits that it has beside one
-        here /= max(closeness(motion), here / MOST_ERROR)
+    if formulation in SINGULAR:  # beside a pole, θ has the digits that it has beside one
+        here *= (1 + count) / max(_nearest(motion), 1 / MOST_ERROR)
     aside = UNIT * (PINNED if projected else TURNED) * math.sqrt(count) * growth(motion, span)
     phase = late * quickest(scene.quantities, motion, span)
     return min(here + max(phase, aside), MOST_ERROR)

@@ -7,7 +7,8 @@ import sys
 import time
 
 import pytest
-from processes import soon
+
+from .processes import soon
 
 BEGIN = "import signal, pathlib, sys; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
 SICM = "A=3.28e-4, C=6.6e-5, gMR=0.0456, theta=[0.1] * 300, psidot=140"
@@ -29,7 +30,7 @@ def test_ctrl_c_ends_it_within_a_second(call, tmp_path):
     run = subprocess.Popen([sys.executable, "-W", "ignore", "-c", code], stderr=subprocess.PIPE)
     try:
         soon(ready)
-        time.sleep(4)
+        time.sleep(2)
         assert run.poll() is None
         os.kill(run.pid, signal.SIGINT)
         began = time.monotonic()

@@ -16,7 +16,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
@@ -214,9 +213,7 @@ class Folding(Precise):
 
     def _stepped(self, count: int) -> Real:
         """Take a step and return its length [s]."""
-        outcome, length = self._taylor.step(self._apart, write_tc=True)
-        if outcome not in (hy.taylor_outcome.success, hy.taylor_outcome.time_limit):
-            raise Unfinished(str(outcome))
+        length = self._step(self._apart)
         if count > MOST_STEPS:
             raise Unfinished(f"no turning point in {MOST_STEPS} steps")
         return length

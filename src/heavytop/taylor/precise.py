@@ -12,7 +12,9 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
+from threading import Thread
 from typing import Any
 
 import heyoka as hy
@@ -25,11 +27,29 @@ from heavytop.taylor.following import NOT_TOLD, Following, Told, Trail
 from heavytop.taylor.pace import least_pace, unit_of
 from heavytop.taylor.units import InTrueUnits
 
+HEAVY = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000
+DONE = frozenset(
+    getattr(hy.taylor_outcome, name) for name in ("success", "time_limit", "step_limit")
+)
 MARK = 64  # steps between the states that are kept
 MOST_ITERATIONS = 100
 _FUNCTIONS = {"sin": np.sin, "cos": np.cos, "sqrt": np.sqrt, "atan2": np.arctan2}
 
 hy.set_logger_level_critical()  # heyoka logs to stdout, which belongs to the results
+
+
+def apart(call: Callable[[], Any]) -> Any:
+    """Return what a long call returns; Ctrl-C leaves it to itself, and it ends with the process."""
+    result: Future[Any] = Future()
+
+    def work() -> None:
+        try:
+            result.set_result(call())
+        except BaseException as error:
+            result.set_exception(error)
+
+    Thread(target=work, daemon=True).start()
+    return result.result()
 
 
 class Unfinished(ArithmeticError):
@@ -217,16 +237,14 @@ class Precise:
         if not self.hardware:  # without compact mode compiling takes minutes
             number_type = {"fp_type": hy.real, "prec": self.bits, "compact_mode": True}
         own = [unit for unit in units if unit != 1][:1]
-        taylor = hy.taylor_adaptive(
-            list(zip(equations.states, equations.derivatives, strict=True)),
-            [self.number("0")] * len(equations.states),
-            pars=[
-                *(self._constants[name] for name in equations.loaded),
-                *(self.number(repr(x)) for unit in own for x in (unit, 1 / unit)),
-            ],
-            opt_level=opt_level,
-            **number_type,
-        )
+        pars = [
+            *(self._constants[name] for name in equations.loaded),
+            *(self.number(repr(x)) for unit in own for x in (unit, 1 / unit)),
+        ]
+        system = list(zip(equations.states, equations.derivatives, strict=True))
+        start = [self.number("0")] * len(equations.states)
+        number_type |= {"pars": pars, "opt_level": opt_level}
+        taylor = apart(lambda: hy.taylor_adaptive(system, start, **number_type))
         return InTrueUnits(taylor, [self.number(repr(u)) for u in units]) if own else taylor
 
     def _stride(
@@ -262,9 +280,7 @@ class Precise:
         for step in range(MARK):
             if not waiting:
                 return step
-            outcome, length = taylor.step(longest, write_tc=True)
-            if outcome not in (hy.taylor_outcome.success, hy.taylor_outcome.time_limit):
-                raise Unfinished(str(outcome))
+            length = self._step(longest)
             high, low = taylor.dtime
             while waiting and abs(waiting[0][1] - mark.t) <= abs(self._widened(high, low)):
                 i, t, event = waiting.popleft()
@@ -276,6 +292,18 @@ class Precise:
             if trail is not None:
                 trail.step(float(high), float(length), taylor.state, self._before)
         return MARK
+
+    def _step(self, longest: Any) -> Any:
+        """Take a natural step and return its length [s]."""
+        taylor = self._taylor
+        if self.bits < HEAVY:
+            outcome, length = taylor.step(longest, write_tc=True)
+        else:  # the same step; only this call lets other threads run meanwhile
+            outcome = apart(lambda: taylor.propagate_for(longest, max_steps=1, write_tc=True))[0]
+            length = taylor.last_h
+        if outcome not in DONE:
+            raise Unfinished(str(outcome))
+        return length
 
     def _before(self, since: float) -> tuple[Any, ...]:
         """Return the state at a time since the end of the last step, in double."""

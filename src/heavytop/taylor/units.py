@@ -84,6 +84,15 @@ class InTrueUnits:
         """Take a step, as heyoka does."""
         return self.taylor.step(*longest, **options)
 
+    @property
+    def last_h(self) -> Any:
+        """The length of the last step [s]."""
+        return self.taylor.last_h
+
+    def propagate_for(self, *longest: Any, **options: Any) -> Any:
+        """Take steps, as heyoka does."""
+        return self.taylor.propagate_for(*longest, **options)
+
     def update_d_output(self, *at: Any, **options: Any) -> None:
         """Look at a time within the last step, as heyoka does."""
         self.taylor.update_d_output(*at, **options)
