@@ -71,7 +71,7 @@ class MemberDrift(Errors):
     Attributes
     ----------
     steps : int
-        How many it took.
+        How many it took. What else there is: `Errors`.
     """
 
     steps: int
@@ -79,7 +79,7 @@ class MemberDrift(Errors):
 
 @dataclass(frozen=True)
 class MethodDrift(Errors):
-    """How the errors of one method grow: `Errors` are root mean squares over the starts.
+    """How the errors of one method grow.
 
     Attributes
     ----------
@@ -87,6 +87,12 @@ class MethodDrift(Errors):
         Which one, with its setting.
     period : float
         T of the scene [s].
+    periods : tuple of float, shape (k,)
+        Times that all runs reached, in nutation periods of each run's own start.
+    energy, phase_s, axis : tuple of (float or None), shape (k,)
+        RMS over the starts of the errors that `members` have; None from where one has None.
+    invariants : dict from str to tuple
+        The same of the formulation's other invariants, relative.
     members : tuple of MemberDrift
         The runs, in the order of `Study.starts`.
     spread : Errors or None
