@@ -7,17 +7,32 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.errors import BadScene, Fault
+from heavytop.errors import BadScene, EndedEarly, Fault, Outcome
+from heavytop.exact import Exact
 from heavytop.models import gradients
 from heavytop.models.ladder import LADDER
 from heavytop.motion import Motion
-from heavytop.planning import EPSILON, closed_form_of, plan
+from heavytop.planning import Plan, closed_form_of, plan
 from heavytop.scene import Scene
-from heavytop.transition import Numbers, Transition, at_start, numbers, state_transition, transition
+from heavytop.taylor.bits import DOUBLE
+from heavytop.taylor.variational import rounded, variational
+from heavytop.theory.precision import Number
+from heavytop.transition import (
+    FINER,
+    LEAST,
+    Transition,
+    at_start,
+    digits_of,
+    integrated,
+    likely_error,
+    numbers,
+    state_transition,
+)
 
 __all__ = ["UNITS", "Sensitivities", "Transition", "sensitivities", "state_transition"]
 
@@ -35,8 +50,9 @@ UNITS: Mapping[str, str] = {
     "omega3": "rad/s",
 }
 ANGLES = ("theta", "phi", "psi")
-ROUNDING = 64 * EPSILON  # of derivatives after a period, as the tests find it
-WORST = 1e-8
+ONE: Final = Exact.of(1)
+PRECISE: Final = (128, 192, 256)  # bits, in forms that need no more steps beside a pole
+WORST: Final = 1e-8
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,9 +71,10 @@ class Sensitivities:
     units : mapping from str to str
         The unit of each x.
     error : float
-        Estimated relative error of `period`, x counted in its natural size: from how well the
-        derivatives of cos θ, whose rate vanishes at a turning point, return after a period. It is
-        not a bound.
+        The likely error of the worst of them: 32 times what is expected of the finer of two runs
+        from how far they are apart. It is relative to the derivative, or to a thousandth of its
+        natural size if that is larger: of T or 1 rad for a change of x by its own size (of θ by
+        1 rad; of gMR and of a rate at least by A/T² and 1/T). It is not a bound.
     """
 
     period: Rates
@@ -67,8 +84,8 @@ class Sensitivities:
     error: float
 
 
-def sensitivities(scene: Scene, formulation: str = "axis") -> Sensitivities:
-    """Return the derivatives of T, Δφ, Δψ by all that a scene gives, in double precision.
+def sensitivities(scene: Scene, formulation: str = "attitude") -> Sensitivities:
+    """Return the derivatives of T, Δφ, Δψ by all that a scene gives, to eight digits or better.
 
     Parameters
     ----------
@@ -85,8 +102,8 @@ def sensitivities(scene: Scene, formulation: str = "axis") -> Sensitivities:
     Raises
     ------
     BadScene
-        Nothing nutates; there is no such formulation, it cannot start at the scene's pole, or fewer
-        than eight digits are left: beside a pole, or of a nutation that is itself tiny.
+        Nothing nutates; there is no such formulation, it cannot start at the scene's pole, or its
+        digits are lost: the error would be above 1e-8.
     EndedEarly
         The formulation is singular on the way, at a pole.
 
@@ -98,7 +115,9 @@ def sensitivities(scene: Scene, formulation: str = "axis") -> Sensitivities:
         dT/dx = (∂g(t₁)/∂x − ∂g(t₁ + T)/∂x) / ġ,
         dΔφ/dx = ∂φ(t₁ + T)/∂x − ∂φ(t₁)/∂x + φ̇ dT/dx.
 
-    Of the two turning points the one farther from the poles is taken. Where the axis passes
+    Of the two turning points the one farther from the poles is taken. Everything is integrated in
+    doubles and in long doubles; where the error is above 1e-8, in 128 to 256 bits too, but in the
+    forms that are singular at a pole, which then take too many steps. Where the axis passes
     exactly through a pole, Δφ jumps by 2π from one side of it to the other; its derivatives do not.
 
     Accuracy: ``tests/two_ways/test_sensitivity.py`` holds them to 1e-12 of the closed form's.
@@ -120,21 +139,35 @@ def sensitivities(scene: Scene, formulation: str = "axis") -> Sensitivities:
         rule = f"nothing nutates: {motion.kind} has no period to vary"
         raise BadScene((Fault(scene.name, None, "sensitivities", "", rule),))
     wanted = ANGLES if _has_angles(motion, formulation) else ANGLES[:1]
-    chosen = plan(replace(scene, quantities=wanted, events=()), formulation)
-    varied, turning = numbers(scene, chosen), _turning(motion)
-    found = transition(varied, np.array([turning, turning + motion.period]))
-    names = ("turning", "height", *wanted[1:])
-    (before, _), (after, rate) = _observed(scene, varied, found, names)
-    by_period = (before[0] - after[0]) / rate[0]
-    turned = after - before + np.outer(rate, by_period)
-    sizes = _sizes(scene, motion.period)
-    error = _error(before * sizes, after * sizes, rate, motion.period)
-    if not error < WORST:
-        raise BadScene((Fault(scene.name, None, "formulation", formulation, _lost(error)),))
+    one = replace(scene, time=None, periods=ONE, digits=12, quantities=wanted, events=())
+    chosen = plan(one, formulation)
+    sizes, natural = _sizes(scene, motion.period), np.array([[motion.period], [1.0], [1.0]])
+    coarse, known = np.full((len(wanted), sizes.size), np.nan), DOUBLE
+    for bits in (DOUBLE, FINER, *(PRECISE if LADDER[formulation].starts_at_pole else ())):
+        fine = _slopes(scene, motion, chosen, wanted[1:], bits)
+        scale = np.maximum(abs(fine), LEAST * natural[: len(wanted)] / sizes)
+        error = likely_error((abs(fine - coarse) / scale).max(), known, bits)
+        coarse, known = fine, bits
+        if error < WORST:
+            break
+    else:
+        raise BadScene((Fault(scene.name, None, "formulation", formulation, _lost(float(error))),))
     inputs = [symbol.name for symbol in gradients.inputs(scene.start.held)]
-    by_name = [dict(zip(inputs, row.tolist(), strict=True)) for row in (by_period, *turned[2:])]
+    by_name = [dict(zip(inputs, row.tolist(), strict=True)) for row in fine]
     period, precession, spin = by_name if len(by_name) == 3 else (by_name[0], None, None)
-    return Sensitivities(period, precession, spin, {x: UNITS[x] for x in inputs}, error)
+    units = {x: UNITS[x] for x in inputs}
+    return Sensitivities(period, precession, spin, units, float(error))
+
+
+def _slopes(
+    scene: Scene, motion: Motion, chosen: Plan, angles: tuple[str, ...], bits: int
+) -> Array:
+    """The derivatives of T and of what the angles turn in it, in numbers of so many bits."""
+    times = _turnings(motion, digits_of(bits))
+    (before, _), (after, rate) = _observed(scene, chosen, ("turning", *angles), times, bits)
+    by_period = (before[0] - after[0]) / rate[0]
+    turned = after[1:] - before[1:] + np.outer(rate[1:], by_period)
+    return np.vstack((by_period, turned)).astype(np.float64)
 
 
 def _has_angles(motion: Motion, formulation: str) -> bool:
@@ -143,51 +176,46 @@ def _has_angles(motion: Motion, formulation: str) -> bool:
     return "psi" in rung.gives and not motion.from_top == motion.from_bottom == 0
 
 
-def _turning(motion: Motion) -> float:
-    """The first time of the turning point that is farther from the poles [s]."""
-    form = motion.exact
+def _turnings(motion: Motion, digits: int) -> tuple[str, str]:
+    """The first time [s] of the turning point that is farther from the poles, and the next."""
+    form = motion.form(digits)
     assert form.lower_turning is not None
     assert form.period is not None
     one, other = (abs(form.ctx.sin(tilt)) for tilt in form.tilts)
-    later = 0 if one >= other else form.period / 2
-    return float((form.lower_turning + later) % form.period)
+    first: Number = (form.lower_turning + (0 if one >= other else form.period / 2)) % form.period
+    return form.ctx.nstr(first, digits), form.ctx.nstr(first + form.period, digits)
 
 
 def _sizes(scene: Scene, period: float) -> Array:
-    """What counts as 1 in each x: the moments themselves, A/T² for gMR, 1 rad, and 1/T."""
-    A, C = float(scene.top.A), float(scene.top.C)
-    return np.array([A, C, A / period**2, 1, *[1 / period] * 3])
-
-
-def _error(before: Array, after: Array, rate: Array, period: float) -> float:
-    """The estimated relative error of dT/dx, from derivatives by x in its natural size.
-
-    cos θ must come back by itself, with what the period adds at its small rate; and in a tiny
-    nutation T is the quotient of two small numbers.
-    """
-    by_period = (before[0] - after[0]) / rate[0]
-    left = abs(after[1] - before[1] + rate[1] * by_period).max() / max(abs(before[1]).max(), 1)
-    late = max(abs(before[0]).max(), abs(after[0]).max()) / abs(rate[0])
-    return float(max(left, ROUNDING) * max(late / max(abs(by_period).max(), period), 1))
+    """The natural size of each x: its own; 1 rad; of gMR and rates at least A/T² and 1/T."""
+    top, start = scene.top, scene.start
+    A, C, gMR = float(top.A), float(top.C), abs(float(top.gMR))
+    given = (start.thetadot, start.phidot, getattr(start, start.held))
+    rates = [max(abs(float(rate)), 1 / period) for rate in given]
+    return np.array([A, C, max(gMR, A / period**2), 1, *rates])
 
 
 def _lost(error: float) -> str:
-    kept = "beside a pole the axis form keeps them, in a tiny nutation none does"
-    return f"loses its digits here, all but {error:.0e} of the period's derivatives; {kept}"
+    kept = "the attitude form keeps the most of them, also beside both poles"
+    return f"loses its digits here: in more and more bits it is still off by {error:.0e}; {kept}"
 
 
 def _observed(
-    scene: Scene, varied: Numbers, found: Transition, names: tuple[str, ...]
+    scene: Scene, chosen: Plan, names: tuple[str, ...], times: tuple[str, ...], bits: int
 ) -> Iterator[tuple[Array, Array]]:
     """At each time, of what is named: derivatives by what the scene gives (m, x), and by time."""
-    form, constants = varied.formulation, varied.constants
+    varied = numbers(scene, chosen, bits)
+    form, found = varied.formulation, integrated(varied, times)
+    if not found.reached.all():
+        raise EndedEarly(Outcome.SINGULAR, None)
     rows = gradients.start_gradient(form, scene.start.held)
-    start = at_start(scene, (x for row in rows for x in row)).reshape(len(rows), -1)
-    by_state, by_parameter = np.split(start, [varied.state.size])
-    in_equations = [p.name in found.parameters for p in form.parameters]
-    fixed = [constants[p.name] for p in (*form.parameters, *form.given)]
+    start = at_start(scene, (x for row in rows for x in row), bits).reshape(len(rows), -1)
+    by_state, by_parameter = np.split(start, [len(form.states)])
+    by = variational(form, bits).parameters
+    in_equations = [p.name in by for p in form.parameters]
+    fixed = [varied.constants[p.name] for p in (*form.parameters, *form.given)]
     gradient = gradients.observed_gradient(form, names)
-    for i, t in enumerate(found.times):
+    for i, t in enumerate(rounded(times, bits)):
         moved = found.matrix[i] @ by_state + found.by_parameters[i] @ by_parameter[in_equations]
-        here = np.array(gradient(*found.states[i], *fixed, t), dtype=np.float64)
+        here = np.array(gradient(*found.states[i], *fixed, t), dtype=start.dtype)
         yield here[:, :-1] @ np.concatenate((moved, by_parameter)), here[:, -1]

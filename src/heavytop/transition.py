@@ -2,24 +2,33 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heavytop.engines import formulation_of, start_values
-from heavytop.errors import EndedEarly, NotANumber, Outcome
+from heavytop.errors import DoubtfulWarning, EndedEarly, NotANumber, Outcome
 from heavytop.models import gradients
 from heavytop.models import lagrangian as lag
 from heavytop.models.formulation import Formulation
 from heavytop.models.numeric import exact_values
 from heavytop.planning import EPSILON, Plan, closed_form_of, plan, span
 from heavytop.scene import Scene
-from heavytop.taylor.variational import variational
+from heavytop.taylor.bits import DOUBLE, enough
+from heavytop.taylor.variational import Varied, rounded, variational
+from heavytop.theory.precision import context
 
 Array = NDArray[np.float64]
+FINER: Final = enough(DOUBLE + 1)  # bits
+SPARE_DIGITS: Final = 12
+DOUBTFUL: Final = 1e-8
+LINEAR: Final = 0.1  # where two runs are farther apart, neither may have any digits
+CHANCE: Final = 32.0
+LEAST: Final = 1e-3  # of its natural size, beside which errors of a smaller derivative count
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,6 +49,11 @@ class Transition:
         d state(t) / d state(0), at fixed parameters.
     by_parameters : ndarray, shape (k, n, p)
         d state(t) / d parameter, at fixed state(0).
+    error : ndarray, shape (k,)
+        The likely error of states, and of each column of matrix and by_parameters, relative to
+        its largest entry: 32 times what is expected of this run, in long doubles, from how far one
+        in doubles is off it. It is not a bound. (A column of by_parameters counts as a thousandth
+        of the largest at least, each times its parameter: some are zero but for rounding.)
     """
 
     times: Array
@@ -48,6 +62,7 @@ class Transition:
     states: Array
     matrix: Array
     by_parameters: Array
+    error: Array
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:
@@ -60,14 +75,15 @@ class Numbers:
     """What is varied: a formulation, the constants of a run by name, and the state at its start."""
 
     formulation: Formulation
-    constants: Mapping[str, float]
+    constants: Mapping[str, Any]
     state: Array
+    bits: int = DOUBLE
 
 
 def state_transition(
     scene: Scene, formulation: str = "axis", t: ArrayLike | None = None
 ) -> Transition:
-    """Return the state-transition matrix along the motion of a scene, in double precision.
+    """Return the state-transition matrix along the motion of a scene, and how far to trust it.
 
     Parameters
     ----------
@@ -92,8 +108,15 @@ def state_transition(
     EndedEarly
         The equations are singular on the way; its `trajectory` is the `Transition` up to there.
 
+    Warns
+    -----
+    DoubtfulWarning
+        At a time the error is larger than 1e-8: the motion makes rounding grow.
+
     Notes
     -----
+    It is integrated in doubles and again in long doubles; the second is given, rounded to doubles.
+
     Accuracy: ``tests/two_ways/test_sensitivity.py`` holds every column to 1e-12 of its largest
     entry, over a period, against the closed form; ``validation/15_sensitivities.py`` measures how
     that grows, and what sharing its step control with the matrix costs the state.
@@ -117,52 +140,99 @@ def state_transition(
         times = np.linspace(0.0, span(scene, closed_form_of(scene)), scene.samples)
     else:
         times = _times(t)
-    return transition(numbers(scene, chosen), times)
+    varied = numbers(scene, chosen)
+    coarse = integrated(varied, times)
+    there = coarse.reached  # farther, long doubles would creep up to a pole
+    fine = integrated(numbers(scene, chosen, FINER), times[there])
+    names = variational(varied.formulation, DOUBLE).parameters
+    constants = np.array([varied.constants[name] for name in names], dtype=np.float64)
+    error = likely_error(_apart(coarse.at(there), fine, constants), DOUBLE, FINER)
+    reached = np.isfinite(error)
+    there[there] = reached
+    found = Transition(
+        times=times[there],
+        names=tuple(s.name for s in varied.formulation.states),
+        parameters=names,
+        states=fine.states[reached].astype(np.float64),
+        matrix=fine.matrix[reached].astype(np.float64),
+        by_parameters=fine.by_parameters[reached].astype(np.float64),
+        error=error[reached],
+    )
+    if not there.all():
+        raise EndedEarly(Outcome.SINGULAR, found)
+    _warn(found)
+    return found
 
 
-def numbers(scene: Scene, chosen: Plan) -> Numbers:
+def numbers(scene: Scene, chosen: Plan, bits: int = DOUBLE) -> Numbers:
     """Return the run's own numbers: every constant and state rounded once from the exact one."""
     form = formulation_of(chosen)
     form = form.integrated or form  # angles that are read off and counted are not varied
-    values = at_start(scene, (*form.parameters.values(), *form.start))
+    values = at_start(scene, (*form.parameters.values(), *form.start), bits)
     names = [p.name for p in form.parameters]
-    constants = dict(zip(names, values[: len(names)].tolist(), strict=True))
-    return Numbers(form, constants | dict(chosen.frame), values[len(names) :])
+    constants = dict(zip(names, values[: len(names)], strict=True))
+    frame = zip(dict(chosen.frame), rounded(dict(chosen.frame).values(), bits), strict=True)
+    return Numbers(form, constants | dict(frame), values[len(names) :], bits)
 
 
-def at_start(scene: Scene, expressions: Iterable[Any]) -> Array:
+def integrated(varied: Numbers, times: Iterable[str | float]) -> Varied:
+    """Return states and derivatives at times since the start [s].
+
+    They are nan at times that are not reached: before them the equations become singular.
+    """
+    form, bits = varied.formulation, varied.bits
+    found = variational(form, bits).run(varied.state, varied.constants, rounded(times, bits))
+    if not form.starts_at_pole:  # theta, their first state, may have left its chart
+        theta = found.states[:, 0].astype(np.float64)
+        found.states[~((theta >= 0) & (theta <= np.pi))] = rounded([np.nan], bits)
+    return found
+
+
+def at_start(scene: Scene, expressions: Iterable[Any], bits: int = DOUBLE) -> Array:
     """Return the values at a scene's start, each rounded once from the exact one."""
     named = start_values(scene) | {"omega3": scene.start.omega3}
     symbols = (*gradients.inputs("psidot"), *gradients.inputs("omega3"), lag.phi, lag.psi)
     known = {symbol: named[symbol.name] for symbol in symbols}
-    return np.array([float(x) for x in exact_values(tuple(expressions), known)])
+    ctx = context(digits_of(bits))
+    values = (x.mpf(ctx) for x in exact_values(tuple(expressions), known))
+    return rounded((ctx.nstr(x, ctx.dps) for x in values), bits)
 
 
-def transition(varied: Numbers, times: Array) -> Transition:
-    """Return the state-transition matrix at times since the start [s].
+def digits_of(bits: int) -> int:
+    """Return the decimal digits of a text that is to be rounded to so many bits."""
+    return int(bits * 0.30103) + SPARE_DIGITS
 
-    Raises
-    ------
-    EndedEarly
-        The equations are singular on the way.
-    """
-    form = varied.formulation
-    engine = variational(form, EPSILON)
-    found = engine.run(varied.state, varied.constants, times)
-    there = np.isfinite(found.states).all(axis=1)
-    if not form.starts_at_pole:  # theta, their first state, may have left its chart
-        there &= (found.states[:, 0] >= 0) & (found.states[:, 0] <= np.pi)
-    reached = Transition(
-        times=times[there],
-        names=tuple(s.name for s in form.states),
-        parameters=engine.parameters,
-        states=found.states[there],
-        matrix=found.matrix[there],
-        by_parameters=found.by_parameters[there],
+
+def _apart(coarse: Varied, fine: Varied, parameters: Array) -> Array:
+    """Return at each time the largest difference in a column, relative to its size."""
+    one, other = (
+        np.concatenate((v.states[:, :, None], v.matrix, v.by_parameters), axis=2).astype(np.float64)
+        for v in (coarse, fine)
     )
-    if not there.all():
-        raise EndedEarly(Outcome.SINGULAR, reached)
-    return reached
+    size, gap = abs(other).max(axis=1), abs(one - other).max(axis=1)
+    if parameters.any():  # a column that is zero but for rounding counts beside the others
+        by = size[:, -parameters.size :]
+        least = LEAST * (by * abs(parameters)).max(axis=1, keepdims=True)
+        by[:] = np.maximum(by, least / np.where(parameters == 0, np.inf, abs(parameters)))
+    return (gap / np.where(size == 0, 1, size)).max(axis=1)  # type: ignore[no-any-return]
+
+
+def likely_error(apart: Any, bits: int, finer: int) -> Array:
+    """Return the likely error of the finer of two runs, from how far they are apart, relative.
+
+    As long as some digits are left in both, it is less by as many bits as the numbers have more;
+    chance may make either error smaller or larger, for which there is a factor.
+    """
+    found: Array = np.where(apart < LINEAR, np.ldexp(CHANCE, bits - finer), 1.0) * apart
+    return np.maximum(found, EPSILON)
+
+
+def _warn(found: Transition) -> None:
+    worst = found.error.argmax() if found.error.size else 0
+    if (found.error > DOUBTFUL).any():
+        told = f"off by {found.error[worst]:.1e} of a column at t = {found.times[worst]:.6g} s"
+        said = f"state_transition: digits are lost, by rounding that grows with the motion: {told}"
+        warnings.warn(said, DoubtfulWarning, stacklevel=3)
 
 
 def _times(t: ArrayLike) -> Array:

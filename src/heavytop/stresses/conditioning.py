@@ -16,13 +16,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.errors import EndedEarly
 from heavytop.motion import Motion
 from heavytop.planning import closed_form_of, plan, span
 from heavytop.scene import Scene
 from heavytop.stresses.cases import cases
 from heavytop.tally import Counts, tally
-from heavytop.transition import Numbers, numbers, transition
+from heavytop.transition import Numbers, integrated, numbers
 
 Array = NDArray[np.float64]
 UNIT: Final = 2.0**-53
@@ -159,10 +158,8 @@ def _lost(varied: Numbers, times: Array, sizes: Array) -> float | None:
 
 def _sizes(varied: Numbers, times: Array) -> tuple[Array, Array]:
     """The condition of the axis at times since a start, inf at the last if it overflows; states."""
-    try:
-        found = transition(varied, times)
-    except EndedEarly as early:  # the derivatives have overflowed
-        found = early.trajectory
+    found = integrated(varied, times.tolist())
+    found = found.at(found.reached)  # before the derivatives have overflowed
     size = math.hypot(*varied.state[3:5], varied.constants["l_z"])
     scale = np.array([1.0, 1.0, 1.0, size, size])
     by = np.array([abs(varied.constants["g"]), size])

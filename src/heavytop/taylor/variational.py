@@ -8,22 +8,24 @@ the start and by the parameters, which it has by differentiating f:
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from threading import local
 from typing import Any
 
 import heyoka as hy
 import numpy as np
+from numpy.typing import NDArray
 
 from heavytop.models.formulation import Formulation
+from heavytop.taylor.bits import DOUBLE, LONG_DOUBLE
 from heavytop.taylor.integrator import Array
 from heavytop.taylor.translate import translate
 
 
 @dataclass(frozen=True, slots=True)
 class Varied:
-    """States of a formulation and their derivatives at given times.
+    """States of a formulation and their derivatives at given times, in numbers of some bits.
 
     Attributes
     ----------
@@ -39,6 +41,18 @@ class Varied:
     matrix: Array
     by_parameters: Array
 
+    @property
+    def reached(self) -> NDArray[np.bool_]:
+        """At which times they were reached."""
+        found: NDArray[np.bool_] = np.logical_and.reduce(
+            np.isfinite(self.states.astype(np.float64)), axis=1
+        )
+        return found
+
+    def at(self, which: NDArray[np.bool_]) -> Varied:
+        """Return those of some times."""
+        return Varied(self.states[which], self.matrix[which], self.by_parameters[which])
+
 
 @dataclass(eq=False)
 class Variational:
@@ -47,8 +61,9 @@ class Variational:
     Parameters
     ----------
     formulation : Formulation
-    tolerance : float
-        Relative error tolerance of a step, of the largest of states and derivatives.
+    bits : int
+        Of the significand of its numbers. Their last place is the tolerance of a step, relative to
+        the largest of states and derivatives.
 
     Attributes
     ----------
@@ -57,7 +72,7 @@ class Variational:
     """
 
     formulation: Formulation
-    tolerance: float
+    bits: int
     parameters: tuple[str, ...] = field(init=False)
     _constants: tuple[str, ...] = field(init=False)
     _taylor: Any = field(init=False, repr=False)
@@ -72,53 +87,66 @@ class Variational:
         states = hy.make_vars(*(s.name for s in form.states))
         names = dict(zip(form.states, states, strict=True))
         names |= {p: hy.par[i] for i, p in enumerate(symbols)}
-        system = list(zip(states, translate(form.derivatives, names), strict=True))
+        system = list(zip(states, translate(form.derivatives, names, self.bits), strict=True))
         varying = hy.var_ode_sys(system, [*states, *(names[p] for p in varied)], order=1)
+        kind: dict[str, Any] = {"fp_type": hy.real, "prec": self.bits}
+        if self.bits in _KINDS:
+            kind = {"fp_type": _KINDS[self.bits]}
         self._taylor = hy.taylor_adaptive(
-            varying, np.zeros(len(states)), tol=self.tolerance, compact_mode=True
+            varying, rounded([0.0] * len(states), self.bits), compact_mode=True, **kind
         )  # not compact it takes ten seconds to compile
 
-    def run(self, state: Array, constants: Mapping[str, float], times: Array) -> Varied:
+    def run(self, state: Array, constants: Mapping[str, Any], times: Array) -> Varied:
         """Integrate from a state at time 0.
 
         Parameters
         ----------
         state : ndarray, shape (n,)
-        constants : mapping from str to float
+        constants : mapping from str to number
             The constants of the run, by the names of their symbols.
         times : ndarray, shape (k,)
             Times of either sign, in any order [s].
         """
         n, p = state.size, len(self.parameters)
-        start = np.concatenate((state, np.eye(n, n + p).ravel()))
-        rows = np.empty((times.size, start.size))
+        start = np.concatenate((state, rounded(np.eye(n, n + p).ravel(), self.bits)))
+        rows = np.empty((times.size, start.size), dtype=state.dtype)
         self._taylor.pars[:] = [constants[name] for name in self._constants]
-        for side, sign in ((times >= 0, 1.0), (times < 0, -1.0)):
+        back = times < 0
+        for side, forwards in ((~back, True), (back, False)):
             if side.any():
-                rows[side] = self._one_way(start, sign, np.abs(times[side]))
+                rows[side] = self._one_way(start, np.abs(times[side]), forwards=forwards)
         by = rows[:, n:].reshape(-1, n, n + p)
         return Varied(rows[:, :n], by[:, :, :n], by[:, :, n:])
 
-    def _one_way(self, start: Array, sign: float, distances: Array) -> Array:
+    def _one_way(self, start: Array, distances: Array, *, forwards: bool) -> Array:
         taylor = self._taylor
-        taylor.time = 0.0
+        zero, nan = rounded([0.0, np.nan], self.bits)
+        taylor.time = zero
         taylor.state[:] = start
-        grid = np.union1d(0.0, distances)
+        grid = np.union1d(np.array([zero], dtype=start.dtype), distances)
         # a callback, though it does nothing, lets an interrupt through
-        reached = taylor.propagate_grid(sign * grid, callback=lambda _: True)[-1]
-        rows = np.full((grid.size, start.size), np.nan)
+        reached = taylor.propagate_grid(grid if forwards else -grid, callback=lambda _: True)[-1]
+        rows = np.full((grid.size, start.size), nan, dtype=start.dtype)
         rows[: len(reached)] = reached
         found: Array = rows[np.searchsorted(grid, distances)]
         return found
 
 
-def variational(formulation: Formulation, tolerance: float) -> Variational:
+def rounded(numbers: Iterable[str | float], bits: int) -> Array:
+    """Return the numbers of so many bits that are nearest to doubles, or to decimal texts."""
+    if bits in _KINDS:
+        return np.array([_KINDS[bits](x) for x in numbers], dtype=_KINDS[bits])
+    return np.array([hy.real(x, bits) for x in numbers], dtype=hy.real)
+
+
+def variational(formulation: Formulation, bits: int) -> Variational:
     """Return the variational equations of a formulation, compiled once per thread."""
     built: dict[Any, Variational] = _OF_THIS_THREAD.__dict__.setdefault("built", {})
-    key = (formulation, tolerance)
+    key = (formulation, bits)
     if key not in built:
         built[key] = Variational(*key)
     return built[key]
 
 
+_KINDS: Mapping[int, Any] = {LONG_DOUBLE: np.longdouble, DOUBLE: float}
 _OF_THIS_THREAD = local()
