@@ -172,6 +172,7 @@ def test_a_step_limit_ends_early():
     assert 320 < early.value.trajectory.orbit.end < 500
 
 
+@pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
 def test_an_interrupt_is_answered_within_a_block_and_keeps_what_it_has():
     scene = replace(ht.load_scene("sicm-kicked"), time=Exact.of(10_000))
     seen = []

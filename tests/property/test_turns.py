@@ -16,6 +16,8 @@ from heavytop.taylor.turns import Turns
 from heavytop.taylor.winding import MOST_POINTS
 from heavytop.witness import closed_form
 
+pytestmark = pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
+
 ANGLES = ("theta", "phi", "psi")
 UNIT = ht.Top(A=1, C="0.5", gMR=1)
 

@@ -124,6 +124,7 @@ def errors_in_the_axis_form(scene):
         return None
 
 
+@pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
 @pytest.mark.parametrize("name", sorted(shipped_scenes()))
 def test_every_shipped_scene_as_the_closed_form_and_as_well_as_the_axis_form(name):
     scene = shipped(name)
