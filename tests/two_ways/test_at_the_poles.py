@@ -135,3 +135,13 @@ def test_whole_turns_are_errors_through_a_pole_too():
     errors = ht.run_errors(replace(good, orbit=orbit))
     assert abs(errors.phi - 2 * np.pi) < 1e-9
     assert abs(errors.psi - 2 * np.pi) < 1e-9
+
+
+def test_a_state_that_knows_its_pass_is_believed():
+    """1e-15 rad beside the top straight from the start, on the side where phi turns by over pi."""
+    start = ht.State("1.96888879e-8", thetadot="-4.736e-3", phidot="-1.521e-2", psidot="7.04e-4")
+    scene = ht.Scene(
+        ht.Top(1, "0.673876", "2.137209e-3"), start, time=318, quantities=ANGLES, samples=12
+    )
+    for formulation in ("axis", "attitude"):
+        assert off(run(scene, formulation)) < 1e-9

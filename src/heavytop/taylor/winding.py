@@ -160,7 +160,7 @@ class Winding:
     def _changes(self, t: Array, rows: Array) -> tuple[Array, Mask]:
         """Return the change of phi over each interval, and whether it is proved."""
         dt = np.diff(t)
-        principal = np.diff(_telling(rows, self.close))
+        principal = np.diff(self._telling(rows))
         low, high = self.slowest * dt, self.fastest * dt
         change, decided = _fitting(principal, np.minimum(low, high), np.maximum(low, high))
         if decided.all():
@@ -176,6 +176,20 @@ class Winding:
         P = np.where(u > 0, self.P_minus, self.P_plus)
         sense = np.where(np.where(P == 0, 1.0, P) * dt < 0, -1.0, 1.0)
         return np.where(sense * change < -np.pi / 2, change + sense * 2 * np.pi, change)
+
+    def _telling(self, rows: Array) -> Array:
+        """Return the azimuths, but at a row on a pole that is only being passed that of the last.
+
+        There the azimuth is rounding, and would be counted on both sides of it.
+        """
+        angles = azimuth(rows)
+        size = np.hypot(rows[:, 0], rows[:, 1])
+        beside = np.minimum(size[:-2], size[2:])
+        passed = 1 + np.flatnonzero((size[1:-1] < self.close) & (size[1:-1] < 1e-3 * beside))
+        if passed.size:
+            passed = passed[self._drifted(rows[passed])]
+            angles[passed] = angles[passed - 1]
+        return angles
 
     def _path(self, dt: Array, rows: Array) -> tuple[Mask, Mask, Mask]:
         """Tell where the path goes: beside the pole, across it, or nowhere at all.
@@ -196,32 +210,20 @@ class Winding:
             acceleration += (abs(self.l_z) + largest_w * largest_z) * largest_w
             stray = dt * dt * acceleration / 8
         distance = _distance_from_origin(z[:-1], z[1:])
-        drifted = self._drifted(z, w, rows[:, 2])
+        drifted = self._drifted(rows)
         close = (distance < self.close) & (drifted[:-1] | drifted[1:])
         across = close & (stray < STRAIGHT * np.abs(np.diff(z)))
         resting = (sizes_z == 0) & (sizes_w == 0)
         return (distance > stray + self.grain * sizes_z) & ~close, across, resting
 
-    def _drifted(self, z: Any, w: Any, u: Array) -> Mask:
+    def _drifted(self, rows: Array) -> Mask:
         """Tell where phi' sin^2 theta is off the constants by half the pole's own term of it."""
+        u, z, w = rows[:, 2], rows[:, 0] + 1j * rows[:, 1], rows[:, 3] + 1j * rows[:, 4]
         own = np.where(u > 0, self.P_minus, self.P_plus)
         other, far = self.P_plus + self.P_minus - own, 1 + np.abs(u)
         said = (own * far + other * np.abs(z) ** 2 / far) / 2
         seen = self.l_z * np.abs(z) ** 2 - u * (z.conj() * w).real
         return np.abs(seen - said) >= np.abs(own) / 2  # type: ignore[no-any-return]
-
-
-def _telling(rows: Array, close: float) -> Array:
-    """Return the azimuths, but at a row on a pole that is only being passed that of the last.
-
-    There the azimuth is rounding, and would be counted on both sides of it.
-    """
-    angles = azimuth(rows)
-    size = np.hypot(rows[:, 0], rows[:, 1])
-    beside = np.minimum(size[:-2], size[2:])
-    passed = 1 + np.flatnonzero((size[1:-1] < close) & (size[1:-1] < 1e-3 * beside))
-    angles[passed] = angles[passed - 1]
-    return angles
 
 
 def _principal(angle: Array) -> Array:
