@@ -48,6 +48,7 @@ TOLD = 100  # units of rounding by which a motion must have an event for its num
 BY_HEIGHT = 100  # the cubic form, whose state is a height, in units of the others
 FORMULATIONS = {"formulation": options.one_of(LADDER)}
 TINY = float(np.finfo(np.float64).tiny)
+SMALL = 1e-3  # rad: of a nutation that is larger, a step never holds two turning points
 SHORT = 0.1  # of the fastest time in a motion: in such a step from one event there is no other
 _SYMBOLS = (
     lag.A, lag.C, lag.gMR, lag.theta, lag.phi, lag.psi, lag.thetadot, lag.phidot, lag.psidot,
@@ -295,7 +296,7 @@ def propagate_many(
     first = np.full(end.shape, np.inf)
     if ahead is not None:
         for each in events:
-            begins = _at_start(each, begun, ahead)
+            begins = _at_start(each, begun, ahead) & ((each == "reversal") | (ahead.nods < SMALL))
             first[begins] = np.minimum(first, _short(each, begun, ahead))[begins]
     arrived = _arrived(form, events, states, parameters, (end, bounds, first), step_limit, jobs)
     run = Ensemble(

@@ -22,7 +22,8 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 EPSILON: Final = 2.0**-52
-LOCAL: Final = 16.0  # units of rounding in a state, whatever the span
+LOCAL: Final = 16.0  # units of rounding in a state, whatever the span,
+WALK: Final = 4.0  # and of the root of the number of nutations
 MOST: Final = 700.0  # of an exponent
 
 
@@ -96,7 +97,7 @@ def _outlook(start: Mapping[str, Array], time: Array) -> Outlook:
     nods = abs(thetadot) / rate + abs(pull) / rate**2
     P_plus, P_minus = drift + b * below, drift - b * above
     near = np.minimum(np.minimum(abs(P_plus), abs(P_minus)) / (2 * rate), 1.0)
-    return Outlook(EPSILON * (LOCAL + np.sqrt(nutations)), growth, rate, nods, near,
+    return Outlook(EPSILON * (LOCAL + WALK * np.sqrt(nutations)), growth, rate, nods, near,
                    _turns_back(g, b, drift, speed2, P_plus * P_minus))  # fmt: skip
 
 

@@ -142,7 +142,7 @@ def most_steps(motion: Motion, span: float) -> int:
     >>> from heavytop.scene import load_scene
     >>> scene = load_scene("sicm-kicked")
     >>> most_steps(Motion(scene.top, scene.start), 2.0)
-    1003684
+    1003683
     """
     return int(SPARE_STEPS + STEPS * periods_of(motion, span))
 

@@ -271,26 +271,36 @@ class _Journey:
         last, reached = np.empty_like(first), np.empty_like(ends)
         marks = np.zeros(len(lanes) + 1, dtype=np.int64)
         bounded: list[bool] = np.isfinite(begin[lanes]).any(axis=1).tolist()  # type: ignore[assignment]
+        bounds, some = longest[lanes], min(self.limit or WINK, WINK)
         for i, target in enumerate(ends.tolist()):
+            if self.halt.is_set():
+                break
             taylor.set_time(0.0)
             taylor.state[:] = first[i]
             taylor.pars[:] = constants[i]
-            lost: list[bool] = []
-            left, some, bound = self.limit or np.inf, WINK, longest[lanes[i]]
             if bounded[i]:
-                some, bound = 1, np.minimum(bound, begin[lanes[i]])
-            while left > 0 and not self.halt.is_set():
-                taylor.propagate_until(ends[i], max_steps=int(min(left, some)), max_delta_t=bound)
-                if taylor.time.tolist() == target:
-                    break
-                lost = [each[0] == LOST for each in taylor.propagate_res]
-                if any(lost):
-                    break
-                left, some, bound = left - some, WINK, longest[lanes[i]]
+                bound = np.minimum(bounds[i], begin[lanes[i]])
+                taylor.propagate_until(ends[i], max_steps=1, max_delta_t=bound)
+            else:
+                taylor.propagate_until(ends[i], max_steps=some, max_delta_t=bounds[i])
+            lost: list[bool] = []
+            if taylor.time.tolist() != target:
+                taken = 1 if bounded[i] else some
+                lost = self._further(taylor, ends[i], bounds[i], taken)
             last[i], reached[i], marks[i + 1] = taylor.state, taylor.time, len(found)
-            if any(lost):
+            if lost:
                 reached[i, lost] = np.nan
         return last, reached, marks
+
+    def _further(self, taylor: Any, ends: Array, longest: Array, taken: int) -> list[bool]:
+        """Go on after so many steps, some at a time; tell which lanes left the finite numbers."""
+        while True:
+            lost = [each[0] == LOST for each in taylor.propagate_res]
+            left = self.limit - taken if self.limit else WINK
+            if any(lost) or left <= 0 or self.halt.is_set() or (taylor.time == ends).all():
+                return lost
+            taylor.propagate_until(ends, max_steps=min(left, WINK), max_delta_t=longest)
+            taken += min(left, WINK)
 
     def _keep(self, lanes: Indices, done: NDArray[np.bool_], marks: Indices) -> None:
         """Take over the zeros found in those lanes that are done."""
