@@ -143,7 +143,7 @@ def integrate(
     step_length : float
         Mean step of the block before the start, where there is one [s].
     keep : callable, optional
-        Called after each block with a function that returns the orbit so far.
+        Called after each block but the last with a function that returns the orbit so far.
     """
     integrator.load(parameters)
     journey = _Journey(integrator, winding, start, samples)
@@ -157,7 +157,7 @@ def integrate(
             if not journey.advance():
                 ending = "singular"
                 break
-            if keep is not None:
+            if keep is not None and not journey.arrived:
                 keep(lambda: journey.orbit(parameters, "interrupted"))
             if on_block is not None:
                 on_block(journey.fraction)
