@@ -293,9 +293,19 @@ class TestEndedEarly:
         assert "Traceback" not in result.stderr
 
     def test_a_failure_leaves_no_empty_folder(self, scene, tmp_path, monkeypatch):
-        fail_with(monkeypatch, KeyboardInterrupt())
+        fail_with(monkeypatch, ZeroDivisionError())
         heavytop_("run", scene, "-o", tmp_path / "new" / "out")
         assert not (tmp_path / "new").exists()
+
+    def test_an_interrupt_before_anything_is_done_can_be_resumed(self, scene, tmp_path):
+        folder = tmp_path / "out"
+        with pytest.MonkeyPatch.context() as patched:
+            fail_with(patched, KeyboardInterrupt())
+            stopped = heavytop_("run", scene, "-o", folder, "--no-figures")
+        assert stopped.exit_code == Exit.INTERRUPTED
+        assert f"heavytop resume {folder}" in stopped.stderr
+        assert heavytop_("resume", folder).exit_code == 0
+        assert {path.name for path in folder.iterdir()} == {"run.json", "trajectory.nc"}
 
 
 class TestBugs:
@@ -310,15 +320,15 @@ class TestBugs:
         fail_with(monkeypatch, ZeroDivisionError("by nothing"))
         assert "Traceback" in heavytop_("run", scene, "--debug").stderr
 
-    def test_a_full_disk_is_the_fault_of_the_folder(self, scene, tmp_path, monkeypatch):
+    def test_a_disk_that_is_full_from_the_start_is_said_plainly(self, scene, tmp_path, monkeypatch):
         def full(*_):
             raise OSError(28, "No space left on device")
 
         monkeypatch.setattr("heavytop.files.os.fsync", full)
         result = heavytop_("run", scene, "-o", tmp_path / "out", "--no-figures")
-        assert result.exit_code == Exit.USAGE
-        assert "No space left" in result.stderr
-        assert not (tmp_path / "out" / "run.json").exists()
+        assert result.exit_code == Exit.ENDED_EARLY
+        assert result.stderr == "heavytop: cannot write: No space left on device\n"
+        assert not (tmp_path / "out").exists()
 
 
 class TestStreams:

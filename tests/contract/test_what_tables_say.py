@@ -104,7 +104,7 @@ def test_figures_of_an_earlier_run_do_not_stay_beside_another(tmp_path):
     assert set(json.loads((folder / "run.json").read_text())["files"].values()) >= OWN_FIGURES
     assert {f"{name}.{form}" for name in FIGURES for form in ("svg", "png")} == OWN_FIGURES
     (folder / "mine.svg").write_text("mine")
-    printed("run", "sicm-dropped", *short, "--no-figures")
+    printed("run", "sicm-dropped", *short, "--no-figures", "--force")
     assert {path.name for path in folder.iterdir()} == {"run.json", "trajectory.nc", "mine.svg"}
 
 
@@ -114,7 +114,8 @@ def test_only_figures_of_a_run_are_removed(tmp_path, text):
     (tmp_path / "run.json").write_text(text)
     for name in ("mine.svg", "overview.svg"):
         (tmp_path / name).write_text("mine")
-    printed("run", "sicm-kicked", "--set", "span.time=0.3", "--no-figures", "-o", tmp_path)
+    words = ("--set", "span.time=0.3", "--no-figures", "-o", tmp_path)
+    printed("run", "sicm-kicked", *words, "--force")
     assert (tmp_path / "mine.svg").exists()
     assert (tmp_path / "overview.svg").exists()
 
@@ -124,5 +125,5 @@ def test_a_run_that_needs_no_integration_leaves_no_figures_of_another(tmp_path):
     for name in OWN_FIGURES:
         (tmp_path / name).write_text("another's")
     folded = ("--set", "span.periods=1e9", "--set", "want.events=[]")
-    printed("run", "sicm-kicked", *folded, "-o", tmp_path)
+    printed("run", "sicm-kicked", *folded, "--force", "-o", tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["run.json"]

@@ -76,7 +76,7 @@ def _expect_study(folder: Path) -> None:
     if not folder.is_dir():
         raise errors.ForeignFile(f"{folder}: a file; resume takes the folder of a study or a run")
     if not (folder / "study.json").exists():
-        lacking = "neither study.json, of a study, nor trajectory.nc, of a run"
+        lacking = "neither study.json, of a study, nor trajectory.nc or request.json, of a run"
         raise errors.ForeignFile(f"{folder}: nothing to go on with: {lacking}")
 
 

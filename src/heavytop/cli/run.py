@@ -115,9 +115,11 @@ def stopping(folder: Path) -> Iterator[None]:
 
 def unwritten(folder: Path, fault: OSError) -> errors.StoppedEarly:
     """The end of a run that cannot write a file: the disk is full, the folder has gone."""
-    why = errors.StoppedEarly.unwritable(fault, folder, None).why
-    there = folder if folder.is_dir() else None
-    return errors.StoppedEarly(errors.Stop.UNWRITABLE, f"ended early: {why}", there)
+    unwritable = errors.Stop.UNWRITABLE
+    if not folder.is_dir():
+        return errors.StoppedEarly(unwritable, f"ended early: {folder}: the folder has gone", None)
+    why = errors.StoppedEarly.unwritable(fault, folder, folder).why
+    return errors.StoppedEarly(unwritable, f"ended early: {why}", folder)
 
 
 def goes_on(early: Early | None) -> bool:

@@ -142,7 +142,7 @@ def integrate(
     step_length : float
         Mean step of the block before the start, where there is one [s].
     keep : callable, optional
-        Called after each block with a function that returns the orbit so far.
+        Called after each block but the last with a function that returns the orbit so far.
     """
     journey = _Journey(integrator, parameters, winding, start, samples)
     journey.step_length = step_length
@@ -155,7 +155,7 @@ def integrate(
             if not journey.advance():
                 ending = "singular"
                 break
-            if keep is not None:
+            if keep is not None and not journey.arrived:
                 keep(lambda: journey.orbit("interrupted"))
             if on_block is not None:
                 on_block(journey.fraction)
