@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import operator
 import os
 from pathlib import Path
 from typing import Final
 
-from heavytop.errors import NotANumber, WrongType
+from heavytop.errors import Impossible, NotANumber, WrongType
 from heavytop.exact import Exact, Number
 from heavytop.names import LONGEST
 from heavytop.scene_text import shown
@@ -67,6 +68,48 @@ def number_of(name: str, value: Number) -> Exact:
         return Exact.of(value)
     except NotANumber as wrong:
         raise NotANumber(f"{name}: {wrong}") from None
+
+
+def whole(name: str, value: object, least: int, most: int | None = None) -> int:
+    """Return the whole number that an argument is.
+
+    Raises
+    ------
+    NotANumber
+        It is none.
+    Impossible
+        It is out of bounds.
+
+    Examples
+    --------
+    >>> whole("digits", "x", 1, 10)
+    Traceback (most recent call last):
+    ...
+    heavytop.errors.NotANumber: digits: a whole number from 1 to 10, not "x"
+    """
+    bounds = f", at least {least}" if most is None else f" from {least} to {most}"
+    try:
+        found = operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        found = None
+    if found is None or isinstance(value, bool):
+        raise NotANumber(f"{name}: a whole number{bounds}, not {told(value)}")
+    if found < least or (most is not None and found > most):
+        raise Impossible([(name, f"a whole number{bounds}")])
+    return found
+
+
+def text_of(name: str, value: object) -> str:
+    """Return the text that an argument is.
+
+    Raises
+    ------
+    WrongType
+        It is none.
+    """
+    if not isinstance(value, str):
+        raise wrong_type(name, "a text", value)
+    return value
 
 
 def wrong_type(name: str, what: str, value: object) -> WrongType:

@@ -9,14 +9,16 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any, Literal, TypeAlias
 
-from heavytop.arguments import expect
+from heavytop.arguments import expect, wrong_type
 from heavytop.motion import Motion
+from heavytop.state import State
 from heavytop.theory import fast_top, sleeping, steady
 from heavytop.theory.closed_form import Nodding, Steady
 from heavytop.theory.fast_top import Estimate
 from heavytop.theory.precision import Number, vanishes
 from heavytop.theory.rates import Rate, Rates, means, rates
 from heavytop.theory.reduced import Reduced
+from heavytop.top import Top
 
 Branch: TypeAlias = Literal["slow", "fast", "single"]
 
@@ -129,13 +131,15 @@ class Facts:
         return {name: None if fact in too_large else fact for name, fact in asdict(self).items()}
 
 
-def facts(motion: Motion) -> Facts:
+def facts(motion: Motion | Top, start: State | None = None) -> Facts:
     """The derived facts of a motion.
 
     Parameters
     ----------
-    motion : Motion
-        What spins and how it starts.
+    motion : Motion or Top
+        What spins and how it starts; or the top alone, and then
+    start : State
+        how it starts.
 
     Returns
     -------
@@ -144,7 +148,7 @@ def facts(motion: Motion) -> Facts:
     Raises
     ------
     WrongType
-        It is no Motion.
+        It is no Motion; a top without a start, or a motion with one.
 
     Examples
     --------
@@ -166,7 +170,11 @@ def facts(motion: Motion) -> Facts:
     ----------
     Landau & Lifshitz, *Mechanics*, section 35; Goldstein, *Classical Mechanics*, section 5.7.
     """
+    if isinstance(motion, Top):
+        motion, start = Motion(motion, start), None  # type: ignore[arg-type]  # it refuses None
     expect("motion", motion, Motion, "Motion(scene.top, scene.start) is one")
+    if start is not None:
+        raise wrong_type("start", "only with a top, as a motion has its own", start)
     path = motion.exact.orbit
     reduced = motion.reduced.refined(path.ctx)
     both = rates(path, reduced)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from heavytop.arguments import whole
 from heavytop.digits import LEAST_FOLDED, MOST_TURNS
 from heavytop.errors import BadScene, Fault, Impossible, NotANumber
 from heavytop.folds.making import Cost, Made, nodding, uniform
@@ -22,6 +23,7 @@ from heavytop.folds.sample import FoldedSample, joined
 from heavytop.folds.uniform import Uniform
 from heavytop.planning import closed_form_of, span
 from heavytop.scene import Scene
+from heavytop.scene_schema import MAX_DIGITS
 from heavytop.theory.precision import Number, number
 
 CHUNK = 4096  # times at once: what is worked on stays in the processor's cache
@@ -137,7 +139,7 @@ class Folded:
         return self.course.decimals(self._time(t))
 
     def _time(self, t: Any) -> Number:
-        exact = number(self.course.ctx, t.item() if isinstance(t, np.ndarray) else t)
+        exact = number(self.course.ctx, t.item() if isinstance(t, np.ndarray) and not t.ndim else t)
         if abs(exact) > self.reach:
             raise _too_far(self.reach)
         return exact
@@ -167,7 +169,7 @@ def fold(scene: Scene, digits: int | None = None) -> Folded:
     scene : Scene
         Its span says how far the digits have to reach, where that is beyond 8e12 periods.
     digits : int, optional
-        Decimal digits wanted, at least 16; by default the scene's.
+        Decimal digits wanted, from 1 to 10 000 and never fewer than 16; by default the scene's.
 
     Returns
     -------
@@ -179,6 +181,8 @@ def fold(scene: Scene, digits: int | None = None) -> Folded:
     BadScene
         There is no period to fold by: the motion tends to the vertical, or is not proved not to.
         Or half a nutation takes too many bits or steps, or the span holds too many turns.
+    NotANumber, Impossible
+        Digits that are no whole number from 1 to 10 000.
 
     Notes
     -----
@@ -200,7 +204,8 @@ def fold(scene: Scene, digits: int | None = None) -> Folded:
     motion = closed_form_of(scene)
     if faults := tuple(_too_far_round(scene)):
         raise BadScene(faults)
-    wanted = max(LEAST_FOLDED, scene.digits if digits is None else digits)
+    asked = scene.digits if digits is None else whole("digits", digits, 1, MAX_DIGITS)
+    wanted = max(LEAST_FOLDED, asked)
     course = motion.proved.course
     if course == "steady":
         span(scene, motion)  # refuses periods

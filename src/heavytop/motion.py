@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from numbers import Integral
 from typing import Any, Final, overload
 
 import numpy as np
 import numpy.typing as npt
 
-from heavytop.arguments import expect
+from heavytop.arguments import expect, text_of, whole
 from heavytop.errors import NotANumber
 from heavytop.kinds import Kind, Verdict
 from heavytop.kinds.certify import classify
@@ -129,12 +128,10 @@ class Motion:
 
         Raises
         ------
-        ValueError
+        NotANumber, Impossible
             No whole number from 1 to 10 000.
         """
-        if not isinstance(digits, Integral) or not 1 <= digits <= MOST_DIGITS:
-            raise ValueError(f"digits: a whole number from 1 to {MOST_DIGITS}, not {digits!r}")
-        return MPForm(self.reduced, digits, self.proved)
+        return MPForm(self.reduced, whole("digits", digits, 1, MOST_DIGITS), self.proved)
 
     @property
     def nutates(self) -> bool:
@@ -205,8 +202,10 @@ class Motion:
         ------
         ValueError
             For any other name.
+        WrongType
+            For what is no name.
         """
-        if angle not in ("sigma", "delta"):
+        if text_of("angle", angle) not in ("sigma", "delta"):
             raise ValueError(f"sigma or delta, not {angle!r}")
         return float(self.exact.mean_rates[angle == "delta"])
 
@@ -258,16 +257,15 @@ class Motion:
 
         Raises
         ------
-        NotANumber
-            A time that is no finite number.
+        NotANumber, Impossible
+            A time that is no finite number; digits that are no whole number from 1 to 10 000.
         NoClosedForm
             Beyond 2³¹ periods in doubles, 1e20 with digits.
-        ValueError
-            Digits that are no whole number from 1 to 10 000.
         """
         if digits is None:
             return self.double(_times(t))
         form = self.form(digits)
+        t = t.item() if isinstance(t, np.ndarray) and not t.ndim else t
         if isinstance(t, Iterable) and not isinstance(t, str):
             return tuple(form(each) for each in t)
         return form(t)
@@ -281,7 +279,7 @@ def _turned(value: Number | None) -> float | None:
 def _times(t: Any) -> npt.NDArray[np.float64]:
     try:
         return np.asarray(t, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise NotANumber("t: finite times; texts and exact numbers go with digits=") from None
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from math import log, tau
 
+from heavytop.arguments import expect
 from heavytop.choice import KNOWN, Choice, choice, least_formulation, patience
 from heavytop.digits import MOST_BITS, MOST_TURNS, bits_for
 from heavytop.errors import BadScene, Fault
@@ -118,6 +119,9 @@ def plan(scene: Scene, formulation: str = "auto", *, projected: bool = False) ->
     none misses its digits; ``validation/17_auto.py`` does more of them.
     """
     motion = closed_form_of(scene)
+    if not isinstance(formulation, str):
+        raise BadScene(tuple(_unknown(scene, formulation)))
+    expect("projected", projected, bool)
     chosen, why_this = formulation, f"{formulation}: asked for by name"
     if formulation == "auto":
         wanted = set(scene.quantities) - KNOWN

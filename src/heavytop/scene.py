@@ -6,7 +6,7 @@ import os
 import re
 import stat
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
 from typing import Any, Final, NoReturn
@@ -20,7 +20,7 @@ from heavytop.exact import Exact, Number
 from heavytop.names import closest, nearest
 from heavytop.scene_schema import Wrong
 from heavytop.shipped import FOLDER, shipped_names
-from heavytop.spelling import harmless
+from heavytop.spelling import harmless, readable
 from heavytop.state import State
 from heavytop.top import Top
 
@@ -222,10 +222,20 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
         _refuse_line(where, text, str(error))
     changed, faults = overridden(raw, overrides)
     place = _Place(harmless(where), scene_text.key_lines(text), changed)
-    scene, more_faults = _built(raw, place, Path(where).stem)
+    scene, more_faults = _built(raw, place, readable(Path(where).stem))
     if scene is None or faults:
+        if overrides and _is_sound(text, where):  # what is wrong comes of the changes
+            more_faults = [replace(fault, file=CHANGES, line=None) for fault in more_faults]
         raise BadScene(tuple(sorted((*faults, *more_faults), key=lambda fault: fault.line or 0)))
     return scene
+
+
+def _is_sound(text: str, where: str) -> bool:
+    try:
+        read_scene(text, where)
+    except BadScene:
+        return False
+    return True
 
 
 def no_scene(what: object, verb: str) -> BadScene:

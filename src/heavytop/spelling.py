@@ -14,6 +14,19 @@ def harmless(text: object) -> str:
     return "".join(c if c.isprintable() else _letter(c) for c in str(text))
 
 
+def readable(name: str) -> str:
+    r"""The name of a file as UTF-8, where Python read it as ASCII for the locale's sake.
+
+    Examples
+    --------
+    >>> readable("caf\udcc3\udca9"), readable("café"), readable("caf\udce9")
+    ('café', 'café', 'caf\\xe9')
+    """
+    if not any("\udc80" <= letter <= "\udcff" for letter in name):
+        return name
+    return name.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
+
+
 def _letter(letter: str) -> str:
     if "\udc80" <= letter <= "\udcff":  # a byte that is no UTF-8, as os.fsdecode gives it
         return f"\\x{ord(letter) - 0xDC00:02x}"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from heavytop.errors import Outcome
+from heavytop.errors import Impossible, NotANumber, Outcome
 from heavytop.events import Events
 from heavytop.planning import Plan
 from heavytop.quantities import Sample, invariants, sample
@@ -100,15 +100,18 @@ class Trajectory:
 
         Raises
         ------
-        ValueError
-            A time that is not finite or not between start and end; more than one dimension.
+        NotANumber
+            A time that is not finite; more than one dimension.
+        Impossible
+            A time that is not between start and end.
         """
         times = _doubles(t)
         if times.ndim > 1 or not np.isfinite(times).all():
-            raise ValueError("t: a finite time or a one-dimensional array of them")
+            raise NotANumber("t: a finite time or a one-dimensional array of them")
         low, high = sorted((0.0, self._end))
         if times.size and (times.min() < low or times.max() > high):
-            raise ValueError(f"t: between {low} and {high}, where the trajectory was integrated")
+            rule = f"between {low} and {high}, where the trajectory was integrated"
+            raise Impossible([("t", rule)])
         found = self._at(times.reshape(-1))
         return found if times.ndim else found.at(0)
 
@@ -197,8 +200,8 @@ class Trajectory:
 def _doubles(t: ArrayLike) -> Array:
     try:
         return np.asarray(t, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ValueError("t: a finite time or a one-dimensional array of them") from None
+    except (TypeError, ValueError, OverflowError):
+        raise NotANumber("t: a finite time or a one-dimensional array of them") from None
 
 
 def _known(values: Array) -> Array | None:

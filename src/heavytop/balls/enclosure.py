@@ -10,19 +10,20 @@ from typing import Any, Final, TypeAlias, cast
 
 from flint import arb
 
-from heavytop.arguments import expect
+from heavytop.arguments import expect, whole
 from heavytop.balls.ball import Ball, outward, rational
 from heavytop.balls.course import Course, Half, Nodding, course
 from heavytop.balls.known import Known
 from heavytop.balls.rising import LIMIT, settled
 from heavytop.balls.source import FromAxis, FromScene, Source
-from heavytop.errors import Impossible
 from heavytop.exact import Exact, Number
 from heavytop.exact.precision import working
 from heavytop.state import State
 from heavytop.top import Top
 
 _ERROR_DIGITS: Final = 25  # of θ in `theta_error`: far below the last bit of a double
+_MOST_DIGITS: Final = 10_000
+_MOST_BITS: Final = 1 << 24
 _BY_THE: Final = 64  # bits for late times come by so many, so that times share their course
 
 Value: TypeAlias = Callable[[Course, int], arb]
@@ -45,8 +46,8 @@ class Enclosure:
 
     Raises
     ------
-    Impossible
-        Fewer than 2 digits or bits are asked for.
+    NotANumber, Impossible
+        Digits that are no whole number from 2 to 10 000, bits that are none from 2 to 2²⁴.
     Unseparated
         On construction, where a number can be neither told from 0 nor proved to be 0; by every
         property and method, where `limit` bits do not give the digits.
@@ -63,10 +64,9 @@ class Enclosure:
     """
 
     def __init__(self, source: Source, digits: int = 15, limit: int = LIMIT) -> None:
-        asked = {"digits": digits, "limit": limit}
-        if low := [(name, "at least 2") for name, value in asked.items() if value < 2]:
-            raise Impossible(low)
-        self.source, self.digits, self.limit = source, digits, limit
+        self.source = source
+        self.digits = whole("digits", digits, 2, _MOST_DIGITS)
+        self.limit = whole("limit", limit, 2, _MOST_BITS)
         self.known = Known.of(source)
         self._courses: dict[int, Course] = {}
 
@@ -237,6 +237,8 @@ def enclose(top: Top, start: State, digits: int = 15, limit: int = LIMIT) -> Enc
     ------
     Unseparated
         A number can be neither told from 0 nor proved to be 0.
+    NotANumber, Impossible
+        Digits that are no whole number from 2 to 10 000, bits that are none from 2 to 2²⁴.
     WrongType
         `top` is no Top, or `start` no State.
 

@@ -123,6 +123,7 @@ def _fill_closed() -> None:
 def main() -> None:
     """Run the command line."""
     _fill_closed()
+    os.environ["MPLBACKEND"] = "agg"  # figures are files; a name it does not know stops matplotlib
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it tells of caches it cannot make
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a terminal without θ shows ?, and does not fail

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -96,11 +97,19 @@ def names(option: str, text: str | None) -> tuple[str, ...] | None:
 
 @contextmanager
 def blaming(options: list[str]) -> Iterator[None]:
-    """Blame the options, not the scene, when everything wrong stands in an option."""
+    """Blame the options, not the scene, for what stands in an option."""
     keys = {"formulation", *(option.partition("=")[0].strip() for option in options)}
+    changed = {name for key in keys if "." in key for name in (key, key.partition(".")[0])}
     try:
         yield
     except errors.BadScene as bad:
-        if all(fault.key in keys for fault in bad.faults):
-            raise typer.BadParameter(f"the scene cannot be run so:\n{bad}") from bad
-        raise
+        from heavytop.changes import CHANGES
+
+        faults = [
+            replace(fault, file=CHANGES, line=None) if fault.key in changed else fault
+            for fault in bad.faults
+        ]
+        told = errors.BadScene(tuple(faults))
+        if all(fault.file == CHANGES or fault.key in keys for fault in told.faults):
+            raise typer.BadParameter(f"the scene cannot be run so:\n{told}") from bad
+        raise told from bad

@@ -91,6 +91,8 @@ def nodding(scene: Scene, digits: int) -> Made:
         if needed <= bits:
             cost = Cost(bits, nutation.steps, nutation.closure, compiling, integrating)
             return Made(course, end, _reach(course, halves), cost)
+        if math.isinf(needed):
+            raise _refusal(scene, f"half a nutation takes more than {MOST_BITS} bits")
         bits = enough(needed)
     raise _refusal(scene, f"half a nutation takes {bits} bits, and {MOST_BITS} are the most")
 

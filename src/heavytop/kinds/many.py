@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
+from heavytop.arguments import expect
 from heavytop.errors import Impossible
 from heavytop.kinds.bounded import Array, Mask
 from heavytop.kinds.certify import classify
@@ -126,6 +127,7 @@ def classify_many(
     >>> [found.names[code] for code in found.kind], found.certified.all(), found.sent
     (['cusps', 'waves', 'loops'], np.True_, 0)
     """
+    expect("tags", tags, bool)
     given = {"A": A, "C": C, "gMR": gMR, "theta": theta, "thetadot": thetadot, "phidot": phidot}
     columns = Columns(spun(given, psidot, omega3))
     survey = _Survey(columns, tags)
