@@ -17,7 +17,7 @@ def fuzz_events():
 
 @pytest.mark.parametrize("way", ["doubles", "more", "extended"])
 def test_no_run_is_wrong_in_silence(fuzz_events, way):
-    assert fuzz_events.misses(3, 16, (way,)) == []
+    assert fuzz_events.misses(3, 8, (way,)) == []
 
 
 def test_runs_that_nobody_checks_are_found(fuzz_events, monkeypatch):
