@@ -13,9 +13,9 @@ import warnings
 from collections.abc import Iterator
 from dataclasses import replace
 
+import fuzz
 import numpy as np
 
-import fuzz
 import heavytop as ht
 from heavytop.decimal_witness import _own
 from heavytop.theory.closed_form import MPForm

@@ -63,6 +63,18 @@ def test_the_same_bits_on_any_number_of_threads(jobs):
     assert np.array_equal(alone.states[0], runs[0].states[5])
 
 
+def test_the_same_bits_whoever_is_beside():
+    """Some of them start on an event, others beside it: no top's bits depend on its neighbours."""
+    phidot, thetadot = np.where(np.arange(37) % 3, PHIDOT, 0.0), np.where(np.arange(37) % 2, 0.0, 1)
+    given = {"theta": THETA, "phidot": phidot, "thetadot": thetadot, "omega3": OMEGA3}
+    rest = {"time": 20.0, "events": ("turning", "reversal")}
+    many = ht.propagate_many(**SICM, **given, **rest)
+    for i in range(0, 37, 4):
+        alone = ht.propagate_many(**SICM, **{k: v[i : i + 1] for k, v in given.items()}, **rest)
+        assert np.array_equal(alone.states[0], many.states[i])
+        assert np.array_equal(alone.zeros.t, many.zeros.t[many.zeros.which == i])
+
+
 def test_a_bad_one_spoils_only_itself():
     """Not a number, too large for doubles, and, in the textbook form, through the vertical."""
     phidot = np.zeros(20)

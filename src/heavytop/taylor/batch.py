@@ -270,23 +270,19 @@ class _Journey:
         constants = np.ascontiguousarray(loaded[lanes].transpose(0, 2, 1))
         last, reached = np.empty_like(first), np.empty_like(ends)
         marks = np.zeros(len(lanes) + 1, dtype=np.int64)
-        bounded: list[bool] = np.isfinite(begin[lanes]).any(axis=1).tolist()  # type: ignore[assignment]
-        bounds, some = longest[lanes], min(self.limit or WINK, WINK)
+        bounds, begins = longest[lanes], np.minimum(begin, longest)[lanes]
+        # of all or of none, so that no top's last bits depend on those beside it
+        some = 1 if self.engine.events else min(self.limit or WINK, WINK)
         for i, target in enumerate(ends.tolist()):
             if self.halt.is_set():
                 break
             taylor.set_time(0.0)
             taylor.state[:] = first[i]
             taylor.pars[:] = constants[i]
-            if bounded[i]:
-                bound = np.minimum(bounds[i], begin[lanes[i]])
-                taylor.propagate_until(ends[i], max_steps=1, max_delta_t=bound)
-            else:
-                taylor.propagate_until(ends[i], max_steps=some, max_delta_t=bounds[i])
+            taylor.propagate_until(ends[i], max_steps=some, max_delta_t=begins[i])
             lost: list[bool] = []
             if taylor.time.tolist() != target:
-                taken = 1 if bounded[i] else some
-                lost = self._further(taylor, ends[i], bounds[i], taken)
+                lost = self._further(taylor, ends[i], bounds[i], some)
             last[i], reached[i], marks[i + 1] = taylor.state, taylor.time, len(found)
             if lost:
                 reached[i, lost] = np.nan
