@@ -51,7 +51,8 @@ UNITS: Mapping[str, str] = {
 }
 ANGLES = ("theta", "phi", "psi")
 ONE: Final = Exact.of(1)
-PRECISE: Final = (128, 192, 256)  # bits, in forms that need no more steps beside a pole
+PRECISE: Final = (128, 192, 256)  # bits
+FAR: Final = 0.01  # rad from a pole, where a form that is singular there takes no more steps
 WORST: Final = 1e-8
 
 
@@ -116,8 +117,9 @@ def sensitivities(scene: Scene, formulation: str = "attitude") -> Sensitivities:
         dΔφ/dx = ∂φ(t₁ + T)/∂x − ∂φ(t₁)/∂x + φ̇ dT/dx.
 
     Of the two turning points the one farther from the poles is taken. Everything is integrated in
-    doubles and in long doubles; where the error is above 1e-8, in 128 to 256 bits too, but in the
-    forms that are singular at a pole, which then take too many steps. Where the axis passes
+    doubles and in long doubles; where the error is above 1e-8, in 128 to 256 bits too, which
+    takes seconds, and a minute where the top nods slowly; not beside a pole in a form that is
+    singular there, which takes too many steps. Where the axis passes
     exactly through a pole, Δφ jumps by 2π from one side of it to the other; its derivatives do not.
 
     Accuracy: ``tests/two_ways/test_sensitivity.py`` holds them to 1e-12 of the closed form's.
@@ -143,7 +145,8 @@ def sensitivities(scene: Scene, formulation: str = "attitude") -> Sensitivities:
     chosen = plan(one, formulation)
     sizes, natural = _sizes(scene, motion.period), np.array([[motion.period], [1.0], [1.0]])
     coarse, known = np.full((len(wanted), sizes.size), np.nan), DOUBLE
-    for bits in (DOUBLE, FINER, *(PRECISE if LADDER[formulation].starts_at_pole else ())):
+    precise = LADDER[formulation].starts_at_pole or min(motion.from_top, motion.from_bottom) > FAR
+    for bits in (DOUBLE, FINER, *(PRECISE if precise else ())):
         fine = _slopes(scene, motion, chosen, wanted[1:], bits)
         scale = np.maximum(abs(fine), LEAST * natural[: len(wanted)] / sizes)
         error = likely_error((abs(fine - coarse) / scale).max(), known, bits)
