@@ -61,7 +61,7 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
         from heavytop.decimals.stored import text_variables
 
         over_time |= text_variables(trajectory.decimals)
-    return xarray.Dataset(
+    whole = xarray.Dataset(
         over_time | _event_variables(events),
         coords={
             "t": ("t", run.t, {"units": "s"}),
@@ -70,6 +70,49 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
         },
         attrs=_attributes(trajectory),
     )
+    return _described(whole)
+
+
+_QUANTITIES = {
+    "t": ("time since the start", "s"),
+    "t_low": ("what the time has beyond a double", "s"),
+    "time": ("time since the start, as words that add up", "s"),
+    "theta": ("tilt of the axis from the upward vertical", "rad"),
+    "phi": ("precession angle, continuous from the start", "rad"),
+    "psi": ("spin angle, continuous from the start", "rad"),
+    "thetadot": ("rate of the tilt", "rad s-1"),
+    "phidot": ("rate of precession", "rad s-1"),
+    "psidot": ("rate of the spin angle", "rad s-1"),
+    "axis": ("unit vector along the symmetry axis, in space", "1"),
+    "omega": ("angular velocity, in space", "rad s-1"),
+    "states": ("states of the formulation, each in its own unit", "various"),
+    "state": ("name of a state", "1"),
+    "space": ("direction in space, z upwards", "1"),
+    "kind": ("what happens: a turning point, a reversal or a cusp", "1"),
+    "residual": ("value of the event function where it was found", "s-1"),
+    "steps": ("natural steps taken", "1"),
+    "turned": ("phi and psi as they were followed", "rad"),
+}
+_PREFIXES = {
+    "event": "at an event",
+    "checkpoint": "at the start of a block",
+    "zeros": "at a zero of an event function",
+    "decimal": "of the run in more than doubles",
+}
+
+
+def _described(contents: xarray.Dataset) -> xarray.Dataset:
+    """Give every variable a long_name and units, by the words of which its name is made."""
+    for name, variable in contents.variables.items():
+        words = str(name).removesuffix("_text")
+        told = [more for prefix, more in _PREFIXES.items() if words.startswith(f"{prefix}_")]
+        if words != name:
+            told.append("as a decimal text")
+        known = next(q for q in sorted(_QUANTITIES, key=len, reverse=True)
+                     if words == q or words.endswith(f"_{q}"))  # fmt: skip
+        what, unit = _QUANTITIES[known]
+        variable.attrs = {"long_name": ", ".join([what, *told]), "units": unit} | variable.attrs
+    return contents
 
 
 def _event_variables(events: Events) -> dict[str, Any]:
@@ -142,5 +185,6 @@ def write(trajectory: Trajectory, path: str | os.PathLike[str]) -> None:
 
         contents = contents.assign(kept_variables(trajectory.decimals))
     letters = {name: {"dtype": "S1"} for name in contents if name in TEXTS}  # of a known size
-    data = bytes(contents.to_netcdf(engine="h5netcdf", encoding=letters))
-    write_sealed(target, lambda part: part.write_bytes(data))  # HDF5 does not survive a full disk
+    # HDF5 does not survive a full disk
+    data = bytes(_described(contents).to_netcdf(engine="h5netcdf", encoding=letters))
+    write_sealed(target, lambda part: part.write_bytes(data))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from heavytop.decimals.result import Decimals
 
 Array = NDArray[np.float64]
+ANGLES, RATES = ("theta", "phi", "psi"), ("thetadot", "phidot", "psidot")
+ROUNDED = 4 * np.finfo(float).eps
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +130,19 @@ class Trajectory:
 
     def _sampled(self, seen: Seen) -> Sample:
         formulation = self.orbit.integrator.formulation
-        return sample(formulation, seen.rows, self.orbit.parameters, seen.t, seen.phi)
+        found = sample(formulation, seen.rows, self.orbit.parameters, seen.t, seen.phi)
+        begun = seen.t == 0
+        if not begun.any():
+            return found
+        start = {name: float(getattr(self.scene.start, name)) for name in (*ANGLES, *RATES)}
+        told = {}
+        for names in (ANGLES, RATES):  # what the scene says, not what its states round to
+            rounding = ROUNDED * max(1.0, *(abs(start[name]) for name in names))
+            for name in names:
+                column, known = getattr(found, name), start[name]
+                near = begun & (abs(column - known) <= rounding)
+                told[name] = np.where(near, known, column)
+        return replace(found, **told)
 
     @cached_property
     def samples(self) -> Sample:

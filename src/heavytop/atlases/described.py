@@ -15,9 +15,7 @@ from heavytop.kinds.many import Verdicts
 def attributes(name: str, what: str) -> dict[str, Any]:
     """The attributes of a column: unit, sentence, and the CF flags of codes."""
     column = SETS[what][name]
-    found: dict[str, Any] = {"long_name": column.text}
-    if column.unit:
-        found["units"] = column.unit
+    found: dict[str, Any] = {"long_name": column.text, "units": column.unit or "1"}
     if name in ("kind", "integrated"):
         return found | _values(Verdicts.names)
     if name == "detail":
@@ -44,7 +42,7 @@ def _unit(axis: Axis) -> dict[str, Any]:
         "kg m² s⁻²": "kg m2 s-2",
     }
     unit = ROLES[axis.name].unit
-    return {"long_name": axis.name, "units": units.get(unit, unit)}
+    return {"long_name": axis.name, "units": units.get(unit, unit) or "1"}
 
 
 def _values(names: tuple[str, ...]) -> dict[str, Any]:

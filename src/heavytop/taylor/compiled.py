@@ -17,8 +17,6 @@ from heavytop.taylor.equations import Equations
 
 Array = NDArray[np.float64]
 
-hy.set_logger_level_critical()  # heyoka logs to stdout, which belongs to the results
-
 
 @dataclass(eq=False)
 class Compiled:

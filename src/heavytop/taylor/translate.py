@@ -19,6 +19,12 @@ import sympy as sp
 from heavytop.errors import UntranslatableExpression
 
 DOUBLE = 53
+MOST_CACHED = 256 * 2**20  # bytes of compiled code that heyoka keeps on disk: some hundred programs
+_HEYOKAS_OWN = 20 * 2**30  # its limit where nobody has set one
+
+hy.set_logger_level_critical()  # heyoka logs to stdout, which belongs to the results
+if hy.llvm_state.get_diskcache_limit() == _HEYOKAS_OWN:
+    hy.llvm_state.set_diskcache_limit(MOST_CACHED)
 
 _FUNCTIONS = {sp.sin: hy.sin, sp.cos: hy.cos, sp.exp: hy.exp, sp.log: hy.log}
 
