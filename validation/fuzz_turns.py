@@ -1,9 +1,9 @@
 """Random scenes whose phi and psi turn fast, close to the poles and through them.
 
-Each is run by auto, and by the attitude and the axis form by name, and held against the closed form
-of the run's own binary start at 40 digits. A run is wrong where something in it is nan, where phi or
-psi is off by more than the error of the axis explains at its tilt, where `run_errors` says less than
-it is off, and by auto where digits are missed without a warning.
+Each is run by auto, and by the attitude and the axis form by name, and held against the closed
+form of the run's own binary start at 40 digits. A run is wrong where something in it is nan, where
+phi or psi is off by more than the error of the axis explains at its tilt, where `run_errors` says
+less than it is off, and by auto where digits are missed without a warning.
 """
 
 from __future__ import annotations
@@ -65,7 +65,8 @@ def _wrongs(scene: ht.Scene, formulation: str) -> Iterator[str]:
     known = EXPLAINED * (strayed.max() + 1e-15 * sine.max()) / np.maximum(sine, 1e-300)
     for name in ("phi", "psi"):
         if (lost := off[name][(known < 1) & (off[name] > known + TURNED)]).size:
-            yield f"{name} off by {lost.max() / (2 * np.pi):.3g} turns, the axis by {strayed.max():.1e}"
+            turns, astray = lost.max() / (2 * np.pi), strayed.max()
+            yield f"{name} off by {turns:.3g} turns, the axis by {astray:.1e}"
     claimed = ht.run_errors(run)
     for name in ANGLES:
         size = max(1.0, np.abs(exact[name]).max())

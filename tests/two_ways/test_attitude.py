@@ -116,10 +116,10 @@ def distance(a, b):
 
 
 def errors_in_the_axis_form(scene):
-    """Return them, or None: with psi that form is singular where both poles are passed exactly."""
+    """Return them, or None: that form does not give psi where both poles are passed exactly."""
     try:
         return ht.run_errors(run(scene, "axis"))
-    except ht.EndedEarly:
+    except ht.BadScene:
         assert ht.Motion(scene.top, scene.start).kind == "planar-pendulum"
         return None
 
