@@ -143,10 +143,16 @@ def _wrong_matrix(ours: ht.Transition, scene: ht.Scene, name: str, course: Any) 
     function = typed_function([form.start, list(form.parameters.values())], GIVEN, mp.mpf, MP)
     kept = [i for i, p in enumerate(form.parameters) if p.name in ours.parameters]
     moved = [(s.name, *course(s.name)) for s in GIVEN]
+    _, values = function(*(x.mpf(mp) for x in start_values(scene).values()))
+    sizes = abs(np.array([values[i] for i in kept], dtype=float))
     found = []
     for i, t in enumerate(ours.times):
         whole = np.hstack((ours.matrix[i], ours.by_parameters[i]))
         columns = abs(whole).max(axis=0)
+        if sizes.any():  # a column counts as a thousandth of the largest, each times its parameter
+            least = 1e-3 * (columns[-sizes.size :] * sizes).max()
+            rest = np.divide(least, sizes, out=np.zeros_like(sizes), where=sizes > 0)
+            columns[-sizes.size :] = np.maximum(columns[-sizes.size :], rest)
         for x, ends, width in moved:
             one, other = (_exactly(function, kept, form.name, *end, t) for end in ends)
             first, later = ((b - a) / width for a, b in zip(one, other, strict=True))

@@ -28,6 +28,7 @@ from heavytop.transition import (
     Transition,
     at_start,
     digits_of,
+    gains,
     integrated,
     likely_error,
     numbers,
@@ -52,7 +53,6 @@ UNITS: Mapping[str, str] = {
 ANGLES = ("theta", "phi", "psi")
 ONE: Final = Exact.of(1)
 PRECISE: Final = (128, 192, 256)  # bits
-FAR: Final = 0.01  # rad from a pole, where a form that is singular there takes no more steps
 WORST: Final = 1e-8
 
 
@@ -145,11 +145,11 @@ def sensitivities(scene: Scene, formulation: str = "attitude") -> Sensitivities:
     chosen = plan(one, formulation)
     sizes, natural = _sizes(scene, motion.period), np.array([[motion.period], [1.0], [1.0]])
     coarse, known = np.full((len(wanted), sizes.size), np.nan), DOUBLE
-    precise = LADDER[formulation].starts_at_pole or min(motion.from_top, motion.from_bottom) > FAR
-    for bits in (DOUBLE, FINER, *(PRECISE if precise else ())):
+    more = gains(scene, formulation)
+    for bits in (DOUBLE, FINER, *(PRECISE if more else ())):
         fine = _slopes(scene, motion, chosen, wanted[1:], bits)
         scale = np.maximum(abs(fine), LEAST * natural[: len(wanted)] / sizes)
-        error = likely_error((abs(fine - coarse) / scale).max(), known, bits)
+        error = likely_error((abs(fine - coarse) / scale).max(), (bits - known) * more)
         coarse, known = fine, bits
         if error < WORST:
             break

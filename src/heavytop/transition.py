@@ -15,6 +15,7 @@ from heavytop.errors import DoubtfulWarning, EndedEarly, NotANumber, Outcome
 from heavytop.models import gradients
 from heavytop.models import lagrangian as lag
 from heavytop.models.formulation import Formulation
+from heavytop.models.ladder import LADDER
 from heavytop.models.numeric import exact_values
 from heavytop.planning import EPSILON, Plan, closed_form_of, plan, span
 from heavytop.scene import Scene
@@ -28,6 +29,7 @@ SPARE_DIGITS: Final = 12
 DOUBTFUL: Final = 1e-8
 LINEAR: Final = 0.1  # where two runs are farther apart, neither may have any digits
 CHANCE: Final = 32.0
+FAR: Final = 0.01  # rad
 LEAST: Final = 1e-3  # of its natural size, beside which errors of a smaller derivative count
 
 
@@ -50,10 +52,11 @@ class Transition:
     by_parameters : ndarray, shape (k, n, p)
         d state(t) / d parameter, at fixed state(0).
     error : ndarray, shape (k,)
-        The likely error of states, and of each column of matrix and by_parameters, relative to
-        its largest entry: 32 times what is expected of this run, in long doubles, from how far one
-        in doubles is off it. It is not a bound. (A column of by_parameters counts as a thousandth
-        of the largest at least, each times its parameter: some are zero but for rounding.)
+        The likely error of states, and of each column of matrix and by_parameters [of its largest
+        entry]: 32 times what is expected of this run, in long doubles, from how far one in doubles
+        is off it. It is not a bound. Beside a pole a form that is singular there is not expected to
+        be any better in long doubles. (A column of by_parameters counts as a thousandth of the
+        largest at least, each times its parameter: some are zero but for rounding.)
     """
 
     times: Array
@@ -146,7 +149,8 @@ def state_transition(
     fine = integrated(numbers(scene, chosen, FINER), times[there])
     names = variational(varied.formulation, DOUBLE).parameters
     constants = np.array([varied.constants[name] for name in names], dtype=np.float64)
-    error = likely_error(_apart(coarse.at(there), fine, constants), DOUBLE, FINER)
+    gained = FINER - DOUBLE if gains(scene, formulation) else 0
+    error = likely_error(_apart(coarse.at(there), fine, constants), gained)
     reached = np.isfinite(error)
     there[there] = reached
     found = Transition(
@@ -217,13 +221,23 @@ def _apart(coarse: Varied, fine: Varied, parameters: Array) -> Array:
     return (gap / np.where(size == 0, 1, size)).max(axis=1)  # type: ignore[no-any-return]
 
 
-def likely_error(apart: Any, bits: int, finer: int) -> Array:
+def gains(scene: Scene, formulation: str) -> bool:
+    """Return whether more bits surely help: not in a form beside a pole where it is singular.
+
+    There p_phi and p_psi may differ by less than either precision tells, and both lose the same.
+    """
+    motion = closed_form_of(scene)
+    far = min(motion.from_top, motion.from_bottom) > FAR
+    return far or LADDER[formulation].starts_at_pole
+
+
+def likely_error(apart: Any, gained: int) -> Array:
     """Return the likely error of the finer of two runs, from how far they are apart, relative.
 
-    As long as some digits are left in both, it is less by as many bits as the numbers have more;
-    chance may make either error smaller or larger, for which there is a factor.
+    As long as some digits are left in both, it is less by as many bits as were gained; chance may
+    make either error smaller or larger, for which there is a factor.
     """
-    found: Array = np.where(apart < LINEAR, np.ldexp(CHANCE, bits - finer), 1.0) * apart
+    found: Array = np.where(apart < LINEAR, np.ldexp(CHANCE, -gained), 1.0) * apart
     return np.maximum(found, EPSILON)
 
 
