@@ -182,7 +182,7 @@ class Drift:
         asked = {name: self.study.identity[name] for name in ("ensemble", "samples", "seed")}
         return xarray.Dataset(
             table,
-            coords={"scheme": names},
+            coords={"scheme": ("scheme", names, _about("method that was followed"))},
             attrs={"schema": SCHEMA, "title": self.study.scene.title, **asked},
         )
 
