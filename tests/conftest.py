@@ -1,8 +1,13 @@
-"""What all tests begin with: Ctrl-C as in a terminal, also where whoever began them ignores it."""
+"""What all tests begin with: Ctrl-C as in a terminal, and no width of one."""
 
+import os
 import signal
 
 import pytest
+
+for name in ("COLUMNS", "LINES"):  # readline, which pytest imports, sets them for all processes
+    os.environ.pop(name, None)
+    os.unsetenv(name)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Final, overload
 
@@ -254,6 +254,8 @@ class Motion:
         -------
         DoubleRecord or ExactRecord
             Arrays of the shape of t; with `digits` numbers, or a tuple of them when t is many.
+            Either has the angles and their rates, `axis`, `quaternion` (body to space, scalar
+            first), `omega` in space, and the `energy`.
 
         Raises
         ------
@@ -263,12 +265,14 @@ class Motion:
             Beyond 2³¹ periods in doubles, 1e20 with digits.
         """
         if digits is None:
-            return self.double(_times(t))
+            record = self.double(_times(t))
+            return replace(record, energy=np.full_like(record.t, self.constants.E))
         form = self.form(digits)
+        energy = _constants.constants(form.ctx, self.top, self.start).E
         t = t.item() if isinstance(t, np.ndarray) and not t.ndim else t
         if isinstance(t, Iterable) and not isinstance(t, str):
-            return tuple(form(each) for each in t)
-        return form(t)
+            return tuple(replace(form(each), energy=energy) for each in t)
+        return replace(form(t), energy=energy)
 
 
 def _turned(value: Number | None) -> float | None:

@@ -233,7 +233,7 @@ class TestErrors:
         floor = ax.get_ylim()[0]
         marks = [line.get_ydata() for line in ax.lines if line.get_linestyle() == "None"]
         assert len(marks) == 4
-        assert marks[0][0] == floor  # the first sample is the start, exact in theta
+        assert marks[1][0] == floor  # the first sample is the start, exact in phi
         positive = [y[y > floor] for y in marks]
         assert all((y > 2 * floor).all() for y in positive)
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.atlases.axes import ROLES, Axis
+from heavytop.motion import Motion
 from heavytop.scene import Scene
 
 Array = NDArray[np.float64]
@@ -95,6 +96,23 @@ class Plane:
         given: dict[str, Any] = self._base | {self.x.name: x, self.y.name: y}
         with np.errstate(all="ignore"):
             return _started(given)
+
+    @property
+    def held(self) -> dict[str, float]:
+        """The numbers of the scene that no axis changes, by name."""
+        return {name: value for name, value in self._base.items() if name != "branch"}
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """Where the scene itself lies, on the map or beside it."""
+        top, start = self.scene.top, self.scene.start
+        constants = Motion(top, start).constants
+        x, y = (
+            next(getattr(each, axis.name) for each in (start, top, constants)
+                 if hasattr(each, axis.name))
+            for axis in (self.x, self.y)
+        )  # fmt: skip
+        return float(x), float(y)
 
     @cached_property
     def _base(self) -> dict[str, float]:

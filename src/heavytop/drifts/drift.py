@@ -244,7 +244,13 @@ class Drift:
         title = self.study.scene.title
         return xarray.Dataset(
             table,
-            coords={"scheme": [one.method.text for one in each]},
+            coords={
+                "scheme": (
+                    "scheme",
+                    [one.method.text for one in each],
+                    _about("method that was followed", "1"),
+                )
+            },  # fmt: skip
             attrs={"schema": SCHEMA, "title": title, **asked, "spread": SPREAD},
         )
 

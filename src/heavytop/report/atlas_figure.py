@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from heavytop.atlases.axes import ROLES
 from heavytop.motion import Motion
 from heavytop.report.figures import View
 from heavytop.report.figures.style import STYLE, literal
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from heavytop.atlases.atlas import Atlas
     from heavytop.atlases.axes import Axis
     from heavytop.atlases.curves import Curve
+    from heavytop.atlases.plane import Plane
 
 Codes = NDArray[np.uint8]
 
@@ -80,10 +82,12 @@ def atlas_figure(atlas: Atlas) -> Figure:
         figure = Figure(figsize=(9.6, 6.0), layout="constrained")
         parts: Any = figure.subfigures(1, 2, width_ratios=(2.6, 1.0))
         left, right = parts
-        scene = atlas.study.plane.scene
-        left.suptitle(literal(scene.title or scene.name))
+        plane = atlas.study.plane
+        held = (f"{ROLES[name].sign} = {value:.6g}" for name, value in plane.held.items())
+        left.suptitle(f"{literal(plane.scene.name, 60)}; held: {', '.join(held)}", fontsize=10)
         ax = left.subplots()
         _map(ax, atlas, kind)
+        _own(ax, plane)
         _strokes(ax, atlas.curves)
         _kinds(ax, atlas)
         shown = list(_examples(atlas, kind, columns, rows))
@@ -132,6 +136,14 @@ def _map(ax: Axes, atlas: Atlas, kind: Codes) -> None:
     ax.set_ylim(edges[1][0], edges[1][-1])
 
 
+def _own(ax: Axes, plane: Plane) -> None:
+    """Mark where the scene itself lies, if that is on the map."""
+    x, y = plane.place
+    if all(low <= at <= high for at, (low, high) in ((x, ax.get_xlim()), (y, ax.get_ylim()))):
+        ax.plot(x, y, "P", color="black", markersize=9, markeredgecolor="white", zorder=7,
+                label=literal(plane.scene.name, 30))  # fmt: skip
+
+
 def _edges(axis: Axis, count: int) -> NDArray[np.float64]:
     """The edges of so many pixels; the first and the last value are in the middle of theirs."""
     low, high, steps = float(axis.low), float(axis.high), np.arange(count + 1) - 0.5
@@ -142,8 +154,6 @@ def _edges(axis: Axis, count: int) -> NDArray[np.float64]:
 
 
 def _label(axis: Axis) -> str:
-    from heavytop.atlases.axes import ROLES
-
     role = ROLES[axis.name]
     return f"{role.sign} [{role.unit}]"
 

@@ -68,6 +68,7 @@ def _facts(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         unit = ROLES[axis["name"]].unit
         ends = f"{axis['low']:.6g} … {axis['high']:.6g} {unit}".strip()
         yield side, f"{axis['name']} = {ends}, {axis['count']} values{scale}"
+    yield "held", ", ".join(_held(document))
     yield "not proved", str(document["uncertified"])
     yield "settled by balls", str(document["sent"])
     names = [curve["name"] for curve in document["curves"]]
@@ -80,6 +81,16 @@ def _facts(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield "… by more than rounding", str(document["unexplained"])
         yield "that a run cannot tell", str(document["untold"])
     yield "pixels per second", f"{document['kinds_per_s']:.3g}"
+
+
+def _held(document: Mapping[str, Any]) -> Iterator[str]:
+    """What no axis changes."""
+    from heavytop.atlases.axes import ROLES
+
+    changed = {ROLES[axis["name"]].sets for axis in document["axes"].values()}
+    for name, value in (document["scene"]["top"] | document["scene"]["start"]).items():
+        if name in ROLES and ROLES[name].sets not in changed:
+            yield f"{name} = {value:.6g} {ROLES[name].unit}"
 
 
 def _pixels(pixels: list[Mapping[str, Any]], digits: int) -> Table:

@@ -34,26 +34,27 @@ def stress_figure(document: Mapping[str, Any]) -> Figure:
     names = [name for name in document["methods"] if any(name == r["method"] for r in runs)]
     rows = [case for case in document["hard"] if any(case == r["case"] for r in runs)]
     with mpl.rc_context(STYLE):
-        size = (3.2 + 0.42 * len(names), 1.9 + 0.19 * len(rows))
+        heads = [literal(heading(document, m), 40) for m in names]
+        high = 1.2 + 0.07 * max(map(len, heads)) + 0.19 * len(rows)
+        size = (max(5.5, 3.2 + 0.42 * len(names)), high)
         figure = Figure(figsize=size, layout="constrained")
         ax = figure.subplots()
         _draw(ax, runs, rows, names)
-        ax.set_xticks(
-            range(len(names)), [literal(heading(document, m), 40) for m in names], rotation=90
-        )
+        ax.set_xticks(range(len(names)), heads, rotation=90)
         ax.set_yticks(range(len(rows)), [literal(case, 40) for case in rows])
         ax.tick_params(length=0, labeltop=True, labelbottom=False)
         ax.set_xlabel(_words(), fontsize=7.5)
-        bar = figure.colorbar(ax.images[0], ax=ax, fraction=0.04, aspect=40)
-        bar.set_label("digits lost beyond what conditioning allows")
+        figure.colorbar(ax.images[0], ax=ax, fraction=0.04, aspect=40)
     return figure
 
 
 def _words() -> str:
-    """What the marks mean."""
+    """What the colours and the marks mean."""
+    colours = "colours: digits lost beyond what conditioning allows"
     marks = [f"{mark} {word}" for word, mark in MARKS.items()]
     marks += [f"{UNTOLD} nothing to tell", "grey: no number, or not run"]
-    return ",\n".join(", ".join(marks[i : i + ACROSS]) for i in range(0, len(marks), ACROSS))
+    lines = (", ".join(marks[i : i + ACROSS]) for i in range(0, len(marks), ACROSS))
+    return "\n".join([colours, ",\n".join(lines)])
 
 
 def _draw(ax: Axes, runs: Any, rows: list[str], names: list[str]) -> None:

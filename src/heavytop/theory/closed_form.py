@@ -45,6 +45,9 @@ class ExactRecord:
         Unit vector along the symmetry axis, (sin θ sin φ, −sin θ cos φ, cos θ).
     n : int
         The period of the nutation, counted from the one whose u₁ is nearest the start.
+    omega3, energy : Number
+        What is constant: the angular velocity about the symmetry axis [rad/s], and E [J], which
+        `Motion.at` knows; None where the moments are not known.
     """
 
     t: Number
@@ -60,6 +63,29 @@ class ExactRecord:
     udot: Number
     axis: tuple[Number, Number, Number]
     n: int
+    omega3: Number = None
+    energy: Number = None
+
+    @property
+    def quaternion(self) -> tuple[Number, Number, Number, Number]:
+        """The attitude, body to space, scalar first."""
+        ctx = self.theta.context
+        cosine, sine = (ctx.sqrt(x / 2) for x in (self.one_plus_u, self.one_minus_u))
+        plus, minus = (self.phi + self.psi) / 2, (self.phi - self.psi) / 2
+        return (
+            cosine * ctx.cos(plus), sine * ctx.cos(minus),
+            sine * ctx.sin(minus), cosine * ctx.sin(plus),
+        )  # fmt: skip
+
+    @property
+    def omega(self) -> tuple[Number, Number, Number]:
+        """The angular velocity in space [rad/s]: ω₃ along the axis, and e × ė."""
+        ctx = self.theta.context
+        sine = ctx.sqrt(self.one_minus_u * self.one_plus_u)
+        across = (self.omega3 - self.phidot * self.u) * sine
+        sin, cos = ctx.sin(self.phi), ctx.cos(self.phi)
+        upright = self.omega3 * self.u + self.phidot * sine * sine
+        return self.thetadot * cos + across * sin, self.thetadot * sin - across * cos, upright
 
 
 FARTHEST = 1e20
@@ -184,7 +210,7 @@ class MPForm:
         return ExactRecord(
             time, theta, phi, start.psi0 + start.kappa * time + side * (plus - minus),
             -side * rise, phidot, psidot, u, above, below, side * rise * sine,
-            (sine * ctx.sin(phi), -sine * ctx.cos(phi), u), n,
+            (sine * ctx.sin(phi), -sine * ctx.cos(phi), u), n, start.kappa + start.b,
         )  # fmt: skip
 
     def _rates(self, place: Place) -> tuple[Number, Number]:

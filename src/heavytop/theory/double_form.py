@@ -64,6 +64,9 @@ class DoubleRecord:
         Unit vector along the symmetry axis, (sin θ sin φ, −sin θ cos φ, cos θ).
     n : array of int
         The period of the nutation, counted from the one whose u₁ is nearest the start.
+    omega3, energy : array
+        What is constant: the angular velocity about the symmetry axis [rad/s], and E [J], which
+        `Motion.at` knows; nan where the moments are not known.
     """
 
     t: Array
@@ -82,6 +85,31 @@ class DoubleRecord:
     uddot: Array
     axis: Array
     n: npt.NDArray[np.int64]
+    omega3: Array
+    energy: Array
+
+    @property
+    def quaternion(self) -> Array:
+        """The attitude (…, 4), body to space, scalar first, continuous from the start."""
+        phi, psi = self.phi_mod, self.psi_mod
+        turns = np.rint((self.phi - phi) / (2 * np.pi)) + np.rint((self.psi - psi) / (2 * np.pi))
+        sign = 1 - 2 * (turns % 2)
+        cosine, sine = sign * np.sqrt(self.one_plus_u / 2), sign * np.sqrt(self.one_minus_u / 2)
+        plus, minus = (phi + psi) / 2, (phi - psi) / 2
+        parts = (
+            cosine * np.cos(plus), sine * np.cos(minus), sine * np.sin(minus), cosine * np.sin(plus)
+        )  # fmt: skip
+        return np.stack(parts, axis=-1)
+
+    @property
+    def omega(self) -> Array:
+        """The angular velocity (…, 3) in space [rad/s]: ω₃ along the axis, and e × ė."""
+        sine = np.sqrt(self.one_minus_u * self.one_plus_u)
+        across = (self.omega3 - self.phidot * self.u) * sine
+        sin, cos = np.sin(self.phi_mod), np.cos(self.phi_mod)
+        upright = self.omega3 * self.u + self.phidot * sine * sine
+        parts = self.thetadot * cos + across * sin, self.thetadot * sin - across * cos, upright
+        return np.stack(parts, axis=-1)
 
 
 def _double_course(path: Orbit) -> DoubleCourse:
@@ -131,7 +159,7 @@ class DoubleForm:
         ctx, start = path.ctx, reduced.refined(path.ctx)
         self._side = side = -1 if reduced.g < 0 else 1
         self._path = here = _double_course(path)
-        self._kappa = float(start.kappa)
+        self._kappa, self._omega3 = float(start.kappa), float(start.kappa + start.b)
         self._reversal = start.a / start.b if start.b else ctx.inf
         angles = []
         for first, sign, rate in ((start.phi0, 1, ctx.zero), (start.psi0, -1, start.kappa)):
@@ -230,6 +258,7 @@ class DoubleForm:
             t, theta, phi, psi, phi_mod, self._psi.modulo(place.turning, t, t_lo, over),
             -side * place.rise, place.phidot, self._kappa + side * place.spin, u, above, below,
             side * place.rise * sine, side * place.uddot, axis, place.n.astype(np.int64),
+            np.full_like(t, self._omega3), np.full_like(t, np.nan),
         )  # fmt: skip
 
     def _angles(self, place: DoublePlace, t: Array, t_lo: Array) -> tuple[Array, Array]:
