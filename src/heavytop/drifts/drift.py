@@ -241,16 +241,10 @@ class Drift:
                 over = _about(f"{what}, standard deviation over the starts", unit)
                 table[f"{name}_spread"] = (("scheme", "mark"), _filled(spread, width), over)
         asked = {name: self.study.identity[name] for name in ("ensemble", "samples", "seed")}
-        title = self.study.scene.title
+        title, schemes = self.study.scene.title, [one.method.text for one in each]
         return xarray.Dataset(
             table,
-            coords={
-                "scheme": (
-                    "scheme",
-                    [one.method.text for one in each],
-                    _about("method that was followed", "1"),
-                )
-            },  # fmt: skip
+            coords={"scheme": ("scheme", schemes, _about("method that was followed", "1"))},
             attrs={"schema": SCHEMA, "title": title, **asked, "spread": SPREAD},
         )
 
