@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from heavytop.arguments import text_of
 from heavytop.errors import BadScene, Fault
 from heavytop.models import gradients
 from heavytop.models.ladder import LADDER
@@ -119,6 +120,7 @@ def sensitivities(scene: Scene, formulation: str = "axis") -> Sensitivities:
     if motion.period is None:
         rule = f"nothing nutates: {motion.kind} has no period to vary"
         raise BadScene((Fault(scene.name, None, "sensitivities", "", rule),))
+    text_of("formulation", formulation)
     wanted = ANGLES if _has_angles(motion, formulation) else ANGLES[:1]
     chosen = plan(replace(scene, quantities=wanted, events=()), formulation)
     varied, turning = numbers(scene, chosen), _turning(motion)
