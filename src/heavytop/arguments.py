@@ -99,6 +99,17 @@ def whole(name: str, value: object, least: int, most: int | None = None) -> int:
     return found
 
 
+def heard(name: str, value: object) -> None:
+    """Refuse what is to be told of progress, if it is there and no function.
+
+    Raises
+    ------
+    WrongType
+    """
+    if not (value is None or callable(value)):
+        raise wrong_type(name, "a function", value)
+
+
 def text_of(name: str, value: object) -> str:
     """Return the text that an argument is.
 

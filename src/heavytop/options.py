@@ -128,7 +128,11 @@ def named(
     """
     if isinstance(given, str | bytes) or not isinstance(given, Iterable):
         return [], [Fault(file, None, key, shown(given), "a sequence of names")]
-    found, faults, every = [], [], list(given)
+    try:
+        every = list(given)
+    except TypeError:  # an array of no dimension
+        return [], [Fault(file, None, key, shown(given), "a sequence of names")]
+    found, faults = [], []
     for name in every:
         try:
             found.append(read(_text(name)))

@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 
-from heavytop.arguments import whole, wrong_type
+from heavytop.arguments import heard, whole
 from heavytop.doubts import checked, forewarned
 from heavytop.engines import binary_start, compiled_and_timed, engine_of
 from heavytop.errors import BadScene, Fault
@@ -91,8 +91,7 @@ def propagate(
     5
     """
     step_limit = None if step_limit is None else whole("step_limit", step_limit, 1)
-    if not (progress is None or callable(progress)):
-        raise wrong_type("progress", "a function of the fraction done", progress)
+    heard("progress", progress)
     chosen = plan(scene, formulation, projected=projected)
     if chosen.formulation == "none":
         raise _nothing_to_integrate(scene)

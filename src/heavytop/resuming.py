@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from heavytop import ledger
-from heavytop.arguments import path_of
+from heavytop.arguments import heard, path_of, whole
 from heavytop.errors import ForeignFile
 
 if TYPE_CHECKING:
@@ -75,6 +75,8 @@ def resume(
     ...     print(resume(place).document(costs=False) == first.document(costs=False))
     True
     """
+    heard("progress", progress)
+    jobs = whole("jobs", jobs, 1)
     kind = kind_of(path_of("folder", folder))
     if kind not in GOING_ON:
         raise ForeignFile(f"{Path(folder)}: a study of {kind!r:.40}")

@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from heavytop.arguments import text_of
 from heavytop.errors import BadScene, EndedEarly, Fault, Outcome
 from heavytop.exact import Exact
 from heavytop.models import gradients
@@ -140,6 +141,7 @@ def sensitivities(scene: Scene, formulation: str = "attitude") -> Sensitivities:
     if motion.period is None:
         rule = f"nothing nutates: {motion.kind} has no period to vary"
         raise BadScene((Fault(scene.name, None, "sensitivities", "", rule),))
+    text_of("formulation", formulation)
     wanted = ANGLES if _has_angles(motion, formulation) else ANGLES[:1]
     one = replace(scene, time=None, periods=ONE, digits=12, quantities=wanted, events=())
     chosen = plan(one, formulation)

@@ -252,7 +252,7 @@ def _warn(found: Transition) -> None:
 def _times(t: ArrayLike) -> Array:
     try:
         times = np.atleast_1d(np.asarray(t, dtype=np.float64))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise NotANumber("t: times, in seconds") from None
     if times.ndim != 1 or not np.isfinite(times).all():
         raise NotANumber("t: finite times, in one row, in seconds")

@@ -64,6 +64,20 @@ CALLS = {
     "run_errors": lambda v, _: ht.run_errors(v),
     "sensitivities": lambda v, _: ht.sensitivities(v),
     "state_transition": lambda v, _: ht.state_transition(SCENE, v),
+    "sensitivities formulation": lambda v, _: ht.sensitivities(SCENE, v),
+    "state_transition times": lambda v, _: ht.state_transition(
+        SCENE, "axis", v if np.ndim(v) or not isinstance(v, float) else "x"),
+    **{f"atlas {n}": lambda v, _, n=n: ht.atlas(
+        SCENE, **{"x": "phidot=-2:2:3", "y": "psidot=-2:2:3", "jobs": 1} | {n: v})
+       for n in ("x", "y", "only", "shard", "folder", "progress", "integrate")},
+    **{f"drift {n}": lambda v, _, n=n: ht.drift(
+        SCENE, **{"methods": ("taylor-axis",), "periods": 2} | {n: v})
+       for n in ("methods", "ensemble", "seed", "folder", "progress")},
+    "stress progress": lambda v, _: v is not None and ht.stress(
+        cases=("kick-1e-9",), methods=("taylor-axis",), progress=v),
+    "work_precision progress": lambda v, _: v is not None and ht.work_precision(
+        SCENE, progress=v),
+    "resume jobs": lambda v, _: ht.resume("no such folder", jobs=v),
     "energy_momentum": lambda v, _: ht.energy_momentum(TOP, v),
     "load_scene": lambda v, _: ht.load_scene(v),
     "load_trajectory": lambda v, _: ht.load_trajectory(v),
@@ -72,7 +86,8 @@ CALLS = {
 
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("name", CALLS)
-def test_junk_is_refused_by_name_or_served(name, known):
+def test_junk_is_refused_by_name_or_served(name, known, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     raw = []
     for value in JUNK:
         try:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from heavytop import ledger, options, recorded
-from heavytop.arguments import path_of, wrong_type
+from heavytop.arguments import heard, path_of, wrong_type
 from heavytop.atlases.atlas import Atlas, gathered
 from heavytop.atlases.study import KIND, Study
 from heavytop.errors import BadScene, Fault, ForeignFile
@@ -90,6 +90,9 @@ def atlas(
     Accuracy: ``tests/two_ways/test_atlas.py`` holds pixels to 1e-13 of `heavytop.Motion` alone,
     and their kinds to integrated ones.
     """
+    heard("progress", progress)
+    if folder is not None:
+        path_of("folder", folder)
     file = str(getattr(scene, "name", KIND))
     given = {"jobs": usable_cpus() if jobs is None else jobs, "shard": shard, "only": only,
              "integrate": integrate, "executor": executor}  # fmt: skip
@@ -250,7 +253,7 @@ def _study(kept: ledger.Folder) -> Study:
 
 
 def _what(only: object, integrate: object) -> str:
-    if only == "kind":
+    if isinstance(only, str) and only == "kind":
         return "kind"
     return "integrate" if integrate is True else "rows"
 
@@ -353,7 +356,7 @@ def _whole(word: object) -> int:
 
 
 def _only(given: object) -> str | None:
-    if given not in (None, "kind"):
+    if given is not None and not (isinstance(given, str) and given == "kind"):
         raise Refused("kind")
     return None if given is None else "kind"
 

@@ -8,6 +8,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 
 from heavytop import ledger
+from heavytop.arguments import heard, path_of
 from heavytop.drifts.drift import Drift, gathered
 from heavytop.drifts.methods import DEFAULT
 from heavytop.drifts.options import JOBS
@@ -98,6 +99,9 @@ def drift(
     Brouwer, "On the accumulation of errors in numerical integration", *Astronomical Journal* 46
     (1937), for the powers of the time with which errors grow.
     """
+    heard("progress", progress)
+    if folder is not None:
+        path_of("folder", folder)
     values, wrong = taken(str(getattr(scene, "name", "drift")), {"jobs": jobs}, JOBS)
     try:
         study = Study.asked(scene, methods, periods, ensemble, samples, seed)

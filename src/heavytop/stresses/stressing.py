@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final, TypeVar
 
+from heavytop.arguments import heard
 from heavytop.errors import BadScene, Fault
 from heavytop.machine import versions
 from heavytop.options import Number, named, one_of, taken
@@ -77,6 +78,7 @@ def stress(
     Accuracy: ``tests/two_ways/test_stress.py`` holds what a case allows to what the closed form
     makes of changed starts.
     """
+    heard("progress", progress)
     limits = {"budget": budget, "time_limit": time_limit, "step_limit": step_limit}
     chosen, asked, limits = _chosen(cases, methods, limits)
     pairs = [(c, m) for m in asked for c in chosen if not _apart(c, m)]

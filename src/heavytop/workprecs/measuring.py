@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
+from heavytop.arguments import heard
 from heavytop.drifts.methods import Method
 from heavytop.drifts.runs import Run
 from heavytop.errors import HeavyTopError, MissingPackage
@@ -86,6 +87,7 @@ def work_precision(
     Accuracy: ``tests/two_ways/test_work_precision.py`` holds errors to a thousandth of what the
     closed form says of the same state.
     """
+    heard("progress", progress)
     clock = time.perf_counter
     began = clock()
     derived = _derived(clock)
