@@ -133,7 +133,7 @@ def _trajectory(file: Any) -> Trajectory:
         orbit=orbit,
         events=events,
         outcome=outcome,
-        statistics=Statistics(steps, 0, 0.0, 0.0, 0.0),
+        statistics=Statistics(steps, 0, 0.0, 0.0, 0.0, whole=False),
         decimals=decimals,
     )
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from heavytop import options
-from heavytop.arguments import expect, number_of
+from heavytop.arguments import expect, heard, number_of
 from heavytop.choice import choice
 from heavytop.doubts import checked, forewarned
 from heavytop.errors import Outcome
@@ -83,6 +83,7 @@ def extend(
     (4.0, 15)
     """
     expect("trajectory", trajectory, Trajectory, "propagate gives one")
+    heard("progress", progress)
     span_wanted = number_of("time_span", time_span)
     old, end = trajectory.orbit, float(span_wanted)
     if not abs(end) > abs(old.end) or end * old.end < 0:
@@ -100,7 +101,7 @@ def extend(
     longer = finished(scene, chosen, orbit, trajectory.statistics.derive_s, spent)
     if trajectory.decimals is not None:
         longer = in_decimals(longer, progress, trajectory.decimals)
-    return checked(longer)
+    return checked(_timed(longer, trajectory))
 
 
 def _longer(chosen: Plan, scene: Scene) -> Plan:
@@ -181,4 +182,11 @@ def completed(
     if keeper is not None:
         keeper.at_last(orbit)
     found = finished(scene, trajectory.plan, orbit, derive_s, spent)
-    return checked(found if found.plan.precision == "double" else in_decimals(found, progress))
+    if found.plan.precision != "double":
+        found = in_decimals(found, progress)
+    return checked(_timed(found, trajectory))
+
+
+def _timed(longer: Trajectory, part: Trajectory) -> Trajectory:
+    """Return a continued run, whose times are those of the whole if those of its part are known."""
+    return replace(longer, statistics=replace(longer.statistics, whole=part.statistics.whole))

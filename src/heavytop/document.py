@@ -128,7 +128,8 @@ def _events(trajectory: Trajectory) -> dict[str, Any]:
 
 def _cost(trajectory: Trajectory, motion: Motion) -> dict[str, Any]:
     spent = trajectory.statistics
-    periods = abs(trajectory.orbit.end) / float(motion.period) if motion.period else 0.0
+    period = motion.period if spent.whole else None
+    periods = abs(trajectory.orbit.end) / float(period) if period else 0.0
     return {
         "steps": spent.steps,
         "derive_s": spent.derive_s,

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heavytop import options
+from heavytop.arguments import whole, wrong_type
 from heavytop.digits import MOST_DIGITS
-from heavytop.error_growth import Outlook, fastest, outlook
+from heavytop.error_growth import Outlook, outlook
 from heavytop.errors import BadScene, HeavyTopError, ImpossibleStart, NotANumber, Outcome
 from heavytop.models import lagrangian as lag
 from heavytop.models.formulation import Formulation
@@ -42,8 +43,8 @@ OUTCOMES = {
 Starts = Mapping[str, Array]
 
 KIND = "propagate_many"
-MOST_STEPS = 10_000_000  # unless told otherwise: some ten seconds,
-SPARE_STEPS, NUTATION_STEPS = 100_000, 100  # or so many, and so many more for each nutation
+MOST_JOBS = 1024
+MOST_STEPS = 10_000_000  # unless told otherwise: some ten seconds
 TOLD = 100  # units of rounding by which a motion must have an event for its number to be told
 BY_HEIGHT = 100  # the cubic form, whose state is a height, in units of the others
 FORMULATIONS = {"formulation": options.one_of(LADDER)}
@@ -219,8 +220,7 @@ def propagate_many(
     events : sequence of str
         Which zeros to find: turning, reversal.
     step_limit : int, optional
-        Steps after which a top is given up; by default some ten seconds of them, or a hundred
-        thousand and a hundred more for each nutation, if that is less.
+        Steps after which a top is given up; by default ten million, which take some ten seconds.
     longest : array_like
         The longest step [s]. A step longer than the half of a nutation may pass over a turning
         point next to a start on one.
@@ -244,7 +244,11 @@ def propagate_many(
         Both psidot and omega3 are given.
     NotANumber
         Something is not an array of numbers, which is named, or the shapes do not broadcast; or
-        the digits are none that doubles can have.
+        an option is no whole number.
+    Impossible
+        Digits that doubles cannot have, no steps, or no threads.
+    WrongType
+        `events` are no names in a row, or `recompute` is neither True nor False.
     BadScene
         No formulation has this name, or it has no such event.
 
@@ -280,8 +284,11 @@ def propagate_many(
         "thetadot": thetadot, "phidot": phidot, "psidot" if omega3 is None else "omega3": rate,
         "time": time, "longest": longest,
     }  # fmt: skip
-    if digits not in range(1, MOST_DIGITS + 1):
-        raise NotANumber(f"digits: a whole number from 1 to {MOST_DIGITS}")
+    digits = whole("digits", digits, 1, MOST_DIGITS)
+    step_limit = MOST_STEPS if step_limit is None else whole("step_limit", step_limit, 1, 10**15)
+    jobs = None if jobs is None else whole("jobs", jobs, 1, MOST_JOBS)
+    if not isinstance(recompute, bool):
+        raise wrong_type("recompute", "True or False", recompute)
     form, events = _asked(formulation, events)
     shape, columns = _columns(given)
     *start, end, bounds = columns
@@ -289,9 +296,6 @@ def propagate_many(
         start[8] = start[8] - start[7] * np.cos(start[3])
     states, parameters = _binary(form, start)
     begun = {symbol.name: each for symbol, each in zip(_SYMBOLS, start, strict=True)}
-    if step_limit is None:
-        turns = np.nanmax(np.abs(end) * fastest(begun), initial=0.0) / (2 * np.pi)
-        step_limit = int(min(MOST_STEPS, SPARE_STEPS + NUTATION_STEPS * turns))
     ahead = outlook(begun, end) if events else None
     first = np.full(end.shape, np.inf)
     if ahead is not None:
@@ -406,6 +410,8 @@ def _asked(formulation: str, events: Sequence[str]) -> tuple[Formulation, tuple[
     rung, faults = options.taken(KIND, {"formulation": formulation}, FORMULATIONS)
     form = rung["formulation"].build(None) if rung else None
     known = LADDER["axis"].build(None) if form is None else form
+    if not isinstance(events, Sequence):
+        raise wrong_type("events", "names of events, in a row", events)
     if events:
         each = options.one_of({name: name for name in known.events})
         events, wrong = options.named(KIND, "events", events, each)

@@ -7,6 +7,7 @@ and its trajectory, if there is one, is as far as it went.
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -104,7 +105,7 @@ def begun(folder: Path, asked: Request, *, force: bool = False) -> Iterator[None
     """
     if (folder / STUDY).exists():
         raise ForeignRun(folder, ())
-    lock = Lock(folder / LOCK)
+    lock, mine = Lock(folder / LOCK), False
     try:
         if not force:
             _expect_same(folder, asked)
@@ -113,21 +114,37 @@ def begun(folder: Path, asked: Request, *, force: bool = False) -> Iterator[None
                 path.unlink(missing_ok=True)
         unfinished = (folder / REQUEST).exists()
         if force or not unfinished:
-            clear(folder)
-            for name in (TRAJECTORY, *(OWN_FIGURES if unfinished else ())):
-                (folder / name).unlink(missing_ok=True)
+            _replace(folder, unfinished=unfinished)
             asked.write(folder)
+        mine = True
         yield
     except (KeyboardInterrupt, OSError, StoppedEarly):
         raise
     except BaseException:
-        if not (folder / TRAJECTORY).exists():  # nothing is done, and it would fail again
+        if mine and not (folder / TRAJECTORY).exists():  # nothing is done: it would fail again
             (folder / REQUEST).unlink(missing_ok=True)
         raise
     finally:
         if not (folder / REQUEST).exists():
             (folder / LOCK).unlink(missing_ok=True)
         lock.release()
+
+
+def _replace(folder: Path, *, unfinished: bool) -> None:
+    """Take away the files of another run.
+
+    Raises
+    ------
+    ForeignFile
+        One of them is a folder, or cannot be removed.
+    """
+    names = (REQUEST, DOCUMENT, TRAJECTORY, *(OWN_FIGURES if unfinished else ()))
+    for name in names:
+        if (folder / name).is_dir():
+            raise ForeignFile(f"{folder / name}: a folder, where a run has a file")
+    clear(folder)
+    for name in names[2:]:
+        (folder / name).unlink(missing_ok=True)
 
 
 def _expect_same(folder: Path, asked: Request) -> None:
@@ -141,6 +158,8 @@ def _expect_same(folder: Path, asked: Request) -> None:
         elif (folder / TRAJECTORY).exists():
             there = Request.read(folder).question
         else:
+            if theirs := sorted(name for name in OWN_FIGURES if os.path.lexists(folder / name)):
+                raise ForeignFile(f"{folder / theirs[0]}: not of a run of this package")
             return
     except ForeignFile as fault:
         raise ForeignFile(f"{fault} (--force replaces it)") from None

@@ -39,6 +39,8 @@ class Statistics:
         Order of its Taylor polynomials.
     derive_s, compile_s, integrate_s : float
         Wall-clock time of the parts [s].
+    whole : bool
+        Whether the times are of the whole run: a file does not keep those of its part.
     """
 
     steps: int
@@ -46,6 +48,7 @@ class Statistics:
     derive_s: float
     compile_s: float
     integrate_s: float
+    whole: bool = True
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heavytop.engines import formulation_of, start_values
-from heavytop.errors import DoubtfulWarning, EndedEarly, NotANumber, Outcome
+from heavytop.error_growth import fastest
+from heavytop.errors import DoubtfulWarning, EndedEarly, Impossible, NotANumber, Outcome
 from heavytop.models import gradients
 from heavytop.models import lagrangian as lag
 from heavytop.models.formulation import Formulation
@@ -26,6 +27,7 @@ from heavytop.theory.precision import context
 Array = NDArray[np.float64]
 FINER: Final = enough(DOUBLE + 1)  # bits
 SPARE_DIGITS: Final = 12
+MOST_TURNS: Final = 1e6  # of the top, by its fastest rate: some minutes
 DOUBTFUL: Final = 1e-8
 LINEAR: Final = 0.1  # where two runs are farther apart, neither may have any digits
 CHANCE: Final = 32.0
@@ -106,8 +108,8 @@ def state_transition(
     ------
     BadScene
         The scene wants what the formulation cannot give, or there is no such formulation.
-    NotANumber
-        A time is not a finite number.
+    NotANumber, Impossible
+        A time is not a finite number, or farther off than a million turns of the top.
     EndedEarly
         The equations are singular on the way; its `trajectory` is the `Transition` up to there.
 
@@ -143,6 +145,7 @@ def state_transition(
         times = np.linspace(0.0, span(scene, closed_form_of(scene)), scene.samples)
     else:
         times = _times(t)
+        _expect_near(scene, times)
     varied = numbers(scene, chosen)
     coarse = integrated(varied, times)
     there = coarse.reached  # farther, long doubles would creep up to a pole
@@ -247,6 +250,20 @@ def _warn(found: Transition) -> None:
         told = f"off by {found.error[worst]:.1e} of a column at t = {found.times[worst]:.6g} s"
         said = f"state_transition: digits are lost, by rounding that grows with the motion: {told}"
         warnings.warn(said, DoubtfulWarning, stacklevel=3)
+
+
+def _expect_near(scene: Scene, times: Array) -> None:
+    """Refuse times that would take hours, or for ever.
+
+    Raises
+    ------
+    Impossible
+    """
+    start = {name: np.array([float(x)]) for name, x in start_values(scene).items()}
+    turning = float(fastest(start)[0])
+    farthest = MOST_TURNS * 2 * np.pi / turning if turning else np.inf
+    if times.size and abs(times).max() > farthest:
+        raise Impossible([("t", f"at most {farthest:.3g} s here, a million turns of the top")])
 
 
 def _times(t: ArrayLike) -> Array:

@@ -12,8 +12,10 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
+import heavytop as ht
 import heavytop.results
-from heavytop.cli import app
+from heavytop.cli import Exit, app
+from heavytop.results import Request
 
 # The command line, in which a signal comes at the n-th call of a function; and which saves often.
 COMMAND = """
@@ -322,3 +324,33 @@ def test_what_a_killed_writer_left_is_taken_away(tmp_path):
     assert heavytop_("run", "sicm-kicked", "-o", folder, "--no-figures").exit_code == 0
     left = {path.name for path in folder.iterdir()}
     assert left == {"run.json", "trajectory.nc", ".1234.mine"}
+
+
+def test_a_refusal_takes_nothing_away(tmp_path):
+    """What another run, or somebody, has left in a folder is there after a refusal as before."""
+    begun, theirs = tmp_path / "begun", tmp_path / "theirs"
+    Request(ht.load_scene("sicm-kicked", ["span.time=1"])).write(_made(begun))
+    (_made(theirs) / "request.json").write_text('{"mine": 1}', "utf-8")
+    (_made(tmp_path / "drawn") / "overview.png").write_text("mine", "utf-8")
+    for folder, name in (
+        (begun, "request.json"), (theirs, "request.json"), (tmp_path / "drawn", "overview.png"),
+    ):  # fmt: skip
+        before = (folder / name).read_bytes()
+        done = heavytop_("run", "sicm-dropped", "--set", "span.time=1", "-q", "-o", folder)
+        assert done.exit_code in (Exit.BAD_SCENE, Exit.FOREIGN_FILE)
+        assert (folder / name).read_bytes() == before
+
+
+@pytest.mark.parametrize("name", ["request.json", "run.json", "trajectory.nc"])
+@pytest.mark.parametrize("force", [(), ("--force",)])
+def test_a_folder_in_the_place_of_a_file_is_refused(tmp_path, name, force):
+    _made(tmp_path / "out" / name)
+    done = heavytop_("run", "sicm-dropped", "--no-figures", "-q", "-o", tmp_path / "out", *force)
+    assert done.exit_code == Exit.FOREIGN_FILE
+    assert name in done.stderr
+    assert "a bug" not in done.stderr
+
+
+def _made(folder):
+    folder.mkdir(parents=True)
+    return folder

@@ -136,6 +136,7 @@ def test_the_yardstick_agrees_with_the_witness_of_trajectories():
 # --- the runs --------------------------------------------------------------------------------
 
 
+@pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
 @pytest.mark.parametrize("name", ["taylor-axis", "taylor-cubic", "taylor-axis-projected"])
 def test_a_march_is_the_trajectory_that_propagate_integrates(name):
     """Bit for bit, through several blocks."""

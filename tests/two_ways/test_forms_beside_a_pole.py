@@ -25,6 +25,7 @@ def test_a_form_that_is_singular_where_the_axis_goes_ends_by_a_step_limit():
     assert pickle.loads(pickle.dumps(ht.EndedEarly("step-limit", None, "why"))).why == "why"
 
 
+@pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
 def test_the_estimate_sees_the_pole():
     """At the Lie-group benchmark's pass, 7e-7 rad beside the bottom, θ keeps but 9 digits."""
     scene = ht.load_scene(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.errors import ImpossibleStart, NotANumber, Outcome
+from heavytop.errors import HeavyTopError, Impossible, ImpossibleStart, NotANumber, Outcome
 from heavytop.tally import tally
 
 SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
@@ -185,8 +185,17 @@ def test_lost_digits_are_marked_and_recomputed():
 
 
 def test_digits_that_doubles_cannot_have():
-    with pytest.raises(NotANumber, match="digits: a whole number from 1 to 13"):
+    with pytest.raises(Impossible, match="digits: a whole number from 1 to 13"):
         ht.propagate_many(**SICM, theta=0.1, time=1.0, digits=30)
+
+
+@pytest.mark.parametrize("junk", [-1, 1.5, True, np.nan, "x", 10**400, [1, 2], np.array([1.0, 2])])
+@pytest.mark.parametrize("name", ["step_limit", "jobs", "events", "digits", "recompute"])
+def test_junk_options_are_named(name, junk):
+    if name == "recompute" and junk is True:
+        return
+    with pytest.raises(HeavyTopError, match=name):
+        ht.propagate_many(**SICM, theta=0.1, time=1.0, **{name: junk})
 
 
 def test_one_that_breaks_off_ends_no_other_at_the_step_limit():

@@ -40,9 +40,9 @@ REFUSALS: tuple[tuple[type[BaseException], Exit], ...] = (
 FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO})
 
 EXIT_CODES = (
-    "Exit codes: 0 ok; 1 a bug; 2 a bad option; 3 a bad scene; 4 ended early, the partial result "
-    "is kept; 5 a check is out of its bound; 6 a damaged or foreign file; 7 an optional package "
-    "is missing; 130 interrupted; 141 unread."
+    "Exit codes: 0 ok; 1 a bug; 2 a bad option; 3 a bad scene, or another run's folder; 4 ended "
+    "early, the partial result is kept; 5 a check is out of its bound; 6 a damaged or foreign "
+    "file; 7 an optional package is missing; 130 interrupted; 141 unread."
 )
 
 

@@ -53,7 +53,7 @@ def print_table(table: RenderableType) -> None:
     with console.capture() as printed:
         console.print(table)
     for line in printed.get().splitlines():
-        typer.echo(line.rstrip())
+        print(line.rstrip())  # echo would write UTF-8 where the terminal has another alphabet
 
 
 @contextmanager

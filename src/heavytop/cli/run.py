@@ -96,6 +96,10 @@ def carry_out(
         from heavytop.doubts import missed
 
         say(missed(document["missed_digits"], asked.scene.digits))
+    if document["missed_events"] and voice.quiet:  # else it has been warned of
+        from heavytop.tally import differences
+
+        say("; ".join(differences(document["missed_events"], document["events"])))
     if document["missed_digits"] or document["missed_events"]:
         raise typer.Exit(Exit.OUT_OF_BOUND)
 

@@ -57,7 +57,7 @@ def _parts(document: Mapping[str, Any]) -> Iterator[RenderableType]:
     yield two_columns(_rows(document))
     if document["events"]["table"]:
         yield Text()
-        yield from _events(document["events"]["table"])
+        yield from _events(document["events"]["table"], document["events"]["omitted"])
         if document["motion"]["kind"].startswith("through-"):
             yield Text("at the pole: φ is that before or after, π apart; φ̇ is its limit", "dim")
     yield Text()
@@ -102,7 +102,7 @@ def _counts(events: Mapping[str, Any]) -> str:
     return ", ".join(asked) or "none asked for"
 
 
-def _events(rows: list[Mapping[str, Any]]) -> Iterator[RenderableType]:
+def _events(rows: list[Mapping[str, Any]], omitted: int) -> Iterator[RenderableType]:
     """The first events, with as many digits as fit; units below the headings where it is narrow."""
     columns = [settled(row[name] for row in rows) for name in ("t", "theta", "phi", "phidot")]
 
@@ -116,7 +116,7 @@ def _events(rows: list[Mapping[str, Any]]) -> Iterator[RenderableType]:
 
     yield Fitted(table, range(MOST_DIGITS, FEWEST_DIGITS - 1, -1))
     if len(rows) > FIRST_EVENTS:
-        yield Text(f"… and {len(rows) - FIRST_EVENTS} more")
+        yield Text(f"… and {len(rows) - FIRST_EVENTS + omitted} more")
 
 
 def _bounds(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
