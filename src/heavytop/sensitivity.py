@@ -26,6 +26,7 @@ from heavytop.theory.precision import Number
 from heavytop.transition import (
     FINER,
     LEAST,
+    MOST_STEPS,
     Transition,
     at_start,
     digits_of,
@@ -74,9 +75,10 @@ class Sensitivities:
         The unit of each x.
     error : float
         The likely error of the worst of them: 32 times what is expected of the finer of two runs
-        from how far they are apart. It is relative to the derivative, or to a thousandth of its
-        natural size if that is larger: of T or 1 rad for a change of x by its own size (of θ by
-        1 rad; of gMR and of a rate at least by A/T² and 1/T). It is not a bound.
+        from how far they are apart, in the worst derivative of T, of Δφ or of Δψ by an x in its
+        natural size. It is relative to the derivative, or to a thousandth of T or 1 rad if that is
+        larger, for a change of x by its own size (of θ by 1 rad; of gMR and of a rate at least by
+        A/T² and 1/T). It is not a bound.
     """
 
     period: Rates
@@ -107,7 +109,7 @@ def sensitivities(scene: Scene, formulation: str = "attitude") -> Sensitivities:
         Nothing nutates; there is no such formulation, it cannot start at the scene's pole, or its
         digits are lost: the error would be above 1e-8.
     EndedEarly
-        The formulation is singular on the way, at a pole.
+        The formulation is singular on the way, at a pole, or takes 100 000 steps beside one.
 
     Notes
     -----
@@ -150,8 +152,9 @@ def sensitivities(scene: Scene, formulation: str = "attitude") -> Sensitivities:
     more = gains(scene, formulation)
     for bits in (DOUBLE, FINER, *(PRECISE if more else ())):
         fine = _slopes(scene, motion, chosen, wanted[1:], bits)
-        scale = np.maximum(abs(fine), LEAST * natural[: len(wanted)] / sizes)
-        error = likely_error((abs(fine - coarse) / scale).max(), (bits - known) * more)
+        scale = np.maximum(abs(fine * sizes), LEAST * natural[: len(wanted)])
+        gap = abs((fine - coarse) * sizes).max(axis=1, keepdims=True)  # by chance one may be none
+        error = likely_error((gap / scale).max(), (bits - known) * more)
         coarse, known = fine, bits
         if error < WORST:
             break
@@ -210,7 +213,8 @@ def _observed(
 ) -> Iterator[tuple[Array, Array]]:
     """At each time, of what is named: derivatives by what the scene gives (m, x), and by time."""
     varied = numbers(scene, chosen, bits)
-    form, found = varied.formulation, integrated(varied, times)
+    limit = 0 if gains(scene, chosen.formulation) else MOST_STEPS
+    form, found = varied.formulation, integrated(varied, times, limit)
     if not found.reached.all():
         raise EndedEarly(Outcome.SINGULAR, None)
     rows = gradients.start_gradient(form, scene.start.held)

@@ -32,6 +32,7 @@ DOUBTFUL: Final = 1e-8
 LINEAR: Final = 0.1  # where two runs are farther apart, neither may have any digits
 CHANCE: Final = 32.0
 FAR: Final = 0.01  # rad
+MOST_STEPS: Final = 100_000  # beside a pole, in a form that is singular there
 LEAST: Final = 1e-3  # of its natural size, beside which errors of a smaller derivative count
 
 
@@ -111,7 +112,8 @@ def state_transition(
     NotANumber, Impossible
         A time is not a finite number, or farther off than a million turns of the top.
     EndedEarly
-        The equations are singular on the way; its `trajectory` is the `Transition` up to there.
+        The equations are singular on the way, or take 100 000 steps beside a pole where they are
+        nearly so; its `trajectory` is the `Transition` up to there.
 
     Warns
     -----
@@ -146,14 +148,14 @@ def state_transition(
     else:
         times = _times(t)
         _expect_near(scene, times)
-    varied = numbers(scene, chosen)
-    coarse = integrated(varied, times)
+    varied, more = numbers(scene, chosen), gains(scene, formulation)
+    most_steps = 0 if more else MOST_STEPS
+    coarse = integrated(varied, times, most_steps)
     there = coarse.reached  # farther, long doubles would creep up to a pole
-    fine = integrated(numbers(scene, chosen, FINER), times[there])
+    fine = integrated(numbers(scene, chosen, FINER), times[there], most_steps)
     names = variational(varied.formulation, DOUBLE).parameters
     constants = np.array([varied.constants[name] for name in names], dtype=np.float64)
-    gained = FINER - DOUBLE if gains(scene, formulation) else 0
-    error = likely_error(_apart(coarse.at(there), fine, constants), gained)
+    error = likely_error(_apart(coarse.at(there), fine, constants), (FINER - DOUBLE) * more)
     reached = np.isfinite(error)
     there[there] = reached
     found = Transition(
@@ -182,13 +184,15 @@ def numbers(scene: Scene, chosen: Plan, bits: int = DOUBLE) -> Numbers:
     return Numbers(form, constants | dict(frame), values[len(names) :], bits)
 
 
-def integrated(varied: Numbers, times: Iterable[str | float]) -> Varied:
+def integrated(varied: Numbers, times: Iterable[str | float], most_steps: int = 0) -> Varied:
     """Return states and derivatives at times since the start [s].
 
-    They are nan at times that are not reached: before them the equations become singular.
+    They are nan at times that are not reached: before them the equations become singular, or too
+    many steps (0 is any number) were needed.
     """
     form, bits = varied.formulation, varied.bits
-    found = variational(form, bits).run(varied.state, varied.constants, rounded(times, bits))
+    moments = rounded(times, bits)
+    found = variational(form, bits).run(varied.state, varied.constants, moments, most_steps)
     if not form.starts_at_pole:  # theta, their first state, may have left its chart
         theta = found.states[:, 0].astype(np.float64)
         found.states[~((theta >= 0) & (theta <= np.pi))] = rounded([np.nan], bits)

@@ -448,3 +448,9 @@ def test_a_singularity_is_named(which, name):
     assert caught.value.trajectory.times.tolist() == [0.1]
     with pytest.raises(EndedEarly):
         sensitivities(scene, name)
+
+
+@pytest.mark.parametrize("t", [1e300, -(2.0**31), 10**400, "x"])
+def test_times_without_an_end_are_refused(t):
+    with pytest.raises(ht.HeavyTopError, match="t: "):
+        state_transition(ht.load_scene("sicm-kicked"), t=[t])

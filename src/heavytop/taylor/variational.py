@@ -96,7 +96,9 @@ class Variational:
             varying, rounded([0.0] * len(states), self.bits), compact_mode=True, **kind
         )  # not compact it takes ten seconds to compile
 
-    def run(self, state: Array, constants: Mapping[str, Any], times: Array) -> Varied:
+    def run(
+        self, state: Array, constants: Mapping[str, Any], times: Array, most_steps: int = 0
+    ) -> Varied:
         """Integrate from a state at time 0.
 
         Parameters
@@ -106,6 +108,8 @@ class Variational:
             The constants of the run, by the names of their symbols.
         times : ndarray, shape (k,)
             Times of either sign, in any order [s].
+        most_steps : int
+            After so many nothing more is reached, forwards and backwards each; 0 is no limit.
         """
         n, p = state.size, len(self.parameters)
         start = np.concatenate((state, rounded(np.eye(n, n + p).ravel(), self.bits)))
@@ -114,18 +118,20 @@ class Variational:
         back = times < 0
         for side, forwards in ((~back, True), (back, False)):
             if side.any():
-                rows[side] = self._one_way(start, np.abs(times[side]), forwards=forwards)
+                rows[side] = self._one_way(start, np.abs(times[side]), forwards, most_steps)
         by = rows[:, n:].reshape(-1, n, n + p)
         return Varied(rows[:, :n], by[:, :, :n], by[:, :, n:])
 
-    def _one_way(self, start: Array, distances: Array, *, forwards: bool) -> Array:
+    def _one_way(self, start: Array, distances: Array, forwards: bool, most_steps: int) -> Array:
         taylor = self._taylor
         zero, nan = rounded([0.0, np.nan], self.bits)
         taylor.time = zero
         taylor.state[:] = start
         grid = np.union1d(np.array([zero], dtype=start.dtype), distances)
         # a callback, though it does nothing, lets an interrupt through
-        reached = taylor.propagate_grid(grid if forwards else -grid, callback=lambda _: True)[-1]
+        reached = taylor.propagate_grid(
+            grid if forwards else -grid, max_steps=most_steps, callback=lambda _: True
+        )[-1]
         rows = np.full((grid.size, start.size), nan, dtype=start.dtype)
         rows[: len(reached)] = reached
         found: Array = rows[np.searchsorted(grid, distances)]
