@@ -105,10 +105,11 @@ def _run(study: Study, place: Path, limit_s: float) -> str:
     folder.mkdir()
     aside.mkdir(parents=True)
     ended = run((*study.words, "-q", "-o", str(folder)), aside, limit_s)
+    if ended.code is None:
+        (folder / study.document).unlink(missing_ok=True)  # a run leaves that of its part
+        return f"not done in {limit_s:.0f} s"
     if (folder / study.document).is_file():
         return ""
-    if ended.code is None:
-        return f"not done in {limit_s:.0f} s"
     return harmless(ended.said.replace(f"{place}/", "")) or f"it ended with code {ended.code}"
 
 
