@@ -11,11 +11,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import heavytop as ht
-from heavytop.report.figures import View, save
-from heavytop.report.kicks_figure import axis_trace
-from heavytop.report.kinds_figure import axis_path, kind_panel
-from heavytop.report.steady_figure import steady_errors
-from heavytop.theory import steady
+from heavytop.analytic.theory import steady
+from heavytop.plots.figures import View, save
+from heavytop.plots.kicks import axis_trace
+from heavytop.plots.kinds import axis_path, kind_panel
+from heavytop.plots.steady import steady_errors
 
 IMAGES = Path(__file__).parent / "images"
 BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")

@@ -7,8 +7,8 @@ import sympy as sp
 from claim import claim, finish
 
 import heavytop as ht
-from heavytop.models.ladder import LADDER
-from heavytop.planning import plan
+from heavytop.equations.ladder import LADDER
+from heavytop.run.planning import plan
 
 PERIODS = 100
 TILT = 'want.quantities=["theta"]'

@@ -13,7 +13,7 @@ from claim import claim, finish
 from page import DOCS, rewrite
 
 import heavytop as ht
-from heavytop.study_results import write_drift
+from heavytop.report.study_files import write_drift
 
 FOLDER = "out/cyclic-angles"
 found = ht.drift(

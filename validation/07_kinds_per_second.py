@@ -13,7 +13,7 @@ import numpy as np
 from claim import claim, finish, interleaved
 
 import heavytop as ht
-from heavytop.kinds.many import classify_many
+from heavytop.classification.many import classify_many
 
 TOPS = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
 ALONE = 500

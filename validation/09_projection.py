@@ -11,8 +11,8 @@ import numpy as np
 from claim import claim, finish
 
 import heavytop as ht
-from heavytop.models.typed import typed_function
-from heavytop.witness import closed_form, phase_error
+from heavytop.equations.typed import typed_function
+from heavytop.run.witness import closed_form, phase_error
 
 MARKS = (1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000)
 MOST = int(sys.argv[1]) if len(sys.argv) > 1 else MARKS[-1]  # fewer periods, for a quick look

@@ -13,8 +13,8 @@ import numpy as np
 from claim import claim, finish
 
 import heavytop as ht
-from heavytop.models.axis_form import axis_form
-from heavytop.taylor.integrator import integrator
+from heavytop.equations.axis_form import axis_form
+from heavytop.integration.integrator import integrator
 
 TOPS = int(sys.argv[1]) if len(sys.argv) > 1 else 100_000
 ROUNDING = 1e-12  # of phidot sin^2, beside p/A: zero as far as an integration can see

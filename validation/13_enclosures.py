@@ -11,7 +11,7 @@ from fractions import Fraction
 from claim import claim, finish, interleaved
 
 import heavytop as ht
-from heavytop.balls import Ball, enclose
+from heavytop.analytic.balls import Ball, enclose
 
 TOPS = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
 REPEATS = 20

@@ -13,14 +13,14 @@ import numpy as np
 from claim import claim, finish, interleaved, most
 
 import heavytop as ht
+from heavytop.analytic.theory import sleeping, steady
+from heavytop.equations import gradients
+from heavytop.equations.axis_form import axis_form
+from heavytop.equations.ladder import LADDER
 from heavytop.errors import ImpossibleTop
-from heavytop.models import gradients
-from heavytop.models.axis_form import axis_form
-from heavytop.models.ladder import LADDER
-from heavytop.sensitivity import sensitivities, state_transition
-from heavytop.shipped import shipped_scenes
-from heavytop.theory import sleeping, steady
-from heavytop.transition import at_start
+from heavytop.run.sensitivity import sensitivities, state_transition
+from heavytop.run.transition import at_start
+from heavytop.scene.shipped import shipped_scenes
 
 STEP = ht.Exact.of("1e-20")
 NAMES = ("A", "C", "gMR", "theta", "thetadot", "phidot")

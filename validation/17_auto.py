@@ -15,9 +15,9 @@ from statistics import median
 from claim import claim, finish
 
 import heavytop as ht
+from heavytop.equations.ladder import LADDER
 from heavytop.errors import HeavyTopError
-from heavytop.models.ladder import LADDER
-from heavytop.witness import missed_digits, run_errors
+from heavytop.run.witness import missed_digits, run_errors
 
 SCENES = int(sys.argv[1]) if len(sys.argv) > 1 else 200
 REPEATS, LONG_S = 3, 1.0

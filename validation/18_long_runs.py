@@ -10,10 +10,10 @@ from claim import claim, finish
 from page import DOCS, drift_rows, rewrite
 
 import heavytop as ht
-from heavytop.drifts.growth import growth
-from heavytop.report.drift_figure import drift_figure
-from heavytop.report.figures import save
-from heavytop.study_results import write_drift
+from heavytop.plots.drift import drift_figure
+from heavytop.plots.figures import save
+from heavytop.report.study_files import write_drift
+from heavytop.studies.drifts.growth import growth
 
 PERIODS = next((float(x) for x in sys.argv[1:] if x != "write"), 1e6)  # fewer, for a look
 FOLDER = f"out/long-runs-{PERIODS:g}"

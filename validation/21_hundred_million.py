@@ -13,9 +13,9 @@ from claim import claim, finish, most
 from page import rewrite
 
 import heavytop as ht
-from heavytop.drifts.follow import follow
-from heavytop.drifts.study import Study
-from heavytop.study_results import write_drift
+from heavytop.report.study_files import write_drift
+from heavytop.studies.drifts.follow import follow
+from heavytop.studies.drifts.study import Study
 
 KEPT = Path(__file__).with_name("data") / "hundred-million.json"
 FIRST = 1e5  # periods that are done again

@@ -136,7 +136,7 @@ def shown(point):
 
 cache = tempfile.TemporaryDirectory()
 os.environ["HEYOKA_CACHE_DIR"] = cache.name  # heyoka, which is not loaded yet, reads it once
-from heavytop.study_results import write_work_precision  # noqa: E402
+from heavytop.report.study_files import write_work_precision  # noqa: E402
 
 began = perf_counter()
 found = ht.work_precision(ht.load_scene("sicm-kicked"), budget=BUDGET)

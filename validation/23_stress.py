@@ -14,7 +14,7 @@ from page import DOCS, rewrite
 
 import heavytop as ht
 from heavytop.report.stress_table import MARKS, UNTOLD, UNTOLD_RULE, cell, heading
-from heavytop.study_results import write_stress
+from heavytop.report.study_files import write_stress
 
 BUDGET = next((float(x) for x in sys.argv[1:] if x != "write"), 240.0)
 FOLDER = "out/stress"

@@ -15,10 +15,10 @@ import numpy as np
 from claim import claim, finish, most
 
 import heavytop as ht
-from heavytop.report.figures import save
-from heavytop.report.stress_charts import Cone, spin_figure, stability_figure
-from heavytop.rivals.textbook import Asked, solved
-from heavytop.theory import sleeping, steady
+from heavytop.analytic.theory import sleeping, steady
+from heavytop.comparison.textbook import Asked, solved
+from heavytop.plots.figures import save
+from heavytop.plots.stress_charts import Cone, spin_figure, stability_figure
 
 IMAGES = Path(__file__).parents[1] / "docs" / "images"
 TOP = ht.Top(1, "0.5", 1)  # p_psi^2/4A gMR = omega3^2/16

@@ -14,14 +14,14 @@ import numpy as np
 from claim import claim, finish, most
 
 import heavytop as ht
-from heavytop.circuit import ellipse
-from heavytop.diagram import energy_momentum
-from heavytop.energy_momentum_document import energy_momentum_document
-from heavytop.report.critical_set_figure import critical_set_figure
-from heavytop.report.energy_momentum_figure import energy_momentum_figure
-from heavytop.report.figures import save
-from heavytop.theory import level
-from heavytop.theory.precision import context
+from heavytop.analytic.circuit import ellipse
+from heavytop.analytic.diagram import energy_momentum
+from heavytop.analytic.theory import level
+from heavytop.numbers.decimals import context
+from heavytop.plots.critical_set import critical_set_figure
+from heavytop.plots.energy_momentum import energy_momentum_figure
+from heavytop.plots.figures import save
+from heavytop.results.energy_momentum_document import energy_momentum_document
 
 IMAGES = Path(__file__).parents[1] / "docs" / "images"
 BOOK = ("3.28e-4", "6.60e-5", "0.0456")

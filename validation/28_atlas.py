@@ -16,7 +16,7 @@ from claim import claim, finish
 from page import rewrite
 
 import heavytop as ht
-from heavytop.atlases.stored import store
+from heavytop.studies.atlases.stored import store
 
 SIDE = next((int(x) for x in sys.argv[1:] if x.isdecimal()), 2000)
 HUGE = 10_000 if SIDE >= 2000 else 1000
@@ -36,8 +36,8 @@ def timed(**asked):
 
 WORKER = """
 import sys
-from heavytop.atlases.follow import follow
-from heavytop.atlases.study import Study
+from heavytop.studies.atlases.follow import follow
+from heavytop.studies.atlases.study import Study
 import heavytop as ht
 study = Study.asked(ht.load_scene("sicm-kicked"), *sys.argv[1:])
 for task in list(study.tiles)[:3]:

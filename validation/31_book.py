@@ -186,8 +186,8 @@ def _():
 @claimed("book-lagrangian")
 def _():
     """The book's L, typed here, against that of our symbols at random states."""
-    from heavytop.models import lagrangian as ours
-    from heavytop.models.numeric import numpy_function
+    from heavytop.equations import lagrangian as ours
+    from heavytop.equations.numeric import numpy_function
 
     symbols = (ours.A, ours.C, ours.gMR, *ours.COORDINATES, *ours.VELOCITIES)
     mine = numpy_function([ours.lagrangian()], symbols)
@@ -271,8 +271,8 @@ def turned(theta, phi, psi):
 @claimed("book-exercise-2.11")
 def _():
     """Sum of m v^2/2 over point masses, against T with the moments that our top has of parts."""
-    from heavytop.models import lagrangian as ours
-    from heavytop.models.numeric import numpy_function
+    from heavytop.equations import lagrangian as ours
+    from heavytop.equations.numeric import numpy_function
 
     masses, places = body()
     M, centre = masses.sum(), (masses @ places) / masses.sum()

@@ -6,8 +6,8 @@ import mpmath
 from claim import claimed, finish, most
 
 import heavytop as ht
-from heavytop.theory.elliptic import complete_first, complete_third, first
-from heavytop.theory.precision import context
+from heavytop.analytic.theory.elliptic import complete_first, complete_third, first
+from heavytop.numbers.decimals import context
 
 mp = mpmath.MPContext()
 mp.dps = 130

@@ -14,8 +14,8 @@ from sympy.physics.mechanics import (
     inertia,
 )
 
-from heavytop.models import lagrangian as ours
-from heavytop.models.numeric import numpy_function
+from heavytop.equations import lagrangian as ours
+from heavytop.equations.numeric import numpy_function
 
 NUMBERS = {"A": sp.Rational(13, 10), "C": sp.Rational(7, 10), "gMR": sp.Rational(21, 10)}
 TOP = {getattr(ours, name): value for name, value in NUMBERS.items()}

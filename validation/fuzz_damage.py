@@ -16,7 +16,7 @@ import h5py
 
 import heavytop as ht
 from heavytop.hdf5 import opened
-from heavytop.pages.maps import stored_map
+from heavytop.report.pages.maps import stored_map
 
 SHAPE = (12, 12)
 
@@ -59,7 +59,7 @@ def _files(place: Path) -> dict[Path, Callable[[Path], object]]:
     digits = ht.load_scene("sicm-kicked", ["span.time=0.1", "want.digits=20", "want.samples=5"])
     ht.propagate(scene).save(place / "run.nc")
     ht.propagate(digits).save(place / "digits.nc")
-    from heavytop.study_results import write_atlas, write_drift
+    from heavytop.report.study_files import write_atlas, write_drift
 
     (place / "a").mkdir()
     write_drift(ht.drift(scene, methods=["taylor-axis"], periods=3, samples=2), place / "a",

@@ -13,7 +13,7 @@ import numpy as np
 
 import heavytop as ht
 from heavytop.errors import HeavyTopError
-from heavytop.tally import tally
+from heavytop.run.tally import tally
 
 sys.path.insert(0, str(Path(__file__).parent))
 import fuzz

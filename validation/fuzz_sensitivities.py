@@ -13,11 +13,11 @@ import mpmath
 import numpy as np
 
 import heavytop as ht
-from heavytop.engines import start_values
+from heavytop.equations import lagrangian as lag
+from heavytop.equations.ladder import LADDER
+from heavytop.equations.typed import typed_function
 from heavytop.errors import BadScene, DoubtfulWarning, EndedEarly
-from heavytop.models import lagrangian as lag
-from heavytop.models.ladder import LADDER
-from heavytop.models.typed import typed_function
+from heavytop.run.engines import start_values
 
 DIGITS, STEP = 130, ht.Exact.of("1e-40")  # the steps in natural sizes
 FACTOR = 2  # by which an error may be larger than what is said of it

@@ -17,10 +17,10 @@ import fuzz
 import numpy as np
 
 import heavytop as ht
-from heavytop.decimal_witness import _own
-from heavytop.theory.closed_form import MPForm
-from heavytop.theory.precision import context
-from heavytop.witness import own_numbers, passes
+from heavytop.analytic.theory.closed_form import MPForm
+from heavytop.numbers.decimals import context
+from heavytop.run.decimal_witness import _own
+from heavytop.run.witness import own_numbers, passes
 
 FAMILIES = ("pole-start", "close-pass", "planar", "sleeper", "any")
 FORMULATIONS = ("auto", "attitude", "axis")

@@ -37,37 +37,37 @@ class Plant:
 PLANTS = (
     Plant(
         "gravity upwards, in the Lagrangian",
-        "models/lagrangian.py",
+        "equations/lagrangian.py",
         ((".subs(g, gMR / (M * R_cm))", ".subs(g, -gMR / (M * R_cm))"),),
         ("sympy-accelerations", "dop853-run-dropped", "dop853-run-upside-down"),
     ),
     Plant(
         "gravity upwards, in the axis form",
-        "models/axis_form.py",
+        "equations/axis_form.py",
         (("torque = -g *", "torque = g *"),),
         ("gauss-pendulum-run", "huygens-conical", "dop853-run-kicked"),
     ),
     Plant(
         "gravity upwards, in the closed form",
-        "theory/reduced.py",
+        "analytic/theory/reduced.py",
         (("ctx, gMR_ / A_, b", "ctx, -gMR_ / A_, b"),),
         ("gauss-pendulum", "landau-fast-precession", "mpmath-period", "mpmath-tilt"),
     ),
     Plant(
         "A and C exchanged, in the Lagrangian",
-        "models/lagrangian.py",
+        "equations/lagrangian.py",
         (("A * transverse / 2 + C * omega", "C * transverse / 2 + A * omega"),),
         ("sympy-accelerations", "dop853-run-dropped", "dop853-run-upside-down"),
     ),
     Plant(
         "A and C exchanged, in the closed form",
-        "theory/reduced.py",
+        "analytic/theory/reduced.py",
         (("A_, C_, gMR_, th, ph", "C_, A_, gMR_, th, ph"),),
         ("gauss-pendulum", "landau-fast-period", "mpmath-period", "mpmath-tilt"),
     ),
     Plant(
         "k for m, in the elliptic integrals",
-        "theory/elliptic.py",
+        "analytic/theory/elliptic.py",
         (
             ("    if not tangent:\n", SQUARED + "    if not tangent:\n"),
             ("    return ctx.pi / (2 * ctx", SQUARED + "    return ctx.pi / (2 * ctx"),
@@ -77,25 +77,25 @@ PLANTS = (
     ),
     Plant(
         "turns lost, in the integrator",
-        "taylor/winding.py",
+        "integration/winding.py",
         (("principal + 2 * np.pi * turns)", "principal)"),),
         ("simo-wong-phi-run", "simo-wong-psi-run", "dop853-run-kicked"),
     ),
     Plant(
         "a turn lost in every period, in the closed form",
-        "theory/nodding.py",
+        "analytic/theory/nodding.py",
         (("return self.halves[0].turn", "return self.halves[0].turn - 2 * self.ctx.pi"),),
         ("landau-fast-precession", "mpmath-precession", "dop853-closed-form-kicked"),
     ),
     Plant(
         "no number at one time, in the integrator",
-        "quantities.py",
+        "integration/quantities.py",
         ((f"full = {{n: {VALUES} for", f"full = {{n: {HOLE} for"),),
         ("betsch-tilt-run", "dop853-run-tilted", "gauss-pendulum-run", "huygens-conical"),
     ),
     Plant(
         "no number at one time, in the closed form in doubles",
-        "theory/nodding_double.py",
+        "analytic/theory/nodding_double.py",
         (
             (
                 "        opened = (turning % 2 == 1) & (after > 0)\n",
@@ -107,7 +107,7 @@ PLANTS = (
     ),
     Plant(
         "no number beside one turning point, in the closed form",
-        "theory/nodding.py",
+        "analytic/theory/nodding.py",
         (
             (
                 "        return Place(above,",
@@ -122,7 +122,7 @@ PLANTS = (
 FINE = (
     Plant(
         "weightless, another modulus, in the closed form",
-        "theory/nutation.py",
+        "analytic/theory/nutation.py",
         (
             (
                 "mc = (lead + 2 * over.g * minus2) / reach",
@@ -133,25 +133,25 @@ FINE = (
     ),
     Plant(
         "the sleeping threshold lower by 1e-25",
-        "kinds/criteria.py",
+        "classification/criteria.py",
         (("-4 * highest * x.A * x.gMR", "-4 * highest * x.A * x.gMR * (1 - x.A * 10**-25)"),),
         ("landau-sleeping",),
     ),
     Plant(
         "the rate of ψ, its parts with the other sign, in the closed form",
-        "theory/closed_form.py",
+        "analytic/theory/closed_form.py",
         (("kappa + self._side * (plus - minus)", "kappa - self._side * (plus - minus)"),),
         ("book-spin-partway",),
     ),
     Plant(
         "loops at three halves of their kick",
-        "kinds/criteria.py",
+        "classification/criteria.py",
         (("-2 * x.gMR * x.A * x.phidot * x.sin2", "-3 * x.gMR * x.A * x.phidot * x.sin2"),),
         ("book-figures-edge",),
     ),
     Plant(
         "Δψ of a period, its parts twice, in the closed form",
-        "theory/closed_form.py",
+        "analytic/theory/closed_form.py",
         (
             (
                 "turned = self._side * (self.orbit.turn_plus",
@@ -162,13 +162,13 @@ FINE = (
     ),
     Plant(
         "Δψ of a period, its parts with the other sign, in the enclosures",
-        "balls/enclosure.py",
+        "analytic/balls/enclosure.py",
         (("kappa * path.period + side * (plus", "kappa * path.period - side * (plus"),),
         ("flint-enclosures",),
     ),
     Plant(
         "ψ upside down, its parts with the other sign, in the closed form",
-        "theory/closed_form.py",
+        "analytic/theory/closed_form.py",
         (
             (
                 "start.psi0 + start.kappa * time + side * (plus - minus),",
@@ -179,19 +179,19 @@ FINE = (
     ),
     Plant(
         "a jump the other way at exact passes, in the closed form",
-        "theory/halves.py",
+        "analytic/theory/halves.py",
         (("turn = +ctx.pi if passes else ctx.zero", "turn = -ctx.pi if passes else ctx.zero"),),
         ("euler-through",),
     ),
     Plant(
         "M R for M R², in a top of parts",
-        "top.py",
+        "scene/top.py",
         (("""parts["A_cm"] + M * R**2""", """parts["A_cm"] + M * R"""),),
         ("book-exercise-2.11",),
     ),
     Plant(
         "the energy of the separatrix higher by 1e-20",
-        "kinds/criteria.py",
+        "classification/criteria.py",
         (
             (
                 "return x.kinetic, -2 * x.gMR * x.below",
@@ -202,7 +202,7 @@ FINE = (
     ),
     Plant(
         "the balance of steady precession off by 1e-20",
-        "kinds/criteria.py",
+        "classification/criteria.py",
         (
             (
                 "-x.p_psi * x.phidot, x.gMR\n",

@@ -12,18 +12,18 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 _HOMES = {
-    "Atlas": "atlases.atlas",
+    "Atlas": "studies.atlases.atlas",
     "BadScene": "errors",
-    "Circuit": "circuit",
-    "Drift": "drifts.drift",
-    "Enclosure": "balls",
+    "Circuit": "analytic.circuit",
+    "Drift": "studies.drifts.drift",
+    "Enclosure": "analytic.balls",
     "DoubtfulWarning": "errors",
     "EndedEarly": "errors",
-    "EnergyMomentum": "diagram",
-    "Errors": "witness",
-    "Exact": "exact",
-    "Facts": "derived",
-    "Folded": "folded",
+    "EnergyMomentum": "analytic.diagram",
+    "Errors": "run.witness",
+    "Exact": "numbers",
+    "Facts": "analytic.derived",
+    "Folded": "run.folded",
     "ForeignFile": "errors",
     "ForeignStudy": "errors",
     "ForeignWorker": "errors",
@@ -31,52 +31,52 @@ _HOMES = {
     "ImpossibleStart": "errors",
     "ImpossibleTop": "errors",
     "InUse": "errors",
-    "Kind": "kinds",
+    "Kind": "classification",
     "MissedDigitsWarning": "errors",
     "MissingPackage": "errors",
-    "Motion": "motion",
-    "Motions": "motions",
+    "Motion": "analytic.motion",
+    "Motions": "analytic.motions",
     "NoClosedForm": "errors",
     "NoScheduler": "errors",
     "NoWorkerWarning": "errors",
-    "Plan": "planning",
-    "Sample": "quantities",
-    "Scene": "scene",
-    "Sensitivities": "sensitivity",
-    "State": "state",
+    "Plan": "run.planning",
+    "Sample": "integration.quantities",
+    "Scene": "scene.scene",
+    "Sensitivities": "run.sensitivity",
+    "State": "scene.state",
     "StoppedEarly": "errors",
-    "Stress": "stresses.stress",
-    "Top": "top",
-    "Trajectory": "trajectory",
-    "Transition": "transition",
+    "Stress": "studies.stresses.stress",
+    "Top": "scene.top",
+    "Trajectory": "run.trajectory",
+    "Transition": "run.transition",
     "Validation": "claims.validation",
-    "Verdict": "kinds",
-    "WorkPrecision": "workprecs.work_precision",
+    "Verdict": "classification",
+    "WorkPrecision": "studies.workprecs.work_precision",
     "WrongType": "errors",
-    "atlas": "atlases.mapping",
-    "classify": "kinds.certify",
-    "classify_many": "kinds.many",
-    "drift": "drifts.drifting",
-    "enclose": "balls",
-    "energy_momentum": "diagram",
-    "extend": "continuation",
-    "facts": "derived",
-    "fold": "folded",
-    "load_atlas": "atlases.mapping",
-    "load_scene": "scene",
-    "load_trajectory": "archive",
-    "merge_atlases": "atlases.mapping",
-    "motions_many": "motions",
-    "plan": "planning",
-    "propagate": "propagation",
-    "propagate_many": "ensemble",
-    "resume": "resuming",
-    "run_errors": "witness",
-    "sensitivities": "sensitivity",
-    "state_transition": "transition",
-    "stress": "stresses.stressing",
+    "atlas": "studies.atlases.mapping",
+    "classify": "classification.certify",
+    "classify_many": "classification.many",
+    "drift": "studies.drifts.drifting",
+    "enclose": "analytic.balls",
+    "energy_momentum": "analytic.diagram",
+    "extend": "run.continuation",
+    "facts": "analytic.derived",
+    "fold": "run.folded",
+    "load_atlas": "studies.atlases.mapping",
+    "load_scene": "scene.scene",
+    "load_trajectory": "run.archive",
+    "merge_atlases": "studies.atlases.mapping",
+    "motions_many": "analytic.motions",
+    "plan": "run.planning",
+    "propagate": "run.propagation",
+    "propagate_many": "run.ensemble",
+    "resume": "studies.resuming",
+    "run_errors": "run.witness",
+    "sensitivities": "run.sensitivity",
+    "state_transition": "run.transition",
+    "stress": "studies.stresses.stressing",
     "validate": "claims.validating",
-    "work_precision": "workprecs.measuring",
+    "work_precision": "studies.workprecs.measuring",
 }
 
 __all__ = [
@@ -148,19 +148,17 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from heavytop.archive import load_trajectory
-    from heavytop.atlases.atlas import Atlas
-    from heavytop.atlases.mapping import atlas, load_atlas, merge_atlases
-    from heavytop.balls import Enclosure, enclose
-    from heavytop.circuit import Circuit
+    from heavytop.analytic.balls import Enclosure, enclose
+    from heavytop.analytic.circuit import Circuit
+    from heavytop.analytic.derived import Facts, facts
+    from heavytop.analytic.diagram import EnergyMomentum, energy_momentum
+    from heavytop.analytic.motion import Motion
+    from heavytop.analytic.motions import Motions, motions_many
     from heavytop.claims.validating import validate
     from heavytop.claims.validation import Validation
-    from heavytop.continuation import extend
-    from heavytop.derived import Facts, facts
-    from heavytop.diagram import EnergyMomentum, energy_momentum
-    from heavytop.drifts.drift import Drift
-    from heavytop.drifts.drifting import drift
-    from heavytop.ensemble import propagate_many
+    from heavytop.classification import Kind, Verdict
+    from heavytop.classification.certify import classify
+    from heavytop.classification.many import classify_many
     from heavytop.errors import (
         BadScene,
         DoubtfulWarning,
@@ -180,28 +178,30 @@ if TYPE_CHECKING:
         StoppedEarly,
         WrongType,
     )
-    from heavytop.exact import Exact
-    from heavytop.folded import Folded, fold
-    from heavytop.kinds import Kind, Verdict
-    from heavytop.kinds.certify import classify
-    from heavytop.kinds.many import classify_many
-    from heavytop.motion import Motion
-    from heavytop.motions import Motions, motions_many
-    from heavytop.planning import Plan, plan
-    from heavytop.propagation import propagate
-    from heavytop.quantities import Sample
-    from heavytop.resuming import resume
-    from heavytop.scene import Scene, load_scene
-    from heavytop.sensitivity import Sensitivities, sensitivities
-    from heavytop.state import State
-    from heavytop.stresses.stress import Stress
-    from heavytop.stresses.stressing import stress
-    from heavytop.top import Top
-    from heavytop.trajectory import Trajectory
-    from heavytop.transition import Transition, state_transition
-    from heavytop.witness import Errors, run_errors
-    from heavytop.workprecs.measuring import work_precision
-    from heavytop.workprecs.work_precision import WorkPrecision
+    from heavytop.integration.quantities import Sample
+    from heavytop.numbers import Exact
+    from heavytop.run.archive import load_trajectory
+    from heavytop.run.continuation import extend
+    from heavytop.run.ensemble import propagate_many
+    from heavytop.run.folded import Folded, fold
+    from heavytop.run.planning import Plan, plan
+    from heavytop.run.propagation import propagate
+    from heavytop.run.sensitivity import Sensitivities, sensitivities
+    from heavytop.run.trajectory import Trajectory
+    from heavytop.run.transition import Transition, state_transition
+    from heavytop.run.witness import Errors, run_errors
+    from heavytop.scene.scene import Scene, load_scene
+    from heavytop.scene.state import State
+    from heavytop.scene.top import Top
+    from heavytop.studies.atlases.atlas import Atlas
+    from heavytop.studies.atlases.mapping import atlas, load_atlas, merge_atlases
+    from heavytop.studies.drifts.drift import Drift
+    from heavytop.studies.drifts.drifting import drift
+    from heavytop.studies.resuming import resume
+    from heavytop.studies.stresses.stress import Stress
+    from heavytop.studies.stresses.stressing import stress
+    from heavytop.studies.workprecs.measuring import work_precision
+    from heavytop.studies.workprecs.work_precision import WorkPrecision
 
 
 def __getattr__(name: str) -> Any:

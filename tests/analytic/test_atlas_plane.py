@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.atlases.axes import MOST, Axis
-from heavytop.atlases.curves import curves
-from heavytop.atlases.plane import Plane, Tile
-from heavytop.kinds.many import classify_many
-from heavytop.options import Refused
+from heavytop.classification.many import classify_many
+from heavytop.scene.options import Refused
+from heavytop.studies.atlases.axes import MOST, Axis
+from heavytop.studies.atlases.curves import curves
+from heavytop.studies.atlases.plane import Plane, Tile
 
 KICKED = ht.load_scene("sicm-kicked")
 TOP = KICKED.top

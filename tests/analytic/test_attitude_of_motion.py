@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.theory.precision import context
+from heavytop.numbers.decimals import context
 
 NAMES = ("sicm-kicked", "lie-group-benchmark", "through-top", "inverted-gravity", "spin-reversal")
 CTX = context(50)

@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import heavytop as ht
-from heavytop.balls import Ball, enclose, enclose_axis
-from heavytop.shipped import shipped_scenes
-from heavytop.theory.closed_form import MPForm
-from heavytop.theory.precision import context
-from heavytop.theory.reduced import Reduced
+from heavytop.analytic.balls import Ball, enclose, enclose_axis
+from heavytop.analytic.theory.closed_form import MPForm
+from heavytop.analytic.theory.reduced import Reduced
+from heavytop.numbers.decimals import context
+from heavytop.scene.shipped import shipped_scenes
 
 TIMES = (0, "1.3", -7.25, "1e5")
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.balls import Ball, enclose, enclose_axis
+from heavytop.analytic.balls import Ball, enclose, enclose_axis
 from heavytop.errors import Impossible, NotANumber, Unseparated
-from heavytop.exact import Exact, cos, sin, sqrt
+from heavytop.numbers import Exact, cos, sin, sqrt
 
 UNIT = ht.Top(A=1, C=1, gMR=1)
 BOOK = ht.Top(A="3.28e-4", C="6.60e-5", gMR="0.0456")

@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heavytop.balls import Ball
+from heavytop.analytic.balls import Ball
 from heavytop.errors import NotANumber
-from heavytop.exact import PI, Exact
-from heavytop.exact.precision import working
+from heavytop.numbers import PI, Exact
+from heavytop.numbers.precision import working
 
 middles = st.one_of(
     st.fractions(max_denominator=10**30),

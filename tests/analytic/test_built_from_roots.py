@@ -8,12 +8,12 @@ import itertools
 
 import pytest
 
-from heavytop.exact import Exact, sqrt
-from heavytop.kinds import Kind
-from heavytop.kinds.certify import classify
-from heavytop.motion import Motion
-from heavytop.state import State
-from heavytop.top import Top
+from heavytop.analytic.motion import Motion
+from heavytop.classification import Kind
+from heavytop.classification.certify import classify
+from heavytop.numbers import Exact, sqrt
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
 
 X = Exact.of
 ANGLES = {  # cosines of angles that a scene can say exactly

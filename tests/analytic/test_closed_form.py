@@ -11,11 +11,11 @@ from fractions import Fraction
 
 import pytest
 
-from heavytop.theory.closed_form import MPForm
-from heavytop.theory.double_form import DoubleForm
-from heavytop.theory.precision import context
-from heavytop.theory.reduced import Reduced
-from heavytop.theory.theta_functions import Functions, Lattice
+from heavytop.analytic.theory.closed_form import MPForm
+from heavytop.analytic.theory.double_form import DoubleForm
+from heavytop.analytic.theory.reduced import Reduced
+from heavytop.analytic.theory.theta_functions import Functions, Lattice
+from heavytop.numbers.decimals import context
 
 CTX = context(60)
 WORK = context(45)

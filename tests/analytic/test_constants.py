@@ -4,12 +4,12 @@ from fractions import Fraction
 
 import pytest
 
+from heavytop.analytic.theory.constants import constants
+from heavytop.analytic.theory.reduced import Reduced
 from heavytop.errors import NotANumber
-from heavytop.state import State
-from heavytop.theory.constants import constants
-from heavytop.theory.precision import context, digits_lost, number, threshold, vanishes
-from heavytop.theory.reduced import Reduced
-from heavytop.top import Top
+from heavytop.numbers.decimals import context, digits_lost, number, threshold, vanishes
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
 
 CTX = context(60)
 

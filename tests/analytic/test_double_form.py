@@ -10,12 +10,12 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from heavytop.analytic.theory.closed_form import MPForm, Nodding
+from heavytop.analytic.theory.double_form import CHUNK, MOST_PERIODS, DoubleForm
+from heavytop.analytic.theory.reduced import Reduced
 from heavytop.errors import NoClosedForm, NotANumber
-from heavytop.exact import Exact
-from heavytop.theory.closed_form import MPForm, Nodding
-from heavytop.theory.double_form import CHUNK, MOST_PERIODS, DoubleForm
-from heavytop.theory.precision import context
-from heavytop.theory.reduced import Reduced
+from heavytop.numbers import Exact
+from heavytop.numbers.decimals import context
 
 CTX = context(60)
 SICM = (Fraction("3.28e-4"), Fraction("6.6e-5"), Fraction("0.0456"))

@@ -5,8 +5,8 @@ import random
 import mpmath
 import pytest
 
-from heavytop.theory.elliptic import complete_first, complete_third, first
-from heavytop.theory.precision import context
+from heavytop.analytic.theory.elliptic import complete_first, complete_third, first
+from heavytop.numbers.decimals import context
 
 CTX = context(60)
 

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.circuit import ellipse
-from heavytop.diagram import energy_momentum
+from heavytop.analytic.circuit import ellipse
+from heavytop.analytic.diagram import energy_momentum
+from heavytop.analytic.theory import level
+from heavytop.analytic.theory.critical_set import sheet, spans
 from heavytop.errors import NotANumber
-from heavytop.theory import level
-from heavytop.theory.critical_set import sheet, spans
-from heavytop.theory.precision import context
+from heavytop.numbers.decimals import context
 
 BOOK = ("3.28e-4", "6.60e-5", "0.0456")
 INVERTED = ("3.28e-4", "6.60e-5", "-0.0456")
@@ -429,6 +429,6 @@ def test_a_loop_that_runs_too_close_to_a_critical_point_is_refused(monkeypatch):
     across = ellipse((diagram.standing.p_phi + 1e-4, 0.0456), (1e-4, 0.005))
     with pytest.raises(ht.ImpossibleStart, match="farther from critical points"):
         diagram.circuit(across, points=8)
-    monkeypatch.setattr("heavytop.circuit.MOST", 60)
+    monkeypatch.setattr("heavytop.analytic.circuit.MOST", 60)
     with pytest.raises(ht.ImpossibleStart, match="farther from critical points"):
         energy_momentum(ht.Top(1, "1e-3", 1), "1.99").circuit()

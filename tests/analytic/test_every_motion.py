@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.exact import Exact
+from heavytop.numbers import Exact
 
 UNIT = ht.Top(A=1, C="0.5", gMR=1)
 gamma = "1"  # sqrt(gMR/A)

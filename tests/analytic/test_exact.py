@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from mpmath import MPContext
 
 from heavytop.errors import NotANumber
-from heavytop.exact import PI, Exact, cos, sqrt
+from heavytop.numbers import PI, Exact, cos, sqrt
 
 rationals = st.fractions(-1000, 1000, max_denominator=1000)
 doubles = st.floats(1e-290, 1e290) | st.floats(-1e290, -1e-290) | st.just(0.0)

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from mpmath import MPContext, libmp
 
 from heavytop.errors import NotANumber
-from heavytop.exact import PI, Exact, cos, sin, sqrt
-from heavytop.exact.precision import working
+from heavytop.numbers import PI, Exact, cos, sin, sqrt
+from heavytop.numbers.precision import working
 
 rationals = st.fractions() | st.fractions(-1000, 1000, max_denominator=1000)
 EXACT = {"n": Exact.of, "pi": PI, "sqrt": sqrt, "cos": cos, "sin": sin}
@@ -219,7 +219,7 @@ def test_a_precision_that_is_none_is_refused_and_leaves_the_lock_open() -> None:
 
 def test_neither_flint_nor_mpmath_is_imported_for_rationals_and_pi() -> None:
     code = (
-        "import sys; from heavytop.exact import Exact, PI, sqrt;"
+        "import sys; from heavytop.numbers import Exact, PI, sqrt;"
         "x = Exact.of('0.1') + 1; x.sign(); float(x / 3); str(x); (PI - x).sign(); sqrt(x).sign();"
         "assert not {'flint', 'mpmath'} & set(sys.modules), 'imported'"
     )

@@ -6,12 +6,12 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from heavytop.exact import Exact
-from heavytop.kinds import Kind
-from heavytop.kinds.certify import classify
-from heavytop.motion import Motion
-from heavytop.state import State
-from heavytop.top import Top
+from heavytop.analytic.motion import Motion
+from heavytop.classification import Kind
+from heavytop.classification.certify import classify
+from heavytop.numbers import Exact
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
 
 SICM = (Fraction("3.28e-4"), Fraction("6.6e-5"), Fraction("0.0456"))
 BETSCH = (Fraction("6.375e-3"), Fraction("7.5e-4"), Fraction("0.73575"))

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import heavytop as ht
+from heavytop.classification import many, screen_tags, tags
+from heavytop.classification.codes import DETAILS, NAMES, TAGS, bits, detail
+from heavytop.classification.columns import Columns
+from heavytop.classification.many import classify_many
+from heavytop.classification.screen import screen
 from heavytop.errors import HeavyTopError, Impossible, ImpossibleStart, NotANumber
-from heavytop.kinds import many, screen_tags, tags
-from heavytop.kinds.codes import DETAILS, NAMES, TAGS, bits, detail
-from heavytop.kinds.columns import Columns
-from heavytop.kinds.many import classify_many
-from heavytop.kinds.screen import screen
 
 CTX = mpmath.mp.clone()
 CTX.dps = 130

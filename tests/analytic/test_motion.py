@@ -5,11 +5,11 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from heavytop.analytic.motion import Motion
+from heavytop.classification.certify import classify
 from heavytop.errors import NoClosedForm
-from heavytop.kinds.certify import classify
-from heavytop.motion import Motion
-from heavytop.state import State
-from heavytop.top import Top
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
 
 SICM = Top("3.28e-4", "6.60e-5", "0.0456")
 

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import heavytop as ht
+from heavytop.analytic.motion import Motion
+from heavytop.analytic.motions import CHUNK, Motions, motions_many
+from heavytop.analytic.theory.rows.integrals import complete
+from heavytop.analytic.theory.rows.paired import heights
+from heavytop.analytic.theory.rows.row import rows
 from heavytop.errors import Impossible, ImpossibleStart, NotANumber
-from heavytop.motion import Motion
-from heavytop.motions import CHUNK, Motions, motions_many
-from heavytop.theory.rows.integrals import complete
-from heavytop.theory.rows.paired import heights
-from heavytop.theory.rows.row import rows
 
 CTX = mpmath.mp.clone()
 CTX.dps = 60
@@ -212,7 +212,7 @@ def test_a_row_is_the_same_bits_in_any_company():
 
 HASHED = """
 import hashlib, numpy as np
-from heavytop.theory.rows.row import rows
+from heavytop.analytic.theory.rows.row import rows
 given = np.random.default_rng(1).uniform(0.1, 3, (7, 20_000))
 *columns, trusted = rows(given[0] + 3, *given[1:], "psidot")
 print(trusted.sum(), hashlib.sha256(np.array(columns)[:, trusted].tobytes()).hexdigest())

@@ -15,14 +15,14 @@ import mpmath
 import numpy as np
 import pytest
 
+from heavytop.analytic.theory.closed_form import Asymptotic, MPForm, Nodding, Steady
+from heavytop.analytic.theory.course import Course, Proved
+from heavytop.analytic.theory.double_form import DoubleForm
+from heavytop.analytic.theory.nutation import MOST_DIGITS
+from heavytop.analytic.theory.reduced import Reduced
 from heavytop.errors import NoClosedForm
-from heavytop.exact import Exact, cos
-from heavytop.theory.closed_form import Asymptotic, MPForm, Nodding, Steady
-from heavytop.theory.course import Course, Proved
-from heavytop.theory.double_form import DoubleForm
-from heavytop.theory.nutation import MOST_DIGITS
-from heavytop.theory.precision import context
-from heavytop.theory.reduced import Reduced
+from heavytop.numbers import Exact, cos
+from heavytop.numbers.decimals import context
 
 X = Exact.of
 BETSCH = (Fraction("6.375e-3"), Fraction("7.5e-4"), Fraction("0.73575"))

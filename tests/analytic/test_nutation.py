@@ -5,12 +5,12 @@ from fractions import Fraction
 import mpmath
 import pytest
 
+from heavytop.analytic.theory.course import Course, course
+from heavytop.analytic.theory.nutation import nutation
+from heavytop.analytic.theory.reduced import Reduced
 from heavytop.errors import NoClosedForm
-from heavytop.exact import Exact
-from heavytop.theory.course import Course, course
-from heavytop.theory.nutation import nutation
-from heavytop.theory.precision import context
-from heavytop.theory.reduced import Reduced
+from heavytop.numbers import Exact
+from heavytop.numbers.decimals import context
 
 CTX = context(60)
 SICM = (Fraction("3.28e-4"), Fraction("6.6e-5"), Fraction("0.0456"))

@@ -4,7 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from heavytop.theory.pairs import Pairs, arctangent, sin_cos, sinh_cosh, two_product, two_sum
+from heavytop.numbers.pairs import Pairs, arctangent, sin_cos, sinh_cosh, two_product, two_sum
 
 CTX = mpmath.MPContext()
 CTX.dps = 60

@@ -11,11 +11,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from heavytop.exact import Exact
-from heavytop.theory.closed_form import MPForm
-from heavytop.theory.double_form import DoubleForm
-from heavytop.theory.precision import context
-from heavytop.theory.reduced import Reduced
+from heavytop.analytic.theory.closed_form import MPForm
+from heavytop.analytic.theory.double_form import DoubleForm
+from heavytop.analytic.theory.reduced import Reduced
+from heavytop.numbers import Exact
+from heavytop.numbers.decimals import context
 
 CTX = context(60)
 X = Exact.of

@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from heavytop.models import lagrangian as lag
-from heavytop.models import reduction
-from heavytop.motion import Motion
-from heavytop.scene import load_scene
-from heavytop.shipped import shipped_scenes
-from heavytop.state import State
-from heavytop.theory.nutation import nutation
-from heavytop.theory.potential import Potential
-from heavytop.theory.precision import context
-from heavytop.theory.reduced import Reduced
-from heavytop.top import Top
+from heavytop.analytic.motion import Motion
+from heavytop.analytic.theory.nutation import nutation
+from heavytop.analytic.theory.potential import Potential
+from heavytop.analytic.theory.reduced import Reduced
+from heavytop.equations import lagrangian as lag
+from heavytop.equations import reduction
+from heavytop.numbers.decimals import context
+from heavytop.scene.scene import load_scene
+from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
 
 BOOK = Top("3.28e-4", "6.60e-5", "0.0456")
 HANGING = Top("3.28e-4", "6.60e-5", "-0.0456")

@@ -5,14 +5,14 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from heavytop.analytic.theory.closed_form import MPForm
+from heavytop.analytic.theory.double_form import DoubleForm
+from heavytop.analytic.theory.nutation import nutation
+from heavytop.analytic.theory.quadrature import elapsed, elapsed_exact, period
+from heavytop.analytic.theory.reduced import Reduced
 from heavytop.errors import NoClosedForm
-from heavytop.exact import Exact
-from heavytop.theory.closed_form import MPForm
-from heavytop.theory.double_form import DoubleForm
-from heavytop.theory.nutation import nutation
-from heavytop.theory.precision import context
-from heavytop.theory.quadrature import elapsed, elapsed_exact, period
-from heavytop.theory.reduced import Reduced
+from heavytop.numbers import Exact
+from heavytop.numbers.decimals import context
 
 CTX = context(60)
 SICM = (Fraction("3.28e-4"), Fraction("6.6e-5"), Fraction("0.0456"))

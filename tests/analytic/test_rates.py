@@ -7,7 +7,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import heavytop as ht
-from heavytop.theory.rates import rates
+from heavytop.analytic.theory.rates import rates
 
 BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")
 UNIT = ht.Top(1, "0.5", 1)

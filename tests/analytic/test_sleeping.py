@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import heavytop as ht
+from heavytop.analytic.theory import sleeping, steady
 from heavytop.errors import NotANumber
-from heavytop.theory import sleeping, steady
 
 BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")
 

@@ -4,8 +4,8 @@ import pytest
 import sympy as sp
 
 import heavytop as ht
-from heavytop import solids
-from heavytop.solids import ALUMINIUM, STEEL, cone, disk, ring, rod, sphere, whole
+from heavytop.scene import solids
+from heavytop.scene.solids import ALUMINIUM, STEEL, cone, disk, ring, rod, sphere, whole
 
 
 def test_the_cone_of_betsch_and_steinmann():

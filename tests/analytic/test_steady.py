@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import heavytop as ht
-from heavytop.theory import steady
+from heavytop.analytic.theory import steady
 
 BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")
 CONE = ht.Top("6.375e-3", "7.5e-4", "0.73575")

@@ -9,9 +9,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from heavytop.errors import ImpossibleStart, ImpossibleTop
-from heavytop.exact import PI, Exact, cos, sin, sqrt
-from heavytop.state import State
-from heavytop.top import Top
+from heavytop.numbers import PI, Exact, cos, sin, sqrt
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
 
 SICM = Top("3.28e-4", "6.60e-5", "0.0456")
 BETSCH = Top("6.375e-3", "7.5e-4", "0.73575")

@@ -22,12 +22,12 @@ def test_import_contracts_are_kept():
     [
         ("import heavytop", ("numpy", "sympy", "heyoka", "scipy", "matplotlib", "xarray")),
         ("import heavytop.cli", ("numpy", "sympy", "heyoka", "pydantic", "matplotlib")),
-        ("import heavytop.scene", ("numpy", "mpmath", "sympy", "heyoka", "scipy")),
-        ("import heavytop.motion", ("heyoka", "sympy", "matplotlib")),
-        ("import heavytop.propagation", ("matplotlib", "xarray")),
+        ("import heavytop.scene.scene", ("numpy", "mpmath", "sympy", "heyoka", "scipy")),
+        ("import heavytop.analytic.motion", ("heyoka", "sympy", "matplotlib")),
+        ("import heavytop.run.propagation", ("matplotlib", "xarray")),
         (
             "import heavytop as ht; ht.fold(ht.load_scene('sicm-kicked'))",
-            ("heavytop.models.lagrangian", "scipy", "matplotlib", "xarray"),
+            ("heavytop.equations.lagrangian", "scipy", "matplotlib", "xarray"),
         ),
     ],
 )

@@ -52,7 +52,7 @@ def test_two_maps_are_compared():
 
 
 def test_maps_that_disagree_end_with_5(monkeypatch):
-    from heavytop.atlases import tiles
+    from heavytop.studies.atlases import tiles
 
     real = tiles.integrated
     monkeypatch.setattr(tiles, "integrated", lambda tops, period: real(tops, period) * 0)

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from heavytop.errors import BadScene, Fault
-from heavytop.scene import Scene, load_scene, read_scene
-from heavytop.state import State
-from heavytop.top import Top
+from heavytop.scene.scene import Scene, load_scene, read_scene
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
 
 GOOD = """\
 format = 1

@@ -8,8 +8,8 @@ import pytest
 
 from heavytop.claims.claim import NUMBERS
 from heavytop.errors import ForeignFile
-from heavytop.pages.claims import WHOSE, claims_section
-from heavytop.pages.findings import findings
+from heavytop.report.pages.claims import WHOSE, claims_section
+from heavytop.report.pages.findings import findings
 
 
 def section(tmp_path, **document):

@@ -13,10 +13,10 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import heavytop as ht
-import heavytop.classification
+import heavytop.results.classification
 from heavytop.cli import Exit, app
 from heavytop.report.classify_table import between
-from heavytop.shipped import shipped_scenes
+from heavytop.scene.shipped import shipped_scenes
 
 # Ramanujan: (2^(1/3) - 1)^(1/3) = (1/9)^(1/3) - (2/9)^(1/3) + (4/9)^(1/3). This is 0, and no
 # identity that the package knows shows it.
@@ -277,7 +277,7 @@ class TestBadInput:
         def fail(_):
             raise error
 
-        monkeypatch.setattr(heavytop.classification, "classify_document", fail)
+        monkeypatch.setattr(heavytop.results.classification, "classify_document", fail)
         result = classify("sicm-kicked")
         assert result.exit_code == code
         assert "Traceback" not in result.stderr

@@ -14,7 +14,7 @@ import pytest
 import typer
 from typer.testing import CliRunner, Result
 
-import heavytop.propagation
+import heavytop.run.propagation
 from heavytop import errors
 from heavytop.cli import Exit, app, exit_code
 
@@ -64,13 +64,13 @@ def scene(tmp_path: Path) -> Path:
 @pytest.fixture
 def cut_short(monkeypatch: pytest.MonkeyPatch):
     """Make every run end early, after its work is done, for the given reason."""
-    whole = heavytop.propagation.propagate
+    whole = heavytop.run.propagation.propagate
 
     def cut(outcome: str) -> None:
         def propagate(*arguments, **options):
             raise errors.EndedEarly(outcome, whole(*arguments, **options))
 
-        monkeypatch.setattr(heavytop.propagation, "propagate", propagate)
+        monkeypatch.setattr(heavytop.run.propagation, "propagate", propagate)
 
     return cut
 
@@ -79,7 +79,7 @@ def fail_with(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
     def propagate(*_, **__):
         raise error
 
-    monkeypatch.setattr(heavytop.propagation, "propagate", propagate)
+    monkeypatch.setattr(heavytop.run.propagation, "propagate", propagate)
 
 
 class TestHelp:
@@ -181,13 +181,13 @@ class TestRun:
 class TestWarnings:
     @pytest.fixture(autouse=True)
     def warned(self, monkeypatch):
-        whole = heavytop.propagation.propagate
+        whole = heavytop.run.propagation.propagate
 
         def propagate(*arguments, **options):
             warnings.warn("the angle grows", errors.UnboundedAngleWarning, stacklevel=2)
             return whole(*arguments, **options)
 
-        monkeypatch.setattr(heavytop.propagation, "propagate", propagate)
+        monkeypatch.setattr(heavytop.run.propagation, "propagate", propagate)
 
     def test_are_sentences_on_stderr(self, scene):
         result = heavytop_("run", scene, "--json")

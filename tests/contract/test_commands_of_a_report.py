@@ -13,16 +13,16 @@ from typer.testing import CliRunner
 from heavytop.cli.command import app
 from heavytop.errors import ForeignFile
 from heavytop.files import write_document
-from heavytop.pages import diagrams, failures, maps, runs, studies
-from heavytop.pages.commands import exactly
-from heavytop.pages.findings import findings
-from heavytop.pages.ladders import methods_asked
-from heavytop.pages.page import page_of
-from heavytop.scene import load_scene
-from heavytop.shipped import shipped_scenes
-from heavytop.stresses.cases import cases
-from heavytop.stresses.methods import METHODS
-from heavytop.workprecs.ladder import DEFAULT, trials
+from heavytop.report.pages import diagrams, failures, maps, runs, studies
+from heavytop.report.pages.commands import exactly
+from heavytop.report.pages.findings import findings
+from heavytop.report.pages.ladders import methods_asked
+from heavytop.report.pages.page import page_of
+from heavytop.scene.scene import load_scene
+from heavytop.scene.shipped import shipped_scenes
+from heavytop.studies.stresses.cases import cases
+from heavytop.studies.stresses.methods import METHODS
+from heavytop.studies.workprecs.ladder import DEFAULT, trials
 
 MADE = {
     "a": "run sicm-kicked --formulation lagrange",

@@ -10,7 +10,7 @@ import typer
 
 from heavytop.cli import app
 from heavytop.cli.exits import EXIT_CODES
-from heavytop.pages import quick
+from heavytop.report.pages import quick
 
 EXTENSIONS = Path(__file__).parents[2] / "docs" / "_ext"
 PAGE = """# A page

@@ -7,8 +7,8 @@ import mpmath
 import pytest
 
 import heavytop as ht
-from heavytop.balls.enclosure import enclose_axis
-from heavytop.theory.precision import context
+from heavytop.analytic.balls.enclosure import enclose_axis
+from heavytop.numbers.decimals import context
 
 TOP = ht.Top("3.28e-4", "6.60e-5", "0.0456")
 START = ht.State("0.1", phidot=-15, psidot=140)

@@ -9,8 +9,8 @@ import sympy as sp
 from typer.testing import CliRunner
 
 from heavytop.cli import Exit, app
-from heavytop.derivation import as_latex, as_text, derivation, derive_document
-from heavytop.models.printing import columns, in_terminal
+from heavytop.equations.derivation import as_latex, as_text, derivation, derive_document
+from heavytop.equations.printing import columns, in_terminal
 
 NAMES = (
     "A C gMR theta phi psi thetadot phidot psidot thetaddot phiddot psiddot p_phi p_psi E_prime u "

@@ -24,10 +24,10 @@ from typer.testing import CliRunner, Result
 
 import heavytop as ht
 from heavytop.cli import app
-from heavytop.drifts.follow import follow
-from heavytop.drifts.study import Study
-from heavytop.ledger import Folder
-from heavytop.ledger.canonical import sealed
+from heavytop.studies.drifts.follow import follow
+from heavytop.studies.drifts.study import Study
+from heavytop.studies.ledger import Folder
+from heavytop.studies.ledger.canonical import sealed
 
 METHODS = "taylor-attitude,taylor-axis"
 ASKED = ("drift", "sicm-kicked", "--periods", "200000", "--samples", "9", "--methods", METHODS)
@@ -173,7 +173,7 @@ def half(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("half") / "study"
     asked = Study.asked(ht.load_scene("sicm-kicked"), HALF, periods=700.0, samples=5)
     with pytest.MonkeyPatch.context() as patch, Folder.create_or_open(folder, asked.identity) as f:
-        patch.setattr("heavytop.drifts.follow.PIECE_S", 1e-9)
+        patch.setattr("heavytop.studies.drifts.follow.PIECE_S", 1e-9)
         for task in asked.tasks:
             first = next(follow(asked.identity, task, None))
             assert not first.done
@@ -447,7 +447,7 @@ def test_a_truncated_segment_is_refused_by_name(study, tmp_path):
 
 
 def test_other_versions_are_refused_by_name(study, monkeypatch):
-    from heavytop.drifts import drifting
+    from heavytop.studies.drifts import drifting
 
     here = drifting.versions()
     monkeypatch.setattr(drifting, "versions", lambda: here | {"heyoka": "99"})
@@ -579,7 +579,7 @@ def test_an_interrupted_run_goes_on_where_it_was(tmp_path):
 
 
 def test_a_run_begun_by_other_versions_is_refused(tmp_path, monkeypatch):
-    from heavytop import archive
+    from heavytop.run import archive
 
     assert heavytop_("run", "sicm-kicked", "--no-figures", "-o", tmp_path).exit_code == 0
     here = archive.versions()

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from heavytop.energy_momentum_document import SCHEMA, energy_momentum_document
-from heavytop.report.critical_set_figure import critical_set_figure
-from heavytop.report.energy_momentum_figure import LOOPS, energy_momentum_figure
-from heavytop.report.figures import save
-from heavytop.scene import load_scene
+from heavytop.plots.critical_set import critical_set_figure
+from heavytop.plots.energy_momentum import LOOPS, energy_momentum_figure
+from heavytop.plots.figures import save
+from heavytop.results.energy_momentum_document import SCHEMA, energy_momentum_document
+from heavytop.scene.scene import load_scene
 
 SCENES = ("spherical-pendulum", "sicm-kicked", "inverted-gravity", "separatrix", "force-free",
           "at-rest", "sleeping-marginal")  # fmt: skip

@@ -11,9 +11,9 @@ import time
 
 import pytest
 
-from heavytop.pages import errand
-from heavytop.pages import quick as studies
-from heavytop.scene import load_scene
+from heavytop.report.pages import errand
+from heavytop.report.pages import quick as studies
+from heavytop.scene.scene import load_scene
 
 from .processes import gone, soon
 
@@ -73,7 +73,7 @@ def test_nothing_outlives_a_report_that_is_killed(number, tmp_path):
     source = f"""
         from pathlib import Path
         from heavytop.cli.ending import ending
-        from heavytop.pages import errand
+        from heavytop.report.pages import errand
         errand._BOOT, errand.GRACE = {STUBBORN!r}, 0.2
         with ending():
             errand.run([{str(pids)!r}], Path({str(tmp_path)!r}), 60.0)

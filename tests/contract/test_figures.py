@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from heavytop.analytic.motion import Motion
 from heavytop.files import as_json, write_whole
-from heavytop.motion import Motion
-from heavytop.propagation import propagate
-from heavytop.report.figures import (
+from heavytop.plots.figures import (
     FIGURES,
     View,
     axis_on_sphere,
@@ -26,9 +25,10 @@ from heavytop.report.figures import (
     save,
     spin_rate,
 )
-from heavytop.scene import load_scene
-from heavytop.shipped import shipped_scenes
-from heavytop.witness import run_errors
+from heavytop.run.propagation import propagate
+from heavytop.run.witness import run_errors
+from heavytop.scene.scene import load_scene
+from heavytop.scene.shipped import shipped_scenes
 
 
 @pytest.fixture(scope="module")

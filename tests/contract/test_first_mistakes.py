@@ -11,12 +11,12 @@ from typer.testing import CliRunner
 
 import heavytop as ht
 from heavytop.cli import app
-from heavytop.drifts.methods import taylor_methods
+from heavytop.comparison import table
 from heavytop.errors import BadScene, ImpossibleStart, ImpossibleTop
-from heavytop.rivals import table
-from heavytop.scene import load_scene, read_scene
-from heavytop.shipped import shipped_scenes, shipped_text
-from heavytop.witness import missed_digits
+from heavytop.run.witness import missed_digits
+from heavytop.scene.scene import load_scene, read_scene
+from heavytop.scene.shipped import shipped_scenes, shipped_text
+from heavytop.studies.drifts.methods import taylor_methods
 
 SCENE = """\
 format = 1

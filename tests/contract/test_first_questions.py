@@ -5,7 +5,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import heavytop as ht
-from heavytop.report.figures import FIGURES, effective_potential, phase_plane, save
+from heavytop.plots.figures import FIGURES, effective_potential, phase_plane, save
 
 TOP = ht.Top("3.28e-4", "6.60e-5", "0.0456")
 MOTION = ht.Motion(TOP, ht.State("0.1", phidot=-15, psidot=140))

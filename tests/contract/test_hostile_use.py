@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.scene import read_scene
+from heavytop.scene.scene import read_scene
 
 UNIT = ht.Top(A=1, C=1, gMR=1)
 

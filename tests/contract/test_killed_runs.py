@@ -13,9 +13,9 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import heavytop as ht
-import heavytop.results
+import heavytop.report.run_files
 from heavytop.cli import Exit, app
-from heavytop.results import Request
+from heavytop.report.run_files import Request
 
 # The command line, in which a signal comes at the n-th call of a function; and which saves often.
 COMMAND = """
@@ -24,7 +24,7 @@ from importlib import import_module
 signal.signal(signal.SIGINT, signal.default_int_handler)
 signal.signal(signal.SIGTERM, signal.SIG_DFL)
 place, count, number = sys.argv.pop(1), int(sys.argv.pop(1)), int(sys.argv.pop(1))
-import heavytop.finishing as finishing
+import heavytop.run.finishing as finishing
 finishing.EVERY_S = finishing.SHARE = finishing.UNSAVED_S = 0.0
 module, _, name = place.partition(":")
 home, calls = import_module(module), 0
@@ -42,13 +42,13 @@ setattr(home, name, struck)
 from heavytop.cli import main
 main()
 """
-BLOCK = "heavytop.taylor.orbit:_Journey.advance"
-EVENTS = "heavytop.finishing:orbit_events"
-SAVED = "heavytop.trajectory:Trajectory.save"
-DRAWN = "heavytop.report.figures:save"
-TOLD = "heavytop.results:write_document"
-PRECISE = "heavytop.decimals.result:Polisher"
-FOLDED = "heavytop.folded:nodding"
+BLOCK = "heavytop.integration.orbit:_Journey.advance"
+EVENTS = "heavytop.run.finishing:orbit_events"
+SAVED = "heavytop.run.trajectory:Trajectory.save"
+DRAWN = "heavytop.plots.figures:save"
+TOLD = "heavytop.report.run_files:write_document"
+PRECISE = "heavytop.run.decimals.result:Polisher"
+FOLDED = "heavytop.run.folded:nodding"
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 
 FULL = ("span.periods=4000", "want.samples=9", "want.digits=6")
@@ -176,8 +176,8 @@ def test_a_checkpoint_that_does_not_fit_ends_a_run_early(tmp_path, whole, monkey
             raise OSError(28, "No space left on device")
         return write(path, data)
 
-    monkeypatch.setattr("heavytop.finishing.EVERY_S", 0.0)
-    monkeypatch.setattr("heavytop.finishing.SHARE", 0.0)
+    monkeypatch.setattr("heavytop.run.finishing.EVERY_S", 0.0)
+    monkeypatch.setattr("heavytop.run.finishing.SHARE", 0.0)
     monkeypatch.setattr(Path, "write_bytes", filling)
     full = heavytop_("run", *SCENES["long"], "-o", folder)
     assert full.exit_code == 4
@@ -189,13 +189,13 @@ def test_a_checkpoint_that_does_not_fit_ends_a_run_early(tmp_path, whole, monkey
 
 def test_a_folder_that_has_gone_is_no_bad_option(tmp_path, monkeypatch):
     folder = tmp_path / "run"
-    write = heavytop.results.write_results
+    write = heavytop.report.run_files.write_results
 
     def gone(*arguments, **options):
         folder.rename(tmp_path / "elsewhere")
         return write(*arguments, **options)
 
-    monkeypatch.setattr("heavytop.results.write_results", gone)
+    monkeypatch.setattr("heavytop.report.run_files.write_results", gone)
     lost = heavytop_("run", "sicm-kicked", "-o", folder, "--no-figures")
     assert lost.exit_code == 4
     assert "ended early" in lost.stderr
@@ -270,7 +270,7 @@ def test_a_study_is_never_replaced(tmp_path):
 
 
 def test_two_runs_do_not_write_one_folder(tmp_path):
-    from heavytop.ledger.lock import Lock
+    from heavytop.studies.ledger.lock import Lock
 
     lock = Lock(tmp_path / "lock")
     try:

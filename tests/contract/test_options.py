@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.drifts.study import Study
 from heavytop.errors import BadScene
 from heavytop.names import nearest
-from heavytop.options import Number, Refused, named, one_of, taken
-from heavytop.planning import plan
-from heavytop.workprecs.asked import asked
+from heavytop.run.planning import plan
+from heavytop.scene.options import Number, Refused, named, one_of, taken
+from heavytop.studies.drifts.study import Study
+from heavytop.studies.workprecs.asked import asked
 
 KICKED = ht.load_scene("sicm-kicked")
 REAL, WHOLE = Number(0.5, 1e6), Number(1, 2**63 - 1, whole=True)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from heavytop.scene import read_scene
+from heavytop.scene.scene import read_scene
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text("utf-8")

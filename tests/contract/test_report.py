@@ -13,24 +13,24 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from heavytop.atlases.mapping import atlas
+from heavytop.analytic.motion import Motion
 from heavytop.cli.command import app
-from heavytop.drifts.drifting import drift
-from heavytop.energy_momentum_document import energy_momentum_document
 from heavytop.files import write_document
-from heavytop.motion import Motion
-from heavytop.pages import quick as studies
-from heavytop.pages.commands import scene_file
-from heavytop.pages.errand import Ended
-from heavytop.pages.findings import findings
-from heavytop.pages.page import page_of, write_page
-from heavytop.pages.player import attitude, played
-from heavytop.pages.section import Picture
-from heavytop.pages.tables import Table
-from heavytop.propagation import propagate
-from heavytop.results import write_results
-from heavytop.scene import load_scene, read_scene
-from heavytop.study_results import write_atlas, write_drift, write_energy_momentum
+from heavytop.report.pages import quick as studies
+from heavytop.report.pages.commands import scene_file
+from heavytop.report.pages.errand import Ended
+from heavytop.report.pages.findings import findings
+from heavytop.report.pages.page import page_of, write_page
+from heavytop.report.pages.player import attitude, played
+from heavytop.report.pages.section import Picture
+from heavytop.report.pages.tables import Table
+from heavytop.report.run_files import write_results
+from heavytop.report.study_files import write_atlas, write_drift, write_energy_momentum
+from heavytop.results.energy_momentum_document import energy_momentum_document
+from heavytop.run.propagation import propagate
+from heavytop.scene.scene import load_scene, read_scene
+from heavytop.studies.atlases.mapping import atlas
+from heavytop.studies.drifts.drifting import drift
 
 BREAKING = "<script>alert(1)</script>\"'><img src=x onerror=alert(2)> $\\frac{"
 CLOSING = "</script></title></style><svg onload=alert(3)>&amp;<!--"

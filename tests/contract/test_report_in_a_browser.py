@@ -18,14 +18,14 @@ from unittest.mock import patch
 
 import pytest
 
-from heavytop.energy_momentum_document import energy_momentum_document
 from heavytop.files import write_document
-from heavytop.pages.findings import findings
-from heavytop.pages.page import page_of, write_page
-from heavytop.propagation import propagate
-from heavytop.report.figures import FIGURES
-from heavytop.results import write_results
-from heavytop.scene import load_scene
+from heavytop.plots.figures import FIGURES
+from heavytop.report.pages.findings import findings
+from heavytop.report.pages.page import page_of, write_page
+from heavytop.report.run_files import write_results
+from heavytop.results.energy_momentum_document import energy_momentum_document
+from heavytop.run.propagation import propagate
+from heavytop.scene.scene import load_scene
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 CHROMIUM = next(filter(None, map(shutil.which, NAMES)), None)

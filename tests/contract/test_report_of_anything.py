@@ -14,25 +14,25 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from heavytop.atlases.mapping import atlas
 from heavytop.cli.command import app
-from heavytop.drifts.drifting import drift
-from heavytop.energy_momentum_document import energy_momentum_document
 from heavytop.errors import ForeignFile
 from heavytop.files import write_document
-from heavytop.pages import diagrams, failures, maps, runs, studies, traces
-from heavytop.pages import page as pages
-from heavytop.pages.commands import quoted
-from heavytop.pages.findings import FILES, findings
-from heavytop.pages.page import page_of, write_page
-from heavytop.propagation import propagate
-from heavytop.report.drift_figure import drift_figure
-from heavytop.report.figures.style import literal
-from heavytop.report.stress_figure import stress_figure
-from heavytop.report.workprec_figure import workprec_figure
-from heavytop.results import write_results
-from heavytop.scene import load_scene
-from heavytop.study_results import write_atlas, write_drift, write_energy_momentum
+from heavytop.plots.drift import drift_figure
+from heavytop.plots.figures.style import literal
+from heavytop.plots.stress import stress_figure
+from heavytop.plots.workprec import workprec_figure
+from heavytop.report.pages import diagrams, failures, maps, runs, studies, traces
+from heavytop.report.pages import page as pages
+from heavytop.report.pages.commands import quoted
+from heavytop.report.pages.findings import FILES, findings
+from heavytop.report.pages.page import page_of, write_page
+from heavytop.report.run_files import write_results
+from heavytop.report.study_files import write_atlas, write_drift, write_energy_momentum
+from heavytop.results.energy_momentum_document import energy_momentum_document
+from heavytop.run.propagation import propagate
+from heavytop.scene.scene import load_scene
+from heavytop.studies.atlases.mapping import atlas
+from heavytop.studies.drifts.drifting import drift
 
 MARKUP = "<script>alert(1)</script>"
 FORMULA, UNPAIRED, HIDDEN = "$x$ and $\\frac{$", "costs 5$", "_gone"

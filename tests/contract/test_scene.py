@@ -13,11 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heavytop.errors import NotANumber
-from heavytop.exact import PI, Exact, cos, sqrt
-from heavytop.scene import Scene, load_scene, read_scene
-from heavytop.shipped import shipped_scenes
-from heavytop.state import State
-from heavytop.top import Top
+from heavytop.numbers import PI, Exact, cos, sqrt
+from heavytop.scene.scene import Scene, load_scene, read_scene
+from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
 
 TOP = Top("3.28e-4", "6.60e-5", "0.0456")
 START = State("0.1", phidot=-15, psidot=140)
@@ -202,10 +202,10 @@ def test_a_scene_is_a_value() -> None:
 
 def test_reading_a_rational_scene_loads_no_heavy_library() -> None:
     code = (
-        "import sys, heavytop.scene as s; s.load_scene('lie-group-benchmark');"
+        "import sys, heavytop.scene.scene as s; s.load_scene('lie-group-benchmark');"
         "print(*sorted({'numpy', 'sympy', 'mpmath', 'heyoka', 'scipy'} & set(sys.modules)))"
     )
-    source = str(Path(sys.modules["heavytop.scene"].__file__ or "").parents[1])
+    source = str(Path(sys.modules["heavytop.scene.scene"].__file__ or "").parents[2])
     done = subprocess.run(
         [sys.executable, "-c", code],
         capture_output=True, text=True, check=True, env={"PYTHONPATH": source},

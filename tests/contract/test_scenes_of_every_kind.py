@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.kinds import Kind
-from heavytop.shipped import shipped_scenes
+from heavytop.classification import Kind
+from heavytop.scene.shipped import shipped_scenes
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "what-a-top-can-do.md").read_text("utf-8")

@@ -6,8 +6,9 @@ from contextlib import contextmanager
 import pytest
 from typer.testing import CliRunner
 
-from heavytop import cluster, errors
+from heavytop import errors
 from heavytop.cli.command import app
+from heavytop.studies import cluster
 
 ADDRESS = "tcp://192.0.2.1:8786"
 ASKED = ("drift", "sicm-kicked", "--periods", "50", "--methods", "taylor-axis", "--no-figures")

@@ -12,9 +12,9 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from heavytop import kept
 from heavytop.claims import running, validating
 from heavytop.claims.validating import validate
+from heavytop.studies import kept
 
 from .own_claims import GOOD, by_id, made, one
 from .processes import gone, soon

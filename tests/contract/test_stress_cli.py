@@ -14,14 +14,14 @@ import pytest
 from typer.testing import CliRunner
 
 from heavytop.cli import app
-from heavytop.report.stress_charts import Cone, stability_figure
-from heavytop.report.stress_figure import stress_figure
-from heavytop.report.stress_table import MARKS, UNTOLD
-from heavytop.stresses import stressing
-from heavytop.stresses.cases import cases
-from heavytop.stresses.methods import METHODS
-from heavytop.stresses.outcome import RULES, Word
-from heavytop.stresses.stress import Run, Skipped, Stress
+from heavytop.plots.stress import stress_figure
+from heavytop.plots.stress_charts import Cone, stability_figure
+from heavytop.results.stress_marks import MARKS, UNTOLD
+from heavytop.studies.stresses import stressing
+from heavytop.studies.stresses.cases import cases
+from heavytop.studies.stresses.methods import METHODS
+from heavytop.studies.stresses.outcome import RULES, Word
+from heavytop.studies.stresses.stress import Run, Skipped, Stress
 
 PROMISED = ("case", "method", "formulation", "outcome", "error", "digits_lost", "steps", "note")
 QUICK = ("--cases", "through-top,cusp", "--methods", "auto,taylor-lagrange")

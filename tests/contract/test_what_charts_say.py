@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 
 import heavytop as ht
 from heavytop.cli import app
-from heavytop.report.atlas_figure import atlas_figure
-from heavytop.report.stress_figure import stress_figure
+from heavytop.plots.atlas import atlas_figure
+from heavytop.plots.stress import stress_figure
 
 SCENE = ht.load_scene("sicm-kicked", ["span.time=1"])
 
@@ -116,7 +116,9 @@ def test_at_a_pole_rates_are_the_limits_still():
 
 
 BEFORE = "import heyoka as hy; hy.llvm_state.set_diskcache_limit(12345); "
-LIMIT = "import heavytop.taylor.compiled, heyoka as hy; print(hy.llvm_state.get_diskcache_limit())"
+LIMIT = (
+    "import heavytop.integration.compiled, heyoka as hy; print(hy.llvm_state.get_diskcache_limit())"
+)
 
 
 @pytest.mark.parametrize(("before", "bytes_"), [("", 256 * 2**20), (BEFORE, 12345)])

@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 
 import heavytop as ht
 from heavytop.cli import app
-from heavytop.report.figures import FIGURES
-from heavytop.results import OWN_FIGURES
+from heavytop.plots.figures import FIGURES
+from heavytop.report.run_files import OWN_FIGURES
 
 
 def printed(*words):

@@ -8,19 +8,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from heavytop.atlases.axes import ROLES
-from heavytop.motion import Motion
-from heavytop.pages.behind import BEHIND
-from heavytop.pages.claims import verdicts
-from heavytop.pages.descriptions import GIVEN, described, given
-from heavytop.pages.findings import Finding
-from heavytop.pages.section import Picture, Section
-from heavytop.pages.summary import Verdicts, summary_of
-from heavytop.pages.tables import Table, cell, rounded
-from heavytop.propagation import propagate
-from heavytop.report.figures.style import MOST_PERIODS
-from heavytop.scene import load_scene
-from heavytop.theory.potential import Potential
+from heavytop.analytic.motion import Motion
+from heavytop.analytic.theory.potential import Potential
+from heavytop.plots.figures.style import MOST_PERIODS
+from heavytop.report.pages.behind import BEHIND
+from heavytop.report.pages.claims import verdicts
+from heavytop.report.pages.descriptions import GIVEN, described, given
+from heavytop.report.pages.findings import Finding
+from heavytop.report.pages.section import Picture, Section
+from heavytop.report.pages.summary import Verdicts, summary_of
+from heavytop.report.pages.tables import Table, cell, rounded
+from heavytop.run.propagation import propagate
+from heavytop.scene.scene import load_scene
+from heavytop.studies.atlases.axes import ROLES
 
 WAVE = np.sin(np.linspace(0.0, 4 * np.pi, 201))
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heavytop.kinds.bounded import Bounded, total
-from heavytop.kinds.cosines import COS_ULPS, HEIGHT_ULPS, cosines
+from heavytop.classification.bounded import Bounded, total
+from heavytop.classification.cosines import COS_ULPS, HEIGHT_ULPS, cosines
 
 U = Fraction(1, 2**53)
 exponents = st.integers(-100, 99)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.exact import Exact
+from heavytop.numbers import Exact
 
 LONG = 400.0  # seconds: several blocks of steps
 
@@ -159,8 +159,8 @@ def test_a_run_inside_the_progress_of_another_changes_neither(formulation, optio
 
 
 def test_marches_of_two_tops_may_take_turns():
-    from heavytop.drifts.methods import method
-    from heavytop.drifts.runs import run
+    from heavytop.studies.drifts.methods import method
+    from heavytop.studies.drifts.runs import run
 
     scene = ht.load_scene("sicm-kicked")
     other = replace(scene, start=ht.State(1, phidot=1, psidot=3))

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from heavytop.ensemble import Ensemble
+from heavytop.run.ensemble import Ensemble
 
 FILE = Path(__file__).parents[2] / "validation" / "fuzz_many.py"
 SPEC = importlib.util.spec_from_file_location("fuzz_many", FILE)

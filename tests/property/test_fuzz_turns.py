@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from heavytop.taylor.turns import _Arm
-from heavytop.taylor.winding import Winding
+from heavytop.integration.turns import _Arm
+from heavytop.integration.winding import Winding
 
 
 @pytest.fixture(scope="module")

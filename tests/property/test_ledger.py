@@ -14,9 +14,9 @@ import pytest
 
 import heavytop
 from heavytop.errors import HeavyTopError, InUse, Stop, StoppedEarly
-from heavytop.ledger import Folder, Study, run
-from heavytop.ledger.crew import BrokenTask
-from heavytop.ledger.entry import FULL
+from heavytop.studies.ledger import Folder, Study, run
+from heavytop.studies.ledger.crew import BrokenTask
+from heavytop.studies.ledger.entry import FULL
 
 SOURCE = str(Path(heavytop.__file__).parents[1])
 TOYS = Path(__file__).parent / "toys"

@@ -12,11 +12,12 @@ from pathlib import Path
 import pytest
 
 import heavytop
-from heavytop import cluster, errors
-from heavytop.atlases import study as atlas_study
-from heavytop.ledger import Folder, errands, run, study_of
-from heavytop.ledger.kinds import KINDS
+from heavytop import errors
 from heavytop.machine import versions
+from heavytop.studies import cluster
+from heavytop.studies.atlases import study as atlas_study
+from heavytop.studies.ledger import Folder, errands, run, study_of
+from heavytop.studies.ledger.kinds import KINDS
 
 TOYS = Path(__file__).parent / "toys"
 SOURCE = str(Path(heavytop.__file__).parents[1])

@@ -14,11 +14,11 @@ import pytest
 
 from heavytop.cli.exits import exit_code
 from heavytop.errors import ForeignFile, ForeignWorker, NoWorkerWarning, Stop, StoppedEarly
-from heavytop.ledger import Folder, Study, errands, run, study_of
-from heavytop.ledger.effort import BrokenTask
-from heavytop.ledger.errand import errand
-from heavytop.ledger.kinds import KINDS
 from heavytop.machine import versions
+from heavytop.studies.ledger import Folder, Study, errands, run, study_of
+from heavytop.studies.ledger.effort import BrokenTask
+from heavytop.studies.ledger.errand import errand
+from heavytop.studies.ledger.kinds import KINDS
 
 TOYS = Path(__file__).parent / "toys"
 IDENTITY = {"kind": "toy", "options": {"tasks": 4, "blocks": 24}, "versions": versions()}
@@ -328,7 +328,9 @@ def test_a_process_does_one_errand_at_a_time():
 
 def test_an_errand_ends_soon_after_its_time(study, monkeypatch):
     clock = count(0, 0.05)
-    monkeypatch.setattr("heavytop.ledger.errand.time", SimpleNamespace(monotonic=clock.__next__))
+    monkeypatch.setattr(
+        "heavytop.studies.ledger.errand.time", SimpleNamespace(monotonic=clock.__next__)
+    )
     asked = {"identity": study.identity, "task": study.tasks[0], "checkpoint": None}
     found = json.loads(errand(json.dumps({**asked, "seconds": 0.12})))
     assert len(found) == 3

@@ -10,8 +10,8 @@ import pytest
 
 from heavytop.cli.exits import exit_code
 from heavytop.errors import ForeignFile, ForeignStudy, HeavyTopError, StoppedEarly
-from heavytop.ledger import Folder, Piece, Study, run, study_of
-from heavytop.ledger.canonical import sealed
+from heavytop.studies.ledger import Folder, Piece, Study, run, study_of
+from heavytop.studies.ledger.canonical import sealed
 
 IDENTITY = {
     "kind": "toy",

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heavytop.errors import ForeignFile, ForeignStudy
-from heavytop.ledger import Folder, Piece, Study, merge, run, shard, study_of
-from heavytop.ledger.canonical import sealed
-from heavytop.ledger.kinds import KINDS
+from heavytop.studies.ledger import Folder, Piece, Study, merge, run, shard, study_of
+from heavytop.studies.ledger.canonical import sealed
+from heavytop.studies.ledger.kinds import KINDS
 
 TOYS = Path(__file__).parent / "toys"
 IDENTITY = {"kind": "toy", "options": {"tasks": 5, "blocks": 16}}

@@ -8,17 +8,17 @@ import pytest
 import sympy as sp
 
 import heavytop as ht
-from heavytop.doubledouble import add
-from heavytop.exact import Exact
-from heavytop.models.axis_form import axis_form
-from heavytop.models.cubic_form import cubic_form
-from heavytop.models.ladder import LADDER
-from heavytop.models.typed import typed_function
-from heavytop.taylor import projection
-from heavytop.taylor.engine import Block
-from heavytop.taylor.legs import EVEN, GOLDEN, Projected
-from heavytop.taylor.projection import Projection
-from heavytop.witness import closed_form, phase_error, run_errors
+from heavytop.equations.axis_form import axis_form
+from heavytop.equations.cubic_form import cubic_form
+from heavytop.equations.ladder import LADDER
+from heavytop.equations.typed import typed_function
+from heavytop.integration import projection
+from heavytop.integration.engine import Block
+from heavytop.integration.legs import EVEN, GOLDEN, Projected
+from heavytop.integration.projection import Projection
+from heavytop.numbers import Exact
+from heavytop.numbers.doubledouble import add
+from heavytop.run.witness import closed_form, phase_error, run_errors
 
 TILT = 'want.quantities=["theta"]'
 ALL = 'want.quantities=["theta", "phi", "psi"]'
@@ -336,7 +336,7 @@ def test_a_form_without_invariants_is_refused_by_name(monkeypatch):
     with pytest.raises(ValueError, match="axis form has no invariant"):
         Projection.of(bare, {}, np.zeros(5))
     rung = replace(LADDER["axis"], build=lambda _: bare)
-    monkeypatch.setattr("heavytop.planning.LADDER", {**LADDER, "axis": rung})
+    monkeypatch.setattr("heavytop.run.planning.LADDER", {**LADDER, "axis": rung})
     with pytest.raises(ht.BadScene, match="projected: the axis form has no invariant"):
         ht.propagate(scene(1), formulation="axis", projected=True)
 

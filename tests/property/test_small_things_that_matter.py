@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.models.axis_form import axis_form
-from heavytop.taylor.integrator import integrator
-from heavytop.taylor.orbit import Checkpoint, _BlockRun
+from heavytop.equations.axis_form import axis_form
+from heavytop.integration.integrator import integrator
+from heavytop.integration.orbit import Checkpoint, _BlockRun
 
 
 def test_times_within_a_block_keep_the_low_word_of_its_start():

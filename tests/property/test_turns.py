@@ -9,12 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import heavytop as ht
-from heavytop.models.attitude_form import attitude_form
-from heavytop.taylor.counting import Counting
-from heavytop.taylor.engine import Block
-from heavytop.taylor.turns import Turns
-from heavytop.taylor.winding import MOST_POINTS
-from heavytop.witness import closed_form
+from heavytop.equations.attitude_form import attitude_form
+from heavytop.integration.counting import Counting
+from heavytop.integration.engine import Block
+from heavytop.integration.turns import Turns
+from heavytop.integration.winding import MOST_POINTS
+from heavytop.run.witness import closed_form
 
 pytestmark = pytest.mark.filterwarnings("ignore::heavytop.errors.DoubtfulWarning")
 

@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heavytop.exact import Exact
-from heavytop.kinds import Kind
-from heavytop.kinds.certify import classify
-from heavytop.state import State
-from heavytop.top import Top
+from heavytop.classification import Kind
+from heavytop.classification.certify import classify
+from heavytop.numbers import Exact
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
 
 mp = mpmath.mp.clone()
 mp.dps = 300

@@ -15,10 +15,10 @@ import pytest
 import xarray
 
 import heavytop as ht
-from heavytop.atlases import study as study_module
-from heavytop.atlases.columns import packed, unpacked
-from heavytop.atlases.integrated import integrated
-from heavytop.kinds.codes import NAMES
+from heavytop.classification.codes import NAMES
+from heavytop.studies.atlases import study as study_module
+from heavytop.studies.atlases.columns import packed, unpacked
+from heavytop.studies.atlases.integrated import integrated
 
 KICKED = ht.load_scene("sicm-kicked")
 AXES = {"x": "phidot=-20:20:33", "y": "psidot=-150:150:29"}
@@ -180,7 +180,7 @@ def test_a_killed_atlas_goes_on_where_it_was(tmp_path):
 
 
 def test_the_map_is_netcdf_with_flags(rows, tmp_path):
-    from heavytop.study_results import write_atlas
+    from heavytop.report.study_files import write_atlas
 
     found = ht.atlas(KICKED, **AXES, jobs=1, folder=tmp_path / "a")
     files = write_atlas(found, tmp_path / "a")
@@ -203,7 +203,7 @@ def test_the_map_is_netcdf_with_flags(rows, tmp_path):
 
 
 def test_the_picture_is_the_same_bytes_each_time(tmp_path):
-    from heavytop.study_results import write_atlas
+    from heavytop.report.study_files import write_atlas
 
     found = ht.atlas(KICKED, **AXES, jobs=1, folder=tmp_path / "a")
     files = write_atlas(found, tmp_path / "a")
@@ -214,7 +214,7 @@ def test_the_picture_is_the_same_bytes_each_time(tmp_path):
 
 @pytest.mark.parametrize("what", ["kind", "rows", "integrate"])
 def test_columns_survive_being_written_down(what):
-    from heavytop.atlases.columns import SETS
+    from heavytop.studies.atlases.columns import SETS
 
     random = np.random.default_rng(1)
     columns = {
@@ -313,7 +313,7 @@ def test_a_cusp_is_told_from_the_lower_end_of_its_nutation():
 
 def test_a_wrong_map_is_seen(monkeypatch):
     """A flipped sign of gravity in what is integrated is found, pixel by pixel."""
-    from heavytop.atlases import plane, tiles
+    from heavytop.studies.atlases import plane, tiles
 
     def upside_down(tops, period):
         return integrated({**tops, "gMR": -np.asarray(tops["gMR"])}, period)
@@ -421,9 +421,9 @@ SOUND = {"counts": {"loops": 1}, "sent": 0, "uncertified": 0, "columns": {}, "de
      {**SOUND, "sent": "0"}, {**SOUND, "columns": []}],
 )  # fmt: skip
 def test_forged_rows_are_refused(row):
-    from heavytop.atlases.atlas import gathered
-    from heavytop.atlases.study import Study
-    from heavytop.ledger import Memory, Piece
+    from heavytop.studies.atlases.atlas import gathered
+    from heavytop.studies.atlases.study import Study
+    from heavytop.studies.ledger import Memory, Piece
 
     study, book = Study.asked(KICKED, AXES["x"], AXES["y"], "kind"), Memory()
     (task,) = study.tiles

@@ -9,14 +9,14 @@ import pytest
 import sympy as sp
 
 import heavytop as ht
-from heavytop.doubledouble import two_product
-from heavytop.models import lagrangian as lag
-from heavytop.models.attitude_form import attitude_form, product, psi_slow, q, start_attitude
-from heavytop.models.axis_form import axis_form, g, kappa, l_x, l_y, l_z
-from heavytop.models.formulation import spin, time
-from heavytop.shipped import shipped_scenes
-from heavytop.taylor.orbit import integrate
-from heavytop.witness import closed_form
+from heavytop.equations import lagrangian as lag
+from heavytop.equations.attitude_form import attitude_form, product, psi_slow, q, start_attitude
+from heavytop.equations.axis_form import axis_form, g, kappa, l_x, l_y, l_z
+from heavytop.equations.formulation import spin, time
+from heavytop.integration.orbit import integrate
+from heavytop.numbers.doubledouble import two_product
+from heavytop.run.witness import closed_form
+from heavytop.scene.shipped import shipped_scenes
 
 ANGLES = ("theta", "phi", "psi")
 

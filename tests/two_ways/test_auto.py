@@ -15,11 +15,11 @@ from typer.testing import CliRunner
 import heavytop as ht
 from heavytop.cli import app
 from heavytop.errors import BadScene
-from heavytop.exact import PI, sqrt
-from heavytop.planning import EPSILON
-from heavytop.speeds import quickest
-from heavytop.theory.precision import context
-from heavytop.witness import missed_digits, run_errors
+from heavytop.numbers import PI, sqrt
+from heavytop.numbers.decimals import context
+from heavytop.run.planning import EPSILON
+from heavytop.run.speeds import quickest
+from heavytop.run.witness import missed_digits, run_errors
 
 WANTS = (("theta",), ("theta", "phi"), ("axis",), ("phi", "psi"), ("attitude",))
 
@@ -240,7 +240,7 @@ def test_long_runs_are_told_of():
 
 
 def test_run_tells_of_a_long_run_before_it_takes_it(monkeypatch):
-    monkeypatch.setattr("heavytop.choice.LONG_S", 1e-9)
+    monkeypatch.setattr("heavytop.run.choice.LONG_S", 1e-9)
     result = CliRunner().invoke(app, ["run", "sicm-kicked"])
     assert "warning: long: about" in result.stderr
     assert "want.events = []" in result.stderr

@@ -5,11 +5,11 @@ import random
 import pytest
 import sympy as sp
 
-from heavytop.models import lagrangian as lag
-from heavytop.state import State
-from heavytop.theory.constants import constants
-from heavytop.theory.precision import context
-from heavytop.top import Top
+from heavytop.analytic.theory.constants import constants
+from heavytop.equations import lagrangian as lag
+from heavytop.numbers.decimals import context
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
 
 CTX = context(50)
 

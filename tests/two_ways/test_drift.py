@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop import ledger
-from heavytop.drifts.drift import gathered
-from heavytop.drifts.follow import _not_after, follow
-from heavytop.drifts.growth import growth
-from heavytop.drifts.marks import PHASE, marks
-from heavytop.drifts.members import member
-from heavytop.drifts.methods import method, taylor_methods
-from heavytop.drifts.precise_march import PreciseMarch
-from heavytop.drifts.runs import run
-from heavytop.drifts.study import Study
-from heavytop.drifts.taylor_march import TaylorMarch
-from heavytop.march import Stopped
-from heavytop.theory.double_form import DoubleForm
+from heavytop.analytic.theory.double_form import DoubleForm
+from heavytop.comparison.march import Stopped
+from heavytop.studies import ledger
+from heavytop.studies.drifts.drift import gathered
+from heavytop.studies.drifts.follow import _not_after, follow
+from heavytop.studies.drifts.growth import growth
+from heavytop.studies.drifts.marks import PHASE, marks
+from heavytop.studies.drifts.members import member
+from heavytop.studies.drifts.methods import method, taylor_methods
+from heavytop.studies.drifts.precise_march import PreciseMarch
+from heavytop.studies.drifts.runs import run
+from heavytop.studies.drifts.study import Study
+from heavytop.studies.drifts.taylor_march import TaylorMarch
 
 KICKED = ht.load_scene("sicm-kicked")
 TAYLOR = tuple(taylor_methods())
@@ -360,7 +360,7 @@ def test_a_form_that_cannot_start_there_is_skipped_with_the_reason():
 
 
 def test_a_rival_whose_package_is_missing_is_skipped_by_name(monkeypatch):
-    from heavytop.drifts import methods
+    from heavytop.studies.drifts import methods
 
     monkeypatch.setattr(methods, "find_spec", lambda name: None if name == "numba" else name)
     found = ht.drift(KICKED, methods=["strang", "taylor-axis"], periods=3, samples=2)

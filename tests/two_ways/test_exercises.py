@@ -5,12 +5,12 @@ import pytest
 import sympy as sp
 
 import heavytop as ht
-from heavytop.exact import Exact, sin
-from heavytop.models import lagrangian as lag
-from heavytop.models import reduction
-from heavytop.models.lagrangian import A, C, gMR, normal_form, phidot, psidot, theta, thetadot
-from heavytop.solids import ALUMINIUM, STEEL, cone, ring, rod, whole
-from heavytop.theory import quadrature, steady
+from heavytop.analytic.theory import quadrature, steady
+from heavytop.equations import lagrangian as lag
+from heavytop.equations import reduction
+from heavytop.equations.lagrangian import A, C, gMR, normal_form, phidot, psidot, theta, thetadot
+from heavytop.numbers import Exact, sin
+from heavytop.scene.solids import ALUMINIUM, STEEL, cone, ring, rod, whole
 
 BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")
 Omega = sp.Symbol("Omega", real=True)

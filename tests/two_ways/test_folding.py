@@ -10,21 +10,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import heavytop as ht
-from heavytop.engines import start_values
+from heavytop.equations.attitude_form import attitude_form
+from heavytop.equations.numeric import exact_values
 from heavytop.errors import BadScene, Impossible, NotANumber
-from heavytop.exact import Exact
-from heavytop.folded import fold
-from heavytop.folds import making, starting
-from heavytop.folds.turned import DOUBLES, Turned
-from heavytop.models.attitude_form import attitude_form
-from heavytop.models.numeric import exact_values
-from heavytop.shipped import shipped_scenes
-from heavytop.taylor import folding
-from heavytop.taylor.equations import Equations
-from heavytop.taylor.folding import Folding
-from heavytop.taylor.multiples import Multiples
-from heavytop.taylor.precise import PreciseIntegrator
-from heavytop.theory.precision import context
+from heavytop.integration import folding
+from heavytop.integration.equations import Equations
+from heavytop.integration.folding import Folding
+from heavytop.integration.multiples import Multiples
+from heavytop.integration.precise import PreciseIntegrator
+from heavytop.numbers import Exact
+from heavytop.numbers.decimals import context
+from heavytop.run.engines import start_values
+from heavytop.run.folded import fold
+from heavytop.run.folds import making, starting
+from heavytop.run.folds.turned import DOUBLES, Turned
+from heavytop.scene.shipped import shipped_scenes
 
 DIGITS = 60  # of the closed form
 FAR = (0.0, 0.3, -0.7, 7.77, 1e3 + 0.1, 1e6 + 0.2, -1e6 - 0.4, 1e9 + 0.3, 1e12 + 0.45, -1e12 - 0.33)
@@ -369,7 +369,7 @@ def test_refused_where_there_is_no_period(name):
 
 
 def test_refused_where_nothing_is_proved(monkeypatch):
-    monkeypatch.setattr("heavytop.motion.course", lambda *_: None)
+    monkeypatch.setattr("heavytop.analytic.motion.course", lambda *_: None)
     with pytest.raises(BadScene, match="not proved to nutate"):
         fold(ht.load_scene("sicm-kicked", ["start.phidot=-15.01"]))
 

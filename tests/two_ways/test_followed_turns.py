@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.decimals.run import PreciseRun
-from heavytop.doubts import doubtful_digits
-from heavytop.drifts.methods import method
-from heavytop.drifts.runs import run
 from heavytop.errors import BadScene, DoubtfulWarning, EndedEarly, MissedDigitsWarning, Outcome
-from heavytop.taylor.precise import Unfinished
+from heavytop.integration.precise import Unfinished
+from heavytop.run.decimals.run import PreciseRun
+from heavytop.run.doubts import doubtful_digits
+from heavytop.studies.drifts.methods import method
+from heavytop.studies.drifts.runs import run
 
 ALLOWED = 1e-11  # of an angle or of 1: the digits asked for hold at the end, and near it
 SLOW = ht.Top(1, 1, 1)
@@ -121,7 +121,7 @@ def test_a_wrong_turn_is_known_in_decimals_and_in_doubles():
 
 
 def test_missed_digits_are_warned_of(monkeypatch):
-    monkeypatch.setattr("heavytop.doubts.doubtful_digits", lambda _: "14 digits are not met")
+    monkeypatch.setattr("heavytop.run.doubts.doubtful_digits", lambda _: "14 digits are not met")
     assert issubclass(MissedDigitsWarning, DoubtfulWarning)
     scene = _scene({"theta": "1", "omega3": "3"}, "2")
     for formulation in ("auto", "attitude"):

@@ -6,12 +6,12 @@ import mpmath
 import pytest
 import sympy as sp
 
-from heavytop.models import angles, cubic_form, reduction
-from heavytop.models import lagrangian as lag
-from heavytop.models.axis_form import deviation, frame_rate, kappa
-from heavytop.models.formulation import spin, time, turned_phi
-from heavytop.models.ladder import LADDER
-from heavytop.models.lagrangian import normal_form
+from heavytop.equations import angles, cubic_form, reduction
+from heavytop.equations import lagrangian as lag
+from heavytop.equations.axis_form import deviation, frame_rate, kappa
+from heavytop.equations.formulation import spin, time, turned_phi
+from heavytop.equations.ladder import LADDER
+from heavytop.equations.lagrangian import normal_form
 
 FORMS = {
     f"{name}{f'-{variant}' if variant else ''}": rung.build(variant)

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from heavytop.models import lagrangian as lag
-from heavytop.models.numeric import numpy_function
-from heavytop.taylor.translate import translate
+from heavytop.equations import lagrangian as lag
+from heavytop.equations.numeric import numpy_function
+from heavytop.integration.translate import translate
 
 A, C, gMR = 1.3, 0.7, 2.1
 TOP = {lag.A: sp.Rational(13, 10), lag.C: sp.Rational(7, 10), lag.gMR: sp.Rational(21, 10)}

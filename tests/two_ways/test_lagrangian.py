@@ -2,8 +2,8 @@
 
 import sympy as sp
 
-from heavytop.models import lagrangian as lag
-from heavytop.models.lagrangian import (
+from heavytop.equations import lagrangian as lag
+from heavytop.equations.lagrangian import (
     A,
     C,
     gMR,

@@ -3,7 +3,7 @@
 import numpy as np
 
 import heavytop as ht
-from heavytop.diagram import energy_momentum
+from heavytop.analytic.diagram import energy_momentum
 
 PLACES = 12
 

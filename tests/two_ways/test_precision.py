@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.digits import bits_for
-from heavytop.document import run_document
-from heavytop.exact import Exact
-from heavytop.models.ladder import LADDER
-from heavytop.planning import plan
-from heavytop.taylor.bits import LONG_DOUBLE
-from heavytop.taylor.precise import PreciseIntegrator, Unfinished, Wanted
-from heavytop.witness import missed_digits
+from heavytop.equations.ladder import LADDER
+from heavytop.integration.bits import LONG_DOUBLE
+from heavytop.integration.precise import PreciseIntegrator, Unfinished, Wanted
+from heavytop.numbers import Exact
+from heavytop.results.document import run_document
+from heavytop.run.digits import bits_for
+from heavytop.run.planning import plan
+from heavytop.run.witness import missed_digits
 
 ALL = 'want.quantities=["theta", "phi", "psi", "axis"]'
 NONE = "want.events=[]"

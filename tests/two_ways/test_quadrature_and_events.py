@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.theory.quadrature import elapsed, period
+from heavytop.analytic.theory.quadrature import elapsed, period
 
 SCENES = ("sicm-kicked", "sicm-dropped", "sicm-forward", "sicm-forward-spin-held")
 

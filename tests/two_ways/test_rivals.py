@@ -13,14 +13,14 @@ import pytest
 
 import heavytop as ht
 from heavytop.cli.exits import Exit, exit_code
-from heavytop.engines import start_values
+from heavytop.comparison import METHODS, absent, coefficients, march, named, setting_up
+from heavytop.comparison.equations import Singular, later, right_hand_side
+from heavytop.comparison.march import Stopped
+from heavytop.comparison.splitting import splitting
+from heavytop.equations.ladder import LADDER
+from heavytop.equations.numeric import exact_values
 from heavytop.errors import Impossible, MissingPackage
-from heavytop.march import Stopped
-from heavytop.models.ladder import LADDER
-from heavytop.models.numeric import exact_values
-from heavytop.rivals import METHODS, absent, coefficients, march, named, setting_up
-from heavytop.rivals.equations import Singular, later, right_hand_side
-from heavytop.rivals.splitting import splitting
+from heavytop.run.engines import start_values
 
 FIXED = [name for name, method in METHODS.items() if method.fixed]
 ADAPTIVE = [name for name in METHODS if name not in FIXED]
@@ -81,10 +81,10 @@ def axis_error(taken, t, scene="sicm-kicked"):
 
 def test_the_table_can_be_read_without_any_library():
     program = (
-        "import sys; from heavytop.rivals import METHODS, absent\n"
+        "import sys; from heavytop.comparison import METHODS, absent\n"
         "print(len(METHODS), sorted({'numba', 'scipy', 'CyRK', 'sympy'} & set(sys.modules)))\n"
         "for name in ('numba', 'scipy', 'CyRK'): sys.modules[name] = None\n"
-        "import heavytop.rivals.cyrk, heavytop.rivals.scipy_solvers\n"
+        "import heavytop.comparison.cyrk, heavytop.comparison.scipy_solvers\n"
     )
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert (run.stdout, run.stderr) == (f"{len(METHODS)} []\n", "")
@@ -106,7 +106,7 @@ def test_a_name_may_end_in_a_formulation():
 @pytest.mark.parametrize("name", METHODS)
 def test_a_missing_package_is_named_with_the_pip_line(name, monkeypatch):
     method = METHODS[name]
-    monkeypatch.setattr("heavytop.rivals.table.find_spec", lambda package: None)
+    monkeypatch.setattr("heavytop.comparison.table.find_spec", lambda package: None)
     assert absent(method) == method.needs != ()
     with pytest.raises(MissingPackage, match=r"pip install 'heavytop\[rivals\]'") as refusal:
         march(name, *started(), None, 1.0)

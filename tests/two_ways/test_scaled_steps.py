@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.engines import binary_start, compiled_and_timed, formulation_of
-from heavytop.planning import plan
-from heavytop.taylor.compiled import Compiled
-from heavytop.taylor.integrator import Integrator
-from heavytop.taylor.orbit import continued, integrate
-from heavytop.taylor.pace import FAST, SLOW, unit_of, units_of
+from heavytop.integration.compiled import Compiled
+from heavytop.integration.integrator import Integrator
+from heavytop.integration.orbit import continued, integrate
+from heavytop.integration.pace import FAST, SLOW, unit_of, units_of
+from heavytop.run.engines import binary_start, compiled_and_timed, formulation_of
+from heavytop.run.planning import plan
 
 ROUNDING = 2.0**-53
 KICKED = {"theta": "0.5", "thetadot": "1", "phidot": "-1"}

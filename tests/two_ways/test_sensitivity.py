@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.engines import start_values
+from heavytop.analytic.theory import sleeping, steady
+from heavytop.equations import lagrangian as lag
+from heavytop.equations.ladder import LADDER
+from heavytop.equations.numeric import numpy_function
+from heavytop.equations.typed import typed_function
 from heavytop.errors import BadScene, DoubtfulWarning, EndedEarly, NotANumber, Outcome
-from heavytop.models import lagrangian as lag
-from heavytop.models.ladder import LADDER
-from heavytop.models.numeric import numpy_function
-from heavytop.models.typed import typed_function
-from heavytop.sensitivity import UNITS, sensitivities, state_transition
-from heavytop.theory import sleeping, steady
+from heavytop.run.engines import start_values
+from heavytop.run.sensitivity import UNITS, sensitivities, state_transition
 
 mp = mpmath.mp.clone()
 mp.dps = 60

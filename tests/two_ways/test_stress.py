@@ -12,23 +12,23 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.engines import binary_start
+from heavytop.comparison.textbook import SOLVERS, Asked, rates_of, solved
+from heavytop.equations.ladder import LADDER
 from heavytop.errors import BadScene, DoubtfulWarning
-from heavytop.models.ladder import LADDER
-from heavytop.planning import Plan, closed_form_of, plan
-from heavytop.rivals.textbook import SOLVERS, Asked, rates_of, solved
-from heavytop.stresses.cases import BOOK, cases
-from heavytop.stresses.conditioning import ROUNDINGS, UNIT, Reference, reference
-from heavytop.stresses.first_order import first_order
-from heavytop.stresses.keeper import Keeper, Killed, Lost
-from heavytop.stresses.methods import METHODS
-from heavytop.stresses.outcome import Word, judged, missed_events
-from heavytop.stresses.raw import Raw
-from heavytop.stresses.running import run
-from heavytop.stresses.stress import Run, Skipped
-from heavytop.stresses.stressing import _one as one_run
-from heavytop.stresses.stressing import stress
-from heavytop.tally import differences, tally
+from heavytop.run.engines import binary_start
+from heavytop.run.planning import Plan, closed_form_of, plan
+from heavytop.run.tally import differences, tally
+from heavytop.studies.stresses.cases import BOOK, cases
+from heavytop.studies.stresses.conditioning import ROUNDINGS, UNIT, Reference, reference
+from heavytop.studies.stresses.first_order import first_order
+from heavytop.studies.stresses.keeper import Keeper, Killed, Lost
+from heavytop.studies.stresses.methods import METHODS
+from heavytop.studies.stresses.outcome import Word, judged, missed_events
+from heavytop.studies.stresses.raw import Raw
+from heavytop.studies.stresses.running import run
+from heavytop.studies.stresses.stress import Run, Skipped
+from heavytop.studies.stresses.stressing import _one as one_run
+from heavytop.studies.stresses.stressing import stress
 
 LONG = ("1e5-periods",)
 TURNING = ("through-", "planar", "near-", "start-", "falling-", "separatrix-", "spin-1e7")
@@ -355,7 +355,7 @@ def test_the_time_is_named_at_which_doubles_have_lost_the_vertical():
 
 TOY = """
 import os, time
-from heavytop.ledger import Piece
+from heavytop.studies.ledger import Piece
 
 def follow(identity, task, checkpoint):
     if task == "ponders":
@@ -408,7 +408,7 @@ def test_a_run_that_hangs_is_killed_and_the_next_one_is_done(keeper):
 
 
 def test_a_truth_that_does_not_come_is_not_the_methods_fault(keeper, monkeypatch):
-    monkeypatch.setattr("heavytop.stresses.stressing.PATIENCE_S", 0.7)
+    monkeypatch.setattr("heavytop.studies.stresses.stressing.PATIENCE_S", 0.7)
     prepare = keeper.prepare
     keeper.prepare = lambda task, patience: prepare("ponders", patience)
     here, until = cases()["cusp"], time.monotonic() + 60

@@ -6,7 +6,7 @@ import pytest
 import sympy as sp
 
 from heavytop.errors import UntranslatableExpression
-from heavytop.taylor.translate import translate
+from heavytop.integration.translate import translate
 
 x, y = sp.symbols("x y", real=True)
 NAMES = {x: hy.expression("x"), y: hy.expression("y")}

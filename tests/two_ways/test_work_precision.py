@@ -12,19 +12,19 @@ import pytest
 from rich.console import Console
 
 import heavytop as ht
-from heavytop.drifts.methods import method
-from heavytop.drifts.runs import run
-from heavytop.march import Place, Stopped
+from heavytop.comparison.march import Place, Stopped
+from heavytop.integration.bits import bits_of
 from heavytop.report.workprec_table import workprec_table
-from heavytop.taylor.bits import bits_of
-from heavytop.workprecs import starting
-from heavytop.workprecs.front import ahead_of, axis_error, cheapest, front, theta_error
-from heavytop.workprecs.ladder import DEFAULT, FOLDED, STEPS, Trial, trials
-from heavytop.workprecs.measuring import _Measuring
-from heavytop.workprecs.point import Point, Skipped
-from heavytop.workprecs.schedule import LATER, middles, schedule
-from heavytop.workprecs.timing import TooSlow, in_turn, lap, shares
-from heavytop.workprecs.work_precision import BEFORE, WorkPrecision
+from heavytop.studies.drifts.methods import method
+from heavytop.studies.drifts.runs import run
+from heavytop.studies.workprecs import starting
+from heavytop.studies.workprecs.front import ahead_of, axis_error, cheapest, front, theta_error
+from heavytop.studies.workprecs.ladder import DEFAULT, FOLDED, STEPS, Trial, trials
+from heavytop.studies.workprecs.measuring import _Measuring
+from heavytop.studies.workprecs.point import Point, Skipped
+from heavytop.studies.workprecs.schedule import LATER, middles, schedule
+from heavytop.studies.workprecs.timing import TooSlow, in_turn, lap, shares
+from heavytop.studies.workprecs.work_precision import BEFORE, WorkPrecision
 
 KICKED = ht.load_scene("sicm-kicked")
 
@@ -567,8 +567,8 @@ def test_what_is_not_measured_is_refused_and_a_diagram_is_shown_in_a_line(found)
 
 
 def test_the_ladder_holds_every_formulation_precision_and_rival():
-    from heavytop.models.ladder import LADDER
-    from heavytop.rivals import METHODS
+    from heavytop.comparison import METHODS
+    from heavytop.equations.ladder import LADDER
 
     wanted = {f"taylor-{form}{end}" for form in LADDER for end in ("", "-longdouble", "-mpfr")}
     assert wanted | set(METHODS) | {"auto"} <= set(DEFAULT)
@@ -621,7 +621,7 @@ def test_a_form_that_cannot_start_there_is_skipped_with_the_reason():
 
 
 def test_a_rival_whose_package_is_missing_is_skipped_by_name(monkeypatch):
-    from heavytop.drifts import methods
+    from heavytop.studies.drifts import methods
 
     monkeypatch.setattr(methods, "find_spec", lambda name: None if name == "numba" else name)
     found = ht.work_precision(
@@ -637,7 +637,7 @@ def test_a_package_that_does_not_import_is_skipped_with_what_it_raises(monkeypat
             raise RuntimeError("built for another numpy")
         return import_module(name)
 
-    monkeypatch.setattr("heavytop.rivals.table.import_module", raising)
+    monkeypatch.setattr("heavytop.comparison.table.import_module", raising)
     methods = ["dop853-cyrk", "taylor-axis=1e-6"]
     found = ht.work_precision(KICKED, methods=methods, periods=3, budget=9)
     (reason,) = {each.reason for each in found.skipped}

@@ -12,8 +12,8 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from heavytop.claims.register import PACKAGE
-from heavytop.keeper import BY_SIGNAL
-from heavytop.kept import LETTERS, Process, begin, end, tail
+from heavytop.studies.keeper import BY_SIGNAL
+from heavytop.studies.kept import LETTERS, Process, begin, end, tail
 
 ASKED: Final = "HEAVYTOP_CLAIMS_ASKED"  # as validation/claim.py reads it
 TOLD: Final = "HEAVYTOP_CLAIMS_TOLD"

@@ -9,13 +9,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-from heavytop.arguments import wrong_type
 from heavytop.claims.register import NAME, PACKED, Register, load_register, stem
 from heavytop.claims.running import Ended, Errand, run_scripts
 from heavytop.claims.validation import Measured, Validation, counts
 from heavytop.claims.verdicts import verdicts
 from heavytop.errors import ForeignFile, HeavyTopError
 from heavytop.names import LONGEST, nearest
+from heavytop.scene.arguments import wrong_type
 
 LIMIT: Final = 120.0  # s for a script of registered claims
 PROOF_LIMIT: Final = 7200.0  # s for any other: some of them time what takes minutes

@@ -27,7 +27,7 @@ from heavytop.cli.scheduler import Scheduler, executor
 from heavytop.cli.voice import Voice, say
 
 if TYPE_CHECKING:
-    from heavytop.atlases.atlas import Atlas
+    from heavytop.studies.atlases.atlas import Atlas
 
 OPTIONS = ("x", "y", "x, y", "only", "integrate", "shard", "jobs")
 AXIS = "NAME=FROM:TO:COUNT"
@@ -105,8 +105,8 @@ def atlas(
             _diagram(name, options, output, put)
             return
         axes = _axes(x, y)
-        from heavytop.atlases.mapping import atlas as mapped
-        from heavytop.scene import load_scene
+        from heavytop.scene.scene import load_scene
+        from heavytop.studies.atlases.mapping import atlas as mapped
 
         _no_clash(options, axes)
         stack.enter_context(blaming([*options, *(f"{name}=" for name in OPTIONS)]))
@@ -142,21 +142,21 @@ def results(found: Atlas, folder: Path | None, *, figures: bool, voice: Voice) -
     """Write the files of an atlas, where there is a folder for them."""
     if folder is None:
         return {}
-    from heavytop.study_results import write_atlas
+    from heavytop.report.study_files import write_atlas
 
     return noted(write_atlas(found, folder, figures=figures), folder, voice)
 
 
 def _diagram(name: str, options: list[str], output: Path | None, put: Put) -> None:
     """Write and print the energy–momentum diagram of a scene."""
-    from heavytop.energy_momentum_document import energy_momentum_document
-    from heavytop.scene import load_scene
+    from heavytop.results.energy_momentum_document import energy_momentum_document
+    from heavytop.scene.scene import load_scene
 
     with blaming(options), results_folder(output):
         document = energy_momentum_document(load_scene(name, overrides=options))
         document["files"] = {}
         if output is not None:
-            from heavytop.study_results import write_energy_momentum
+            from heavytop.report.study_files import write_energy_momentum
 
             files = write_energy_momentum(document, output, figures=put["figures"])
             document["files"] = noted(files, output, put["voice"])
@@ -165,7 +165,7 @@ def _diagram(name: str, options: list[str], output: Path | None, put: Put) -> No
 
 def _join(places: list[str], output: Path | None, put: Put) -> None:
     """Join shards; leave with a code of its own where some are missing."""
-    from heavytop.atlases.mapping import merge_atlases
+    from heavytop.studies.atlases.mapping import merge_atlases
 
     if output is None:
         raise typer.BadParameter("the folder to join the shards in", param_hint="-o")
@@ -184,7 +184,7 @@ def _alone(option: str, others: dict[str, Any]) -> None:
 
 def _no_clash(changes: list[str], axes: tuple[str, str]) -> None:
     """Refuse a change of the scene to what an axis changes pixel by pixel."""
-    from heavytop.atlases.axes import ROLES
+    from heavytop.studies.atlases.axes import ROLES
 
     for axis in axes:
         name = axis.partition("=")[0].strip()

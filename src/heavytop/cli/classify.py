@@ -28,8 +28,8 @@ def classify(
 
     Nothing is integrated.
     """
-    from heavytop.classification import classify_document
-    from heavytop.scene import load_scene
+    from heavytop.results.classification import classify_document
+    from heavytop.scene.scene import load_scene
 
     voice = Voice(quiet, verbose)
     options = overrides(changes)

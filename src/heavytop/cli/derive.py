@@ -10,7 +10,7 @@ from heavytop.cli.output import print_json
 
 def derive(latex: Latex = False, json: Json = False, debug: Debug = False) -> None:
     """Derive from the rotation matrix what is integrated."""
-    from heavytop.derivation import as_latex, as_text, derivation, derive_document
+    from heavytop.equations.derivation import as_latex, as_text, derivation, derive_document
 
     if latex and json:
         raise typer.BadParameter("--json holds the LaTeX too", param_hint="--latex")

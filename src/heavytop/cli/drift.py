@@ -31,7 +31,7 @@ from heavytop.cli.scheduler import Scheduler, executor
 from heavytop.cli.voice import Voice, say
 
 if TYPE_CHECKING:
-    from heavytop.drifts.drift import Drift
+    from heavytop.studies.drifts.drift import Drift
 
 OPTIONS = ("periods", "methods", "ensemble", "samples", "seed")
 
@@ -66,9 +66,9 @@ def drift(
     debug: Debug = False,
 ) -> None:
     """Follow a scene for long by many methods; chart their errors."""
-    from heavytop.drifts.drifting import drift as follow
-    from heavytop.drifts.methods import DEFAULT
-    from heavytop.scene import load_scene
+    from heavytop.scene.scene import load_scene
+    from heavytop.studies.drifts.drifting import drift as follow
+    from heavytop.studies.drifts.methods import DEFAULT
 
     voice = Voice(quiet, verbose)
     options, asked = overrides(changes), names("--methods", methods)
@@ -109,6 +109,6 @@ def results(found: Drift, folder: Path | None, *, figures: bool, voice: Voice) -
     """Write the files of a study, where there is a folder for them."""
     if folder is None:
         return {}
-    from heavytop.study_results import write_drift
+    from heavytop.report.study_files import write_drift
 
     return noted(write_drift(found, folder, figures=figures), folder, voice)

@@ -32,8 +32,8 @@ def plan(
 
     Nothing is integrated.
     """
-    from heavytop.plan_document import plan_document
-    from heavytop.scene import load_scene
+    from heavytop.results.plan_document import plan_document
+    from heavytop.scene.scene import load_scene
 
     options = overrides(changes, digits)
     with Voice(quiet, verbose).warnings(), blaming(options):

@@ -18,8 +18,8 @@ from heavytop.cli.voice import Voice, say
 from heavytop.spelling import harmless
 
 if TYPE_CHECKING:
-    from heavytop.pages.page import Page
-    from heavytop.scene import Scene
+    from heavytop.report.pages.page import Page
+    from heavytop.scene.scene import Scene
 
 PAGE = "report.html"
 
@@ -89,7 +89,7 @@ def report(
 
 
 def _size(page: Page) -> str:
-    from heavytop.pages.tables import amount
+    from heavytop.report.pages.tables import amount
 
     figures = sum(len(section.pictures) for section in page.sections)
     return f"{amount(len(page.sections), 'result')}, {amount(figures, 'figure')}"
@@ -116,7 +116,7 @@ def _meant(
                                  param_hint="DIR")  # fmt: skip
     if not places:
         return [], None
-    from heavytop.scene import load_scene
+    from heavytop.scene.scene import load_scene
 
     options = overrides(changes)
     stack.enter_context(blaming(options))
@@ -153,14 +153,14 @@ def _page(
     voice: Voice,
     stack: ExitStack,
 ) -> Page:
-    from heavytop.pages.commands import command
-    from heavytop.pages.findings import Found, findings
-    from heavytop.pages.page import page_of
+    from heavytop.report.pages.commands import command
+    from heavytop.report.pages.findings import Found, findings
+    from heavytop.report.pages.page import page_of
 
     missing: list[tuple[str, str]] = []
     asked = _words(places, changes)
     if not folders:
-        from heavytop.pages.quick import quick
+        from heavytop.report.pages.quick import quick
 
         temporary = tempfile.TemporaryDirectory(prefix="heavytop-", ignore_cleanup_errors=True)
         place = Path(stack.enter_context(temporary))
@@ -172,7 +172,7 @@ def _page(
 
 
 def _written(page: Page, html: Path) -> dict[str, str]:
-    from heavytop.pages.page import write_page
+    from heavytop.report.pages.page import write_page
 
     try:
         return write_page(page, html)

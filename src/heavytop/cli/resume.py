@@ -20,7 +20,7 @@ from heavytop.cli.scheduler import Scheduler, executor
 from heavytop.cli.voice import Voice, say
 
 if TYPE_CHECKING:
-    from heavytop.ledger import Progress
+    from heavytop.studies.ledger import Progress
 
 OF_A_RUN: Final = ("request.json", "run.json", "trajectory.nc")
 StudyFolder = Annotated[
@@ -49,8 +49,8 @@ def resume(
         _run(folder, voice, json=json, figures=not no_figures)
         return
     _expect_study(folder)
-    from heavytop.resuming import kind_of
-    from heavytop.resuming import resume as go_on
+    from heavytop.studies.resuming import kind_of
+    from heavytop.studies.resuming import resume as go_on
 
     kind = kind_of(folder)
     begun: list[Progress] = []
@@ -82,7 +82,7 @@ def _expect_study(folder: Path) -> None:
 
 def _run(folder: Path, voice: Voice, *, json: bool, figures: bool) -> None:
     """Go on with a run; of one that has ended, say so."""
-    from heavytop.results import DOCUMENT, REQUEST, Request, document_of
+    from heavytop.report.run_files import DOCUMENT, REQUEST, Request, document_of
 
     with ending(), voice.warnings():
         begun = (folder / REQUEST).exists()
@@ -101,8 +101,8 @@ def _run(folder: Path, voice: Voice, *, json: bool, figures: bool) -> None:
 
 def _ended(folder: Path, document: dict[str, Any], outcome: errors.Outcome, json: bool) -> None:
     """Print what a run that has ended gave."""
-    from heavytop.archive import load_interrupted
-    from heavytop.results import TRAJECTORY
+    from heavytop.report.run_files import TRAJECTORY
+    from heavytop.run.archive import load_interrupted
 
     if (folder / TRAJECTORY).exists():
         load_interrupted(folder / TRAJECTORY)  # refuses what is damaged

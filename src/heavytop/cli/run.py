@@ -31,10 +31,10 @@ from heavytop.cli.output import noted, results_folder, show
 from heavytop.cli.voice import Voice, say
 
 if TYPE_CHECKING:
-    from heavytop.planning import Plan
-    from heavytop.results import Request
-    from heavytop.scene import Scene
-    from heavytop.trajectory import Trajectory
+    from heavytop.report.run_files import Request
+    from heavytop.run.planning import Plan
+    from heavytop.run.trajectory import Trajectory
+    from heavytop.scene.scene import Scene
 
 
 Early = errors.EndedEarly | errors.StoppedEarly
@@ -55,7 +55,7 @@ def run(
     debug: Debug = False,
 ) -> None:
     """Integrate a scene and compare it with the closed form."""
-    from heavytop.scene import load_scene
+    from heavytop.scene.scene import load_scene
 
     voice = Voice(quiet, verbose)
     options = overrides(changes, digits)
@@ -64,7 +64,7 @@ def run(
         stack.enter_context(voice.warnings())
         stack.enter_context(blaming(options))
         read = load_scene(scene, overrides=options)
-        from heavytop.results import Request
+        from heavytop.report.run_files import Request
 
         asked = Request(read, formulation, figures=not no_figures)
         carry_out(asked, output, json=json, voice=voice, force=force)
@@ -77,8 +77,8 @@ def carry_out(
 
     What cannot be run touches no folder.
     """
-    from heavytop.planning import plan
-    from heavytop.results import REQUEST, begun
+    from heavytop.report.run_files import REQUEST, begun
+    from heavytop.run.planning import plan
 
     chosen = plan(asked.scene, asked.formulation)
     if folder is None:
@@ -93,11 +93,11 @@ def carry_out(
         say(kept(folder, early))
         raise typer.Exit(exit_code(early))
     if document["missed_digits"]:
-        from heavytop.doubts import missed
+        from heavytop.run.doubts import missed
 
         say(missed(document["missed_digits"], asked.scene.digits))
     if document["missed_events"] and voice.quiet:  # else it has been warned of
-        from heavytop.tally import differences
+        from heavytop.run.tally import differences
 
         say("; ".join(differences(document["missed_events"], document["events"])))
     if document["missed_digits"] or document["missed_events"]:
@@ -137,9 +137,9 @@ def answered(
     asked: Request, chosen: Plan, folder: Path | None, voice: Voice
 ) -> tuple[dict[str, Any], Early | None]:
     """The document of what is asked, written with its files, and why it is not whole if so."""
-    from heavytop.document import run_document
     from heavytop.files import write_document
-    from heavytop.results import DOCUMENT, write_results
+    from heavytop.report.run_files import DOCUMENT, write_results
+    from heavytop.results.document import run_document
 
     early: Early | None = None
     if chosen.formulation == "none" or chosen.folded:
@@ -168,11 +168,11 @@ def answered(
 def at_once(scene: Scene, chosen: Plan) -> dict[str, Any]:
     """The document of a scene that is known at once, or from one nutation."""
     if not chosen.folded:
-        from heavytop.document import known_document
+        from heavytop.results.document import known_document
 
         return known_document(scene, chosen)
-    from heavytop.folded import fold
-    from heavytop.folded_document import folded_document
+    from heavytop.results.folded_document import folded_document
+    from heavytop.run.folded import fold
 
     return folded_document(fold(scene), chosen)
 
@@ -181,9 +181,9 @@ def integrated(
     asked: Request, chosen: Plan, folder: Path | None, voice: Voice
 ) -> tuple[Trajectory, errors.EndedEarly | None]:
     """The trajectory of a scene, from where its folder has it, and why it is a part if it is."""
-    from heavytop.continuation import completed
-    from heavytop.propagation import propagate
-    from heavytop.results import TRAJECTORY, part_of
+    from heavytop.report.run_files import TRAJECTORY, part_of
+    from heavytop.run.continuation import completed
+    from heavytop.run.propagation import propagate
 
     scene, form = asked.scene, asked.formulation
     part = None if folder is None else part_of(folder, scene, chosen)

@@ -26,7 +26,7 @@ from heavytop.cli.output import noted, printing_anyway, results_folder, show
 from heavytop.cli.voice import Voice, say
 
 if TYPE_CHECKING:
-    from heavytop.stresses.stress import Stress
+    from heavytop.studies.stresses.stress import Stress
 
 OPTIONS = ("cases", "methods", "budget", "time_limit", "step_limit")
 
@@ -60,11 +60,11 @@ def stress(
 ) -> None:
     """Run every method at the motions at which methods fail."""
     if listed:
-        from heavytop.stresses.listing import listing
+        from heavytop.studies.stresses.listing import listing
 
         show(listing(), json, "stress_cases")
         return
-    from heavytop.stresses.stressing import stress as put_under_stress
+    from heavytop.studies.stresses.stressing import stress as put_under_stress
 
     voice = Voice(quiet, verbose)
     chosen, asked = names("--cases", cases), names("--methods", methods)
@@ -104,6 +104,6 @@ def results(found: Stress, folder: Path | None, *, figures: bool, voice: Voice) 
     """Write the files of a stress test, where there is a folder for them."""
     if folder is None:
         return {}
-    from heavytop.study_results import write_stress
+    from heavytop.report.study_files import write_stress
 
     return noted(write_stress(found, folder, figures=figures), folder, voice)

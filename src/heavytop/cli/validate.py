@@ -72,6 +72,6 @@ def results(found: Validation, folder: Path | None, voice: Voice) -> dict[str, s
     """Write the file of a validation, where there is a folder for it."""
     if folder is None:
         return {}
-    from heavytop.study_results import write_validation
+    from heavytop.report.study_files import write_validation
 
     return noted(write_validation(found, folder), folder, voice)

@@ -30,7 +30,7 @@ from heavytop.cli.output import noted, printing_anyway, results_folder, show
 from heavytop.cli.voice import Voice
 
 if TYPE_CHECKING:
-    from heavytop.workprecs.work_precision import WorkPrecision
+    from heavytop.studies.workprecs.work_precision import WorkPrecision
 
 OPTIONS = ("periods", "methods", "budget")
 
@@ -59,9 +59,9 @@ def workprec(
     debug: Debug = False,
 ) -> None:
     """Time every method at every setting; chart times by errors."""
-    from heavytop.scene import load_scene
-    from heavytop.workprecs.ladder import DEFAULT
-    from heavytop.workprecs.measuring import work_precision
+    from heavytop.scene.scene import load_scene
+    from heavytop.studies.workprecs.ladder import DEFAULT
+    from heavytop.studies.workprecs.measuring import work_precision
 
     voice = Voice(quiet, verbose)
     options, asked = overrides(changes), names("--methods", methods)
@@ -91,7 +91,7 @@ def _results(
     """Write the files of a diagram, where there is a folder for them."""
     if folder is None:
         return {}
-    from heavytop.study_results import write_work_precision
+    from heavytop.report.study_files import write_work_precision
 
     return noted(write_work_precision(found, folder, figures=figures), folder, voice)
 

@@ -1,1 +1,1 @@
-"""What a run looks like: tables, figures, files. Nothing is computed here."""
+"""Tables, the files of a result, and the page of a report."""

@@ -7,8 +7,8 @@ from typing import Any
 
 from rich.console import Group
 
-from heavytop.estimates import duration
 from heavytop.report.rows import short, title, two_columns
+from heavytop.run.estimates import duration
 
 
 def plan_table(document: Mapping[str, Any]) -> Group:

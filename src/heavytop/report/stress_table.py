@@ -10,18 +10,8 @@ from rich.table import Table
 from rich.text import Text
 
 from heavytop.report.rows import MISSING, Fitted, grid, two_columns
+from heavytop.results.stress_marks import MARKS, UNTOLD, heading
 
-MARKS: Final = {
-    "inaccurate": "!",
-    "singular": "sing",
-    "stalled": "stall",
-    "diverged": "div",
-    "step-limit": "steps",
-    "time-limit": "time",
-    "refused": "no",
-    "missed-events": "ev",
-}
-UNTOLD: Final = "?"
 UNTOLD_RULE: Final = "nothing to tell: conditioning leaves no digits, and what is there is chance"
 ACROSS: Final = 8  # methods side by side, or fewer where it is narrow
 
@@ -73,17 +63,6 @@ def _table(
         if any(each != MISSING for each in cells):
             table.add_row(case, *cells)
     return table
-
-
-def heading(document: Mapping[str, Any], method: str) -> str:
-    """A method's short name and its tolerance, or its steps in a period.
-
-    Examples
-    --------
-    >>> heading({"methods": {"m": "lsoda:a"}, "settings": {"m": "1e-11"}}, "m")
-    'lsoda:a 1e-11'
-    """
-    return f"{document['methods'][method]} {document['settings'][method]}".rstrip()
 
 
 def cell(run: Mapping[str, Any] | None) -> str:

@@ -10,7 +10,7 @@ import toy_study
 
 from heavytop.cli.exits import exit_code
 from heavytop.errors import HeavyTopError
-from heavytop.ledger import Folder, Study, run
+from heavytop.studies.ledger import Folder, Study, run
 
 
 def main(path, jobs, text):

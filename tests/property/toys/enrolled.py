@@ -1,6 +1,6 @@
 """The toy study as a kind that is known, in a process that does errands for a test."""
 
-from heavytop.ledger.kinds import KINDS
+from heavytop.studies.ledger.kinds import KINDS
 
 
 def enroll():

@@ -2,7 +2,7 @@
 
 import time
 
-from heavytop.ledger import Piece
+from heavytop.studies.ledger import Piece
 
 NOW = []
 MOST = [0]

@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 
 from heavytop.errors import HeavyTopError
-from heavytop.ledger import Piece
+from heavytop.studies.ledger import Piece
 
 BLOCK = 50  # steps
 LONGEST = 8  # blocks in a piece

@@ -1,0 +1,1 @@
+"""The closed form: turning points, period, angles and everything that follows from them."""

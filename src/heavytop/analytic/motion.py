@@ -1,0 +1,291 @@
+"""One motion of one top: its constants, turning points, kind and closed form."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Final, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from heavytop.analytic.theory import constants as _constants
+from heavytop.analytic.theory.closed_form import ExactRecord, MPForm, Nodding
+from heavytop.analytic.theory.constants import Constants
+from heavytop.analytic.theory.course import Course, Proved
+from heavytop.analytic.theory.double_form import DoubleForm, DoubleRecord
+from heavytop.analytic.theory.nutation import Nutation
+from heavytop.analytic.theory.reduced import Reduced
+from heavytop.classification import Kind, Verdict
+from heavytop.classification.certify import classify
+from heavytop.classification.course import course, zero_momenta
+from heavytop.errors import NotANumber
+from heavytop.numbers.decimals import STANDARD_DIGITS, Number, context
+from heavytop.scene.arguments import expect, text_of, whole
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
+
+MOST_DIGITS: Final = 10_000
+NOTHING: Final = 1e-50  # rad
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The motion of `top` from `start`; each property is computed when it is first asked for.
+
+    Parameters
+    ----------
+    top : Top
+        What spins.
+    start : State
+        How it starts.
+
+    Raises
+    ------
+    WrongType
+        `top` is no Top, or `start` no State.
+
+    Examples
+    --------
+    >>> from heavytop.scene.state import State
+    >>> from heavytop.scene.top import Top
+    >>> motion = Motion(Top(A="3.28e-4", C="6.6e-5", gMR="0.0456"),
+    ...                 State(theta="0.1", phidot=-15, psidot=140))
+    >>> str(motion.kind), round(motion.period, 10)
+    ('loops', 0.5428955182)
+    >>> round(float(motion.at(2.0).theta), 12)
+    0.42694370531
+
+    Notes
+    -----
+    Accuracy: ``tests/analytic/test_scene_accuracy.py`` holds θ, φ and ψ in doubles to 2e-15 of
+    themselves over every shipped scene, and 100 digits to 1000;
+    ``tests/analytic/test_double_form.py`` the axis, and φ and ψ modulo 2π, to 4e-15 a million
+    periods away.
+
+    References
+    ----------
+    Whittaker, *Analytical Dynamics*, sections 71 to 73; elliptic integrals and theta functions as
+    in the *NIST Digital Library of Mathematical Functions*, chapters 19, 20 and 22.
+    """
+
+    top: Top
+    start: State
+
+    def __post_init__(self) -> None:
+        expect("top", self.top, Top)
+        expect("start", self.start, State)
+
+    def __str__(self) -> str:
+        return f"Motion({self.top}, {self.start})"
+
+    @cached_property
+    def reduced(self) -> Reduced:
+        """The motion in units A = 1, at 60 digits."""
+        return Reduced.from_scene(context(STANDARD_DIGITS), self.top, self.start)
+
+    @cached_property
+    def proved(self) -> Proved:
+        """What the verdict proves of the course of θ, which the closed form takes as given."""
+        found = course(self.top, self.start, self.verdict)
+        momenta = zero_momenta(self.top, self.start)
+        return Proved(None if found is None else Course(found), *momenta)
+
+    @cached_property
+    def constants(self) -> Constants:
+        """E, E', p_φ, p_ψ at 60 digits; `constants.floats` has them as floats."""
+        return _constants.constants(context(STANDARD_DIGITS), self.top, self.start)
+
+    @cached_property
+    def nutation(self) -> Nutation | None:
+        """The turning points and the cubic's m and w; None where nothing nutates."""
+        path = self.exact.orbit
+        return path.roots if isinstance(path, Nodding) else None
+
+    @cached_property
+    def exact(self) -> MPForm:
+        """The closed form at 50 digits."""
+        return self.form(50)
+
+    @cached_property
+    def double(self) -> DoubleForm:
+        """The closed form in doubles."""
+        return DoubleForm(self.reduced, self.proved)
+
+    def form(self, digits: int) -> MPForm:
+        """The closed form at so many digits.
+
+        Parameters
+        ----------
+        digits : int
+            Decimal digits, from 1 to 10 000.
+
+        Returns
+        -------
+        MPForm
+            Call it with a time [s]; it has T, Δφ and Δψ to all digits.
+
+        Raises
+        ------
+        NotANumber, Impossible
+            No whole number from 1 to 10 000.
+        """
+        return MPForm(self.reduced, whole("digits", digits, 1, MOST_DIGITS), self.proved)
+
+    @property
+    def nutates(self) -> bool:
+        """Whether θ swings between two turning points."""
+        return self.nutation is not None
+
+    @property
+    def roots(self) -> tuple[float, float, float] | None:
+        """The roots cos θ of the cubic, increasing; None where nothing nutates."""
+        if self.nutation is None:
+            return None
+        low, middle, high = map(float, self.nutation.roots)
+        return low, middle, high
+
+    @property
+    def period(self) -> float | None:
+        """T [s], the period of θ; None where nothing nutates. `form(digits)` has all digits."""
+        return _float(self.exact.period)
+
+    @property
+    def precession(self) -> float | None:
+        """Δφ [rad] in one period; None where nothing nutates."""
+        return _turned(self.exact.precession)
+
+    @property
+    def spin(self) -> float | None:
+        """Δψ [rad] in one period; None where nothing nutates."""
+        return _turned(self.exact.spin)
+
+    @property
+    def theta_min(self) -> float:
+        """The smallest θ [rad]; a bound never reached when the axis tends to the vertical."""
+        return float(min(self.exact.tilts))
+
+    @property
+    def theta_max(self) -> float:
+        """The largest θ [rad]; a bound never reached when the axis tends to the vertical."""
+        return float(max(self.exact.tilts))
+
+    @property
+    def from_top(self) -> float:
+        """How near θ = 0 the axis comes [rad], to its own digits."""
+        return self.theta_min
+
+    @property
+    def from_bottom(self) -> float:
+        """How near θ = π the axis comes [rad], to its own digits."""
+        ctx = self.exact.ctx
+        return float(ctx.pi - max(self.exact.tilts))
+
+    @property
+    def mean_angle_rates(self) -> tuple[float, float]:
+        """Means of φ̇ and ψ̇ over a period; where nothing nutates, what they are at the start."""
+        if self.period and self.precession is not None and self.spin is not None:
+            return self.precession / self.period, self.spin / self.period
+        start = self.at(0.0)
+        return float(start.phidot), float(start.psidot)
+
+    def mean_rate(self, angle: str) -> float:
+        """The mean of (φ + ψ)˙ − κ, or of (φ − ψ)˙ + κ [rad/s], without jumps at poles.
+
+        Parameters
+        ----------
+        angle : {"sigma", "delta"}
+            The sum, regular at the top, or the difference, regular at the bottom.
+
+        Raises
+        ------
+        ValueError
+            For any other name.
+        WrongType
+            For what is no name.
+        """
+        if text_of("angle", angle) not in ("sigma", "delta"):
+            raise ValueError(f"sigma or delta, not {angle!r}")
+        return float(self.exact.mean_rates[angle == "delta"])
+
+    @cached_property
+    def verdict(self) -> Verdict:
+        """The kind with everything said about it."""
+        return classify(self.top, self.start)
+
+    @property
+    def kind(self) -> Kind:
+        """The kind of motion."""
+        return self.verdict.kind
+
+    @property
+    def tags(self) -> tuple[str, ...]:
+        """What else holds."""
+        return self.verdict.tags
+
+    @property
+    def certified(self) -> bool:
+        """Whether the kind is proved."""
+        return self.verdict.certified
+
+    @property
+    def margin(self) -> float:
+        """How far the nearest other verdict is, relative."""
+        return self.verdict.margin
+
+    @overload
+    def at(self, t: npt.ArrayLike, digits: None = None) -> DoubleRecord: ...
+    @overload
+    def at(self, t: Any, digits: int) -> ExactRecord | tuple[ExactRecord, ...]: ...
+    def at(
+        self, t: Any, digits: int | None = None
+    ) -> DoubleRecord | ExactRecord | tuple[ExactRecord, ...]:
+        """Where the top is at the time or times t [s].
+
+        Parameters
+        ----------
+        t : number or array_like
+            Times since the start; negative ones are before it.
+        digits : int, optional
+            Decimal digits; without it arrays of doubles are returned.
+
+        Returns
+        -------
+        DoubleRecord or ExactRecord
+            Arrays of the shape of t; with `digits` numbers, or a tuple of them when t is many.
+            Either has the angles and their rates, `axis`, `quaternion` (body to space, scalar
+            first), `omega` in space, and the `energy`.
+
+        Raises
+        ------
+        NotANumber, Impossible
+            A time that is no finite number; digits that are no whole number from 1 to 10 000.
+        NoClosedForm
+            Beyond 2³¹ periods in doubles, 1e20 with digits.
+        """
+        if digits is None:
+            record = self.double(_times(t))
+            return replace(record, energy=np.full_like(record.t, self.constants.E))
+        form = self.form(digits)
+        energy = _constants.constants(form.ctx, self.top, self.start).E
+        t = t.item() if isinstance(t, np.ndarray) and not t.ndim else t
+        if isinstance(t, Iterable) and not isinstance(t, str):
+            return tuple(replace(form(each), energy=energy) for each in t)
+        return replace(form(t), energy=energy)
+
+
+def _turned(value: Number | None) -> float | None:
+    """An angle to the digits of the form: what is beyond them, as where terms cancel, is zero."""
+    return 0.0 if value is not None and abs(value) < NOTHING else _float(value)
+
+
+def _times(t: Any) -> npt.NDArray[np.float64]:
+    try:
+        return np.asarray(t, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise NotANumber("t: finite times; texts and exact numbers go with digits=") from None
+
+
+def _float(value: Number | None) -> float | None:
+    return None if value is None else float(value)

@@ -1,0 +1,204 @@
+"""Kinds of motion of whole arrays of tops and starts, each proved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+from typing import Any, ClassVar, Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from heavytop.classification.bounded import Array, Mask
+from heavytop.classification.certify import classify
+from heavytop.classification.codes import DETAILS, IMPOSSIBLE, NAMES, TAGS, Codes, bits, detail
+from heavytop.classification.columns import Columns, spun
+from heavytop.classification.screen import Screened, screen
+from heavytop.classification.starts import Starts
+from heavytop.errors import Impossible
+from heavytop.scene.arguments import expect
+
+CHUNK: Final = 16384  # tops at a time: the arrays in use stay in the cache, the calls are few
+
+
+@dataclass(frozen=True, slots=True)
+class Verdicts:
+    """What kinds of motion they are; arrays have the common shape of what was given.
+
+    Parameters
+    ----------
+    kind : ndarray of uint8
+        Index in `names`, the last of which is impossible: no top or no start has these numbers.
+    detail : ndarray of uint8
+        Index in `details`: what tells motions of one kind apart. 0 where the kind has no details,
+        and where they could not be told.
+    certified : ndarray of bool
+        Whether the kind is proved; of what is impossible, too.
+    margin : ndarray of float
+        How far the nearest other verdict is (0 … 1), from below; 0 where there is none.
+    tags, open_tags : ndarray of uint8 or None
+        The tags that hold and those that could be neither proved nor disproved, as bits: 1 for
+        the first of `tag_names`, 2, 4, … for the others. None where they were not asked for.
+    sent : int
+        How many could not be told in bounded double arithmetic and were sent to balls.
+    names, details, tag_names : tuple of str
+        What the codes and the bits mean.
+    """
+
+    kind: Codes
+    detail: Codes
+    certified: Mask
+    margin: Array
+    tags: Codes | None
+    open_tags: Codes | None
+    sent: int
+
+    names: ClassVar[tuple[str, ...]] = NAMES
+    details: ClassVar[tuple[str, ...]] = DETAILS
+    tag_names: ClassVar[tuple[str, ...]] = TAGS
+
+    @property
+    def impossible(self) -> Mask:
+        """Where no top or no start has these numbers."""
+        return np.equal(self.kind, IMPOSSIBLE)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many there are of each kind that occurs; together they are all."""
+        counted = np.bincount(self.kind.ravel(), minlength=len(NAMES)).tolist()
+        return {name: n for name, n in zip(NAMES, counted, strict=True) if n}
+
+
+def classify_many(
+    *,
+    A: ArrayLike,
+    C: ArrayLike,
+    gMR: ArrayLike,
+    theta: ArrayLike,
+    thetadot: ArrayLike = 0.0,
+    phidot: ArrayLike = 0.0,
+    psidot: ArrayLike | None = None,
+    omega3: ArrayLike | None = None,
+    tags: bool = False,
+) -> Verdicts:
+    """The kinds of motion of many tops and starts, proved as `heavytop.classify` proves one.
+
+    Parameters
+    ----------
+    A, C, gMR : array_like
+        Moments of inertia [kg m²] and weight times distance [kg m² s⁻²].
+    theta, thetadot, phidot : array_like
+        Tilt [rad] and rates [rad/s].
+    psidot, omega3 : array_like, optional
+        The spin, as ψ̇ or as ω3 [rad/s]; not both. All are broadcast; doubles mean their exact
+        binary value.
+    tags : bool
+        Whether tags are found too.
+
+    Returns
+    -------
+    Verdicts
+        What is impossible is marked and counted, not refused.
+
+    Raises
+    ------
+    ImpossibleStart
+        Both psidot and omega3 are given.
+    NotANumber
+        Something is not an array of integers or of doubles.
+    Impossible
+        The shapes do not broadcast.
+
+    Notes
+    -----
+    Signs that double arithmetic with bounds on its roundings cannot tell are left to
+    `heavytop.classify`. ``validation/07_kinds_per_second.py`` measures how fast this is.
+
+    Accuracy: ``tests/analytic/test_kinds_many.py`` holds kinds and tags to those of
+    `heavytop.classify`, one by one.
+
+    Examples
+    --------
+    The book's top, released at rest, and kicked forwards and backwards:
+
+    >>> import numpy as np
+    >>> found = classify_many(A=3.28e-4, C=6.6e-5, gMR=0.0456, theta=0.1, omega3=140,
+    ...                       phidot=np.array([0, 5, -15]))
+    >>> [found.names[code] for code in found.kind], found.certified.all(), found.sent
+    (['cusps', 'waves', 'loops'], np.True_, 0)
+    """
+    expect("tags", tags, bool)
+    given = {"A": A, "C": C, "gMR": gMR, "theta": theta, "thetadot": thetadot, "phidot": phidot}
+    columns = Columns(spun(given, psidot, omega3))
+    survey = _Survey(columns, tags)
+    survey.screen()
+    return survey.verdicts(survey.send())
+
+
+class _Survey:
+    """Many tops and starts, and what is found of them."""
+
+    def __init__(self, columns: Columns, tagged: bool) -> None:
+        self.columns, self.tagged = columns, tagged
+        kind, detail, tags, unknown = (np.zeros(columns.size, np.uint8) for _ in range(4))
+        self.found = Screened(kind, detail, np.empty(columns.size), tags, unknown)
+        self.certified = np.ones(columns.size, np.bool_)
+
+    def screen(self) -> None:
+        """Tell what doubles can tell; a margin of 0 is left where they cannot."""
+        arrays: tuple[Any, ...] = self.found
+        for at in range(0, self.columns.size, CHUNK):
+            span = slice(at, at + CHUNK)
+            starts = self.columns.starts(span)
+            told = screen(starts, self.tagged)
+            impossible = _impossible(starts, told.margin == 0)
+            if impossible.any():
+                _dismiss(told, impossible)
+            for array, part in zip(arrays, told, strict=True):
+                array[span] = part
+
+    def send(self) -> int:
+        """Send to balls what is left, and say how many that were."""
+        found, sent = self.found, 0
+        left = (found.margin == 0) & (found.kind != IMPOSSIBLE) | (found.open_tags != 0)
+        for at in np.flatnonzero(left).tolist():
+            try:
+                verdict = classify(*self.columns.one(at))
+            except Impossible:
+                _dismiss(found, at)
+                continue
+            sent += 1
+            found.kind[at] = NAMES.index(verdict.kind)
+            found.detail[at] = detail(verdict.tags)
+            found.margin[at] = verdict.margin_enclosure[0]
+            found.tags[at], found.open_tags[at] = bits(verdict.tags), bits(verdict.open_tags)
+            self.certified[at] = verdict.certified
+        return sent
+
+    def verdicts(self, sent: int) -> Verdicts:
+        """What was found, in the shape of what was given."""
+        kind, detail, margin, tags, unknown = map(self._shaped, self.found)
+        if not self.tagged:
+            tags = unknown = None
+        return Verdicts(kind, detail, self._shaped(self.certified), margin, tags, unknown, sent)
+
+    def _shaped(self, array: Any) -> Any:
+        array.setflags(write=False)
+        return array.reshape(self.columns.shape)
+
+
+def _dismiss(found: Screened, where: Mask | int) -> None:
+    for array in found:
+        array[where] = 0
+    found.kind[where] = IMPOSSIBLE
+
+
+def _impossible(starts: Starts, unknown: Mask) -> Mask:
+    """Where a rule of `Top` or `State` is broken; where a sign is known, all are finite."""
+    A, C, theta = starts.A, starts.C, starts.theta
+    with np.errstate(all="ignore"):
+        sound = (A > 0) & (C > 0) & (2 * A >= C) & (theta >= 0) & (theta <= pi)
+        if unknown.any():
+            for each in starts.arrays:
+                sound = sound & (~unknown | np.isfinite(each))
+    return ~sound

@@ -1,0 +1,124 @@
+"""The attitude form: a quaternion q freed from the fast spin, and l = L/A in space.
+
+omega = l + kappa e with kappa = (1/C - 1/A) p_psi constant, and e fixed in the body: the part
+kappa e is a uniform rotation about the body's axis and is taken out exactly,
+
+    attitude = q exp(z kappa t/2),    dq/dt = l q / 2,    dl/dt = (gMR/A) (-e_y, e_x, 0),
+
+with e = q z q* the axis. The equations are quadratic, do not know how the momentum p_psi is made
+up of moment and spin, and are regular everywhere. With alpha = q_0 + i q_3 and beta = q_1 + i q_2,
+
+    alpha = cos(theta/2) exp(i (phi + psi - kappa t)/2),
+    beta  = sin(theta/2) exp(i (phi - psi + kappa t)/2),
+
+so phi and psi are read off the quaternion; their turns are counted outside the integrator.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import sympy as sp
+
+from heavytop.equations import lagrangian as lag
+from heavytop.equations.axis_form import axis_form, e_x, e_y, e_z, kappa, l_x, l_y, l_z
+from heavytop.equations.formulation import Formulation, spin, time
+
+Quaternion = tuple[Any, Any, Any, Any]
+
+q = q_0, q_1, q_2, q_3 = sp.symbols("q_0 q_1 q_2 q_3", real=True)
+psi_slow = sp.Symbol("psi_slow", real=True)  # psi - kappa t
+
+
+@cache
+def attitude_form(variant: str | None = None) -> Formulation:
+    """Return the attitude formulation; with ``"angles"``, phi and psi with their turns."""
+    if variant == "angles":
+        return _with_angles(attitude_form())
+    seen = axis_form()
+    l_start, l_rates = seen.start[3:], seen.derivatives[3:]
+    return Formulation(
+        name="attitude",
+        summary="the attitude, freed from the spin, and the angular momentum in space",
+        states=(*q, l_x, l_y),
+        derivatives=(*_rotated((l_x, l_y, l_z)), *map(_of_quaternion, l_rates)),
+        start=(*start_attitude(), *l_start),
+        parameters=seen.parameters,
+        given=(),
+        outputs=_outputs(seen),
+        events={name: _of_quaternion(zero) for name, zero in seen.events.items()},
+        invariants={
+            "energy": _of_quaternion(seen.invariants["energy"]),
+            "p_psi": _of_quaternion(seen.invariants["p_psi"]),
+            "length": q_0**2 + q_1**2 + q_2**2 + q_3**2,
+        },
+        spin=_of_quaternion(seen.spin),
+        starts_at_pole=True,
+        unbounded=False,
+        rates=(l_x, l_y),
+    )
+
+
+def _with_angles(form: Formulation) -> Formulation:
+    phidot, psidot = form.outputs["phidot"], form.outputs["psidot"]
+    return Formulation(
+        name=form.name,
+        summary=form.summary,
+        states=(*form.states, lag.phi, psi_slow),
+        derivatives=(*form.derivatives, phidot, psidot - kappa),
+        start=(*form.start, lag.phi, lag.psi),
+        parameters=form.parameters,
+        given=form.given,
+        outputs={**form.outputs, "phi": lag.phi, "psi": psi_slow + kappa * time},
+        events=form.events,
+        invariants=form.invariants,
+        spin=form.spin,
+        starts_at_pole=True,
+        unbounded=False,
+        integrated=form,
+        rates=form.rates,
+    )
+
+
+def product(a: Quaternion, b: Quaternion) -> Quaternion:
+    """Return the product of two quaternions, scalar first (Hamilton)."""
+    u, v = sp.Matrix(a[1:]), sp.Matrix(b[1:])
+    vector = a[0] * v + b[0] * u + u.cross(v)
+    return (a[0] * b[0] - u.dot(v), vector[0], vector[1], vector[2])
+
+
+def start_attitude() -> Quaternion:
+    """Return the quaternion of Rz(phi) Rx(theta) Rz(psi)."""
+    tilted = product(_about_z(lag.phi), (sp.cos(lag.theta / 2), sp.sin(lag.theta / 2), 0, 0))
+    return product(tilted, _about_z(lag.psi))
+
+
+def _about_z(angle: Any) -> Quaternion:
+    return sp.cos(angle / 2), 0, 0, sp.sin(angle / 2)
+
+
+@cache
+def axis_of_quaternion() -> tuple[Any, Any, Any]:
+    """Return e = q z q*, quadratic in q; its length is that of q, squared."""
+    conjugate = (q_0, -q_1, -q_2, -q_3)
+    _, *e = product(product(q, (0, 0, 0, 1)), conjugate)
+    return tuple(map(sp.expand, e))
+
+
+def _of_quaternion(expression: Any) -> Any:
+    """Write what the axis form says of e as a function of q."""
+    values = dict(zip((e_x, e_y, e_z), axis_of_quaternion(), strict=True))
+    return sp.sympify(expression).subs(values)
+
+
+def _rotated(l: tuple[Any, Any, Any]) -> Quaternion:  # noqa: E741
+    return product((0, *(component / 2 for component in l)), q)
+
+
+def _outputs(seen: Formulation) -> dict[str, Any]:
+    """Return those of the axis form, theta to its own digits at either pole, and the attitude."""
+    outputs = {n: _of_quaternion(x) for n, x in seen.outputs.items() if n != "phi_mod"}
+    outputs["theta"] = 2 * sp.atan2(sp.sqrt(q_1**2 + q_2**2), sp.sqrt(q_0**2 + q_3**2))
+    attitude = product(q, (spin[0], 0, 0, spin[1]))
+    return outputs | {f"quaternion_{i}": x for i, x in enumerate(attitude)}

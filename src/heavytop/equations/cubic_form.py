@@ -1,0 +1,86 @@
+"""The cubic form: u = cos(theta) in the potential of a cubic, from the pole it comes nearer to.
+
+udot^2 = f(u) is a cubic, so uddot = f'(u)/2 is quadratic: the cheapest right-hand side of all,
+and regular at the poles. theta near a pole would lose half its digits through u; so the state is
+the height w = 1 - u from the top, or w = 1 + u from the bottom, and the coefficients are formed
+from the distances to that pole: E' -+ gMR and p_phi -+ p_psi.
+
+The coefficients are parameters, each rounded once. Put together in the loop from g, n and P they
+would be rounded alike at every step, and the motion be that of another top than the invariant's.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import sympy as sp
+
+from heavytop.equations import lagrangian as lag
+from heavytop.equations.formulation import Formulation
+
+w, wdot = sp.symbols("w wdot", real=True)
+g, n, excess, P, h, omega3 = sp.symbols("g n excess P h omega3", real=True)
+k_0, k_1, k_2 = sp.symbols("k_0 k_1 k_2", real=True)
+
+
+@cache
+def cubic_form(variant: str = "top") -> Formulation:
+    """Return the formulation in the height from the ``"top"`` or the ``"bottom"``."""
+    side = 1 if variant == "top" else -1  # u = side (1 - w)
+    f = 2 * sp.integrate(k_0 + k_1 * w + k_2 * w**2, w) - P**2
+    return Formulation(
+        name="cubic",
+        summary="cos(theta) in the potential of a cubic; gives theta and the rates",
+        states=(w, wdot),
+        derivatives=(wdot, k_0 + w * (k_1 + k_2 * w)),
+        start=(1 - side * sp.cos(lag.theta), side * sp.sin(lag.theta) * lag.thetadot),
+        parameters=_parameters(side),
+        given=(),
+        outputs=_outputs(side),
+        events={"turning": side * wdot, "reversal": P + side * n * w},
+        invariants={"energy": h + (wdot**2 - f) / 2},
+        spin=n,
+        starts_at_pole=True,
+        unbounded=False,
+        rates=(wdot,),
+    )
+
+
+def height_cubic(side: int) -> Any:
+    """Return wdot^2 as a function of w: f(u) at u = side (1 - w), in distances from that pole."""
+    return 2 * (excess + side * g * w) * w * (2 - w) - (P + side * n * w) ** 2
+
+
+def _parameters(side: int) -> dict[Any, Any]:
+    _, p_phi, p_psi = lag.momenta()
+    reduced = lag.energy() / lag.A - p_psi**2 / (2 * lag.A * lag.C)
+    values = {
+        g: lag.gMR / lag.A,
+        n: p_psi / lag.A,
+        excess: reduced - side * lag.gMR / lag.A,
+        P: (p_phi - side * p_psi) / lag.A,
+    }
+    acceleration = sp.Poly(sp.diff(height_cubic(side), w) / 2, w)
+    coefficients = {k: acceleration.coeff_monomial(w**i) for i, k in enumerate((k_0, k_1, k_2))}
+    return {
+        g: values[g],
+        n: values[n],
+        P: values[P],
+        **{k: c.subs(values, simultaneous=True) for k, c in coefficients.items()},
+        h: reduced,
+        omega3: p_psi / lag.C,
+    }
+
+
+def _outputs(side: int) -> dict[str, Any]:
+    sine = sp.sqrt(sp.Abs(w * (2 - w)))  # rounding may carry w past a pole by an ulp
+    u = side * (1 - w)
+    phidot = (P + side * n * w) / (w * (2 - w))
+    return {
+        "theta": sp.atan2(sine, u),
+        "thetadot": side * wdot / sine,
+        "phidot": phidot,
+        "psidot": omega3 - phidot * u,
+        "axis_z": u,
+    }

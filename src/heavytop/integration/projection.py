@@ -1,0 +1,182 @@
+"""Projection onto the invariants: what the exact flow conserves is put back every few steps.
+
+Rounding lets the invariants wander, and with them the frequencies; phase, their integral, is lost
+as the 3/2 power of the time. Put back again and again the invariants only shake about their
+values, and phase is left with its own rounding: it is lost as the square root of the time.
+
+The residuals are smaller than the last digit of a double. They are therefore formed in long
+double, against targets from the run's own start. Formed in double they would be rounded the same
+way each time, and hold the invariants as firmly to values that are slightly wrong.
+
+The nearest state is that in the units in which steps are taken: l.e of a very fast top would else
+be put right by the axis alone, to the rounding of l.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, reduce
+from operator import add, mul
+from threading import get_ident
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+from numpy.typing import NDArray
+
+from heavytop.equations.formulation import Formulation
+from heavytop.equations.invariants import invariants_of
+from heavytop.integration.bits import LONG_DOUBLE
+from heavytop.integration.pace import least_pace, unit_of
+from heavytop.integration.translate import translate
+
+Array = NDArray[np.float64]
+
+DOUBLE = float(np.finfo(float).eps)
+
+
+def extended() -> float:
+    """Return the relative spacing of long doubles on this machine."""
+    return float(np.finfo(np.longdouble).eps)
+
+
+def why_not(formulation: Formulation) -> str:
+    """Return why runs of a formulation cannot be projected, or nothing."""
+    if not formulation.invariants:
+        return f"the {formulation.name} form has no invariant to project onto"
+    if extended() > DOUBLE / 256:
+        return "long double has no more digits than double on this machine"
+    return ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Projection:
+    """The nearest state with the invariants of the start, to first order.
+
+    Attributes
+    ----------
+    formulation : Formulation
+    nearest : callable
+        Compiled: of the states and of what is fixed, the projected states and the invariants.
+    unit : float
+        Of the rates, a power of two [rad/s].
+    fixed : ndarray of long double
+        The constants that occur in the invariants; their values at the start; the squares of the
+        slopes, beyond those of the invariants before, below which an invariant is left alone:
+        the rounding of its residual would move the state by more than the state's own; the unit,
+        unless it is one.
+    inside, outside : ndarray of long double
+        Room for what goes in and what comes out; `given` and `found` are their states.
+    """
+
+    formulation: Formulation
+    nearest: Any
+    unit: float
+    fixed: Any
+    inside: Any
+    outside: Any
+    given: Any
+    found: Any
+
+    @classmethod
+    def of(
+        cls, formulation: Formulation, parameters: Mapping[str, float], start: Array
+    ) -> Projection:
+        """Return the projection for the run that starts from a state, shape (n,).
+
+        Raises
+        ------
+        ValueError
+            The formulation has no invariant; long double has no more digits than double.
+        """
+        if reason := why_not(formulation):
+            raise ValueError(reason)
+        found = invariants_of(formulation)
+        constants = [parameters[p.name] for p in found.constants]
+        rates = [i for i, s in enumerate(formulation.states) if s in formulation.rates]
+        unit = unit_of(start[rates].tolist(), least_pace(parameters))
+        units = np.ones(start.size)
+        units[rates] = unit
+        scale = max(
+            1.0, float(np.max(np.abs(start / units)))
+        )  # as the integrator's tolerance has it
+        sizes = np.array(found.sizes(*start.tolist(), *constants), dtype=float)
+        floors = (extended() / DOUBLE * sizes / scale) ** 2
+        own = [] if unit == 1 else [unit]
+        untargeted = np.concatenate((constants, np.zeros(sizes.size), floors, own))
+        made = cls._made(formulation, unit, untargeted.astype(np.longdouble))
+        made(start)
+        targeted = made.fixed.copy()
+        targeted[len(constants) : len(constants) + sizes.size] = made.outside[start.size :]
+        return cls._made(formulation, unit, targeted)
+
+    @classmethod
+    def _made(cls, formulation: Formulation, unit: float, fixed: Any) -> Projection:
+        width, count = len(formulation.states), len(formulation.invariants)
+        inside = np.concatenate((np.zeros(width, np.longdouble), fixed))
+        outside = np.zeros(width + count, np.longdouble)
+        nearest, (given, found) = (
+            _nearest(formulation, unit != 1, get_ident()),
+            (inside[:width], outside[:width]),
+        )
+        return cls(formulation, nearest, unit, fixed, inside, outside, given, found)
+
+    def for_this_thread(self) -> Projection:
+        """Return the one like this that belongs to the calling thread."""
+        return self._made(self.formulation, self.unit, self.fixed)
+
+    def __call__(self, state: Array) -> Array:
+        """Return the projected state, shape (n,): one Gauss-Newton step of least norm."""
+        self.given[:] = state
+        self.nearest(self.inside, outputs=self.outside)
+        return self.found.astype(float)  # type: ignore[no-any-return]
+
+
+@cache
+def _nearest(formulation: Formulation, scaled: bool, _thread: int) -> Any:
+    """Compile x - J^+ (I(x) - target) and I(x), all of it in long double.
+
+    What is fixed is handed over like the states: heyoka takes as long again for parameters. Scaled,
+    J is by x in its units, and the least change in them.
+    """
+    found = invariants_of(formulation)
+    names = {s: hy.expression(s.name) for s in (*found.states, *found.constants)}
+    states = [names[s] for s in found.states]
+    values = translate(found.values, names, LONG_DOUBLE)
+    slopes = [translate(row, names, LONG_DOUBLE) for row in found.slopes]
+    targets = [hy.expression(f"target_{i}") for i in range(len(values))]
+    floors = [hy.expression(f"floor_{i}") for i in range(len(values))]
+    off = [value - target for value, target in zip(values, targets, strict=True)]
+    unit = [hy.expression("unit")] if scaled else []
+    rates = set(formulation.rates) if scaled else set()
+
+    def measured(row: Sequence[Any]) -> list[Any]:
+        pairs = zip(found.states, row, strict=True)
+        return [unit[0] * x if s in rates else x for s, x in pairs]
+
+    least = measured(_least([measured(row) for row in slopes], off, floors))
+    projected = [x - change for x, change in zip(states, least, strict=True)]
+    inputs = [*names.values(), *targets, *floors, *unit]
+    return hy.cfunc([*projected, *values], inputs, fp_type=np.longdouble)
+
+
+def _least(rows: Sequence[Sequence[Any]], sides: Sequence[Any], floors: Sequence[Any]) -> list[Any]:
+    """Return the least x with rows . x = sides, by Gram-Schmidt; dependent rows are left out."""
+    zero, one = hy.expression(0.0), hy.expression(1.0)
+    least = [zero] * len(rows[0])
+    found: list[tuple[list[Any], Any, Any]] = []
+    for row, side, floor in zip(map(list, rows), sides, floors, strict=True):
+        for across, reciprocal, length in found:
+            part = _dot(row, across) * reciprocal
+            row = [a - part * b for a, b in zip(row, across, strict=True)]
+            side = side - part * length
+        square = _dot(row, row)
+        reciprocal = hy.select(hy.gt(square, floor), one / square, zero)
+        found.append((row, reciprocal, side))
+        least = [a + side * reciprocal * b for a, b in zip(least, row, strict=True)]
+    return least
+
+
+def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
+    return reduce(add, map(mul, a, b))

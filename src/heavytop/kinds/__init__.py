@@ -1,5 +1,0 @@
-"""Kinds of motion: their names, the criteria that tell them apart, and the proofs."""
-
-from heavytop.kinds.kind import Kind, Verdict
-
-__all__ = ["Kind", "Verdict"]

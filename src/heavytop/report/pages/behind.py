@@ -1,0 +1,102 @@
+"""The numbers behind the pictures of a run: the same quantities, at evenly spaced times."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from heavytop.errors import NoClosedForm
+
+if TYPE_CHECKING:
+    from heavytop.analytic.theory.potential import Potential
+    from heavytop.integration.quantities import Sample
+    from heavytop.run.trajectory import Trajectory
+
+Columns = Mapping[str, list[Any]]
+
+POINTS: Final = 401
+TILTS: Final = 201
+
+
+@lru_cache(maxsize=1)
+def _seen(trajectory: Trajectory) -> Sample:
+    """The motion at the times of the numbers behind the pictures."""
+    from heavytop.plots.figures.style import last_shown
+
+    return trajectory(np.linspace(0.0, last_shown(trajectory), POINTS))
+
+
+def _over_time(trajectory: Trajectory, names: tuple[str, ...]) -> dict[str, list[Any]]:
+    """Quantities over the time that the pictures of a run show."""
+    seen = _seen(trajectory)
+    known = {"t": _listed(seen.t)} | {name: _listed(getattr(seen, name)) for name in names}
+    return {name: x for name, x in known.items() if any(each is not None for each in x)}
+
+
+def _axis(trajectory: Trajectory) -> dict[str, list[Any]]:
+    found = _over_time(trajectory, ("theta", "phi"))
+    axis = _seen(trajectory).axis
+    return found | {f"axis_{x}": _listed(axis[:, k]) for k, x in enumerate("xyz")}
+
+
+def _angles(trajectory: Trajectory) -> dict[str, list[Any]]:
+    return _over_time(trajectory, ("theta", "phi", "psi", "thetadot", "phidot", "psidot"))
+
+
+def _potential(trajectory: Trajectory) -> dict[str, list[Any]]:
+    from heavytop.analytic.theory.potential import Potential
+    from heavytop.plots.figures.energy import tilts_shown
+    from heavytop.run.planning import closed_form_of
+
+    motion = closed_form_of(trajectory.scene)
+    potential = Potential(motion.reduced)
+    ends = float(motion.theta_min), float(motion.theta_max)
+    tilts = np.linspace(*tilts_shown(potential), TILTS + 2)[1:-1]
+    theta = np.union1d(tilts, _lowest(potential, ends))
+    known = {
+        "E_prime_J": float(motion.constants.E_prime),
+        "theta_min": ends[0],
+        "theta_max": ends[1],
+    }
+    return {
+        "theta": _listed(theta),
+        "potential_J": _listed(float(trajectory.scene.top.A) * potential(theta)),
+    } | {name: _listed([value]) * theta.size for name, value in known.items()}
+
+
+def _lowest(potential: Potential, ends: tuple[float, float]) -> float:
+    """The tilt of the least potential: an end of the motion, where rounding hides that it is."""
+    least = potential.bottom
+    limit = potential(least) + 4 * np.finfo(float).eps * np.abs(potential(least))
+    return next((end for end in ends if potential(end) <= limit), least)
+
+
+def _phase(trajectory: Trajectory) -> dict[str, list[Any]]:
+    return _over_time(trajectory, ("theta", "thetadot"))
+
+
+def _off(trajectory: Trajectory) -> dict[str, list[Any]]:
+    from heavytop.run.deviations import deviations
+
+    try:
+        found = deviations(trajectory, POINTS)
+    except NoClosedForm:
+        return {"t": []}
+    return {"t": _listed(found.t)} | {name: _listed(x) for name, x in found.of.items()}
+
+
+def _listed(values: Any) -> list[Any]:
+    return [float(f"{x:.12g}") if np.isfinite(x) else None for x in np.asarray(values)]
+
+
+BEHIND: Final[Mapping[str, tuple[str, Callable[[Trajectory], Columns]]]] = {
+    "overview": ("tilt over precession, and the path of the axis on the unit sphere", _axis),
+    "angles": ("tilt, precession and rate of spin over time", _angles),
+    "potential": ("effective potential, energy, and the tilts that they allow", _potential),
+    "phase": ("the plane of tilt and tilt rate, with neighbouring energies", _phase),
+    "errors": ("distance of the run from the closed form over time", _off),
+}
+"""By picture of a run: what it shows, and the numbers behind it."""

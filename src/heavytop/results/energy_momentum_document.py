@@ -1,0 +1,159 @@
+"""The energy–momentum document, schema heavytop/energy-momentum/1: a diagram as plain values."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from heavytop.analytic.diagram import EnergyMomentum, Place, energy_momentum
+from heavytop.analytic.motion import Motion
+from heavytop.analytic.theory.critical_set import least
+from heavytop.errors import ImpossibleStart
+from heavytop.results.classification import finite
+from heavytop.scene.scene import Scene
+
+SCHEMA: Final = "heavytop/energy-momentum/1"
+POINTS: Final = 401  # of the edge
+BEYOND: Final = 1.35  # how far a picture reaches beyond what it has to show: up, and
+ASIDE: Final = 1.6
+ROWS: Final = 28  # of a sheet, and
+COLUMNS: Final = 17
+FARTHEST: Final = 2.6  # momenta over √(A |gMR|) to which the sheets are followed
+
+Array: TypeAlias = npt.NDArray[np.float64]
+
+
+def energy_momentum_document(scene: Scene) -> dict[str, Any]:
+    """Return the energy–momentum diagram of a scene's top at its p_psi; nothing is integrated.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its top and its start; span and wants play no part.
+
+    Returns
+    -------
+    dict
+        ``p_psi``, ``ratio`` p_psi^2/4A|gMR|, ``start`` (the place of the scene, and its kind),
+        ``standing``, ``hanging``, ``thread`` (None where sleeping is stable) with its ``depth``,
+        ``window`` (what a picture shows), ``edge`` (steady precession: p_phi, E_prime, theta, rate,
+        fast), ``cusps``, ``through_top`` and ``through_bottom`` (lines from one place to another),
+        ``circuit`` around the thread (None where there is no room for one), and ``critical_set``:
+        the two sheets over all p_psi, the thread, and the edges of the sheets, sleeping and
+        hanging tops.
+
+    Examples
+    --------
+    >>> from heavytop.scene.scene import load_scene
+    >>> document = energy_momentum_document(load_scene("sleeping-unstable"))
+    >>> document["circuit"]["winding"], document["start"]["kind"]
+    (1, 'sleeping')
+    """
+    diagram = energy_momentum(scene.top, scene.top.C * scene.start.omega3)
+    motion = Motion(scene.top, scene.start)
+    known = motion.constants.floats
+    here = Place(known["p_phi"], known["E_prime"])
+    window = _window(diagram, here)
+    found = {
+        "p_psi": float(diagram.p_psi),
+        "ratio": diagram.ratio,
+        "start": here._asdict() | {"kind": str(motion.kind)},
+        "standing": diagram.standing._asdict(),
+        "hanging": diagram.hanging._asdict(),
+        "thread": diagram.thread and diagram.thread._asdict(),
+        "depth": diagram.depth,
+        "window": window,
+        "edge": _edge(diagram, window["p_phi"]),
+        **_lines(diagram, window["E_prime"][1]),
+        "circuit": _circuit(diagram),
+        "critical_set": _critical_set(diagram),
+    }
+    return {"schema": SCHEMA, "scene": scene.document()} | found
+
+
+def _window(diagram: EnergyMomentum, here: Place) -> dict[str, list[float]]:
+    """What a picture shows: both verticals and the scene's own place, with what is around them."""
+    weight, p_psi = abs(float(diagram.top.gMR)), abs(float(diagram.p_psi))
+    unit = sqrt(float(diagram.top.A) * weight)
+    wide = ASIDE * max(p_psi, unit, abs(here.p_phi)) or 1.0
+    floor = min(float(diagram.least(p)) for p in (-wide, 0.0, wide, diagram.hanging.p_phi))
+    high = max(weight, here.E_prime, float(max(diagram.least([-p_psi, p_psi]))), weight / 2)
+    high = high or float(diagram.least(wide)) or 1.0
+    reach = (BEYOND - 1) * (high - floor)
+    return {"p_phi": [-wide, wide], "E_prime": [floor - reach / 4, high + 2 * reach]}
+
+
+def _edge(diagram: EnergyMomentum, span: list[float]) -> dict[str, list[Any]]:
+    """The steady precessions across the window, and the corners among them."""
+    corners = [diagram.hanging.p_phi, diagram.standing.p_phi]
+    edge = diagram.edge(np.union1d(np.linspace(span[0], span[1], POINTS), corners))
+    return {name: _listed(values) for name, values in edge._asdict().items()}
+
+
+def _lines(diagram: EnergyMomentum, high: float) -> dict[str, Any]:
+    """Where the kind changes: lines from one place to another."""
+    p_psi, gMR = float(diagram.p_psi), float(diagram.top.gMR)
+    return {
+        "cusps": diagram.cusps and [place._asdict() for place in diagram.cusps],
+        "through_top": _upwards(p_psi, gMR, high),
+        "through_bottom": _upwards(-p_psi, -gMR, high),
+    }
+
+
+def _upwards(p_phi: float, low: float, high: float) -> list[dict[str, float]]:
+    return [Place(p_phi, energy)._asdict() for energy in (low, high)]
+
+
+def _circuit(diagram: EnergyMomentum) -> dict[str, Any] | None:
+    try:
+        found = diagram.circuit()
+    except ImpossibleStart:  # no thread, or one too near to the edge to be gone around
+        return None
+    names = ("s", "p_phi", "E_prime", "period", "precession", "spin", "principal_precession")
+    return {name: _listed(getattr(found, name)) for name in names} | {
+        "winding": found.winding,
+        "spin_winding": found.spin_winding,
+        "monodromy": [list(row) for row in found.monodromy],
+        "largest_step": found.largest_step,
+    }
+
+
+def _critical_set(diagram: EnergyMomentum) -> dict[str, Any] | None:
+    """The critical set over all p_ψ; None without gravity."""
+    if not diagram.g:
+        return None
+    A, root = float(diagram.top.A), sqrt(abs(diagram.g))
+    side = 1.0 if diagram.g > 0 else -1.0
+    b = FARTHEST * root * np.linspace(-1, 1, ROWS)
+    inside = 2 * root * np.linspace(-1, 1, ROWS)
+    beyond = np.concatenate((b[b < -2 * root], [-2 * root, 2 * root], b[b > 2 * root]))
+    lines = {"sleeping": (beyond, side), "thread": (inside, side), "hanging": (b, -side)}
+    ends = FARTHEST * root, -FARTHEST * root
+    return {
+        "sheets": [_sheet(A, diagram.g, b, end) for end in ends],
+        **{name: _line(A, b, pole, pole * diagram.g) for name, (b, pole) in lines.items()},
+    }
+
+
+def _sheet(A: float, g: float, b: Array, end: float) -> dict[str, Any]:
+    """One sheet as rows of equal p_ψ, each from the hanging axis to p_φ = `end`."""
+    hanging = np.copysign(b, -b * g)
+    a = hanging[:, None] + (end - hanging)[:, None] * np.linspace(0, 1, COLUMNS)
+    found = [least(g, spin, row) for spin, row in zip(b.tolist(), a, strict=True)]
+    energy, rate = (np.array(columns) for columns in zip(*found, strict=True))
+    columns = {"p_psi": np.repeat(b[:, None], COLUMNS, axis=1), "p_phi": a, "E_prime": energy}
+    known = {name: (A * values).tolist() for name, values in columns.items()}
+    return known | {"rate": [_listed(row) for row in rate]}
+
+
+def _line(A: float, b: Array, pole: float, h: float) -> dict[str, list[float]]:
+    """An axis on the vertical, at the given p_ψ/A."""
+    columns = {"p_psi": b, "p_phi": pole * b, "E_prime": np.full(b.shape, h)}
+    return {name: (A * values).tolist() for name, values in columns.items()}
+
+
+def _listed(values: npt.NDArray[Any]) -> list[Any]:
+    return [finite(value) for value in values.tolist()]

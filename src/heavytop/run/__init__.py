@@ -1,0 +1,1 @@
+"""One run: planned, integrated, checked against the closed form, kept."""

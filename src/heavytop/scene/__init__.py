@@ -1,0 +1,1 @@
+"""What a top is, how it starts, and the scene files that say so."""

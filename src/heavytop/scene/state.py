@@ -1,0 +1,317 @@
+"""State: how a top starts.
+
+Angles are Euler's, z-x-z: θ tilt, φ precession, ψ spin; ω3 = ψ̇ + φ̇ cosθ is the spin about the
+body's own axis and p_ψ = C ω3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+from heavytop.errors import ImpossibleStart
+from heavytop.numbers import PI, Exact, Number, cos, sin, sqrt
+from heavytop.scene.checking import Broken, fill, made, read, short
+from heavytop.scene.top import Top
+
+_DEGREES = range(4, 181)  # a θ that is one of these was hardly meant in radians
+
+Branch: TypeAlias = Literal["falling", "rising"]
+Rate: TypeAlias = Literal["slow", "fast"]
+
+
+@dataclass(frozen=True, slots=True, init=False, repr=False)
+class State:
+    """A start: Euler angles [rad] and their rates [rad/s], exact.
+
+    Parameters
+    ----------
+    theta : number
+        Tilt θ of the axis from the upward vertical, in [0, π].
+    thetadot, phi, phidot, psi : number
+        The other angles [rad] and rates [rad/s], by name.
+    psidot, omega3 : number, optional
+        The spin, as ψ̇ or as ω3 = ψ̇ + φ̇ cosθ [rad/s]; at most one of them. It says what a kick
+        holds.
+
+    Attributes
+    ----------
+    held : {"psidot", "omega3"}
+        Which of the two was given.
+    given : tuple of (str, Exact or str)
+        The start as it was given: what a scene file says.
+
+    Raises
+    ------
+    ImpossibleStart
+        Some value is no number, θ is outside [0, π], or both psidot and omega3 are given.
+
+    Examples
+    --------
+    >>> start = State(theta="pi/3", phidot=2, omega3=10)
+    >>> print(start.psidot, start.held)
+    9 omega3
+    >>> start
+    State(theta='pi/3', phidot='2', omega3='10')
+
+    References
+    ----------
+    Sussman & Wisdom, *Structure and Interpretation of Classical Mechanics*, section 2.10.
+    """
+
+    theta: Exact
+    thetadot: Exact
+    phi: Exact
+    phidot: Exact
+    psi: Exact
+    psidot: Exact
+    omega3: Exact
+    held: Literal["psidot", "omega3"]
+    given: tuple[tuple[str, Exact | str], ...] = field(compare=False, repr=False)
+
+    def __init__(
+        self,
+        theta: Number,
+        *,
+        thetadot: Number = 0,
+        phi: Number = 0,
+        phidot: Number = 0,
+        psi: Number = 0,
+        psidot: Number | None = None,
+        omega3: Number | None = None,
+    ) -> None:
+        spins = {"psidot": psidot, "omega3": omega3}
+        spin = {name: rate for name, rate in spins.items() if rate is not None} or {"psidot": 0}
+        broken, values = read(
+            theta=theta, thetadot=thetadot, phi=phi, phidot=phidot, psi=psi, **spin
+        )
+        if broken := broken + broken_angles(values) + broken_spin(spin):
+            raise ImpossibleStart(broken)
+        turn = values["phidot"] * cos(values["theta"])  # ω3 = ψ̇ + φ̇ cosθ
+        if "omega3" in values:
+            other = {"held": "omega3", "psidot": values["omega3"] - turn}
+        else:
+            other = {"held": "psidot", "omega3": values["psidot"] + turn}
+        fill(self, values | other | {"given": tuple(values.items())})
+
+    def __repr__(self) -> str:
+        """What makes it, less what is 0."""
+        names = ("thetadot", "phi", "phidot", "psi", self.held)
+        others = {name: getattr(self, name) for name in names if getattr(self, name) != 0}
+        return made("State", theta=self.theta, **others)
+
+    @classmethod
+    def kicked(
+        cls,
+        *,
+        theta: Number,
+        omega3: Number,
+        phidot: Number,
+        thetadot: Number = 0,
+        phi: Number = 0,
+        psi: Number = 0,
+    ) -> State:
+        """The start after a kick across the axis, which holds ω3 and not ψ̇.
+
+        Parameters
+        ----------
+        theta, phi, psi : number
+            Angles [rad].
+        omega3 : number
+            ω3 [rad/s].
+        phidot, thetadot : number
+            Rates after the kick [rad/s].
+
+        Raises
+        ------
+        ImpossibleStart
+            As for `State`.
+
+        Examples
+        --------
+        >>> print(State.kicked(theta="pi/3", omega3=140, phidot=-15).psidot)
+        147.5
+        """
+        if omega3 is None:  # which `State` takes for a spin that is not given
+            raise ImpossibleStart([("omega3", "a number is not nothing")])
+        return cls(theta, thetadot=thetadot, phi=phi, phidot=phidot, psi=psi, omega3=omega3)
+
+    @classmethod
+    def from_constants(
+        cls,
+        top: Top,
+        E: Number,
+        p_phi: Number,
+        p_psi: Number,
+        theta: Number,
+        branch: Branch = "falling",
+        phi: Number = 0,
+        psi: Number = 0,
+    ) -> State:
+        """The start at θ with the given constants of the motion.
+
+        Parameters
+        ----------
+        top : Top
+            What spins.
+        E : number
+            Energy, the spin energy p_ψ²/2C included [J].
+        p_phi, p_psi : number
+            Momenta about the vertical and about the axis [kg m² s⁻¹].
+        theta : number
+            Tilt θ [rad].
+        branch : {"falling", "rising"}
+            Whether θ grows or shrinks at the start.
+        phi, psi : number
+            The other angles [rad].
+
+        Raises
+        ------
+        ImpossibleStart
+            `top` is no Top, some value is no number, or no motion with these constants reaches θ;
+            the least possible E is named.
+
+        Examples
+        --------
+        >>> start = State.from_constants(Top(1, 1, 1), E=3, p_phi=1, p_psi=1, theta="pi/2")
+        >>> print(start.thetadot, start.phidot)
+        2 1
+        """
+        broken, values = read(E=E, p_phi=p_phi, p_psi=p_psi, theta=theta, phi=phi, psi=psi)
+        broken += (
+            _no_top(top)
+            + broken_angles(values)
+            + _not_one_of("branch", branch, ("falling", "rising"))
+        )
+        if broken:
+            raise ImpossibleStart(broken)
+        phidot = _precession_rate(top, values)
+        thetadot = sqrt(_speed_squared(top, values, phidot))
+        start = cls(
+            theta=values["theta"],
+            thetadot=thetadot if branch == "falling" else -thetadot,
+            phi=values["phi"],
+            phidot=phidot,
+            psi=values["psi"],
+            omega3=values["p_psi"] / top.C,
+        )
+        fill(start, {"given": (*values.items(), ("branch", branch))})
+        return start
+
+    @classmethod
+    def steady(
+        cls,
+        top: Top,
+        theta: Number,
+        omega3: Number,
+        which: Rate = "slow",
+        phi: Number = 0,
+        psi: Number = 0,
+    ) -> State:
+        """The start of a steady precession at constant θ.
+
+        The two rates solve A cosθ Ω² − p_ψ Ω + gMR = 0. The slow one is taken from its partner,
+        gMR / (A cosθ Ω), which neither cancels nor divides by cosθ.
+
+        Parameters
+        ----------
+        top : Top
+            What spins.
+        theta : number
+            Tilt θ [rad].
+        omega3 : number
+            ω3 [rad/s].
+        which : {"slow", "fast"}
+            The rate of smaller, or of larger, magnitude.
+        phi, psi : number
+            The other angles [rad].
+
+        Raises
+        ------
+        ImpossibleStart
+            `top` is no Top, some value is no number, the spin is below the least possible (which
+            is named), or the fast rate is asked for at θ = π/2, where there is none.
+
+        Examples
+        --------
+        >>> top = Top("6.375e-3", "7.5e-4", "0.73575")
+        >>> print(State.steady(top, "pi/3", "140.6", "slow").phidot)
+        10
+        """
+        broken, values = read(theta=theta, omega3=omega3, phi=phi, psi=psi)
+        broken += (
+            _no_top(top) + broken_angles(values) + _not_one_of("steady", which, ("slow", "fast"))
+        )
+        if broken:
+            raise ImpossibleStart(broken)
+        rate = _steady_rate(top, values["theta"], values["omega3"], which)
+        start = cls(**values, phidot=rate)
+        fill(start, {"given": (("steady", which), *values.items())})
+        return start
+
+
+def broken_angles(values: Mapping[str, Exact]) -> Broken:
+    """The rule that θ, if it is there, breaks."""
+    theta = values.get("theta")
+    if theta is None or -1 not in (theta.sign(), (PI - theta).sign()):
+        return []
+    degrees = f'; {theta} degrees are "{theta} deg"' if theta in _DEGREES else ""
+    return [("theta", f"must lie within [0, π] radians{degrees}")]
+
+
+def broken_spin(spin: Collection[str]) -> Broken:
+    """The rule that the names of the spin break."""
+    if not {"psidot", "omega3"} <= set(spin):
+        return []
+    return [("omega3", "psidot or omega3, not both: it says what a kick holds")]
+
+
+def _no_top(top: object) -> Broken:
+    return [] if isinstance(top, Top) else [("top", "a Top")]
+
+
+def _not_one_of(name: str, value: str, allowed: tuple[str, ...]) -> Broken:
+    return [] if value in allowed else [(name, " or ".join(f'"{word}"' for word in allowed))]
+
+
+def _precession_rate(top: Top, values: Mapping[str, Exact]) -> Exact:
+    """φ̇ = (p_φ − p_ψ cosθ) / (A sin²θ), and at a pole its limit along the motion."""
+    p_phi, p_psi, u = values["p_phi"], values["p_psi"], cos(values["theta"])
+    if sin(values["theta"]).sign() != 0:
+        return (p_phi - p_psi * u) / (top.A * sin(values["theta"]) ** 2)
+    if (p_phi - p_psi * u).sign() != 0:
+        pole = "p_psi" if u == 1 else "-p_psi"
+        where = f"equal to {pole} = {short(p_psi * u)} at this theta"
+        raise ImpossibleStart([("p_phi", f"{where}: nothing else reaches the vertical")])
+    return p_psi * u / (2 * top.A)
+
+
+def _speed_squared(top: Top, values: Mapping[str, Exact], phidot: Exact) -> Exact:
+    """θ̇² = 2(E − least)/A, where `least` is the energy of a motion that turns back at θ."""
+    theta = values["theta"]
+    turning = top.A * (phidot * sin(theta)) ** 2 / 2
+    least = values["p_psi"] ** 2 / (2 * top.C) + top.gMR * cos(theta) + turning
+    excess = values["E"] - least
+    if excess.sign() == -1:
+        raise ImpossibleStart([("E", f"at least {short(least)} at this theta")])
+    return 2 * excess / top.A
+
+
+def _steady_rate(top: Top, theta: Exact, omega3: Exact, which: Rate) -> Exact:
+    p_psi, u = top.C * omega3, cos(theta)
+    discriminant = p_psi**2 - 4 * top.A * top.gMR * u
+    if discriminant.sign() == -1:
+        least = 2 * sqrt(top.A * top.gMR * u) / top.C
+        raise ImpossibleStart([("omega3", f"at least {short(least)} in magnitude at this theta")])
+    root = sqrt(discriminant)
+    larger = p_psi - root if p_psi.sign() == -1 else p_psi + root  # no cancellation
+    if which == "fast":
+        if u.sign() == 0:
+            raise ImpossibleStart([("steady", '"slow" at theta = pi/2: there is no fast rate')])
+        return larger / (2 * top.A * u)
+    if top.gMR.sign() == 0:
+        return top.gMR
+    if larger.sign() == 0:
+        raise ImpossibleStart([("omega3", "not 0 at this theta")])
+    return 2 * top.gMR / larger

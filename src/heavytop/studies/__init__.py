@@ -1,0 +1,1 @@
+"""Studies of many runs: drift, atlas, work and precision, stress."""

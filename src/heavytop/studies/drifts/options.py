@@ -1,0 +1,41 @@
+"""The options of a drift study: what may be given for each, and what is asked of the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from heavytop.errors import Fault
+from heavytop.run.planning import closed_form_of
+from heavytop.scene.options import Number
+from heavytop.scene.scene import Scene
+from heavytop.scene.text import shown
+
+NUMBERS: Final = {
+    "periods": Number(1, 1e12),
+    "ensemble": Number(1, 10_000, whole=True),
+    "samples": Number(2, 10_000, whole=True),
+    "seed": Number(0, 2**63 - 1, whole=True),
+}
+JOBS: Final = {"jobs": Number(1, 1024, whole=True)}
+
+
+def no_nutation(file: str, scene: object, study: str) -> Iterator[Fault]:
+    """Yield why a scene has no nutation periods to be counted.
+
+    Parameters
+    ----------
+    file : str
+        What the fault names.
+    scene : object
+    study : str
+        What would count them, for the hint: ``a drift study``.
+    """
+    if not isinstance(scene, Scene):
+        rule, hint = "a Scene", "load_scene gives one by its name"
+        yield Fault(file, None, "scene", shown(scene), rule, hint)
+        return
+    motion = closed_form_of(scene)
+    if motion.period is None:
+        rule = f"no nutation period to count: {motion.kind}"
+        yield Fault(file, None, "start", "", rule, f"{study} takes a top that nutates")

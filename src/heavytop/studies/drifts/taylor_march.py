@@ -1,0 +1,83 @@
+"""The Taylor integrator as a march: the very blocks of steps that a trajectory is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from heavytop.comparison.march import Array, Place, Stopped
+from heavytop.integration.engine import Block, Engine
+from heavytop.integration.orbit import Checkpoint
+from heavytop.numbers.doubledouble import DoubleDouble, add
+
+FAR = 1e6  # periods: no step is that long
+
+
+@dataclass(frozen=True, eq=False)
+class TaylorMarch:
+    """A compiled formulation on its way from one start.
+
+    Attributes
+    ----------
+    engine : Engine
+        An integrator, or one that projects; every block loads its constants anew, so marches of a
+        thread may share it.
+    parameters : dict from str to float
+    start : ndarray, shape (n,)
+    period : float
+        Of the nutation, negative for a run backwards [s].
+    """
+
+    engine: Engine
+    parameters: dict[str, float]
+    start: Array
+    period: float
+
+    def begin(self) -> Place:
+        """Return the start."""
+        return Place((0.0, 0.0), tuple(self.start.tolist()))
+
+    def block(self, place: Place) -> Place:
+        """Take a block of natural steps, as `March` says."""
+        done = self._block(place)
+        if done.singular or done.steps == 0:
+            raise Stopped(f"singular, or overflow, after {place.steps + done.steps} steps")
+        return replace(
+            place,
+            time=add(place.time, done.elapsed),
+            state=tuple(done.state.tolist()),
+            steps=place.steps + done.steps,
+            evaluations=place.evaluations + done.steps,
+        )
+
+    def seen(self, place: Place, times: Sequence[DoubleDouble]) -> Array:
+        """Return the states at times in the block after a place, from its Taylor polynomials."""
+        local = [add(t, (-place.time[0], -place.time[1])) for t in times]
+        inside = np.array([high + low for high, low in local])
+        rows = np.empty((len(local), self.start.size))
+        rows[:] = place.state  # where the time is that of the place itself
+        if (later := inside != 0).any():
+            rows[later] = self._block(place, inside[later]).rows
+        return rows
+
+    def offered(self, t: float) -> DoubleDouble:
+        """Return the time itself."""
+        return (t, 0.0)
+
+    def _block(self, place: Place, samples: Array | None = None) -> Block:
+        self.engine.load(self.parameters)
+        state = np.array(place.state)
+        steps = Checkpoint(place.time, state, np.nan, place.steps).block_steps
+        longest = None if place.steps else self._first_steps
+        return self.engine.block(state, steps, self._far, samples, longest)
+
+    @property
+    def _far(self) -> float:
+        return FAR * self.period
+
+    @cached_property
+    def _first_steps(self) -> float | None:
+        return self.engine.cautious_step(self.start, self._far)
