@@ -10,9 +10,8 @@ from functools import cached_property
 
 from flint import acb, arb
 
-from heavytop.analytic.balls.known import Known
-from heavytop.analytic.balls.reduced import Reduced
 from heavytop.analytic.balls.roots import Roots, TooFewBits, root_of
+from heavytop.classification.reduced import Reduced, Regime
 
 Half = tuple[arb, arb]
 """√(1 − u) and √(1 + u)."""
@@ -24,10 +23,10 @@ class Nodding:
     Parameters
     ----------
     over : Reduced
-    known : Known
+    known : Regime
     """
 
-    def __init__(self, over: Reduced, known: Known) -> None:
+    def __init__(self, over: Reduced, known: Regime) -> None:
         self.over, self.known = over, known
         self.found = found = Roots.of(over, known)
         self.K = arb.pi() / (2 * arb(1).agm(found.mc.sqrt()))
@@ -111,10 +110,10 @@ class Asymptotic:
     Parameters
     ----------
     over : Reduced
-    known : Known
+    known : Regime
     """
 
-    def __init__(self, over: Reduced, known: Known) -> None:
+    def __init__(self, over: Reduced, known: Regime) -> None:
         b2 = over.b * over.b / (2 * over.g)
         self.one_plus_u1 = b2 if known.misses_bottom else arb(0)
         self.one_minus_u1 = 2 - self.one_plus_u1
@@ -148,10 +147,10 @@ class Steady:
     Parameters
     ----------
     over : Reduced
-    known : Known
+    known : Regime
     """
 
-    def __init__(self, over: Reduced, known: Known) -> None:
+    def __init__(self, over: Reduced, known: Regime) -> None:
         self.over, self.known = over, known
 
     @property
@@ -177,7 +176,7 @@ class Steady:
 Course = Nodding | Asymptotic | Steady
 
 
-def course(over: Reduced, known: Known) -> Course:
+def course(over: Reduced, known: Regime) -> Course:
     """The course of a motion with g ≥ 0.
 
     Raises

@@ -11,9 +11,8 @@ from typing import Any, Final, TypeAlias, cast
 from flint import arb
 
 from heavytop.analytic.balls.course import Course, Half, Nodding, course
-from heavytop.analytic.balls.known import Known
 from heavytop.analytic.balls.rising import LIMIT, settled
-from heavytop.analytic.balls.source import FromAxis, FromScene, Source
+from heavytop.classification.reduced import FromAxis, FromScene, Regime, Source
 from heavytop.numbers import Exact, Number
 from heavytop.numbers.ball import Ball, outward, rational
 from heavytop.numbers.precision import working
@@ -67,7 +66,7 @@ class Enclosure:
         self.source = source
         self.digits = whole("digits", digits, 2, _MOST_DIGITS)
         self.limit = whole("limit", limit, 2, _MOST_BITS)
-        self.known = Known.of(source)
+        self.known = Regime.of(source)
         self._courses: dict[int, Course] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:

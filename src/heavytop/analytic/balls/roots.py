@@ -15,8 +15,7 @@ from dataclasses import dataclass
 
 from flint import arb
 
-from heavytop.analytic.balls.known import Known
-from heavytop.analytic.balls.reduced import Reduced
+from heavytop.classification.reduced import Reduced, Regime
 
 
 class TooFewBits(Exception):
@@ -66,7 +65,7 @@ class Roots:
     w: arb
 
     @classmethod
-    def of(cls, over: Reduced, known: Known) -> Roots:
+    def of(cls, over: Reduced, known: Regime) -> Roots:
         """The roots of a reduced motion that nutates, at the working precision.
 
         Raises
@@ -129,7 +128,7 @@ def _pair(one: arb, other: arb, product: arb) -> tuple[arb, arb]:
     return one, other
 
 
-def distances(over: Reduced, known: Known) -> list[arb]:
+def distances(over: Reduced, known: Regime) -> list[arb]:
     """Increasing distances u − u₀ of the roots, two of them where g = 0.
 
     Raises
@@ -148,7 +147,7 @@ def distances(over: Reduced, known: Known) -> list[arb]:
     return found
 
 
-def _known(over: Reduced, known: Known) -> list[arb]:
+def _known(over: Reduced, known: Regime) -> list[arb]:
     """The roots that are known exactly, each once."""
     found = [] if known.misses_bottom else [-over.one_plus_u0]
     if not known.misses_top:

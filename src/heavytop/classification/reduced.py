@@ -1,11 +1,15 @@
-"""Sources: the exact numbers that a motion is computed from, and proofs that some of them are 0.
+"""The reduced motion of the axis: its constants as balls of any precision, and its regime.
 
-A ball can show that a number is not 0, and never that it is. What a source proves is which of
+In units A = 1, with g = gMR/A, a = p_φ/A, b = p_ψ/A, h = E'/A and u = cos θ,
+
+    u̇² = f(u) = 2 (h − g u)(1 − u²) − (a − b u)²,   f(u₀ + d) = f₀ + f₁ d + f₂ d² + f₃ d³.
+
+A ball can show that a number is not 0, and never that it is. A source proves which of
 
     g, u̇₀, P₋, P₊, f₁ (`pull`), h − g (`over_top`), h + g (`over_bottom`)
 
 are exactly 0: for a scene by the algebra of exact numbers, for the binary numbers of the axis form
-by rational arithmetic.
+by rational arithmetic. With that the regime is known: steady, asymptotic or nutating.
 """
 
 from __future__ import annotations
@@ -19,14 +23,85 @@ from typing import Final, Protocol
 
 from flint import arb, fmpq
 
-from heavytop.analytic.balls.reduced import Reduced
 from heavytop.errors import Impossible, Unseparated
 from heavytop.numbers import ONE, PI, Exact, Number, cos
 from heavytop.numbers.ball import Ball, above
+from heavytop.numbers.precision import working
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
+_FEW_BITS: Final = 128  # which decide nearly always
 _MANY_BITS: Final = 4096  # as many as the exact numbers try
+
+
+@dataclass(frozen=True, slots=True)
+class Reduced:
+    """One motion, every number a ball.
+
+    Parameters
+    ----------
+    g, b : arb
+        gMR/A [s⁻²] and p_ψ/A [s⁻¹].
+    u0, one_minus_u0, one_plus_u0 : arb
+        cos θ₀ and 1 ∓ cos θ₀; exact where the start is on a pole.
+    udot0 : arb
+        u̇₀ [s⁻¹]; exactly 0 where the start is known to be a turning point.
+    drift0 : arb
+        a − b u₀ = φ̇₀ sin²θ₀ [s⁻¹].
+    kinetic0 : arb
+        h − g u₀ = ½ (θ̇₀² + φ̇₀² sin²θ₀) [s⁻²].
+    kappa : arb
+        p_ψ (1/C − 1/A) [s⁻¹].
+    """
+
+    g: arb
+    b: arb
+    u0: arb
+    one_minus_u0: arb
+    one_plus_u0: arb
+    udot0: arb
+    drift0: arb
+    kinetic0: arb
+    kappa: arb
+
+    @property
+    def P_minus(self) -> arb:
+        """P₋ = a − b [s⁻¹]: 0 where the axis can pass the top."""
+        return self.drift0 - self.b * self.one_minus_u0
+
+    @property
+    def P_plus(self) -> arb:
+        """P₊ = a + b [s⁻¹]: 0 where the axis can pass the bottom."""
+        return self.drift0 + self.b * self.one_plus_u0
+
+    @property
+    def over_top(self) -> arb:
+        """The energy to spare at the top, h − g [s⁻²]."""
+        return self.kinetic0 - self.g * self.one_minus_u0
+
+    @property
+    def over_bottom(self) -> arb:
+        """The energy to spare at the bottom, h + g [s⁻²]."""
+        return self.kinetic0 + self.g * self.one_plus_u0
+
+    @property
+    def pull(self) -> arb:
+        """f₁ = f'(u₀) = 2 ü₀ [s⁻²]."""
+        across = self.g * self.one_minus_u0 * self.one_plus_u0
+        return 2 * (self.drift0 * self.b - across - 2 * self.kinetic0 * self.u0)
+
+    @property
+    def cubic(self) -> tuple[arb, arb, arb, arb]:
+        """f₃, f₂, f₁, f₀."""
+        bend = 4 * self.g * self.u0 - 2 * self.kinetic0 - self.b * self.b
+        return 2 * self.g, bend, self.pull, self.udot0 * self.udot0
+
+    def mirrored(self) -> Reduced:
+        """The motion seen from below: θ → π − θ, ψ → −ψ and so g → −g."""
+        return Reduced(
+            -self.g, -self.b, -self.u0, self.one_plus_u0, self.one_minus_u0, -self.udot0,
+            self.drift0, self.kinetic0, -self.kappa,
+        )  # fmt: skip
 
 
 class Source(Protocol):
@@ -41,6 +116,64 @@ class Source(Protocol):
 
     def vanishes(self, name: str) -> bool:
         """Whether the number of that name is exactly 0."""
+
+
+@dataclass(frozen=True, slots=True)
+class Regime:
+    """What is exactly so of a motion; everything but `mirrored` is said of the motion with g ≥ 0.
+
+    Parameters
+    ----------
+    mirrored : bool
+        g < 0: the motion is looked at from below.
+    weightless : bool
+        g = 0.
+    resting : bool
+        u̇₀ = 0.
+    steady : bool
+        u̇₀ = ü₀ = 0, and so θ is constant.
+    misses_top, misses_bottom : bool
+        P₋ ≠ 0, P₊ ≠ 0.
+    asymptotic : bool
+        P₋ = 0 and h = g: the axis tends to the top.
+    """
+
+    mirrored: bool
+    weightless: bool
+    resting: bool
+    steady: bool
+    misses_top: bool
+    misses_bottom: bool
+    asymptotic: bool
+
+    @classmethod
+    def of(cls, source: Source) -> Regime:
+        """What is exactly so of one motion.
+
+        Raises
+        ------
+        Unseparated
+            Some number could be neither told from 0 nor proved to be 0.
+        """
+        with working(_FEW_BITS):
+            reduced = source.reduced(_FEW_BITS)
+            weightless = _vanishes(source, reduced, "g")
+            mirrored = source.inverted
+            top, bottom = ("P_plus", "P_minus") if mirrored else ("P_minus", "P_plus")
+            surplus = "over_bottom" if mirrored else "over_top"
+            resting = _vanishes(source, reduced, "udot0")
+            steady = resting and _vanishes(source, reduced, "pull")
+            misses_top = not _vanishes(source, reduced, top)
+            misses_bottom = not _vanishes(source, reduced, bottom)
+            level = not (steady or misses_top) and _vanishes(source, reduced, surplus)
+        return cls(mirrored, weightless, resting, steady, misses_top, misses_bottom, level)
+
+
+def _vanishes(source: Source, reduced: Reduced, name: str) -> bool:
+    ball = getattr(reduced, name)
+    if ball.is_zero():
+        return True
+    return not (ball > 0 or ball < 0) and source.vanishes(name)
 
 
 @dataclass(frozen=True)
