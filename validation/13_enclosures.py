@@ -11,7 +11,8 @@ from fractions import Fraction
 from claim import claim, finish, interleaved
 
 import heavytop as ht
-from heavytop.analytic.balls import Ball, enclose
+from heavytop.analytic.enclosure import enclose
+from heavytop.numbers.ball import Ball
 
 TOPS = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
 REPEATS = 20

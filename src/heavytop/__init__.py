@@ -16,7 +16,7 @@ _HOMES = {
     "BadScene": "errors",
     "Circuit": "analytic.circuit",
     "Drift": "studies.drifts.drift",
-    "Enclosure": "analytic.balls",
+    "Enclosure": "analytic.enclosure",
     "DoubtfulWarning": "errors",
     "EndedEarly": "errors",
     "EnergyMomentum": "analytic.diagram",
@@ -57,7 +57,7 @@ _HOMES = {
     "classify": "classification.certify",
     "classify_many": "classification.many",
     "drift": "studies.drifts.drifting",
-    "enclose": "analytic.balls",
+    "enclose": "analytic.enclosure",
     "energy_momentum": "analytic.diagram",
     "extend": "run.continuation",
     "facts": "analytic.derived",
@@ -148,10 +148,10 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from heavytop.analytic.balls import Enclosure, enclose
     from heavytop.analytic.circuit import Circuit
     from heavytop.analytic.derived import Facts, facts
     from heavytop.analytic.diagram import EnergyMomentum, energy_momentum
+    from heavytop.analytic.enclosure import Enclosure, enclose
     from heavytop.analytic.motion import Motion
     from heavytop.analytic.motions import Motions, motions_many
     from heavytop.claims.validating import validate

@@ -10,9 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import heavytop as ht
-from heavytop.analytic.balls import Ball, enclose, enclose_axis
+from heavytop.analytic.enclosure import enclose, enclose_axis
 from heavytop.analytic.theory.closed_form import MPForm
 from heavytop.analytic.theory.reduced import Reduced
+from heavytop.numbers.ball import Ball
 from heavytop.numbers.decimals import context
 from heavytop.scene.shipped import shipped_scenes
 

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.analytic.balls import Ball, enclose, enclose_axis
+from heavytop.analytic.enclosure import enclose, enclose_axis
 from heavytop.errors import Impossible, NotANumber, Unseparated
 from heavytop.numbers import Exact, cos, sin, sqrt
+from heavytop.numbers.ball import Ball
 
 UNIT = ht.Top(A=1, C=1, gMR=1)
 BOOK = ht.Top(A="3.28e-4", C="6.60e-5", gMR="0.0456")

@@ -9,7 +9,8 @@ import mpmath
 import pytest
 
 import heavytop as ht
-from heavytop.analytic.balls import Ball, enclose
+from heavytop.analytic.enclosure import enclose
+from heavytop.numbers.ball import Ball
 
 LIE = ht.Top(A="15.234375", C="0.46875", gMR="147.15")
 LIE_START = ht.State(theta="pi/2", phidot="-4.61538", psidot=150)

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heavytop.analytic.balls import Ball
 from heavytop.errors import NotANumber
 from heavytop.numbers import PI, Exact
+from heavytop.numbers.ball import Ball
 from heavytop.numbers.precision import working
 
 middles = st.one_of(

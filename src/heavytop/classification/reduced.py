@@ -16,10 +16,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import Final, Protocol
+from typing import Any, Final, Protocol, TypeAlias
 
 from flint import arb, fmpq
 
@@ -30,71 +30,78 @@ from heavytop.numbers.precision import working
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
+Real: TypeAlias = Any
+
 _FEW_BITS: Final = 128  # which decide nearly always
 _MANY_BITS: Final = 4096  # as many as the exact numbers try
 
 
 @dataclass(frozen=True, slots=True)
 class Reduced:
-    """One motion, every number a ball.
+    """One motion, every number a ball; or a number of any other arithmetic.
 
     Parameters
     ----------
-    g, b : arb
+    g, b : Real
         gMR/A [s⁻²] and p_ψ/A [s⁻¹].
-    u0, one_minus_u0, one_plus_u0 : arb
+    u0, one_minus_u0, one_plus_u0 : Real
         cos θ₀ and 1 ∓ cos θ₀; exact where the start is on a pole.
-    udot0 : arb
+    udot0 : Real
         u̇₀ [s⁻¹]; exactly 0 where the start is known to be a turning point.
-    drift0 : arb
+    drift0 : Real
         a − b u₀ = φ̇₀ sin²θ₀ [s⁻¹].
-    kinetic0 : arb
+    kinetic0 : Real
         h − g u₀ = ½ (θ̇₀² + φ̇₀² sin²θ₀) [s⁻²].
-    kappa : arb
+    kappa : Real
         p_ψ (1/C − 1/A) [s⁻¹].
     """
 
-    g: arb
-    b: arb
-    u0: arb
-    one_minus_u0: arb
-    one_plus_u0: arb
-    udot0: arb
-    drift0: arb
-    kinetic0: arb
-    kappa: arb
+    g: Real
+    b: Real
+    u0: Real
+    one_minus_u0: Real
+    one_plus_u0: Real
+    udot0: Real
+    drift0: Real
+    kinetic0: Real
+    kappa: Real
 
     @property
-    def P_minus(self) -> arb:
+    def P_minus(self) -> Real:
         """P₋ = a − b [s⁻¹]: 0 where the axis can pass the top."""
         return self.drift0 - self.b * self.one_minus_u0
 
     @property
-    def P_plus(self) -> arb:
+    def P_plus(self) -> Real:
         """P₊ = a + b [s⁻¹]: 0 where the axis can pass the bottom."""
         return self.drift0 + self.b * self.one_plus_u0
 
     @property
-    def over_top(self) -> arb:
+    def over_top(self) -> Real:
         """The energy to spare at the top, h − g [s⁻²]."""
         return self.kinetic0 - self.g * self.one_minus_u0
 
     @property
-    def over_bottom(self) -> arb:
+    def over_bottom(self) -> Real:
         """The energy to spare at the bottom, h + g [s⁻²]."""
         return self.kinetic0 + self.g * self.one_plus_u0
 
     @property
-    def pull(self) -> arb:
+    def pull(self) -> Real:
         """f₁ = f'(u₀) = 2 ü₀ [s⁻²]."""
         across = self.g * self.one_minus_u0 * self.one_plus_u0
         return 2 * (self.drift0 * self.b - across - 2 * self.kinetic0 * self.u0)
 
     @property
-    def cubic(self) -> tuple[arb, arb, arb, arb]:
+    def cubic(self) -> tuple[Real, Real, Real, Real]:
         """f₃, f₂, f₁, f₀."""
         bend = 4 * self.g * self.u0 - 2 * self.kinetic0 - self.b * self.b
         return 2 * self.g, bend, self.pull, self.udot0 * self.udot0
+
+    @property
+    def looping(self) -> Real:
+        """H b − g a [s⁻³]: with P₊P₋ < 0, of the sign of b where φ̇ reverses, zero in cusps."""
+        return self.kinetic0 * self.b - self.g * self.drift0
 
     def mirrored(self) -> Reduced:
         """The motion seen from below: θ → π − θ, ψ → −ψ and so g → −g."""
@@ -113,6 +120,9 @@ class Source(Protocol):
 
     def reduced(self, bits: int) -> Reduced:
         """The motion in balls of so many bits, which must be flint's working precision."""
+
+    def angles(self, bits: int) -> tuple[arb, arb]:
+        """φ₀ and ψ₀ [rad]; on a pole those on the side towards which the axis moves."""
 
     def vanishes(self, name: str) -> bool:
         """Whether the number of that name is exactly 0."""
@@ -147,33 +157,46 @@ class Regime:
     asymptotic: bool
 
     @classmethod
-    def of(cls, source: Source) -> Regime:
+    def of(cls, source: Source, proved: bool = True) -> Regime:
         """What is exactly so of one motion.
+
+        What 4096 bits do not tell from 0, and what is not proved to be 0 either, is an error; or
+        it counts as 0, if nothing has to be `proved`.
 
         Raises
         ------
         Unseparated
             Some number could be neither told from 0 nor proved to be 0.
         """
+
+        def vanishes(name: str) -> bool:
+            return _vanishes(source, reduced, name, proved)
+
         with working(_FEW_BITS):
             reduced = source.reduced(_FEW_BITS)
-            weightless = _vanishes(source, reduced, "g")
+            weightless = vanishes("g")
             mirrored = source.inverted
             top, bottom = ("P_plus", "P_minus") if mirrored else ("P_minus", "P_plus")
             surplus = "over_bottom" if mirrored else "over_top"
-            resting = _vanishes(source, reduced, "udot0")
-            steady = resting and _vanishes(source, reduced, "pull")
-            misses_top = not _vanishes(source, reduced, top)
-            misses_bottom = not _vanishes(source, reduced, bottom)
-            level = not (steady or misses_top) and _vanishes(source, reduced, surplus)
+            resting = vanishes("udot0")
+            steady = resting and vanishes("pull")
+            misses_top, misses_bottom = not vanishes(top), not vanishes(bottom)
+            level = not (steady or misses_top) and vanishes(surplus)
         return cls(mirrored, weightless, resting, steady, misses_top, misses_bottom, level)
 
 
-def _vanishes(source: Source, reduced: Reduced, name: str) -> bool:
+def _vanishes(source: Source, reduced: Reduced, name: str, proved: bool) -> bool:
     ball = getattr(reduced, name)
     if ball.is_zero():
         return True
-    return not (ball > 0 or ball < 0) and source.vanishes(name)
+    if ball > 0 or ball < 0:
+        return False
+    try:
+        return source.vanishes(name)
+    except Unseparated:
+        if proved:
+            raise
+        return True
 
 
 @dataclass(frozen=True)
@@ -224,6 +247,15 @@ class FromScene:
         s, c = half.sin(), half.cos()
         return c * c - s * s, 2 * s * s, 2 * c * c, 2 * s * c
 
+    def angles(self, bits: int) -> tuple[arb, arb]:
+        """φ₀ and ψ₀ [rad]; through a pole on which it starts the axis comes out beyond it."""
+        start = self.start
+        phi, psi, speed = start.phi.ball(bits), start.psi.ball(bits), start.thetadot.sign() or 0
+        pole = self.u0.fraction
+        if pole not in (1, -1) or pole * speed >= 0:
+            return phi, psi
+        return phi + arb.pi(), psi + speed * arb.pi()
+
     def vanishes(self, name: str) -> bool:
         """Whether the number of that name is exactly 0.
 
@@ -265,6 +297,11 @@ _SCENE_TESTS: Final[dict[str, Callable[[FromScene], Exact]]] = {
     "pull": lambda s: s._pull,
     "over_top": lambda s: s.top.A * s._two_kinetic - 2 * s.top.gMR * (ONE - s.u0),
     "over_bottom": lambda s: s.top.A * s._two_kinetic + 2 * s.top.gMR * (ONE + s.u0),
+    "drift0": lambda s: s.start.phidot * (ONE - s.u0) * (ONE + s.u0),
+    "looping": lambda s: (
+        s.top.C * s.start.omega3 * s._two_kinetic
+        - 2 * s.top.gMR * s.start.phidot * (ONE - s.u0) * (ONE + s.u0)
+    ),
 }
 
 
@@ -281,6 +318,10 @@ class FromAxis:
         gMR/A [s⁻²].
     kappa : number
         κ = p_ψ (1/C − 1/A) [s⁻¹].
+    phi0 : number, optional
+        φ₀ [rad]; by default that of the axis, in (−π, π], or on a pole of where it moves to.
+    psi0 : number
+        ψ₀ [rad].
 
     Raises
     ------
@@ -289,12 +330,15 @@ class FromAxis:
     """
 
     def __init__(
-        self, e: Sequence[Number], l: Sequence[Number], g: Number, kappa: Number = 0  # noqa: E741
+        self, e: Sequence[Number], l: Sequence[Number], g: Number, kappa: Number = 0,  # noqa: E741
+        phi0: Number | None = None, psi0: Number = 0,
     ) -> None:  # fmt: skip
+        self.phi0 = None if phi0 is None else _rational("phi0", phi0)
+        self.psi0 = _rational("psi0", psi0)
         x, y, z = (_rational("e", value) for value in e)
         lx, ly, lz = (_rational("l", value) for value in l)
         self.g, self.kappa = _rational("g", g), _rational("kappa", kappa)
-        self.z, self.a = z, lz
+        self.e, self.l, self.z, self.a = (x, y), (lx, ly), z, lz
         self.rho2 = x * x + y * y + z * z
         if not self.rho2:
             raise Impossible([("e", "not the zero vector")])
@@ -320,6 +364,19 @@ class FromAxis:
             _ball(self.drift0), _ball(self.kinetic0), _ball(self.kappa),
         )  # fmt: skip
 
+    def angles(self, bits: int) -> tuple[arb, arb]:
+        """φ₀ and ψ₀ [rad]; through a pole on which it starts the axis comes out beyond it."""
+        (x, y), (lx, ly), up = self.e, self.l, 1 if self.z > 0 else -1
+        psi = _ball(self.psi0)
+        if x or y or not (lx or ly):
+            return (arb.atan2(_ball(x), _ball(-y)) if self.phi0 is None else _ball(self.phi0)), psi
+        if self.phi0 is None:  # from ė = l × e on the pole
+            return arb.atan2(_ball(up * ly), _ball(up * lx)), psi
+        sine, cosine = (phi := _ball(self.phi0)).sin_cos()
+        if not up * (_ball(lx) * cosine + _ball(ly) * sine) < 0:
+            return phi, psi
+        return phi + arb.pi(), psi - up * arb.pi()
+
     def vanishes(self, name: str) -> bool:
         """Whether the number of that name is exactly 0."""
         if name in ("g", "udot0"):
@@ -330,12 +387,131 @@ class FromAxis:
         if name in ("P_minus", "P_plus"):
             b = self.dot / self.rho2
             return self._surd_vanishes(self.a, -b if name == "P_minus" else b)
+        if name == "drift0":
+            return not self.drift0
+        if name == "looping":
+            return (self.kinetic0 + self.g * self.z) * self.dot == self.g * self.a * self.rho2
         h = self.kinetic0 + self.g * self.z
         return self._surd_vanishes(h, -self.g if name == "over_top" else self.g)
 
     def _surd_vanishes(self, p: Fraction, q: Fraction) -> bool:
         """Whether p + q ρ = 0."""
         return p * p == q * q * self.rho2 and p * q <= 0
+
+
+@dataclass(frozen=True)
+class FromConstants:
+    """The motion with given constants through a tilt, all of them rational numbers.
+
+    Parameters
+    ----------
+    g, b : Fraction
+        gMR/A [s⁻²] and p_ψ/A [s⁻¹].
+    drift0, kinetic0 : Fraction
+        a − b u₀ [s⁻¹] and h − g u₀ [s⁻²].
+    poles : tuple of 2 Fraction
+        1 − u₀ and 1 + u₀.
+    udot2 : Fraction
+        u̇₀², of a motion that rises there; below 0 it turns back there, by a rounding.
+    falls : bool
+        Whether the axis falls there instead.
+    kappa : Fraction
+        κ = p_ψ (1/C − 1/A) [s⁻¹].
+    """
+
+    g: Fraction
+    b: Fraction
+    drift0: Fraction
+    kinetic0: Fraction
+    poles: tuple[Fraction, Fraction]
+    udot2: Fraction
+    falls: bool = False
+    kappa: Fraction = Fraction(0)
+
+    @classmethod
+    def of(
+        cls, g: Fraction, a: Fraction, b: Fraction, h: Fraction,
+        poles: tuple[Fraction, Fraction], kappa: Fraction = Fraction(0),
+    ) -> FromConstants:  # fmt: skip
+        """The motion with these constants; of 1 − u₀ and 1 + u₀ the smaller one counts."""
+        minus, plus = poles
+        minus, plus = (minus, 2 - minus) if minus < plus else (2 - plus, plus)
+        drift, kinetic = a - b * (1 - minus), h - g * (1 - minus)
+        udot2 = 2 * kinetic * minus * plus - drift * drift
+        return cls(g, b, drift, kinetic, (minus, plus), udot2, False, kappa)
+
+    @property
+    def inverted(self) -> bool:
+        """Whether g < 0."""
+        return self.g < 0
+
+    def reduced(self, bits: int) -> Reduced:
+        """The motion in balls of the working precision."""
+        minus, plus = self.poles
+        speed = _ball(max(self.udot2, Fraction(0))).sqrt()
+        return Reduced(
+            _ball(self.g), _ball(self.b), _ball(1 - minus), _ball(minus), _ball(plus),
+            -speed if self.falls else speed,
+            _ball(self.drift0), _ball(self.kinetic0), _ball(self.kappa),
+        )  # fmt: skip
+
+    def angles(self, bits: int) -> tuple[arb, arb]:
+        """φ₀ and ψ₀ [rad], from which the angles are counted."""
+        return arb(0), arb(0)
+
+    def vanishes(self, name: str) -> bool:
+        """Whether the number of that name is exactly 0."""
+        minus, plus = self.poles
+        if name == "udot0":
+            return self.udot2 <= 0
+        exact = Reduced(
+            self.g, self.b, 1 - minus, minus, plus, Fraction(0), self.drift0, self.kinetic0,
+            self.kappa,
+        )  # fmt: skip
+        return not getattr(exact, name)
+
+
+@dataclass(frozen=True)
+class Through:
+    """A motion that another one is but for a rounding: it passes exactly through given poles.
+
+    Parameters
+    ----------
+    source : Source
+        The motion that passes beside them.
+    top, bottom : bool
+        Through which poles it passes.
+    """
+
+    source: Source
+    top: bool
+    bottom: bool
+
+    @property
+    def inverted(self) -> bool:
+        """Whether g < 0."""
+        return self.source.inverted
+
+    def reduced(self, bits: int) -> Reduced:
+        """The motion in balls, p_φ moved to ±p_ψ and the energy with it."""
+        found = self.source.reduced(bits)
+        sin2 = found.one_minus_u0 * found.one_plus_u0
+        b = arb(0) if self.top and self.bottom else found.b
+        drift = b * found.one_minus_u0 if self.top else -b * found.one_plus_u0
+        kinetic = found.kinetic0
+        if not sin2.is_zero():
+            kinetic = (found.udot0**2 + drift * drift) / (2 * sin2)
+        return replace(found, b=b, drift0=drift, kinetic0=kinetic)
+
+    def angles(self, bits: int) -> tuple[arb, arb]:
+        """φ₀ and ψ₀ [rad]."""
+        return self.source.angles(bits)
+
+    def vanishes(self, name: str) -> bool:
+        """Whether the number of that name is exactly 0."""
+        if (name == "P_minus" and self.top) or (name == "P_plus" and self.bottom):
+            return True
+        return self.source.vanishes(name)
 
 
 def _unproved(name: str, x: Exact) -> Unseparated:

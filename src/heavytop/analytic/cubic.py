@@ -36,7 +36,7 @@ class TooFewBits(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Roots:
-    """The roots by their distances, where the digits are; each a ball, exact where it is known.
+    """The roots by their distances, where the digits are; each a ball, exact where it is regime.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class Roots:
     w: arb
 
     @classmethod
-    def of(cls, over: Reduced, known: Regime) -> Roots:
+    def of(cls, over: Reduced, regime: Regime) -> Roots:
         """The roots of a reduced motion that nutates, at the working precision.
 
         Raises
@@ -74,15 +74,15 @@ class Roots:
             Two roots could not be told apart.
         """
         f3, f2, _, f0 = over.cubic
-        d1, d2, *d3 = distances(over, known)
+        d1, d2, *d3 = distances(over, regime)
         lead = f3 * d3[0] if d3 else -f2  # 2g (u₃ − u₀)
         down, up = _pair(-d1, d2, f0 / lead)
         plus2, minus1 = over.one_plus_u0 + up, over.one_minus_u0 + down
         minus2, beyond = over.one_minus_u0 - up, lead - f3 * over.one_minus_u0  # 2g (u₃ − 1)
-        if not known.misses_top:
+        if not regime.misses_top:
             minus2, beyond = (arb(0), beyond) if rises(over) else (minus2, arb(0))
         minus2, beyond = _pair(minus2, beyond, over.P_minus**2 / minus1)
-        plus1 = over.one_plus_u0 - down if known.misses_bottom else arb(0)
+        plus1 = over.one_plus_u0 - down if regime.misses_bottom else arb(0)
         plus1, _ = _pair(plus1, lead + f3 * over.one_plus_u0, over.P_plus**2 / plus2)
         delta, reach = up + down, lead + f3 * down  # 2g (u₃ − u₁)
         return cls(
@@ -128,7 +128,7 @@ def _pair(one: arb, other: arb, product: arb) -> tuple[arb, arb]:
     return one, other
 
 
-def distances(over: Reduced, known: Regime) -> list[arb]:
+def distances(over: Reduced, regime: Regime) -> list[arb]:
     """Increasing distances u − u₀ of the roots, two of them where g = 0.
 
     Raises
@@ -136,8 +136,8 @@ def distances(over: Reduced, known: Regime) -> list[arb]:
     TooFewBits
         Two roots could not be told apart.
     """
-    coefficients: Sequence[arb] = over.cubic[1:] if known.weightless else over.cubic
-    found = _known(over, known)
+    coefficients: Sequence[arb] = over.cubic[1:] if regime.weightless else over.cubic
+    found = _known(over, regime)
     for root in found:
         coefficients = _without(coefficients, root)
     found = sorted([*found, *_solve(coefficients)], key=lambda d: d.mid())
@@ -147,12 +147,12 @@ def distances(over: Reduced, known: Regime) -> list[arb]:
     return found
 
 
-def _known(over: Reduced, known: Regime) -> list[arb]:
+def _known(over: Reduced, regime: Regime) -> list[arb]:
     """The roots that are known exactly, each once."""
-    found = [] if known.misses_bottom else [-over.one_plus_u0]
-    if not known.misses_top:
+    found = [] if regime.misses_bottom else [-over.one_plus_u0]
+    if not regime.misses_top:
         found.append(over.one_minus_u0)
-    if known.resting and not any(root.is_zero() for root in found):
+    if regime.resting and not any(root.is_zero() for root in found):
         found.append(arb(0))
     return found
 

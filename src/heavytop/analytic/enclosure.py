@@ -1,0 +1,489 @@
+"""Enclosure: what can be proved of one motion, to as many digits as are asked for.
+
+Everything is computed in ball arithmetic (Arb, through python-flint) from the exact numbers of a
+scene, or from the binary numbers of a run in the axis form. What comes out is a `Ball`, an interval
+that contains the true value; no rounding error is estimated anywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from itertools import pairwise
+from typing import Any, Final
+
+from flint import arb
+
+from heavytop.analytic.cubic import TooFewBits
+from heavytop.analytic.rising import LIMIT, Rising, one
+from heavytop.analytic.solution import Nutating, Record, Solution, floor
+from heavytop.classification.reduced import FromAxis, FromScene, Source
+from heavytop.errors import Impossible
+from heavytop.numbers import Exact, Number
+from heavytop.numbers.ball import Ball, outward, rational
+from heavytop.scene.arguments import expect, text_of, whole
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
+
+_ERROR_DIGITS: Final = 25  # of θ in `theta_error`: far below the last bit of a double
+_MOST_DIGITS: Final = 10_000
+_MOST_BITS: Final = 1 << 24
+
+EVENTS: Final = ("turning", "reversal", "cusp")
+"""What can be counted: a cusp is a turning point too."""
+
+
+class Enclosure:
+    """Intervals around what one motion has; each is computed when it is asked for.
+
+    Made by `enclose` and `enclose_axis`. The working precision is raised until an interval is
+    small enough: relative to max(1, |x|), and absolute for roots, tilts and the axis.
+
+    Parameters
+    ----------
+    source : Source
+        The exact numbers.
+    digits : int
+        Decimal digits of every interval.
+    limit : int
+        Bits at which to give up.
+
+    Raises
+    ------
+    NotANumber, Impossible
+        Digits that are no whole number from 2 to 10 000, bits that are none from 2 to 2²⁴.
+    Unseparated
+        On construction, where a number can be neither told from 0 nor proved to be 0; by every
+        property and method, where `limit` bits do not give the digits.
+
+    Notes
+    -----
+    Accuracy: every interval contains the truth, by proof.
+    ``tests/analytic/test_balls_published.py`` finds in them what others printed.
+
+    References
+    ----------
+    Johansson, "Arb: efficient arbitrary-precision midpoint-radius interval arithmetic", *IEEE
+    Transactions on Computers* 66 (2017).
+    """
+
+    def __init__(self, source: Source, digits: int = 15, limit: int = LIMIT) -> None:
+        self.source = source
+        self.digits = whole("digits", digits, 2, _MOST_DIGITS)
+        self.limit = whole("limit", limit, 2, _MOST_BITS)
+        self._rising = Rising(source, limit=self.limit)
+        self.regime = self._rising.regime
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Enclosure, (self.source, self.digits, self.limit)  # what was computed is not copied
+
+    @property
+    def nutates(self) -> bool:
+        """Whether θ swings between two turning points; elsewhere there is no period."""
+        return not (self.regime.steady or self.regime.asymptotic)
+
+    @cached_property
+    def roots(self) -> tuple[Ball, ...]:
+        """u₁ ≤ u₂ ≤ u₃, the roots of the cubic as cos θ; without the infinite one if gMR = 0.
+
+        A double root is one by proof: its two intervals are then the same.
+        """
+        return self._each("a root", lambda found, _: found.cosines)
+
+    @cached_property
+    def theta_min(self) -> Ball:
+        """The smallest θ [rad]; 0, never reached, where the axis tends to the top."""
+        return self._each("theta_min", lambda found, _: (found.tilts[not self._mirrored],))[0]
+
+    @cached_property
+    def theta_max(self) -> Ball:
+        """The largest θ [rad]; π, never reached, where the axis tends to the bottom."""
+        return self._each("theta_max", lambda found, _: (found.tilts[self._mirrored],))[0]
+
+    @cached_property
+    def period(self) -> Ball | None:
+        """T [s], the period of θ; None where nothing nutates."""
+        return self._of_period("the period", lambda found: found.period)
+
+    @cached_property
+    def precession(self) -> Ball | None:
+        """Δφ [rad] in one period, +π for each exact pass through a pole; None without nutation."""
+        return self._of_period("the precession", lambda found: found.precession)
+
+    @cached_property
+    def spin(self) -> Ball | None:
+        """Δψ [rad] in one period, −π for a pass of the top, +π of the bottom; or None."""
+        return self._of_period("the spin", lambda found: found.spin)
+
+    def theta(self, t: Number) -> Ball:
+        """θ(t) [rad].
+
+        Parameters
+        ----------
+        t : number
+            Time since the start [s], exact; floats mean their binary value.
+
+        Returns
+        -------
+        Ball
+        """
+        return self._at("theta", t, lambda found, time: (found.theta(time),), one)[0]
+
+    def u(self, t: Number) -> Ball:
+        """The cosine of θ(t).
+
+        Parameters
+        ----------
+        t : number
+            Time since the start [s], exact; floats mean their binary value.
+
+        Returns
+        -------
+        Ball
+        """
+        return self._at("u", t, lambda found, time: (found.u(time),), one)[0]
+
+    def phi(self, t: Number) -> Ball:
+        """φ(t) [rad], continuous from the start but for +π at each exact pass through a pole.
+
+        Parameters
+        ----------
+        t : number
+            Time since the start [s], exact; floats mean their binary value.
+
+        Returns
+        -------
+        Ball
+        """
+        return self._record("phi", t, lambda record: (record.phi,))[0]
+
+    def psi(self, t: Number) -> Ball:
+        """ψ(t) [rad], continuous from the start but for ∓π at exact passes of the top, bottom.
+
+        Parameters
+        ----------
+        t : number
+            Time since the start [s], exact; floats mean their binary value.
+
+        Returns
+        -------
+        Ball
+        """
+        return self._record("psi", t, lambda record: (record.psi,))[0]
+
+    def axis(self, t: Number) -> tuple[Ball, ...]:
+        """The unit vector (sin θ sin φ, −sin θ cos φ, cos θ) along the symmetry axis at a time.
+
+        Parameters
+        ----------
+        t : number
+            Time since the start [s], exact; floats mean their binary value.
+
+        Returns
+        -------
+        tuple of 3 Ball
+        """
+        return self._record("the axis", t, lambda record: record.axis, one)
+
+    def quaternion(self, t: Number) -> tuple[Ball, ...]:
+        """The attitude at a time, body to space, scalar first, continuous from the start.
+
+        Parameters
+        ----------
+        t : number
+            Time since the start [s], exact; floats mean their binary value.
+
+        Returns
+        -------
+        tuple of 4 Ball
+        """
+        return self._record("the attitude", t, lambda record: record.quaternion, one)
+
+    def rates(self, t: Number) -> tuple[Ball, ...]:
+        """θ̇, φ̇ and ψ̇ at a time [rad/s]; at an exact pass through a pole the limits.
+
+        Parameters
+        ----------
+        t : number
+            Time since the start [s], exact; floats mean their binary value.
+
+        Returns
+        -------
+        tuple of 3 Ball
+        """
+        rates = lambda record: (record.thetadot, record.phidot, record.psidot)  # noqa: E731
+        return self._record("a rate", t, rates)
+
+    def theta_error(self, t: Number, theta: float) -> float:
+        """An upper bound of |theta − θ(t)| [rad], less than 2e-25 above it.
+
+        Parameters
+        ----------
+        t : number
+            Time since the start [s], exact; floats mean their binary value.
+        theta : float
+            What is held against θ(t).
+        """
+        digits = max(self.digits, _ERROR_DIGITS)
+        (true,) = self._at("theta", t, lambda found, time: (found.theta(time),), one, digits)
+        return outward(abs(rational(theta) - true.middle) + true.spread, 1)
+
+    def count(self, event: str, t: Number) -> int:
+        """How many events there are from the start to a time, both included: proved.
+
+        Parameters
+        ----------
+        event : {"turning", "reversal", "cusp"}
+            Turning points of θ, changes of sign of φ̇, or cusps.
+        t : number
+            The end of the span [s], exact; negative ones are before the start.
+
+        Raises
+        ------
+        Unseparated
+            An event is so near to the time that `limit` bits do not tell them apart.
+        ValueError
+            Another event.
+
+        Examples
+        --------
+        >>> dropped = enclose(Top(A="3.28e-4", C="6.6e-5", gMR="0.0456"), State("0.1", psidot=140))
+        >>> dropped.count("turning", 2), dropped.count("cusp", 2), dropped.count("reversal", 2)
+        (10, 5, 0)
+        """
+        _known_event(event)
+        time = Exact.of(t)
+        forward = -1 if time.sign() == -1 else 1
+
+        def counted(found: Solution, bits: int) -> arb:
+            end = abs(time.ball(bits))
+            if not isinstance(found.path, Nutating):
+                at = found.lower_turning if event == "turning" else None
+                return arb(0 if at is None else _reached(forward * at, end))
+            total, periods = arb(0), end / found.path.period
+            for after in self._positions(event, found):
+                total += floor(periods - forward * after) + floor(forward * after) + 1
+            return total
+
+        lost = self._rising.lost(float(time))
+        total = self._rising.settled(f"the count of {event}", counted, 2, size=one, lost=lost)
+        return int(total.unique_fmpz())
+
+    def time(self, event: str, n: int) -> Ball:
+        """When an event happens [s]: 0 is the first one not before the start, −1 the last before.
+
+        Parameters
+        ----------
+        event : {"turning", "reversal", "cusp"}
+            Turning points of θ, changes of sign of φ̇, or cusps.
+        n : int
+            Which of them.
+
+        Returns
+        -------
+        Ball
+
+        Raises
+        ------
+        Impossible
+            There is no such event.
+        ValueError
+            Another event.
+
+        Examples
+        --------
+        >>> kicked = enclose(Top(A="3.28e-4", C="6.6e-5", gMR="0.0456"),
+        ...                  State("0.1", phidot=-15, psidot=140), digits=12)
+        >>> kicked.time("turning", 0).bounds(12), kicked.time("turning", 2).bounds(12)
+        (('0', '0'), ('0.542895518188', '0.542895518189'))
+        """
+        _known_event(event)
+
+        def when(found: Solution, bits: int) -> tuple[arb, ...]:
+            if not isinstance(found.path, Nutating):
+                at = found.lower_turning if event == "turning" else None
+                return () if at is None or n != (0 if _reached(at, abs(at)) else -1) else (at,)
+            after = self._positions(event, found)
+            if not after:
+                return ()
+            turns, which = divmod(n, len(after))
+            in_period = sorted((x - floor(x) for x in after), key=lambda x: float(x.mid()))
+            if not all(low < high for low, high in pairwise(in_period)):
+                raise TooFewBits("two events", in_period[-1] - in_period[0])
+            return ((turns + in_period[which]) * found.path.period,)
+
+        period = self.period
+        span = abs(n) * period.upper if period is not None else 0.0
+        found = self._each(
+            f"the time of {event} {n}", when, size=None, lost=self._rising.lost(span)
+        )
+        if not found:
+            raise Impossible([("n", f"an event that there is: {event} {n} does not happen")])
+        return found[0]
+
+    def _positions(self, event: str, found: Solution) -> list[arb]:
+        """When the events of a nutation happen, in periods after the start, up to whole ones."""
+        path = found.path
+        assert isinstance(path, Nutating)
+        start, half = -path.phase, arb(1) / 2
+        if event == "turning":
+            return [start, half + start]
+        if self._cusped(found):
+            return [half + start] if event == "cusp" else []
+        if event == "cusp" or (part := path.reversal) is None:
+            return []
+        if not path.over.drift0.is_zero() and not self._starts_reversing:
+            return [start + part, start - part]
+        rising = path.over.udot0 > 0
+        return [arb(0), start - part if rising else start + part]
+
+    @cached_property
+    def _starts_reversing(self) -> bool:
+        """Whether φ̇ is exactly 0 at the start."""
+        return self.source.vanishes("drift0")
+
+    def _cusped(self, found: Solution) -> bool:
+        """Whether φ̇ vanishes exactly where the axis is highest, and the axis rests there."""
+        over, regime = found.path.over, self.regime
+        if not (regime.misses_top and regime.misses_bottom and self._level):
+            return False
+        product = over.P_plus * over.P_minus
+        if not (product < 0 or product > 0):
+            raise TooFewBits("p_phi and p_psi", product)
+        return bool(product < 0)
+
+    @cached_property
+    def _level(self) -> bool:
+        """Whether E' p_ψ = gMR p_φ exactly, as in cusps."""
+        return self.source.vanishes("looping")
+
+    @property
+    def _mirrored(self) -> bool:
+        return self.regime.mirrored
+
+    def _of_period(self, name: str, value: Callable[[Solution], arb | None]) -> Ball | None:
+        if not self.nutates:
+            return None
+        return Ball.of(self._rising.settled(name, lambda found, _: value(found), self.digits))
+
+    def _each(
+        self, name: str, value: Callable[[Solution, int], tuple[arb, ...]], digits: int = 0,
+        size: Callable[[arb], arb] | None = one, lost: int = 0,
+    ) -> tuple[Ball, ...]:  # fmt: skip
+        balls = self._rising.settled(name, value, digits or self.digits, size=size, lost=lost)
+        return tuple(map(Ball.of, balls))
+
+    def _at(
+        self, name: str, t: Number, value: Callable[[Solution, arb], tuple[arb, ...]],
+        size: Callable[[arb], arb] | None, digits: int = 0,
+    ) -> tuple[Ball, ...]:  # fmt: skip
+        time = Exact.of(t)
+        lost = self._rising.lost(abs(float(time)))
+        return self._each(
+            name, lambda found, bits: value(found, time.ball(bits)), digits, size, lost
+        )
+
+    def _record(
+        self, name: str, t: Number, value: Callable[[Record], tuple[arb, ...]],
+        size: Callable[[arb], arb] | None = None,
+    ) -> tuple[Ball, ...]:  # fmt: skip
+        return self._at(name, t, lambda found, time: value(found.at(time)), size)
+
+
+def _known_event(event: str) -> None:
+    if text_of("event", event) not in EVENTS:
+        raise ValueError(f"turning, reversal or cusp, not {event!r}")
+
+
+def _reached(time: arb, end: arb) -> bool:
+    """Whether a time is from 0 to an end."""
+    if time < 0 or time > end:
+        return False
+    if time >= 0 and time <= end:
+        return True
+    raise TooFewBits("an event and an end of the span", time)
+
+
+def enclose(top: Top, start: State, digits: int = 15, limit: int = LIMIT) -> Enclosure:
+    """The enclosure of the motion of `top` from `start`, both exact.
+
+    Parameters
+    ----------
+    top : Top
+        What spins.
+    start : State
+        How it starts.
+    digits : int
+        Decimal digits of every ball.
+    limit : int
+        Bits at which to give up.
+
+    Returns
+    -------
+    Enclosure
+        Balls, each computed when it is asked for.
+
+    Raises
+    ------
+    Unseparated
+        A number can be neither told from 0 nor proved to be 0.
+    NotANumber, Impossible
+        Digits that are no whole number from 2 to 10 000, bits that are none from 2 to 2²⁴.
+    WrongType
+        `top` is no Top, or `start` no State.
+
+    Examples
+    --------
+    >>> motion = enclose(Top(A="3.28e-4", C="6.6e-5", gMR="0.0456"),
+    ...                  State(theta="0.1", phidot=-15, psidot=140), digits=20)
+    >>> print(motion.period.bounds(20))
+    ('0.54289551818821995784', '0.54289551818821995785')
+    >>> motion.theta_error(2, 0.4269437053097)
+    4.309210679788058e-14
+
+    Notes
+    -----
+    Accuracy: as of `Enclosure`; ``tests/analytic/test_balls_against_closed_form.py`` finds the
+    closed form, which shares no line with them, in every ball.
+
+    References
+    ----------
+    As of `Enclosure`.
+    """
+    expect("top", top, Top)
+    expect("start", start, State)
+    return Enclosure(FromScene(top, start), digits, limit)
+
+
+def enclose_axis(
+    e: Sequence[Number], l: Sequence[Number], g: Number, kappa: Number = 0,  # noqa: E741
+    digits: int = 15, limit: int = LIMIT,
+) -> Enclosure:  # fmt: skip
+    """The enclosure of the motion that the axis form, ė = l × e, l̇ = g (−e_y, e_x, 0), has.
+
+    Parameters
+    ----------
+    e, l : sequence of 3 number
+        The axis, of any length but 0, and the angular momentum divided by A [s⁻¹]; floats mean
+        their binary values.
+    g : number
+        gMR/A [s⁻²].
+    kappa : number
+        p_ψ (1/C − 1/A) [s⁻¹], which only `spin` needs.
+    digits : int
+        Decimal digits of every ball.
+    limit : int
+        Bits at which to give up.
+
+    Raises
+    ------
+    Impossible
+        e is zero, or one of the numbers is not rational.
+
+    Examples
+    --------
+    >>> motion = enclose_axis(e=(0.0, 0.6, 0.8), l=(1.0, 3.0, 4.0), g=1.0)
+    >>> print(motion.period.bounds(12))
+    ('1.30737052675', '1.30737052676')
+    """
+    return Enclosure(FromAxis(e, l, g, kappa), digits, limit)

@@ -1,0 +1,128 @@
+"""The closed form at rising precision: more and more bits until a result is known well enough."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from typing import Any, Final
+
+from flint import arb
+
+from heavytop.analytic.cubic import TooFewBits
+from heavytop.analytic.solution import Solution
+from heavytop.classification.reduced import Regime, Source
+from heavytop.errors import Unseparated
+from heavytop.numbers.ball import Ball, above
+from heavytop.numbers.precision import working
+
+LIMIT: Final = 1 << 16
+"""Bits at which an enclosure gives up."""
+
+_SPARE: Final = 40  # bits beyond those of the digits, which most motions do not use up
+_BY_THE: Final = 64  # bits for late times come by so many, so that times share their solution
+
+
+class Rising:
+    """The closed form of one motion, at any precision up to a limit.
+
+    Parameters
+    ----------
+    source : Source
+        The exact numbers of the motion.
+    proved : bool
+        Whether a number that is neither told from 0 nor proved to be 0 is an error.
+    limit : int
+        Bits at which to give up.
+    """
+
+    def __init__(self, source: Source, proved: bool = True, limit: int = LIMIT) -> None:
+        self.source, self.limit = source, limit
+        self.regime = Regime.of(source, proved)
+        self._solutions: dict[int, Solution] = {}
+
+    def solution(self, bits: int) -> Solution:
+        """The closed form at a precision, which must be the working one."""
+        if bits not in self._solutions:
+            self._solutions[bits] = Solution(self.source, self.regime, bits)
+        return self._solutions[bits]
+
+    @cached_property
+    def rate(self) -> float:
+        """The order of the fastest rate in the motion [s⁻¹]: what late times lose digits by."""
+        with working(64):
+            start = self.source.reduced(64)
+            return float((abs(start.g) + 2 * start.kinetic0 + start.b * start.b).sqrt().upper())
+
+    def lost(self, time: float) -> int:
+        """Bits that a late time costs."""
+        turned = min(max(1.0, abs(time) * self.rate), sys.float_info.max)
+        return _BY_THE * math.ceil(math.log2(turned) / _BY_THE)
+
+    def settled(
+        self, name: str, value: Callable[[Solution, int], Any], digits: int, *,
+        size: Callable[[arb], arb] | None = None, lost: int = 0,
+    ) -> Any:  # fmt: skip
+        """The first ball, or tuple of balls, that has the digits.
+
+        Parameters
+        ----------
+        name : str
+            What it is, for the message.
+        value : callable
+            The ball or balls from a solution and its bits, the working precision meanwhile.
+        digits : int
+            Decimal digits: each radius is at most 10⁻ᵈ of the size.
+        size : callable, optional
+            What a ball's radius is held against, by default max(1, |x|).
+        lost : int
+            Bits known to be lost.
+
+        Raises
+        ------
+        Unseparated
+            No balls of up to `limit` bits have the digits.
+        """
+        reached = f"{name} is not bounded", math.inf
+        for bits in self._rungs(digits, lost):
+            with working(bits):
+                try:
+                    found = value(self.solution(bits), bits)
+                except TooFewBits as close:
+                    reached = _nearness(close)
+                    continue
+                balls = found if isinstance(found, tuple) else (found,)
+                if all(ball.is_finite() for ball in balls):
+                    tiny = arb(10) ** -digits
+                    wide = [x for x in balls if not x.rad() <= tiny * (size or _size)(x)]
+                    if not wide:
+                        return found
+                    radius = Ball.of(wide[0]).radius
+                    reached = f"{name} is known to {above(radius)}", radius
+        what, bound = reached
+        why = f"{what} with {self.limit} bits: more bits or fewer digits are needed"
+        raise Unseparated(why, bound)
+
+    def _rungs(self, digits: int, lost: int) -> Iterator[int]:
+        bits = math.ceil(digits * math.log2(10)) + _SPARE + lost
+        while bits < self.limit:
+            yield bits
+            bits *= 2
+        yield self.limit
+
+
+def one(_: arb) -> arb:
+    """The size for digits that count from the decimal point."""
+    return arb(1)
+
+
+def _size(x: arb) -> arb:
+    return abs(x.mid()).max(arb(1))
+
+
+def _nearness(close: TooFewBits) -> tuple[str, float]:
+    if not close.difference.is_finite():
+        return f"{close.names} are not told apart", math.inf
+    bound = Ball.of(abs(close.difference)).upper
+    return f"{close.names} differ by less than {above(bound)}", bound
