@@ -328,34 +328,14 @@ class Enclosure:
         start, half = -path.phase, arb(1) / 2
         if event == "turning":
             return [start, half + start]
-        if self._cusped(found):
+        if self._rising.cusps:
             return [half + start] if event == "cusp" else []
         if event == "cusp" or (part := path.reversal) is None:
             return []
-        if not path.over.drift0.is_zero() and not self._starts_reversing:
+        if not path.over.drift0.is_zero() and not self._rising.starts_reversing:
             return [start + part, start - part]
         rising = path.over.udot0 > 0
         return [arb(0), start - part if rising else start + part]
-
-    @cached_property
-    def _starts_reversing(self) -> bool:
-        """Whether φ̇ is exactly 0 at the start."""
-        return self.source.vanishes("drift0")
-
-    def _cusped(self, found: Solution) -> bool:
-        """Whether φ̇ vanishes exactly where the axis is highest, and the axis rests there."""
-        over, regime = found.path.over, self.regime
-        if not (regime.misses_top and regime.misses_bottom and self._level):
-            return False
-        product = over.P_plus * over.P_minus
-        if not (product < 0 or product > 0):
-            raise TooFewBits("p_phi and p_psi", product)
-        return bool(product < 0)
-
-    @cached_property
-    def _level(self) -> bool:
-        """Whether E' p_ψ = gMR p_φ exactly, as in cusps."""
-        return self.source.vanishes("looping")
 
     @property
     def _mirrored(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,18 +11,14 @@ from typing import Any, Final, overload
 import numpy as np
 import numpy.typing as npt
 
-from heavytop.analytic.theory import constants as _constants
-from heavytop.analytic.theory.closed_form import ExactRecord, MPForm, Nodding
-from heavytop.analytic.theory.constants import Constants
-from heavytop.analytic.theory.course import Course, Proved
+from heavytop.analytic.closed_form import ClosedForm, Constants, ExactRecord, constants
+from heavytop.analytic.rising import Rising
 from heavytop.analytic.theory.double_form import DoubleForm, DoubleRecord
-from heavytop.analytic.theory.nutation import Nutation
-from heavytop.analytic.theory.reduced import Reduced
 from heavytop.classification import Kind, Verdict
 from heavytop.classification.certify import classify
-from heavytop.classification.course import course, zero_momenta
+from heavytop.classification.reduced import FromScene, Reduced
 from heavytop.errors import NotANumber
-from heavytop.numbers.decimals import STANDARD_DIGITS, Number, context
+from heavytop.numbers.decimals import Number
 from heavytop.scene.arguments import expect, text_of, whole
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -81,39 +78,36 @@ class Motion:
         return f"Motion({self.top}, {self.start})"
 
     @cached_property
+    def rising(self) -> Rising:
+        """The closed form at any precision; what cannot be told from zero counts as zero."""
+        return Rising(FromScene(self.top, self.start), proved=False)
+
+    @property
+    def regime(self) -> str:
+        """What θ does in the long run: "steady", "asymptotic" or "nutating"."""
+        return self.rising.regime.name
+
+    @property
     def reduced(self) -> Reduced:
         """The motion in units A = 1, at 60 digits."""
-        return Reduced.from_scene(context(STANDARD_DIGITS), self.top, self.start)
-
-    @cached_property
-    def proved(self) -> Proved:
-        """What the verdict proves of the course of θ, which the closed form takes as given."""
-        found = course(self.top, self.start, self.verdict)
-        momenta = zero_momenta(self.top, self.start)
-        return Proved(None if found is None else Course(found), *momenta)
+        return self.exact.reduced
 
     @cached_property
     def constants(self) -> Constants:
         """E, E', p_φ, p_ψ at 60 digits; `constants.floats` has them as floats."""
-        return _constants.constants(context(STANDARD_DIGITS), self.top, self.start)
+        return constants(self.top, self.start)
 
     @cached_property
-    def nutation(self) -> Nutation | None:
-        """The turning points and the cubic's m and w; None where nothing nutates."""
-        path = self.exact.orbit
-        return path.roots if isinstance(path, Nodding) else None
-
-    @cached_property
-    def exact(self) -> MPForm:
+    def exact(self) -> ClosedForm:
         """The closed form at 50 digits."""
         return self.form(50)
 
     @cached_property
     def double(self) -> DoubleForm:
         """The closed form in doubles."""
-        return DoubleForm(self.reduced, self.proved)
+        return DoubleForm(self.rising)
 
-    def form(self, digits: int) -> MPForm:
+    def form(self, digits: int) -> ClosedForm:
         """The closed form at so many digits.
 
         Parameters
@@ -123,7 +117,7 @@ class Motion:
 
         Returns
         -------
-        MPForm
+        ClosedForm
             Call it with a time [s]; it has T, Δφ and Δψ to all digits.
 
         Raises
@@ -131,20 +125,22 @@ class Motion:
         NotANumber, Impossible
             No whole number from 1 to 10 000.
         """
-        return MPForm(self.reduced, whole("digits", digits, 1, MOST_DIGITS), self.proved)
+        return ClosedForm(self.rising, whole("digits", digits, 1, MOST_DIGITS))
 
     @property
     def nutates(self) -> bool:
         """Whether θ swings between two turning points."""
-        return self.nutation is not None
+        return self.regime == "nutating"
 
     @property
     def roots(self) -> tuple[float, float, float] | None:
         """The roots cos θ of the cubic, increasing; None where nothing nutates."""
-        if self.nutation is None:
+        if not self.nutates:
             return None
-        low, middle, high = map(float, self.nutation.roots)
-        return low, middle, high
+        found = [float(root) for root in self.exact.roots]
+        if len(found) == 2:  # gMR = 0
+            found.append(math.inf)
+        return found[0], found[1], found[2]
 
     @property
     def period(self) -> float | None:
@@ -268,7 +264,7 @@ class Motion:
             record = self.double(_times(t))
             return replace(record, energy=np.full_like(record.t, self.constants.E))
         form = self.form(digits)
-        energy = _constants.constants(form.ctx, self.top, self.start).E
+        energy = constants(self.top, self.start, form.ctx.dps).E
         t = t.item() if isinstance(t, np.ndarray) and not t.ndim else t
         if isinstance(t, Iterable) and not isinstance(t, str):
             return tuple(replace(form(each), energy=energy) for each in t)

@@ -12,7 +12,7 @@ from flint import arb
 
 from heavytop.analytic.cubic import TooFewBits
 from heavytop.analytic.solution import Solution
-from heavytop.classification.reduced import Regime, Source
+from heavytop.classification.reduced import Regime, Source, vanishes
 from heavytop.errors import Unseparated
 from heavytop.numbers.ball import Ball, above
 from heavytop.numbers.precision import working
@@ -38,15 +38,38 @@ class Rising:
     """
 
     def __init__(self, source: Source, proved: bool = True, limit: int = LIMIT) -> None:
-        self.source, self.limit = source, limit
+        self.source, self.proved, self.limit = source, proved, limit
         self.regime = Regime.of(source, proved)
         self._solutions: dict[int, Solution] = {}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Rising, (self.source, self.proved, self.limit)  # what was computed is not copied
 
     def solution(self, bits: int) -> Solution:
         """The closed form at a precision, which must be the working one."""
         if bits not in self._solutions:
             self._solutions[bits] = Solution(self.source, self.regime, bits)
         return self._solutions[bits]
+
+    @cached_property
+    def cusps(self) -> bool:
+        """Whether φ̇ is exactly 0 where a nutating axis is highest."""
+        if not (self.regime.misses_top and self.regime.misses_bottom and self._vanishes("looping")):
+            return False
+        for bits in self._rungs(30, 0):
+            with working(bits):
+                start = self.source.reduced(bits)
+                if not (product := start.P_plus * start.P_minus).contains(0):
+                    break
+        return bool(product < 0)
+
+    @cached_property
+    def starts_reversing(self) -> bool:
+        """Whether φ̇ is exactly 0 at the start."""
+        return self._vanishes("drift0")
+
+    def _vanishes(self, name: str) -> bool:
+        return vanishes(self.source, name, self.proved)
 
     @cached_property
     def rate(self) -> float:
@@ -62,7 +85,8 @@ class Rising:
 
     def settled(
         self, name: str, value: Callable[[Solution, int], Any], digits: int, *,
-        size: Callable[[arb], arb] | None = None, lost: int = 0,
+        size: Callable[[arb], arb] | None = None, of: Callable[[Any], tuple[arb, ...]] | None = None,
+        lost: int = 0,
     ) -> Any:  # fmt: skip
         """The first ball, or tuple of balls, that has the digits.
 
@@ -76,6 +100,8 @@ class Rising:
             Decimal digits: each radius is at most 10⁻ᵈ of the size.
         size : callable, optional
             What a ball's radius is held against, by default max(1, |x|).
+        of : callable, optional
+            The balls that matter in what `value` gives; by default it gives one, or a tuple.
         lost : int
             Bits known to be lost.
 
@@ -92,7 +118,7 @@ class Rising:
                 except TooFewBits as close:
                     reached = _nearness(close)
                     continue
-                balls = found if isinstance(found, tuple) else (found,)
+                balls = of(found) if of else found if isinstance(found, tuple) else (found,)
                 if all(ball.is_finite() for ball in balls):
                     tiny = arb(10) ** -digits
                     wide = [x for x in balls if not x.rad() <= tiny * (size or _size)(x)]

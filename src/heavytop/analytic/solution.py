@@ -64,6 +64,11 @@ class Record:
     n: int
 
     @property
+    def numbers(self) -> tuple[arb, ...]:
+        """The angles θ, φ, ψ and their rates."""
+        return self.theta, self.phi, self.psi, self.thetadot, self.phidot, self.psidot
+
+    @property
     def quaternion(self) -> tuple[arb, arb, arb, arb]:
         """The attitude, body to space, scalar first."""
         cosine, sine = (self.one_plus_u / 2).sqrt(), (self.one_minus_u / 2).sqrt()
@@ -154,7 +159,7 @@ class Nutating:
         None where φ̇ keeps its sign; in a cusp that is u₂ itself.
         """
         roots, b = self.roots, self.over.b
-        if not (b > 0 or b < 0):
+        if not (self.regime.misses_top and self.regime.misses_bottom and (b > 0 or b < 0)):
             return None
         down = self.over.P_plus / b - roots.one_plus_u1
         up = -self.over.P_minus / b - roots.one_minus_u2

@@ -16,9 +16,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, Final, Protocol, TypeAlias
 
 from flint import arb, fmpq
@@ -67,6 +67,21 @@ class Reduced:
     kappa: Real
 
     @property
+    def a(self) -> Real:
+        """Momentum about the vertical, p_φ/A [s⁻¹]."""
+        return self.drift0 + self.b * self.u0
+
+    @property
+    def h(self) -> Real:
+        """Energy without that of the spin, E'/A [s⁻²]."""
+        return self.kinetic0 + self.g * self.u0
+
+    @property
+    def sin2(self) -> Real:
+        """sin²θ₀."""
+        return self.one_minus_u0 * self.one_plus_u0
+
+    @property
     def P_minus(self) -> Real:
         """P₋ = a − b [s⁻¹]: 0 where the axis can pass the top."""
         return self.drift0 - self.b * self.one_minus_u0
@@ -102,6 +117,10 @@ class Reduced:
     def looping(self) -> Real:
         """H b − g a [s⁻³]: with P₊P₋ < 0, of the sign of b where φ̇ reverses, zero in cusps."""
         return self.kinetic0 * self.b - self.g * self.drift0
+
+    def mapped(self, kind: Callable[[Real], Real]) -> Reduced:
+        """The same in another arithmetic."""
+        return Reduced(*(kind(getattr(self, field.name)) for field in fields(self)))
 
     def mirrored(self) -> Reduced:
         """The motion seen from below: θ → π − θ, ψ → −ψ and so g → −g."""
@@ -156,6 +175,11 @@ class Regime:
     misses_bottom: bool
     asymptotic: bool
 
+    @property
+    def name(self) -> str:
+        """What θ does in the long run: "steady", "asymptotic" or "nutating"."""
+        return "steady" if self.steady else "asymptotic" if self.asymptotic else "nutating"
+
     @classmethod
     def of(cls, source: Source, proved: bool = True) -> Regime:
         """What is exactly so of one motion.
@@ -168,29 +192,36 @@ class Regime:
         Unseparated
             Some number could be neither told from 0 nor proved to be 0.
         """
-
-        def vanishes(name: str) -> bool:
-            return _vanishes(source, reduced, name, proved)
-
         with working(_FEW_BITS):
             reduced = source.reduced(_FEW_BITS)
-            weightless = vanishes("g")
+            zero = partial(vanishes, source, proved=proved, reduced=reduced)
+            weightless = zero("g")
             mirrored = source.inverted
             top, bottom = ("P_plus", "P_minus") if mirrored else ("P_minus", "P_plus")
             surplus = "over_bottom" if mirrored else "over_top"
-            resting = vanishes("udot0")
-            steady = resting and vanishes("pull")
-            misses_top, misses_bottom = not vanishes(top), not vanishes(bottom)
-            level = not (steady or misses_top) and vanishes(surplus)
+            resting = zero("udot0")
+            steady = resting and zero("pull")
+            misses_top, misses_bottom = not zero(top), not zero(bottom)
+            level = not (steady or misses_top) and zero(surplus)
         return cls(mirrored, weightless, resting, steady, misses_top, misses_bottom, level)
 
 
-def _vanishes(source: Source, reduced: Reduced, name: str, proved: bool) -> bool:
-    ball = getattr(reduced, name)
-    if ball.is_zero():
-        return True
-    if ball > 0 or ball < 0:
-        return False
+def vanishes(
+    source: Source, name: str, proved: bool = True, reduced: Reduced | None = None
+) -> bool:
+    """Whether a number of the reduced motion is exactly 0; what cannot be told is an error, or 0.
+
+    Raises
+    ------
+    Unseparated
+        It could be neither told from 0 nor proved to be 0, and has to be `proved`.
+    """
+    with working(_FEW_BITS):
+        ball = getattr(reduced or source.reduced(_FEW_BITS), name)
+        if ball.is_zero():
+            return True
+        if ball > 0 or ball < 0:
+            return False
     try:
         return source.vanishes(name)
     except Unseparated:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Final
 
 from heavytop.analytic.motion import Motion
-from heavytop.analytic.theory.closed_form import Asymptotic
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, enough
 from heavytop.run.digits import SPARE, bits_for, needed_to_fold
 from heavytop.run.estimates import LOCAL, UNIT, Estimate, duration, estimate, growth, periods_of
@@ -152,7 +151,7 @@ def _folds(scene: Scene, motion: Motion, plain: Estimate) -> bool:
 
 
 def _returns(motion: Motion) -> bool:
-    return not isinstance(motion.exact.orbit, Asymptotic)
+    return motion.regime != "asymptotic"
 
 
 def patience(scene: Scene, motion: Motion, expected: Estimate) -> Iterator[str]:

@@ -12,15 +12,15 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, TypeVar
 
-from heavytop.analytic.theory.closed_form import MPForm
-from heavytop.analytic.theory.reduced import Reduced
+from heavytop.analytic.closed_form import ClosedForm
+from heavytop.analytic.rising import Rising
 from heavytop.errors import NoClosedForm
 from heavytop.numbers.decimals import Context, Number, context
 from heavytop.run.decimals.polish import Polished
 from heavytop.run.decimals.result import Decimals
 from heavytop.run.planning import closed_form_of
 from heavytop.run.trajectory import Trajectory
-from heavytop.run.witness import Errors, motion_of, passes
+from heavytop.run.witness import Errors, motion_of, passing
 
 LOOKED_AT = 8  # samples, and as many events
 SPARE_DIGITS = 10  # of the closed form
@@ -51,8 +51,7 @@ def decimal_errors(trajectory: Trajectory) -> DecimalErrors:
     energy, invariants = _changes(decimals)
     ctx = context(decimals.run.reader.ctx.dps + SPARE_DIGITS)
     try:
-        own = _own(trajectory, ctx)
-        truth = MPForm(own, decimals.digits + SPARE_DIGITS, passes(trajectory))
+        truth = ClosedForm(_own(trajectory, ctx.dps), decimals.digits + SPARE_DIGITS)
         pairs = [(sample, truth(ctx.mpf(sample.t))) for sample in _some(decimals.samples)]
     except NoClosedForm as reason:
         return DecimalErrors({}, energy, invariants, why_not=str(reason))
@@ -65,7 +64,7 @@ def decimal_errors(trajectory: Trajectory) -> DecimalErrors:
         off=off | {"axis": _largest(apart.axis(*each) for each in pairs)},
         energy=energy,
         invariants=invariants,
-        event_time=_largest(_late(event, truth, own) for event in _some(decimals.events)),
+        event_time=_largest(_late(event, truth) for event in _some(decimals.events)),
         input_rounding=_largest(apart.angle(name, last, pairs[-1][1]) for name in wants),
     )
 
@@ -151,11 +150,12 @@ def _decimals(trajectory: Trajectory) -> Decimals:
     return trajectory.decimals
 
 
-def _own(trajectory: Trajectory, ctx: Context) -> Reduced:
+def _own(trajectory: Trajectory, digits: int) -> Rising:
     """Return the motion that the run's own binary numbers define."""
     decimals = _decimals(trajectory)
     start, parameters = decimals.samples[0], decimals.run.reader.parameters
-    return motion_of(trajectory.plan, ctx, start.states, parameters)
+    source = motion_of(trajectory.plan, digits, start.states, parameters)
+    return Rising(passing(trajectory, source), proved=False)
 
 
 def _changes(decimals: Decimals) -> tuple[Number, dict[str, Number]]:
@@ -171,9 +171,9 @@ def _changes(decimals: Decimals) -> tuple[Number, dict[str, Number]]:
     return energy, {n: x / (sizes[n] if sizes[n] > reader.grain else 1) for n, x in changes.items()}
 
 
-def _late(event: Polished, truth: MPForm, r: Reduced) -> Number | None:
+def _late(event: Polished, truth: ClosedForm) -> Number | None:
     """Return how far an event is off the true zero, by a Newton step [s]."""
-    seen = truth(truth.ctx.mpf(event.sample.t))
+    seen, r = truth(truth.ctx.mpf(event.sample.t)), truth.reduced
     if event.kind == "reversal":
         return abs((seen.u - r.a / r.b) / seen.udot) if r.b and seen.udot else None
     f_slope = 2 * r.b * (r.a - r.b * seen.u) - 2 * r.g * seen.one_minus_u * seen.one_plus_u

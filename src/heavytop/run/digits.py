@@ -6,7 +6,6 @@ from math import log, log2, sqrt
 from typing import Final
 
 from heavytop.analytic.motion import Motion
-from heavytop.analytic.theory.closed_form import Asymptotic
 from heavytop.integration.bits import DOUBLE, enough
 
 MOST_DIGITS: Final = 13  # what double precision can promise at the end of a short run
@@ -76,8 +75,8 @@ def lost_bits(motion: Motion, span: float, *, growing: bool) -> float:
     lost = log2(1 + fastest) + (log2(1 + fastest * span) if growing else 0.0)
     if motion.period:
         lost += 1.5 * log2(1 + span / motion.period)
-    if motion.nutation is not None:
-        lost -= float(motion.exact.ctx.log(motion.nutation.mc, 2))
-    if isinstance(motion.exact.orbit, Asymptotic):
-        lost += float(motion.exact.orbit.w) * span / log(2)
+    if motion.exact.modulus is not None:
+        lost -= float(motion.exact.ctx.log(motion.exact.modulus[1], 2))
+    if motion.exact.growth is not None:
+        lost += float(motion.exact.growth) * span / log(2)
     return lost

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from typing import Final
 
 from heavytop.analytic.motion import Motion
-from heavytop.analytic.theory.closed_form import Asymptotic
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE
 from heavytop.run.speeds import quickest
 from heavytop.scene.scene import Scene
@@ -204,7 +203,7 @@ def growth(motion: Motion, span: float) -> float:
     span : float
         The end [s].
     """
-    path = motion.exact.orbit
-    if isinstance(path, Asymptotic):
-        return math.exp(min(float(path.w) * abs(span), 700.0))
-    return 1.0 if motion.nutation is None else max(1.0, float(1 / motion.nutation.mc))
+    if (rate := motion.exact.growth) is not None:
+        return math.exp(min(float(rate) * abs(span), 700.0))
+    modulus = motion.exact.modulus
+    return 1.0 if modulus is None else max(1.0, float(1 / modulus[1]))

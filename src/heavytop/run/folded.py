@@ -206,13 +206,13 @@ def fold(scene: Scene, digits: int | None = None) -> Folded:
         raise BadScene(faults)
     asked = scene.digits if digits is None else whole("digits", digits, 1, MAX_DIGITS)
     wanted = max(LEAST_FOLDED, asked)
-    course = motion.proved.course
-    if course == "steady":
+    regime = motion.regime if motion.certified else None
+    if regime == "steady":
         span(scene, motion)  # refuses periods
         return _folded(scene, wanted, uniform(scene, wanted))
-    if course == "nutating":
+    if regime == "nutating":
         return _folded(scene, wanted, nodding(scene, wanted))
-    raise BadScene((Fault(scene.name, None, "fold", str(motion.kind), _WHY_NOT[course]),))
+    raise BadScene((Fault(scene.name, None, "fold", str(motion.kind), _WHY_NOT[regime]),))
 
 
 def _too_far_round(scene: Scene) -> Iterator[Fault]:

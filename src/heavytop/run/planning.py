@@ -8,7 +8,6 @@ from functools import lru_cache
 from math import log, tau
 
 from heavytop.analytic.motion import Motion
-from heavytop.analytic.theory.closed_form import Asymptotic
 from heavytop.equations.ladder import LADDER
 from heavytop.errors import BadScene, Fault
 from heavytop.integration.bits import DOUBLE, named
@@ -170,13 +169,13 @@ def _refined(scene: Scene, found: Plan, how: Choice) -> Plan:
 
 def leaving(motion: Motion, end: float, bits: int) -> Iterator[str]:
     """Say when rounding, which grows as exp(wt), has carried off an axis that nears a pole."""
-    path = motion.exact.orbit
-    if not isinstance(path, Asymptotic):
+    if motion.exact.growth is None:
         return
-    left = bits * log(2) / float(path.w)
+    rate = float(motion.exact.growth)
+    left = bits * log(2) / rate
     if left < abs(end):
         yield (
-            f"separatrix: rounding grows with exp({float(path.w):.3g} t), and by it the axis "
+            f"separatrix: rounding grows with exp({rate:.3g} t), and by it the axis "
             f"leaves the vertical's neighbourhood at about t = {left:.3g} s; it never would"
         )
 
@@ -286,7 +285,7 @@ def _through_both_poles(scene: Scene, formulation: str) -> Iterator[Fault]:
 def _watched(scene: Scene, motion: Motion, end: float) -> tuple[tuple[str, ...], tuple[str, ...]]:
     if not scene.events:
         return (), ("no events are wanted: the loop is not slowed by any",)
-    if isinstance(motion.exact.orbit, Asymptotic):
+    if motion.regime == "asymptotic":
         return _watched_once(scene, end)
     if not motion.nutates:
         return (), (f"{motion.kind}: theta is constant, and constant theta has no events",)

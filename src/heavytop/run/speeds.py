@@ -66,8 +66,8 @@ def _seen(motion: Motion, span: float) -> DoubleRecord:
 
 def _slowness(motion: Motion) -> float:
     """1/w of a motion that tends to the vertical [s]; of another 0."""
-    w = float(getattr(motion.exact.orbit, "w", 0.0))
-    return 1 / w if w and motion.exact.period is None else 0.0
+    rate = motion.exact.growth
+    return 0.0 if rate is None else 1 / float(rate)
 
 
 def _largest(rates: object) -> float:

@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from typing import Final
 
+from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.motion import Motion
-from heavytop.analytic.theory.closed_form import MPForm
 from heavytop.classification import Kind
 from heavytop.numbers.decimals import Number
 
@@ -115,7 +115,7 @@ def differences(expected: Counts, counted: Mapping[str, int | None]) -> Iterator
             yield f"{found} {name} where there are {there}"
 
 
-def _rows(motion: Motion, form: MPForm) -> list[tuple[str, Number]]:
+def _rows(motion: Motion, form: ClosedForm) -> list[tuple[str, Number]]:
     """The kinds of event with the time of one [s]; others of it are whole periods apart."""
     if (first := form.lower_turning) is None:
         return []
@@ -133,7 +133,7 @@ def _rows(motion: Motion, form: MPForm) -> list[tuple[str, Number]]:
     return rows + [("reversal", first + side * later) for side in (-1, 1) if later]
 
 
-def _scale(form: MPForm) -> Number:
+def _scale(form: ClosedForm) -> Number:
     """The period [s], or a time that is not zero where there is none."""
     return form.period or abs(form.lower_turning or 0) or 1
 

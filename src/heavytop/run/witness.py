@@ -9,20 +9,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.analytic.theory.course import Proved
+from heavytop.analytic.rising import Rising
 from heavytop.analytic.theory.double_form import DoubleForm, DoubleRecord
-from heavytop.analytic.theory.reduced import Reduced
+from heavytop.classification.reduced import FromAxis, FromConstants, FromScene, Source, Through
 from heavytop.errors import NoClosedForm
 from heavytop.integration.quantities import Sample
-from heavytop.numbers.decimals import context
+from heavytop.numbers import PI, Number
+from heavytop.numbers.ball import rational
+from heavytop.numbers.decimals import context, number
 from heavytop.run.planning import Plan, closed_form_of
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import expect
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
 
 Array = NDArray[np.float64]
 
@@ -169,103 +174,124 @@ def missed_digits(trajectory: Trajectory, errors: Errors) -> dict[str, float]:
 
 def closed_form(trajectory: Trajectory) -> DoubleForm:
     """Return the closed form, in double precision, of a run's own binary numbers."""
-    return DoubleForm(own_numbers(trajectory), passes(trajectory))
+    return DoubleForm(own_motion(trajectory))
 
 
-def passes(trajectory: Trajectory) -> Proved:
-    """Return through which poles the axis passes exactly: rounding the start puts it beside them.
-
-    A run turns there as the exact numbers do, and so must what it is held against.
-    """
-    proved = closed_form_of(trajectory.scene).proved
-    return Proved(None, proved.zero_plus or None, proved.zero_minus or None)
-
-
-def own_numbers(trajectory: Trajectory, digits: int = DIGITS) -> Reduced:
-    """Return the motion that the run's own doubles define, to any digits."""
+def own_motion(trajectory: Trajectory) -> Rising:
+    """Return the motion that the run's own doubles define."""
     state = trajectory.orbit.checkpoints[0].state.tolist()
-    return motion_of(trajectory.plan, context(digits), state, trajectory.orbit.parameters)
+    source = motion_of(trajectory.plan, DIGITS, state, trajectory.orbit.parameters)
+    return Rising(passing(trajectory, source), proved=False)
 
 
-def motion_of(plan: Plan, ctx: Context, state: State, parameters: Parameters) -> Reduced:
-    """Return the motion through a state of a plan's formulation, given as numbers of any kind."""
-    return _OWN[plan.formulation](ctx, state, parameters, plan.variant)
+def passing(trajectory: Trajectory, source: Source) -> Source:
+    """Return a motion that passes exactly through the poles through which the scene's does.
+
+    Rounding the start puts the axis beside them. A run turns there as the exact numbers do, and so
+    must what it is held against.
+    """
+    regime = closed_form_of(trajectory.scene).rising.regime
+    top, bottom = not regime.misses_top, not regime.misses_bottom
+    if regime.mirrored:
+        top, bottom = bottom, top
+    return Through(source, top, bottom) if top or bottom else source
 
 
-def _of_lagrange(ctx: Context, state: State, p: Parameters, _variant: Variant) -> Reduced:
-    return Reduced.from_angles(ctx, p["A"], p["C"], p["gMR"], *state)
+def motion_of(plan: Plan, digits: int, state: Sequence[Any], parameters: Parameters) -> Source:
+    """Return the motion through a state of a plan's formulation, given as numbers of any kind.
+
+    Where it is known by roots of them these are taken to as many digits.
+    """
+    exact = [rational(x) for x in state]
+    given = {name: rational(value) for name, value in parameters.items()}
+    return _OWN[plan.formulation](context(digits), exact, given, plan.variant)
 
 
-def _of_subsystem(ctx: Context, state: State, p: Parameters, _variant: Variant) -> Reduced:
-    theta, *rates = state[:4]
-    return Reduced.from_angles(ctx, p["A"], p["C"], p["gMR"], theta, p["phi_0"], p["psi_0"], *rates)
+def _of_angles(
+    p: Parameters, theta: Number, phi: Number, psi: Number, *rates: Number, **spin: Number
+) -> Source:
+    """Return the motion from Euler angles and their rates."""
+    thetadot, phidot, *psidot = rates
+    start = State(
+        theta, phi=phi, psi=psi, thetadot=thetadot, phidot=phidot,
+        **(spin or {"psidot": psidot[0]}),
+    )  # fmt: skip
+    return FromScene(Top(p["A"], p["C"], p["gMR"]), start)
 
 
-def _of_axis(ctx: Context, state: State, p: Parameters, _variant: Variant) -> Reduced:
+def _of_lagrange(_ctx: Context, state: States, p: Parameters, _variant: Variant) -> Source:
+    return _of_angles(p, *state)
+
+
+def _of_subsystem(_ctx: Context, state: States, p: Parameters, _variant: Variant) -> Source:
+    return _of_angles(p, state[0], p["phi_0"], p["psi_0"], *state[1:4])
+
+
+def _of_axis(_ctx: Context, state: States, p: Parameters, _variant: Variant) -> Source:
     l = (*state[3:5], p["l_z"])  # noqa: E741
-    return Reduced.from_axis(ctx, state[:3], l, p["g"], p["phi_0"], p["psi_0"], p["kappa"])
+    return FromAxis(state[:3], l, p["g"], p["kappa"], p["phi_0"], p["psi_0"])
 
 
-def _of_attitude(ctx: Context, state: State, p: Parameters, _variant: Variant) -> Reduced:
+def _of_attitude(_ctx: Context, state: States, p: Parameters, _variant: Variant) -> Source:
     """Return the motion through q and l; |q|^2 is the length of the axis."""
-    w, x, y, z = (ctx.mpf(component) for component in state[:4])
+    w, x, y, z = state[:4]
     e = (2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z)
     l = (*state[4:6], p["l_z"])  # noqa: E741
-    return Reduced.from_axis(ctx, e, l, p["g"], p["phi_0"], p["psi_0"], p["kappa"])
+    return FromAxis(e, l, p["g"], p["kappa"], p["phi_0"], p["psi_0"])
 
 
-def _of_routh(ctx: Context, state: State, p: Parameters, _variant: Variant) -> Reduced:
-    theta, thetadot = (ctx.mpf(x) for x in state[:2])
-    A, C, p_psi = (ctx.mpf(p[name]) for name in ("A", "C", "p_psi"))
-    along = p["p_minus"] + 2 * p_psi * ctx.sin(theta / 2) ** 2
-    phidot = along / (A * ctx.sin(theta) ** 2)
-    start = (theta, p["phi_0"], p["psi_0"], thetadot, phidot)
-    return Reduced.from_angles(ctx, A, C, p["gMR"], *start, omega3=p_psi / C)
+def _of_routh(ctx: Context, state: States, p: Parameters, _variant: Variant) -> Source:
+    theta, thetadot = state[:2]
+    tilt, p_psi = number(ctx, theta), number(ctx, p["p_psi"])
+    along = number(ctx, p["p_minus"]) + 2 * p_psi * ctx.sin(tilt / 2) ** 2
+    phidot = rational(along / (number(ctx, p["A"]) * ctx.sin(tilt) ** 2))
+    return _of_angles(
+        p, theta, p["phi_0"], p["psi_0"], thetadot, phidot, omega3=p["p_psi"] / p["C"]
+    )
 
 
-def _of_cubic(ctx: Context, state: State, p: Parameters, variant: Variant) -> Reduced:
+def _of_cubic(ctx: Context, state: States, p: Parameters, variant: Variant) -> Source:
     """Return the motion through w and wdot of the cubic that the run integrates."""
-    w, wdot = (ctx.mpf(x) for x in state)
+    w, wdot = state
     side = 1 if variant == "top" else -1
     if w in (0, 2):  # on a pole itself, where wdot is zero whatever the speed
         up = side if not w else -side
-        speed = ctx.sqrt(abs(p["k_0"] + w * (p["k_1"] + w * p["k_2"])))
-        pole = (ctx.mpf(0) if up > 0 else ctx.pi, 0, 0, up * speed, 0)
-        return Reduced.from_angles(ctx, 1, 1, p["g"], *pole, omega3=p["n"])
-    sine = ctx.sqrt(w * (2 - w))
-    theta = 2 * ctx.asin(ctx.sqrt(w / 2))
-    if side < 0:
-        theta = ctx.pi - theta
-    P, n, g = _momenta(ctx, w, wdot, side, p)
-    start = (theta, 0, 0, side * wdot / sine, (P + side * n * w) / sine**2)
-    return Reduced.from_angles(ctx, 1, 1, g, *start, omega3=n)
+        square = number(ctx, abs(p["k_0"] + w * (p["k_1"] + w * p["k_2"])))
+        pole = State(
+            0 if up > 0 else PI, thetadot=up * rational(ctx.sqrt(square)), omega3=p["n"]
+        )  # fmt: skip
+        return FromScene(Top(1, 1, p["g"]), pole)
+    P, n, g = (rational(x) for x in _momenta(ctx, w, wdot, side, p))
+    poles, drift = ((w, 2 - w) if side > 0 else (2 - w, w)), P + side * n * w
+    kinetic = (wdot * wdot + drift * drift) / (2 * w * (2 - w))
+    return FromConstants(g, n, drift, kinetic, poles, wdot * wdot, side * wdot > 0)
 
 
 def _momenta(
-    ctx: Context, w: Any, wdot: Any, side: int, parameters: Parameters
+    ctx: Context, w: Fraction, wdot: Fraction, side: int, p: Parameters
 ) -> tuple[Any, Any, Any]:
     """Return P, n and g of the top whose wddot is k_0 + k_1 w + k_2 w^2, through w and wdot.
 
     Its wdot^2 is 2 k_0 w + k_1 w^2 + 2 k_2 w^3/3 - P^2, and in terms of excess, P, n and g, as
     `height_cubic` has them, k_0 + k_1 = 4 side g - n^2 - side n P and k_2 = -3 side g.
     """
-    P, n, k_0, k_1, k_2 = (ctx.mpf(parameters[k]) for k in ("P", "n", "k_0", "k_1", "k_2"))
+    P, n, k_0, k_1, k_2 = (p[name] for name in ("P", "n", "k_0", "k_1", "k_2"))
     g = -side * k_2 / 3
     P_squared = 2 * k_0 * w + k_1 * w**2 + 2 * k_2 * w**3 / 3 - wdot**2
     middle_squared = P_squared / 4 + 4 * side * g - k_0 - k_1  # of n + side P / 2
     if min(P_squared, middle_squared) < 0:  # through a pole, within rounding
         return P, n, g
-    size, middle = ctx.sqrt(P_squared), ctx.sqrt(middle_squared)
+    size, middle = (ctx.sqrt(number(ctx, x)) for x in (P_squared, middle_squared))
     own = size if P >= 0 else -size
     return own, (middle if n + side * P / 2 >= 0 else -middle) - side * own / 2, g
 
 
 Context = Any
-State = Sequence[Any]
+States = Sequence[Fraction]
 Parameters = Mapping[str, Any]
 Variant = str | None
 
-_OWN: Mapping[str, Callable[[Context, State, Parameters, Variant], Reduced]] = {
+_OWN: Mapping[str, Callable[[Context, States, Parameters, Variant], Source]] = {
     "lagrange": _of_lagrange,
     "subsystem": _of_subsystem,
     "routh": _of_routh,

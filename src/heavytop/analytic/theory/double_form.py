@@ -18,8 +18,10 @@ from dataclasses import dataclass, fields
 import numpy as np
 import numpy.typing as npt
 
+from heavytop.analytic.closed_form import midpoint
+from heavytop.analytic.rising import Rising
 from heavytop.analytic.theory.asymptotic_double import AsymptoticDouble
-from heavytop.analytic.theory.course import NOTHING, Proved
+from heavytop.analytic.theory.course import NOTHING, Course, Proved
 from heavytop.analytic.theory.double_place import DoubleCourse, DoublePlace
 from heavytop.analytic.theory.half_periods import MOST_PERIODS
 from heavytop.analytic.theory.nodding import Nodding
@@ -30,7 +32,9 @@ from heavytop.analytic.theory.steady_course import Steady
 from heavytop.analytic.theory.steady_double import SteadyDouble
 from heavytop.errors import NotANumber
 from heavytop.numbers.angle import Angle
+from heavytop.numbers.decimals import context
 from heavytop.numbers.pairs import Array, two_sum
+from heavytop.numbers.precision import working
 
 __all__ = ["MOST_PERIODS", "DoubleForm", "DoubleRecord"]
 
@@ -112,6 +116,35 @@ class DoubleRecord:
         return np.stack(parts, axis=-1)
 
 
+def _shim(rising: Rising, ctx: object) -> Reduced:
+    bits = ctx.prec + 64
+    with working(bits):
+        r = rising.source.reduced(bits).mapped(lambda x: midpoint(ctx, x))
+        phi0, psi0 = (midpoint(ctx, x) for x in rising.source.angles(bits))
+    return Reduced(
+        ctx,
+        r.g,
+        r.b,
+        r.u0,
+        r.one_minus_u0,
+        r.one_plus_u0,
+        r.udot0,
+        r.drift0,
+        r.kinetic0,
+        phi0,
+        psi0,
+        r.kappa,
+        lambda ctx: _shim(rising, ctx),
+    )
+
+
+def _proved(rising: Rising) -> Proved:
+    r = rising.regime
+    plus, minus = not r.misses_bottom, not r.misses_top
+    found = Proved(Course(r.name), plus, minus)
+    return found.mirrored() if r.mirrored else found
+
+
 def _double_course(path: Orbit) -> DoubleCourse:
     if isinstance(path, Nodding):
         return NoddingDouble(path)
@@ -154,7 +187,11 @@ class DoubleForm:
     array([0.1       , 0.42694371])
     """
 
-    def __init__(self, reduced: Reduced, proved: Proved = NOTHING) -> None:
+    def __init__(self, rising: Reduced | Rising, proved: Proved = NOTHING) -> None:
+        if isinstance(rising, Rising):
+            reduced, proved = _shim(rising, context(60)), _proved(rising)
+        else:
+            reduced = rising
         path = self.exact = orbit(reduced, DIGITS, proved)
         ctx, start = path.ctx, reduced.refined(path.ctx)
         self._side = side = -1 if reduced.g < 0 else 1

@@ -102,8 +102,8 @@ def _precise(scene: Scene, chosen: Plan, method: Method) -> Run:
     return Run(replace(march, period=period), yardstick, period)
 
 
-def _own(chosen: Plan, ctx: Any, states: Sequence[Any], parameters: Any) -> Any:
-    return motion_of(chosen, ctx, states, parameters)
+def _own(chosen: Plan, digits: int, states: Sequence[Any], parameters: Any) -> Any:
+    return motion_of(chosen, digits, states, parameters)
 
 
 def _period(scene: Scene, yardstick: Yardstick) -> float:

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from heavytop.analytic.theory.closed_form import MPForm
-from heavytop.analytic.theory.reduced import Reduced
+from heavytop.analytic.closed_form import ClosedForm
+from heavytop.analytic.rising import Rising
+from heavytop.classification.reduced import Source
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.observed import observed
 from heavytop.numbers.decimals import Context, context
@@ -56,7 +57,7 @@ class Yardstick:
     start : sequence of float
         The run's own start: its states, then the low words of each, if there are any.
     own : callable
-        From a context, the states and the parameters to the motion they define.
+        From a number of digits, the states and the parameters to the motion they define.
     digits : int
         More than the run's numbers have.
     """
@@ -64,7 +65,7 @@ class Yardstick:
     formulation: Formulation
     parameters: Mapping[str, Any]
     start: tuple[float, ...]
-    own: Callable[[Context, Sequence[Any], Mapping[str, Any]], Reduced]
+    own: Callable[[int, Sequence[Any], Mapping[str, Any]], Source]
     digits: int = DIGITS
 
     @property
@@ -79,10 +80,11 @@ class Yardstick:
         return context(self.digits)
 
     @cached_property
-    def truth(self) -> MPForm:
+    def truth(self) -> ClosedForm:
         """The closed form of the run's own start."""
         values = {name: self.ctx.mpf(x) for name, x in self.parameters.items()}
-        return MPForm(self.own(self.ctx, self._states(self.start), values), self.digits)
+        source = self.own(self.digits, self._states(self.start), values)
+        return ClosedForm(Rising(source, proved=False), self.digits)
 
     def __call__(self, t: DoubleDouble, row: Sequence[float]) -> Off:
         """Return how far a state is off at a time [s]; the row is laid out as the start."""
@@ -107,7 +109,7 @@ class Yardstick:
 
     def _ahead(self, du: Any, dudot: Any, exact: Any) -> Any:
         """Return the shift in time that explains du and dudot best, in the units of the orbit."""
-        r = self._motion
+        r = self.truth.reduced
         slope = r.b * (r.a - r.b * exact.u) - r.g * exact.one_minus_u * exact.one_plus_u
         uddot = slope - 2 * (r.h - r.g * exact.u) * exact.u
         frequency = 2 * self.ctx.pi / self.truth.period
@@ -118,17 +120,12 @@ class Yardstick:
         return self.ctx.norm([x - y for x, y in zip(axis, exact, strict=True)])
 
     @cached_property
-    def _motion(self) -> Reduced:
-        values = {name: self.ctx.mpf(x) for name, x in self.parameters.items()}
-        return self.own(self.ctx, self._states(self.start), values)
-
-    @cached_property
     def _first(self) -> dict[str, Any]:
         return self._read(self._states(self.start))[2]
 
     @cached_property
     def _energy_scale(self) -> Any:
-        return max(abs(self._first["energy"]), abs(self._motion.g)) or 1
+        return max(abs(self._first["energy"]), abs(self.truth.reduced.g)) or 1
 
     def _states(self, row: Sequence[float]) -> list[Any]:
         n = len(self.formulation.states)
