@@ -11,7 +11,7 @@ from fractions import Fraction
 from claim import claim, finish, interleaved
 
 import heavytop as ht
-from heavytop.analytic.balls import Ball, enclose
+from heavytop.analytic.balls import Interval, enclose
 
 TOPS = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
 REPEATS = 20
@@ -69,7 +69,7 @@ def outside(ball, value):
     if ball is None or value is None:
         return (ball is None) != (value is None)
     slack = TRUSTED * max(Fraction(1), abs(ball.middle))
-    return value not in Ball(ball.middle, ball.spread + slack)
+    return value not in Interval(ball.middle, ball.spread + slack)
 
 
 dice, wrong, wide = random.Random(0), 0, 0

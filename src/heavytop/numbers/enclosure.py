@@ -10,7 +10,7 @@ from flint import arb, fmpq
 
 from heavytop.numbers import dyadic
 from heavytop.numbers.forms import Atom, Form, Wave
-from heavytop.numbers.precision import working
+from heavytop.numbers.intervals import working
 
 _EXTRA_BITS: Final = (32, 128, 512, 2048)  # working precision beyond what is asked for
 

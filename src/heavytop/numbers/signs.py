@@ -25,7 +25,7 @@ def sign(x: Form) -> Sign | None:
 
     if known := enclosure.decide(x, enclosure.sign, _FEW_BITS):
         return known
-    from heavytop.numbers.identity import proved_zero
+    from heavytop.numbers.normal_form import proved_zero
 
     return 0 if proved_zero(x) else enclosure.decide(x, enclosure.sign, _MANY_BITS)
 

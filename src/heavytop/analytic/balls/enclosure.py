@@ -14,8 +14,7 @@ from heavytop.analytic.balls.course import Course, Half, Nodding, course
 from heavytop.analytic.balls.rising import LIMIT, settled
 from heavytop.classification.reduced import FromAxis, FromScene, Regime, Source
 from heavytop.numbers import Exact, Number
-from heavytop.numbers.ball import Ball, outward, rational
-from heavytop.numbers.precision import working
+from heavytop.numbers.intervals import Interval, outward, rational, working
 from heavytop.scene.arguments import expect, whole
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -78,7 +77,7 @@ class Enclosure:
         return not (self.known.steady or self.known.asymptotic)
 
     @cached_property
-    def roots(self) -> tuple[Ball, ...]:
+    def roots(self) -> tuple[Interval, ...]:
         """u₁ ≤ u₂ ≤ u₃, the roots of the cubic as cos θ; without the infinite one if gMR = 0.
 
         A double root is one by proof: its two balls are then the same.
@@ -89,27 +88,27 @@ class Enclosure:
         return tuple(self._root(f"u{i + 1}", 2 - i, -1) for i in places)
 
     @cached_property
-    def theta_min(self) -> Ball:
+    def theta_min(self) -> Interval:
         """The smallest θ [rad]; 0, never reached, where the axis tends to the top."""
         return self._turning("theta_min", 0 if self.known.mirrored else 1)
 
     @cached_property
-    def theta_max(self) -> Ball:
+    def theta_max(self) -> Interval:
         """The largest θ [rad]; π, never reached, where the axis tends to the bottom."""
         return self._turning("theta_max", 1 if self.known.mirrored else 0)
 
     @cached_property
-    def period(self) -> Ball | None:
+    def period(self) -> Interval | None:
         """T [s], the period of θ; None where nothing nutates."""
         return self._of_period("the period", lambda path, _: path.period)
 
     @cached_property
-    def precession(self) -> Ball | None:
+    def precession(self) -> Interval | None:
         """Δφ [rad] in one period, +π for each exact pass through a pole; None without nutation."""
         return self._of_period("the precession", lambda path, _: path.turns[0] + path.turns[1])
 
     @cached_property
-    def spin(self) -> Ball | None:
+    def spin(self) -> Interval | None:
         """Δψ [rad] in one period, −π for a pass of the top, +π of the bottom; or None."""
         side = -1 if self.known.mirrored else 1
 
@@ -119,7 +118,7 @@ class Enclosure:
 
         return self._of_period("the spin", turned)
 
-    def theta(self, t: Number) -> Ball:
+    def theta(self, t: Number) -> Interval:
         """θ(t) [rad].
 
         Parameters
@@ -129,11 +128,11 @@ class Enclosure:
 
         Returns
         -------
-        Ball
+        Interval
         """
         return self._at("theta", t, self._tilt, self.digits)
 
-    def u(self, t: Number) -> Ball:
+    def u(self, t: Number) -> Interval:
         """The cosine of θ(t).
 
         Parameters
@@ -143,7 +142,7 @@ class Enclosure:
 
         Returns
         -------
-        Ball
+        Interval
         """
         return self._at("u", t, self._cosine, self.digits)
 
@@ -160,13 +159,13 @@ class Enclosure:
         true = self._at("theta", t, self._tilt, max(self.digits, _ERROR_DIGITS))
         return outward(abs(rational(theta) - true.middle) + true.spread, 1)
 
-    def _root(self, name: str, place: int, side: int) -> Ball:
+    def _root(self, name: str, place: int, side: int) -> Interval:
         return self._settled(name, lambda path, _: side * path.roots[place])
 
-    def _turning(self, name: str, which: int) -> Ball:
+    def _turning(self, name: str, which: int) -> Interval:
         return self._settled(name, lambda path, _: self._tilt(path.turnings[which]))
 
-    def _of_period(self, name: str, value: Callable[[Nodding, int], arb]) -> Ball | None:
+    def _of_period(self, name: str, value: Callable[[Nodding, int], arb]) -> Interval | None:
         if not self.nutates:
             return None
         return settled(
@@ -174,7 +173,7 @@ class Enclosure:
             self.limit,
         )  # fmt: skip
 
-    def _at(self, name: str, t: Number, value: Callable[[Half], arb], digits: int) -> Ball:
+    def _at(self, name: str, t: Number, value: Callable[[Half], arb], digits: int) -> Interval:
         time = Exact.of(t)
         turned = min(max(1.0, abs(float(time)) * self._rate), sys.float_info.max)
         lost = _BY_THE * math.ceil(math.log2(turned) / _BY_THE)
@@ -182,7 +181,9 @@ class Enclosure:
             name, lambda path, bits: value(path.half(time.ball(bits))), digits, lost
         )
 
-    def _settled(self, name: str, value: Value, digits: int | None = None, lost: int = 0) -> Ball:
+    def _settled(
+        self, name: str, value: Value, digits: int | None = None, lost: int = 0
+    ) -> Interval:
         return settled(
             name, lambda bits: value(self._course(bits), bits),
             self.digits if digits is None else digits, self.limit, absolute=True, lost=lost,

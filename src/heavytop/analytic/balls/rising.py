@@ -10,8 +10,7 @@ from flint import arb
 
 from heavytop.analytic.balls.roots import TooFewBits
 from heavytop.errors import Unseparated
-from heavytop.numbers.ball import Ball, above
-from heavytop.numbers.precision import working
+from heavytop.numbers.intervals import Interval, above, working
 
 LIMIT: Final = 1 << 16
 """Bits at which an enclosure gives up."""
@@ -22,7 +21,7 @@ _SPARE: Final = 40  # bits beyond those of the digits, which most motions do not
 def settled(
     name: str, value: Callable[[int], arb], digits: int, limit: int, *,
     absolute: bool = False, lost: int = 0,
-) -> Ball:  # fmt: skip
+) -> Interval:  # fmt: skip
     """The first ball that has the digits.
 
     Parameters
@@ -54,7 +53,7 @@ def settled(
                 reached = _nearness(close)
                 continue
         if found.is_finite():
-            ball = Ball.of(found)
+            ball = Interval.of(found)
             if (ball.decimals if absolute else ball.digits) >= digits:
                 return ball
             reached = f"{name} is known to {above(ball.radius)}", ball.radius
@@ -65,7 +64,7 @@ def settled(
 def _nearness(close: TooFewBits) -> tuple[str, float]:
     if not close.difference.is_finite():
         return f"{close.names} are not told apart", math.inf
-    bound = Ball.of(abs(close.difference)).upper
+    bound = Interval.of(abs(close.difference)).upper
     return f"{close.names} differ by less than {above(bound)}", bound
 
 

@@ -1,4 +1,4 @@
-"""Ball: a number known to lie within a proved radius of a rational one."""
+"""Interval, a number known to lie within a proved radius of a rational one; working precision."""
 
 from __future__ import annotations
 
@@ -8,29 +8,74 @@ import sys
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
+from threading import RLock
 from typing import Any, Final
 
-from flint import arb
+from flint import arb, ctx
 
 from heavytop.errors import NotANumber
-from heavytop.numbers import Exact
+from heavytop.numbers.exact import Exact
 
 _LEAST: Final = -(1 << 16)  # exponents of 2 below this are not worth their bits
+_LOCK: Final = RLock()
 _PLACES: Final = 60  # decimals shown of a number that is known exactly
 
 
+class working:
+    """A working precision in bits, this thread's alone while the block runs.
+
+    Blocks may be nested; each puts back the precision it found. Whatever computes with balls
+    belongs inside one: outside, another thread may change the precision between two operations.
+
+    Parameters
+    ----------
+    bits : int
+        The precision, at least 2.
+
+    Raises
+    ------
+    ValueError
+        `bits` is less than 2.
+
+    Examples
+    --------
+    >>> from flint import arb
+    >>> with working(200):
+    ...     print(arb.pi().rel_accuracy_bits() > 190)
+    True
+    """
+
+    __slots__ = ("_before", "_bits")
+
+    def __init__(self, bits: int) -> None:
+        self._bits = bits
+
+    def __enter__(self) -> None:
+        _LOCK.acquire()
+        self._before = ctx.prec
+        try:
+            ctx.prec = self._bits
+        except BaseException:
+            _LOCK.release()
+            raise
+
+    def __exit__(self, *raised: object) -> None:
+        ctx.prec = self._before
+        _LOCK.release()
+
+
 @dataclass(frozen=True, slots=True, repr=False)
-class Ball:
+class Interval:
     """The numbers from middle − spread to middle + spread, one of which is meant.
 
     Parameters
     ----------
     middle, spread : Fraction
-        Exact; `Ball.of` takes them from a ball of python-flint.
+        Exact; `Interval.of` takes them from a ball of python-flint.
 
     Examples
     --------
-    >>> third = Ball(Fraction(1, 3), Fraction(1, 10**12))
+    >>> third = Interval(Fraction(1, 3), Fraction(1, 10**12))
     >>> print(third, third.digits, Fraction(1, 3) in third, "0.333" in third)
     0.33333333333 ± 5e-12 12 True False
     >>> third.bounds(6), third.lower < 1 / 3 < third.upper
@@ -41,7 +86,7 @@ class Ball:
     spread: Fraction
 
     @classmethod
-    def of(cls, ball: arb) -> Ball:
+    def of(cls, ball: arb) -> Interval:
         """The value of a finite ball of python-flint; nothing is lost but digits below 2⁻⁶⁵⁵³⁶.
 
         Parameters
@@ -55,7 +100,7 @@ class Ball:
             The ball is not finite.
         """
         if not ball.is_finite():
-            raise ValueError("a ball is finite")
+            raise ValueError("an interval is finite")
         middle, lost = _dyadic(ball.mid())
         spread, more = _dyadic(ball.rad())
         return cls(middle, spread + lost + more)
@@ -109,7 +154,7 @@ class Ball:
 
         Parameters
         ----------
-        x : int, float, Fraction, Decimal, str, mpmath number, numpy number or Ball
+        x : int, float, Fraction, Decimal, str, mpmath number, numpy number or Interval
             Floats and mpmath numbers mean their binary value, texts are decimal.
 
         Raises
@@ -117,7 +162,7 @@ class Ball:
         NotANumber
             `x` is none of these, or not finite.
         """
-        if isinstance(x, Ball):
+        if isinstance(x, Interval):
             return abs(x.middle - self.middle) + x.spread <= self.spread
         return abs(rational(x) - self.middle) <= self.spread
 
@@ -134,7 +179,7 @@ class Ball:
         return f"{text} ± {_decimal(error, 1, ROUND_CEILING)}".replace("E", "e")
 
     def __repr__(self) -> str:
-        return f"<Ball {self}>"
+        return f"<Interval {self}>"
 
 
 def above(bound: float) -> str:
@@ -197,4 +242,4 @@ def rational(x: Any) -> Fraction:
             return Fraction(int(x.numerator), int(x.denominator))
         return Fraction(*(Decimal(x) if isinstance(x, str) else x).as_integer_ratio())
     except (ValueError, TypeError, AttributeError, ArithmeticError):
-        raise NotANumber(f"a ball holds finite rational numbers, not {x!r}") from None
+        raise NotANumber(f"an interval holds finite rational numbers, not {x!r}") from None

@@ -10,9 +10,9 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias
 
 from heavytop.errors import NotANumber
-from heavytop.numbers import algebra, bounded, dyadic, forms, grammar, signs
+from heavytop.numbers import algebra, bounded, dyadic, forms, parse, signs
 from heavytop.numbers.forms import Form
-from heavytop.numbers.grammar import MAX_DECIMAL_EXPONENT
+from heavytop.numbers.parse import MAX_DECIMAL_EXPONENT
 
 if TYPE_CHECKING:
     from flint import arb
@@ -40,7 +40,7 @@ class Exact:
     __array_ufunc__: ClassVar[None] = None  # numpy scalars leave the arithmetic to us
 
     @staticmethod
-    def of(x: Number, units: Collection[str] = grammar.UNITS) -> Exact:
+    def of(x: Number, units: Collection[str] = parse.UNITS) -> Exact:
         """The exact number `x`: floats mean their binary value, texts what they say.
 
         Parameters
@@ -65,7 +65,7 @@ class Exact:
         if isinstance(x, Exact):
             return x
         if isinstance(x, str):
-            return Exact(grammar.read(x, units), " ".join(x.split()))
+            return Exact(parse.read(x, units), " ".join(x.split()))
         return Exact(bounded.number(_finite(x)))
 
     @property
@@ -135,7 +135,7 @@ class Exact:
         A rational comes out within an ulp of that precision. Otherwise no width is promised: it
         grows with every operation and where terms cancel, and where a divisor's own ball holds
         zero the result is indeterminate (``is_finite()`` is false): ask at more bits. Go on to
-        compute inside `heavytop.numbers.precision.working`.
+        compute inside `heavytop.numbers.intervals.working`.
 
         Parameters
         ----------
