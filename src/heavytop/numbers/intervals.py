@@ -1,23 +1,30 @@
-"""Interval, a number known to lie within a proved radius of a rational one; working precision."""
+"""Ball arithmetic: working precision, exact numbers as balls, and `Interval`, which rounds outward.
+
+Balls are those of python-flint (Arb): a middle and a radius that takes up every rounding error.
+"""
 
 from __future__ import annotations
 
 import math
 import numbers
 import sys
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
 from threading import RLock
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
-from flint import arb, ctx
+from flint import arb, ctx, fmpq
 
 from heavytop.errors import NotANumber
 from heavytop.numbers.exact import Exact
+from heavytop.numbers.normal_form import Atom, Form, Wave
 
+T = TypeVar("T")
+
+_LOCK: Final = RLock()  # flint keeps one working precision for the whole process
 _LEAST: Final = -(1 << 16)  # exponents of 2 below this are not worth their bits
-_LOCK: Final = RLock()
 _PLACES: Final = 60  # decimals shown of a number that is known exactly
 
 
@@ -62,6 +69,61 @@ class working:
     def __exit__(self, *raised: object) -> None:
         ctx.prec = self._before
         _LOCK.release()
+
+
+def raised(precisions: Iterable[int], answer: Callable[[int], T | None]) -> T | None:
+    """The first answer that is not None, each asked for at a working precision; None at none."""
+    for bits in precisions:
+        with working(bits):
+            if (found := answer(bits)) is not None:
+                return found
+    return None
+
+
+# --- exact numbers as balls, at the working precision -----------------------------------------
+
+
+def enclosed(x: Form) -> arb:
+    """A ball that holds x; not finite where a divisor's ball holds zero."""
+    total = arb(0)
+    for monomial, c in x:
+        term = _rational_ball(c)
+        for atom, e in monomial:
+            term *= _power(_atom(atom), e)
+        total += term
+    return total
+
+
+def _rational_ball(q: Fraction) -> arb:
+    return arb(fmpq(q.numerator, q.denominator))
+
+
+def _atom(atom: Atom) -> arb:
+    if isinstance(atom, Fraction):
+        return _rational_ball(atom)
+    if isinstance(atom, str):
+        return arb.pi()
+    if isinstance(atom, Wave):
+        argument = enclosed(atom.argument)
+        return argument.cos() if atom.name == "cos" else argument.sin()
+    return enclosed(atom)
+
+
+def _power(base: arb, e: Fraction) -> arb:
+    if e.denominator > 1:
+        base = _root(base, e.denominator)
+    return base if e.numerator == 1 else base**e.numerator
+
+
+def _root(base: arb, index: int) -> arb:
+    """The root of a number known not to be negative; what lies below zero is only width."""
+    if base > 0:
+        return base.sqrt() if index == 2 else base.root(index)
+    top = base.upper().nonnegative_part()
+    return top if top.is_zero() else arb(0).union(top.root(index))
+
+
+# --- intervals --------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, repr=False)

@@ -1,4 +1,4 @@
-"""The small grammar of the numbers a scene may hold: text in, exact arithmetic out.
+"""The small grammar of the numbers a scene may hold: text in, exact numbers out.
 
 A scene is untrusted text, so nothing here evaluates Python: a tokenizer and a recursive descent
 over ``sum > product > sign > power > atom``, with every size bounded before it is built.
@@ -6,31 +6,28 @@ over ``sum > product > sign > power > atom``, with every size bounded before it 
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Collection
 from fractions import Fraction
 from typing import Final
 
 from heavytop.errors import NotANumber
-from heavytop.numbers import bounded
-from heavytop.numbers.algebra import HALF
-from heavytop.numbers.forms import ONE, PI, Form, rational, scaled
+from heavytop.numbers.exact import MAX_DECIMAL_EXPONENT, ONE, PI, Exact, out_of_range, size
+from heavytop.numbers.normal_form import HALF, Form, Monomial
 
 MAX_TEXT: Final = 4000
 MAX_DEPTH: Final = 50
 MAX_NODES: Final = 500
-MAX_DECIMAL_EXPONENT: Final = 400
+_LARGEST_LOG2: Final = 997
+_MAX_BITS: Final = 16384  # of any rational,
+_MAX_POWER: Final = 64  # of an exponent as it is written, and
+_MAX_BUILT_POWER: Final = 4096  # of one that results
 
 ANGLES: Final = ("deg", "rad")
 RATES: Final = ("rpm", "deg/s", "rad/s")
 UNITS: Final = ANGLES + RATES
-_UNIT_SIZES: Final = {
-    "deg": scaled(PI, Fraction(1, 180)),
-    "rad": ONE,
-    "rpm": scaled(PI, Fraction(1, 30)),
-    "deg/s": scaled(PI, Fraction(1, 180)),
-    "rad/s": ONE,
-}
+_UNIT_SIZES: Final = {"deg": PI / 180, "rad": ONE, "rpm": PI / 30, "deg/s": PI / 180, "rad/s": ONE}
 
 RULE: Final = "a number may use digits, pi, sqrt( ), + - * / ** (or ^) and parentheses"
 
@@ -45,15 +42,11 @@ class _Unexpected(NotANumber):
     """Something that no number holds, and that may have been meant as a unit."""
 
 
-def read(text: str, units: Collection[str] = UNITS) -> Form:
+def read(text: str, units: Collection[str] = UNITS) -> Exact:
     """Read the number `text`, with an optional trailing unit out of `units`.
 
-    Angles come out in radians, rates in radians per second.
-
-    Raises
-    ------
-    NotANumber
-        `text` is not a number of the grammar, or is larger than the grammar allows.
+    Angles come out in radians, rates in radians per second; what is not a number of the grammar, or
+    is larger than it allows, raises `NotANumber`.
     """
     if len(text) > MAX_TEXT:
         raise NotANumber(f"a number is at most {MAX_TEXT} characters long, not {len(text)}")
@@ -66,7 +59,7 @@ def read(text: str, units: Collection[str] = UNITS) -> Form:
     except _Unexpected as wrong:
         known = f"a unit: {', '.join(units)}" if units else "no unit here"
         raise NotANumber(f"{wrong}, and {known}") from None
-    return value if unit is None else bounded.multiply(value, _UNIT_SIZES[unit])
+    return value if unit is None else _held(value * _UNIT_SIZES[unit])
 
 
 def _split_unit(text: str) -> tuple[str, str | None]:
@@ -99,14 +92,6 @@ def _unexpected_mark(mark: str) -> NotANumber:
     return _Unexpected(f"unexpected {mark!r}: {RULE}")
 
 
-def _literal(token: str) -> Fraction:
-    """The exact value of a decimal literal; its exponent is checked before it is built."""
-    exponent = re.search(r"[eE](.*)", token)
-    if exponent and abs(int(exponent[1])) > MAX_DECIMAL_EXPONENT:
-        raise NotANumber(f"a decimal exponent lies within ±{MAX_DECIMAL_EXPONENT}")
-    return Fraction(token)
-
-
 class _Descent:
     """One reading of one list of tokens, one method per rule of the grammar."""
 
@@ -114,7 +99,7 @@ class _Descent:
         self.tokens = tokens
         self.place = self.depth = 0
 
-    def whole(self) -> Form:
+    def whole(self) -> Exact:
         value = self.sum()
         if self.peek():
             raise self.unexpected()
@@ -123,15 +108,13 @@ class _Descent:
     def peek(self) -> str:
         return self.tokens[self.place]
 
-    def take(self) -> str:
+    def take(self, *marks: str) -> str:
+        """The next token if it is one of these, which is then passed; else an empty one."""
         token = self.peek()
-        self.place += bool(token)  # the closing token is never passed
+        if token not in marks:
+            return ""
+        self.place += 1
         return token
-
-    def expect(self, mark: str) -> None:
-        if self.peek() != mark:
-            raise self.unexpected()
-        self.take()
 
     def unexpected(self) -> NotANumber:
         token = self.peek()
@@ -139,57 +122,110 @@ class _Descent:
             return _Unexpected(f'unexpected "{token[:40]}": {RULE}')
         return NotANumber(f"the expression ends too early: {RULE}")
 
-    def sum(self) -> Form:
+    def sum(self) -> Exact:
         value = self.product()
-        while self.peek() in ("+", "-"):
-            minus = self.take() == "-"
+        while mark := self.take("+", "-"):
             term = self.product()
-            value = bounded.add(value, scaled(term, -1) if minus else term)
+            value = _held(value + term if mark == "+" else value - term)
         return value
 
-    def product(self) -> Form:
+    def product(self) -> Exact:
         value = self.signed()
-        while self.peek() in ("*", "/"):
-            over = self.take() == "/"
+        while mark := self.take("*", "/"):
             factor = self.signed()
-            value = bounded.multiply(value, bounded.power(factor, rational(-1)) if over else factor)
+            value = _held(value * (factor if mark == "*" else _power(factor, Fraction(-1))))
         return value
 
-    def signed(self) -> Form:
+    def signed(self) -> Exact:
         self.depth += 1  # every way down the grammar passes here
         if self.depth > MAX_DEPTH:
             raise NotANumber(f"an expression nests at most {MAX_DEPTH} deep")
-        if self.peek() in ("+", "-"):
-            minus = self.take() == "-"
-            value = scaled(self.signed(), -1) if minus else self.signed()
-        else:
-            value = self.power()
+        mark = self.take("+", "-")
+        value = self.signed() if mark else self.power()
         self.depth -= 1
-        return value
+        return -value if mark == "-" else value
 
-    def power(self) -> Form:
+    def power(self) -> Exact:
         base = self.atom()
-        if self.peek() not in ("**", "^"):
+        if not self.take("**", "^"):
             return base
-        self.take()
-        return bounded.power(base, self.signed())  # to the right first, as in Python
+        return _power(base, self.signed().fraction)  # to the right first, as in Python
 
-    def atom(self) -> Form:
+    def atom(self) -> Exact:
         token = self.peek()
         if token[:1].isdigit() or token[:1] == ".":
-            return bounded.number(_literal(self.take()))
-        if token == "pi":
-            self.take()
+            return _literal(self.take(token))
+        if self.take("pi"):
             return PI
-        if token == "sqrt":
-            self.take()
-            return bounded.power(self.parenthesis(), rational(HALF))
-        if token == "(":
-            return self.parenthesis()
-        raise self.unexpected()
+        if self.take("sqrt"):
+            return _power(self.parenthesis(), HALF)
+        return self.parenthesis()
 
-    def parenthesis(self) -> Form:
-        self.expect("(")
+    def parenthesis(self) -> Exact:
+        if not self.take("("):
+            raise self.unexpected()
         value = self.sum()
-        self.expect(")")
+        if not self.take(")"):
+            raise self.unexpected()
         return value
+
+
+# --- limits on size --------------------------------------------------------------------------
+
+
+def _literal(token: str) -> Exact:
+    """The exact value of a decimal literal; its exponent is checked before it is built."""
+    exponent = re.search(r"[eE](.*)", token)
+    if exponent and abs(int(exponent[1])) > MAX_DECIMAL_EXPONENT:
+        raise NotANumber(f"a decimal exponent lies within ±{MAX_DECIMAL_EXPONENT}")
+    return Exact.of(Fraction(token))
+
+
+def _power(base: Exact, e: Fraction | None) -> Exact:
+    """Return base to the exponent, which has to be a small rational."""
+    if e is None or _span(e) > _MAX_POWER:
+        raise NotANumber(f"an exponent is a rational p/q with |p|, q up to {_MAX_POWER}")
+    if _bits(base.terms) * abs(e.numerator) > _MAX_BITS:
+        raise NotANumber("a power is too large to be held exactly")
+    return _held(base**e)
+
+
+def _held(x: Exact) -> Exact:
+    """The number itself, if it is of reasonable size."""
+    exponents = [e for monomial, _ in x.terms for _, e in monomial]
+    if _bits(x.terms) > _MAX_BITS or any(_span(e) > _MAX_BUILT_POWER for e in exponents):
+        raise NotANumber("a number is too large to be held exactly")
+    if (q := x.fraction) is not None:
+        return Exact.of(q)
+    if abs(_log2(x)) > _LARGEST_LOG2:
+        raise out_of_range()
+    return x
+
+
+def _span(q: Fraction) -> int:
+    return max(abs(q.numerator), q.denominator)
+
+
+def _bits(x: Form) -> int:
+    rationals = [c for _, c in x]
+    rationals += [atom for m, _ in x for atom, _ in m if isinstance(atom, Fraction)]
+    return max((_span(q).bit_length() for q in rationals), default=0)
+
+
+def _log2(x: Exact) -> float:
+    """The size of x ≠ 0: of its largest term, or of its value where sums are nested in it."""
+    if all(isinstance(atom, (Fraction, str)) for monomial, _ in x.terms for atom, _ in monomial):
+        return max(_term_log2(monomial, c) for monomial, c in x.terms)
+    return size(x)
+
+
+def _term_log2(monomial: Monomial, c: Fraction) -> float:
+    total = _rational_log2(abs(c))
+    for atom, e in monomial:
+        value = _rational_log2(atom) if isinstance(atom, Fraction) else math.log2(math.pi)
+        total += float(e) * value
+    return total
+
+
+def _rational_log2(q: Fraction) -> float:
+    return math.log2(q.numerator) - math.log2(q.denominator)
