@@ -24,7 +24,7 @@ MAX_DECIMAL_EXPONENT: Final = 400
 _LARGEST: Final = Fraction(10) ** 300
 _NEAR: Final = 995  # less than log2 of that
 _PI: Final = (Fraction("3.14159265358979323846"), Fraction("3.14159265358979323847"))
-_MAX_POWER: Final = 64  # of π that is worth building for a sign at sight
+_MAX_POWER: Final = 64  # of π that is worth building for a quick sign
 _FEW_BITS: Final = (64, 256)  # which nearly always tell a sign
 _MANY_BITS: Final = (1024, 4096)  # for what is not proved to be zero
 _EXTRA_BITS: Final = (32, 128, 512, 2048)  # working precision beyond what is asked for
@@ -81,11 +81,7 @@ class Exact:
 
             value = parse.read(x, parse.UNITS if units is None else units)
             return Exact(value.terms, " ".join(x.split()))
-        q = _finite(x)
-        near = abs(q.numerator.bit_length() - q.denominator.bit_length()) < _NEAR
-        if q and not near and not 1 / _LARGEST <= abs(q) <= _LARGEST:
-            raise out_of_range()
-        return Exact(rational(q))
+        return in_range(_finite(x))
 
     @property
     def fraction(self) -> Fraction | None:
@@ -153,7 +149,7 @@ class Exact:
         >>> ((1 + sqrt(2)) * (sqrt(2) - 1) - 1).sign(), (PI - Exact.of("3.1416")).sign()
         (0, -1)
         """
-        if (known := _sign_at_sight(self.terms)) is not None:
+        if (known := _quick_sign(self.terms)) is not None:
             return known
         if known := _decided(self.terms, _ball_sign, _FEW_BITS):
             return known
@@ -189,10 +185,10 @@ class Exact:
         >>> print(root.contains(float(sqrt(2))), root.rel_accuracy_bits() >= 97)
         False True
         """
-        from heavytop.numbers.intervals import enclosed, working
+        from heavytop.numbers.intervals import ball_of, working
 
         with working(bits):
-            return enclosed(self.terms)
+            return ball_of(self.terms)
 
     def mpf(self, ctx: Any) -> Any:
         """The number in the mpmath context `ctx`, correctly rounded to its precision.
@@ -289,6 +285,14 @@ def _ratio(x: Any) -> Fraction:
         raise NotANumber(f"a number is finite, not {x}") from None
 
 
+def in_range(q: Fraction) -> Exact:
+    """The number q, which has to be 0 or within 1e-300 … 1e300."""
+    near = abs(q.numerator.bit_length() - q.denominator.bit_length()) < _NEAR
+    if q and not near and not 1 / _LARGEST <= abs(q) <= _LARGEST:
+        raise out_of_range()
+    return Exact(rational(q))
+
+
 def out_of_range() -> NotANumber:
     """The error of a number that is too large or too small."""
     return NotANumber("the magnitude of a number is 0 or within 1e-300 … 1e300")
@@ -297,23 +301,24 @@ def out_of_range() -> NotANumber:
 # --- signs and values ------------------------------------------------------------------------
 
 
-def _sign_at_sight(x: Form) -> Sign | None:
-    """The sign of a number whose terms are roots and powers of π, where rational bounds tell it."""
-    if (q := fraction(x)) is not None:
-        return 1 if q > 0 else -1 if q < 0 else 0
-    low, high = _bounds(x) or (Fraction(-1), Fraction(1))
+def _quick_sign(x: Form) -> Sign | None:
+    """The sign of a sum of roots and powers of π, where its terms agree or rational bounds tell."""
+    if not x:
+        return 0
+    factors = [factor for monomial, _ in x for factor in monomial]
+    if not all(isinstance(atom, (Fraction, str)) and abs(e) <= _MAX_POWER for atom, e in factors):
+        return None
+    low, high = _bounds(x) if len({c > 0 for _, c in x}) == 2 else (x[0][1], x[0][1])
     return 1 if low > 0 else -1 if high < 0 else None
 
 
-def _bounds(x: Form) -> tuple[Fraction, Fraction] | None:
+def _bounds(x: Form) -> tuple[Fraction, Fraction]:
     """Rational bounds: aᵉ lies between a^⌊e⌋ and a^⌈e⌉."""
     low = high = Fraction(0)
     for monomial, c in x:
         least = most = abs(c)
         for atom, e in monomial:
-            if not isinstance(atom, (Fraction, str)) or abs(e) > _MAX_POWER:
-                return None
-            ends = _PI if isinstance(atom, str) else (atom,)
+            ends = (atom,) if isinstance(atom, Fraction) else _PI
             powers = [end**k for end in ends for k in (floor(e), ceil(e))]
             least, most = least * min(powers), most * max(powers)
         low, high = (low + least, high + most) if c > 0 else (low - most, high - least)
@@ -322,13 +327,13 @@ def _bounds(x: Form) -> tuple[Fraction, Fraction] | None:
 
 def _decided(x: Form, judge: Callable[[arb], T | None], precisions: Iterable[int]) -> T | None:
     """The first verdict on a finite ball of x; None where no precision brings one."""
-    from heavytop.numbers.intervals import enclosed, raised  # which are slow to import
+    from heavytop.numbers.intervals import at_rising_precision, ball_of  # which are slow to import
 
     def verdict(bits: int) -> T | None:
-        ball = enclosed(x)
+        ball = ball_of(x)
         return judge(ball) if ball.is_finite() else None
 
-    return raised(precisions, verdict)
+    return at_rising_precision(precisions, verdict)
 
 
 def _ball_sign(ball: arb) -> Literal[-1, 1] | None:

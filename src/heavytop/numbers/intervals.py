@@ -19,7 +19,7 @@ from flint import arb, ctx, fmpq
 
 from heavytop.errors import NotANumber
 from heavytop.numbers.exact import Exact
-from heavytop.numbers.normal_form import Atom, Form, Wave
+from heavytop.numbers.normal_form import Atom, Form, Trig
 
 T = TypeVar("T")
 
@@ -71,7 +71,7 @@ class working:
         _LOCK.release()
 
 
-def raised(precisions: Iterable[int], answer: Callable[[int], T | None]) -> T | None:
+def at_rising_precision(precisions: Iterable[int], answer: Callable[[int], T | None]) -> T | None:
     """The first answer that is not None, each asked for at a working precision; None at none."""
     for bits in precisions:
         with working(bits):
@@ -83,7 +83,7 @@ def raised(precisions: Iterable[int], answer: Callable[[int], T | None]) -> T | 
 # --- exact numbers as balls, at the working precision -----------------------------------------
 
 
-def enclosed(x: Form) -> arb:
+def ball_of(x: Form) -> arb:
     """A ball that holds x; not finite where a divisor's ball holds zero."""
     total = arb(0)
     for monomial, c in x:
@@ -103,10 +103,10 @@ def _atom(atom: Atom) -> arb:
         return _rational_ball(atom)
     if isinstance(atom, str):
         return arb.pi()
-    if isinstance(atom, Wave):
-        argument = enclosed(atom.argument)
+    if isinstance(atom, Trig):
+        argument = ball_of(atom.argument)
         return argument.cos() if atom.name == "cos" else argument.sin()
-    return enclosed(atom)
+    return ball_of(atom)
 
 
 def _power(base: arb, e: Fraction) -> arb:
@@ -179,12 +179,12 @@ class Interval:
 
     @property
     def lower(self) -> float:
-        """The largest double that no number of the ball is less than."""
+        """The largest double that no number of the interval is less than."""
         return outward(self.middle - self.spread, -1)
 
     @property
     def upper(self) -> float:
-        """The smallest double that no number of the ball is greater than."""
+        """The smallest double that no number of the interval is greater than."""
         return outward(self.middle + self.spread, 1)
 
     @property
@@ -200,7 +200,7 @@ class Interval:
         return _decimals(self.spread) if self.spread else math.inf
 
     def bounds(self, digits: int) -> tuple[str, str]:
-        """Two decimal numbers of so many significant digits with the ball between them.
+        """Two decimal numbers of so many significant digits with the interval between them.
 
         Parameters
         ----------
@@ -212,7 +212,7 @@ class Interval:
         return low.replace("E", "e"), high.replace("E", "e")
 
     def __contains__(self, x: object) -> bool:
-        """Whether the number `x`, or every number of the ball `x`, is one of this ball's.
+        """Whether the number `x`, or every number of the interval `x`, is in this one.
 
         Parameters
         ----------
@@ -229,7 +229,7 @@ class Interval:
         return abs(rational(x) - self.middle) <= self.spread
 
     def __str__(self) -> str:
-        """The digits that are known, without zeros at the end; the interval holds the ball."""
+        """The digits that are known, without zeros at the end, and a radius, rounded outward."""
         places = _PLACES if not self.spread else math.floor(_decimals(2 * self.spread))
         unit = Fraction(10) ** -places
         shown = round(self.middle / unit) * unit
@@ -250,7 +250,7 @@ def above(bound: float) -> str:
 
 
 def _dyadic(exact: arb) -> tuple[Fraction, Fraction]:
-    """The value of a ball without radius, and what is lost where it is tiny."""
+    """The value of a ball without radius, and a bound on what is lost where it is tiny."""
     man, exp = (int(part) for part in exact.man_exp())
     if not man:
         return Fraction(0), Fraction(0)

@@ -26,14 +26,14 @@ if TYPE_CHECKING:  # slow to import, and needed for proofs only
 
 
 @dataclass(frozen=True, slots=True)
-class Wave:
+class Trig:
     """cos or sin of a form that has no simpler one."""
 
     name: Literal["cos", "sin"]
     argument: Form
 
 
-Atom: TypeAlias = "Fraction | Literal['pi'] | Wave | Form"
+Atom: TypeAlias = "Fraction | Literal['pi'] | Trig | Form"
 Monomial: TypeAlias = "tuple[tuple[Atom, Fraction], ...]"
 Form: TypeAlias = "tuple[tuple[Monomial, Fraction], ...]"
 
@@ -124,13 +124,13 @@ def power(x: Form, e: Fraction) -> Form:
 def cos(x: Form) -> Form:
     """Return cos x."""
     half_turns = _multiple(x, PI_ALONE)
-    return _single(Wave("cos", x)) if half_turns is None else _cos_pi(half_turns)
+    return _single(Trig("cos", x)) if half_turns is None else _cos_pi(half_turns)
 
 
 def sin(x: Form) -> Form:
     """Return sin x."""
     half_turns = _multiple(x, PI_ALONE)
-    return _single(Wave("sin", x)) if half_turns is None else _cos_pi(HALF - half_turns)
+    return _single(Trig("sin", x)) if half_turns is None else _cos_pi(HALF - half_turns)
 
 
 def _cos_pi(q: Fraction) -> Form:
@@ -140,7 +140,7 @@ def _cos_pi(q: Fraction) -> Form:
         return scaled(_cos_pi(1 - q), -1)
     if q in _COSINES:
         return power(rational(Fraction(_COSINES[q], 4)), HALF)
-    return _single(Wave("cos", scaled(PI, q)))
+    return _single(Trig("cos", scaled(PI, q)))
 
 
 def _factored(x: Form, for_root: bool = False) -> tuple[Fraction, Monomial]:
@@ -298,7 +298,7 @@ def _term_text(monomial: Monomial, c: Fraction) -> str:
 def _factor_text(atom: Atom, e: Fraction) -> str:
     if isinstance(atom, str):
         body: str = atom
-    elif isinstance(atom, Wave):
+    elif isinstance(atom, Trig):
         body = f"{atom.name}({written(atom.argument)})"
     else:
         body = f"({_decimal(atom) if isinstance(atom, Fraction) else written(atom)})"
@@ -354,7 +354,7 @@ class _Expansion:
         parts = {n for a, _ in radicands for n in (a.numerator, a.denominator)}
         integers = _coprime_base(parts, self.index)
         self.pi_index = math.lcm(*(e.denominator for atom, e in atoms if isinstance(atom, str)))
-        arguments = [atom.argument for atom, _ in atoms if isinstance(atom, Wave)]
+        arguments = [atom.argument for atom, _ in atoms if isinstance(atom, Trig)]
         self.multiples = _multiples(dict.fromkeys(arguments))
         angles = dict.fromkeys(angle for angle, _ in self.multiples.values())
         self.orders: dict[Form, int] = {}  # of the root of each sum; what a sum holds before it
@@ -425,8 +425,8 @@ class _Expansion:
             return self._product(above, below)
         if isinstance(atom, str):
             return self._whole_power(_Quotient(self.pi, self.one), e * self.pi_index)
-        if isinstance(atom, Wave):
-            return self._whole_power(_Quotient(self._wave(atom), self.one), e)
+        if isinstance(atom, Trig):
+            return self._whole_power(_Quotient(self._trig(atom), self.one), e)
         return self._whole_power(self.sums[atom], e * self.orders[atom])
 
     def _integer(self, n: int, e: Fraction) -> _Quotient:
@@ -439,13 +439,13 @@ class _Expansion:
             value = self._product(value, self._whole_power(power, e * count * self.index))
         return value
 
-    def _wave(self, wave: Wave) -> fmpq_mpoly:
+    def _trig(self, function: Trig) -> fmpq_mpoly:
         """Cos nα = Tₙ(cos α), and sin nα = sin α Uₙ₋₁(cos α)."""
         from flint import fmpz_poly
 
-        angle, n = self.multiples[wave.argument]
+        angle, n = self.multiples[function.argument]
         cosine, sine = self.angles[angle]
-        if wave.name == "cos":
+        if function.name == "cos":
             return self._reduced(_polynomial(fmpz_poly.chebyshev_t(abs(n)), cosine))
         part = _polynomial(fmpz_poly.chebyshev_u(abs(n) - 1), cosine)
         return self._reduced(part * sine if n > 0 else -part * sine)

@@ -13,7 +13,7 @@ from fractions import Fraction
 from typing import Final
 
 from heavytop.errors import NotANumber
-from heavytop.numbers.exact import MAX_DECIMAL_EXPONENT, ONE, PI, Exact, out_of_range, size
+from heavytop.numbers.exact import MAX_DECIMAL_EXPONENT, PI, Exact, in_range, out_of_range, size
 from heavytop.numbers.normal_form import HALF, Form, Monomial
 
 MAX_TEXT: Final = 4000
@@ -27,7 +27,7 @@ _MAX_BUILT_POWER: Final = 4096  # of one that results
 ANGLES: Final = ("deg", "rad")
 RATES: Final = ("rpm", "deg/s", "rad/s")
 UNITS: Final = ANGLES + RATES
-_UNIT_SIZES: Final = {"deg": PI / 180, "rad": ONE, "rpm": PI / 30, "deg/s": PI / 180, "rad/s": ONE}
+_UNIT_SIZES: Final = {"deg": PI / 180, "rpm": PI / 30, "deg/s": PI / 180}  # the others are 1
 
 RULE: Final = "a number may use digits, pi, sqrt( ), + - * / ** (or ^) and parentheses"
 
@@ -55,11 +55,11 @@ def read(text: str, units: Collection[str] = UNITS) -> Exact:
         allowed = f"a unit here is {' or '.join(units)}" if units else "a number here has no unit"
         raise NotANumber(f"{allowed}, not {unit}")
     try:
-        value = _Descent(_tokens(body)).whole()
+        value = _Parser(_tokens(body)).whole()
     except _Unexpected as wrong:
         known = f"a unit: {', '.join(units)}" if units else "no unit here"
         raise NotANumber(f"{wrong}, and {known}") from None
-    return value if unit is None else _held(value * _UNIT_SIZES[unit])
+    return _limited(value * _UNIT_SIZES[unit]) if unit in _UNIT_SIZES else value
 
 
 def _split_unit(text: str) -> tuple[str, str | None]:
@@ -92,7 +92,7 @@ def _unexpected_mark(mark: str) -> NotANumber:
     return _Unexpected(f"unexpected {mark!r}: {RULE}")
 
 
-class _Descent:
+class _Parser:
     """One reading of one list of tokens, one method per rule of the grammar."""
 
     def __init__(self, tokens: list[str]) -> None:
@@ -126,14 +126,14 @@ class _Descent:
         value = self.product()
         while mark := self.take("+", "-"):
             term = self.product()
-            value = _held(value + term if mark == "+" else value - term)
+            value = _limited(value + term if mark == "+" else value - term)
         return value
 
     def product(self) -> Exact:
         value = self.signed()
         while mark := self.take("*", "/"):
             factor = self.signed()
-            value = _held(value * (factor if mark == "*" else _power(factor, Fraction(-1))))
+            value = _limited(value * (factor if mark == "*" else _power(factor, Fraction(-1))))
         return value
 
     def signed(self) -> Exact:
@@ -178,38 +178,39 @@ def _literal(token: str) -> Exact:
     exponent = re.search(r"[eE](.*)", token)
     if exponent and abs(int(exponent[1])) > MAX_DECIMAL_EXPONENT:
         raise NotANumber(f"a decimal exponent lies within ±{MAX_DECIMAL_EXPONENT}")
-    return Exact.of(Fraction(token))
+    return in_range(Fraction(token))
 
 
 def _power(base: Exact, e: Fraction | None) -> Exact:
     """Return base to the exponent, which has to be a small rational."""
-    if e is None or _span(e) > _MAX_POWER:
+    if e is None or _height(e) > _MAX_POWER:
         raise NotANumber(f"an exponent is a rational p/q with |p|, q up to {_MAX_POWER}")
     if _bits(base.terms) * abs(e.numerator) > _MAX_BITS:
         raise NotANumber("a power is too large to be held exactly")
-    return _held(base**e)
+    return _limited(base**e)
 
 
-def _held(x: Exact) -> Exact:
-    """The number itself, if it is of reasonable size."""
+def _limited(x: Exact) -> Exact:
+    """The number itself, if it is within the limits."""
     exponents = [e for monomial, _ in x.terms for _, e in monomial]
-    if _bits(x.terms) > _MAX_BITS or any(_span(e) > _MAX_BUILT_POWER for e in exponents):
+    if _bits(x.terms) > _MAX_BITS or any(_height(e) > _MAX_BUILT_POWER for e in exponents):
         raise NotANumber("a number is too large to be held exactly")
     if (q := x.fraction) is not None:
-        return Exact.of(q)
+        return in_range(q)
     if abs(_log2(x)) > _LARGEST_LOG2:
         raise out_of_range()
     return x
 
 
-def _span(q: Fraction) -> int:
+def _height(q: Fraction) -> int:
+    """The larger of numerator and denominator."""
     return max(abs(q.numerator), q.denominator)
 
 
 def _bits(x: Form) -> int:
     rationals = [c for _, c in x]
     rationals += [atom for m, _ in x for atom, _ in m if isinstance(atom, Fraction)]
-    return max((_span(q).bit_length() for q in rationals), default=0)
+    return max((_height(q).bit_length() for q in rationals), default=0)
 
 
 def _log2(x: Exact) -> float:
