@@ -162,7 +162,7 @@ FINE = (
     ),
     Plant(
         "Δψ of a period, its parts with the other sign, in the enclosures",
-        "analytic/balls/enclosure.py",
+        "analytic/enclosure.py",
         (("kappa * path.period + side * (plus", "kappa * path.period - side * (plus"),),
         ("flint-enclosures",),
     ),

@@ -13,7 +13,7 @@ from heavytop.analytic.rising import Rising, one
 from heavytop.analytic.solution import Asymptotic, Nutating, Record, Solution
 from heavytop.classification.reduced import FromScene, Reduced
 from heavytop.numbers.decimals import Context, Number, context, number
-from heavytop.numbers.precision import working
+from heavytop.numbers.intervals import working
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 

@@ -14,8 +14,7 @@ from heavytop.analytic.cubic import TooFewBits
 from heavytop.analytic.solution import Solution
 from heavytop.classification.reduced import Regime, Source, vanishes
 from heavytop.errors import Unseparated
-from heavytop.numbers.ball import Ball, above
-from heavytop.numbers.precision import working
+from heavytop.numbers.intervals import Interval, above, working
 
 LIMIT: Final = 1 << 16
 """Bits at which an enclosure gives up."""
@@ -85,8 +84,8 @@ class Rising:
 
     def settled(
         self, name: str, value: Callable[[Solution, int], Any], digits: int, *,
-        size: Callable[[arb], arb] | None = None, of: Callable[[Any], tuple[arb, ...]] | None = None,
-        lost: int = 0,
+        size: Callable[[arb], arb] | None = None,
+        of: Callable[[Any], tuple[arb, ...]] | None = None, lost: int = 0,
     ) -> Any:  # fmt: skip
         """The first ball, or tuple of balls, that has the digits.
 
@@ -124,7 +123,7 @@ class Rising:
                     wide = [x for x in balls if not x.rad() <= tiny * (size or _size)(x)]
                     if not wide:
                         return found
-                    radius = Ball.of(wide[0]).radius
+                    radius = Interval.of(wide[0]).radius
                     reached = f"{name} is known to {above(radius)}", radius
         what, bound = reached
         why = f"{what} with {self.limit} bits: more bits or fewer digits are needed"
@@ -150,5 +149,5 @@ def _size(x: arb) -> arb:
 def _nearness(close: TooFewBits) -> tuple[str, float]:
     if not close.difference.is_finite():
         return f"{close.names} are not told apart", math.inf
-    bound = Ball.of(abs(close.difference)).upper
+    bound = Interval.of(abs(close.difference)).upper
     return f"{close.names} differ by less than {above(bound)}", bound

@@ -14,7 +14,7 @@ from flint import arb
 
 from heavytop.classification.criteria import Given, Sum
 from heavytop.numbers import ONE, PI, Exact, cos
-from heavytop.numbers.precision import working
+from heavytop.numbers.intervals import working
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 

@@ -25,8 +25,7 @@ from flint import arb, fmpq
 
 from heavytop.errors import Impossible, Unseparated
 from heavytop.numbers import ONE, PI, Exact, Number, cos
-from heavytop.numbers.ball import Ball, above
-from heavytop.numbers.precision import working
+from heavytop.numbers.intervals import Interval, above, working
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -547,7 +546,7 @@ class Through:
 
 def _unproved(name: str, x: Exact) -> Unseparated:
     near = x.ball(_MANY_BITS)
-    bound = Ball.of(abs(near)).upper if near.is_finite() else math.inf
+    bound = Interval.of(abs(near)).upper if near.is_finite() else math.inf
     told = f"less than {above(bound)} with {_MANY_BITS} bits"
     return Unseparated(f"{name} is {told}, and could not be proved to be 0", bound)
 

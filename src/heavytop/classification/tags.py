@@ -25,7 +25,7 @@ from heavytop.classification.judge import (
 )
 from heavytop.classification.kind import Kind
 from heavytop.numbers import sqrt
-from heavytop.numbers.precision import working
+from heavytop.numbers.intervals import working
 
 NEAR_SEPARATRIX: Final = Fraction(1, 10**6)
 """1 − m below which a motion is near-separatrix: T is then the logarithm to 6 digits."""

@@ -61,7 +61,7 @@ def _parted(words: Sequence[str]) -> str:
 
 def _joined(words: Sequence[str]) -> str:
     """The change that begins with these words, if it was meant to be more than the first."""
-    from heavytop.numbers.grammar import UNITS
+    from heavytop.numbers.parse import UNITS
 
     key, equals, value = (words[0] if words else "").partition("=")
     rest = list(words[1:])

@@ -21,8 +21,8 @@ from heavytop.classification.reduced import FromAxis, FromConstants, FromScene, 
 from heavytop.errors import NoClosedForm
 from heavytop.integration.quantities import Sample
 from heavytop.numbers import PI, Number
-from heavytop.numbers.ball import rational
 from heavytop.numbers.decimals import context, number
+from heavytop.numbers.intervals import rational
 from heavytop.run.planning import Plan, closed_form_of
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import expect

@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from heavytop.errors import NotANumber
 from heavytop.numbers import Exact, Number
-from heavytop.numbers.grammar import ANGLES, RATES
+from heavytop.numbers.parse import ANGLES, RATES
 
 Broken: TypeAlias = "list[tuple[str, str]]"  # (name, rule) of every value that breaks a rule
 

@@ -17,7 +17,7 @@ from typing_extensions import TypedDict  # before Python 3.12 pydantic reads onl
 from heavytop.errors import Impossible
 from heavytop.names import nearest
 from heavytop.numbers import Exact
-from heavytop.numbers.grammar import ANGLES, RATES
+from heavytop.numbers.parse import ANGLES, RATES
 from heavytop.scene.state import State, broken_angles, broken_spin
 from heavytop.scene.text import MAX_TITLE, NumberText
 from heavytop.scene.top import Top, broken_moments, broken_parts

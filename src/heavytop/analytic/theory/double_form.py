@@ -33,8 +33,8 @@ from heavytop.analytic.theory.steady_double import SteadyDouble
 from heavytop.errors import NotANumber
 from heavytop.numbers.angle import Angle
 from heavytop.numbers.decimals import context
+from heavytop.numbers.intervals import working
 from heavytop.numbers.pairs import Array, two_sum
-from heavytop.numbers.precision import working
 
 __all__ = ["MOST_PERIODS", "DoubleForm", "DoubleRecord"]
 

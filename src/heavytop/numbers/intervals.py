@@ -1,36 +1,143 @@
-"""Ball: a number known to lie within a proved radius of a rational one."""
+"""Ball arithmetic: working precision, exact numbers as balls, and `Interval`, which rounds outward.
+
+Balls are those of python-flint (Arb): a middle and a radius that takes up every rounding error.
+"""
 
 from __future__ import annotations
 
 import math
 import numbers
 import sys
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
-from typing import Any, Final
+from threading import RLock
+from typing import Any, Final, TypeVar
 
-from flint import arb
+from flint import arb, ctx, fmpq
 
 from heavytop.errors import NotANumber
-from heavytop.numbers import Exact
+from heavytop.numbers.exact import Exact
+from heavytop.numbers.normal_form import Atom, Form, Trig
 
+T = TypeVar("T")
+
+_LOCK: Final = RLock()  # flint keeps one working precision for the whole process
 _LEAST: Final = -(1 << 16)  # exponents of 2 below this are not worth their bits
 _PLACES: Final = 60  # decimals shown of a number that is known exactly
 
 
+class working:
+    """A working precision in bits, this thread's alone while the block runs.
+
+    Blocks may be nested; each puts back the precision it found. Whatever computes with balls
+    belongs inside one: outside, another thread may change the precision between two operations.
+
+    Parameters
+    ----------
+    bits : int
+        The precision, at least 2.
+
+    Raises
+    ------
+    ValueError
+        `bits` is less than 2.
+
+    Examples
+    --------
+    >>> from flint import arb
+    >>> with working(200):
+    ...     print(arb.pi().rel_accuracy_bits() > 190)
+    True
+    """
+
+    __slots__ = ("_before", "_bits")
+
+    def __init__(self, bits: int) -> None:
+        self._bits = bits
+
+    def __enter__(self) -> None:
+        _LOCK.acquire()
+        self._before = ctx.prec
+        try:
+            ctx.prec = self._bits
+        except BaseException:
+            _LOCK.release()
+            raise
+
+    def __exit__(self, *raised: object) -> None:
+        ctx.prec = self._before
+        _LOCK.release()
+
+
+def at_rising_precision(precisions: Iterable[int], answer: Callable[[int], T | None]) -> T | None:
+    """The first answer that is not None, each asked for at a working precision; None at none."""
+    for bits in precisions:
+        with working(bits):
+            if (found := answer(bits)) is not None:
+                return found
+    return None
+
+
+# --- exact numbers as balls, at the working precision -----------------------------------------
+
+
+def ball_of(x: Form) -> arb:
+    """A ball that holds x; not finite where a divisor's ball holds zero."""
+    total = arb(0)
+    for monomial, c in x:
+        term = _rational_ball(c)
+        for atom, e in monomial:
+            term *= _power(_atom(atom), e)
+        total += term
+    return total
+
+
+def _rational_ball(q: Fraction) -> arb:
+    return arb(fmpq(q.numerator, q.denominator))
+
+
+def _atom(atom: Atom) -> arb:
+    if isinstance(atom, Fraction):
+        return _rational_ball(atom)
+    if isinstance(atom, str):
+        return arb.pi()
+    if isinstance(atom, Trig):
+        argument = ball_of(atom.argument)
+        return argument.cos() if atom.name == "cos" else argument.sin()
+    return ball_of(atom)
+
+
+def _power(base: arb, e: Fraction) -> arb:
+    if e.denominator > 1:
+        base = _root(base, e.denominator)
+    return base if e.numerator == 1 else base**e.numerator
+
+
+def _root(base: arb, index: int) -> arb:
+    """The root of a number known not to be negative; what lies below zero is only width."""
+    if base > 0:
+        return base.sqrt() if index == 2 else base.root(index)
+    top = base.upper().nonnegative_part()
+    return top if top.is_zero() else arb(0).union(top.root(index))
+
+
+# --- intervals --------------------------------------------------------------------------------
+
+
 @dataclass(frozen=True, slots=True, repr=False)
-class Ball:
+class Interval:
     """The numbers from middle − spread to middle + spread, one of which is meant.
 
     Parameters
     ----------
     middle, spread : Fraction
-        Exact; `Ball.of` takes them from a ball of python-flint.
+        Exact; `Interval.of` takes them from a ball of python-flint.
 
     Examples
     --------
-    >>> third = Ball(Fraction(1, 3), Fraction(1, 10**12))
+    >>> third = Interval(Fraction(1, 3), Fraction(1, 10**12))
     >>> print(third, third.digits, Fraction(1, 3) in third, "0.333" in third)
     0.33333333333 ± 5e-12 12 True False
     >>> third.bounds(6), third.lower < 1 / 3 < third.upper
@@ -41,7 +148,7 @@ class Ball:
     spread: Fraction
 
     @classmethod
-    def of(cls, ball: arb) -> Ball:
+    def of(cls, ball: arb) -> Interval:
         """The value of a finite ball of python-flint; nothing is lost but digits below 2⁻⁶⁵⁵³⁶.
 
         Parameters
@@ -55,7 +162,7 @@ class Ball:
             The ball is not finite.
         """
         if not ball.is_finite():
-            raise ValueError("a ball is finite")
+            raise ValueError("an interval is finite")
         middle, lost = _dyadic(ball.mid())
         spread, more = _dyadic(ball.rad())
         return cls(middle, spread + lost + more)
@@ -72,12 +179,12 @@ class Ball:
 
     @property
     def lower(self) -> float:
-        """The largest double that no number of the ball is less than."""
+        """The largest double that no number of the interval is less than."""
         return outward(self.middle - self.spread, -1)
 
     @property
     def upper(self) -> float:
-        """The smallest double that no number of the ball is greater than."""
+        """The smallest double that no number of the interval is greater than."""
         return outward(self.middle + self.spread, 1)
 
     @property
@@ -93,7 +200,7 @@ class Ball:
         return _decimals(self.spread) if self.spread else math.inf
 
     def bounds(self, digits: int) -> tuple[str, str]:
-        """Two decimal numbers of so many significant digits with the ball between them.
+        """Two decimal numbers of so many significant digits with the interval between them.
 
         Parameters
         ----------
@@ -105,11 +212,11 @@ class Ball:
         return low.replace("E", "e"), high.replace("E", "e")
 
     def __contains__(self, x: object) -> bool:
-        """Whether the number `x`, or every number of the ball `x`, is one of this ball's.
+        """Whether the number `x`, or every number of the interval `x`, is in this one.
 
         Parameters
         ----------
-        x : int, float, Fraction, Decimal, str, mpmath number, numpy number or Ball
+        x : int, float, Fraction, Decimal, str, mpmath number, numpy number or Interval
             Floats and mpmath numbers mean their binary value, texts are decimal.
 
         Raises
@@ -117,12 +224,12 @@ class Ball:
         NotANumber
             `x` is none of these, or not finite.
         """
-        if isinstance(x, Ball):
+        if isinstance(x, Interval):
             return abs(x.middle - self.middle) + x.spread <= self.spread
         return abs(rational(x) - self.middle) <= self.spread
 
     def __str__(self) -> str:
-        """The digits that are known, without zeros at the end; the interval holds the ball."""
+        """The digits that are known, without zeros at the end, and a radius, rounded outward."""
         places = _PLACES if not self.spread else math.floor(_decimals(2 * self.spread))
         unit = Fraction(10) ** -places
         shown = round(self.middle / unit) * unit
@@ -134,7 +241,7 @@ class Ball:
         return f"{text} ± {_decimal(error, 1, ROUND_CEILING)}".replace("E", "e")
 
     def __repr__(self) -> str:
-        return f"<Ball {self}>"
+        return f"<Interval {self}>"
 
 
 def above(bound: float) -> str:
@@ -143,7 +250,7 @@ def above(bound: float) -> str:
 
 
 def _dyadic(exact: arb) -> tuple[Fraction, Fraction]:
-    """The value of a ball without radius, and what is lost where it is tiny."""
+    """The value of a ball without radius, and a bound on what is lost where it is tiny."""
     man, exp = (int(part) for part in exact.man_exp())
     if not man:
         return Fraction(0), Fraction(0)
@@ -197,4 +304,4 @@ def rational(x: Any) -> Fraction:
             return Fraction(int(x.numerator), int(x.denominator))
         return Fraction(*(Decimal(x) if isinstance(x, str) else x).as_integer_ratio())
     except (ValueError, TypeError, AttributeError, ArithmeticError):
-        raise NotANumber(f"a ball holds finite rational numbers, not {x!r}") from None
+        raise NotANumber(f"an interval holds finite rational numbers, not {x!r}") from None
