@@ -14,7 +14,7 @@ from heavytop.analytic.balls import Ball, enclose, enclose_axis
 from heavytop.analytic.theory.closed_form import MPForm
 from heavytop.analytic.theory.reduced import Reduced
 from heavytop.numbers.decimals import context
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene import shipped_scenes
 
 TIMES = (0, "1.3", -7.25, "1e5")
 

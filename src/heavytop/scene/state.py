@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias
 
 from heavytop.errors import ImpossibleStart
 from heavytop.numbers import PI, Exact, Number, cos, sin, sqrt
-from heavytop.scene.checking import Broken, fill, made, read, short
+from heavytop.scene.arguments import Broken, call_text, exact_numbers, set_fields, short
 from heavytop.scene.top import Top
 
 _DEGREES = range(4, 181)  # a θ that is one of these was hardly meant in radians
@@ -83,7 +83,7 @@ class State:
     ) -> None:
         spins = {"psidot": psidot, "omega3": omega3}
         spin = {name: rate for name, rate in spins.items() if rate is not None} or {"psidot": 0}
-        broken, values = read(
+        broken, values = exact_numbers(
             theta=theta, thetadot=thetadot, phi=phi, phidot=phidot, psi=psi, **spin
         )
         if broken := broken + broken_angles(values) + broken_spin(spin):
@@ -93,13 +93,13 @@ class State:
             other = {"held": "omega3", "psidot": values["omega3"] - turn}
         else:
             other = {"held": "psidot", "omega3": values["psidot"] + turn}
-        fill(self, values | other | {"given": tuple(values.items())})
+        set_fields(self, values | other | {"given": tuple(values.items())})
 
     def __repr__(self) -> str:
         """What makes it, less what is 0."""
         names = ("thetadot", "phi", "phidot", "psi", self.held)
         others = {name: getattr(self, name) for name in names if getattr(self, name) != 0}
-        return made("State", theta=self.theta, **others)
+        return call_text("State", theta=self.theta, **others)
 
     @classmethod
     def kicked(
@@ -178,7 +178,7 @@ class State:
         >>> print(start.thetadot, start.phidot)
         2 1
         """
-        broken, values = read(E=E, p_phi=p_phi, p_psi=p_psi, theta=theta, phi=phi, psi=psi)
+        broken, values = exact_numbers(E=E, p_phi=p_phi, p_psi=p_psi, theta=theta, phi=phi, psi=psi)
         broken += (
             _no_top(top)
             + broken_angles(values)
@@ -196,7 +196,7 @@ class State:
             psi=values["psi"],
             omega3=values["p_psi"] / top.C,
         )
-        fill(start, {"given": (*values.items(), ("branch", branch))})
+        set_fields(start, {"given": (*values.items(), ("branch", branch))})
         return start
 
     @classmethod
@@ -239,7 +239,7 @@ class State:
         >>> print(State.steady(top, "pi/3", "140.6", "slow").phidot)
         10
         """
-        broken, values = read(theta=theta, omega3=omega3, phi=phi, psi=psi)
+        broken, values = exact_numbers(theta=theta, omega3=omega3, phi=phi, psi=psi)
         broken += (
             _no_top(top) + broken_angles(values) + _not_one_of("steady", which, ("slow", "fast"))
         )
@@ -247,7 +247,7 @@ class State:
             raise ImpossibleStart(broken)
         rate = _steady_rate(top, values["theta"], values["omega3"], which)
         start = cls(**values, phidot=rate)
-        fill(start, {"given": (("steady", which), *values.items())})
+        set_fields(start, {"given": (("steady", which), *values.items())})
         return start
 
 
