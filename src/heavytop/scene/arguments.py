@@ -11,9 +11,10 @@ import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import partial
 from numbers import Real
 from pathlib import Path
-from typing import Any, Final, TypeAlias, TypeVar
+from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 
 from heavytop.errors import Fault, Impossible, NotANumber, WrongType
 from heavytop.names import LONGEST, listed, nearest
@@ -22,14 +23,10 @@ from heavytop.numbers.grammar import ANGLES, RATES
 from heavytop.spelling import harmless
 
 T = TypeVar("T")
-Broken: TypeAlias = "list[tuple[str, str]]"  # (name, rule) of every value that breaks a rule
+Reader: TypeAlias = Callable[[object], Any]  # of one value; raises `Refused` or NotANumber
 
 _MOST_SHOWN: Final = 60  # characters of a value, in a message
 _PLAIN: Final = (str, bytes, int, float, type(None))  # which are known best by their value
-_UNITS: Final[Mapping[str, tuple[str, ...]]] = {
-    **dict.fromkeys(("theta", "phi", "psi"), ANGLES),
-    **dict.fromkeys(("thetadot", "phidot", "psidot", "omega3"), RATES),
-}
 
 
 # --- values in messages ----------------------------------------------------------------------
@@ -136,15 +133,13 @@ def whole(name: str, value: object, least: int, most: int | None = None) -> int:
     ...
     heavytop.errors.NotANumber: digits: a whole number from 1 to 10, not "x"
     """
-    rule = f"a whole number, at least {least}"
-    if most is not None:
-        rule = f"a whole number from {least} to {most}"
-    found = _whole(value)
+    bounds = f", at least {least}" if most is None else f" from {least} to {most}"
+    found = _number(value, whole=True)
     if found is None:
-        raise NotANumber(f"{name}: {rule}, not {told(value)}")
+        raise NotANumber(f"{name}: a whole number{bounds}, not {told(value)}")
     if found < least or (most is not None and found > most):
-        raise Impossible([(name, rule)])
-    return found
+        raise Impossible([(name, f"a whole number{bounds}")])
+    return int(found)
 
 
 # --- options and lists of names --------------------------------------------------------------
@@ -159,6 +154,39 @@ class Refused(ValueError):
 
     def __str__(self) -> str:
         return f"{self.rule} ({self.hint})" if self.hint else self.rule
+
+
+class Wrong(NamedTuple):
+    """One thing wrong with named values: the name, the rule it breaks, and what would be right."""
+
+    key: str
+    rule: str
+    hint: str = ""
+
+
+def read_values(
+    given: Mapping[str, object], readers: Mapping[str, Reader]
+) -> tuple[dict[str, Any], list[Wrong]]:
+    """Return the values that are right, each as its reader makes it, and what is wrong."""
+    values, wrong = {}, []
+    for key, value in given.items():
+        try:
+            values[key] = readers[key](value)
+        except Refused as refused:
+            wrong.append(Wrong(key, refused.rule, refused.hint))
+        except NotANumber as error:
+            wrong.append(Wrong(key, str(error)))
+    return values, wrong
+
+
+def faults(
+    file: str, given: Mapping[str, object], wrong: Iterable[Wrong], table: str = ""
+) -> list[Fault]:
+    """Return what is wrong with the values of a table, for a message."""
+    return [
+        Fault(file, None, table + key, shown(given[key]) if key in given else "", rule, hint)
+        for key, rule, hint in wrong
+    ]
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +207,7 @@ class Range:
 
     def __call__(self, value: object) -> Any:
         """Return a value as a plain number."""
-        found = _whole(value) if self.whole else _real(value)
+        found = _number(value, self.whole)
         if found is None or not self.least <= found <= self.most:  # nan too
             raise Refused(self.rule)
         return found
@@ -203,23 +231,18 @@ def one_of(known: Mapping[str, T], everything: str = "") -> Callable[[object], T
 
 
 def parse_options(
-    file: str, given: Mapping[str, object], table: Mapping[str, Callable[[object], Any]]
+    file: str, given: Mapping[str, object], table: Mapping[str, Reader]
 ) -> tuple[dict[str, Any], list[Fault]]:
     """Return what options stand for, and what is wrong with the others.
 
-    `table` has by option what reads it or raises `Refused`; faults name `file`.
+    `table` has by option what reads it; faults name `file`.
 
     >>> table = {"jobs": Range(1, 9), "seed": Range(0, 9)}
     >>> parse_options("drift", {"jobs": 0, "seed": 3}, table)[0]
     {'seed': 3.0}
     """
-    values, faults = {}, []
-    for key, value in given.items():
-        try:
-            values[key] = table[key](value)
-        except Refused as wrong:
-            faults.append(Fault(file, None, key, shown(value), wrong.rule, wrong.hint))
-    return values, faults
+    values, wrong = read_values(given, table)
+    return values, faults(file, given, wrong)
 
 
 def parse_names(
@@ -230,16 +253,17 @@ def parse_names(
     There is at least one name; `read` takes it or raises `Refused`. Faults name `file` and `key`,
     which is a plural.
 
-    >>> found, faults = parse_names("stress", "cases", ["cups"], one_of({"cusp": 1}))
-    >>> print(faults[0])
+    >>> found, wrong = parse_names("stress", "cases", ["cups"], one_of({"cusp": 1}))
+    >>> print(wrong[0])
     stress: cases = cups: one of cusp (did you mean "cusp"?)
     """
-    names = _listed(given)
-    if names is None:
+    try:
+        names: list[Any] = list(() if isinstance(given, str | bytes) else given)  # type: ignore[call-overload]
+    except TypeError:
         return [], [Fault(file, None, key, shown(given), "a sequence of names")]
     if not names:
         return [], [Fault(file, None, key, "", f"at least one {key.removesuffix('s')}")]
-    found, faults = [], []
+    found, refused = [], []
     for name in names:
         try:
             if not isinstance(name, str):
@@ -248,34 +272,17 @@ def parse_names(
         except Refused as wrong:
             unquoted = isinstance(name, str) and name
             value = harmless(name[:LONGEST]) if unquoted else shown(name)
-            faults.append(Fault(file, None, key, value, wrong.rule, wrong.hint))
-    return found, faults
+            refused.append(Fault(file, None, key, value, wrong.rule, wrong.hint))
+    return found, refused
 
 
-def _listed(given: object) -> list[Any] | None:
-    if isinstance(given, str | bytes) or not isinstance(given, Iterable):
+def _number(value: object, whole: bool) -> int | float | None:
+    """Return a value as a plain number, if it is one; a truth value is none."""
+    if isinstance(value, bool) or not (whole or isinstance(value, Real | Decimal)):
         return None
     try:
-        return list(given)
-    except TypeError:  # an array of no dimension
-        return None
-
-
-def _whole(value: object) -> int | None:
-    if isinstance(value, bool):
-        return None
-    try:
-        return operator.index(value)  # type: ignore[arg-type]
-    except TypeError:
-        return None
-
-
-def _real(value: object) -> float | None:
-    if isinstance(value, bool) or not isinstance(value, Real | Decimal):
-        return None
-    try:
-        return float(value)
-    except (OverflowError, ValueError):  # longer than any float; a signalling nan
+        return operator.index(value) if whole else float(value)  # type: ignore[arg-type]
+    except (TypeError, OverflowError, ValueError):  # longer than any float; a signalling nan
         return None
 
 
@@ -287,23 +294,29 @@ def _bound(bound: float) -> str:
 
 # --- the numbers of a Top or a State ---------------------------------------------------------
 
+PLAIN: Final[Reader] = partial(Exact.of, units=())
+ANGLE: Final[Reader] = partial(Exact.of, units=ANGLES)
+RATE: Final[Reader] = partial(Exact.of, units=RATES)
+STATE: Final[Mapping[str, Reader]] = {
+    "theta": ANGLE,
+    "thetadot": RATE,
+    "phi": ANGLE,
+    "phidot": RATE,
+    "psi": ANGLE,
+    "psidot": RATE,
+    "omega3": RATE,
+}
 
-def exact_numbers(**given: Number) -> tuple[Broken, dict[str, Exact]]:
-    """Return what is wrong with some values, and the others as exact numbers."""
-    broken: Broken = []
-    values: dict[str, Exact] = {}
-    for name, value in given.items():
-        try:
-            values[name] = Exact.of(value, _UNITS.get(name, ()))
-        except NotANumber as error:
-            broken.append((name, str(error)))
-    return broken, values
+
+def exact_numbers(**given: Number) -> tuple[dict[str, Exact], list[Wrong]]:
+    """Return values as exact numbers, and what is wrong with those that are none."""
+    return read_values(given, {name: STATE.get(name, PLAIN) for name in given})
 
 
-def not_positive(values: Mapping[str, Exact], names: Iterable[str]) -> Broken:
+def not_positive(values: Mapping[str, Exact], names: Iterable[str]) -> list[Wrong]:
     """Return those of the names whose values are there and not positive."""
     there = (name for name in names if name in values)
-    return [(name, "must be greater than 0") for name in there if values[name].sign() != 1]
+    return [Wrong(name, "must be greater than 0") for name in there if values[name].sign() != 1]
 
 
 def set_fields(instance: object, values: Mapping[str, object]) -> None:
@@ -312,6 +325,6 @@ def set_fields(instance: object, values: Mapping[str, object]) -> None:
         object.__setattr__(instance, name, value)
 
 
-def call_text(name: str, **values: Exact) -> str:
+def as_call(name: str, **values: Exact) -> str:
     """Return the call that makes an instance, its numbers as the texts they are read from."""
     return f"{name}({', '.join(f'{key}={str(value)!r}' for key, value in values.items())})"

@@ -10,22 +10,17 @@ import re
 import tomllib
 import unicodedata
 from collections.abc import Callable, Iterable, Mapping
-from decimal import Decimal
 from fractions import Fraction
-from functools import partial
-from typing import Any, Final, NamedTuple, TypeAlias
+from typing import Any, Final
 
-from heavytop.errors import Impossible, NotANumber
+from heavytop.errors import Fault, Impossible, NotANumber
 from heavytop.names import nearest
 from heavytop.numbers import Exact
-from heavytop.numbers.grammar import ANGLES, RATES
-from heavytop.scene.arguments import NumberText, Refused, one_of
-from heavytop.scene.state import State, broken_angles, broken_spin
+from heavytop.scene import arguments
+from heavytop.scene.arguments import NumberText, Reader, Refused, Wrong, faults, one_of
+from heavytop.scene.state import CHOICES, State, broken_angles, broken_spin
 from heavytop.scene.top import Top, broken_moments, broken_parts
 from heavytop.spelling import harmless
-
-Reader: TypeAlias = Callable[[object], Any]  # of one value; raises a ValueError with the rule
-Keys: TypeAlias = Mapping[str, Reader]
 
 FORMAT: Final = 1
 QUANTITIES: Final = ("class", "period", "theta", "axis", "phi", "psi", "rates", "attitude")
@@ -40,14 +35,6 @@ _KEY: Final = re.compile(r"\s*([\w.-]+|\"[^\"]*\"|'[^']*')\s*=")
 _BARE: Final = re.compile(r"-?(0|[1-9][0-9]*)(\.[0-9]+)?([eE][-+]?[0-9]+)?")
 _COMMA: Final = re.compile(r"-?[0-9]+,[0-9]+([eE][-+]?[0-9]+)?")
 _LONGEST_BARE: Final = 100
-
-
-class Wrong(NamedTuple):
-    """One thing wrong with a table: the key, the rule it breaks, and what would be right."""
-
-    key: str
-    rule: str
-    hint: str = ""
 
 
 # --- TOML in ---------------------------------------------------------------------------------
@@ -86,17 +73,14 @@ def key_lines(text: str) -> dict[str, int]:
     return lines
 
 
-def written_at(text: str, line: int | None) -> tuple[str, str]:
+def written_at(text: str, line: int) -> tuple[str, str]:
     """Return the key on a line and what is written after it, less comments; empty without one."""
-    keys = {number: key for key, number in key_lines(text).items()}
-    if line is None or line not in keys:
-        return "", ""
-    written = text.splitlines()[line - 1]
-    found = _KEY.match(written)
+    key = next((key for key, number in key_lines(text).items() if number == line), "")
+    found = _KEY.match(text.splitlines()[line - 1]) if key else None
     if found is None:
         return "", ""
-    value = written[found.end() :].partition("#")[0].strip()
-    return harmless(keys[line][:100]), value if len(value) <= 60 else value[:57] + "…"
+    value = found.string[found.end() :].partition("#")[0].strip()
+    return harmless(key[:100]), value if len(value) <= 60 else value[:57] + "…"
 
 
 def mistake(value: str) -> str:
@@ -142,10 +126,6 @@ def _unprintable(letter: str) -> bool:
     return turning or category in {"Cc", "Cs", "Zl", "Zp"} or letter in "\ufffe\uffff"
 
 
-def _choice(*allowed: str) -> Reader:
-    return one_of({name: name for name in allowed})
-
-
 def _names(allowed: tuple[str, ...], least: int) -> Reader:
     listed = ", ".join(allowed)
 
@@ -179,25 +159,19 @@ def _format(value: object) -> int:
 
 # --- the keys --------------------------------------------------------------------------------
 
-_PLAIN: Final[Reader] = partial(Exact.of, units=())
-_ANGLE: Final[Reader] = partial(Exact.of, units=ANGLES)
-_RATE: Final[Reader] = partial(Exact.of, units=RATES)
-
 _MOMENTS: Final = ("A", "C", "gMR")
 _PARTS: Final = ("mass", "distance", "gravity", "A_cm", "C_cm")
 _CONSTANTS: Final = ("E", "p_phi", "p_psi", "theta", "branch")
 _STEADY: Final = ("steady", "theta", "omega3")
 
-TABLES: Final[Mapping[str, Keys]] = {
-    "top": dict.fromkeys((*_MOMENTS, *_PARTS), _PLAIN),
+TABLES: Final[Mapping[str, Mapping[str, Reader]]] = {
+    "top": dict.fromkeys((*_MOMENTS, *_PARTS), arguments.PLAIN),
     "start": {
-        **dict.fromkeys(("theta", "phi", "psi"), _ANGLE),
-        **dict.fromkeys(("thetadot", "phidot", "psidot", "omega3"), _RATE),
-        **dict.fromkeys(("E", "p_phi", "p_psi"), _PLAIN),
-        "branch": _choice("falling", "rising"),
-        "steady": _choice("slow", "fast"),
+        **arguments.STATE,
+        **dict.fromkeys(("E", "p_phi", "p_psi"), arguments.PLAIN),
+        **{key: one_of({name: name for name in names}) for key, names in CHOICES.items()},
     },
-    "span": {"time": _PLAIN, "periods": _PLAIN},
+    "span": {"time": arguments.PLAIN, "periods": arguments.PLAIN},
     "want": {
         "quantities": _names(QUANTITIES, least=1),
         "events": _names(EVENTS, least=0),
@@ -205,7 +179,7 @@ TABLES: Final[Mapping[str, Keys]] = {
         "digits": _whole(1, MAX_DIGITS),
     },
 }
-SCENE: Final[Keys] = {
+SCENE: Final[Mapping[str, Reader]] = {
     "format": _format,
     "title": _text,
     "source": _text,
@@ -216,38 +190,38 @@ _NEEDED: Final = {"format": f"missing: a scene begins with format = {FORMAT}"} |
 }
 
 
-def read_table(keys: Keys, raw: Mapping[str, object]) -> tuple[dict[str, Any], list[Wrong]]:
+def read_table(
+    keys: Mapping[str, Reader], raw: Mapping[str, object]
+) -> tuple[dict[str, Any], list[Wrong]]:
     """Return the values of a table that are right, and what is wrong with the others."""
-    values, wrong = {}, []
-    for key, value in raw.items():
+    values, wrong = arguments.read_values({key: raw[key] for key in raw if key in keys}, keys)
+    for key in raw:
         if key not in keys:
-            wrong.append(Wrong(key, "unknown key", _home(key) or _known(key, keys)))
-            continue
-        try:
-            values[key] = keys[key](value)
-        except Refused as refused:
-            wrong.append(Wrong(key, refused.rule, refused.hint))
-        except ValueError as error:
-            wrong.append(Wrong(key, str(error)))
+            homes = [f"it belongs in [{name}]" for name, table in TABLES.items() if key in table]
+            hint = "".join(homes) or nearest(key, keys) or f"known are {', '.join(keys)}"
+            wrong.append(Wrong(key, "unknown key", hint))
     return values, wrong
 
 
-def _home(key: str) -> str:
-    return next((f"it belongs in [{name}]" for name, keys in TABLES.items() if key in keys), "")
-
-
-def _known(key: str, keys: Keys) -> str:
-    return nearest(key, keys) or f"known are {', '.join(keys)}"
+def read_tables(file: str, raw: Mapping[str, object]) -> tuple[dict[str, Any], list[Fault]]:
+    """Return what a scene says, by the names of the arguments of `Scene`, and every fault."""
+    found, wrong = read_table(SCENE, raw)
+    wrong += [Wrong(key, rule) for key, rule in _NEEDED.items() if key not in raw]
+    tables = {name: found.pop(name, {}) for name in TABLES}
+    top, wrong_top = read_top(tables["top"])
+    start, wrong_start = read_start(tables["start"], top)
+    span, wrong_span = read_span(tables["span"])
+    want, wrong_want = read_table(TABLES["want"], tables["want"])
+    every = faults(file, raw, wrong)
+    each = {"top": wrong_top, "start": wrong_start, "span": wrong_span, "want": wrong_want}
+    for name, wrong in each.items():
+        if isinstance(raw.get(name), dict):  # else that it is missing or no table is said already
+            every += faults(file, tables[name], wrong, f"{name}.")
+    found.pop("format", None)
+    return {"top": top, "start": start} | span | want | found, every
 
 
 # --- the rules between the keys --------------------------------------------------------------
-
-
-def read_scene_keys(raw: Mapping[str, object]) -> tuple[dict[str, Any], list[Wrong]]:
-    """Return the tables of a scene and its titles; a table that is missing or wrong is empty."""
-    values, wrong = read_table(SCENE, raw)
-    wrong += [Wrong(key, rule) for key, rule in _NEEDED.items() if key not in raw]
-    return {name: {} for name in TABLES} | values, wrong
 
 
 def read_top(raw: Mapping[str, object]) -> tuple[Top | None, list[Wrong]]:
@@ -256,14 +230,12 @@ def read_top(raw: Mapping[str, object]) -> tuple[Top | None, list[Wrong]]:
     moments, parts = [[key for key in style if key in raw] for style in (_MOMENTS, _PARTS)]
     if moments and parts:
         rule = f"either {', '.join(_MOMENTS)} or {', '.join(_PARTS)}, not some of both"
-        wrong += [Wrong(parts[0], rule)]
+        wrong.append(Wrong(parts[0], rule))
     elif parts:
-        wrong += _missing(_PARTS, raw) + _as_wrong(broken_parts(values))
+        wrong += _missing(_PARTS, raw) + broken_parts(values)
     else:
-        wrong += _missing(_MOMENTS, raw) + _as_wrong(broken_moments(values))
-    if wrong:
-        return None, wrong
-    return _made(Top.from_parts if parts else Top, values)
+        wrong += _missing(_MOMENTS, raw) + broken_moments(values)
+    return (None, wrong) if wrong else _made(Top.from_parts if parts else Top, values)
 
 
 def read_start(raw: Mapping[str, object], top: Top | None) -> tuple[State | None, list[Wrong]]:
@@ -272,7 +244,7 @@ def read_start(raw: Mapping[str, object], top: Top | None) -> tuple[State | None
     It is None without faults where it needs a `top` that is not known.
     """
     values, wrong = read_table(TABLES["start"], raw)
-    wrong += _as_wrong(broken_angles(values))
+    wrong += broken_angles(values)
     if "steady" in raw:
         wrong += _style(raw, _STEADY, 'steady = "slow" or "fast" with theta and omega3')
         make: Callable[..., State] = State.steady
@@ -281,7 +253,7 @@ def read_start(raw: Mapping[str, object], top: Top | None) -> tuple[State | None
         wrong += _style(raw, _CONSTANTS, "the constants E, p_phi, p_psi with theta and branch")
         make = State.from_constants
     else:
-        wrong += _as_wrong(broken_spin(raw))
+        wrong += broken_spin(raw)
         return (None, wrong) if wrong else _made(State, {"theta": 0} | values)
     return (None, wrong) if wrong or top is None else _made(make, {"top": top} | values)
 
@@ -308,15 +280,11 @@ def _missing(keys: Iterable[str], raw: Mapping[str, object]) -> list[Wrong]:
     return [Wrong(key, "missing") for key in keys if key not in raw]
 
 
-def _as_wrong(broken: Iterable[tuple[str, str]]) -> list[Wrong]:
-    return [Wrong(key, rule) for key, rule in broken]
-
-
 def _made(make: Callable[..., Any], values: Mapping[str, Any]) -> tuple[Any, list[Wrong]]:
     try:
         return make(**values), []
     except Impossible as error:
-        return None, _as_wrong(error.broken)
+        return None, [Wrong(*each) for each in error.broken]
 
 
 # --- TOML and JSON out -----------------------------------------------------------------------
@@ -364,7 +332,4 @@ def _json_number(x: Exact) -> int | float | str:
         return str(x)
     if q.denominator == 1:
         return int(q)
-    as_float = float(q)
-    digits = Decimal(repr(as_float))
-    short = len(digits.as_tuple().digits) <= 15 and Fraction(digits) == q
-    return as_float if short else str(x)
+    return float(q) if Fraction(f"{float(q):.15g}") == q else str(x)

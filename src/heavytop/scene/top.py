@@ -14,14 +14,7 @@ from typing import Any, TypedDict, Unpack
 
 from heavytop.errors import ImpossibleTop
 from heavytop.numbers import PI, Exact, Number
-from heavytop.scene.arguments import (
-    Broken,
-    call_text,
-    exact_numbers,
-    not_positive,
-    set_fields,
-    short,
-)
+from heavytop.scene.arguments import Wrong, as_call, exact_numbers, not_positive, set_fields, short
 
 ALUMINIUM = Exact.of(2700)
 """Density of aluminium [kg m⁻³]."""
@@ -66,13 +59,13 @@ class Top:
     gMR: Exact
 
     def __init__(self, A: Number, C: Number, gMR: Number) -> None:
-        broken, values = exact_numbers(A=A, C=C, gMR=gMR)
+        values, broken = exact_numbers(A=A, C=C, gMR=gMR)
         if broken := broken + broken_moments(values):
             raise ImpossibleTop(broken)
         set_fields(self, values)
 
     def __repr__(self) -> str:
-        return call_text("Top", A=self.A, C=self.C, gMR=self.gMR)
+        return as_call("Top", A=self.A, C=self.C, gMR=self.gMR)
 
     @classmethod
     def from_parts(
@@ -103,7 +96,7 @@ class Top:
         >>> print(top.A, top.C, top.gMR)
         15.234375 0.46875 147.15
         """
-        broken, parts = exact_numbers(
+        parts, broken = exact_numbers(
             mass=mass, distance=distance, A_cm=A_cm, C_cm=C_cm, gravity=gravity
         )
         if broken := broken + broken_parts(parts):
@@ -139,29 +132,29 @@ class Top:
         >>> print(f"{float(top.A):.3g} {float(top.C):.3g} {float(top.gMR):.3g}")
         0.000328 6.6e-05 0.0456
         """
-        broken, values = exact_numbers(gravity=gravity)
+        values, broken = exact_numbers(gravity=gravity)
         if broken:
             raise ImpossibleTop(broken)
         body = whole(parts)
         return cls(A=body.A, C=body.C, gMR=body.mass * body.centre * values["gravity"])
 
 
-def broken_moments(values: Mapping[str, Exact]) -> Broken:
+def broken_moments(values: Mapping[str, Exact]) -> list[Wrong]:
     """The rules that A and C, or those of the two that are there, break."""
     broken = not_positive(values, ("A", "C"))
     return broken or _too_flat(values, "A", "C", "must be at most 2A = {} about the pivot")
 
 
-def broken_parts(parts: Mapping[str, Exact]) -> Broken:
+def broken_parts(parts: Mapping[str, Exact]) -> list[Wrong]:
     """The rules that mass, A_cm and C_cm, or those of them that are there, break."""
     broken = not_positive(parts, ("mass", "A_cm", "C_cm"))
     return broken or _too_flat(parts, "A_cm", "C_cm", "must be at most 2 A_cm = {}")
 
 
-def _too_flat(values: Mapping[str, Exact], A: str, C: str, rule: str) -> Broken:
+def _too_flat(values: Mapping[str, Exact], A: str, C: str, rule: str) -> list[Wrong]:
     """C ≤ 2A, with equality for a disc through the point the moments are about."""
     if A in values and C in values and (2 * values[A] - values[C]).sign() == -1:
-        return [(C, rule.format(short(2 * values[A])))]
+        return [Wrong(C, rule.format(short(2 * values[A])))]
     return []
 
 
@@ -408,8 +401,8 @@ def _values(
     chosen = {name: value for name, value in given.items() if value is not None}
     pairs = [pair for pair in _PAIRS if pair[0] in known.__annotations__]
     unclear = [pair for pair in pairs if len(chosen.keys() & {*pair}) != 1]
-    broken = [(" or ".join(pair), "exactly one of them") for pair in unclear]
-    wrong, values = exact_numbers(**sizes, **chosen)
+    broken = [Wrong(" or ".join(pair), "exactly one of them") for pair in unclear]
+    values, wrong = exact_numbers(**sizes, **chosen)
     if broken := broken + wrong + not_positive(values, _POSITIVE):
         raise ImpossibleTop(broken)
     return values
