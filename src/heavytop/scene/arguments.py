@@ -258,8 +258,10 @@ def parse_names(
     stress: cases = cups: one of cusp (did you mean "cusp"?)
     """
     try:
-        names: list[Any] = list(() if isinstance(given, str | bytes) else given)  # type: ignore[call-overload]
-    except TypeError:
+        names = None if isinstance(given, str | bytes) else list(given)  # type: ignore[call-overload]
+    except TypeError:  # an array of no dimension too
+        names = None
+    if names is None:
         return [], [Fault(file, None, key, shown(given), "a sequence of names")]
     if not names:
         return [], [Fault(file, None, key, "", f"at least one {key.removesuffix('s')}")]

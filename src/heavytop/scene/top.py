@@ -250,11 +250,6 @@ def rod(*, radius: Number, length: Number, **given: Unpack[Placed]) -> Solid:
     -------
     Solid
 
-    Raises
-    ------
-    ImpossibleTop
-        As for `disk`.
-
     Examples
     --------
     >>> print(rod(radius="0.001", length="0.1", base=0, mass="0.003").centre)
@@ -342,11 +337,6 @@ def sphere(*, radius: Number, centre: Number, **given: Unpack[Matter]) -> Solid:
     Returns
     -------
     Solid
-
-    Raises
-    ------
-    ImpossibleTop
-        As for `disk`.
 
     Examples
     --------
