@@ -6,7 +6,7 @@ import numpy as np
 from claim import claim, finish, interleaved, most
 
 import heavytop as ht
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene import shipped_scenes
 
 NOTHING = 1e-29  # what a zero may come out as
 COURSES = ("sicm-kicked", "lie-group-benchmark", "near-separatrix", "separatrix", "steady-betsch")

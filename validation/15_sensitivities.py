@@ -20,7 +20,7 @@ from heavytop.equations.ladder import LADDER
 from heavytop.errors import ImpossibleTop
 from heavytop.run.sensitivity import sensitivities, state_transition
 from heavytop.run.transition import at_start
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene import shipped_scenes
 
 STEP = ht.Exact.of("1e-20")
 NAMES = ("A", "C", "gMR", "theta", "thetadot", "phidot")

@@ -35,9 +35,9 @@ class Impossible(HeavyTopError, ValueError):
         The names of the values, and the rules.
     """
 
-    def __init__(self, broken: Sequence[tuple[str, str]]) -> None:
-        super().__init__(broken)
-        self.broken = tuple(broken)
+    def __init__(self, broken: Sequence[tuple[str, ...]]) -> None:
+        self.broken = tuple((name, rule) for name, rule, *_ in broken)
+        super().__init__(self.broken)
 
     def __str__(self) -> str:
         return "; ".join(f"{name}: {rule}" for name, rule in self.broken)

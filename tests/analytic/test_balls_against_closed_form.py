@@ -15,7 +15,7 @@ from heavytop.analytic.theory.closed_form import MPForm
 from heavytop.analytic.theory.reduced import Reduced
 from heavytop.numbers.decimals import context
 from heavytop.numbers.intervals import Interval
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene import shipped_scenes
 
 TIMES = (0, "1.3", -7.25, "1e5")
 

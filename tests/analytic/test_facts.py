@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import heavytop as ht
 from heavytop.analytic.derived import Facts, facts
 from heavytop.analytic.theory import sleeping
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene import shipped_scenes
 
 BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")
 TWO = ht.Top(2, 1, 3)

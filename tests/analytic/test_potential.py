@@ -11,8 +11,7 @@ from heavytop.analytic.theory.reduced import Reduced
 from heavytop.equations import lagrangian as lag
 from heavytop.equations import reduction
 from heavytop.numbers.decimals import context
-from heavytop.scene.scene import load_scene
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene import load_scene, shipped_scenes
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene import shipped_scenes
 
 SCENES = sorted(shipped_scenes())
 

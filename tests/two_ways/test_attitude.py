@@ -16,7 +16,7 @@ from heavytop.equations.formulation import spin, time
 from heavytop.integration.orbit import integrate
 from heavytop.numbers.doubledouble import two_product
 from heavytop.run.witness import closed_form
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene import shipped_scenes
 
 ANGLES = ("theta", "phi", "psi")
 

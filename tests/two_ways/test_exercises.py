@@ -10,7 +10,7 @@ from heavytop.equations import lagrangian as lag
 from heavytop.equations import reduction
 from heavytop.equations.lagrangian import A, C, gMR, normal_form, phidot, psidot, theta, thetadot
 from heavytop.numbers import Exact, sin
-from heavytop.scene.solids import ALUMINIUM, STEEL, cone, ring, rod, whole
+from heavytop.scene.top import ALUMINIUM, STEEL, cone, ring, rod, whole
 
 BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")
 Omega = sp.Symbol("Omega", real=True)

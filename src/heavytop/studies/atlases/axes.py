@@ -15,7 +15,7 @@ from heavytop.errors import NotANumber
 from heavytop.names import nearest
 from heavytop.numbers import Exact
 from heavytop.numbers.parse import ANGLES, RATES
-from heavytop.scene.options import Refused
+from heavytop.scene.arguments import Refused
 
 MOST: Final = 1_000_000  # pixels along one axis
 

@@ -8,10 +8,9 @@ from math import isfinite
 from typing import Any, Final
 
 from heavytop.errors import ForeignFile, HeavyTopError
-from heavytop.scene import text as scene_text
-from heavytop.scene.options import Number
+from heavytop.scene import scene_file
+from heavytop.scene.arguments import Range, shown
 from heavytop.scene.scene import Scene, read_scene
-from heavytop.scene.text import shown
 
 MOST: Final = 2**63 - 1
 TITLES: Final = ("name", "title", "source")
@@ -68,7 +67,7 @@ def number(name: str, value: object, least: float, most: float) -> float:
     return value
 
 
-def numbers(found: Mapping[str, Any], table: Mapping[str, Number]) -> dict[str, Any]:
+def numbers(found: Mapping[str, Any], table: Mapping[str, Range]) -> dict[str, Any]:
     """Return the options of a table as they were written: plain numbers within their bounds."""
     return {
         name: whole(name, found[name], int(each.least), int(each.most))
@@ -106,7 +105,7 @@ def scene(found: object) -> Scene:
     parts = {name: table(name, tables[name], ()) for name in ("top", "start")}
     where = titles.pop("name")
     try:
-        whole = scene_text.written({"format": 1, **titles, **parts, "span": {"periods": 1}})
+        whole = scene_file.written({"format": 1, **titles, **parts, "span": {"periods": 1}})
         return read_scene(whole, where=where)
     except HeavyTopError as wrong:
         raise ForeignFile(f"scene: {wrong}") from None
