@@ -204,12 +204,12 @@ def _product(coefficient: Fraction, factors: Iterable[tuple[Atom, Fraction]]) ->
 
 
 def _surd(base: Fraction, exponent: Fraction) -> tuple[Fraction, Fraction, Fraction]:
-    """Write baseᵉ, base > 0 or e whole, as (c, n, f): c nᶠ, 0 ≤ f < 1, n as small as is cheap.
+    """Write baseᵉ as c nᶠ with 0 ≤ f < 1 and an n as small as is cheap to find; base > 0.
 
     >>> _surd(Fraction(8, 3), Fraction(1, 2))
     (Fraction(2, 3), Fraction(6, 1), Fraction(1, 2))
     """
-    whole = exponent.__floor__()
+    whole = math.floor(exponent)
     outer, part = base**whole, exponent - whole
     if part == 0:
         return outer, Fraction(1), part
@@ -313,9 +313,8 @@ def _decimal(q: Fraction) -> str:
     places = q.denominator.bit_length()
     if pow(10, places, q.denominator):
         return f"{p}/{d}"
-    return str(
-        Context(q.numerator.bit_length() + places, Emin=MIN_EMIN, Emax=MAX_EMAX).divide(p, d)
-    )
+    digits = q.numerator.bit_length() + places
+    return str(Context(digits, Emin=MIN_EMIN, Emax=MAX_EMAX).divide(p, d))
 
 
 # --- proof of zero ---------------------------------------------------------------------------
