@@ -40,9 +40,7 @@ def rows_of(study, task, checkpoint=None):
 def exact_row(yardstick, t):
     """The states e, l of the axis form at a time, from the closed form at 60 digits."""
     ctx = yardstick.ctx
-    at, r = yardstick.truth(ctx.mpf(t)), yardstick.own(
-        ctx, yardstick.start, {k: ctx.mpf(v) for k, v in yardstick.parameters.items()}
-    )  # fmt: skip
+    at, r = yardstick.truth(ctx.mpf(t)), yardstick.truth.reduced
     s, c = ctx.sin(at.phi), ctx.cos(at.phi)
     # l = e x e' + n e, e' = thetadot e_theta + phidot sin(theta) e_phi
     n, sine = r.b, ctx.sin(at.theta)
