@@ -226,7 +226,7 @@ class ClosedForm:
         """The motion in units A = 1."""
         bits = self.ctx.prec + 64
         with working(bits):
-            return self.rising.solution(bits).start.mapped(self._midpoint)
+            return self.rising.source.reduced(bits).mapped(self._midpoint)
 
     def __call__(self, t: Any) -> ExactRecord:
         """Where the top is at time `t` [s], a number of any kind.
@@ -254,11 +254,10 @@ class ClosedForm:
         mid = self._midpoint
         theta, phi, psi, thetadot, phidot, psidot = map(mid, found.numbers)
         x, y, z = map(mid, found.axis)
-        start = self.reduced
         return ExactRecord(
             number(self.ctx, t), theta, phi, psi, thetadot, phidot, psidot,
             mid(found.u), mid(found.one_minus_u), mid(found.one_plus_u), mid(found.udot),
-            (x, y, z), found.n, start.kappa + start.b,
+            (x, y, z), found.n, mid(found.omega3),
         )  # fmt: skip
 
     def _number(self, name: str, value: Callable[[Solution], arb | None]) -> Number | None:

@@ -62,6 +62,7 @@ class Record:
     udot: arb
     axis: tuple[arb, arb, arb]
     n: int
+    omega3: arb
 
     @property
     def numbers(self) -> tuple[arb, ...]:
@@ -465,6 +466,7 @@ class Solution:
             2 * arb.atan2(high, low), phi, psi, -side * place.rise, phidot, psidot,
             u, high * high, low * low, side * place.rise * sine,
             (sine * sin_phi, -sine * cos_phi, u), place.n,
+            start.kappa + start.b,
         )  # fmt: skip
 
     def _rates(self, place: Place) -> Pair:

@@ -31,7 +31,7 @@ from heavytop.scene.top import Top
 
 Real: TypeAlias = Any
 
-_FEW_BITS: Final = 128  # which decide nearly always
+FEW_BITS: Final = 128  # which decide nearly always
 _MANY_BITS: Final = 4096  # as many as the exact numbers try
 
 
@@ -180,7 +180,7 @@ class Regime:
         return "steady" if self.steady else "asymptotic" if self.asymptotic else "nutating"
 
     @classmethod
-    def of(cls, source: Source, proved: bool = True) -> Regime:
+    def of(cls, source: Source, proved: bool = True, reduced: Reduced | None = None) -> Regime:
         """What is exactly so of one motion.
 
         What 4096 bits do not tell from 0, and what is not proved to be 0 either, is an error; or
@@ -191,17 +191,17 @@ class Regime:
         Unseparated
             Some number could be neither told from 0 nor proved to be 0.
         """
-        with working(_FEW_BITS):
-            reduced = source.reduced(_FEW_BITS)
-            zero = partial(vanishes, source, proved=proved, reduced=reduced)
-            weightless = zero("g")
-            mirrored = source.inverted
-            top, bottom = ("P_plus", "P_minus") if mirrored else ("P_minus", "P_plus")
-            surplus = "over_bottom" if mirrored else "over_top"
-            resting = zero("udot0")
-            steady = resting and zero("pull")
-            misses_top, misses_bottom = not zero(top), not zero(bottom)
-            level = not (steady or misses_top) and zero(surplus)
+        with working(FEW_BITS):
+            known = reduced or source.reduced(FEW_BITS)
+        zero = partial(vanishes, source, proved=proved, reduced=known)
+        mirrored = source.inverted
+        top, bottom = ("P_plus", "P_minus") if mirrored else ("P_minus", "P_plus")
+        resting = zero("udot0")
+        steady = resting and zero("pull")
+        misses_top, misses_bottom = not zero(top), not zero(bottom)
+        surplus = "over_bottom" if mirrored else "over_top"
+        level = not (steady or misses_top) and zero(surplus)
+        weightless = zero("g")
         return cls(mirrored, weightless, resting, steady, misses_top, misses_bottom, level)
 
 
@@ -215,8 +215,8 @@ def vanishes(
     Unseparated
         It could be neither told from 0 nor proved to be 0, and has to be `proved`.
     """
-    with working(_FEW_BITS):
-        ball = getattr(reduced or source.reduced(_FEW_BITS), name)
+    with working(FEW_BITS):
+        ball = getattr(reduced or source.reduced(FEW_BITS), name)
         if ball.is_zero():
             return True
         if ball > 0 or ball < 0:
