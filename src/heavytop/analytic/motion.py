@@ -10,16 +10,18 @@ from typing import Any, Final, overload
 import numpy as np
 import numpy.typing as npt
 
+from heavytop.analytic.many_times import DoubleForm, DoubleRecord
+from heavytop.analytic.rising import Rising
 from heavytop.analytic.theory import constants as _constants
 from heavytop.analytic.theory.closed_form import ExactRecord, MPForm, Nodding
 from heavytop.analytic.theory.constants import Constants
 from heavytop.analytic.theory.course import Course, Proved
-from heavytop.analytic.theory.double_form import DoubleForm, DoubleRecord
 from heavytop.analytic.theory.nutation import Nutation
 from heavytop.analytic.theory.reduced import Reduced
 from heavytop.classification import Kind, Verdict
 from heavytop.classification.certify import classify
 from heavytop.classification.course import course, zero_momenta
+from heavytop.classification.reduced import FromScene
 from heavytop.errors import NotANumber
 from heavytop.numbers.decimals import STANDARD_DIGITS, Number, context
 from heavytop.scene.arguments import expect, text_of, whole
@@ -59,8 +61,8 @@ class Motion:
 
     Notes
     -----
-    Accuracy: ``tests/analytic/test_scene_accuracy.py`` holds θ, φ and ψ in doubles to 2e-15 of
-    themselves over every shipped scene, and 100 digits to 1000;
+    Accuracy: ``tests/analytic/test_scene_accuracy.py`` holds θ in doubles to 2e-15 of itself, φ and
+    ψ to 1e-15 max(1, |x|), over every shipped scene, and 100 digits to 1000;
     ``tests/analytic/test_double_form.py`` the axis, and φ and ψ modulo 2π, to 4e-15 a million
     periods away.
 
@@ -79,6 +81,11 @@ class Motion:
 
     def __str__(self) -> str:
         return f"Motion({self.top}, {self.start})"
+
+    @cached_property
+    def rising(self) -> Rising:
+        """The closed form at any precision; what cannot be told from zero counts as zero."""
+        return Rising(FromScene(self.top, self.start), proved=False)
 
     @cached_property
     def reduced(self) -> Reduced:
@@ -111,7 +118,7 @@ class Motion:
     @cached_property
     def double(self) -> DoubleForm:
         """The closed form in doubles."""
-        return DoubleForm(self.reduced, self.proved)
+        return DoubleForm(self.rising)
 
     def form(self, digits: int) -> MPForm:
         """The closed form at so many digits.

@@ -38,9 +38,12 @@ class Rising:
     """
 
     def __init__(self, source: Source, proved: bool = True, limit: int = LIMIT) -> None:
-        self.source, self.limit = source, limit
+        self.source, self.proved, self.limit = source, proved, limit
         self.regime = Regime.of(source, proved)
         self._solutions: dict[int, Solution] = {}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Rising, (self.source, self.proved, self.limit)  # what was computed is not copied
 
     def solution(self, bits: int) -> Solution:
         """The closed form at a precision, which must be the working one."""
@@ -62,7 +65,8 @@ class Rising:
 
     def settled(
         self, name: str, value: Callable[[Solution, int], Any], digits: int, *,
-        size: Callable[[arb], arb] | None = None, lost: int = 0,
+        size: Callable[[arb], arb] | None = None,
+        of: Callable[[Any], tuple[arb, ...]] | None = None, lost: int = 0,
     ) -> Any:  # fmt: skip
         """The first ball, or tuple of balls, that has the digits.
 
@@ -76,6 +80,8 @@ class Rising:
             Decimal digits: each radius is at most 10⁻ᵈ of the size.
         size : callable, optional
             What a ball's radius is held against, by default max(1, |x|).
+        of : callable, optional
+            The balls that matter in what `value` gives; by default it gives one, or a tuple.
         lost : int
             Bits known to be lost.
 
@@ -92,7 +98,7 @@ class Rising:
                 except TooFewBits as close:
                     reached = _nearness(close)
                     continue
-                balls = found if isinstance(found, tuple) else (found,)
+                balls = of(found) if of else found if isinstance(found, tuple) else (found,)
                 if all(ball.is_finite() for ball in balls):
                     tiny = arb(10) ** -digits
                     wide = [x for x in balls if not x.rad() <= tiny * (size or _size)(x)]

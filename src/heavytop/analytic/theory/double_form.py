@@ -13,11 +13,12 @@ more. What is different is how the digits are kept:
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import fields
 
 import numpy as np
 import numpy.typing as npt
 
+from heavytop.analytic.many_times import DoubleRecord
 from heavytop.analytic.theory.asymptotic_double import AsymptoticDouble
 from heavytop.analytic.theory.course import NOTHING, Proved
 from heavytop.analytic.theory.double_place import DoubleCourse, DoublePlace
@@ -42,74 +43,6 @@ CHUNK = 8192
 
 SMALL = 0.25
 """Angles are computed with twice the digits below this part of what they are made of."""
-
-
-@dataclass(frozen=True, slots=True)
-class DoubleRecord:
-    """Where the top is and how it moves at given times.
-
-    Parameters
-    ----------
-    t : array
-        Times since the start [s]; every other field has the same shape, `axis` one more.
-    theta, phi, psi : array
-        Euler angles [rad]; φ and ψ continuous from the start, never reduced.
-    phi_mod, psi_mod : array
-        φ and ψ modulo 2π, in [0, 2π), to the digits they have even after 1e9 periods [rad].
-    thetadot, phidot, psidot : array
-        Their rates [rad/s].
-    u, one_minus_u, one_plus_u, udot, uddot : array
-        cos θ, 1 ∓ cos θ to their own digits, d cos θ/dt [s⁻¹] and d² cos θ/dt² [s⁻²].
-    axis : array (…, 3)
-        Unit vector along the symmetry axis, (sin θ sin φ, −sin θ cos φ, cos θ).
-    n : array of int
-        The period of the nutation, counted from the one whose u₁ is nearest the start.
-    omega3, energy : array
-        What is constant: the angular velocity about the symmetry axis [rad/s], and E [J], which
-        `Motion.at` knows; nan where the moments are not known.
-    """
-
-    t: Array
-    theta: Array
-    phi: Array
-    psi: Array
-    phi_mod: Array
-    psi_mod: Array
-    thetadot: Array
-    phidot: Array
-    psidot: Array
-    u: Array
-    one_minus_u: Array
-    one_plus_u: Array
-    udot: Array
-    uddot: Array
-    axis: Array
-    n: npt.NDArray[np.int64]
-    omega3: Array
-    energy: Array
-
-    @property
-    def quaternion(self) -> Array:
-        """The attitude (…, 4), body to space, scalar first, continuous from the start."""
-        phi, psi = self.phi_mod, self.psi_mod
-        turns = np.rint((self.phi - phi) / (2 * np.pi)) + np.rint((self.psi - psi) / (2 * np.pi))
-        sign = 1 - 2 * (turns % 2)
-        cosine, sine = sign * np.sqrt(self.one_plus_u / 2), sign * np.sqrt(self.one_minus_u / 2)
-        plus, minus = (phi + psi) / 2, (phi - psi) / 2
-        parts = (
-            cosine * np.cos(plus), sine * np.cos(minus), sine * np.sin(minus), cosine * np.sin(plus)
-        )  # fmt: skip
-        return np.stack(parts, axis=-1)
-
-    @property
-    def omega(self) -> Array:
-        """The angular velocity (…, 3) in space [rad/s]: ω₃ along the axis, and e × ė."""
-        sine = np.sqrt(self.one_minus_u * self.one_plus_u)
-        across = (self.omega3 - self.phidot * self.u) * sine
-        sin, cos = np.sin(self.phi_mod), np.cos(self.phi_mod)
-        upright = self.omega3 * self.u + self.phidot * sine * sine
-        parts = self.thetadot * cos + across * sin, self.thetadot * sin - across * cos, upright
-        return np.stack(parts, axis=-1)
 
 
 def _double_course(path: Orbit) -> DoubleCourse:
