@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from heavytop.analytic.theory.closed_form import MPForm
-from heavytop.analytic.theory.double_form import DoubleForm
+from heavytop.analytic.many_times import DoubleForm
 from heavytop.analytic.theory.nutation import nutation
 from heavytop.analytic.theory.quadrature import elapsed, elapsed_exact, period
 from heavytop.analytic.theory.reduced import Reduced

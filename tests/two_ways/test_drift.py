@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.analytic.theory.double_form import DoubleForm
+from heavytop.analytic.many_times import DoubleForm
 from heavytop.comparison.march import Stopped
 from heavytop.studies import ledger
 from heavytop.studies.drifts.drift import gathered

@@ -16,7 +16,7 @@ from heavytop.errors import BadScene, Impossible, NotANumber
 from heavytop.integration import folding
 from heavytop.integration.equations import Equations
 from heavytop.integration.folding import Folding
-from heavytop.integration.multiples import Multiples
+from heavytop.numbers.double_double import Multiples
 from heavytop.integration.precise import PreciseIntegrator
 from heavytop.numbers import Exact
 from heavytop.numbers.decimals import context

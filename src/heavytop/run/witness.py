@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from heavytop.analytic.many_times import DoubleForm, DoubleRecord
 from heavytop.analytic.rising import Rising
-from heavytop.analytic.theory.double_form import DoubleForm, DoubleRecord
 from heavytop.classification.reduced import FromAxis, FromConstants, FromScene, Source, Through
 from heavytop.errors import NoClosedForm
 from heavytop.integration.quantities import Sample

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from heavytop.comparison.march import Place
 from heavytop.errors import ForeignFile
-from heavytop.numbers.doubledouble import DoubleDouble
+from heavytop.numbers.double_double import DoubleDouble
 from heavytop.studies import recorded
 from heavytop.studies.drifts.methods import TOLERANCE, Method
 from heavytop.studies.drifts.yardstick import Off
