@@ -65,11 +65,13 @@ def test_range_and_period_of_figure_2_5():
 
 def test_quadrature_of_the_energy_equation_against_the_integrated_motion():
     scene = ht.load_scene("sicm-kicked")
-    roots = ht.Motion(scene.top, scene.start).nutation
-    assert float(quadrature.period(roots)) == pytest.approx(0.54289551818821995785, rel=1e-15)
+    motion = ht.Motion(scene.top, scene.start).rising
+    assert float(potential.quadrature_period(motion)) == pytest.approx(
+        0.54289551818821995785, rel=1e-15
+    )
     trajectory = ht.propagate(scene)
     tilts = np.linspace(0.12, 0.5, 20)
-    whole_swing, *times = quadrature.elapsed(roots, [0.1, *tilts])
+    whole_swing, *times = (float(potential.quadrature_time(motion, x)) for x in ("0.1", *tilts))
     assert trajectory(whole_swing - np.array(times)).theta == pytest.approx(tilts, abs=1e-13)
 
 
