@@ -27,6 +27,7 @@ import numpy.typing as npt
 from flint import acb, arb, fmpq
 
 from heavytop.analytic.closed_form import midpoint
+from heavytop.analytic.cubic import root_of
 from heavytop.analytic.rising import Rising
 from heavytop.analytic.solution import Nutating, Solution
 from heavytop.classification.reduced import FromConstants, Regime, Source
@@ -252,7 +253,7 @@ def quadrature_time(motion: Rising, theta: Any, digits: int = 20) -> Number:
         gone, left = (
             abs(((end + here) / 2).sin() * ((end - here) / 2).sin()) for end in found.tilts
         )
-        return 2 * arb.atan2(gone.sqrt(), left.sqrt())
+        return 2 * arb.atan2(root_of(gone), root_of(left))
 
     return _integrated(motion, alpha, digits)
 
