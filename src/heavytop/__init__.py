@@ -22,7 +22,7 @@ _HOMES = {
     "EnergyMomentum": "analytic.diagram",
     "Errors": "run.witness",
     "Exact": "numbers",
-    "Facts": "analytic.derived",
+    "Facts": "analytic.facts",
     "Folded": "run.folded",
     "ForeignFile": "errors",
     "ForeignStudy": "errors",
@@ -60,7 +60,7 @@ _HOMES = {
     "enclose": "analytic.enclosure",
     "energy_momentum": "analytic.diagram",
     "extend": "run.continuation",
-    "facts": "analytic.derived",
+    "facts": "analytic.facts",
     "fold": "run.folded",
     "load_atlas": "studies.atlases.mapping",
     "load_scene": "scene.scene",
@@ -149,9 +149,9 @@ __all__ = [
 
 if TYPE_CHECKING:
     from heavytop.analytic.circuit import Circuit
-    from heavytop.analytic.derived import Facts, facts
     from heavytop.analytic.diagram import EnergyMomentum, energy_momentum
     from heavytop.analytic.enclosure import Enclosure, enclose
+    from heavytop.analytic.facts import Facts, facts
     from heavytop.analytic.motion import Motion
     from heavytop.analytic.motions import Motions, motions_many
     from heavytop.claims.validating import validate

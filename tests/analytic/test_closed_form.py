@@ -11,8 +11,8 @@ from fractions import Fraction
 
 import pytest
 
-from heavytop.analytic.theory.closed_form import MPForm
 from heavytop.analytic.many_times import DoubleForm
+from heavytop.analytic.theory.closed_form import MPForm
 from heavytop.analytic.theory.reduced import Reduced
 from heavytop.analytic.theory.theta_functions import Functions, Lattice
 from heavytop.numbers.decimals import context

@@ -21,7 +21,7 @@ from heavytop.analytic.rising import Rising
 from heavytop.classification.reduced import FromAxis, FromScene
 from heavytop.errors import NoClosedForm, NotANumber
 from heavytop.numbers import Exact
-from heavytop.numbers.precision import working
+from heavytop.numbers.intervals import working
 
 SICM = (Fraction("3.28e-4"), Fraction("6.6e-5"), Fraction("0.0456"))
 LIE = (Fraction("15.234375"), Fraction("0.46875"), Fraction("147.15"))

@@ -15,9 +15,9 @@ import mpmath
 import numpy as np
 import pytest
 
+from heavytop.analytic.many_times import DoubleForm
 from heavytop.analytic.theory.closed_form import Asymptotic, MPForm, Nodding, Steady
 from heavytop.analytic.theory.course import Course, Proved
-from heavytop.analytic.many_times import DoubleForm
 from heavytop.analytic.theory.nutation import MOST_DIGITS
 from heavytop.analytic.theory.reduced import Reduced
 from heavytop.errors import NoClosedForm

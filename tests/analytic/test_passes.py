@@ -11,8 +11,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from heavytop.analytic.theory.closed_form import MPForm
 from heavytop.analytic.many_times import DoubleForm
+from heavytop.analytic.theory.closed_form import MPForm
 from heavytop.analytic.theory.reduced import Reduced
 from heavytop.numbers import Exact
 from heavytop.numbers.decimals import context
