@@ -33,7 +33,7 @@ from heavytop.analytic.solution import Nutating, Solution
 from heavytop.classification.reduced import FromConstants, Regime, Source
 from heavytop.errors import NoClosedForm
 from heavytop.numbers.decimals import Number, context
-from heavytop.numbers.intervals import Ball, rational, working
+from heavytop.numbers.intervals import Interval, rational, working
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -82,7 +82,7 @@ class Potential:
         with working(_BITS):
             start = self.source.reduced(_BITS)
             g, plus, minus, h = (
-                Ball.of(x).middle for x in (start.g, start.P_plus, start.P_minus, start.h)
+                Interval.of(x).middle for x in (start.g, start.P_plus, start.P_minus, start.h)
             )
         return g, Fraction(0) if no_plus else plus, Fraction(0) if no_minus else minus, h
 
@@ -263,7 +263,7 @@ def _integrated(motion: Rising, end: Any, digits: int) -> Number:
         raise NoClosedForm(f"a {motion.regime.name} motion has no nutation")
 
     def integral(found: Solution, _: int) -> arb:
-        _, _, _, mc, w = _distances(found)
+        *_others, mc, w = _distances(found)
 
         def slowness(alpha: acb, analytic: bool) -> acb:
             c = (alpha / 2).cos()
