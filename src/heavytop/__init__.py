@@ -35,7 +35,7 @@ _HOMES = {
     "MissedDigitsWarning": "errors",
     "MissingPackage": "errors",
     "Motion": "analytic.motion",
-    "Motions": "analytic.motions",
+    "Motions": "analytic.many_motions",
     "NoClosedForm": "errors",
     "NoScheduler": "errors",
     "NoWorkerWarning": "errors",
@@ -66,7 +66,7 @@ _HOMES = {
     "load_scene": "scene.scene",
     "load_trajectory": "run.archive",
     "merge_atlases": "studies.atlases.mapping",
-    "motions_many": "analytic.motions",
+    "motions_many": "analytic.many_motions",
     "plan": "run.planning",
     "propagate": "run.propagation",
     "propagate_many": "run.ensemble",
@@ -152,8 +152,8 @@ if TYPE_CHECKING:
     from heavytop.analytic.diagram import EnergyMomentum, energy_momentum
     from heavytop.analytic.enclosure import Enclosure, enclose
     from heavytop.analytic.facts import Facts, facts
+    from heavytop.analytic.many_motions import Motions, motions_many
     from heavytop.analytic.motion import Motion
-    from heavytop.analytic.motions import Motions, motions_many
     from heavytop.claims.validating import validate
     from heavytop.claims.validation import Validation
     from heavytop.classification import Kind, Verdict
