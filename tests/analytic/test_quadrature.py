@@ -5,11 +5,14 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+import heavytop as ht
+from heavytop.analytic.many_times import DoubleForm
+from heavytop.analytic.rising import Rising
 from heavytop.analytic.theory.closed_form import MPForm
-from heavytop.analytic.theory.double_form import DoubleForm
 from heavytop.analytic.theory.nutation import nutation
 from heavytop.analytic.theory.quadrature import elapsed, elapsed_exact, period
 from heavytop.analytic.theory.reduced import Reduced
+from heavytop.classification.reduced import FromScene
 from heavytop.errors import NoClosedForm
 from heavytop.numbers import Exact
 from heavytop.numbers.decimals import context
@@ -55,10 +58,13 @@ def test_published_periods(name, T):
 @pytest.mark.parametrize("name", START)
 def test_times_of_angles(name):
     """t(θ) from the turning point u₁, against θ(t) of the closed form in doubles."""
-    reduced = motion(name)
-    roots, form = nutation(reduced), DoubleForm(reduced)
+    A, C, gMR, theta, phi, psi, thetadot, phidot, psidot = START[name]
+    rates = {"thetadot": thetadot, "phidot": phidot, "psidot": psidot}
+    rising = Rising(FromScene(ht.Top(A, C, gMR), ht.State(theta, phi=phi, psi=psi, **rates)))
+    roots, form = nutation(motion(name)), DoubleForm(rising)
     age = np.linspace(0.03, 0.47, 12) * form.period
-    at = form(age - float(form.exact.t0))
+    lower = rising.settled("u1", lambda found, bits: found.lower_turning, 30)
+    at = form(age + float(lower))
     spent = elapsed(roots, at.theta)
     np.testing.assert_allclose(spent, age, rtol=0, atol=2e-14 * form.period)
 

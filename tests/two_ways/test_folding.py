@@ -16,10 +16,10 @@ from heavytop.errors import BadScene, Impossible, NotANumber
 from heavytop.integration import folding
 from heavytop.integration.equations import Equations
 from heavytop.integration.folding import Folding
-from heavytop.numbers.double_double import Multiples
 from heavytop.integration.precise import PreciseIntegrator
 from heavytop.numbers import Exact
 from heavytop.numbers.decimals import context
+from heavytop.numbers.double_double import Multiples
 from heavytop.run.engines import start_values
 from heavytop.run.folded import fold
 from heavytop.run.folds import making, starting
