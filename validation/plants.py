@@ -95,12 +95,12 @@ PLANTS = (
     ),
     Plant(
         "no number at one time, in the closed form in doubles",
-        "analytic/theory/nodding_double.py",
+        "analytic/many_times.py",
         (
             (
-                "        opened = (turning % 2 == 1) & (after > 0)\n",
+                "        opened = (turning % 2 == 1) & known\n",
                 "        columns[0].flat[t.size // 2] = np.nan\n"
-                "        opened = (turning % 2 == 1) & (after > 0)\n",
+                "        opened = (turning % 2 == 1) & known\n",
             ),
         ),
         ("dop853-closed-form-kicked", "dop853-closed-form-tilted", "dop853-closed-form-dropped"),

@@ -14,12 +14,16 @@ from typing import NamedTuple
 import mpmath
 import numpy as np
 import pytest
+from flint import arb
 
+import heavytop as ht
 from heavytop.analytic.many_times import DoubleForm
+from heavytop.analytic.rising import Rising
 from heavytop.analytic.theory.closed_form import Asymptotic, MPForm, Nodding, Steady
 from heavytop.analytic.theory.course import Course, Proved
 from heavytop.analytic.theory.nutation import MOST_DIGITS
 from heavytop.analytic.theory.reduced import Reduced
+from heavytop.classification.reduced import FromScene
 from heavytop.errors import NoClosedForm
 from heavytop.numbers import Exact, cos
 from heavytop.numbers.decimals import context
@@ -46,6 +50,15 @@ class Start(NamedTuple):
             context(60), *self.top, self.theta, phi, psi, self.thetadot, self.phidot,
             omega3=self.omega3,
         )  # fmt: skip
+
+    @property
+    def rising(self):
+        """The same in balls, from exact numbers."""
+        state = ht.State(
+            self.theta, thetadot=self.thetadot, phi="0.3", phidot=self.phidot, psi="-0.7",
+            omega3=self.omega3,
+        )  # fmt: skip
+        return Rising(FromScene(ht.Top(*self.top), state))
 
     def given(self, ctx):
         """A, C, gMR, θ, φ̇, ω3, θ̇ as numbers of a context."""
@@ -231,26 +244,33 @@ def test_the_period_of_a_sleeper_that_is_pushed(e):
 @pytest.mark.parametrize("e", TINY)
 @pytest.mark.parametrize("name", NAMES)
 def test_doubles_keep_all_their_digits(name, e):
-    """θ, φ and ψ to 1e-15 of themselves: a start is exact, so nothing is ill-conditioned."""
-    start, proved = near(e)[name]
-    double, exact = DoubleForm(start.reduced(), proved), MPForm(start.reduced(), 30, proved)
-    times = np.array([float(t) for t in [*places(exact), exact.period * 7 / 3]])
+    """θ to 1e-15 of itself, φ and ψ to 1e-15 max(1, |x|): a start is exact, nothing ill-posed."""
+    rising = near(e)[name][0].rising
+    double = DoubleForm(rising)
+    lower, T = rising.settled(
+        "turning points", lambda found, bits: (found.lower_turning, found.period), 60
+    )
+    times = [float(lower + T * arb(part)) for part in PARTS]
+    times += [double.period * 7 / 3, 0.0, 1e-3, -0.3, 2.0]
     record = double(times)
     for i, t in enumerate(times):
-        at = exact(float(t))
+        at = rising.settled(
+            "the truth", lambda found, bits, t=t: found.at(arb(t)), 360,
+            of=lambda at: (at.theta, at.phi, at.psi),
+        )  # fmt: skip
         for angle in ("theta", "phi", "psi"):
-            want = getattr(at, angle)
-            got = exact.ctx.mpf(float(getattr(record, angle)[i]))
-            assert abs(got - want) <= 1e-15 * abs(want), (angle, t)
+            want, got = getattr(at, angle), arb(float(getattr(record, angle)[i]))
+            size = abs(want) if angle == "theta" else abs(want).max(arb(1))
+            assert abs(float(got - want)) <= 1e-15 * float(size), (angle, t)
 
 
 @pytest.mark.parametrize("e", ["1e-1", "1e-8", "1e-20", "1e-45"])
 def test_the_separatrix_of_a_top_that_hardly_falls(e):
     """From its lowest point θ₁ = e: sin(θ/2) = sin(θ₁/2) sech(√(gMR/A) sin(θ₁/2) t), m = 1."""
     c = cos(X(e) / 2)  # ω3 = 4 c and φ̇ = 1/c make P₋ = 0 and E' = gMR
-    reduced = Start(UNIT, X(e), 1 / c, 4 * c).reduced()
+    start = Start(UNIT, X(e), 1 / c, 4 * c)
     proved = Proved(Course.ASYMPTOTIC, zero_plus=False, zero_minus=True)
-    form, double = MPForm(reduced, 40, proved), DoubleForm(reduced, proved)
+    form, double = MPForm(start.reduced(), 40, proved), DoubleForm(start.rising)
     ctx = form.ctx
     depth = ctx.sin(X(e).mpf(ctx) / 2)
     for x in ("-3", "0.2", "1", "37.7", "-53.1", "61.3"):
@@ -263,7 +283,8 @@ def test_the_separatrix_of_a_top_that_hardly_falls(e):
         sweep = ctx.atan(ctx.tan(X(e).mpf(ctx) / 2) * ctx.tanh(depth * t))
         exact_phi = ctx.mpf(3) / 10 + c.mpf(ctx) * t + sweep  # Φ₊ = ½ P₊ t/2 + …
         assert abs(form(t).phi - exact_phi) < ctx.mpf("1e-38") * (1 + abs(exact_phi))
-        assert abs(float(double(high, low).phi / exact_phi) - 1) < 1e-15
+        off = abs(float(ctx.mpf(float(double(high, low).phi)) - exact_phi))
+        assert off <= 1e-15 * max(1, abs(exact_phi))
 
 
 def looks(reduced):
@@ -285,7 +306,7 @@ def test_what_is_proved_is_taken_as_given(name, course):
     form = MPForm(start.reduced(), 30, proved)
     assert isinstance(form.orbit, Nodding)
     assert form.ctx.dps > 100
-    assert isinstance(DoubleForm(start.reduced(), proved).exact, Nodding)
+    assert DoubleForm(start.rising).period == pytest.approx(float(form.period), rel=1e-15)
 
 
 def test_a_close_pass_is_no_exact_one():
@@ -328,7 +349,7 @@ def test_steady_at_a_tilt_that_vanishes_at_sixty_digits():
     form = MPForm(start.reduced(), 30, steady)
     assert abs(form(2).phi - Fraction("0.3") - 6) < form.ctx.mpf("1e-30")
     assert abs(form(2).theta / tilt.mpf(form.ctx) - 1) < form.ctx.mpf("1e-30")
-    assert float(DoubleForm(start.reduced(), steady)(2.0).theta) == pytest.approx(1e-70, rel=1e-15)
+    assert float(DoubleForm(start.rising)(2.0).theta) == pytest.approx(1e-70, rel=1e-15)
 
 
 def test_the_limit_of_digits_is_named():
@@ -336,5 +357,17 @@ def test_the_limit_of_digits_is_named():
     steady = Start(BETSCH, X("pi/3"), 10, Fraction("140.6")).reduced()
     with pytest.raises(NoClosedForm, match=str(MOST_DIGITS)):
         MPForm(steady, 30, NODS)
-    with pytest.raises(NoClosedForm, match=str(MOST_DIGITS)):
-        DoubleForm(steady, NODS)
+
+
+class Told(FromScene):
+    """Numbers of which none is known to vanish."""
+
+    def vanishes(self, name):
+        return False
+
+
+def test_the_limit_of_bits_is_named():
+    """Doubles as well: told that it nods where it is steady, they say how many bits were tried."""
+    start = Start(BETSCH, X("pi/3"), 10, Fraction("140.6")).rising.source
+    with pytest.raises(NoClosedForm, match="1024 bits"):
+        DoubleForm(Rising(Told(start.top, start.start), limit=1024))

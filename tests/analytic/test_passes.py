@@ -11,9 +11,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+import heavytop as ht
 from heavytop.analytic.many_times import DoubleForm
+from heavytop.analytic.rising import Rising
 from heavytop.analytic.theory.closed_form import MPForm
 from heavytop.analytic.theory.reduced import Reduced
+from heavytop.classification.reduced import FromScene
 from heavytop.numbers import Exact
 from heavytop.numbers.decimals import context
 
@@ -26,20 +29,27 @@ def start(top, theta, phidot, psidot, thetadot=0):
     return Reduced.from_angles(CTX, *top, X(theta), phi, psi, thetadot, X(phidot), X(psidot))
 
 
-# motion, the pole that is passed (1 top, −1 bottom), and half periods from u₁ to there
-PASSES = {
-    "the top, from it": (start((2, 1, 3), 0, 0, 2, 3), 1, 1),
-    "the top, into it": (start((2, 1, 3), 0, 0, 2, -3), 1, 1),
-    "the top, from afar": (start((2, 1, 2), "pi/3", 4, 10, -1), 1, 1),
-    "the bottom": (start((2, 1, 3), "pi", 0, 2, 3), -1, 0),
-    "the bottom, from afar": (start((2, 1, 2), "2*pi/3", -4, 10, 1), -1, 0),
-    "the top, hanging from it": (start((2, 1, -3), 0, 0, 2, 1), 1, 0),
-    "the bottom, standing on it": (start((2, 1, -3), "pi", 0, 2, 3), -1, 1),
-    "a swing": (start((2, 1, 3), "2.5", 0, 0, 0.5), -1, 0),
-    "turning over, the top": (start((2, 1, 3), "2.5", 0, 0, 5), 1, 1),
-    "turning over, the bottom": (start((2, 1, 3), "2.5", 0, 0, -5), -1, 0),
-    "weightless, the top": (start((2, 1, 0), 0, 0, 2, 3), 1, 1),
+# a start, the pole that is passed (1 top, −1 bottom), and half periods from u₁ to there
+GIVEN = {
+    "the top, from it": (((2, 1, 3), 0, 0, 2, 3), 1, 1),
+    "the top, into it": (((2, 1, 3), 0, 0, 2, -3), 1, 1),
+    "the top, from afar": (((2, 1, 2), "pi/3", 4, 10, -1), 1, 1),
+    "the bottom": (((2, 1, 3), "pi", 0, 2, 3), -1, 0),
+    "the bottom, from afar": (((2, 1, 2), "2*pi/3", -4, 10, 1), -1, 0),
+    "the top, hanging from it": (((2, 1, -3), 0, 0, 2, 1), 1, 0),
+    "the bottom, standing on it": (((2, 1, -3), "pi", 0, 2, 3), -1, 1),
+    "a swing": (((2, 1, 3), "2.5", 0, 0, 0.5), -1, 0),
+    "turning over, the top": (((2, 1, 3), "2.5", 0, 0, 5), 1, 1),
+    "turning over, the bottom": (((2, 1, 3), "2.5", 0, 0, -5), -1, 0),
+    "weightless, the top": (((2, 1, 0), 0, 0, 2, 3), 1, 1),
 }
+PASSES = {name: (start(*given), pole, half) for name, (given, pole, half) in GIVEN.items()}
+
+
+def rising_of(name):
+    top, theta, phidot, psidot, thetadot = GIVEN[name][0]
+    state = ht.State(theta, thetadot=thetadot, phi="0.3", phidot=phidot, psi="-0.7", psidot=psidot)
+    return Rising(FromScene(ht.Top(*top), state))
 
 
 def attitude(ctx, at):
@@ -122,16 +132,17 @@ def test_the_axis_crosses_the_pole_in_a_straight_line(name):
 @pytest.mark.parametrize("name", PASSES)
 def test_doubles_pass_smoothly_too(name):
     """Sampled every 1e-6 s through five passes, axis and attitude move as far as ω lets them."""
-    reduced, _, half = PASSES[name]
-    form, exact = DoubleForm(reduced), MPForm(reduced, 30)
-    pole = float(passing(exact, half))
+    rising, half = rising_of(name), PASSES[name][2]
+    form = DoubleForm(rising)
+    lower, T = rising.settled("T", lambda found, bits: (found.lower_turning, found.period), 30)
+    pole = float(lower + (half / 2 + 2) * T)
     t = (pole + np.arange(-2, 3)[:, None] * form.period + np.arange(-50, 51) * 1e-6).ravel()
     at = form(np.append(t, pole))
     half_angles = at.theta / 2, (at.phi + at.psi) / 2, (at.phi - at.psi) / 2
     (c, s), (cp, sp), (cm, sm) = ((np.cos(x), np.sin(x)) for x in half_angles)
     q = np.stack((c * cp, s * cm, s * sm, c * sp), axis=-1)
-    size = float(exact.ctx.sqrt((reduced.kappa + reduced.b) ** 2 + 2 * (
-        reduced.kinetic0 + abs(reduced.g) * (1 + abs(reduced.u0)))))  # fmt: skip
+    r = PASSES[name][0]
+    size = float((r.kappa + r.b) ** 2 + 2 * (r.kinetic0 + abs(r.g) * (1 + abs(r.u0)))) ** 0.5
     apart = np.diff(t) < 2e-6
     turned = 1 - abs(np.sum(q[1:-1] * q[:-2], axis=-1))  # 1 − cos of half the angle
     assert np.all(turned[apart] < (1.001e-6 * size) ** 2 / 8 + 1e-15)

@@ -289,8 +289,9 @@ class DoubleForm:
         """
         time, low, shape = _times(t, t_lo)
         records = [self._record(time[part], low[part]) for part in _chunks(time.size)]
+        join: Any = np.concatenate if len(records) > 1 else itemgetter(0)
         whole = (
-            np.concatenate([getattr(record, field.name) for record in records])
+            join([getattr(record, field.name) for record in records])
             for field in fields(DoubleRecord)
         )
         return DoubleRecord(*(each.reshape((*shape, *each.shape[1:])) for each in whole))
