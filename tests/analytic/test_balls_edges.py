@@ -43,7 +43,7 @@ def test_near_double_roots(rate, exponent):
     assert low.spread + middle.spread < (middle.middle - low.middle) / 10
     assert small / 100 < middle.middle - low.middle < small
     form = ht.Motion(BETSCH, start).form(150)
-    for ball, value in zip(found.roots, form.orbit.roots.roots, strict=True):
+    for ball, value in zip(found.roots, form.roots, strict=True):
         assert agrees(ball, value)
     assert agrees(found.period, form.period)
     assert agrees(found.precession, form.precession)
@@ -98,8 +98,8 @@ def test_near_the_separatrix(exponent):
         mc = (value[2] - value[1]) / (value[2] - value[0])
         near = mpmath.mp.log(16 / mc) / mpmath.sqrt((value[2] - value[0]) / 2)
         assert abs(near - found.period.mid) < 10 * mc * near + 1e-14 * near
-    form = ht.Motion(UNIT, start).form(150) if exponent <= 40 else None
-    for t in (1, 30, "1e4") if form else ():
+    form = ht.Motion(UNIT, start).form(150)
+    for t in (1, 30, "1e4"):
         assert agrees(found.theta(t), form(t).theta)
 
 

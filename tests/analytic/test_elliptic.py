@@ -1,60 +1,239 @@
-"""Elliptic integrals by arithmetic–geometric means, against Carlson's integrals of mpmath."""
+"""The solution's elliptic integrals and functions against mpmath's own, at 50 and 100 digits.
 
-import random
+mpmath shares no line with FLINT, of which the solution is made. Its functions get the roots that
+mpmath finds of the cubic (`test_cubic`) from the numbers of the scene.
+"""
+
+from fractions import Fraction
+from functools import cache
 
 import mpmath
 import pytest
 
-from heavytop.analytic.theory.elliptic import complete_first, complete_third, first
-from heavytop.numbers.decimals import context
+import heavytop as ht
+from heavytop.numbers.intervals import Interval
 
-CTX = context(60)
+from .rigid_series import motion
 
-
-def reference():
-    """An mpmath of many more digits: Π(n|m) is a difference where n is far from zero."""
-    ctx = mpmath.MPContext()
-    ctx.dps = 260
-    return ctx
-
-
-def parameters(seed):
-    """Parameters mc from 1e-60 to 1, and from 1 − 1e-40."""
-    draw = random.Random(seed)
-    small = [CTX.mpf(10) ** draw.uniform(-60, 0) for _ in range(20)]
-    return [CTX.one, *small, *(1 - CTX.mpf(10) ** draw.uniform(-40, -1) for _ in range(10))]
-
-
-def apart(found, exact):
-    return float(abs(exact.context.make_mpf(found._mpf_) / exact - 1))
-
-
-def test_first_kind():
-    """F from tan φ = 1e-40 to 1e40, and K, to 1e-57; tan⁴ φ = 1/mc halves K: a step meets 0."""
-    ctx, draw = reference(), random.Random(1)
-    for mc in parameters(2):
-        exact_mc = ctx.make_mpf(mc._mpf_)
-        tangents = [CTX.mpf(10) ** draw.uniform(-40, 40) for _ in range(4)]
-        for tangent in (*tangents, CTX.one, mc**-0.25, mc**-0.5):
-            t = ctx.make_mpf(tangent._mpf_)
-            s2, c2 = t**2 / (1 + t**2), 1 / (1 + t**2)
-            exact = ctx.sqrt(s2) * ctx.elliprf(c2, c2 + exact_mc * s2, 1)
-            assert apart(first(CTX, tangent, mc), exact) < 1e-57
-        assert apart(complete_first(CTX, mc), ctx.elliprf(0, exact_mc, 1)) < 1e-57
+# g ≥ 0, released at a turning point or anywhere between; both sides of the poles and close to them
+NUTATIONS = {
+    "loops": (2, 1, 3, "0.5", "0.3", "-0.7", 0, -2, 5),
+    "rising": (2, 1, 3, "1.5", "0.3", "-0.7", -1, "0.5", 3),
+    "falling": (2, "1.5", 3, "1.5", "0.3", "-0.7", 1, "0.5", 3),
+    "cusps": (2, 1, 3, "0.5", 0, 0, 0, 0, 7),
+    "negative momenta": (2, 1, 3, "1.2", "0.3", "-0.7", "0.4", -2, -5),
+    "spherical pendulum, almost": (2, 1, 3, 1, "0.2", "0.1", "0.4", "1.25", "1e-3"),
+    "1e-3 past the bottom": (2, 1, 3, "2.5", 0, 0, 1, "0.001", "0.002"),
+    "1e-3 past the top": (2, 1, 3, "0.001", 0, 0, 2, "0.5", "0.7"),
+    "1e-20 past the top": (2, 1, 3, "1e-20", 0, 0, 2, "0.5", "0.7"),
+    "1e-20 off uniform": ("6.375e-3", "7.5e-4", "0.73575", "pi/3", 0, 0, "1e-20", 10, "135.6"),
+    "within 1e-9 of the separatrix": (2, 1, 2, "pi/3", 0, 0, "0.5", 1, "2.499999999"),
+    "1e-30 beyond the separatrix": (
+        2, 1, 2, "pi/3", 0, 0, "0.5", 1, Fraction(5, 2) + Fraction(1, 10**30)
+    ),
+    "1e-9 of weight": (2, 1, "1e-9", "0.7", 0, 0, "0.3", 2, 5),
+    "slender and fast": (1, "0.001", 3, 1, 1, 2, "0.5", 1, 3000),
+}  # fmt: skip
+SPARE = 260  # digits that Π(n|m) next to a pole and the roots may lose
 
 
-def test_third_kind():
-    """Π(1 − p|m) to 1e-57 from p = 1e-30 to 1e90: a pass within 1e-45 of a pole."""
-    ctx, draw = reference(), random.Random(3)
-    for mc in parameters(4):
-        p, exact_mc = CTX.mpf(10) ** draw.uniform(-30, 90), ctx.make_mpf(mc._mpf_)
-        q = ctx.make_mpf(p._mpf_)
-        carlson = ctx.elliprf(0, exact_mc, 1) + (1 - q) / 3 * ctx.elliprj(0, exact_mc, 1, q)
-        assert apart(complete_third(CTX, p, mc), carlson) < 1e-57
+class Textbook:
+    """The closed form by mpmath alone: roots by `polyroots`, K, Π and sn by its own functions."""
+
+    def __init__(self, begun, digits):
+        self.mp = mp = mpmath.MPContext()
+        mp.dps = digits + SPARE
+        top, start = begun.top, begun.start
+        A, C, gMR = (x.mpf(mp) for x in (top.A, top.C, top.gMR))
+        theta, rate, turn, omega3 = (
+            x.mpf(mp) for x in (start.theta, start.thetadot, start.phidot, start.omega3)
+        )
+        self.u0, sine = mp.cos(theta), mp.sin(theta)
+        self.g, self.b, self.omega3 = gMR / A, C * omega3 / A, omega3
+        self.a = turn * sine**2 + self.b * self.u0
+        h = (rate**2 + (turn * sine) ** 2) / 2 + self.g * self.u0
+        cubic = [
+            2 * self.g,
+            -(2 * h + self.b**2),
+            2 * (self.a * self.b - self.g),
+            2 * h - self.a**2,
+        ]
+        found = mp.polyroots(cubic, maxsteps=2000, extraprec=4 * mp.prec, error=False)
+        self.low, self.middle, self.high = sorted(mp.re(u) for u in found)
+        self.m = (self.middle - self.low) / (self.high - self.low)
+        self.w = mp.sqrt(self.g * (self.high - self.low) / 2)
+        self.falls = mp.sign(rate)  # at a turning point 0
+        self.upper = abs(self.u0 - self.middle) < abs(self.u0 - self.low)
+
+    @property
+    def K(self):
+        return self.mp.ellipk(self.m)
+
+    @property
+    def start(self):
+        """The phase x₀ of the start, u = u₁ + (u₂ − u₁) sn²(w t + x₀)."""
+        mp = self.mp
+        if not self.falls:
+            return -self.K if self.upper else mp.zero
+        s2 = (self.u0 - self.low) / (self.middle - self.low)
+        return -self.falls * mp.ellipf(mp.asin(mp.sqrt(s2)), self.m)
+
+    @property
+    def turns(self):
+        """Φ₊ and Φ₋ over a period."""
+        mp, reach = self.mp, self.middle - self.low
+        plus = (self.a + self.b) / (1 + self.low) * mp.ellippi(-reach / (1 + self.low), self.m)
+        minus = (self.a - self.b) / (1 - self.low) * mp.ellippi(reach / (1 - self.low), self.m)
+        return plus / self.w, minus / self.w
+
+    def tilt(self, t):
+        """u and u̇ at a time."""
+        mp = self.mp
+        sn, cn, dn = (mp.ellipfun(f, self.w * t + self.start, m=self.m) for f in ("sn", "cn", "dn"))
+        reach = self.middle - self.low
+        return self.low + reach * sn**2, 2 * reach * self.w * sn * cn * dn
 
 
-@pytest.mark.parametrize("tangent", ["0", "1e-20", "0.3", "1e20"])
-def test_the_limit_of_no_complement(tangent):
-    """F(φ|1) = asinh tan φ."""
-    found = first(CTX, CTX.mpf(tangent), CTX.zero)
-    assert abs(found - CTX.asinh(CTX.mpf(tangent))) <= CTX.mpf("1e-58") * abs(found)
+@cache
+def textbook(name, digits):
+    return Textbook(motion(*NUTATIONS[name]), digits)
+
+
+def holds(ball, value, digits):
+    """Whether an interval is as narrow as asked and holds a number of twice the digits."""
+    size = max(1, abs(ball.middle))
+    assert ball.spread <= size / Fraction(10) ** digits
+    return value in Interval(ball.middle, ball.spread + size / Fraction(10) ** (2 * digits))
+
+
+@pytest.mark.parametrize("digits", [50, 100])
+@pytest.mark.parametrize("name", NUTATIONS)
+def test_periods_and_turns(name, digits):
+    """T is 2K/w, Δφ the sum of the turns, and Δψ − κT their difference, by K and Π of mpmath."""
+    begun, truth = motion(*NUTATIONS[name]), textbook(name, digits)
+    found = ht.enclose(begun.top, begun.start, digits)
+    form, T = begun.form(digits), 2 * truth.K / truth.w
+    plus, minus = truth.turns
+    kappa = truth.omega3 - truth.b
+    assert holds(found.period, T, digits)
+    assert holds(found.precession, plus + minus, digits)
+    assert holds(found.spin, kappa * T + plus - minus, digits)
+    bound = truth.mp.mpf(10) ** -digits
+    for got, want in (
+        (form.period, T), (form.precession, plus + minus), (form.relative_spin, plus - minus),
+        (form.modulus[0], truth.m), (form.modulus[1], 1 - truth.m),
+        (form.mean_rates[0], 2 * plus / T), (form.mean_rates[1], 2 * minus / T),
+    ):  # fmt: skip
+        assert abs(truth.mp.mpf(got) - want) <= bound * max(1, abs(want))
+    for got, want in zip(form.roots, (truth.low, truth.middle, truth.high), strict=True):
+        assert abs(truth.mp.mpf(got) - want) <= bound * max(1, abs(want))
+
+
+@pytest.mark.parametrize("digits", [50, 100])
+@pytest.mark.parametrize("name", NUTATIONS)
+def test_tilts_and_their_rates(name, digits):
+    """u and u̇ by sn, cn and dn of mpmath, begun where the start is by its incomplete F."""
+    begun, truth = motion(*NUTATIONS[name]), textbook(name, digits)
+    found, form, mp = ht.enclose(begun.top, begun.start, digits), begun.form(digits), truth.mp
+    # (t − start)/T half way between turning points, just past one, and some periods later
+    for part in ("0.25", "0.5000001", "-0.7", "3.1"):
+        t = Fraction(part) * Fraction(float(form.period))
+        u, udot = truth.tilt(mp.mpf(t.numerator) / t.denominator)
+        assert holds(found.u(t), u, digits)
+        at = form(t)
+        bound = mp.mpf(10) ** -digits
+        assert abs(mp.mpf(at.u) - u) <= bound
+        assert abs(mp.mpf(at.udot) - udot) <= bound * max(1, begun.rising.rate)
+        phidot = (truth.a - truth.b * u) / (1 - u * u)
+        assert abs(mp.mpf(at.phidot) - phidot) <= bound * max(1, abs(phidot))
+        assert abs(mp.mpf(at.psidot) - truth.omega3 + phidot * u) <= bound * max(
+            1, abs(truth.omega3), begun.rising.rate
+        )
+
+
+@pytest.mark.parametrize("digits", [50, 100])
+@pytest.mark.parametrize("name", NUTATIONS)
+def test_times_of_turning_points(name, digits):
+    """The lower turning point nearest the start by F, which is also R_F."""
+    begun, truth = motion(*NUTATIONS[name]), textbook(name, digits)
+    form, mp = begun.form(digits), truth.mp
+    want = -truth.start / truth.w
+    assert abs(mp.mpf(form.lower_turning) - want) <= mp.mpf(10) ** -digits * max(1, abs(want))
+    if truth.falls:
+        s2 = (truth.u0 - truth.low) / (truth.middle - truth.low)
+        carlson = mp.sqrt(s2) * mp.elliprf(1 - s2, 1 - truth.m * s2, 1)
+        assert abs(carlson / abs(truth.start) - 1) < mp.mpf(10) ** (-digits - 50)
+
+
+@pytest.mark.parametrize("digits", [50, 100])
+@pytest.mark.parametrize("name", NUTATIONS)
+def test_complete_integrals_by_carlson(name, digits):
+    """The same turns by R_F and R_J of mpmath, whose Π takes another way."""
+    begun, truth = motion(*NUTATIONS[name]), textbook(name, digits)
+    mp, form = truth.mp, begun.form(digits)
+    mc = (truth.high - truth.middle) / (truth.high - truth.low)
+    K = mp.elliprf(0, mc, 1)
+    turned = []
+    for momentum, side in ((truth.a + truth.b, 1), (truth.a - truth.b, -1)):
+        p = (1 + side * truth.middle) / (1 + side * truth.low)
+        third = K + (1 - p) / 3 * mp.elliprj(0, mc, 1, p)
+        turned.append(momentum / (1 + side * truth.low) * third / truth.w)
+    bound = mp.mpf(10) ** -digits
+    assert abs(mp.mpf(form.period) - 2 * K / truth.w) <= bound * max(1, form.period)
+    assert abs(mp.mpf(form.precession) - sum(turned)) <= bound * max(1, abs(sum(turned)))
+    assert abs(mp.mpf(form.relative_spin) - turned[0] + turned[1]) <= bound * max(
+        1, *map(abs, turned)
+    )
+
+
+@pytest.mark.parametrize("digits", [50, 100])
+@pytest.mark.parametrize("name", ["loops", "falling", "1e-3 past the top"])
+def test_angles_by_theta_functions_of_mpmath(name, digits):
+    """φ + ψ and φ − ψ between two times as derivatives of their sweeps: against `jtheta`.
+
+    Each half turns by a rate of its own and by twice the argument of θ₁(z − iβ), which is what
+    mpmath's theta functions say here of a whole and of a part of a period.
+    """
+    begun, truth = motion(*NUTATIONS[name]), textbook(name, digits)
+    mp, form = truth.mp, begun.form(digits)
+    q = mp.exp(-mp.pi * mp.ellipk(1 - truth.m) / truth.K)
+    low, reach = truth.low, truth.middle - truth.low
+    halves = []
+    for momentum, side, own in ((truth.a + truth.b, 1, 0), (truth.a - truth.b, -1, 1)):
+        near = 1 + side * (low if side > 0 else truth.middle)
+        # sn²(i v) = −(1 + u₁)/(u₂ − u₁), or next to u₂ that of the complementary turning point
+        tangent2 = near / reach
+        if side < 0:
+            tangent2 *= (truth.high - low) / (truth.high - 1)
+        v = mp.ellipf(mp.atan(mp.sqrt(tangent2)), 1 - truth.m)
+        beta = mp.pi * v / (2 * truth.K)
+        halves.append((mp.sign(momentum), beta, own))
+    turns = truth.turns
+    for part in ("0.15", "0.4", "0.85"):
+        t = mp.mpf(part) * mp.mpf(form.period)
+        x0, x = truth.start / (2 * truth.K), (truth.w * t + truth.start) / (2 * truth.K)
+        total = []
+        for (sign, beta, own), turn in zip(halves, turns, strict=True):
+            swept = []
+            for place in (x0, x):
+                z = place - mp.mpf(own) / 2
+                n = mp.nint(z)
+                theta = mp.jtheta(1, mp.pi * (z - n) + mp.mpc(0, 1) * beta, q)
+                swept.append((turn - sign * mp.pi) * z + sign * (
+                    mp.pi * n - mp.arg(theta / mp.mpc(0, 1))
+                ))  # fmt: skip
+            total.append(swept[1] - swept[0])
+        at, begin = form(form.ctx.mpf(t)), form(0)
+        bound = mp.mpf(10) ** (2 - digits)
+        assert abs(mp.mpf(at.phi - begin.phi) - total[0] - total[1]) < bound
+        kappa = truth.omega3 - truth.b
+        assert abs(mp.mpf(at.psi - begin.psi) - kappa * t - total[0] + total[1]) < bound
+
+
+def test_other_turns_are_told_apart():
+    """A modulus or a root off by 1e-45 is seen at 50 digits: no bound here is too wide."""
+    begun, truth = motion(*NUTATIONS["loops"]), textbook("loops", 50)
+    mp, found = truth.mp, ht.enclose(begun.top, begun.start, 50)
+    wrong = mp.ellipk(truth.m * (1 + mp.mpf(10) ** -45))
+    assert holds(found.period, 2 * truth.K / truth.w, 50)
+    assert not holds(found.period, 2 * wrong / truth.w, 50)
