@@ -104,7 +104,7 @@ class NoClosedForm(HeavyTopError):
     """A kind of motion whose closed form the package does not hold; the message names it."""
 
 
-class Unseparated(HeavyTopError):
+class Unseparated(NoClosedForm):
     """A number that so many bits do not tell from another, or do not give the digits asked.
 
     Attributes

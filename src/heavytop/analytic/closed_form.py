@@ -243,14 +243,17 @@ class ClosedForm:
         if lost := self.rising.lost(float(time)):  # exact numbers are evaluated to more digits
             time = number(context(self.ctx.dps + lost), t)
 
-        def balls(found: Record) -> tuple[arb, ...]:
-            *angles, thetadot, phidot, psidot = found.numbers
-            return *angles, thetadot / scale, phidot / scale, psidot / scale
+        def seen(solution: Solution, _: int) -> tuple[Record, tuple[bool, bool]]:
+            return solution.at(arb(time)), solution.avoids
+
+        def balls(both: tuple[Record, tuple[bool, bool]]) -> tuple[arb, ...]:
+            *angles, thetadot, phidot, psidot = both[0].numbers
+            apart = [x / x.mid() for x, off in zip(both[0].distances, both[1], strict=True) if off]
+            return *angles, thetadot / scale, phidot / scale, psidot / scale, *apart
 
         found: Record = self.rising.settled(
-            "the motion", lambda solution, _: solution.at(arb(time)), self.digits + _SPARE,
-            of=balls, lost=lost,
-        )  # fmt: skip
+            "the motion", seen, self.digits + _SPARE, of=balls, lost=lost
+        )[0]
         mid = self._midpoint
         theta, phi, psi, thetadot, phidot, psidot = map(mid, found.numbers)
         x, y, z = map(mid, found.axis)

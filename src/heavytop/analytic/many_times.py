@@ -27,7 +27,7 @@ from heavytop.analytic.cubic import TooFewBits
 from heavytop.analytic.rising import Rising
 from heavytop.analytic.solution import Asymptotic, Nutating, Solution, Steady, Sweeps
 from heavytop.analytic.theta_series import Argument, Sweep, ThetaSeries
-from heavytop.errors import NoClosedForm, NotANumber, Unseparated
+from heavytop.errors import NoClosedForm, NotANumber
 from heavytop.numbers.double_double import (
     Array,
     CountedAngle,
@@ -207,12 +207,9 @@ class DoubleForm:
     """
 
     def __init__(self, rising: Rising) -> None:
-        try:
-            _, solution, bits = rising.settled(
-                "the closed form", _constants, _DIGITS, size=abs, of=itemgetter(0)
-            )
-        except Unseparated as why:
-            raise NoClosedForm(str(why)) from None
+        _, solution, bits = rising.settled(
+            "the closed form", _constants, _DIGITS, size=abs, of=itemgetter(0)
+        )
         self.rising, self._side = rising, solution.side
         with working(bits):
             start, path, side = solution.start, solution.path, solution.side

@@ -65,6 +65,11 @@ class Record:
     omega3: arb
 
     @property
+    def distances(self) -> tuple[arb, arb]:
+        """1 − cos θ and 1 + cos θ."""
+        return self.one_minus_u, self.one_plus_u
+
+    @property
     def numbers(self) -> tuple[arb, ...]:
         """The angles θ, φ, ψ and their rates."""
         return self.theta, self.phi, self.psi, self.thetadot, self.phidot, self.psidot
@@ -125,6 +130,11 @@ class Nutating:
     def reaches_top(self) -> bool:
         """Whether the axis passes exactly through the top."""
         return bool(self.roots.one_minus_u2.is_zero())
+
+    @property
+    def avoids(self) -> tuple[bool, bool]:
+        """Whether the axis never meets the top, and the bottom."""
+        return not self.reaches_top, self.regime.misses_bottom
 
     @property
     def mean_rates(self) -> Pair:
@@ -300,6 +310,11 @@ class Asymptotic:
             self.x0 = (over.udot0 / (2 * self.w * self.one_minus_u1 * c0**3)).asinh()
 
     @property
+    def avoids(self) -> tuple[bool, bool]:
+        """Whether the axis never meets the top, which it tends to, and the bottom."""
+        return True, not self.planar
+
+    @property
     def cosines(self) -> tuple[arb, ...]:
         """u₁ and twice 1."""
         return self.one_plus_u1 - 1, arb(1), arb(1)
@@ -359,6 +374,12 @@ class Steady:
             self.mean_rates = (
                 over.P_plus / (2 * over.one_plus_u0), over.P_minus / (2 * over.one_minus_u0)
             )  # fmt: skip
+
+    @property
+    def avoids(self) -> tuple[bool, bool]:
+        """Whether the axis never meets the top, and the bottom."""
+        over = self.over
+        return not over.one_minus_u0.is_zero(), not over.one_plus_u0.is_zero()
 
     @property
     def cosines(self) -> tuple[arb, ...]:
@@ -431,6 +452,12 @@ class Solution:
             return None
         plus, minus = self.path.turns
         return self.side * (plus - minus)
+
+    @property
+    def avoids(self) -> tuple[bool, bool]:
+        """Whether the axis never meets the top, θ = 0, and the bottom."""
+        one, other = self.path.avoids
+        return (one, other) if self.side > 0 else (other, one)
 
     @property
     def mean_rates(self) -> Pair:
