@@ -8,7 +8,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.classification import many, screen_tags, tags
-from heavytop.classification.codes import DETAILS, NAMES, TAGS, bits, detail
+from heavytop.classification.arrays import DETAILS, NAMES, TAGS, bits, detail
 from heavytop.classification.columns import Columns
 from heavytop.classification.many import classify_many
 from heavytop.classification.screen import screen

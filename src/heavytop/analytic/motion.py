@@ -18,7 +18,7 @@ from heavytop.analytic.theory.double_form import DoubleForm, DoubleRecord
 from heavytop.analytic.theory.nutation import Nutation
 from heavytop.analytic.theory.reduced import Reduced
 from heavytop.classification import Kind, Verdict
-from heavytop.classification.certify import classify
+from heavytop.classification.classify import classify
 from heavytop.classification.course import course, zero_momenta
 from heavytop.errors import NotANumber
 from heavytop.numbers.decimals import STANDARD_DIGITS, Number, context

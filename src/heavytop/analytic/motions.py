@@ -10,12 +10,17 @@ from numpy.typing import ArrayLike
 
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.theory.rows.row import rows
-from heavytop.classification.bounded import Array, Mask
-from heavytop.classification.codes import DETAILS, NAMES
-from heavytop.classification.columns import Columns, spun
-from heavytop.classification.kind import Kind
+from heavytop.classification.arrays import (
+    DETAILS,
+    NAMES,
+    Array,
+    InputArrays,
+    Mask,
+    Starts,
+    with_spin,
+)
+from heavytop.classification.kinds import Kind
 from heavytop.classification.many import Verdicts, classify_many
-from heavytop.classification.starts import Starts
 from heavytop.errors import NoClosedForm
 
 CHUNK: Final = 8192  # motions at a time: the arrays in use stay in the cache, the calls are few
@@ -118,8 +123,8 @@ def motions_many(
     [0.40140587 0.4044716  0.38409494        nan] 0
     """
     tops = {"A": A, "C": C, "gMR": gMR, "theta": theta, "thetadot": thetadot, "phidot": phidot}
-    given: dict[str, Any] = spun(tops, psidot, omega3)
-    survey = _Survey(Columns(given), classify_many(**given, tags=tags))
+    given: dict[str, Any] = with_spin(tops, psidot, omega3)
+    survey = _Survey(InputArrays(given), classify_many(**given, tags=tags))
     survey.compute()
     return survey.motions(survey.send())
 
@@ -127,7 +132,7 @@ def motions_many(
 class _Survey:
     """Many tops and starts, and the numbers found of them."""
 
-    def __init__(self, columns: Columns, verdicts: Verdicts) -> None:
+    def __init__(self, columns: InputArrays, verdicts: Verdicts) -> None:
         self.columns, self.verdicts = columns, verdicts
         self.kind, self.detail = verdicts.kind.reshape(-1), verdicts.detail.reshape(-1)
         self.found = tuple(np.full(columns.size, np.nan) for _ in Motions.columns)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Final, Literal, TypeAlias
 
-from heavytop.classification import criteria
-from heavytop.classification.judge import Criterion, Judge, UndecidedError
-from heavytop.classification.kind import Kind, Verdict
+from heavytop.classification.kinds import Kind, Verdict
+from heavytop.classification.signs import SceneSigns, UndecidedError
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -33,13 +32,13 @@ def course(top: Top, start: State, verdict: Verdict) -> Course | None:
 
     Examples
     --------
-    >>> from heavytop.classification.certify import classify
+    >>> from heavytop.classification.classify import classify
     >>> top, start = Top(1, 1, 0), State("pi/2", phidot="1e-20")
     >>> course(top, start, classify(top, start))
     'steady'
     """
     if verdict.kind is Kind.FORCE_FREE:
-        return _without_weight(Judge(top, start))
+        return _without_weight(SceneSigns(top, start))
     if verdict.kind is Kind.PLANAR_PENDULUM and "asymptotic" not in verdict.open_tags:
         return "asymptotic" if "asymptotic" in verdict.tags else "nutating"
     return _COURSES.get(verdict.kind)
@@ -58,26 +57,22 @@ def zero_momenta(top: Top, start: State) -> tuple[bool | None, bool | None]:
     >>> zero_momenta(Top(1, 1, 1), State(0, thetadot=1, psidot=2))
     (False, True)
     """
-    try:
-        judge = Judge(top, start)
-    except UndecidedError:
-        return None, None
-    bottom, above = _is_zero(judge, criteria.miss_of_bottom), judge.pole
-    return above < 0 or bottom, above > 0 or _is_zero(judge, criteria.miss_of_top)
+    signs = SceneSigns(top, start)
+    return _is_zero(signs, "P_plus"), _is_zero(signs, "P_minus")
 
 
-def _is_zero(judge: Judge, criterion: Criterion) -> bool | None:
+def _is_zero(signs: SceneSigns, name: str) -> bool | None:
     try:
-        return judge.sign(criterion) == 0
+        return signs.sign_of(name) == 0
     except UndecidedError:
         return None
 
 
-def _without_weight(judge: Judge) -> Course | None:
+def _without_weight(signs: SceneSigns) -> Course | None:
     """The axis runs round L; θ is constant if L is vertical or the axis is at rest."""
-    if judge.rates["thetadot"]:
+    if signs.rate("thetadot"):
         return "nutating"
-    if judge.pole or judge.rates["phidot"] == 0:
+    if signs.pole or signs.rate("phidot") == 0:
         return "steady"
-    level = _is_zero(judge, criteria.unsteadiness)
+    level = _is_zero(signs, "pull")
     return None if level is None else "steady" if level else "nutating"

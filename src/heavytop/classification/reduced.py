@@ -15,14 +15,15 @@ by rational arithmetic. With that the regime is known: steady, asymptotic or nut
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Final, Protocol
+from typing import Any, Final, Protocol
 
-from flint import arb, fmpq
+from flint import arb
 
+from heavytop.classification.signs import MOST_BITS, SceneSigns, UndecidedError, rational_ball
 from heavytop.errors import Impossible, Unseparated
 from heavytop.numbers import ONE, PI, Exact, Number, cos
 from heavytop.numbers.ball import Ball, above
@@ -31,7 +32,6 @@ from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
 _FEW_BITS: Final = 128  # which decide nearly always
-_MANY_BITS: Final = 4096  # as many as the exact numbers try
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,6 +189,14 @@ class FromScene:
     top: Top
     start: State
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return FromScene, (self.top, self.start)  # balls are not copied
+
+    @cached_property
+    def signs(self) -> SceneSigns:
+        """What is proved of their signs; raises `UndecidedError` where some sign is not."""
+        return SceneSigns(self.top, self.start)
+
     @cached_property
     def u0(self) -> Exact:
         """The cosine of θ₀; on a pole exactly ±1, however θ₀ is written."""
@@ -232,40 +240,17 @@ class FromScene:
         Unseparated
             That could be neither proved nor disproved.
         """
-        decided = _SCENE_TESTS[name]
-        x = decided(self)
-        if (sign := x.sign()) is None:
-            raise _unproved(name, x)
-        return sign == 0
+        try:
+            return self.signs.sign_of(name) == 0
+        except UndecidedError:
+            raise self._unproved(name) from None
 
-    @property
-    def _two_kinetic(self) -> Exact:
-        start, u = self.start, self.u0
-        return start.thetadot**2 + start.phidot**2 * (ONE - u) * (ONE + u)
-
-    @property
-    def _pull(self) -> Exact:
-        """f₁ over −2 sin²θ₀/A where θ̇₀ = 0; on a pole it vanishes with θ̇₀."""
-        top, start, u = self.top, self.start, self.u0
-        if u in (1, -1):
-            return start.thetadot
-        turning = top.A * u * start.phidot - top.C * start.omega3
-        return turning * start.phidot + top.gMR
-
-
-_SCENE_TESTS: Final[dict[str, Callable[[FromScene], Exact]]] = {
-    "g": lambda s: s.top.gMR,
-    "udot0": lambda s: s.start.thetadot * (ONE - s.u0) * (ONE + s.u0),
-    "P_minus": lambda s: (
-        (ONE - s.u0) * (s.top.A * s.start.phidot * (ONE + s.u0) - s.top.C * s.start.omega3)
-    ),
-    "P_plus": lambda s: (
-        (ONE + s.u0) * (s.top.A * s.start.phidot * (ONE - s.u0) + s.top.C * s.start.omega3)
-    ),
-    "pull": lambda s: s._pull,
-    "over_top": lambda s: s.top.A * s._two_kinetic - 2 * s.top.gMR * (ONE - s.u0),
-    "over_bottom": lambda s: s.top.A * s._two_kinetic + 2 * s.top.gMR * (ONE + s.u0),
-}
+    def _unproved(self, name: str) -> Unseparated:
+        with working(MOST_BITS):
+            near = getattr(self.reduced(MOST_BITS), name)
+            bound = Ball.of(abs(near)).upper if near.is_finite() else math.inf
+        told = f"less than {above(bound)} with {MOST_BITS} bits"
+        return Unseparated(f"{name} is {told}, and could not be proved to be 0", bound)
 
 
 class FromAxis:
@@ -311,13 +296,16 @@ class FromAxis:
 
     def reduced(self, bits: int) -> Reduced:
         """The motion in balls of the working precision."""
-        rho = _ball(self.rho2).sqrt()
-        u0, sin2 = _ball(self.z) / rho, _ball(self.sin2)
+        rho = rational_ball(self.rho2).sqrt()
+        u0, sin2 = rational_ball(self.z) / rho, rational_ball(self.sin2)
         far = 1 + abs(u0)
         above, below = (sin2 / far, far) if self.z > 0 else (far, sin2 / far)
+        g, dot, cross, drift0, kinetic0, kappa = map(
+            rational_ball,
+            (self.g, self.dot, self.cross, self.drift0, self.kinetic0, self.kappa),
+        )
         return Reduced(
-            _ball(self.g) * rho, _ball(self.dot) / rho, u0, above, below, _ball(self.cross) / rho,
-            _ball(self.drift0), _ball(self.kinetic0), _ball(self.kappa),
+            g * rho, dot / rho, u0, above, below, cross / rho, drift0, kinetic0, kappa
         )  # fmt: skip
 
     def vanishes(self, name: str) -> bool:
@@ -338,19 +326,8 @@ class FromAxis:
         return p * p == q * q * self.rho2 and p * q <= 0
 
 
-def _unproved(name: str, x: Exact) -> Unseparated:
-    near = x.ball(_MANY_BITS)
-    bound = Ball.of(abs(near)).upper if near.is_finite() else math.inf
-    told = f"less than {above(bound)} with {_MANY_BITS} bits"
-    return Unseparated(f"{name} is {told}, and could not be proved to be 0", bound)
-
-
 def _rational(name: str, value: Number) -> Fraction:
     q = Exact.of(value).fraction
     if q is None:
         raise Impossible([(name, "rational numbers")])
     return q
-
-
-def _ball(q: Fraction) -> arb:
-    return arb(fmpq(q.numerator, q.denominator))
