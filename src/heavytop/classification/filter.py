@@ -1,10 +1,10 @@
 """A static filter: the kinds and tags of many motions at once, where doubles tell every sign.
 
 The criteria are evaluated on doubles, and on the magnitudes of their terms, where each − is a +.
-A sum is of the sign that is found where it is larger than `ROUNDINGS` u beside its magnitude,
-u = 2⁻⁵³ (Shewchuk, "Adaptive precision floating-point arithmetic", 1997). What is not certain
-is left open. The kinds, their order and the margins are those of `classify`; each margin is a
-lower bound, positive exactly where every sign on the way is certain.
+A sum is of the sign that is found where it is larger than its magnitude times u = 2⁻⁵³ times the
+number of roundings in it (Shewchuk, "Adaptive precision floating-point arithmetic", 1997). What
+is not certain is left open. The kinds, their order and the margins are those of `classify`; each
+margin is a lower bound, positive exactly where every sign on the way is certain.
 
 Of the doubles only θ = 0 is a pole, so that what needs an exact cancellation, or θ = π, is left
 open here: separatrix, through-bottom, uniform precession, and the kinds between two others.
@@ -23,23 +23,13 @@ from heavytop.classification.arrays import DETAILS, NAMES, Array, Codes, Mask, S
 from heavytop.classification.kinds import Given, Kind, Sum
 from heavytop.classification.signs import sum_of
 
-ROUNDINGS: Final = 80
-"""If |v − x| ≤ n u m for a number, n ulps, then n grows by 1 in a sum, where the larger n counts,
-and to n₁ + n₂ + 1 in a product. sin and cos of the library are trusted to 4 ulps, 8 u: cosθ has 8;
-1 ∓ cosθ on the side of its pole 2 (8 + 3) + 1 = 23, π − θ having 3, and 24 on the other; sin²θ 48;
-2K 52; p_ψ = C (ψ̇ + φ̇ cosθ) 11. The longest criterion, `looping`, has 52 + 11 + 2 = 65. The rest
-is for the rounding of m and of the comparison, below 1 each."""
-
-ZERO_ROUNDINGS: Final = 128  # the zero of ψ̇, and f there, have 114
-CUBIC_ROUNDINGS: Final = 384  # `away_from_one`, of degree 12, has 353
+LIBRARY: Final = 8  # u: sin and cos of the library are trusted to 4 ulps
 
 LARGEST: Final = 2.0**100
 """What is given is 0 or within 2⁻¹⁰⁰ … 2¹⁰⁰ (8e-31 … 1e30), or is left open: then no product in
 a criterion leaves 2⁻⁹⁶⁰ … 2⁹⁶⁰, the range in which a rounding is relative."""
 
 _U: Final = 2.0**-53
-_ERROR: Final = ROUNDINGS * _U
-_ZERO_ERROR: Final = ZERO_ROUNDINGS * _U
 _ROUNDED: Final = 1 - 2.0**-46  # for at most 60 roundings on the way to a margin
 _SMALLEST: Final = 2.0**-40  # beside 1; its 12th power is far above the least double
 
@@ -47,12 +37,19 @@ _PI_REST: Final = 1.2246467991473532e-16  # π − its double
 
 
 class Sized:
-    """Doubles with the magnitude of the terms they are made of; None where that is |value|."""
+    """Doubles v of numbers x, the magnitudes m of the terms in them, and a count n of roundings.
 
-    __slots__ = ("_magnitude", "value")
+    |v − x| ≤ n u m: n grows by 1 in a sum, where the larger n counts, to n₁ + n₂ + 1 in a product,
+    to ⌊n/2⌋ + 2 in a root. One more is for what m itself was rounded, n u, for products of errors,
+    and for the comparison. So `looping`, the longest criterion, has 66: sin²θ 49 (`cosines`), 2K
+    53, p_ψ = C (ψ̇ + φ̇ cosθ) 11; the discriminant of the cubic has some 350.
+    """
 
-    def __init__(self, value: Array, magnitude: Array | None = None) -> None:
-        self.value, self._magnitude = value, magnitude
+    __slots__ = ("_magnitude", "roundings", "value")
+
+    def __init__(self, value: Array, roundings: int = 0, magnitude: Array | None = None) -> None:
+        """`magnitude` None is |value|, of numbers in which nothing cancelled."""
+        self.value, self.roundings, self._magnitude = value, roundings, magnitude
 
     @staticmethod
     def of(value: Array, positive: bool = False) -> Sized:
@@ -62,7 +59,7 @@ class Sized:
         if not fits.all():
             fits |= size == 0
             value = np.where(fits, value, np.nan)
-        return Sized(value, value if positive else None)
+        return Sized(value, 0, value if positive else None)
 
     @property
     def magnitude(self) -> Array:
@@ -75,56 +72,74 @@ class Sized:
         return self._magnitude is None or self._magnitude is self.value
 
     @property
+    def positive(self) -> bool:
+        """Whether no number is known to be negative."""
+        return self._magnitude is self.value
+
+    @property
+    def error(self) -> float:
+        """What |v − x| is at most, beside the magnitude."""
+        return (self.roundings + 1) * _U
+
+    @property
     def least(self) -> Array:
-        """What the number is at least, in magnitude; 0 or less where its sign is not certain."""
+        """What |x| is at least; 0 or less where its sign is not certain."""
         if self.relative:
-            return self.magnitude * (1 - _ERROR)
-        return np.abs(self.value) - _ERROR * self.magnitude
+            return self.magnitude * (1 - self.error)
+        return np.abs(self.value) - self.error * self.magnitude
 
     @property
     def most(self) -> Array:
-        """What the number is at most, in magnitude; 0 just where it is 0."""
+        """What |x| is at most; 0 just where x is 0."""
         if self.relative:
-            return self.magnitude * (1 + _ERROR)
-        return np.abs(self.value) + _ERROR * self.magnitude
+            return self.magnitude * (1 + self.error)
+        return np.abs(self.value) + self.error * self.magnitude
 
     def __add__(self, other: Sized) -> Sized:
-        value = self.value + other.value
-        if self._magnitude is self.value and other._magnitude is other.value:  # both positive
-            return Sized(value, value)
-        return Sized(value, self.magnitude + other.magnitude)
+        value, roundings = self.value + other.value, max(self.roundings, other.roundings) + 1
+        if self.positive and other.positive:
+            return Sized(value, roundings, value)
+        return Sized(value, roundings, self.magnitude + other.magnitude)
 
     def __sub__(self, other: Sized) -> Sized:
-        return Sized(self.value - other.value, self.magnitude + other.magnitude)
+        return self + -other
 
     def __neg__(self) -> Sized:
-        return Sized(-self.value, None if self.relative else self._magnitude)
+        return Sized(-self.value, self.roundings, None if self.relative else self._magnitude)
 
     def __abs__(self) -> Sized:
-        value = np.abs(self.value)
-        return Sized(value, value if self.relative else self._magnitude)
+        value = self.value if self.positive else np.abs(self.value)
+        return Sized(value, self.roundings, value if self.relative else self._magnitude)
 
     def __mul__(self, other: Sized) -> Sized:
-        value = self.value * other.value
+        value, roundings = self.value * other.value, self.roundings + other.roundings + 1
         if not (self.relative and other.relative):
-            return Sized(value, self.magnitude * other.magnitude)
-        positive = self._magnitude is not None and other._magnitude is not None
-        return Sized(value, value if positive or other is self else None)
+            return Sized(value, roundings, self.magnitude * other.magnitude)
+        positive = other is self or (self.positive and other.positive)
+        return Sized(value, roundings, value if positive else None)
 
     def __rmul__(self, factor: int) -> Sized:
-        value = float(factor) * self.value
-        return Sized(value, None if self.relative else abs(float(factor)) * self.magnitude)
+        """An integer, which may be rounded too, times the numbers."""
+        known = float(factor)
+        value = known * self.value
+        if self.relative:
+            positive = self.positive and factor > 0
+            return Sized(value, self.roundings + 2, value if positive else None)
+        return Sized(value, self.roundings + 2, abs(known) * self.magnitude)
 
     def __truediv__(self, other: Sized) -> Sized:
         """A quotient of numbers in which nothing cancelled; open where the divisor is 0."""
         _refuse_sums(self, other)
-        return Sized(np.where(other.value == 0, np.nan, self.value / other.value))
+        value = np.where(other.value == 0, np.nan, self.value / other.value)
+        positive = self.positive and other.positive
+        roundings = self.roundings + other.roundings + 1
+        return Sized(value, roundings, value if positive else None)
 
     def sqrt(self) -> Sized:
         """The root of numbers in which nothing cancelled and that are not negative."""
         _refuse_sums(self)
         value = np.sqrt(self.value)
-        return Sized(value, value)
+        return Sized(value, self.roundings // 2 + 2, value)
 
 
 def _refuse_sums(*numbers: Sized) -> None:
@@ -152,7 +167,8 @@ def given(starts: Starts) -> Given:
 def cosines(theta: Array) -> tuple[Sized, Sized, Sized]:
     """cosθ and 1 ∓ cosθ, the last two from half the angle to the nearer pole.
 
-    π − θ is exact in its first part (Sterbenz); of the doubles in [0, π] only 0 is a pole.
+    π − θ is exact in its first part (Sterbenz), and has 3 u with the rest of π. Of the doubles in
+    [0, π] only 0 is a pole.
 
     Examples
     --------
@@ -163,13 +179,14 @@ def cosines(theta: Array) -> tuple[Sized, Sized, Sized]:
     theta = np.where(theta <= pi, Sized.of(theta, positive=True).value, np.nan)
     late = theta > pi / 2
     sine = np.sin(0.5 * np.where(late, (pi - theta) + _PI_REST, theta))
-    near = 2 * sine * sine
-    far = 2 - near
+    near = 2 * sine * sine  # 2 (LIBRARY + 3) + 1 u
+    far = 2 - near  # 1 u more, and at least 1
     one_minus_cos, one_plus_cos = np.where(late, far, near), np.where(late, near, far)
+    roundings = 2 * LIBRARY + 8
     return (
-        Sized(np.cos(theta)),
-        Sized(one_minus_cos, one_minus_cos),
-        Sized(one_plus_cos, one_plus_cos),
+        Sized(np.cos(theta), LIBRARY),
+        Sized(one_minus_cos, roundings, one_minus_cos),
+        Sized(one_plus_cos, roundings, one_plus_cos),
     )
 
 
@@ -311,7 +328,7 @@ def _largest(*sizes: Array) -> Array:
 def _judged(terms: Sum, beside: Sized | None = None) -> tuple[Array, Array]:
     """A sum, and from below its size beside its terms: positive where its sign is certain."""
     whole = sum_of(terms)
-    error = _ERROR * whole.magnitude
+    error = whole.error * whole.magnitude
     scale = error + sum(np.abs(term.value) for term in terms)
     if beside is not None:
         scale = scale + beside.most
@@ -368,7 +385,7 @@ class Units(NamedTuple):
 
 def _scaled(x: Sized, factor: Array) -> Sized:
     """Numbers times powers of 2, to be added to others of order 1; none is taken for too small."""
-    return Sized(x.value * factor, np.maximum(x.magnitude * factor, _SMALLEST))
+    return Sized(x.value * factor, x.roundings, np.maximum(x.magnitude * factor, _SMALLEST))
 
 
 def _put_tags(starts: Starts, x: Given, momentum: Array, found: Filtered) -> None:
@@ -402,8 +419,8 @@ def _within(eligible: Mask, yes: Mask, no: Mask) -> tuple[Mask, Mask]:
 def _far(units: Units) -> Mask:
     """Where 1 − m is surely not small; that it is, is beyond doubles: it is the square of 1e-6."""
     x = cast("Given", units)
-    away = _sides(kinds.away_from_one(x), CUBIC_ROUNDINGS)[1]
-    return away | _sides(kinds.upper_roots_nearer(x), CUBIC_ROUNDINGS)[0]
+    away = _sides(kinds.away_from_one(x))[1]
+    return away | _sides(kinds.upper_roots_nearer(x))[0]
 
 
 def _reverses(starts: Starts, x: Given, units: Units) -> tuple[Mask, Mask]:
@@ -417,7 +434,7 @@ def _reverses(starts: Starts, x: Given, units: Units) -> tuple[Mask, Mask]:
     beyond them. A turning point, and a pole, are known zeros of no such kind.
     """
     (top_below, top_above), (bottom_below, bottom_above) = (
-        _sides(criterion(x), ROUNDINGS) for criterion in (kinds.p_minus, kinds.p_plus)
+        _sides(criterion(x)) for criterion in (kinds.p_minus, kinds.p_plus)
     )
     outside = (top_below & bottom_below) | (top_above & bottom_above)
     inside = (top_below & bottom_above) | (top_above & bottom_below)
@@ -436,7 +453,7 @@ def _zero_of_spin(x: Given, units: Units) -> tuple[Array, Array]:
     C, p = x.C / x.A, units.p_psi
     b = C * kinds.p_phi(cast("Given", units))
     d = b * b + 4 * p * p * (units.A - C)
-    b_error, d_error, p_error = (_ZERO_ERROR * each.magnitude for each in (b, d, p))
+    b_error, d_error, p_error = (each.error * each.magnitude for each in (b, d, p))
     root = np.sqrt(np.where(d.value > d_error, d.value, np.nan))
     spread = b_error + d_error / root
     size = np.abs(b.value) + root
@@ -451,12 +468,12 @@ def _sides_of_f(units: Units, r: Array, error: Array) -> tuple[Mask, Mask]:
     energy = units.kinetic + 2 * units.gMR * (units.cos - u)
     drop = kinds.p_phi(cast("Given", units)) - units.p_psi * u
     f = energy * (units.A - u * u) - drop * drop
-    sure = np.abs(f.value) - _ZERO_ERROR * f.magnitude > _STEEPEST * error
+    sure = f.least > _STEEPEST * error
     return sure & (f.value < 0), sure & (f.value > 0)
 
 
-def _sides(terms: Sum, roundings: int) -> tuple[Mask, Mask]:
+def _sides(terms: Sum) -> tuple[Mask, Mask]:
     """Where a sum is surely negative, and where surely positive."""
     whole = sum_of(terms)
-    error = roundings * _U * whole.magnitude
-    return whole.value < -error, whole.value > error
+    sure = whole.least > 0
+    return sure & (whole.value < 0), sure & (whole.value > 0)
