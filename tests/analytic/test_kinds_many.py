@@ -455,7 +455,7 @@ def test_what_is_impossible_is_not_looked_at_one_by_one(monkeypatch):
 
 
 def test_the_largest_and_the_smallest_numbers_are_decided():
-    """Outside the range of bounded arithmetic, and within that of exact numbers, balls decide."""
+    """Outside the range of the filter, and within that of exact numbers, balls decide."""
     found = classify_many(**(GOOD | {"A": [1e290, 1e-290], "C": 1e-300, "gMR": [1e299, -1e-299]}))
     assert found.certified.all()
     assert found.sent == 2

@@ -154,17 +154,16 @@ def tilts():
     return theta[(theta >= 0) & (theta <= math.pi)]
 
 
-def test_sines_and_cosines_of_the_library_are_trusted_with_reason():
+def test_sines_of_the_library_are_trusted_with_reason():
     """Of the angles that are asked for, the library's error is half of what is allowed, or less."""
     theta = tilts()
-    half = theta[theta <= math.pi / 2] / 2
+    angles = theta[theta <= math.pi / 4]
     worst = 0.0
     with mpmath.workprec(320):
-        for function, exact, angles in ((np.sin, mpmath.sin, half), (np.cos, mpmath.cos, theta)):
-            for x, value in zip(angles.tolist(), function(angles).tolist(), strict=True):
-                truth = exact(mpmath.mpf(x))
-                units = abs(float((truth - value) / truth)) * 2**53 if truth else float(value != 0)
-                worst = max(worst, units)
+        for x, value in zip(angles.tolist(), np.sin(angles).tolist(), strict=True):
+            truth = mpmath.sin(mpmath.mpf(x))
+            units = abs(float((truth - value) / truth)) * 2**53 if truth else float(value != 0)
+            worst = max(worst, units)
     assert worst < LIBRARY / 2
 
 
@@ -182,9 +181,9 @@ def test_cosines_are_within_their_errors():
                 value = values[j][i]
                 units = abs(float(truth - value) / value) * 2**53 if value else float(truth != 0)
                 worst[j] = max(worst[j], units)
-    assert worst[0] < 2.5 < found[0].roundings
-    assert worst[1] < 10 < found[1].roundings
-    assert worst[2] < 10 < found[2].roundings
+    assert worst[0] < 5 < found[0].roundings
+    assert worst[1] < 6 < found[1].roundings
+    assert worst[2] < 6 < found[2].roundings
     for each in found:
         assert (each.value == 0).sum() <= (theta == 0).sum()
         some = np.abs(each.value[each.value != 0])

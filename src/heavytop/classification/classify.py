@@ -36,7 +36,7 @@ from heavytop.classification.signs import (
     relative_size,
     sign_of_exact,
 )
-from heavytop.numbers import cos, sqrt
+from heavytop.numbers import sqrt
 from heavytop.numbers.precision import working
 from heavytop.scene.arguments import expect
 from heavytop.scene.state import State
@@ -235,7 +235,7 @@ class _Tree:
         return ("asymptotic", "rotating", "swinging")[self._side(_OVER[self.signs.rate("gMR")])]
 
     def _speed(self) -> str:
-        cos_sign = sign_of_exact(cos(self.signs.start.theta))
+        cos_sign = self.signs.cos_sign
         if cos_sign == 0:
             return "single"
         highest = self.signs.rate("gMR")
@@ -307,7 +307,7 @@ def _spherical_pendulum(signs: SceneSigns, kind: Kind) -> bool:
 
 
 def _spherical_top(signs: SceneSigns, _: Kind) -> bool:
-    return signs.sign(kinds.flatness) == 0
+    return signs.top.A == signs.top.C or signs.sign(kinds.flatness) == 0
 
 
 def _spin_reversal(signs: SceneSigns, kind: Kind) -> bool:

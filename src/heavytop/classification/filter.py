@@ -23,7 +23,7 @@ from heavytop.classification.arrays import DETAILS, NAMES, Array, Codes, Mask, S
 from heavytop.classification.kinds import Given, Kind, Sum
 from heavytop.classification.signs import sum_of
 
-LIBRARY: Final = 8  # u: sin and cos of the library are trusted to 4 ulps
+LIBRARY: Final = 8  # u: the sine of the library is trusted to 4 ulps
 
 LARGEST: Final = 2.0**100
 """What is given is 0 or within 2⁻¹⁰⁰ … 2¹⁰⁰ (8e-31 … 1e30), or is left open: then no product in
@@ -33,7 +33,7 @@ _U: Final = 2.0**-53
 _ROUNDED: Final = 1 - 2.0**-46  # for at most 60 roundings on the way to a margin
 _SMALLEST: Final = 2.0**-40  # beside 1; its 12th power is far above the least double
 
-_PI_REST: Final = 1.2246467991473532e-16  # π − its double
+_REST: Final = 6.123233995736766e-17  # π/2 − its double
 
 
 class Sized:
@@ -41,15 +41,16 @@ class Sized:
 
     |v − x| ≤ n u m: n grows by 1 in a sum, where the larger n counts, to n₁ + n₂ + 1 in a product,
     to ⌊n/2⌋ + 2 in a root. One more is for what m itself was rounded, n u, for products of errors,
-    and for the comparison. So `looping`, the longest criterion, has 66: sin²θ 49 (`cosines`), 2K
-    53, p_ψ = C (ψ̇ + φ̇ cosθ) 11; the discriminant of the cubic has some 350.
+    and for the comparison. So `looping`, the longest criterion, has 82: sin²θ 49 (`cosines`), 2K
+    53, p_ψ = C (ψ̇ + φ̇ cosθ) 27; the discriminant of the cubic has some 350.
     """
 
-    __slots__ = ("_magnitude", "roundings", "value")
+    __slots__ = ("_magnitude", "relative", "roundings", "value")
 
     def __init__(self, value: Array, roundings: int = 0, magnitude: Array | None = None) -> None:
-        """`magnitude` None is |value|, of numbers in which nothing cancelled."""
+        """`magnitude` is None, or the values themselves, where nothing can have cancelled."""
         self.value, self.roundings, self._magnitude = value, roundings, magnitude
+        self.relative = magnitude is None or magnitude is value
 
     @staticmethod
     def of(value: Array, positive: bool = False) -> Sized:
@@ -64,12 +65,9 @@ class Sized:
     @property
     def magnitude(self) -> Array:
         """The sum of the magnitudes of the terms."""
-        return np.abs(self.value) if self._magnitude is None else self._magnitude
-
-    @property
-    def relative(self) -> bool:
-        """Whether nothing can have cancelled."""
-        return self._magnitude is None or self._magnitude is self.value
+        if self._magnitude is None:
+            self._magnitude = np.abs(self.value)
+        return self._magnitude
 
     @property
     def positive(self) -> bool:
@@ -105,11 +103,14 @@ class Sized:
         return self + -other
 
     def __neg__(self) -> Sized:
-        return Sized(-self.value, self.roundings, None if self.relative else self._magnitude)
+        negative = Sized(-self.value, self.roundings, self._magnitude)
+        negative.relative = self.relative
+        return negative
 
     def __abs__(self) -> Sized:
-        value = self.value if self.positive else np.abs(self.value)
-        return Sized(value, self.roundings, value if self.relative else self._magnitude)
+        if self.relative:
+            return Sized(self.magnitude, self.roundings, self.magnitude)
+        return Sized(np.abs(self.value), self.roundings, self.magnitude)
 
     def __mul__(self, other: Sized) -> Sized:
         value, roundings = self.value * other.value, self.roundings + other.roundings + 1
@@ -165,10 +166,12 @@ def given(starts: Starts) -> Given:
 
 
 def cosines(theta: Array) -> tuple[Sized, Sized, Sized]:
-    """cosθ and 1 ∓ cosθ, the last two from half the angle to the nearer pole.
+    """cosθ and 1 ∓ cosθ, nothing in which cancels, from one sine.
 
-    π − θ is exact in its first part (Sterbenz), and has 3 u with the rest of π. Of the doubles in
-    [0, π] only 0 is a pole.
+    Within π/3 of a pole it is that of half the angle to the pole, elsewhere that of π/2 − θ. Either
+    angle is exact in its first part (Sterbenz), and has 3 u with the rest of π: the sine LIBRARY
+    + 3, its square twice that and 1, and 1 ∓ that, where it is ½ at most, 1 more. Of the doubles
+    in [0, π] only 0 is a pole.
 
     Examples
     --------
@@ -178,13 +181,16 @@ def cosines(theta: Array) -> tuple[Sized, Sized, Sized]:
     """
     theta = np.where(theta <= pi, Sized.of(theta, positive=True).value, np.nan)
     late = theta > pi / 2
-    sine = np.sin(0.5 * np.where(late, (pi - theta) + _PI_REST, theta))
-    near = 2 * sine * sine  # 2 (LIBRARY + 3) + 1 u
-    far = 2 - near  # 1 u more, and at least 1
-    one_minus_cos, one_plus_cos = np.where(late, far, near), np.where(late, near, far)
-    roundings = 2 * LIBRARY + 8
+    tilt = np.where(late, (pi - theta) + 2 * _REST, theta)  # from the nearer pole
+    polar = tilt < pi / 3
+    sine = np.sin(np.where(polar, 0.5 * tilt, (pi / 2 - theta) + _REST))
+    near = 2 * sine * sine
+    cos = np.where(polar, np.where(late, near - 1, 1 - near), sine)
+    one_minus_cos = np.where(polar > late, near, 1 - cos)
+    one_plus_cos = np.where(polar & late, near, 1 + cos)
+    roundings = 2 * (LIBRARY + 3) + 2
     return (
-        Sized(np.cos(theta), LIBRARY),
+        Sized(cos, roundings),
         Sized(one_minus_cos, roundings, one_minus_cos),
         Sized(one_plus_cos, roundings, one_plus_cos),
     )
@@ -229,7 +235,7 @@ class _Tree:
         self.starts, self.found = starts, found
         self.x = x = given(starts)
         weight = x.A * abs(x.gMR)
-        self.momentum = np.sqrt((x.A * x.kinetic + weight).most + x.p_psi.most**2)
+        self.momentum = np.sqrt(x.unspun.most + x.p_psi.most**2)
         self.theta_rate = (x.A * abs(x.thetadot)).least / self.momentum
         sine = x.sin2.sqrt().least
         across = (x.A * abs(x.phidot)).least * sine / self.momentum
@@ -329,7 +335,10 @@ def _judged(terms: Sum, beside: Sized | None = None) -> tuple[Array, Array]:
     """A sum, and from below its size beside its terms: positive where its sign is certain."""
     whole = sum_of(terms)
     error = whole.error * whole.magnitude
-    scale = error + sum(np.abs(term.value) for term in terms)
+    if all(term.relative for term in terms):
+        scale = error + whole.magnitude
+    else:
+        scale = error + sum(np.abs(term.value) for term in terms)
     if beside is not None:
         scale = scale + beside.most
     return whole.value, (np.abs(whole.value) - error) / scale

@@ -132,9 +132,14 @@ class Given:
         return self.A * (self.thetadot * self.thetadot + across)
 
     @cached_property
+    def unspun(self) -> Term:
+        """2A K + A |gMR|, the square of a momentum."""
+        return self.A * (self.kinetic + abs(self.gMR))
+
+    @cached_property
     def momentum(self) -> Term:
-        """√(2A K + p_ψ² + A |gMR|), what momenta are small or large beside."""
-        return (self.A * (self.kinetic + abs(self.gMR)) + self.p_psi * self.p_psi).sqrt()
+        """√(2A K + A |gMR| + p_ψ²), what momenta are small or large beside."""
+        return (self.unspun + self.p_psi * self.p_psi).sqrt()
 
 
 def p_minus(x: Given) -> Sum:
@@ -193,7 +198,7 @@ def pole_scale(x: Given, pole: int) -> Term:
     near, far = x.one_minus_cos, x.one_plus_cos
     if pole < 0:
         near, far = far, near
-    return (x.A * (x.kinetic + abs(x.gMR))).sqrt() + (x.A * x.kinetic * far / near).sqrt()
+    return x.unspun.sqrt() + (x.A * x.kinetic * far / near).sqrt()
 
 
 def looping_scale(x: Given) -> Term:
@@ -234,11 +239,12 @@ def away_from_one(x: Given) -> Sum:
     d⁶ (m m′)² and the sum of squares of the differences 2 d² (1 − m m′).
     """
     a0, a1, a2, a3 = _cubic(x)
+    inner, outer, a2_squared = a1 * a2, a0 * a3, a2 * a2
     discriminant = (
-        18 * a3 * a2 * a1 * a0 - 4 * a2 * a2 * a2 * a0 + a2 * a2 * a1 * a1
-        - 4 * a3 * a1 * a1 * a1 - 27 * a3 * a3 * a0 * a0
+        inner * inner + 18 * inner * outer - 27 * outer * outer
+        - 4 * (a2_squared * a2 * a0 + a1 * a1 * a1 * a3)
     )  # fmt: skip
-    spread = a2 * a2 - 3 * a3 * a1
+    spread = a2_squared - 3 * a3 * a1
     return (
         _NEAR.denominator * (discriminant * a3 * a3),
         -_NEAR.numerator * (spread * spread * spread),

@@ -28,7 +28,7 @@ from heavytop.classification.filter import Filtered, filtered
 from heavytop.errors import Impossible
 from heavytop.scene.arguments import expect
 
-CHUNK: Final = 16384  # tops at a time: the arrays in use stay in the cache, the calls are few
+CHUNK: Final = 4096  # tops at a time: arrays of 32 KiB stay in the cache and are not mapped anew
 
 
 @dataclass(frozen=True, slots=True)

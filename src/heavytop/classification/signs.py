@@ -98,9 +98,19 @@ class SceneSigns:
         theta = self.start.theta
         if theta.fraction is not None:  # π is irrational
             return 1 if theta.fraction == 0 else 0
+        with working(FEW_BITS):
+            ball = theta.ball(FEW_BITS)
+            if ball > 0 and ball < arb.pi():
+                return 0
         if sign_of_exact(theta) == 0:
             return 1
         return -1 if sign_of_exact(PI - theta) == 0 else 0
+
+    @cached_property
+    def cos_sign(self) -> Sign:
+        """The sign of cosθ."""
+        told = ball_sign(self.few.cos)
+        return sign_of_exact(self.exact.cos) if told is None else told
 
     def sign(self, criterion: Criterion) -> Sign:
         """The sign of a criterion."""
@@ -163,7 +173,9 @@ def relative_size(terms: Sum, beside: Ball | None = None) -> Ball:
 
 def sign_of_exact(value: Exact) -> Sign:
     """The sign of an exact number, or `UndecidedError`."""
-    if value.fraction is None and (told := ball_sign(value.ball(FEW_BITS))):
+    if (q := value.fraction) is not None:
+        return 1 if q.numerator > 0 else -1 if q.numerator < 0 else 0
+    if told := ball_sign(value.ball(FEW_BITS)):
         return told
     sign = value.sign()
     if sign is None:
