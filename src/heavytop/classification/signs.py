@@ -62,7 +62,10 @@ class SceneSigns:
 
     def _rate_ball(self, name: str, bits: int) -> Ball:
         """A ball of what may be zero: the number 0 itself where it is."""
-        return ball_of(self._given(name), bits) if self.rate(name) else arb(0)
+        ball = ball_of(self._given(name), bits)
+        if name not in self._rates and (told := ball_sign(ball)) is not None:
+            self._rates[name] = told
+        return ball if self.rate(name) else arb(0)
 
     def _heights(self, bits: int) -> tuple[Ball, Ball, Ball]:
         """cosθ, 1 − cosθ and 1 + cosθ; from the half angle, and exact on a pole."""
