@@ -176,7 +176,7 @@ class _Tree:
     def __init__(self, signs: SceneSigns) -> None:
         self.signs = signs
         self._missed: list[tuple[Size, ...]] = []
-        signs.few  # noqa: B018  # whatever is given must be told from zero
+        self._few = signs.few  # what is given must be told from zero first
 
     def kind(self) -> Kind:
         """The first kind that fits; raises `UndecidedError` where a sign could not be told."""
@@ -269,7 +269,7 @@ class _Tree:
     def margin(self) -> Ball:
         """The distance to the nearest of the kinds that were rejected."""
         for bits in _BITS:
-            given = self.signs.few if bits == FEW_BITS else self.signs.balls(bits)
+            given = self._few if bits == FEW_BITS else self.signs.balls(bits)
             with working(bits):
                 missed = {size: size(given) for sizes in self._missed for size in sizes}
                 least = arb(1)
