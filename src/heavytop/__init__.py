@@ -54,7 +54,7 @@ _HOMES = {
     "WorkPrecision": "studies.workprecs.work_precision",
     "WrongType": "errors",
     "atlas": "studies.atlases.mapping",
-    "classify": "classification.certify",
+    "classify": "classification.classify",
     "classify_many": "classification.many",
     "drift": "studies.drifts.drifting",
     "enclose": "analytic.enclosure",
@@ -157,7 +157,7 @@ if TYPE_CHECKING:
     from heavytop.claims.validating import validate
     from heavytop.claims.validation import Validation
     from heavytop.classification import Kind, Verdict
-    from heavytop.classification.certify import classify
+    from heavytop.classification.classify import classify
     from heavytop.classification.many import classify_many
     from heavytop.errors import (
         BadScene,

@@ -14,7 +14,7 @@ import heavytop as ht
 from heavytop.analytic import many_motions
 from heavytop.analytic.many_motions import CHUNK, EXTENDED, Motions, complete, motions_many
 from heavytop.analytic.motion import Motion
-from heavytop.classification.columns import Columns
+from heavytop.classification.arrays import InputArrays
 from heavytop.errors import Impossible, ImpossibleStart, NotANumber
 
 CTX = mpmath.mp.clone()
@@ -185,7 +185,7 @@ def reduced_by_hand(row):
 def test_what_cancels_is_wrong_by_no_more_than_its_bound(drawn, held):
     numbers = drawn(np.random.default_rng(31), 400, held)
     with np.errstate(all="ignore"):
-        start = many_motions._reduced(Columns(numbers).starts(slice(None)))
+        start = many_motions._reduced(InputArrays(numbers).starts(slice(None)))
     for at in range(400):
         want = reduced_by_hand({name: float(each[at]) for name, each in numbers.items()})
         by_hand = 1 + numbers["phidot"][at] ** 2 + numbers[held][at] ** 2

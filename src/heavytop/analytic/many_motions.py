@@ -17,11 +17,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heavytop.analytic.motion import Motion
-from heavytop.classification.bounded import Array, Mask
-from heavytop.classification.columns import Columns, spun
-from heavytop.classification.kind import Kind
+from heavytop.classification.arrays import (
+    Array,
+    InputArrays,
+    Mask,
+    Starts,
+    with_spin,
+)
+from heavytop.classification.kinds import Kind
 from heavytop.classification.many import Verdicts, classify_many
-from heavytop.classification.starts import Starts
 from heavytop.errors import NoClosedForm
 
 LongArray: TypeAlias = NDArray[np.longdouble]
@@ -145,8 +149,8 @@ def motions_many(
     [0.40140587 0.4044716  0.38409494        nan] 0
     """
     tops = {"A": A, "C": C, "gMR": gMR, "theta": theta, "thetadot": thetadot, "phidot": phidot}
-    given: dict[str, Any] = spun(tops, psidot, omega3)
-    columns, verdicts = Columns(given), classify_many(**given, tags=tags)
+    given: dict[str, Any] = with_spin(tops, psidot, omega3)
+    columns, verdicts = InputArrays(given), classify_many(**given, tags=tags)
     found = tuple(np.full(columns.size, np.nan) for _ in Motions.columns)
     unreliable = _fill(found, columns, verdicts)
     for at in unreliable:
@@ -162,7 +166,7 @@ def motions_many(
     return Motions(verdicts, low, high, period, precession, spin, len(unreliable))
 
 
-def _fill(found: tuple[Array, ...], columns: Columns, verdicts: Verdicts) -> list[int]:
+def _fill(found: tuple[Array, ...], columns: InputArrays, verdicts: Verdicts) -> list[int]:
     """Fill in the reliable rows and those of steady motions; return the places of the others."""
     kinds, details = verdicts.kind.reshape(-1), verdicts.detail.reshape(-1)
     left = np.zeros(columns.size, np.bool_)

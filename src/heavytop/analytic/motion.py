@@ -15,7 +15,7 @@ from heavytop.analytic.closed_form import ClosedForm, Constants, ExactRecord, co
 from heavytop.analytic.many_times import DoubleForm, DoubleRecord
 from heavytop.analytic.rising import Rising
 from heavytop.classification import Kind, Verdict
-from heavytop.classification.certify import classify
+from heavytop.classification.classify import classify
 from heavytop.classification.reduced import FromScene, Reduced
 from heavytop.errors import NotANumber
 from heavytop.numbers.decimals import Number
