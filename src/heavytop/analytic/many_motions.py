@@ -489,6 +489,6 @@ def _tilt(sign: Array, one_minus_u: Array, one_plus_u: Array) -> Array:
     series = 1 / (2 * _ARCTAN_TERMS + 1) * square
     for k in range(_ARCTAN_TERMS - 1, 0, -1):
         series = (series + 1 / (2 * k + 1)) * square
-    angle = 8 * (eighth + eighth * series)
-    late: Mask = (sign < 0) ^ (one_minus_u > one_plus_u)
+    angle: Array = 8 * (eighth + eighth * series)
+    late = (sign < 0) ^ (one_minus_u > one_plus_u)
     return np.where(late, pi - angle, angle)
