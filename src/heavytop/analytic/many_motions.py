@@ -37,11 +37,9 @@ EXTENDED: Final = np.finfo(np.longdouble).nmant >= 63
 """Whether long doubles have 64 bits or more. Where they have not, no row is reliable."""
 
 LONG_ERROR: Final = 2.0**-60
-"""Bound on the error of a sum of a few products in 64 bits, relative to the sizes of its terms."""
+"""Bound on the error of a sum of a few products, relative to the sizes of its terms."""
 
-_ROUNDING = (
-    7e-16  # what doubles leave in T, relative, and in sums of turns, relative to their sizes
-)
+_ROUNDING = 7e-16  # what doubles leave in T, and in sums of turns relative to their sizes
 _RANGE = 2.0**100  # numbers within 1/_RANGE … _RANGE have products in the normal range
 _LAGUERRE_STEPS = 5  # each triples the digits once a root is isolated
 _CONVERGED = 1e-13  # bound on the last of these steps, relative to the root
@@ -154,12 +152,13 @@ def motions_many(
     found = tuple(np.full(columns.size, np.nan) for _ in Motions.columns)
     unreliable = _fill(found, columns, verdicts)
     for at in unreliable:
+        motion = Motion(*columns.one(at))
         try:
-            row = _alone(Motion(*columns.one(at)))
+            row = [getattr(motion, name) for name in Motions.columns]
         except NoClosedForm:
             continue
         for array, number in zip(found, row, strict=True):
-            array[at] = number
+            array[at] = np.nan if number is None else number
     for array in found:
         array.setflags(write=False)
     low, high, period, precession, spin = (array.reshape(columns.shape) for array in found)
@@ -185,11 +184,6 @@ def _fill(found: tuple[Array, ...], columns: InputArrays, verdicts: Verdicts) ->
     return places
 
 
-def _alone(motion: Motion) -> tuple[float, ...]:
-    turns = (motion.period, motion.precession, motion.spin)
-    return motion.theta_min, motion.theta_max, *(np.nan if x is None else x for x in turns)
-
-
 # --- which motions nutate -------------------------------------------------------------------------
 
 
@@ -206,17 +200,12 @@ _SWINGING, _ROTATING = (Verdicts.details.index(name) for name in ("swinging", "r
 
 def _nutating_and_steady(starts: Starts, kind: Any, detail: Any) -> tuple[Mask, Mask]:
     """Where θ goes to and fro, and where it is constant; elsewhere it tends to the vertical."""
-    free = kind == _FREE
-    constant = free & starts.still & (starts.level | _carried(starts))
+    free, stays = kind == _FREE, starts.level
+    if starts.held == "psidot":  # A φ̇ cosθ = C ω3; but for θ = 0, cosθ is transcendental
+        stays = stays | np.equal(starts.A, starts.C) & np.equal(starts.spin, 0)
+    constant = free & starts.still & stays
     nutates = _NUTATING[kind] | (kind == _PLANAR) & ((detail == _SWINGING) | (detail == _ROTATING))
     return nutates | free & ~constant, _STEADY[kind] | constant
-
-
-def _carried(starts: Starts) -> Mask:
-    """Where no torque and A φ̇ cosθ = C ω3 keep θ; but for θ = 0, cosθ is transcendental."""
-    if starts.held == "omega3":
-        return np.zeros(1, np.bool_)
-    return np.equal(starts.A, starts.C) & np.equal(starts.spin, 0)
 
 
 # --- the reduced start, in long doubles -----------------------------------------------------------
@@ -287,8 +276,7 @@ def _reduced(starts: Starts) -> _ReducedStart:
 
 
 def _size(value: LongArray) -> Array:
-    size: Array = abs(value.astype(np.float64))
-    return size
+    return np.asarray(abs(value.astype(np.float64)))
 
 
 def _heights(theta: Array, sign: Array) -> tuple[LongArray, LongArray]:
@@ -309,11 +297,8 @@ def _zero_momenta(starts: Starts, sign: Array) -> tuple[Mask, Mask]:
     phidot, spin = starts.phidot, sign * starts.spin
     top, bottom = starts.pole & (sign > 0), starts.pole & (sign < 0)
     idle = np.equal(phidot, 0) & np.equal(spin, 0)
-    ball, opposite, alike = (
-        np.equal(starts.A, starts.C),
-        np.equal(spin, -phidot),
-        np.equal(spin, phidot),
-    )
+    ball, opposite = np.equal(starts.A, starts.C), np.equal(spin, -phidot)
+    alike = np.equal(spin, phidot)
     if starts.held == "omega3":
         ball, opposite, alike = np.zeros(1, np.bool_), np.equal(spin, 0), np.equal(spin, 0)
     return bottom | idle | (top | ball) & opposite, top | idle | (bottom | ball) & alike
@@ -446,13 +431,11 @@ def rows(starts: Starts) -> tuple[Array, Array, Array, Array, Array, Mask]:
             roots.mc, roots.one_plus_u2 / roots.one_plus_u1, roots.one_minus_u2 / roots.one_minus_u1
         )
         period = 2 * K / roots.w
-        jump = np.where(roots.one_minus_u2 == 0, pi, 0.0)  # of Φ₋, where P₋ = 0
         plus = start.P_plus / (roots.w * roots.one_plus_u1) * over_bottom
         minus = start.P_minus / (roots.w * roots.one_minus_u1) * over_top
-        plus, minus = (
-            np.where(start.P_plus == 0, pi, plus),
-            np.where(start.P_minus == 0, jump, minus),
-        )
+        plus = np.where(start.P_plus == 0, pi, plus)  # only a jump is left, where a pole is passed
+        jump = np.where(roots.one_minus_u2 == 0, pi, 0.0)
+        minus = np.where(start.P_minus == 0, jump, minus)
         carried, turned = start.kappa * period, abs(plus) + abs(minus)
         precession, spin = plus + minus, start.sign * (carried + (plus - minus))
         at_u1 = _tilt(start.sign, roots.one_minus_u1, roots.one_plus_u1)
@@ -498,22 +481,18 @@ def _third_kind_step(p: Array, a: Array, b: Array, product: Array) -> tuple[Arra
 
 
 def _tilt(sign: Array, one_minus_u: Array, one_plus_u: Array) -> Array:
-    """θ, seen from above, with its own digits beside both poles."""
-    late = (sign < 0) ^ (one_minus_u > one_plus_u)
-    angle = _angle(np.minimum(one_minus_u, one_plus_u), np.maximum(one_minus_u, one_plus_u))
-    return np.where(late, pi - angle, angle)
+    """θ, seen from above, by its distance from the nearer pole, 2 arctan √(nearer/farther).
 
-
-def _angle(nearer: Array, farther: Array) -> Array:
-    """The angle between the axis and the nearer pole, 2 arctan √(nearer/farther).
-
-    By the tangent of its eighth part, for which a series is short: sums, products and roots have
-    the same bits whatever vectors the processor has.
+    That is found by the tangent of its eighth part, for which a series is short: sums, products and
+    roots have the same bits whatever vectors the processor has.
     """
+    nearer, farther = np.minimum(one_minus_u, one_plus_u), np.maximum(one_minus_u, one_plus_u)
     quarter = np.sqrt(nearer / 2) / (1 + np.sqrt(farther / 2))
     eighth = quarter / (1 + np.sqrt(1 + quarter * quarter))  # at most tan(π/16)
     square = -eighth * eighth
     series = 1 / (2 * _ARCTAN_TERMS + 1) * square
     for k in range(_ARCTAN_TERMS - 1, 0, -1):
         series = (series + 1 / (2 * k + 1)) * square
-    return np.asarray(8 * (eighth + eighth * series))
+    angle: Array = 8 * (eighth + eighth * series)
+    late = (sign < 0) ^ (one_minus_u > one_plus_u)
+    return np.where(late, pi - angle, angle)
