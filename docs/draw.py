@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import heavytop as ht
-from heavytop.analytic import facts
+from heavytop.analytic import steady
 from heavytop.plots.figures import View, save
 from heavytop.plots.kicks import axis_trace
 from heavytop.plots.kinds import axis_path, kind_panel
@@ -112,10 +112,10 @@ def sweep():
     slow, fast = measured("slow"), measured("fast")
     figure = Figure(figsize=(6.4, 4.2), layout="constrained")
     errors = {
-        "slow: gMR/p_ψ": facts.slow_limit(BOOK, spins) / slow - 1,
-        "fast: p_ψ/(A cosθ)": facts.fast_limit(BOOK, "0.1", spins) / fast - 1,
-        "slow, exact formula": facts.slow_rate(BOOK, "0.1", spins) / slow - 1,
-        "fast, exact formula": facts.fast_rate(BOOK, "0.1", spins) / fast - 1,
+        "slow: gMR/p_ψ": steady.slow_limit(BOOK, spins) / slow - 1,
+        "fast: p_ψ/(A cosθ)": steady.fast_limit(BOOK, "0.1", spins) / fast - 1,
+        "slow, exact formula": steady.slow(BOOK, "0.1", spins) / slow - 1,
+        "fast, exact formula": steady.fast(BOOK, "0.1", spins) / fast - 1,
     }
     ax = figure.subplots()
     steady_errors(ax, spins, errors)

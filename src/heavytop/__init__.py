@@ -14,12 +14,12 @@ __version__ = "0.1.0"
 _HOMES = {
     "Atlas": "studies.atlases.atlas",
     "BadScene": "errors",
-    "Circuit": "analytic.circuit",
+    "Circuit": "analytic.monodromy",
     "Drift": "studies.drifts.drift",
     "Enclosure": "analytic.enclosure",
     "DoubtfulWarning": "errors",
     "EndedEarly": "errors",
-    "EnergyMomentum": "analytic.diagram",
+    "EnergyMomentum": "analytic.energy_momentum",
     "Errors": "run.witness",
     "Exact": "numbers",
     "Facts": "analytic.facts",
@@ -58,7 +58,7 @@ _HOMES = {
     "classify_many": "classification.many",
     "drift": "studies.drifts.drifting",
     "enclose": "analytic.enclosure",
-    "energy_momentum": "analytic.diagram",
+    "energy_momentum": "analytic.energy_momentum",
     "extend": "run.continuation",
     "facts": "analytic.facts",
     "fold": "run.folded",
@@ -148,11 +148,11 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from heavytop.analytic.circuit import Circuit
-    from heavytop.analytic.diagram import EnergyMomentum, energy_momentum
     from heavytop.analytic.enclosure import Enclosure, enclose
+    from heavytop.analytic.energy_momentum import EnergyMomentum, energy_momentum
     from heavytop.analytic.facts import Facts, facts
     from heavytop.analytic.many_motions import Motions, motions_many
+    from heavytop.analytic.monodromy import Circuit
     from heavytop.analytic.motion import Motion
     from heavytop.claims.validating import validate
     from heavytop.claims.validation import Validation

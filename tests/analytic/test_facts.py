@@ -11,12 +11,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import heavytop as ht
-from heavytop.analytic.facts import (
-    Facts,
-    facts,
-    sleeping_growth_rate,
-    sleeping_nutation_frequency,
-)
+from heavytop.analytic import steady
+from heavytop.analytic.facts import Facts, facts
 from heavytop.scene.scene import shipped_scenes
 
 BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")
@@ -95,13 +91,13 @@ def test_sleeping():
     stable = of(BOOK, theta=0, psidot=140)
     assert stable.stable is True
     assert stable.growth_rate is None
-    assert stable.small_nutation_frequency == sleeping_nutation_frequency(BOOK, 140)
+    assert stable.small_nutation_frequency == steady.sleeping_nutation_frequency(BOOK, 140)
     cones = stable.slow_cone_rate, stable.fast_cone_rate
     assert cones[1] - cones[0] == pytest.approx(stable.small_nutation_frequency, rel=1e-14)
     assert sum(cones) == pytest.approx(6.6e-5 * 140 / 3.28e-4, rel=1e-15)  # p_ψ/A
     unstable = of(BOOK, theta=0, psidot=100)
     assert unstable.stable is False
-    assert unstable.growth_rate == sleeping_growth_rate(BOOK, 100)
+    assert unstable.growth_rate == steady.sleeping_growth_rate(BOOK, 100)
     assert unstable.small_nutation_frequency is unstable.slow_cone_rate is None
     marginal = of(ht.Top(2, 1, 2), theta=0, psidot=4)
     assert marginal.stable is True

@@ -5,7 +5,7 @@ import pytest
 import sympy as sp
 
 import heavytop as ht
-from heavytop.analytic import facts, potential
+from heavytop.analytic import potential, steady
 from heavytop.equations import lagrangian as lag
 from heavytop.equations import reduction
 from heavytop.equations.lagrangian import A, C, gMR, normal_form, phidot, psidot, theta, thetadot
@@ -105,7 +105,7 @@ def test_steady_precession_from_torque():
 
 def test_the_functions_solve_the_quadratic():
     values = {A: 3.28e-4, gMR: 0.0456, theta: 0.1, reduction.p_psi: 6.6e-5 * 140}
-    for rate in (facts.slow_rate(BOOK, "0.1", 140), facts.fast_rate(BOOK, "0.1", 140)):
+    for rate in (steady.slow(BOOK, "0.1", 140), steady.fast(BOOK, "0.1", 140)):
         left = quadratic.subs(values | {Omega: rate})
         assert abs(left) < 1e-15
 
@@ -118,6 +118,6 @@ def test_steady_precession_by_integration(which, theta0):
         start = ht.State.steady(BOOK, theta0, omega3, which)
         scene = ht.Scene(BOOK, start, time=1, events=(), samples=2)
         found = ht.propagate(scene)
-        rate = getattr(facts, f"{which}_rate")(BOOK, theta0, omega3)
+        rate = getattr(steady, which)(BOOK, theta0, omega3)
         assert found.phi[-1] == pytest.approx(rate, rel=1e-12)
         assert found.theta[-1] == pytest.approx(float(theta0), abs=1e-12)

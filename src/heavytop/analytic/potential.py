@@ -263,7 +263,7 @@ def _integrated(motion: Rising, end: Any, digits: int) -> Number:
         raise NoClosedForm(f"a {motion.regime.name} motion has no nutation")
 
     def integral(found: Solution, _: int) -> arb:
-        *_others, mc, w = _distances(found)
+        mc, w = _distances(found)[3:]
 
         def slowness(alpha: acb, analytic: bool) -> acb:
             c = (alpha / 2).cos()

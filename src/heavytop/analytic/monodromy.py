@@ -1,10 +1,10 @@
-"""A circuit: T, Δφ and Δψ followed continuously around a closed loop of the diagram.
+"""Monodromy: T, Δφ and Δψ followed continuously around a closed loop of the diagram.
 
 Δφ and Δψ are defined up to whole turns: where a motion passes through a pole they jump by 2π, as
 (p_φ = p_ψ, E' > gMR) or (p_φ = −p_ψ, E' > −gMR) is crossed. Without the jumps they are continuous,
 and come back from a circuit with a whole number of turns more: none, where the loop can be drawn
-together to a point, and one for each time that it goes around the thread of sleeping tops that
-fall. So no choice of Δφ is continuous everywhere: that is the monodromy.
+together to a point, and one for each time that it goes around the focus–focus value of the upright
+equilibrium. So no choice of Δφ is continuous everywhere: that is the monodromy.
 """
 
 from __future__ import annotations
@@ -30,21 +30,12 @@ MOST = 4096  # points
 CLOSED = 1e-9  # of its size, that a loop may end from where it began
 
 
-class Stop(NamedTuple):
-    """A place of a loop, and the lattice there.
+class LoopSample(NamedTuple):
+    """A place of a loop [kg m² s⁻¹, J], and the lattice there.
 
-    Attributes
-    ----------
-    p_phi, E_prime : float
-        The place [kg m² s⁻¹, J].
-    period, precession, spin : float
-        T [s], Δφ and Δψ [rad], as `Motion` has them.
-    relative_spin : float
-        Δψ − κT [rad], κ = p_ψ (1/C − 1/A), which jumps as Δψ does.
-    beyond_top, beyond_bottom : bool
-        Whether p_φ ≥ p_ψ, and p_φ ≥ −p_ψ.
-    over_top, over_bottom : bool
-        Whether E' > gMR, and E' > −gMR: only there do Δφ and Δψ jump between the two sides.
+    `relative_spin` is Δψ − κT, κ = p_ψ (1/C − 1/A), which jumps as Δψ does. `beyond_top` and
+    `beyond_bottom` say whether p_φ ≥ p_ψ, and p_φ ≥ −p_ψ; `over_top` and `over_bottom` whether
+    E' > gMR, and E' > −gMR: only there do Δφ and Δψ jump between the two sides.
     """
 
     p_phi: float
@@ -59,7 +50,7 @@ class Stop(NamedTuple):
     over_bottom: bool
 
 
-Look: TypeAlias = "Callable[[float, float], Stop]"
+Evaluate: TypeAlias = "Callable[[float, float], LoopSample]"
 
 
 @dataclass(frozen=True)
@@ -130,13 +121,7 @@ class Circuit:
 
 
 def ellipse(centre: tuple[float, float], radii: tuple[float, float]) -> Loop:
-    """The loop around `centre`, counterclockwise where p_φ points to the right and E' upwards.
-
-    Parameters
-    ----------
-    centre, radii : tuple of 2 float
-        Along p_φ [kg m² s⁻¹] and E' [J].
-    """
+    """The loop around `centre`, counterclockwise where p_φ points to the right and E' upwards."""
 
     def loop(s: float) -> tuple[float, float]:
         angle = 2 * pi * (s % 1.0)
@@ -145,18 +130,11 @@ def ellipse(centre: tuple[float, float], radii: tuple[float, float]) -> Loop:
     return loop
 
 
-def followed(look: Look, loop: Loop, points: int) -> Circuit:
-    """The circuit of a loop.
+def followed(evaluate: Evaluate, loop: Loop, points: int) -> Circuit:
+    """The circuit of a loop, (p_φ, E') at s from 0 to 1.
 
-    Parameters
-    ----------
-    look : callable
-        The stop at (p_φ, E').
-    loop : callable
-        (p_φ, E') at s from 0 to 1.
-    points : int
-        Steps to begin with; each is halved until Δφ and Δψ − κT turn by less than a quarter in
-        it, and until there is no doubt whether they jump.
+    Of the `points` steps to begin with each is halved until Δφ and Δψ − κT turn by less than a
+    quarter in it, and until there is no doubt whether they jump.
 
     Raises
     ------
@@ -166,18 +144,18 @@ def followed(look: Look, loop: Loop, points: int) -> Circuit:
     """
     if points < 3 or not _closed(loop):
         raise ImpossibleStart([("loop", "closed, and of 3 points at least")])
-    stops = {k / points: look(*loop(k / points)) for k in range(points)}
-    stops[1.0] = stops[0.0]
-    while long := _long(stops):
-        if len(stops) + len(long) > MOST or not stops.keys().isdisjoint(long):
+    samples = {k / points: evaluate(*loop(k / points)) for k in range(points)}
+    samples[1.0] = samples[0.0]
+    while long := _long(samples):
+        if len(samples) + len(long) > MOST or not samples.keys().isdisjoint(long):
             rule = f"farther from critical points: {MOST} steps, or the shortest, are too long"
             raise ImpossibleStart([("loop", rule)])
-        stops |= {s: look(*loop(s)) for s in long}
-    order = sorted(stops)
-    row = [stops[s] for s in order]
+        samples |= {s: evaluate(*loop(s)) for s in long}
+    order = sorted(samples)
+    row = [samples[s] for s in order]
     jumps = np.array([_jumps(one, other) for one, other in pairwise(row)])
     turns, spin_turns = -np.cumsum(np.vstack(([0, 0], jumps)), axis=0).T
-    p_phi, E_prime, period, precession, spin = np.array([stop[:5] for stop in row]).T
+    p_phi, E_prime, period, precession, spin = np.array([sample[:5] for sample in row]).T
     return Circuit(
         np.array(order), p_phi, E_prime, period, precession, spin, turns, spin_turns,
         max(_step(one, other) for one, other in pairwise(row)),
@@ -190,32 +168,31 @@ def _closed(loop: Loop) -> bool:
     return bool(np.all(abs(around[4] - around[0]) <= CLOSED * np.ptp(around, axis=0)))
 
 
-def _jumps(one: Stop, other: Stop) -> tuple[int, int]:
+def _jumps(one: LoopSample, other: LoopSample) -> tuple[int, int]:
     """By how many turns Δφ and Δψ jump: Φ₋ where the top is passed, Φ₊ where the bottom is."""
     minus = (other.beyond_top - one.beyond_top) * (one.over_top and other.over_top)
     plus = (other.beyond_bottom - one.beyond_bottom) * (one.over_bottom and other.over_bottom)
     return plus + minus, plus - minus
 
 
-def _in_doubt(one: Stop, other: Stop) -> bool:
+def _in_doubt(one: LoopSample, other: LoopSample) -> bool:
     """Whether a line is crossed at an end of which there are jumps, and not at the other."""
     top = one.beyond_top != other.beyond_top and one.over_top != other.over_top
     bottom = one.beyond_bottom != other.beyond_bottom and one.over_bottom != other.over_bottom
     return top or bottom
 
 
-def _step(one: Stop, other: Stop) -> float:
+def _step(one: LoopSample, other: LoopSample) -> float:
     """How far Δφ or Δψ − κT turns, jumps apart."""
     jumps = _jumps(one, other)
     steps = other.precession - one.precession, other.relative_spin - one.relative_spin
     return max(abs(step - 2 * pi * jump) for step, jump in zip(steps, jumps, strict=True))
 
 
-def _long(stops: dict[float, Stop]) -> list[float]:
+def _long(samples: dict[float, LoopSample]) -> list[float]:
     """The middles of the steps that are too long."""
-    order = sorted(stops)
     return [
         (s + later) / 2
-        for s, later in pairwise(order)
-        if _step(stops[s], stops[later]) >= LONGEST or _in_doubt(stops[s], stops[later])
+        for s, later in pairwise(sorted(samples))
+        if _step(samples[s], samples[later]) >= LONGEST or _in_doubt(samples[s], samples[later])
     ]

@@ -1,39 +1,43 @@
 """The energy–momentum diagram of a top at one p_ψ: which E' and p_φ there are, and what they do.
 
 Every motion is a point (p_φ, E'), E' = E − p_ψ²/2C. Points lie on or above a convex curve, that of
-steady precession; it has a corner where the axis hangs. Where the axis stands, p_φ = ±p_ψ and
-E' = |gMR|, it has another if p_ψ² ≥ 4 A |gMR|. Below that threshold the point of the standing axis
-lies inside the diagram, critical by itself: seen in three dimensions it is a thread, and followed
-around it the period lattice does not come back to itself (`Circuit`).
+steady precession (`critical_set`). It has a corner at the hanging equilibrium, and another at the
+upright one if p_ψ² ≥ 4 A |gMR|. Below that threshold the upright equilibrium lies inside the
+diagram, critical by itself: a focus–focus value, over all p_ψ a thread. Followed around it the
+period lattice does not come back to itself (`Circuit`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from math import atan2, pi, sqrt
-from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
+from typing import Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from heavytop.analytic.circuit import Circuit, Loop, Stop, ellipse, followed
-from heavytop.analytic.regions import regions
-from heavytop.analytic.theory import critical_set, level
+from heavytop.analytic import critical_set
+from heavytop.analytic.closed_form import ClosedForm
+from heavytop.analytic.monodromy import Circuit, Loop, LoopSample, ellipse, followed
+from heavytop.analytic.rising import Rising
+from heavytop.analytic.steady import steady_rates
+from heavytop.classification import Kind
+from heavytop.classification.reduced import FromConstants
 from heavytop.errors import ImpossibleStart
-from heavytop.numbers import PI, Exact, Number
-from heavytop.numbers.decimals import STANDARD_DIGITS, context
+from heavytop.numbers import PI, Exact, Number, decimals
+from heavytop.numbers.intervals import Ball, rational
 from heavytop.scene.arguments import expect, number_of
 from heavytop.scene.state import Branch, State
 from heavytop.scene.top import Top
 
-if TYPE_CHECKING:
-    from heavytop.analytic.theory.level import Advance
-
 Array: TypeAlias = npt.NDArray[np.float64]
 
-_AROUND = 181  # points at which a loop is held against the edge of the diagram
-_HALVINGS = 40
+NEAREST: Final = 1e-7  # of gMR: a shallower thread cannot be gone around in doubles in any time
+_AROUND: Final = 181  # points at which a loop is held against the edge of the diagram
+_HALVINGS: Final = 40
+_BITS: Final = 400  # of moments and p_ψ that are not rational
 
 
 class Place(NamedTuple):
@@ -73,7 +77,16 @@ class Steady(NamedTuple):
     fast: npt.NDArray[np.bool_]
 
 
-NEAREST: Final = 1e-7  # of gMR: a shallower thread cannot be gone around in doubles in any time
+class Advance(NamedTuple):
+    """What one nutation brings: T [s], Δφ, Δψ and Δψ − κT [rad], κ = p_ψ (1/C − 1/A).
+
+    The angles hold +π and ∓π for each exact pass through the top or the bottom.
+    """
+
+    period: decimals.Number
+    precession: decimals.Number
+    spin: decimals.Number
+    relative_spin: decimals.Number
 
 
 @dataclass(frozen=True)
@@ -112,28 +125,28 @@ class EnergyMomentum:
 
     @cached_property
     def standing(self) -> Place:
-        """The axis on the vertical where V is highest, at p_φ = ±p_ψ, E' = |gMR|."""
+        """The upright equilibrium, where V is highest, at p_φ = ±p_ψ, E' = |gMR|."""
         return self._vertical(1 if self.g >= 0 else -1)
 
     @cached_property
     def hanging(self) -> Place:
-        """The axis on the vertical where V is lowest, at p_φ = ∓p_ψ, E' = −|gMR|."""
+        """The hanging equilibrium, where V is lowest, at p_φ = ∓p_ψ, E' = −|gMR|."""
         return self._vertical(-1 if self.g >= 0 else 1)
 
     @cached_property
     def isolated(self) -> bool:
-        """Whether p_ψ² < 4 A |gMR|, exactly, and the standing axis is a critical point alone."""
+        """Whether p_ψ² < 4 A |gMR|, exactly, and the upright equilibrium is isolated."""
         weight = self.top.gMR * (self.top.gMR.sign() or 0)
         return (self.p_psi**2 - 4 * self.top.A * weight).sign() == -1
 
     @property
     def thread(self) -> Place | None:
-        """The place of the isolated point; None where sleeping is stable, or nothing falls."""
+        """The focus–focus value; None where sleeping is stable, or nothing falls."""
         return self.standing if self.isolated else None
 
     @property
     def depth(self) -> float:
-        """How far the standing axis is above the least energy there, ½ |gMR| (2 − β)² [J].
+        """How far the upright equilibrium is above the least energy there, ½ |gMR| (2 − β)² [J].
 
         Here β = |p_ψ|/√(A |gMR|). It is 0 from the threshold β = 2 on.
         """
@@ -190,7 +203,8 @@ class EnergyMomentum:
             raise ImpossibleStart([("which", '"slow" or "fast"')])
         tilt, A = np.asarray(theta, dtype=np.float64), float(self.top.A)
         u = np.where(tilt == pi / 2, 0.0, np.cos(tilt))
-        rate = critical_set.rates(self.g, self.b, u)[which == "fast"]
+        found = steady_rates(A, float(self.top.gMR), float(self.p_psi), u)[which == "fast"]
+        rate = np.where(np.isfinite(found) & (found != 0), found, np.nan)
         drift = rate * np.sin(tilt) ** 2
         p_phi, energy = A * (self.b * u + drift), A * (self.g * u + rate * drift / 2)
         return Steady(tilt, rate, p_phi, energy, rate**2 * abs(u) > abs(self.g))
@@ -199,8 +213,8 @@ class EnergyMomentum:
     def cusps(self) -> tuple[Place, Place] | None:
         """The ends of the line of cusps, E' p_ψ = gMR p_φ; None at p_ψ = 0 or without gravity.
 
-        It runs from the hanging to the standing axis, and belongs to neither. Above it there are
-        loops as far as |p_φ| < |p_ψ|.
+        It runs from the hanging to the upright equilibrium, and belongs to neither. Above it there
+        are loops as far as |p_φ| < |p_ψ|.
         """
         return (self.hanging, self.standing) if self.g and self.b else None
 
@@ -216,8 +230,25 @@ class EnergyMomentum:
             Places [J, kg m² s⁻¹]; they are broadcast.
         """
         energy, p = np.broadcast_arrays(np.asarray(E_prime, float), np.asarray(p_phi, float))
-        spin, weight = float(self.p_psi), float(self.top.gMR)
-        return regions(energy, p, self.least(p), spin, weight)
+        p_psi, gMR, lowest = float(self.p_psi), float(self.top.gMR), self.least(p)
+        on_edge, vertical, between = energy == lowest, abs(p) == abs(p_psi), abs(p) < abs(p_psi)
+        lift = np.sign(p_psi) * (energy * p_psi - gMR * p)
+        upright = (p == np.sign(gMR) * p_psi) & (energy == abs(gMR))
+        first_that_fits: list[tuple[npt.NDArray[np.bool_], str]] = [
+            (~(energy >= lowest), ""),
+            (np.full(p.shape, gMR == 0), Kind.FORCE_FREE),
+            (upright & on_edge, Kind.SLEEPING),
+            (vertical & on_edge & (energy == -abs(gMR)), Kind.HANGING),
+            (on_edge, Kind.UNIFORM_PRECESSION),
+            (vertical & (p_psi == 0), Kind.PLANAR_PENDULUM),
+            (upright, Kind.SEPARATRIX),
+            ((p == p_psi) & (energy > gMR), Kind.THROUGH_TOP),
+            ((p == -p_psi) & (energy > -gMR), Kind.THROUGH_BOTTOM),
+            (between & (lift > 0), Kind.LOOPS),
+            (between & (lift == 0), Kind.CUSPS),
+        ]
+        words = [np.full(p.shape, str(kind)) for _, kind in first_that_fits]
+        return np.select([here for here, _ in first_that_fits], words, default=str(Kind.WAVES))
 
     def start(
         self, E_prime: Number, p_phi: Number, theta: Number | None = None,
@@ -246,8 +277,8 @@ class EnergyMomentum:
         return State.from_constants(self.top, E, p, self.p_psi, tilt, branch)
 
     @property
-    def room(self) -> float:
-        """How large a loop `around` the standing axis can be; 0 at the threshold."""
+    def maximal_loop(self) -> float:
+        """How large a loop `around` the upright equilibrium can be; 0 at the threshold."""
         if not self.isolated:
             return 0.0
         around = np.linspace(0.0, 1.0, _AROUND)
@@ -259,14 +290,14 @@ class EnergyMomentum:
         return low
 
     def around(self, size: float) -> Loop:
-        """The loop around the standing axis: an ellipse with axes √(A |gMR|) and |gMR| times size.
+        """The ellipse around the upright equilibrium with axes √(A |gMR|) and |gMR| times size.
 
         It runs counterclockwise where p_φ points to the right and E' upwards.
 
         Parameters
         ----------
         size : float
-            In units of these axes, positive; `room` is the largest there is.
+            In units of these axes, positive; `maximal_loop` is the largest there is.
 
         Returns
         -------
@@ -277,25 +308,35 @@ class EnergyMomentum:
         radii = size * sqrt(float(self.top.A) * weight), size * weight
         return ellipse(self.standing, radii)
 
-    def advance(self, p_phi: float, E_prime: float) -> Advance | None:
+    def advance(self, p_phi: Any, E_prime: Any, digits: int = 40) -> Advance | None:
         """T, Δφ and Δψ of the motions at a place, in many digits; None where nothing nutates.
 
         Parameters
         ----------
-        p_phi, E_prime : float
-            The place [kg m² s⁻¹, J].
+        p_phi, E_prime : number
+            The place [kg m² s⁻¹, J], rational: a float, or a number of mpmath.
+        digits : int
+            How many decimal digits.
 
         Raises
         ------
         ImpossibleStart
             It is outside of the diagram.
         """
-        least = float(self.least(p_phi))
-        if not E_prime >= least:
-            rule = f"at least {least:.17g} at p_phi = {p_phi:.17g}"
+        lowest = float(self.least(float(p_phi)))
+        if not E_prime >= lowest:
+            rule = f"at least {lowest:.17g} at p_phi = {float(p_phi):.17g}"
             raise ImpossibleStart([("E_prime", rule)])
-        ctx, passed = context(STANDARD_DIGITS), self._passed(E_prime, p_phi)
-        return level.advance(level.motion(ctx, self.top, E_prime, p_phi, self.p_psi, passed))
+        A, C, gMR, p_psi = map(_fraction, (self.top.A, self.top.C, self.top.gMR, self.p_psi))
+        minus, plus = self._passed(float(E_prime), float(p_phi))
+        source = FromConstants.of(
+            gMR / A, rational(p_phi) / A, p_psi / A, rational(E_prime) / A,
+            (Fraction(minus), Fraction(plus)), p_psi / C - p_psi / A,
+        )  # fmt: skip
+        form = ClosedForm(Rising(source, proved=False), digits)
+        if form.period is None:
+            return None
+        return Advance(form.period, form.precession, form.spin, form.relative_spin)
 
     def circuit(self, loop: Loop | None = None, points: int = 48) -> Circuit:
         """The period lattice followed once around a closed loop of the diagram.
@@ -304,7 +345,7 @@ class EnergyMomentum:
         ----------
         loop : callable, optional
             (p_φ, E') at s from 0 to 1, the same at both; without it half of the largest ellipse
-            around the thread that there is room for.
+            around the thread.
         points : int
             Steps to begin with; they are halved until none turns by a quarter or more.
 
@@ -332,17 +373,17 @@ class EnergyMomentum:
             if self.depth < NEAREST * abs(float(self.top.gMR)):
                 why = f"farther below the threshold: the thread is but {self.depth:.3g} J deep"
                 raise ImpossibleStart([("p_psi", why)])
-            loop = self.around(self.room / 2)
-        return followed(self._stop, loop, points)
+            loop = self.around(self.maximal_loop / 2)
+        return followed(self._evaluate, loop, points)
 
-    def _stop(self, p_phi: float, E_prime: float) -> Stop:
+    def _evaluate(self, p_phi: float, E_prime: float) -> LoopSample:
         found = self.advance(p_phi, E_prime)
         if found is None:
             where = f"({p_phi:.17g}, {E_prime:.17g})"
             raise ImpossibleStart([("loop", f"off the critical set, on which is {where}")])
         top, bottom = ((Exact.of(p_phi) + side * self.p_psi).sign() != -1 for side in (-1, 1))
         gMR, (period, precession, spin, relative) = float(self.top.gMR), map(float, found)
-        return Stop(
+        return LoopSample(
             p_phi, E_prime, period, precession, spin, relative,
             top, bottom, E_prime > gMR, E_prime > -gMR,
         )  # fmt: skip
@@ -406,3 +447,9 @@ def energy_momentum(top: Top, p_psi: Number) -> EnergyMomentum:
     """
     expect("top", top, Top)
     return EnergyMomentum(top, number_of("p_psi", p_psi))
+
+
+def _fraction(x: Exact) -> Fraction:
+    """A rational number itself; another one to 400 bits."""
+    q = x.fraction
+    return Ball.of(x.ball(_BITS)).middle if q is None else q

@@ -1,24 +1,25 @@
 """The critical set of the energy–momentum map: steady precession, and what stays on the vertical.
 
-In units A = 1 (see `reduced`) a steady precession of rate Ω at u = cosθ has the constants
+In units A = 1, with a = p_φ/A, b = p_ψ/A, h = E'/A, g = gMR/A and u = cosθ, a steady precession of
+rate Ω has the constants
 
     b = Ω u + g/Ω,   a = Ω + g u/Ω,   h = g u + ½ Ω² (1 − u²):
 
 two sheets without folds, one for each sign of Ω, whose edges u = ±1 lie on the lines a = ±b,
-h = ±g of the upright and the hanging axis. At one b the sheets are where u = (bΩ − g)/Ω² is a
-cosine, and there
+h = ±g of the upright and the hanging equilibrium. At one b the sheets are where u = (bΩ − g)/Ω² is
+a cosine, and there
 
     Ω⁴ − a Ω³ + g b Ω − g² = 0,   da/dΩ = 1 − u² + (2g/Ω − b)²/Ω² ≥ 0,   dh/da = Ω,
 
-so that h is a convex function of a, the least energy there is at a. It has a corner where the axis
-hangs. Where the axis stands it has another if b² ≥ 4|g|; if not, that point lies above the least
-energy, and is critical by itself.
+so that h is a convex function of a, the least energy there is at a. It has a corner at the hanging
+equilibrium. At the upright one it has another if b² ≥ 4|g|; if not, that point lies above the
+least energy, and is critical by itself.
 """
 
 from __future__ import annotations
 
 from math import copysign, sqrt
-from typing import NamedTuple, TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -26,61 +27,13 @@ import numpy.typing as npt
 Array: TypeAlias = npt.NDArray[np.float64]
 Span: TypeAlias = "tuple[float, float]"
 
-_HALVINGS = 64  # of a bracket no wider than a few of the rates themselves
-
-
-class Sheet(NamedTuple):
-    """Constants of steady precessions, arrays of one shape.
-
-    Attributes
-    ----------
-    rate : ndarray
-        Ω [s⁻¹].
-    u : ndarray
-        cosθ.
-    b, a, h : ndarray
-        p_ψ/A, p_φ/A [s⁻¹] and E'/A [s⁻²].
-    """
-
-    rate: Array
-    u: Array
-    b: Array
-    a: Array
-    h: Array
-
-
-def sheet(g: float, rate: npt.ArrayLike, u: npt.ArrayLike) -> Sheet:
-    """The constants of the steady precessions of given rates at given tilts.
-
-    Parameters
-    ----------
-    g : float
-        gMR/A [s⁻²].
-    rate, u : array_like
-        Ω [s⁻¹], not 0, and cosθ.
-
-    Examples
-    --------
-    >>> of = sheet(1.0, 2.0, 0.5)
-    >>> float(of.b), float(of.a), float(of.h)
-    (1.5, 2.25, 2.0)
-    """
-    omega, cosine = np.broadcast_arrays(np.asarray(rate, float), np.asarray(u, float))
-    b, a = omega * cosine + g / omega, omega + g * cosine / omega
-    h = g * cosine + omega**2 * (1 - cosine) * (1 + cosine) / 2
-    return Sheet(omega, cosine, b, a, h)
+_HALVINGS: Final = 64  # of a bracket no wider than a few of the rates themselves
 
 
 def spans(g: float, b: float) -> tuple[Span, ...]:
     """The rates Ω that steady precessions of one p_ψ have, from the least up [s⁻¹].
 
-    They end at the cones about the hanging axis and, where sleeping is stable, about the
-    standing one.
-
-    Parameters
-    ----------
-    g, b : float
-        gMR/A [s⁻²] and p_ψ/A [s⁻¹].
+    They end at the cones about the hanging axis and, where sleeping is stable, about the upright.
 
     Examples
     --------
@@ -105,18 +58,6 @@ def least(g: float, b: float, a: npt.ArrayLike) -> tuple[Array, Array]:
 
     The rate is nan at a corner, where the axis stays on the vertical.
 
-    Parameters
-    ----------
-    g, b : float
-        gMR/A [s⁻²] and p_ψ/A [s⁻¹].
-    a : array_like
-        p_φ/A [s⁻¹].
-
-    Notes
-    -----
-    Accuracy: within 1e-14 of the energies there are of the minimum of the effective potential at
-    60 digits, by ``tests/analytic/test_energy_momentum.py``.
-
     Examples
     --------
     >>> h, rate = least(1.0, 1.0, [1.0, -1.0])
@@ -134,21 +75,13 @@ def least(g: float, b: float, a: npt.ArrayLike) -> tuple[Array, Array]:
         here = (asked > low) & (asked < high)
         rate[here] = _rate(g, b, asked[here], ends)
         lowest[here] = _energy(g, b, asked[here], rate[here])
-    standing = copysign(b, b * g)
-    corner = np.where(abs(asked - standing) < abs(asked + standing), abs(g), -abs(g))
+    upright = copysign(b, b * g)
+    corner = np.where(abs(asked - upright) < abs(asked + upright), abs(g), -abs(g))
     return np.where(np.isnan(lowest) & (abs(asked) == abs(b)), corner, lowest), rate
 
 
 def cosines(g: float, b: float, a: npt.ArrayLike, rate: npt.ArrayLike) -> tuple[Array, Array]:
-    """1 − u and 1 + u of steady precessions, from a ∓ b = (1 ∓ u)(Ω ∓ g/Ω): exact near the poles.
-
-    Parameters
-    ----------
-    g, b : float
-        gMR/A [s⁻²] and p_ψ/A [s⁻¹].
-    a, rate : array_like
-        p_φ/A and Ω [s⁻¹], the rate not 0.
-    """
+    """The numbers 1 ∓ u of steady precessions, by a ∓ b = (1 ∓ u)(Ω ∓ g/Ω): exact near poles."""
     omega, given = np.asarray(rate, dtype=np.float64), np.asarray(a, dtype=np.float64)
     across, along = omega - g / omega, omega + g / omega
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -160,32 +93,10 @@ def cosines(g: float, b: float, a: npt.ArrayLike, rate: npt.ArrayLike) -> tuple[
     return np.maximum(minus, 0.0), np.maximum(plus, 0.0)
 
 
-def rates(g: float, b: float, u: Array) -> tuple[Array, Array]:
-    """The slow and the fast Ω [s⁻¹] at tilts; nan where there is none.
-
-    Parameters
-    ----------
-    g, b : float
-        gMR/A [s⁻²] and p_ψ/A [s⁻¹].
-    u : ndarray
-        cosθ.
-    """
-    with np.errstate(invalid="ignore", divide="ignore"):
-        larger = b + np.copysign(np.sqrt(b**2 - 4 * g * u), b)  # no cancellation
-        both = 2 * g / larger, larger / (2 * u)
-    slow, fast = (np.where(np.isfinite(rate) & (rate != 0), rate, np.nan) for rate in both)
-    return slow, fast
-
-
 def passed(g: float, b: float, a: float, h: float) -> tuple[float, float]:
     """1 − u and 1 + u of a tilt that the motions with these constants pass.
 
     That is where V is least; in a corner, where V is least on the vertical, a tilt beside it.
-
-    Parameters
-    ----------
-    g, b, a, h : float
-        gMR/A [s⁻²], p_ψ/A, p_φ/A [s⁻¹] and E'/A [s⁻²], not less than the least.
     """
     lowest, rate = least(g, b, a)
     if rate and not np.isnan(rate):
