@@ -226,7 +226,7 @@ class ClosedForm:
         """The motion in units A = 1."""
         bits = self.ctx.prec + 64
         with working(bits):
-            return self.rising.solution(bits).start.mapped(self._midpoint)
+            return self.rising.source.reduced(bits).mapped(self._midpoint)
 
     def __call__(self, t: Any) -> ExactRecord:
         """Where the top is at time `t` [s], a number of any kind.

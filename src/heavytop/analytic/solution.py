@@ -71,7 +71,7 @@ class Record:
     @property
     def quaternion(self) -> tuple[arb, arb, arb, arb]:
         """The attitude, body to space, scalar first."""
-        cosine, sine = (self.one_plus_u / 2).sqrt(), (self.one_minus_u / 2).sqrt()
+        cosine, sine = root_of(self.one_plus_u / 2), root_of(self.one_minus_u / 2)
         sin_plus, cos_plus = ((self.phi + self.psi) / 2).sin_cos()
         sin_minus, cos_minus = ((self.phi - self.psi) / 2).sin_cos()
         return cosine * cos_plus, sine * cos_minus, sine * sin_minus, cosine * sin_plus
