@@ -258,7 +258,7 @@ class Motion:
         NotANumber, Impossible
             A time that is no finite number; digits that are no whole number from 1 to 10 000.
         NoClosedForm
-            Beyond 2³¹ periods in doubles, 1e20 with digits.
+            Beyond 2³¹ periods in doubles; with digits, where 65 536 bits do not give them.
         """
         if digits is None:
             record = self.double(_times(t))
