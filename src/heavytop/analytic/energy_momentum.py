@@ -27,7 +27,7 @@ from heavytop.classification import Kind
 from heavytop.classification.reduced import FromConstants
 from heavytop.errors import ImpossibleStart
 from heavytop.numbers import PI, Exact, Number, decimals
-from heavytop.numbers.intervals import Ball, rational
+from heavytop.numbers.intervals import Interval, rational
 from heavytop.scene.arguments import expect, number_of
 from heavytop.scene.state import Branch, State
 from heavytop.scene.top import Top
@@ -452,4 +452,4 @@ def energy_momentum(top: Top, p_psi: Number) -> EnergyMomentum:
 def _fraction(x: Exact) -> Fraction:
     """A rational number itself; another one to 400 bits."""
     q = x.fraction
-    return Ball.of(x.ball(_BITS)).middle if q is None else q
+    return Interval.of(x.ball(_BITS)).middle if q is None else q

@@ -4,7 +4,7 @@ Each motion is reduced in long doubles, because there digits cancel; its turning
 integrals follow in doubles, by sums and products that lose none. An error estimate tells which rows
 are reliable. The others are computed one by one, with the digits that they need.
 
-The symbols are those of `heavytop.analytic.theory.reduced`.
+The symbols are those of `heavytop.classification.reduced`.
 """
 
 from __future__ import annotations
