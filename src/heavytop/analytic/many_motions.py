@@ -230,7 +230,6 @@ class _ReducedStart:
     kappa: Array
     P_plus: Array
     P_minus: Array
-    error_f1: Array
     error_f2: Array
     error_surplus: Array
     error_plus: Array
@@ -263,13 +262,12 @@ def _reduced(starts: Starts) -> _ReducedStart:
     size_g, size_above, size_below, size_speed2 = map(_size, (g, above, below, speed2))
     size_P_plus = size_below * (_size(phidot) * size_above + size_b)
     size_P_minus = size_above * (_size(phidot) * size_below + size_b)
-    size_f1 = 2 * (size_b * _size(drift) + size_g * _size(sin2) + size_speed2)
     size_f2 = 4 * size_g + size_speed2 + size_b * size_b
     size_surplus = 2 * (size_speed2 + 2 * size_g * size_above + size_b * size_P_minus)
     relative_plus = size_P_plus / np.where(zero_plus, np.inf, _size(P_plus))
     relative_minus = size_P_minus / np.where(zero_minus, np.inf, _size(P_minus))
     exact = g, above, below, f0, f1, f2, surplus, kappa, P_plus, P_minus
-    sizes = size_f1, size_f2, size_surplus, relative_plus, relative_minus
+    sizes = size_f2, size_surplus, relative_plus, relative_minus
     return _ReducedStart(
         sign, *(each.astype(np.float64) for each in exact), *(LONG_ERROR * each for each in sizes)
     )
@@ -352,18 +350,8 @@ def _roots(start: _ReducedStart) -> _Roots:
     plus1 = start.P_plus**2 / (plus2 * (2 * g2 + lead))
     reach = lead + g2 * minus1  # 2g (u₃ − u₁)
     w = np.sqrt(reach) / 2
-    # Φ± is ±π but for a term like P±, which feels an error of a small P± so much the less; θ at u₁
-    # feels that of P₊, and where P₋ alone sets θ at u₂, that angle feels it
-    felt_plus = np.minimum(abs(start.P_plus) / (w * plus2), 1.0) + np.sqrt(plus1)
-    felt_minus = np.minimum(abs(start.P_minus) / (w * minus1), 1.0) + smaller / larger
-    felt_minus += np.where(gap >= 0, np.sqrt(minus2), 0.0)
-    error = (
-        start.error_f1 / (reach * np.minimum(minus1, plus2))
-        + start.error_f2 / reach
-        + start.error_surplus / (minus1 * larger)
-        + start.error_plus * felt_plus
-        + start.error_minus * felt_minus
-    )
+    # the slope f₁, and P± once their signs are known, add no more than a few times this
+    error = start.error_f2 / reach + start.error_surplus / (minus1 * larger)
     signs_known = np.maximum(start.error_plus, start.error_minus) < 0.25
     mc = (lead + g2 * minus2) / reach
     error = np.where(converged & signs_known, error, np.nan)
