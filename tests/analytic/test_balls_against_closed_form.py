@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import heavytop as ht
-from heavytop.analytic.enclosure import enclose, enclose_axis
 from heavytop.analytic.closed_form import ClosedForm
+from heavytop.analytic.enclosure import enclose, enclose_axis
 from heavytop.analytic.rising import Rising
 from heavytop.classification.reduced import FromAxis
 from heavytop.numbers.ball import Ball

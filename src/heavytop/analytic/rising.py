@@ -85,8 +85,8 @@ class Rising:
 
     def settled(
         self, name: str, value: Callable[[Solution, int], Any], digits: int, *,
-        size: Callable[[arb], arb] | None = None, of: Callable[[Any], tuple[arb, ...]] | None = None,
-        lost: int = 0,
+        size: Callable[[arb], arb] | None = None,
+        of: Callable[[Any], tuple[arb, ...]] | None = None, lost: int = 0,
     ) -> Any:  # fmt: skip
         """The first ball, or tuple of balls, that has the digits.
 
