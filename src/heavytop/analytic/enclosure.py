@@ -29,6 +29,8 @@ _ERROR_DIGITS: Final = 25  # of θ in `theta_error`: far below the last bit of a
 _MOST_DIGITS: Final = 10_000
 _MOST_BITS: Final = 1 << 24
 
+_AT_AN_END: Final = "an event and the end of the span"
+
 EVENTS: Final = ("turning", "reversal", "cusp")
 """What can be counted: a cusp is a turning point too."""
 
@@ -262,7 +264,8 @@ class Enclosure:
                 return arb(0 if at is None else _reached(forward * at, end))
             total, periods = arb(0), end / found.path.period
             for after in self._positions(event, found):
-                total += floor(periods - forward * after) + floor(forward * after) + 1
+                total += floor(periods - forward * after, _AT_AN_END)
+                total += floor(forward * after, _AT_AN_END) + 1
             return total
 
         lost = self._rising.lost(float(time))
@@ -302,12 +305,12 @@ class Enclosure:
         def when(found: Solution, bits: int) -> tuple[arb, ...]:
             if not isinstance(found.path, Nutating):
                 at = found.lower_turning if event == "turning" else None
-                return () if at is None or n != (0 if _reached(at, abs(at)) else -1) else (at,)
+                return () if at is None or n != (0 if _ahead(at) else -1) else (at,)
             after = self._positions(event, found)
             if not after:
                 return ()
             turns, which = divmod(n, len(after))
-            in_period = sorted((x - floor(x) for x in after), key=lambda x: float(x.mid()))
+            in_period = sorted((x - floor(x, _AT_AN_END) for x in after), key=lambda x: x.mid())
             if not all(low < high for low, high in pairwise(in_period)):
                 raise TooFewBits("two events", in_period[-1] - in_period[0])
             return ((turns + in_period[which]) * found.path.period,)
@@ -375,13 +378,18 @@ def _known_event(event: str) -> None:
         raise ValueError(f"turning, reversal or cusp, not {event!r}")
 
 
+def _ahead(time: arb) -> bool:
+    """Whether a time is not before the start."""
+    if not (time >= 0 or time < 0):
+        raise TooFewBits(_AT_AN_END, time)
+    return bool(time >= 0)
+
+
 def _reached(time: arb, end: arb) -> bool:
     """Whether a time is from 0 to an end."""
-    if time < 0 or time > end:
-        return False
-    if time >= 0 and time <= end:
-        return True
-    raise TooFewBits("an event and an end of the span", time)
+    if not (time <= end or time > end):
+        raise TooFewBits(_AT_AN_END, time - end)
+    return _ahead(time) and bool(time <= end)
 
 
 def enclose(top: Top, start: State, digits: int = 15, limit: int = LIMIT) -> Enclosure:

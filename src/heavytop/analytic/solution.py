@@ -25,7 +25,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, cast
+from typing import Final, NamedTuple, cast
 
 from flint import acb, arb, fmpz
 
@@ -33,6 +33,8 @@ from heavytop.analytic.cubic import Roots, TooFewBits, root_of
 from heavytop.classification.reduced import Reduced, Regime, Source
 
 Pair = tuple[arb, arb]
+
+_AT_A_POLE: Final = "the time and that of a pass through a pole"
 
 
 class Place(NamedTuple):
@@ -546,11 +548,11 @@ def _nearest(x: arb) -> arb:
     return (x.mid() + arb(0.5)).floor()
 
 
-def floor(x: arb) -> arb:
+def floor(x: arb, names: str = _AT_A_POLE) -> arb:
     """The largest whole number not above x: what begins at a whole number has begun there."""
     low, high = x.lower().floor(), x.upper().floor()
     if low != high:
-        raise TooFewBits("the time and that of a pass through a pole", x - high)
+        raise TooFewBits(names, x - high)
     return low
 
 
@@ -564,7 +566,7 @@ def _side(x: arb) -> int:
         return 1
     if x < 0:
         return -1
-    raise TooFewBits("the time and that of a pass through a pole", x)
+    raise TooFewBits(_AT_A_POLE, x)
 
 
 def _nothing(_: arb) -> arb:
