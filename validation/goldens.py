@@ -47,6 +47,7 @@ OTHERS = (
     " --methods auto,taylor-axis,dop853-cyrk,gauss8 --time-limit 60",
     "workprec sicm-kicked --periods 20 --methods taylor-axis,sofroniou-spaletta10 --budget 600",
 )
+INTERRUPTED = 130
 LOUD = ("scenes", "derive")  # verbs without --quiet
 TIMES = {"derive_s", "compile_s", "integrate_s", "setup_s", "us_per_period", "us_spread"}
 RATES = {"kinds_per_s", "rows_per_s", "tops_per_s"}
@@ -79,6 +80,8 @@ def answer(command: str) -> dict[str, Any]:
             runpy.run_module("heavytop", run_name="__main__")
         except SystemExit as end:
             code = int(end.code or 0)
+    if code == INTERRUPTED:  # a verb ends well when it is stopped: that is no document to keep
+        raise KeyboardInterrupt
     text = out.getvalue()
     try:
         document = stripped(json.loads(text))
@@ -157,7 +160,9 @@ def main() -> None:
         scenes = random_scenes()
         kept = {"scenes": scenes, "documents": made(scenes)}
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_bytes(lzma.compress(json.dumps(kept).encode()))
+        new = file.with_name(f"{file.name}.{os.getpid()}")
+        new.write_bytes(lzma.compress(json.dumps(kept).encode()))
+        new.replace(file)
         return
     kept = json.loads(lzma.decompress(file.read_bytes()))
     found = made(kept["scenes"], [*kept["documents"]])
