@@ -4,9 +4,9 @@ from functools import cache
 
 import mpmath
 from claim import claimed, finish, most
+from heavytop.analytic.theory.elliptic import complete_first, complete_third, first
 
 import heavytop as ht
-from heavytop.analytic.theory.elliptic import complete_first, complete_third, first
 from heavytop.numbers.decimals import context
 
 mp = mpmath.MPContext()

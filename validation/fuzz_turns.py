@@ -15,9 +15,9 @@ from dataclasses import replace
 
 import fuzz
 import numpy as np
+from heavytop.analytic.theory.closed_form import MPForm
 
 import heavytop as ht
-from heavytop.analytic.theory.closed_form import MPForm
 from heavytop.numbers.decimals import context
 from heavytop.run.decimal_witness import _own
 from heavytop.run.witness import own_numbers, passes

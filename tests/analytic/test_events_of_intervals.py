@@ -11,7 +11,7 @@ import heavytop as ht
 from heavytop.errors import Impossible, Unseparated
 from heavytop.numbers import Exact
 from heavytop.run.tally import tally
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene import shipped_scenes
 
 from .rigid_series import motion
 
