@@ -1,13 +1,21 @@
-"""mpmath at 100 digits: its own elliptic functions, with its own convention m = k^2."""
+"""mpmath at 125 digits: its own elliptic functions, with its own convention m = k^2."""
 
 from functools import cache
 
 import mpmath
 from claim import claimed, finish, most
+<<<<<<< HEAD
 from heavytop.analytic.theory.elliptic import complete_first, complete_third, first
 
 import heavytop as ht
 from heavytop.numbers.decimals import context
+=======
+from flint import arb, fmpq
+
+import heavytop as ht
+from heavytop.analytic.solution import _first_kind
+from heavytop.numbers.intervals import working
+>>>>>>> w-facts
 
 mp = mpmath.MPContext()
 mp.dps = 130
@@ -16,9 +24,21 @@ TIMES = ("0.1", "1", "2", "7.5")
 NAMES = ("sicm-kicked", "sicm-forward", "simo-wong", "spherical-pendulum")
 
 
-def pairs():
-    """Parameters m and characteristics n, on both sides of zero."""
-    return [(mp.mpf(m) / 10, mp.mpf(n) / 7) for m in (1, 5, 9) for n in (-20, -1, 3, 6)]
+BITS = 700  # of the closed form's integrals, for the parameters m of the scenes
+CHARACTERISTICS = (-20, -1, 3, 6)  # sevenths, on both sides of zero
+TANGENTS = (3, 58)  # tenths
+
+
+def middle(ball):
+    man, exp = ball.mid().man_exp()
+    return mp.mpf((int(man), int(exp)))
+
+
+def nutations():
+    """The closed form of each scene in balls, to be used at the working precision."""
+    for name in NAMES:
+        scene = ht.load_scene(name)
+        yield ht.Motion(scene.top, scene.start).rising.solution(BITS).path
 
 
 def relative(found, exact):
@@ -27,23 +47,25 @@ def relative(found, exact):
 
 @claimed("mpmath-first")
 def _():
-    ctx = context(DIGITS)
-    complete = [(complete_first(ctx, ctx.mpf(1 - m)), mp.ellipk(m)) for m, _ in pairs()]
-    angles = [
-        (first(ctx, ctx.mpf(mp.tan(x)), ctx.mpf(1 - m)), mp.ellipf(x, m))
-        for m, _ in pairs()
-        for x in (mp.mpf("0.3"), mp.mpf("1.4"))
-    ]
-    return most(relative(a, b) for a, b in (*complete, *angles))
+    with working(BITS):
+        found = [(path.K, mp.pi / 2, path.roots.m) for path in nutations()]
+        found += [
+            (_first_kind(arb(fmpq(x, 10)), path.roots.mc), mp.atan(mp.mpf(x) / 10), path.roots.m)
+            for path in nutations()
+            for x in TANGENTS
+        ]
+    return most(relative(middle(F), mp.ellipf(x, middle(m))) for F, x, m in found)
 
 
 @claimed("mpmath-third")
 def _():
-    ctx = context(DIGITS)
-    found = [
-        (complete_third(ctx, ctx.mpf(1 - n), ctx.mpf(1 - m)), mp.ellippi(n, m)) for m, n in pairs()
-    ]
-    return most(relative(a, b) for a, b in found)
+    with working(BITS):
+        found = [
+            (path._third_kind(arb(fmpq(7 - n, 7))), mp.mpf(n) / 7, path.roots.m)
+            for path in nutations()
+            for n in CHARACTERISTICS
+        ]
+    return most(relative(middle(Pi), mp.ellippi(n, middle(m))) for Pi, n, m in found)
 
 
 class Formula:

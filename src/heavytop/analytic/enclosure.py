@@ -17,7 +17,7 @@ from flint import arb
 from heavytop.analytic.cubic import TooFewBits
 from heavytop.analytic.rising import LIMIT, Rising, one
 from heavytop.analytic.solution import Nutating, Record, Solution, floor
-from heavytop.classification.reduced import FromAxis, FromScene, Source
+from heavytop.classification.reduced import FromAxis, FromScene, MotionSource
 from heavytop.errors import Impossible
 from heavytop.numbers import Exact, Number
 from heavytop.numbers.intervals import Interval, outward, rational
@@ -43,7 +43,7 @@ class Enclosure:
 
     Parameters
     ----------
-    source : Source
+    source : MotionSource
         The exact numbers.
     digits : int
         Decimal digits of every interval.
@@ -69,7 +69,7 @@ class Enclosure:
     Transactions on Computers* 66 (2017).
     """
 
-    def __init__(self, source: Source, digits: int = 15, limit: int = LIMIT) -> None:
+    def __init__(self, source: MotionSource, digits: int = 15, limit: int = LIMIT) -> None:
         self.source = source
         self.digits = whole("digits", digits, 2, _MOST_DIGITS)
         self.limit = whole("limit", limit, 2, _MOST_BITS)

@@ -119,7 +119,7 @@ class DoubleRecord:
         return np.stack(parts, axis=-1)
 
 
-class Place(NamedTuple):
+class Positions(NamedTuple):
     """The axis, seen with g ≥ 0, at many times.
 
     Parameters
@@ -150,7 +150,7 @@ class Place(NamedTuple):
     n: Array
 
 
-class Growth(NamedTuple):
+class AngleGrowth(NamedTuple):
     """How Φ₊ or Φ₋ grows but for its sweep: at the start, for each turning point, and per time."""
 
     start: arb
@@ -161,13 +161,13 @@ class Growth(NamedTuple):
 class Path(Protocol):
     """One regime in doubles; `sharp` are the balls whose digits are those of the results."""
 
-    plus: Growth
-    minus: Growth
+    plus: AngleGrowth
+    minus: AngleGrowth
 
     def tilt(self, t: Array, t_lo: Array) -> tuple[Array, Array]:
         """√(1 − u) and √(1 + u) at the times t + t_lo."""
 
-    def place(self, t: Array, t_lo: Array) -> Place:
+    def place(self, t: Array, t_lo: Array) -> Positions:
         """The place at the times t + t_lo."""
 
 
@@ -402,7 +402,7 @@ class _Half:
             swept = half.swept(x) - (half.sign * arb.pi() - 2 * step) * x
         else:
             self.jumps, step, swept = not turn.is_zero(), turn / 2, half(path.phase)
-        self.growth = Growth(swept + 2 * own * step, step, (turn - 2 * step) / path.period)
+        self.growth = AngleGrowth(swept + 2 * own * step, step, (turn - 2 * step) / path.period)
 
     def since(self, beside: bool, at: Argument, after: Array) -> Array:
         """What it has swept since a turning point, which is beside its pole or not."""
@@ -452,7 +452,7 @@ class _NutatingTimes:
             from_bottom[here] = self._bottom.scale * self._bottom.share(s)
         return from_top, from_bottom
 
-    def place(self, t: Array, t_lo: Array) -> Place:
+    def place(self, t: Array, t_lo: Array) -> Positions:
         """The place at the times t + t_lo."""
         turning, tau, lo = self._nearest(t, t_lo)
         # a turning point counts as passed at it: at a pass through a pole what follows has begun
@@ -463,7 +463,7 @@ class _NutatingTimes:
             for column, values in zip(columns, self._beside(upper, at, after[here]), strict=True):
                 column[here] = values
         opened = (turning % 2 == 1) & known
-        return Place._make((*columns, turning, np.floor(turning / 2) + opened))
+        return Positions._make((*columns, turning, np.floor(turning / 2) + opened))
 
     def _nearest(self, t: Array, t_lo: Array) -> tuple[Array, Array, Array]:
         """The turning point nearest each time, by its number, and the time since it [s].
@@ -535,14 +535,14 @@ class _AsymptoticTimes:
         self._w, self._x0 = double_double(path.w), double_double(path.x0)
         zero, rate = arb(0), path.mean_rates[0]
         swept = path.swept(path.x0)
-        self.plus, self.minus = Growth(swept, zero, rate), Growth(zero, zero, zero)
+        self.plus, self.minus = AngleGrowth(swept, zero, rate), AngleGrowth(zero, zero, zero)
 
     def tilt(self, t: Array, t_lo: Array) -> tuple[Array, Array]:
         """√(1 − u) and √(1 + u) at the times t + t_lo."""
         _, c, s = self._argument(t, t_lo)
         return self._size * c, np.hypot(self._floor, self._size * s)
 
-    def place(self, t: Array, t_lo: Array) -> Place:
+    def place(self, t: Array, t_lo: Array) -> Positions:
         """The place at the times t + t_lo."""
         (x, c, s), zero = self._argument(t, t_lo), np.zeros_like(t)
         from_top, from_bottom = self._size * c, np.hypot(self._floor, self._size * s)
@@ -554,7 +554,7 @@ class _AsymptoticTimes:
         plus = step * _QUARTER_TURN
         if not self._planar:  # the pole is passed once: P₊ √(1 − u₁)/4w√(1 + u₁) = ±1
             plus = self._sign * np.arctan2(self._size * s, self._floor)
-        return Place(
+        return Positions(
             from_top, from_bottom, above, below, rise, uddot, rate, rate, plus, zero, zero, zero
         )
 
@@ -572,7 +572,7 @@ class _SteadyTimes:
 
     def __init__(self, path: Steady) -> None:
         (plus, minus), zero = path.mean_rates, arb(0)
-        self.plus, self.minus = Growth(zero, zero, plus), Growth(zero, zero, minus)
+        self.plus, self.minus = AngleGrowth(zero, zero, plus), AngleGrowth(zero, zero, minus)
         self._rates = float(plus + minus), float(plus - minus)
         self._squares = float(path.over.one_minus_u0), float(path.over.one_plus_u0)
         self._roots = tuple(float(root) for root in path.turnings[0])
@@ -582,11 +582,11 @@ class _SteadyTimes:
         from_top, from_bottom = self._roots
         return np.full_like(t, from_top), np.full_like(t, from_bottom)
 
-    def place(self, t: Array, t_lo: Array) -> Place:
+    def place(self, t: Array, t_lo: Array) -> Positions:
         """The place at the times t."""
         zero = np.zeros_like(t)
         (above, below), (phidot, spin) = self._squares, self._rates
-        return Place(
+        return Positions(
             *self.tilt(t, t_lo), zero + above, zero + below, zero, zero,
             zero + phidot, zero + spin, zero, zero, zero, zero,
         )  # fmt: skip

@@ -30,7 +30,7 @@ from heavytop.analytic.closed_form import midpoint
 from heavytop.analytic.cubic import root_of
 from heavytop.analytic.rising import Rising
 from heavytop.analytic.solution import Nutating, Solution
-from heavytop.classification.reduced import FromConstants, Regime, Source
+from heavytop.classification.reduced import FromConstants, MotionSource, Regime
 from heavytop.errors import NoClosedForm
 from heavytop.numbers.decimals import Number, context
 from heavytop.numbers.intervals import Interval, rational, working
@@ -71,7 +71,7 @@ class Potential:
     2.0
     """
 
-    source: Source
+    source: MotionSource
 
     @cached_property
     def _constants(self) -> tuple[Fraction, Fraction, Fraction, Fraction]:

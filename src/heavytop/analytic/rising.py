@@ -12,7 +12,7 @@ from flint import arb
 
 from heavytop.analytic.cubic import TooFewBits
 from heavytop.analytic.solution import Solution
-from heavytop.classification.reduced import FEW_BITS, Regime, Source, vanishes
+from heavytop.classification.reduced import FEW_BITS, MotionSource, Regime, vanishes
 from heavytop.errors import Unseparated
 from heavytop.numbers.intervals import Interval, above, working
 
@@ -29,7 +29,7 @@ class Rising:
 
     Parameters
     ----------
-    source : Source
+    source : MotionSource
         The exact numbers of the motion.
     proved : bool
         Whether a number that is neither told from 0 nor proved to be 0 is an error.
@@ -37,7 +37,7 @@ class Rising:
         Bits at which to give up.
     """
 
-    def __init__(self, source: Source, proved: bool = True, limit: int = LIMIT) -> None:
+    def __init__(self, source: MotionSource, proved: bool = True, limit: int = LIMIT) -> None:
         self.source, self.proved, self.limit = source, proved, limit
         with working(FEW_BITS):
             self._start = source.reduced(FEW_BITS)

@@ -30,14 +30,14 @@ from typing import Final, NamedTuple, cast
 from flint import acb, arb, fmpz
 
 from heavytop.analytic.cubic import Roots, TooFewBits, root_of
-from heavytop.classification.reduced import Reduced, Regime, Source
+from heavytop.classification.reduced import MotionSource, Reduced, Regime
 
 Pair = tuple[arb, arb]
 
 _AT_A_POLE: Final = "the time and that of a pass through a pole"
 
 
-class Place(NamedTuple):
+class Position(NamedTuple):
     """Where the axis is at one time, seen with g ≥ 0: √(1 ∓ u), −θ̇, Φ± since the start, n."""
 
     from_top: arb
@@ -224,7 +224,7 @@ class Nutating:
         sn, cn, _ = self._elliptic(x - _nearest(x))
         return self._distances(sn, cn)
 
-    def place(self, t: arb) -> Place:
+    def place(self, t: arb) -> Position:
         """The place at a time."""
         roots, x = self.roots, self.periods(t)
         z = x - (floor(x + arb(1) / 2) if self.reaches_top else _nearest(x))
@@ -236,7 +236,7 @@ class Nutating:
         if not self.regime.misses_bottom:
             under = _side(z) / roots.delta.sqrt()
         (plus, minus), (plus0, minus0) = (half(x) for half in self.halves), self.at_start
-        return Place(
+        return Position(
             from_top, from_bottom, 2 * roots.delta * roots.w * dn * over_top * under,
             plus - plus0, minus - minus0, _whole((x + arb(1) / 2).mid().floor()),
         )  # fmt: skip
@@ -337,13 +337,13 @@ class Asymptotic:
         x, size = self.w * t + self.x0, self.one_minus_u1.sqrt()
         return size * x.sech(), _hypot(self.one_plus_u1, size * x.tanh())
 
-    def place(self, t: arb) -> Place:
+    def place(self, t: arb) -> Position:
         """The place at a time."""
         x, size = self.w * t + self.x0, self.one_minus_u1.sqrt()
         from_top, from_bottom = self.tilt(t)
         under = _side(x) / size if self.planar else x.tanh() / from_bottom
         rise = 2 * self.w * x.sech() * under * size
-        return Place(from_top, from_bottom, rise, self._plus(x) - self._plus(self.x0), arb(0), 0)
+        return Position(from_top, from_bottom, rise, self._plus(x) - self._plus(self.x0), arb(0), 0)
 
     def _plus(self, x: arb) -> arb:
         """Φ₊ since the lowest point."""
@@ -402,16 +402,16 @@ class Steady:
         """√(1 − u₀) and √(1 + u₀)."""
         return self.turnings[0]
 
-    def place(self, t: arb) -> Place:
+    def place(self, t: arb) -> Position:
         """The place at a time."""
         plus, minus = self.mean_rates
-        return Place(*self.turnings[0], arb(0), plus * t, minus * t, 0)
+        return Position(*self.turnings[0], arb(0), plus * t, minus * t, 0)
 
 
 class Solution:
     """The closed form of one motion at one precision; use it inside ``working(bits)``."""
 
-    def __init__(self, source: Source, regime: Regime, bits: int) -> None:
+    def __init__(self, source: MotionSource, regime: Regime, bits: int) -> None:
         self.start = source.reduced(bits)
         self.phi0, self.psi0 = source.angles(bits)
         self.regime, self.side = regime, -1 if regime.mirrored else 1
@@ -511,7 +511,7 @@ class Solution:
             start.kappa + start.b,
         )  # fmt: skip
 
-    def _rates(self, place: Place) -> Pair:
+    def _rates(self, place: Position) -> Pair:
         """φ̇ and ψ̇; where P± = 0 nothing of that half is left, not even on the pole."""
         path, over = self.path, self.path.over
         if isinstance(path, Steady):

@@ -129,7 +129,7 @@ class Reduced:
         )  # fmt: skip
 
 
-class Source(Protocol):
+class MotionSource(Protocol):
     """What enclosures are computed from."""
 
     @property
@@ -180,7 +180,9 @@ class Regime:
         return "steady" if self.steady else "asymptotic" if self.asymptotic else "nutating"
 
     @classmethod
-    def of(cls, source: Source, proved: bool = True, reduced: Reduced | None = None) -> Regime:
+    def of(
+        cls, source: MotionSource, proved: bool = True, reduced: Reduced | None = None
+    ) -> Regime:
         """What is exactly so of one motion.
 
         What 4096 bits do not tell from 0, and what is not proved to be 0 either, is an error; or
@@ -206,7 +208,7 @@ class Regime:
 
 
 def vanishes(
-    source: Source, name: str, proved: bool = True, reduced: Reduced | None = None
+    source: MotionSource, name: str, proved: bool = True, reduced: Reduced | None = None
 ) -> bool:
     """Whether a number of the reduced motion is exactly 0; what cannot be told is an error, or 0.
 
@@ -470,13 +472,13 @@ class Through:
 
     Parameters
     ----------
-    source : Source
+    source : MotionSource
         The motion that passes beside them.
     top, bottom : bool
         Through which poles it passes.
     """
 
-    source: Source
+    source: MotionSource
     top: bool
     bottom: bool
 

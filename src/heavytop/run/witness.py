@@ -21,8 +21,8 @@ from heavytop.classification.reduced import (
     FromAxis,
     FromConstants,
     FromScene,
+    MotionSource,
     Reduced,
-    Source,
     Through,
 )
 from heavytop.errors import NoClosedForm
@@ -191,7 +191,7 @@ def own_motion(trajectory: Trajectory) -> Rising:
     return Rising(passing(trajectory, source), proved=False)
 
 
-def passing(trajectory: Trajectory, source: Source) -> Source:
+def passing(trajectory: Trajectory, source: MotionSource) -> MotionSource:
     """Return a motion that passes exactly through the poles through which the scene's does.
 
     Rounding the start puts the axis beside them. A run turns there as the exact numbers do, and so
@@ -204,7 +204,9 @@ def passing(trajectory: Trajectory, source: Source) -> Source:
     return Through(source, top, bottom) if top or bottom else source
 
 
-def motion_of(plan: Plan, digits: int, state: Sequence[Any], parameters: Parameters) -> Source:
+def motion_of(
+    plan: Plan, digits: int, state: Sequence[Any], parameters: Parameters
+) -> MotionSource:
     """Return the motion through a state of a plan's formulation, given as numbers of any kind.
 
     Where it is known by roots of them these are taken to as many digits.
@@ -216,7 +218,7 @@ def motion_of(plan: Plan, digits: int, state: Sequence[Any], parameters: Paramet
 
 def _of_angles(
     p: Parameters, theta: Number, phi: Number, psi: Number, *rates: Number, **spin: Number
-) -> Source:
+) -> MotionSource:
     """Return the motion from Euler angles and their rates."""
     thetadot, phidot, *psidot = rates
     start = State(
@@ -226,20 +228,20 @@ def _of_angles(
     return FromScene(Top(p["A"], p["C"], p["gMR"]), start)
 
 
-def _of_lagrange(_ctx: Context, state: States, p: Parameters, _variant: Variant) -> Source:
+def _of_lagrange(_ctx: Context, state: States, p: Parameters, _variant: Variant) -> MotionSource:
     return _of_angles(p, *state)
 
 
-def _of_subsystem(_ctx: Context, state: States, p: Parameters, _variant: Variant) -> Source:
+def _of_subsystem(_ctx: Context, state: States, p: Parameters, _variant: Variant) -> MotionSource:
     return _of_angles(p, state[0], p["phi_0"], p["psi_0"], *state[1:4])
 
 
-def _of_axis(_ctx: Context, state: States, p: Parameters, _variant: Variant) -> Source:
+def _of_axis(_ctx: Context, state: States, p: Parameters, _variant: Variant) -> MotionSource:
     l = (*state[3:5], p["l_z"])  # noqa: E741
     return FromAxis(state[:3], l, p["g"], p["kappa"], p["phi_0"], p["psi_0"])
 
 
-def _of_attitude(_ctx: Context, state: States, p: Parameters, _variant: Variant) -> Source:
+def _of_attitude(_ctx: Context, state: States, p: Parameters, _variant: Variant) -> MotionSource:
     """Return the motion through q and l; |q|^2 is the length of the axis."""
     w, x, y, z = state[:4]
     e = (2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z)
@@ -247,7 +249,7 @@ def _of_attitude(_ctx: Context, state: States, p: Parameters, _variant: Variant)
     return FromAxis(e, l, p["g"], p["kappa"], p["phi_0"], p["psi_0"])
 
 
-def _of_routh(ctx: Context, state: States, p: Parameters, _variant: Variant) -> Source:
+def _of_routh(ctx: Context, state: States, p: Parameters, _variant: Variant) -> MotionSource:
     theta, thetadot = state[:2]
     tilt, p_psi = number(ctx, theta), number(ctx, p["p_psi"])
     along = number(ctx, p["p_minus"]) + 2 * p_psi * ctx.sin(tilt / 2) ** 2
@@ -257,7 +259,7 @@ def _of_routh(ctx: Context, state: States, p: Parameters, _variant: Variant) -> 
     )
 
 
-def _of_cubic(ctx: Context, state: States, p: Parameters, variant: Variant) -> Source:
+def _of_cubic(ctx: Context, state: States, p: Parameters, variant: Variant) -> MotionSource:
     """Return the motion through w and wdot of the cubic that the run integrates."""
     w, wdot = state
     side = 1 if variant == "top" else -1
@@ -300,7 +302,7 @@ States = Sequence[Fraction]
 Parameters = Mapping[str, Any]
 Variant = str | None
 
-_OWN: Mapping[str, Callable[[Context, States, Parameters, Variant], Source]] = {
+_OWN: Mapping[str, Callable[[Context, States, Parameters, Variant], MotionSource]] = {
     "lagrange": _of_lagrange,
     "subsystem": _of_subsystem,
     "routh": _of_routh,

@@ -13,7 +13,7 @@ from typing import Any
 
 from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.rising import Rising
-from heavytop.classification.reduced import Source
+from heavytop.classification.reduced import MotionSource
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.observed import observed
 from heavytop.numbers.decimals import Context, context
@@ -65,7 +65,7 @@ class Yardstick:
     formulation: Formulation
     parameters: Mapping[str, Any]
     start: tuple[float, ...]
-    own: Callable[[int, Sequence[Any], Mapping[str, Any]], Source]
+    own: Callable[[int, Sequence[Any], Mapping[str, Any]], MotionSource]
     digits: int = DIGITS
 
     @property
