@@ -4,18 +4,11 @@ from functools import cache
 
 import mpmath
 from claim import claimed, finish, most
-<<<<<<< HEAD
-from heavytop.analytic.theory.elliptic import complete_first, complete_third, first
-
-import heavytop as ht
-from heavytop.numbers.decimals import context
-=======
 from flint import arb, fmpq
 
 import heavytop as ht
-from heavytop.analytic.solution import _first_kind
+from heavytop.analytic.solution import first_kind
 from heavytop.numbers.intervals import working
->>>>>>> w-facts
 
 mp = mpmath.MPContext()
 mp.dps = 130
@@ -50,7 +43,7 @@ def _():
     with working(BITS):
         found = [(path.K, mp.pi / 2, path.roots.m) for path in nutations()]
         found += [
-            (_first_kind(arb(fmpq(x, 10)), path.roots.mc), mp.atan(mp.mpf(x) / 10), path.roots.m)
+            (first_kind(arb(fmpq(x, 10)), path.roots.mc), mp.atan(mp.mpf(x) / 10), path.roots.m)
             for path in nutations()
             for x in TANGENTS
         ]
@@ -61,7 +54,7 @@ def _():
 def _():
     with working(BITS):
         found = [
-            (path._third_kind(arb(fmpq(7 - n, 7))), mp.mpf(n) / 7, path.roots.m)
+            (path.third_kind(arb(fmpq(7 - n, 7))), mp.mpf(n) / 7, path.roots.m)
             for path in nutations()
             for n in CHARACTERISTICS
         ]

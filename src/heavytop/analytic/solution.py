@@ -120,10 +120,10 @@ class Nutating:
         plus = minus = arb.pi()
         if regime.misses_bottom:
             ratio = roots.one_plus_u2 / roots.one_plus_u1
-            plus = over.P_plus / (roots.w * roots.one_plus_u1) * self._third_kind(ratio)
+            plus = over.P_plus / (roots.w * roots.one_plus_u1) * self.third_kind(ratio)
         if regime.misses_top:
             ratio = roots.one_minus_u2 / roots.one_minus_u1
-            minus = over.P_minus / (roots.w * roots.one_minus_u1) * self._third_kind(ratio)
+            minus = over.P_minus / (roots.w * roots.one_minus_u1) * self.third_kind(ratio)
         elif not self.reaches_top:
             minus = arb(0)
         return plus, minus
@@ -190,11 +190,11 @@ class Nutating:
         plus: Callable[[arb], arb] = _Jumps(arb(0))
         minus: Callable[[arb], arb] = _Jumps(arb(1) / 2) if self.reaches_top else _nothing
         if self.regime.misses_bottom:
-            v = _first_kind((roots.one_plus_u1 / roots.delta).sqrt(), roots.m)
+            v = first_kind((roots.one_plus_u1 / roots.delta).sqrt(), roots.m)
             plus = Sweeps(self, over.P_plus, turn_plus, v, arb(0))
         if self.regime.misses_top:
             lead = over.P_minus**2 / (roots.one_minus_u1 * roots.one_minus_u2)  # 2g (u₃ − 1)
-            v = _first_kind(
+            v = first_kind(
                 2 * roots.w * (roots.one_minus_u2 / (roots.delta * lead)).sqrt(), roots.m
             )
             minus = Sweeps(self, over.P_minus, turn_minus, v, arb(1) / 2)
@@ -257,7 +257,7 @@ class Nutating:
         m4, mc4 = m.sqrt().sqrt(), mc.sqrt().sqrt()
         return one / (four * m4), two * mc4 / (four * m4), mc4 * three / four
 
-    def _third_kind(self, p: arb) -> arb:
+    def third_kind(self, p: arb) -> arb:
         """Π(1 − p|m), complete."""
         rest = acb.elliptic_rj(acb(0), acb(self.roots.mc), acb(1), acb(p)).real
         return self.K + (1 - p) * rest / 3
@@ -532,7 +532,7 @@ class Solution:
         return -u if self.side < 0 else u
 
 
-def _first_kind(tangent: arb, mc: arb) -> arb:
+def first_kind(tangent: arb, mc: arb) -> arb:
     """F(arctan tangent | 1 − mc)."""
     t2 = tangent * tangent
     return tangent * acb.elliptic_rf(acb(1), acb(1 + mc * t2), acb(1 + t2)).real
