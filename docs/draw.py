@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import heavytop as ht
-from heavytop.analytic.theory import steady
+from heavytop.analytic import steady
 from heavytop.plots.figures import View, save
 from heavytop.plots.kicks import axis_trace
 from heavytop.plots.kinds import axis_path, kind_panel

@@ -12,7 +12,7 @@ from claim import claim, finish, interleaved
 
 import heavytop as ht
 from heavytop.analytic.enclosure import enclose
-from heavytop.numbers.ball import Ball
+from heavytop.numbers.intervals import Interval
 
 TOPS = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
 REPEATS = 20
@@ -70,7 +70,7 @@ def outside(ball, value):
     if ball is None or value is None:
         return (ball is None) != (value is None)
     slack = TRUSTED * max(Fraction(1), abs(ball.middle))
-    return value not in Ball(ball.middle, ball.spread + slack)
+    return value not in Interval(ball.middle, ball.spread + slack)
 
 
 dice, wrong, wide = random.Random(0), 0, 0

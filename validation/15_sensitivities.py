@@ -13,14 +13,14 @@ import numpy as np
 from claim import claim, finish, interleaved, most
 
 import heavytop as ht
-from heavytop.analytic.theory import sleeping, steady
+from heavytop.analytic import steady
 from heavytop.equations import gradients
 from heavytop.equations.axis_form import axis_form
 from heavytop.equations.ladder import LADDER
 from heavytop.errors import ImpossibleTop
 from heavytop.run.sensitivity import sensitivities, state_transition
 from heavytop.run.transition import at_start
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene import shipped_scenes
 
 STEP = ht.Exact.of("1e-20")
 NAMES = ("A", "C", "gMR", "theta", "thetadot", "phidot")
@@ -113,7 +113,7 @@ for name in ("steady-betsch", "steady-fast", "steady-single"):
     )  # fmt: skip
 for omega3 in (40, 100, 117):
     scene = ht.load_scene("sleeping-unstable", [f"start.omega3={omega3}"])
-    rate = sleeping.growth_rate(scene.top, omega3)
+    rate = steady.sleeping_growth_rate(scene.top, omega3)
     largest = most(abs(state_transition(scene, t=[3 / rate]).multipliers[0]))
     off_rate = abs(np.log(largest) / 3 - 1)
     claim(f"growth of the sleeping top at {omega3} rad/s, relative", off_rate, 1e-11)

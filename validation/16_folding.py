@@ -9,7 +9,7 @@ from claim import claim, finish, most
 
 import heavytop as ht
 from heavytop.numbers import Exact
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene import shipped_scenes
 
 PARTS = (0.3, 1e3 + 0.1, 1e6 + 0.2, 1e9 + 0.3, 1e12 + 0.45, -1e12 - 0.33)
 NEVER = ("separatrix", "planar-asymptotic")

@@ -15,7 +15,7 @@ import numpy as np
 from claim import claim, finish, most
 
 import heavytop as ht
-from heavytop.analytic.theory import sleeping, steady
+from heavytop.analytic import steady
 from heavytop.comparison.textbook import Asked, solved
 from heavytop.plots.figures import save
 from heavytop.plots.stress_charts import Cone, spin_figure, stability_figure
@@ -50,7 +50,7 @@ def growth_by_a_run(ratio, growth):
 
 theory, floquet, runs = [], [], []
 for ratio in (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99):
-    growth = sleeping.growth_rate(TOP, spin_at(ratio))
+    growth = steady.sleeping_growth_rate(TOP, spin_at(ratio))
     theory.append((ratio, growth))
     floquet.append((ratio, growth_by_multipliers(ratio)))
     runs.append((ratio, growth_by_a_run(ratio, growth)))
@@ -65,7 +65,7 @@ near = {}
 for power in BESIDE:
     spins = [4 * (1 + sign * 10.0**-power) for sign in (-1, 1)]
     below, above = (growth_by_multipliers((spin / 4) ** 2) for spin in spins)
-    exact = sleeping.growth_rate(TOP, spins[0])
+    exact = steady.sleeping_growth_rate(TOP, spins[0])
     print(f"     spin 1 -+ 1e-{power}: growth {below:.9e} (theory {exact:.9e}), {above:.1e} (0)")
     near[power] = abs(below / exact - 1), most(abs(below - exact), abs(above))
 for power, (relative, absolute) in near.items():  # a growth of 1e-6 is known as a rounding lets it
@@ -76,7 +76,7 @@ tip = ht.propagate(
     ht.Scene(TOP, ht.State(0, thetadot=push, omega3=4), time=4000, quantities=("axis",),
              events=(), samples=4001), formulation="axis",
 ).theta.max()  # fmt: skip
-claim("marginal: tilt after a push, off theory", abs(tip / sleeping.tilt_at_threshold(push) - 1),
+claim("marginal: tilt after a push, off theory", abs(tip / steady.tilt_at_threshold(push) - 1),
       1e-5)  # fmt: skip
 
 cones, frequency_off = [], []
@@ -111,7 +111,7 @@ claim("pushed by 1e-6, swing in 50 nutations, off the small one, relative",
       most(c.strayed for c in cones), 1e-3)  # fmt: skip
 
 # Beside the separatrix: a start off by eps comes back after ln(1/eps)/lambda
-LEAVING = sleeping.growth_rate(TOP, "2*sqrt(3)")
+LEAVING = steady.sleeping_growth_rate(TOP, "2*sqrt(3)")
 back_after = {}
 for power in (3, 5, 7, 9):
     start = ht.State("pi/3", phidot=f"2/sqrt(3) + 1e-{power}", omega3="2*sqrt(3)")

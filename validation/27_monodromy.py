@@ -14,9 +14,8 @@ import numpy as np
 from claim import claim, finish, most
 
 import heavytop as ht
-from heavytop.analytic.circuit import ellipse
-from heavytop.analytic.diagram import energy_momentum
-from heavytop.analytic.theory import level
+from heavytop.analytic.energy_momentum import energy_momentum
+from heavytop.analytic.monodromy import ellipse
 from heavytop.numbers.decimals import context
 from heavytop.plots.critical_set import critical_set_figure
 from heavytop.plots.energy_momentum import energy_momentum_figure
@@ -36,21 +35,15 @@ def diagram(p_psi, sign=1):
     return energy_momentum(ht.Top(*BOOK[:2], sign * ht.Exact.of(BOOK[2])), p_psi)
 
 
-def lattice(found, p_phi, E_prime):
-    u = float(np.cos(found.edge(float(p_phi)).theta))
-    motion = level.motion(context(60), found.top, E_prime, p_phi, found.p_psi, (1 - u, 1 + u))
-    return level.advance(motion, 40)
-
-
 def added_up(found, places=96):
     """Rates of change along the default loop, at evenly spaced places, times its length."""
-    ctx, size, gained = context(60), found.room / 2, np.zeros(2)
+    ctx, size, gained = context(60), found.maximal_loop / 2, np.zeros(2)
     radii = [ctx.mpf(size * scale) for scale in (UNIT, WEIGHT)]
     step = ctx.mpf("1e-15")
 
     def at(s):
         p = found.standing.p_phi + radii[0] * ctx.cos(s)
-        return lattice(found, p, found.standing.E_prime + radii[1] * ctx.sin(s))
+        return found.advance(p, found.standing.E_prime + radii[1] * ctx.sin(s), digits=40)
 
     for k in range(places):
         s = 2 * ctx.pi * (k + ctx.mpf("0.1")) / places
@@ -106,7 +99,7 @@ for p_psi, sign in ((0.25, 1), (1, 1), (1.6, 1), (-1, 1), (1, -1), (0, 1)):
     assert circuit.monodromy == ((1, 0, 0), (0, 1, 0), (-1, sign, 1))
 
 found, gained, off = diagram(UNIT), [], 0.0
-loop = found.around(found.room / 2)
+loop = found.around(found.maximal_loop / 2)
 for k in range(24):
     place = loop((k + 0.5) / 24)
     integrated = ht.fold(ht.Scene(found.top, found.start(place[1], place[0]), time=1))
@@ -140,8 +133,8 @@ for power in (1, 2, 3):
     beta = 2 - 10.0**-power
     found = diagram(beta * UNIT)
     circuit = found.circuit(points=64)
-    print(f"     beta = {beta:.3f}: depth {found.depth / WEIGHT:.2e} gMR, room {found.room:.2e},"
-          f" {len(circuit.s)} places")  # fmt: skip
+    print(f"     beta = {beta:.3f}: depth {found.depth / WEIGHT:.2e} gMR, largest loop "
+          f"{found.maximal_loop:.2e}, {len(circuit.s)} places")  # fmt: skip
     above = found.standing.E_prime - float(found.least(found.standing.p_phi))
     claim(f"beta = {beta:.3f}: depth off (2 - beta)^2/2, over gMR",
           abs(above / WEIGHT - 10.0 ** (-2 * power) / 2), 1e-13)  # fmt: skip

@@ -95,12 +95,12 @@ PLANTS = (
     ),
     Plant(
         "no number at one time, in the closed form in doubles",
-        "analytic/theory/nodding_double.py",
+        "analytic/many_times.py",
         (
             (
-                "        opened = (turning % 2 == 1) & (after > 0)\n",
+                "        opened = (turning % 2 == 1) & known\n",
                 "        columns[0].flat[t.size // 2] = np.nan\n"
-                "        opened = (turning % 2 == 1) & (after > 0)\n",
+                "        opened = (turning % 2 == 1) & known\n",
             ),
         ),
         ("dop853-closed-form-kicked", "dop853-closed-form-tilted", "dop853-closed-form-dropped"),
@@ -133,7 +133,7 @@ FINE = (
     ),
     Plant(
         "the sleeping threshold lower by 1e-25",
-        "classification/criteria.py",
+        "classification/kinds.py",
         (("-4 * highest * x.A * x.gMR", "-4 * highest * x.A * x.gMR * (1 - x.A * 10**-25)"),),
         ("landau-sleeping",),
     ),
@@ -145,7 +145,7 @@ FINE = (
     ),
     Plant(
         "loops at three halves of their kick",
-        "classification/criteria.py",
+        "classification/kinds.py",
         (("-2 * x.gMR * x.A * x.phidot * x.sin2", "-3 * x.gMR * x.A * x.phidot * x.sin2"),),
         ("book-figures-edge",),
     ),
@@ -162,7 +162,7 @@ FINE = (
     ),
     Plant(
         "Δψ of a period, its parts with the other sign, in the enclosures",
-        "analytic/balls/enclosure.py",
+        "analytic/enclosure.py",
         (("kappa * path.period + side * (plus", "kappa * path.period - side * (plus"),),
         ("flint-enclosures",),
     ),
@@ -191,18 +191,18 @@ FINE = (
     ),
     Plant(
         "the energy of the separatrix higher by 1e-20",
-        "classification/criteria.py",
+        "classification/kinds.py",
         (
             (
-                "return x.kinetic, -2 * x.gMR * x.below",
-                "return x.kinetic, -2 * x.gMR * x.below * (1 + x.A * 10**-20)",
+                "return x.kinetic, -2 * x.gMR * x.one_minus_cos",
+                "return x.kinetic, -2 * x.gMR * x.one_minus_cos * (1 + x.A * 10**-20)",
             ),
         ),
         ("whittaker-kind", "whittaker-closed-form", "whittaker-doubles"),
     ),
     Plant(
         "the balance of steady precession off by 1e-20",
-        "classification/criteria.py",
+        "classification/kinds.py",
         (
             (
                 "-x.p_psi * x.phidot, x.gMR\n",

@@ -14,15 +14,15 @@ __version__ = "0.1.0"
 _HOMES = {
     "Atlas": "studies.atlases.atlas",
     "BadScene": "errors",
-    "Circuit": "analytic.circuit",
+    "Circuit": "analytic.monodromy",
     "Drift": "studies.drifts.drift",
     "Enclosure": "analytic.enclosure",
     "DoubtfulWarning": "errors",
     "EndedEarly": "errors",
-    "EnergyMomentum": "analytic.diagram",
+    "EnergyMomentum": "analytic.energy_momentum",
     "Errors": "run.witness",
     "Exact": "numbers",
-    "Facts": "analytic.derived",
+    "Facts": "analytic.facts",
     "Folded": "run.folded",
     "ForeignFile": "errors",
     "ForeignStudy": "errors",
@@ -35,7 +35,7 @@ _HOMES = {
     "MissedDigitsWarning": "errors",
     "MissingPackage": "errors",
     "Motion": "analytic.motion",
-    "Motions": "analytic.motions",
+    "Motions": "analytic.many_motions",
     "NoClosedForm": "errors",
     "NoScheduler": "errors",
     "NoWorkerWarning": "errors",
@@ -54,19 +54,19 @@ _HOMES = {
     "WorkPrecision": "studies.workprecs.work_precision",
     "WrongType": "errors",
     "atlas": "studies.atlases.mapping",
-    "classify": "classification.certify",
+    "classify": "classification.classify",
     "classify_many": "classification.many",
     "drift": "studies.drifts.drifting",
     "enclose": "analytic.enclosure",
-    "energy_momentum": "analytic.diagram",
+    "energy_momentum": "analytic.energy_momentum",
     "extend": "run.continuation",
-    "facts": "analytic.derived",
+    "facts": "analytic.facts",
     "fold": "run.folded",
     "load_atlas": "studies.atlases.mapping",
     "load_scene": "scene.scene",
     "load_trajectory": "run.archive",
     "merge_atlases": "studies.atlases.mapping",
-    "motions_many": "analytic.motions",
+    "motions_many": "analytic.many_motions",
     "plan": "run.planning",
     "propagate": "run.propagation",
     "propagate_many": "run.ensemble",
@@ -148,16 +148,16 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from heavytop.analytic.circuit import Circuit
-    from heavytop.analytic.derived import Facts, facts
-    from heavytop.analytic.diagram import EnergyMomentum, energy_momentum
     from heavytop.analytic.enclosure import Enclosure, enclose
+    from heavytop.analytic.energy_momentum import EnergyMomentum, energy_momentum
+    from heavytop.analytic.facts import Facts, facts
+    from heavytop.analytic.many_motions import Motions, motions_many
+    from heavytop.analytic.monodromy import Circuit
     from heavytop.analytic.motion import Motion
-    from heavytop.analytic.motions import Motions, motions_many
     from heavytop.claims.validating import validate
     from heavytop.claims.validation import Validation
     from heavytop.classification import Kind, Verdict
-    from heavytop.classification.certify import classify
+    from heavytop.classification.classify import classify
     from heavytop.classification.many import classify_many
     from heavytop.errors import (
         BadScene,

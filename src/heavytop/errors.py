@@ -35,9 +35,9 @@ class Impossible(HeavyTopError, ValueError):
         The names of the values, and the rules.
     """
 
-    def __init__(self, broken: Sequence[tuple[str, str]]) -> None:
-        super().__init__(broken)
-        self.broken = tuple(broken)
+    def __init__(self, broken: Sequence[tuple[str, ...]]) -> None:
+        self.broken = tuple((name, rule) for name, rule, *_ in broken)
+        super().__init__(self.broken)
 
     def __str__(self) -> str:
         return "; ".join(f"{name}: {rule}" for name, rule in self.broken)
@@ -104,7 +104,7 @@ class NoClosedForm(HeavyTopError):
     """A kind of motion whose closed form the package does not hold; the message names it."""
 
 
-class Unseparated(HeavyTopError):
+class Unseparated(NoClosedForm):
     """A number that so many bits do not tell from another, or do not give the digits asked.
 
     Attributes

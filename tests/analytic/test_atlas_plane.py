@@ -7,7 +7,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.classification.many import classify_many
-from heavytop.scene.options import Refused
+from heavytop.scene.arguments import Refused
 from heavytop.studies.atlases.axes import MOST, Axis
 from heavytop.studies.atlases.curves import curves
 from heavytop.studies.atlases.plane import Plane, Tile

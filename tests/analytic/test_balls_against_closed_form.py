@@ -15,15 +15,17 @@ from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.enclosure import enclose, enclose_axis
 from heavytop.analytic.rising import Rising
 from heavytop.classification.reduced import FromAxis
-from heavytop.numbers.ball import Ball
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.numbers.intervals import Interval
+from heavytop.scene.scene import shipped_scenes
 
 TIMES = (0, "1.3", -7.25, "1e5")
 
 
 def holds(ball, value, digits):
     """Whether the ball holds a value that is good to so many digits."""
-    return value in Ball(ball.middle, ball.spread + Fraction(1, 10**digits) * max(1, abs(ball.mid)))
+    return value in Interval(
+        ball.middle, ball.spread + Fraction(1, 10**digits) * max(1, abs(ball.mid))
+    )
 
 
 def compare(enclosure, form, times=TIMES):
@@ -121,5 +123,5 @@ def test_a_horizontal_force_free_axis_that_only_precesses_is_steady():
     found = enclose(ht.Top(1, 1, 0), start)
     assert not found.nutates
     assert found.period is found.precession is found.spin is None
-    assert found.roots == (Ball(Fraction(0), Fraction(0)),) * 2
+    assert found.roots == (Interval(Fraction(0), Fraction(0)),) * 2
     assert found.theta("1e20").bounds(15) == ("1.57079632679489", "1.5707963267949")

@@ -11,18 +11,20 @@ import heavytop as ht
 from heavytop.analytic.enclosure import enclose, enclose_axis
 from heavytop.errors import Impossible, NotANumber, Unseparated
 from heavytop.numbers import Exact, cos, sin, sqrt
-from heavytop.numbers.ball import Ball
+from heavytop.numbers.intervals import Interval
 
 UNIT = ht.Top(A=1, C=1, gMR=1)
 BOOK = ht.Top(A="3.28e-4", C="6.60e-5", gMR="0.0456")
 KICKED = ht.State(theta="0.1", phidot=-15, psidot=140)
 BETSCH = ht.Top(A="6.375e-3", C="7.5e-4", gMR="0.73575")
-ONE, ZERO = Ball(Fraction(1), Fraction(0)), Ball(Fraction(0), Fraction(0))
+ONE, ZERO = Interval(Fraction(1), Fraction(0)), Interval(Fraction(0), Fraction(0))
 WHITTAKER = {"theta": "pi/3", "phidot": "2/sqrt(3)", "psidot": "2/sqrt(3)"}
 
 
 def agrees(ball, value, digits=100):
-    return value in Ball(ball.middle, ball.spread + Fraction(1, 10**digits) * max(1, abs(ball.mid)))
+    return value in Interval(
+        ball.middle, ball.spread + Fraction(1, 10**digits) * max(1, abs(ball.mid))
+    )
 
 
 # --- double roots ----------------------------------------------------------------------------
@@ -64,7 +66,7 @@ def test_steady_is_a_double_root_by_proof(which):
     """The third root lies where 2 (h − g u)(1 − u²) = (a − b u)²."""
     start = ht.State.steady(BETSCH, "pi/3", "150", which)
     low, middle, high = enclose(BETSCH, start, digits=40).roots
-    assert low == middle == Ball(Fraction(1, 2), Fraction(0))
+    assert low == middle == Interval(Fraction(1, 2), Fraction(0))
     assert high.lower > 1
     A, gMR, u = BETSCH.A, BETSCH.gMR, high.middle
     p_psi, across = BETSCH.C * start.omega3, A * start.phidot * Fraction(3, 4)
@@ -108,7 +110,7 @@ def test_on_the_separatrix_by_proof():
     assert found.theta("1e15").upper < 1e-300
     down = ht.State(theta="2*pi/3", phidot="2/sqrt(3)", psidot="-2/sqrt(3)")
     from_below = enclose(ht.Top(1, 1, -1), down)
-    assert from_below.roots[:2] == (Ball(Fraction(-1), Fraction(0)),) * 2
+    assert from_below.roots[:2] == (Interval(Fraction(-1), Fraction(0)),) * 2
     assert abs(from_below.theta(3).middle + found.theta(3).middle - Fraction(math.pi)) < 1e-15
 
 
@@ -144,7 +146,7 @@ def test_an_exact_pass_through_the_top():
 def test_an_exact_pass_through_the_bottom():
     start = ht.State(theta="pi/2", thetadot=3, phidot=1, omega3=-1)
     found = enclose(UNIT, start, digits=30)
-    assert found.roots[0] == Ball(Fraction(-1), Fraction(0))
+    assert found.roots[0] == Interval(Fraction(-1), Fraction(0))
     assert found.theta_max.bounds(20)[0] == "3.1415926535897932384"
     assert agrees(found.precession, ht.Motion(UNIT, start).form(100).precession)
 
@@ -251,7 +253,7 @@ def test_proofs_on_binary_numbers():
     assert passing.period is not None
     assert passing.roots[1] != ONE
     below = enclose_axis((0, 3, -4), (0, -1, 3), -0.5)
-    assert below.roots[:2] == (Ball(Fraction(-1), Fraction(0)),) * 2
+    assert below.roots[:2] == (Interval(Fraction(-1), Fraction(0)),) * 2
 
 
 def test_an_axis_of_no_length_or_no_number():

@@ -10,7 +10,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.analytic.enclosure import enclose
-from heavytop.numbers.ball import Ball
+from heavytop.numbers.intervals import Interval
 
 LIE = ht.Top(A="15.234375", C="0.46875", gMR="147.15")
 LIE_START = ht.State(theta="pi/2", phidot="-4.61538", psidot=150)
@@ -22,7 +22,7 @@ BETSCH = ht.Top(A="6.375e-3", C="7.5e-4", gMR="0.73575")
 def printed(text):
     """All numbers that round to the text."""
     places = len(text.partition(".")[2])
-    return Ball(Fraction(text), Fraction(1, 2 * 10**places))
+    return Interval(Fraction(text), Fraction(1, 2 * 10**places))
 
 
 def far(ball, text):
@@ -36,7 +36,7 @@ def test_the_lie_group_benchmark():
     found = enclose(LIE, LIE_START, digits=30)
     low, middle, high = found.roots
     assert low in printed("-0.99999999999973779144")
-    assert middle == Ball(Fraction(0), Fraction(0))
+    assert middle == Interval(Fraction(0), Fraction(0))
     assert high in printed("3.2053612385329505649")
     assert found.period in printed("0.74520694761676905573")
     assert found.precession in printed("0.6810111281938199783")
@@ -138,7 +138,7 @@ def test_simo_and_wong(theta, theta_max, period, at_ten):
 def test_steady_precession_of_betschs_gyro():
     """Steady in exact numbers; disturbed by 1e-40 it nutates with the period of small ones."""
     steady = enclose(BETSCH, ht.State(theta="pi/3", phidot=10, psidot="135.6"))
-    assert steady.roots[0] == steady.roots[1] == Ball(Fraction(1, 2), Fraction(0))
+    assert steady.roots[0] == steady.roots[1] == Interval(Fraction(1, 2), Fraction(0))
     assert steady.period is None
     start = ht.State(theta="pi/3", phidot="10", thetadot="1e-40", psidot="135.6")
     assert enclose(BETSCH, start, digits=20).period in printed("0.57893686788560806")
@@ -161,7 +161,7 @@ def test_the_separatrix_of_whittaker(gamma_t):
     with mpmath.mp.workdps(80):
         x = mpmath.mp.mpf(Fraction(gamma_t).numerator) / Fraction(gamma_t).denominator
         u = 1 / (1 + mpmath.sech(x))
-        assert u in Ball(found.u(gamma_t).middle, found.u(gamma_t).spread + Fraction(1, 10**75))
+        assert u in Interval(found.u(gamma_t).middle, found.u(gamma_t).spread + Fraction(1, 10**75))
         wrong = 1 / (1 + mpmath.sech(x * (1 + mpmath.mp.mpf(10) ** -45)))
         assert wrong not in found.u(gamma_t) or x == 900
     assert found.period is None

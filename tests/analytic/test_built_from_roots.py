@@ -10,7 +10,7 @@ import pytest
 
 from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
-from heavytop.classification.certify import classify
+from heavytop.classification.classify import classify
 from heavytop.numbers import Exact, sqrt
 from heavytop.scene.state import State
 from heavytop.scene.top import Top

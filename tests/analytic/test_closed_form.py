@@ -10,8 +10,8 @@ from fractions import Fraction
 import pytest
 
 import heavytop as ht
-from heavytop.numbers.ball import Ball, rational
 from heavytop.numbers.decimals import context
+from heavytop.numbers.intervals import Interval, rational
 
 from .rigid_series import MOTIONS, WORK, attitude, here, motion, solved
 
@@ -87,7 +87,7 @@ def test_lie_group_benchmark(t):
 def inside(ball, value, digits=33):
     """Whether an interval holds a number that is good to so many digits."""
     slack = Fraction(1, 10**digits) * max(1, abs(ball.middle))
-    return value in Ball(ball.middle, ball.spread + slack)
+    return value in Interval(ball.middle, ball.spread + slack)
 
 
 @pytest.mark.parametrize("name", MOTIONS)

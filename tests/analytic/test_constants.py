@@ -7,9 +7,8 @@ import pytest
 from heavytop.analytic.closed_form import constants, midpoint
 from heavytop.classification.reduced import FromAxis, FromConstants, FromScene, Regime, Through
 from heavytop.errors import NotANumber
-from heavytop.numbers.ball import Ball, rational
 from heavytop.numbers.decimals import context, digits_lost, number, threshold, vanishes
-from heavytop.numbers.precision import working
+from heavytop.numbers.intervals import Interval, rational, working
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -190,11 +189,11 @@ def test_sums_keep_their_digits_near_a_pole():
     source = scene_of(2, 1, 3, Fraction(1, 10**25), 0, 0, 0, 7, 5)
     with working(200):
         found = source.reduced(200)
-        P_minus, difference = Ball.of(found.P_minus), Ball.of(found.a - found.b)
+        P_minus, difference = Interval.of(found.P_minus), Interval.of(found.a - found.b)
     assert P_minus.spread < abs(P_minus.middle) / 10**55
     assert difference.spread > abs(P_minus.middle) / 10**15
     with working(600):
-        assert Ball.of(source.reduced(600).P_minus) in P_minus
+        assert Interval.of(source.reduced(600).P_minus) in P_minus
 
 
 def test_more_bits_go_back_to_the_exact_numbers():
@@ -204,7 +203,7 @@ def test_more_bits_go_back_to_the_exact_numbers():
         with working(bits):
             motion = source.reduced(bits)
             for side, over in ((1, motion), (-1, motion.mirrored())):
-                ball = Ball.of(over.g)
+                ball = Interval.of(over.g)
                 assert abs(ball.middle - side * third) < Fraction(1, 10**digits)
                 assert side * third in ball
 
@@ -214,10 +213,10 @@ def test_mirrored_twice_is_the_motion_itself():
         motion = scene_of(*ARGS).reduced(BITS)
         once, twice = motion.mirrored(), motion.mirrored().mirrored()
         for name in NAMES:
-            one, other = Ball.of(getattr(motion, name)), Ball.of(getattr(twice, name))
+            one, other = Interval.of(getattr(motion, name)), Interval.of(getattr(twice, name))
             assert one == other, name
-        assert Ball.of(once.P_plus - motion.P_minus).middle < Fraction(1, 10**80)
-        assert Ball.of(once.over_top - motion.over_bottom).middle < Fraction(1, 10**80)
+        assert Interval.of(once.P_plus - motion.P_minus).middle < Fraction(1, 10**80)
+        assert Interval.of(once.over_top - motion.over_bottom).middle < Fraction(1, 10**80)
 
 
 def test_pi_starts_on_the_pole():

@@ -10,9 +10,8 @@ from heavytop.analytic.rising import Rising
 from heavytop.analytic.solution import Asymptotic, Nutating, Steady
 from heavytop.classification.reduced import FromAxis, FromScene, Regime
 from heavytop.numbers import Exact
-from heavytop.numbers.ball import Ball
 from heavytop.numbers.decimals import context
-from heavytop.numbers.precision import working
+from heavytop.numbers.intervals import Interval, working
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -34,8 +33,8 @@ def roots_of(source, bits=BITS):
         found = Roots.of(over.mirrored() if regime.mirrored else over, regime)
         names = ("down", "up", "delta", "one_minus_u1", "one_plus_u1", "one_minus_u2",
                  "one_plus_u2", "m", "mc", "w", "u1", "u2")  # fmt: skip
-        balls = {name: Ball.of(getattr(found, name)) for name in names}
-        return balls | {"u3": None if found.u3 is None else Ball.of(found.u3)}
+        balls = {name: Interval.of(getattr(found, name)) for name in names}
+        return balls | {"u3": None if found.u3 is None else Interval.of(found.u3)}
 
 
 def mpf(ball, ctx=CTX):
@@ -67,7 +66,7 @@ def test_roots_of_the_lie_group_benchmark():
     """u = −0.99999999999973779144, 0, 3.2053612385329505649 (50 digits, cross-checked)."""
     found = roots_of(motion(LIE, "pi/2", "-4.61538", 150))
     assert abs(mpf(found["u1"]) + CTX.mpf("0.99999999999973779144")) < CTX.mpf("1e-20")
-    assert found["u2"] == Ball(Fraction(0), Fraction(0))
+    assert found["u2"] == Interval(Fraction(0), Fraction(0))
     assert abs(mpf(found["u3"]) - CTX.mpf("3.2053612385329505649")) < CTX.mpf("1e-19")
 
 
@@ -124,7 +123,7 @@ def test_roots_hold_those_of_mpmath(name):
         for each, value in truth.items():
             ball = found[each]
             slack = Fraction(1, 10**300) * max(1, abs(ball.middle))
-            assert value in Ball(ball.middle, ball.spread + slack), each
+            assert value in Interval(ball.middle, ball.spread + slack), each
             assert ball.spread <= abs(ball.middle) / 10**60, each
 
 
@@ -157,7 +156,7 @@ def test_distance_from_the_bottom_keeps_its_digits(tiny):
 
 def test_a_start_on_a_turning_point_is_that_turning_point():
     """θ̇₀ = 0: exactly no way left on one side."""
-    nothing = Ball(Fraction(0), Fraction(0))
+    nothing = Interval(Fraction(0), Fraction(0))
     assert roots_of(motion(SICM, "0.1", -15, 140))["up"] == nothing
     assert roots_of(motion(SICM, "0.1", 15, 140))["down"] == nothing
 

@@ -11,7 +11,7 @@ import mpmath
 import pytest
 
 import heavytop as ht
-from heavytop.numbers.ball import Ball
+from heavytop.numbers.intervals import Interval
 
 from .rigid_series import motion
 
@@ -103,7 +103,7 @@ def holds(ball, value, digits):
     """Whether an interval is as narrow as asked and holds a number of twice the digits."""
     size = max(1, abs(ball.middle))
     assert ball.spread <= size / Fraction(10) ** digits
-    return value in Ball(ball.middle, ball.spread + size / Fraction(10) ** (2 * digits))
+    return value in Interval(ball.middle, ball.spread + size / Fraction(10) ** (2 * digits))
 
 
 @pytest.mark.parametrize("digits", [50, 100])

@@ -1,14 +1,15 @@
 """The energy–momentum diagram against the effective potential, books, and proved kinds."""
 
+import itertools
+
 import mpmath
 import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.analytic.circuit import ellipse
-from heavytop.analytic.diagram import energy_momentum
-from heavytop.analytic.theory import level
-from heavytop.analytic.theory.critical_set import sheet, spans
+from heavytop.analytic.critical_set import spans
+from heavytop.analytic.energy_momentum import energy_momentum
+from heavytop.analytic.monodromy import ellipse
 from heavytop.errors import NotANumber
 from heavytop.numbers.decimals import context
 
@@ -183,10 +184,12 @@ def test_corners_have_the_slopes_of_the_smallest_cones(name):
 
 
 def test_the_sheets_over_all_p_psi_hold_the_edges_of_each():
+    """b = W u + g/W, a = W + g u/W, h = g u + W^2 (1 - u^2)/2, by rate and tilt."""
+    rates, cosines = (-3.0, -0.7, 0.4, 5.0), np.cos([0.0, 0.4, 1.9, np.pi])
     for g in (2.0, -2.0):
-        found = sheet(g, np.array([-3.0, -0.7, 0.4, 5.0])[:, None], np.cos([0.0, 0.4, 1.9, np.pi]))
-        for b, a, h, rate, u in zip(*map(np.ravel, (found.b, found.a, found.h, found.rate,
-                                                    found.u)), strict=True):  # fmt: skip
+        for rate, u in itertools.product(rates, cosines):
+            b, a = rate * u + g / rate, rate + g * u / rate
+            h = g * u + rate**2 * (1 - u) * (1 + u) / 2
             diagram = energy_momentum(ht.Top(1, "0.5", g), b)
             if abs(u) < 1:
                 assert diagram.least(a) == pytest.approx(h, abs=1e-13)
@@ -324,7 +327,7 @@ def test_once_around_the_thread_is_one_turn(name):
 def test_other_ways_around():
     """Backwards −1, twice 2; loops that do not enclose the thread 0, across the lines or not."""
     diagram = diagram_of("falls")
-    around = diagram.around(diagram.room / 2)
+    around = diagram.around(diagram.maximal_loop / 2)
     assert diagram.circuit(lambda s: around(-s), points=16).winding == -1
     assert diagram.circuit(lambda s: around(2 * s), points=32).winding == 2
     unit, weight = unit_of(diagram), 0.0456
@@ -342,7 +345,7 @@ def test_other_ways_around():
 
 def test_above_the_threshold_nothing_can_be_gone_around():
     diagram = diagram_of("sleeps")
-    assert (diagram.thread, diagram.room, diagram.isolated) == (None, 0.0, False)
+    assert (diagram.thread, diagram.maximal_loop, diagram.isolated) == (None, 0.0, False)
     wide = ellipse((0.0, 5 * 0.0456), (0.011, 2.5 * 0.0456))
     found = diagram.circuit(wide, points=16)
     assert (found.winding, found.spin_winding) == (0, 0)
@@ -366,14 +369,12 @@ def test_the_derivatives_along_the_loop_add_up_to_a_turn(name):
     """No jump is counted: rates of change at 64 places, and the trapezoidal rule."""
     diagram, ctx, places = diagram_of(name), context(60), 64
     A, weight = (ctx.mpf(DIAGRAMS[name][0][k].lstrip("-")) for k in (0, 2))
-    size, step = diagram.room / 2, ctx.mpf("1e-15")
+    size, step = diagram.maximal_loop / 2, ctx.mpf("1e-15")
 
     def angles(s):
         p = diagram.standing.p_phi + size * ctx.sqrt(A * weight) * ctx.cos(s)
         energy = diagram.standing.E_prime + size * weight * ctx.sin(s)
-        u = float(np.cos(diagram.edge(float(p)).theta))
-        place = energy, p, diagram.p_psi, (1 - u, 1 + u)
-        return level.advance(level.motion(ctx, diagram.top, *place), 40)
+        return diagram.advance(p, energy, digits=40)
 
     gained = np.zeros(3)
     for k in range(places):
@@ -391,12 +392,10 @@ def test_period_and_precession_come_of_one_action(name):
     diagram = diagram_of(name)
     ctx, unit = context(60), unit_of(diagram)
     p, energy = 0.6 * unit, float(diagram.least(0.6 * unit)) + 0.7 * 0.0456
-    u = float(np.cos(diagram.edge(p).theta))
     d = ctx.mpf("1e-20")
 
     def at(dp, de):
-        place = ctx.mpf(energy) + de, ctx.mpf(p) + dp, diagram.p_psi, (1 - u, 1 + u)
-        return level.advance(level.motion(ctx, diagram.top, *place), 40)
+        return diagram.advance(ctx.mpf(p) + dp, ctx.mpf(energy) + de, digits=40)
 
     across = (at(d, 0).period - at(-d, 0).period) / (2 * d)
     up = (at(0, d).precession - at(0, -d).precession) / (2 * d)
@@ -429,6 +428,6 @@ def test_a_loop_that_runs_too_close_to_a_critical_point_is_refused(monkeypatch):
     across = ellipse((diagram.standing.p_phi + 1e-4, 0.0456), (1e-4, 0.005))
     with pytest.raises(ht.ImpossibleStart, match="farther from critical points"):
         diagram.circuit(across, points=8)
-    monkeypatch.setattr("heavytop.analytic.circuit.MOST", 60)
+    monkeypatch.setattr("heavytop.analytic.monodromy.MOST", 60)
     with pytest.raises(ht.ImpossibleStart, match="farther from critical points"):
         energy_momentum(ht.Top(1, "1e-3", 1), "1.99").circuit()

@@ -167,6 +167,9 @@ def test_a_unit_out_of_place_is_refused(units: tuple[str, ...]) -> None:
         ("(pi^64)^64", "1e300"),
         ("((1 + pi)^64)^64", "1e300"),
         ("(sqrt(2) + pi)^64^1*(sqrt(3) + 10^10*pi)^64", "1e300"),
+        ("9e299*pi", "1e300"),
+        ("1e-300/pi^2", "1e-300"),
+        ("9e299*sqrt(1 + pi)", "1e300"),
         ("1e301", "1e300"),
         ("1.001e300", "1e300"),
         ("0.999e-300", "1e-300"),
@@ -183,6 +186,11 @@ def test_a_unit_out_of_place_is_refused(units: tuple[str, ...]) -> None:
 def test_what_is_no_number_is_refused(x: object, rule: str) -> None:
     with pytest.raises(NotANumber, match=rule):
         Exact.of(x)
+
+
+@pytest.mark.parametrize("text", ["3e299*pi", "pi/3e299", "4e299*sqrt(1 + pi)", "1e300", "1e-300"])
+def test_what_is_just_within_the_limits_is_held(text: str) -> None:
+    assert Exact.of(text).sign() == 1
 
 
 def test_equal_numbers_hash_alike_and_survive_pickling() -> None:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from heavytop.numbers import PI, Exact, cos, sin, sqrt
-from heavytop.numbers.identity import proved_zero
+from heavytop.numbers.normal_form import proved_zero
 
 THIRD = Fraction(1, 3)
 ANGLES = ["0.1", 0.1, "pi/3", "pi/5", "sqrt(2)", "2.9"]

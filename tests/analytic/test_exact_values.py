@@ -15,7 +15,7 @@ from mpmath import MPContext, libmp
 
 from heavytop.errors import NotANumber
 from heavytop.numbers import PI, Exact, cos, sin, sqrt
-from heavytop.numbers.precision import working
+from heavytop.numbers.intervals import working
 
 rationals = st.fractions() | st.fractions(-1000, 1000, max_denominator=1000)
 EXACT = {"n": Exact.of, "pi": PI, "sqrt": sqrt, "cos": cos, "sin": sin}

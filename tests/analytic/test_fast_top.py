@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.analytic.derived import facts
-from heavytop.analytic.theory import steady
+from heavytop.analytic import steady
+from heavytop.analytic.facts import facts
 
 BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")
 SIMO_WONG = ht.Top(5, 1, 20)

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.classification import many, screen_tags, tags
-from heavytop.classification.codes import DETAILS, NAMES, TAGS, bits, detail
-from heavytop.classification.columns import Columns
+from heavytop.classification import filter as filtering
+from heavytop.classification import many
+from heavytop.classification.arrays import DETAILS, NAMES, TAG_NAMES, InputArrays, bits, detail
+from heavytop.classification.filter import filtered
 from heavytop.classification.many import classify_many
-from heavytop.classification.screen import screen
 from heavytop.errors import HeavyTopError, Impossible, ImpossibleStart, NotANumber
 
 CTX = mpmath.mp.clone()
@@ -123,7 +123,7 @@ def rows(numbers):
 def test_what_doubles_tell_is_true(held, seed):
     """Of 1e5 starts beside the boundaries most are told, and no kind or detail is wrong."""
     numbers = nasty(np.random.default_rng(seed), 12_500, held)
-    found = screen(Columns(numbers).starts(slice(None)))
+    found = filtered(InputArrays(numbers).starts(slice(None)))
     wrong = [
         (row, NAMES[kind], DETAILS[part], truth)
         for row, kind, part, margin in zip(
@@ -184,7 +184,7 @@ def test_tags_are_those_told_one_by_one():
     for at, row in enumerate(rows(numbers)):
         verdict = ht.classify(*top_and_state(dict(zip(numbers, row, strict=True))))
         assert found.tags[at] == bits(verdict.tags), row
-    both = [(found.tags & bits((name,)) > 0).mean() for name in TAGS[:3]]
+    both = [(found.tags & bits((name,)) > 0).mean() for name in TAG_NAMES[:3]]
     assert 0.1 < min(both) <= max(both) < 0.9
 
 
@@ -228,13 +228,13 @@ def test_the_zero_of_the_spin_is_where_it_is_said_to_be():
     numbers = regular(np.random.default_rng(4), 600)
     numbers["C"][::2] = 2 * numbers["A"][::2]
     numbers["theta"][::2] *= 1e-3
-    starts = Columns(numbers).starts(slice(None))
-    given = starts.given()
+    starts = InputArrays(numbers).starts(slice(None))
+    given = filtering.given(starts)
     momentum = np.sqrt((given.A * (given.kinetic + abs(given.gMR))).value + given.p_psi.value**2)
-    units = screen_tags.Units.of(given, momentum)
+    units = filtering.Units.of(given, momentum)
     with np.errstate(invalid="ignore"):
-        r, error = screen_tags._zero(given, units)
-        near, far = (screen_tags._sides_of_f(units, r, error * k) for k in (1, 1e16))
+        r, error = filtering._zero_of_spin(given, units)
+        near, far = (filtering._sides_of_f(units, r, error * k) for k in (1, 1e16))
     seen = 0
     for at, (A, C, _, theta, _, phidot, omega3) in enumerate(rows(numbers)):
         u, p_psi = CTX.cos(theta), CTX.mpf(C) * omega3
@@ -261,17 +261,13 @@ def test_tags_from_the_top_need_no_balls():
     assert not found.tags.any()
 
 
-def test_the_names_of_tags_are_those_of_one_verdict():
-    assert tuple(tags.TAGS) == TAGS
-
-
 # --- who is sent to balls -------------------------------------------------------------------------
 
 
 def test_only_what_doubles_cannot_tell_is_sent(monkeypatch):
     """Each start that is left open goes to balls once, and no other."""
     numbers = nasty(np.random.default_rng(9), 2000, "omega3")
-    open_ = screen(Columns(numbers).starts(slice(None))).margin == 0
+    open_ = filtered(InputArrays(numbers).starts(slice(None))).margin == 0
     asked = []
 
     def counting(top, start):
@@ -451,7 +447,7 @@ def test_what_is_impossible_is_marked_and_counted(still):
 
 def test_what_is_impossible_is_not_looked_at_one_by_one(monkeypatch):
     """Neither what is no number, nor tilts from the double above π on, nor moments of no body."""
-    monkeypatch.setattr(Columns, "one", lambda columns, at: pytest.fail(f"asked for {at}"))
+    monkeypatch.setattr(InputArrays, "one", lambda given, at: pytest.fail(f"asked for {at}"))
     bad = [(name, x) for name, x in BAD if not 1e300 < abs(x) < math.inf and abs(x) != 1e-310]
     assert len(bad) > 20
     for name, x in bad:
@@ -459,7 +455,7 @@ def test_what_is_impossible_is_not_looked_at_one_by_one(monkeypatch):
 
 
 def test_the_largest_and_the_smallest_numbers_are_decided():
-    """Outside the range of bounded arithmetic, and within that of exact numbers, balls decide."""
+    """Outside the range of the filter, and within that of exact numbers, balls decide."""
     found = classify_many(**(GOOD | {"A": [1e290, 1e-290], "C": 1e-300, "gMR": [1e299, -1e-299]}))
     assert found.certified.all()
     assert found.sent == 2

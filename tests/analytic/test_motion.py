@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from heavytop.analytic.motion import Motion
-from heavytop.classification.certify import classify
+from heavytop.classification.classify import classify
 from heavytop.errors import NoClosedForm
 from heavytop.scene.state import State
 from heavytop.scene.top import Top

@@ -14,21 +14,20 @@ from typing import NamedTuple
 import mpmath
 import numpy as np
 import pytest
+from flint import arb
 
-from heavytop.analytic.theory.closed_form import Asymptotic, MPForm, Nodding, Steady
-from heavytop.analytic.theory.course import Course, Proved
-from heavytop.analytic.theory.double_form import DoubleForm
-from heavytop.analytic.theory.nutation import MOST_DIGITS
-from heavytop.analytic.theory.reduced import Reduced
+import heavytop as ht
+from heavytop.analytic.closed_form import ClosedForm
+from heavytop.analytic.many_times import DoubleForm
+from heavytop.analytic.rising import Rising
+from heavytop.classification.reduced import FromScene, Through
 from heavytop.errors import NoClosedForm
 from heavytop.numbers import Exact, cos
-from heavytop.numbers.decimals import context
+from heavytop.numbers.intervals import working
 
 X = Exact.of
 BETSCH = (Fraction("6.375e-3"), Fraction("7.5e-4"), Fraction("0.73575"))
 LIE = (Fraction("15.234375"), Fraction("0.46875"), Fraction("147.15"))
-NODS = Proved(Course.NUTATING, zero_plus=False, zero_minus=False)
-FROM_TOP = Proved(Course.NUTATING, zero_plus=False, zero_minus=True)
 
 
 class Start(NamedTuple):
@@ -40,12 +39,14 @@ class Start(NamedTuple):
     omega3: object
     thetadot: object = 0
 
-    def reduced(self):
-        phi, psi = Fraction("0.3"), Fraction("-0.7")
-        return Reduced.from_angles(
-            context(60), *self.top, self.theta, phi, psi, self.thetadot, self.phidot,
+    @property
+    def rising(self):
+        """The motion, from exact numbers."""
+        state = ht.State(
+            self.theta, thetadot=self.thetadot, phi="0.3", phidot=self.phidot, psi="-0.7",
             omega3=self.omega3,
         )  # fmt: skip
+        return Rising(FromScene(ht.Top(*self.top), state))
 
     def given(self, ctx):
         """A, C, gMR, θ, φ̇, ω3, θ̇ as numbers of a context."""
@@ -63,27 +64,27 @@ WHITTAKER = (X("pi/3"), X("2/sqrt(3)"), X("2*sqrt(3)"))
 
 
 def near(e):
-    """Motions that differ by e from one that is special; what is proved of them."""
+    """Motions that differ by e from one that is special; all of them nutate."""
     e = Fraction(e)
     theta, phidot, omega3 = WHITTAKER
     return {
-        "marginal top, tilted": (Start(UNIT, e, 0, 4), NODS),
-        "marginal top, pushed": (Start(UNIT, 0, 0, 4, e), FROM_TOP),
-        "just slower than marginal, tilted": (Start(UNIT, e, 0, 4 - e), NODS),
-        "just faster than marginal": (Start(UNIT, Fraction(1, 1000), 0, 4 + e), NODS),
-        "unstable sleeper, tilted": (Start(UNIT, e, 0, 3), NODS),
-        "unstable sleeper, pushed": (Start(UNIT, 0, 0, 3, e), FROM_TOP),
-        "stable sleeper, tilted": (Start(UNIT, e, 0, 5), NODS),
-        "hanging, tilted": (Start((2, 1, -2), e, 0, 3), NODS),
-        "faster than steady": (Start(BETSCH, X("pi/3"), 10 * (1 + e), Fraction("140.6")), NODS),
-        "slower than steady": (Start(BETSCH, X("pi/3"), 10 * (1 - e), Fraction("140.6")), NODS),
-        "within the separatrix": (Start(UNIT, theta, phidot, omega3 - X(e)), NODS),
-        "beyond the separatrix": (Start(UNIT, theta, phidot, omega3 + X(e)), NODS),
-        "over the top of the separatrix": (Start(UNIT, *WHITTAKER, e), FROM_TOP),
-        "past the bottom": (Start(LIE, X("pi/2"), X("-60/13") + X(e), 150), NODS),
-        "past the top": (Start(UNIT, e, 1, 3, 2), NODS),
-        "past the bottom, from it": (Start(UNIT, X("pi") - X(e), 1, 3, 2), NODS),
-        "next to weightless": (Start((2, 1, e), Fraction(1, 2), -2, 3, Fraction(1, 4)), NODS),
+        "marginal top, tilted": Start(UNIT, e, 0, 4),
+        "marginal top, pushed": Start(UNIT, 0, 0, 4, e),
+        "just slower than marginal, tilted": Start(UNIT, e, 0, 4 - e),
+        "just faster than marginal": Start(UNIT, Fraction(1, 1000), 0, 4 + e),
+        "unstable sleeper, tilted": Start(UNIT, e, 0, 3),
+        "unstable sleeper, pushed": Start(UNIT, 0, 0, 3, e),
+        "stable sleeper, tilted": Start(UNIT, e, 0, 5),
+        "hanging, tilted": Start((2, 1, -2), e, 0, 3),
+        "faster than steady": Start(BETSCH, X("pi/3"), 10 * (1 + e), Fraction("140.6")),
+        "slower than steady": Start(BETSCH, X("pi/3"), 10 * (1 - e), Fraction("140.6")),
+        "within the separatrix": Start(UNIT, theta, phidot, omega3 - X(e)),
+        "beyond the separatrix": Start(UNIT, theta, phidot, omega3 + X(e)),
+        "over the top of the separatrix": Start(UNIT, *WHITTAKER, e),
+        "past the bottom": Start(LIE, X("pi/2"), X("-60/13") + X(e), 150),
+        "past the top": Start(UNIT, e, 1, 3, 2),
+        "past the bottom, from it": Start(UNIT, X("pi") - X(e), 1, 3, 2),
+        "next to weightless": Start((2, 1, e), Fraction(1, 2), -2, 3, Fraction(1, 4)),
     }
 
 
@@ -95,7 +96,7 @@ PARTS = ("0.001", "0.13", "0.31", "0.501", "0.9", "-0.37")
 def places(form):
     """Times spread over a period, the turning points avoided."""
     ctx = form.ctx
-    return [ctx.mpf(part) * form.period - form.orbit.t0 for part in PARTS]
+    return [ctx.mpf(part) * form.period + form.lower_turning for part in PARTS]
 
 
 def slopes(form, ctx, t, rate):
@@ -156,8 +157,8 @@ def residuals(start, form, t):
 @pytest.mark.parametrize("name", NAMES)
 def test_the_equations_of_motion(name, e):
     """To 50 digits and more, at whatever distance from the special motion."""
-    start, proved = near(e)[name]
-    form = MPForm(start.reduced(), 70, proved)
+    start = near(e)[name]
+    form = ClosedForm(start.rising, 160)
     for t in places(form):
         assert max(residuals(start, form, t)) < 1e-50
 
@@ -166,10 +167,10 @@ def test_the_equations_of_motion(name, e):
 @pytest.mark.parametrize("name", NAMES)
 def test_the_start_and_the_seams(name, e):
     """The start is the given one, and the angles are continuous where the pieces meet."""
-    start, proved = near(e)[name]
-    form = MPForm(start.reduced(), 70, proved)
+    start = near(e)[name]
+    form = ClosedForm(start.rising, 70)
     ctx, at = form.ctx, form(0)
-    assert abs(form.orbit.t0) <= form.period / 2
+    assert abs(form.lower_turning) <= form.period / 2
     _, _, _, theta, phidot, _, thetadot = start.given(ctx)
     if theta:  # on a pole θ̇ alone is what was given
         assert abs(at.theta - theta) <= abs(theta) * ctx.mpf("1e-70")
@@ -177,7 +178,7 @@ def test_the_start_and_the_seams(name, e):
         assert abs(at.phi - ctx.mpf("0.3")) + abs(at.psi + ctx.mpf("0.7")) < ctx.mpf("1e-60")
     assert abs(at.thetadot - thetadot) < ctx.mpf("1e-60") * (1 + abs(thetadot))
     for quarter in (1, 3, 5, -3):
-        seam, step = quarter * form.period / 4 - form.orbit.t0, ctx.mpf("1e-40") * form.period
+        seam, step = quarter * form.period / 4 + form.lower_turning, ctx.mpf("1e-40") * form.period
         before, after = form(seam - step), form(seam + step)
         for angle in ("theta", "phi", "psi"):
             moved = getattr(after, angle) - getattr(before, angle)
@@ -211,8 +212,8 @@ def turn_by_mpmath(ctx, a, b, u1, u2, m, w):
 @pytest.mark.parametrize("name", [n for n in NAMES if "top of" not in n and "pushed" not in n])
 def test_periods_and_turns(name, e):
     """T and Δφ to 35 digits; the polynomial loses two thirds of its digits in a triple root."""
-    start, _ = near(e)[name]
-    form = MPForm(start.reduced(), 40)
+    start = near(e)[name]
+    form = ClosedForm(start.rising, 40)
     T, rest = period_by_mpmath(start, 400)
     turn = turn_by_mpmath(T.context, *rest)
     assert abs(form.ctx.make_mpf(T._mpf_) / form.period - 1) < form.ctx.mpf("1e-35")
@@ -222,8 +223,8 @@ def test_periods_and_turns(name, e):
 @pytest.mark.parametrize("e", ["1e-25", "3e-37"])
 def test_the_period_of_a_sleeper_that_is_pushed(e):
     """1 − m is the square of the push: 1e-74 is lost at 60 digits, where the push is seen."""
-    start, _ = near(e)["unstable sleeper, pushed"]
-    form = MPForm(start.reduced(), 40)
+    start = near(e)["unstable sleeper, pushed"]
+    form = ClosedForm(start.rising, 40)
     T, _ = period_by_mpmath(start, 400)
     assert abs(form.ctx.make_mpf(T._mpf_) / form.period - 1) < form.ctx.mpf("1e-35")
 
@@ -231,26 +232,32 @@ def test_the_period_of_a_sleeper_that_is_pushed(e):
 @pytest.mark.parametrize("e", TINY)
 @pytest.mark.parametrize("name", NAMES)
 def test_doubles_keep_all_their_digits(name, e):
-    """θ, φ and ψ to 1e-15 of themselves: a start is exact, so nothing is ill-conditioned."""
-    start, proved = near(e)[name]
-    double, exact = DoubleForm(start.reduced(), proved), MPForm(start.reduced(), 30, proved)
-    times = np.array([float(t) for t in [*places(exact), exact.period * 7 / 3]])
+    """θ to 1e-15 of itself, φ and ψ to 1e-15 max(1, |x|): a start is exact, nothing ill-posed."""
+    rising = near(e)[name].rising
+    double = DoubleForm(rising)
+    lower, T = rising.settled(
+        "turning points", lambda found, bits: (found.lower_turning, found.period), 60
+    )
+    times = [float(lower + T * arb(part)) for part in PARTS]
+    times += [double.period * 7 / 3, 0.0, 1e-3, -0.3, 2.0]
     record = double(times)
     for i, t in enumerate(times):
-        at = exact(float(t))
+        at = rising.settled(
+            "the truth", lambda found, bits, t=t: found.at(arb(t)), 360,
+            of=lambda at: (at.theta, at.phi, at.psi),
+        )  # fmt: skip
         for angle in ("theta", "phi", "psi"):
-            want = getattr(at, angle)
-            got = exact.ctx.mpf(float(getattr(record, angle)[i]))
-            assert abs(got - want) <= 1e-15 * abs(want), (angle, t)
+            want, got = getattr(at, angle), arb(float(getattr(record, angle)[i]))
+            size = abs(want) if angle == "theta" else abs(want).max(arb(1))
+            assert abs(float(got - want)) <= 1e-15 * float(size), (angle, t)
 
 
 @pytest.mark.parametrize("e", ["1e-1", "1e-8", "1e-20", "1e-45"])
 def test_the_separatrix_of_a_top_that_hardly_falls(e):
     """From its lowest point θ₁ = e: sin(θ/2) = sin(θ₁/2) sech(√(gMR/A) sin(θ₁/2) t), m = 1."""
     c = cos(X(e) / 2)  # ω3 = 4 c and φ̇ = 1/c make P₋ = 0 and E' = gMR
-    reduced = Start(UNIT, X(e), 1 / c, 4 * c).reduced()
-    proved = Proved(Course.ASYMPTOTIC, zero_plus=False, zero_minus=True)
-    form, double = MPForm(reduced, 40, proved), DoubleForm(reduced, proved)
+    start = Start(UNIT, X(e), 1 / c, 4 * c)
+    form, double = ClosedForm(start.rising, 40), DoubleForm(start.rising)
     ctx = form.ctx
     depth = ctx.sin(X(e).mpf(ctx) / 2)
     for x in ("-3", "0.2", "1", "37.7", "-53.1", "61.3"):
@@ -263,78 +270,95 @@ def test_the_separatrix_of_a_top_that_hardly_falls(e):
         sweep = ctx.atan(ctx.tan(X(e).mpf(ctx) / 2) * ctx.tanh(depth * t))
         exact_phi = ctx.mpf(3) / 10 + c.mpf(ctx) * t + sweep  # Φ₊ = ½ P₊ t/2 + …
         assert abs(form(t).phi - exact_phi) < ctx.mpf("1e-38") * (1 + abs(exact_phi))
-        assert abs(float(double(high, low).phi / exact_phi) - 1) < 1e-15
-
-
-def looks(reduced):
-    return type(MPForm(reduced, 30).orbit)
+        off = abs(float(ctx.mpf(float(double(high, low).phi)) - exact_phi))
+        assert off <= 1e-15 * max(1, abs(exact_phi))
 
 
 @pytest.mark.parametrize(
-    ("name", "course"),
-    [
-        ("marginal top, tilted", Steady),
-        ("faster than steady", Steady),
-        ("over the top of the separatrix", Asymptotic),
-    ],
+    "name", ["marginal top, tilted", "faster than steady", "over the top of the separatrix"]
 )
-def test_what_is_proved_is_taken_as_given(name, course):
-    """1e-70 from a special motion looks like it at 60 digits; a proof makes more be taken."""
-    start, proved = near("1e-70")[name]
-    assert looks(start.reduced()) is course
-    form = MPForm(start.reduced(), 30, proved)
-    assert isinstance(form.orbit, Nodding)
-    assert form.ctx.dps > 100
-    assert isinstance(DoubleForm(start.reduced(), proved).exact, Nodding)
+def test_what_is_no_special_motion_is_not_taken_for_one(name):
+    """1e-70 from a special motion, at 30 digits: the exact numbers tell that it nutates."""
+    start = near("1e-70")[name]
+    assert start.rising.regime.name == "nutating"
+    form = ClosedForm(start.rising, 30)
+    finer = ClosedForm(start.rising, 100)
+    assert abs(form.period / finer.period - 1) < form.ctx.mpf("1e-30")
+    assert DoubleForm(start.rising).period == pytest.approx(float(form.period), rel=1e-15)
+
+
+def turns(source):
+    """Φ₊ and Φ₋ over a period, and whether the axis reaches the top."""
+
+    def told(found, _):
+        return (*found.path.turns, arb(int(found.path.reaches_top)))
+
+    plus, minus, reaches = Rising(source).settled("the turns", told, 80)
+    return plus, minus, bool(reaches == 1)
 
 
 def test_a_close_pass_is_no_exact_one():
-    """P₊ = 1e-70: by a threshold φ jumps at the bottom, proved not to be zero it turns there."""
-    start, proved = near("1e-70")["past the bottom"]
-    bare, told = MPForm(start.reduced(), 30), MPForm(start.reduced(), 30, proved)
-    assert bare.orbit.P_plus == 0 != told.orbit.P_plus
-    assert told.orbit.P_plus > 0
-    assert abs(told.orbit.turn_plus - told.ctx.pi) < told.ctx.mpf("1e-60")
-    other = X("-60/13") - X("1e-70")
-    below = MPForm(start._replace(phidot=other).reduced(), 30, proved)
-    assert below.orbit.P_plus < 0
-    assert abs(below.orbit.turn_plus + below.ctx.pi) < told.ctx.mpf("1e-60")
+    """P₊ = ±1e-70: φ does not jump at the bottom, it turns there, by half a turn either way."""
+    start = near("1e-70")["past the bottom"]
+    other = start._replace(phidot=X("-60/13") - X("1e-70"))
+    with working(400):
+        assert abs(turns(start.rising.source)[0] - arb.pi()) < arb("1e-60")
+        assert abs(turns(other.rising.source)[0] + arb.pi()) < arb("1e-60")
+    for each, side in ((start, 1), (other, -1)):
+        form = ClosedForm(each.rising, 120)  # the pass takes 1e-72 s
+        pole, h = form.lower_turning, form.ctx.mpf("1e-40")
+        assert abs(form(pole + h).phi - form(pole - h).phi - side * form.ctx.pi) < 1e-20
+        assert abs(form(pole).phi - form(pole - h).phi - side * form.ctx.pi / 2) < 1e-20
 
 
 @pytest.mark.parametrize("below", [False, True])
-def test_a_proved_zero_is_exact(below):
+def test_a_motion_through_a_pole_by_decree(below):
     """P₋ of 1e-25, told to be zero, is zero: the axis goes through the top; so from below, P₊."""
     phidot = Fraction(round(Fraction(4 / (1 + np.cos(1.0))) * 10**25), 10**25)
-    start, proved = Start(UNIT, 1, phidot, 8, 5), Proved(Course.NUTATING, False, True)
+    start = Start(UNIT, 1, phidot, 8, 5)
     if below:
         start = Start((2, 1, -2), X("pi") - 1, phidot, -8, -5)
-        proved = Proved(Course.NUTATING, True, False)
-    plain = MPForm(start.reduced(), 30).orbit
-    told = MPForm(start.reduced(), 30, proved).orbit
-    assert plain.P_minus != 0 == told.P_minus
-    assert told.roots.one_minus_u2 == 0
-    assert told.turn_minus == told.ctx.pi
-    assert told.P_plus != 0
+    plain = start.rising
+    told = Rising(Through(plain.source, top=not below, bottom=below))
+    assert plain.regime.misses_top
+    assert not told.regime.misses_top
+    _, minus, reaches = turns(told.source)
+    with working(300):
+        assert reaches
+        assert abs(minus - arb.pi()) < arb("1e-80")
+        beside = turns(plain.source)
+        assert not beside[2]
+        assert abs(abs(beside[1]) - arb.pi()) < arb("1e-17")
+    one, other = ClosedForm(plain, 40), ClosedForm(told, 40)
+    assert abs(one.period / other.period - 1) < 1e-17
 
 
 def test_steady_at_a_tilt_that_vanishes_at_sixty_digits():
     """θ = 1e-70, precessing: neither P₊ nor P₋ is zero, so it is not on the vertical."""
     tilt = X("1e-70")
     omega = Fraction(3)
-    spin = (2 * omega**2 + 2) / omega  # A φ̇² cosθ − C ω3 φ̇ + gMR = 0 at θ → 0, C = 1
+    # A φ̇² cosθ − C ω3 φ̇ + gMR = 0, C = 1
+    spin = (2 * X(omega) ** 2 * cos(tilt) + 2) / omega
     start = Start(UNIT, tilt, omega, spin)
-    steady = Proved(Course.STEADY, zero_plus=False, zero_minus=False)
-    assert float(MPForm(start.reduced(), 30).orbit.over.sin2) == 0
-    form = MPForm(start.reduced(), 30, steady)
+    assert start.rising.regime.name == "steady"
+    form = ClosedForm(start.rising, 30)
     assert abs(form(2).phi - Fraction("0.3") - 6) < form.ctx.mpf("1e-30")
     assert abs(form(2).theta / tilt.mpf(form.ctx) - 1) < form.ctx.mpf("1e-30")
-    assert float(DoubleForm(start.reduced(), steady)(2.0).theta) == pytest.approx(1e-70, rel=1e-15)
+    assert float(DoubleForm(start.rising)(2.0).theta) == pytest.approx(1e-70, rel=1e-15)
 
 
-def test_the_limit_of_digits_is_named():
-    """Told to nod where it is exactly steady, it gives up at ten thousand digits, and says so."""
-    steady = Start(BETSCH, X("pi/3"), 10, Fraction("140.6")).reduced()
-    with pytest.raises(NoClosedForm, match=str(MOST_DIGITS)):
-        MPForm(steady, 30, NODS)
-    with pytest.raises(NoClosedForm, match=str(MOST_DIGITS)):
-        DoubleForm(steady, NODS)
+class Told(FromScene):
+    """Numbers of which none is known to vanish."""
+
+    def vanishes(self, name):
+        return False
+
+
+def test_the_limit_of_bits_is_named():
+    """Told that it nutates where it is steady, either form says how many bits were tried."""
+    start = Start(BETSCH, X("pi/3"), 10, Fraction("140.6")).rising.source
+    told = Rising(Told(start.top, start.start), limit=1024)
+    with pytest.raises(NoClosedForm, match="1024 bits"):
+        DoubleForm(told)
+    with pytest.raises(NoClosedForm, match="1024 bits"):
+        ClosedForm(told, 30)(1)

@@ -4,15 +4,14 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.motion import Motion
-from heavytop.analytic.theory.nutation import nutation
-from heavytop.analytic.theory.potential import Potential
-from heavytop.analytic.theory.reduced import Reduced
+from heavytop.analytic.potential import Potential
+from heavytop.classification.reduced import FromScene
 from heavytop.equations import lagrangian as lag
 from heavytop.equations import reduction
 from heavytop.numbers.decimals import context
-from heavytop.scene.scene import load_scene
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene import load_scene, shipped_scenes
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -35,7 +34,7 @@ STARTS = {
 
 
 def potential(top, start):
-    return Potential(Reduced.from_scene(context(60), top, start))
+    return Potential(FromScene(top, start))
 
 
 def inside():
@@ -55,7 +54,8 @@ def test_is_the_routhians_at_random_points():
         A, C = rng.uniform(0.5, 1.0, 2)
         gMR, phidot, psidot = rng.normal(0, 3, 3)
         start, theta = rng.uniform(0.01, 3.1), rng.choice([1e-8, 1e-4, 0.1, rng.uniform(0, 3.1)])
-        motion = Reduced.from_angles(context(60), A, C, gMR, start, 0, 0, 0, phidot, psidot)
+        top = Top(*map(float, (A, C, gMR)))
+        motion = FromScene(top, State(float(start), phidot=float(phidot), psidot=float(psidot)))
         symbols = (lag.A, lag.C, lag.gMR, lag.phidot, lag.psidot)
         known = dict(zip(symbols, map(rational, (A, C, gMR, phidot, psidot)), strict=True))
         known_momenta = {
@@ -76,11 +76,10 @@ def rational(x):
 def test_keeps_its_digits_at_the_top():
     # p_phi = p_psi (1 - 1e-14): one by one the momenta would leave two digits of the difference
     start = State(theta="1e-7", thetadot=1, psidot=140)
-    ctx = context(60)
-    r = Reduced.from_scene(ctx, BOOK, start)
+    r, ctx = Motion(BOOK, start).reduced, context(60)
     theta = ctx.mpf(3e-7)
     exact = (r.a - r.b * ctx.cos(theta)) ** 2 / (2 * ctx.sin(theta) ** 2) + r.g * ctx.cos(theta)
-    assert float(Potential(r)(3e-7)) == pytest.approx(float(exact), rel=1e-15)
+    assert float(potential(BOOK, start)(3e-7)) == pytest.approx(float(exact), rel=1e-15)
     assert float(exact - r.g) > 1e-13
 
 
@@ -90,8 +89,8 @@ def test_the_curve_has_one_energy_and_the_turning_points(name):
     V = potential(top, start)
     curve = V.curve(V.excess)
     energy = curve.speed**2 / 2 + V(curve.theta)
-    h = float(V.exact.h)
-    scale = max(abs(h), abs(float(V.exact.g)), V.excess)
+    h = float(V.h)
+    scale = max(abs(h), abs(float(V.g)), V.excess)
     assert np.abs(energy - h).max() < 2e-12 * scale
     motion = Motion(top, start)
     assert curve.theta[0] == pytest.approx(motion.theta_min, rel=1e-12, abs=1e-14)
@@ -130,7 +129,7 @@ class TestSeparatrix:
         V = potential(*STARTS[name])
         curve = V.separatrix()
         energy = curve.speed**2 / 2 + V(curve.theta)
-        np.testing.assert_allclose(energy, float(V.exact.g), rtol=1e-12)
+        np.testing.assert_allclose(energy, float(V.g), rtol=1e-12)
         assert curve.theta[0] == 0 == curve.speed[0]
 
     def test_is_between_the_swinging_and_the_passing(self):
@@ -145,7 +144,7 @@ class TestSeparatrix:
         curve = V.separatrix()
         assert curve.theta[-1] == np.pi
         energy = curve.speed**2 / 2 + V(curve.theta)
-        np.testing.assert_allclose(energy, -float(V.exact.g), rtol=1e-12)
+        np.testing.assert_allclose(energy, -float(V.g), rtol=1e-12)
 
     @pytest.mark.parametrize("name", ["loops", "through the top", "through the bottom", "inverted"])
     def test_is_none_where_nothing_tends_to_the_vertical(self, name):
@@ -158,8 +157,7 @@ def test_every_shipped_scene_has_a_potential(name):
     V = potential(scene.top, scene.start)
     assert 0 <= V.bottom <= np.pi
     motion = Motion(scene.top, scene.start)
-    roots = V.turning(V.excess)
-    if motion.nutates and roots is not None:
-        exact = nutation(V.exact)
-        assert float(roots.theta_lower) == pytest.approx(float(exact.theta_lower), rel=1e-12)
-        assert float(roots.theta_upper) == pytest.approx(float(exact.theta_upper), rel=1e-12)
+    again = V.raised(V.excess)
+    if motion.nutates and again is not None:
+        tilts, exact = (map(float, form.tilts) for form in (ClosedForm(again), motion.exact))
+        assert list(tilts) == pytest.approx(list(exact), rel=1e-12)

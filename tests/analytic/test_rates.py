@@ -7,7 +7,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import heavytop as ht
-from heavytop.analytic.theory.rates import rates
+from heavytop.analytic.facts import facts
 
 BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")
 UNIT = ht.Top(1, "0.5", 1)
@@ -15,59 +15,68 @@ UPSIDE_DOWN = ht.Top(1, "0.5", -1)
 DISC = ht.Top(1, 2, 1)
 
 
+class Rate:
+    """What the facts say of one rate."""
+
+    def __init__(self, known, name):
+        def told(fact):
+            return getattr(known, f"{name}_{fact}")
+
+        self.values = [told("min"), told("max")]
+        self.places = [told("min_theta"), told("max_theta")]
+        self.reversal = told("reversal_theta")
+        assert told("reverses") == (self.reversal is not None)
+
+
+def rates(motion):
+    known = facts(motion)
+    return None if known.phidot_min is None else (Rate(known, "phidot"), Rate(known, "psidot"))
+
+
 def of(top, **start):
     motion = ht.Motion(top, ht.State(**start))
-    return motion, rates(motion.exact.orbit, motion.reduced)
+    return motion, rates(motion)
 
 
 def shipped(name):
     scene = ht.load_scene(name)
     motion = ht.Motion(scene.top, scene.start)
-    return motion, rates(motion.exact.orbit, motion.reduced)
-
-
-def floats(rate):
-    return [float(extreme.value) for extreme in rate.extremes]
-
-
-def places(rate):
-    return [None if e.theta is None else float(e.theta) for e in rate.extremes]
+    return motion, rates(motion)
 
 
 def test_the_spin_of_the_kicked_and_of_the_dropped_top():
     """ψ̇ runs 140 → 114.35023027 when kicked, 140 → 130.291539463 when let go (SICM §2.10)."""
-    _, kicked = shipped("sicm-kicked")
-    assert floats(kicked.psidot) == [pytest.approx(114.35023027, abs=5e-9), 140.0]
-    assert places(kicked.psidot) == [pytest.approx(0.51723131823843479801, rel=1e-15), 0.1]
-    _, dropped = shipped("sicm-dropped")
-    assert floats(dropped.psidot) == [pytest.approx(130.291539463, abs=5e-10), 140.0]
+    _, (_, kicked) = shipped("sicm-kicked")
+    assert kicked.values == [pytest.approx(114.35023027, abs=5e-9), 140.0]
+    assert kicked.places == [pytest.approx(0.51723131823843479801, rel=1e-15), 0.1]
+    _, (_, dropped) = shipped("sicm-dropped")
+    assert dropped.values == [pytest.approx(130.291539463, abs=5e-10), 140.0]
 
 
 def test_a_top_let_go_precesses_at_most_at_twice_its_mean_pull():
     """φ̇ is 0 in the cusp and 2 gMR/p_ψ at the bottom: 760/77 for the book's top."""
-    _, dropped = shipped("sicm-dropped")
-    assert floats(dropped.phidot) == [0.0, 760 / 77]
-    assert abs(dropped.phidot.extremes[1].value - mpmath.mpf(760) / 77) < 1e-15
-    assert dropped.phidot.reversal is None
+    _, (dropped, _) = shipped("sicm-dropped")
+    assert dropped.values == [0.0, 760 / 77]
+    assert dropped.reversal is None
 
 
 def test_where_the_kicked_top_turns_back():
     """φ̇ = 0 at θ = 0.148027354547, where cosθ = p_φ/p_ψ (SICM §2.10, figure 2.6)."""
-    motion, kicked = shipped("sicm-kicked")
-    assert float(kicked.phidot.reversal) == pytest.approx(0.148027354547, abs=5e-13)
+    motion, (kicked, spin) = shipped("sicm-kicked")
+    assert kicked.reversal == pytest.approx(0.148027354547, abs=5e-13)
     constants = motion.constants.floats
     cosine = constants["p_phi"] / constants["p_psi"]
-    assert float(kicked.phidot.reversal) == pytest.approx(np.arccos(cosine), rel=1e-13)
-    assert kicked.psidot.reversal is None
+    assert kicked.reversal == pytest.approx(np.arccos(cosine), rel=1e-13)
+    assert spin.reversal is None
 
 
 def test_a_near_pass_is_large_and_finite():
     """The Lie-group benchmark, u₁ = −0.99999999999973779144: there φ̇ peaks at 8.8e6 rad/s."""
-    _, passing = shipped("lie-group-benchmark")
-    assert floats(passing.phidot)[0] == -4.61538
-    assert floats(passing.phidot)[1] == pytest.approx(8.8e6, rel=1e-3)
+    _, (passing, _) = shipped("lie-group-benchmark")
+    assert passing.values[0] == -4.61538
+    assert passing.values[1] == pytest.approx(8.8e6, rel=1e-3)
     miss = np.sqrt(2 * 2.6220856e-13)
-    assert np.pi - places(passing.phidot)[1] == pytest.approx(miss, rel=1e-7)
+    assert np.pi - passing.places[1] == pytest.approx(miss, rel=1e-7)
 
 
 def textbook(motion):
@@ -130,9 +139,10 @@ def test_the_textbooks_extremes_to_the_last_digit(name):
     top, start = STARTS[name]
     motion, both = of(top, **start)
     for rate, expected in zip(both, textbook(motion), strict=True):
-        for extreme, (value, theta) in zip(rate.extremes, expected, strict=True):
-            assert float(extreme.value) == pytest.approx(float(value), rel=2.3e-16, abs=0)
-            assert float(extreme.theta) == pytest.approx(float(theta), rel=2.3e-16)
+        told = zip(rate.values, rate.places, strict=True)
+        for (found, tilt), (value, theta) in zip(told, expected, strict=True):
+            assert found == pytest.approx(float(value), rel=2.3e-16, abs=0)
+            assert tilt == pytest.approx(float(theta), rel=2.3e-16)
 
 
 def seen(motion, name):
@@ -154,7 +164,7 @@ def test_extremes_are_what_the_motion_shows(name):
     top, start = STARTS[name]
     motion, both = of(top, **start)
     for rate, which in zip(both, ("phidot", "psidot"), strict=True):
-        least, greatest = floats(rate)
+        least, greatest = rate.values
         rounding = 1e-15 * max(abs(float(motion.start.omega3)), abs(least), abs(greatest))
         assert seen(motion, which) == pytest.approx([least, greatest], rel=1e-11, abs=rounding)
 
@@ -163,38 +173,37 @@ def test_extremes_are_what_the_motion_shows(name):
 def test_extremes_are_what_a_run_shows(name):
     """The integrator's own φ̇ at its turning points, and where it sees φ̇ change its sign."""
     scene = ht.load_scene(name)
-    _, both = shipped(name)
+    _, (phidot, _) = shipped(name)
     events = ht.propagate(scene).events
     turning = events.phidot[events.is_turning]
-    least, greatest = floats(both.phidot)
+    least, greatest = phidot.values
     assert [min(turning), max(turning)] == pytest.approx([least, greatest], rel=1e-11, abs=1e-11)
     reversals = events.theta[~events.is_turning]
-    if both.phidot.reversal is None:
+    if phidot.reversal is None:
         assert reversals.size == 0
     else:
-        assert reversals == pytest.approx(float(both.phidot.reversal), rel=1e-12)
+        assert reversals == pytest.approx(phidot.reversal, rel=1e-12)
 
 
 def test_at_a_pole_that_is_passed_rates_have_limits():
     """Through the top φ̇ tends to p_ψ/2A; the closed form a moment before and after agrees."""
-    motion, both = of(ht.Top(2, 1, 3), theta=0, thetadot=2, psidot=3)
+    motion, (phidot, psidot) = of(ht.Top(2, 1, 3), theta=0, thetadot=2, psidot=3)
     assert motion.kind == "through-top"
-    value, theta = both.phidot.extremes[0]
-    assert (float(value), float(theta)) == (0.75, 0.0)
+    assert (phidot.values[0], phidot.places[0]) == (0.75, 0.0)
     near = motion.at([-1e-9, 1e-9])
     assert near.phidot == pytest.approx(0.75, rel=1e-12)
-    assert near.psidot == pytest.approx(floats(both.psidot)[0], rel=1e-12)
-    motion, both = of(ht.Top(2, 1, 3), theta="pi", thetadot=2, psidot=3)
+    assert near.psidot == pytest.approx(psidot.values[0], rel=1e-12)
+    motion, (phidot, _) = of(ht.Top(2, 1, 3), theta="pi", thetadot=2, psidot=3)
     assert motion.kind == "through-bottom"
-    assert floats(both.phidot)[1] == -0.75
+    assert phidot.values[1] == -0.75
     assert motion.at([-1e-9, 1e-9]).phidot == pytest.approx(-0.75, rel=1e-12)
 
 
 def test_on_the_way_to_the_vertical_the_limit_is_a_bound():
     """1/cosθ = 1 + sech t: φ̇ falls from 2/√3 to p_ψ/2A = √3/2, and never quite arrives."""
-    motion, both = shipped("separatrix")
-    assert floats(both.phidot) == pytest.approx([np.sqrt(3) / 2, 2 / np.sqrt(3)], rel=1e-15)
-    assert places(both.phidot) == [0.0, pytest.approx(np.pi / 3)]
+    motion, (phidot, _) = shipped("separatrix")
+    assert phidot.values == pytest.approx([np.sqrt(3) / 2, 2 / np.sqrt(3)], rel=1e-15)
+    assert phidot.places == [0.0, pytest.approx(np.pi / 3)]
     rate = motion.at(np.linspace(0, 12, 50)).phidot
     assert np.all(np.diff(rate) < 0)
     assert rate[-1] == pytest.approx(np.sqrt(3) / 2, rel=1e-4)
@@ -211,9 +220,8 @@ def test_constant_rates_have_no_place():
     ):
         _, both = of(top, **start)
         for rate in both:
-            assert rate.constant
-            assert floats(rate)[0] == floats(rate)[1]
-            assert places(rate) == [None, None]
+            assert rate.values[0] == rate.values[1]
+            assert rate.places == [None, None]
             assert rate.reversal is None
 
 
@@ -224,9 +232,9 @@ def test_on_the_vertical_there_are_no_rates(start):
 
 def test_a_disc_about_its_centre_stops_its_spin_and_does_not_turn_it_back():
     """At C = 2A a start with ψ̇ = 0 is the least ψ̇: zero is touched and not passed."""
-    _, both = of(DISC, theta=1, phidot=1, psidot=0)
-    assert floats(both.psidot)[0] == 0.0
-    assert both.psidot.reversal is None
+    _, (_, psidot) = of(DISC, theta=1, phidot=1, psidot=0)
+    assert psidot.values[0] == 0.0
+    assert psidot.reversal is None
 
 
 exact = st.fractions(-4, 4, max_denominator=1000)
@@ -245,18 +253,18 @@ def motions(draw):
 @given(motions())
 def test_every_motion_stays_within_its_extremes(motion):
     """Nothing sampled lies outside, and at the tilts they name the rates are what they say."""
-    both = rates(motion.exact.orbit, motion.reduced)
+    both = rates(motion)
     assume(both is not None and motion.period is not None)
     assume(motion.from_top > 1e-3 and motion.from_bottom > 1e-3)
     at = motion.at(np.linspace(0, motion.period, 1001))
     a, b, kappa = (float(x) for x in (motion.reduced.a, motion.reduced.b, motion.reduced.kappa))
     formulas = (lambda u: a - b * u), (lambda u: kappa * (1 - u * u) + b - a * u)
     for rate, sampled, formula in zip(both, (at.phidot, at.psidot), formulas, strict=True):
-        least, greatest = floats(rate)
+        least, greatest = rate.values
         margin = 1e-9 * max(abs(a), abs(b), abs(kappa), abs(least), abs(greatest))
         assert least - margin <= sampled.min()
         assert sampled.max() <= greatest + margin
-        for value, theta in zip((least, greatest), places(rate), strict=True):
+        for value, theta in zip(rate.values, rate.places, strict=True):
             if theta is not None:
                 assert motion.theta_min <= theta <= motion.theta_max
                 there = formula(np.cos(theta)) / np.sin(theta) ** 2
@@ -270,17 +278,17 @@ def test_every_motion_stays_within_its_extremes(motion):
 def test_where_the_spin_turns_back(gMR, C, theta0, side):
     """κ (1 − u²) + b − a u = 0 has one root between the turning points."""
     start = {"theta": theta0, "thetadot": 3, "phidot": 2 * side, "psidot": -0.01 * side}
-    motion, both = of(ht.Top(1, C, gMR), **start)
-    theta = both.psidot.reversal
+    motion, (_, psidot) = of(ht.Top(1, C, gMR), **start)
+    theta = psidot.reversal
     a, b, kappa = (float(x) for x in (motion.reduced.a, motion.reduced.b, motion.reduced.kappa))
     found = [u.real for u in np.roots([-kappa, -a, kappa + b]) if abs(u.imag) < 1e-9]
     inside = [u for u in found if np.cos(motion.theta_max) < u < np.cos(motion.theta_min)]
-    assert float(theta) == pytest.approx(np.arccos(inside)[0], rel=1e-12)
+    assert theta == pytest.approx(np.arccos(inside)[0], rel=1e-12)
     t = np.linspace(0, motion.period, 4001)
     at = motion.at(t)
     passes = np.flatnonzero(np.diff(np.sign(at.psidot)))
     assert passes.size == 2
-    assert at.theta[passes] == pytest.approx(float(theta), abs=0.02)
+    assert at.theta[passes] == pytest.approx(theta, abs=0.02)
 
 
 @settings(max_examples=60, deadline=None)
@@ -290,15 +298,15 @@ def test_one_rate_has_a_waist_and_only_the_other_can_turn_back(motion):
 
     The kinds, which are told without the roots, say which motions turn back.
     """
-    both = rates(motion.exact.orbit, motion.reduced)
+    both = rates(motion)
     assume(both is not None)
-    wide, other = both.phidot, both.psidot
+    phidot, psidot = wide, other = both
     if abs(motion.constants.p_phi) < abs(motion.constants.p_psi):
         wide, other = other, wide
-    assert other.turning is None
+    assert set(other.places) <= {None, motion.theta_min, motion.theta_max}
     assert wide.reversal is None
-    assert (both.psidot.reversal is not None) == ("spin-reversal" in motion.tags)
-    if (theta := both.phidot.reversal) is not None:
-        assert np.cos(float(theta)) == pytest.approx(float(motion.reduced.a / motion.reduced.b))
+    assert (psidot.reversal is not None) == ("spin-reversal" in motion.tags)
+    if (theta := phidot.reversal) is not None:
+        assert np.cos(theta) == pytest.approx(float(motion.reduced.a / motion.reduced.b))
     if motion.kind != "force-free":
-        assert (both.phidot.reversal is not None) == (motion.kind == "loops")
+        assert (phidot.reversal is not None) == (motion.kind == "loops")

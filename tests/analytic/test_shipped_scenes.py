@@ -5,7 +5,7 @@ import pytest
 from mpmath import mp
 
 import heavytop as ht
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene import shipped_scenes
 
 NAMES = ("simo-wong", "steady-betsch", "spherical-pendulum", "separatrix")
 

@@ -4,8 +4,7 @@ import pytest
 import sympy as sp
 
 import heavytop as ht
-from heavytop.scene import solids
-from heavytop.scene.solids import ALUMINIUM, STEEL, cone, disk, ring, rod, sphere, whole
+from heavytop.scene.top import ALUMINIUM, STEEL, cone, disk, ring, rod, sphere, whole
 
 
 def test_the_cone_of_betsch_and_steinmann():
@@ -143,4 +142,4 @@ def test_refusals(name):
 
 def test_a_solid_is_immutable():
     with pytest.raises(AttributeError):
-        solids.sphere(radius=1, centre=1, mass=1).mass = 2
+        sphere(radius=1, centre=1, mass=1).mass = 2

@@ -117,6 +117,13 @@ def test_impossible_starts_are_refused(values: dict[str, object], broken: set[st
     assert {name for name, _ in error.value.broken} == broken
 
 
+@pytest.mark.parametrize("rate", ["thetadot", "phidot", "psidot", "omega3"])
+def test_rates_have_units_of_rates_and_no_others(rate: str) -> None:
+    assert getattr(State(theta=1, **{rate: "30 rpm"}), rate) == Exact.of("pi")
+    with pytest.raises(ImpossibleStart, match=f"{rate}: a unit here is rpm"):
+        State(theta=1, **{rate: "30 deg"})
+
+
 @pytest.mark.parametrize("theta", [0, math.pi, "pi", "180 deg", "3.14159265358979323846"])
 def test_the_poles_belong_to_the_tilts(theta: float | str) -> None:
     assert State(theta).theta == Exact.of(theta)

@@ -22,7 +22,7 @@ def test_import_contracts_are_kept():
     [
         ("import heavytop", ("numpy", "sympy", "heyoka", "scipy", "matplotlib", "xarray")),
         ("import heavytop.cli", ("numpy", "sympy", "heyoka", "pydantic", "matplotlib")),
-        ("import heavytop.scene.scene", ("numpy", "mpmath", "sympy", "heyoka", "scipy")),
+        ("import heavytop.scene.scene", ("numpy", "mpmath", "flint", "sympy", "heyoka", "scipy")),
         ("import heavytop.analytic.motion", ("heyoka", "sympy", "matplotlib")),
         ("import heavytop.run.propagation", ("matplotlib", "xarray")),
         (

@@ -208,6 +208,14 @@ def test_a_bad_change_is_refused(change: str, key: str, rule: str) -> None:
     assert change.startswith("strat") or fault.file == "--set"
 
 
+def test_what_a_change_makes_wrong_elsewhere_is_the_changes_fault() -> None:
+    (fault,) = faults_of(GOOD, "top.A=1e-5")
+    assert (fault.file, fault.line, fault.key) == ("--set", None, "top.C")
+    unsound = GOOD.replace("time = 2", "time = 0")
+    places = [(fault.file, fault.line, fault.key) for fault in faults_of(unsound, "top.A=1e-5")]
+    assert places == [("some.toml", 6, "top.C"), ("some.toml", 15, "span.time")]
+
+
 def test_a_change_of_what_a_kick_holds_displaces_the_other() -> None:
     assert read_scene(GOOD, overrides=["start.omega3=1"]).start.held == "omega3"
     held = read_scene(GOOD, overrides=["start.omega3=1", "start.psidot=2"]).start

@@ -16,7 +16,7 @@ import heavytop as ht
 import heavytop.results.classification
 from heavytop.cli import Exit, app
 from heavytop.report.classify_table import between
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene import shipped_scenes
 
 # Ramanujan: (2^(1/3) - 1)^(1/3) = (1/9)^(1/3) - (2/9)^(1/3) + (4/9)^(1/3). This is 0, and no
 # identity that the package knows shows it.

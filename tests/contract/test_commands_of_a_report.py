@@ -18,8 +18,7 @@ from heavytop.report.pages.commands import exactly
 from heavytop.report.pages.findings import findings
 from heavytop.report.pages.ladders import methods_asked
 from heavytop.report.pages.page import page_of
-from heavytop.scene.scene import load_scene
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene import load_scene, shipped_scenes
 from heavytop.studies.stresses.cases import cases
 from heavytop.studies.stresses.methods import METHODS
 from heavytop.studies.workprecs.ladder import DEFAULT, trials

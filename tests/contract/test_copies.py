@@ -5,9 +5,9 @@ import pickle
 
 import mpmath
 import pytest
-from heavytop.analytic.balls.enclosure import enclose_axis
 
 import heavytop as ht
+from heavytop.analytic.enclosure import enclose_axis
 from heavytop.numbers.decimals import context
 
 TOP = ht.Top("3.28e-4", "6.60e-5", "0.0456")

@@ -14,6 +14,7 @@ ROOT = Path(__file__).parents[2]
 HEADING = re.compile(r"^([A-Z]\w+)\n-{3,}$", re.MULTILINE)
 ENTRY = re.compile(r"^(\w+(?:, \w+)*) : (.+)\n((?:    .*\n|\n)*)", re.MULTILINE)
 NOTE = re.compile(r"^Accuracy: (?:.+\n?)+", re.MULTILINE)
+UNPACKED = re.compile(r"Unpack\[(\w+)\]")  # a typed dictionary: each of its keys is a keyword
 FILE = re.compile(r"``((?:tests|validation)/[\w/.]+)``")
 
 FUNCTIONS = [name for name in ht.__all__ if inspect.isfunction(getattr(ht, name))]
@@ -85,7 +86,14 @@ def named(text):
 
 
 def taken(function):
-    return [name for name in inspect.signature(function).parameters if name not in {"self", "cls"}]
+    """Return the names of what a function takes, with those of a typed ``**``."""
+    names = []
+    for name, each in inspect.signature(function).parameters.items():
+        if typed := UNPACKED.fullmatch(str(each.annotation)):
+            names += function.__globals__[typed[1]].__annotations__
+        elif name not in {"self", "cls"}:
+            names.append(name)
+    return names
 
 
 def plain(member):

@@ -27,8 +27,7 @@ from heavytop.plots.figures import (
 )
 from heavytop.run.propagation import propagate
 from heavytop.run.witness import run_errors
-from heavytop.scene.scene import load_scene
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene import load_scene, shipped_scenes
 
 
 @pytest.fixture(scope="module")

@@ -14,8 +14,7 @@ from heavytop.cli import app
 from heavytop.comparison import table
 from heavytop.errors import BadScene, ImpossibleStart, ImpossibleTop
 from heavytop.run.witness import missed_digits
-from heavytop.scene.scene import load_scene, read_scene
-from heavytop.scene.shipped import shipped_scenes, shipped_text
+from heavytop.scene.scene import load_scene, read_scene, shipped_scenes, shipped_text
 from heavytop.studies.drifts.methods import taylor_methods
 
 SCENE = """\

@@ -11,12 +11,12 @@ import heavytop as ht
 from heavytop.errors import BadScene
 from heavytop.names import nearest
 from heavytop.run.planning import plan
-from heavytop.scene.options import Number, Refused, named, one_of, taken
+from heavytop.scene.arguments import Range, Refused, one_of, parse_names, parse_options
 from heavytop.studies.drifts.study import Study
 from heavytop.studies.workprecs.asked import asked
 
 KICKED = ht.load_scene("sicm-kicked")
-REAL, WHOLE = Number(0.5, 1e6), Number(1, 2**63 - 1, whole=True)
+REAL, WHOLE = Range(0.5, 1e6), Range(1, 2**63 - 1, whole=True)
 NO_NUMBERS = [True, np.True_, "1", None, 1j, [1], (1,), {}, b"1", float("nan"), Decimal("sNaN")]
 
 
@@ -67,7 +67,7 @@ def test_what_is_no_integer_is_not_whole(value):
 @pytest.mark.parametrize(("least", "most"), [(1, 3), (-2, 5), (0.5, 0.75), (1, 2**63 - 1)])
 def test_bounds_belong_to_what_they_bound(least, most):
     whole = isinstance(most, int)
-    number = Number(least, most, whole=whole)
+    number = Range(least, most, whole=whole)
     assert (number(least), number(most)) == (least, most)
     step = 1 if whole else 1e-9
     for beyond in (least - step, most + step):
@@ -86,11 +86,11 @@ def test_infinity_and_what_no_float_holds_are_out_of_bounds():
 def test_what_is_right_is_kept_where_something_is_wrong():
     table = {"periods": REAL, "seed": WHOLE, "form": one_of({"axis": 5, "cubic": 6})}
     given = {"periods": 2, "seed": 0, "form": "cubic"}
-    values, faults = taken("some", given, table)
+    values, faults = parse_options("some", given, table)
     assert values == {"periods": 2.0, "form": 6}
     (fault,) = faults
     assert (fault.file, fault.line, fault.key, fault.value) == ("some", None, "seed", "0")
-    assert taken("some", given | {"seed": 3}, table) == (values | {"seed": 3}, [])
+    assert parse_options("some", given | {"seed": 3}, table) == (values | {"seed": 3}, [])
 
 
 @pytest.mark.parametrize(
@@ -104,14 +104,14 @@ def test_what_is_right_is_kept_where_something_is_wrong():
     ],
 )
 def test_a_name_that_is_not_in_the_list_is_refused(value, told):
-    _, (fault,) = taken("some", {"form": value}, {"form": one_of({"axis": 0, "cubic": 1})})
+    _, (fault,) = parse_options("some", {"form": value}, {"form": one_of({"axis": 0, "cubic": 1})})
     assert (fault.value, fault.rule) == (told, "one of axis, cubic")
     assert fault.hint == ('did you mean "axis"?' if value == "axes" else "")
 
 
 def test_names_are_read_in_their_order_and_every_other_is_told():
     given = ["b", "x", 7, "a", "", "b\x1b", "b" * 100]
-    found, faults = named("some", "names", iter(given), one_of({"a": 1, "b": 2}))
+    found, faults = parse_names("some", "names", iter(given), one_of({"a": 1, "b": 2}))
     assert found == [2, 1]
     assert [fault.value for fault in faults] == ["x", "7", '""', "b\\x1b", "b" * 60]
     assert {fault.key for fault in faults} == {"names"}
@@ -120,13 +120,13 @@ def test_names_are_read_in_their_order_and_every_other_is_told():
 
 @pytest.mark.parametrize("given", ["a", b"a", None, 3, True])
 def test_what_is_no_list_of_names_is_refused(given):
-    found, (fault,) = named("some", "names", given, one_of({"a": 1}))
+    found, (fault,) = parse_names("some", "names", given, one_of({"a": 1}))
     assert (found, fault.rule) == ([], "a sequence of names")
 
 
 def test_a_list_without_names_is_refused():
     for given in ([], (), iter([])):
-        found, (fault,) = named("some", "cases", given, one_of({"a": 1}))
+        found, (fault,) = parse_names("some", "cases", given, one_of({"a": 1}))
         assert (found, str(fault)) == ([], "some: cases: at least one case")
 
 

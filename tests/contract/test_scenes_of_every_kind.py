@@ -9,7 +9,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.classification import Kind
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene import shipped_scenes
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "what-a-top-can-do.md").read_text("utf-8")

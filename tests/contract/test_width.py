@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 from heavytop.cli import app
 from heavytop.report.rows import settled
 from heavytop.report.run_table import run_table
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene import shipped_scenes
 
 NARROW = 80
 TABLES = (

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from heavytop.analytic.motion import Motion
-from heavytop.analytic.theory.potential import Potential
+from heavytop.analytic.potential import Potential
 from heavytop.plots.figures.style import MOST_PERIODS
 from heavytop.report.pages.behind import BEHIND
 from heavytop.report.pages.claims import verdicts
@@ -63,7 +63,7 @@ def test_the_tilts_beside_a_potential_are_those_of_the_motion(name):
     scene = load_scene(name)
     motion = Motion(scene.top, scene.start)
     columns = BEHIND["potential"][1](propagate(scene))
-    potential = Potential(motion.reduced)
+    potential = Potential(motion.rising.source)
     least = np.argmin([np.inf if v is None else v for v in columns["potential_J"]])
     assert columns["theta"][least] == pytest.approx(potential.bottom, abs=1e-7)  # flat there
     energy = float(scene.top.A) * float(potential.least)

@@ -17,7 +17,7 @@ from heavytop.integration.engine import Block
 from heavytop.integration.legs import EVEN, GOLDEN, Projected
 from heavytop.integration.projection import Projection
 from heavytop.numbers import Exact
-from heavytop.numbers.doubledouble import add
+from heavytop.numbers.double_double import add
 from heavytop.run.witness import closed_form, phase_error, run_errors
 
 TILT = 'want.quantities=["theta"]'

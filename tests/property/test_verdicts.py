@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from heavytop.classification import Kind
-from heavytop.classification.certify import classify
+from heavytop.classification.classify import classify
 from heavytop.numbers import Exact
 from heavytop.scene.state import State
 from heavytop.scene.top import Top

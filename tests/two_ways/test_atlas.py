@@ -15,7 +15,7 @@ import pytest
 import xarray
 
 import heavytop as ht
-from heavytop.classification.codes import NAMES
+from heavytop.classification.arrays import NAMES
 from heavytop.studies.atlases import study as study_module
 from heavytop.studies.atlases.columns import packed, unpacked
 from heavytop.studies.atlases.integrated import integrated

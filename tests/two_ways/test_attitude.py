@@ -14,9 +14,9 @@ from heavytop.equations.attitude_form import attitude_form, product, psi_slow, q
 from heavytop.equations.axis_form import axis_form, g, kappa, l_x, l_y, l_z
 from heavytop.equations.formulation import spin, time
 from heavytop.integration.orbit import integrate
-from heavytop.numbers.doubledouble import two_product
+from heavytop.numbers.double_double import two_product
 from heavytop.run.witness import closed_form
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene import shipped_scenes
 
 ANGLES = ("theta", "phi", "psi")
 

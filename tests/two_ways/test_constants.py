@@ -5,7 +5,7 @@ import random
 import pytest
 import sympy as sp
 
-from heavytop.analytic.theory.constants import constants
+from heavytop.analytic.closed_form import constants
 from heavytop.equations import lagrangian as lag
 from heavytop.numbers.decimals import context
 from heavytop.scene.state import State
@@ -28,9 +28,9 @@ def test_constants_are_the_legendre_transform(seed):
     symbolic = {"E": E, "E_prime": E - p_psi**2 / (2 * lag.C), "p_phi": p_phi, "p_psi": p_psi}
     thetadot, phidot, psidot = map(str, rates)
     found = constants(
-        CTX,
         Top(str(A), str(C), str(g)),
         State(str(theta), thetadot=thetadot, phidot=phidot, psidot=psidot),
+        50,
     )
     for name, value in found.items():
         exact = CTX.mpf(str(symbolic[name].subs(values).evalf(60)))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.analytic.theory.double_form import DoubleForm
+from heavytop.analytic.many_times import DoubleForm
 from heavytop.comparison.march import Stopped
 from heavytop.studies import ledger
 from heavytop.studies.drifts.drift import gathered
@@ -40,9 +40,7 @@ def rows_of(study, task, checkpoint=None):
 def exact_row(yardstick, t):
     """The states e, l of the axis form at a time, from the closed form at 60 digits."""
     ctx = yardstick.ctx
-    at, r = yardstick.truth(ctx.mpf(t)), yardstick.own(
-        ctx, yardstick.start, {k: ctx.mpf(v) for k, v in yardstick.parameters.items()}
-    )  # fmt: skip
+    at, r = yardstick.truth(ctx.mpf(t)), yardstick.truth.reduced
     s, c = ctx.sin(at.phi), ctx.cos(at.phi)
     # l = e x e' + n e, e' = thetadot e_theta + phidot sin(theta) e_phi
     n, sine = r.b, ctx.sin(at.theta)
@@ -100,7 +98,7 @@ def test_energy_and_momentum_are_told_apart(axis):
     longer = [*(x * (1 + ctx.mpf("1e-10")) for x in row[:3]), *row[3:]]
     off = axis((t, 0.0), words(ctx, longer))
     assert off.invariants["length"] == pytest.approx(2e-10, rel=1e-6)
-    r, l_z = axis._motion, ctx.mpf(axis.parameters["l_z"])
+    r, l_z = axis.truth.reduced, ctx.mpf(axis.parameters["l_z"])
     momentum = sum(x * y for x, y in zip(row[:3], [*row[3:], l_z], strict=True)) / 10**10
     assert off.invariants["p_psi"] * float(abs(r.b)) == pytest.approx(float(momentum), rel=1e-6)
     scale = max(abs(float(r.h)), abs(float(r.g)))
@@ -121,7 +119,7 @@ def test_the_yardstick_agrees_with_the_witness_of_trajectories():
     study = Study.asked(KICKED, ["taylor-axis=1e-9"], periods=40, samples=4)
     last = rows_of(study, study.tasks[0])[-1]
     found = own("taylor-axis=1e-9")
-    truth = DoubleForm(found.yardstick._motion)
+    truth = DoubleForm(found.yardstick.truth.rising)
     t = float.fromhex(last["t"][0])
     e = np.array([float.fromhex(x) for x in last["state"][:3]])
     exact = truth(np.array([t]))

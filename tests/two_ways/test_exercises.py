@@ -5,12 +5,12 @@ import pytest
 import sympy as sp
 
 import heavytop as ht
-from heavytop.analytic.theory import quadrature, steady
+from heavytop.analytic import potential, steady
 from heavytop.equations import lagrangian as lag
 from heavytop.equations import reduction
 from heavytop.equations.lagrangian import A, C, gMR, normal_form, phidot, psidot, theta, thetadot
 from heavytop.numbers import Exact, sin
-from heavytop.scene.solids import ALUMINIUM, STEEL, cone, ring, rod, whole
+from heavytop.scene.top import ALUMINIUM, STEEL, cone, ring, rod, whole
 
 BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")
 Omega = sp.Symbol("Omega", real=True)
@@ -65,11 +65,13 @@ def test_range_and_period_of_figure_2_5():
 
 def test_quadrature_of_the_energy_equation_against_the_integrated_motion():
     scene = ht.load_scene("sicm-kicked")
-    roots = ht.Motion(scene.top, scene.start).nutation
-    assert float(quadrature.period(roots)) == pytest.approx(0.54289551818821995785, rel=1e-15)
+    motion = ht.Motion(scene.top, scene.start).rising
+    assert float(potential.quadrature_period(motion)) == pytest.approx(
+        0.54289551818821995785, rel=1e-15
+    )
     trajectory = ht.propagate(scene)
     tilts = np.linspace(0.12, 0.5, 20)
-    whole_swing, *times = quadrature.elapsed(roots, [0.1, *tilts])
+    whole_swing, *times = (float(potential.quadrature_time(motion, x)) for x in ("0.1", *tilts))
     assert trajectory(whole_swing - np.array(times)).theta == pytest.approx(tilts, abs=1e-13)
 
 

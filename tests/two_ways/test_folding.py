@@ -16,15 +16,15 @@ from heavytop.errors import BadScene, Impossible, NotANumber
 from heavytop.integration import folding
 from heavytop.integration.equations import Equations
 from heavytop.integration.folding import Folding
-from heavytop.integration.multiples import Multiples
 from heavytop.integration.precise import PreciseIntegrator
 from heavytop.numbers import Exact
 from heavytop.numbers.decimals import context
+from heavytop.numbers.double_double import Multiples
 from heavytop.run.engines import start_values
 from heavytop.run.folded import fold
 from heavytop.run.folds import making, starting
 from heavytop.run.folds.turned import DOUBLES, Turned
-from heavytop.scene.shipped import shipped_scenes
+from heavytop.scene.scene import shipped_scenes
 
 DIGITS = 60  # of the closed form
 FAR = (0.0, 0.3, -0.7, 7.77, 1e3 + 0.1, 1e6 + 0.2, -1e6 - 0.4, 1e9 + 0.3, 1e12 + 0.45, -1e12 - 0.33)

@@ -3,7 +3,7 @@
 import numpy as np
 
 import heavytop as ht
-from heavytop.analytic.diagram import energy_momentum
+from heavytop.analytic.energy_momentum import energy_momentum
 
 PLACES = 12
 
@@ -11,7 +11,7 @@ PLACES = 12
 def test_integrated_around_the_thread():
     """heyoka integrates a nutation at each place, and knows no roots and no elliptic integrals."""
     diagram = energy_momentum(ht.Top("3.28e-4", "6.60e-5", "0.0456"), "0.004")
-    loop = diagram.around(diagram.room / 2)
+    loop = diagram.around(diagram.maximal_loop / 2)
     gained, off = [], []
     for k in range(PLACES):
         p_phi, E_prime = loop((k + 0.5) / PLACES)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.analytic.theory import sleeping, steady
+from heavytop.analytic import steady
 from heavytop.equations import lagrangian as lag
 from heavytop.equations.ladder import LADDER
 from heavytop.equations.numeric import numpy_function
@@ -371,7 +371,7 @@ def test_multipliers_of_steady_precession(which):
 @pytest.mark.parametrize("omega3", [0, 40, 100, 117])
 def test_growth_of_the_sleeping_top(omega3):
     scene = ht.load_scene("sleeping-unstable", [f"start.omega3={omega3}"])
-    rate = sleeping.growth_rate(scene.top, omega3)
+    rate = steady.sleeping_growth_rate(scene.top, omega3)
     t = 3 / rate
     found = state_transition(scene, t=[t]).multipliers[0]
     assert np.log(max(abs(found))) / t == pytest.approx(rate, rel=1e-12)

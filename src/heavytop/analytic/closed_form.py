@@ -12,8 +12,8 @@ from flint import arb
 from heavytop.analytic.rising import Rising, one
 from heavytop.analytic.solution import Asymptotic, Nutating, Record, Solution
 from heavytop.classification.reduced import FromScene, Reduced
-from heavytop.numbers.decimals import Context, Number, context, number
-from heavytop.numbers.precision import working
+from heavytop.numbers.decimals import Context, Number, binary, context, number
+from heavytop.numbers.intervals import working
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -239,26 +239,28 @@ class ClosedForm:
             When 65 536 bits do not give the digits.
         """
         scale = arb(max(self.rising.rate, 1e-300))
-        lost = self.rising.lost(float(number(context(20), t)))
-        # exact numbers are evaluated anew where more bits are needed, all others are binary
-        time = number(context(self.digits + _SHOWN + lost), t)
+        time = number(self.ctx, t)
+        if lost := self.rising.lost(float(time)):  # exact numbers are evaluated to more digits
+            time = number(context(self.ctx.dps + lost), t)
 
-        def balls(found: Record) -> tuple[arb, ...]:
-            *angles, thetadot, phidot, psidot = found.numbers
-            return *angles, thetadot / scale, phidot / scale, psidot / scale
+        def seen(solution: Solution, _: int) -> tuple[Record, tuple[bool, bool]]:
+            return solution.at(arb(time)), solution.avoids
+
+        def balls(both: tuple[Record, tuple[bool, bool]]) -> tuple[arb, ...]:
+            *angles, thetadot, phidot, psidot = both[0].numbers
+            apart = [x / x.mid() for x, off in zip(both[0].distances, both[1], strict=True) if off]
+            return *angles, thetadot / scale, phidot / scale, psidot / scale, *apart
 
         found: Record = self.rising.settled(
-            "the motion", lambda solution, _: solution.at(arb(time)), self.digits + _SPARE,
-            of=balls, lost=lost,
-        )  # fmt: skip
+            "the motion", seen, self.digits + _SPARE, of=balls, lost=lost
+        )[0]
         mid = self._midpoint
         theta, phi, psi, thetadot, phidot, psidot = map(mid, found.numbers)
         x, y, z = map(mid, found.axis)
-        start = self.reduced
         return ExactRecord(
-            number(self.ctx, t), theta, phi, psi, thetadot, phidot, psidot,
+            self.ctx.make_mpf(time._mpf_), theta, phi, psi, thetadot, phidot, psidot,
             mid(found.u), mid(found.one_minus_u), mid(found.one_plus_u), mid(found.udot),
-            (x, y, z), found.n, start.kappa + start.b,
+            (x, y, z), found.n, mid(found.omega3),
         )  # fmt: skip
 
     def _number(self, name: str, value: Callable[[Solution], arb | None]) -> Number | None:
@@ -295,8 +297,7 @@ def midpoint(ctx: Context, ball: arb) -> Number:
     """The middle of a ball; 0 where the ball cannot be told from it."""
     if ball.contains(0):
         return ctx.zero
-    man, exp = ball.mid().man_exp()
-    return ctx.mpf((int(man), int(exp)))
+    return binary(ctx, *ball.mid().man_exp())
 
 
 def _itself(x: arb) -> arb:

@@ -1,8 +1,8 @@
 """Enclosure: what can be proved of one motion, to as many digits as are asked for.
 
 Everything is computed in ball arithmetic (Arb, through python-flint) from the exact numbers of a
-scene, or from the binary numbers of a run in the axis form. What comes out is a `Ball`, an interval
-that contains the true value; no rounding error is estimated anywhere.
+scene, or from the binary numbers of a run in the axis form. What comes out is an `Interval` that
+contains the true value; no rounding error is estimated anywhere.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from heavytop.analytic.solution import Nutating, Record, Solution, floor
 from heavytop.classification.reduced import FromAxis, FromScene, Source
 from heavytop.errors import Impossible
 from heavytop.numbers import Exact, Number
-from heavytop.numbers.ball import Ball, outward, rational
+from heavytop.numbers.intervals import Interval, outward, rational
 from heavytop.scene.arguments import expect, text_of, whole
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -85,7 +85,7 @@ class Enclosure:
         return not (self.regime.steady or self.regime.asymptotic)
 
     @cached_property
-    def roots(self) -> tuple[Ball, ...]:
+    def roots(self) -> tuple[Interval, ...]:
         """u₁ ≤ u₂ ≤ u₃, the roots of the cubic as cos θ; without the infinite one if gMR = 0.
 
         A double root is one by proof: its two intervals are then the same.
@@ -93,31 +93,31 @@ class Enclosure:
         return self._each("a root", lambda found, _: found.cosines)
 
     @cached_property
-    def theta_min(self) -> Ball:
+    def theta_min(self) -> Interval:
         """The smallest θ [rad]; 0, never reached, where the axis tends to the top."""
         return self._each("theta_min", lambda found, _: (found.tilts[not self._mirrored],))[0]
 
     @cached_property
-    def theta_max(self) -> Ball:
+    def theta_max(self) -> Interval:
         """The largest θ [rad]; π, never reached, where the axis tends to the bottom."""
         return self._each("theta_max", lambda found, _: (found.tilts[self._mirrored],))[0]
 
     @cached_property
-    def period(self) -> Ball | None:
+    def period(self) -> Interval | None:
         """T [s], the period of θ; None where nothing nutates."""
         return self._of_period("the period", lambda found: found.period)
 
     @cached_property
-    def precession(self) -> Ball | None:
+    def precession(self) -> Interval | None:
         """Δφ [rad] in one period, +π for each exact pass through a pole; None without nutation."""
         return self._of_period("the precession", lambda found: found.precession)
 
     @cached_property
-    def spin(self) -> Ball | None:
+    def spin(self) -> Interval | None:
         """Δψ [rad] in one period, −π for a pass of the top, +π of the bottom; or None."""
         return self._of_period("the spin", lambda found: found.spin)
 
-    def theta(self, t: Number) -> Ball:
+    def theta(self, t: Number) -> Interval:
         """θ(t) [rad].
 
         Parameters
@@ -127,11 +127,11 @@ class Enclosure:
 
         Returns
         -------
-        Ball
+        Interval
         """
         return self._at("theta", t, lambda found, time: (found.theta(time),), one)[0]
 
-    def u(self, t: Number) -> Ball:
+    def u(self, t: Number) -> Interval:
         """The cosine of θ(t).
 
         Parameters
@@ -141,11 +141,11 @@ class Enclosure:
 
         Returns
         -------
-        Ball
+        Interval
         """
         return self._at("u", t, lambda found, time: (found.u(time),), one)[0]
 
-    def phi(self, t: Number) -> Ball:
+    def phi(self, t: Number) -> Interval:
         """φ(t) [rad], continuous from the start but for +π at each exact pass through a pole.
 
         Parameters
@@ -155,11 +155,11 @@ class Enclosure:
 
         Returns
         -------
-        Ball
+        Interval
         """
         return self._record("phi", t, lambda record: (record.phi,))[0]
 
-    def psi(self, t: Number) -> Ball:
+    def psi(self, t: Number) -> Interval:
         """ψ(t) [rad], continuous from the start but for ∓π at exact passes of the top, bottom.
 
         Parameters
@@ -169,11 +169,11 @@ class Enclosure:
 
         Returns
         -------
-        Ball
+        Interval
         """
         return self._record("psi", t, lambda record: (record.psi,))[0]
 
-    def axis(self, t: Number) -> tuple[Ball, ...]:
+    def axis(self, t: Number) -> tuple[Interval, ...]:
         """The unit vector (sin θ sin φ, −sin θ cos φ, cos θ) along the symmetry axis at a time.
 
         Parameters
@@ -183,11 +183,11 @@ class Enclosure:
 
         Returns
         -------
-        tuple of 3 Ball
+        tuple of 3 Interval
         """
         return self._record("the axis", t, lambda record: record.axis, one)
 
-    def quaternion(self, t: Number) -> tuple[Ball, ...]:
+    def quaternion(self, t: Number) -> tuple[Interval, ...]:
         """The attitude at a time, body to space, scalar first, continuous from the start.
 
         Parameters
@@ -197,11 +197,11 @@ class Enclosure:
 
         Returns
         -------
-        tuple of 4 Ball
+        tuple of 4 Interval
         """
         return self._record("the attitude", t, lambda record: record.quaternion, one)
 
-    def rates(self, t: Number) -> tuple[Ball, ...]:
+    def rates(self, t: Number) -> tuple[Interval, ...]:
         """θ̇, φ̇ and ψ̇ at a time [rad/s]; at an exact pass through a pole the limits.
 
         Parameters
@@ -211,7 +211,7 @@ class Enclosure:
 
         Returns
         -------
-        tuple of 3 Ball
+        tuple of 3 Interval
         """
         rates = lambda record: (record.thetadot, record.phidot, record.psidot)  # noqa: E731
         return self._record("a rate", t, rates)
@@ -272,7 +272,7 @@ class Enclosure:
         total = self._rising.settled(f"the count of {event}", counted, 2, size=one, lost=lost)
         return int(total.unique_fmpz())
 
-    def time(self, event: str, n: int) -> Ball:
+    def time(self, event: str, n: int) -> Interval:
         """When an event happens [s]: 0 is the first one not before the start, −1 the last before.
 
         Parameters
@@ -284,7 +284,7 @@ class Enclosure:
 
         Returns
         -------
-        Ball
+        Interval
 
         Raises
         ------
@@ -344,22 +344,22 @@ class Enclosure:
     def _mirrored(self) -> bool:
         return self.regime.mirrored
 
-    def _of_period(self, name: str, value: Callable[[Solution], arb | None]) -> Ball | None:
+    def _of_period(self, name: str, value: Callable[[Solution], arb | None]) -> Interval | None:
         if not self.nutates:
             return None
-        return Ball.of(self._rising.settled(name, lambda found, _: value(found), self.digits))
+        return Interval.of(self._rising.settled(name, lambda found, _: value(found), self.digits))
 
     def _each(
         self, name: str, value: Callable[[Solution, int], tuple[arb, ...]], digits: int = 0,
         size: Callable[[arb], arb] | None = one, lost: int = 0,
-    ) -> tuple[Ball, ...]:  # fmt: skip
+    ) -> tuple[Interval, ...]:  # fmt: skip
         balls = self._rising.settled(name, value, digits or self.digits, size=size, lost=lost)
-        return tuple(map(Ball.of, balls))
+        return tuple(map(Interval.of, balls))
 
     def _at(
         self, name: str, t: Number, value: Callable[[Solution, arb], tuple[arb, ...]],
         size: Callable[[arb], arb] | None, digits: int = 0,
-    ) -> tuple[Ball, ...]:  # fmt: skip
+    ) -> tuple[Interval, ...]:  # fmt: skip
         time = Exact.of(t)
         lost = self._rising.lost(abs(float(time)))
         return self._each(
@@ -369,7 +369,7 @@ class Enclosure:
     def _record(
         self, name: str, t: Number, value: Callable[[Record], tuple[arb, ...]],
         size: Callable[[arb], arb] | None = None,
-    ) -> tuple[Ball, ...]:  # fmt: skip
+    ) -> tuple[Interval, ...]:  # fmt: skip
         return self._at(name, t, lambda found, time: value(found.at(time)), size)
 
 

@@ -12,10 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from heavytop.analytic.closed_form import ClosedForm, Constants, ExactRecord, constants
+from heavytop.analytic.many_times import DoubleForm, DoubleRecord
 from heavytop.analytic.rising import Rising
-from heavytop.analytic.theory.double_form import DoubleForm, DoubleRecord
 from heavytop.classification import Kind, Verdict
-from heavytop.classification.certify import classify
+from heavytop.classification.classify import classify
 from heavytop.classification.reduced import FromScene, Reduced
 from heavytop.errors import NotANumber
 from heavytop.numbers.decimals import Number
@@ -56,8 +56,8 @@ class Motion:
 
     Notes
     -----
-    Accuracy: ``tests/analytic/test_scene_accuracy.py`` holds θ, φ and ψ in doubles to 2e-15 of
-    themselves over every shipped scene, and 100 digits to 1000;
+    Accuracy: ``tests/analytic/test_scene_accuracy.py`` holds θ in doubles to 2e-15 of itself, φ and
+    ψ to 1e-15 max(1, |x|), over every shipped scene, and 100 digits to 1000;
     ``tests/analytic/test_double_form.py`` the axis, and φ and ψ modulo 2π, to 4e-15 a million
     periods away.
 

@@ -12,15 +12,15 @@ from flint import arb
 
 from heavytop.analytic.cubic import TooFewBits
 from heavytop.analytic.solution import Solution
-from heavytop.classification.reduced import Regime, Source, vanishes
+from heavytop.classification.reduced import FEW_BITS, Regime, Source, vanishes
 from heavytop.errors import Unseparated
-from heavytop.numbers.ball import Ball, above
-from heavytop.numbers.precision import working
+from heavytop.numbers.intervals import Interval, above, working
 
 LIMIT: Final = 1 << 16
 """Bits at which an enclosure gives up."""
 
 _SPARE: Final = 40  # bits beyond those of the digits, which most motions do not use up
+_EARLY: Final = 16  # of them are left for times that are not late
 _BY_THE: Final = 64  # bits for late times come by so many, so that times share their solution
 
 
@@ -39,7 +39,9 @@ class Rising:
 
     def __init__(self, source: Source, proved: bool = True, limit: int = LIMIT) -> None:
         self.source, self.proved, self.limit = source, proved, limit
-        self.regime = Regime.of(source, proved)
+        with working(FEW_BITS):
+            self._start = source.reduced(FEW_BITS)
+        self.regime = Regime.of(source, proved, self._start)
         self._solutions: dict[int, Solution] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -69,19 +71,19 @@ class Rising:
         return self._vanishes("drift0")
 
     def _vanishes(self, name: str) -> bool:
-        return vanishes(self.source, name, self.proved)
+        return vanishes(self.source, name, self.proved, self._start)
 
     @cached_property
     def rate(self) -> float:
         """The order of the fastest rate in the motion [s⁻¹]: what late times lose digits by."""
-        with working(64):
-            start = self.source.reduced(64)
+        start = self._start
+        with working(FEW_BITS):
             return float((abs(start.g) + 2 * start.kinetic0 + start.b * start.b).sqrt().upper())
 
     def lost(self, time: float) -> int:
         """Bits that a late time costs."""
         turned = min(max(1.0, abs(time) * self.rate), sys.float_info.max)
-        return _BY_THE * math.ceil(math.log2(turned) / _BY_THE)
+        return _BY_THE * math.ceil(max(math.log2(turned) - _EARLY, 0.0) / _BY_THE)
 
     def settled(
         self, name: str, value: Callable[[Solution, int], Any], digits: int, *,
@@ -124,7 +126,7 @@ class Rising:
                     wide = [x for x in balls if not x.rad() <= tiny * (size or _size)(x)]
                     if not wide:
                         return found
-                    radius = Ball.of(wide[0]).radius
+                    radius = Interval.of(wide[0]).radius
                     reached = f"{name} is known to {above(radius)}", radius
         what, bound = reached
         why = f"{what} with {self.limit} bits: more bits or fewer digits are needed"
@@ -150,5 +152,5 @@ def _size(x: arb) -> arb:
 def _nearness(close: TooFewBits) -> tuple[str, float]:
     if not close.difference.is_finite():
         return f"{close.names} are not told apart", math.inf
-    bound = Ball.of(abs(close.difference)).upper
+    bound = Interval.of(abs(close.difference)).upper
     return f"{close.names} differ by less than {above(bound)}", bound

@@ -64,6 +64,12 @@ class Record:
     udot: arb
     axis: tuple[arb, arb, arb]
     n: int
+    omega3: arb
+
+    @property
+    def distances(self) -> tuple[arb, arb]:
+        """1 − cos θ and 1 + cos θ."""
+        return self.one_minus_u, self.one_plus_u
 
     @property
     def numbers(self) -> tuple[arb, ...]:
@@ -128,6 +134,11 @@ class Nutating:
         return bool(self.roots.one_minus_u2.is_zero())
 
     @property
+    def avoids(self) -> tuple[bool, bool]:
+        """Whether the axis never meets the top, and the bottom."""
+        return not self.reaches_top, self.regime.misses_bottom
+
+    @property
     def mean_rates(self) -> Pair:
         """Means of ½ P±/(1 ± u) [rad/s]; jumps at passes through a pole are no part of them."""
         plus, minus = self.turns
@@ -172,7 +183,7 @@ class Nutating:
         return self._since_lower(down, up)
 
     @cached_property
-    def _halves(self) -> tuple[Callable[[arb], arb], Callable[[arb], arb]]:
+    def halves(self) -> tuple[Callable[[arb], arb], Callable[[arb], arb]]:
         """Φ₊ and Φ₋ since the lower turning point, at a number of periods after it."""
         roots, over = self.roots, self.over
         turn_plus, turn_minus = self.turns
@@ -180,18 +191,19 @@ class Nutating:
         minus: Callable[[arb], arb] = _Jumps(arb(1) / 2) if self.reaches_top else _nothing
         if self.regime.misses_bottom:
             v = _first_kind((roots.one_plus_u1 / roots.delta).sqrt(), roots.m)
-            plus = _Sweeps(self, over.P_plus, turn_plus, v, arb(0))
+            plus = Sweeps(self, over.P_plus, turn_plus, v, arb(0))
         if self.regime.misses_top:
             lead = over.P_minus**2 / (roots.one_minus_u1 * roots.one_minus_u2)  # 2g (u₃ − 1)
             v = _first_kind(
                 2 * roots.w * (roots.one_minus_u2 / (roots.delta * lead)).sqrt(), roots.m
             )
-            minus = _Sweeps(self, over.P_minus, turn_minus, v, arb(1) / 2)
+            minus = Sweeps(self, over.P_minus, turn_minus, v, arb(1) / 2)
         return plus, minus
 
     @cached_property
-    def _at_start(self) -> Pair:
-        plus, minus = self._halves
+    def at_start(self) -> Pair:
+        """Φ₊ and Φ₋ at the start, since the lower turning point."""
+        plus, minus = self.halves
         return plus(self.phase), minus(self.phase)
 
     @cached_property
@@ -223,7 +235,7 @@ class Nutating:
         under = sn / from_bottom
         if not self.regime.misses_bottom:
             under = _side(z) / roots.delta.sqrt()
-        (plus, minus), (plus0, minus0) = (half(x) for half in self._halves), self._at_start
+        (plus, minus), (plus0, minus0) = (half(x) for half in self.halves), self.at_start
         return Place(
             from_top, from_bottom, 2 * roots.delta * roots.w * dn * over_top * under,
             plus - plus0, minus - minus0, _whole((x + arb(1) / 2).mid().floor()),
@@ -251,7 +263,7 @@ class Nutating:
         return self.K + (1 - p) * rest / 3
 
 
-class _Sweeps:
+class Sweeps:
     """Φ₊ or Φ₋ of an axis that passes beside the pole: a multiple of time and an argument of θ₁."""
 
     def __init__(self, path: Nutating, P: arb, turn: arb, v: arb, own: arb) -> None:
@@ -260,14 +272,18 @@ class _Sweeps:
         self.rate = turn - self.sign * arb.pi()
 
     def __call__(self, periods: arb) -> arb:
-        x = periods - self.own  # since a turning point beside the pole
+        """Φ₊ or Φ₋, but for what it is at the lower turning point."""
+        x = periods - self.own
+        return self.rate * x + self.swept(x)
+
+    def swept(self, x: arb) -> arb:
+        """The argument, at a number of periods since a turning point beside the pole."""
         n = _nearest(x)
         z = acb(x - n, self.beta)
         if not abs(x - n) < 1:
             raise TooFewBits("the time and a number of periods", x - n)
         theta = z.sin_pi() if self.tau is None else acb.modular_theta(z, acb(0, self.tau))[0]
-        swept = -(theta / acb(0, 1)).arg()
-        return self.rate * x + self.sign * (arb.pi() * n + swept)
+        return self.sign * (arb.pi() * n - (theta / acb(0, 1)).arg())
 
 
 class _Jumps:
@@ -294,6 +310,11 @@ class Asymptotic:
         if not regime.resting:
             c0 = (over.one_minus_u0 / self.one_minus_u1).sqrt()
             self.x0 = (over.udot0 / (2 * self.w * self.one_minus_u1 * c0**3)).asinh()
+
+    @property
+    def avoids(self) -> tuple[bool, bool]:
+        """Whether the axis never meets the top, which it tends to, and the bottom."""
+        return True, not self.planar
 
     @property
     def cosines(self) -> tuple[arb, ...]:
@@ -325,12 +346,20 @@ class Asymptotic:
         return Place(from_top, from_bottom, rise, self._plus(x) - self._plus(self.x0), arb(0), 0)
 
     def _plus(self, x: arb) -> arb:
-        """Φ₊ since the lowest point: P₊/4w (x + r arctan(r tanh x)), r² = (1 − u₁)/(1 + u₁)."""
+        """Φ₊ since the lowest point."""
+        along: arb = self.mean_rates[0] * x / self.w
+        return along + self.swept(x)
+
+    def swept(self, x: arb) -> arb:
+        """Φ₊ but for what is proportional to time: r P₊/4w arctan(r tanh x).
+
+        Here r² = (1 − u₁)/(1 + u₁), and r P₊/4w = ±1.
+        """
         if self.planar:
             return _side(x) * arb.pi() / 2
         r = (self.one_minus_u1 / self.one_plus_u1).sqrt()
-        rate: arb = self.over.P_plus / (4 * self.w)
-        return rate * (x + r * (r * x.tanh()).atan())
+        angle: arb = r * self.mean_rates[0] / self.w * (r * x.tanh()).atan()
+        return angle
 
 
 class Steady:
@@ -347,6 +376,12 @@ class Steady:
             self.mean_rates = (
                 over.P_plus / (2 * over.one_plus_u0), over.P_minus / (2 * over.one_minus_u0)
             )  # fmt: skip
+
+    @property
+    def avoids(self) -> tuple[bool, bool]:
+        """Whether the axis never meets the top, and the bottom."""
+        over = self.over
+        return not over.one_minus_u0.is_zero(), not over.one_plus_u0.is_zero()
 
     @property
     def cosines(self) -> tuple[arb, ...]:
@@ -421,6 +456,12 @@ class Solution:
         return self.side * (plus - minus)
 
     @property
+    def avoids(self) -> tuple[bool, bool]:
+        """Whether the axis never meets the top, θ = 0, and the bottom."""
+        one, other = self.path.avoids
+        return (one, other) if self.side > 0 else (other, one)
+
+    @property
     def mean_rates(self) -> Pair:
         """Means of (φ + ψ)˙ − κ and (φ − ψ)˙ + κ [rad/s], without jumps at poles."""
         plus, minus = self.path.mean_rates
@@ -467,6 +508,7 @@ class Solution:
             2 * arb.atan2(high, low), phi, psi, -side * place.rise, phidot, psidot,
             u, high * high, low * low, side * place.rise * sine,
             (sine * sin_phi, -sine * cos_phi, u), place.n,
+            start.kappa + start.b,
         )  # fmt: skip
 
     def _rates(self, place: Place) -> Pair:

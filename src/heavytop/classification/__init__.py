@@ -1,5 +1,5 @@
 """Kinds of motion: their names, the criteria that tell them apart, and the proofs."""
 
-from heavytop.classification.kind import Kind, Verdict
+from heavytop.classification.kinds import Kind, Verdict
 
 __all__ = ["Kind", "Verdict"]

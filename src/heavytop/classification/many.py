@@ -9,16 +9,26 @@ from typing import Any, ClassVar, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from heavytop.classification.bounded import Array, Mask
-from heavytop.classification.certify import classify
-from heavytop.classification.codes import DETAILS, IMPOSSIBLE, NAMES, TAGS, Codes, bits, detail
-from heavytop.classification.columns import Columns, spun
-from heavytop.classification.screen import Screened, screen
-from heavytop.classification.starts import Starts
+from heavytop.classification.arrays import (
+    DETAILS,
+    IMPOSSIBLE,
+    NAMES,
+    TAG_NAMES,
+    Array,
+    Codes,
+    InputArrays,
+    Mask,
+    Starts,
+    bits,
+    detail,
+    with_spin,
+)
+from heavytop.classification.classify import classify
+from heavytop.classification.filter import Filtered, filtered
 from heavytop.errors import Impossible
 from heavytop.scene.arguments import expect
 
-CHUNK: Final = 16384  # tops at a time: the arrays in use stay in the cache, the calls are few
+CHUNK: Final = 4096  # tops at a time: arrays of 32 KiB stay in the cache and are not mapped anew
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +50,7 @@ class Verdicts:
         The tags that hold and those that could be neither proved nor disproved, as bits: 1 for
         the first of `tag_names`, 2, 4, … for the others. None where they were not asked for.
     sent : int
-        How many could not be told in bounded double arithmetic and were sent to balls.
+        How many doubles could not tell and were sent to balls.
     names, details, tag_names : tuple of str
         What the codes and the bits mean.
     """
@@ -55,7 +65,7 @@ class Verdicts:
 
     names: ClassVar[tuple[str, ...]] = NAMES
     details: ClassVar[tuple[str, ...]] = DETAILS
-    tag_names: ClassVar[tuple[str, ...]] = TAGS
+    tag_names: ClassVar[tuple[str, ...]] = TAG_NAMES
 
     @property
     def impossible(self) -> Mask:
@@ -111,8 +121,9 @@ def classify_many(
 
     Notes
     -----
-    Signs that double arithmetic with bounds on its roundings cannot tell are left to
-    `heavytop.classify`. ``validation/07_kinds_per_second.py`` measures how fast this is.
+    A sign is told by doubles where the sum is larger than its roundings can be; what they cannot
+    tell is left to `heavytop.classify`. ``validation/07_kinds_per_second.py`` measures how fast
+    this is.
 
     Accuracy: ``tests/analytic/test_kinds_many.py`` holds kinds and tags to those of
     `heavytop.classify`, one by one.
@@ -129,8 +140,7 @@ def classify_many(
     """
     expect("tags", tags, bool)
     given = {"A": A, "C": C, "gMR": gMR, "theta": theta, "thetadot": thetadot, "phidot": phidot}
-    columns = Columns(spun(given, psidot, omega3))
-    survey = _Survey(columns, tags)
+    survey = _Survey(InputArrays(with_spin(given, psidot, omega3)), tags)
     survey.screen()
     return survey.verdicts(survey.send())
 
@@ -138,19 +148,19 @@ def classify_many(
 class _Survey:
     """Many tops and starts, and what is found of them."""
 
-    def __init__(self, columns: Columns, tagged: bool) -> None:
-        self.columns, self.tagged = columns, tagged
-        kind, detail, tags, unknown = (np.zeros(columns.size, np.uint8) for _ in range(4))
-        self.found = Screened(kind, detail, np.empty(columns.size), tags, unknown)
-        self.certified = np.ones(columns.size, np.bool_)
+    def __init__(self, given: InputArrays, tagged: bool) -> None:
+        self.given, self.tagged = given, tagged
+        kind, detail, tags, unknown = (np.zeros(given.size, np.uint8) for _ in range(4))
+        self.found = Filtered(kind, detail, np.empty(given.size), tags, unknown)
+        self.certified = np.ones(given.size, np.bool_)
 
     def screen(self) -> None:
         """Tell what doubles can tell; a margin of 0 is left where they cannot."""
         arrays: tuple[Any, ...] = self.found
-        for at in range(0, self.columns.size, CHUNK):
+        for at in range(0, self.given.size, CHUNK):
             span = slice(at, at + CHUNK)
-            starts = self.columns.starts(span)
-            told = screen(starts, self.tagged)
+            starts = self.given.starts(span)
+            told = filtered(starts, self.tagged)
             impossible = _impossible(starts, told.margin == 0)
             if impossible.any():
                 _dismiss(told, impossible)
@@ -163,7 +173,7 @@ class _Survey:
         left = (found.margin == 0) & (found.kind != IMPOSSIBLE) | (found.open_tags != 0)
         for at in np.flatnonzero(left).tolist():
             try:
-                verdict = classify(*self.columns.one(at))
+                verdict = classify(*self.given.one(at))
             except Impossible:
                 _dismiss(found, at)
                 continue
@@ -184,10 +194,10 @@ class _Survey:
 
     def _shaped(self, array: Any) -> Any:
         array.setflags(write=False)
-        return array.reshape(self.columns.shape)
+        return array.reshape(self.given.shape)
 
 
-def _dismiss(found: Screened, where: Mask | int) -> None:
+def _dismiss(found: Filtered, where: Mask | int) -> None:
     for array in found:
         array[where] = 0
     found.kind[where] = IMPOSSIBLE

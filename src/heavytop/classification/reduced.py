@@ -21,19 +21,18 @@ from fractions import Fraction
 from functools import cached_property, partial
 from typing import Any, Final, Protocol, TypeAlias
 
-from flint import arb, fmpq
+from flint import arb
 
+from heavytop.classification.signs import MOST_BITS, SceneSigns, UndecidedError, rational_ball
 from heavytop.errors import Impossible, Unseparated
 from heavytop.numbers import ONE, PI, Exact, Number, cos
-from heavytop.numbers.ball import Ball, above
-from heavytop.numbers.precision import working
+from heavytop.numbers.intervals import Interval, above, working
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
 Real: TypeAlias = Any
 
-_FEW_BITS: Final = 128  # which decide nearly always
-_MANY_BITS: Final = 4096  # as many as the exact numbers try
+FEW_BITS: Final = 128  # which decide nearly always
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +180,7 @@ class Regime:
         return "steady" if self.steady else "asymptotic" if self.asymptotic else "nutating"
 
     @classmethod
-    def of(cls, source: Source, proved: bool = True) -> Regime:
+    def of(cls, source: Source, proved: bool = True, reduced: Reduced | None = None) -> Regime:
         """What is exactly so of one motion.
 
         What 4096 bits do not tell from 0, and what is not proved to be 0 either, is an error; or
@@ -192,17 +191,17 @@ class Regime:
         Unseparated
             Some number could be neither told from 0 nor proved to be 0.
         """
-        with working(_FEW_BITS):
-            reduced = source.reduced(_FEW_BITS)
-            zero = partial(vanishes, source, proved=proved, reduced=reduced)
-            weightless = zero("g")
-            mirrored = source.inverted
-            top, bottom = ("P_plus", "P_minus") if mirrored else ("P_minus", "P_plus")
-            surplus = "over_bottom" if mirrored else "over_top"
-            resting = zero("udot0")
-            steady = resting and zero("pull")
-            misses_top, misses_bottom = not zero(top), not zero(bottom)
-            level = not (steady or misses_top) and zero(surplus)
+        with working(FEW_BITS):
+            known = reduced or source.reduced(FEW_BITS)
+        zero = partial(vanishes, source, proved=proved, reduced=known)
+        mirrored = source.inverted
+        top, bottom = ("P_plus", "P_minus") if mirrored else ("P_minus", "P_plus")
+        resting = zero("udot0")
+        steady = resting and zero("pull")
+        misses_top, misses_bottom = not zero(top), not zero(bottom)
+        surplus = "over_bottom" if mirrored else "over_top"
+        level = not (steady or misses_top) and zero(surplus)
+        weightless = zero("g")
         return cls(mirrored, weightless, resting, steady, misses_top, misses_bottom, level)
 
 
@@ -216,8 +215,8 @@ def vanishes(
     Unseparated
         It could be neither told from 0 nor proved to be 0, and has to be `proved`.
     """
-    with working(_FEW_BITS):
-        ball = getattr(reduced or source.reduced(_FEW_BITS), name)
+    with working(FEW_BITS):
+        ball = getattr(reduced or source.reduced(FEW_BITS), name)
         if ball.is_zero():
             return True
         if ball > 0 or ball < 0:
@@ -242,6 +241,14 @@ class FromScene:
 
     top: Top
     start: State
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return FromScene, (self.top, self.start)  # balls are not copied
+
+    @cached_property
+    def signs(self) -> SceneSigns:
+        """What is proved of their signs; raises `UndecidedError` where some sign is not."""
+        return SceneSigns(self.top, self.start)
 
     @cached_property
     def u0(self) -> Exact:
@@ -295,45 +302,17 @@ class FromScene:
         Unseparated
             That could be neither proved nor disproved.
         """
-        decided = _SCENE_TESTS[name]
-        x = decided(self)
-        if (sign := x.sign()) is None:
-            raise _unproved(name, x)
-        return sign == 0
+        try:
+            return self.signs.sign_of(name) == 0
+        except UndecidedError:
+            raise self._unproved(name) from None
 
-    @property
-    def _two_kinetic(self) -> Exact:
-        start, u = self.start, self.u0
-        return start.thetadot**2 + start.phidot**2 * (ONE - u) * (ONE + u)
-
-    @property
-    def _pull(self) -> Exact:
-        """f₁ over −2 sin²θ₀/A where θ̇₀ = 0; on a pole it vanishes with θ̇₀."""
-        top, start, u = self.top, self.start, self.u0
-        if u in (1, -1):
-            return start.thetadot
-        turning = top.A * u * start.phidot - top.C * start.omega3
-        return turning * start.phidot + top.gMR
-
-
-_SCENE_TESTS: Final[dict[str, Callable[[FromScene], Exact]]] = {
-    "g": lambda s: s.top.gMR,
-    "udot0": lambda s: s.start.thetadot * (ONE - s.u0) * (ONE + s.u0),
-    "P_minus": lambda s: (
-        (ONE - s.u0) * (s.top.A * s.start.phidot * (ONE + s.u0) - s.top.C * s.start.omega3)
-    ),
-    "P_plus": lambda s: (
-        (ONE + s.u0) * (s.top.A * s.start.phidot * (ONE - s.u0) + s.top.C * s.start.omega3)
-    ),
-    "pull": lambda s: s._pull,
-    "over_top": lambda s: s.top.A * s._two_kinetic - 2 * s.top.gMR * (ONE - s.u0),
-    "over_bottom": lambda s: s.top.A * s._two_kinetic + 2 * s.top.gMR * (ONE + s.u0),
-    "drift0": lambda s: s.start.phidot * (ONE - s.u0) * (ONE + s.u0),
-    "looping": lambda s: (
-        s.top.C * s.start.omega3 * s._two_kinetic
-        - 2 * s.top.gMR * s.start.phidot * (ONE - s.u0) * (ONE + s.u0)
-    ),
-}
+    def _unproved(self, name: str) -> Unseparated:
+        with working(MOST_BITS):
+            near = getattr(self.reduced(MOST_BITS), name)
+            bound = Interval.of(abs(near)).upper if near.is_finite() else math.inf
+        told = f"less than {above(bound)} with {MOST_BITS} bits"
+        return Unseparated(f"{name} is {told}, and could not be proved to be 0", bound)
 
 
 class FromAxis:
@@ -386,25 +365,31 @@ class FromAxis:
 
     def reduced(self, bits: int) -> Reduced:
         """The motion in balls of the working precision."""
-        rho = _ball(self.rho2).sqrt()
-        u0, sin2 = _ball(self.z) / rho, _ball(self.sin2)
+        rho = rational_ball(self.rho2).sqrt()
+        u0, sin2 = rational_ball(self.z) / rho, rational_ball(self.sin2)
         far = 1 + abs(u0)
         above, below = (sin2 / far, far) if self.z > 0 else (far, sin2 / far)
+        g, dot, cross, drift0, kinetic0, kappa = map(
+            rational_ball,
+            (self.g, self.dot, self.cross, self.drift0, self.kinetic0, self.kappa),
+        )
         return Reduced(
-            _ball(self.g) * rho, _ball(self.dot) / rho, u0, above, below, _ball(self.cross) / rho,
-            _ball(self.drift0), _ball(self.kinetic0), _ball(self.kappa),
+            g * rho, dot / rho, u0, above, below, cross / rho, drift0, kinetic0, kappa
         )  # fmt: skip
 
     def angles(self, bits: int) -> tuple[arb, arb]:
         """φ₀ and ψ₀ [rad]; through a pole on which it starts the axis comes out beyond it."""
         (x, y), (lx, ly), up = self.e, self.l, 1 if self.z > 0 else -1
-        psi = _ball(self.psi0)
-        if x or y or not (lx or ly):
-            return (arb.atan2(_ball(x), _ball(-y)) if self.phi0 is None else _ball(self.phi0)), psi
-        if self.phi0 is None:  # from ė = l × e on the pole
-            return arb.atan2(_ball(up * ly), _ball(up * lx)), psi
-        sine, cosine = (phi := _ball(self.phi0)).sin_cos()
-        if not up * (_ball(lx) * cosine + _ball(ly) * sine) < 0:
+        phi = None if self.phi0 is None else rational_ball(self.phi0)
+        psi = rational_ball(self.psi0)
+        on_pole = not (x or y) and bool(lx or ly)
+        if not on_pole:
+            return (arb.atan2(rational_ball(x), rational_ball(-y)) if phi is None else phi), psi
+        away = rational_ball(up * lx), rational_ball(up * ly)  # from ė = l × e
+        if phi is None:
+            return arb.atan2(away[1], away[0]), psi
+        sine, cosine = phi.sin_cos()
+        if not away[0] * cosine + away[1] * sine < 0:
             return phi, psi
         return phi + arb.pi(), psi - up * arb.pi()
 
@@ -436,28 +421,17 @@ class FromConstants:
 
     Parameters
     ----------
-    g, b : Fraction
-        gMR/A [s⁻²] and p_ψ/A [s⁻¹].
-    drift0, kinetic0 : Fraction
-        a − b u₀ [s⁻¹] and h − g u₀ [s⁻²].
-    poles : tuple of 2 Fraction
-        1 − u₀ and 1 + u₀.
+    exact : Reduced
+        The motion in fractions, but for u̇₀.
     udot2 : Fraction
         u̇₀², of a motion that rises there; below 0 it turns back there, by a rounding.
     falls : bool
         Whether the axis falls there instead.
-    kappa : Fraction
-        κ = p_ψ (1/C − 1/A) [s⁻¹].
     """
 
-    g: Fraction
-    b: Fraction
-    drift0: Fraction
-    kinetic0: Fraction
-    poles: tuple[Fraction, Fraction]
+    exact: Reduced
     udot2: Fraction
     falls: bool = False
-    kappa: Fraction = Fraction(0)
 
     @classmethod
     def of(
@@ -467,24 +441,19 @@ class FromConstants:
         """The motion with these constants; of 1 − u₀ and 1 + u₀ the smaller one counts."""
         minus, plus = poles
         minus, plus = (minus, 2 - minus) if minus < plus else (2 - plus, plus)
-        drift, kinetic = a - b * (1 - minus), h - g * (1 - minus)
-        udot2 = 2 * kinetic * minus * plus - drift * drift
-        return cls(g, b, drift, kinetic, (minus, plus), udot2, False, kappa)
+        u, zero = 1 - minus, Fraction(0)
+        exact = Reduced(g, b, u, minus, plus, zero, a - b * u, h - g * u, kappa)
+        return cls(exact, 2 * exact.kinetic0 * exact.sin2 - exact.drift0**2)
 
     @property
     def inverted(self) -> bool:
         """Whether g < 0."""
-        return self.g < 0
+        return bool(self.exact.g < 0)
 
     def reduced(self, bits: int) -> Reduced:
         """The motion in balls of the working precision."""
-        minus, plus = self.poles
-        speed = _ball(max(self.udot2, Fraction(0))).sqrt()
-        return Reduced(
-            _ball(self.g), _ball(self.b), _ball(1 - minus), _ball(minus), _ball(plus),
-            -speed if self.falls else speed,
-            _ball(self.drift0), _ball(self.kinetic0), _ball(self.kappa),
-        )  # fmt: skip
+        speed = rational_ball(max(self.udot2, Fraction(0))).sqrt()
+        return replace(self.exact.mapped(rational_ball), udot0=-speed if self.falls else speed)
 
     def angles(self, bits: int) -> tuple[arb, arb]:
         """φ₀ and ψ₀ [rad], from which the angles are counted."""
@@ -492,14 +461,7 @@ class FromConstants:
 
     def vanishes(self, name: str) -> bool:
         """Whether the number of that name is exactly 0."""
-        minus, plus = self.poles
-        if name == "udot0":
-            return self.udot2 <= 0
-        exact = Reduced(
-            self.g, self.b, 1 - minus, minus, plus, Fraction(0), self.drift0, self.kinetic0,
-            self.kappa,
-        )  # fmt: skip
-        return not getattr(exact, name)
+        return self.udot2 <= 0 if name == "udot0" else not getattr(self.exact, name)
 
 
 @dataclass(frozen=True)
@@ -545,19 +507,8 @@ class Through:
         return self.source.vanishes(name)
 
 
-def _unproved(name: str, x: Exact) -> Unseparated:
-    near = x.ball(_MANY_BITS)
-    bound = Ball.of(abs(near)).upper if near.is_finite() else math.inf
-    told = f"less than {above(bound)} with {_MANY_BITS} bits"
-    return Unseparated(f"{name} is {told}, and could not be proved to be 0", bound)
-
-
 def _rational(name: str, value: Number) -> Fraction:
     q = Exact.of(value).fraction
     if q is None:
         raise Impossible([(name, "rational numbers")])
     return q
-
-
-def _ball(q: Fraction) -> arb:
-    return arb(fmpq(q.numerator, q.denominator))

@@ -61,7 +61,7 @@ def _parted(words: Sequence[str]) -> str:
 
 def _joined(words: Sequence[str]) -> str:
     """The change that begins with these words, if it was meant to be more than the first."""
-    from heavytop.numbers.grammar import UNITS
+    from heavytop.numbers.parse import UNITS
 
     key, equals, value = (words[0] if words else "").partition("=")
     rest = list(words[1:])
@@ -77,12 +77,12 @@ def _joined(words: Sequence[str]) -> str:
 
 def _option(name: str, words: Sequence[str]) -> str:
     """A hint at how a scene is named, or changed."""
-    from heavytop.scene.schema import TABLES
+    from heavytop.scene.scene_file import TABLES
 
     after = dict(pairwise(words)).get(f"--{name}", "")
     if name == "scene":
         return f"a scene has no option before it, as in heavytop run {_quoted(after)}"
-    home = [table for table, keys in TABLES.items() if name in keys.__annotations__]
+    home = [table for table, keys in TABLES.items() if name in keys]
     return f"a scene is changed by --set {home[0]}.{name}=VALUE" if home else ""
 
 
@@ -98,7 +98,7 @@ def _verb(words: Sequence[str]) -> str:
 def _scene(word: str) -> str:
     """The scene that a word names or nearly names, if any."""
     from heavytop.names import closest
-    from heavytop.scene.shipped import shipped_scenes
+    from heavytop.scene.scene import shipped_scenes
 
     shipped = shipped_scenes()
     is_file = Path(word).suffix == ".toml" or Path(word).is_file()

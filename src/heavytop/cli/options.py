@@ -103,7 +103,7 @@ def blaming(options: list[str]) -> Iterator[None]:
     try:
         yield
     except errors.BadScene as bad:
-        from heavytop.scene.changes import CHANGES
+        from heavytop.scene.scene import CHANGES
 
         faults = [
             replace(fault, file=CHANGES, line=None) if fault.key in changed else fault

@@ -26,7 +26,7 @@ def scenes(name: ShippedName = None, json: Json = False, debug: Debug = False) -
 
 
 def _list(json: bool) -> None:
-    from heavytop.scene.shipped import shipped_scenes
+    from heavytop.scene.scene import shipped_scenes
 
     titles = shipped_scenes()
     if json:
@@ -38,7 +38,7 @@ def _list(json: bool) -> None:
 
 
 def _print(name: str, json: bool) -> None:
-    from heavytop.scene.shipped import shipped_text
+    from heavytop.scene.scene import shipped_text
 
     with blaming(["scene"]):
         text = shipped_text(name)

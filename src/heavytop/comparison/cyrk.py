@@ -20,7 +20,7 @@ import numpy as np
 from heavytop.comparison.equations import constants, derivatives, later, values
 from heavytop.comparison.march import Array, Place, Stopped
 from heavytop.equations.formulation import Formulation
-from heavytop.numbers.doubledouble import DoubleDouble, add
+from heavytop.numbers.double_double import DoubleDouble, add
 
 _STEPS = 1000
 _MEGABYTES = 2000  # CyRK's own bound; a block takes a thousandth of it

@@ -10,7 +10,7 @@ from heavytop.comparison.march import Stopped
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.typed import typed_function
 from heavytop.errors import Impossible
-from heavytop.numbers.doubledouble import DoubleDouble, add
+from heavytop.numbers.double_double import DoubleDouble, add
 
 _MATH = {"sin": math.sin, "cos": math.cos, "sqrt": math.sqrt}
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from heavytop.comparison.kernel import Kernel
 from heavytop.comparison.march import Array, Place, Stopped
-from heavytop.numbers.doubledouble import DoubleDouble, two_product
+from heavytop.numbers.double_double import DoubleDouble, two_product
 
 
 @dataclass(frozen=True, slots=True, eq=False)

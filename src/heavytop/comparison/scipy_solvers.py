@@ -20,7 +20,7 @@ import numpy as np
 from heavytop.comparison.equations import Singular, later, right_hand_side
 from heavytop.comparison.march import Array, Place, Stopped
 from heavytop.equations.formulation import Formulation
-from heavytop.numbers.doubledouble import DoubleDouble, add
+from heavytop.numbers.double_double import DoubleDouble, add
 
 RTOL_LEAST = 100 * 2.0**-52  # scipy raises any smaller relative tolerance to this, with a warning
 _FAR = 2.0**40  # a bound in time [s] that no block reaches

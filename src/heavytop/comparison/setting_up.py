@@ -13,7 +13,7 @@ from heavytop.comparison.fixed import FixedStep
 from heavytop.comparison.march import Array, March
 from heavytop.comparison.table import Method, imported, named
 from heavytop.errors import Impossible
-from heavytop.numbers.doubledouble import two_product
+from heavytop.numbers.double_double import two_product
 
 if TYPE_CHECKING:
     from heavytop.equations.formulation import Formulation

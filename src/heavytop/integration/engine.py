@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
-from heavytop.numbers.doubledouble import DoubleDouble
+from heavytop.numbers.double_double import DoubleDouble
 
 Array = NDArray[np.float64]
 

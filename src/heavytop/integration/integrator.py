@@ -23,7 +23,7 @@ from heavytop.equations.formulation import Formulation
 from heavytop.integration.compiled import Compiled
 from heavytop.integration.engine import Block
 from heavytop.integration.pace import FAST, SLOW, least_pace, unit_of
-from heavytop.numbers.doubledouble import DoubleDouble
+from heavytop.numbers.double_double import DoubleDouble
 
 Array = NDArray[np.float64]
 

@@ -22,7 +22,7 @@ from heavytop.equations.formulation import Formulation
 from heavytop.integration.engine import Array, Block, Hits
 from heavytop.integration.integrator import Integrator
 from heavytop.integration.projection import Projection
-from heavytop.numbers.doubledouble import DoubleDouble, add
+from heavytop.numbers.double_double import DoubleDouble, add
 
 ROOM = 260  # states in a leg: steps take longer the more they have, a projection hardly
 EVEN = 0.12  # how much shorter than the mean of the first leg the longest steps of a leg may be

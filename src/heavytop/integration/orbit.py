@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from heavytop.integration.engine import Array, Block, Engine, Hits
 from heavytop.integration.winding import SLACK, Winding, azimuth, distinct
-from heavytop.numbers.doubledouble import DoubleDouble, add
+from heavytop.numbers.double_double import DoubleDouble, add
 
 FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to the longest
 LONGEST_BLOCK = 4000

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation, spin, turned_phi
 from heavytop.equations.numeric import numpy_function
-from heavytop.numbers.doubledouble import two_product
+from heavytop.numbers.double_double import two_product
 
 Array = NDArray[np.float64]
 

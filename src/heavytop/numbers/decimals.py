@@ -9,6 +9,7 @@ from numbers import Integral, Real
 from typing import Any, TypeAlias
 
 from mpmath.ctx_mp import MPContext
+from mpmath.libmp import from_man_exp
 
 from heavytop.errors import NotANumber
 from heavytop.numbers import Exact
@@ -98,6 +99,11 @@ def number(ctx: Context, value: Any) -> Number:
     if isinstance(value, Real) and not isinstance(value, bool):
         return _finite(ctx, ctx.mpf(float(value)), value)
     raise NotANumber(f"{value!r} is not a real number")
+
+
+def binary(ctx: Context, man: Any, exp: Any) -> Number:
+    """The number man 2ᵉˣᵖ, rounded to the context."""
+    return ctx.make_mpf(from_man_exp(int(man), int(exp), ctx.prec, "n"))
 
 
 def _quotient(ctx: Context, value: Fraction | Decimal) -> Number:

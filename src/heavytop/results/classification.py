@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any, Final
 
-from heavytop.analytic.derived import facts
 from heavytop.analytic.enclosure import Enclosure, enclose
+from heavytop.analytic.facts import facts
 from heavytop.analytic.motion import Motion
 from heavytop.errors import Unseparated
 from heavytop.scene.scene import Scene

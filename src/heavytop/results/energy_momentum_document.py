@@ -8,9 +8,9 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from heavytop.analytic.diagram import EnergyMomentum, Place, energy_momentum
+from heavytop.analytic.critical_set import least
+from heavytop.analytic.energy_momentum import EnergyMomentum, Place, energy_momentum
 from heavytop.analytic.motion import Motion
-from heavytop.analytic.theory.critical_set import least
 from heavytop.errors import ImpossibleStart
 from heavytop.results.classification import finite
 from heavytop.scene.scene import Scene

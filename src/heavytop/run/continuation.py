@@ -17,12 +17,12 @@ from heavytop.run.doubts import checked, forewarned
 from heavytop.run.finishing import Keeper, Progress, finished, in_decimals
 from heavytop.run.planning import Plan, closed_form_of, leaving, plan, span
 from heavytop.run.trajectory import Trajectory
-from heavytop.scene import options
+from heavytop.scene import arguments
 from heavytop.scene.arguments import expect, heard, number_of
 from heavytop.scene.scene import Scene
-from heavytop.scene.schema import MAX_SAMPLES
+from heavytop.scene.scene_file import MAX_SAMPLES
 
-_SAMPLES = options.Number(1, MAX_SAMPLES, whole=True)
+_SAMPLES = arguments.Range(1, MAX_SAMPLES, whole=True)
 
 
 def extend(
@@ -137,7 +137,7 @@ def _as_before(trajectory: Trajectory, end: float) -> int:
 def _whole(samples: object) -> int:
     try:
         return int(_SAMPLES(samples))
-    except options.Refused as wrong:
+    except arguments.Refused as wrong:
         raise ValueError(f"samples: {wrong}") from None
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.analytic.theory.double_form import DoubleRecord
+from heavytop.analytic.many_times import DoubleRecord
 from heavytop.integration.quantities import Sample
 from heavytop.run.trajectory import Trajectory
 from heavytop.run.witness import closed_form

@@ -27,7 +27,7 @@ from heavytop.run.digits import MOST_DIGITS
 from heavytop.run.error_growth import Outlook, outlook
 from heavytop.run.planning import EPSILON, closed_form_of
 from heavytop.run.propagation import propagate
-from heavytop.scene import options
+from heavytop.scene import arguments
 from heavytop.scene.arguments import whole, wrong_type
 from heavytop.scene.scene import Scene
 from heavytop.scene.state import State, broken_spin
@@ -47,7 +47,7 @@ MOST_JOBS = 1024
 MOST_STEPS = 10_000_000  # unless told otherwise: some ten seconds
 TOLD = 100  # units of rounding by which a motion must have an event for its number to be told
 BY_HEIGHT = 100  # the cubic form, whose state is a height, in units of the others
-FORMULATIONS = {"formulation": options.one_of(LADDER)}
+FORMULATIONS = {"formulation": arguments.one_of(LADDER)}
 TINY = float(np.finfo(np.float64).tiny)
 SMALL = 1e-3  # rad: of a nutation that is larger, a step never holds two turning points
 SHORT = 0.1  # of the fastest time in a motion: in such a step from one event there is no other
@@ -407,14 +407,14 @@ def _counted(run: Ensemble, start: Starts, states: Array, ahead: Outlook) -> Zer
 
 def _asked(formulation: str, events: Sequence[str]) -> tuple[Formulation, tuple[str, ...]]:
     """The formulation of a name, and events that it has, if they are."""
-    rung, faults = options.taken(KIND, {"formulation": formulation}, FORMULATIONS)
+    rung, faults = arguments.parse_options(KIND, {"formulation": formulation}, FORMULATIONS)
     form = rung["formulation"].build(None) if rung else None
     known = LADDER["axis"].build(None) if form is None else form
     if not isinstance(events, Sequence):
         raise wrong_type("events", "names of events, in a row", events)
     if events:
-        each = options.one_of({name: name for name in known.events})
-        events, wrong = options.named(KIND, "events", events, each)
+        each = arguments.one_of({name: name for name in known.events})
+        events, wrong = arguments.parse_names(KIND, "events", events, each)
         faults += wrong
     if form is None or faults:
         raise BadScene(tuple(faults))

@@ -24,7 +24,7 @@ from heavytop.run.folds.uniform import Uniform
 from heavytop.run.planning import closed_form_of, span
 from heavytop.scene.arguments import whole
 from heavytop.scene.scene import Scene
-from heavytop.scene.schema import MAX_DIGITS
+from heavytop.scene.scene_file import MAX_DIGITS
 
 CHUNK = 4096  # times at once: what is worked on stays in the processor's cache
 

@@ -17,10 +17,9 @@ from heavytop.numbers import PI
 from heavytop.run.choice import KNOWN, Choice, choice, least_formulation, patience
 from heavytop.run.digits import MOST_BITS, MOST_TURNS, bits_for
 from heavytop.run.estimates import Estimate, estimate
-from heavytop.scene.arguments import expect
+from heavytop.scene.arguments import expect, shown
 from heavytop.scene.scene import Scene, no_scene
 from heavytop.scene.state import State
-from heavytop.scene.text import shown
 from heavytop.scene.top import Top
 from heavytop.spelling import harmless
 

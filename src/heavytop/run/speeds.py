@@ -8,8 +8,8 @@ from typing import Final
 
 import numpy as np
 
+from heavytop.analytic.many_times import DoubleRecord
 from heavytop.analytic.motion import Motion
-from heavytop.analytic.theory.double_form import DoubleRecord
 
 LOOKED_AT: Final = 65
 GOLDEN: Final = 0.6180339887498949  # times spread by it fall on no phase of a nutation twice

@@ -15,14 +15,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from heavytop.analytic.many_times import DoubleForm, DoubleRecord
 from heavytop.analytic.rising import Rising
-from heavytop.analytic.theory.double_form import DoubleForm, DoubleRecord
-from heavytop.classification.reduced import FromAxis, FromConstants, FromScene, Source, Through
+from heavytop.classification.reduced import (
+    FromAxis,
+    FromConstants,
+    FromScene,
+    Reduced,
+    Source,
+    Through,
+)
 from heavytop.errors import NoClosedForm
 from heavytop.integration.quantities import Sample
 from heavytop.numbers import PI, Number
-from heavytop.numbers.ball import rational
 from heavytop.numbers.decimals import context, number
+from heavytop.numbers.intervals import rational
 from heavytop.run.planning import Plan, closed_form_of
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import expect
@@ -262,9 +269,11 @@ def _of_cubic(ctx: Context, state: States, p: Parameters, variant: Variant) -> S
         )  # fmt: skip
         return FromScene(Top(1, 1, p["g"]), pole)
     P, n, g = (rational(x) for x in _momenta(ctx, w, wdot, side, p))
-    poles, drift = ((w, 2 - w) if side > 0 else (2 - w, w)), P + side * n * w
+    minus, plus = (w, 2 - w) if side > 0 else (2 - w, w)
+    drift, zero = P + side * n * w, Fraction(0)
     kinetic = (wdot * wdot + drift * drift) / (2 * w * (2 - w))
-    return FromConstants(g, n, drift, kinetic, poles, wdot * wdot, side * wdot > 0)
+    motion = Reduced(g, n, 1 - minus, minus, plus, zero, drift, kinetic, zero)
+    return FromConstants(motion, wdot * wdot, falls=side * wdot > 0)
 
 
 def _momenta(

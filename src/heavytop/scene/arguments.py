@@ -1,131 +1,62 @@
-"""Arguments: what a function is given is what it takes, or an error says what that would be."""
+"""Arguments: each function says what it takes, and an error says what would be right.
+
+Checks of single arguments raise at once. Options and lists of names are read as a whole, so that
+every fault is told. Top and State read their numbers here too.
+"""
 
 from __future__ import annotations
 
 import operator
 import os
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+from functools import partial
+from numbers import Real
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 
-from heavytop.errors import Impossible, NotANumber, WrongType
-from heavytop.names import LONGEST
+from heavytop.errors import Fault, Impossible, NotANumber, WrongType
+from heavytop.names import LONGEST, listed, nearest
 from heavytop.numbers import Exact, Number
-from heavytop.scene.text import shown
+from heavytop.numbers.parse import ANGLES, RATES
+from heavytop.spelling import harmless
 
+T = TypeVar("T")
+Reader: TypeAlias = Callable[[object], Any]  # of one value; raises `Refused` or NotANumber
+
+_MOST_SHOWN: Final = 60  # characters of a value, in a message
 _PLAIN: Final = (str, bytes, int, float, type(None))  # which are known best by their value
 
 
-def expect(name: str, value: object, kind: type, hint: str = "") -> None:
-    """Refuse an argument that is not of a type.
-
-    Parameters
-    ----------
-    name : str
-    value : object
-    kind : type
-    hint : str
-        Where one is to be had.
-
-    Raises
-    ------
-    WrongType
-
-    Examples
-    --------
-    >>> expect("top", "sicm", float)
-    Traceback (most recent call last):
-    ...
-    heavytop.errors.WrongType: top: a float, not "sicm"
-    """
-    if not isinstance(value, kind):
-        what = _a(kind) + (f" ({hint})" if hint else "")
-        raise wrong_type(name, what, value)
+# --- values in messages ----------------------------------------------------------------------
 
 
-def path_of(name: str, value: object) -> Path:
-    """Return the path that an argument is.
+class NumberText(str):
+    """A decimal as TOML spells it: a number, where a plain str would be a text."""
 
-    Raises
-    ------
-    WrongType
-        It is neither a text nor an object that stands for one, as a `pathlib.Path` does.
-    """
-    found = os.fspath(value) if isinstance(value, str | os.PathLike) else None
-    if not isinstance(found, str):
-        raise wrong_type(name, "a path", value)
-    return Path(found)
+    __slots__ = ()
 
 
-def number_of(name: str, value: Number) -> Exact:
-    """Return the exact number that an argument is.
-
-    Raises
-    ------
-    NotANumber
-        It is none; the message names the argument.
-    """
+def shown(value: object) -> str:
+    """Return a value for a message: short, on one line, and harmless to a terminal."""
     try:
-        return Exact.of(value)
-    except NotANumber as wrong:
-        raise NotANumber(f"{name}: {wrong}") from None
+        text = _spelled(value)
+    except (RecursionError, ValueError):  # nested too deeply, or an integer too long to print
+        text = f"a {type(value).__name__}"
+    return text if len(text) <= _MOST_SHOWN else text[: _MOST_SHOWN - 3] + "…"
 
 
-def whole(name: str, value: object, least: int, most: int | None = None) -> int:
-    """Return the whole number that an argument is.
-
-    Raises
-    ------
-    NotANumber
-        It is none.
-    Impossible
-        It is out of bounds.
-
-    Examples
-    --------
-    >>> whole("digits", "x", 1, 10)
-    Traceback (most recent call last):
-    ...
-    heavytop.errors.NotANumber: digits: a whole number from 1 to 10, not "x"
-    """
-    bounds = f", at least {least}" if most is None else f" from {least} to {most}"
-    try:
-        found = operator.index(value)  # type: ignore[arg-type]
-    except TypeError:
-        found = None
-    if found is None or isinstance(value, bool):
-        raise NotANumber(f"{name}: a whole number{bounds}, not {told(value)}")
-    if found < least or (most is not None and found > most):
-        raise Impossible([(name, f"a whole number{bounds}")])
-    return found
-
-
-def heard(name: str, value: object) -> None:
-    """Refuse what is to be told of progress, if it is there and no function.
-
-    Raises
-    ------
-    WrongType
-    """
-    if not (value is None or callable(value)):
-        raise wrong_type(name, "a function", value)
-
-
-def text_of(name: str, value: object) -> str:
-    """Return the text that an argument is.
-
-    Raises
-    ------
-    WrongType
-        It is none.
-    """
-    if not isinstance(value, str):
-        raise wrong_type(name, "a text", value)
-    return value
-
-
-def wrong_type(name: str, what: str, value: object) -> WrongType:
-    """Return what refuses a value that is not what an argument takes, in words."""
-    return WrongType(f"{name}: {what}, not {told(value)}")
+def _spelled(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, NumberText | Exact):
+        return harmless(str(value))
+    if isinstance(value, str):
+        return f'"{harmless(value[:100])}"'
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(_spelled(item) for item in value[:20])}]"
+    return "a table" if isinstance(value, dict) else harmless(str(value))
 
 
 def told(value: object) -> str:
@@ -136,3 +67,266 @@ def told(value: object) -> str:
 def _a(kind: type) -> str:
     name = kind.__name__[:LONGEST]
     return f"an {name}" if name[0] in "aeiouAEIOU" else f"a {name}"
+
+
+def short(x: Exact) -> str:
+    """Return a number for a message, exactly where that is short, so that it can be copied."""
+    exact = str(Exact(x.terms))
+    return exact if x.fraction is not None and len(exact) <= 24 else f"{float(x):.17g}"
+
+
+# --- one argument ----------------------------------------------------------------------------
+
+
+def wrong_type(name: str, what: str, value: object) -> WrongType:
+    """Return what refuses a value that is not what an argument takes, in words."""
+    return WrongType(f"{name}: {what}, not {told(value)}")
+
+
+def expect(name: str, value: object, kind: type, hint: str = "") -> None:
+    """Refuse an argument that is not of a type; the hint says where one is to be had.
+
+    >>> expect("top", "sicm", float)
+    Traceback (most recent call last):
+    ...
+    heavytop.errors.WrongType: top: a float, not "sicm"
+    """
+    if not isinstance(value, kind):
+        what = _a(kind) + (f" ({hint})" if hint else "")
+        raise wrong_type(name, what, value)
+
+
+def text_of(name: str, value: object) -> str:
+    """Return the text that an argument is."""
+    if not isinstance(value, str):
+        raise wrong_type(name, "a text", value)
+    return value
+
+
+def path_of(name: str, value: object) -> Path:
+    """Return the path that an argument is: a text, or what stands for one as a `Path` does."""
+    found = os.fspath(value) if isinstance(value, str | os.PathLike) else None
+    if not isinstance(found, str):
+        raise wrong_type(name, "a path", value)
+    return Path(found)
+
+
+def heard(name: str, value: object) -> None:
+    """Refuse what is to be told of progress, if it is there and no function."""
+    if not (value is None or callable(value)):
+        raise wrong_type(name, "a function", value)
+
+
+def number_of(name: str, value: Number) -> Exact:
+    """Return the exact number that an argument is."""
+    try:
+        return Exact.of(value)
+    except NotANumber as wrong:
+        raise NotANumber(f"{name}: {wrong}") from None
+
+
+def whole(name: str, value: object, least: int, most: int | None = None) -> int:
+    """Return the whole number that an argument is; `Impossible` where it is out of bounds.
+
+    >>> whole("digits", "x", 1, 10)
+    Traceback (most recent call last):
+    ...
+    heavytop.errors.NotANumber: digits: a whole number from 1 to 10, not "x"
+    """
+    bounds = f", at least {least}" if most is None else f" from {least} to {most}"
+    found = _number(value, whole=True)
+    if found is None:
+        raise NotANumber(f"{name}: a whole number{bounds}, not {told(value)}")
+    if found < least or (most is not None and found > most):
+        raise Impossible([(name, f"a whole number{bounds}")])
+    return int(found)
+
+
+# --- options and lists of names --------------------------------------------------------------
+
+
+class Refused(ValueError):
+    """A value that an option does not take: the rule, and a hint at what may have been meant."""
+
+    def __init__(self, rule: str, hint: str = "") -> None:
+        super().__init__(rule, hint)
+        self.rule, self.hint = rule, hint
+
+    def __str__(self) -> str:
+        return f"{self.rule} ({self.hint})" if self.hint else self.rule
+
+
+class Wrong(NamedTuple):
+    """One thing wrong with named values: the name, the rule it breaks, and what would be right."""
+
+    key: str
+    rule: str
+    hint: str = ""
+
+
+def read_values(
+    given: Mapping[str, object], readers: Mapping[str, Reader]
+) -> tuple[dict[str, Any], list[Wrong]]:
+    """Return the values that are right, each as its reader makes it, and what is wrong."""
+    values, wrong = {}, []
+    for key, value in given.items():
+        try:
+            values[key] = readers[key](value)
+        except Refused as refused:
+            wrong.append(Wrong(key, refused.rule, refused.hint))
+        except NotANumber as error:
+            wrong.append(Wrong(key, str(error)))
+    return values, wrong
+
+
+def faults(
+    file: str, given: Mapping[str, object], wrong: Iterable[Wrong], table: str = ""
+) -> list[Fault]:
+    """Return what is wrong with the values of a table, for a message."""
+    return [
+        Fault(file, None, table + key, shown(given[key]) if key in given else "", rule, hint)
+        for key, rule, hint in wrong
+    ]
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """Reads a number within bounds, which belong to them: any real one, or integers alone.
+
+    >>> Range(1, 1e6)(100), Range(1, 1024, whole=True)(2)
+    (100.0, 2)
+    >>> Range(1, 1024, whole=True)(2.5)
+    Traceback (most recent call last):
+    ...
+    heavytop.scene.arguments.Refused: a whole number from 1 to 1024
+    """
+
+    least: float
+    most: float
+    whole: bool = False
+
+    def __call__(self, value: object) -> Any:
+        """Return a value as a plain number."""
+        found = _number(value, self.whole)
+        if found is None or not self.least <= found <= self.most:  # nan too
+            raise Refused(self.rule)
+        return found
+
+    @property
+    def rule(self) -> str:
+        """The rule, in words."""
+        kind = "a whole number" if self.whole else "a number"
+        return f"{kind} from {_bound(self.least)} to {_bound(self.most)}"
+
+
+def one_of(known: Mapping[str, T], everything: str = "") -> Callable[[object], T]:
+    """Return what reads a name out of a table, of which `everything` says where all is listed."""
+
+    def read(value: object) -> T:
+        if not isinstance(value, str) or value not in known:
+            raise Refused(f"one of {listed(value, known, everything)}", nearest(value, known))
+        return known[value]
+
+    return read
+
+
+def parse_options(
+    file: str, given: Mapping[str, object], table: Mapping[str, Reader]
+) -> tuple[dict[str, Any], list[Fault]]:
+    """Return what options stand for, and what is wrong with the others.
+
+    `table` has by option what reads it; faults name `file`.
+
+    >>> table = {"jobs": Range(1, 9), "seed": Range(0, 9)}
+    >>> parse_options("drift", {"jobs": 0, "seed": 3}, table)[0]
+    {'seed': 3.0}
+    """
+    values, wrong = read_values(given, table)
+    return values, faults(file, given, wrong)
+
+
+def parse_names(
+    file: str, key: str, given: object, read: Callable[[str], T]
+) -> tuple[list[T], list[Fault]]:
+    """Return what the names of a list stand for, and what is wrong with the others.
+
+    There is at least one name; `read` takes it or raises `Refused`. Faults name `file` and `key`,
+    which is a plural.
+
+    >>> found, wrong = parse_names("stress", "cases", ["cups"], one_of({"cusp": 1}))
+    >>> print(wrong[0])
+    stress: cases = cups: one of cusp (did you mean "cusp"?)
+    """
+    try:
+        names = None if isinstance(given, str | bytes) else list(given)  # type: ignore[call-overload]
+    except TypeError:  # an array of no dimension too
+        names = None
+    if names is None:
+        return [], [Fault(file, None, key, shown(given), "a sequence of names")]
+    if not names:
+        return [], [Fault(file, None, key, "", f"at least one {key.removesuffix('s')}")]
+    found, refused = [], []
+    for name in names:
+        try:
+            if not isinstance(name, str):
+                raise Refused("a name, as text")
+            found.append(read(name))
+        except Refused as wrong:
+            unquoted = isinstance(name, str) and name
+            value = harmless(name[:LONGEST]) if unquoted else shown(name)
+            refused.append(Fault(file, None, key, value, wrong.rule, wrong.hint))
+    return found, refused
+
+
+def _number(value: object, whole: bool) -> int | float | None:
+    """Return a value as a plain number, if it is one; a truth value is none."""
+    if isinstance(value, bool) or not (whole or isinstance(value, Real | Decimal)):
+        return None
+    try:
+        return operator.index(value) if whole else float(value)  # type: ignore[arg-type]
+    except (TypeError, OverflowError, ValueError):  # longer than any float; a signalling nan
+        return None
+
+
+def _bound(bound: float) -> str:
+    """Return a bound in few digits, where those are all that it has."""
+    few = f"{bound:g}"
+    return few if float(few) == bound else str(bound)
+
+
+# --- the numbers of a Top or a State ---------------------------------------------------------
+
+PLAIN: Final[Reader] = partial(Exact.of, units=())
+ANGLE: Final[Reader] = partial(Exact.of, units=ANGLES)
+RATE: Final[Reader] = partial(Exact.of, units=RATES)
+STATE: Final[Mapping[str, Reader]] = {
+    "theta": ANGLE,
+    "thetadot": RATE,
+    "phi": ANGLE,
+    "phidot": RATE,
+    "psi": ANGLE,
+    "psidot": RATE,
+    "omega3": RATE,
+}
+
+
+def exact_numbers(**given: Number) -> tuple[dict[str, Exact], list[Wrong]]:
+    """Return values as exact numbers, and what is wrong with those that are none."""
+    return read_values(given, {name: STATE.get(name, PLAIN) for name in given})
+
+
+def not_positive(values: Mapping[str, Exact], names: Iterable[str]) -> list[Wrong]:
+    """Return those of the names whose values are there and not positive."""
+    there = (name for name in names if name in values)
+    return [Wrong(name, "must be greater than 0") for name in there if values[name].sign() != 1]
+
+
+def set_fields(instance: object, values: Mapping[str, object]) -> None:
+    """Set fields of a frozen instance that is being made."""
+    for name, value in values.items():
+        object.__setattr__(instance, name, value)
+
+
+def as_call(name: str, **values: Exact) -> str:
+    """Return the call that makes an instance, its numbers as the texts they are read from."""
+    return f"{name}({', '.join(f'{key}={str(value)!r}' for key, value in values.items())})"

@@ -14,18 +14,25 @@ from typing import Any, Final, NoReturn
 from heavytop.errors import BadScene, Fault
 from heavytop.names import closest, nearest
 from heavytop.numbers import Exact, Number
-from heavytop.scene import schema
-from heavytop.scene import text as scene_text
-from heavytop.scene.arguments import path_of, told
-from heavytop.scene.changes import CHANGES, overridden
-from heavytop.scene.schema import Wrong
-from heavytop.scene.shipped import FOLDER, shipped_names
+from heavytop.scene import arguments, scene_file
+from heavytop.scene.arguments import Wrong
+from heavytop.scene.scene_file import FORMAT, MAX_TITLE, SCENE, TABLES
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 from heavytop.spelling import harmless, readable
 
+FOLDER: Final = Path(__file__).parents[1] / "scenes"
 MAX_BYTES: Final = 1_000_000
+CHANGES: Final = "--set"
+RIVALS: Final = {  # a change to one takes the other's place
+    "span.time": "periods",
+    "span.periods": "time",
+    "start.psidot": "omega3",
+    "start.omega3": "psidot",
+}
 _MANY_FILES: Final = 1000  # of a folder, among which one may have been meant
+_LONGEST: Final = 120  # of changes, told in a title
+_OF_THE_MOTION: Final = ("top.", "start.")
 
 
 @dataclass(frozen=True, slots=True, init=False, repr=False)
@@ -96,17 +103,15 @@ class Scene:
         spans = {k: v for k, v in (("time", time), ("periods", periods)) if v is not None}
         wants = {"quantities": quantities, "events": events, "samples": samples, "digits": digits}
         texts = {"title": title, "source": source}
-        span, wrong = schema.read_span(spans)
-        want, wrong_want = schema.checked(schema.WantKeys, wants)
-        text, wrong_text = schema.checked(schema.SceneKeys, texts)
         parts = {"top": top, "start": start, "name": name}
-        wrong += wrong_want + wrong_text + _wrong_types(parts)
+        span, wrong = scene_file.read_span(spans)
+        want, wrong_want = scene_file.read_table({**TABLES["want"], **SCENE}, wants | texts)
+        kinds = (("top", Top, "a Top"), ("start", State, "a State"), ("name", str, "a text"))
+        wrong += wrong_want
+        wrong += [Wrong(key, rule) for key, kind, rule in kinds if not isinstance(parts[key], kind)]
         if wrong:
-            given = spans | wants | texts | parts
-            raise BadScene(tuple(_Place("Scene").fault("", given, fault) for fault in wrong))
-        fields = {"time": None, "periods": None} | span | want | text
-        for key, value in (parts | fields).items():
-            object.__setattr__(self, key, value)
+            raise BadScene(tuple(arguments.faults("Scene", spans | wants | texts | parts, wrong)))
+        arguments.set_fields(self, parts | {"time": None, "periods": None} | span | want)
 
     def __repr__(self) -> str:
         length = {key: str(x) for key in ("time", "periods") if (x := getattr(self, key))}
@@ -123,18 +128,13 @@ class Scene:
         """The scene as the tables of its file: exact numbers, texts, tuples of names."""
         span = {"time": self.time, "periods": self.periods}
         return {
-            "format": schema.FORMAT,
+            "format": FORMAT,
             "title": self.title,
             "source": self.source,
             "top": {"A": self.top.A, "C": self.top.C, "gMR": self.top.gMR},
             "start": dict(self.start.given),
             "span": {key: value for key, value in span.items() if value is not None},
-            "want": {
-                "quantities": self.quantities,
-                "events": self.events,
-                "samples": self.samples,
-                "digits": self.digits,
-            },
+            "want": {key: getattr(self, key) for key in TABLES["want"]},
         }
 
     def to_toml(self) -> str:
@@ -145,12 +145,11 @@ class Scene:
         NotANumber
             The scene was built in Python with cosines or sines, which no scene file can say.
         """
-        return scene_text.written(self.tables())
+        return scene_file.written(self.tables())
 
     def document(self) -> dict[str, Any]:
         """The scene for JSON: numbers where 15 digits say them exactly, else their exact text."""
-        document: dict[str, Any] = scene_text.json_ready({"name": self.name} | self.tables())
-        return document
+        return dict(scene_file.json_ready({"name": self.name} | self.tables()))
 
 
 def load_scene(name_or_path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Scene:
@@ -180,7 +179,7 @@ def load_scene(name_or_path: str | os.PathLike[str], overrides: Sequence[str] = 
     >>> print(load_scene("sicm-kicked", ["start.phidot=-14"]).start.phidot)
     -14
     """
-    path_of("name_or_path", name_or_path)
+    arguments.path_of("name_or_path", name_or_path)
     given = os.fspath(name_or_path)
     shipped = isinstance(name_or_path, str) and given in shipped_names()
     path = FOLDER / f"{given}.toml" if shipped else Path(given)
@@ -210,42 +209,97 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
 
     Examples
     --------
-    >>> from heavytop.scene.shipped import shipped_text
-    >>> read_scene(shipped_text("sicm-dropped"), "mine", ["span.time=3"]).name
+    >>> text = shipped_text("sicm-dropped")
+    >>> read_scene(text, "mine", ["span.time=3"]).name
     'mine'
     """
     if len(text) > MAX_BYTES:
         _refuse_file(where, f"a scene is at most {MAX_BYTES} bytes long")
     try:
-        raw = scene_text.parse(text)
+        raw = scene_file.parse(text)
     except ValueError as error:
         _refuse_line(where, text, str(error))
-    changed, faults = overridden(raw, overrides)
-    place = _Place(harmless(where), scene_text.key_lines(text), changed)
-    scene, more_faults = _built(raw, place, readable(Path(where).stem))
-    if scene is None or faults:
-        if overrides and _is_sound(text, where):  # what is wrong comes of the changes
-            more_faults = [replace(fault, file=CHANGES, line=None) for fault in more_faults]
-        raise BadScene(tuple(sorted((*faults, *more_faults), key=lambda fault: fault.line or 0)))
-    return scene
+    changed, wrong = overridden(raw, overrides)
+    values, in_tables = scene_file.read_tables(harmless(where), raw)
+    if wrong or in_tables:
+        if overrides and not scene_file.read_tables(where, scene_file.parse(text))[1]:
+            changed = {fault.key for fault in in_tables}  # all that is wrong comes of the changes
+        lines = scene_file.key_lines(text)
+        wrong += [_placed(fault, lines, changed) for fault in in_tables]
+        raise BadScene(tuple(sorted(wrong, key=lambda fault: fault.line or 0)))
+    return Scene(**values, name=readable(Path(where).stem))
 
 
-def _is_sound(text: str, where: str) -> bool:
-    try:
-        read_scene(text, where)
-    except BadScene:
-        return False
-    return True
+def _placed(fault: Fault, lines: Mapping[str, int], changed: Collection[str]) -> Fault:
+    """The fault with the line of its key or of its table, or as one of the changes."""
+    key = harmless(fault.key[:100])
+    if fault.key in changed:
+        return replace(fault, file=CHANGES, key=key)
+    line = lines.get(fault.key, lines.get(fault.key.partition(".")[0]))
+    return replace(fault, line=line, key=key)
 
 
 def no_scene(what: object, verb: str) -> BadScene:
     """What is raised where something that is no scene, such as a name, is given to a function."""
-    value, hint = told(what), "load_scene gives one by its name"
+    value, hint = arguments.told(what), "load_scene gives one by its name"
     if isinstance(getattr(what, "start", None), State):  # a Motion
         hint = "Scene(motion.top, motion.start, time=2) is one"
     if isinstance(what, str) and what in shipped_names():
         hint = f'load_scene("{what}") gives it'
     return BadScene((Fault(verb, None, "scene", value, "a Scene", hint),))
+
+
+# --- the scenes that come with the package ---------------------------------------------------
+
+
+def shipped_scenes() -> dict[str, str]:
+    """The scenes that come with the package.
+
+    Returns
+    -------
+    dict from str to str
+        Their titles, by their names.
+
+    Examples
+    --------
+    >>> shipped_scenes()["sicm-dropped"]
+    'SICM 2.10, let go from rest: cusps'
+    """
+    texts = {name: shipped_text(name) for name in shipped_names()}
+    return {name: scene_file.parse(text)["title"] for name, text in texts.items()}
+
+
+def shipped_text(name: str) -> str:
+    """The text of a scene that comes with the package, comments and all.
+
+    Parameters
+    ----------
+    name : str
+        A key of `shipped_scenes`.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    BadScene
+        No shipped scene has this name.
+
+    Examples
+    --------
+    >>> print(shipped_text("sicm-dropped").splitlines()[0])
+    format = 1
+    """
+    if name not in shipped_names():
+        rule, hint = "no shipped scene has this name", nearest(name, shipped_names())
+        raise BadScene((Fault(harmless(name), None, "scene", "", rule, hint),))
+    return (FOLDER / f"{name}.toml").read_text("utf-8")
+
+
+def shipped_names() -> list[str]:
+    """Their names, in the order of the alphabet."""
+    return sorted(path.stem for path in FOLDER.glob("*.toml"))
 
 
 # --- files -----------------------------------------------------------------------------------
@@ -280,13 +334,12 @@ def _text_of(path: Path, where: str) -> str:
 def _refuse_line(where: str, text: str, message: str) -> NoReturn:
     """Refuse a text that is no TOML, and show the line at fault."""
     match = re.search(r"at line ([0-9]+)", message)
-    line = int(match[1]) if match else None
-    key, value = scene_text.written_at(text, line)
-    hint = "a key or a table stands twice" if "overwrite" in message else ""
-    hint = hint or scene_text.mistake(value)
-    rule = f"not TOML: {message}"
-    place = harmless(where)
-    raise BadScene((Fault(place, line, key or "scene", harmless(value), rule, hint),))
+    line = int(match[1]) if match else 0
+    key, value = scene_file.written_at(text, line)
+    twice = "a key or a table stands twice" if "overwrite" in message else ""
+    hint = twice or scene_file.mistake(value)
+    place = (harmless(where), line or None, key or "scene", harmless(value))
+    raise BadScene((Fault(*place, f"not TOML: {message}", hint),))
 
 
 def _meant(path: Path) -> str:
@@ -302,45 +355,59 @@ def _meant(path: Path) -> str:
     return nearest(path.stem, shipped_names()) or "heavytop scenes lists those that are shipped"
 
 
-# --- from keys to a scene --------------------------------------------------------------------
+# --- changes: KEY=VALUE each, of --set and of `overrides` ------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class _Place:
-    """Where keys stand: in a file, on a line, or among the changes asked for."""
-
-    file: str
-    lines: Mapping[str, int] = field(default_factory=dict)
-    changed: Collection[str] = ()
-
-    def fault(self, table: str, raw: Mapping[str, object], wrong: Wrong) -> Fault:
-        key = f"{table}.{wrong.key}" if table else wrong.key
-        name = harmless(key[:100])
-        value = scene_text.shown(raw[wrong.key]) if wrong.key in raw else ""
-        if key in self.changed:
-            return Fault(CHANGES, None, name, value, wrong.rule, wrong.hint)
-        line = self.lines.get(key, self.lines.get(table))
-        return Fault(self.file, line, name, value, wrong.rule, wrong.hint)
-
-
-def _built(raw: dict[str, Any], place: _Place, name: str) -> tuple[Scene | None, list[Fault]]:
-    """The scene that the tables describe, or every fault in them."""
-    keys, wrong = schema.read_scene_keys(raw)
-    faults = [place.fault("", raw, fault) for fault in wrong]
-    top, wrong_top = schema.read_top(keys["top"])
-    start, wrong_start = schema.read_start(keys["start"], top)
-    span, wrong_span = schema.read_span(keys["span"])
-    want, wrong_want = schema.checked(schema.WantKeys, keys["want"])
-    tables = {"top": wrong_top, "start": wrong_start, "span": wrong_span, "want": wrong_want}
-    for table, wrong in tables.items():
-        if isinstance(raw.get(table, {} if table == "want" else None), dict):
-            faults += [place.fault(table, keys[table], fault) for fault in wrong]
-    if faults or top is None or start is None:
-        return None, faults
-    titles = {key: keys[key] for key in ("title", "source") if key in keys}
-    return Scene(top, start, **span, **want, **titles, name=name), []
+def overridden(raw: dict[str, Any], overrides: Any) -> tuple[set[str], list[Fault]]:
+    """Change `raw` as asked; the keys that were changed, and the changes that cannot be made."""
+    changed: dict[str, str] = {}
+    wrong: list[Fault] = []
+    texts = isinstance(overrides, Collection) and not isinstance(overrides, str | Mapping)
+    if not texts or not all(isinstance(change, str) for change in overrides):
+        rule = 'a list of texts, such as ["start.phidot=-14"]'
+        value = (arguments.shown if isinstance(overrides, list | tuple) else arguments.told)(
+            overrides
+        )
+        return set(), [Fault("heavytop", None, "overrides", value, rule)]
+    for change in overrides:
+        key, equals, text = change.partition("=")
+        key = key.strip()
+        *tables, last = key.split(".")
+        readable = bool(equals and last) and len(tables) < 2
+        table = raw.setdefault(tables[0], {}) if tables and readable else raw
+        if not readable or not isinstance(table, dict):
+            rule = "a change is KEY=VALUE, such as start.phidot=-14"
+            wrong.append(Fault(CHANGES, None, harmless(change[:60]), "", rule))
+            continue
+        if key in RIVALS:
+            table.pop(RIVALS[key], None)
+        table[last] = _override_value(text)
+        changed[key] = text.strip().strip("\"'")
+    _retitle(raw, changed)
+    return set(changed), wrong
 
 
-def _wrong_types(parts: Mapping[str, object]) -> list[Wrong]:
-    rules = {"top": (Top, "a Top"), "start": (State, "a State"), "name": (str, "a text")}
-    return [Wrong(k, rule) for k, (kind, rule) in rules.items() if not isinstance(parts[k], kind)]
+def _override_value(text: str) -> object:
+    """A TOML value where it is one, else the text itself: no quotes needed around pi/3."""
+    try:
+        value = scene_file.parse(f"value = {text}")
+    except ValueError:
+        return text.strip()
+    return value["value"] if value.keys() == {"value"} else text.strip()
+
+
+def _retitle(raw: dict[str, Any], changes: Mapping[str, str]) -> None:
+    """Say in title and source that top or start were changed, where these texts were not.
+
+    Without it a scene goes on asserting what its changes may have undone.
+    """
+    told = [f"{k[:60]} = {v[:60]}" for k, v in changes.items() if k.startswith(_OF_THE_MOTION)]
+    these = _cut(harmless(", ".join(told)), _LONGEST)
+    for key, before, after in ("title", "", f"; with {these}"), ("source", "changed from ", ""):
+        text = raw.get(key)
+        if told and key not in changes and type(text) is str and 0 < len(text) <= MAX_TITLE:
+            raw[key] = _cut(f"{before}{text}{after}", MAX_TITLE)
+
+
+def _cut(text: str, most: int) -> str:
+    return text if len(text) <= most else text[: most - 1] + "…"

@@ -12,11 +12,12 @@ from typing import Literal, TypeAlias
 
 from heavytop.errors import ImpossibleStart
 from heavytop.numbers import PI, Exact, Number, cos, sin, sqrt
-from heavytop.scene.checking import Broken, fill, made, read, short
+from heavytop.scene.arguments import Wrong, as_call, exact_numbers, set_fields, short
 from heavytop.scene.top import Top
 
 _DEGREES = range(4, 181)  # a θ that is one of these was hardly meant in radians
 
+CHOICES = {"branch": ("falling", "rising"), "steady": ("slow", "fast")}
 Branch: TypeAlias = Literal["falling", "rising"]
 Rate: TypeAlias = Literal["slow", "fast"]
 
@@ -83,7 +84,7 @@ class State:
     ) -> None:
         spins = {"psidot": psidot, "omega3": omega3}
         spin = {name: rate for name, rate in spins.items() if rate is not None} or {"psidot": 0}
-        broken, values = read(
+        values, broken = exact_numbers(
             theta=theta, thetadot=thetadot, phi=phi, phidot=phidot, psi=psi, **spin
         )
         if broken := broken + broken_angles(values) + broken_spin(spin):
@@ -93,13 +94,13 @@ class State:
             other = {"held": "omega3", "psidot": values["omega3"] - turn}
         else:
             other = {"held": "psidot", "omega3": values["psidot"] + turn}
-        fill(self, values | other | {"given": tuple(values.items())})
+        set_fields(self, values | other | {"given": tuple(values.items())})
 
     def __repr__(self) -> str:
         """What makes it, less what is 0."""
         names = ("thetadot", "phi", "phidot", "psi", self.held)
         others = {name: getattr(self, name) for name in names if getattr(self, name) != 0}
-        return made("State", theta=self.theta, **others)
+        return as_call("State", theta=self.theta, **others)
 
     @classmethod
     def kicked(
@@ -178,14 +179,8 @@ class State:
         >>> print(start.thetadot, start.phidot)
         2 1
         """
-        broken, values = read(E=E, p_phi=p_phi, p_psi=p_psi, theta=theta, phi=phi, psi=psi)
-        broken += (
-            _no_top(top)
-            + broken_angles(values)
-            + _not_one_of("branch", branch, ("falling", "rising"))
-        )
-        if broken:
-            raise ImpossibleStart(broken)
+        given = {"E": E, "p_phi": p_phi, "p_psi": p_psi, "theta": theta, "phi": phi, "psi": psi}
+        values = _read(top, "branch", branch, given)
         phidot = _precession_rate(top, values)
         thetadot = sqrt(_speed_squared(top, values, phidot))
         start = cls(
@@ -196,7 +191,7 @@ class State:
             psi=values["psi"],
             omega3=values["p_psi"] / top.C,
         )
-        fill(start, {"given": (*values.items(), ("branch", branch))})
+        set_fields(start, {"given": (*values.items(), ("branch", branch))})
         return start
 
     @classmethod
@@ -239,40 +234,41 @@ class State:
         >>> print(State.steady(top, "pi/3", "140.6", "slow").phidot)
         10
         """
-        broken, values = read(theta=theta, omega3=omega3, phi=phi, psi=psi)
-        broken += (
-            _no_top(top) + broken_angles(values) + _not_one_of("steady", which, ("slow", "fast"))
-        )
-        if broken:
-            raise ImpossibleStart(broken)
+        given = {"theta": theta, "omega3": omega3, "phi": phi, "psi": psi}
+        values = _read(top, "steady", which, given)
         rate = _steady_rate(top, values["theta"], values["omega3"], which)
         start = cls(**values, phidot=rate)
-        fill(start, {"given": (("steady", which), *values.items())})
+        set_fields(start, {"given": (("steady", which), *values.items())})
         return start
 
 
-def broken_angles(values: Mapping[str, Exact]) -> Broken:
+def broken_angles(values: Mapping[str, Exact]) -> list[Wrong]:
     """The rule that θ, if it is there, breaks."""
     theta = values.get("theta")
     if theta is None or -1 not in (theta.sign(), (PI - theta).sign()):
         return []
     degrees = f'; {theta} degrees are "{theta} deg"' if theta in _DEGREES else ""
-    return [("theta", f"must lie within [0, π] radians{degrees}")]
+    return [Wrong("theta", f"must lie within [0, π] radians{degrees}")]
 
 
-def broken_spin(spin: Collection[str]) -> Broken:
+def broken_spin(spin: Collection[str]) -> list[Wrong]:
     """The rule that the names of the spin break."""
     if not {"psidot", "omega3"} <= set(spin):
         return []
-    return [("omega3", "psidot or omega3, not both: it says what a kick holds")]
+    return [Wrong("omega3", "psidot or omega3, not both: it says what a kick holds")]
 
 
-def _no_top(top: object) -> Broken:
-    return [] if isinstance(top, Top) else [("top", "a Top")]
-
-
-def _not_one_of(name: str, value: str, allowed: tuple[str, ...]) -> Broken:
-    return [] if value in allowed else [(name, " or ".join(f'"{word}"' for word in allowed))]
+def _read(top: object, name: str, choice: str, given: Mapping[str, Number]) -> dict[str, Exact]:
+    """The numbers a start on a top is made from, exact; everything wrong with them is raised."""
+    values, broken = exact_numbers(**given)
+    if not isinstance(top, Top):
+        broken.append(Wrong("top", "a Top"))
+    broken += broken_angles(values)
+    if choice not in CHOICES[name]:
+        broken.append(Wrong(name, " or ".join(f'"{word}"' for word in CHOICES[name])))
+    if broken:
+        raise ImpossibleStart(broken)
+    return values
 
 
 def _precession_rate(top: Top, values: Mapping[str, Exact]) -> Exact:

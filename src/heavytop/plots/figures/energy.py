@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 
-from heavytop.analytic.theory.potential import Curve, Potential
+from heavytop.analytic.potential import Curve, Potential
 from heavytop.classification import Kind
 from heavytop.plots.figures.given import expect_run
 from heavytop.plots.figures.style import FAINT, MARKS, OTHER, PATH, Array
@@ -28,7 +28,7 @@ def effective_potential(ax: Axes, trajectory: Trajectory) -> None:
     trajectory : Trajectory
     """
     expect_run(trajectory)
-    V = Potential(closed_form_of(trajectory.scene).reduced)
+    V = Potential(closed_form_of(trajectory.scene).rising.source)
     A, E_prime = float(trajectory.scene.top.A), _energy(trajectory)
     low, high = tilts_shown(V)
     theta = np.linspace(low, high, 801)
@@ -83,7 +83,7 @@ def phase_plane(ax: Axes, trajectory: Trajectory) -> None:
     """
     expect_run(trajectory)
     motion = closed_form_of(trajectory.scene)
-    V = Potential(motion.reduced)
+    V = Potential(motion.rising.source)
     for k, curve in enumerate(V.family()):
         _loop(ax, curve, FAINT, 0.8, "-", "other energies" if k == 0 else None)
     if motion.nutates and (own := V.curve(V.excess)) is not None:

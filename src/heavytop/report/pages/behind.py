@@ -11,7 +11,7 @@ import numpy as np
 from heavytop.errors import NoClosedForm
 
 if TYPE_CHECKING:
-    from heavytop.analytic.theory.potential import Potential
+    from heavytop.analytic.potential import Potential
     from heavytop.integration.quantities import Sample
     from heavytop.run.trajectory import Trajectory
 
@@ -47,12 +47,12 @@ def _angles(trajectory: Trajectory) -> dict[str, list[Any]]:
 
 
 def _potential(trajectory: Trajectory) -> dict[str, list[Any]]:
-    from heavytop.analytic.theory.potential import Potential
+    from heavytop.analytic.potential import Potential
     from heavytop.plots.figures.energy import tilts_shown
     from heavytop.run.planning import closed_form_of
 
     motion = closed_form_of(trajectory.scene)
-    potential = Potential(motion.reduced)
+    potential = Potential(motion.rising.source)
     ends = float(motion.theta_min), float(motion.theta_max)
     tilts = np.linspace(*tilts_shown(potential), TILTS + 2)[1:-1]
     theta = np.union1d(tilts, _lowest(potential, ends))

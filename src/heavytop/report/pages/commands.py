@@ -78,8 +78,7 @@ def scene_word(scene: Known, ident: str) -> str:
 
 def is_shipped(scene: Known) -> bool:
     """Whether it says what the shipped scene of its name says."""
-    from heavytop.scene.scene import load_scene
-    from heavytop.scene.shipped import shipped_scenes
+    from heavytop.scene.scene import load_scene, shipped_scenes
 
     if scene["name"] not in shipped_scenes():
         return False

@@ -34,8 +34,7 @@ def traces_document() -> dict[str, Any]:
     ('at-rest', 'at-rest', [0.0, 0.0, 1.0])
     """
     from heavytop.analytic.motion import Motion
-    from heavytop.scene.scene import load_scene
-    from heavytop.scene.shipped import shipped_scenes
+    from heavytop.scene.scene import load_scene, shipped_scenes
 
     found = []
     for name, title in shipped_scenes().items():

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.classification.kind import Kind
+from heavytop.classification.kinds import Kind
 from heavytop.classification.many import Verdicts
 from heavytop.errors import ForeignFile
 from heavytop.studies.atlases.columns import SETS, Columns, unpacked

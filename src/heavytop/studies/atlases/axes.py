@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from heavytop.errors import NotANumber
 from heavytop.names import nearest
 from heavytop.numbers import Exact
-from heavytop.numbers.grammar import ANGLES, RATES
-from heavytop.scene.options import Refused
+from heavytop.numbers.parse import ANGLES, RATES
+from heavytop.scene.arguments import Refused
 
 MOST: Final = 1_000_000  # pixels along one axis
 

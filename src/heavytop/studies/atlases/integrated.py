@@ -12,8 +12,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.classification.codes import IMPOSSIBLE, NAMES, Codes
-from heavytop.classification.kind import Kind
+from heavytop.classification.arrays import IMPOSSIBLE, NAMES, Codes
+from heavytop.classification.kinds import Kind
 from heavytop.run.ensemble import Ensemble, propagate_many
 
 Array = NDArray[np.float64]

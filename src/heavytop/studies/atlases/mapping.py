@@ -13,11 +13,10 @@ from typing import Any, Final
 from heavytop.errors import BadScene, Fault, ForeignFile
 from heavytop.files import regular, write_document
 from heavytop.machine import usable_cpus, versions
-from heavytop.scene import options, recorded
-from heavytop.scene.arguments import heard, path_of, wrong_type
-from heavytop.scene.options import Number, Refused
+from heavytop.scene import arguments
+from heavytop.scene.arguments import Range, Refused, heard, path_of, wrong_type
 from heavytop.scene.scene import Scene
-from heavytop.studies import ledger
+from heavytop.studies import ledger, recorded
 from heavytop.studies.atlases.atlas import Atlas, gathered
 from heavytop.studies.atlases.study import KIND, Study
 
@@ -97,7 +96,7 @@ def atlas(
     file = str(getattr(scene, "name", KIND))
     given = {"jobs": usable_cpus() if jobs is None else jobs, "shard": shard, "only": only,
              "integrate": integrate, "executor": executor}  # fmt: skip
-    values, wrong = options.taken(file, given, OPTIONS)
+    values, wrong = arguments.parse_options(file, given, OPTIONS)
     if only is not None and integrate is True:
         wrong.append(Fault(file, None, "only", "", "not together with integrate"))
     try:
@@ -375,6 +374,6 @@ def _truth(given: object) -> bool:
 
 
 OPTIONS: Mapping[str, Callable[[object], Any]] = {
-    "jobs": Number(1, 1024, whole=True), "shard": _shard, "only": _only, "integrate": _truth,
+    "jobs": Range(1, 1024, whole=True), "shard": _shard, "only": _only, "integrate": _truth,
     "executor": _executor,
 }  # fmt: skip

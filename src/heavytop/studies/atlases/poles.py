@@ -11,8 +11,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.classification.codes import NAMES, TAGS
-from heavytop.classification.kind import Kind
+from heavytop.classification.arrays import NAMES, TAG_NAMES
+from heavytop.classification.kinds import Kind
 from heavytop.studies.atlases.columns import Columns
 
 Mask = NDArray[np.bool_]
@@ -52,7 +52,7 @@ def restored(columns: Columns, where: Mask, weighted: Mask) -> Columns:
     top, bottom = (np.uint8(NAMES.index(k)) for k in (Kind.THROUGH_TOP, Kind.THROUGH_BOTTOM))
     found["kind"] = np.where(where & (kind == top), bottom, kind)
     found["kind"] = np.where(where & (kind == bottom), top, found["kind"])
-    inverted = np.uint8(1 << TAGS.index("inverted-gravity"))
+    inverted = np.uint8(1 << TAG_NAMES.index("inverted-gravity"))
     if "tags" in found:
         found["tags"] = np.where(where & weighted, found["tags"] ^ inverted, found["tags"])
     if "theta_min" in found:

@@ -9,9 +9,10 @@ from typing import Any, Final
 
 from heavytop.errors import BadScene, Fault, ForeignFile, HeavyTopError
 from heavytop.machine import versions
-from heavytop.scene import options, recorded
+from heavytop.scene import arguments
+from heavytop.scene.arguments import shown
 from heavytop.scene.scene import Scene
-from heavytop.scene.text import shown
+from heavytop.studies import recorded
 from heavytop.studies.atlases.axes import ROLES, Axis
 from heavytop.studies.atlases.columns import SETS, size
 from heavytop.studies.atlases.plane import Plane, Tile
@@ -52,7 +53,7 @@ class Study:
             listed.
         """
         file = str(getattr(scene, "name", KIND))
-        axes, faults = options.taken(file, {"x": x, "y": y}, {"x": Axis.of, "y": Axis.of})
+        axes, faults = arguments.parse_options(file, {"x": x, "y": y}, {"x": Axis.of, "y": Axis.of})
         if not isinstance(scene, Scene):
             faults.append(
                 Fault(file, None, "scene", shown(scene), "a Scene", "load_scene gives one")

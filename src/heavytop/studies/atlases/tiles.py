@@ -7,7 +7,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.analytic.motions import motions_many
+from heavytop.analytic.many_motions import motions_many
 from heavytop.classification.many import Verdicts, classify_many
 from heavytop.studies.atlases.columns import SETS, Columns
 from heavytop.studies.atlases.integrated import integrated

@@ -9,8 +9,8 @@ from typing import Any, Final
 
 from heavytop.comparison.march import Place
 from heavytop.errors import ForeignFile
-from heavytop.numbers.doubledouble import DoubleDouble
-from heavytop.scene import recorded
+from heavytop.numbers.double_double import DoubleDouble
+from heavytop.studies import recorded
 from heavytop.studies.drifts.methods import TOLERANCE, Method
 from heavytop.studies.drifts.yardstick import Off
 from heavytop.studies.ledger import Book

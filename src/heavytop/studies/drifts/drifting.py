@@ -9,15 +9,14 @@ from pathlib import Path
 
 from heavytop.errors import BadScene, Fault, ForeignFile
 from heavytop.machine import versions
-from heavytop.scene.arguments import heard, path_of
-from heavytop.scene.options import taken
-from heavytop.scene.recorded import naming
+from heavytop.scene.arguments import heard, parse_options, path_of
 from heavytop.scene.scene import Scene
 from heavytop.studies import ledger
 from heavytop.studies.drifts.drift import Drift, gathered
 from heavytop.studies.drifts.methods import DEFAULT
 from heavytop.studies.drifts.options import JOBS
 from heavytop.studies.drifts.study import KIND, Study
+from heavytop.studies.recorded import naming
 
 Show = Callable[[ledger.Progress], object]
 
@@ -102,7 +101,7 @@ def drift(
     heard("progress", progress)
     if folder is not None:
         path_of("folder", folder)
-    values, wrong = taken(str(getattr(scene, "name", "drift")), {"jobs": jobs}, JOBS)
+    values, wrong = parse_options(str(getattr(scene, "name", "drift")), {"jobs": jobs}, JOBS)
     try:
         study = Study.asked(scene, methods, periods, ensemble, samples, seed)
     except BadScene as bad:
@@ -134,7 +133,7 @@ def resume(
     StoppedEarly, ForeignWorker
         As for `drift`.
     """
-    jobs = _one(*taken(str(folder), {"jobs": jobs}, JOBS))
+    jobs = _one(*parse_options(str(folder), {"jobs": jobs}, JOBS))
     with ledger.Folder.open(folder, versions()) as book:
         if book.identity.get("kind") != KIND:
             raise ForeignFile(f"{Path(folder)}: a study of {book.identity.get('kind')!r:.40}")

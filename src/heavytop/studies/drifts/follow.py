@@ -11,7 +11,7 @@ from typing import Any, Final
 from heavytop.comparison.march import Place, Stopped
 from heavytop.errors import ForeignFile
 from heavytop.integration.bits import DOUBLE
-from heavytop.numbers.doubledouble import DoubleDouble
+from heavytop.numbers.double_double import DoubleDouble
 from heavytop.studies.drifts import checked
 from heavytop.studies.drifts.methods import Method
 from heavytop.studies.drifts.runs import Run, run

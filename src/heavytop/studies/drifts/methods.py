@@ -15,7 +15,7 @@ from heavytop.integration.bits import DOUBLE, LONG_DOUBLE
 from heavytop.integration.projection import why_not
 from heavytop.names import nearest
 from heavytop.run.planning import EPSILON
-from heavytop.scene.options import Refused
+from heavytop.scene.arguments import Refused
 
 MPFR_BITS: Final = 128
 DEFAULT: Final = (

@@ -7,17 +7,16 @@ from typing import Final
 
 from heavytop.errors import Fault
 from heavytop.run.planning import closed_form_of
-from heavytop.scene.options import Number
+from heavytop.scene.arguments import Range, shown
 from heavytop.scene.scene import Scene
-from heavytop.scene.text import shown
 
 NUMBERS: Final = {
-    "periods": Number(1, 1e12),
-    "ensemble": Number(1, 10_000, whole=True),
-    "samples": Number(2, 10_000, whole=True),
-    "seed": Number(0, 2**63 - 1, whole=True),
+    "periods": Range(1, 1e12),
+    "ensemble": Range(1, 10_000, whole=True),
+    "samples": Range(2, 10_000, whole=True),
+    "seed": Range(0, 2**63 - 1, whole=True),
 }
-JOBS: Final = {"jobs": Number(1, 1024, whole=True)}
+JOBS: Final = {"jobs": Range(1, 1024, whole=True)}
 
 
 def no_nutation(file: str, scene: object, study: str) -> Iterator[Fault]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from heavytop.comparison.march import Array, Place, Stopped
 from heavytop.integration.precise import Mark, PreciseIntegrator, Unfinished, Wanted
-from heavytop.numbers.doubledouble import DoubleDouble
+from heavytop.numbers.double_double import DoubleDouble
 from heavytop.studies.drifts.taylor_march import FAR
 
 DOUBLE_BITS = 53

@@ -10,9 +10,9 @@ from typing import Any, Final
 from heavytop.errors import BadScene, ForeignFile, HeavyTopError
 from heavytop.machine import versions
 from heavytop.run.planning import plan
-from heavytop.scene import recorded
-from heavytop.scene.options import named, taken
+from heavytop.scene.arguments import parse_names, parse_options
 from heavytop.scene.scene import Scene
+from heavytop.studies import recorded
 from heavytop.studies.drifts.marks import marks
 from heavytop.studies.drifts.members import STARTS, member
 from heavytop.studies.drifts.methods import DEFAULT, Method, NoMethod, method
@@ -69,8 +69,8 @@ class Study:
         """
         file = str(getattr(scene, "name", "drift"))
         given = {"periods": periods, "ensemble": ensemble, "samples": samples, "seed": seed}
-        values, faults = taken(file, given, NUMBERS)
-        found, wrong = named(file, "methods", methods, _asked)
+        values, faults = parse_options(file, given, NUMBERS)
+        found, wrong = parse_names(file, "methods", methods, _asked)
         if faults := [*faults, *no_nutation(file, scene, WHO), *wrong]:
             raise BadScene(tuple(faults))
         concrete = tuple(_concrete(scene, each, values["periods"]) for each in found)

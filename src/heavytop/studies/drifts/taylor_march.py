@@ -11,7 +11,7 @@ import numpy as np
 from heavytop.comparison.march import Array, Place, Stopped
 from heavytop.integration.engine import Block, Engine
 from heavytop.integration.orbit import Checkpoint
-from heavytop.numbers.doubledouble import DoubleDouble, add
+from heavytop.numbers.double_double import DoubleDouble, add
 
 FAR = 1e6  # periods: no step is that long
 

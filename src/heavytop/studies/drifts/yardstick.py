@@ -17,7 +17,7 @@ from heavytop.classification.reduced import Source
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.observed import observed
 from heavytop.numbers.decimals import Context, context
-from heavytop.numbers.doubledouble import DoubleDouble
+from heavytop.numbers.double_double import DoubleDouble
 
 DIGITS = 40
 EVEN = 0.7  # of |z|, above which x and y say more about it

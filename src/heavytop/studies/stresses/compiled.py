@@ -14,7 +14,7 @@ import numpy as np
 from heavytop.comparison.fixed import FixedStep
 from heavytop.comparison.march import Array, March, Place, Stopped
 from heavytop.comparison.setting_up import march
-from heavytop.numbers.doubledouble import DoubleDouble, two_product
+from heavytop.numbers.double_double import DoubleDouble, two_product
 from heavytop.run.engines import binary_start, formulation_of
 from heavytop.run.planning import Plan
 from heavytop.studies.stresses.cases import Case

@@ -10,8 +10,7 @@ from heavytop.comparison.table import absent
 from heavytop.comparison.table import named as rival
 from heavytop.errors import BadScene, Fault
 from heavytop.machine import versions
-from heavytop.scene.arguments import heard
-from heavytop.scene.options import Number, named, one_of, taken
+from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
 from heavytop.scene.scene import Scene
 from heavytop.studies.stresses.cases import Case, cases
 from heavytop.studies.stresses.keeper import PATIENCE_S, Keeper, Killed, Lost
@@ -24,9 +23,9 @@ TIME_S: Final = 3.0
 STEPS: Final = 2_000_000
 LIST: Final = "heavytop stress --list"
 NUMBERS: Final = {
-    "budget": Number(0, 1e6),
-    "time_limit": Number(0.01, 1e5),
-    "step_limit": Number(1, 10**12, whole=True),
+    "budget": Range(0, 1e6),
+    "time_limit": Range(0.01, 1e5),
+    "step_limit": Range(1, 10**12, whole=True),
 }
 
 T = TypeVar("T")
@@ -183,7 +182,7 @@ def _chosen(
 ) -> tuple[tuple[Case, ...], tuple[Method, ...], dict[str, Any]]:
     found, no_cases = _each("cases", _names(some), cases())
     asked, no_methods = _each("methods", methods, METHODS)
-    values, wrong = taken("stress", limits, NUMBERS)
+    values, wrong = parse_options("stress", limits, NUMBERS)
     if faults := [*no_cases, *no_methods, *wrong]:
         raise BadScene(tuple(faults))
     return found, asked, values
@@ -209,5 +208,5 @@ def _each(
     key: str, some: Sequence[str] | None, known: Mapping[str, T]
 ) -> tuple[tuple[T, ...], list[Fault]]:
     """Return what is asked for by name, none of it twice, and all where nothing is named."""
-    found, faults = named("stress", key, known if some is None else some, one_of(known, LIST))
+    found, faults = parse_names("stress", key, known if some is None else some, one_of(known, LIST))
     return tuple({id(each): each for each in found}.values()), faults

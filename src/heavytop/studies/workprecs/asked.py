@@ -7,13 +7,13 @@ from functools import partial
 from typing import Final
 
 from heavytop.errors import BadScene
-from heavytop.scene.options import Number, named, taken
+from heavytop.scene.arguments import Range, parse_names, parse_options
 from heavytop.scene.scene import Scene
 from heavytop.studies.drifts.methods import method
 from heavytop.studies.drifts.options import no_nutation
 from heavytop.studies.workprecs.ladder import Trial, auto_digits, trials
 
-NUMBERS: Final = {"periods": Number(1, 1e6), "budget": Number(1, 1e6)}
+NUMBERS: Final = {"periods": Range(1, 1e6), "budget": Range(1, 1e6)}
 
 
 def asked(scene: Scene, methods: Sequence[str], options: Mapping[str, float]) -> tuple[Trial, ...]:
@@ -33,10 +33,10 @@ def asked(scene: Scene, methods: Sequence[str], options: Mapping[str, float]) ->
         listed.
     """
     file = str(getattr(scene, "name", "workprec"))
-    values, faults = taken(file, options, NUMBERS)
+    values, faults = parse_options(file, options, NUMBERS)
     faults += no_nutation(file, scene, "a work-precision diagram")
     read = _none if faults else partial(trials, scene, periods=values["periods"])
-    found, wrong = named(file, "methods", methods, read)
+    found, wrong = parse_names(file, "methods", methods, read)
     if faults or wrong:
         raise BadScene((*faults, *wrong))
     return tuple(dict.fromkeys(trial for each in found for trial in each))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from heavytop.comparison.march import March, Place
-from heavytop.numbers.doubledouble import DoubleDouble
+from heavytop.numbers.double_double import DoubleDouble
 
 MOST_ROUNDS: Final = 25
 LONG_S: Final = 1.0  # what takes so long, in all its runs, is repeated twice and no more

@@ -1,0 +1,174 @@
+"""Arrays of tops and starts, broadcast against each other and read as one long row; and the codes
+in which arrays hold kinds, their details and tags.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import prod
+from typing import Any, Final, Literal, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from heavytop.classification.classify import TAGS
+from heavytop.classification.kinds import Kind
+from heavytop.errors import Impossible, ImpossibleStart, NotANumber
+from heavytop.scene.state import State, broken_spin
+from heavytop.scene.top import Top
+
+Array: TypeAlias = "NDArray[np.float64]"
+Mask: TypeAlias = "NDArray[np.bool_]"
+Codes: TypeAlias = "NDArray[np.uint8]"
+Held: TypeAlias = Literal["psidot", "omega3"]
+
+_WHOLE: Final = 2.0**53
+
+NAMES: Final = (*map(str, Kind), "impossible")
+"""What the codes of kinds mean; the last is of no motion."""
+
+IMPOSSIBLE: Final = NAMES.index("impossible")
+
+DETAILS: Final = (
+    "", "stable", "marginal", "unstable", "swinging", "rotating", "asymptotic",
+    "slow", "fast", "single",
+)  # fmt: skip
+"""What the codes of details mean: what tells motions of one kind apart."""
+
+TAG_NAMES: Final = tuple(TAGS)
+"""The tags whose bits are 1, 2, 4, …"""
+
+
+def bits(names: tuple[str, ...]) -> int:
+    """The bits of those names that are tags.
+
+    Examples
+    --------
+    >>> bits(("slow", "spherical-pendulum", "spin-reversal"))
+    5
+    """
+    return sum(1 << TAG_NAMES.index(name) for name in names if name in TAG_NAMES)
+
+
+def detail(names: tuple[str, ...]) -> int:
+    """The code of the detail among names; 0 where there is none.
+
+    Examples
+    --------
+    >>> DETAILS[detail(("slow", "spherical-pendulum"))]
+    'slow'
+    """
+    return next((DETAILS.index(name) for name in names if name in DETAILS), 0)
+
+
+class Starts(NamedTuple):
+    """Tops and starts, each array of one shape (n,) or of one element; `held` names the spin."""
+
+    A: Array
+    C: Array
+    gMR: Array
+    theta: Array
+    thetadot: Array
+    phidot: Array
+    spin: Array
+    held: Held
+
+    @property
+    def arrays(self) -> tuple[Array, ...]:
+        """A, C, gMR, theta, thetadot, phidot and spin."""
+        return self[:-1]
+
+    @property
+    def pole(self) -> Mask:
+        """Where the axis points up; of the doubles in [0, π] no other is a pole."""
+        return np.equal(self.theta, 0)
+
+    @property
+    def still(self) -> Mask:
+        """Where θ̇ = 0."""
+        return np.equal(self.thetadot, 0)
+
+    @property
+    def level(self) -> Mask:
+        """Where φ̇ sinθ = 0."""
+        return self.pole | np.equal(self.phidot, 0)
+
+
+class InputArrays:
+    """Arrays of tops and starts by name, none of which is copied as a whole.
+
+    Parameters
+    ----------
+    given : mapping of str to array_like
+        A, C, gMR, theta, thetadot, phidot, and psidot or omega3, in that order.
+
+    Raises
+    ------
+    NotANumber
+        Something is not an array of integers or of doubles.
+    Impossible
+        The shapes do not broadcast.
+    """
+
+    def __init__(self, given: Mapping[str, ArrayLike]) -> None:
+        arrays = {name: _array(name, each) for name, each in given.items()}
+        self.shape = _common_shape(arrays)
+        self.size = prod(self.shape)
+        self._columns = {name: _column(each, self.shape) for name, each in arrays.items()}
+
+    def starts(self, span: slice) -> Starts:
+        """Some of the tops and starts; what is the same for all is one element."""
+        *numbers, spin = (_part(column, span) for column in self._columns.values())
+        A, C, gMR, theta, thetadot, phidot = numbers
+        held: Held = "psidot" if "psidot" in self._columns else "omega3"
+        return Starts(A, C, gMR, theta, thetadot, phidot, spin, held)
+
+    def one(self, at: int) -> tuple[Top, State]:
+        """One of them, exactly; raises `ImpossibleTop` or `ImpossibleStart`."""
+        span = slice(at, at + 1)
+        numbers = {name: float(_part(each, span)[0]) for name, each in self._columns.items()}
+        moments = {name: numbers.pop(name) for name in ("A", "C", "gMR")}
+        return Top(**moments), State(**numbers)
+
+
+def with_spin(
+    given: Mapping[str, ArrayLike], psidot: ArrayLike | None, omega3: ArrayLike | None
+) -> dict[str, ArrayLike]:
+    """Tops and starts with their spin, of which one name at most is given; none is ψ̇ = 0."""
+    if psidot is not None and omega3 is not None:
+        raise ImpossibleStart(broken_spin(("psidot", "omega3")))
+    if omega3 is not None:
+        return {**given, "omega3": omega3}
+    return {**given, "psidot": 0.0 if psidot is None else psidot}
+
+
+def _column(given: Array, shape: tuple[int, ...]) -> Any:
+    """An array of one dimension, or the flat iterator of a larger one."""
+    if given.size == 1 or (given.shape == shape and given.flags.c_contiguous):
+        return given.reshape(-1)
+    return np.broadcast_to(given, shape).flat
+
+
+def _part(column: Any, span: slice) -> Any:
+    return column if len(column) == 1 else column[span]
+
+
+def _array(name: str, given: ArrayLike) -> Array:
+    try:
+        array = np.asarray(given)
+    except ValueError as error:  # lists of different lengths
+        raise NotANumber(f"{name}: {error}") from None
+    if array.dtype.kind not in "iuf" or not np.can_cast(array.dtype, np.float64):
+        raise NotANumber(f"{name}: numbers come as integers or doubles, not as {array.dtype}")
+    doubles = array.astype(np.float64, copy=False)
+    if array.dtype.kind in "iu" and np.any(abs(doubles) > _WHOLE):
+        raise NotANumber(f"{name}: integers up to 2^53, which doubles hold exactly")
+    return doubles
+
+
+def _common_shape(arrays: Mapping[str, Array]) -> tuple[int, ...]:
+    try:
+        return np.broadcast_shapes(*(array.shape for array in arrays.values()))
+    except ValueError:
+        told = ", ".join(f"{name} {array.shape}" for name, array in arrays.items() if array.shape)
+        raise Impossible([("shapes", f"must broadcast together, not {told}")]) from None

@@ -1,0 +1,389 @@
+"""Certified classification of one motion: its kind, its tags and its margin, each proved.
+
+The kinds are asked for in their order. A special kind asks for several numbers to be zero; by the
+largest of their relative sizes it is missed, and the margin is the least by which a kind is missed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import Any, Final, NamedTuple, TypeAlias
+
+from flint import arb
+
+from heavytop.classification import kinds
+from heavytop.classification.kinds import (
+    WHY,
+    Given,
+    Kind,
+    Term,
+    Verdict,
+    away_from_one,
+    p_phi,
+    upper_roots_nearer,
+)
+from heavytop.classification.signs import (
+    FEW_BITS,
+    MOST_BITS,
+    Ball,
+    Criterion,
+    SceneSigns,
+    Sign,
+    UndecidedError,
+    ball_sign,
+    relative_size,
+    sign_of_exact,
+)
+from heavytop.numbers import sqrt
+from heavytop.numbers.intervals import working
+from heavytop.scene.arguments import expect
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
+
+_BITS: Final = (FEW_BITS, 256, 1024, MOST_BITS)  # of the balls that a margin is made of
+_GOOD_BITS: Final = 54  # of a margin
+
+Size: TypeAlias = Callable[[Given], Ball]
+
+
+def classify(top: Top, start: State) -> Verdict:
+    """The kind of motion of `top` from `start`, with tags, margin and the reason, proved.
+
+    Parameters
+    ----------
+    top : Top
+        What spins; its numbers are exact.
+    start : State
+        How it starts; its numbers are exact, floats mean their binary value.
+
+    Returns
+    -------
+    Verdict
+        Certified, unless some sign can be neither told with 4096 bits nor proved to be zero.
+
+    Raises
+    ------
+    WrongType
+        `top` is no Top, or `start` no State.
+
+    Notes
+    -----
+    Every sign is decided by real balls or by an algebraic proof that the number is zero:
+    no threshold enters.
+
+    Accuracy: ``tests/property/test_verdicts.py`` holds verdicts over the whole space to the
+    definitions at 300 digits, ``validation/11_certified_verdicts.py`` 1e5 of them to integrated
+    motions.
+
+    References
+    ----------
+    Landau & Lifshitz, *Mechanics*, section 35; Whittaker, *Analytical Dynamics*, sections 71 to 73,
+    for the separatrix.
+
+    Examples
+    --------
+    >>> top = Top(A="3.28e-4", C="6.60e-5", gMR="0.0456")
+    >>> verdict = classify(top, State(theta="0.1", psidot=140))
+    >>> str(verdict.kind), verdict.certified, verdict.tags
+    ('cusps', True, ('start-at-rest',))
+    >>> str(classify(top, State(theta="0.1", phidot="1e-40", psidot=140)).kind)
+    'waves'
+    """
+    expect("top", top, Top)
+    expect("start", start, State)
+    try:
+        signs = SceneSigns(top, start)
+        tree = _Tree(signs)
+        kind = tree.kind()
+    except UndecidedError as unknown:
+        return _undecided(unknown.bound)
+    details, open_details = tree.detail(kind)
+    tags, open_tags = _tags(signs, kind)
+    margin, enclosure = _bounds(tree.margin())
+    return Verdict(
+        kind, (*details, *tags), (*open_details, *open_tags), True, margin, enclosure, WHY[kind]
+    )
+
+
+def _undecided(bound: str) -> Verdict:
+    why = f"{WHY[Kind.UNDECIDED]}: beside its terms it is at most {bound}"
+    return Verdict(Kind.UNDECIDED, (), (), False, 0.0, (0.0, _above(float(bound))), why, bound)
+
+
+def _bounds(margin: Ball) -> tuple[float, tuple[float, float]]:
+    """The middle of a ball of positive numbers, and bounds rounded outward."""
+    low = max(0.0, math.nextafter(float(margin.lower()), -math.inf))
+    return float(margin.mid()), (low, _above(float(margin.upper())))
+
+
+def _above(x: float) -> float:
+    return math.nextafter(x, math.inf)
+
+
+# --- the decision tree -------------------------------------------------------------------------
+
+
+class _Number(NamedTuple):
+    """A number that may be zero: its sign, and its size beside what it is part of."""
+
+    sign: Callable[[SceneSigns], Sign]
+    size: Size
+
+
+_THETA_RATE: Final = _Number(
+    lambda signs: signs.rate("thetadot"), lambda x: abs(x.A * x.thetadot) / x.momentum
+)
+_ACROSS: Final = _Number(
+    lambda signs: 0 if signs.pole else signs.rate("phidot"),
+    lambda x: abs(x.A * x.phidot) * x.sin2.sqrt() / x.momentum,
+)
+_SPIN: Final = _Number(lambda signs: signs.rate("omega3"), lambda x: abs(x.p_psi) / x.momentum)
+_WEIGHT: Final = _Number(
+    lambda signs: signs.rate("gMR"), lambda x: (x.A * abs(x.gMR)).sqrt() / x.momentum
+)
+_SINE: Final = _Number(lambda signs: 0 if signs.pole else 1, lambda x: x.sin2.sqrt())
+_TORQUE: Final = _Number(
+    lambda signs: 0 if signs.pole else signs.rate("gMR"),
+    lambda x: _WEIGHT.size(x).min(_SINE.size(x)),
+)
+
+
+def _passing(pole: int, name: str, criterion: Criterion) -> _Number:
+    return _Number(
+        lambda signs: signs.sign_of(name),
+        lambda x: relative_size(criterion(x), kinds.pole_scale(x, pole)),
+    )
+
+
+def _sum(criterion: Criterion) -> _Number:
+    return _Number(lambda signs: signs.sign(criterion), lambda x: relative_size(criterion(x)))
+
+
+_OVER: Final[dict[int, Criterion]] = {1: kinds.over_top, -1: kinds.over_bottom}
+_ENERGY: Final = {pole: _sum(over) for pole, over in _OVER.items()}
+_PASSES: Final = {
+    1: _passing(1, "P_minus", kinds.p_minus),
+    -1: _passing(-1, "P_plus", kinds.p_plus),
+}
+_STEADY: Final = _sum(kinds.steady_balance)
+
+
+class _Tree:
+    """Finds the kind of one motion, and by what each kind that it is not is missed."""
+
+    def __init__(self, signs: SceneSigns) -> None:
+        self.signs = signs
+        self._missed: list[tuple[Size, ...]] = []
+        self._few = signs.few  # what is given must be told from zero first
+
+    def kind(self) -> Kind:
+        """The first kind that fits; raises `UndecidedError` where a sign could not be told."""
+        if self._vanish(_THETA_RATE, _ACROSS, _SPIN, _TORQUE):
+            return Kind.AT_REST
+        if self._vanish(_WEIGHT):
+            return Kind.FORCE_FREE
+        if self._vanish(_THETA_RATE, _SINE):
+            up = self.signs.pole == self.signs.rate("gMR")
+            return Kind.SLEEPING if up else Kind.HANGING
+        if self._vanish(_SPIN, _ACROSS):
+            return Kind.PLANAR_PENDULUM
+        return self._reaching_a_pole()
+
+    def _reaching_a_pole(self) -> Kind:
+        highest = self.signs.rate("gMR")
+        if self._vanish(_PASSES[highest], _ENERGY[highest]):
+            return Kind.SEPARATRIX
+        for pole, kind in ((1, Kind.THROUGH_TOP), (-1, Kind.THROUGH_BOTTOM)):
+            if self._vanish(_PASSES[pole]) and self._side(_OVER[pole]) > 0:
+                return kind
+        if self._vanish(_THETA_RATE, _STEADY):
+            return Kind.UNIFORM_PRECESSION
+        return self._generic()
+
+    def _generic(self) -> Kind:
+        signs = self.signs
+        if signs.sign(kinds.p_minus) * signs.sign(kinds.p_plus) > 0:
+            return Kind.WAVES
+        side = self._side(kinds.looping, kinds.looping_scale) * signs.rate("omega3")
+        if side == 0:
+            return Kind.CUSPS
+        return Kind.LOOPS if side > 0 else Kind.WAVES
+
+    def detail(self, kind: Kind) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """What tells motions of one kind apart; where that is undecided, what it may be."""
+        finders = {
+            Kind.SLEEPING: (self._stability, "marginal"),
+            Kind.PLANAR_PENDULUM: (self._swing, "asymptotic"),
+            Kind.UNIFORM_PRECESSION: (self._speed, "single"),
+        }
+        if kind not in finders:
+            return (), ()
+        find, between = finders[kind]
+        try:
+            return (find(),), ()
+        except UndecidedError:
+            return (), (between,)
+
+    def _stability(self) -> str:
+        highest = self.signs.rate("gMR")
+        side = self._side(partial(kinds.sleeping_discriminant, highest=highest))
+        return ("marginal", "stable", "unstable")[side]
+
+    def _swing(self) -> str:
+        return ("asymptotic", "rotating", "swinging")[self._side(_OVER[self.signs.rate("gMR")])]
+
+    def _speed(self) -> str:
+        cos_sign = self.signs.cos_sign
+        if cos_sign == 0:
+            return "single"
+        highest = self.signs.rate("gMR")
+        side = self._side(partial(kinds.fast_branch, cos_sign=cos_sign, highest=highest))
+        return ("single", "fast", "slow")[side]
+
+    def _vanish(self, *numbers: _Number) -> bool:
+        """Whether all of them are zero; where not, by how much that is missed is remembered."""
+        sizes, unknown = [], None
+        for number in numbers:
+            try:
+                if number.sign(self.signs) != 0:
+                    sizes.append(number.size)
+            except UndecidedError as error:
+                unknown = error
+        if sizes:
+            self._missed.append(tuple(sizes))
+            return False
+        if unknown is not None:
+            raise unknown
+        return True
+
+    def _side(self, criterion: Criterion, scale: Size | None = None) -> Sign:
+        """The sign of a criterion, its size remembered."""
+        sign = self.signs.sign(criterion)
+        if sign:
+            beside = scale or (lambda _: None)
+            self._missed.append((lambda x: relative_size(criterion(x), beside(x)),))
+        return sign
+
+    def margin(self) -> Ball:
+        """The distance to the nearest of the kinds that were rejected."""
+        for bits in _BITS:
+            given = self._few if bits == FEW_BITS else self.signs.balls(bits)
+            with working(bits):
+                missed = {size: size(given) for sizes in self._missed for size in sizes}
+                least = arb(1)
+                for first, *others in self._missed:
+                    largest = missed[first]
+                    for other in others:
+                        largest = largest.max(missed[other])
+                    least = least.min(largest)
+            if least.rel_accuracy_bits() >= _GOOD_BITS:
+                break
+        return least
+
+
+# --- tags --------------------------------------------------------------------------------------
+
+_STILL = frozenset({Kind.AT_REST, Kind.SLEEPING, Kind.HANGING})
+_NOT_NUTATING = _STILL | {Kind.SEPARATRIX, Kind.UNIFORM_PRECESSION}
+_SPINLESS = frozenset({Kind.AT_REST, Kind.PLANAR_PENDULUM})
+
+
+def _tags(signs: SceneSigns, kind: Kind) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The tags that hold, and those that could be neither proved nor disproved."""
+    holding, unknown = [], []
+    for tag, holds in TAGS.items():
+        try:
+            if holds(signs, kind):
+                holding.append(tag)
+        except UndecidedError:
+            unknown.append(tag)
+    return tuple(holding), tuple(unknown)
+
+
+def _spherical_pendulum(signs: SceneSigns, kind: Kind) -> bool:
+    return kind not in _SPINLESS and signs.rate("omega3") == 0
+
+
+def _spherical_top(signs: SceneSigns, _: Kind) -> bool:
+    return signs.top.A == signs.top.C or signs.sign(kinds.flatness) == 0
+
+
+def _spin_reversal(signs: SceneSigns, kind: Kind) -> bool:
+    return kind not in (*_STILL, Kind.UNIFORM_PRECESSION) and _reverses(signs)
+
+
+def _closed_orbit(signs: SceneSigns, kind: Kind) -> bool:
+    """Whether the axis is known to run along a closed curve: a circle, or to and fro."""
+    if kind is Kind.PLANAR_PENDULUM:
+        return signs.sign(_OVER[signs.rate("gMR")]) != 0
+    circle = kind in (Kind.FORCE_FREE, Kind.UNIFORM_PRECESSION)
+    return circle and not _start_at_rest(signs, kind)
+
+
+def _near_separatrix(signs: SceneSigns, kind: Kind) -> bool:
+    highest = signs.rate("gMR")
+    if kind in _NOT_NUTATING or highest == 0:
+        return False
+    if kind is Kind.PLANAR_PENDULUM and signs.sign(_OVER[highest]) == 0:
+        return False
+    return signs.sign(away_from_one) < 0 and signs.sign(upper_roots_nearer) > 0
+
+
+def _inverted(signs: SceneSigns, _: Kind) -> bool:
+    return signs.rate("gMR") < 0
+
+
+def _start_at_rest(signs: SceneSigns, kind: Kind) -> bool:
+    across = 0 if signs.pole else signs.rate("phidot")
+    return kind not in _STILL and signs.rate("thetadot") == across == 0
+
+
+TAGS: Final[dict[str, Callable[[SceneSigns, Kind], bool]]] = {
+    "spherical-pendulum": _spherical_pendulum,
+    "spherical-top": _spherical_top,
+    "spin-reversal": _spin_reversal,
+    "closed-orbit": _closed_orbit,
+    "near-separatrix": _near_separatrix,
+    "inverted-gravity": _inverted,
+    "start-at-rest": _start_at_rest,
+}
+
+
+def _reverses(signs: SceneSigns) -> bool:
+    """Whether q(u) = A ψ̇ (1 − u²) = ω3 A − p_φ u − ω3 (A − C) u² has a zero where f > 0.
+
+    q(∓1) = p_ψ ± p_φ: there is one zero between the poles where |p_φ| > |p_ψ|, and elsewhere, as
+    C ≤ 2A, none.
+    """
+    outside = signs.sign_of("P_minus") * signs.sign_of("P_plus") > 0
+    if not outside or _turns_without_spin(signs):
+        return False
+    try:
+        with working(FEW_BITS):
+            return _f_at_zero(signs.few, _told, lambda x: x.sqrt()) > 0
+    except UndecidedError:
+        return _f_at_zero(signs.exact, sign_of_exact, sqrt) > 0
+
+
+def _turns_without_spin(signs: SceneSigns) -> bool:
+    """Whether the start is a turning point with ψ̇ = 0: the zero of q, and no inner one."""
+    return signs.rate("thetadot") == 0 and sign_of_exact(signs.start.psidot) == 0
+
+
+def _told(ball: Any) -> Sign:
+    sign = ball_sign(ball)
+    if sign is None:
+        raise UndecidedError(ball)
+    return sign
+
+
+def _f_at_zero(x: Given, sign: Callable[[Any], Sign], root: Callable[[Any], Any]) -> Sign:
+    """The sign of f at the zero of q between the poles, in the form that does not cancel."""
+    about_vertical, free = p_phi(x), x.omega3 * x.A
+    reach: Term = root(about_vertical * about_vertical + 4 * free * x.omega3 * (x.A - x.C))
+    u = 2 * free / (about_vertical + sign(about_vertical) * reach)
+    drop = about_vertical - x.p_psi * u
+    energy = x.kinetic + 2 * x.gMR * (x.cos - u)
+    return sign(x.A * energy * (1 - u * u) - drop * drop)

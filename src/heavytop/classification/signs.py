@@ -1,0 +1,208 @@
+"""The signs of the criteria for one top and one start: the one place where zeros are proved.
+
+Balls of 106 bits decide nearly always. What they leave open goes to the exact numbers, whose sign
+is found by balls of more bits or by proving that everything cancels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, Final, Literal, TypeAlias
+
+from flint import arb, fmpq
+
+from heavytop.classification import kinds
+from heavytop.classification.kinds import Given, Sum
+from heavytop.numbers import ONE, PI, Exact, cos
+from heavytop.numbers.intervals import working
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
+
+Ball: TypeAlias = Any
+Sign: TypeAlias = Literal[-1, 0, 1]
+Criterion: TypeAlias = Callable[[Given], Sum]
+
+FEW_BITS: Final = 106
+MOST_BITS: Final = 4096  # as many as the exact numbers try
+
+
+class UndecidedError(Exception):
+    """A sum that could be neither told from zero nor proved to be zero; its size is a ball."""
+
+    def __init__(self, size: Ball) -> None:
+        self.bound = size.upper().str(2, radius=False)
+        super().__init__(f"zero, or smaller than {self.bound} of its terms")
+
+
+class SceneSigns:
+    """What is positive, zero or negative of one top and one start, each found when first asked for.
+
+    Everything raises `UndecidedError` where a number could be neither told from zero nor proved
+    to be zero.
+    """
+
+    def __init__(self, top: Top, start: State) -> None:
+        self.top, self.start = top, start
+        self._rates: dict[str, Sign] = {}
+        self._found: dict[Criterion, Sign] = {}
+
+    @cached_property
+    def few(self) -> Given:
+        """What is given, as balls of 106 bits."""
+        return self.balls(FEW_BITS)
+
+    def balls(self, bits: int) -> Given:
+        """What is given, as balls of so many bits; 1 ∓ cosθ from the half angle."""
+        with working(bits):
+            A, C = (ball_of(moment, bits) for moment in (self.top.A, self.top.C))
+            gMR, thetadot, phidot, omega3 = (self._rate_ball(name, bits) for name in _RATES)
+            return Given(A, C, gMR, *self._heights(bits), thetadot, phidot, omega3)
+
+    def _rate_ball(self, name: str, bits: int) -> Ball:
+        """A ball of what may be zero: the number 0 itself where it is."""
+        ball = ball_of(self._given(name), bits)
+        if name not in self._rates and (told := ball_sign(ball)) is not None:
+            self._rates[name] = told
+        return ball if self.rate(name) else arb(0)
+
+    def _heights(self, bits: int) -> tuple[Ball, Ball, Ball]:
+        """cosθ, 1 − cosθ and 1 + cosθ; from the half angle, and exact on a pole."""
+        if self.pole:
+            u = arb(self.pole)
+            return u, 1 - u, 1 + u
+        theta = ball_of(self.start.theta, bits)
+        s, c = (theta / 2).sin_cos()
+        return theta.cos(), 2 * s * s, 2 * c * c
+
+    @cached_property
+    def exact(self) -> Given:
+        """What is given, as exact numbers."""
+        top, start = self.top, self.start
+        u = self.pole * ONE if self.pole else cos(start.theta)
+        return Given(
+            top.A, top.C, top.gMR, u, ONE - u, ONE + u, start.thetadot, start.phidot, start.omega3
+        )
+
+    def rate(self, name: str) -> Sign:
+        """The sign of gMR, thetadot, phidot or omega3."""
+        if name not in self._rates:
+            self._rates[name] = sign_of_exact(self._given(name))
+        return self._rates[name]
+
+    def _given(self, name: str) -> Exact:
+        found: Exact = self.top.gMR if name == "gMR" else getattr(self.start, name)
+        return found
+
+    @cached_property
+    def pole(self) -> Sign:
+        """1 where the axis starts pointing up, −1 where down, 0 where neither."""
+        theta = self.start.theta
+        if theta.fraction is not None:  # π is irrational
+            return 1 if theta.fraction == 0 else 0
+        with working(FEW_BITS):
+            ball = theta.ball(FEW_BITS)
+            if ball > 0 and ball < arb.pi():
+                return 0
+        if sign_of_exact(theta) == 0:
+            return 1
+        return -1 if sign_of_exact(PI - theta) == 0 else 0
+
+    @cached_property
+    def cos_sign(self) -> Sign:
+        """The sign of cosθ."""
+        told = ball_sign(self.few.cos)
+        return sign_of_exact(self.exact.cos) if told is None else told
+
+    def sign(self, criterion: Criterion) -> Sign:
+        """The sign of a criterion."""
+        if (known := self._found.get(criterion)) is not None:
+            return known
+        with working(FEW_BITS):
+            told = ball_sign(sum_of(criterion(self.few)))
+        if told is None:
+            told = sum_of(criterion(self.exact)).sign()
+        if told is None:
+            given = self.balls(MOST_BITS)
+            with working(MOST_BITS):
+                raise UndecidedError(relative_size(criterion(given)))
+        self._found[criterion] = told
+        return told
+
+    def sign_of(self, name: str) -> Sign:
+        """The sign of a constant of the reduced motion, up to factors that are positive.
+
+        Parameters
+        ----------
+        name : {"g", "udot0", "drift0", "P_minus", "P_plus", "pull", "over_top", "over_bottom", \
+"looping"}
+            As in `heavytop.classification.reduced.Reduced`; of u̇₀ and of f₁, which are the
+            negative of what is told, only whether they are zero is meant.
+        """
+        if name == "g":
+            return self.rate("gMR")
+        if name in ("udot0", "drift0"):
+            return 0 if self.pole else self.rate("thetadot" if name == "udot0" else "phidot")
+        if name == "pull" and self.pole:  # where f₁ vanishes with θ̇₀
+            return self.rate("thetadot")
+        if self.pole and name == ("P_minus" if self.pole > 0 else "P_plus"):
+            return 0
+        return self.sign(_CRITERIA[name])
+
+
+_RATES: Final = ("gMR", "thetadot", "phidot", "omega3")
+_CRITERIA: Final[dict[str, Criterion]] = {
+    "P_minus": kinds.p_minus,
+    "P_plus": kinds.p_plus,
+    "pull": kinds.steady_balance,
+    "over_top": kinds.over_top,
+    "over_bottom": kinds.over_bottom,
+    "looping": kinds.looping,
+}
+
+
+def sum_of(terms: Sum) -> Any:
+    """The sum of some terms."""
+    total = terms[0]
+    for term in terms[1:]:
+        total = total + term
+    return total
+
+
+def relative_size(terms: Sum, beside: Ball | None = None) -> Ball:
+    """|sum|/Σ|terms|; `beside` is something else that the sum is small beside."""
+    scale = sum_of(tuple(abs(term) for term in terms))
+    return abs(sum_of(terms)) / (scale if beside is None else scale + beside)
+
+
+def sign_of_exact(value: Exact) -> Sign:
+    """The sign of an exact number, or `UndecidedError`."""
+    if (q := value.fraction) is not None:
+        return 1 if q.numerator > 0 else -1 if q.numerator < 0 else 0
+    if told := ball_sign(value.ball(FEW_BITS)):
+        return told
+    sign = value.sign()
+    if sign is None:
+        raise UndecidedError(abs(value.ball(MOST_BITS)))
+    return sign
+
+
+def ball_sign(ball: Ball) -> Sign | None:
+    """The sign that every number of a ball has, or None; a ball that is the number 0 has 0."""
+    if ball > 0:
+        return 1
+    if ball < 0:
+        return -1
+    return 0 if ball.is_zero() else None
+
+
+def ball_of(value: Exact, bits: int) -> Ball:
+    """A ball of an exact number, at the working precision of so many bits."""
+    q = value.fraction
+    return value.ball(bits) if q is None else rational_ball(q)
+
+
+def rational_ball(q: Fraction) -> Ball:
+    """A ball of a rational number, at the working precision."""
+    return arb(fmpq(q.numerator, q.denominator))

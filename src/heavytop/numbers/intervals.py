@@ -1,0 +1,307 @@
+"""Ball arithmetic: working precision, exact numbers as balls, and `Interval`, which rounds outward.
+
+Balls are those of python-flint (Arb): a middle and a radius that takes up every rounding error.
+"""
+
+from __future__ import annotations
+
+import math
+import numbers
+import sys
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
+from fractions import Fraction
+from threading import RLock
+from typing import Any, Final, TypeVar
+
+from flint import arb, ctx, fmpq
+
+from heavytop.errors import NotANumber
+from heavytop.numbers.exact import Exact
+from heavytop.numbers.normal_form import Atom, Form, Trig
+
+T = TypeVar("T")
+
+_LOCK: Final = RLock()  # flint keeps one working precision for the whole process
+_LEAST: Final = -(1 << 16)  # exponents of 2 below this are not worth their bits
+_PLACES: Final = 60  # decimals shown of a number that is known exactly
+
+
+class working:
+    """A working precision in bits, this thread's alone while the block runs.
+
+    Blocks may be nested; each puts back the precision it found. Whatever computes with balls
+    belongs inside one: outside, another thread may change the precision between two operations.
+
+    Parameters
+    ----------
+    bits : int
+        The precision, at least 2.
+
+    Raises
+    ------
+    ValueError
+        `bits` is less than 2.
+
+    Examples
+    --------
+    >>> from flint import arb
+    >>> with working(200):
+    ...     print(arb.pi().rel_accuracy_bits() > 190)
+    True
+    """
+
+    __slots__ = ("_before", "_bits")
+
+    def __init__(self, bits: int) -> None:
+        self._bits = bits
+
+    def __enter__(self) -> None:
+        _LOCK.acquire()
+        self._before = ctx.prec
+        try:
+            ctx.prec = self._bits
+        except BaseException:
+            _LOCK.release()
+            raise
+
+    def __exit__(self, *raised: object) -> None:
+        ctx.prec = self._before
+        _LOCK.release()
+
+
+def at_rising_precision(precisions: Iterable[int], answer: Callable[[int], T | None]) -> T | None:
+    """The first answer that is not None, each asked for at a working precision; None at none."""
+    for bits in precisions:
+        with working(bits):
+            if (found := answer(bits)) is not None:
+                return found
+    return None
+
+
+# --- exact numbers as balls, at the working precision -----------------------------------------
+
+
+def ball_of(x: Form) -> arb:
+    """A ball that holds x; not finite where a divisor's ball holds zero."""
+    total = arb(0)
+    for monomial, c in x:
+        term = _rational_ball(c)
+        for atom, e in monomial:
+            term *= _power(_atom(atom), e)
+        total += term
+    return total
+
+
+def _rational_ball(q: Fraction) -> arb:
+    return arb(fmpq(q.numerator, q.denominator))
+
+
+def _atom(atom: Atom) -> arb:
+    if isinstance(atom, Fraction):
+        return _rational_ball(atom)
+    if isinstance(atom, str):
+        return arb.pi()
+    if isinstance(atom, Trig):
+        argument = ball_of(atom.argument)
+        return argument.cos() if atom.name == "cos" else argument.sin()
+    return ball_of(atom)
+
+
+def _power(base: arb, e: Fraction) -> arb:
+    if e.denominator > 1:
+        base = _root(base, e.denominator)
+    return base if e.numerator == 1 else base**e.numerator
+
+
+def _root(base: arb, index: int) -> arb:
+    """The root of a number known not to be negative; what lies below zero is only width."""
+    if base > 0:
+        return base.sqrt() if index == 2 else base.root(index)
+    top = base.upper().nonnegative_part()
+    return top if top.is_zero() else arb(0).union(top.root(index))
+
+
+# --- intervals --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Interval:
+    """The numbers from middle − spread to middle + spread, one of which is meant.
+
+    Parameters
+    ----------
+    middle, spread : Fraction
+        Exact; `Interval.of` takes them from a ball of python-flint.
+
+    Examples
+    --------
+    >>> third = Interval(Fraction(1, 3), Fraction(1, 10**12))
+    >>> print(third, third.digits, Fraction(1, 3) in third, "0.333" in third)
+    0.33333333333 ± 5e-12 12 True False
+    >>> third.bounds(6), third.lower < 1 / 3 < third.upper
+    (('0.333333', '0.333334'), True)
+    """
+
+    middle: Fraction
+    spread: Fraction
+
+    @classmethod
+    def of(cls, ball: arb) -> Interval:
+        """The value of a finite ball of python-flint; nothing is lost but digits below 2⁻⁶⁵⁵³⁶.
+
+        Parameters
+        ----------
+        ball : flint.arb
+            Such as `Exact.ball` gives.
+
+        Raises
+        ------
+        ValueError
+            The ball is not finite.
+        """
+        if not ball.is_finite():
+            raise ValueError("an interval is finite")
+        middle, lost = _dyadic(ball.mid())
+        spread, more = _dyadic(ball.rad())
+        return cls(middle, spread + lost + more)
+
+    @property
+    def mid(self) -> float:
+        """The double nearest the middle."""
+        return _double(self.middle)
+
+    @property
+    def radius(self) -> float:
+        """The spread as a double, not smaller."""
+        return outward(self.spread, 1)
+
+    @property
+    def lower(self) -> float:
+        """The largest double that no number of the interval is less than."""
+        return outward(self.middle - self.spread, -1)
+
+    @property
+    def upper(self) -> float:
+        """The smallest double that no number of the interval is greater than."""
+        return outward(self.middle + self.spread, 1)
+
+    @property
+    def digits(self) -> float:
+        """The largest n with spread ≤ 10⁻ⁿ max(1, |middle|); infinite where the spread is 0."""
+        if not self.spread:
+            return math.inf
+        return _decimals(self.spread / max(Fraction(1), abs(self.middle)))
+
+    @property
+    def decimals(self) -> float:
+        """The largest n with spread ≤ 10⁻ⁿ; infinite where the spread is 0."""
+        return _decimals(self.spread) if self.spread else math.inf
+
+    def bounds(self, digits: int) -> tuple[str, str]:
+        """Two decimal numbers of so many significant digits with the interval between them.
+
+        Parameters
+        ----------
+        digits : int
+            How many, at least 1.
+        """
+        ends = (self.middle - self.spread, ROUND_FLOOR), (self.middle + self.spread, ROUND_CEILING)
+        low, high = (str(_decimal(end, digits, way)) for end, way in ends)
+        return low.replace("E", "e"), high.replace("E", "e")
+
+    def __contains__(self, x: object) -> bool:
+        """Whether the number `x`, or every number of the interval `x`, is in this one.
+
+        Parameters
+        ----------
+        x : int, float, Fraction, Decimal, str, mpmath number, numpy number or Interval
+            Floats and mpmath numbers mean their binary value, texts are decimal.
+
+        Raises
+        ------
+        NotANumber
+            `x` is none of these, or not finite.
+        """
+        if isinstance(x, Interval):
+            return abs(x.middle - self.middle) + x.spread <= self.spread
+        return abs(rational(x) - self.middle) <= self.spread
+
+    def __str__(self) -> str:
+        """The digits that are known, without zeros at the end, and a radius, rounded outward."""
+        places = _PLACES if not self.spread else math.floor(_decimals(2 * self.spread))
+        unit = Fraction(10) ** -places
+        shown = round(self.middle / unit) * unit
+        digits = max(0, -_decimals(abs(shown / unit))) if shown else 0
+        text = _decimal(shown, digits + 1, ROUND_HALF_EVEN)
+        error = self.spread + abs(self.middle - shown)
+        if not error:
+            return f"{text:f}"
+        return f"{text} ± {_decimal(error, 1, ROUND_CEILING)}".replace("E", "e")
+
+    def __repr__(self) -> str:
+        return f"<Interval {self}>"
+
+
+def above(bound: float) -> str:
+    """Two digits of a number that is not smaller than the bound."""
+    return str(Context(2, ROUND_CEILING).create_decimal(bound)).replace("E", "e")
+
+
+def _dyadic(exact: arb) -> tuple[Fraction, Fraction]:
+    """The value of a ball without radius, and a bound on what is lost where it is tiny."""
+    man, exp = (int(part) for part in exact.man_exp())
+    if not man:
+        return Fraction(0), Fraction(0)
+    if man.bit_length() + exp < _LEAST:
+        return Fraction(0), Fraction(1, 1 << -_LEAST)
+    return (Fraction(man << exp) if exp >= 0 else Fraction(man, 1 << -exp)), Fraction(0)
+
+
+def _decimals(size: Fraction) -> int:
+    """The largest n with size ≤ 10⁻ⁿ."""
+    n = math.floor(math.log10(size.denominator) - math.log10(size.numerator)) + 1
+    while size > Fraction(10) ** -n:
+        n -= 1
+    return n
+
+
+def _decimal(q: Fraction, digits: int, way: str) -> Decimal:
+    """The number rounded to so many significant decimal digits."""
+    rounding = Context(digits, way, Emin=-(10**8), Emax=10**8)
+    return rounding.normalize(rounding.divide(Decimal(q.numerator), Decimal(q.denominator)))
+
+
+def _double(q: Fraction) -> float:
+    try:
+        return float(q)
+    except OverflowError:
+        return math.inf if q > 0 else -math.inf
+
+
+def outward(q: Fraction, way: int) -> float:
+    """The nearest double that is not on the wrong side of q."""
+    near = _double(q)
+    if math.isinf(near):
+        return near if (near > 0) == (way > 0) else math.copysign(sys.float_info.max, near)
+    wrong = near < q if way > 0 else near > q
+    return math.nextafter(near, way * math.inf) if wrong else near
+
+
+def rational(x: Any) -> Fraction:
+    """The exact value of a number of any kind that has a rational one."""
+    try:
+        if hasattr(x, "_mpf_"):
+            sign, man, exp, _ = x._mpf_
+            if not man and exp:
+                raise ValueError("not finite")
+            size = Fraction(int(man)) * Fraction(2) ** int(exp)
+            return -size if sign else size
+        if isinstance(x, Exact):
+            x = x.fraction
+        if isinstance(x, numbers.Rational):
+            return Fraction(int(x.numerator), int(x.denominator))
+        return Fraction(*(Decimal(x) if isinstance(x, str) else x).as_integer_ratio())
+    except (ValueError, TypeError, AttributeError, ArithmeticError):
+        raise NotANumber(f"an interval holds finite rational numbers, not {x!r}") from None

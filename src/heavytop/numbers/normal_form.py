@@ -1,0 +1,535 @@
+"""Normal form of exact numbers: like terms and equal roots merged; and proof that a form is zero.
+
+A form is a sum of terms, a term a rational coefficient times a monomial, a monomial a product of
+powers of atoms; and an atom is a positive rational under a root, π, a cosine or sine, or a form
+again. All of it is plain tuples, ordered by how they are written, so that equal forms compare and
+hash alike. No term is zero: the form of 0 is empty.
+
+Many zeros are seen in the form. For others the form is written as a quotient of polynomials in
+generators, and the numerator is reduced by what holds among these: r^q = n for the root of an
+integer, sin² = 1 − cos², the minimal polynomial for the cosine of a rational part of π, y^q = P for
+the root of a sum P. A numerator that reduces to nothing proves zero; one that does not proves
+nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass
+from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, TypeAlias
+
+if TYPE_CHECKING:  # slow to import, and needed for proofs only
+    from flint import fmpq_mpoly
+
+
+@dataclass(frozen=True, slots=True)
+class Trig:
+    """cos or sin of a form that has no simpler one."""
+
+    name: Literal["cos", "sin"]
+    argument: Form
+
+
+Atom: TypeAlias = "Fraction | Literal['pi'] | Trig | Form"
+Monomial: TypeAlias = "tuple[tuple[Atom, Fraction], ...]"
+Form: TypeAlias = "tuple[tuple[Monomial, Fraction], ...]"
+
+HALF: Final = Fraction(1, 2)
+_COSINES: Final = {  # q: n where cos πq = √n / 2
+    Fraction(0): 4,
+    Fraction(1, 6): 3,
+    Fraction(1, 4): 2,
+    Fraction(1, 3): 1,
+    Fraction(1, 2): 0,
+}
+_SMALL_PRIMES: Final = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47)
+_MAX_BITS: Final = 8192  # above this a root is kept as written: correct still, only less merged
+
+_MAX_MULTIPLE: Final = 8  # of an angle; where more is needed, arguments count as unrelated
+_MAX_WORK: Final = 5_000_000  # of a proof: products of one word by another
+_MAX_POWER: Final = 64
+_MAX_GENERATORS: Final = 32
+_MAX_ORDER: Final = 360  # of the root of unity whose real part is adjoined
+
+
+def rational(q: Fraction | int) -> Form:
+    """The form of a rational number."""
+    return (((), q if isinstance(q, Fraction) else Fraction(q)),) if q else ()
+
+
+def _single(atom: Atom) -> Form:
+    return ((((atom, Fraction(1)),), Fraction(1)),)
+
+
+ZERO: Final = rational(0)
+ONE: Final = rational(1)
+PI: Final = _single("pi")
+PI_ALONE: Final = PI[0][0]  # the monomial
+
+
+def fraction(x: Form) -> Fraction | None:
+    """The value of a form without atoms."""
+    return _multiple(x, ())
+
+
+def _multiple(x: Form, monomial: Monomial) -> Fraction | None:
+    """The coefficient q where x is q times `monomial`, and nothing else."""
+    if not x:
+        return Fraction(0)
+    return x[0][1] if len(x) == 1 and x[0][0] == monomial else None
+
+
+# --- arithmetic ------------------------------------------------------------------------------
+
+
+def scaled(x: Form, q: Fraction | int) -> Form:
+    """Return q x."""
+    return tuple((monomial, c * q) for monomial, c in x) if q else ZERO
+
+
+def add(a: Form, b: Form) -> Form:
+    """Return a + b."""
+    total = dict(a)
+    for monomial, c in b:
+        total[monomial] = total[monomial] + c if monomial in total else c
+    kept = [(monomial, c) for monomial, c in total.items() if c]
+    if len(kept) > 1:
+        kept.sort(key=lambda term: _term_text(term[0], Fraction(1)))
+    return tuple(kept)
+
+
+def multiply(a: Form, b: Form) -> Form:
+    """Return a b."""
+    for x, y in ((a, b), (b, a)):
+        if (c := fraction(x)) is not None:
+            return scaled(y, c)
+    (p, factors), (q, more) = _factored(a), _factored(b)
+    return _product(p * q, (*factors, *more))
+
+
+def power(x: Form, e: Fraction) -> Form:
+    """Return xᵉ; x is not zero where e < 0, and not negative where e is not whole."""
+    root = e.denominator > 1
+    if not root and (q := fraction(x)) is not None:
+        return rational(q**e.numerator)
+    if not x:
+        return ZERO
+    c, factors = _factored(x, root)
+    return _product(Fraction(1), [(c, e), *((atom, k * e) for atom, k in factors)])
+
+
+def cos(x: Form) -> Form:
+    """Return cos x."""
+    half_turns = _multiple(x, PI_ALONE)
+    return _single(Trig("cos", x)) if half_turns is None else _cos_pi(half_turns)
+
+
+def sin(x: Form) -> Form:
+    """Return sin x."""
+    half_turns = _multiple(x, PI_ALONE)
+    return _single(Trig("sin", x)) if half_turns is None else _cos_pi(HALF - half_turns)
+
+
+def _cos_pi(q: Fraction) -> Form:
+    """Return cos πq, the angle brought to the first quadrant."""
+    q = abs((q + 1) % 2 - 1)
+    if q > HALF:
+        return scaled(_cos_pi(1 - q), -1)
+    if q in _COSINES:
+        return power(rational(Fraction(_COSINES[q], 4)), HALF)
+    return _single(Trig("cos", scaled(PI, q)))
+
+
+def _factored(x: Form, for_root: bool = False) -> tuple[Fraction, Monomial]:
+    """Write x ≠ 0 as a coefficient times a monomial; a sum becomes one with a positive first term.
+
+    For a root nothing may be negative: √(y²) is |y|, so a power of a y of unknown sign is not taken
+    apart, and x as a whole keeps its sign.
+    """
+    if len(x) == 1:
+        monomial, c = x[0]
+        if not for_root or (c > 0 and all(_never_negative(atom, e) for atom, e in monomial)):
+            return c, monomial
+    c = _common_measure([c for _, c in x])
+    if x[0][1] < 0 and not for_root:
+        c = -c
+    return c, ((scaled(x, 1 / c), Fraction(1)),)
+
+
+def _never_negative(atom: Atom, e: Fraction) -> bool:
+    return isinstance(atom, (Fraction, str)) or e.denominator > 1
+
+
+def _common_measure(rationals: Collection[Fraction]) -> Fraction:
+    """The largest positive rational that each of them, not all 0, is a whole multiple of."""
+    return Fraction(
+        math.gcd(*(q.numerator for q in rationals)),
+        math.lcm(*(q.denominator for q in rationals)),
+    )
+
+
+def _product(coefficient: Fraction, factors: Iterable[tuple[Atom, Fraction]]) -> Form:
+    """The product of a coefficient and powers of atoms, like atoms and like roots merged."""
+    roots: dict[Fraction, Fraction] = {}  # by exponent
+    powers: dict[Atom, Fraction] = {}
+    pending = list(factors)
+    while pending:
+        atom, e = pending.pop()
+        if isinstance(atom, Fraction):
+            outer, radicand, e = _surd(atom, e)
+            coefficient *= outer
+            if e in roots:
+                pending.append((radicand * roots.pop(e), e))
+            elif e:
+                roots[e] = radicand
+            continue
+        e += powers.pop(atom, Fraction(0))
+        if isinstance(atom, tuple) and len(atom) == 1 and e.denominator == 1:
+            inner, c = atom[0]  # one term, kept whole as long as there was a root of it
+            pending += [(c, e), *((part, k * e) for part, k in inner)]
+        elif e:
+            powers[atom] = e
+    if not coefficient:
+        return ZERO
+    monomial = [*((base, e) for e, base in roots.items()), *powers.items()]
+    if len(monomial) == 1 and isinstance(atom := monomial[0][0], tuple) and monomial[0][1] == 1:
+        return scaled(atom, coefficient)
+    return ((tuple(sorted(monomial, key=lambda factor: _factor_text(*factor))), coefficient),)
+
+
+# --- roots of rational numbers ---------------------------------------------------------------
+
+
+def _surd(base: Fraction, exponent: Fraction) -> tuple[Fraction, Fraction, Fraction]:
+    """Write baseᵉ as c nᶠ with 0 ≤ f < 1 and an n as small as is cheap to find; base > 0.
+
+    >>> _surd(Fraction(8, 3), Fraction(1, 2))
+    (Fraction(2, 3), Fraction(6, 1), Fraction(1, 2))
+    """
+    whole = math.floor(exponent)
+    outer, part = base**whole, exponent - whole
+    if part == 0:
+        return outer, Fraction(1), part
+    p, q = part.numerator, part.denominator
+    a, b = base.numerator, base.denominator
+    if a.bit_length() * p + b.bit_length() * (q - p) > _MAX_BITS:
+        return outer, base, part
+    n = a**p * b ** (q - p)  # (a/b)^(p/q) = n^(1/q) / b
+    for prime in _SMALL_PRIMES:
+        while n % prime**q == 0:
+            n, outer = n // prime**q, outer * prime
+    n, order = _perfect_power(n, q)
+    if order == q:
+        return outer * n / b, Fraction(1), Fraction(0)
+    return outer / b, Fraction(n), Fraction(order, q)
+
+
+def _perfect_power(n: int, index: int) -> tuple[int, int]:
+    """The largest k that divides `index` and is the order of a whole root of n; the root first."""
+    for k in range(index, 1, -1):
+        if index % k == 0 and (r := _integer_root(n, k)) ** k == n:
+            return r, k
+    return n, 1
+
+
+def _integer_root(n: int, k: int) -> int:
+    """The largest integer r with rᵏ ≤ n, by Newton's iteration from above."""
+    if n < 2:
+        return n
+    r = 1 << -(-n.bit_length() // k)
+    while (lower := ((k - 1) * r + n // r ** (k - 1)) // k) < r:
+        r = lower
+    return r
+
+
+def _coprime_base(numbers: Iterable[int], index: int) -> tuple[int, ...]:
+    """Coprime integers of whose powers the positive `numbers` are products.
+
+    None of them is itself a power of an order that divides `index`, so that products of their
+    roots of that order are linearly independent over the rationals.
+
+    >>> _coprime_base([12, 18, 49], 2)
+    (2, 3, 7)
+    """
+    base: list[int] = []
+    pending = list(numbers)
+    while pending:
+        n = pending.pop()
+        shared = next((b for b in base if math.gcd(b, n) > 1), None)
+        if shared is not None:
+            base.remove(shared)
+            common = math.gcd(shared, n)
+            pending += [common, shared // common, n // common]
+        elif n > 1:
+            order = index
+            while order > 1:
+                n, order = _perfect_power(n, index)
+            base.append(n)
+    return tuple(sorted(base))
+
+
+# --- text ------------------------------------------------------------------------------------
+
+
+def written(x: Form) -> str:
+    """A text that says x in the grammar of scenes, with cos( ) and sin( ) added."""
+    text = ""
+    for monomial, c in x:
+        if text:
+            text += f" {'-' if c < 0 else '+'} {_term_text(monomial, abs(c))}"
+        else:
+            text = _term_text(monomial, c)
+    return text or "0"
+
+
+def _term_text(monomial: Monomial, c: Fraction) -> str:
+    above = [_factor_text(atom, e) for atom, e in monomial if e > 0]
+    below = ["/" + _factor_text(atom, -e) for atom, e in monomial if e < 0]
+    if abs(c) != 1 or not above:
+        above.insert(0, _decimal(c))
+    elif c < 0:
+        above[0] = "-" + above[0]
+    return "*".join(above) + "".join(below)
+
+
+def _factor_text(atom: Atom, e: Fraction) -> str:
+    if isinstance(atom, str):
+        body: str = atom
+    elif isinstance(atom, Trig):
+        body = f"{atom.name}({written(atom.argument)})"
+    else:
+        body = f"({_decimal(atom) if isinstance(atom, Fraction) else written(atom)})"
+        if e == HALF:
+            return "sqrt" + body
+    return body if e == 1 else f"{body}^{e}" if e.denominator == 1 else f"{body}^({e})"
+
+
+def _decimal(q: Fraction) -> str:
+    """A decimal where the expansion ends, else p/q; through Decimal, which knows no longest int."""
+    p, d = Decimal(q.numerator), Decimal(q.denominator)
+    places = q.denominator.bit_length()
+    if pow(10, places, q.denominator):
+        return f"{p}/{d}"
+    digits = q.numerator.bit_length() + places
+    return str(Context(digits, Emin=MIN_EMIN, Emax=MAX_EMAX).divide(p, d))
+
+
+# --- proof of zero ---------------------------------------------------------------------------
+
+
+class _TooLargeError(Exception):
+    """The proof would take too much work."""
+
+
+class _Quotient(NamedTuple):
+    above: fmpq_mpoly
+    below: fmpq_mpoly  # not zero as a number
+
+
+def proved_zero(x: Form) -> bool:
+    """Whether x is proved to be zero."""
+    try:
+        return bool(_Expansion(x).quotient(x).above.is_zero())
+    except _TooLargeError:
+        return False
+
+
+class _Expansion:
+    """Quotients of polynomials in the generators of a form, reduced.
+
+    The generators are π or a root of it, roots of coprime integers, cosines and sines of angles
+    that the others are small multiples of, and roots of sums.
+    """
+
+    def __init__(self, x: Form) -> None:
+        from flint import Ordering, fmpq_mpoly_ctx
+
+        atoms = list(_atoms(x))
+        radicands = {(a, e.denominator) for a, e in atoms if isinstance(a, Fraction)}
+        self.index = math.lcm(*(order for _, order in radicands))  # of the roots of integers
+        parts = {n for a, _ in radicands for n in (a.numerator, a.denominator)}
+        integers = _coprime_base(parts, self.index)
+        self.pi_index = math.lcm(*(e.denominator for atom, e in atoms if isinstance(atom, str)))
+        arguments = [atom.argument for atom, _ in atoms if isinstance(atom, Trig)]
+        self.multiples = _multiples(dict.fromkeys(arguments))
+        angles = dict.fromkeys(angle for angle, _ in self.multiples.values())
+        self.orders: dict[Form, int] = {}  # of the root of each sum; what a sum holds before it
+        for atom, e in atoms:
+            if isinstance(atom, tuple):
+                self.orders[atom] = math.lcm(self.orders.get(atom, 1), e.denominator)
+        count = len(integers) + 1 + 2 * len(angles) + len(self.orders)
+        if count > _MAX_GENERATORS or max(self.index, self.pi_index) > _MAX_POWER:
+            raise _TooLargeError
+        ring = fmpq_mpoly_ctx.get([("x", count)], Ordering.lex)
+        unused = iter(reversed(ring.gens()))  # the last is the least
+        self.one = ring.constant(1)
+        self.work = 0
+        self.relations: list[fmpq_mpoly] = []  # each with a power of one generator in front
+        self.pi = next(unused)
+        self.integers = [(n, self._root(next(unused), self.index, n)) for n in integers]
+        self.angles = {angle: self._angle(angle, unused) for angle in angles}
+        self.sums: dict[Form, _Quotient] = {}
+        for form, order in self.orders.items():
+            self.sums[form] = self._sum_root(form, order, unused)
+
+    def quotient(self, x: Form) -> _Quotient:
+        """The value of x."""
+        from flint import fmpq
+
+        total = _Quotient(self.one * 0, self.one)
+        for monomial, c in x:
+            term = _Quotient(self.one * fmpq(c.numerator, c.denominator), self.one)
+            for atom, e in monomial:
+                term = self._product(term, self._power_of(atom, e))
+            total = self._sum(total, term)
+        return total
+
+    # --- generators, and what holds among them ------------------------------------------------
+
+    def _root(self, generator: fmpq_mpoly, order: int, of: fmpq_mpoly | int) -> fmpq_mpoly:
+        self.relations.append(generator**order - of)
+        return generator
+
+    def _angle(self, angle: Form, unused: Iterator[fmpq_mpoly]) -> tuple[fmpq_mpoly, fmpq_mpoly]:
+        """The cosine and sine of an angle."""
+        from flint import fmpz_poly
+
+        cosine, sine = next(unused), next(unused)
+        turns = _multiple(angle, PI_ALONE)
+        if turns is not None and (order := (turns / 2).denominator) <= _MAX_ORDER:
+            self.relations.append(_polynomial(fmpz_poly.cos_minpoly(order), 2 * cosine))
+        return cosine, self._root(sine, 2, 1 - cosine**2)
+
+    def _sum_root(self, form: Form, order: int, unused: Iterator[fmpq_mpoly]) -> _Quotient:
+        """(N/D)^(1/q) as y/D, where y^q = N D^(q−1)."""
+        if order > _MAX_POWER:
+            raise _TooLargeError
+        inner = self.quotient(form)
+        if order == 1:
+            return inner
+        for other, root in self.sums.items():
+            if self.orders[other] == order and self.quotient(other) == inner:
+                return root
+        radicand = self._times(inner.above, self._power(inner.below, order - 1))
+        return _Quotient(self._root(next(unused), order, radicand), inner.below)
+
+    # --- powers of atoms ------------------------------------------------------------------------
+
+    def _power_of(self, atom: Atom, e: Fraction) -> _Quotient:
+        if isinstance(atom, Fraction):
+            above, below = self._integer(atom.numerator, e), self._integer(atom.denominator, -e)
+            return self._product(above, below)
+        if isinstance(atom, str):
+            return self._whole_power(_Quotient(self.pi, self.one), e * self.pi_index)
+        if isinstance(atom, Trig):
+            return self._whole_power(_Quotient(self._trig(atom), self.one), e)
+        return self._whole_power(self.sums[atom], e * self.orders[atom])
+
+    def _integer(self, n: int, e: Fraction) -> _Quotient:
+        value = _Quotient(self.one, self.one)
+        for base, root in self.integers:
+            count = 0
+            while n % base == 0:
+                n, count = n // base, count + 1
+            power = _Quotient(root, self.one)
+            value = self._product(value, self._whole_power(power, e * count * self.index))
+        return value
+
+    def _trig(self, function: Trig) -> fmpq_mpoly:
+        """Cos nα = Tₙ(cos α), and sin nα = sin α Uₙ₋₁(cos α)."""
+        from flint import fmpz_poly
+
+        angle, n = self.multiples[function.argument]
+        cosine, sine = self.angles[angle]
+        if function.name == "cos":
+            return self._reduced(_polynomial(fmpz_poly.chebyshev_t(abs(n)), cosine))
+        part = _polynomial(fmpz_poly.chebyshev_u(abs(n) - 1), cosine)
+        return self._reduced(part * sine if n > 0 else -part * sine)
+
+    # --- arithmetic -----------------------------------------------------------------------------
+
+    def _sum(self, a: _Quotient, b: _Quotient) -> _Quotient:
+        shared = a.below.gcd(b.below)
+        left, right = b.below / shared, a.below / shared
+        return _Quotient(
+            self._times(a.above, left) + self._times(b.above, right), self._times(a.below, left)
+        )
+
+    def _product(self, a: _Quotient, b: _Quotient) -> _Quotient:
+        return _Quotient(self._times(a.above, b.above), self._times(a.below, b.below))
+
+    def _whole_power(self, a: _Quotient, e: Fraction) -> _Quotient:
+        above, below = a if e > 0 else (a.below, a.above)
+        n = abs(e.numerator)
+        return _Quotient(self._power(above, n), self._power(below, n))
+
+    def _power(self, a: fmpq_mpoly, n: int) -> fmpq_mpoly:
+        if n > _MAX_POWER and not a.is_one():
+            raise _TooLargeError
+        value = self.one
+        for _ in range(0 if a.is_one() else n):
+            value = self._times(value, a)
+        return value
+
+    def _times(self, a: fmpq_mpoly, b: fmpq_mpoly) -> fmpq_mpoly:
+        if a.is_one() or b.is_one():
+            return b if a.is_one() else a
+        self.work += _words(a) * _words(b)
+        if self.work > _MAX_WORK:
+            raise _TooLargeError
+        return self._reduced(a * b)
+
+    def _reduced(self, value: fmpq_mpoly) -> fmpq_mpoly:
+        for relation in reversed(self.relations):  # from the greatest generator down
+            value %= relation
+        return value
+
+
+def _polynomial(coefficients: Iterable[Any], x: fmpq_mpoly) -> fmpq_mpoly:
+    return sum((c * x**k for k, c in enumerate(coefficients)), 0 * x)
+
+
+def _words(a: fmpq_mpoly) -> int:
+    """The number of words in the coefficients."""
+    return sum(1 + c.height_bits() // 64 for c in a.coeffs())
+
+
+def _atoms(x: Form) -> Iterator[tuple[Atom, Fraction]]:
+    """The atoms in x and their exponents, the inner ones first; not those within an angle."""
+    for monomial, _ in x:
+        for atom, e in monomial:
+            if isinstance(atom, tuple):
+                yield from _atoms(atom)
+            yield atom, e
+
+
+def _multiples(arguments: Collection[Form]) -> dict[Form, tuple[Form, int]]:
+    """Each argument as an angle and the whole number that it is times this angle."""
+    found: dict[Form, tuple[Form, int]] = {}
+    sizes: dict[Form, list[Fraction]] = {}  # of arguments that are rational multiples of each other
+    for argument in arguments:
+        size = argument[0][1]
+        sizes.setdefault(scaled(argument, 1 / size), []).append(size)
+    for direction, all_sizes in sizes.items():
+        for family in _families(all_sizes):
+            unit = _common_measure(family)
+            for size in family:
+                found[scaled(direction, size)] = scaled(direction, unit), int(size / unit)
+    return found
+
+
+def _families(sizes: Iterable[Fraction]) -> list[list[Fraction]]:
+    """The sizes in groups, of each of which all are small multiples of a common measure."""
+    families: list[list[Fraction]] = []
+    for size in sizes:
+        for family in families:
+            together = [*family, size]
+            if max(map(abs, together)) <= _MAX_MULTIPLE * _common_measure(together):
+                family.append(size)
+                break
+        else:
+            families.append([size])
+    return families

@@ -1,0 +1,106 @@
+"""Sums of two doubles, and reductions by multiples of a constant, against fractions."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from flint import arb, fmpq
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heavytop.numbers.double_double import (
+    MOST_SHORT,
+    CountedAngle,
+    ShortMultiples,
+    add,
+    double_double,
+    two_product,
+    two_sum,
+)
+from heavytop.numbers.intervals import working
+
+SOURCE = np.random.default_rng(7)
+TWO_PI = Fraction("6.2831853071795864769252867665590057683943387987502116419498891846")
+CONSTANTS = [Fraction(k, 7) * Fraction(10) ** e for k in (1, -5) for e in (-200, -8, 0, 3, 150)]
+
+
+def drawn(low, high, count=40):
+    """Doubles of either sign, of sizes 10^low … 10^high."""
+    return SOURCE.choice([-1, 1], count) * 10 ** SOURCE.uniform(low, high, count)
+
+
+def ball(q):
+    return arb(fmpq(q.numerator, q.denominator))
+
+
+def total(*parts):
+    return sum(map(Fraction, map(float, parts)), Fraction(0))
+
+
+def test_rounding_errors_are_exact():
+    a, b = drawn(-8, 8), drawn(-8, 8)
+    for (high, low), function in (
+        (two_sum(a, b), lambda x, y: x + y),
+        (two_product(a, b), lambda x, y: x * y),
+    ):
+        for i in range(a.size):
+            assert total(high[i], low[i]) == function(Fraction(a[i]), Fraction(b[i]))
+
+
+def test_sums_of_pairs():
+    x, y = (two_sum(a, a * SOURCE.uniform(-1e-16, 1e-16, a.size)) for a in (drawn(-3, 3),) * 2)
+    high, low = add(x, y)
+    for i in range(high.size):
+        want = total(x[0][i], x[1][i], y[0][i], y[1][i])
+        size = abs(Fraction(x[0][i])) + abs(Fraction(y[0][i]))
+        assert abs(total(high[i], low[i]) - want) <= Fraction(1, 10**30) * size
+
+
+@pytest.mark.parametrize("x", CONSTANTS)
+def test_a_constant_is_its_parts(x):
+    with working(400):
+        parts, pair = ShortMultiples.of(ball(x)).parts, double_double(ball(x))
+    assert abs(total(*parts) / x - 1) < Fraction(1, 2**114)
+    assert abs(total(*pair) / x - 1) < Fraction(1, 2**105)
+    for part in parts[:3]:
+        assert abs(Fraction(float(part * MOST_SHORT)) - Fraction(part) * MOST_SHORT) == 0
+        man = abs(Fraction(part)).numerator
+        while man and man % 2 == 0:
+            man //= 2
+        assert man.bit_length() <= 21
+    assert ShortMultiples.of(arb(0)).parts == (0, 0, 0, 0)
+
+
+@given(
+    st.integers(-MOST_SHORT, MOST_SHORT), st.fractions(-1000, 1000, max_denominator=10**30),
+    st.floats(-1, 1), st.floats(-1, 1),
+)  # fmt: skip
+def test_what_is_left_of_a_time(n, x, part, since):
+    """To 2e-16 of the spacing of times there, in twice the digits where the rest is small."""
+    with working(400):
+        multiples = ShortMultiples.of(ball(x))
+    t = float((n + Fraction(part)) * x)
+    low = part * np.spacing(t) / 4
+    high, rest = multiples.rest(np.array([t]), np.array([low]), np.array([float(n)]), (since, 0.0))
+    exact = Fraction(t) + Fraction(low) - n * x + Fraction(since)
+    size = 1 + abs(n * x) + abs(Fraction(t))
+    assert abs(total(high[0], rest[0]) - exact) <= Fraction(1, 2**104) * size
+
+
+@pytest.mark.parametrize("turns", [0, 3, -(10**6), 2 * 10**9])
+def test_angles_far_away(turns):
+    """Where large terms cancel, and modulo 2π, nothing is lost but the rounding of the local."""
+    start, step, rate = Fraction(5, 7), Fraction("1.2345678901234567890123"), Fraction(-8, 3)
+    with working(400):
+        angle = CountedAngle(ball(start), ball(step), ball(rate))
+    n = float(turns)
+    t = float((turns * step - 2) / -rate)
+    local = np.array([0.25, -1.5, 0.0])
+    args = np.full(3, n), np.full(3, t), np.full(3, 1e-9)
+    whole, mod = angle.whole(*args, local), angle.modulo(*args, local)
+    for i in range(3):
+        want = start + turns * step + rate * (Fraction(t) + Fraction(1e-9)) + Fraction(local[i])
+        assert abs(Fraction(whole[i]) - want) <= Fraction(1, 2**52) * max(1, abs(want))
+        assert 0 <= mod[i] < 2 * np.pi
+        off = (Fraction(mod[i]) - want) / TWO_PI
+        assert abs(off - round(off)) * TWO_PI < 3e-15

@@ -1,0 +1,431 @@
+"""Rows of arrays are those of Motion at 50 digits, of textbooks, and of each top alone."""
+
+import math
+import os
+import subprocess
+import sys
+from importlib.resources import files
+
+import mpmath
+import numpy as np
+import pytest
+
+import heavytop as ht
+from heavytop.analytic import many_motions
+from heavytop.analytic.many_motions import CHUNK, EXTENDED, Motions, complete, motions_many
+from heavytop.analytic.motion import Motion
+from heavytop.classification.arrays import InputArrays
+from heavytop.errors import Impossible, ImpossibleStart, NotANumber
+
+CTX = mpmath.mp.clone()
+CTX.dps = 60
+TOPS = ("A", "C", "gMR")
+SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
+BOUND = 1e-14
+SCENES = sorted(
+    each.name.removesuffix(".toml")
+    for each in files("heavytop").joinpath("scenes").iterdir()
+    if each.name.endswith(".toml")
+)
+
+
+# --- tops all over, and beside every special motion -----------------------------------------------
+
+
+def tops(random, n):
+    A = np.exp(random.uniform(-4, 4, n))
+    C = A * random.choice((1e-3, 0.1, 0.5, 1, 1.5, 2), n)
+    gMR = np.exp(random.uniform(-4, 4, n)) * random.choice((1, -1), n)
+    return A, C, gMR
+
+
+def generic(random, n, held):
+    """Tops of any shape, speed, tilt and sign of gMR; some without gMR, spin or rates."""
+    A, C, gMR = tops(random, n)
+    gMR = np.where(random.random(n) < 0.1, 0.0, gMR)
+    rate = np.sqrt((abs(gMR) + 0.01) / A)
+    spin = random.normal(size=n) * rate * A / C * random.choice((0, 0.1, 1, 4), n)
+    theta = random.choice((0.0, 1e-12, 1e-4, 1.0, math.pi / 2, 3.0, math.pi), n)
+    theta = np.where(random.random(n) < 0.6, random.uniform(0, math.pi, n), theta)
+    thetadot = random.normal(size=n) * rate * random.choice((0, 0, 1e-9, 1), n)
+    phidot = random.normal(size=n) * rate * random.choice((0, 0.01, 1, 1, 30), n)
+    return dict(zip((*TOPS, "theta", "thetadot", "phidot", held),
+                    (A, C, gMR, theta, thetadot, phidot, spin), strict=True))  # fmt: skip
+
+
+def beside(random, n, held):
+    """Tops beside passes, steady motions, cusps, separatrices and marginal sleep: 1e-3 … 1e-15."""
+    A, C, gMR = tops(random, n)
+    theta = random.choice((1e-9, 1e-3, 0.3, 1.2, 2.0, 3.1), n)
+    u, above, below = np.cos(theta), 2 * np.sin(theta / 2) ** 2, 2 * np.cos(theta / 2) ** 2
+    rate = np.sqrt(abs(gMR) / A)
+    p = random.choice((-1, 1), n) * random.uniform(2.1, 5, n) * A * rate
+    off = 1 + 10 ** random.uniform(-15, -3, n) * random.choice((-1, 1), n)
+    case = random.integers(6, size=n)
+    p = np.where(case == 5, 2 * np.sqrt(A * abs(gMR)) * off, p)
+    p = np.where(case == 4, p / 2.7, p)
+    root = np.sqrt(np.maximum(p * p - 4 * A * gMR * u, 0))
+    phidot = np.choose(case, (
+        p / (A * below) * off, -p / (A * above) * off, (p - root) / (2 * A * u) * off,
+        2 * gMR / p * off, np.where(gMR > 0, p / (A * below), -p / (A * above)), 0 * p,
+    ))  # fmt: skip
+    lift = 2 * rate**2 * np.where(gMR > 0, above, below) - phidot**2 * above * below
+    onto = (case == 4) & (lift > 0)
+    thetadot = np.where(onto, np.sqrt(np.maximum(lift, 0)) * off, 0.0)
+    theta = np.where(case == 5, random.choice((1e-9, 1e-5, 0.0), n), theta)
+    thetadot = np.where(case == 5, 10 ** random.uniform(-9, -1, n) * rate, thetadot)
+    spin = p / C if held == "omega3" else p / C - phidot * np.cos(theta)
+    return dict(zip((*TOPS, "theta", "thetadot", "phidot", held),
+                    (A, C, gMR, theta, thetadot, phidot, spin), strict=True))  # fmt: skip
+
+
+def one(numbers, at):
+    row = {name: float(each[at]) for name, each in numbers.items()}
+    return Motion(ht.Top(**{name: row.pop(name) for name in TOPS}), ht.State(**row))
+
+
+def told(motion):
+    return [
+        math.nan if each is None else each
+        for each in (getattr(motion, name) for name in Motions.columns)
+    ]
+
+
+def off_by(found, want):
+    """The relative error; of angles beside max(1, |x|)."""
+    scale = abs(np.array(want))
+    scale[[0, 1, 3, 4]] = np.maximum(1, scale[[0, 1, 3, 4]])
+    same = np.isnan(found) & np.isnan(want)
+    return np.where(same, 0.0, abs(np.array(found) - want) / scale).max()
+
+
+def row_of(found, at):
+    return [getattr(found, name).flat[at] for name in Motions.columns]
+
+
+@pytest.mark.parametrize("held", ["omega3", "psidot"])
+@pytest.mark.parametrize(("drawn", "most_sent"), [(generic, 0.01), (beside, 0.17)])
+def test_each_row_is_that_of_a_motion_at_fifty_digits(drawn, most_sent, held):
+    random = np.random.default_rng(25)
+    numbers = drawn(random, 2000, held)
+    found = motions_many(**numbers)
+    assert found.sent <= most_sent * 2000 or not EXTENDED
+    some = random.choice(2000, 505, replace=False)
+    errors = [off_by(row_of(found, at), told(one(numbers, at))) for at in some.tolist()]
+    assert max(errors) < BOUND  # nan is above nothing
+    assert not np.isnan(errors).any()
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_shipped_scenes(name):
+    scene = ht.load_scene(name)
+    numbers = {each: np.array([float(getattr(scene.top, each))]) for each in TOPS}
+    for each in ("theta", "thetadot", "phidot", "omega3"):
+        numbers[each] = np.array([float(getattr(scene.start, each))])
+    motion = one(numbers, 0)
+    found = motions_many(**numbers)
+    assert off_by(row_of(found, 0), told(motion)) < BOUND
+    assert found.verdicts.names[found.verdicts.kind[0]] == motion.kind
+
+
+@pytest.mark.parametrize("scale", [1e-25, 1e25])
+def test_units_do_not_matter(scale):
+    numbers = generic(np.random.default_rng(3), 300, "omega3")
+    there = dict(numbers)
+    for name in TOPS:
+        there[name] = numbers[name] * scale
+    here, found = motions_many(**numbers), motions_many(**there)
+    for name in Motions.columns:
+        a, b = getattr(here, name), getattr(found, name)
+        assert np.array_equal(np.isnan(a), np.isnan(b))
+        np.testing.assert_allclose(b, a, rtol=1e-9, atol=1e-9)
+
+
+# --- truth that is not ours -----------------------------------------------------------------------
+
+
+def exactly(value):
+    """A long double as a number of mpmath."""
+    high = float(value)
+    return CTX.mpf(high) + CTX.mpf(float(value - high))
+
+
+def test_heights_have_their_own_digits_at_both_poles():
+    theta = np.array([0, 1e-20, 1e-9, 0.3, 1.5, math.pi / 2, 1.6, 3.0, 3.14159265, math.pi])
+    for side in (1, -1):
+        found = many_motions._heights(theta, np.full(10, float(side)))
+        for each, sign in zip(found, (-side, side), strict=True):
+            for i, angle in enumerate(theta):
+                want = 1 + sign * CTX.cos(CTX.mpf(angle))
+                eps = float(np.finfo(np.longdouble).eps)
+                assert abs(exactly(each[i]) - want) <= 3 * eps * want
+
+
+def reduced_by_hand(row):
+    """f₁, f₂, the surplus and P± of a start, from Routh's constants, at 60 digits."""
+    A, C, gMR, theta, thetadot, phidot, spin = map(CTX.mpf, row.values())
+    u = CTX.cos(theta)
+    b = (spin if "omega3" in row else spin + phidot * u) * C / A
+    a, g = phidot * CTX.sin(theta) ** 2 + b * u, gMR / A
+    if g < 0:
+        g, b, u = -g, -b, -u
+    h = (thetadot**2 + (phidot * CTX.sin(theta)) ** 2) / 2 + g * u
+    return {
+        "f1": -2 * g * (1 - u * u) - 4 * u * (h - g * u) + 2 * b * (a - b * u),
+        "f2": 6 * g * u - 2 * h - b * b,
+        "surplus": 4 * (h - g) - 2 * b * (a - b),
+        "P_plus": a + b,
+        "P_minus": a - b,
+    }
+
+
+@pytest.mark.skipif(not EXTENDED, reason="long doubles are doubles here, and no row is reliable")
+@pytest.mark.parametrize("held", ["omega3", "psidot"])
+@pytest.mark.parametrize("drawn", [generic, beside])
+def test_what_cancels_is_wrong_by_no_more_than_its_bound(drawn, held):
+    numbers = drawn(np.random.default_rng(31), 400, held)
+    with np.errstate(all="ignore"):
+        start = many_motions._reduced(InputArrays(numbers).starts(slice(None)))
+    for at in range(400):
+        want = reduced_by_hand({name: float(each[at]) for name, each in numbers.items()})
+        by_hand = 1 + numbers["phidot"][at] ** 2 + numbers[held][at] ** 2
+        errors = {name: getattr(start, f"error_{name}")[at] for name in ("f1", "f2", "surplus")}
+        for side in ("plus", "minus"):
+            relative = getattr(start, f"error_{side}")[at]  # infinite where nothing is known
+            known = np.isfinite(relative)
+            errors[f"P_{side}"] = relative * abs(want[f"P_{side}"]) if known else np.inf
+        for name, error in errors.items():
+            off = abs(CTX.mpf(float(getattr(start, name)[at])) - want[name])
+            rounding = 2.0**-52 * abs(want[name]) + CTX.mpf(10) ** -52 * by_hand
+            assert off <= CTX.mpf(error) + rounding
+
+
+def test_integrals_are_those_of_mpmath():
+    random = np.random.default_rng(4)
+    mc, p = 10 ** random.uniform(-31, 0, 60), 10 ** random.uniform(-30, 30, 60)
+    K, third = complete(mc, p)
+    for i in range(60):
+        with mpmath.workdps(90):
+            m, n = 1 - mpmath.mpf(float(mc[i])), 1 - mpmath.mpf(float(p[i]))
+            assert abs(K[i] / mpmath.ellipk(m) - 1) < 3e-15
+            assert abs(third[i] / mpmath.ellippi(n, m) - 1) < 3e-15
+
+
+def test_a_planar_pendulum_has_its_textbook_period():
+    theta = np.array([0.001, 0.3, 1.0, 2.0, 3.0, 3.14])
+    found = motions_many(A=2.0, C=1.0, gMR=3.0, theta=theta)
+    for i, T in enumerate(found.period):
+        swing = CTX.ellipk(CTX.cos(CTX.mpf(theta[i]) / 2) ** 2)  # sin² of half the amplitude
+        assert abs(T / (2 * swing / CTX.sqrt(CTX.mpf(1.5))) - 1) < 2e-15
+    np.testing.assert_allclose(found.precession, math.pi, rtol=1e-15)  # through the bottom
+    np.testing.assert_allclose(found.theta_max, math.pi, rtol=1e-15)
+
+
+def test_without_gravity_the_axis_goes_round_the_angular_momentum():
+    random = np.random.default_rng(6)
+    theta, thetadot, phidot, omega3 = random.uniform(0.1, 3, (4, 50))
+    found = motions_many(A=2.0, C=1.0, gMR=0.0, theta=theta, thetadot=thetadot, phidot=phidot,
+                         omega3=omega3)  # fmt: skip
+    L = np.sqrt(thetadot**2 + (phidot * np.sin(theta)) ** 2 + (omega3 / 2) ** 2)
+    np.testing.assert_allclose(found.period, 2 * np.pi / L, rtol=2e-15)
+    upward = phidot * np.sin(theta) ** 2 + omega3 / 2 * np.cos(theta)
+    turned = np.where(abs(upward) > omega3 / 2, 2 * np.pi * np.sign(upward), 0)
+    np.testing.assert_allclose(found.precession, turned, atol=1e-14)
+
+
+# --- a row is its own -----------------------------------------------------------------------------
+
+
+def columns(found):
+    return np.array([getattr(found, name) for name in Motions.columns])
+
+
+def test_a_row_is_the_same_bits_in_any_company():
+    random = np.random.default_rng(8)
+    n = CHUNK + 1237
+    numbers = generic(random, n, "psidot")
+    whole = columns(motions_many(**numbers))
+    order = random.permutation(n)
+    shuffled = columns(motions_many(**{name: each[order] for name, each in numbers.items()}))
+    assert whole[:, order].tobytes() == shuffled.tobytes()
+    for start, step in ((0, 7), (3, 2), (n - 13, 1)):
+        part = {name: each[start::step] for name, each in numbers.items()}
+        assert columns(motions_many(**part)).tobytes() == whole[:, start::step].tobytes()
+    for at in range(0, n, 97):
+        alone = columns(motions_many(**{name: each[at] for name, each in numbers.items()}))
+        assert alone.tobytes() == whole[:, at].tobytes()
+
+
+HASHED = """
+import hashlib, numpy as np
+from heavytop.analytic.many_motions import Motions, motions_many
+names = "A", "C", "gMR", "theta", "thetadot", "phidot", "psidot"
+given = dict(zip(names, np.random.default_rng(1).uniform(0.1, 3, (7, 20_000))))
+found = motions_many(**given | {"A": given["A"] + 3})
+columns = np.array([getattr(found, name) for name in Motions.columns])
+print(found.sent, hashlib.sha256(columns.tobytes()).hexdigest())
+"""
+
+
+def test_a_row_is_the_same_bits_whatever_the_processor_can():
+    found = np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])
+    if not found:
+        pytest.skip("numpy has nothing here that it can leave unused")
+    told_ = [
+        subprocess.run(
+            [sys.executable, "-c", HASHED], env={**os.environ, "NPY_DISABLE_CPU_FEATURES": without},
+            capture_output=True, text=True, check=True,
+        ).stdout
+        for without in ("", " ".join(found))
+    ]  # fmt: skip
+    assert told_[0] == told_[1]
+    assert int(told_[0].split()[0]) < 100 or not EXTENDED
+
+
+def test_what_is_the_same_for_all_may_be_one_number():
+    psidot = np.linspace(-150, 150, 41)
+    brief = motions_many(**SICM, theta=0.1, phidot=-15.0, psidot=psidot)
+    long = {
+        name: np.full(41, each) for name, each in (SICM | {"theta": 0.1, "phidot": -15}).items()
+    }
+    full = motions_many(**long, thetadot=np.zeros(41), psidot=psidot)
+    assert columns(brief).tobytes() == columns(full).tobytes()
+
+
+# --- where nothing nutates, and what is sent ------------------------------------------------------
+
+STEADY = {
+    "asleep": {"gMR": 0.0456, "theta": 0.0, "omega3": 140.0},
+    "hanging": {"gMR": -0.0456, "theta": 0.0, "omega3": 140.0},
+    "at rest": {"gMR": 0.0, "theta": 1.0},
+    "carried without weight": {"gMR": 0.0, "C": 3.28e-4, "theta": 1.0, "phidot": 2.0},
+    "spinning without weight": {"gMR": 0.0, "theta": 1.0, "psidot": 2.0},
+}
+
+
+@pytest.mark.parametrize("name", STEADY)
+def test_what_is_steady_has_its_tilt_and_no_period(name):
+    numbers = SICM | STEADY[name]
+    found = motions_many(**numbers)
+    assert found.theta_min == found.theta_max == numbers["theta"]
+    assert np.isnan(columns(found)[2:]).all()
+    assert one({key: np.array([each]) for key, each in numbers.items()}, 0).period is None
+    assert found.sent == 0 or not EXTENDED
+
+
+def test_what_tends_to_the_vertical_has_bounds_and_no_period():
+    # θ̇² = 4 |gMR|/A: from the bottom of a planar pendulum to its top
+    found = motions_many(A=1.0, C=1.0, gMR=-1.0, theta=0.0, thetadot=2.0)
+    assert found.verdicts.details[found.verdicts.detail] == "asymptotic"
+    assert (found.theta_min, found.theta_max, found.sent) == (0.0, math.pi, 1)
+    assert np.isnan(columns(found)[2:]).all()
+
+
+def test_passes_jump_by_pi_as_those_of_a_motion_do():
+    cases = {"C": [3.28e-4] * 4, "phidot": [9.0, 9.0, -9.0, 9.0], "psidot": [9.0, 9.0, 9.0, -9.0],
+             "thetadot": [0.0, 30.0, 30.0, 30.0], "theta": [1.0] * 4}  # fmt: skip
+    found = motions_many(A=3.28e-4, gMR=0.0456, **cases)
+    numbers = {name: np.broadcast_to(each, 4) for name, each in (SICM | cases).items()}
+    names = [found.verdicts.names[kind] for kind in found.verdicts.kind]
+    assert names == ["waves", "through-top", "through-bottom", "through-bottom"]
+    for at in range(4):
+        assert off_by(row_of(found, at), told(one(numbers, at))) < BOUND
+    assert found.sent == 0 or not EXTENDED
+
+
+def test_the_spherical_top_passes_exactly_from_every_tilt():
+    theta = np.linspace(0.05, 3.1, 200)
+    for side, name in ((1, "through-top"), (-1, "through-bottom")):
+        found = motions_many(
+            A=2.0, C=2.0, gMR=1.0, theta=theta, thetadot=3.0, phidot=0.7, psidot=0.7 * side
+        )
+        assert set(found.verdicts.counts) == {name}
+        assert found.sent == 0 or not EXTENDED
+        assert np.all((found.theta_min == 0) if side > 0 else (found.theta_max == math.pi))
+
+
+def test_what_doubles_cannot_do_is_sent_and_is_that_of_a_motion():
+    numbers = {"A": 2.6, "C": 5.2, "gMR": [1.0, 1e-200], "theta": [1.0, 0.5], "phidot": [0.0, 1.0],
+               "thetadot": [0.0, 2.0], "psidot": [0.0, 1.0]}  # fmt: skip
+    gap = 2 / 2.6 * (1 - math.cos(1.0))  # θ̇² that leads to the top, to rounding
+    numbers["thetadot"][0] = math.sqrt(gap)
+    found = motions_many(**numbers)
+    assert found.sent == 2
+    given = {name: np.broadcast_to(each, 2) for name, each in numbers.items()}
+    assert all(row_of(found, at) == told(one(given, at)) for at in range(2))
+
+
+def test_a_momentum_that_is_all_rounding_is_sent():
+    numbers = {"A": 1.0, "C": 2.0, "gMR": 1.0, "theta": math.pi, "thetadot": [0.3, -0.3],
+               "phidot": 0.2, "psidot": 0.0}  # fmt: skip
+    found = motions_many(**numbers)
+    assert found.sent == 2
+    given = {name: np.broadcast_to(each, 2) for name, each in numbers.items()}
+    assert all(row_of(found, at) == told(one(given, at)) for at in range(2))
+
+
+def test_a_fast_and_nearly_spherical_top_keeps_the_digits_of_its_spin():
+    off = np.repeat(10.0 ** -np.arange(1, 16), 2)
+    numbers = {"A": np.full(30, 1.1), "C": 1.1 * (1 + off), "gMR": np.full(30, 0.9),
+               "theta": np.full(30, 1.2), "thetadot": np.full(30, 0.3), "phidot": np.full(30, 2.0),
+               "psidot": np.tile([1e6, 3e7], 15)}  # fmt: skip
+    found = motions_many(**numbers)
+    assert found.sent == 0 or not EXTENDED
+    assert max(off_by(row_of(found, at), told(one(numbers, at))) for at in range(30)) < BOUND
+
+
+@pytest.mark.skipif(not EXTENDED, reason="long doubles are doubles here, and no row is reliable")
+def test_without_the_estimate_rows_are_wrong(monkeypatch):
+    numbers = beside(np.random.default_rng(9), 600, "psidot")
+    right = columns(motions_many(**numbers))
+    monkeypatch.setattr(many_motions, "PROMISED", np.inf)
+    wrong = columns(motions_many(**numbers))
+    errors = np.array([off_by(wrong[:, at], right[:, at]) for at in range(600)])
+    assert 0 < np.sum(errors > 1e-12) < 60
+    assert not np.isnan(right[2]).any()
+
+
+def test_where_long_doubles_are_doubles_all_are_sent_and_found_the_same(monkeypatch):
+    random = np.random.default_rng(12)
+    parts = generic(random, 40, "psidot"), beside(random, 40, "psidot")
+    numbers = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    here = motions_many(**numbers)
+    monkeypatch.setattr(many_motions, "EXTENDED", False)
+    there = motions_many(**numbers)
+    nutating = ~np.isnan(there.period)
+    assert there.sent == nutating.sum() > 70
+    for at in range(80):
+        assert off_by(row_of(here, at), row_of(there, at)) < BOUND
+        if nutating[at]:
+            assert row_of(there, at) == told(one(numbers, at))
+
+
+# --- the door -------------------------------------------------------------------------------------
+
+
+def test_shapes_broadcast_and_the_impossible_is_nan():
+    found = motions_many(**SICM, theta=[[0.1], [4.0]], phidot=[1.0, 2.0, 3.0], omega3=140)
+    assert found.period.shape == found.theta_min.shape == found.verdicts.kind.shape == (2, 3)
+    assert np.isfinite(columns(found)[:, 0]).all()
+    assert np.isnan(columns(found)[:, 1]).all()
+    assert found.verdicts.impossible[1].all()
+    assert found.sent == 0 or not EXTENDED
+    assert not found.period.flags.writeable
+
+
+def test_tags_are_found_when_asked_for():
+    assert motions_many(**SICM, theta=0.1).verdicts.tags is None
+    assert motions_many(**SICM, theta=0.1, tags=True).verdicts.tags is not None
+
+
+def test_nothing_at_all_is_no_rows():
+    assert motions_many(**SICM, theta=np.empty(0), omega3=1.0).period.shape == (0,)
+
+
+def test_refusals():
+    with pytest.raises(ImpossibleStart, match="psidot"):
+        motions_many(**SICM, theta=0.1, psidot=1, omega3=1)
+    with pytest.raises(NotANumber, match="theta"):
+        motions_many(**SICM, theta=["a"])
+    with pytest.raises(Impossible, match="broadcast"):
+        motions_many(**SICM, theta=[0.1, 0.2], phidot=[1, 2, 3])
