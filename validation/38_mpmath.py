@@ -1,14 +1,11 @@
-"""mpmath at 125 digits: its own elliptic functions, with its own convention m = k^2."""
+"""mpmath at 100 digits: its own elliptic functions, with its own convention m = k^2."""
 
 from functools import cache
 
 import mpmath
 from claim import claimed, finish, most
-from flint import arb, fmpq
 
 import heavytop as ht
-from heavytop.analytic.solution import first_kind
-from heavytop.numbers.intervals import working
 
 mp = mpmath.MPContext()
 mp.dps = 130
@@ -17,55 +14,15 @@ TIMES = ("0.1", "1", "2", "7.5")
 NAMES = ("sicm-kicked", "sicm-forward", "simo-wong", "spherical-pendulum")
 
 
-BITS = 700  # of the closed form's integrals, for the parameters m of the scenes
-CHARACTERISTICS = (-20, -1, 3, 6)  # sevenths, on both sides of zero
-TANGENTS = (3, 58)  # tenths
-
-
-def middle(ball):
-    man, exp = ball.mid().man_exp()
-    return mp.mpf((int(man), int(exp)))
-
-
-def nutations():
-    """The closed form of each scene in balls, to be used at the working precision."""
-    for name in NAMES:
-        scene = ht.load_scene(name)
-        yield ht.Motion(scene.top, scene.start).rising.solution(BITS).path
-
-
 def relative(found, exact):
     return abs(mp.mpf(found) / exact - 1)
-
-
-@claimed("mpmath-first")
-def _():
-    with working(BITS):
-        found = [(path.K, mp.pi / 2, path.roots.m) for path in nutations()]
-        found += [
-            (first_kind(arb(fmpq(x, 10)), path.roots.mc), mp.atan(mp.mpf(x) / 10), path.roots.m)
-            for path in nutations()
-            for x in TANGENTS
-        ]
-    return most(relative(middle(F), mp.ellipf(x, middle(m))) for F, x, m in found)
-
-
-@claimed("mpmath-third")
-def _():
-    with working(BITS):
-        found = [
-            (path.third_kind(arb(fmpq(7 - n, 7))), mp.mpf(n) / 7, path.roots.m)
-            for path in nutations()
-            for n in CHARACTERISTICS
-        ]
-    return most(relative(middle(Pi), mp.ellippi(n, middle(m))) for Pi, n, m in found)
 
 
 class Formula:
     """The textbook's closed form, from the scene's numbers, by mpmath alone."""
 
-    def __init__(self, name):
-        self.name, self.scene = name, ht.load_scene(name)
+    def __init__(self, scene):
+        self.name, self.scene = scene.name, scene
         top, start = self.scene.top, self.scene.start
         self.A, self.C, self.gMR = (x.mpf(mp) for x in (top.A, top.C, top.gMR))
         theta, rate, turn = (x.mpf(mp) for x in (start.theta, start.thetadot, start.phidot))
@@ -78,6 +35,7 @@ class Formula:
         self.w = mp.sqrt(self.gMR * (high - low) / (2 * self.A))
         self.m = (middle - low) / (high - low)
         self.upper = abs(u - middle) < abs(u - low)  # released at a turning point: which one
+        self.risen = (u - low) / (middle - low)
 
     def _roots(self, energy):
         """Roots of (2/A)(E' - gMR u)(1 - u^2) - ((p_phi - p_psi u)/A)^2."""
@@ -93,13 +51,17 @@ class Formula:
         return 2 * mp.ellipk(self.m) / self.w
 
     @property
-    def precession(self):
+    def thirds(self):
+        """Π(n|m) of either half of the precession, n below and above zero, and what times it."""
         low, middle, _ = self.roots
-        terms = (
-            (self.p_phi - self.p_psi) / (1 - low) * mp.ellippi((middle - low) / (1 - low), self.m),
-            (self.p_phi + self.p_psi) / (1 + low) * mp.ellippi(-(middle - low) / (1 + low), self.m),
-        )
-        return sum(terms) / (self.A * self.w)
+        for momentum, side in ((self.p_phi + self.p_psi, 1), (self.p_phi - self.p_psi, -1)):
+            far = 1 + side * low
+            third = mp.ellippi(-side * (middle - low) / far, self.m)
+            yield third, momentum / (far * self.A * self.w)
+
+    @property
+    def precession(self):
+        return sum(third * factor for third, factor in self.thirds)
 
     def theta(self, t):
         low, middle, _ = self.roots
@@ -109,11 +71,47 @@ class Formula:
 
 @cache
 def formulas():
-    return tuple(Formula(name) for name in NAMES)
+    return tuple(Formula(ht.load_scene(name)) for name in NAMES)
+
+
+@cache
+def moving():
+    """The same tops, started between their turning points: up, down and fast."""
+    rates = ("-0.7", "0.7", "5")
+    with mp.workdps(160):
+        return tuple(
+            Formula(ht.load_scene(name, [f'start.thetadot="{rate}"']))
+            for name in NAMES
+            for rate in rates
+        )
 
 
 def form(formula):
     return ht.Motion(formula.scene.top, formula.scene.start).form(DIGITS)
+
+
+@claimed("mpmath-first")
+def _():
+    with mp.workdps(160):
+        whole = [(form(x).period * x.w / 2, mp.ellipk(x.m)) for x in moving()]
+        parts = [
+            (abs(form(x).lower_turning) * x.w, mp.ellipf(mp.asin(mp.sqrt(x.risen)), x.m))
+            for x in moving()
+        ]
+        return most(relative(a, b) for a, b in (*whole, *parts))
+
+
+@claimed("mpmath-third")
+def _():
+    found = []
+    with mp.workdps(160):
+        for x in moving():
+            turns = [form(x).precession + side * form(x).relative_spin for side in (1, -1)]
+            found += [
+                relative(mp.mpf(turn) / 2 / factor, third)
+                for turn, (third, factor) in zip(turns, x.thirds, strict=True)
+            ]
+    return most(found)
 
 
 @claimed("mpmath-period")

@@ -15,12 +15,11 @@ from dataclasses import replace
 
 import fuzz
 import numpy as np
-from heavytop.analytic.theory.closed_form import MPForm
 
 import heavytop as ht
-from heavytop.numbers.decimals import context
+from heavytop.analytic.closed_form import ClosedForm
 from heavytop.run.decimal_witness import _own
-from heavytop.run.witness import own_numbers, passes
+from heavytop.run.witness import own_motion
 
 FAMILIES = ("pole-start", "close-pass", "planar", "sleeper", "any")
 FORMULATIONS = ("auto", "attitude", "axis")
@@ -86,12 +85,12 @@ def _not_numbers(run: ht.Trajectory) -> Iterator[str]:
 
 
 def _truth(run: ht.Trajectory) -> list:
-    own = own_numbers(run, DIGITS)
+    own = own_motion(run)
     times = [float(t) for t in run.t]
     if run.decimals is not None:
-        own = _own(run, context(run.decimals.run.reader.ctx.dps + 10))
+        own = _own(run, run.decimals.run.reader.ctx.dps + 10)
         times = [sample.t for sample in run.decimals.samples]
-    form = MPForm(own, DIGITS, passes(run))
+    form = ClosedForm(own, DIGITS)
     return [form(form.ctx.mpf(t)) for t in times]
 
 

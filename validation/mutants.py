@@ -29,9 +29,9 @@ CPU_S, MEMORY = 600, 8 * 2**30  # of one mutant; CPU time, since a busy machine 
 UNTESTED = ("cli", "claims", "ledger", "pages", "report", "stresses", "workprecs")  # here
 TESTS = """
 contract/test_bad_scenes contract/test_options contract/test_first_questions contract/test_scene
-analytic/test_balls_published analytic/test_pairs analytic/test_nutation analytic/test_motion
+analytic/test_balls_published analytic/test_double_double analytic/test_cubic analytic/test_motion
 analytic/test_fast_top analytic/test_constants analytic/test_balls_edges analytic/test_passes
-analytic/test_attitude_of_motion analytic/test_solids analytic/test_balls_value analytic/test_steady
+analytic/test_attitude_of_motion analytic/test_solids analytic/test_intervals analytic/test_steady
 analytic/test_sleeping analytic/test_top analytic/test_exact two_ways/test_lagrangian
 two_ways/test_constants two_ways/test_quadrature_and_events analytic/test_exact_values
 analytic/test_atlas_plane analytic/test_elliptic analytic/test_spin_and_tilt

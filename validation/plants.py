@@ -19,7 +19,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 ROOT = Path(__file__).parents[1]
-SQUARED = "    mc = mc * (2 - mc)\n"  # m^2 where m is meant
+SQUARED = "roots.mc * (2 - roots.mc)"  # 1 - m^2 where 1 - m is meant
 VALUES = "np.broadcast_to(v, t.shape)"
 HOLE = f"np.where(np.arange(t.size) == t.size // 2, np.nan, {VALUES})"  # one of the times asked for
 
@@ -49,8 +49,11 @@ PLANTS = (
     ),
     Plant(
         "gravity upwards, in the closed form",
-        "analytic/theory/reduced.py",
-        (("ctx, gMR_ / A_, b", "ctx, -gMR_ / A_, b"),),
+        "classification/reduced.py",
+        (
+            ("            gMR / A, b, u0,", "            -gMR / A, b, u0,"),
+            ("self.top.gMR.sign() == -1", "self.top.gMR.sign() == 1"),
+        ),
         ("gauss-pendulum", "landau-fast-precession", "mpmath-period", "mpmath-tilt"),
     ),
     Plant(
@@ -61,17 +64,16 @@ PLANTS = (
     ),
     Plant(
         "A and C exchanged, in the closed form",
-        "analytic/theory/reduced.py",
-        (("A_, C_, gMR_, th, ph", "C_, A_, gMR_, th, ph"),),
+        "classification/reduced.py",
+        (("in (top.A, top.C, top.gMR))", "in (top.C, top.A, top.gMR))"),),
         ("gauss-pendulum", "landau-fast-period", "mpmath-period", "mpmath-tilt"),
     ),
     Plant(
         "k for m, in the elliptic integrals",
-        "analytic/theory/elliptic.py",
+        "analytic/solution.py",
         (
-            ("    if not tangent:\n", SQUARED + "    if not tangent:\n"),
-            ("    return ctx.pi / (2 * ctx", SQUARED + "    return ctx.pi / (2 * ctx"),
-            ("    p, k = ctx.sqrt(p),", SQUARED + "    p, k = ctx.sqrt(p),"),
+            ("arb(1).agm(roots.mc.sqrt()))", f"arb(1).agm(({SQUARED}).sqrt()))"),
+            ("acb(0), acb(self.roots.mc)", "acb(0), acb(self.roots.mc * (2 - self.roots.mc))"),
         ),
         ("mpmath-first", "mpmath-third", "mpmath-period", "gauss-pendulum"),
     ),
@@ -83,8 +85,13 @@ PLANTS = (
     ),
     Plant(
         "a turn lost in every period, in the closed form",
-        "analytic/theory/nodding.py",
-        (("return self.halves[0].turn", "return self.halves[0].turn - 2 * self.ctx.pi"),),
+        "analytic/solution.py",
+        (
+            (
+                "            minus = arb(0)\n        return plus, minus\n",
+                "            minus = arb(0)\n        return plus - 2 * arb.pi(), minus\n",
+            ),
+        ),
         ("landau-fast-precession", "mpmath-precession", "dop853-closed-form-kicked"),
     ),
     Plant(
@@ -107,12 +114,13 @@ PLANTS = (
     ),
     Plant(
         "no number beside one turning point, in the closed form",
-        "analytic/theory/nodding.py",
+        "analytic/closed_form.py",
         (
             (
-                "        return Place(above,",
-                "        above, below = (ctx.nan, ctx.nan) if upper else (above, below)\n"
-                "        return Place(above,",
+                "        mid = self._midpoint\n",
+                "        middle = sum(map(self.ctx.cos, self.tilts)) / 2\n"
+                "        beside = float(found.u.mid()) > middle\n"
+                "        mid = (lambda _: self.ctx.nan) if beside else self._midpoint\n",
             ),
         ),
         ("mpmath-tilt", "flint-weierstrass", "lie-closed-form"),
@@ -122,13 +130,8 @@ PLANTS = (
 FINE = (
     Plant(
         "weightless, another modulus, in the closed form",
-        "analytic/theory/nutation.py",
-        (
-            (
-                "mc = (lead + 2 * over.g * minus2) / reach",
-                "mc = (lead + 2 * over.g * minus2) / reach if over.g else over.ctx.one * 2",
-            ),
-        ),
+        "analytic/cubic.py",
+        (("(beyond + f3 * minus2) / reach,", "(beyond + f3 * minus2) / reach if d3 else arb(2),"),),
         ("landau-free",),
     ),
     Plant(
@@ -139,8 +142,8 @@ FINE = (
     ),
     Plant(
         "the rate of ψ, its parts with the other sign, in the closed form",
-        "analytic/theory/closed_form.py",
-        (("kappa + self._side * (plus - minus)", "kappa - self._side * (plus - minus)"),),
+        "analytic/solution.py",
+        (("kappa + self.side * (plus - minus)", "kappa - self.side * (plus - minus)"),),
         ("book-spin-partway",),
     ),
     Plant(
@@ -151,36 +154,34 @@ FINE = (
     ),
     Plant(
         "Δψ of a period, its parts twice, in the closed form",
-        "analytic/theory/closed_form.py",
-        (
-            (
-                "turned = self._side * (self.orbit.turn_plus",
-                "turned = 2 * self._side * (self.orbit.turn_plus",
-            ),
-        ),
+        "analytic/solution.py",
+        (("  return self.side * (plus - minus)", "  return 2 * self.side * (plus - minus)"),),
         ("book-spin",),
     ),
     Plant(
         "Δψ of a period, its parts with the other sign, in the enclosures",
         "analytic/enclosure.py",
-        (("kappa * path.period + side * (plus", "kappa * path.period - side * (plus"),),
+        (
+            (
+                "lambda found: found.spin)",
+                "lambda found: found.spin - 2 * found.relative_spin)",
+            ),
+        ),
         ("flint-enclosures",),
     ),
     Plant(
         "ψ upside down, its parts with the other sign, in the closed form",
-        "analytic/theory/closed_form.py",
-        (
-            (
-                "start.psi0 + start.kappa * time + side * (plus - minus),",
-                "start.psi0 + start.kappa * time + (plus - minus),",
-            ),
-        ),
+        "analytic/solution.py",
+        (("start.kappa * t + side * (place", "start.kappa * t + (place"),),
         ("euler-upside-down",),
     ),
     Plant(
         "a jump the other way at exact passes, in the closed form",
-        "analytic/theory/halves.py",
-        (("turn = +ctx.pi if passes else ctx.zero", "turn = -ctx.pi if passes else ctx.zero"),),
+        "analytic/solution.py",
+        (
+            ("plus = minus = arb.pi()", "plus = minus = -arb.pi()"),
+            ("return arb.pi() * (floor(", "return -arb.pi() * (floor("),
+        ),
         ("euler-through",),
     ),
     Plant(
