@@ -81,9 +81,9 @@ class Roots:
         minus2, beyond = over.one_minus_u0 - up, lead - f3 * over.one_minus_u0  # 2g (u₃ − 1)
         if not regime.misses_top:
             minus2, beyond = (arb(0), beyond) if rises(over) else (minus2, arb(0))
-        minus2, beyond = _pair(minus2, beyond, over.P_minus**2 / minus1)
+        minus2, beyond = _pair(minus2, beyond, over.P_minus * over.P_minus / minus1)
         plus1 = over.one_plus_u0 - down if regime.misses_bottom else arb(0)
-        plus1, _ = _pair(plus1, lead + f3 * over.one_plus_u0, over.P_plus**2 / plus2)
+        plus1, _ = _pair(plus1, lead + f3 * over.one_plus_u0, over.P_plus * over.P_plus / plus2)
         delta, reach = up + down, lead + f3 * down  # 2g (u₃ − u₁)
         return cls(
             down, up, delta, minus1, plus1, minus2, plus2, 1 + beyond / f3 if d3 else None,
@@ -183,8 +183,9 @@ def _quadratic(q2: arb, q1: arb, q0: arb) -> list[arb]:
 def _cubic(f3: arb, f2: arb, f1: arb, f0: arb) -> list[arb]:
     """By Viète's cosine, its angle from the discriminant: acos would fail where roots are close."""
     p = (3 * f3 * f1 - f2 * f2) / (3 * f3 * f3)
-    q = (2 * f2**3 - 9 * f3 * f2 * f1 + 27 * f3 * f3 * f0) / (27 * f3**3)
-    angle = arb.atan2(root_of(-4 * p**3 - 27 * q * q), -q * arb(27).sqrt()) / 3
+    q = (2 * f2 * f2 * f2 - 9 * f3 * f2 * f1 + 27 * f3 * f3 * f0) / (27 * f3 * f3 * f3)
+    # products, for a power of a ball that holds 0 is not finite
+    angle = arb.atan2(root_of(-4 * p * p * p - 27 * q * q), -q * arb(27).sqrt()) / 3
     size, shift, third = 2 * root_of(-p / 3), f2 / (3 * f3), 2 * arb.pi() / 3
     return [size * (angle - third * k).cos() - shift for k in range(3)]
 

@@ -84,7 +84,7 @@ class Motion:
 
     @property
     def regime(self) -> str:
-        """What θ does in the long run: "steady", "asymptotic" or "nutating"."""
+        """What θ does in the long run, one of "steady", "asymptotic" and "nutating"."""
         return self.rising.regime.name
 
     @property

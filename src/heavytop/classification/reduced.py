@@ -495,7 +495,7 @@ class Through:
         drift = b * found.one_minus_u0 if self.top else -b * found.one_plus_u0
         kinetic = found.kinetic0
         if not sin2.is_zero():
-            kinetic = (found.udot0**2 + drift * drift) / (2 * sin2)
+            kinetic = (found.udot0 * found.udot0 + drift * drift) / (2 * sin2)
         return replace(found, b=b, drift0=drift, kinetic0=kinetic)
 
     def angles(self, bits: int) -> tuple[arb, arb]:
