@@ -168,10 +168,10 @@ def test_the_spin_reverses_and_the_others_do_not():
 def test_near_the_separatrix_the_period_is_a_logarithm():
     """T = (1/w) ln(16/(1 - m)) to 1e-6 for 1 - m < 1e-6."""
     motion = motion_of("near-separatrix")
-    roots = motion.nutation
-    w = np.sqrt((float(roots.roots[2]) - float(roots.roots[0])) / 2)  # A = gMR = 1
-    assert float(roots.mc) < 1e-6
-    assert motion.period == pytest.approx(np.log(16 / float(roots.mc)) / w, rel=1e-6)
+    low, _, high = motion.roots
+    w, (_, mc) = np.sqrt((high - low) / 2), motion.exact.modulus  # A = gMR = 1
+    assert float(mc) < 1e-6
+    assert motion.period == pytest.approx(np.log(16 / float(mc)) / w, rel=1e-6)
 
 
 # --- the page ----------------------------------------------------------------------------------

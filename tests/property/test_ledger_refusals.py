@@ -318,7 +318,7 @@ def test_what_can_be_no_folder_is_refused(tmp_path, name):
 
 def test_nothing_kept_can_execute():
     """No module of the ledger has what would run the content of a file."""
-    source = Path(__file__).parents[2] / "src/heavytop/ledger"
+    source = Path(__file__).parents[2] / "src/heavytop/studies/ledger"
     text = "\n".join(p.read_text() for p in sorted(source.glob("*.py")))
     assert "json.loads" in text
     for word in ("pickle", "marshal", "shelve", "eval(", "exec(", "multiprocessing", "yaml"):
