@@ -6,12 +6,12 @@ from fractions import Fraction
 import mpmath
 import numpy as np
 import pytest
-from heavytop.scene.shipped import shipped_scenes
 
 import heavytop as ht
 from heavytop.errors import Impossible, Unseparated
 from heavytop.numbers import Exact
 from heavytop.run.tally import tally
+from heavytop.scene.scene import shipped_scenes
 
 from .rigid_series import motion
 
