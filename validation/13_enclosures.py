@@ -73,22 +73,28 @@ def outside(ball, value):
     return value not in Interval(ball.middle, ball.spread + slack)
 
 
-dice, wrong, wide = random.Random(0), 0, 0
+dice, values, wrong, wide = random.Random(0), 0, 0, 0
 for _ in range(TOPS):
     top, start = drawn(dice)
     form, found = ht.Motion(top, start).form(150), enclose(top, start, digits=50)
     t = dice.choice([0, 1.5, -1e3, 10.0 ** dice.uniform(-3, 6)])
+    at = form(t)
     pairs = [
         (found.period, form.period),
         (found.precession, form.precession),
         (found.spin, form.spin),
         (found.theta_min, min(form.tilts)),
         (found.theta_max, max(form.tilts)),
-        (found.theta(t), form(t).theta),
-        (found.u(t), form(t).u),
+        (found.u(t), at.u),
     ]
+    names = ("theta", "phi", "psi")
+    pairs += [(getattr(found, name)(t), getattr(at, name)) for name in names]
+    pairs += zip(found.rates(t), [getattr(at, f"{name}dot") for name in names], strict=True)
+    pairs += zip(found.axis(t), at.axis, strict=True)
+    pairs += zip(found.quaternion(t), at.quaternion, strict=True)
+    values += len(pairs)
     wrong += sum(outside(*pair) for pair in pairs)
     wide += sum(ball.digits < 50 for ball, _ in pairs if ball is not None)
-claim(f"values outside their enclosure, of {7 * TOPS}", wrong, 0)
+claim(f"values outside their enclosure, of {values}", wrong, 0)
 claim("enclosures wider than asked", wide, 0)
 finish()

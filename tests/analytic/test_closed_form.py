@@ -169,6 +169,32 @@ def test_start_is_the_start(name):
         assert inside(ball, given, 38)
 
 
+@pytest.mark.parametrize("name", MOTIONS)
+def test_a_period_later(name):
+    """θ is the same, φ and ψ have gained Δφ and Δψ; but for jumps, at the mean rates."""
+    begun = motion(*MOTIONS[name])
+    form = begun.form(40)
+    if form.period is None:
+        assert not begun.nutates
+        return
+    T, t = form.period, form.ctx.mpf("0.37")
+    at, later = form(t), form(t + T)
+    close = form.ctx.mpf("1e-36")
+    assert abs(later.theta - at.theta) < close
+    assert abs(later.phi - at.phi - form.precession) < close
+    assert abs(later.psi - at.psi - form.spin) < close * max(1, abs(form.spin))
+    regime, pi = begun.rising.regime, form.ctx.pi
+    passes = [not regime.misses_top, not regime.misses_bottom]
+    if regime.mirrored:
+        passes.reverse()
+    low, high = sorted(form.tilts)
+    passed = [passes[0] and low < close, passes[1] and pi - high < close]
+    over = (form.precession + form.relative_spin, form.precession - form.relative_spin)
+    jumps = (2 * pi * passed[1], 2 * pi * passed[0])  # at θ = 0 of φ − ψ, at θ = π of φ + ψ
+    for whole, jump, mean in zip(over, jumps, form.mean_rates, strict=True):
+        assert abs(whole - jump - mean * T) < close * max(1, abs(whole))
+
+
 def test_jumps_at_the_poles():
     """A pass makes φ jump by +π; ψ by −π at the top, where φ + ψ runs on, by +π at the bottom."""
     form = motion(2, 1, 3, 3, thetadot=5).form(30)  # planar, turning over

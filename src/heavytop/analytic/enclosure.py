@@ -431,8 +431,8 @@ def enclose(top: Top, start: State, digits: int = 15, limit: int = LIMIT) -> Enc
 
     Notes
     -----
-    Accuracy: as of `Enclosure`; ``tests/analytic/test_balls_against_closed_form.py`` finds the
-    closed form, which shares no line with them, in every ball.
+    Accuracy: as of `Enclosure`; ``tests/analytic/test_elliptic.py`` and ``test_quadratures.py``
+    find in every interval what mpmath's elliptic functions and quadrature say.
 
     References
     ----------

@@ -193,7 +193,9 @@ class Nutating:
             v = first_kind((roots.one_plus_u1 / roots.delta).sqrt(), roots.m)
             plus = Sweeps(self, over.P_plus, turn_plus, v, arb(0))
         if self.regime.misses_top:
-            lead = over.P_minus * over.P_minus / (roots.one_minus_u1 * roots.one_minus_u2)  # 2g (u₃ − 1)
+            lead = (
+                over.P_minus * over.P_minus / (roots.one_minus_u1 * roots.one_minus_u2)
+            )  # 2g (u₃ − 1)
             v = first_kind(
                 2 * roots.w * (roots.one_minus_u2 / (roots.delta * lead)).sqrt(), roots.m
             )
