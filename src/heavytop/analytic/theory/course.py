@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from heavytop.analytic.theory.reduced import Reduced
-from heavytop.numbers.decimals import Number, relative, threshold
+from heavytop.analytic.theory.zeros import relative, threshold
+from heavytop.numbers.decimals import Number
 
 
 class Course(StrEnum):

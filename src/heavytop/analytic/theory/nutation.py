@@ -23,7 +23,8 @@ from heavytop.analytic.theory.course import (
 from heavytop.analytic.theory.cubic import inner, outer
 from heavytop.analytic.theory.reduced import Reduced
 from heavytop.errors import NoClosedForm
-from heavytop.numbers.decimals import Context, Number, context, digits_lost, threshold
+from heavytop.analytic.theory.zeros import digits_lost, threshold
+from heavytop.numbers.decimals import Context, Number, context
 
 MOST_DIGITS = 10_000
 """Digits beyond which no more are taken to tell two roots apart."""

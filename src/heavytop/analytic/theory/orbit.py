@@ -10,7 +10,8 @@ from heavytop.analytic.theory.nodding import Nodding
 from heavytop.analytic.theory.nutation import MOST_DIGITS, Unresolved, nutation, resolved
 from heavytop.analytic.theory.reduced import Reduced
 from heavytop.analytic.theory.steady_course import Steady
-from heavytop.numbers.decimals import context, digits_lost, vanishes
+from heavytop.analytic.theory.zeros import digits_lost, vanishes
+from heavytop.numbers.decimals import context
 
 Orbit: TypeAlias = "Nodding | Asymptotic | Steady"
 """The course of an axis, with its constants."""

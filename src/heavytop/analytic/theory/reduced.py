@@ -14,7 +14,8 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from heavytop.numbers.decimals import Context, Number, number, threshold
+from heavytop.analytic.theory.zeros import threshold
+from heavytop.numbers.decimals import Context, Number, number
 
 if TYPE_CHECKING:
     from heavytop.scene.state import State
