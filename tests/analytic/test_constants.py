@@ -3,6 +3,7 @@
 from fractions import Fraction
 
 import pytest
+from heavytop.analytic.theory.zeros import digits_lost, threshold, vanishes
 
 from heavytop.analytic.closed_form import constants, midpoint
 from heavytop.classification.reduced import (
@@ -14,7 +15,7 @@ from heavytop.classification.reduced import (
     Through,
 )
 from heavytop.errors import NotANumber
-from heavytop.numbers.decimals import context, digits_lost, number, threshold, vanishes
+from heavytop.numbers.decimals import context, number
 from heavytop.numbers.intervals import Interval, rational, working
 from heavytop.scene.state import State
 from heavytop.scene.top import Top

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
-from math import ceil, floor
+from math import log2, pi
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias, TypeVar
 
 from heavytop.errors import NotANumber
@@ -23,8 +23,7 @@ Sign: TypeAlias = Literal[-1, 0, 1]
 MAX_DECIMAL_EXPONENT: Final = 400
 _LARGEST: Final = Fraction(10) ** 300
 _NEAR: Final = 995  # less than log2 of that
-_PI: Final = (Fraction("3.14159265358979323846"), Fraction("3.14159265358979323847"))
-_MAX_POWER: Final = 64  # of π that is worth building for a quick sign
+_BEYOND_ROUNDING: Final = 1e-6  # of the largest term: what a sum of doubles surely tells from 0
 _FEW_BITS: Final = (64, 256)  # which nearly always tell a sign
 _MANY_BITS: Final = (1024, 4096)  # for what is not proved to be zero
 _EXTRA_BITS: Final = (32, 128, 512, 2048)  # working precision beyond what is asked for
@@ -81,7 +80,9 @@ class Exact:
 
             value = parse.read(x, parse.UNITS if units is None else units)
             return Exact(value.terms, " ".join(x.split()))
-        return in_range(_finite(x))
+        if isinstance(x, Decimal) and x.is_finite() and abs(x.adjusted()) > MAX_DECIMAL_EXPONENT:
+            raise out_of_range()  # before the power of ten is built
+        return in_range(rational_value(x))
 
     @property
     def fraction(self) -> Fraction | None:
@@ -262,25 +263,23 @@ def _operand(x: object) -> Exact | None:
     return Exact.of(x) if isinstance(x, (Exact, int, float, numbers.Real, Decimal)) else None  # type: ignore[arg-type]
 
 
-def _finite(x: object) -> Fraction:
-    """The exact rational value of a Python or numpy number."""
-    if isinstance(x, float):  # the most common, and the checks below are slow
-        return _ratio(x)
-    if isinstance(x, bool) or not isinstance(x, (numbers.Real, Decimal)):
+def rational_value(x: Any) -> Fraction:
+    """The exact value of a number of Python, numpy or mpmath, finite and of any size."""
+    if isinstance(x, bool) or not (type(x) is float or isinstance(x, (numbers.Real, Decimal))):
         kind = type(x).__name__
         article = "an" if kind[:1] in "aeiou" else "a"
         what = {"bool": "true or false", "NoneType": "nothing"}.get(kind, f"{article} {kind}")
         raise NotANumber(f"a number is not {what}")
-    if isinstance(x, numbers.Rational):
-        return Fraction(int(x.numerator), int(x.denominator))
-    if isinstance(x, Decimal) and x.is_finite() and abs(x.adjusted()) > MAX_DECIMAL_EXPONENT:
-        raise out_of_range()  # before the power of ten is built
-    return _ratio(x)
-
-
-def _ratio(x: Any) -> Fraction:
+    number: Any = x
     try:
-        return Fraction(*x.as_integer_ratio())
+        if isinstance(x, numbers.Rational):
+            return Fraction(int(x.numerator), int(x.denominator))
+        if hasattr(x, "_mpf_"):
+            sign, man, exponent, _ = x._mpf_
+            if not man and exponent:
+                raise ValueError("not finite")
+            number = Fraction(int(-man if sign else man)) * Fraction(2) ** int(exponent)
+        return Fraction(*number.as_integer_ratio())
     except (AttributeError, OverflowError, ValueError):  # infinite, or of another library
         raise NotANumber(f"a number is finite, not {x}") from None
 
@@ -301,28 +300,32 @@ def out_of_range() -> NotANumber:
 # --- signs and values ------------------------------------------------------------------------
 
 
+def _logarithms(x: Form) -> list[float] | None:
+    """log₂ of the size of every term, where these are roots and powers of π; else None."""
+    logs = []
+    for monomial, c in x:
+        log = _log2(abs(c))
+        for atom, e in monomial:
+            if not isinstance(atom, (Fraction, str)):
+                return None
+            log += float(e) * (_log2(atom) if isinstance(atom, Fraction) else log2(pi))
+        logs.append(log)
+    return logs
+
+
+def _log2(q: Fraction) -> float:
+    return log2(q.numerator) - log2(q.denominator)
+
+
 def _quick_sign(x: Form) -> Sign | None:
-    """The sign of a sum of roots and powers of π, where its terms agree or rational bounds tell."""
+    """The sign of a sum of roots and powers of π, where doubles tell it beyond doubt."""
     if not x:
         return 0
-    factors = [factor for monomial, _ in x for factor in monomial]
-    if not all(isinstance(atom, (Fraction, str)) and abs(e) <= _MAX_POWER for atom, e in factors):
+    if (logs := _logarithms(x)) is None:
         return None
-    low, high = _bounds(x) if len({c > 0 for _, c in x}) == 2 else (x[0][1], x[0][1])
-    return 1 if low > 0 else -1 if high < 0 else None
-
-
-def _bounds(x: Form) -> tuple[Fraction, Fraction]:
-    """Rational bounds: aᵉ lies between a^⌊e⌋ and a^⌈e⌉."""
-    low = high = Fraction(0)
-    for monomial, c in x:
-        least = most = abs(c)
-        for atom, e in monomial:
-            ends = (atom,) if isinstance(atom, Fraction) else _PI
-            powers = [end**k for end in ends for k in (floor(e), ceil(e))]
-            least, most = least * min(powers), most * max(powers)
-        low, high = (low + least, high + most) if c > 0 else (low - most, high - least)
-    return low, high
+    sizes = [2.0 ** (log - max(logs)) for log in logs]
+    total = sum(size if c > 0 else -size for size, (_, c) in zip(sizes, x, strict=True))
+    return None if abs(total) < _BEYOND_ROUNDING else 1 if total > 0 else -1
 
 
 def _decided(x: Form, judge: Callable[[arb], T | None], precisions: Iterable[int]) -> T | None:
@@ -341,8 +344,10 @@ def _ball_sign(ball: arb) -> Literal[-1, 1] | None:
     return 1 if ball > 0 else -1 if ball < 0 else None
 
 
-def size(x: Exact) -> int:
-    """The exponent of 2 just above |x|, up to rounding; 0 where no precision tells."""
+def size(x: Exact) -> float:
+    """log₂ |x| for x ≠ 0, of its largest term or to a bit or two; 0 where no precision tells."""
+    if (logs := _logarithms(x.terms)) is not None:
+        return max(logs)
 
     def judge(ball: arb) -> int:
         man, exponent = _parts(ball.abs_upper())

@@ -6,9 +6,9 @@ Balls are those of python-flint (Arb): a middle and a radius that takes up every
 from __future__ import annotations
 
 import math
-import numbers
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
@@ -18,7 +18,7 @@ from typing import Any, Final, TypeVar
 from flint import arb, ctx, fmpq
 
 from heavytop.errors import NotANumber
-from heavytop.numbers.exact import Exact
+from heavytop.numbers.exact import Exact, rational_value
 from heavytop.numbers.normal_form import Atom, Form, Trig
 
 T = TypeVar("T")
@@ -28,7 +28,8 @@ _LEAST: Final = -(1 << 16)  # exponents of 2 below this are not worth their bits
 _PLACES: Final = 60  # decimals shown of a number that is known exactly
 
 
-class working:
+@contextmanager
+def working(bits: int) -> Iterator[None]:
     """A working precision in bits, this thread's alone while the block runs.
 
     Blocks may be nested; each puts back the precision it found. Whatever computes with balls
@@ -51,24 +52,12 @@ class working:
     ...     print(arb.pi().rel_accuracy_bits() > 190)
     True
     """
-
-    __slots__ = ("_before", "_bits")
-
-    def __init__(self, bits: int) -> None:
-        self._bits = bits
-
-    def __enter__(self) -> None:
-        _LOCK.acquire()
-        self._before = ctx.prec
+    with _LOCK:
+        before, ctx.prec = ctx.prec, bits
         try:
-            ctx.prec = self._bits
-        except BaseException:
-            _LOCK.release()
-            raise
-
-    def __exit__(self, *raised: object) -> None:
-        ctx.prec = self._before
-        _LOCK.release()
+            yield
+        finally:
+            ctx.prec = before
 
 
 def at_rising_precision(precisions: Iterable[int], answer: Callable[[int], T | None]) -> T | None:
@@ -110,17 +99,12 @@ def _atom(atom: Atom) -> arb:
 
 
 def _power(base: arb, e: Fraction) -> arb:
+    """A power; what lies below zero under a root is only width."""
     if e.denominator > 1:
-        base = _root(base, e.denominator)
+        positive = base if base > 0 else base.upper().nonnegative_part()
+        root = positive if positive.is_zero() else positive.root(e.denominator)
+        base = root if base > 0 else arb(0).union(root)
     return base if e.numerator == 1 else base**e.numerator
-
-
-def _root(base: arb, index: int) -> arb:
-    """The root of a number known not to be negative; what lies below zero is only width."""
-    if base > 0:
-        return base.sqrt() if index == 2 else base.root(index)
-    top = base.upper().nonnegative_part()
-    return top if top.is_zero() else arb(0).union(top.root(index))
 
 
 # --- intervals --------------------------------------------------------------------------------
@@ -190,14 +174,12 @@ class Interval:
     @property
     def digits(self) -> float:
         """The largest n with spread ≤ 10⁻ⁿ max(1, |middle|); infinite where the spread is 0."""
-        if not self.spread:
-            return math.inf
         return _decimals(self.spread / max(Fraction(1), abs(self.middle)))
 
     @property
     def decimals(self) -> float:
         """The largest n with spread ≤ 10⁻ⁿ; infinite where the spread is 0."""
-        return _decimals(self.spread) if self.spread else math.inf
+        return _decimals(self.spread)
 
     def bounds(self, digits: int) -> tuple[str, str]:
         """Two decimal numbers of so many significant digits with the interval between them.
@@ -233,8 +215,8 @@ class Interval:
         places = _PLACES if not self.spread else math.floor(_decimals(2 * self.spread))
         unit = Fraction(10) ** -places
         shown = round(self.middle / unit) * unit
-        digits = max(0, -_decimals(abs(shown / unit))) if shown else 0
-        text = _decimal(shown, digits + 1, ROUND_HALF_EVEN)
+        digits = 1 + int(max(0, -_decimals(abs(shown / unit))))
+        text = _decimal(shown, digits, ROUND_HALF_EVEN)
         error = self.spread + abs(self.middle - shown)
         if not error:
             return f"{text:f}"
@@ -259,8 +241,10 @@ def _dyadic(exact: arb) -> tuple[Fraction, Fraction]:
     return (Fraction(man << exp) if exp >= 0 else Fraction(man, 1 << -exp)), Fraction(0)
 
 
-def _decimals(size: Fraction) -> int:
+def _decimals(size: Fraction) -> float:
     """The largest n with size ≤ 10⁻ⁿ."""
+    if not size:
+        return math.inf
     n = math.floor(math.log10(size.denominator) - math.log10(size.numerator)) + 1
     while size > Fraction(10) ** -n:
         n -= 1
@@ -292,16 +276,7 @@ def outward(q: Fraction, way: int) -> float:
 def rational(x: Any) -> Fraction:
     """The exact value of a number of any kind that has a rational one."""
     try:
-        if hasattr(x, "_mpf_"):
-            sign, man, exp, _ = x._mpf_
-            if not man and exp:
-                raise ValueError("not finite")
-            size = Fraction(int(man)) * Fraction(2) ** int(exp)
-            return -size if sign else size
-        if isinstance(x, Exact):
-            x = x.fraction
-        if isinstance(x, numbers.Rational):
-            return Fraction(int(x.numerator), int(x.denominator))
-        return Fraction(*(Decimal(x) if isinstance(x, str) else x).as_integer_ratio())
-    except (ValueError, TypeError, AttributeError, ArithmeticError):
+        value = x.fraction if isinstance(x, Exact) else x
+        return rational_value(Decimal(value) if isinstance(value, str) else value)
+    except (NotANumber, ArithmeticError):
         raise NotANumber(f"an interval holds finite rational numbers, not {x!r}") from None

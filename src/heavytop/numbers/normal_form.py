@@ -19,7 +19,8 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, TypeAlias
+from functools import reduce
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 
 if TYPE_CHECKING:  # slow to import, and needed for proofs only
     from flint import fmpq_mpoly
@@ -153,7 +154,7 @@ def _factored(x: Form, for_root: bool = False) -> tuple[Fraction, Monomial]:
         monomial, c = x[0]
         if not for_root or (c > 0 and all(_never_negative(atom, e) for atom, e in monomial)):
             return c, monomial
-    c = _common_measure([c for _, c in x])
+    c = _measure([c for _, c in x])
     if x[0][1] < 0 and not for_root:
         c = -c
     return c, ((scaled(x, 1 / c), Fraction(1)),)
@@ -163,7 +164,7 @@ def _never_negative(atom: Atom, e: Fraction) -> bool:
     return isinstance(atom, (Fraction, str)) or e.denominator > 1
 
 
-def _common_measure(rationals: Collection[Fraction]) -> Fraction:
+def _measure(rationals: Collection[Fraction]) -> Fraction:
     """The largest positive rational that each of them, not all 0, is a whole multiple of."""
     return Fraction(
         math.gcd(*(q.numerator for q in rationals)),
@@ -347,33 +348,35 @@ class _Expansion:
     def __init__(self, x: Form) -> None:
         from flint import Ordering, fmpq_mpoly_ctx
 
-        atoms = list(_atoms(x))
-        radicands = {(a, e.denominator) for a, e in atoms if isinstance(a, Fraction)}
-        self.index = math.lcm(*(order for _, order in radicands))  # of the roots of integers
-        parts = {n for a, _ in radicands for n in (a.numerator, a.denominator)}
-        integers = _coprime_base(parts, self.index)
-        self.pi_index = math.lcm(*(e.denominator for atom, e in atoms if isinstance(atom, str)))
-        arguments = [atom.argument for atom, _ in atoms if isinstance(atom, Trig)]
-        self.multiples = _multiples(dict.fromkeys(arguments))
-        angles = dict.fromkeys(angle for angle, _ in self.multiples.values())
-        self.orders: dict[Form, int] = {}  # of the root of each sum; what a sum holds before it
-        for atom, e in atoms:
-            if isinstance(atom, tuple):
-                self.orders[atom] = math.lcm(self.orders.get(atom, 1), e.denominator)
-        count = len(integers) + 1 + 2 * len(angles) + len(self.orders)
-        if count > _MAX_GENERATORS or max(self.index, self.pi_index) > _MAX_POWER:
+        orders: dict[Atom, int] = {}  # of the root of each atom; what a sum holds stands before it
+        for atom, e in _atoms(x):
+            orders[atom] = math.lcm(orders.get(atom, 1), e.denominator)
+        rationals = [atom for atom in orders if isinstance(atom, Fraction)]
+        waves = [atom for atom in orders if isinstance(atom, Trig)]
+        sums = [atom for atom in orders if isinstance(atom, tuple)]
+        index = math.lcm(*(orders[q] for q in rationals))
+        integers = _coprime_base({n for q in rationals for n in q.as_integer_ratio()}, index)
+        multiples = _multiples(dict.fromkeys(wave.argument for wave in waves))
+        angles = dict.fromkeys(angle for angle, _ in multiples.values())
+        count = 1 + len(integers) + 2 * len(angles) + len(sums)
+        if count > _MAX_GENERATORS or max([index, *orders.values()]) > _MAX_POWER:
             raise _TooLargeError
         ring = fmpq_mpoly_ctx.get([("x", count)], Ordering.lex)
-        unused = iter(reversed(ring.gens()))  # the last is the least
+        self.unused = iter(reversed(ring.gens()))  # the last is the least
         self.one = ring.constant(1)
         self.work = 0
         self.relations: list[fmpq_mpoly] = []  # each with a power of one generator in front
-        self.pi = next(unused)
-        self.integers = [(n, self._root(next(unused), self.index, n)) for n in integers]
-        self.angles = {angle: self._angle(angle, unused) for angle in angles}
-        self.sums: dict[Form, _Quotient] = {}
-        for form, order in self.orders.items():
-            self.sums[form] = self._sum_root(form, order, unused)
+        pi = _Quotient(next(self.unused), self.one), orders.get("pi", 1)
+        self.roots: dict[Atom, tuple[_Quotient, int]] = {"pi": pi}  # each with its order
+        self.integers = [(n, self._root(index, n)) for n in integers]
+        for q in rationals:
+            self.roots[q] = _Quotient(*map(self._integer_root, q.as_integer_ratio())), index
+        circles = {angle: self._circle(angle) for angle in angles}
+        for wave in waves:
+            angle, n = multiples[wave.argument]
+            self.roots[wave] = _Quotient(self._wave(wave, n, *circles[angle]), self.one), 1
+        for form in sums:
+            self.roots[form] = self._sum_root(form, orders[form]), orders[form]
 
     def quotient(self, x: Form) -> _Quotient:
         """The value of x."""
@@ -383,71 +386,57 @@ class _Expansion:
         for monomial, c in x:
             term = _Quotient(self.one * fmpq(c.numerator, c.denominator), self.one)
             for atom, e in monomial:
-                term = self._product(term, self._power_of(atom, e))
+                root, order = self.roots[atom]
+                above, below = root if e > 0 else reversed(root)
+                n = abs(int(e * order))
+                term = self._product(term, _Quotient(self._power(above, n), self._power(below, n)))
             total = self._sum(total, term)
         return total
 
     # --- generators, and what holds among them ------------------------------------------------
 
-    def _root(self, generator: fmpq_mpoly, order: int, of: fmpq_mpoly | int) -> fmpq_mpoly:
+    def _root(self, order: int, of: fmpq_mpoly | int) -> fmpq_mpoly:
+        """The next generator, a root."""
+        generator = next(self.unused)
         self.relations.append(generator**order - of)
         return generator
 
-    def _angle(self, angle: Form, unused: Iterator[fmpq_mpoly]) -> tuple[fmpq_mpoly, fmpq_mpoly]:
+    def _integer_root(self, n: int) -> fmpq_mpoly:
+        """The root of a product of the coprime integers."""
+        product = self.one
+        for base, root in self.integers:
+            while n % base == 0:
+                n, product = n // base, product * root
+        return self._reduced(product)
+
+    def _circle(self, angle: Form) -> tuple[fmpq_mpoly, fmpq_mpoly]:
         """The cosine and sine of an angle."""
         from flint import fmpz_poly
 
-        cosine, sine = next(unused), next(unused)
+        cosine = next(self.unused)
         turns = _multiple(angle, PI_ALONE)
         if turns is not None and (order := (turns / 2).denominator) <= _MAX_ORDER:
-            self.relations.append(_polynomial(fmpz_poly.cos_minpoly(order), 2 * cosine))
-        return cosine, self._root(sine, 2, 1 - cosine**2)
+            minimal = enumerate(fmpz_poly.cos_minpoly(order))
+            self.relations.append(sum((c * (2 * cosine) ** k for k, c in minimal), 0 * self.one))
+        return cosine, self._root(2, 1 - cosine**2)
 
-    def _sum_root(self, form: Form, order: int, unused: Iterator[fmpq_mpoly]) -> _Quotient:
+    def _wave(self, wave: Trig, n: int, cosine: fmpq_mpoly, sine: fmpq_mpoly) -> fmpq_mpoly:
+        """The wave f at nα, by f((k+1)α) + f((k−1)α) = 2 cos α f(kα)."""
+        before, here = (self.one, cosine) if wave.name == "cos" else (0 * self.one, sine)
+        for _ in range(abs(n) - 1):
+            before, here = here, self._reduced(2 * cosine * here) - before
+        return -here if n < 0 and wave.name == "sin" else here
+
+    def _sum_root(self, form: Form, order: int) -> _Quotient:
         """(N/D)^(1/q) as y/D, where y^q = N D^(q−1)."""
-        if order > _MAX_POWER:
-            raise _TooLargeError
         inner = self.quotient(form)
         if order == 1:
             return inner
-        for other, root in self.sums.items():
-            if self.orders[other] == order and self.quotient(other) == inner:
+        for other, (root, its_order) in self.roots.items():
+            if isinstance(other, tuple) and its_order == order and self.quotient(other) == inner:
                 return root
         radicand = self._times(inner.above, self._power(inner.below, order - 1))
-        return _Quotient(self._root(next(unused), order, radicand), inner.below)
-
-    # --- powers of atoms ------------------------------------------------------------------------
-
-    def _power_of(self, atom: Atom, e: Fraction) -> _Quotient:
-        if isinstance(atom, Fraction):
-            above, below = self._integer(atom.numerator, e), self._integer(atom.denominator, -e)
-            return self._product(above, below)
-        if isinstance(atom, str):
-            return self._whole_power(_Quotient(self.pi, self.one), e * self.pi_index)
-        if isinstance(atom, Trig):
-            return self._whole_power(_Quotient(self._trig(atom), self.one), e)
-        return self._whole_power(self.sums[atom], e * self.orders[atom])
-
-    def _integer(self, n: int, e: Fraction) -> _Quotient:
-        value = _Quotient(self.one, self.one)
-        for base, root in self.integers:
-            count = 0
-            while n % base == 0:
-                n, count = n // base, count + 1
-            power = _Quotient(root, self.one)
-            value = self._product(value, self._whole_power(power, e * count * self.index))
-        return value
-
-    def _trig(self, function: Trig) -> fmpq_mpoly:
-        """Cos nα = Tₙ(cos α), and sin nα = sin α Uₙ₋₁(cos α)."""
-        from flint import fmpz_poly
-
-        angle, n = self.multiples[function.argument]
-        cosine, sine = self.angles[angle]
-        if function.name == "cos":
-            return self._reduced(_polynomial(fmpz_poly.chebyshev_t(abs(n)), cosine))
-        part = _polynomial(fmpz_poly.chebyshev_u(abs(n) - 1), cosine)
-        return self._reduced(part * sine if n > 0 else -part * sine)
+        return _Quotient(self._root(order, radicand), inner.below)
 
     # --- arithmetic -----------------------------------------------------------------------------
 
@@ -461,18 +450,10 @@ class _Expansion:
     def _product(self, a: _Quotient, b: _Quotient) -> _Quotient:
         return _Quotient(self._times(a.above, b.above), self._times(a.below, b.below))
 
-    def _whole_power(self, a: _Quotient, e: Fraction) -> _Quotient:
-        above, below = a if e > 0 else (a.below, a.above)
-        n = abs(e.numerator)
-        return _Quotient(self._power(above, n), self._power(below, n))
-
     def _power(self, a: fmpq_mpoly, n: int) -> fmpq_mpoly:
         if n > _MAX_POWER and not a.is_one():
             raise _TooLargeError
-        value = self.one
-        for _ in range(0 if a.is_one() else n):
-            value = self._times(value, a)
-        return value
+        return reduce(self._times, [a] * n, self.one)
 
     def _times(self, a: fmpq_mpoly, b: fmpq_mpoly) -> fmpq_mpoly:
         if a.is_one() or b.is_one():
@@ -486,10 +467,6 @@ class _Expansion:
         for relation in reversed(self.relations):  # from the greatest generator down
             value %= relation
         return value
-
-
-def _polynomial(coefficients: Iterable[Any], x: fmpq_mpoly) -> fmpq_mpoly:
-    return sum((c * x**k for k, c in enumerate(coefficients)), 0 * x)
 
 
 def _words(a: fmpq_mpoly) -> int:
@@ -506,30 +483,22 @@ def _atoms(x: Form) -> Iterator[tuple[Atom, Fraction]]:
             yield atom, e
 
 
-def _multiples(arguments: Collection[Form]) -> dict[Form, tuple[Form, int]]:
-    """Each argument as an angle and the whole number that it is times this angle."""
-    found: dict[Form, tuple[Form, int]] = {}
-    sizes: dict[Form, list[Fraction]] = {}  # of arguments that are rational multiples of each other
+def _multiples(arguments: Iterable[Form]) -> dict[Form, tuple[Form, int]]:
+    """Each argument as an angle and the whole number, which is small, that it is times this."""
+    families: list[tuple[Form, list[Fraction]]] = []  # of small multiples of a common measure
     for argument in arguments:
         size = argument[0][1]
-        sizes.setdefault(scaled(argument, 1 / size), []).append(size)
-    for direction, all_sizes in sizes.items():
-        for family in _families(all_sizes):
-            unit = _common_measure(family)
-            for size in family:
-                found[scaled(direction, size)] = scaled(direction, unit), int(size / unit)
-    return found
-
-
-def _families(sizes: Iterable[Fraction]) -> list[list[Fraction]]:
-    """The sizes in groups, of each of which all are small multiples of a common measure."""
-    families: list[list[Fraction]] = []
-    for size in sizes:
-        for family in families:
-            together = [*family, size]
-            if max(map(abs, together)) <= _MAX_MULTIPLE * _common_measure(together):
-                family.append(size)
+        direction = scaled(argument, 1 / size)
+        for other, sizes in families:
+            every = [*sizes, size]
+            if other == direction and max(map(abs, every)) <= _MAX_MULTIPLE * _measure(every):
+                sizes.append(size)
                 break
         else:
-            families.append([size])
-    return families
+            families.append((direction, [size]))
+    return {
+        scaled(direction, size): (scaled(direction, unit), int(size / unit))
+        for direction, sizes in families
+        for unit in [_measure(sizes)]
+        for size in sizes
+    }

@@ -6,7 +6,6 @@ over ``sum > product > sign > power > atom``, with every size bounded before it 
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Collection
 from fractions import Fraction
@@ -14,7 +13,7 @@ from typing import Final
 
 from heavytop.errors import NotANumber
 from heavytop.numbers.exact import MAX_DECIMAL_EXPONENT, PI, Exact, in_range, out_of_range, size
-from heavytop.numbers.normal_form import HALF, Form, Monomial
+from heavytop.numbers.normal_form import HALF, Form
 
 MAX_TEXT: Final = 4000
 MAX_DEPTH: Final = 50
@@ -197,7 +196,7 @@ def _limited(x: Exact) -> Exact:
         raise NotANumber("a number is too large to be held exactly")
     if (q := x.fraction) is not None:
         return in_range(q)
-    if abs(_log2(x)) > _LARGEST_LOG2:
+    if abs(size(x)) > _LARGEST_LOG2:
         raise out_of_range()
     return x
 
@@ -211,22 +210,3 @@ def _bits(x: Form) -> int:
     rationals = [c for _, c in x]
     rationals += [atom for m, _ in x for atom, _ in m if isinstance(atom, Fraction)]
     return max((_height(q).bit_length() for q in rationals), default=0)
-
-
-def _log2(x: Exact) -> float:
-    """The size of x ≠ 0: of its largest term, or of its value where sums are nested in it."""
-    if all(isinstance(atom, (Fraction, str)) for monomial, _ in x.terms for atom, _ in monomial):
-        return max(_term_log2(monomial, c) for monomial, c in x.terms)
-    return size(x)
-
-
-def _term_log2(monomial: Monomial, c: Fraction) -> float:
-    total = _rational_log2(abs(c))
-    for atom, e in monomial:
-        value = _rational_log2(atom) if isinstance(atom, Fraction) else math.log2(math.pi)
-        total += float(e) * value
-    return total
-
-
-def _rational_log2(q: Fraction) -> float:
-    return math.log2(q.numerator) - math.log2(q.denominator)

@@ -92,8 +92,7 @@ def expect(name: str, value: object, kind: type, hint: str = "") -> None:
     heavytop.errors.WrongType: top: a float, not "sicm"
     """
     if not isinstance(value, kind):
-        what = _a(kind) + (f" ({hint})" if hint else "")
-        raise wrong_type(name, what, value)
+        raise wrong_type(name, _a(kind) + (f" ({hint})" if hint else ""), value)
 
 
 def text_of(name: str, value: object) -> str:
@@ -209,14 +208,15 @@ class Range:
         """Return a value as a plain number."""
         found = _number(value, self.whole)
         if found is None or not self.least <= found <= self.most:  # nan too
-            raise Refused(self.rule)
+            spelled = self.whole and isinstance(value, NumberText)
+            raise Refused(self.rule + (", written in digits alone" if spelled else ""))
         return found
 
     @property
     def rule(self) -> str:
         """The rule, in words."""
-        kind = "a whole number" if self.whole else "a number"
-        return f"{kind} from {_bound(self.least)} to {_bound(self.most)}"
+        kind, style = ("a whole number", "d") if self.whole else ("a number", "g")
+        return f"{kind} from {self.least:{style}} to {self.most:{style}}"
 
 
 def one_of(known: Mapping[str, T], everything: str = "") -> Callable[[object], T]:
@@ -257,14 +257,11 @@ def parse_names(
     >>> print(wrong[0])
     stress: cases = cups: one of cusp (did you mean "cusp"?)
     """
+    letters = isinstance(given, str | bytes)
     try:
-        names = None if isinstance(given, str | bytes) else list(given)  # type: ignore[call-overload]
-    except TypeError:  # an array of no dimension too
-        names = None
-    if names is None:
+        names: list[Any] = list(None if letters else given)  # type: ignore[call-overload]
+    except TypeError:  # None is no list, nor is an array of no dimension
         return [], [Fault(file, None, key, shown(given), "a sequence of names")]
-    if not names:
-        return [], [Fault(file, None, key, "", f"at least one {key.removesuffix('s')}")]
     found, refused = [], []
     for name in names:
         try:
@@ -272,9 +269,10 @@ def parse_names(
                 raise Refused("a name, as text")
             found.append(read(name))
         except Refused as wrong:
-            unquoted = isinstance(name, str) and name
-            value = harmless(name[:LONGEST]) if unquoted else shown(name)
+            value = harmless(name[:LONGEST]) if name and isinstance(name, str) else shown(name)
             refused.append(Fault(file, None, key, value, wrong.rule, wrong.hint))
+    if not names:
+        refused.append(Fault(file, None, key, "", f"at least one {key.removesuffix('s')}"))
     return found, refused
 
 
@@ -286,12 +284,6 @@ def _number(value: object, whole: bool) -> int | float | None:
         return operator.index(value) if whole else float(value)  # type: ignore[arg-type]
     except (TypeError, OverflowError, ValueError):  # longer than any float; a signalling nan
         return None
-
-
-def _bound(bound: float) -> str:
-    """Return a bound in few digits, where those are all that it has."""
-    few = f"{bound:g}"
-    return few if float(few) == bound else str(bound)
 
 
 # --- the numbers of a Top or a State ---------------------------------------------------------
@@ -310,9 +302,16 @@ STATE: Final[Mapping[str, Reader]] = {
 }
 
 
-def exact_numbers(**given: Number) -> tuple[dict[str, Exact], list[Wrong]]:
-    """Return values as exact numbers, and what is wrong with those that are none."""
-    return read_values(given, {name: STATE.get(name, PLAIN) for name in given})
+def exact_numbers(
+    refused: type[Impossible],
+    given: Mapping[str, object],
+    *rules: Callable[[Mapping[str, Exact]], list[Wrong]],
+) -> dict[str, Exact]:
+    """Return values as exact numbers; all that is wrong with them is raised at once."""
+    values, broken = read_values(given, {name: STATE.get(name, PLAIN) for name in given})
+    if broken := broken + [each for rule in rules for each in rule(values)]:
+        raise refused(broken)
+    return values
 
 
 def not_positive(values: Mapping[str, Exact], names: Iterable[str]) -> list[Wrong]:

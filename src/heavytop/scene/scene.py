@@ -24,12 +24,7 @@ from heavytop.spelling import harmless, readable
 FOLDER: Final = Path(__file__).parents[1] / "scenes"
 MAX_BYTES: Final = 1_000_000
 CHANGES: Final = "--set"
-RIVALS: Final = {  # a change to one takes the other's place
-    "span.time": "periods",
-    "span.periods": "time",
-    "start.psidot": "omega3",
-    "start.omega3": "psidot",
-}
+_INSTEAD: Final = {"time": "periods", "periods": "time", "psidot": "omega3", "omega3": "psidot"}
 _MANY_FILES: Final = 1000  # of a folder, among which one may have been meant
 _LONGEST: Final = 120  # of changes, told in a title
 _OF_THE_MOTION: Final = ("top.", "start.")
@@ -214,7 +209,7 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
     'mine'
     """
     if len(text) > MAX_BYTES:
-        _refuse_file(where, f"a scene is at most {MAX_BYTES} bytes long")
+        _refuse(where, f"a scene is at most {MAX_BYTES} bytes long")
     try:
         raw = scene_file.parse(text)
     except ValueError as error:
@@ -292,8 +287,7 @@ def shipped_text(name: str) -> str:
     format = 1
     """
     if name not in shipped_names():
-        rule, hint = "no shipped scene has this name", nearest(name, shipped_names())
-        raise BadScene((Fault(harmless(name), None, "scene", "", rule, hint),))
+        _refuse(name, "no shipped scene has this name", nearest(name, shipped_names()))
     return (FOLDER / f"{name}.toml").read_text("utf-8")
 
 
@@ -305,8 +299,10 @@ def shipped_names() -> list[str]:
 # --- files -----------------------------------------------------------------------------------
 
 
-def _refuse_file(where: str, rule: str, hint: str = "", line: int | None = None) -> NoReturn:
-    raise BadScene((Fault(harmless(where), line, "scene", "", rule, hint),))
+def _refuse(
+    where: str, rule: str, hint: str = "", line: int = 0, key: str = "", value: str = ""
+) -> NoReturn:
+    raise BadScene((Fault(harmless(where), line or None, key or "scene", value, rule, hint),))
 
 
 def _text_of(path: Path, where: str) -> str:
@@ -318,17 +314,16 @@ def _text_of(path: Path, where: str) -> str:
             raise OSError(f"a scene is a TOML file, and this is {what}")
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
-    except FileNotFoundError:
-        _refuse_file(where, "no shipped scene and no file has this name", _meant(path))
-    except (OSError, ValueError) as error:  # a name with a null byte is a ValueError
-        _refuse_file(where, getattr(error, "strerror", None) or str(error))
-    if len(data) > MAX_BYTES:
-        _refuse_file(where, f"a scene file is at most {MAX_BYTES} bytes long")
-    try:
+        if len(data) > MAX_BYTES:
+            raise OSError(f"a scene file is at most {MAX_BYTES} bytes long")
         return data.decode("utf-8-sig")
+    except FileNotFoundError:
+        _refuse(where, "no shipped scene and no file has this name", _meant(path))
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        _refuse_file(where, f"a scene is UTF-8 text, and byte {error.start} is not", line=line)
+        _refuse(where, f"a scene is UTF-8 text, and byte {error.start} is not", line=line)
+    except (OSError, ValueError) as error:  # a name with a null byte is a ValueError
+        _refuse(where, getattr(error, "strerror", None) or str(error))
 
 
 def _refuse_line(where: str, text: str, message: str) -> NoReturn:
@@ -338,8 +333,7 @@ def _refuse_line(where: str, text: str, message: str) -> NoReturn:
     key, value = scene_file.written_at(text, line)
     twice = "a key or a table stands twice" if "overwrite" in message else ""
     hint = twice or scene_file.mistake(value)
-    place = (harmless(where), line or None, key or "scene", harmless(value))
-    raise BadScene((Fault(*place, f"not TOML: {message}", hint),))
+    _refuse(where, f"not TOML: {message}", hint, line, key, harmless(value))
 
 
 def _meant(path: Path) -> str:
@@ -364,25 +358,21 @@ def overridden(raw: dict[str, Any], overrides: Any) -> tuple[set[str], list[Faul
     wrong: list[Fault] = []
     texts = isinstance(overrides, Collection) and not isinstance(overrides, str | Mapping)
     if not texts or not all(isinstance(change, str) for change in overrides):
+        told = arguments.shown if isinstance(overrides, list | tuple) else arguments.told
         rule = 'a list of texts, such as ["start.phidot=-14"]'
-        value = (arguments.shown if isinstance(overrides, list | tuple) else arguments.told)(
-            overrides
-        )
-        return set(), [Fault("heavytop", None, "overrides", value, rule)]
+        return set(), [Fault("heavytop", None, "overrides", told(overrides), rule)]
     for change in overrides:
-        key, equals, text = change.partition("=")
-        key = key.strip()
-        *tables, last = key.split(".")
-        readable = bool(equals and last) and len(tables) < 2
-        table = raw.setdefault(tables[0], {}) if tables and readable else raw
+        key, equals, text = (part.strip() for part in change.partition("="))
+        name, _, last = key.rpartition(".")
+        readable = equals and last and "." not in name
+        table = raw.setdefault(name, {}) if name and readable else raw
         if not readable or not isinstance(table, dict):
             rule = "a change is KEY=VALUE, such as start.phidot=-14"
             wrong.append(Fault(CHANGES, None, harmless(change[:60]), "", rule))
             continue
-        if key in RIVALS:
-            table.pop(RIVALS[key], None)
+        table.pop(_INSTEAD.get(last, last), None)
         table[last] = _override_value(text)
-        changed[key] = text.strip().strip("\"'")
+        changed[key] = text.strip("\"'")
     _retitle(raw, changed)
     return set(changed), wrong
 
@@ -392,8 +382,8 @@ def _override_value(text: str) -> object:
     try:
         value = scene_file.parse(f"value = {text}")
     except ValueError:
-        return text.strip()
-    return value["value"] if value.keys() == {"value"} else text.strip()
+        value = {}
+    return value["value"] if value.keys() == {"value"} else text
 
 
 def _retitle(raw: dict[str, Any], changes: Mapping[str, str]) -> None:

@@ -17,9 +17,9 @@ from heavytop.errors import Fault, Impossible, NotANumber
 from heavytop.names import nearest
 from heavytop.numbers import Exact
 from heavytop.scene import arguments
-from heavytop.scene.arguments import NumberText, Reader, Refused, Wrong, faults, one_of
+from heavytop.scene.arguments import NumberText, Range, Reader, Refused, Wrong, faults, one_of
 from heavytop.scene.state import CHOICES, State, broken_angles, broken_spin
-from heavytop.scene.top import Top, broken_moments, broken_parts
+from heavytop.scene.top import Top, broken_body
 from heavytop.spelling import harmless
 
 FORMAT: Final = 1
@@ -99,16 +99,6 @@ def mistake(value: str) -> str:
 # --- one value -------------------------------------------------------------------------------
 
 
-def _whole(least: int, most: int) -> Reader:
-    def read(value: object) -> int:
-        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-            digits = ", written in digits alone" if isinstance(value, NumberText) else ""
-            raise Refused(f"a whole number from {least} to {most}{digits}")
-        return value
-
-    return read
-
-
 def _text(value: object) -> str:
     if not isinstance(value, str) or isinstance(value, NumberText):
         raise Refused("a text in quotes")
@@ -175,8 +165,8 @@ TABLES: Final[Mapping[str, Mapping[str, Reader]]] = {
     "want": {
         "quantities": _names(QUANTITIES, least=1),
         "events": _names(EVENTS, least=0),
-        "samples": _whole(2, MAX_SAMPLES),
-        "digits": _whole(1, MAX_DIGITS),
+        "samples": Range(2, MAX_SAMPLES, whole=True),
+        "digits": Range(1, MAX_DIGITS, whole=True),
     },
 }
 SCENE: Final[Mapping[str, Reader]] = {
@@ -231,10 +221,8 @@ def read_top(raw: Mapping[str, object]) -> tuple[Top | None, list[Wrong]]:
     if moments and parts:
         rule = f"either {', '.join(_MOMENTS)} or {', '.join(_PARTS)}, not some of both"
         wrong.append(Wrong(parts[0], rule))
-    elif parts:
-        wrong += _missing(_PARTS, raw) + broken_parts(values)
     else:
-        wrong += _missing(_MOMENTS, raw) + broken_moments(values)
+        wrong += _missing(_PARTS if parts else _MOMENTS, raw) + broken_body(values)
     return (None, wrong) if wrong else _made(Top.from_parts if parts else Top, values)
 
 
@@ -302,34 +290,24 @@ def written(tables: Mapping[str, object]) -> str:
 
 
 def _toml(value: object) -> str:
-    if isinstance(value, Exact):
-        return _toml_number(str(value))
-    if isinstance(value, str):
-        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    text = str(value)
     if isinstance(value, tuple):
-        return f"[{', '.join(_toml(item) for item in value)}]"
-    return str(value)
-
-
-def _toml_number(text: str) -> str:
-    if "cos(" in text or "sin(" in text:
+        return f"[{', '.join(map(_toml, value))}]"
+    if isinstance(value, Exact) and ("cos(" in text or "sin(" in text):
         raise NotANumber(f"a scene file holds no cosines or sines, so it cannot say {text}")
-    return text if _BARE.fullmatch(text) and len(text) <= _LONGEST_BARE else f'"{text}"'
+    plain = isinstance(value, Exact) and _BARE.fullmatch(text) and len(text) <= _LONGEST_BARE
+    if plain or isinstance(value, int):
+        return text
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
 def json_ready(value: object) -> Any:
     """Return the same for JSON: a number where 15 digits say it exactly, else its text."""
-    if isinstance(value, Exact):
-        return _json_number(value)
     if isinstance(value, Mapping):
         return {key: json_ready(item) for key, item in value.items()}
-    return list(value) if isinstance(value, tuple) else value
-
-
-def _json_number(x: Exact) -> int | float | str:
-    q = x.fraction
-    if q is None or abs(q) >= 10**15:
-        return str(x)
-    if q.denominator == 1:
-        return int(q)
-    return float(q) if Fraction(f"{float(q):.15g}") == q else str(x)
+    if not isinstance(value, Exact):
+        return list(value) if isinstance(value, tuple) else value
+    q = value.fraction
+    if q is None or abs(q) >= 10**15 or Fraction(f"{float(q):.15g}") != q:
+        return str(value)
+    return int(q) if q.denominator == 1 else float(q)

@@ -84,11 +84,9 @@ class State:
     ) -> None:
         spins = {"psidot": psidot, "omega3": omega3}
         spin = {name: rate for name, rate in spins.items() if rate is not None} or {"psidot": 0}
-        values, broken = exact_numbers(
-            theta=theta, thetadot=thetadot, phi=phi, phidot=phidot, psi=psi, **spin
-        )
-        if broken := broken + broken_angles(values) + broken_spin(spin):
-            raise ImpossibleStart(broken)
+        given = {"theta": theta, "thetadot": thetadot, "phi": phi, "phidot": phidot, "psi": psi}
+        rules = broken_angles, lambda _: broken_spin(spin)
+        values = exact_numbers(ImpossibleStart, given | spin, *rules)
         turn = values["phidot"] * cos(values["theta"])  # ω3 = ψ̇ + φ̇ cosθ
         if "omega3" in values:
             other = {"held": "omega3", "psidot": values["omega3"] - turn}
@@ -260,15 +258,10 @@ def broken_spin(spin: Collection[str]) -> list[Wrong]:
 
 def _read(top: object, name: str, choice: str, given: Mapping[str, Number]) -> dict[str, Exact]:
     """The numbers a start on a top is made from, exact; everything wrong with them is raised."""
-    values, broken = exact_numbers(**given)
-    if not isinstance(top, Top):
-        broken.append(Wrong("top", "a Top"))
-    broken += broken_angles(values)
+    strange = [] if isinstance(top, Top) else [Wrong("top", "a Top")]
     if choice not in CHOICES[name]:
-        broken.append(Wrong(name, " or ".join(f'"{word}"' for word in CHOICES[name])))
-    if broken:
-        raise ImpossibleStart(broken)
-    return values
+        strange.append(Wrong(name, " or ".join(f'"{word}"' for word in CHOICES[name])))
+    return exact_numbers(ImpossibleStart, given, lambda _: strange, broken_angles)
 
 
 def _precession_rate(top: Top, values: Mapping[str, Exact]) -> Exact:

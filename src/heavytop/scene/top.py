@@ -59,10 +59,8 @@ class Top:
     gMR: Exact
 
     def __init__(self, A: Number, C: Number, gMR: Number) -> None:
-        values, broken = exact_numbers(A=A, C=C, gMR=gMR)
-        if broken := broken + broken_moments(values):
-            raise ImpossibleTop(broken)
-        set_fields(self, values)
+        given = {"A": A, "C": C, "gMR": gMR}
+        set_fields(self, exact_numbers(ImpossibleTop, given, broken_body))
 
     def __repr__(self) -> str:
         return as_call("Top", A=self.A, C=self.C, gMR=self.gMR)
@@ -96,13 +94,10 @@ class Top:
         >>> print(top.A, top.C, top.gMR)
         15.234375 0.46875 147.15
         """
-        parts, broken = exact_numbers(
-            mass=mass, distance=distance, A_cm=A_cm, C_cm=C_cm, gravity=gravity
-        )
-        if broken := broken + broken_parts(parts):
-            raise ImpossibleTop(broken)
-        M, R = parts["mass"], parts["distance"]
-        return cls(A=parts["A_cm"] + M * R**2, C=parts["C_cm"], gMR=M * parts["gravity"] * R)
+        given = {"mass": mass, "distance": distance, "A_cm": A_cm, "C_cm": C_cm}
+        parts = exact_numbers(ImpossibleTop, given | {"gravity": gravity}, broken_body)
+        M, R, A, C, g = parts.values()
+        return cls(A=A + M * R**2, C=C, gMR=M * g * R)
 
     @classmethod
     def from_solids(cls, parts: Iterable[Solid], gravity: Number) -> Top:
@@ -132,30 +127,21 @@ class Top:
         >>> print(f"{float(top.A):.3g} {float(top.C):.3g} {float(top.gMR):.3g}")
         0.000328 6.6e-05 0.0456
         """
-        values, broken = exact_numbers(gravity=gravity)
-        if broken:
-            raise ImpossibleTop(broken)
+        g = exact_numbers(ImpossibleTop, {"gravity": gravity})["gravity"]
         body = whole(parts)
-        return cls(A=body.A, C=body.C, gMR=body.mass * body.centre * values["gravity"])
+        return cls(A=body.A, C=body.C, gMR=body.mass * body.centre * g)
 
 
-def broken_moments(values: Mapping[str, Exact]) -> list[Wrong]:
-    """The rules that A and C, or those of the two that are there, break."""
-    broken = not_positive(values, ("A", "C"))
-    return broken or _too_flat(values, "A", "C", "must be at most 2A = {} about the pivot")
+def broken_body(values: Mapping[str, Exact]) -> list[Wrong]:
+    """The rules that the mass and the moments, or those of them that are there, break.
 
-
-def broken_parts(parts: Mapping[str, Exact]) -> list[Wrong]:
-    """The rules that mass, A_cm and C_cm, or those of them that are there, break."""
-    broken = not_positive(parts, ("mass", "A_cm", "C_cm"))
-    return broken or _too_flat(parts, "A_cm", "C_cm", "must be at most 2 A_cm = {}")
-
-
-def _too_flat(values: Mapping[str, Exact], A: str, C: str, rule: str) -> list[Wrong]:
-    """C ≤ 2A, with equality for a disc through the point the moments are about."""
-    if A in values and C in values and (2 * values[A] - values[C]).sign() == -1:
-        return [Wrong(C, rule.format(short(2 * values[A])))]
-    return []
+    C ≤ 2A, with equality for a disc through the point that the moments are about.
+    """
+    broken = not_positive(values, ("A", "C", "mass", "A_cm", "C_cm"))
+    for A, C, rule in (("A", "C", "2A = {} about the pivot"), ("A_cm", "C_cm", "2 A_cm = {}")):
+        if not broken and {A, C} <= values.keys() and (2 * values[A] - values[C]).sign() == -1:
+            broken.append(Wrong(C, f"must be at most {rule.format(short(2 * values[A]))}"))
+    return broken
 
 
 # --- homogeneous solids of revolution on the axis --------------------------------------------
@@ -357,14 +343,11 @@ def whole(parts: Iterable[Solid]) -> Solid:
     given: object = parts
     solids = tuple(given) if isinstance(given, Iterable) else ()
     if not solids or not all(isinstance(part, Solid) for part in solids):
-        raise ImpossibleTop(
-            [("parts", "at least one solid of heavytop.scene.top, and nothing else")]
-        )
-    zero = Exact.of(0)
-    mass = sum((part.mass for part in solids), zero)
-    centre = sum((part.mass * part.centre for part in solids), zero) / mass
-    A = sum((part.A for part in solids), zero)
-    return Solid(mass, centre, A - mass * centre**2, sum((part.C_cm for part in solids), zero))
+        rule = "at least one solid of heavytop.scene.top, and nothing else"
+        raise ImpossibleTop([("parts", rule)])
+    of_each = ((part.mass, part.mass * part.centre, part.A, part.C) for part in solids)
+    mass, moment, A, C = (sum(values, Exact.of(0)) for values in zip(*of_each, strict=True))
+    return Solid(mass, moment / mass, A - moment**2 / mass, C)
 
 
 def _cylinder(values: Mapping[str, Exact], outer: Exact, inner: Exact, height: Exact) -> Solid:
@@ -392,7 +375,6 @@ def _values(
     pairs = [pair for pair in _PAIRS if pair[0] in known.__annotations__]
     unclear = [pair for pair in pairs if len(chosen.keys() & {*pair}) != 1]
     broken = [Wrong(" or ".join(pair), "exactly one of them") for pair in unclear]
-    values, wrong = exact_numbers(**sizes, **chosen)
-    if broken := broken + wrong + not_positive(values, _POSITIVE):
-        raise ImpossibleTop(broken)
-    return values
+    return exact_numbers(
+        ImpossibleTop, sizes | chosen, lambda values: broken + not_positive(values, _POSITIVE)
+    )
