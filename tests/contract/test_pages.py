@@ -24,7 +24,7 @@ PAGES = {  # and how many blocks of each are run
     "figures.md": 1,
     "kinds.md": 4,
     "folding.md": 4,
-    "enclosures.md": 5,
+    "enclosures.md": 6,
     "sensitivity.md": 7,
     "rivals.md": 4,
     "where-methods-fail.md": 4,
