@@ -15,7 +15,7 @@ from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.enclosure import enclose, enclose_axis
 from heavytop.analytic.rising import Rising
 from heavytop.classification.reduced import FromAxis
-from heavytop.numbers.intervals import Interval
+from heavytop.numbers.intervals import Interval, rational
 from heavytop.scene.scene import shipped_scenes
 
 TIMES = (0, "1.3", -7.25, "1e5")
@@ -103,6 +103,18 @@ doubles = st.floats(-3, 3, allow_subnormal=False).filter(lambda x: abs(x) > 1e-3
 def test_random_axes_of_any_length(e, l, g, kappa):  # noqa: E741
     form = ClosedForm(Rising(FromAxis(e, l, g, kappa)), 100)
     compare(enclose_axis(e, l, g, kappa, digits=30), form)
+
+
+def test_angles_of_an_axis_are_counted_from_where_one_says():
+    """φ₀ and ψ₀ are added; without them φ₀ is that of the axis, (sin θ sin φ, −sin θ cos φ)."""
+    given = {"e": (0.6, 0.0, 0.8), "l": (1.0, 3.0, 4.0), "g": 1.0, "kappa": 0.5, "digits": 30}
+    plain, moved = enclose_axis(**given), enclose_axis(**given, phi0=2, psi0="0.25")
+    half_pi = ht.Motion(ht.Top(1, 1, 0), ht.State("pi/2")).exact.ctx.pi / 2
+    assert abs(float(plain.phi(0).middle) - float(half_pi)) < 1e-15
+    for t in (0, 3):
+        change = moved.phi(t).middle - plain.phi(t).middle
+        assert abs(change - 2 + Fraction(rational(half_pi))) < Fraction(1, 10**29)
+        assert abs(moved.psi(t).middle - plain.psi(t).middle - Fraction(1, 4)) < Fraction(1, 10**29)
 
 
 def test_both_sources_agree():

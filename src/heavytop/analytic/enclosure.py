@@ -445,7 +445,7 @@ def enclose(top: Top, start: State, digits: int = 15, limit: int = LIMIT) -> Enc
 
 def enclose_axis(
     e: Sequence[Number], l: Sequence[Number], g: Number, kappa: Number = 0,  # noqa: E741
-    digits: int = 15, limit: int = LIMIT,
+    digits: int = 15, limit: int = LIMIT, phi0: Number | None = None, psi0: Number = 0,
 ) -> Enclosure:  # fmt: skip
     """The enclosure of the motion that the axis form, ė = l × e, l̇ = g (−e_y, e_x, 0), has.
 
@@ -457,11 +457,13 @@ def enclose_axis(
     g : number
         gMR/A [s⁻²].
     kappa : number
-        p_ψ (1/C − 1/A) [s⁻¹], which only `spin` needs.
+        p_ψ (1/C − 1/A) [s⁻¹], which ψ, its rate and `spin` need.
     digits : int
         Decimal digits of every ball.
     limit : int
         Bits at which to give up.
+    phi0, psi0 : number, optional
+        Where φ and ψ are counted from [rad]; φ₀ is by default that of the axis, in (−π, π].
 
     Raises
     ------
@@ -474,4 +476,4 @@ def enclose_axis(
     >>> print(motion.period.bounds(12))
     ('1.30737052675', '1.30737052676')
     """
-    return Enclosure(FromAxis(e, l, g, kappa), digits, limit)
+    return Enclosure(FromAxis(e, l, g, kappa, phi0, psi0), digits, limit)
