@@ -84,7 +84,7 @@ class Motion:
 
     @property
     def regime(self) -> str:
-        """What θ does in the long run: "steady", "asymptotic" or "nutating"."""
+        """Whether θ is "steady", "asymptotic" or "nutating" in the long run."""
         return self.rising.regime.name
 
     @property
