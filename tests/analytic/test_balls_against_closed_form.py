@@ -1,7 +1,7 @@
 """Enclosures against the closed form at many more digits: intervals within intervals.
 
 What both may get wrong alike is held against other authorities, by `test_closed_form`,
-`test_elliptic` and `test_quadratures`.
+`test_elliptic` and `test_reduced_equation`.
 """
 
 from fractions import Fraction

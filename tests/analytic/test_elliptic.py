@@ -17,6 +17,7 @@ from .rigid_series import motion
 
 # g ≥ 0, released at a turning point or anywhere between; both sides of the poles and close to them
 NUTATIONS = {
+    "kicked": ("3.28e-4", "6.6e-5", "0.0456", "0.1", 0, 0, 0, -15, 140),
     "loops": (2, 1, 3, "0.5", "0.3", "-0.7", 0, -2, 5),
     "rising": (2, 1, 3, "1.5", "0.3", "-0.7", -1, "0.5", 3),
     "falling": (2, "1.5", 3, "1.5", "0.3", "-0.7", 1, "0.5", 3),

@@ -431,8 +431,9 @@ def enclose(top: Top, start: State, digits: int = 15, limit: int = LIMIT) -> Enc
 
     Notes
     -----
-    Accuracy: as of `Enclosure`; ``tests/analytic/test_elliptic.py`` and ``test_quadratures.py``
-    find in every interval what mpmath's elliptic functions and quadrature say.
+    Accuracy: as of `Enclosure`; ``tests/analytic/test_elliptic.py`` and
+    ``tests/analytic/test_reduced_equation.py`` find in every interval what mpmath's elliptic
+    functions and quadrature say.
 
     References
     ----------

@@ -17,6 +17,7 @@ import heavytop as ht
 from .rigid_series import motion
 
 KINDS = {
+    "kicked": ("3.28e-4", "6.6e-5", "0.0456", "0.1", 0, 0, 0, -15, 140),
     "loops": (2, 1, 3, "0.5", "0.3", "-0.7", 0, -2, 5),
     "falling": (2, "1.5", 3, "1.5", "0.3", "-0.7", 1, "0.5", 3),
     "cusps": (2, 1, 3, "0.5", "0.3", "-0.7", 0, 0, 7),
@@ -108,7 +109,7 @@ def test_time_and_angles_at_a_tilt(name, digits):
         lowest += mp.mpf(form.period) / 2
     at_lowest = form(form.ctx.mpf(lowest))
     close = mp.mpf(10) ** (2 - digits)
-    for part in PARTS:
+    for part in PARTS if digits == 50 else PARTS[1:2]:
         x = mp.mpf(part) * mp.pi / 3
         t, turned, spun = truth.integrals(x)
         for side in (1, -1):
