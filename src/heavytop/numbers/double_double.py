@@ -63,21 +63,19 @@ class ShortMultiples:
     The constant is the sum of its parts, all of `PART_BITS` bits but the last.
     """
 
-    parts: tuple[float, float, float, float]
+    parts: tuple[float, ...]
 
     @classmethod
     def of(cls, x: arb) -> ShortMultiples:
         """Return those of the middle of a ball, inside ``working(bits)``."""
         rest, found = x.mid(), []
         for _ in range(3):
-            part = rest
-            if not rest.is_zero():
-                man, exp = (int(each) for each in rest.man_exp())
-                unit = arb(2) ** (man.bit_length() + exp - PART_BITS)
-                part = (rest / unit + arb(0.5)).floor() * unit
+            man, exp = (int(each) for each in rest.man_exp())
+            unit = arb(2) ** (man.bit_length() + exp - PART_BITS)
+            part = (rest / unit + arb(0.5)).floor() * unit
             found.append(float(part))
             rest = rest - part
-        return cls((found[0], found[1], found[2], float(rest)))
+        return cls((*found, float(rest)))
 
     def rest(
         self, t: Array, t_lo: Array | float, n: Array, since: DoubleDouble
@@ -153,10 +151,8 @@ class Multiples:
     def rest(self, t: Array, n: Array, since: ThreeWords = (0.0, 0.0, 0.0)) -> tuple[Array, Array]:
         """Return t - since - n x, as double-doubles."""
         rest = two_sum(t, -since[0])
-        for part in self._parts(n):
+        for part in (*self._parts(n), *(np.full_like(t, word) for word in since[1:])):
             rest = add(rest, (-part, np.zeros_like(t)))
-        for word in since[1:]:
-            rest = add(rest, (np.full_like(t, -word), np.zeros_like(t)))
         return rest
 
     def turns(self, n: Array) -> tuple[NDArray[np.int64], Array]:

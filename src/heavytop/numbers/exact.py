@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias, Type
 
 from heavytop.errors import NotANumber
 from heavytop.numbers import normal_form
-from heavytop.numbers.normal_form import HALF, Form, fraction, rational, scaled
+from heavytop.numbers.normal_form import HALF, Atom, Form, fraction, rational, scaled
 
 if TYPE_CHECKING:
     from flint import arb
@@ -56,7 +56,7 @@ class Exact:
 
         Parameters
         ----------
-        x : int, float, Fraction, Decimal, str, numpy number or Exact
+        x : int, float, Fraction, Decimal, str, numpy number, mpmath number or Exact
             Texts are expressions such as ``"pi/3"``, ``"2/sqrt(3)"`` or ``"6 deg"``.
         units : collection of str
             The units a text may end in; by default those of angles and rates.
@@ -90,14 +90,12 @@ class Exact:
         return fraction(self.terms)
 
     def __add__(self, other: Number) -> Exact:
-        if (b := _operand(other)) is None:
-            return NotImplemented
-        return Exact(normal_form.add(self.terms, b.terms))
+        b = _operand(other)
+        return NotImplemented if b is None else Exact(normal_form.add(self.terms, b.terms))
 
     def __mul__(self, other: Number) -> Exact:
-        if (b := _operand(other)) is None:
-            return NotImplemented
-        return Exact(normal_form.multiply(self.terms, b.terms))
+        b = _operand(other)
+        return NotImplemented if b is None else Exact(normal_form.multiply(self.terms, b.terms))
 
     def __pow__(self, exponent: int | Fraction) -> Exact:
         if isinstance(exponent, bool) or not isinstance(exponent, (int, Fraction)):
@@ -270,16 +268,14 @@ def rational_value(x: Any) -> Fraction:
         article = "an" if kind[:1] in "aeiou" else "a"
         what = {"bool": "true or false", "NoneType": "nothing"}.get(kind, f"{article} {kind}")
         raise NotANumber(f"a number is not {what}")
-    number: Any = x
+    value: Any = x
     try:
         if isinstance(x, numbers.Rational):
             return Fraction(int(x.numerator), int(x.denominator))
-        if hasattr(x, "_mpf_"):
-            sign, man, exponent, _ = x._mpf_
-            if not man and exponent:
-                raise ValueError("not finite")
-            number = Fraction(int(-man if sign else man)) * Fraction(2) ** int(exponent)
-        return Fraction(*number.as_integer_ratio())
+        if hasattr(value, "_mpf_") and value.context.isfinite(value):
+            sign, man, exponent, _ = value._mpf_
+            value = Fraction(int(-man if sign else man)) * Fraction(2) ** int(exponent)
+        return Fraction(*value.as_integer_ratio())
     except (AttributeError, OverflowError, ValueError):  # infinite, or of another library
         raise NotANumber(f"a number is finite, not {x}") from None
 
@@ -302,19 +298,16 @@ def out_of_range() -> NotANumber:
 
 def _logarithms(x: Form) -> list[float] | None:
     """log₂ of the size of every term, where these are roots and powers of π; else None."""
-    logs = []
-    for monomial, c in x:
-        log = _log2(abs(c))
-        for atom, e in monomial:
-            if not isinstance(atom, (Fraction, str)):
-                return None
-            log += float(e) * (_log2(atom) if isinstance(atom, Fraction) else log2(pi))
-        logs.append(log)
-    return logs
+    terms = [((abs(c), Fraction(1)), *monomial) for monomial, c in x]
+    if not all(isinstance(atom, (Fraction, str)) for term in terms for atom, _ in term):
+        return None
+    return [sum(float(e) * _log2(atom) for atom, e in term) for term in terms]
 
 
-def _log2(q: Fraction) -> float:
-    return log2(q.numerator) - log2(q.denominator)
+def _log2(atom: Atom) -> float:
+    if isinstance(atom, Fraction):
+        return log2(atom.numerator) - log2(atom.denominator)
+    return log2(pi)
 
 
 def _quick_sign(x: Form) -> Sign | None:

@@ -277,13 +277,7 @@ def _coprime_base(numbers: Iterable[int], index: int) -> tuple[int, ...]:
 
 def written(x: Form) -> str:
     """A text that says x in the grammar of scenes, with cos( ) and sin( ) added."""
-    text = ""
-    for monomial, c in x:
-        if text:
-            text += f" {'-' if c < 0 else '+'} {_term_text(monomial, abs(c))}"
-        else:
-            text = _term_text(monomial, c)
-    return text or "0"
+    return " + ".join(_term_text(*term) for term in x).replace("+ -", "- ") or "0"
 
 
 def _term_text(monomial: Monomial, c: Fraction) -> str:

@@ -77,18 +77,15 @@ def _tokens(text: str) -> list[str]:
     while place < len(text):
         match = _TOKEN.match(text, place)
         if match is None:
-            raise _unexpected_mark(text[place:].lstrip()[:1])
+            mark = text[place:].lstrip()[:1]
+            if mark == ",":
+                raise NotANumber("unexpected ',': a decimal is written with a point")
+            raise _Unexpected(f"unexpected {mark!r}: {RULE}")
         tokens.append(match[0].strip())
         place = match.end()
     if sum(token not in "()" for token in tokens) > MAX_NODES:
         raise NotANumber(f"an expression holds at most {MAX_NODES} numbers and operators")
     return [*tokens, ""]
-
-
-def _unexpected_mark(mark: str) -> NotANumber:
-    if mark == ",":
-        return NotANumber("unexpected ',': a decimal is written with a point")
-    return _Unexpected(f"unexpected {mark!r}: {RULE}")
 
 
 class _Parser:

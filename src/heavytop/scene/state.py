@@ -180,15 +180,10 @@ class State:
         given = {"E": E, "p_phi": p_phi, "p_psi": p_psi, "theta": theta, "phi": phi, "psi": psi}
         values = _read(top, "branch", branch, given)
         phidot = _precession_rate(top, values)
-        thetadot = sqrt(_speed_squared(top, values, phidot))
-        start = cls(
-            theta=values["theta"],
-            thetadot=thetadot if branch == "falling" else -thetadot,
-            phi=values["phi"],
-            phidot=phidot,
-            psi=values["psi"],
-            omega3=values["p_psi"] / top.C,
-        )
+        speed = sqrt(_speed_squared(top, values, phidot))
+        thetadot, omega3 = speed if branch == "falling" else -speed, values["p_psi"] / top.C
+        angles = {name: values[name] for name in ("theta", "phi", "psi")}
+        start = cls(**angles, thetadot=thetadot, phidot=phidot, omega3=omega3)
         set_fields(start, {"given": (*values.items(), ("branch", branch))})
         return start
 
