@@ -5,9 +5,9 @@ from fractions import Fraction
 import pytest
 
 from heavytop.analytic.closed_form import constants, midpoint
+from heavytop.analytic.theory.zeros import digits_lost, threshold, vanishes
 from heavytop.classification.reduced import FromAxis, FromConstants, FromScene, Regime, Through
 from heavytop.errors import NotANumber
-from heavytop.analytic.theory.zeros import digits_lost, threshold, vanishes
 from heavytop.numbers.decimals import context, number
 from heavytop.numbers.intervals import Interval, rational, working
 from heavytop.scene.state import State

@@ -22,8 +22,8 @@ from heavytop.analytic.theory.course import (
 )
 from heavytop.analytic.theory.cubic import inner, outer
 from heavytop.analytic.theory.reduced import Reduced
-from heavytop.errors import NoClosedForm
 from heavytop.analytic.theory.zeros import digits_lost, threshold
+from heavytop.errors import NoClosedForm
 from heavytop.numbers.decimals import Context, Number, context
 
 MOST_DIGITS = 10_000
