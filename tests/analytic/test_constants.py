@@ -3,7 +3,6 @@
 from fractions import Fraction
 
 import pytest
-from heavytop.analytic.theory.zeros import digits_lost, threshold, vanishes
 
 from heavytop.analytic.closed_form import constants, midpoint
 from heavytop.classification.reduced import (
@@ -245,11 +244,3 @@ def test_pi_starts_on_the_pole():
 def test_refusals(value):
     with pytest.raises(NotANumber):
         number(CTX, value)
-
-
-def test_zero_rule():
-    assert threshold(CTX) == CTX.mpf(10) ** -40
-    assert vanishes(CTX, CTX.mpf("1e-41"), 1)
-    assert not vanishes(CTX, CTX.mpf("1e-39"), 1)
-    assert digits_lost(CTX, CTX.mpf("1e-17"), 1) == 17
-    assert digits_lost(CTX, 0, 1) == 0

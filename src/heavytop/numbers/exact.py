@@ -298,10 +298,12 @@ def out_of_range() -> NotANumber:
 
 def _logarithms(x: Form) -> list[float] | None:
     """log₂ of the size of every term, where these are roots and powers of π; else None."""
-    terms = [((abs(c), Fraction(1)), *monomial) for monomial, c in x]
-    if not all(isinstance(atom, (Fraction, str)) for term in terms for atom, _ in term):
-        return None
-    return [sum(float(e) * _log2(atom) for atom, e in term) for term in terms]
+    logs = []
+    for monomial, c in x:
+        if not all(isinstance(atom, (Fraction, str)) for atom, _ in monomial):
+            return None
+        logs.append(_log2(abs(c)) + sum(float(e) * _log2(atom) for atom, e in monomial))
+    return logs
 
 
 def _log2(atom: Atom) -> float:
@@ -311,14 +313,16 @@ def _log2(atom: Atom) -> float:
 
 
 def _quick_sign(x: Form) -> Sign | None:
-    """The sign of a sum of roots and powers of π, where doubles tell it beyond doubt."""
-    if not x:
-        return 0
-    if (logs := _logarithms(x)) is None:
-        return None
-    sizes = [2.0 ** (log - max(logs)) for log in logs]
-    total = sum(size if c > 0 else -size for size, (_, c) in zip(sizes, x, strict=True))
-    return None if abs(total) < _BEYOND_ROUNDING else 1 if total > 0 else -1
+    """The sign of a rational, or of a sum of roots and powers of π that doubles tell from 0."""
+    total: Fraction | float | None = fraction(x)
+    if total is None:
+        if (logs := _logarithms(x)) is None:
+            return None
+        sizes = [2.0 ** (log - max(logs)) for log in logs]
+        total = sum(size if c > 0 else -size for size, (_, c) in zip(sizes, x, strict=True))
+        if abs(total) < _BEYOND_ROUNDING:
+            return None
+    return 1 if total > 0 else -1 if total < 0 else 0
 
 
 def _decided(x: Form, judge: Callable[[arb], T | None], precisions: Iterable[int]) -> T | None:

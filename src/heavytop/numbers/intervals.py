@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
@@ -28,8 +27,7 @@ _LEAST: Final = -(1 << 16)  # exponents of 2 below this are not worth their bits
 _PLACES: Final = 60  # decimals shown of a number that is known exactly
 
 
-@contextmanager
-def working(bits: int) -> Iterator[None]:
+class working:
     """A working precision in bits, this thread's alone while the block runs.
 
     Blocks may be nested; each puts back the precision it found. Whatever computes with balls
@@ -52,12 +50,20 @@ def working(bits: int) -> Iterator[None]:
     ...     print(arb.pi().rel_accuracy_bits() > 190)
     True
     """
-    with _LOCK:
-        before, ctx.prec = ctx.prec, bits
-        try:
-            yield
-        finally:
-            ctx.prec = before
+
+    __slots__ = ("_before", "_bits")
+
+    def __init__(self, bits: int) -> None:
+        self._bits = bits
+
+    def __enter__(self) -> None:
+        with _LOCK:
+            self._before, ctx.prec = ctx.prec, self._bits
+            _LOCK.acquire()  # once more, until the block ends
+
+    def __exit__(self, *raised: object) -> None:
+        ctx.prec = self._before
+        _LOCK.release()
 
 
 def at_rising_precision(precisions: Iterable[int], answer: Callable[[int], T | None]) -> T | None:

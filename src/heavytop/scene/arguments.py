@@ -289,17 +289,9 @@ def _number(value: object, whole: bool) -> int | float | None:
 # --- the numbers of a Top or a State ---------------------------------------------------------
 
 PLAIN: Final[Reader] = partial(Exact.of, units=())
-ANGLE: Final[Reader] = partial(Exact.of, units=ANGLES)
-RATE: Final[Reader] = partial(Exact.of, units=RATES)
-STATE: Final[Mapping[str, Reader]] = {
-    "theta": ANGLE,
-    "thetadot": RATE,
-    "phi": ANGLE,
-    "phidot": RATE,
-    "psi": ANGLE,
-    "psidot": RATE,
-    "omega3": RATE,
-}
+_ANGLES: Final = dict.fromkeys(("theta", "phi", "psi"), partial(Exact.of, units=ANGLES))
+_RATE_NAMES: Final = ("thetadot", "phidot", "psidot", "omega3")
+STATE: Final = _ANGLES | dict.fromkeys(_RATE_NAMES, partial(Exact.of, units=RATES))
 
 
 def exact_numbers(

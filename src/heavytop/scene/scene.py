@@ -99,12 +99,13 @@ class Scene:
         wants = {"quantities": quantities, "events": events, "samples": samples, "digits": digits}
         texts = {"title": title, "source": source}
         parts = {"top": top, "start": start, "name": name}
-        span, wrong = scene_file.read_span(spans)
+        span, wrong_span = scene_file.read_span(spans)
         want, wrong_want = scene_file.read_table({**TABLES["want"], **SCENE}, wants | texts)
         kinds = (("top", Top, "a Top"), ("start", State, "a State"), ("name", str, "a text"))
-        wrong += wrong_want
-        wrong += [Wrong(key, rule) for key, kind, rule in kinds if not isinstance(parts[key], kind)]
-        if wrong:
+        strange = [
+            Wrong(key, rule) for key, kind, rule in kinds if not isinstance(parts[key], kind)
+        ]
+        if wrong := wrong_span + wrong_want + strange:
             raise BadScene(tuple(arguments.faults("Scene", spans | wants | texts | parts, wrong)))
         arguments.set_fields(self, parts | {"time": None, "periods": None} | span | want)
 
