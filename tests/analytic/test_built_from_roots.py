@@ -11,6 +11,8 @@ import pytest
 from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
 from heavytop.classification.classify import classify
+from heavytop.classification.reduced import FromScene, Regime
+from heavytop.errors import Unseparated
 from heavytop.numbers import Exact, sqrt
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -167,4 +169,5 @@ def test_zeros_that_only_a_proof_sees():
     assert 0 < found.margin_enclosure[0] <= found.margin <= found.margin_enclosure[1]
     unseen = State("sqrt(3+2*sqrt(2))-1-sqrt(2)", psidot=1)  # theta = 0
     assert classify(top, unseen).kind is Kind.UNDECIDED
-    assert Motion(top, unseen).proved.course is None
+    with pytest.raises(Unseparated):
+        Regime.of(FromScene(top, unseen))

@@ -5,7 +5,14 @@ from fractions import Fraction
 import pytest
 
 from heavytop.analytic.closed_form import constants, midpoint
-from heavytop.classification.reduced import FromAxis, FromConstants, FromScene, Regime, Through
+from heavytop.classification.reduced import (
+    FromAxis,
+    FromConstants,
+    FromScene,
+    Reduced,
+    Regime,
+    Through,
+)
 from heavytop.errors import NotANumber
 from heavytop.numbers.decimals import context, digits_lost, number, threshold, vanishes
 from heavytop.numbers.intervals import Interval, rational, working
@@ -126,7 +133,9 @@ def test_constants_define_the_same_motion(falls):
     g, b, drift, u = Fraction(3, 2), Fraction(2), Fraction(-1, 3), Fraction(1, 4)
     udot2 = Fraction(1, 9)
     kinetic = (udot2 + drift**2) / (2 * (1 - u**2))
-    found = FromConstants(g, b, drift, kinetic, (1 - u, 1 + u), udot2, falls, Fraction(1, 2))
+    zero, kappa = Fraction(0), Fraction(1, 2)
+    motion = Reduced(g, b, u, 1 - u, 1 + u, zero, drift, kinetic, kappa)
+    found = FromConstants(motion, udot2, falls)
     at = reduced(found)
     root = CTX.sqrt(CTX.mpf(15)) / 4
     phidot = Fraction(-1, 3) / (1 - u**2)

@@ -14,16 +14,7 @@ from typing import Any, Final, NamedTuple, TypeAlias
 from flint import arb
 
 from heavytop.classification import kinds
-from heavytop.classification.kinds import (
-    WHY,
-    Given,
-    Kind,
-    Term,
-    Verdict,
-    away_from_one,
-    p_phi,
-    upper_roots_nearer,
-)
+from heavytop.classification.kinds import WHY, Given, Kind, Verdict
 from heavytop.classification.signs import (
     FEW_BITS,
     MOST_BITS,
@@ -132,21 +123,14 @@ class _Number(NamedTuple):
     size: Size
 
 
-_THETA_RATE: Final = _Number(
-    lambda signs: signs.rate("thetadot"), lambda x: abs(x.A * x.thetadot) / x.momentum
-)
-_ACROSS: Final = _Number(
-    lambda signs: 0 if signs.pole else signs.rate("phidot"),
-    lambda x: abs(x.A * x.phidot) * x.sin2.sqrt() / x.momentum,
-)
-_SPIN: Final = _Number(lambda signs: signs.rate("omega3"), lambda x: abs(x.p_psi) / x.momentum)
-_WEIGHT: Final = _Number(
-    lambda signs: signs.rate("gMR"), lambda x: (x.A * abs(x.gMR)).sqrt() / x.momentum
-)
-_SINE: Final = _Number(lambda signs: 0 if signs.pole else 1, lambda x: x.sin2.sqrt())
+_THETA_RATE: Final = _Number(lambda signs: signs.rate("thetadot"), kinds.theta_rate)
+_ACROSS: Final = _Number(lambda signs: 0 if signs.pole else signs.rate("phidot"), kinds.across)
+_SPIN: Final = _Number(lambda signs: signs.rate("omega3"), kinds.spin)
+_WEIGHT: Final = _Number(lambda signs: signs.rate("gMR"), kinds.weight)
+_SINE: Final = _Number(lambda signs: 0 if signs.pole else 1, lambda x: x.sin2**0.5)
 _TORQUE: Final = _Number(
     lambda signs: 0 if signs.pole else signs.rate("gMR"),
-    lambda x: _WEIGHT.size(x).min(_SINE.size(x)),
+    lambda x: kinds.weight(x).min(_SINE.size(x)),
 )
 
 
@@ -176,7 +160,8 @@ class _Tree:
     def __init__(self, signs: SceneSigns) -> None:
         self.signs = signs
         self._missed: list[tuple[Size, ...]] = []
-        self._few = signs.few  # what is given must be told from zero first
+        self._few = signs.few
+        signs.expect_told()
 
     def kind(self) -> Kind:
         """The first kind that fits; raises `UndecidedError` where a sign could not be told."""
@@ -213,34 +198,23 @@ class _Tree:
 
     def detail(self, kind: Kind) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """What tells motions of one kind apart; where that is undecided, what it may be."""
-        finders = {
-            Kind.SLEEPING: (self._stability, "marginal"),
-            Kind.PLANAR_PENDULUM: (self._swing, "asymptotic"),
-            Kind.UNIFORM_PRECESSION: (self._speed, "single"),
-        }
-        if kind not in finders:
+        if kind not in kinds.DETAILS:
             return (), ()
-        find, between = finders[kind]
+        names = kinds.DETAILS[kind]
         try:
-            return (find(),), ()
+            return (names[self._detail(kind)],), ()
         except UndecidedError:
-            return (), (between,)
+            return (), (names[0],)
 
-    def _stability(self) -> str:
+    def _detail(self, kind: Kind) -> Sign:
         highest = self.signs.rate("gMR")
-        side = self._side(partial(kinds.sleeping_discriminant, highest=highest))
-        return ("marginal", "stable", "unstable")[side]
-
-    def _swing(self) -> str:
-        return ("asymptotic", "rotating", "swinging")[self._side(_OVER[self.signs.rate("gMR")])]
-
-    def _speed(self) -> str:
-        cos_sign = self.signs.cos_sign
-        if cos_sign == 0:
-            return "single"
-        highest = self.signs.rate("gMR")
-        side = self._side(partial(kinds.fast_branch, cos_sign=cos_sign, highest=highest))
-        return ("single", "fast", "slow")[side]
+        if kind is Kind.SLEEPING:
+            return self._side(partial(kinds.sleeping_discriminant, highest=highest))
+        if kind is Kind.PLANAR_PENDULUM:
+            return self._side(_OVER[highest])
+        if (cos_sign := self.signs.cos_sign) == 0:
+            return 0
+        return self._side(partial(kinds.fast_branch, cos_sign=cos_sign, highest=highest))
 
     def _vanish(self, *numbers: _Number) -> bool:
         """Whether all of them are zero; where not, by how much that is missed is remembered."""
@@ -328,7 +302,7 @@ def _near_separatrix(signs: SceneSigns, kind: Kind) -> bool:
         return False
     if kind is Kind.PLANAR_PENDULUM and signs.sign(_OVER[highest]) == 0:
         return False
-    return signs.sign(away_from_one) < 0 and signs.sign(upper_roots_nearer) > 0
+    return signs.sign(kinds.away_from_one) < 0 and signs.sign(kinds.upper_roots_nearer) > 0
 
 
 def _inverted(signs: SceneSigns, _: Kind) -> bool:
@@ -381,8 +355,8 @@ def _told(ball: Any) -> Sign:
 
 def _f_at_zero(x: Given, sign: Callable[[Any], Sign], root: Callable[[Any], Any]) -> Sign:
     """The sign of f at the zero of q between the poles, in the form that does not cancel."""
-    about_vertical, free = p_phi(x), x.omega3 * x.A
-    reach: Term = root(about_vertical * about_vertical + 4 * free * x.omega3 * (x.A - x.C))
+    about_vertical, free = kinds.p_phi(x), x.omega3 * x.A
+    reach = root(about_vertical * about_vertical + 4 * free * x.omega3 * (x.A - x.C))
     u = 2 * free / (about_vertical + sign(about_vertical) * reach)
     drop = about_vertical - x.p_psi * u
     energy = x.kinetic + 2 * x.gMR * (x.cos - u)
