@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
+from functools import partial, reduce
 from typing import Any, Final, NamedTuple, TypeAlias
 
 from flint import arb
@@ -134,24 +134,24 @@ _TORQUE: Final = _Number(
 )
 
 
-def _passing(pole: int, name: str, criterion: Criterion) -> _Number:
-    return _Number(
-        lambda signs: signs.sign_of(name),
-        lambda x: relative_size(criterion(x), kinds.pole_scale(x, pole)),
-    )
+def _size(criterion: Criterion, scale: Size = lambda _: arb(0)) -> Size:
+    return lambda x: relative_size(criterion(x), scale(x))
 
 
-def _sum(criterion: Criterion) -> _Number:
-    return _Number(lambda signs: signs.sign(criterion), lambda x: relative_size(criterion(x)))
+def _number(name: str, criterion: Criterion, scale: Size = lambda _: arb(0)) -> _Number:
+    return _Number(lambda signs: signs.sign_of(name), _size(criterion, scale))
 
 
 _OVER: Final[dict[int, Criterion]] = {1: kinds.over_top, -1: kinds.over_bottom}
-_ENERGY: Final = {pole: _sum(over) for pole, over in _OVER.items()}
-_PASSES: Final = {
-    1: _passing(1, "P_minus", kinds.p_minus),
-    -1: _passing(-1, "P_plus", kinds.p_plus),
+_ENERGY: Final = {
+    1: _number("over_top", kinds.over_top),
+    -1: _number("over_bottom", kinds.over_bottom),
 }
-_STEADY: Final = _sum(kinds.steady_balance)
+_PASSES: Final = {
+    1: _number("P_minus", kinds.p_minus, partial(kinds.pole_scale, pole=1)),
+    -1: _number("P_plus", kinds.p_plus, partial(kinds.pole_scale, pole=-1)),
+}
+_STEADY: Final = _number("pull", kinds.steady_balance)
 
 
 class _Tree:
@@ -232,12 +232,10 @@ class _Tree:
             raise unknown
         return True
 
-    def _side(self, criterion: Criterion, scale: Size | None = None) -> Sign:
+    def _side(self, criterion: Criterion, scale: Size = lambda _: arb(0)) -> Sign:
         """The sign of a criterion, its size remembered."""
-        sign = self.signs.sign(criterion)
-        if sign:
-            beside = scale or (lambda _: None)
-            self._missed.append((lambda x: relative_size(criterion(x), beside(x)),))
+        if sign := self.signs.sign(criterion):
+            self._missed.append((_size(criterion, scale),))
         return sign
 
     def margin(self) -> Ball:
@@ -246,12 +244,8 @@ class _Tree:
             given = self._few if bits == FEW_BITS else self.signs.balls(bits)
             with working(bits):
                 missed = {size: size(given) for sizes in self._missed for size in sizes}
-                least = arb(1)
-                for first, *others in self._missed:
-                    largest = missed[first]
-                    for other in others:
-                        largest = largest.max(missed[other])
-                    least = least.min(largest)
+                largest = (reduce(arb.max, (missed[size] for size in few)) for few in self._missed)
+                least = reduce(arb.min, largest, arb(1))
             if least.rel_accuracy_bits() >= _GOOD_BITS:
                 break
         return least

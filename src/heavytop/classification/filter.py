@@ -175,12 +175,16 @@ class Filtered(NamedTuple):
     tags: Codes
     open_tags: Codes
 
+    @staticmethod
+    def empty(shape: tuple[int, ...]) -> Filtered:
+        """Arrays to be filled in."""
+        kind, detail, tags, unknown = (np.zeros(shape, np.uint8) for _ in range(4))
+        return Filtered(kind, detail, np.empty(shape), tags, unknown)
+
 
 def filtered(starts: Starts, tagged: bool = False) -> Filtered:
     """The kinds of motion, as far as doubles tell them; of impossible starts nothing is meant."""
-    shape = np.broadcast_shapes(*(each.shape for each in starts.arrays))
-    kind, detail, tags, unknown = (np.zeros(shape, np.uint8) for _ in range(4))
-    found = Filtered(kind, detail, np.empty(shape, np.float64), tags, unknown)
+    found = Filtered.empty(np.broadcast_shapes(*(each.shape for each in starts.arrays)))
     with np.errstate(all="ignore"):  # nan is what is not known
         tree = _Tree(starts, found)
         tree.generic()
@@ -289,12 +293,6 @@ def _largest(*sizes: Array) -> Array:
 
 # --- tags --------------------------------------------------------------------------------------
 
-_NOT_NUTATING: Final = tuple(
-    NAMES.index(kind)
-    for kind in (
-        Kind.AT_REST, Kind.FORCE_FREE, Kind.SLEEPING, Kind.HANGING, Kind.PLANAR_PENDULUM
-    )
-)  # fmt: skip
 _NOWHERE: Final = np.zeros(1, np.bool_)
 _STEEPEST: Final = 24.0
 """|f′(u)| ≤ |2 gMR (1 − u²)| + |2u| (2K + |2 gMR| (|cosθ| + |u|)) + 2 |p_φ − p_ψ u| |p_ψ|
@@ -321,7 +319,8 @@ def _scaled(x: Sized, factor: Array) -> Sized:
 
 def _put_tags(starts: Starts, x: Given, momentum: Array, found: Filtered) -> None:
     """Put the bits of the tags that hold, and of those that are left open, where they are kept."""
-    at_rest, free, sleeping, hanging, planar = (found.kind == code for code in _NOT_NUTATING)
+    # the first kinds, in their order
+    at_rest, free, sleeping, hanging, planar = (found.kind == code for code in range(5))
     still, flat = at_rest | sleeping | hanging, at_rest | planar
     resting = ~still & starts.level & starts.still
     units = in_units(x, momentum)

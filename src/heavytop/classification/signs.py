@@ -143,7 +143,7 @@ class SceneSigns:
         if told is None:
             given = self.balls(MOST_BITS)
             with working(MOST_BITS):
-                raise UndecidedError(relative_size(criterion(given)))
+                raise UndecidedError(relative_size(criterion(given), arb(0)))
         self._found[criterion] = told
         return told
 
@@ -187,10 +187,9 @@ def sum_of(terms: Sum) -> Any:
     return total
 
 
-def relative_size(terms: Sum, beside: Ball | None = None) -> Ball:
+def relative_size(terms: Sum, beside: Ball) -> Ball:
     """|sum|/Σ|terms|; `beside` is something else that the sum is small beside."""
-    scale = sum_of(tuple(abs(term) for term in terms))
-    return abs(sum_of(terms)) / (scale if beside is None else scale + beside)
+    return abs(sum_of(terms)) / sum((abs(term) for term in terms), beside)
 
 
 def sign_of_exact(value: Exact) -> Sign:
