@@ -126,7 +126,9 @@ def sizes(x: Given) -> Given:
     to 60 u.
     """
     magnitudes = Given(*(getattr(x, field.name).magnitude for field in fields(x)))
-    return replace(magnitudes, omega3=x.omega3.most)
+    found = replace(magnitudes, omega3=x.omega3.most)
+    vars(found).update(sin2=x.sin2.magnitude, kinetic=x.kinetic.magnitude)  # known already
+    return found
 
 
 def cosines(theta: Array) -> tuple[Sized, Sized, Sized]:
@@ -306,10 +308,12 @@ def in_units(x: Given, momentum: Array) -> Given:
     """
     one = np.ldexp(1.0, -np.frexp(momentum)[1])
     unit, rates = Sized(np.ones(1)), (x.A * x.thetadot, x.A * x.phidot, x.p_psi)
-    return Given(
+    found = Given(
         unit, unit, _scaled(x.A * x.gMR, one * one), x.cos, x.one_minus_cos, x.one_plus_cos,
         *(_scaled(rate, one) for rate in rates),
     )  # fmt: skip
+    vars(found).update(kinetic=_scaled(x.A * x.kinetic, one * one))  # known already
+    return found
 
 
 def _scaled(x: Sized, factor: Array) -> Sized:
