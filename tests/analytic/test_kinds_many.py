@@ -231,7 +231,7 @@ def test_the_zero_of_the_spin_is_where_it_is_said_to_be():
     starts = InputArrays(numbers).starts(slice(None))
     given = filtering.given(starts)
     momentum = np.sqrt((given.A * (given.kinetic + abs(given.gMR))).value + given.p_psi.value**2)
-    units = filtering.Units.of(given, momentum)
+    units = filtering.in_units(given, momentum)
     with np.errstate(invalid="ignore"):
         r, error = filtering._zero_of_spin(given, units)
         near, far = (filtering._sides_of_f(units, r, error * k) for k in (1, 1e16))

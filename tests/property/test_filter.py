@@ -63,7 +63,7 @@ def assert_holds(found, truth):
     if least > 0:
         assert (value > 0) == (truth > 0)
     assert most != 0 or truth == 0
-    if found.positive:
+    if found.magnitude is found.value:
         assert value >= 0
 
 
@@ -73,33 +73,6 @@ def assert_holds(found, truth):
 def test_errors_contain_sums_and_products(pair):
     """Whatever is added and multiplied, the exact rational lies within the error."""
     assert_holds(*pair)
-
-
-@settings(max_examples=300, deadline=None)
-@given(doubles, doubles, doubles, doubles)
-def test_errors_contain_quotients_and_roots(a, b, c, d):
-    """√(|a| b²) and |a| c²/|d|, by mpmath; division by zero is left open."""
-    with mpmath.workprec(600), np.errstate(all="ignore"):
-        (x, a), (y, b), (z, c), (w, d) = map(leaf, (a, b, c, d))
-        root = (abs(x) * (y * y)).sqrt()
-        exact = mpmath.sqrt(mpmath.mpf(abs(a).numerator) / abs(a).denominator) * abs(
-            mpmath.mpf(b.numerator) / b.denominator
-        )
-        assert abs(mpmath.mpf(root.value[0]) - exact) <= mpmath.mpf(bound(root))
-        quotient = abs(x) * (z * z) / abs(w)
-        if d:
-            assert_holds(quotient, abs(a) * c * c / abs(d))
-        else:
-            assert not quotient.least[0] > 0
-
-
-@pytest.mark.parametrize("roundings", [4, 41, 1000])
-def test_a_root_keeps_half_of_the_error(roundings):
-    """√4 from a 4 that is known to n units only, off by all of them on either side."""
-    for side in (-1, 1):
-        four = np.array([4 * (1 + side * roundings * 2.0**-53)])
-        root = Sized(four, roundings, four).sqrt()
-        assert abs(root.value[0] - 2) <= bound(root) <= (roundings / 2 + 4) * 2.0**-52
 
 
 @settings(max_examples=300, deadline=None)
@@ -115,14 +88,14 @@ def test_numbers_out_of_range_are_left_open(x):
     """No product, sum, root or multiple of them is told from zero, nor said to be zero."""
     given = Sized.of(np.array([x]))
     zero, one = Sized.of(np.zeros(1)), Sized.of(np.ones(1))
-    for found in (given, given * zero, given + one, 2 * given, abs(given).sqrt(), one - given):
+    for found in (given, given * zero, given + one, 2 * given, abs(given), one - given):
         assert not found.least[0] > 0
         assert found.most[0] != 0
 
 
 def test_exact_zeros_stay_exact():
     zero, some = Sized.of(np.zeros(1)), Sized.of(np.array([0.1]))
-    for found in (zero * some, -3 * zero, zero + zero, zero * (some - some), zero.sqrt()):
+    for found in (zero * some, -3 * zero, zero + zero, zero * (some - some)):
         assert found.most[0] == 0
     assert (some - some).most[0] > 0  # what cancels is not known to
 
@@ -130,13 +103,6 @@ def test_exact_zeros_stay_exact():
 def test_negative_numbers_are_open_where_none_may_be():
     found = Sized.of(np.array([-1.0, 0.0, 1.0]), positive=True)
     assert np.array_equal(found.value, [np.nan, 0.0, 1.0], equal_nan=True)
-
-
-@pytest.mark.parametrize("act", [lambda x: x.sqrt(), lambda x: x / x, lambda x: abs(x) / x])
-def test_sums_that_may_cancel_are_no_divisors_and_have_no_root(act):
-    some = Sized.of(np.ones(1))
-    with pytest.raises(ValueError, match="may cancel"):
-        act(some - some)
 
 
 def tilts():
@@ -268,6 +234,48 @@ def test_criteria_are_within_their_errors(held, wide):
                 seen[which, int(sure)] += 1
     assert seen[:, 1].min() > 500
     assert seen[:2, 0].min() > 20  # that were aimed at
+
+
+SCALES = {
+    "momentum": lambda x: x.momentum,
+    "of P_minus": lambda x: kinds.pole_scale(x, 1),
+    "of P_plus": lambda x: kinds.pole_scale(x, -1),
+    "of looping": kinds.looping_scale,
+    "theta_rate": kinds.theta_rate,
+    "across": kinds.across,
+    "weight": kinds.weight,
+}
+
+
+@pytest.mark.parametrize("held", ["psidot", "omega3"])
+@pytest.mark.parametrize("wide", [False, True])
+def test_scales_are_good_to_sixty_units(held, wide):
+    """What criteria are small beside; where ω3 cancels it is a bound, and so are they."""
+    numbers = tops(np.random.default_rng(16), 400, held, wide)
+    with np.errstate(all="ignore"):
+        doubles_given = filtering.given(InputArrays(numbers).starts(slice(None)))
+        sizes = filtering.sizes(doubles_given)
+        found = {name: scale(sizes) for name, scale in SCALES.items()}
+    seen = 0
+    with mpmath.workdps(400):
+        for at in range(400):
+            A, C, gMR, theta, thetadot, phidot, spin = (
+                mpmath.mpf(float(each[at])) for each in numbers.values()
+            )
+            u = mpmath.cos(theta)
+            omega3 = spin if held == "omega3" else spin + phidot * u
+            exact = kinds.Given(A, C, gMR, u, 1 - u, 1 + u, thetadot, phidot, omega3)
+            bound = mpmath.mpf(float(doubles_given.omega3.most[at]))
+            above = kinds.Given(A, C, gMR, u, 1 - u, 1 + u, thetadot, phidot, bound)
+            for name, scale in SCALES.items():
+                value = mpmath.mpf(float(found[name][at]))
+                if mpmath.isnan(value):
+                    continue
+                assert abs(value - scale(above)) <= 60 * scale(above) / 2**53, name
+                if name in ("momentum", "of looping"):
+                    assert value >= scale(exact) * (1 - mpmath.mpf(60) / 2**53), name
+                seen += 1
+    assert seen > 2000
 
 
 @pytest.mark.parametrize("roundings", [0, 1])

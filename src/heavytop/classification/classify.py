@@ -8,22 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
+from functools import partial, reduce
 from typing import Any, Final, NamedTuple, TypeAlias
 
 from flint import arb
 
 from heavytop.classification import kinds
-from heavytop.classification.kinds import (
-    WHY,
-    Given,
-    Kind,
-    Term,
-    Verdict,
-    away_from_one,
-    p_phi,
-    upper_roots_nearer,
-)
+from heavytop.classification.kinds import WHY, Given, Kind, Verdict
 from heavytop.classification.signs import (
     FEW_BITS,
     MOST_BITS,
@@ -132,42 +123,35 @@ class _Number(NamedTuple):
     size: Size
 
 
-_THETA_RATE: Final = _Number(
-    lambda signs: signs.rate("thetadot"), lambda x: abs(x.A * x.thetadot) / x.momentum
-)
-_ACROSS: Final = _Number(
-    lambda signs: 0 if signs.pole else signs.rate("phidot"),
-    lambda x: abs(x.A * x.phidot) * x.sin2.sqrt() / x.momentum,
-)
-_SPIN: Final = _Number(lambda signs: signs.rate("omega3"), lambda x: abs(x.p_psi) / x.momentum)
-_WEIGHT: Final = _Number(
-    lambda signs: signs.rate("gMR"), lambda x: (x.A * abs(x.gMR)).sqrt() / x.momentum
-)
-_SINE: Final = _Number(lambda signs: 0 if signs.pole else 1, lambda x: x.sin2.sqrt())
+_THETA_RATE: Final = _Number(lambda signs: signs.rate("thetadot"), kinds.theta_rate)
+_ACROSS: Final = _Number(lambda signs: 0 if signs.pole else signs.rate("phidot"), kinds.across)
+_SPIN: Final = _Number(lambda signs: signs.rate("omega3"), kinds.spin)
+_WEIGHT: Final = _Number(lambda signs: signs.rate("gMR"), kinds.weight)
+_SINE: Final = _Number(lambda signs: 0 if signs.pole else 1, lambda x: x.sin2**0.5)
 _TORQUE: Final = _Number(
     lambda signs: 0 if signs.pole else signs.rate("gMR"),
-    lambda x: _WEIGHT.size(x).min(_SINE.size(x)),
+    lambda x: kinds.weight(x).min(_SINE.size(x)),
 )
 
 
-def _passing(pole: int, name: str, criterion: Criterion) -> _Number:
-    return _Number(
-        lambda signs: signs.sign_of(name),
-        lambda x: relative_size(criterion(x), kinds.pole_scale(x, pole)),
-    )
+def _size(criterion: Criterion, scale: Size = lambda _: arb(0)) -> Size:
+    return lambda x: relative_size(criterion(x), scale(x))
 
 
-def _sum(criterion: Criterion) -> _Number:
-    return _Number(lambda signs: signs.sign(criterion), lambda x: relative_size(criterion(x)))
+def _number(name: str, criterion: Criterion, scale: Size = lambda _: arb(0)) -> _Number:
+    return _Number(lambda signs: signs.sign_of(name), _size(criterion, scale))
 
 
 _OVER: Final[dict[int, Criterion]] = {1: kinds.over_top, -1: kinds.over_bottom}
-_ENERGY: Final = {pole: _sum(over) for pole, over in _OVER.items()}
-_PASSES: Final = {
-    1: _passing(1, "P_minus", kinds.p_minus),
-    -1: _passing(-1, "P_plus", kinds.p_plus),
+_ENERGY: Final = {
+    1: _number("over_top", kinds.over_top),
+    -1: _number("over_bottom", kinds.over_bottom),
 }
-_STEADY: Final = _sum(kinds.steady_balance)
+_PASSES: Final = {
+    1: _number("P_minus", kinds.p_minus, partial(kinds.pole_scale, pole=1)),
+    -1: _number("P_plus", kinds.p_plus, partial(kinds.pole_scale, pole=-1)),
+}
+_STEADY: Final = _number("pull", kinds.steady_balance)
 
 
 class _Tree:
@@ -176,7 +160,8 @@ class _Tree:
     def __init__(self, signs: SceneSigns) -> None:
         self.signs = signs
         self._missed: list[tuple[Size, ...]] = []
-        self._few = signs.few  # what is given must be told from zero first
+        self._few = signs.few
+        signs.expect_told()
 
     def kind(self) -> Kind:
         """The first kind that fits; raises `UndecidedError` where a sign could not be told."""
@@ -213,34 +198,23 @@ class _Tree:
 
     def detail(self, kind: Kind) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """What tells motions of one kind apart; where that is undecided, what it may be."""
-        finders = {
-            Kind.SLEEPING: (self._stability, "marginal"),
-            Kind.PLANAR_PENDULUM: (self._swing, "asymptotic"),
-            Kind.UNIFORM_PRECESSION: (self._speed, "single"),
-        }
-        if kind not in finders:
+        if kind not in kinds.DETAILS:
             return (), ()
-        find, between = finders[kind]
+        names = kinds.DETAILS[kind]
         try:
-            return (find(),), ()
+            return (names[self._detail(kind)],), ()
         except UndecidedError:
-            return (), (between,)
+            return (), (names[0],)
 
-    def _stability(self) -> str:
+    def _detail(self, kind: Kind) -> Sign:
         highest = self.signs.rate("gMR")
-        side = self._side(partial(kinds.sleeping_discriminant, highest=highest))
-        return ("marginal", "stable", "unstable")[side]
-
-    def _swing(self) -> str:
-        return ("asymptotic", "rotating", "swinging")[self._side(_OVER[self.signs.rate("gMR")])]
-
-    def _speed(self) -> str:
-        cos_sign = self.signs.cos_sign
-        if cos_sign == 0:
-            return "single"
-        highest = self.signs.rate("gMR")
-        side = self._side(partial(kinds.fast_branch, cos_sign=cos_sign, highest=highest))
-        return ("single", "fast", "slow")[side]
+        if kind is Kind.SLEEPING:
+            return self._side(partial(kinds.sleeping_discriminant, highest=highest))
+        if kind is Kind.PLANAR_PENDULUM:
+            return self._side(_OVER[highest])
+        if (cos_sign := self.signs.cos_sign) == 0:
+            return 0
+        return self._side(partial(kinds.fast_branch, cos_sign=cos_sign, highest=highest))
 
     def _vanish(self, *numbers: _Number) -> bool:
         """Whether all of them are zero; where not, by how much that is missed is remembered."""
@@ -258,12 +232,10 @@ class _Tree:
             raise unknown
         return True
 
-    def _side(self, criterion: Criterion, scale: Size | None = None) -> Sign:
+    def _side(self, criterion: Criterion, scale: Size = lambda _: arb(0)) -> Sign:
         """The sign of a criterion, its size remembered."""
-        sign = self.signs.sign(criterion)
-        if sign:
-            beside = scale or (lambda _: None)
-            self._missed.append((lambda x: relative_size(criterion(x), beside(x)),))
+        if sign := self.signs.sign(criterion):
+            self._missed.append((_size(criterion, scale),))
         return sign
 
     def margin(self) -> Ball:
@@ -272,12 +244,8 @@ class _Tree:
             given = self._few if bits == FEW_BITS else self.signs.balls(bits)
             with working(bits):
                 missed = {size: size(given) for sizes in self._missed for size in sizes}
-                least = arb(1)
-                for first, *others in self._missed:
-                    largest = missed[first]
-                    for other in others:
-                        largest = largest.max(missed[other])
-                    least = least.min(largest)
+                largest = (reduce(arb.max, (missed[size] for size in few)) for few in self._missed)
+                least = reduce(arb.min, largest, arb(1))
             if least.rel_accuracy_bits() >= _GOOD_BITS:
                 break
         return least
@@ -328,7 +296,7 @@ def _near_separatrix(signs: SceneSigns, kind: Kind) -> bool:
         return False
     if kind is Kind.PLANAR_PENDULUM and signs.sign(_OVER[highest]) == 0:
         return False
-    return signs.sign(away_from_one) < 0 and signs.sign(upper_roots_nearer) > 0
+    return signs.sign(kinds.away_from_one) < 0 and signs.sign(kinds.upper_roots_nearer) > 0
 
 
 def _inverted(signs: SceneSigns, _: Kind) -> bool:
@@ -381,8 +349,8 @@ def _told(ball: Any) -> Sign:
 
 def _f_at_zero(x: Given, sign: Callable[[Any], Sign], root: Callable[[Any], Any]) -> Sign:
     """The sign of f at the zero of q between the poles, in the form that does not cancel."""
-    about_vertical, free = p_phi(x), x.omega3 * x.A
-    reach: Term = root(about_vertical * about_vertical + 4 * free * x.omega3 * (x.A - x.C))
+    about_vertical, free = kinds.p_phi(x), x.omega3 * x.A
+    reach = root(about_vertical * about_vertical + 4 * free * x.omega3 * (x.A - x.C))
     u = 2 * free / (about_vertical + sign(about_vertical) * reach)
     drop = about_vertical - x.p_psi * u
     energy = x.kinetic + 2 * x.gMR * (x.cos - u)

@@ -12,9 +12,11 @@ open here: separatrix, through-bottom, uniform precession, and the kinds between
 
 from __future__ import annotations
 
-from functools import reduce
+from collections.abc import Callable
+from dataclasses import fields, replace
+from functools import partial, reduce
 from math import pi
-from typing import Final, NamedTuple, cast
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -39,18 +41,18 @@ _REST: Final = 6.123233995736766e-17  # π/2 − its double
 class Sized:
     """Doubles v of numbers x, the magnitudes m of the terms in them, and a count n of roundings.
 
-    |v − x| ≤ n u m: n grows by 1 in a sum, where the larger n counts, to n₁ + n₂ + 1 in a product,
-    to ⌊n/2⌋ + 2 in a root. One more is for what m itself was rounded, n u, for products of errors,
-    and for the comparison. So `looping`, the longest criterion, has 82: sin²θ 49 (`cosines`), 2K
-    53, p_ψ = C (ψ̇ + φ̇ cosθ) 27; the discriminant of the cubic has some 350.
+    |v − x| ≤ n u m: n grows by 1 in a sum, where the larger n counts, and to n₁ + n₂ + 1 in a
+    product. One more is for what m itself was rounded, n u, for products of errors, and for the
+    comparison. So `looping`, the longest criterion, has 82: sin²θ 49 (`cosines`), 2K 53,
+    p_ψ = C (ψ̇ + φ̇ cosθ) 27; the discriminant of the cubic has some 350.
     """
 
-    __slots__ = ("_magnitude", "relative", "roundings", "value")
+    __slots__ = ("magnitude", "roundings", "value")
 
     def __init__(self, value: Array, roundings: int = 0, magnitude: Array | None = None) -> None:
-        """`magnitude` is None, or the values themselves, where nothing can have cancelled."""
-        self.value, self.roundings, self._magnitude = value, roundings, magnitude
-        self.relative = magnitude is None or magnitude is value
+        """`magnitude` is by default that of the values; given as these, none is negative."""
+        self.value, self.roundings = value, roundings
+        self.magnitude = np.abs(value) if magnitude is None else magnitude
 
     @staticmethod
     def of(value: Array, positive: bool = False) -> Sized:
@@ -58,21 +60,9 @@ class Sized:
         size = value if positive else np.abs(value)
         fits = (size >= 1 / LARGEST) & (size <= LARGEST)
         if not fits.all():
-            fits |= size == 0
-            value = np.where(fits, value, np.nan)
-        return Sized(value, 0, value if positive else None)
-
-    @property
-    def magnitude(self) -> Array:
-        """The sum of the magnitudes of the terms."""
-        if self._magnitude is None:
-            self._magnitude = np.abs(self.value)
-        return self._magnitude
-
-    @property
-    def positive(self) -> bool:
-        """Whether no number is known to be negative."""
-        return self._magnitude is self.value
+            value = np.where(fits | (size == 0), value, np.nan)
+            size = value if positive else np.abs(value)
+        return Sized(value, 0, size)
 
     @property
     def error(self) -> float:
@@ -82,87 +72,63 @@ class Sized:
     @property
     def least(self) -> Array:
         """What |x| is at least; 0 or less where its sign is not certain."""
-        if self.relative:
-            return self.magnitude * (1 - self.error)
         return np.abs(self.value) - self.error * self.magnitude
 
     @property
     def most(self) -> Array:
         """What |x| is at most; 0 just where x is 0."""
-        if self.relative:
-            return self.magnitude * (1 + self.error)
         return np.abs(self.value) + self.error * self.magnitude
 
     def __add__(self, other: Sized) -> Sized:
-        value, roundings = self.value + other.value, max(self.roundings, other.roundings) + 1
-        if self.positive and other.positive:
-            return Sized(value, roundings, value)
-        return Sized(value, roundings, self.magnitude + other.magnitude)
+        return self._with(other, np.add, max(self.roundings, other.roundings) + 1)
 
     def __sub__(self, other: Sized) -> Sized:
         return self + -other
 
+    def __mul__(self, other: Sized) -> Sized:
+        if self is other and not self.roundings:  # a square of given numbers
+            square = self.value * self.value
+            return Sized(square, 1, square)
+        return self._with(other, np.multiply, self.roundings + other.roundings + 1)
+
+    def _with(self, other: Sized, operation: np.ufunc, roundings: int) -> Sized:
+        value = operation(self.value, other.value)
+        if self.magnitude is self.value and other.magnitude is other.value:
+            return Sized(value, roundings, value)
+        return Sized(value, roundings, operation(self.magnitude, other.magnitude))
+
     def __neg__(self) -> Sized:
-        negative = Sized(-self.value, self.roundings, self._magnitude)
-        negative.relative = self.relative
-        return negative
+        return Sized(-self.value, self.roundings, self.magnitude)
 
     def __abs__(self) -> Sized:
-        if self.relative:
-            return Sized(self.magnitude, self.roundings, self.magnitude)
         return Sized(np.abs(self.value), self.roundings, self.magnitude)
-
-    def __mul__(self, other: Sized) -> Sized:
-        value, roundings = self.value * other.value, self.roundings + other.roundings + 1
-        if not (self.relative and other.relative):
-            return Sized(value, roundings, self.magnitude * other.magnitude)
-        positive = other is self or (self.positive and other.positive)
-        return Sized(value, roundings, value if positive else None)
 
     def __rmul__(self, factor: int) -> Sized:
         """An integer, which may be rounded too, times the numbers."""
         known = float(factor)
-        value = known * self.value
-        if self.relative:
-            positive = self.positive and factor > 0
-            return Sized(value, self.roundings + 2, value if positive else None)
-        return Sized(value, self.roundings + 2, abs(known) * self.magnitude)
-
-    def __truediv__(self, other: Sized) -> Sized:
-        """A quotient of numbers in which nothing cancelled; open where the divisor is 0."""
-        _refuse_sums(self, other)
-        value = np.where(other.value == 0, np.nan, self.value / other.value)
-        positive = self.positive and other.positive
-        roundings = self.roundings + other.roundings + 1
-        return Sized(value, roundings, value if positive else None)
-
-    def sqrt(self) -> Sized:
-        """The root of numbers in which nothing cancelled and that are not negative."""
-        _refuse_sums(self)
-        value = np.sqrt(self.value)
-        return Sized(value, self.roundings // 2 + 2, value)
-
-
-def _refuse_sums(*numbers: Sized) -> None:
-    if not all(number.relative for number in numbers):
-        raise ValueError("a sum that may cancel is neither divided nor put under a root")
+        return Sized(known * self.value, self.roundings + 2, abs(known) * self.magnitude)
 
 
 def given(starts: Starts) -> Given:
     """What the criteria are made of."""
-    cos, one_minus_cos, one_plus_cos = cosines(starts.theta)
-    phidot, spin = Sized.of(starts.phidot), Sized.of(starts.spin)
-    return Given(
-        Sized.of(starts.A, positive=True),
-        Sized.of(starts.C, positive=True),
-        Sized.of(starts.gMR),
-        cos,
-        one_minus_cos,
-        one_plus_cos,
-        Sized.of(starts.thetadot),
-        phidot,
-        spin if starts.held == "omega3" else spin + phidot * cos,
-    )
+    heights = cosines(starts.theta)
+    A, C = (Sized.of(moment, positive=True) for moment in (starts.A, starts.C))
+    rates = (starts.gMR, starts.thetadot, starts.phidot, starts.spin)
+    gMR, thetadot, phidot, spin = map(Sized.of, rates)
+    omega3 = spin if starts.held == "omega3" else spin + phidot * heights[0]
+    return Given(A, C, gMR, *heights, thetadot, phidot, omega3)
+
+
+def sizes(x: Given) -> Given:
+    """The magnitudes of what is given, as plain arrays; of ω3, where terms cancel, a bound.
+
+    They are for what a criterion is large or small beside, in which nothing cancels: it comes out
+    to 60 u.
+    """
+    magnitudes = Given(*(getattr(x, field.name).magnitude for field in fields(x)))
+    found = replace(magnitudes, omega3=x.omega3.most)
+    vars(found).update(sin2=x.sin2.magnitude, kinetic=x.kinetic.magnitude)  # known already
+    return found
 
 
 def cosines(theta: Array) -> tuple[Sized, Sized, Sized]:
@@ -211,12 +177,16 @@ class Filtered(NamedTuple):
     tags: Codes
     open_tags: Codes
 
+    @staticmethod
+    def empty(shape: tuple[int, ...]) -> Filtered:
+        """Arrays to be filled in."""
+        kind, detail, tags, unknown = (np.zeros(shape, np.uint8) for _ in range(4))
+        return Filtered(kind, detail, np.empty(shape), tags, unknown)
+
 
 def filtered(starts: Starts, tagged: bool = False) -> Filtered:
     """The kinds of motion, as far as doubles tell them; of impossible starts nothing is meant."""
-    shape = np.broadcast_shapes(*(each.shape for each in starts.arrays))
-    kind, detail, tags, unknown = (np.zeros(shape, np.uint8) for _ in range(4))
-    found = Filtered(kind, detail, np.empty(shape, np.float64), tags, unknown)
+    found = Filtered.empty(np.broadcast_shapes(*(each.shape for each in starts.arrays)))
     with np.errstate(all="ignore"):  # nan is what is not known
         tree = _Tree(starts, found)
         tree.generic()
@@ -224,7 +194,7 @@ def filtered(starts: Starts, tagged: bool = False) -> Filtered:
         np.multiply(found.margin, _ROUNDED, out=found.margin)
         np.copyto(found.margin, 0, where=~(found.margin > 0))
         if tagged:
-            _put_tags(starts, tree.x, tree.momentum, found)
+            _put_tags(starts, tree.x, tree.sizes.momentum, found)
     return found
 
 
@@ -234,92 +204,84 @@ class _Tree:
     def __init__(self, starts: Starts, found: Filtered) -> None:
         self.starts, self.found = starts, found
         self.x = x = given(starts)
-        weight = x.A * abs(x.gMR)
-        self.momentum = np.sqrt(x.unspun.most + x.p_psi.most**2)
-        self.theta_rate = (x.A * abs(x.thetadot)).least / self.momentum
-        sine = x.sin2.sqrt().least
-        across = (x.A * abs(x.phidot)).least * sine / self.momentum
-        spin = x.p_psi.least / self.momentum
-        weight_size = weight.sqrt().least / self.momentum
-        torque = np.minimum(weight_size, sine)
-        self.rest = _largest(self.theta_rate, across, spin, torque)  # how far at-rest is
-        self.moves = np.minimum(self.rest, weight_size)
-        self.upright = np.maximum(self.theta_rate, sine)  # sleeping, hanging
+        self.sizes = each = sizes(x)
+        weight, sine = kinds.weight(each), each.sin2**0.5
+        self.theta_rate, across = kinds.theta_rate(each), kinds.across(each)
+        spin = x.p_psi.least / each.momentum
+        # how far at-rest and force-free are; sleeping and hanging; the plane
+        self.rest = _largest(self.theta_rate, across, spin, np.minimum(weight, sine))
+        self.moves = np.minimum(self.rest, weight)
+        self.upright = np.maximum(self.theta_rate, sine)
         self.plane = np.maximum(spin, across)
 
     def generic(self) -> None:
         """Take every motion for a generic one: waves, cusps or loops."""
-        x = self.x
-        top, off_top = _judged(kinds.p_minus(x), kinds.pole_scale(x, 1))
-        bottom, off_bottom = _judged(kinds.p_plus(x), kinds.pole_scale(x, -1))
-        steady = np.maximum(self.theta_rate, _judged(kinds.steady_balance(x))[1])
-        looping, off_cusp = _judged(kinds.looping(x), kinds.looping_scale(x))
+        top, off_top = self._judged(kinds.p_minus, partial(kinds.pole_scale, pole=1))
+        bottom, off_bottom = self._judged(kinds.p_plus, partial(kinds.pole_scale, pole=-1))
+        steady = np.maximum(self.theta_rate, self._judged(kinds.steady_balance)[1])
+        looping, off_cusp = self._judged(kinds.looping, kinds.looping_scale)
         between = (top < 0) & (bottom > 0) | (top > 0) & (bottom < 0)  # |p_φ| < |p_ψ|
         cusps = between & self.starts.still & self.starts.level
         loops = between & ((looping < 0) == (bottom < 0))  # p_ψ is of the sign of P₊
         least = _least(self.moves, self.upright, self.plane, steady, off_top, off_bottom)
         self.found.margin[...] = least
         np.minimum(least, off_cusp, out=self.found.margin, where=between & ~cusps)
-        self.found.kind[...] = _WAVES
-        np.copyto(self.found.kind, _LOOPS, where=loops)
-        np.copyto(self.found.kind, _CUSPS, where=cusps)
+        self.found.kind[...] = NAMES.index(Kind.WAVES)
+        np.copyto(self.found.kind, NAMES.index(Kind.LOOPS), where=loops)
+        np.copyto(self.found.kind, NAMES.index(Kind.CUSPS), where=cusps)
 
     def special(self) -> None:
         """Put the special kinds that doubles can be proved to have over it, the first last."""
-        starts, spinless = self.starts, self.x.p_psi.most == 0
-        pole, weightless = starts.pole, starts.gMR == 0
-        planar = starts.level & spinless
-        for where, put in (
-            (pole, self._through_top),
-            (planar, self._planar),
-            (pole & starts.still, self._upright),
-            (weightless, self._force_free),
-            (planar & starts.still & (pole | weightless), self._rest),
-        ):
-            if where.any():
-                put(where)
+        starts, x = self.starts, self.x
+        pole, up, still = starts.pole, starts.gMR > 0, starts.still
+        planar, weightless = starts.level & (x.p_psi.most == 0), starts.gMR == 0
+        if pole.any():
+            # where V is highest below, the separatrix that leads there is missed
+            miss = self._judged(kinds.p_plus, partial(kinds.pole_scale, pole=-1))[1]
+            asymptote = np.maximum(miss, self._judged(kinds.over_bottom)[1])
+            asymptote = np.where(starts.gMR < 0, asymptote, 1.0)
+            self._put(
+                pole, Kind.THROUGH_TOP, _least(self.moves, self.upright, self.plane, asymptote)
+            )
+        if planar.any():
+            for where, over in ((planar & up, kinds.over_top), (planar & ~up, kinds.over_bottom)):
+                side, off = self._judged(over)
+                least = _least(self.moves, self.upright, off)
+                self._put(where, Kind.PLANAR_PENDULUM, least, side)
+        if (pole & still).any():
+            self._put(pole & still & ~up, Kind.HANGING, self.moves)
+            side, off = self._judged(kinds.sleeping_discriminant)
+            least = np.minimum(self.moves, off)
+            self._put(pole & still & up, Kind.SLEEPING, least, side)
+        self._put(weightless, Kind.FORCE_FREE, self.rest)
+        known = 1 + 0 * self.sizes.momentum  # nan where something was out of range
+        self._put(planar & still & (pole | weightless), Kind.AT_REST, known)
 
-    def _through_top(self, where: Mask) -> None:
-        """From the top; where V is highest below, the separatrix that leads there is missed."""
-        x = self.x
-        miss = _judged(kinds.p_plus(x), kinds.pole_scale(x, -1))[1]
-        asymptote = np.maximum(miss, _judged(kinds.over_bottom(x))[1])
-        asymptote = np.where(self.starts.gMR < 0, asymptote, 1.0)
-        least = _least(self.moves, self.upright, self.plane, asymptote)
-        self._put(where, Kind.THROUGH_TOP, least)
-
-    def _planar(self, where: Mask) -> None:
-        x, up = self.x, self.starts.gMR > 0
-        (top, off_top), (bottom, off_bottom) = (
-            _judged(over(x)) for over in (kinds.over_top, kinds.over_bottom)
-        )
-        over, off = np.where(up, top, bottom), np.where(up, off_top, off_bottom)
-        self._put(where, Kind.PLANAR_PENDULUM, _least(self.moves, self.upright, off))
-        self._tell(where, over, "rotating", "swinging")
-
-    def _upright(self, where: Mask) -> None:
-        up = self.starts.gMR > 0
-        self._put(where & ~up, Kind.HANGING, self.moves)
-        stiffness, off = _judged(kinds.sleeping_discriminant(self.x))
-        self._put(where & up, Kind.SLEEPING, np.minimum(self.moves, off))
-        self._tell(where & up, stiffness, "stable", "unstable")
-        np.copyto(self.found.detail, 0, where=where & ~up)
-
-    def _force_free(self, where: Mask) -> None:
-        self._put(where, Kind.FORCE_FREE, self.rest)
-
-    def _rest(self, where: Mask) -> None:
-        known = self.momentum == self.momentum  # not nan: nothing was out of range
-        self._put(where, Kind.AT_REST, known.astype(float))
-
-    def _put(self, where: Mask, kind: Kind, margin: Array) -> None:
+    def _put(self, where: Mask, kind: Kind, margin: Array, side: Array | None = None) -> None:
+        if not where.any():
+            return
         np.copyto(self.found.kind, NAMES.index(kind), where=where)
         np.copyto(self.found.margin, margin, where=where)
         np.copyto(self.found.detail, 0, where=where)
+        if side is not None:
+            _, above, below = map(DETAILS.index, kinds.DETAILS[kind])
+            np.copyto(self.found.detail, above, where=where & (side > 0))
+            np.copyto(self.found.detail, below, where=where & (side < 0))
 
-    def _tell(self, where: Mask, over: Array, above: str, below: str) -> None:
-        np.copyto(self.found.detail, DETAILS.index(above), where=where & (over > 0))
-        np.copyto(self.found.detail, DETAILS.index(below), where=where & (over < 0))
+    def _judged(
+        self, criterion: Callable[[Given], Sum], scale: Callable[[Given], Array] | None = None
+    ) -> tuple[Array, Array]:
+        """A sum, and from below its size beside its terms: positive where its sign is certain."""
+        terms = criterion(self.x)
+        whole = sum_of(terms)
+        if self.starts.held == "omega3":  # nothing cancels within a term
+            beside = whole.magnitude
+        else:
+            beside = sum(np.abs(term.value) for term in terms)
+        if scale is not None:
+            beside = beside + scale(self.sizes)
+        error = whole.error * whole.magnitude
+        return whole.value, (np.abs(whole.value) - error) / (beside + error)
 
 
 def _least(*sizes: Array) -> Array:
@@ -331,65 +293,27 @@ def _largest(*sizes: Array) -> Array:
     return reduce(np.maximum, sizes)
 
 
-def _judged(terms: Sum, beside: Sized | None = None) -> tuple[Array, Array]:
-    """A sum, and from below its size beside its terms: positive where its sign is certain."""
-    whole = sum_of(terms)
-    error = whole.error * whole.magnitude
-    if all(term.relative for term in terms):
-        scale = error + whole.magnitude
-    else:
-        scale = error + sum(np.abs(term.value) for term in terms)
-    if beside is not None:
-        scale = scale + beside.most
-    return whole.value, (np.abs(whole.value) - error) / scale
-
-
-_WAVES, _LOOPS, _CUSPS = (NAMES.index(kind) for kind in (Kind.WAVES, Kind.LOOPS, Kind.CUSPS))
-
-
 # --- tags --------------------------------------------------------------------------------------
 
-_NOT_NUTATING: Final = tuple(
-    NAMES.index(kind)
-    for kind in (
-        Kind.AT_REST, Kind.FORCE_FREE, Kind.SLEEPING, Kind.HANGING, Kind.PLANAR_PENDULUM
-    )
-)  # fmt: skip
 _NOWHERE: Final = np.zeros(1, np.bool_)
 _STEEPEST: Final = 24.0
 """|f′(u)| ≤ |2 gMR (1 − u²)| + |2u| (2K + |2 gMR| (|cosθ| + |u|)) + 2 |p_φ − p_ψ u| |p_ψ|
 ≤ 2 + 2·5 + 2·3·1 for |u| ≤ 1, where 2K, |gMR|, |p_ψ| ≤ 1 and |p_φ| ≤ 2; and room for roundings."""
 
 
-class Units(NamedTuple):
-    """A motion in units in which A = 1 and √(2AK + p_ψ² + A |gMR|) is of order 1.
+def in_units(x: Given, momentum: Array) -> Given:
+    """The motion `x` in units in which A = 1 and `momentum`, that of `Given`, is of order 1.
 
-    It serves the criteria of tags in the place of `Given`; φ̇ is taken for 1, and sin²θ for
-    φ̇ sin²θ.
+    They serve the criteria of tags; C is taken for 1, and so ω3 for p_ψ.
     """
-
-    A: Sized
-    gMR: Sized
-    cos: Sized
-    kinetic: Sized
-    p_psi: Sized
-    phidot: Sized
-    sin2: Sized
-
-    @staticmethod
-    def of(x: Given, momentum: Array) -> Units:
-        """The motion `x` in units of its own; `momentum` is that root, about."""
-        one = np.ldexp(1.0, -np.frexp(momentum)[1])
-        square, unit = one * one, Sized(np.ones(1))
-        return Units(
-            A=unit,
-            gMR=_scaled(x.A * x.gMR, square),
-            cos=x.cos,
-            kinetic=_scaled(x.A * x.kinetic, square),
-            p_psi=_scaled(x.p_psi, one),
-            phidot=unit,
-            sin2=_scaled(x.A * x.phidot * x.sin2, one),
-        )
+    one = np.ldexp(1.0, -np.frexp(momentum)[1])
+    unit, rates = Sized(np.ones(1)), (x.A * x.thetadot, x.A * x.phidot, x.p_psi)
+    found = Given(
+        unit, unit, _scaled(x.A * x.gMR, one * one), x.cos, x.one_minus_cos, x.one_plus_cos,
+        *(_scaled(rate, one) for rate in rates),
+    )  # fmt: skip
+    vars(found).update(kinetic=_scaled(x.A * x.kinetic, one * one))  # known already
+    return found
 
 
 def _scaled(x: Sized, factor: Array) -> Sized:
@@ -399,10 +323,11 @@ def _scaled(x: Sized, factor: Array) -> Sized:
 
 def _put_tags(starts: Starts, x: Given, momentum: Array, found: Filtered) -> None:
     """Put the bits of the tags that hold, and of those that are left open, where they are kept."""
-    at_rest, free, sleeping, hanging, planar = (found.kind == code for code in _NOT_NUTATING)
+    # the first kinds, in their order
+    at_rest, free, sleeping, hanging, planar = (found.kind == code for code in range(5))
     still, flat = at_rest | sleeping | hanging, at_rest | planar
     resting = ~still & starts.level & starts.still
-    units = Units.of(x, momentum)
+    units = in_units(x, momentum)
     told = {
         "spherical-pendulum": _within(~flat, x.p_psi.most == 0, x.p_psi.least > 0),
         "spherical-top": _sure(starts.A == starts.C),
@@ -425,14 +350,13 @@ def _within(eligible: Mask, yes: Mask, no: Mask) -> tuple[Mask, Mask]:
     return eligible & yes, eligible & ~yes & ~no
 
 
-def _far(units: Units) -> Mask:
+def _far(units: Given) -> Mask:
     """Where 1 − m is surely not small; that it is, is beyond doubles: it is the square of 1e-6."""
-    x = cast("Given", units)
-    away = _sides(kinds.away_from_one(x))[1]
-    return away | _sides(kinds.upper_roots_nearer(x))[0]
+    away = _sides(kinds.away_from_one(units))[1]
+    return away | _sides(kinds.upper_roots_nearer(units))[0]
 
 
-def _reverses(starts: Starts, x: Given, units: Units) -> tuple[Mask, Mask]:
+def _reverses(starts: Starts, x: Given, units: Given) -> tuple[Mask, Mask]:
     """Whether ψ̇ changes sign in the nutation: only where |p_φ| > |p_ψ|, and f(r) > 0 at its zero r.
 
     In units A = 1 it has the sign of −h(u), with one zero between the poles where |p_φ| > |p_ψ|,
@@ -454,13 +378,13 @@ def _reverses(starts: Starts, x: Given, units: Units) -> tuple[Mask, Mask]:
     return outside & rises & ~none, inside | falls | none
 
 
-def _zero_of_spin(x: Given, units: Units) -> tuple[Array, Array]:
+def _zero_of_spin(x: Given, units: Given) -> tuple[Array, Array]:
     """The zero r = 2 p_ψ/(b ± √d) of h, b = C p_φ, d = b² + 4 p_ψ² (1 − C), and its error.
 
     |2 p_ψ − r̂ (b ± √d)| is the error but for |b| + √d, and √d is known to d's error over √d.
     """
-    C, p = x.C / x.A, units.p_psi
-    b = C * kinds.p_phi(cast("Given", units))
+    C, p = Sized(x.C.value / x.A.value, 1), units.p_psi
+    b = C * kinds.p_phi(units)
     d = b * b + 4 * p * p * (units.A - C)
     b_error, d_error, p_error = (each.error * each.magnitude for each in (b, d, p))
     root = np.sqrt(np.where(d.value > d_error, d.value, np.nan))
@@ -471,11 +395,11 @@ def _zero_of_spin(x: Given, units: Units) -> tuple[Array, Array]:
     return r, np.where(error > 0, 2 * error, np.nan)
 
 
-def _sides_of_f(units: Units, r: Array, error: Array) -> tuple[Mask, Mask]:
+def _sides_of_f(units: Given, r: Array, error: Array) -> tuple[Mask, Mask]:
     """Where A² f is surely negative, or surely positive, at a place within `error` of r."""
     u = Sized(np.where(np.abs(r) < 1.01, r, np.nan))
     energy = units.kinetic + 2 * units.gMR * (units.cos - u)
-    drop = kinds.p_phi(cast("Given", units)) - units.p_psi * u
+    drop = kinds.p_phi(units) - units.p_psi * u
     f = energy * (units.A - u * u) - drop * drop
     sure = f.least > _STEEPEST * error
     return sure & (f.value < 0), sure & (f.value > 0)

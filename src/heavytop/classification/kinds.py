@@ -98,6 +98,14 @@ WHY = {
 }
 
 
+DETAILS: Final = {
+    Kind.SLEEPING: ("marginal", "stable", "unstable"),
+    Kind.PLANAR_PENDULUM: ("asymptotic", "rotating", "swinging"),
+    Kind.UNIFORM_PRECESSION: ("single", "fast", "slow"),
+}
+"""What tells motions of one kind apart: where a criterion is zero, positive and negative."""
+
+
 # --- the criteria ------------------------------------------------------------------------------
 
 
@@ -139,7 +147,7 @@ class Given:
     @cached_property
     def momentum(self) -> Term:
         """√(2A K + A |gMR| + p_ψ²), what momenta are small or large beside."""
-        return (self.unspun + self.p_psi * self.p_psi).sqrt()
+        return (self.unspun + self.p_psi * self.p_psi) ** 0.5
 
 
 def p_minus(x: Given) -> Sum:
@@ -190,6 +198,26 @@ def flatness(x: Given) -> Sum:
     return x.A, -x.C
 
 
+def theta_rate(x: Given) -> Term:
+    """A |θ̇| beside the momenta."""
+    return x.A * abs(x.thetadot) / x.momentum
+
+
+def across(x: Given) -> Term:
+    """A |φ̇| sinθ beside the momenta."""
+    return x.A * abs(x.phidot) * x.sin2**0.5 / x.momentum
+
+
+def spin(x: Given) -> Term:
+    """|p_ψ| beside the momenta."""
+    return abs(x.p_psi) / x.momentum
+
+
+def weight(x: Given) -> Term:
+    """√(A |gMR|) beside the momenta."""
+    return (x.A * abs(x.gMR)) ** 0.5 / x.momentum
+
+
 def pole_scale(x: Given, pole: int) -> Term:
     """What P∓ is small or large beside, next to its own terms: a momentum.
 
@@ -198,7 +226,7 @@ def pole_scale(x: Given, pole: int) -> Term:
     near, far = x.one_minus_cos, x.one_plus_cos
     if pole < 0:
         near, far = far, near
-    return x.unspun.sqrt() + (x.A * x.kinetic * far / near).sqrt()
+    return x.unspun**0.5 + (x.A * x.kinetic * far / near) ** 0.5
 
 
 def looping_scale(x: Given) -> Term:

@@ -140,61 +140,49 @@ def classify_many(
     """
     expect("tags", tags, bool)
     given = {"A": A, "C": C, "gMR": gMR, "theta": theta, "thetadot": thetadot, "phidot": phidot}
-    survey = _Survey(InputArrays(with_spin(given, psidot, omega3)), tags)
-    survey.screen()
-    return survey.verdicts(survey.send())
-
-
-class _Survey:
-    """Many tops and starts, and what is found of them."""
-
-    def __init__(self, given: InputArrays, tagged: bool) -> None:
-        self.given, self.tagged = given, tagged
-        kind, detail, tags, unknown = (np.zeros(given.size, np.uint8) for _ in range(4))
-        self.found = Filtered(kind, detail, np.empty(given.size), tags, unknown)
-        self.certified = np.ones(given.size, np.bool_)
-
-    def screen(self) -> None:
-        """Tell what doubles can tell; a margin of 0 is left where they cannot."""
-        arrays: tuple[Any, ...] = self.found
-        for at in range(0, self.given.size, CHUNK):
-            span = slice(at, at + CHUNK)
-            starts = self.given.starts(span)
-            told = filtered(starts, self.tagged)
-            impossible = _impossible(starts, told.margin == 0)
-            if impossible.any():
-                _dismiss(told, impossible)
-            for array, part in zip(arrays, told, strict=True):
-                array[span] = part
-
-    def send(self) -> int:
-        """Send to balls what is left, and say how many that were."""
-        found, sent = self.found, 0
-        left = (found.margin == 0) & (found.kind != IMPOSSIBLE) | (found.open_tags != 0)
-        for at in np.flatnonzero(left).tolist():
-            try:
-                verdict = classify(*self.given.one(at))
-            except Impossible:
-                _dismiss(found, at)
-                continue
-            sent += 1
-            found.kind[at] = NAMES.index(verdict.kind)
-            found.detail[at] = detail(verdict.tags)
-            found.margin[at] = verdict.margin_enclosure[0]
-            found.tags[at], found.open_tags[at] = bits(verdict.tags), bits(verdict.open_tags)
-            self.certified[at] = verdict.certified
-        return sent
-
-    def verdicts(self, sent: int) -> Verdicts:
-        """What was found, in the shape of what was given."""
-        kind, detail, margin, tags, unknown = map(self._shaped, self.found)
-        if not self.tagged:
-            tags = unknown = None
-        return Verdicts(kind, detail, self._shaped(self.certified), margin, tags, unknown, sent)
-
-    def _shaped(self, array: Any) -> Any:
+    columns = InputArrays(with_spin(given, psidot, omega3))
+    found, certified = Filtered.empty((columns.size,)), np.ones(columns.size, np.bool_)
+    for at in range(0, columns.size, CHUNK):
+        _screen(columns, slice(at, at + CHUNK), tags, found)
+    sent = _send(columns, found, certified)
+    for array in (*found, certified):
         array.setflags(write=False)
-        return array.reshape(self.given.shape)
+    arrays: tuple[Any, ...] = (*found[:2], certified, *found[2:])
+    kind, detail, proved, margin, held, unknown = (x.reshape(columns.shape) for x in arrays)
+    if not tags:
+        held = unknown = None
+    return Verdicts(kind, detail, proved, margin, held, unknown, sent)
+
+
+def _screen(columns: InputArrays, span: slice, tagged: bool, found: Filtered) -> None:
+    """Tell what doubles can tell; a margin of 0 is left where they cannot."""
+    starts = columns.starts(span)
+    told = filtered(starts, tagged)
+    impossible = _impossible(starts, told.margin == 0)
+    if impossible.any():
+        _dismiss(told, impossible)
+    arrays: tuple[Any, ...] = found
+    for array, part in zip(arrays, told, strict=True):
+        array[span] = part
+
+
+def _send(columns: InputArrays, found: Filtered, certified: Mask) -> int:
+    """Send to balls what is left, and say how many that were."""
+    sent = 0
+    left = (found.margin == 0) & (found.kind != IMPOSSIBLE) | (found.open_tags != 0)
+    for at in np.flatnonzero(left).tolist():
+        try:
+            verdict = classify(*columns.one(at))
+        except Impossible:
+            _dismiss(found, at)
+            continue
+        sent += 1
+        found.kind[at] = NAMES.index(verdict.kind)
+        found.detail[at] = detail(verdict.tags)
+        found.margin[at] = verdict.margin_enclosure[0]
+        found.tags[at], found.open_tags[at] = bits(verdict.tags), bits(verdict.open_tags)
+        certified[at] = verdict.certified
+    return sent
 
 
 def _dismiss(found: Filtered, where: Mask | int) -> None:

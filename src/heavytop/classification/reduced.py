@@ -18,17 +18,15 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
-from functools import cached_property, partial
+from functools import partial
 from typing import Any, Final, Protocol, TypeAlias
 
-from flint import arb
+from flint import arb, fmpq
 
 from heavytop.classification.signs import MOST_BITS, SceneSigns, UndecidedError, rational_ball
 from heavytop.errors import Impossible, Unseparated
-from heavytop.numbers import ONE, PI, Exact, Number, cos
+from heavytop.numbers import Exact, Number
 from heavytop.numbers.intervals import Interval, above, working
-from heavytop.scene.state import State
-from heavytop.scene.top import Top
 
 Real: TypeAlias = Any
 
@@ -103,8 +101,8 @@ class Reduced:
     @property
     def pull(self) -> Real:
         """f₁ = f'(u₀) = 2 ü₀ [s⁻²]."""
-        across = self.g * self.one_minus_u0 * self.one_plus_u0
-        return 2 * (self.drift0 * self.b - across - 2 * self.kinetic0 * self.u0)
+        turning = self.drift0 * self.b - 2 * self.kinetic0 * self.u0
+        return 2 * (turning - self.g * self.sin2)
 
     @property
     def cubic(self) -> tuple[Real, Real, Real, Real]:
@@ -231,33 +229,8 @@ def vanishes(
         return True
 
 
-@dataclass(frozen=True)
-class FromScene:
-    """The exact numbers of a top and a start.
-
-    Parameters
-    ----------
-    top : Top
-    start : State
-    """
-
-    top: Top
-    start: State
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return FromScene, (self.top, self.start)  # balls are not copied
-
-    @cached_property
-    def signs(self) -> SceneSigns:
-        """What is proved of their signs; raises `UndecidedError` where some sign is not."""
-        return SceneSigns(self.top, self.start)
-
-    @cached_property
-    def u0(self) -> Exact:
-        """The cosine of θ₀; on a pole exactly ±1, however θ₀ is written."""
-        if self.start.theta.sign() == 0:
-            return ONE
-        return -ONE if (PI - self.start.theta).sign() == 0 else cos(self.start.theta)
+class FromScene(SceneSigns):
+    """The exact numbers of a top and a start."""
 
     @property
     def inverted(self) -> bool:
@@ -266,35 +239,18 @@ class FromScene:
 
     def reduced(self, bits: int) -> Reduced:
         """The motion in balls of so many bits."""
-        top, start = self.top, self.start
-        A, C, gMR = (value.ball(bits) for value in (top.A, top.C, top.gMR))
-        rates = start.thetadot, start.phidot, start.omega3
-        thetadot, phidot, omega3 = (value.ball(bits) for value in rates)
-        u0, above, below, sine = self._place(bits)
-        b = C * omega3 / A
-        across = phidot * sine
+        x = self.balls(bits)
+        sine, b = x.sin2.nonnegative_part().sqrt(), x.p_psi / x.A
         return Reduced(
-            gMR / A, b, u0, above, below, -sine * thetadot, across * sine,
-            (thetadot * thetadot + across * across) / 2, omega3 - b,
+            x.gMR / x.A, b, x.cos, x.one_minus_cos, x.one_plus_cos, -sine * x.thetadot,
+            x.phidot * x.sin2, x.kinetic / (2 * x.A), x.omega3 - b,
         )  # fmt: skip
-
-    def _place(self, bits: int) -> tuple[arb, arb, arb, arb]:
-        """The numbers cos θ₀, 1 ∓ cos θ₀ and sin θ₀, exact where cos θ₀ is rational."""
-        if self.u0.fraction is not None:
-            u0 = self.u0.ball(bits)
-            return u0, 1 - u0, 1 + u0, (1 - u0 * u0).sqrt()
-        half = self.start.theta.ball(bits) / 2
-        s, c = half.sin(), half.cos()
-        return c * c - s * s, 2 * s * s, 2 * c * c, 2 * s * c
 
     def angles(self, bits: int) -> tuple[arb, arb]:
         """φ₀ and ψ₀ [rad]; through a pole on which it starts the axis comes out beyond it."""
-        start = self.start
-        phi, psi, speed = start.phi.ball(bits), start.psi.ball(bits), start.thetadot.sign() or 0
-        pole = self.u0.fraction
-        if pole not in (1, -1) or pole * speed >= 0:
-            return phi, psi
-        return phi + arb.pi(), psi + speed * arb.pi()
+        start, pole = self.start, self._pole or 0
+        angles = start.phi.ball(bits), start.psi.ball(bits)
+        return _beyond(pole, *angles) if pole * (start.thetadot.sign() or 0) < 0 else angles
 
     def vanishes(self, name: str) -> bool:
         """Whether the number of that name is exactly 0.
@@ -305,7 +261,7 @@ class FromScene:
             That could be neither proved nor disproved.
         """
         try:
-            return self.signs.sign_of(name) == 0
+            return self.sign_of(name) == 0
         except UndecidedError:
             raise self._unproved(name) from None
 
@@ -347,74 +303,62 @@ class FromAxis:
     ) -> None:  # fmt: skip
         self.phi0 = None if phi0 is None else _rational("phi0", phi0)
         self.psi0 = _rational("psi0", psi0)
-        x, y, z = (_rational("e", value) for value in e)
-        lx, ly, lz = (_rational("l", value) for value in l)
+        self.e, self.l = [_rational("e", x) for x in e], [_rational("l", x) for x in l]
         self.g, self.kappa = _rational("g", g), _rational("kappa", kappa)
-        self.e, self.l, self.z, self.a = (x, y), (lx, ly), z, lz
+        (x, y, z), (lx, ly, lz) = self.e, self.l
         self.rho2 = x * x + y * y + z * z
-        if not self.rho2:
+        if self.rho2 == 0:
             raise Impossible([("e", "not the zero vector")])
         self.dot = lx * x + ly * y + lz * z  # b ρ
         self.cross = lx * y - ly * x  # u̇₀ ρ
         self.sin2 = (x * x + y * y) / self.rho2
         self.drift0 = lz - self.dot * z / self.rho2
-        self.kinetic0 = (lx * lx + ly * ly + lz * lz - self.dot**2 / self.rho2) / 2
+        self.kinetic0 = (lx * lx + ly * ly + lz * lz - self.dot * self.dot / self.rho2) / 2
 
     @property
     def inverted(self) -> bool:
         """Whether g < 0."""
-        return self.g < 0
+        return bool(self.g < 0)
 
     def reduced(self, bits: int) -> Reduced:
         """The motion in balls of the working precision."""
-        rho = rational_ball(self.rho2).sqrt()
-        u0, sin2 = rational_ball(self.z) / rho, rational_ball(self.sin2)
+        rho, sin2, z = arb(self.rho2).sqrt(), arb(self.sin2), self.e[2]
+        u0 = arb(z) / rho
         far = 1 + abs(u0)
-        above, below = (sin2 / far, far) if self.z > 0 else (far, sin2 / far)
-        g, dot, cross, drift0, kinetic0, kappa = map(
-            rational_ball,
-            (self.g, self.dot, self.cross, self.drift0, self.kinetic0, self.kappa),
-        )
+        above, below = (sin2 / far, far) if z > 0 else (far, sin2 / far)
         return Reduced(
-            g * rho, dot / rho, u0, above, below, cross / rho, drift0, kinetic0, kappa
+            arb(self.g) * rho, arb(self.dot) / rho, u0, above, below, arb(self.cross) / rho,
+            arb(self.drift0), arb(self.kinetic0), arb(self.kappa),
         )  # fmt: skip
 
     def angles(self, bits: int) -> tuple[arb, arb]:
         """φ₀ and ψ₀ [rad]; through a pole on which it starts the axis comes out beyond it."""
-        (x, y), (lx, ly), up = self.e, self.l, 1 if self.z > 0 else -1
-        phi = None if self.phi0 is None else rational_ball(self.phi0)
-        psi = rational_ball(self.psi0)
-        on_pole = not (x or y) and bool(lx or ly)
-        if not on_pole:
-            return (arb.atan2(rational_ball(x), rational_ball(-y)) if phi is None else phi), psi
-        away = rational_ball(up * lx), rational_ball(up * ly)  # from ė = l × e
-        if phi is None:
-            return arb.atan2(away[1], away[0]), psi
-        sine, cosine = phi.sin_cos()
-        if not away[0] * cosine + away[1] * sine < 0:
-            return phi, psi
-        return phi + arb.pi(), psi - up * arb.pi()
+        (x, y, z), (lx, ly, _), psi = self.e, self.l, arb(self.psi0)
+        on_pole, pole = x == y == 0, 1 if z > 0 else -1
+        sine, cosine = (pole * ly, pole * lx) if on_pole else (x, -y)  # from ė = l × e
+        if self.phi0 is None:
+            return arb.atan2(arb(sine), arb(cosine)), psi
+        phi = arb(self.phi0)
+        back = on_pole and phi.cos() * cosine + phi.sin() * sine < 0
+        return _beyond(pole, phi, psi) if back else (phi, psi)
 
     def vanishes(self, name: str) -> bool:
-        """Whether the number of that name is exactly 0."""
-        if name in ("g", "udot0"):
-            return not (self.g if name == "g" else self.cross)
-        if name == "pull":
-            energy = self.g * self.sin2 * self.rho2 + 2 * self.kinetic0 * self.z
-            return self.drift0 * self.dot == energy
-        if name in ("P_minus", "P_plus"):
-            b = self.dot / self.rho2
-            return self._surd_vanishes(self.a, -b if name == "P_minus" else b)
-        if name == "drift0":
-            return not self.drift0
-        if name == "looping":
-            return (self.kinetic0 + self.g * self.z) * self.dot == self.g * self.a * self.rho2
-        h = self.kinetic0 + self.g * self.z
-        return self._surd_vanishes(h, -self.g if name == "over_top" else self.g)
-
-    def _surd_vanishes(self, p: Fraction, q: Fraction) -> bool:
-        """Whether p + q ρ = 0."""
-        return p * p == q * q * self.rho2 and p * q <= 0
+        """Whether the number of that name, p + q ρ but for powers of ρ, is exactly 0."""
+        z, drift, kinetic = self.e[2], self.drift0, self.kinetic0
+        b, g, h = self.dot / self.rho2, self.g * self.rho2, kinetic + self.g * z
+        numbers: dict[str, tuple[Any, Any]] = {
+            "g": (g, 0),
+            "udot0": (self.cross, 0),
+            "drift0": (drift, 0),
+            "pull": (drift * self.dot - g * self.sin2 - 2 * kinetic * z, 0),
+            "looping": (kinetic * self.dot - g * drift, 0),
+            "P_minus": (self.l[2], -b),
+            "P_plus": (self.l[2], b),
+            "over_top": (h, -self.g),
+            "over_bottom": (h, self.g),
+        }
+        p, q = numbers[name]
+        return bool(p * p == q * q * self.rho2 and p * q <= 0)
 
 
 @dataclass(frozen=True)
@@ -490,12 +434,11 @@ class Through:
     def reduced(self, bits: int) -> Reduced:
         """The motion in balls, p_φ moved to ±p_ψ and the energy with it."""
         found = self.source.reduced(bits)
-        sin2 = found.one_minus_u0 * found.one_plus_u0
         b = arb(0) if self.top and self.bottom else found.b
         drift = b * found.one_minus_u0 if self.top else -b * found.one_plus_u0
         kinetic = found.kinetic0
-        if not sin2.is_zero():
-            kinetic = (found.udot0 * found.udot0 + drift * drift) / (2 * sin2)
+        if not found.sin2.is_zero():
+            kinetic = (found.udot0 * found.udot0 + drift * drift) / (2 * found.sin2)
         return replace(found, b=b, drift0=drift, kinetic0=kinetic)
 
     def angles(self, bits: int) -> tuple[arb, arb]:
@@ -509,8 +452,13 @@ class Through:
         return self.source.vanishes(name)
 
 
-def _rational(name: str, value: Number) -> Fraction:
+def _beyond(pole: int, phi: arb, psi: arb) -> tuple[arb, arb]:
+    """The angles of the same place on a pole, seen from the other side."""
+    return phi + arb.pi(), psi - pole * arb.pi()
+
+
+def _rational(name: str, value: Number) -> fmpq:
     q = Exact.of(value).fraction
     if q is None:
         raise Impossible([(name, "rational numbers")])
-    return q
+    return fmpq(q.numerator, q.denominator)

@@ -39,14 +39,17 @@ class UndecidedError(Exception):
 class SceneSigns:
     """What is positive, zero or negative of one top and one start, each found when first asked for.
 
-    Everything raises `UndecidedError` where a number could be neither told from zero nor proved
-    to be zero.
+    Signs raise `UndecidedError` where a number could be neither told from zero nor proved to be
+    zero. Balls do not: they are exact where a zero is proved, and wide where it is not.
     """
 
     def __init__(self, top: Top, start: State) -> None:
         self.top, self.start = top, start
-        self._rates: dict[str, Sign] = {}
+        self._rates: dict[str, Sign | None] = {}
         self._found: dict[Criterion, Sign] = {}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.top, self.start)  # balls are not copied
 
     @cached_property
     def few(self) -> Given:
@@ -54,50 +57,55 @@ class SceneSigns:
         return self.balls(FEW_BITS)
 
     def balls(self, bits: int) -> Given:
-        """What is given, as balls of so many bits; 1 ∓ cosθ from the half angle."""
+        """What is given, as balls of so many bits."""
         with working(bits):
             A, C = (ball_of(moment, bits) for moment in (self.top.A, self.top.C))
             gMR, thetadot, phidot, omega3 = (self._rate_ball(name, bits) for name in _RATES)
             return Given(A, C, gMR, *self._heights(bits), thetadot, phidot, omega3)
 
     def _rate_ball(self, name: str, bits: int) -> Ball:
-        """A ball of what may be zero: the number 0 itself where it is."""
         ball = ball_of(self._given(name), bits)
-        if name not in self._rates and (told := ball_sign(ball)) is not None:
-            self._rates[name] = told
-        return ball if self.rate(name) else arb(0)
+        if name not in self._rates:
+            told = ball_sign(ball)
+            self._rates[name] = self._given(name).sign() if told is None else told
+        return arb(0) if self._rates[name] == 0 else ball
 
     def _heights(self, bits: int) -> tuple[Ball, Ball, Ball]:
-        """cosθ, 1 − cosθ and 1 + cosθ; from the half angle, and exact on a pole."""
-        if self.pole:
-            u = arb(self.pole)
+        """cosθ, 1 − cosθ and 1 + cosθ: exact where they are rational, or from the half angle."""
+        theta = self.start.theta
+        if not theta.fraction and (q := self._cos.fraction) is not None:
+            u = rational_ball(q)
             return u, 1 - u, 1 + u
-        theta = ball_of(self.start.theta, bits)
-        s, c = (theta / 2).sin_cos()
-        return theta.cos(), 2 * s * s, 2 * c * c
+        s, c = (ball_of(theta, bits) / 2).sin_cos()
+        return c * c - s * s, 2 * s * s, 2 * c * c
 
     @cached_property
     def exact(self) -> Given:
         """What is given, as exact numbers."""
-        top, start = self.top, self.start
-        u = self.pole * ONE if self.pole else cos(start.theta)
+        top, start, u = self.top, self.start, self._cos
         return Given(
             top.A, top.C, top.gMR, u, ONE - u, ONE + u, start.thetadot, start.phidot, start.omega3
         )
 
+    @cached_property
+    def _cos(self) -> Exact:
+        """cosθ; ±1 on a pole, however θ is written."""
+        return self._pole * ONE if self._pole else cos(self.start.theta)
+
     def rate(self, name: str) -> Sign:
         """The sign of gMR, thetadot, phidot or omega3."""
         if name not in self._rates:
-            self._rates[name] = sign_of_exact(self._given(name))
-        return self._rates[name]
+            self._rates[name] = self._given(name).sign()
+        if (told := self._rates[name]) is None:
+            raise unproved(self._given(name))
+        return told
 
     def _given(self, name: str) -> Exact:
         found: Exact = self.top.gMR if name == "gMR" else getattr(self.start, name)
         return found
 
     @cached_property
-    def pole(self) -> Sign:
-        """1 where the axis starts pointing up, −1 where down, 0 where neither."""
+    def _pole(self) -> Sign | None:
         theta = self.start.theta
         if theta.fraction is not None:  # π is irrational
             return 1 if theta.fraction == 0 else 0
@@ -105,20 +113,33 @@ class SceneSigns:
             ball = theta.ball(FEW_BITS)
             if ball > 0 and ball < arb.pi():
                 return 0
-        if sign_of_exact(theta) == 0:
-            return 1
-        return -1 if sign_of_exact(PI - theta) == 0 else 0
+        told = theta.sign(), (PI - theta).sign()
+        return 1 if told[0] == 0 else -1 if told[1] == 0 else None if None in told else 0
+
+    def expect_told(self) -> None:
+        """Raise `UndecidedError` where something that is given cannot be told from zero."""
+        for name in _RATES:
+            self.rate(name)
+        _ = self.pole
+
+    @cached_property
+    def pole(self) -> Sign:
+        """1 where the axis starts pointing up, −1 where down, 0 where neither."""
+        if self._pole is None:
+            theta = self.start.theta
+            raise unproved(theta if theta.sign() is None else PI - theta)
+        return self._pole
 
     @cached_property
     def cos_sign(self) -> Sign:
         """The sign of cosθ."""
         told = ball_sign(self.few.cos)
-        return sign_of_exact(self.exact.cos) if told is None else told
+        return sign_of_exact(self._cos) if told is None else told
 
     def sign(self, criterion: Criterion) -> Sign:
         """The sign of a criterion."""
-        if (known := self._found.get(criterion)) is not None:
-            return known
+        if criterion in self._found:
+            return self._found[criterion]
         with working(FEW_BITS):
             told = ball_sign(sum_of(criterion(self.few)))
         if told is None:
@@ -126,7 +147,7 @@ class SceneSigns:
         if told is None:
             given = self.balls(MOST_BITS)
             with working(MOST_BITS):
-                raise UndecidedError(relative_size(criterion(given)))
+                raise UndecidedError(relative_size(criterion(given), arb(0)))
         self._found[criterion] = told
         return told
 
@@ -170,22 +191,21 @@ def sum_of(terms: Sum) -> Any:
     return total
 
 
-def relative_size(terms: Sum, beside: Ball | None = None) -> Ball:
+def relative_size(terms: Sum, beside: Ball) -> Ball:
     """|sum|/Σ|terms|; `beside` is something else that the sum is small beside."""
-    scale = sum_of(tuple(abs(term) for term in terms))
-    return abs(sum_of(terms)) / (scale if beside is None else scale + beside)
+    return abs(sum_of(terms)) / sum((abs(term) for term in terms), beside)
 
 
 def sign_of_exact(value: Exact) -> Sign:
     """The sign of an exact number, or `UndecidedError`."""
-    if (q := value.fraction) is not None:
-        return 1 if q.numerator > 0 else -1 if q.numerator < 0 else 0
-    if told := ball_sign(value.ball(FEW_BITS)):
-        return told
-    sign = value.sign()
-    if sign is None:
-        raise UndecidedError(abs(value.ball(MOST_BITS)))
+    if (sign := value.sign()) is None:
+        raise unproved(value)
     return sign
+
+
+def unproved(value: Exact) -> UndecidedError:
+    """The error of a number that may be zero."""
+    return UndecidedError(abs(value.ball(MOST_BITS)))
 
 
 def ball_sign(ball: Ball) -> Sign | None:
