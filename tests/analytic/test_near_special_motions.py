@@ -8,6 +8,7 @@ motions come as near to them as 1e-150. What is asked of the closed form shares 
 - T and Δφ are those of mpmath's polynomial roots and complete integrals at five times the digits.
 """
 
+from dataclasses import replace
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -250,6 +251,25 @@ def test_doubles_keep_all_their_digits(name, e):
             want, got = getattr(at, angle), arb(float(getattr(record, angle)[i]))
             size = abs(want) if angle == "theta" else abs(want).max(arb(1))
             assert abs(float(got - want)) <= 1e-15 * float(size), (angle, t)
+
+
+class Rough(FromScene):
+    """The same numbers, of which cos θ₀ is known no better than by itself."""
+
+    def reduced(self, bits):
+        return replace(super().reduced(bits), u0=self.start.theta.ball(bits).cos())
+
+
+@pytest.mark.parametrize("e", ["1e-30", "1e-150"])
+@pytest.mark.parametrize("name", NAMES)
+def test_doubles_take_as_many_bits_as_their_angles_need(name, e):
+    """However wide the balls are that a motion is given in."""
+    source = near(e)[name].rising.source
+    rough = DoubleForm(Rising(Rough(source.top, source.start)))
+    plain, t = DoubleForm(Rising(source)), [0.0, 1e-3, 2.0]
+    for angle in ("theta", "phi", "psi"):
+        one, other = getattr(rough(t), angle), getattr(plain(t), angle)
+        assert one == pytest.approx(other, rel=1e-15, abs=1e-15)
 
 
 @pytest.mark.parametrize("e", ["1e-1", "1e-8", "1e-20", "1e-45"])

@@ -47,6 +47,7 @@ CHUNK: Final = 8192
 """Times computed at once, so that what is computed with them stays in the processor's cache."""
 
 _DIGITS: Final = 40  # of the constants; the bits of 2³¹ periods are among them
+_FAR: Final = 16  # added to what may be 0, and must be known to so many places instead
 _EDGE: Final = 1e-30  # what a time since a turning point is not known to, beside what it comes from
 _QUARTER_TURN: Final = 1.5707963267948966  # ½π
 
@@ -337,8 +338,10 @@ def _constants(solution: Solution, bits: int) -> tuple[tuple[arb, ...], Solution
     if isinstance(path, Nutating):
         return _nutating_constants(path), solution, bits
     if isinstance(path, Asymptotic):
-        return (path.w, path.one_minus_u1, path.one_plus_u1, path.x0), solution, bits
-    return (path.over.one_minus_u0, path.over.one_plus_u0), solution, bits
+        found = path.w, path.one_minus_u1, path.one_plus_u1, path.x0, path.swept(path.x0) + _FAR
+        return found, solution, bits
+    rates = (rate + _FAR for rate in path.mean_rates)
+    return (path.over.one_minus_u0, path.over.one_plus_u0, *rates), solution, bits
 
 
 def _path(path: Nutating | Asymptotic | Steady) -> Path:
@@ -362,12 +365,13 @@ def _since(path: Nutating) -> tuple[int, arb]:
 
 
 def _nutating_constants(path: Nutating) -> tuple[arb, ...]:
-    roots = path.roots
-    halves = (x.beta if isinstance(x, Sweeps) else x(path.phase) for x in path.halves)
+    roots, over, regime = path.roots, path.over, path.regime
+    beside = [half.beta for half in path.halves if isinstance(half, Sweeps)]
+    momenta = [over.P_plus] * regime.misses_bottom + [over.P_minus] * regime.misses_top
     return (
         path.period, roots.w, roots.delta, roots.m, roots.mc, roots.one_minus_u1,
         roots.one_plus_u1, roots.one_minus_u2, roots.one_plus_u2, _since(path)[1], *path.turns,
-        *halves,
+        *beside, *momenta, *(angle + _FAR for angle in path.at_start),
     )  # fmt: skip
 
 
