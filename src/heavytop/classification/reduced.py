@@ -15,7 +15,7 @@ by rational arithmetic. With that the regime is known: steady, asymptotic or nut
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from functools import cached_property, partial
@@ -27,6 +27,7 @@ from heavytop.classification.signs import MOST_BITS, SceneSigns, UndecidedError,
 from heavytop.errors import Impossible, Unseparated
 from heavytop.numbers import ONE, PI, Exact, Number, cos
 from heavytop.numbers.intervals import Interval, above, working
+from heavytop.scene.arguments import wrong_type
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -347,8 +348,8 @@ class FromAxis:
     ) -> None:  # fmt: skip
         self.phi0 = None if phi0 is None else _rational("phi0", phi0)
         self.psi0 = _rational("psi0", psi0)
-        x, y, z = (_rational("e", value) for value in e)
-        lx, ly, lz = (_rational("l", value) for value in l)
+        x, y, z = _vector("e", e)
+        lx, ly, lz = _vector("l", l)
         self.g, self.kappa = _rational("g", g), _rational("kappa", kappa)
         self.e, self.l, self.z, self.a = (x, y), (lx, ly), z, lz
         self.rho2 = x * x + y * y + z * z
@@ -507,6 +508,18 @@ class Through:
         if (name == "P_minus" and self.top) or (name == "P_plus" and self.bottom):
             return True
         return self.source.vanishes(name)
+
+
+def _vector(name: str, value: Sequence[Number]) -> list[Fraction]:
+    if isinstance(value, str) or not isinstance(value, Iterable):
+        raise wrong_type(name, "three numbers", value)
+    try:
+        found = [_rational(name, each) for each in value]
+    except TypeError:  # an array of no dimension
+        found = []
+    if len(found) != 3:
+        raise Impossible([(name, "three numbers")])
+    return found
 
 
 def _rational(name: str, value: Number) -> Fraction:
