@@ -123,7 +123,8 @@ class ClosedForm:
     rising : Rising
         The motion at any precision.
     digits : int
-        Decimal digits wanted, relative to max(1, |x|), at any time.
+        Decimal digits wanted, relative to max(1, |x|), at any time; of rates in a motion slower
+        than 1 rad/s relative to its fastest.
 
     Raises
     ------
@@ -238,7 +239,7 @@ class ClosedForm:
         NoClosedForm
             When 65 536 bits do not give the digits.
         """
-        scale = arb(max(self.rising.rate, 1e-300))
+        slow = arb(min(max(self.rising.rate, 1e-300), 1.0))  # rates less than 1 have their digits
         time = number(self.ctx, t)
         if lost := self.rising.lost(float(time)):  # exact numbers are evaluated to more digits
             time = number(context(self.ctx.dps + lost), t)
@@ -249,7 +250,7 @@ class ClosedForm:
         def balls(both: tuple[Record, tuple[bool, bool]]) -> tuple[arb, ...]:
             *angles, thetadot, phidot, psidot = both[0].numbers
             apart = [x / x.mid() for x, off in zip(both[0].distances, both[1], strict=True) if off]
-            return *angles, thetadot / scale, phidot / scale, psidot / scale, *apart
+            return *angles, thetadot / slow, phidot / slow, psidot / slow, *apart
 
         found: Record = self.rising.settled(
             "the motion", seen, self.digits + _SPARE, of=balls, lost=lost

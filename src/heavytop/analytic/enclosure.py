@@ -28,6 +28,7 @@ from heavytop.scene.top import Top
 _ERROR_DIGITS: Final = 25  # of θ in `theta_error`: far below the last bit of a double
 _MOST_DIGITS: Final = 10_000
 _MOST_BITS: Final = 1 << 24
+_MOST_EVENTS: Final = 10**100
 
 _AT_AN_END: Final = "an event and the end of the span"
 
@@ -288,8 +289,8 @@ class Enclosure:
 
         Raises
         ------
-        Impossible
-            There is no such event.
+        NotANumber, Impossible
+            n is no whole number up to 10¹⁰⁰ in magnitude, or there is no such event.
         ValueError
             Another event.
 
@@ -301,6 +302,7 @@ class Enclosure:
         (('0', '0'), ('0.542895518188', '0.542895518189'))
         """
         _known_event(event)
+        n = whole("n", n, -_MOST_EVENTS, _MOST_EVENTS)
 
         def when(found: Solution, bits: int) -> tuple[arb, ...]:
             if not isinstance(found.path, Nutating):

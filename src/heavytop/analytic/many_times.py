@@ -38,16 +38,21 @@ from heavytop.numbers.double_double import (
 )
 from heavytop.numbers.intervals import working
 
-__all__ = ["MOST_PERIODS", "DoubleForm", "DoubleRecord"]
+__all__ = ["MOST_PERIODS", "NO_TIMES", "DoubleForm", "DoubleRecord"]
 
 MOST_PERIODS: Final = 2**31
 """Periods up to which twice their number times a part of T/2 is exact."""
+
+NO_TIMES: Final = "t: finite times; texts and exact numbers go with digits="
+"""What is wrong with times that are no floats."""
 
 CHUNK: Final = 8192
 """Times computed at once, so that what is computed with them stays in the processor's cache."""
 
 _DIGITS: Final = 40  # of the constants; the bits of 2³¹ periods are among them
 _FAR: Final = 16  # added to what may be 0, and must be known to so many places instead
+_TINY_BITS: Final = 900  # numbers below 2⁻⁹⁰⁰ are lifted into the range of doubles
+_MOST_LIFT: Final = 1000  # exponent of the largest power of two that lifts them
 _EDGE: Final = 1e-30  # what a time since a turning point is not known to, beside what it comes from
 _QUARTER_TURN: Final = 1.5707963267948966  # ½π
 
@@ -283,7 +288,7 @@ class DoubleForm:
         NotANumber
             For times that are not finite.
         NoClosedForm
-            Beyond 2³¹ periods.
+            Beyond 2³¹ periods, or where an angle is too large for a double.
         """
         time, low, shape = _times(t, t_lo)
         records = [self._record(time[part], low[part]) for part in _chunks(time.size)]
@@ -307,11 +312,15 @@ class DoubleForm:
             above, below = below, above
         u = np.where(above < below, 1 - above, below - 1)
         along, over = place.plus + place.minus, side * (place.plus - place.minus)
+        with np.errstate(over="ignore", invalid="ignore"):
+            phi = self._phi.whole(turning, t, t_lo, along)
+            psi = self._psi.whole(turning, t, t_lo, over)
+        if not (np.isfinite(phi).all() and np.isfinite(psi).all()):
+            raise NoClosedForm("an angle too large for doubles: ask for digits instead")
         phi_mod = self._phi.modulo(turning, t, t_lo, along)
         axis = np.stack((sine * np.sin(phi_mod), -sine * np.cos(phi_mod), u), axis=-1)
         return DoubleRecord(
-            t, self._theta(place.from_top, place.from_bottom),
-            self._phi.whole(turning, t, t_lo, along), self._psi.whole(turning, t, t_lo, over),
+            t, self._theta(place.from_top, place.from_bottom), phi, psi,
             phi_mod, self._psi.modulo(turning, t, t_lo, over),
             -side * place.rise, place.phidot, self._kappa + side * place.spin, u, above, below,
             side * place.rise * sine, side * place.uddot, axis, place.n.astype(np.int64),
@@ -321,7 +330,10 @@ class DoubleForm:
 
 def _times(t: npt.ArrayLike, t_lo: npt.ArrayLike) -> tuple[Array, Array, tuple[int, ...]]:
     """Finite times in one row, each the double nearest t + t_lo and the rest; their shape."""
-    time, low = np.broadcast_arrays(np.asarray(t, np.float64), np.asarray(t_lo, np.float64))
+    try:
+        time, low = np.broadcast_arrays(np.asarray(t, np.float64), np.asarray(t_lo, np.float64))
+    except (TypeError, ValueError, OverflowError):  # of no float; shapes that do not fit
+        raise NotANumber(NO_TIMES) from None
     if not (np.isfinite(time).all() and np.isfinite(low).all()):
         raise NotANumber("t: finite times")
     return *two_sum(time.ravel(), low.ravel()), time.shape
@@ -364,6 +376,12 @@ def _since(path: Nutating) -> tuple[int, arb]:
     return turning, (path.phase - arb(turning) / 2) * path.period
 
 
+def _drifts(path: Nutating) -> tuple[arb, arb]:
+    """Of a − b u the values at u₁ and at u₂ [s⁻¹]."""
+    over, roots = path.over, path.roots
+    return over.drift0 + over.b * roots.down, over.drift0 - over.b * roots.up
+
+
 def _nutating_constants(path: Nutating) -> tuple[arb, ...]:
     roots, over, regime = path.roots, path.over, path.regime
     beside = [half.beta for half in path.halves if isinstance(half, Sweeps)]
@@ -372,7 +390,28 @@ def _nutating_constants(path: Nutating) -> tuple[arb, ...]:
         path.period, roots.w, roots.delta, roots.m, roots.mc, roots.one_minus_u1,
         roots.one_plus_u1, roots.one_minus_u2, roots.one_plus_u2, _since(path)[1], *path.turns,
         *beside, *momenta, *(angle + _FAR for angle in path.at_start),
+        sum(map(abs, _drifts(path)), arb(0)),
     )  # fmt: skip
+
+
+class _Lifted:
+    """A number that may be too small for a double, times the square of a power of two."""
+
+    def __init__(self, x: arb) -> None:
+        man, exp = map(int, x.mid().man_exp())
+        size = man.bit_length() + exp if man else 0
+        self._lift = 2.0 ** min(max((-_TINY_BITS - size) // 2, 0), _MOST_LIFT)
+        self.value = float(x * self._lift * self._lift)
+
+    def over_square(self, y: Array) -> Array:
+        """x/y²."""
+        y = y * self._lift
+        return self.value / y / y if self.value else np.zeros_like(y)
+
+    def times_square(self, y: Array) -> Array:
+        """The product x y², where y² alone may be too small or too large for a double."""
+        y = y / self._lift
+        return self.value * y * y
 
 
 class _PoleDistance:
@@ -381,7 +420,8 @@ class _PoleDistance:
     def __init__(self, most: arb, least: arb, delta: arb, P: arb, misses: bool) -> None:
         self.square, self.scale = float(least), float(most.sqrt())
         self.least, self.swing = float((least / most).sqrt()), float((delta / most).sqrt())
-        self.rate = float(P / (2 * most)) if misses else 0.0  # ½ P∓ over the largest 1 ∓ u
+        self._rate = _Lifted(P / (2 * most) if misses else arb(0))  # ½ P∓ over the largest 1 ∓ u
+        self.sign = np.sign(self._rate.value)
         self.passed = bool(least.is_zero())
 
     def share(self, x: Array) -> Array:
@@ -390,7 +430,7 @@ class _PoleDistance:
 
     def winding(self, share: Array) -> Array:
         """½ P∓/(1 ∓ u) [rad/s]; nothing where P∓ = 0, even on the pole."""
-        return self.rate / share / share if self.rate else np.zeros_like(share)
+        return self._rate.over_square(share)
 
 
 class _Half:
@@ -439,12 +479,7 @@ class _NutatingTimes:
         self._bottom = _PoleDistance(
             most[1], roots.one_plus_u1, roots.delta, over.P_plus, regime.misses_bottom
         )
-        self._drifts = tuple(
-            float((over.P_plus * above + over.P_minus * below) / (2 * most[0] * most[1]))
-            for above, below in (
-                (roots.one_minus_u1, roots.one_plus_u1), (roots.one_minus_u2, roots.one_plus_u2)
-            )
-        )  # fmt: skip # (a − b u)/(1 − u₁)(1 + u₂) at u₁ and at u₂
+        self._drifts = [_Lifted(drift / (most[0] * most[1])) for drift in _drifts(path)]
 
     def tilt(self, t: Array, t_lo: Array) -> tuple[Array, Array]:
         """√(1 − u) and √(1 + u) at the times t + t_lo."""
@@ -495,21 +530,22 @@ class _NutatingTimes:
         # c/√(1 − u) and s/√(1 + u) stay finite at an exact pass through a pole
         across = -after if upper and top.passed else top.swing * c / above
         along = after if not upper and bottom.passed else bottom.swing * s / below
-        uddot = 2 * self._delta * self._w**2 * (d2 * (c2 - s2) - self._m * s2 * c2)
+        with np.errstate(over="ignore"):
+            uddot = 2 * self._w * (self._delta * self._w * (d2 * (c2 - s2) - self._m * s2 * c2))
         return (
             top.scale * above, bottom.scale * below,
             top.square + self._delta * c2, bottom.square + self._delta * s2,
-            2 * self._w * d * across * along, uddot, *self._rates(above, below, s2, c2),
+            2 * self._w * d * across * along, uddot, *self._rates(above, below, s, c),
             self._plus.since(not upper, at, after), self._minus.since(upper, at, after),
         )  # fmt: skip
 
-    def _rates(self, above: Array, below: Array, s2: Array, c2: Array) -> tuple[Array, Array]:
+    def _rates(self, above: Array, below: Array, s: Array, c: Array) -> tuple[Array, Array]:
         """φ̇ and ψ̇ − κ; where P₊ and P₋ are of two signs φ̇ from a − b u, which does not cancel."""
         plus, minus = self._bottom.winding(below), self._top.winding(above)
-        if not self._top.rate * self._bottom.rate < 0:
+        if not self._top.sign * self._bottom.sign < 0:
             return plus + minus, plus - minus
         both, (low, high) = above * below, self._drifts
-        return (low * c2 + high * s2) / both / both, plus - minus
+        return low.times_square(c / both) + high.times_square(s / both), plus - minus
 
 
 def _sides(turning: Array) -> Iterator[tuple[bool, Any]]:
@@ -553,7 +589,8 @@ class _AsymptoticTimes:
         above, below = self._depth * (c * c), self._height + self._depth * (s * s)
         step = np.where(x >= 0, 1.0, -1.0)
         rise = 2 * self._w[0] * c * (step if self._planar else self._size * s / from_bottom)
-        uddot = 2 * self._w[0] ** 2 * above * (c * c - 2 * s * s)
+        with np.errstate(over="ignore"):
+            uddot = 2 * self._w[0] * (self._w[0] * above * (c * c - 2 * s * s))
         rate = zero if self._planar else self._P_plus / (2 * below)
         plus = step * _QUARTER_TURN
         if not self._planar:  # the pole is passed once: P₊ √(1 − u₁)/4w√(1 + u₁) = ±1

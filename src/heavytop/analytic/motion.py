@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from heavytop.analytic.closed_form import ClosedForm, Constants, ExactRecord, constants
-from heavytop.analytic.many_times import DoubleForm, DoubleRecord
+from heavytop.analytic.many_times import NO_TIMES, DoubleForm, DoubleRecord
 from heavytop.analytic.rising import Rising
 from heavytop.classification import Kind, Verdict
 from heavytop.classification.classify import classify
@@ -258,7 +258,8 @@ class Motion:
         NotANumber, Impossible
             A time that is no finite number; digits that are no whole number from 1 to 10 000.
         NoClosedForm
-            Beyond 2³¹ periods in doubles; with digits, where 65 536 bits do not give them.
+            Beyond 2³¹ periods in doubles, or where an angle is too large for one; with digits,
+            where 65 536 bits do not give them.
         """
         if digits is None:
             record = self.double(_times(t))
@@ -280,7 +281,7 @@ def _times(t: Any) -> npt.NDArray[np.float64]:
     try:
         return np.asarray(t, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        raise NotANumber("t: finite times; texts and exact numbers go with digits=") from None
+        raise NotANumber(NO_TIMES) from None
 
 
 def _float(value: Number | None) -> float | None:

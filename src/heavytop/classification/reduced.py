@@ -15,7 +15,7 @@ by rational arithmetic. With that the regime is known: steady, asymptotic or nut
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from functools import partial
@@ -27,6 +27,7 @@ from heavytop.classification.signs import MOST_BITS, SceneSigns, UndecidedError,
 from heavytop.errors import Impossible, Unseparated
 from heavytop.numbers import Exact, Number
 from heavytop.numbers.intervals import Interval, above, working
+from heavytop.scene.arguments import wrong_type
 
 Real: TypeAlias = Any
 
@@ -303,7 +304,7 @@ class FromAxis:
     ) -> None:  # fmt: skip
         self.phi0 = None if phi0 is None else _rational("phi0", phi0)
         self.psi0 = _rational("psi0", psi0)
-        self.e, self.l = [_rational("e", x) for x in e], [_rational("l", x) for x in l]
+        self.e, self.l = _vector("e", e), _vector("l", l)
         self.g, self.kappa = _rational("g", g), _rational("kappa", kappa)
         (x, y, z), (lx, ly, lz) = self.e, self.l
         self.rho2 = x * x + y * y + z * z
@@ -455,6 +456,18 @@ class Through:
 def _beyond(pole: int, phi: arb, psi: arb) -> tuple[arb, arb]:
     """The angles of the same place on a pole, seen from the other side."""
     return phi + arb.pi(), psi - pole * arb.pi()
+
+
+def _vector(name: str, value: Sequence[Number]) -> list[fmpq]:
+    if isinstance(value, str) or not isinstance(value, Iterable):
+        raise wrong_type(name, "three numbers", value)
+    try:
+        found = [_rational(name, each) for each in value]
+    except TypeError:  # an array of no dimension
+        found = []
+    if len(found) != 3:
+        raise Impossible([(name, "three numbers")])
+    return found
 
 
 def _rational(name: str, value: Number) -> fmpq:
