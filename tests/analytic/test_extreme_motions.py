@@ -61,6 +61,20 @@ def test_an_angle_too_large_for_a_double_has_a_name(t):
     assert abs(exact.psi / (10**15 * exact.t) - 1) < 1e-19
 
 
+@pytest.mark.parametrize(
+    ("top", "start", "t"),
+    [
+        (ht.Top(1, 1, 0), ht.State("1e-160", omega3="1/3"), 1e300),
+        (ht.Top(1, "1/3", 0), ht.State("0.1", psidot="1e15"), 1e60),
+        (ht.Top("1e300", 1, "1e-200"), ht.State("pi/2", phidot="1e100", psidot="1e-300"), 1e30),
+    ],
+)
+def test_what_does_not_turn_does_not_turn_late(top, start, t):
+    doubles, exact = (ht.Motion(top, start).at(t, *digits) for digits in ((), (20,)))
+    for name in ("phi", "psi", "phidot", "psidot"):
+        assert getattr(doubles, name) == pytest.approx(float(getattr(exact, name)), abs=1e-15)
+
+
 TOP, START = ht.Top("3.28e-4", "6.6e-5", "0.0456"), ht.State("0.1", phidot=-15, psidot=140)
 
 
