@@ -1,5 +1,7 @@
 """Motions at the ends of what a scene may say: rates, times and tilts far from 1."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -73,6 +75,23 @@ def test_what_does_not_turn_does_not_turn_late(top, start, t):
     doubles, exact = (ht.Motion(top, start).at(t, *digits) for digits in ((), (20,)))
     for name in ("phi", "psi", "phidot", "psidot"):
         assert getattr(doubles, name) == pytest.approx(float(getattr(exact, name)), abs=1e-15)
+
+
+def test_a_weight_that_counts_as_zero_is_one():
+    """The three roots cancel, which is not proved; so many bits as are tried take 20 s."""
+    start = ht.State(1, phidot=1, omega3=1)
+    undecided = ht.Motion(ht.Top(1, 1, "sqrt(2) + sqrt(3) - sqrt(5 + 2*sqrt(6))"), start)
+    free = ht.Motion(ht.Top(1, 1, 0), start)
+    assert undecided.exact.modulus == free.exact.modulus
+    assert undecided.at(1.0).phi == free.at(1.0).phi
+    assert undecided.at(1, digits=30) == free.at(1, digits=30)
+
+
+@pytest.mark.parametrize("tiny", [5e-324, Fraction(1, 10**400)])
+def test_an_axis_may_be_nearer_to_a_pole_than_a_scene_says(tiny):
+    """Runs of many digits pass poles so closely, and doubles are as small."""
+    near, at = (enclose_axis((0, x, 1), (x, 1, 3), 1) for x in (tiny, 0))
+    assert near.u(1).mid == at.u(1).mid
 
 
 TOP, START = ht.Top("3.28e-4", "6.6e-5", "0.0456"), ht.State("0.1", phidot=-15, psidot=140)

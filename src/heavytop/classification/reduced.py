@@ -26,6 +26,7 @@ from flint import arb
 from heavytop.classification.signs import MOST_BITS, SceneSigns, UndecidedError, rational_ball
 from heavytop.errors import Impossible, Unseparated
 from heavytop.numbers import ONE, PI, Exact, Number, cos
+from heavytop.numbers.exact import rational_value
 from heavytop.numbers.intervals import Interval, above, working
 from heavytop.scene.arguments import wrong_type
 from heavytop.scene.state import State
@@ -523,7 +524,8 @@ def _vector(name: str, value: Sequence[Number]) -> list[Fraction]:
 
 
 def _rational(name: str, value: Number) -> Fraction:
-    q = Exact.of(value).fraction
+    # of a run: a component of the axis may be of any size, unlike what a scene says
+    q = Exact.of(value).fraction if isinstance(value, str | Exact) else rational_value(value)
     if q is None:
         raise Impossible([(name, "rational numbers")])
     return q
