@@ -1,5 +1,7 @@
 """Motions at the ends of what a scene may say: rates, times and tilts far from 1."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -59,6 +61,37 @@ def test_an_angle_too_large_for_a_double_has_a_name(t):
         motion.at(t)
     exact = motion.at(t, digits=20)
     assert abs(exact.psi / (10**15 * exact.t) - 1) < 1e-19
+
+
+@pytest.mark.parametrize(
+    ("top", "start", "t"),
+    [
+        (ht.Top(1, 1, 0), ht.State("1e-160", omega3="1/3"), 1e300),
+        (ht.Top(1, "1/3", 0), ht.State("0.1", psidot="1e15"), 1e60),
+        (ht.Top("1e300", 1, "1e-200"), ht.State("pi/2", phidot="1e100", psidot="1e-300"), 1e30),
+    ],
+)
+def test_what_does_not_turn_does_not_turn_late(top, start, t):
+    doubles, exact = (ht.Motion(top, start).at(t, *digits) for digits in ((), (20,)))
+    for name in ("phi", "psi", "phidot", "psidot"):
+        assert getattr(doubles, name) == pytest.approx(float(getattr(exact, name)), abs=1e-15)
+
+
+def test_a_weight_that_counts_as_zero_is_one():
+    """The three roots cancel, which is not proved; so many bits as are tried take 20 s."""
+    start = ht.State(1, phidot=1, omega3=1)
+    undecided = ht.Motion(ht.Top(1, 1, "sqrt(2) + sqrt(3) - sqrt(5 + 2*sqrt(6))"), start)
+    free = ht.Motion(ht.Top(1, 1, 0), start)
+    assert undecided.exact.modulus == free.exact.modulus
+    assert undecided.at(1.0).phi == free.at(1.0).phi
+    assert undecided.at(1, digits=30) == free.at(1, digits=30)
+
+
+@pytest.mark.parametrize("tiny", [5e-324, Fraction(1, 10**400)])
+def test_an_axis_may_be_nearer_to_a_pole_than_a_scene_says(tiny):
+    """Runs of many digits pass poles so closely, and doubles are as small."""
+    near, at = (enclose_axis((0, x, 1), (x, 1, 3), 1) for x in (tiny, 0))
+    assert near.u(1).mid == at.u(1).mid
 
 
 TOP, START = ht.Top("3.28e-4", "6.6e-5", "0.0456"), ht.State("0.1", phidot=-15, psidot=140)

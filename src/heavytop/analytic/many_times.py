@@ -51,6 +51,7 @@ CHUNK: Final = 8192
 
 _DIGITS: Final = 40  # of the constants; the bits of 2³¹ periods are among them
 _FAR: Final = 16  # added to what may be 0, and must be known to so many places instead
+_LATE: Final = 300  # 10³⁰⁰ s, to which a rate that is 0 or small beside its parts is known
 _TINY_BITS: Final = 900  # numbers below 2⁻⁹⁰⁰ are lifted into the range of doubles
 _MOST_LIFT: Final = 1000  # exponent of the largest power of two that lifts them
 _EDGE: Final = 1e-30  # what a time since a turning point is not known to, beside what it comes from
@@ -349,10 +350,13 @@ def _constants(solution: Solution, bits: int) -> tuple[tuple[arb, ...], Solution
     path = solution.path
     if isinstance(path, Nutating):
         return _nutating_constants(path), solution, bits
+    plus, minus = path.mean_rates
+    # without periods no time is too late: what turns by nothing must not turn late
+    turning = plus + minus, solution.start.kappa + solution.side * (plus - minus)
+    rates = tuple(1 + abs(rate) * arb(10) ** _LATE for rate in turning)
     if isinstance(path, Asymptotic):
         found = path.w, path.one_minus_u1, path.one_plus_u1, path.x0, path.swept(path.x0) + _FAR
-        return found, solution, bits
-    rates = (rate + _FAR for rate in path.mean_rates)
+        return (*found, *rates), solution, bits
     return (path.over.one_minus_u0, path.over.one_plus_u0, *rates), solution, bits
 
 

@@ -23,7 +23,7 @@ Mathematical Functions*, chapters 19, 20 and 22.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final, NamedTuple, cast
 
@@ -414,7 +414,9 @@ class Solution:
     """The closed form of one motion at one precision; use it inside ``working(bits)``."""
 
     def __init__(self, source: MotionSource, regime: Regime, bits: int) -> None:
-        self.start = source.reduced(bits)
+        given = source.reduced(bits)
+        # a g that only counts as 0 would be a ball around it, which no precision makes small enough
+        self.start = replace(given, g=arb(0)) if regime.weightless else given
         self.phi0, self.psi0 = source.angles(bits)
         self.regime, self.side = regime, -1 if regime.mirrored else 1
         over = self.start.mirrored() if regime.mirrored else self.start

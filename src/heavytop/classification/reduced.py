@@ -26,6 +26,7 @@ from flint import arb, fmpq
 from heavytop.classification.signs import MOST_BITS, SceneSigns, UndecidedError, rational_ball
 from heavytop.errors import Impossible, Unseparated
 from heavytop.numbers import Exact, Number
+from heavytop.numbers.exact import rational_value
 from heavytop.numbers.intervals import Interval, above, working
 from heavytop.scene.arguments import wrong_type
 
@@ -471,7 +472,8 @@ def _vector(name: str, value: Sequence[Number]) -> list[fmpq]:
 
 
 def _rational(name: str, value: Number) -> fmpq:
-    q = Exact.of(value).fraction
+    # of a run: a component of the axis may be of any size, unlike what a scene says
+    q = Exact.of(value).fraction if isinstance(value, str | Exact) else rational_value(value)
     if q is None:
         raise Impossible([(name, "rational numbers")])
     return fmpq(q.numerator, q.denominator)
