@@ -51,7 +51,7 @@ PLANTS = (
         "gravity upwards, in the closed form",
         "classification/reduced.py",
         (
-            ("            gMR / A, b, u0,", "            -gMR / A, b, u0,"),
+            ("            x.gMR / x.A, b, x.cos,", "            -x.gMR / x.A, b, x.cos,"),
             ("self.top.gMR.sign() == -1", "self.top.gMR.sign() == 1"),
         ),
         ("gauss-pendulum", "landau-fast-precession", "mpmath-period", "mpmath-tilt"),
@@ -64,8 +64,8 @@ PLANTS = (
     ),
     Plant(
         "A and C exchanged, in the closed form",
-        "classification/reduced.py",
-        (("in (top.A, top.C, top.gMR))", "in (top.C, top.A, top.gMR))"),),
+        "classification/signs.py",
+        (("in (self.top.A, self.top.C))", "in (self.top.C, self.top.A))"),),
         ("gauss-pendulum", "landau-fast-period", "mpmath-period", "mpmath-tilt"),
     ),
     Plant(
