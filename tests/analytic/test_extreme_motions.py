@@ -94,6 +94,15 @@ def test_an_axis_may_be_nearer_to_a_pole_than_a_scene_says(tiny):
     assert near.u(1).mid == at.u(1).mid
 
 
+@pytest.mark.parametrize("gMR", [1, -1])
+def test_how_near_a_pole_has_its_own_digits(gMR):
+    near = "1e-200"
+    top = ht.Motion(ht.Top(1, 1, gMR), ht.State(near, phidot=2, omega3=1))
+    bottom = ht.Motion(ht.Top(1, 1, -gMR), ht.State(f"pi - {near}", phidot=2, omega3=-1))
+    assert top.from_top == pytest.approx(bottom.from_bottom, rel=1e-15)
+    assert 0 < top.from_top <= 1e-200
+
+
 TOP, START = ht.Top("3.28e-4", "6.6e-5", "0.0456"), ht.State("0.1", phidot=-15, psidot=140)
 
 

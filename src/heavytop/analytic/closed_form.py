@@ -179,6 +179,18 @@ class ClosedForm:
         return one, other
 
     @cached_property
+    def nearest(self) -> tuple[Number, Number]:
+        """How near the axis comes to the top and to the bottom [rad], each to its own digits."""
+
+        def angles(found: Solution) -> tuple[arb, arb]:
+            (high, low), (above, below) = found.path.turnings
+            top, bottom = 2 * arb.atan2(above, below), 2 * arb.atan2(low, high)
+            return (top, bottom) if found.side > 0 else (bottom, top)
+
+        top, bottom = self._numbers("how near it comes to a pole", angles, _itself)
+        return top, bottom
+
+    @cached_property
     def roots(self) -> tuple[Number, ...]:
         """The roots cos θ of the cubic, increasing; the infinite one is missing if gMR = 0."""
         return self._numbers("a root", lambda found: found.cosines)

@@ -170,13 +170,12 @@ class Motion:
     @property
     def from_top(self) -> float:
         """How near θ = 0 the axis comes [rad], to its own digits."""
-        return self.theta_min
+        return float(self.exact.nearest[0])
 
     @property
     def from_bottom(self) -> float:
         """How near θ = π the axis comes [rad], to its own digits."""
-        ctx = self.exact.ctx
-        return float(ctx.pi - max(self.exact.tilts))
+        return float(self.exact.nearest[1])
 
     @property
     def mean_angle_rates(self) -> tuple[float, float]:
