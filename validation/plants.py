@@ -187,7 +187,7 @@ FINE = (
     Plant(
         "M R for M R², in a top of parts",
         "scene/top.py",
-        (("""parts["A_cm"] + M * R**2""", """parts["A_cm"] + M * R"""),),
+        (("A=A + M * R**2", "A=A + M * R"),),
         ("book-exercise-2.11",),
     ),
     Plant(

@@ -153,6 +153,8 @@ def test_rates_whose_squares_no_double_holds_are_refused():
 
 
 def test_a_study_of_what_does_not_nutate_once_rounded_is_refused():
-    scene = _scene({"theta": "1e-200", "omega3": "1.2"}, "2")
+    """C ω₃ φ̇ = gMR at θ = π/2 but for 1e-30, which doubles do not hold."""
+    start = {"theta": "pi/2", "phidot": 1, "omega3": "1+1e-30"}
+    scene = _scene(start, "2", top=ht.Top(1, 1, 1))
     with pytest.raises(BadScene, match="nothing nutates"):
         run(scene, method("taylor-axis"))
