@@ -239,6 +239,13 @@ class FromScene(SceneSigns):
         """Whether g < 0."""
         return self.top.gMR.sign() == -1
 
+    def _heights(self, bits: int) -> tuple[arb, arb, arb]:
+        """cosθ, 1 − cosθ and 1 + cosθ: exact where they are rational, or from the half angle."""
+        if self.start.theta.fraction or (q := self._cos.fraction) is None:
+            return super()._heights(bits)
+        u = rational_ball(q)
+        return u, 1 - u, 1 + u
+
     def reduced(self, bits: int) -> Reduced:
         """The motion in balls of so many bits."""
         x = self.balls(bits)

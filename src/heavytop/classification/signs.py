@@ -71,12 +71,11 @@ class SceneSigns:
         return arb(0) if self._rates[name] == 0 else ball
 
     def _heights(self, bits: int) -> tuple[Ball, Ball, Ball]:
-        """cosθ, 1 − cosθ and 1 + cosθ: exact where they are rational, or from the half angle."""
-        theta = self.start.theta
-        if not theta.fraction and (q := self._cos.fraction) is not None:
-            u = rational_ball(q)
+        """cosθ, 1 − cosθ and 1 + cosθ: exact on a pole, or from the half angle."""
+        if self._pole:
+            u = arb(self._pole)
             return u, 1 - u, 1 + u
-        s, c = (ball_of(theta, bits) / 2).sin_cos()
+        s, c = (ball_of(self.start.theta, bits) / 2).sin_cos()
         return c * c - s * s, 2 * s * s, 2 * c * c
 
     @cached_property
