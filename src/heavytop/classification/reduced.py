@@ -193,17 +193,15 @@ class Regime:
         Unseparated
             Some number could be neither told from 0 nor proved to be 0.
         """
-        with working(FEW_BITS):
-            known = reduced or source.reduced(FEW_BITS)
-        zero = partial(vanishes, source, proved=proved, reduced=known)
         mirrored = source.inverted
         top, bottom = ("P_plus", "P_minus") if mirrored else ("P_minus", "P_plus")
-        resting = zero("udot0")
-        steady = resting and zero("pull")
-        misses_top, misses_bottom = not zero(top), not zero(bottom)
         surplus = "over_bottom" if mirrored else "over_top"
-        level = not (steady or misses_top) and zero(surplus)
-        weightless = zero("g")
+        with working(FEW_BITS):
+            zero = partial(_vanishes, source, reduced or source.reduced(FEW_BITS), proved)
+            resting, weightless = zero("udot0"), zero("g")
+            steady = resting and zero("pull")
+            misses_top, misses_bottom = not zero(top), not zero(bottom)
+            level = not (steady or misses_top) and zero(surplus)
         return cls(mirrored, weightless, resting, steady, misses_top, misses_bottom, level)
 
 
@@ -218,11 +216,15 @@ def vanishes(
         It could be neither told from 0 nor proved to be 0, and has to be `proved`.
     """
     with working(FEW_BITS):
-        ball = getattr(reduced or source.reduced(FEW_BITS), name)
-        if ball.is_zero():
-            return True
-        if ball > 0 or ball < 0:
-            return False
+        return _vanishes(source, reduced or source.reduced(FEW_BITS), proved, name)
+
+
+def _vanishes(source: MotionSource, reduced: Reduced, proved: bool, name: str) -> bool:
+    ball = getattr(reduced, name)
+    if ball.is_zero():
+        return True
+    if ball > 0 or ball < 0:
+        return False
     try:
         return source.vanishes(name)
     except Unseparated:
