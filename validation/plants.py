@@ -176,12 +176,9 @@ FINE = (
         ("euler-upside-down",),
     ),
     Plant(
-        "a jump the other way at exact passes, in the closed form",
+        "half of the jump at exact passes, in the closed form",
         "analytic/solution.py",
-        (
-            ("plus = minus = arb.pi()", "plus = minus = -arb.pi()"),
-            ("return arb.pi() * (floor(", "return -arb.pi() * (floor("),
-        ),
+        (("return arb.pi() * (floor(", "return arb.pi() / 2 * (floor("),),
         ("euler-through",),
     ),
     Plant(
