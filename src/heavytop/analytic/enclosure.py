@@ -214,8 +214,9 @@ class Enclosure:
         -------
         tuple of 3 Interval
         """
-        rates = lambda record: (record.thetadot, record.phidot, record.psidot)  # noqa: E731
-        return self._record("a rate", t, rates)
+        return self._record(
+            "a rate", t, lambda record: (record.thetadot, record.phidot, record.psidot)
+        )
 
     def theta_error(self, t: Number, theta: float) -> float:
         """An upper bound of |theta − θ(t)| [rad], less than 2e-25 above it.

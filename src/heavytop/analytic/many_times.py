@@ -166,7 +166,7 @@ class AngleGrowth(NamedTuple):
 
 
 class Path(Protocol):
-    """One regime in doubles; `sharp` are the balls whose digits are those of the results."""
+    """One regime of the axis, at arrays of times."""
 
     plus: AngleGrowth
     minus: AngleGrowth

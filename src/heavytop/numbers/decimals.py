@@ -17,9 +17,6 @@ Context: TypeAlias = Any
 Number: TypeAlias = Any
 """A real number of such a context (an ``mpf``)."""
 
-STANDARD_DIGITS = 60
-"""The digits at which kinds are decided and constants given."""
-
 
 @lru_cache(maxsize=64)
 def context(dps: int) -> Context:
