@@ -1,10 +1,14 @@
-"""Small random errors in the code, and which share of them the quick tests catch.
+"""Small random errors in the code, and which share of them the tests catch.
 
-    python validation/mutants.py run FILE [--tree DIR] [--count 200] [--seed 17] [--place DIR]
+    python validation/mutants.py map MAP [--tree DIR] [--jobs 2]
+    python validation/mutants.py run FILE --map MAP [--tree DIR] [--count 200] [--seed 17]
     python validation/mutants.py share FILE
 
-Each is put into a copy of the tree, where the quick tests run until one fails. FILE has a line of
-JSON for each, so that a run goes on where it was stopped; the first line is of no error at all.
+First every test says which functions it enters. Each error is then put into a copy of the tree,
+where the tests that enter its function run, the quickest first, for BUDGET_S at most, until one
+fails; it counts as caught where that test passes without the error. FILE has a line of JSON for
+each, so that a run goes on where it was stopped. Processes that tests begin are not followed, and
+longer tests are left out, so that the share is a lower bound.
 """
 
 from __future__ import annotations
@@ -19,41 +23,21 @@ import resource
 import shutil
 import subprocess
 import sys
+import tempfile
+import threading
+import time
 from collections import Counter
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-CPU_S, MEMORY = 600, 8 * 2**30  # of one mutant; CPU time, since a busy machine is no endless loop
-UNTESTED = ("cli", "claims", "ledger", "pages", "report", "stresses", "workprecs")  # here
-TESTS = """
-contract/test_bad_scenes contract/test_options contract/test_first_questions contract/test_scene
-analytic/test_balls_published analytic/test_double_double analytic/test_cubic analytic/test_motion
-analytic/test_fast_top analytic/test_constants analytic/test_balls_edges analytic/test_passes
-analytic/test_attitude_of_motion analytic/test_solids analytic/test_intervals analytic/test_steady
-analytic/test_sleeping analytic/test_top analytic/test_exact two_ways/test_lagrangian
-two_ways/test_constants two_ways/test_quadrature_and_events analytic/test_exact_values
-analytic/test_atlas_plane analytic/test_elliptic analytic/test_spin_and_tilt
-analytic/test_exact_signs analytic/test_built_from_roots analytic/test_kinds two_ways/test_exercises
-two_ways/test_monodromy two_ways/test_heyokas_own_derivations two_ways/test_attitude
-two_ways/test_forms_beside_a_pole analytic/test_book analytic/test_potential analytic/test_facts
-analytic/test_shipped_scenes contract/test_scenes_of_every_kind analytic/test_quadrature
-analytic/test_balls_against_closed_form analytic/test_every_motion contract/test_classify
-analytic/test_scene_accuracy analytic/test_rates two_ways/test_many_tops two_ways/test_folding
-analytic/test_energy_momentum two_ways/test_rivals two_ways/test_drift analytic/test_kinds_many
-analytic/test_double_form two_ways/test_sensitivity
-"""  # the quickest files first
-SLOW = """
-two_ways/test_folding.py::test_four_hundred_digits
-two_ways/test_folding.py::test_tops_drawn_at_random
-two_ways/test_sensitivity.py::test_every_column_is_the_closed_forms
-two_ways/test_sensitivity.py::test_a_small_nutation_keeps_its_digits
-two_ways/test_rivals.py::test_the_table_can_be_read_without_any_library
-analytic/test_exact_values.py::test_neither_flint_nor_mpmath_is_imported_for_rationals_and_pi
-contract/test_classify.py::TestWhatItImports
-contract/test_scene.py::test_reading_a_rational_scene_loads_no_heavy_library
-"""  # and those that begin processes: left out
+import pytest
+
+BUDGET_S = 60  # the tests of one error
+CPU_S, WALL_S, MEMORY = 300, 1200, 8 * 2**30  # of one error; a busy machine is no endless loop
+PYTEST = ["-m", "pytest", "-q", "-p", "no:cacheprovider", "--no-header", "--hypothesis-seed=0"]
+CALLS = "MUTANTS_CALLS"  # where the tests of a map put what they enter
 
 CHANGED = {
     ast.Lt: ("<", ">"), ast.LtE: ("<=", ">="), ast.Gt: (">", "<"), ast.GtE: (">=", "<="),
@@ -64,6 +48,7 @@ CHANGED = {
 }  # fmt: skip
 TEXTS = (str, ast.JoinedStr, ast.List, ast.Tuple, ast.Dict)
 HINTS = ("Annotated", "Literal", "Callable", "Mapping")  # what stands behind them is a type
+PACKAGE = "src/heavytop/"
 KEY = ("file", "line", "column", "old", "new")
 
 Change = tuple[str, int, int, str]  # its kind, from where to where [bytes], and what is put there
@@ -121,7 +106,7 @@ class Source:
         if found := re.fullmatch(pattern.encode(), self.bytes[start:end]):
             yield kind, start + found.start(1), start + found.end(1), new + tail
 
-    def at(self, node: ast.expr) -> tuple[int, int]:
+    def at(self, node: ast.expr | ast.FunctionDef) -> tuple[int, int]:
         """From where to where a node stands [bytes]."""
         start = self.begins[node.lineno - 1] + node.col_offset
         return start, self.begins[node.end_lineno - 1] + node.end_col_offset
@@ -153,69 +138,170 @@ def code(node: ast.AST) -> Iterator[ast.AST]:
                     yield from code(each)
 
 
+def function_of(source: Source, start: int) -> int:
+    """The first line, decorators too, of the innermost function around a place; 0 of none."""
+    found = 0
+    for node in ast.walk(ast.parse(source.bytes)):
+        if isinstance(node, ast.FunctionDef) and source.at(node)[0] <= start < source.at(node)[1]:
+            found = max(found, min([node.lineno, *(each.lineno for each in node.decorator_list)]))
+    return found
+
+
+# --- the functions that each test enters: hooks of pytest, in whose process they are ------------
+
+
+class Entered:
+    """What the running test has entered: `package/file.py:line` of functions."""
+
+    def __init__(self) -> None:
+        self.codes: set[Any] = set()
+
+    def __call__(self, frame: Any, event: str, arg: Any) -> None:
+        self.codes.add(frame.f_code)
+
+    def taken(self) -> list[str]:
+        """All since the last time."""
+        codes, self.codes = self.codes, set()
+        split = ((code.co_filename.partition("/src/heavytop/")[2], code) for code in codes)
+        return sorted(f"{file}:{code.co_firstlineno}" for file, code in split if file)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: Any) -> Iterator[None]:
+    """Follow one test, with its fixtures."""
+    if CALLS not in os.environ:
+        return (yield)
+    entered, began = Entered(), time.process_time()
+    sys.settrace(entered)
+    threading.settrace(entered)
+    try:
+        return (yield)
+    finally:
+        sys.settrace(None)
+        threading.settrace(None)
+        row = {"test": item.nodeid, "s": time.process_time() - began, "calls": entered.taken()}
+        with Path(f"{os.environ[CALLS]}.{os.getpid()}").open("a", encoding="utf-8") as out:
+            out.write(json.dumps(row) + "\n")
+
+
+def map_tests(file: Path, tree: Path, jobs: int) -> None:
+    """Let every test say what it enters; tests that fail are left out."""
+    here = os.environ | {CALLS: str(file)} | paths(tree)
+    command = [sys.executable, *PYTEST, "-rfE", "-p", "mutants", f"-n{jobs}", "--dist=loadfile"]
+    said = subprocess.run(command, cwd=tree, env=here, capture_output=True, text=True).stdout
+    print(*said.splitlines()[-20:], sep="\n")
+    failed = set(re.findall(r"^(?:FAILED|ERROR) (.+?)(?: - |$)", said, re.MULTILINE))
+    with file.open("w", encoding="utf-8") as out:
+        for part in file.parent.glob(f"{file.name}.*"):
+            for line in part.read_text().splitlines():
+                if json.loads(line)["test"] not in failed:
+                    out.write(line + "\n")
+            part.unlink()
+
+
+def paths(tree: Path) -> dict[str, str]:
+    """The tree's package, and this file as a plugin."""
+    return {"PYTHONPATH": f"{tree / 'src'}:{Path(__file__).parent}"}
+
+
+# --- the errors, one after another --------------------------------------------------------------
+
+
+class Tests:
+    """Which tests enter a function, and what they say of a copy of the tree."""
+
+    def __init__(self, file: Path) -> None:
+        rows = [json.loads(line) for line in file.read_text().splitlines()]
+        self.rows = sorted(rows, key=lambda row: row["s"])
+        for row in self.rows:
+            files = {call.partition(":")[0] for call in row["calls"]}
+            row["calls"] = {*row["calls"], *(f"{each}:0" for each in files)}
+        self.unsteady: set[str] = set()
+
+    def of(self, function: str) -> list[str]:
+        """The quickest that enter it, for BUDGET_S in all."""
+        found, spent = [], 0.0
+        for row in self.rows:
+            if function in row["calls"] and row["test"] not in self.unsteady:
+                spent += row["s"]
+                if spent > BUDGET_S:
+                    break
+                found.append(row["test"])
+        # a file's tests together, for the sake of its fixtures
+        return sorted(found, key=lambda test: test.partition("::")[0])
+
+    def failing(self, copy: Path, tests: list[str]) -> tuple[str, str]:
+        """How the tests end, and the first that fails."""
+        shutil.rmtree(copy / ".hypothesis", ignore_errors=True)
+        names = copy / "tests.txt"
+        names.write_text("\n".join(tests))
+        command = [sys.executable, *PYTEST, "-x", "-p", "no:xdist", f"@{names}"]
+        try:
+            ended = subprocess.run(
+                command, cwd=copy, env=os.environ | paths(copy), capture_output=True, text=True,
+                preexec_fn=limited, timeout=WALL_S,
+            )  # fmt: skip
+        except subprocess.TimeoutExpired:
+            return "time out", ""
+        by = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - |$)", ended.stdout, re.MULTILINE)
+        other = "time out" if ended.returncode < 0 else "import error"  # SIGXCPU, or a crash
+        outcome = {0: "survived", 1: "failed"}.get(ended.returncode, other)
+        return outcome, by[1] if by else ended.stdout[-300:]
+
+
 def limited() -> None:
     resource.setrlimit(resource.RLIMIT_CPU, (CPU_S, CPU_S + 10))
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
 
 
-def tested(copy: Path) -> dict[str, Any]:
-    """What the quick tests say of the copy as it is, and the CPU time they take [s]."""
-    shutil.rmtree(copy / ".hypothesis", ignore_errors=True)
-    words = "-m pytest -x -q -p no:cacheprovider -p no:xdist --no-header --hypothesis-seed=0".split
-    files = [f"tests/{name}.py" for name in TESTS.split()]
-    command = [sys.executable, *words(), *(name for name in files if (copy / name).exists())]
-    command += [word for name in SLOW.split() for word in ("--deselect", f"tests/{name}")]
-    here = os.environ | {"PYTHONPATH": str(copy / "src")}
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    ended = subprocess.run(
-        command, cwd=copy, env=here, capture_output=True, text=True, preexec_fn=limited
-    )
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    other = "time out" if ended.returncode < 0 else "import error"  # SIGXCPU, or a crash
-    outcome = {0: "survived", 1: "failed"}.get(ended.returncode, other)
-    by = re.search(r"^(?:FAILED|ERROR) (\S+)", ended.stdout, re.MULTILINE)
-    last = by[1] if by else ended.stdout[-100:]
-    return {"outcome": outcome, "code": ended.returncode, "by": last, "cpu_s": round(cpu, 1)}
-
-
-def run(file: Path, tree: Path, count: int, seed: int, place: Path) -> None:
+def run(file: Path, tests: Tests, tree: Path, count: int, seed: int) -> None:
     """Test the mutants that FILE does not have yet."""
     rows = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
     done = {tuple(row[name] for name in KEY) for row in rows}
-    copy = place / f"mut-{seed}"
-    shutil.rmtree(copy, ignore_errors=True)
-    shutil.copytree(tree, copy, ignore=shutil.ignore_patterns(".*", "out", "__pycache__"))
     sources = sorted(path.relative_to(tree) for path in (tree / "src/heavytop").rglob("*.py"))
-    drawn = [each for source in sources for each in Source(tree, source).mutants()]
+    read = {str(source): Source(tree, source) for source in sources}
+    drawn = [each for source in read.values() for each in source.mutants()]
     random.Random(seed).shuffle(drawn)
-    nothing = dict.fromkeys(KEY, "") | {"file": "README.md", "kind": "none", "start": 0}
-    for mutant in [nothing, *drawn[:count]]:
-        if tuple(mutant[name] for name in KEY) in done:
-            continue
+    with tempfile.TemporaryDirectory() as place:
+        copy = Path(place) / "tree"
+        shutil.copytree(tree, copy, ignore=shutil.ignore_patterns(".*", "out", "__pycache__"))
+        for mutant in drawn[:count]:
+            if tuple(mutant[name] for name in KEY) in done:
+                continue
+            line = function_of(read[mutant["file"]], mutant["start"])
+            row = mutant | tested(tests, copy, mutant, f"{mutant['file'][len(PACKAGE) :]}:{line}")
+            with file.open("a", encoding="utf-8") as out:
+                out.write(json.dumps(row, ensure_ascii=False) + "\n")
+
+
+def tested(tests: Tests, copy: Path, mutant: dict[str, Any], function: str) -> dict[str, Any]:
+    """What the tests say of the copy with an error in it, which is then taken out."""
+    while True:
+        if not (some := tests.of(function)):
+            return {"outcome": "survived", "tests": 0, "by": ""}
         path = copy / mutant["file"]
         text = path.read_bytes()
         end = mutant["start"] + len(mutant["old"].encode())
         path.write_bytes(text[: mutant["start"]] + mutant["new"].encode() + text[end:])
-        row = mutant | tested(copy)
+        outcome, by = tests.failing(copy, some)
         path.write_bytes(text)
         for stale in path.parent.glob(f"__pycache__/{path.stem}.*.pyc"):
             stale.unlink()
-        if mutant is nothing and row["outcome"] != "survived":
-            sys.exit(f"the tests fail without an error: {row}")
-        with file.open("a", encoding="utf-8") as out:
-            out.write(json.dumps(row, ensure_ascii=False) + "\n")
+        if outcome == "failed" and tests.failing(copy, [by])[0] != "survived":
+            tests.unsteady.add(by)  # it fails without the error
+            continue
+        return {"outcome": outcome, "tests": len(some), "by": by}
 
 
 def share(file: Path) -> None:
     """Print which share is caught, and what survived."""
-    rows = [json.loads(line) for line in file.read_text().splitlines()][1:]
+    rows = [json.loads(line) for line in file.read_text().splitlines()]
     for row in rows:
         folder = Path(row["file"]).parts[2]
-        row |= {"all": "all", "part": "untested" if folder in UNTESTED else "tested"}
+        row |= {"all": "all"}
         row["folder"] = folder.removesuffix(".py")
     survived = [row for row in rows if row["outcome"] == "survived"]
-    for name in ("all", "part", "kind"):
+    for name in ("all", "kind", "folder"):
         total, lost = (Counter(row[name] for row in some) for some in (rows, survived))
         for each, n in sorted(total.items()):
             print(f"{n - lost[each]:4} of {n:4} caught, {1 - lost[each] / n:6.1%}: {each}")
@@ -225,18 +311,21 @@ def share(file: Path) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("what", choices=("run", "share"))
+    parser.add_argument("what", choices=("map", "run", "share"))
     parser.add_argument("file", type=Path)
+    parser.add_argument("--map", type=Path)
     parser.add_argument("--tree", type=Path, default=Path(__file__).parent.parent)
+    parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--seed", type=int, default=17)
-    parser.add_argument("--place", type=Path, default=Path("/work"))
     asked = parser.parse_args()
+    file, tree = asked.file.resolve(), asked.tree.resolve()
     if asked.what == "share":
-        share(asked.file)
+        share(file)
+    elif asked.what == "map":
+        map_tests(file, tree, asked.jobs)
     else:
-        file, tree = asked.file.resolve(), asked.tree.resolve()
-        run(file, tree, asked.count, asked.seed, asked.place)
+        run(file, Tests(asked.map), tree, asked.count, asked.seed)
 
 
 if __name__ == "__main__":
