@@ -168,7 +168,7 @@ def by_moments(expression: Any) -> Any:
     Examples
     --------
     >>> print(by_moments(sp.expand(lag.kinetic_energy())))
-    A*(phidot**2*sin(theta)**2 + thetadot**2)/2 + C*(phidot*cos(theta) + psidot)**2/2
+    (A*(phidot**2*sin(theta)**2 + thetadot**2) + C*(phidot*cos(theta) + psidot)**2)/2
     """
     above, below = sp.fraction(sp.cancel(sp.together(expression)))
     return sp.factor_terms(sp.collect(sp.expand(above), (A, C, gMR), _shortest) / below)
@@ -209,19 +209,16 @@ def derive_document(steps: Iterable[Step]) -> dict[str, Any]:
 
     ``lhs`` and ``expression`` are in sympy's own spelling, ``latex`` is the same line in LaTeX.
     """
-    return {"schema": SCHEMA, "steps": [_plain(step) for step in steps]}
-
-
-def _plain(step: Step) -> dict[str, Any]:
-    equations = [
-        {
-            "lhs": str(e.lhs),
-            "expression": str(e.expression),
-            "latex": in_latex(e.lhs, e.expression),
-        }
-        for e in step.equations
+    plain = [
+        {"name": step.name, "words": step.words, "equations": list(map(_plain, step.equations))}
+        for step in steps
     ]
-    return {"name": step.name, "words": step.words, "equations": equations}
+    return {"schema": SCHEMA, "steps": plain}
+
+
+def _plain(e: Equation) -> dict[str, str]:
+    latex = in_latex(e.lhs, e.expression)
+    return {"lhs": str(e.lhs), "expression": str(e.expression), "latex": latex}
 
 
 class _Terminal(PrettyPrinter):  # type: ignore[misc]

@@ -21,7 +21,7 @@ from typing import Any
 import sympy as sp
 
 from heavytop.equations import lagrangian as lag
-from heavytop.equations.formulation import Formulation, time
+from heavytop.equations.formulation import Formulation, components, time
 from heavytop.equations.lagrangian import A, C, gMR, p_psi, theta, thetadot
 
 DEVIATIONS = phi_deviation, psi_deviation = sp.symbols("phi_deviation psi_deviation", real=True)
@@ -135,6 +135,5 @@ def _space_vectors(outputs: Mapping[str, Any]) -> dict[str, Any]:
     """Return the axis and the angular velocity in space, of the angles and their rates."""
     values = {symbol: outputs[symbol.name] for symbol in lag.COORDINATES + lag.VELOCITIES}
     omega = (lag.rotation() * lag.angular_velocity()).applyfunc(lag.normal_form)
-    named = {f"axis_{x}": component for x, component in zip("xyz", lag.axis(), strict=True)}
-    named |= {f"omega_{x}": component for x, component in zip("xyz", omega, strict=True)}
+    named = components("axis", lag.axis()) | components("omega", omega)
     return {name: x.subs(values, simultaneous=True) for name, x in named.items()}

@@ -24,7 +24,7 @@ from typing import Any
 import sympy as sp
 
 from heavytop.equations import lagrangian as lag
-from heavytop.equations.formulation import Formulation, time, turned_phi
+from heavytop.equations.formulation import Formulation, components, time, turned_phi
 
 e_x, e_y, e_z, l_x, l_y, deviation = sp.symbols("e_x e_y e_z l_x l_y deviation", real=True)
 g, l_z, n, kappa = sp.symbols("g l_z n kappa", real=True)
@@ -68,18 +68,14 @@ def axis_form(psi: str | None = None) -> Formulation:
 
 def _with_psi(form: Formulation, psi: str) -> Formulation:
     side, momentum = (1, P_plus) if psi == "sigma" else (-1, P_minus)
+    uniform = psi_0 + (kappa + side * frame_rate) * time
     return replace(
         form,
         states=(*form.states, deviation),
         derivatives=(*form.derivatives, momentum / (1 + side * e_z) - frame_rate),
         start=(*form.start, sp.Integer(0)),
         given=(frame_rate,),
-        outputs={
-            **form.outputs,
-            "psi": psi_0
-            + (kappa + side * frame_rate) * time
-            + side * (deviation - (turned_phi - phi_0)),
-        },
+        outputs={**form.outputs, "psi": uniform + side * (deviation - turned_phi + phi_0)},
     )
 
 
@@ -100,14 +96,12 @@ def _parameters() -> dict[Any, Any]:
 
 def _outputs() -> dict[str, Any]:
     phidot = l_z - e_z * _along / _horizontal
-    outputs = {
+    return {
         "theta": sp.atan2(sp.sqrt(_horizontal), e_z),
         "phi_mod": sp.atan2(e_x, -e_y),
         "thetadot": _turning / sp.sqrt(_horizontal),
         "phidot": phidot,
         "psidot": omega3 - phidot * e_z,
+        **components("axis", e),
+        **components("omega", ell + kappa * e),
     }
-    for i, name in enumerate("xyz"):
-        outputs[f"axis_{name}"] = e[i]
-        outputs[f"omega_{name}"] = ell[i] + kappa * e[i]
-    return outputs

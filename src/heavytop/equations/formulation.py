@@ -97,6 +97,11 @@ class Formulation:
         return [p for p in (*self.parameters, *self.given) if p in used]
 
 
+def components(name: str, vector: Iterable[Any]) -> dict[str, Any]:
+    """Return the components of a vector in space as outputs are called."""
+    return {f"{name}_{x}": component for x, component in zip("xyz", vector, strict=True)}
+
+
 @dataclass(frozen=True, slots=True)
 class Entry:
     """A formulation's line in the table, which can be read without deriving any of them.

@@ -23,16 +23,14 @@ from heavytop.numbers import Exact
 
 Functions = Mapping[str, Callable[..., Any]]
 
-_NUMPY: Functions = {
-    "sin": np.sin, "cos": np.cos, "sqrt": np.sqrt, "atan2": np.arctan2, "abs": np.abs,
-}  # fmt: skip
+NUMPY: Functions = {"sin": np.sin, "cos": np.cos, "sqrt": np.sqrt, "atan2": np.arctan2}
 
 
 def lambdified(
     expressions: Sequence[Any],
     arguments: Sequence[Any],
     number: Callable[[int], Any] = float,
-    functions: Functions = _NUMPY,
+    functions: Functions = NUMPY,
 ) -> Callable[..., list[Any]]:
     """Return a function of numbers of one type, which computes in that type alone.
 

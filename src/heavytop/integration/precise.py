@@ -21,7 +21,7 @@ import heyoka as hy
 import numpy as np
 
 from heavytop.equations.formulation import Formulation
-from heavytop.equations.lambdify import lambdified
+from heavytop.equations.lambdify import NUMPY, lambdified
 from heavytop.integration.bits import LONG_DOUBLE
 from heavytop.integration.compiled import System
 from heavytop.integration.following import NOT_TOLD, Following, Told, Trail
@@ -34,7 +34,6 @@ DONE = frozenset(
 )
 MARK = 64  # steps between the states that are kept
 MOST_ITERATIONS = 100
-_FUNCTIONS = {"sin": np.sin, "cos": np.cos, "sqrt": np.sqrt, "atan2": np.arctan2}
 
 hy.set_logger_level_critical()  # heyoka logs to stdout, which belongs to the results
 
@@ -394,7 +393,7 @@ class PreciseIntegrator(Precise):
         constants = form.constants_in(both)
         values = [self._constants[p.name] for p in constants]
         function = lambdified(
-            both, (*form.states, *constants), lambda i: self.number(str(i)), _FUNCTIONS
+            both, (*form.states, *constants), lambda i: self.number(str(i)), NUMPY
         )
         return lambda *state: function(*state, *values)
 
