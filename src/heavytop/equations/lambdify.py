@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import reduce
 from typing import Any
 
@@ -79,13 +79,14 @@ class _Printer(PythonCodePrinter):  # type: ignore[misc]
 
 def evaluated(
     expressions: Sequence[Any],
-    values: Mapping[Any, Any],
+    named: Mapping[str, Any],
     number: Callable[[int], Any],
     functions: Functions,
 ) -> list[Any]:
     """Return what expressions become when numbers, or expressions of others, stand for symbols.
 
-    Equal subexpressions are evaluated once. `number` and `functions` are as in `lambdified`.
+    `named` has those by the names of the symbols; `number` and `functions` are as in `lambdified`.
+    Equal subexpressions are evaluated once.
 
     Raises
     ------
@@ -95,10 +96,10 @@ def evaluated(
     Examples
     --------
     >>> x, y = sp.symbols("x y")
-    >>> evaluated([sp.cos(x) ** 2 / 3 - y], {x: 0, y: 1}, float, {"cos": np.cos})
+    >>> evaluated([sp.cos(x) ** 2 / 3 - y], {"x": 0, "y": 1}, float, {"cos": np.cos})
     [np.float64(-0.6666666666666667)]
     """
-    return list(map(_Walk(dict(values), number, functions), map(sp.sympify, expressions)))
+    return list(map(_Walk(named, number, functions), map(sp.sympify, expressions)))
 
 
 def exact_values(expressions: Sequence[Any], named: Mapping[str, Exact]) -> list[Exact]:
@@ -107,18 +108,17 @@ def exact_values(expressions: Sequence[Any], named: Mapping[str, Exact]) -> list
     >>> float(exact_values([sp.cos(sp.Symbol("x")) ** 2], {"x": Exact.of("pi/3")})[0])
     0.25
     """
-    symbols = set().union(*(sp.sympify(x).free_symbols for x in expressions))
-    values = {symbol: named[symbol.name] for symbol in symbols}
-    return evaluated(expressions, values, Exact.of, {"sin": exact.sin, "cos": exact.cos})
+    return evaluated(expressions, named, Exact.of, {"sin": exact.sin, "cos": exact.cos})
 
 
 @dataclass(frozen=True, slots=True)
 class _Walk:
     """The way through an expression, in one arithmetic; `known` are the values met before."""
 
-    known: dict[Any, Any]
+    named: Mapping[str, Any]
     number: Callable[[int], Any]
     functions: Functions
+    known: dict[Any, Any] = field(default_factory=dict)
 
     def __call__(self, node: Any) -> Any:
         if node not in self.known:
@@ -126,42 +126,51 @@ class _Walk:
         return self.known[node]
 
     def _value(self, node: Any) -> Any:
+        if node.is_Symbol and node.name in self.named:
+            return self.named[node.name]
+        if node.is_Integer:
+            return self.number(int(node))
         if node.is_Rational:
             return self.number(int(node.p)) / self.number(int(node.q))
         if node.is_Add:
             return self._sum(node)
         if node.is_Mul:
             return self._product(node)
-        if node.is_Pow and node.exp.is_Rational and node.exp.q <= 2:
-            return self._power(node)
+        if _is_power(node):
+            return self._power(node.base, node.exp)
         if node.func.__name__ in self.functions:
             return self.functions[node.func.__name__](*map(self, node.args))
         raise UntranslatableExpression(f"{node} is not what can be computed here")
 
     def _sum(self, node: Any) -> Any:
         # Differences, not sums with negated terms: each negation is one more series to propagate.
-        terms = sorted(node.args, key=_is_negative)
-        total = self(terms[0])
-        for term in terms[1:]:
-            total = total - self(-term) if _is_negative(term) else total + self(term)
+        negative = {term: term.could_extract_minus_sign() for term in node.args}
+        first, *others = sorted(node.args, key=negative.__getitem__)
+        total = self(first)
+        for term in others:
+            total = total - self(-term) if negative[term] else total + self(term)
         return total
 
     def _product(self, node: Any) -> Any:
-        if _is_negative(node):
+        if node.could_extract_minus_sign():
             return -self(-node)
         # Reciprocals are gathered into one true division: x * (1/y) would round twice.
-        below = [f for f in node.args if f.is_Pow and f.exp.is_Rational and f.exp < 0]
-        above = [self(f) for f in node.args if f not in below]
+        above, below = [], []
+        for factor in node.args:
+            if _is_power(factor) and factor.exp.p < 0:
+                below.append(self._power(factor.base, -factor.exp))
+            else:
+                above.append(self(factor))
         product = reduce(operator.mul, above) if above else self.number(1)
-        return product / reduce(operator.mul, [self(1 / f) for f in below]) if below else product
+        return product / reduce(operator.mul, below) if below else product
 
-    def _power(self, node: Any) -> Any:
-        base, exponent = node.args
-        if exponent < 0:
-            return self.number(1) / self(base**-exponent)
+    def _power(self, base: Any, exponent: Any) -> Any:
+        if exponent.p < 0:
+            return self.number(1) / self._power(base, -exponent)
         root = self(base) if exponent.q == 1 else self.functions["sqrt"](self(base))
         return root if exponent.p == 1 else root ** int(exponent.p)
 
 
-def _is_negative(term: Any) -> bool:
-    return bool(term.could_extract_minus_sign())
+def _is_power(node: Any) -> bool:
+    """Tell whether it is a power by a whole or half number."""
+    return bool(node.is_Pow and node.exp.is_Rational and node.exp.q <= 2)

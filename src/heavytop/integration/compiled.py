@@ -38,7 +38,7 @@ if hy.llvm_state.get_diskcache_limit() == _HEYOKAS_OWN:
 
 
 def translated(
-    expressions: Sequence[Any], names: Mapping[Any, Any], bits: int = DOUBLE
+    expressions: Sequence[Any], names: Mapping[str, Any], bits: int = DOUBLE
 ) -> list[Any]:
     """Return the heyoka counterparts of sympy expressions.
 
@@ -47,8 +47,8 @@ def translated(
     Parameters
     ----------
     expressions : sequence of sympy expressions
-    names : mapping from sympy symbol to heyoka expression
-        States as variables, constants of a run as ``par[i]``.
+    names : mapping from str to heyoka expression
+        Of the symbols, by their names: states as variables, constants of a run as ``par[i]``.
     bits : int
         Of the numbers; 1/3 is rounded once to so many.
 
@@ -60,8 +60,7 @@ def translated(
     Examples
     --------
     >>> import sympy as sp
-    >>> x = sp.Symbol("x")
-    >>> translated([x / 3 + sp.sqrt(2)], {x: hy.expression("x")})
+    >>> translated([sp.Symbol("x") / 3 + sp.sqrt(2)], {"x": hy.expression("x")})
     [(1.4142135623730951 + (0.33333333333333331 * x))]
     """
 
@@ -99,9 +98,9 @@ class System:
         loaded = form.constants_in((*form.derivatives, *watched))
         unit, reciprocal = (hy.par[len(loaded) + i] for i in range(2))
         rates = set(form.rates) if scaled else set()
-        states = dict(zip(form.states, hy.make_vars(*(s.name for s in form.states)), strict=True))
-        names = {s: unit * y if s in rates else y for s, y in states.items()}
-        names |= {p: hy.par[i] for i, p in enumerate(loaded)}
+        states = {s: hy.expression(s.name) for s in form.states}
+        names = {s.name: unit * y if s in rates else y for s, y in states.items()}
+        names |= {p.name: hy.par[i] for i, p in enumerate(loaded)}
         derivatives = zip(states.items(), translated(form.derivatives, names, bits), strict=True)
         zeros = translated(watched, names, bits)
         return cls(

@@ -141,8 +141,8 @@ def _nearest(formulation: Formulation, scaled: bool, _thread: int) -> Any:
     J is by x in its units, and the least change in them.
     """
     found = invariants_of(formulation)
-    names = {s: hy.expression(s.name) for s in (*found.states, *found.constants)}
-    states = [names[s] for s in found.states]
+    names = {s.name: hy.expression(s.name) for s in (*found.states, *found.constants)}
+    states = [names[s.name] for s in found.states]
     values = translated(found.values, names, LONG_DOUBLE)
     slopes = [translated(row, names, LONG_DOUBLE) for row in found.slopes]
     targets = [hy.expression(f"target_{i}") for i in range(len(values))]
