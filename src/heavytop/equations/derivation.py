@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import sympy as sp
 from sympy.printing.latex import LatexPrinter
@@ -37,8 +37,7 @@ _DOCUMENT = r"""\documentclass{{article}}
 """
 
 
-@dataclass(frozen=True, slots=True)
-class Equation:
+class Equation(NamedTuple):
     """One line of a derivation: lhs = expression, both of them sympy's."""
 
     lhs: Any
@@ -159,7 +158,7 @@ def derivation() -> tuple[Step, ...]:
 
 def _equations(left: str | Sequence[Any], *right: Any) -> tuple[Equation, ...]:
     names = sp.symbols(left, seq=True) if isinstance(left, str) else left
-    return tuple(Equation(*pair) for pair in zip(names, right, strict=True))
+    return tuple(map(Equation._make, zip(names, right, strict=True)))
 
 
 def by_moments(expression: Any) -> Any:

@@ -85,6 +85,7 @@ def routh_form(variant: str | None = None) -> Formulation:
     _, for_phi, for_psi = lag.momenta()
     phidot = _precise / (A * sp.sin(theta) ** 2)
     psidot = omega3 - phidot * sp.cos(theta)
+    energy = (lag.reduced_energy() - p_psi**2 / (2 * C)) / A
     return Formulation(
         name="routh",
         summary="theta in an effective potential, with p_phi and p_psi as parameters",
@@ -100,9 +101,7 @@ def routh_form(variant: str | None = None) -> Formulation:
         },
         outputs={"theta": theta, "thetadot": thetadot, "phidot": phidot, "psidot": psidot},
         events={"turning": thetadot, "reversal": _precise},
-        invariants={
-            "energy": _without_cancellation((lag.reduced_energy() - p_psi**2 / (2 * C)) / A)
-        },
+        invariants={"energy": _without_cancellation(energy)},
         spin=p_psi / A,
         rates=(thetadot,),
     )

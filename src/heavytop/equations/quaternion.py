@@ -49,8 +49,7 @@ def attitude_form(variant: str | None = None) -> Formulation:
         outputs=_outputs(seen),
         events={name: _of_quaternion(zero) for name, zero in seen.events.items()},
         invariants={
-            "energy": _of_quaternion(seen.invariants["energy"]),
-            "p_psi": _of_quaternion(seen.invariants["p_psi"]),
+            **{name: _of_quaternion(constant) for name, constant in seen.invariants.items()},
             "length": q_0**2 + q_1**2 + q_2**2 + q_3**2,
         },
         spin=_of_quaternion(seen.spin),
@@ -84,17 +83,15 @@ def start_attitude() -> Quaternion:
 
 
 @cache
-def axis_of_quaternion() -> tuple[Any, Any, Any]:
+def _axis() -> dict[Any, Any]:
     """Return e = q z q*, quadratic in q; its length is that of q, squared."""
-    conjugate = (q_0, -q_1, -q_2, -q_3)
-    _, *e = product(product(q, (0, 0, 0, 1)), conjugate)
-    return tuple(map(sp.expand, e))
+    _, *e = product(product(q, (0, 0, 0, 1)), (q_0, -q_1, -q_2, -q_3))
+    return dict(zip((e_x, e_y, e_z), map(sp.expand, e), strict=True))
 
 
 def _of_quaternion(expression: Any) -> Any:
     """Write what the axis form says of e as a function of q."""
-    values = dict(zip((e_x, e_y, e_z), axis_of_quaternion(), strict=True))
-    return sp.sympify(expression).subs(values)
+    return expression.subs(_axis())
 
 
 def _outputs(seen: Formulation) -> dict[str, Any]:

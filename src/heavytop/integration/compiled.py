@@ -115,9 +115,8 @@ class System:
 
         dq/dt = l q / 2 and dl/dt = g (-e_y, e_x, 0), with e = q z q*.
         """
-        states = q_0, q_1, q_2, q_3, l_x, l_y = hy.make_vars(
-            "q_0", "q_1", "q_2", "q_3", "l_x", "l_y"
-        )
+        states = hy.make_vars("q_0", "q_1", "q_2", "q_3", "l_x", "l_y")
+        q_0, q_1, q_2, q_3, l_x, l_y = states
         g, l_z = hy.par[0], hy.par[1]
         half, two = (hy.expression(hy.real(text, bits)) for text in ("0.5", "2"))
         x, y, z = half * l_x, half * l_y, half * l_z
@@ -179,8 +178,7 @@ class Compiled:
                 for zero, sink in zip(found.zeros, self._sinks, strict=True)
             ],
         )
-        self.own = self.taylor.state
-        self.units = np.ones(self.own.size)
+        self.own, self.units = self.taylor.state, np.ones(len(found.equations))
 
     def load(self, parameters: Mapping[str, float]) -> None:
         """Load the constants of a run, by the names of their symbols."""
