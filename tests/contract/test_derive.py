@@ -6,7 +6,7 @@ import re
 
 import pytest
 import sympy as sp
-from sympy.printing.pretty.pretty_symbology import line_width
+from sympy.printing.pretty.pretty_symbology import line_width, pretty_use_unicode
 from typer.testing import CliRunner
 
 from heavytop.cli import Exit, app
@@ -179,6 +179,18 @@ class TestText:
             assert word in text
         for raw in ("theta", "phidot", "E_prime", "psi", "↪"):
             assert raw not in text
+
+
+def test_latex_does_not_depend_on_the_terminal():
+    shown = derive_document(derivation())
+    before = pretty_use_unicode(False)
+    try:
+        assert derive_document(derivation()) == shown
+        assert as_text(derivation()).splitlines()[3] == (
+            "  omega_1 = phidot*sin(psi)*sin(theta) + thetadot*cos(psi)"
+        )
+    finally:
+        pretty_use_unicode(before)
 
 
 class TestLatex:

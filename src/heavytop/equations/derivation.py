@@ -8,7 +8,7 @@ and an equation too wide for the page is folded between the terms of its sum.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, NamedTuple
@@ -24,7 +24,7 @@ from heavytop.equations.euler_poisson import axis_form, g, l_z
 from heavytop.equations.lagrangian import A, C, gMR, p_phi, p_psi, theta
 
 SCHEMA = "heavytop/derive/1"
-LATEX_WIDTH = 76  # columns of the terminal, of a formula that fits between the margins in LaTeX
+LATEX_WIDTH = 36  # signs of a displayed formula that fit between the margins
 
 _DOCUMENT = r"""\documentclass{{article}}
 \usepackage{{amsmath}}
@@ -255,7 +255,8 @@ def in_terminal(lhs: Any, rhs: Any, width: int = 80) -> str:
     p_θ = A⋅θ̇
     """
     left = prettyForm(*_TERMINAL._print(sp.sympify(lhs)).right(" = "))
-    first, *others = _folded(rhs, width - left.width())
+    budget = width - left.width()
+    first, *others = _folded(rhs, lambda part: _TERMINAL._print(part).width() <= budget)
     blocks = [prettyForm(*left.right(_TERMINAL._print(first)))]
     for part in others:
         minus = part.as_ordered_terms()[0].could_extract_minus_sign()
@@ -273,17 +274,23 @@ def in_latex(lhs: Any, rhs: Any) -> str:
     >>> print(in_latex(sp.Symbol("p_theta"), sp.Symbol("A") * sp.Symbol("thetadot")))
     p_{\theta} &= A \dot{\theta}
     """
-    first, *others = map(_LATEX.doprint, _folded(rhs, LATEX_WIDTH))
+    parts = _folded(rhs, lambda part: _signs(_LATEX.doprint(part)) <= LATEX_WIDTH)
+    first, *others = map(_LATEX.doprint, parts)
     rows = [f"{_LATEX.doprint(lhs)} &= {first}"]
     rows += (rf"&\quad {part if part.startswith('-') else '+ ' + part}" for part in others)
     return " \\\\\n".join(rows)
 
 
-def _folded(expression: Any, width: int) -> list[Any]:
+def _signs(latex: str) -> int:
+    found = re.findall(r"\\[a-z]+|[\w()+-]", latex)
+    return sum(sign not in (r"\left", r"\right", r"\dot", r"\ddot", r"\frac") for sign in found)
+
+
+def _folded(expression: Any, fits: Callable[[Any], bool]) -> list[Any]:
     """Return the sum in parts that fit, each as long as it can be."""
     parts: list[Any] = []
     for term in expression.as_ordered_terms():
-        if parts and _TERMINAL._print(parts[-1] + term).width() <= width:
+        if parts and fits(parts[-1] + term):
             parts[-1] += term
         else:
             parts.append(term)
