@@ -58,9 +58,8 @@ def rotation() -> Any:
 @cache
 def angular_velocity() -> Any:
     """Return the body components of the angular velocity, from the antisymmetric R^T dR/dt."""
-    x, y, z = (rotation()[:, i] for i in range(3))
-    x_dot, y_dot, z_dot = (column.applyfunc(time_derivative) for column in (x, y, z))
-    entries = (z.dot(y_dot), x.dot(z_dot), y.dot(x_dot))
+    turning = rotation().T * rotation().applyfunc(time_derivative)
+    entries = (turning[2, 1], turning[0, 2], turning[1, 0])
     return sp.ImmutableMatrix([normal_form(entry) for entry in entries])
 
 

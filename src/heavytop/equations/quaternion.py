@@ -57,11 +57,11 @@ def attitude_form(variant: str | None = None) -> Formulation:
 
 
 def _with_angles(form: Formulation) -> Formulation:
-    phidot, psidot = form.outputs["phidot"], form.outputs["psidot"]
+    rates = (form.outputs["phidot"], form.outputs["psidot"] - kappa)
     return replace(
         form,
         states=(*form.states, lag.phi, psi_slow),
-        derivatives=(*form.derivatives, phidot, psidot - kappa),
+        derivatives=form.derivatives + rates,
         start=(*form.start, lag.phi, lag.psi),
         outputs={**form.outputs, "phi": lag.phi, "psi": psi_slow + kappa * time},
         integrated=form,
