@@ -1,10 +1,16 @@
 """Expressions in other arithmetics, against sympy's own evaluation."""
 
+import math
+import random
+
 import heyoka as hy
+import mpmath
 import numpy as np
 import pytest
 import sympy as sp
 
+from heavytop.equations.formulation import FORMULATIONS
+from heavytop.equations.lambdify import evaluated, lambdified
 from heavytop.errors import UntranslatableExpression
 from heavytop.integration.compiled import translated
 
@@ -77,3 +83,30 @@ def test_common_subexpressions_are_translated_once():
     system = [(X, first + second), (Y, X)]
     decomposition = hy.taylor_adaptive(system, [0.0, 1.0]).decomposition
     assert sum("sin" in str(line) for line in decomposition) <= 2
+
+
+@pytest.mark.parametrize("name", FORMULATIONS)
+def test_every_arithmetic_gives_the_rates_that_sympy_gives(name):
+    form = FORMULATIONS[name].build()
+    symbols = (*form.states, *form.constants_in(form.derivatives))
+    source = random.Random(name)
+    values = [sp.Rational(source.randint(2**8, 2**10), 2**10) for _ in symbols]
+    there = dict(zip(symbols, values, strict=True))
+    exact = [sp.sympify(x).subs(there).evalf(60) for x in form.derivatives]
+    doubles = [float(x) for x in values]
+    named = {s.name: x for s, x in zip(symbols, doubles, strict=True)}
+    math_functions = {name: getattr(math, name) for name in ("sin", "cos", "sqrt")}
+    variables = {s.name: hy.expression(s.name) for s in symbols}
+    compiled = hy.cfunc(translated(form.derivatives, variables), [*variables.values()])
+    for rates in (
+        lambdified(form.derivatives, symbols)(*doubles),
+        evaluated(form.derivatives, named, float, math_functions),
+        compiled(np.array(doubles)),
+    ):
+        assert all(abs(x - y) < 1e-14 * (1 + abs(y)) for x, y in zip(rates, exact, strict=True))
+    ctx = mpmath.MPContext()
+    ctx.dps = 50
+    functions = {name: getattr(ctx, name) for name in ("sin", "cos", "sqrt")}
+    function = lambdified(form.derivatives, symbols, ctx.mpf, functions)
+    for x, y in zip(function(*(ctx.mpf(int(v.p)) / int(v.q) for v in values)), exact, strict=True):
+        assert abs(x - ctx.mpf(str(y))) < ctx.mpf(10) ** -48 * (1 + abs(ctx.mpf(str(y))))
