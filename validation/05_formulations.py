@@ -7,7 +7,7 @@ import sympy as sp
 from claim import claim, finish
 
 import heavytop as ht
-from heavytop.equations.ladder import LADDER
+from heavytop.equations.formulation import FORMULATIONS
 from heavytop.run.planning import plan
 
 PERIODS = 100
@@ -22,12 +22,12 @@ def scene(wants):
 
 def operations(formulation, wants):
     variant = plan(scene(wants), formulation).variant
-    form = LADDER[formulation].build(variant)
+    form = FORMULATIONS[formulation].build(variant)
     replacements, reduced = sp.cse((form.integrated or form).derivatives)
     return sum(sp.count_ops(x) for _, x in replacements) + sum(map(sp.count_ops, reduced))
 
 
-cases = [(f, w) for f in LADDER for w in (TILT, ALL) if not (f == "cubic" and w == ALL)]
+cases = [(f, w) for f in FORMULATIONS for w in (TILT, ALL) if not (f == "cubic" and w == ALL)]
 best = dict.fromkeys(cases, float("inf"))
 runs = {}
 for _ in range(20):

@@ -11,7 +11,7 @@ import numpy as np
 from claim import claim, finish
 
 import heavytop as ht
-from heavytop.equations.typed import typed_function
+from heavytop.equations.lambdify import lambdified
 from heavytop.run.witness import closed_form, phase_error
 
 MARKS = (1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000)
@@ -37,7 +37,7 @@ def off_energy(trajectory):
     """Return how far E' is from its start at every sample, relative to E' at the start."""
     form, constants = trajectory.orbit.integrator.formulation, trajectory.orbit.parameters
     used = [p for p in form.parameters if p in form.invariants["energy"].free_symbols]
-    function = typed_function([form.invariants["energy"]], [*form.states, *used], np.longdouble, {})
+    function = lambdified([form.invariants["energy"]], [*form.states, *used], np.longdouble, {})
     columns = trajectory.orbit.samples.rows.T.astype(np.longdouble)
     (energy,) = function(*columns, *(np.longdouble(constants[p.name]) for p in used))
     return (energy / energy[0] - 1).astype(float)  # E' of the kicked top is about gMR

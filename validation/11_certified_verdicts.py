@@ -13,7 +13,7 @@ import numpy as np
 from claim import claim, finish
 
 import heavytop as ht
-from heavytop.equations.axis_form import axis_form
+from heavytop.equations.euler_poisson import axis_form
 from heavytop.integration.integrator import integrator
 
 TOPS = int(sys.argv[1]) if len(sys.argv) > 1 else 100_000

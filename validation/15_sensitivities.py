@@ -15,8 +15,8 @@ from claim import claim, finish, interleaved, most
 import heavytop as ht
 from heavytop.analytic import steady
 from heavytop.equations import gradients
-from heavytop.equations.axis_form import axis_form
-from heavytop.equations.ladder import LADDER
+from heavytop.equations.euler_poisson import axis_form
+from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import ImpossibleTop
 from heavytop.run.sensitivity import sensitivities, state_transition
 from heavytop.run.transition import at_start
@@ -118,11 +118,11 @@ for omega3 in (40, 100, 117):
     off_rate = abs(np.log(largest) / 3 - 1)
     claim(f"growth of the sleeping top at {omega3} rad/s, relative", off_rate, 1e-11)
 
-for name in LADDER:
+for name in FORMULATIONS:
     began = perf_counter()
     state_transition(kicked, name, t=[0.0])
     print(f"     {name}: {perf_counter() - began:.2f} s to build")
-times = {n: lambda n=n: state_transition(kicked, n, t=[100 * motion.period]) for n in LADDER}
+times = {n: lambda n=n: state_transition(kicked, n, t=[100 * motion.period]) for n in FORMULATIONS}
 for name, seconds in interleaved(times, 5).items():
     print(f"     {name}: {seconds / 100 * 1e6:.0f} µs a period")
 finish()

@@ -15,7 +15,7 @@ from statistics import median
 from claim import claim, finish
 
 import heavytop as ht
-from heavytop.equations.ladder import LADDER
+from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import HeavyTopError
 from heavytop.run.witness import missed_digits, run_errors
 
@@ -73,14 +73,14 @@ draw = random.Random(7)
 chosen, ratios, too_far, slower = {}, [], [], []
 for number in range(SCENES):
     scene = drawn(draw, number)
-    best, runs = timed(scene, ("auto", *LADDER))
+    best, runs = timed(scene, ("auto", *FORMULATIONS))
     auto = runs["auto"]
     chosen[auto.plan.formulation] = chosen.get(auto.plan.formulation, 0) + 1
     missed = {form: missed_digits(run, run_errors(run)) for form, run in runs.items()}
     if missed["auto"]:
         too_far.append((number, auto.plan.formulation, scene.digits, missed["auto"]))
         continue
-    met = {form: best[form] for form in LADDER if form in runs and not missed[form]}
+    met = {form: best[form] for form in FORMULATIONS if form in runs and not missed[form]}
     if met:
         cheapest = min(met, key=met.get)
         ratios.append(best["auto"] / met[cheapest])

@@ -187,10 +187,10 @@ def _():
 def _():
     """The book's L, typed here, against that of our symbols at random states."""
     from heavytop.equations import lagrangian as ours
-    from heavytop.equations.numeric import numpy_function
+    from heavytop.equations.lambdify import lambdified
 
     symbols = (ours.A, ours.C, ours.gMR, *ours.COORDINATES, *ours.VELOCITIES)
-    mine = numpy_function([ours.lagrangian()], symbols)
+    mine = lambdified([ours.lagrangian()], symbols)
     a, c, g, theta, phi, psi, tilt, turn, spin = np.random.default_rng(3).uniform(0.2, 3, (9, 500))
     across = tilt**2 + turn**2 * np.sin(theta) ** 2
     along = (spin + turn * np.cos(theta)) ** 2
@@ -272,7 +272,7 @@ def turned(theta, phi, psi):
 def _():
     """Sum of m v^2/2 over point masses, against T with the moments that our top has of parts."""
     from heavytop.equations import lagrangian as ours
-    from heavytop.equations.numeric import numpy_function
+    from heavytop.equations.lambdify import lambdified
 
     masses, places = body()
     M, centre = masses.sum(), (masses @ places) / masses.sum()
@@ -285,7 +285,7 @@ def _():
         gravity=1,
     )
     symbols = (ours.A, ours.C, *ours.COORDINATES, *ours.VELOCITIES)
-    mine = numpy_function([ours.kinetic_energy()], symbols)
+    mine = lambdified([ours.kinetic_energy()], symbols)
     worst = 0.0
     for *angles, tilt, turn, spin in np.random.default_rng(11).uniform(-3, 3, (100, 6)):
         rotation, nodes, up, axis = turned(*angles)

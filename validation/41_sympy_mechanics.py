@@ -15,7 +15,7 @@ from sympy.physics.mechanics import (
 )
 
 from heavytop.equations import lagrangian as ours
-from heavytop.equations.numeric import numpy_function
+from heavytop.equations.lambdify import lambdified
 
 NUMBERS = {"A": sp.Rational(13, 10), "C": sp.Rational(7, 10), "gMR": sp.Rational(21, 10)}
 TOP = {getattr(ours, name): value for name, value in NUMBERS.items()}
@@ -57,7 +57,7 @@ def states(count=200):
 @claimed("sympy-accelerations")
 def _():
     symbols = (*ours.COORDINATES, *ours.VELOCITIES)
-    mine = numpy_function([x.subs(TOP) for x in ours.accelerations()], symbols)
+    mine = lambdified([x.subs(TOP) for x in ours.accelerations()], symbols)
     mass, forcing = theirs()
     worst = 0.0
     for state in states():

@@ -14,8 +14,8 @@ import numpy as np
 
 import heavytop as ht
 from heavytop.equations import lagrangian as lag
-from heavytop.equations.ladder import LADDER
-from heavytop.equations.typed import typed_function
+from heavytop.equations.formulation import FORMULATIONS
+from heavytop.equations.lambdify import lambdified
 from heavytop.errors import BadScene, DoubtfulWarning, EndedEarly
 from heavytop.run.engines import start_values
 
@@ -28,7 +28,7 @@ GIVEN = (lag.A, lag.C, lag.gMR, *lag.COORDINATES, *lag.VELOCITIES)
 Values = dict[str, ht.Exact]
 
 
-def misses(seed: int, count: int, forms: tuple[str, ...] = tuple(LADDER)) -> list[str]:
+def misses(seed: int, count: int, forms: tuple[str, ...] = tuple(FORMULATIONS)) -> list[str]:
     """Return a line for each scene whose derivatives of T, Δφ, Δψ are off by more than they say."""
     found = []
     for scene in fuzz.scenes(seed, count):
@@ -47,7 +47,9 @@ def misses(seed: int, count: int, forms: tuple[str, ...] = tuple(LADDER)) -> lis
     return found
 
 
-def misses_of_matrices(seed: int, count: int, forms: tuple[str, ...] = tuple(LADDER)) -> list[str]:
+def misses_of_matrices(
+    seed: int, count: int, forms: tuple[str, ...] = tuple(FORMULATIONS)
+) -> list[str]:
     """Return a line for each scene whose state-transition matrix is off by more than it says."""
     found = []
     for scene in fuzz.scenes(seed, count):
@@ -138,9 +140,9 @@ def _neighbours(scene: ht.Scene, name: str) -> tuple[list[Any], Any]:
 
 
 def _wrong_matrix(ours: ht.Transition, scene: ht.Scene, name: str, course: Any) -> list[str]:
-    form = LADDER[name].build(ht.plan(scene, name).variant)
+    form = FORMULATIONS[name].build(ht.plan(scene, name).variant)
     form = form.integrated or form
-    function = typed_function([form.start, list(form.parameters.values())], GIVEN, mp.mpf, MP)
+    function = lambdified([form.start, list(form.parameters.values())], GIVEN, mp.mpf, MP)
     kept = [i for i, p in enumerate(form.parameters) if p.name in ours.parameters]
     moved = [(s.name, *course(s.name)) for s in GIVEN]
     _, values = function(*(x.mpf(mp) for x in start_values(scene).values()))

@@ -43,7 +43,7 @@ PLANTS = (
     ),
     Plant(
         "gravity upwards, in the axis form",
-        "equations/axis_form.py",
+        "equations/euler_poisson.py",
         (("torque = -g *", "torque = g *"),),
         ("gauss-pendulum-run", "huygens-conical", "dop853-run-kicked"),
     ),

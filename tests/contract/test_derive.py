@@ -6,11 +6,17 @@ import re
 
 import pytest
 import sympy as sp
+from sympy.printing.pretty.pretty_symbology import line_width, pretty_use_unicode
 from typer.testing import CliRunner
 
 from heavytop.cli import Exit, app
-from heavytop.equations.derivation import as_latex, as_text, derivation, derive_document
-from heavytop.equations.printing import columns, in_terminal
+from heavytop.equations.derivation import (
+    as_latex,
+    as_text,
+    derivation,
+    derive_document,
+    in_terminal,
+)
 
 NAMES = (
     "A C gMR theta phi psi thetadot phidot psidot thetaddot phiddot psiddot p_phi p_psi E_prime u "
@@ -152,6 +158,11 @@ def run(*options):
     return CliRunner().invoke(app, ["derive", *options])
 
 
+def columns(text):
+    """How many columns the widest line takes; a combining dot takes none."""
+    return max(line_width(line) for line in text.splitlines())
+
+
 class TestText:
     def test_fits_eighty_columns(self):
         assert columns(as_text(derivation())) <= 80
@@ -168,6 +179,18 @@ class TestText:
             assert word in text
         for raw in ("theta", "phidot", "E_prime", "psi", "↪"):
             assert raw not in text
+
+
+def test_latex_does_not_depend_on_the_terminal():
+    shown = derive_document(derivation())
+    before = pretty_use_unicode(False)
+    try:
+        assert derive_document(derivation()) == shown
+        assert as_text(derivation()).splitlines()[3] == (
+            "  omega_1 = phidot*sin(psi)*sin(theta) + thetadot*cos(psi)"
+        )
+    finally:
+        pretty_use_unicode(before)
 
 
 class TestLatex:

@@ -15,6 +15,7 @@ from .pages_agree import BLOCK, agree, last_digit
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = {  # and how many blocks of each are run
+    "architecture.md": 1,
     "conventions.md": 1,
     "exercises/2.11.md": 4,
     "exercises/2.12.md": 7,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.equations.axis_form import axis_form
+from heavytop.equations.euler_poisson import axis_form
 from heavytop.integration.integrator import integrator
 from heavytop.integration.orbit import Checkpoint, _BlockRun
 

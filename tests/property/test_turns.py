@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import heavytop as ht
-from heavytop.equations.attitude_form import attitude_form
+from heavytop.equations.quaternion import attitude_form
 from heavytop.integration.counting import Counting
 from heavytop.integration.engine import Block
 from heavytop.integration.turns import Turns

@@ -10,9 +10,9 @@ import sympy as sp
 
 import heavytop as ht
 from heavytop.equations import lagrangian as lag
-from heavytop.equations.attitude_form import attitude_form, product, psi_slow, q, start_attitude
-from heavytop.equations.axis_form import axis_form, g, kappa, l_x, l_y, l_z
+from heavytop.equations.euler_poisson import axis_form, g, kappa, l_x, l_y, l_z
 from heavytop.equations.formulation import spin, time
+from heavytop.equations.quaternion import attitude_form, product, psi_slow, q, start_attitude
 from heavytop.integration.orbit import integrate
 from heavytop.numbers.double_double import two_product
 from heavytop.run.witness import closed_form

@@ -7,14 +7,13 @@ import sympy as sp
 import heavytop as ht
 from heavytop.analytic import potential, steady
 from heavytop.equations import lagrangian as lag
-from heavytop.equations import reduction
 from heavytop.equations.lagrangian import A, C, gMR, normal_form, phidot, psidot, theta, thetadot
 from heavytop.numbers import Exact, sin
 from heavytop.scene.top import ALUMINIUM, STEEL, cone, ring, rod, whole
 
 BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")
 Omega = sp.Symbol("Omega", real=True)
-quadratic = A * sp.cos(theta) * Omega**2 - reduction.p_psi * Omega + gMR
+quadratic = A * sp.cos(theta) * Omega**2 - lag.p_psi * Omega + gMR
 
 
 def test_kinetic_energy_about_the_pivot_is_that_of_and_about_the_centre_of_mass():
@@ -48,10 +47,10 @@ def test_kinetic_energies_of_parts_add_up_to_that_of_the_body():
 
 
 def test_the_reduced_energy_is_the_books():
-    precession, spin = reduction.cyclic_velocities()
+    precession, spin = lag.cyclic_velocities()
     energy = lag.energy().subs({phidot: precession, psidot: spin})
-    book = A * thetadot**2 / 2 + reduction.p_psi**2 / (2 * C) + gMR * sp.cos(theta)
-    book += (reduction.p_phi - reduction.p_psi * sp.cos(theta)) ** 2 / (2 * A * sp.sin(theta) ** 2)
+    book = A * thetadot**2 / 2 + lag.p_psi**2 / (2 * C) + gMR * sp.cos(theta)
+    book += (lag.p_phi - lag.p_psi * sp.cos(theta)) ** 2 / (2 * A * sp.sin(theta) ** 2)
     assert normal_form(sp.cancel((energy - book) * sp.sin(theta) ** 2)) == 0
 
 
@@ -77,16 +76,16 @@ def test_quadrature_of_the_energy_equation_against_the_integrated_motion():
 
 def test_steady_precession_from_the_effective_potential():
     """Exercise 2.13 a and b: with p_phi of a precession Omega, theta'' is the quadratic."""
-    p_phi = A * Omega * sp.sin(theta) ** 2 + reduction.p_psi * sp.cos(theta)
-    precession, _ = reduction.cyclic_velocities()
-    assert sp.simplify(precession.subs(reduction.p_phi, p_phi) - Omega) == 0
-    force = A * reduction.nutation_acceleration().subs(reduction.p_phi, p_phi)
+    p_phi = A * Omega * sp.sin(theta) ** 2 + lag.p_psi * sp.cos(theta)
+    precession, _ = lag.cyclic_velocities()
+    assert sp.simplify(precession.subs(lag.p_phi, p_phi) - Omega) == 0
+    force = A * lag.nutation_acceleration().subs(lag.p_phi, p_phi)
     assert sp.simplify(force - quadratic * sp.sin(theta)) == 0
 
 
 def test_steady_precession_from_the_lagrange_equation():
-    """Exercise 2.13 b again, from the acceleration before any reduction."""
-    spin = reduction.p_psi / C - Omega * sp.cos(theta)
+    """Exercise 2.13 b again, from the acceleration before any lag."""
+    spin = lag.p_psi / C - Omega * sp.cos(theta)
     acceleration = lag.accelerations()[0].subs({thetadot: 0, phidot: Omega}).subs(psidot, spin)
     assert sp.simplify(A * acceleration - quadratic * sp.sin(theta)) == 0
 
@@ -97,14 +96,14 @@ def test_steady_precession_from_torque():
     torque = lag.axis().cross(sp.Matrix([0, 0, -gMR]))
     still = {thetadot: 0, phidot: Omega} | dict.fromkeys(lag.ACCELERATIONS, 0)
     excess = (L.applyfunc(lag.time_derivative) - torque).subs(still)
-    excess = excess.subs(psidot, reduction.p_psi / C - Omega * sp.cos(theta))
+    excess = excess.subs(psidot, lag.p_psi / C - Omega * sp.cos(theta))
     nodes = sp.Matrix([sp.cos(lag.phi), sp.sin(lag.phi), 0])
     expected = -quadratic * sp.sin(theta) * nodes
     assert (excess - expected).applyfunc(lambda x: normal_form(sp.expand(x))) == sp.zeros(3, 1)
 
 
 def test_the_functions_solve_the_quadratic():
-    values = {A: 3.28e-4, gMR: 0.0456, theta: 0.1, reduction.p_psi: 6.6e-5 * 140}
+    values = {A: 3.28e-4, gMR: 0.0456, theta: 0.1, lag.p_psi: 6.6e-5 * 140}
     for rate in (steady.slow(BOOK, "0.1", 140), steady.fast(BOOK, "0.1", 140)):
         left = quadratic.subs(values | {Omega: rate})
         assert abs(left) < 1e-15

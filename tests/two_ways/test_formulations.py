@@ -6,22 +6,21 @@ import mpmath
 import pytest
 import sympy as sp
 
-from heavytop.equations import angles, cubic_form, reduction
+from heavytop.equations import euler_angles, reduced_cubic
 from heavytop.equations import lagrangian as lag
-from heavytop.equations.axis_form import deviation, frame_rate, kappa
-from heavytop.equations.formulation import spin, time, turned_phi
-from heavytop.equations.ladder import LADDER
+from heavytop.equations.euler_poisson import deviation, frame_rate, kappa
+from heavytop.equations.formulation import FORMULATIONS, spin, time, turned_phi
 from heavytop.equations.lagrangian import normal_form
 
 FORMS = {
-    f"{name}{f'-{variant}' if variant else ''}": rung.build(variant)
-    for name, rung in LADDER.items()
-    for variant in rung.variants
+    f"{name}{f'-{variant}' if variant else ''}": entry.build(variant)
+    for name, entry in FORMULATIONS.items()
+    for variant in entry.variants
 }
 SOLVED = dict(zip(lag.ACCELERATIONS, lag.accelerations(), strict=True))
 SYMBOLS = (lag.A, lag.C, lag.gMR, *lag.COORDINATES, *lag.VELOCITIES)
-DEVIATIONS = (deviation, *angles.DEVIATIONS)
-GIVEN = {frame_rate: 7, angles.phi_rate: 5, angles.psi_rate: -3}
+DEVIATIONS = (deviation, *euler_angles.DEVIATIONS)
+GIVEN = {frame_rate: 7, euler_angles.phi_rate: 5, euler_angles.psi_rate: -3}
 
 
 def ids(form):
@@ -159,13 +158,13 @@ def test_events_have_the_sign_of_the_rates_they_stand_for(form, seed):
 
 def test_the_cubic_in_heights_is_the_cubic():
     for side in (1, -1):
-        u = side * (1 - cubic_form.w)
-        p_phi, p_psi = lag.A * (cubic_form.P + side * cubic_form.n), lag.A * cubic_form.n
+        u = side * (1 - reduced_cubic.w)
+        p_phi, p_psi = lag.A * (reduced_cubic.P + side * reduced_cubic.n), lag.A * reduced_cubic.n
         values = {
-            reduction.u: u,
-            reduction.p_phi: p_phi,
-            reduction.p_psi: p_psi,
-            reduction.E_prime: lag.A * (cubic_form.excess + side * cubic_form.g),
-            lag.gMR: lag.A * cubic_form.g,
+            lag.u: u,
+            lag.p_phi: p_phi,
+            lag.p_psi: p_psi,
+            lag.E_prime: lag.A * (reduced_cubic.excess + side * reduced_cubic.g),
+            lag.gMR: lag.A * reduced_cubic.g,
         }
-        assert sp.expand(reduction.cubic().subs(values) - cubic_form.height_cubic(side)) == 0
+        assert sp.expand(lag.cubic().subs(values) - reduced_cubic.height_cubic(side)) == 0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.equations.ladder import LADDER
+from heavytop.equations.formulation import FORMULATIONS
 from heavytop.integration.bits import LONG_DOUBLE
 from heavytop.integration.precise import PreciseIntegrator, Unfinished, Wanted
 from heavytop.numbers import Exact
@@ -68,7 +68,7 @@ def test_plans_name_the_precision():
     assert bits_for(70, motion, 1e6) > bits_for(70, motion, 1.0)
 
 
-@pytest.mark.parametrize("formulation", LADDER)
+@pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_every_formulation_at_forty_digits(formulation):
     tilt = 'want.quantities=["theta"]' if formulation == "cubic" else ALL
     run = ht.propagate(scene(40, "span.time=1", tilt), formulation=formulation)
@@ -242,7 +242,7 @@ def test_projection_is_for_doubles():
 
 
 def test_leaving_the_finite_numbers_is_said():
-    form = LADDER["routh"].build(None)
+    form = FORMULATIONS["routh"].build()
     constants = dict.fromkeys((p.name for p in form.parameters), "1")
     engine = PreciseIntegrator(form, 128, constants)
     with pytest.raises(Unfinished):
@@ -250,7 +250,7 @@ def test_leaving_the_finite_numbers_is_said():
 
 
 def test_an_event_that_is_none_is_not_found():
-    form = LADDER["axis"].build(None)
+    form = FORMULATIONS["axis"].build()
     constants = {p.name: "1" for p in form.parameters} | {"g": "0"}
     engine = PreciseIntegrator(form, 128, constants, ["reversal"])
     start = engine.start(["0", "-0.6", "0.8", "0", "0"])  # l along the vertical: theta is constant
@@ -260,7 +260,9 @@ def test_an_event_that_is_none_is_not_found():
 
 
 def test_steps_do_not_go_back():
-    engine = PreciseIntegrator(LADDER["cubic"].build("top"), 128, {f"k_{i}": "1" for i in range(3)})
+    engine = PreciseIntegrator(
+        FORMULATIONS["cubic"].build("top"), 128, {f"k_{i}": "1" for i in range(3)}
+    )
     start = engine.start(["0.1", "0"])
     for t, far in (("-0.5", 10.0), ("0.5", -10.0)):
         with pytest.raises(ValueError, match="before the mark"):
@@ -270,7 +272,7 @@ def test_steps_do_not_go_back():
 @pytest.mark.parametrize("bits", [LONG_DOUBLE, 128])
 def test_texts_hold_every_bit(bits):
     engine = PreciseIntegrator(
-        LADDER["cubic"].build("top"), bits, {f"k_{i}": "1" for i in range(3)}
+        FORMULATIONS["cubic"].build("top"), bits, {f"k_{i}": "1" for i in range(3)}
     )
     third = engine.number("1") / engine.number("3")
     assert engine.number(engine.text(third)) == third

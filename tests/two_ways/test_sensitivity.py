@@ -11,9 +11,8 @@ import pytest
 import heavytop as ht
 from heavytop.analytic import steady
 from heavytop.equations import lagrangian as lag
-from heavytop.equations.ladder import LADDER
-from heavytop.equations.numeric import numpy_function
-from heavytop.equations.typed import typed_function
+from heavytop.equations.formulation import FORMULATIONS
+from heavytop.equations.lambdify import lambdified
 from heavytop.errors import BadScene, DoubtfulWarning, EndedEarly, NotANumber, Outcome
 from heavytop.run.engines import start_values
 from heavytop.run.sensitivity import UNITS, sensitivities, state_transition
@@ -40,7 +39,7 @@ SCENES = {
     "no gravity": scene_of(ht.Top(1, "1.5", 0), theta=1, thetadot="0.2", phidot="0.5", omega3=2),
     "a spherical pendulum": scene_of(ht.Top(1, "0.4", 1), theta=2, thetadot="0.1", phidot="0.6"),
 }
-FORMS = [(name, carried) for name in LADDER for carried in (False, True)]
+FORMS = [(name, carried) for name in FORMULATIONS for carried in (False, True)]
 FORMS = [each for each in FORMS if each not in (("cubic", True), ("attitude", True))]
 every_form = pytest.mark.parametrize(("name", "carried"), FORMS)
 every_scene = pytest.mark.parametrize("which", SCENES)
@@ -51,7 +50,7 @@ def wanting(scene, carried):
 
 
 def form_of(scene, name):
-    form = LADDER[name].build(ht.plan(scene, name).variant)
+    form = FORMULATIONS[name].build(ht.plan(scene, name).variant)
     return form.integrated or form
 
 
@@ -79,7 +78,7 @@ def record(which, symbol, sign, t):
 
 @cache
 def start_function(form):
-    return typed_function([form.start, list(form.parameters.values())], GIVEN, mp.mpf, MP)
+    return lambdified([form.start, list(form.parameters.values())], GIVEN, mp.mpf, MP)
 
 
 def exactly(form, values, at=None):
@@ -166,7 +165,7 @@ def test_gradients_of_invariants_are_carried(name, carried, which):
     constants = [float(values.get(p.name, 0)) for p in (*form.parameters, *form.given)]
     by = (*form.states, *(p for p in form.parameters if p.name in found.parameters))
     for invariant in form.invariants.values():
-        slopes = numpy_function([invariant.diff(x) for x in by], form.arguments())
+        slopes = lambdified([invariant.diff(x) for x in by], form.arguments())
         before, after = (
             np.array(slopes(*y, *constants, t), dtype=float)
             for y, t in zip(found.states, found.times, strict=True)
@@ -193,7 +192,7 @@ def test_the_flow_is_symplectic(which):
     """In the angles and their momenta, in units of A, from the textbook form."""
     scene = SCENES[which]
     found = state_transition(wanting(scene, True), "lagrange", t=[0, 0.9 * period(which)])
-    momenta = numpy_function(
+    momenta = lambdified(
         [[(p / lag.A).diff(x) for x in (*lag.COORDINATES, *lag.VELOCITIES)] for p in lag.momenta()],
         (lag.A, lag.C, lag.gMR, *lag.COORDINATES, *lag.VELOCITIES),
     )
@@ -239,7 +238,7 @@ def off(found, scene):
 
 
 @every_scene
-@pytest.mark.parametrize("name", LADDER)
+@pytest.mark.parametrize("name", FORMULATIONS)
 def test_sensitivities_are_the_closed_forms(name, which):
     found = sensitivities(SCENES[which], name)
     assert off(found, SCENES[which]) < 1e-12

@@ -13,7 +13,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.comparison.textbook import SOLVERS, Asked, rates_of, solved
-from heavytop.equations.ladder import LADDER
+from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, DoubtfulWarning
 from heavytop.run.engines import binary_start
 from heavytop.run.planning import Plan, closed_form_of, plan
@@ -282,7 +282,7 @@ def test_defaults_lose_a_twentieth_in_ten_periods():
     assert found("ten-periods", "solve-ivp-defaults").error == pytest.approx(5e-2, rel=0.1)
 
 
-@pytest.mark.parametrize("form", LADDER)
+@pytest.mark.parametrize("form", FORMULATIONS)
 def test_away_from_poles_every_form_keeps_its_digits(form):
     finding = found("ten-periods", f"taylor-{form}")
     assert finding.outcome is Word.OK
@@ -300,7 +300,7 @@ def test_a_textbooks_run_is_that_of_solve_ivp(solver):
 
     scene = cases()["cusp"].scene
     parameters, start = binary_start(scene, Plan("lagrange", None, False, (), (), 0))
-    rates = rates_of(LADDER["lagrange"].build(None), parameters)
+    rates = rates_of(FORMULATIONS["lagrange"].build(), parameters)
     told = solved(rates, start.state, Asked(solver, 1e-6, 1e-9, 0.9, 10**6), [lambda y: y[3]])
     ours = solve_ivp(rates, (0, 0.9), start.state, method=SOLVERS[solver], rtol=1e-6, atol=1e-9,
                      events=lambda _, y: y[3])  # fmt: skip

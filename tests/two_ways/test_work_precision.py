@@ -568,9 +568,11 @@ def test_what_is_not_measured_is_refused_and_a_diagram_is_shown_in_a_line(found)
 
 def test_the_ladder_holds_every_formulation_precision_and_rival():
     from heavytop.comparison import METHODS
-    from heavytop.equations.ladder import LADDER
+    from heavytop.equations.formulation import FORMULATIONS
 
-    wanted = {f"taylor-{form}{end}" for form in LADDER for end in ("", "-longdouble", "-mpfr")}
+    wanted = {
+        f"taylor-{form}{end}" for form in FORMULATIONS for end in ("", "-longdouble", "-mpfr")
+    }
     assert wanted | set(METHODS) | {"auto"} <= set(DEFAULT)
     for name in DEFAULT:
         asked = trials(KICKED, name, 100)

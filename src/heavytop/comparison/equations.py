@@ -8,7 +8,7 @@ from typing import Any
 
 from heavytop.comparison.march import Stopped
 from heavytop.equations.formulation import Formulation
-from heavytop.equations.typed import typed_function
+from heavytop.equations.lambdify import lambdified
 from heavytop.errors import Impossible
 from heavytop.numbers.double_double import DoubleDouble, add
 
@@ -56,7 +56,7 @@ def values(equations: Formulation, parameters: Mapping[str, float]) -> tuple[flo
 def derivatives(equations: Formulation) -> Callable[..., Sequence[float]]:
     """Return the derivatives as a function of the states and of `constants`, in floats."""
     arguments = (*equations.states, *constants(equations))
-    return typed_function(equations.derivatives, arguments, float, _MATH)
+    return lambdified(equations.derivatives, arguments, float, _MATH)
 
 
 def right_hand_side(

@@ -164,9 +164,9 @@ def _adaptive(
     steps: int | None,
     formulation: Formulation | None,
 ) -> March:
-    from heavytop.equations.ladder import LADDER
+    from heavytop.equations.formulation import FORMULATIONS
 
-    equations = formulation or LADDER[method.formulation].build(None)
+    equations = formulation or FORMULATIONS[method.formulation].build()
     _checked(start, len(equations.states))
     if "CyRK" in method.needs:
         from heavytop.comparison.cyrk import cyrk_march

@@ -17,7 +17,7 @@ import numpy as np
 from heavytop.comparison.equations import constants, values
 from heavytop.comparison.march import Array
 from heavytop.equations.formulation import Formulation
-from heavytop.equations.typed import typed_function
+from heavytop.equations.lambdify import lambdified
 
 SOLVERS: Final = {"rk45": "RK45", "dop853": "DOP853", "lsoda": "LSODA", "radau": "Radau"}
 _NUMPY: Final = {name: getattr(np, name) for name in ("sin", "cos", "sqrt")}
@@ -82,7 +82,7 @@ def rates_of(equations: Formulation, parameters: dict[str, float]) -> Rates:
     """Return f(t, y) as one writes it by hand: it returns whatever numpy makes of a pole."""
     known = tuple(np.float64(x) for x in values(equations, parameters))
     arguments = (*equations.states, *constants(equations))
-    function = typed_function(equations.derivatives, arguments, np.float64, _NUMPY)
+    function = lambdified(equations.derivatives, arguments, np.float64, _NUMPY)
     return lambda _, y: function(*y, *known)
 
 

@@ -1,20 +1,30 @@
 """The derivation of the heavy top, shown step by step as SICM's ``show-expression`` shows it.
 
 Every expression comes from `heavytop.equations`, where one follows from the other; here they are
-put in order, each with its name and a line of words.
+put in order, each with its name and a line of words. A rate is shown as its coordinate with dots,
+and an equation too wide for the page is folded between the terms of its sum.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
-from heavytop.equations import gathered, printing, reduction, shown
+import sympy as sp
+from sympy.printing.latex import LatexPrinter
+from sympy.printing.pretty.pretty import PrettyPrinter
+from sympy.printing.pretty.pretty_symbology import pretty_symbol
+from sympy.printing.pretty.stringpict import prettyForm
+
 from heavytop.equations import lagrangian as lag
+from heavytop.equations.euler_poisson import axis_form, g, l_z
+from heavytop.equations.lagrangian import A, C, gMR, p_phi, p_psi, theta
 
 SCHEMA = "heavytop/derive/1"
+LATEX_WIDTH = 36  # signs of a displayed formula that fit between the margins
 
 _DOCUMENT = r"""\documentclass{{article}}
 \usepackage{{amsmath}}
@@ -27,8 +37,7 @@ _DOCUMENT = r"""\documentclass{{article}}
 """
 
 
-@dataclass(frozen=True, slots=True)
-class Equation:
+class Equation(NamedTuple):
     """One line of a derivation: lhs = expression, both of them sympy's."""
 
     lhs: Any
@@ -65,96 +74,110 @@ def derivation() -> tuple[Step, ...]:
     >>> print(derivation()[2].equations[0].expression)
     gMR*cos(theta)
     """
-    return (*_mechanics(), *_reduction(), *_axis())
-
-
-def _mechanics() -> Iterator[Step]:
-    gather = gathered.by_moments
-    yield _step(
-        "angular velocity",
-        "its body components, from the rotation matrix and its rate",
-        zip(shown.OMEGA, lag.angular_velocity(), strict=True),
-    )
-    yield _step(
-        "kinetic energy",
-        "principal moments A, A and C about the pivot, which is at rest",
-        [(shown.T, lag.kinetic_energy())],
-    )
-    yield _step(
-        "potential energy",
-        "summed over the constituents; about the centre of mass their heights cancel",
-        [(shown.V, lag.potential_energy())],
-    )
-    yield _step(
-        "Lagrangian",
-        "L = T - V; precession, spin and time are absent from it",
-        [(shown.L, lag.lagrangian())],
-    )
-    yield _step(
-        "Lagrange equations",
-        "for tilt, precession and spin: what vanishes along a motion",
-        ((0, gather(equation)) for equation in lag.lagrange_equations()),
-    )
-    yield _step(
-        "accelerations",
-        "the Lagrange equations solved; singular where the axis is vertical",
-        zip(lag.ACCELERATIONS, map(gather, lag.accelerations()), strict=True),
-    )
-    yield _step(
-        "momenta",
-        "derivatives of L by the velocities; the last two are constants of the motion",
-        zip(shown.MOMENTA, map(gather, lag.momenta()), strict=True),
-    )
-    yield _step(
-        "energy",
-        "the Legendre transform of L, a constant of the motion; it is T + V",
-        [(shown.E, gather(lag.energy()))],
-    )
-
-
-def _reduction() -> Iterator[Step]:
-    yield _step(
-        "cyclic velocities",
-        "the definitions of the two constant momenta, solved",
-        zip((lag.phidot, lag.psidot), reduction.cyclic_velocities(), strict=True),
-    )
-    yield _step(
-        "Routhian",
-        "L less constant momenta times their velocities: a Lagrangian for the tilt",
-        [(shown.R, reduction.routhian())],
-    )
-    yield _step(
-        "effective potential",
-        "minus what is left of the Routhian without the kinetic energy of the tilt",
-        [(shown.V_eff, reduction.effective_potential())],
-    )
-    yield _step(
-        "reduced energy",
-        "the energy in the tilt and its rate alone (SICM, equation 2.66)",
-        [(shown.E, reduction.reduced_energy())],
-    )
-    yield _step(
-        "cubic",
-        "the squared rate of u is a cubic; E' is the energy without that of the spin",
-        shown.cubic_equations(),
-    )
-
-
-def _axis() -> Iterator[Step]:
-    yield _step(
-        "axis",
-        "the symmetry axis in space, the third column of the rotation matrix",
-        zip(shown.AXIS, lag.axis(), strict=True),
-    )
-    yield _step(
-        "axis equations",
-        "the axis e turns about l, the angular momentum over A, and gravity turns l",
-        shown.axis_equations(),
+    form = axis_form()
+    rates = (rate.subs(g, gMR / A) for rate in form.derivatives)
+    return (
+        Step(
+            "angular velocity",
+            "its body components, from the rotation matrix and its rate",
+            _equations("omega_1:4", *lag.angular_velocity()),
+        ),
+        Step(
+            "kinetic energy",
+            "principal moments A, A and C about the pivot, which is at rest",
+            _equations("T", lag.kinetic_energy()),
+        ),
+        Step(
+            "potential energy",
+            "summed over the constituents; about the centre of mass their heights cancel",
+            _equations("V", lag.potential_energy()),
+        ),
+        Step(
+            "Lagrangian",
+            "L = T - V; precession, spin and time are absent from it",
+            _equations("L", lag.lagrangian()),
+        ),
+        Step(
+            "Lagrange equations",
+            "for tilt, precession and spin: what vanishes along a motion",
+            _equations([0, 0, 0], *map(by_moments, lag.lagrange_equations())),
+        ),
+        Step(
+            "accelerations",
+            "the Lagrange equations solved; singular where the axis is vertical",
+            _equations(lag.ACCELERATIONS, *map(by_moments, lag.accelerations())),
+        ),
+        Step(
+            "momenta",
+            "derivatives of L by the velocities; the last two are constants of the motion",
+            _equations("p_theta p_phi p_psi", *map(by_moments, lag.momenta())),
+        ),
+        Step(
+            "energy",
+            "the Legendre transform of L, a constant of the motion; it is T + V",
+            _equations("E", by_moments(lag.energy())),
+        ),
+        Step(
+            "cyclic velocities",
+            "the definitions of the two constant momenta, solved",
+            _equations("phidot psidot", *lag.cyclic_velocities()),
+        ),
+        Step(
+            "Routhian",
+            "L less constant momenta times their velocities: a Lagrangian for the tilt",
+            _equations("R", lag.routhian()),
+        ),
+        Step(
+            "effective potential",
+            "minus what is left of the Routhian without the kinetic energy of the tilt",
+            _equations("V_eff", lag.effective_potential()),
+        ),
+        Step(
+            "reduced energy",
+            "the energy in the tilt and its rate alone (SICM, equation 2.66)",
+            _equations("E", lag.reduced_energy()),
+        ),
+        Step(
+            "cubic",
+            "the squared rate of u is a cubic; E' is the energy without that of the spin",
+            _equations([lag.u, sp.Symbol("udot") ** 2], sp.cos(theta), lag.cubic()),
+        ),
+        Step(
+            "axis",
+            "the symmetry axis in space, the third column of the rotation matrix",
+            _equations("e_x e_y e_z", *lag.axis()),
+        ),
+        Step(
+            "axis equations",
+            "the axis e turns about l, the angular momentum over A, and gravity turns l",
+            _equations("edot_x edot_y edot_z ldot_x ldot_y", *rates)
+            + _equations([l_z, form.spin], p_phi / A, p_psi / A),
+        ),
     )
 
 
-def _step(name: str, words: str, equations: Iterable[tuple[Any, Any]]) -> Step:
-    return Step(name, words, tuple(Equation(lhs, rhs) for lhs, rhs in equations))
+def _equations(left: str | Sequence[Any], *right: Any) -> tuple[Equation, ...]:
+    names = sp.symbols(left, seq=True) if isinstance(left, str) else left
+    return tuple(map(Equation._make, zip(names, right, strict=True)))
+
+
+def by_moments(expression: Any) -> Any:
+    """Return a fraction, linear in A, C and gMR above the bar, gathered by each of them.
+
+    Examples
+    --------
+    >>> print(by_moments(sp.expand(lag.kinetic_energy())))
+    (A*(phidot**2*sin(theta)**2 + thetadot**2) + C*(phidot*cos(theta) + psidot)**2)/2
+    """
+    above, below = sp.fraction(sp.cancel(sp.together(expression)))
+    return sp.factor_terms(sp.collect(sp.expand(above), (A, C, gMR), _shortest) / below)
+
+
+def _shortest(coefficient: Any) -> Any:
+    """Return the coefficient in sines or in cosines, whichever factors into less."""
+    sines = lag.normal_form(coefficient)
+    cosines = sp.expand(sines.subs(sp.sin(theta) ** 2, 1 - sp.cos(theta) ** 2))
+    return min(map(sp.factor, (sines, cosines)), key=sp.count_ops)
 
 
 def as_text(steps: Iterable[Step], width: int = 80) -> str:
@@ -163,10 +186,10 @@ def as_text(steps: Iterable[Step], width: int = 80) -> str:
 
 
 def _text(step: Step, width: int) -> str:
-    equations = (printing.in_terminal(e.lhs, e.expression, width - 2) for e in step.equations)
+    equations = (in_terminal(e.lhs, e.expression, width - 2) for e in step.equations)
     lines = "\n\n".join(equations).splitlines()
     indented = "\n".join(f"  {line}".rstrip() for line in lines)
-    return f"{step.name[0].upper() + step.name[1:]}\n{step.words}\n\n{indented}"
+    return f"{step.name.capitalize()}\n{step.words}\n\n{indented}"
 
 
 def as_latex(steps: Iterable[Step]) -> str:
@@ -175,9 +198,9 @@ def as_latex(steps: Iterable[Step]) -> str:
 
 
 def _latex(step: Step) -> str:
-    rows = " \\\\\n".join(printing.in_latex(e.lhs, e.expression) for e in step.equations)
-    name = step.name[0].upper() + step.name[1:]
-    return f"\\paragraph{{{name}:}} {step.words}.\n\\begin{{align*}}\n{rows}\n\\end{{align*}}"
+    rows = " \\\\\n".join(in_latex(e.lhs, e.expression) for e in step.equations)
+    title = f"\\paragraph{{{step.name.capitalize()}:}} {step.words}."
+    return f"{title}\n\\begin{{align*}}\n{rows}\n\\end{{align*}}"
 
 
 def derive_document(steps: Iterable[Step]) -> dict[str, Any]:
@@ -185,16 +208,90 @@ def derive_document(steps: Iterable[Step]) -> dict[str, Any]:
 
     ``lhs`` and ``expression`` are in sympy's own spelling, ``latex`` is the same line in LaTeX.
     """
-    return {"schema": SCHEMA, "steps": [_plain(step) for step in steps]}
-
-
-def _plain(step: Step) -> dict[str, Any]:
-    equations = [
-        {
-            "lhs": str(e.lhs),
-            "expression": str(e.expression),
-            "latex": printing.in_latex(e.lhs, e.expression),
-        }
-        for e in step.equations
+    plain = [
+        {"name": step.name, "words": step.words, "equations": list(map(_plain, step.equations))}
+        for step in steps
     ]
-    return {"name": step.name, "words": step.words, "equations": equations}
+    return {"schema": SCHEMA, "steps": plain}
+
+
+def _plain(e: Equation) -> dict[str, str]:
+    latex = in_latex(e.lhs, e.expression)
+    return {"lhs": str(e.lhs), "expression": str(e.expression), "latex": latex}
+
+
+class _Terminal(PrettyPrinter):  # type: ignore[misc]
+    """sympy's own, with p_φ and p_ψ alike: only one of them has a subscript in Unicode."""
+
+    def _print_Symbol(self, symbol: Any) -> Any:
+        base, _, index = symbol.name.partition("_")
+        shown = str(pretty_symbol(symbol.name))
+        if symbol == lag.E_prime:
+            shown = "E′"
+        elif index and not index.isdigit():
+            shown = f"{pretty_symbol(base)}_{pretty_symbol(index)}".replace("l", "ℓ")
+        return prettyForm(shown, binding=prettyForm.ATOM)
+
+
+class _Latex(LatexPrinter):  # type: ignore[misc]
+    def _print_Symbol(self, symbol: Any, style: str = "plain") -> str:
+        if symbol == lag.E_prime:
+            return "E'"
+        shown = re.sub("_{(eff)}", r"_{\\mathrm{\1}}", super()._print_Symbol(symbol, style))
+        return re.sub(r"^(\\d*dot\{)?l(?=[}_])", r"\1\\ell", shown)
+
+
+_TERMINAL = _Terminal({"use_unicode": True, "wrap_line": False})
+_LATEX = _Latex({"fold_func_brackets": True})
+
+
+def in_terminal(lhs: Any, rhs: Any, width: int = 80) -> str:
+    """Return an equation as lines of text, no wider than `width` where its terms allow.
+
+    Examples
+    --------
+    >>> theta, rate = sp.symbols("theta thetadot")
+    >>> print(in_terminal(sp.Symbol("p_theta"), sp.Symbol("A") * rate))
+    p_θ = A⋅θ̇
+    """
+    left = prettyForm(*_TERMINAL._print(sp.sympify(lhs)).right(" = "))
+    budget = width - left.width()
+    first, *others = _folded(rhs, lambda part: _TERMINAL._print(part).width() <= budget)
+    blocks = [prettyForm(*left.right(_TERMINAL._print(first)))]
+    for part in others:
+        minus = part.as_ordered_terms()[0].could_extract_minus_sign()
+        sign, term = ("- ", -part) if minus else ("+ ", part)
+        start = prettyForm(" " * (left.width() - 2) + sign)
+        blocks.append(prettyForm(*start.right(_TERMINAL._print(term))))
+    return "\n".join(map(str, blocks))
+
+
+def in_latex(lhs: Any, rhs: Any) -> str:
+    r"""Return an equation as one or more rows of an ``align*``, without the last row's ``\\``.
+
+    Examples
+    --------
+    >>> print(in_latex(sp.Symbol("p_theta"), sp.Symbol("A") * sp.Symbol("thetadot")))
+    p_{\theta} &= A \dot{\theta}
+    """
+    parts = _folded(rhs, lambda part: _signs(_LATEX.doprint(part)) <= LATEX_WIDTH)
+    first, *others = map(_LATEX.doprint, parts)
+    rows = [f"{_LATEX.doprint(lhs)} &= {first}"]
+    rows += (rf"&\quad {part if part.startswith('-') else '+ ' + part}" for part in others)
+    return " \\\\\n".join(rows)
+
+
+def _signs(latex: str) -> int:
+    found = re.findall(r"\\[a-z]+|[\w()+-]", latex)
+    return sum(sign not in (r"\left", r"\right", r"\dot", r"\ddot", r"\frac") for sign in found)
+
+
+def _folded(expression: Any, fits: Callable[[Any], bool]) -> list[Any]:
+    """Return the sum in parts that fit, each as long as it can be."""
+    parts: list[Any] = []
+    for term in expression.as_ordered_terms():
+        if parts and fits(parts[-1] + term):
+            parts[-1] += term
+        else:
+            parts.append(term)
+    return parts

@@ -1,18 +1,21 @@
-"""A formulation: one way of writing the motion as first-order equations.
+"""Formulations: ways of writing the motion as first-order equations, and the table of them.
 
-Everything in it is symbolic. Numbers enter through `parameters`, so that one compiled
+Everything in a formulation is symbolic. Numbers enter through `parameters`, so that one compiled
 integrator serves every top, and through `start`, which maps a start in Euler angles to states.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 import sympy as sp
 
 time = sp.Symbol("t", real=True)
+turned_phi = sp.Symbol("turned_phi", real=True)
+spin = sp.symbols("spin_cos spin_sin", real=True)  # of kappa t / 2, to their own digits
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,8 +34,6 @@ class Formulation:
         The states at the start, functions of A, C, gMR, the angles and their rates.
     parameters : mapping from symbol to expression
         Constants of a run, functions of A, C, gMR and the start.
-    given : tuple of symbols
-        Parameters that are free: the motion is the same for any value (a frame's rate).
     outputs : mapping from str to expression
         Physical quantities as functions of states, parameters and the time t. Where phi is not
         among the states, ``phi_mod`` is its value modulo 2 pi and the winding is counted
@@ -46,17 +47,15 @@ class Formulation:
         ``p_psi`` are p_phi/A and p_psi/A [1/s].
     spin : sympy expression
         p_psi/A, a function of states and parameters.
-    starts_at_pole : bool
-        Whether theta = 0 and theta = pi are ordinary points.
-    unbounded : bool
-        Whether an angle that grows without bound sits in the state.
-    integrated : Formulation, optional
-        This one without its last two states, where these are angles that the others give modulo
-        2 pi: they are not integrated, but read off, and their turns counted.
     rates : tuple of sympy symbols
         Those of the states that are rates [rad/s], as large or small as the top is fast or slow;
         the others are of the size of one. Empty where angles grow in the state, which would only
         be the largest states the sooner.
+    given : tuple of symbols
+        Parameters that are free: the motion is the same for any value (a frame's rate).
+    integrated : Formulation, optional
+        This one without its last two states, where these are angles that the others give modulo
+        2 pi: they are not integrated, but read off, and their turns counted.
     """
 
     name: str
@@ -65,15 +64,23 @@ class Formulation:
     derivatives: tuple[Any, ...]
     start: tuple[Any, ...]
     parameters: Mapping[Any, Any]
-    given: tuple[Any, ...]
     outputs: Mapping[str, Any]
     events: Mapping[str, Any]
     invariants: Mapping[str, Any]
     spin: Any
-    starts_at_pole: bool
-    unbounded: bool
-    integrated: Formulation | None = None
     rates: tuple[Any, ...] = ()
+    given: tuple[Any, ...] = ()
+    integrated: Formulation | None = None
+
+    @property
+    def starts_at_pole(self) -> bool:
+        """Whether theta = 0 and theta = pi are ordinary points."""
+        return FORMULATIONS[self.name].starts_at_pole
+
+    @property
+    def height(self) -> Any:
+        """The height cos(theta) of the axis, a function of states and parameters."""
+        return self.outputs.get("axis_z", sp.cos(self.outputs["theta"]))
 
     def flow_derivative(self, expression: Any) -> Any:
         """Return the time derivative of a function of the states along the motion."""
@@ -84,6 +91,53 @@ class Formulation:
         """Return the symbols its outputs may depend on: states, parameters, given, t."""
         return (*self.states, *self.parameters, *self.given, time)
 
+    def constants_in(self, expressions: Iterable[Any]) -> list[Any]:
+        """Return those of its constants that occur in expressions, in its own order."""
+        used = set().union(*(x.free_symbols for x in expressions))
+        return [p for p in (*self.parameters, *self.given) if p in used]
 
-turned_phi = sp.Symbol("turned_phi", real=True)
-spin = sp.symbols("spin_cos spin_sin", real=True)  # of kappa t / 2, to their own digits
+
+def components(name: str, vector: Iterable[Any]) -> dict[str, Any]:
+    """Return the components of a vector in space as outputs are called."""
+    return {f"{name}_{x}": component for x, component in zip("xyz", vector, strict=True)}
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A formulation's line in the table, which can be read without deriving any of them.
+
+    Attributes
+    ----------
+    builder : str
+        The function that derives it from a variant, as ``module.name``.
+    variants : tuple of (str or None)
+        What the builder accepts: how phi and psi are had, or which pole heights are measured from.
+    gives : frozenset of str
+        The quantities it can give.
+    starts_at_pole : bool
+        Whether a start with theta = 0 or pi is an ordinary one.
+    """
+
+    builder: str
+    variants: tuple[str | None, ...]
+    gives: frozenset[str]
+    starts_at_pole: bool
+
+    def build(self, variant: str | None = None) -> Formulation:
+        """Return the formulation, derived once."""
+        module, name = self.builder.split(".")
+        found: Formulation = getattr(import_module(f"heavytop.equations.{module}"), name)(variant)
+        return found
+
+
+_TILT = frozenset({"class", "period", "theta", "rates"})
+_ALL = _TILT | {"axis", "phi", "psi", "attitude"}
+
+FORMULATIONS: Mapping[str, Entry] = {
+    "cubic": Entry("reduced_cubic.cubic_form", ("top", "bottom"), _TILT, starts_at_pole=True),
+    "routh": Entry("euler_angles.routh_form", (None, "angles"), _ALL, starts_at_pole=False),
+    "subsystem": Entry("euler_angles.subsystem_form", (None, "angles"), _ALL, starts_at_pole=False),
+    "axis": Entry("euler_poisson.axis_form", (None, "sigma", "delta"), _ALL, starts_at_pole=True),
+    "attitude": Entry("quaternion.attitude_form", (None, "angles"), _ALL, starts_at_pole=True),
+    "lagrange": Entry("euler_angles.lagrange_form", (None,), _ALL, starts_at_pole=False),
+}

@@ -1,40 +1,28 @@
 """The Lagrangian of the axisymmetric heavy top, built from the ground (SICM section 2.10).
 
-Rotation matrix, body angular velocity, kinetic and potential energy, Lagrange equations,
-momenta and energy: every line follows from the one before by differentiation and the identity
-cos^2 + sin^2 = 1. Coordinates and velocities are plain symbols, and time derivatives are taken
-by the chain rule; that keeps each expression a polynomial in sines and cosines, whose normal
-form costs milliseconds where a general ``simplify`` costs seconds.
+Rotation matrix, body angular velocity, kinetic and potential energy, Lagrange equations, momenta
+and energy: every line follows from the one before by differentiation and the identity
+cos^2 + sin^2 = 1. Then p_phi and p_psi, which are constants, are put in place of the velocities
+they belong to: Routhian, effective potential and cubic (equation 2.66; Whittaker section 71).
+
+Coordinates and velocities are plain symbols, and time derivatives are taken by the chain rule;
+that keeps each expression a polynomial in sines and cosines, whose normal form costs milliseconds
+where a general ``simplify`` costs seconds.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Any
 
 import sympy as sp
 
 A, C, gMR = sp.symbols("A C gMR", real=True)
-theta, phi, psi = sp.symbols("theta phi psi", real=True)
-thetadot, phidot, psidot = sp.symbols("thetadot phidot psidot", real=True)
-thetaddot, phiddot, psiddot = sp.symbols("thetaddot phiddot psiddot", real=True)
-
-COORDINATES = (theta, phi, psi)
-VELOCITIES = (thetadot, phidot, psidot)
-ACCELERATIONS = (thetaddot, phiddot, psiddot)
-
-DESCRIPTIONS: Mapping[sp.Symbol, str] = {
-    A: "moment of inertia about any transverse axis through the pivot [kg m^2]",
-    C: "moment of inertia about the symmetry axis [kg m^2]",
-    gMR: "weight times the distance from pivot to centre of mass [kg m^2 s^-2]",
-    theta: "tilt of the axis from the vertical (nutation) [rad]",
-    phi: "azimuth of the axis (precession) [rad]",
-    psi: "rotation about the axis (spin) [rad]",
-    thetadot: "rate of tilt [rad/s]",
-    phidot: "rate of precession [rad/s]",
-    psidot: "rate of spin [rad/s]",
-}
+COORDINATES = theta, phi, psi = sp.symbols("theta phi psi", real=True)
+VELOCITIES = thetadot, phidot, psidot = sp.symbols("thetadot phidot psidot", real=True)
+ACCELERATIONS = thetaddot, phiddot, psiddot = sp.symbols("thetaddot phiddot psiddot", real=True)
+p_phi, p_psi, E_prime, u = sp.symbols("p_phi p_psi E_prime u", real=True)
 
 
 def normal_form(expression: Any) -> Any:
@@ -46,51 +34,32 @@ def normal_form(expression: Any) -> Any:
     cos(theta)
     """
 
-    def even_power(power: Any) -> Any:
-        argument, exponent = power.base.args[0], int(power.exp)
-        return (1 - sp.sin(argument) ** 2) ** (exponent // 2) * power.base ** (exponent % 2)
+    def of_power(base: Any, exponent: Any) -> Any:
+        if not (isinstance(base, sp.cos) and exponent.is_Integer and exponent >= 2):
+            return base**exponent
+        return (1 - sp.sin(base.args[0]) ** 2) ** (exponent // 2) * base ** (exponent % 2)
 
-    expanded = sp.expand(expression)
-    return sp.expand(expanded.replace(_is_power_of_cosine, even_power))
-
-
-def _is_power_of_cosine(node: Any) -> bool:
-    return bool(
-        node.is_Pow and isinstance(node.base, sp.cos) and node.exp.is_Integer and node.exp >= 2
-    )
+    return sp.expand(sp.expand(expression).replace(sp.Pow, of_power))
 
 
 def time_derivative(expression: Any) -> Any:
     """Return d/dt of a function of coordinates and velocities, by the chain rule."""
-    rates = dict(zip(COORDINATES + VELOCITIES, VELOCITIES + ACCELERATIONS, strict=True))
-    moving = sorted(expression.free_symbols & set(rates), key=str)
-    return sum((sp.diff(expression, x) * rates[x] for x in moving), sp.Integer(0))
-
-
-def _rotation_about_z(angle: Any) -> Any:
-    c, s = sp.cos(angle), sp.sin(angle)
-    return sp.Matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-
-
-def _rotation_about_x(angle: Any) -> Any:
-    c, s = sp.cos(angle), sp.sin(angle)
-    return sp.Matrix([[1, 0, 0], [0, c, -s], [0, s, c]])
+    rates = zip(COORDINATES + VELOCITIES, VELOCITIES + ACCELERATIONS, strict=True)
+    return sum((sp.diff(expression, x) * rate for x, rate in rates), sp.Integer(0))
 
 
 @cache
 def rotation() -> Any:
     """Return R, body to space: Rz(phi) Rx(theta) Rz(psi), shape (3, 3)."""
-    return sp.ImmutableMatrix(
-        _rotation_about_z(phi) * _rotation_about_x(theta) * _rotation_about_z(psi)
-    )
+    about_z, about_x = sp.rot_ccw_axis3, sp.rot_ccw_axis1
+    return sp.ImmutableMatrix(about_z(phi) * about_x(theta) * about_z(psi))
 
 
 @cache
 def angular_velocity() -> Any:
     """Return the body components of the angular velocity, from the antisymmetric R^T dR/dt."""
-    x, y, z = (rotation()[:, i] for i in range(3))
-    x_dot, y_dot, z_dot = (column.applyfunc(time_derivative) for column in (x, y, z))
-    entries = (z.dot(y_dot), x.dot(z_dot), y.dot(x_dot))
+    turning = rotation().T * rotation().applyfunc(time_derivative)
+    entries = (turning[2, 1], turning[0, 2], turning[1, 0])
     return sp.ImmutableMatrix([normal_form(entry) for entry in entries])
 
 
@@ -131,44 +100,31 @@ def lagrangian() -> Any:
 
 
 @cache
-def lagrange_equations() -> tuple[Any, Any, Any]:
+def lagrange_equations() -> tuple[Any, ...]:
     """Return d/dt dL/dqdot - dL/dq for theta, phi, psi: each vanishes along a motion."""
-    L = lagrangian()
-    pairs = zip(COORDINATES, VELOCITIES, strict=True)
-    theta_eq, phi_eq, psi_eq = (
-        normal_form(time_derivative(sp.diff(L, v)) - sp.diff(L, q)) for q, v in pairs
-    )
-    return theta_eq, phi_eq, psi_eq
+    pairs = zip(COORDINATES, momenta(), strict=True)
+    return tuple(normal_form(time_derivative(p) - sp.diff(lagrangian(), q)) for q, p in pairs)
 
 
 @cache
-def accelerations() -> tuple[Any, Any, Any]:
-    """Return the second derivatives of theta, phi, psi, solved from the Lagrange equations.
-
-    The equations are linear in the accelerations; Cramer's rule with every determinant in
-    normal form gives the textbook expressions (and their pole at sin(theta) = 0).
-    """
-    equations = sp.Matrix(lagrange_equations())
-    mass = equations.jacobian(ACCELERATIONS)
-    force = -equations.subs(dict.fromkeys(ACCELERATIONS, 0))
-    determinant = normal_form(mass.det())
-    thetaddot_, phiddot_, psiddot_ = (
-        _solved(mass, force, determinant, column) for column in range(3)
-    )
-    return thetaddot_, phiddot_, psiddot_
+def accelerations() -> tuple[Any, ...]:
+    """Return the second derivatives of theta, phi, psi; they have a pole at sin(theta) = 0."""
+    return _solved(lagrange_equations(), ACCELERATIONS)
 
 
-def _solved(mass: Any, force: Any, determinant: Any, column: int) -> Any:
-    replaced = mass.copy()
-    replaced[:, column] = force
-    return sp.cancel(normal_form(replaced.det()) / determinant)
+def _solved(equations: Iterable[Any], unknowns: Sequence[Any]) -> tuple[Any, ...]:
+    """Solve linear equations by Cramer's rule, every determinant in normal form."""
+    zeros = sp.Matrix([sp.expand(equation) for equation in equations])
+    matrix = zeros.jacobian(unknowns)
+    numerators = matrix.adjugate() * -zeros.subs(dict.fromkeys(unknowns, 0))
+    determinant = normal_form(matrix.det())
+    return tuple(sp.cancel(normal_form(x) / determinant) for x in numerators)
 
 
 @cache
-def momenta() -> tuple[Any, Any, Any]:
+def momenta() -> tuple[Any, ...]:
     """Return p_theta, p_phi, p_psi = dL/dqdot."""
-    p_theta, p_phi, p_psi = (sp.diff(lagrangian(), v) for v in VELOCITIES)
-    return p_theta, p_phi, p_psi
+    return tuple(sp.diff(lagrangian(), v) for v in VELOCITIES)
 
 
 @cache
@@ -176,3 +132,56 @@ def energy() -> Any:
     """Return E, the Legendre transform of L; it is T + V because T is quadratic in velocities."""
     legendre = sum(v * p for v, p in zip(VELOCITIES, momenta(), strict=True))
     return normal_form(legendre - lagrangian())
+
+
+@cache
+def cyclic_velocities() -> tuple[Any, Any]:
+    """Return phidot and psidot as functions of theta and the momenta."""
+    definitions = (momenta()[1] - p_phi, momenta()[2] - p_psi)
+    precession, _ = _solved(definitions, (phidot, psidot))
+    return precession, p_psi / C - precession * sp.cos(theta)
+
+
+def routhian() -> Any:
+    """Return R = L - p_phi phidot - p_psi psidot, a function of theta and thetadot."""
+    return A * thetadot**2 / 2 - effective_potential()
+
+
+@cache
+def effective_potential() -> Any:
+    """Return V_eff(theta): minus the Routhian without its kinetic energy of theta."""
+    reduced = lagrangian() - p_phi * phidot - p_psi * psidot
+    values = zip((phidot, psidot), cyclic_velocities(), strict=True)
+    book = p_psi**2 / (2 * C) + gMR * sp.cos(theta)
+    book += (p_phi - p_psi * sp.cos(theta)) ** 2 / (2 * A * sp.sin(theta) ** 2)
+    return _written(A * thetadot**2 / 2 - reduced.subs(dict(values)), book)
+
+
+def reduced_energy() -> Any:
+    """Return the energy as a function of theta and thetadot alone (SICM 2.66)."""
+    return A * thetadot**2 / 2 + effective_potential()
+
+
+def nutation_acceleration() -> Any:
+    """Return the second derivative of theta, from the Routhian."""
+    return -sp.diff(effective_potential(), theta) / A
+
+
+@cache
+def cubic() -> Any:
+    """Return f(u) with udot^2 = f(u), u = cos(theta): a polynomial of degree three.
+
+    udot = -sin(theta) thetadot, and thetadot^2 from the energy; E_prime is E - p_psi^2/(2 C).
+    """
+    speed = 2 * (E_prime + p_psi**2 / (2 * C) - effective_potential()) / A
+    product = sp.expand((1 - u**2) * speed.subs(sp.sin(theta) ** 2, 1 - u**2))
+    book = 2 / A * (E_prime - gMR * u) * (1 - u**2) - (p_phi - p_psi * u) ** 2 / A**2
+    return _written(product.subs(sp.cos(theta), u), book)
+
+
+def _written(derived: Any, book: Any) -> Any:
+    """Return what was derived as the book writes it, which is shown to be the same."""
+    numerator, _ = sp.fraction(sp.together(derived - book))
+    if normal_form(numerator) != 0:
+        raise ArithmeticError(f"{book} is not {derived}")
+    return book

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.integration.bits import DOUBLE
-from heavytop.integration.equations import Equations
+from heavytop.integration.compiled import System
 from heavytop.integration.integrator import Array
 from heavytop.integration.pace import least_pace, units_of
 
@@ -171,11 +171,11 @@ class _Lanes:
     """The equations compiled for many tops at a time, plain or scaled."""
 
     def __init__(self, engine: BatchIntegrator, *, scaled: bool) -> None:
-        found = Equations.of(engine.formulation, DOUBLE, engine.events, scaled=scaled)
+        found = System.of(engine.formulation, DOUBLE, engine.events, scaled=scaled)
         self.loaded, self.scaled = found.loaded, scaled
         self.taylor = hy.taylor_adaptive_batch(
-            list(zip(found.states, found.derivatives, strict=True)),
-            np.zeros((len(found.states), engine.width)),
+            found.equations,
+            np.zeros((len(found.equations), engine.width)),
             pars=np.zeros((len(found.loaded) + 2 * scaled, engine.width)),
             tol=engine.tolerance,
             nt_events=[

@@ -19,8 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from heavytop.integration.compiled import System
 from heavytop.integration.dense import Dense, Piece, cut, followed
-from heavytop.integration.equations import Equations
 from heavytop.integration.precise import Mark, Precise, Unfinished, Wanted
 from heavytop.integration.turning import (
     Pair,
@@ -111,7 +111,7 @@ class Folding(Precise):
     """
 
     def __init__(self, bits: int, parameters: Mapping[str, str]) -> None:
-        super().__init__(Equations.of_attitude(bits), bits, parameters, quick=bits <= QUICK)
+        super().__init__(System.of_attitude(bits), bits, parameters, quick=bits <= QUICK)
         names = ("g", "l_z", "n", "P_plus", "P_minus")
         self._g, self._l_z, self._n, P_plus, P_minus = (self._constants[name] for name in names)
         self._turns = Turns.of({name: float(x) for name, x in self._constants.items()})

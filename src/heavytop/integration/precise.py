@@ -21,8 +21,9 @@ import heyoka as hy
 import numpy as np
 
 from heavytop.equations.formulation import Formulation
+from heavytop.equations.lambdify import NUMPY, lambdified
 from heavytop.integration.bits import LONG_DOUBLE
-from heavytop.integration.equations import Equations
+from heavytop.integration.compiled import System
 from heavytop.integration.following import NOT_TOLD, Following, Told, Trail
 from heavytop.integration.pace import least_pace, unit_of
 from heavytop.integration.units import InTrueUnits
@@ -33,7 +34,6 @@ DONE = frozenset(
 )
 MARK = 64  # steps between the states that are kept
 MOST_ITERATIONS = 100
-_FUNCTIONS = {"sin": np.sin, "cos": np.cos, "sqrt": np.sqrt, "atan2": np.arctan2}
 
 hy.set_logger_level_critical()  # heyoka logs to stdout, which belongs to the results
 
@@ -111,7 +111,7 @@ class Precise:
 
     Parameters
     ----------
-    equations : Equations
+    system : System
         With constants of as many bits.
     bits : int
         Of the significand; `LONG_DOUBLE` means the machine's own.
@@ -125,7 +125,7 @@ class Precise:
 
     def __init__(
         self,
-        equations: Equations,
+        system: System,
         bits: int,
         parameters: Mapping[str, str],
         *,
@@ -138,7 +138,7 @@ class Precise:
         self._events: dict[str, Callable[..., Any]] = {}
         self.following: Following | None = None  # tells phi and psi along the way
         self._turned = NOT_TOLD
-        self._taylor = self._compiled(equations, units, 0 if quick else 3)
+        self._taylor = self._compiled(system, units, 0 if quick else 3)
         self.order = int(self._taylor.order)
         self.compile_s = time.perf_counter() - began
 
@@ -232,19 +232,18 @@ class Precise:
         self._stride(mark, deque([(0, self.moment(far) + mark.t, None)]), [None], cut)
         return self._mark(mark)
 
-    def _compiled(self, equations: Equations, units: Sequence[float], opt_level: int) -> Any:
+    def _compiled(self, system: System, units: Sequence[float], opt_level: int) -> Any:
         number_type: dict[str, Any] = {"fp_type": np.longdouble}
         if not self.hardware:  # without compact mode compiling takes minutes
             number_type = {"fp_type": hy.real, "prec": self.bits, "compact_mode": True}
         own = [unit for unit in units if unit != 1][:1]
         pars = [
-            *(self._constants[name] for name in equations.loaded),
+            *(self._constants[name] for name in system.loaded),
             *(self.number(repr(x)) for unit in own for x in (unit, 1 / unit)),
         ]
-        system = list(zip(equations.states, equations.derivatives, strict=True))
-        start = [self.number("0")] * len(equations.states)
+        start = [self.number("0")] * len(system.equations)
         number_type |= {"pars": pars, "opt_level": opt_level}
-        taylor = apart(lambda: hy.taylor_adaptive(system, start, **number_type))
+        taylor = apart(lambda: hy.taylor_adaptive(system.equations, start, **number_type))
         return InTrueUnits(taylor, [self.number(repr(u)) for u in units]) if own else taylor
 
     def _stride(
@@ -379,8 +378,8 @@ class PreciseIntegrator(Precise):
         self._asked = formulation, bits, dict(parameters), tuple(events), tuple(start)
         self.formulation = formulation
         units = _units(formulation, parameters, start)
-        equations = Equations.of(formulation, bits, scaled=bool(units))
-        super().__init__(equations, bits, parameters, units=units)
+        system = System.of(formulation, bits, scaled=bool(units))
+        super().__init__(system, bits, parameters, units=units)
         self._events |= {name: self._event(name) for name in events}
         self.compile_s = time.perf_counter() - began
 
@@ -389,15 +388,12 @@ class PreciseIntegrator(Precise):
 
     def _event(self, event: str) -> Callable[..., Any]:
         """Return an event function and its time derivative, as a function of the states."""
-        from heavytop.equations.typed import typed_function
-
         form, zero = self.formulation, self.formulation.events[event]
         both = [zero, form.flow_derivative(zero)]
-        used = set().union(*(x.free_symbols for x in both))
-        constants = [p for p in (*form.parameters, *form.given) if p in used]
+        constants = form.constants_in(both)
         values = [self._constants[p.name] for p in constants]
-        function = typed_function(
-            both, (*form.states, *constants), lambda i: self.number(str(i)), _FUNCTIONS
+        function = lambdified(
+            both, (*form.states, *constants), lambda i: self.number(str(i)), NUMPY
         )
         return lambda *state: function(*state, *values)
 

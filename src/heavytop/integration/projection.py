@@ -26,10 +26,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
-from heavytop.equations.invariants import invariants_of
+from heavytop.equations.gradients import invariants_of
 from heavytop.integration.bits import LONG_DOUBLE
+from heavytop.integration.compiled import translated
 from heavytop.integration.pace import least_pace, unit_of
-from heavytop.integration.translate import translate
 
 Array = NDArray[np.float64]
 
@@ -141,10 +141,10 @@ def _nearest(formulation: Formulation, scaled: bool, _thread: int) -> Any:
     J is by x in its units, and the least change in them.
     """
     found = invariants_of(formulation)
-    names = {s: hy.expression(s.name) for s in (*found.states, *found.constants)}
-    states = [names[s] for s in found.states]
-    values = translate(found.values, names, LONG_DOUBLE)
-    slopes = [translate(row, names, LONG_DOUBLE) for row in found.slopes]
+    names = {s.name: hy.expression(s.name) for s in (*found.states, *found.constants)}
+    states = [names[s.name] for s in found.states]
+    values = translated(found.values, names, LONG_DOUBLE)
+    slopes = [translated(row, names, LONG_DOUBLE) for row in found.slopes]
     targets = [hy.expression(f"target_{i}") for i in range(len(values))]
     floors = [hy.expression(f"floor_{i}") for i in range(len(values))]
     off = [value - target for value, target in zip(values, targets, strict=True)]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation, spin, turned_phi
-from heavytop.equations.numeric import numpy_function
+from heavytop.equations.lambdify import lambdified
 from heavytop.numbers.double_double import two_product
 
 Array = NDArray[np.float64]
@@ -63,21 +63,19 @@ class Sample:
 def _outputs(formulation: Formulation) -> tuple[tuple[str, ...], Any]:
     names = tuple(formulation.outputs)
     arguments = (*formulation.arguments(), turned_phi, *spin)
-    return names, numpy_function([formulation.outputs[n] for n in names], arguments)
+    return names, lambdified([formulation.outputs[n] for n in names], arguments)
 
 
 @cache
 def _invariants(formulation: Formulation) -> tuple[tuple[str, ...], Any]:
     names = tuple(formulation.invariants)
-    return names, numpy_function(
-        [formulation.invariants[n] for n in names], formulation.arguments()
-    )
+    return names, lambdified([formulation.invariants[n] for n in names], formulation.arguments())
 
 
 @cache
 def _event_functions(formulation: Formulation, event: str) -> Any:
     zero = formulation.events[event]
-    return numpy_function([zero, formulation.flow_derivative(zero)], formulation.arguments())
+    return lambdified([zero, formulation.flow_derivative(zero)], formulation.arguments())
 
 
 def _values(
@@ -181,7 +179,7 @@ def spin_momentum(
 
 @cache
 def _spin(formulation: Formulation) -> Any:
-    return numpy_function([formulation.spin], formulation.arguments())
+    return lambdified([formulation.spin], formulation.arguments())
 
 
 def event_function(

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE
+from heavytop.integration.compiled import System
 from heavytop.integration.integrator import Array
-from heavytop.integration.translate import translate
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,17 +78,13 @@ class Variational:
     _taylor: Any = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        form = self.formulation
-        used = set().union(*(x.free_symbols for x in form.derivatives))
-        varied = [p for p in form.parameters if p in used]
-        symbols = (*varied, *(p for p in form.given if p in used))
-        self.parameters = tuple(p.name for p in varied)
-        self._constants = tuple(p.name for p in symbols)
-        states = hy.make_vars(*(s.name for s in form.states))
-        names = dict(zip(form.states, states, strict=True))
-        names |= {p: hy.par[i] for i, p in enumerate(symbols)}
-        system = list(zip(states, translate(form.derivatives, names, self.bits), strict=True))
-        varying = hy.var_ode_sys(system, [*states, *(names[p] for p in varied)], order=1)
+        system = System.of(self.formulation, self.bits)
+        given = {p.name for p in self.formulation.given}
+        self._constants = system.loaded
+        self.parameters = tuple(p for p in system.loaded if p not in given)
+        states = [state for state, _ in system.equations]
+        varied = [hy.par[i] for i, name in enumerate(system.loaded) if name in self.parameters]
+        varying = hy.var_ode_sys(system.equations, [*states, *varied], order=1)
         kind: dict[str, Any] = {"fp_type": hy.real, "prec": self.bits}
         if self.bits in _KINDS:
             kind = {"fp_type": _KINDS[self.bits]}

@@ -6,9 +6,8 @@ import time
 
 import numpy as np
 
-from heavytop.equations.formulation import Formulation
-from heavytop.equations.ladder import LADDER
-from heavytop.equations.numeric import exact_values
+from heavytop.equations.formulation import FORMULATIONS, Formulation
+from heavytop.equations.lambdify import exact_values
 from heavytop.integration.counting import Counting
 from heavytop.integration.engine import Engine
 from heavytop.integration.integrator import Integrator, integrator
@@ -30,7 +29,7 @@ def compiled_for(chosen: Plan) -> Integrator:
 
 def formulation_of(chosen: Plan) -> Formulation:
     """Return the formulation of a plan, with the angles it counts."""
-    return LADDER[chosen.formulation].build(chosen.variant)
+    return FORMULATIONS[chosen.formulation].build(chosen.variant)
 
 
 def engine_of(
@@ -72,10 +71,8 @@ def start_values(scene: Scene) -> dict[str, Exact]:
 def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, float], Checkpoint]:
     """Return a run's own numbers: every constant and state rounded once from the exact one."""
     form = formulation_of(chosen)
-    named = start_values(scene)
     expressions = (*form.parameters.values(), *form.start)
-    symbols = {s: named[s.name] for x in expressions for s in getattr(x, "free_symbols", ())}
-    values = [float(v) for v in exact_values(expressions, symbols)]
+    values = [float(v) for v in exact_values(expressions, start_values(scene))]
     count = len(form.parameters)
     parameters = {p.name: v for p, v in zip(form.parameters, values[:count], strict=True)}
     parameters |= dict(chosen.frame)

@@ -16,10 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heavytop.equations import lagrangian as lag
-from heavytop.equations.formulation import Formulation
-from heavytop.equations.invariants import invariants_of
-from heavytop.equations.ladder import LADDER
-from heavytop.equations.numeric import numpy_function
+from heavytop.equations.formulation import FORMULATIONS, Formulation
+from heavytop.equations.gradients import invariants_of
+from heavytop.equations.lambdify import lambdified
 from heavytop.errors import BadScene, HeavyTopError, ImpossibleStart, NotANumber, Outcome
 from heavytop.integration.batch import Arrived, Lane, Zeros, batch_integrator
 from heavytop.integration.quantities import Sample, event_function, invariants, sample
@@ -47,7 +46,7 @@ MOST_JOBS = 1024
 MOST_STEPS = 10_000_000  # unless told otherwise: some ten seconds
 TOLD = 100  # units of rounding by which a motion must have an event for its number to be told
 BY_HEIGHT = 100  # the cubic form, whose state is a height, in units of the others
-FORMULATIONS = {"formulation": arguments.one_of(LADDER)}
+OPTIONS = {"formulation": arguments.one_of(FORMULATIONS)}
 TINY = float(np.finfo(np.float64).tiny)
 SMALL = 1e-3  # rad: of a nutation that is larger, a step never holds two turning points
 SHORT = 0.1  # of the fastest time in a motion: in such a step from one event there is no other
@@ -407,9 +406,9 @@ def _counted(run: Ensemble, start: Starts, states: Array, ahead: Outlook) -> Zer
 
 def _asked(formulation: str, events: Sequence[str]) -> tuple[Formulation, tuple[str, ...]]:
     """The formulation of a name, and events that it has, if they are."""
-    rung, faults = arguments.parse_options(KIND, {"formulation": formulation}, FORMULATIONS)
-    form = rung["formulation"].build(None) if rung else None
-    known = LADDER["axis"].build(None) if form is None else form
+    entry, faults = arguments.parse_options(KIND, {"formulation": formulation}, OPTIONS)
+    form = entry["formulation"].build() if entry else None
+    known = FORMULATIONS["axis"].build() if form is None else form
     if not isinstance(events, Sequence):
         raise wrong_type("events", "names of events, in a row", events)
     if events:
@@ -452,7 +451,7 @@ def _binary(form: Formulation, start: list[Array]) -> tuple[Array, dict[str, Arr
 
 @cache
 def _start_function(form: Formulation) -> Any:
-    return numpy_function((*form.start, *form.parameters.values()), _SYMBOLS)
+    return lambdified((*form.start, *form.parameters.values()), _SYMBOLS)
 
 
 def _arrived(

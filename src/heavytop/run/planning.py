@@ -8,7 +8,7 @@ from functools import lru_cache
 from math import log, tau
 
 from heavytop.analytic.motion import Motion
-from heavytop.equations.ladder import LADDER
+from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, Fault
 from heavytop.integration.bits import DOUBLE, named
 from heavytop.integration.projection import why_not
@@ -210,7 +210,7 @@ def _precise(scene: Scene, found: Plan, bits: int) -> Plan:
 
 
 def _projected(scene: Scene, found: Plan) -> Plan:
-    form = LADDER[found.formulation].build(found.variant)
+    form = FORMULATIONS[found.formulation].build(found.variant)
     rule = why_not(form)
     if found.precision != "double":
         rule = f"only in double precision, and {scene.digits} digits take more"
@@ -248,16 +248,16 @@ def _check(scene: Scene, formulation: str) -> None:
 
 
 def _unknown(scene: Scene, formulation: object) -> Iterator[Fault]:
-    if not isinstance(formulation, str) or formulation not in LADDER:
-        rule = f"one of auto, {', '.join(LADDER)}"
-        hint = nearest(formulation, ("auto", *LADDER))
+    if not isinstance(formulation, str) or formulation not in FORMULATIONS:
+        rule = f"one of auto, {', '.join(FORMULATIONS)}"
+        hint = nearest(formulation, ("auto", *FORMULATIONS))
         is_text = isinstance(formulation, str)
         told = harmless(str(formulation)[:LONGEST]) if is_text else shown(formulation)
         yield Fault(scene.name, None, "formulation", told, rule, hint)
 
 
 def _not_given(scene: Scene, formulation: str) -> Iterator[Fault]:
-    missing = [q for q in scene.quantities if q not in LADDER[formulation].gives]
+    missing = [q for q in scene.quantities if q not in FORMULATIONS[formulation].gives]
     if missing:
         lacks = f"the {formulation} form does not give {', '.join(missing)}"
         rule = f"{lacks}; the axis and the attitude form do"
@@ -266,7 +266,7 @@ def _not_given(scene: Scene, formulation: str) -> Iterator[Fault]:
 
 def _at_a_pole(scene: Scene, formulation: str) -> Iterator[Fault]:
     at_pole = scene.start.theta.sign() == 0 or (scene.start.theta - PI).sign() == 0
-    if at_pole and not LADDER[formulation].starts_at_pole:
+    if at_pole and not FORMULATIONS[formulation].starts_at_pole:
         rule = f"the {formulation} form cannot start at a pole; axis, attitude and cubic can"
         yield Fault(scene.name, None, "start.theta", str(scene.start.theta), rule)
 

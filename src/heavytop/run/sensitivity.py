@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
 from heavytop.equations import gradients
-from heavytop.equations.ladder import LADDER
+from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, EndedEarly, Fault, Outcome
 from heavytop.integration.bits import DOUBLE
 from heavytop.integration.variational import rounded, variational
@@ -180,8 +180,8 @@ def _slopes(
 
 def _has_angles(motion: Motion, formulation: str) -> bool:
     """Whether φ and ψ can be read off at a turning point."""
-    rung = LADDER.get(formulation, LADDER["axis"])  # a wrong name is refused by the plan
-    return "psi" in rung.gives and not motion.from_top == motion.from_bottom == 0
+    entry = FORMULATIONS.get(formulation, FORMULATIONS["axis"])  # the plan refuses a wrong name
+    return "psi" in entry.gives and not motion.from_top == motion.from_bottom == 0
 
 
 def _turnings(motion: Motion, digits: int) -> tuple[str, str]:

@@ -10,11 +10,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from heavytop.equations import gradients
-from heavytop.equations import lagrangian as lag
-from heavytop.equations.formulation import Formulation
-from heavytop.equations.ladder import LADDER
-from heavytop.equations.numeric import exact_values
+from heavytop.equations.formulation import FORMULATIONS, Formulation
+from heavytop.equations.lambdify import exact_values
 from heavytop.errors import DoubtfulWarning, EndedEarly, Impossible, NotANumber, Outcome
 from heavytop.integration.bits import DOUBLE, enough
 from heavytop.integration.variational import Varied, rounded, variational
@@ -202,10 +199,8 @@ def integrated(varied: Numbers, times: Iterable[str | float], most_steps: int = 
 def at_start(scene: Scene, expressions: Iterable[Any], bits: int = DOUBLE) -> Array:
     """Return the values at a scene's start, each rounded once from the exact one."""
     named = start_values(scene) | {"omega3": scene.start.omega3}
-    symbols = (*gradients.inputs("psidot"), *gradients.inputs("omega3"), lag.phi, lag.psi)
-    known = {symbol: named[symbol.name] for symbol in symbols}
     ctx = context(digits_of(bits))
-    values = (x.mpf(ctx) for x in exact_values(tuple(expressions), known))
+    values = (x.mpf(ctx) for x in exact_values(tuple(expressions), named))
     return rounded((ctx.nstr(x, ctx.dps) for x in values), bits)
 
 
@@ -235,7 +230,7 @@ def gains(scene: Scene, formulation: str) -> bool:
     """
     motion = closed_form_of(scene)
     far = min(motion.from_top, motion.from_bottom) > FAR
-    return far or LADDER[formulation].starts_at_pole
+    return far or FORMULATIONS[formulation].starts_at_pole
 
 
 def likely_error(apart: Any, gained: int) -> Array:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from heavytop.equations.attitude_form import q_0, q_1, q_2, q_3
-from heavytop.equations.axis_form import e_x, e_y, e_z, l_x, l_y, l_z
+from heavytop.equations.euler_poisson import e_x, e_y, e_z, l_x, l_y, l_z
 from heavytop.equations.formulation import Formulation, spin, time, turned_phi
-from heavytop.equations.typed import typed_function
+from heavytop.equations.lambdify import lambdified
+from heavytop.equations.quaternion import q_0, q_1, q_2, q_3
 from heavytop.integration.following import Told
 from heavytop.integration.precise import Found
 from heavytop.integration.turning import Pair, arm_rates
@@ -130,7 +130,7 @@ class Reader:
         used = tuple(expression.free_symbols)
         names = ("sin", "cos", "sqrt", "atan2")
         functions = {name: getattr(self.ctx, name) for name in names}
-        evaluated = typed_function([expression], used, self.ctx.mpf, functions)
+        evaluated = lambdified([expression], used, self.ctx.mpf, functions)
 
         def value(values: Values) -> Number | None:
             arguments = [values[x] for x in used]

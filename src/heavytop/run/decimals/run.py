@@ -7,9 +7,8 @@ from dataclasses import dataclass, field, replace
 from itertools import groupby
 
 from heavytop.alone import Alone
-from heavytop.equations.formulation import Formulation
-from heavytop.equations.ladder import LADDER
-from heavytop.equations.numeric import exact_values
+from heavytop.equations.formulation import FORMULATIONS, Formulation
+from heavytop.equations.lambdify import exact_values
 from heavytop.integration.bits import bits_of
 from heavytop.integration.following import (
     NOT_TOLD,
@@ -68,7 +67,10 @@ class PreciseRun:
         orbit : Orbit
             The run in double precision.
         """
-        form, bits = LADDER[chosen.formulation].build(chosen.variant), bits_of(chosen.precision)
+        form, bits = (
+            FORMULATIONS[chosen.formulation].build(chosen.variant),
+            bits_of(chosen.precision),
+        )
         ctx = context(int(bits * 0.30103) + SPARE_DIGITS)
         constants, state = rounded_start(form, named, ctx)
         constants |= {name: ctx.nstr(ctx.mpf(rate), ctx.dps) for name, rate in chosen.frame}
@@ -127,7 +129,7 @@ def _following(chosen: Plan, orbit: Orbit, bits: int) -> tuple[Following | None,
     if chosen.follows_phi:
         winding = Winding.of(orbit.parameters, first.state, *known)
         return FollowingAxis(winding), (float(orbit.samples.phi[0]), NOT_TOLD[1])
-    if LADDER[chosen.formulation].build(chosen.variant).integrated is None:
+    if FORMULATIONS[chosen.formulation].build(chosen.variant).integrated is None:
         return None, NOT_TOLD
     turns = Turns.of(orbit.parameters, *known)
     phi, psi = first.state[-2:].tolist()
@@ -139,8 +141,7 @@ def rounded_start(
 ) -> tuple[dict[str, str], list[str]]:
     """Return the constants and the states of a start: exact numbers, rounded once."""
     expressions = (*form.parameters.values(), *form.start)
-    symbols = {s: named[s.name] for x in expressions for s in getattr(x, "free_symbols", ())}
-    texts = [ctx.nstr(v.mpf(ctx), ctx.dps) for v in exact_values(expressions, symbols)]
+    texts = [ctx.nstr(v.mpf(ctx), ctx.dps) for v in exact_values(expressions, named)]
     count = len(form.parameters)
     names = (p.name for p in form.parameters)
     return dict(zip(names, texts[:count], strict=True)), texts[count:]

@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from typing import Final
 
 from heavytop.comparison import table
-from heavytop.equations.ladder import LADDER
+from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import Impossible
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE
 from heavytop.integration.projection import why_not
@@ -138,15 +138,15 @@ def _in_words() -> str:
     """Return all names, those of the Taylor integrator's in every formulation at once."""
     own = taylor_methods()
     rivals = ", ".join(table.METHODS)
-    first = next(iter(LADDER))
+    first = next(iter(FORMULATIONS))
     patterns = [n.replace(first, "FORM") for n, each in own.items() if each.formulation == first]
-    return f"auto, {rivals}, {', '.join(patterns)} with FORM one of {', '.join(LADDER)}"
+    return f"auto, {rivals}, {', '.join(patterns)} with FORM one of {', '.join(FORMULATIONS)}"
 
 
 @cache
 def taylor_methods() -> Mapping[str, Method]:
     """Return the Taylor integrator's methods: every formulation, projected or in more bits."""
-    found = [each for form in LADDER for each in _of_formulation(form)]
+    found = [each for form in FORMULATIONS for each in _of_formulation(form)]
     return {each.name: each for each in found}
 
 
@@ -165,7 +165,7 @@ def _of_formulation(form: str) -> list[Method]:
         source=SOURCE,
     )
     found = [plain]
-    if not why_not(LADDER[form].build(None)):
+    if not why_not(FORMULATIONS[form].build()):
         found.append(replace(plain, name=f"{plain.name}-projected", projected=True))
     for name, bits in (("longdouble", LONG_DOUBLE), ("mpfr", MPFR_BITS)):
         least = 2.0 ** (1 - bits)

@@ -15,7 +15,7 @@ from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.rising import Rising
 from heavytop.classification.reduced import MotionSource
 from heavytop.equations.formulation import Formulation
-from heavytop.equations.observed import observed
+from heavytop.equations.gradients import observed
 from heavytop.numbers.decimals import Context, context
 from heavytop.numbers.double_double import DoubleDouble
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
-from heavytop.equations.ladder import LADDER
+from heavytop.equations.formulation import FORMULATIONS
 from heavytop.run.planning import EPSILON
 
 AUTO: Final = "auto"
@@ -103,4 +103,4 @@ def _rows() -> list[Method]:
 
 
 METHODS: Final[Mapping[str, Method]] = MappingProxyType({each.name: each for each in _rows()})
-assert set(FORMS) == set(LADDER)
+assert set(FORMS) == set(FORMULATIONS)

@@ -12,7 +12,7 @@ import numpy as np
 from heavytop.comparison.march import Array
 from heavytop.comparison.textbook import Asked, rates_of, solved
 from heavytop.equations.formulation import Formulation
-from heavytop.equations.numeric import numpy_function
+from heavytop.equations.lambdify import lambdified
 from heavytop.errors import (
     BadScene,
     DoubtfulWarning,
@@ -158,5 +158,5 @@ def _rival(case: Case, method: Method, end: float, step_limit: int) -> Raw:
 def _zero(form: Formulation, name: str, parameters: dict[str, float]) -> Callable[[Array], float]:
     symbols = (*form.parameters, *form.given)
     known = [parameters[p.name] for p in symbols]
-    function = numpy_function([form.events[name]], (*form.states, *symbols))
+    function = lambdified([form.events[name]], (*form.states, *symbols))
     return lambda y: float(function(*y, *known)[0])

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from heavytop.comparison.table import METHODS
-from heavytop.equations.ladder import LADDER
+from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, bits_of
 from heavytop.run.planning import EPSILON, Plan, plan
@@ -25,12 +25,12 @@ _PYTHON: Final = tuple(name for name, row in METHODS.items() if row.language == 
 SLOWEST: Final = "radau-scipy"
 DEFAULT: Final = (
     AUTO,
-    *(f"taylor-{form}" for form in LADDER),
+    *(f"taylor-{form}" for form in FORMULATIONS),
     *(f"taylor-{form}-projected" for form in _PROJECTED),
     *(name for name in METHODS if name not in _PYTHON),
     *(name for name in _PYTHON if name != SLOWEST),
-    *(f"taylor-{form}-longdouble" for form in LADDER),
-    *(f"taylor-{form}-mpfr" for form in LADDER),
+    *(f"taylor-{form}-longdouble" for form in FORMULATIONS),
+    *(f"taylor-{form}-mpfr" for form in FORMULATIONS),
     SLOWEST,  # last: what a short budget leaves out
 )
 _DECADES: Final = tuple(10.0**-k for k in range(3, 16))

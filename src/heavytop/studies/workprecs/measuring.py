@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any, Final
 
 from heavytop.comparison.march import Stopped
-from heavytop.equations.ladder import LADDER
+from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import HeavyTopError, MissingPackage
 from heavytop.run.planning import closed_form_of
 from heavytop.scene.arguments import heard
@@ -101,7 +101,7 @@ def work_precision(
 def _derived(clock: Clock) -> dict[str, float]:
     """Return how long each formulation takes to derive [s]; next to nothing if it was before."""
     spent = {}
-    for name, form in LADDER.items():
+    for name, form in FORMULATIONS.items():
         began = clock()
         form.build(None)
         spent[name] = clock() - began

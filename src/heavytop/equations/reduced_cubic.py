@@ -25,10 +25,13 @@ k_0, k_1, k_2 = sp.symbols("k_0 k_1 k_2", real=True)
 
 
 @cache
-def cubic_form(variant: str = "top") -> Formulation:
-    """Return the formulation in the height from the ``"top"`` or the ``"bottom"``."""
-    side = 1 if variant == "top" else -1  # u = side (1 - w)
-    f = 2 * sp.integrate(k_0 + k_1 * w + k_2 * w**2, w) - P**2
+def cubic_form(variant: str | None = None) -> Formulation:
+    """Return the formulation in the height from the ``"bottom"``, or else from the top."""
+    side = -1 if variant == "bottom" else 1
+    u = side * (1 - w)
+    sine = sp.sqrt(sp.Abs(w * (2 - w)))  # rounding may carry w past a pole by an ulp
+    phidot = (P + side * n * w) / (w * (2 - w))
+    wdot_squared = 2 * sp.integrate(k_0 + k_1 * w + k_2 * w**2, w) - P**2
     return Formulation(
         name="cubic",
         summary="cos(theta) in the potential of a cubic; gives theta and the rates",
@@ -36,13 +39,16 @@ def cubic_form(variant: str = "top") -> Formulation:
         derivatives=(wdot, k_0 + w * (k_1 + k_2 * w)),
         start=(1 - side * sp.cos(lag.theta), side * sp.sin(lag.theta) * lag.thetadot),
         parameters=_parameters(side),
-        given=(),
-        outputs=_outputs(side),
+        outputs={
+            "theta": sp.atan2(sine, u),
+            "thetadot": side * wdot / sine,
+            "phidot": phidot,
+            "psidot": omega3 - phidot * u,
+            "axis_z": u,
+        },
         events={"turning": side * wdot, "reversal": P + side * n * w},
-        invariants={"energy": h + (wdot**2 - f) / 2},
+        invariants={"energy": h + (wdot**2 - wdot_squared) / 2},
         spin=n,
-        starts_at_pole=True,
-        unbounded=False,
         rates=(wdot,),
     )
 
@@ -55,32 +61,9 @@ def height_cubic(side: int) -> Any:
 def _parameters(side: int) -> dict[Any, Any]:
     _, p_phi, p_psi = lag.momenta()
     reduced = lag.energy() / lag.A - p_psi**2 / (2 * lag.A * lag.C)
-    values = {
-        g: lag.gMR / lag.A,
-        n: p_psi / lag.A,
-        excess: reduced - side * lag.gMR / lag.A,
-        P: (p_phi - side * p_psi) / lag.A,
-    }
+    values = {g: lag.gMR / lag.A, n: p_psi / lag.A, P: (p_phi - side * p_psi) / lag.A}
+    distances = {**values, excess: reduced - side * lag.gMR / lag.A}
     acceleration = sp.Poly(sp.diff(height_cubic(side), w) / 2, w)
-    coefficients = {k: acceleration.coeff_monomial(w**i) for i, k in enumerate((k_0, k_1, k_2))}
-    return {
-        g: values[g],
-        n: values[n],
-        P: values[P],
-        **{k: c.subs(values, simultaneous=True) for k, c in coefficients.items()},
-        h: reduced,
-        omega3: p_psi / lag.C,
-    }
-
-
-def _outputs(side: int) -> dict[str, Any]:
-    sine = sp.sqrt(sp.Abs(w * (2 - w)))  # rounding may carry w past a pole by an ulp
-    u = side * (1 - w)
-    phidot = (P + side * n * w) / (w * (2 - w))
-    return {
-        "theta": sp.atan2(sine, u),
-        "thetadot": side * wdot / sine,
-        "phidot": phidot,
-        "psidot": omega3 - phidot * u,
-        "axis_z": u,
-    }
+    for i, k in enumerate((k_0, k_1, k_2)):
+        values[k] = acceleration.coeff_monomial(w**i).subs(distances, simultaneous=True)
+    return {**values, h: reduced, omega3: p_psi / lag.C}

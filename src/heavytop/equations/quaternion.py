@@ -16,13 +16,14 @@ so phi and psi are read off the quaternion; their turns are counted outside the 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
 import sympy as sp
 
 from heavytop.equations import lagrangian as lag
-from heavytop.equations.axis_form import axis_form, e_x, e_y, e_z, kappa, l_x, l_y, l_z
+from heavytop.equations.euler_poisson import axis_form, e_x, e_y, e_z, kappa, l_x, l_y, l_z
 from heavytop.equations.formulation import Formulation, spin, time
 
 Quaternion = tuple[Any, Any, Any, Any]
@@ -37,47 +38,33 @@ def attitude_form(variant: str | None = None) -> Formulation:
     if variant == "angles":
         return _with_angles(attitude_form())
     seen = axis_form()
-    l_start, l_rates = seen.start[3:], seen.derivatives[3:]
-    return Formulation(
+    half = (0, l_x / 2, l_y / 2, l_z / 2)
+    return replace(
+        seen,
         name="attitude",
         summary="the attitude, freed from the spin, and the angular momentum in space",
         states=(*q, l_x, l_y),
-        derivatives=(*_rotated((l_x, l_y, l_z)), *map(_of_quaternion, l_rates)),
-        start=(*start_attitude(), *l_start),
-        parameters=seen.parameters,
-        given=(),
+        derivatives=(*product(half, q), *map(_of_quaternion, seen.derivatives[3:])),
+        start=(*start_attitude(), *seen.start[3:]),
         outputs=_outputs(seen),
         events={name: _of_quaternion(zero) for name, zero in seen.events.items()},
         invariants={
-            "energy": _of_quaternion(seen.invariants["energy"]),
-            "p_psi": _of_quaternion(seen.invariants["p_psi"]),
+            **{name: _of_quaternion(constant) for name, constant in seen.invariants.items()},
             "length": q_0**2 + q_1**2 + q_2**2 + q_3**2,
         },
         spin=_of_quaternion(seen.spin),
-        starts_at_pole=True,
-        unbounded=False,
-        rates=(l_x, l_y),
     )
 
 
 def _with_angles(form: Formulation) -> Formulation:
-    phidot, psidot = form.outputs["phidot"], form.outputs["psidot"]
-    return Formulation(
-        name=form.name,
-        summary=form.summary,
+    rates = (form.outputs["phidot"], form.outputs["psidot"] - kappa)
+    return replace(
+        form,
         states=(*form.states, lag.phi, psi_slow),
-        derivatives=(*form.derivatives, phidot, psidot - kappa),
+        derivatives=form.derivatives + rates,
         start=(*form.start, lag.phi, lag.psi),
-        parameters=form.parameters,
-        given=form.given,
         outputs={**form.outputs, "phi": lag.phi, "psi": psi_slow + kappa * time},
-        events=form.events,
-        invariants=form.invariants,
-        spin=form.spin,
-        starts_at_pole=True,
-        unbounded=False,
         integrated=form,
-        rates=form.rates,
     )
 
 
@@ -90,30 +77,21 @@ def product(a: Quaternion, b: Quaternion) -> Quaternion:
 
 def start_attitude() -> Quaternion:
     """Return the quaternion of Rz(phi) Rx(theta) Rz(psi)."""
-    tilted = product(_about_z(lag.phi), (sp.cos(lag.theta / 2), sp.sin(lag.theta / 2), 0, 0))
-    return product(tilted, _about_z(lag.psi))
-
-
-def _about_z(angle: Any) -> Quaternion:
-    return sp.cos(angle / 2), 0, 0, sp.sin(angle / 2)
+    about_z = [(sp.cos(angle / 2), 0, 0, sp.sin(angle / 2)) for angle in (lag.phi, lag.psi)]
+    about_x = (sp.cos(lag.theta / 2), sp.sin(lag.theta / 2), 0, 0)
+    return product(product(about_z[0], about_x), about_z[1])
 
 
 @cache
-def axis_of_quaternion() -> tuple[Any, Any, Any]:
+def _axis() -> dict[Any, Any]:
     """Return e = q z q*, quadratic in q; its length is that of q, squared."""
-    conjugate = (q_0, -q_1, -q_2, -q_3)
-    _, *e = product(product(q, (0, 0, 0, 1)), conjugate)
-    return tuple(map(sp.expand, e))
+    _, *e = product(product(q, (0, 0, 0, 1)), (q_0, -q_1, -q_2, -q_3))
+    return dict(zip((e_x, e_y, e_z), map(sp.expand, e), strict=True))
 
 
 def _of_quaternion(expression: Any) -> Any:
     """Write what the axis form says of e as a function of q."""
-    values = dict(zip((e_x, e_y, e_z), axis_of_quaternion(), strict=True))
-    return sp.sympify(expression).subs(values)
-
-
-def _rotated(l: tuple[Any, Any, Any]) -> Quaternion:  # noqa: E741
-    return product((0, *(component / 2 for component in l)), q)
+    return expression.subs(_axis())
 
 
 def _outputs(seen: Formulation) -> dict[str, Any]:

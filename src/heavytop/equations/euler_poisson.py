@@ -17,13 +17,14 @@ one is carried as the deviation from a uniform rotation, so that nothing in the 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
 import sympy as sp
 
 from heavytop.equations import lagrangian as lag
-from heavytop.equations.formulation import Formulation, time, turned_phi
+from heavytop.equations.formulation import Formulation, components, time, turned_phi
 
 e_x, e_y, e_z, l_x, l_y, deviation = sp.symbols("e_x e_y e_z l_x l_y deviation", real=True)
 g, l_z, n, kappa = sp.symbols("g l_z n kappa", real=True)
@@ -33,53 +34,49 @@ phi_0, psi_0 = sp.symbols("phi_0 psi_0", real=True)
 e = sp.Matrix([e_x, e_y, e_z])
 ell = sp.Matrix([l_x, l_y, l_z])
 
+_horizontal = e_x**2 + e_y**2  # sin^2(theta), without cancellation near the poles
+_along = l_x * e_x + l_y * e_y  # of l, along the horizontal part of e
+_turning = -ell.cross(e)[2]  # thetadot sin(theta)
+_precession = l_z * _horizontal - e_z * _along  # phidot sin^2(theta); l_z - n e_z loses digits
+
 
 @cache
 def axis_form(psi: str | None = None) -> Formulation:
     """Return the axis formulation, with psi carried by ``"sigma"``, ``"delta"`` or not at all."""
-    states, derivatives, start = _axis_states()
-    if psi is not None:
-        states, start = (*states, deviation), (*start, sp.Integer(0))
-        derivatives = (*derivatives, _regular_rate(psi) - frame_rate)
-    return Formulation(
+    axis = sp.Matrix(lag.axis())
+    momentum = axis.cross(axis.applyfunc(lag.time_derivative)) + lag.momenta()[2] / lag.A * axis
+    torque = -g * e.cross(sp.Matrix([0, 0, 1]))  # of V = gMR e_z, divided by A
+    form = Formulation(
         name="axis",
         summary="the axis and the angular momentum in space; sees no spin and no pole",
-        states=states,
-        derivatives=derivatives,
-        start=start,
+        states=(e_x, e_y, e_z, l_x, l_y),
+        derivatives=(*ell.cross(e), *torque[:2]),
+        start=(*axis, *(lag.normal_form(momentum[i]) for i in range(2))),
         parameters=_parameters(),
-        given=() if psi is None else (frame_rate,),
-        outputs=_outputs(psi),
-        events={"turning": -ell.cross(e)[2], "reversal": _precession()},
+        outputs=_outputs(),
+        events={"turning": _turning, "reversal": _precession},
         invariants={
             "energy": ell.dot(ell) / 2 - n**2 / 2 + g * e_z,  # e.e and l.e are its Casimirs
             "p_psi": ell.dot(e),
             "length": e.dot(e),
         },
         spin=ell.dot(e),
-        starts_at_pole=True,
-        unbounded=False,
         rates=(l_x, l_y),
     )
+    return form if psi is None else _with_psi(form, psi)
 
 
-def _axis_states() -> tuple[tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]:
-    axis = sp.Matrix(lag.axis())
-    torque = -g * e.cross(sp.Matrix([0, 0, 1]))  # of V = gMR e_z, divided by A
-    momentum = axis.cross(axis.applyfunc(lag.time_derivative)) + lag.momenta()[2] / lag.A * axis
-    states = (e_x, e_y, e_z, l_x, l_y)
-    derivatives = (*ell.cross(e), torque[0], torque[1])
-    start = (*axis, *(lag.normal_form(momentum[i]) for i in range(2)))
-    return states, derivatives, start
-
-
-def _precession() -> Any:
-    """Return phidot sin^2(theta), from the vectors: l_z - n e_z has no digits near a pole."""
-    return l_z * (e_x**2 + e_y**2) - e_z * (l_x * e_x + l_y * e_y)
-
-
-def _regular_rate(psi: str) -> Any:
-    return P_plus / (1 + e_z) if psi == "sigma" else P_minus / (1 - e_z)
+def _with_psi(form: Formulation, psi: str) -> Formulation:
+    side, momentum = (1, P_plus) if psi == "sigma" else (-1, P_minus)
+    uniform = psi_0 + (kappa + side * frame_rate) * time
+    return replace(
+        form,
+        states=(*form.states, deviation),
+        derivatives=(*form.derivatives, momentum / (1 + side * e_z) - frame_rate),
+        start=(*form.start, sp.Integer(0)),
+        given=(frame_rate,),
+        outputs={**form.outputs, "psi": uniform + side * (deviation - turned_phi + phi_0)},
+    )
 
 
 def _parameters() -> dict[Any, Any]:
@@ -97,26 +94,14 @@ def _parameters() -> dict[Any, Any]:
     }
 
 
-def _outputs(psi: str | None) -> dict[str, Any]:
-    horizontal = e_x**2 + e_y**2  # sin^2 theta, without cancellation near the poles
-    phidot = l_z - e_z * (l_x * e_x + l_y * e_y) / horizontal
-    outputs = {
-        "theta": sp.atan2(sp.sqrt(horizontal), e_z),
+def _outputs() -> dict[str, Any]:
+    phidot = l_z - e_z * _along / _horizontal
+    return {
+        "theta": sp.atan2(sp.sqrt(_horizontal), e_z),
         "phi_mod": sp.atan2(e_x, -e_y),
-        "thetadot": -ell.cross(e)[2] / sp.sqrt(horizontal),
+        "thetadot": _turning / sp.sqrt(_horizontal),
         "phidot": phidot,
         "psidot": omega3 - phidot * e_z,
+        **components("axis", e),
+        **components("omega", ell + kappa * e),
     }
-    for i, name in enumerate("xyz"):
-        outputs[f"axis_{name}"] = e[i]
-        outputs[f"omega_{name}"] = ell[i] + kappa * e[i]
-    if psi is not None:
-        outputs["psi"] = _spin_angle(psi)
-    return outputs
-
-
-def _spin_angle(psi: str) -> Any:
-    turned = turned_phi - phi_0
-    if psi == "sigma":
-        return psi_0 + (kappa + frame_rate) * time + deviation - turned
-    return psi_0 + (kappa - frame_rate) * time - deviation + turned

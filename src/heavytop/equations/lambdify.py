@@ -1,0 +1,176 @@
+"""From symbols to anything that computes: heyoka, numpy, MPFR, Python's floats, exact numbers.
+
+An arithmetic is given by how it makes a number of an integer, p/q being the quotient of two of
+them, and by its functions. So 1/3 has all the digits of whatever computes with it. `evaluated`
+walks through expressions once; `lambdified` writes them as Python code, for what is called often.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import reduce
+from typing import Any
+
+import numpy as np
+import sympy as sp
+from sympy.printing.pycode import PythonCodePrinter
+
+from heavytop import numbers as exact
+from heavytop.errors import UntranslatableExpression
+from heavytop.numbers import Exact
+
+Functions = Mapping[str, Callable[..., Any]]
+
+NUMPY: Functions = {"sin": np.sin, "cos": np.cos, "sqrt": np.sqrt, "atan2": np.arctan2}
+
+
+def lambdified(
+    expressions: Sequence[Any],
+    arguments: Sequence[Any],
+    number: Callable[[int], Any] = float,
+    functions: Functions = NUMPY,
+) -> Callable[..., list[Any]]:
+    """Return a function of numbers of one type, which computes in that type alone.
+
+    Parameters
+    ----------
+    expressions : sequence of sympy expressions, or of sequences of them
+    arguments : sequence of symbols
+    number : callable
+        From an integer to a number of the type.
+    functions : mapping from str to callable
+        What ``sin``, ``cos``, ``sqrt``, ``atan2`` mean there, of those that occur. Together with
+        `number`, those of arrays of doubles unless others are given.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> x = sp.Symbol("x")
+    >>> lambdified([x / 3 + x**2], [x], Fraction, {})(Fraction(1, 2))
+    [Fraction(5, 12)]
+    """
+    ratios = set().union(*(sp.sympify(x).atoms(sp.Rational) for x in sp.flatten(expressions)))
+    signed = [r for ratio in ratios if ratio.q != 1 for r in (ratio, -ratio)]
+    names = {_name(r): number(int(r.p)) / number(int(r.q)) for r in signed}
+    return sp.lambdify(  # type: ignore[no-any-return]
+        list(arguments),
+        list(expressions),
+        modules=[{**names, **functions}],  # modules="numpy" would import all of numpy, f2py too
+        printer=_Printer({"fully_qualified_modules": False, "inline": True}),
+        cse=True,
+    )
+
+
+def _name(ratio: Any) -> str:
+    sign = "minus_" if ratio.p < 0 else ""
+    return f"ratio_{sign}{abs(ratio.p)}_{ratio.q}"
+
+
+class _Printer(PythonCodePrinter):  # type: ignore[misc]
+    """Writes 1/3 as the name of a number: Python's own would be a double."""
+
+    def _print_Rational(self, ratio: Any) -> str:
+        return _name(ratio)
+
+    _print_Half = _print_Rational
+
+
+def evaluated(
+    expressions: Sequence[Any],
+    named: Mapping[str, Any],
+    number: Callable[[int], Any],
+    functions: Functions,
+) -> list[Any]:
+    """Return what expressions become when numbers, or expressions of others, stand for symbols.
+
+    `named` has those by the names of the symbols; `number` and `functions` are as in `lambdified`.
+    Equal subexpressions are evaluated once.
+
+    Raises
+    ------
+    UntranslatableExpression
+        It has a symbol without a value, or a function or number that the arithmetic has not.
+
+    Examples
+    --------
+    >>> x, y = sp.symbols("x y")
+    >>> evaluated([sp.cos(x) ** 2 / 3 - y], {"x": 0, "y": 1}, float, {"cos": np.cos})
+    [np.float64(-0.6666666666666667)]
+    """
+    return list(map(_Walk(named, number, functions), map(sp.sympify, expressions)))
+
+
+def exact_values(expressions: Sequence[Any], named: Mapping[str, Exact]) -> list[Exact]:
+    """Return the exact values of expressions, given those of their symbols by name.
+
+    >>> float(exact_values([sp.cos(sp.Symbol("x")) ** 2], {"x": Exact.of("pi/3")})[0])
+    0.25
+    """
+    return evaluated(expressions, named, Exact.of, {"sin": exact.sin, "cos": exact.cos})
+
+
+@dataclass(frozen=True, slots=True)
+class _Walk:
+    """The way through an expression, in one arithmetic; `known` are the values met before."""
+
+    named: Mapping[str, Any]
+    number: Callable[[int], Any]
+    functions: Functions
+    known: dict[Any, Any] = field(default_factory=dict)
+
+    def __call__(self, node: Any) -> Any:
+        if node not in self.known:
+            self.known[node] = self._value(node)
+        return self.known[node]
+
+    def _value(self, node: Any) -> Any:
+        if node.is_Symbol and node.name in self.named:
+            return self.named[node.name]
+        if node.is_Integer:
+            return self.number(int(node))
+        if node.is_Rational:
+            return self.number(int(node.p)) / self.number(int(node.q))
+        if node.is_Add:
+            return self._sum(node)
+        if node.is_Mul:
+            return self._product(node)
+        if _is_power(node):
+            return self._power(node.base, node.exp)
+        if node.func.__name__ in self.functions:
+            return self.functions[node.func.__name__](*map(self, node.args))
+        raise UntranslatableExpression(f"{node} is not what can be computed here")
+
+    def _sum(self, node: Any) -> Any:
+        # Differences, not sums with negated terms: each negation is one more series to propagate.
+        negative = {term: term.could_extract_minus_sign() for term in node.args}
+        first, *others = sorted(node.args, key=negative.__getitem__)
+        total = self(first)
+        for term in others:
+            total = total - self(-term) if negative[term] else total + self(term)
+        return total
+
+    def _product(self, node: Any) -> Any:
+        if node.could_extract_minus_sign():
+            return -self(-node)
+        # Reciprocals are gathered into one true division: x * (1/y) would round twice.
+        above, below = [], []
+        for factor in node.args:
+            if _is_power(factor) and factor.exp.p < 0:
+                below.append(self._power(factor.base, -factor.exp))
+            else:
+                above.append(self(factor))
+        product = reduce(operator.mul, above) if above else self.number(1)
+        return product / reduce(operator.mul, below) if below else product
+
+    def _power(self, base: Any, exponent: Any) -> Any:
+        if exponent.p < 0:
+            return self.number(1) / self._power(base, -exponent)
+        root = self(base) if exponent.q == 1 else self.functions["sqrt"](self(base))
+        return root if exponent.p == 1 else root ** int(exponent.p)
+
+
+def _is_power(node: Any) -> bool:
+    """Tell whether it is a power by a whole or half number."""
+    return bool(node.is_Pow and node.exp.is_Rational and node.exp.q <= 2)

@@ -1,0 +1,112 @@
+"""Expressions in other arithmetics, against sympy's own evaluation."""
+
+import math
+import random
+
+import heyoka as hy
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+
+from heavytop.equations.formulation import FORMULATIONS
+from heavytop.equations.lambdify import evaluated, lambdified
+from heavytop.errors import UntranslatableExpression
+from heavytop.integration.compiled import translated
+
+x, y = sp.symbols("x y", real=True)
+X, Y = hy.make_vars("x", "y")
+NAMES = {"x": X, "y": Y}
+PRECISION = 240
+
+
+def value_at(expression, precision):
+    """Evaluate a translated expression at x = 3/4, y = 5/8, numbers exact in any precision."""
+    [there] = translated([expression], NAMES, precision)
+    kwargs = {"fp_type": hy.real, "prec": precision} if precision != 53 else {}
+    function = hy.cfunc([there], [X, Y], compact_mode=True, **kwargs)
+    if precision == 53:
+        return sp.Float(float(function(np.array([0.75, 0.625]))[0]), 17)
+    inputs = np.array([hy.real(v, precision) for v in (0.75, 0.625)])
+    return sp.Float(str(function(inputs)[0]), int(precision * 0.3))
+
+
+EXPRESSIONS = [
+    x / 3 + sp.sqrt(2) * y,
+    sp.Rational("0.1") * x - sp.Rational(7, 9),
+    x / (3 * y * sp.sqrt(x)),
+    sp.sin(x) ** 2 / sp.cos(y) ** 3,
+    sp.sin(sp.Integer(1)) * x + sp.Rational(1, 3) / sp.sqrt(sp.Integer(2)),
+    sp.sqrt(x) ** 3 - x**-2 + sp.exp(y) * sp.log(x),
+    -x * y + 10**20,
+]
+
+
+@pytest.mark.parametrize("expression", EXPRESSIONS, ids=str)
+@pytest.mark.parametrize("precision", [53, PRECISION])
+def test_constants_are_exact_at_the_working_precision(expression, precision):
+    exact = expression.subs({x: sp.Rational(3, 4), y: sp.Rational(5, 8)}).evalf(90)
+    error = abs(value_at(expression, precision) - exact) / max(1, abs(exact))
+    assert error < sp.Float(2) ** (4 - precision)
+
+
+def test_a_third_is_not_the_double_third():
+    third = value_at(x / 3, PRECISION)
+    assert abs(third - sp.Rational(1, 4).evalf(90)) < sp.Float(2) ** (4 - PRECISION)
+    assert abs(third - sp.Rational(3, 4) * sp.Rational(1 / 3)) > 1e-18
+
+
+@pytest.mark.parametrize(
+    ("expression", "named"),
+    [
+        (1 + sp.Abs(x), "Abs(x)"),
+        (sp.sin(x) + sp.Symbol("w"), "w"),
+        (sp.Function("f")(x) * 2, "f(x)"),
+        (x ** sp.Rational(1, 3), "x**(1/3)"),
+        (y * x ** -sp.Rational(1, 3), "x**(-1/3)"),
+        (x + sp.I, "I"),
+        (x + sp.pi, "pi"),
+        (x * sp.Float("0.1", 80), "0.1"),
+        (x + sp.oo, "oo"),
+        (sp.Derivative(sp.Function("f")(x), x), "Derivative(f(x), x)"),
+    ],
+)
+def test_what_cannot_be_translated_is_named(expression, named):
+    with pytest.raises(UntranslatableExpression) as refusal:
+        translated([expression], NAMES)
+    assert named in str(refusal.value)
+
+
+def test_common_subexpressions_are_translated_once():
+    shared = sp.sin(x * y)
+    first, second = translated([shared + 1, shared * 2], NAMES)
+    system = [(X, first + second), (Y, X)]
+    decomposition = hy.taylor_adaptive(system, [0.0, 1.0]).decomposition
+    assert sum("sin" in str(line) for line in decomposition) <= 2
+
+
+@pytest.mark.parametrize("name", FORMULATIONS)
+def test_every_arithmetic_gives_the_rates_that_sympy_gives(name):
+    form = FORMULATIONS[name].build()
+    symbols = (*form.states, *form.constants_in(form.derivatives))
+    source = random.Random(name)
+    values = [sp.Rational(source.randint(2**8, 2**10), 2**10) for _ in symbols]
+    there = dict(zip(symbols, values, strict=True))
+    exact = [sp.sympify(x).subs(there).evalf(60) for x in form.derivatives]
+    doubles = [float(x) for x in values]
+    named = {s.name: x for s, x in zip(symbols, doubles, strict=True)}
+    math_functions = {name: getattr(math, name) for name in ("sin", "cos", "sqrt")}
+    variables = {s.name: hy.expression(s.name) for s in symbols}
+    compiled = hy.cfunc(translated(form.derivatives, variables), [*variables.values()])
+    for rates in (
+        lambdified(form.derivatives, symbols)(*doubles),
+        evaluated(form.derivatives, named, float, math_functions),
+        compiled(np.array(doubles)),
+    ):
+        assert all(abs(x - y) < 1e-14 * (1 + abs(y)) for x, y in zip(rates, exact, strict=True))
+    ctx = mpmath.MPContext()
+    ctx.dps = 50
+    functions = {name: getattr(ctx, name) for name in ("sin", "cos", "sqrt")}
+    function = lambdified(form.derivatives, symbols, ctx.mpf, functions)
+    for x, y in zip(function(*(ctx.mpf(int(v.p)) / int(v.q) for v in values)), exact, strict=True):
+        assert abs(x - ctx.mpf(str(y))) < ctx.mpf(10) ** -48 * (1 + abs(ctx.mpf(str(y))))
