@@ -110,12 +110,15 @@ def sweep():
         return np.array([ht.propagate(scene).phi[-1] for scene in scenes])
 
     slow, fast = measured("slow"), measured("fast")
+    A, C, gMR = (float(x) for x in (BOOK.A, BOOK.C, BOOK.gMR))
+    p_psi, u = C * spins, np.cos(0.1)
+    exact = steady.rates(BOOK, p_psi, u)
     figure = Figure(figsize=(6.4, 4.2), layout="constrained")
     errors = {
-        "slow: gMR/p_ψ": steady.slow_limit(BOOK, spins) / slow - 1,
-        "fast: p_ψ/(A cosθ)": steady.fast_limit(BOOK, "0.1", spins) / fast - 1,
-        "slow, exact formula": steady.slow(BOOK, "0.1", spins) / slow - 1,
-        "fast, exact formula": steady.fast(BOOK, "0.1", spins) / fast - 1,
+        "slow: gMR/p_ψ": gMR / p_psi / slow - 1,
+        "fast: p_ψ/(A cosθ)": p_psi / (A * u) / fast - 1,
+        "slow, exact formula": exact[0] / slow - 1,
+        "fast, exact formula": exact[1] / fast - 1,
     }
     ax = figure.subplots()
     steady_errors(ax, spins, errors)

@@ -13,7 +13,6 @@ import numpy as np
 from claim import claim, finish, interleaved, most
 
 import heavytop as ht
-from heavytop.analytic import steady
 from heavytop.equations import gradients
 from heavytop.equations.euler_poisson import axis_form
 from heavytop.equations.formulation import FORMULATIONS
@@ -104,7 +103,7 @@ for name in ("steady-betsch", "steady-fast", "steady-single"):
     scene = ht.load_scene(name, ['want.quantities=["theta"]'])
     rate = float(scene.start.phidot)
     turn = 2 * np.pi / abs(rate)
-    omega = steady.nutation_frequency(scene.top, scene.start.theta, rate)
+    omega = ht.facts(scene.top, scene.start).small_nutation_frequency
     found = state_transition(scene, t=[turn]).multipliers[0]
     pair = np.exp([1j * omega * turn, -1j * omega * turn])
     claim(
@@ -113,7 +112,7 @@ for name in ("steady-betsch", "steady-fast", "steady-single"):
     )  # fmt: skip
 for omega3 in (40, 100, 117):
     scene = ht.load_scene("sleeping-unstable", [f"start.omega3={omega3}"])
-    rate = steady.sleeping_growth_rate(scene.top, omega3)
+    rate = ht.facts(scene.top, scene.start).growth_rate
     largest = most(abs(state_transition(scene, t=[3 / rate]).multipliers[0]))
     off_rate = abs(np.log(largest) / 3 - 1)
     claim(f"growth of the sleeping top at {omega3} rad/s, relative", off_rate, 1e-11)

@@ -48,9 +48,14 @@ def growth_by_a_run(ratio, growth):
     return math.acosh(grown / TILT) / time
 
 
+def growth_of(omega3):
+    """The rate at which the sleeping top falls, by theory."""
+    return ht.facts(TOP, ht.State(0, omega3=omega3)).growth_rate
+
+
 theory, floquet, runs = [], [], []
 for ratio in (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99):
-    growth = steady.sleeping_growth_rate(TOP, spin_at(ratio))
+    growth = growth_of(spin_at(ratio))
     theory.append((ratio, growth))
     floquet.append((ratio, growth_by_multipliers(ratio)))
     runs.append((ratio, growth_by_a_run(ratio, growth)))
@@ -65,7 +70,7 @@ near = {}
 for power in BESIDE:
     spins = [4 * (1 + sign * 10.0**-power) for sign in (-1, 1)]
     below, above = (growth_by_multipliers((spin / 4) ** 2) for spin in spins)
-    exact = steady.sleeping_growth_rate(TOP, spins[0])
+    exact = growth_of(spins[0])
     print(f"     spin 1 -+ 1e-{power}: growth {below:.9e} (theory {exact:.9e}), {above:.1e} (0)")
     near[power] = abs(below / exact - 1), most(abs(below - exact), abs(above))
 for power, (relative, absolute) in near.items():  # a growth of 1e-6 is known as a rounding lets it
@@ -85,9 +90,9 @@ for tilt in (0.2, 0.5, 0.8, 1.1, 1.4, 1.7, 2.2, 2.8):
         if ratio <= 1.02 * math.cos(tilt):
             continue
         omega3 = spin_at(ratio)
-        for fast, branch in enumerate((steady.slow, steady.fast)):
-            rate = float(branch(TOP, tilt, omega3))
-            nod = float(steady.nutation_frequency(TOP, tilt, rate))
+        for fast, branch in enumerate(("slow", "fast")):
+            known = ht.facts(TOP, ht.State.steady(TOP, tilt, omega3, branch))
+            rate, nod = known.mean_precession_rate, known.small_nutation_frequency
             time = 0.382 * math.tau / nod
             start = ht.State(tilt, phidot=rate, omega3=omega3)
             matrix = ht.state_transition(scene(start, time), "axis", [time]).matrix[0]
@@ -111,7 +116,7 @@ claim("pushed by 1e-6, swing in 50 nutations, off the small one, relative",
       most(c.strayed for c in cones), 1e-3)  # fmt: skip
 
 # Beside the separatrix: a start off by eps comes back after ln(1/eps)/lambda
-LEAVING = steady.sleeping_growth_rate(TOP, "2*sqrt(3)")
+LEAVING = growth_of("2*sqrt(3)")
 back_after = {}
 for power in (3, 5, 7, 9):
     start = ht.State("pi/3", phidot=f"2/sqrt(3) + 1e-{power}", omega3="2*sqrt(3)")

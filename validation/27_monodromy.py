@@ -48,8 +48,9 @@ def added_up(found, places=96):
     for k in range(places):
         s = 2 * ctx.pi * (k + ctx.mpf("0.1")) / places
         one, other = at(s - step), at(s + step)
-        for i in (0, 1):
-            gained[i] += float((other[i + 1] - one[i + 1]) / (2 * step)) * math.tau / places
+        for i, name in enumerate(("precession", "spin")):
+            change = getattr(other, name) - getattr(one, name)
+            gained[i] += float(change / (2 * step)) * math.tau / places
     return gained
 
 

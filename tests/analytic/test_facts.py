@@ -11,7 +11,6 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import heavytop as ht
-from heavytop.analytic import steady
 from heavytop.analytic.facts import Facts, facts
 from heavytop.scene.scene import shipped_scenes
 
@@ -91,13 +90,16 @@ def test_sleeping():
     stable = of(BOOK, theta=0, psidot=140)
     assert stable.stable is True
     assert stable.growth_rate is None
-    assert stable.small_nutation_frequency == steady.sleeping_nutation_frequency(BOOK, 140)
+    A, C, gMR = (float(x) for x in (BOOK.A, BOOK.C, BOOK.gMR))
+    nodding = math.sqrt((C * 140) ** 2 - 4 * A * gMR) / A
+    assert stable.small_nutation_frequency == pytest.approx(nodding, rel=1e-14)
     cones = stable.slow_cone_rate, stable.fast_cone_rate
     assert cones[1] - cones[0] == pytest.approx(stable.small_nutation_frequency, rel=1e-14)
     assert sum(cones) == pytest.approx(6.6e-5 * 140 / 3.28e-4, rel=1e-15)  # p_ψ/A
     unstable = of(BOOK, theta=0, psidot=100)
     assert unstable.stable is False
-    assert unstable.growth_rate == steady.sleeping_growth_rate(BOOK, 100)
+    growth = math.sqrt(4 * A * gMR - (C * 100) ** 2) / 2 / A
+    assert unstable.growth_rate == pytest.approx(growth, rel=1e-14)
     assert unstable.small_nutation_frequency is unstable.slow_cone_rate is None
     marginal = of(ht.Top(2, 1, 2), theta=0, psidot=4)
     assert marginal.stable is True

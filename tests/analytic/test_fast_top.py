@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.analytic import steady
 from heavytop.analytic.facts import facts
 
 BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")
@@ -71,7 +70,7 @@ def test_steady_precession_has_an_estimate_for_either_rate():
         start = ht.State.steady(BOOK, "0.1", 140, which)
         known = facts(ht.Motion(BOOK, start))
         assert 100 * known.fast_top_precession_error == pytest.approx(percent, abs=5e-4)
-        nodding = steady.nutation_frequency(BOOK, "0.1", known.mean_precession_rate)
+        nodding = known.small_nutation_frequency
         period = 2 * np.pi * 3.28e-4 / (6.6e-5 * 140)
         assert known.fast_top_period_error == pytest.approx(period * nodding / 2 / np.pi - 1)
         assert known.fast_top_amplitude is None

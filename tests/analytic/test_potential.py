@@ -106,6 +106,34 @@ def test_the_least_is_the_least(name):
     assert V.curve(0.0) is None
 
 
+G, B60, B140 = 0.0456 / 3.28e-4, 6.60e-5 * 60 / 3.28e-4, 6.60e-5 * 140 / 3.28e-4
+
+
+@pytest.mark.parametrize(
+    ("name", "tilt"),
+    [
+        ("through the top", 0.0),
+        ("swinging", np.pi),
+        ("over an unstable top", np.arccos(B60 / np.sqrt(G) - 1)),
+        ("inverted, over the bottom", np.pi - np.arccos(B60 / np.sqrt(G) - 1)),
+        ("near the top", 1e-7 * np.sqrt(B140 / np.sqrt(B140**2 - 4 * G))),
+    ],
+)
+def test_the_lowest_tilt(name, tilt):
+    """A pole where the axis can stay on it; at P₋ = 0, b² < 4g the steady tilt of Ω = √g.
+
+    Beside a stable top 1 − cosθ is |P₋|/√(b² − 4g), here with P₋ = −½ b θ₀², θ₀ = 1e-7.
+    """
+    assert potential(*STARTS[name]).bottom == pytest.approx(tilt, rel=1e-13, abs=0)
+
+
+@pytest.mark.parametrize("theta", ["1e-160", "1e-200"])
+def test_beside_a_pole_by_less_than_doubles_hold(theta):
+    V = potential(BOOK, State(theta, thetadot=1, psidot=140))
+    assert V.bottom < 1e-100
+    assert V.curve(V.excess).speed.max() == pytest.approx(1, rel=1e-12)
+
+
 def test_a_curve_of_another_energy_keeps_the_momenta():
     V = potential(*STARTS["loops"])
     low, high = V.curve(V.excess / 4), V.curve(4 * V.excess)
@@ -144,6 +172,12 @@ class TestSeparatrix:
         assert curve.theta[-1] == np.pi
         energy = curve.speed**2 / 2 + V(curve.theta)
         np.testing.assert_allclose(energy, -float(V.g), rtol=1e-12)
+
+    def test_is_none_where_the_upright_top_is_just_stable(self):
+        threshold = State(0, thetadot=3, omega3="2*sqrt(3.28e-4*0.0456)/6.60e-5")
+        V = potential(BOOK, threshold)
+        assert V.separatrix() is None
+        assert V.bottom < 1e-7
 
     @pytest.mark.parametrize("name", ["loops", "through the top", "through the bottom", "inverted"])
     def test_is_none_where_nothing_tends_to_the_vertical(self, name):

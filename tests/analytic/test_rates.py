@@ -237,6 +237,19 @@ def test_a_disc_about_its_centre_stops_its_spin_and_does_not_turn_it_back():
     assert psidot.reversal is None
 
 
+def test_rates_that_hardly_change_have_their_places():
+    """A nutation of 5e-54 rad through the top: ψ̇ = 0 there, and κ + P₊/2(1 + u) at its end."""
+    motion, (phidot, psidot) = of(
+        ht.Top(1, 2, "1e-30"), theta=0, thetadot="1e-45", phidot="1e8", psidot="1e8"
+    )
+    tilt = motion.theta_max
+    assert tilt == pytest.approx(5e-54, rel=1e-6)
+    assert psidot.values == [0.0, pytest.approx(2e8 * tilt**2 / 4, rel=1e-14)]
+    assert psidot.places == phidot.places == [0.0, tilt]
+    motion, both = of(ht.Top(2, "0.25", 0), theta=0, thetadot="1e-45", omega3="1e8")
+    assert [rate.places for rate in both] == [[0.0, motion.theta_max]] * 2
+
+
 exact = st.fractions(-4, 4, max_denominator=1000)
 
 

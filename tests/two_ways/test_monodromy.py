@@ -17,7 +17,8 @@ def test_integrated_around_the_thread():
         p_phi, E_prime = loop((k + 0.5) / PLACES)
         folded = ht.fold(ht.Scene(diagram.top, diagram.start(E_prime, p_phi), time=1))
         found = folded.period, folded.precession, folded.spin
-        told = diagram.advance(p_phi, E_prime)[:3]
+        form = diagram.advance(p_phi, E_prime)
+        told = form.period, form.precession, form.spin
         off += [abs(float(a) / float(b) - 1) for a, b in zip(found, told, strict=True)]
         kappa = 0.004 * (1 / 6.6e-5 - 1 / 3.28e-4)
         gained.append((float(found[1]), float(found[2]) - kappa * float(found[0])))

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.analytic import steady
 from heavytop.equations import lagrangian as lag
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.equations.lambdify import lambdified
@@ -355,7 +354,7 @@ def test_multipliers_of_steady_precession(which):
     """After a turn of precession the axis form returns: 1, but for a pair exp(+-i omega T)."""
     scene = ht.load_scene(which, ['want.quantities=["theta"]'])
     rate = float(scene.start.phidot)
-    omega = steady.nutation_frequency(scene.top, scene.start.theta, rate)
+    omega = ht.facts(scene.top, scene.start).small_nutation_frequency
     turn = 2 * np.pi / abs(rate)
     for name, t in (("axis", turn), ("routh", 0.3 * turn)):
         found = state_transition(scene, name, t=[t]).multipliers[0]
@@ -370,7 +369,7 @@ def test_multipliers_of_steady_precession(which):
 @pytest.mark.parametrize("omega3", [0, 40, 100, 117])
 def test_growth_of_the_sleeping_top(omega3):
     scene = ht.load_scene("sleeping-unstable", [f"start.omega3={omega3}"])
-    rate = steady.sleeping_growth_rate(scene.top, omega3)
+    rate = ht.facts(scene.top, scene.start).growth_rate
     t = 3 / rate
     found = state_transition(scene, t=[t]).multipliers[0]
     assert np.log(max(abs(found))) / t == pytest.approx(rate, rel=1e-12)

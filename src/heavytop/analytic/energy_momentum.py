@@ -13,30 +13,27 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from math import atan2, pi, sqrt
-from typing import Any, Final, NamedTuple, TypeAlias
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from heavytop.analytic import critical_set
+from heavytop.analytic import steady
 from heavytop.analytic.closed_form import ClosedForm
-from heavytop.analytic.monodromy import Circuit, Loop, LoopSample, ellipse, followed
+from heavytop.analytic.critical_set import Array, valley
+from heavytop.analytic.monodromy import Circuit, Loop, ellipse, followed
 from heavytop.analytic.rising import Rising
-from heavytop.analytic.steady import steady_rates
 from heavytop.classification import Kind
 from heavytop.classification.reduced import FromConstants
 from heavytop.errors import ImpossibleStart
-from heavytop.numbers import PI, Exact, Number, decimals
+from heavytop.numbers import PI, Exact, Number
 from heavytop.numbers.intervals import Interval, rational
 from heavytop.scene.arguments import expect, number_of
 from heavytop.scene.state import Branch, State
 from heavytop.scene.top import Top
 
-Array: TypeAlias = npt.NDArray[np.float64]
-
 NEAREST: Final = 1e-7  # of gMR: a shallower thread cannot be gone around in doubles in any time
-_AROUND: Final = 181  # points at which a loop is held against the edge of the diagram
-_HALVINGS: Final = 40
+_BESIDE: Final = 2001  # points of the edge that are held against the thread
 _BITS: Final = 400  # of moments and p_ψ that are not rational
 
 
@@ -77,18 +74,6 @@ class Steady(NamedTuple):
     fast: npt.NDArray[np.bool_]
 
 
-class Advance(NamedTuple):
-    """What one nutation brings: T [s], Δφ, Δψ and Δψ − κT [rad], κ = p_ψ (1/C − 1/A).
-
-    The angles hold +π and ∓π for each exact pass through the top or the bottom.
-    """
-
-    period: decimals.Number
-    precession: decimals.Number
-    spin: decimals.Number
-    relative_spin: decimals.Number
-
-
 @dataclass(frozen=True)
 class EnergyMomentum:
     """The diagram of one top at one p_ψ; made by `energy_momentum`.
@@ -126,18 +111,19 @@ class EnergyMomentum:
     @cached_property
     def standing(self) -> Place:
         """The upright equilibrium, where V is highest, at p_φ = ±p_ψ, E' = |gMR|."""
-        return self._vertical(1 if self.g >= 0 else -1)
+        side = 1 if self.g >= 0 else -1
+        return Place(side * float(self.p_psi), side * float(self.top.gMR))
 
     @cached_property
     def hanging(self) -> Place:
         """The hanging equilibrium, where V is lowest, at p_φ = ∓p_ψ, E' = −|gMR|."""
-        return self._vertical(-1 if self.g >= 0 else 1)
+        return Place(-self.standing.p_phi, -self.standing.E_prime)
 
     @cached_property
     def isolated(self) -> bool:
         """Whether p_ψ² < 4 A |gMR|, exactly, and the upright equilibrium is isolated."""
-        weight = self.top.gMR * (self.top.gMR.sign() or 0)
-        return (self.p_psi**2 - 4 * self.top.A * weight).sign() == -1
+        threshold = 4 * self.top.A * self.top.gMR
+        return (self.p_psi**4 - threshold**2).sign() == -1
 
     @property
     def thread(self) -> Place | None:
@@ -174,15 +160,14 @@ class EnergyMomentum:
         p_phi : array_like
             Momenta about the vertical [kg m² s⁻¹].
         """
-        A, given = float(self.top.A), np.asarray(p_phi, dtype=np.float64)
-        energy, rate = critical_set.least(self.g, self.b, given / A)
-        corner = np.copysign(float(self.top.gMR), energy)
-        energy = np.where(np.isnan(rate) & ~np.isnan(given), corner, A * energy)
-        rate = np.where(rate == 0, np.nan, rate)
-        minus, plus = critical_set.cosines(self.g, self.b, given / A, rate)
-        theta = 2 * np.arctan2(np.sqrt(minus), np.sqrt(plus))
-        fast = rate**2 * abs(plus - minus) > 2 * abs(self.g)
-        return Steady(theta, rate, given, energy, fast)
+        A, p_psi, given = float(self.top.A), float(self.p_psi), np.asarray(p_phi, dtype=np.float64)
+        found = valley(self.g, (given + p_psi) / A, (given - p_psi) / A)
+        corner = np.isnan(found.rate) & ~np.isnan(given)
+        energy = np.where(corner, np.copysign(float(self.top.gMR), found.energy), A * found.energy)
+        rate = np.where(found.rate == 0, np.nan, found.rate)
+        theta = 2 * np.arctan2(np.sqrt(found.one_minus_u), np.sqrt(found.one_plus_u))
+        fast = rate**2 * abs(found.one_plus_u - found.one_minus_u) > 2 * abs(self.g)
+        return Steady(np.where(np.isnan(rate), np.nan, theta), rate, given, energy, fast)
 
     def steady(self, theta: npt.ArrayLike, which: str = "slow") -> Steady:
         """The slow or the fast precession at given tilts: nan where there is none.
@@ -203,7 +188,7 @@ class EnergyMomentum:
             raise ImpossibleStart([("which", '"slow" or "fast"')])
         tilt, A = np.asarray(theta, dtype=np.float64), float(self.top.A)
         u = np.where(tilt == pi / 2, 0.0, np.cos(tilt))
-        found = steady_rates(A, float(self.top.gMR), float(self.p_psi), u)[which == "fast"]
+        found = steady.rates(self.top, float(self.p_psi), u)[which == "fast"]
         rate = np.where(np.isfinite(found) & (found != 0), found, np.nan)
         drift = rate * np.sin(tilt) ** 2
         p_phi, energy = A * (self.b * u + drift), A * (self.g * u + rate * drift / 2)
@@ -234,9 +219,9 @@ class EnergyMomentum:
         on_edge, vertical, between = energy == lowest, abs(p) == abs(p_psi), abs(p) < abs(p_psi)
         lift = np.sign(p_psi) * (energy * p_psi - gMR * p)
         upright = (p == np.sign(gMR) * p_psi) & (energy == abs(gMR))
-        first_that_fits: list[tuple[npt.NDArray[np.bool_], str]] = [
+        first_that_fits: list[tuple[Any, str]] = [
             (~(energy >= lowest), ""),
-            (np.full(p.shape, gMR == 0), Kind.FORCE_FREE),
+            (np.bool_(gMR == 0), Kind.FORCE_FREE),
             (upright & on_edge, Kind.SLEEPING),
             (vertical & on_edge & (energy == -abs(gMR)), Kind.HANGING),
             (on_edge, Kind.UNIFORM_PRECESSION),
@@ -247,8 +232,8 @@ class EnergyMomentum:
             (between & (lift > 0), Kind.LOOPS),
             (between & (lift == 0), Kind.CUSPS),
         ]
-        words = [np.full(p.shape, str(kind)) for _, kind in first_that_fits]
-        return np.select([here for here, _ in first_that_fits], words, default=str(Kind.WAVES))
+        where, kinds = zip(*first_that_fits, strict=True)
+        return np.select(where, kinds, default=str(Kind.WAVES))
 
     def start(
         self, E_prime: Number, p_phi: Number, theta: Number | None = None,
@@ -271,23 +256,31 @@ class EnergyMomentum:
         ImpossibleStart
             The place is outside of the diagram, or on its edge; or θ is not reached.
         """
-        energy, p = Exact.of(E_prime), Exact.of(p_phi)
-        tilt = self._middle(energy, p) if theta is None else theta
-        E = energy + self.p_psi**2 / (2 * self.top.C)
-        return State.from_constants(self.top, E, p, self.p_psi, tilt, branch)
+        p_phi, E = Exact.of(p_phi), Exact.of(E_prime) + self.p_psi**2 / (2 * self.top.C)
+        if theta is None:
+            minus, plus = self._lowest(p_phi)
+            theta = 2 * atan2(sqrt(minus), sqrt(plus)) if plus else PI
+        return State.from_constants(self.top, E, p_phi, self.p_psi, theta, branch)
 
     @property
     def maximal_loop(self) -> float:
-        """How large a loop `around` the upright equilibrium can be; 0 at the threshold."""
+        """How large a loop `around` the upright equilibrium can be; 0 at the threshold.
+
+        In the units of its axes the loop is a circle, and the edge is convex: that is how far from
+        the thread it is.
+        """
         if not self.isolated:
             return 0.0
-        around = np.linspace(0.0, 1.0, _AROUND)
-        low, high = 0.0, self.depth / abs(float(self.top.gMR))
-        for _ in range(_HALVINGS):
-            middle = (low + high) / 2
-            p, energy = np.array([*map(self.around(middle), around)]).T
-            low, high = (middle, high) if np.all(energy > self.least(p)) else (low, middle)
-        return low
+        unit, weight = self._axes
+        aside = self.depth / weight * np.linspace(-1, 1, _BESIDE)
+        below = self.standing.E_prime - self.least(self.standing.p_phi + unit * aside)
+        return float(np.min(np.hypot(aside, below / weight)))
+
+    @property
+    def _axes(self) -> tuple[float, float]:
+        """√(A |gMR|) and |gMR|, natural units of momentum and energy."""
+        weight = abs(float(self.top.gMR))
+        return sqrt(float(self.top.A) * weight), weight
 
     def around(self, size: float) -> Loop:
         """The ellipse around the upright equilibrium with axes √(A |gMR|) and |gMR| times size.
@@ -304,12 +297,13 @@ class EnergyMomentum:
         Loop
             (p_φ, E') at s from 0 to 1 [kg m² s⁻¹, J], for `circuit`.
         """
-        weight = abs(float(self.top.gMR))
-        radii = size * sqrt(float(self.top.A) * weight), size * weight
-        return ellipse(self.standing, radii)
+        unit, weight = self._axes
+        return ellipse(self.standing, (size * unit, size * weight))
 
-    def advance(self, p_phi: Any, E_prime: Any, digits: int = 40) -> Advance | None:
-        """T, Δφ and Δψ of the motions at a place, in many digits; None where nothing nutates.
+    def advance(self, p_phi: Any, E_prime: Any, digits: int = 40) -> ClosedForm | None:
+        """The closed form of the motions at a place, with T, Δφ and Δψ; None where nothing nutates.
+
+        The angles hold +π and ∓π for each exact pass through the top or the bottom.
 
         Parameters
         ----------
@@ -328,15 +322,13 @@ class EnergyMomentum:
             rule = f"at least {lowest:.17g} at p_phi = {float(p_phi):.17g}"
             raise ImpossibleStart([("E_prime", rule)])
         A, C, gMR, p_psi = map(_fraction, (self.top.A, self.top.C, self.top.gMR, self.p_psi))
-        minus, plus = self._passed(float(E_prime), float(p_phi))
+        p, kappa = rational(p_phi), p_psi / C - p_psi / A
+        minus, plus = map(Fraction, self._lowest(Exact.of(p)))
         source = FromConstants.of(
-            gMR / A, rational(p_phi) / A, p_psi / A, rational(E_prime) / A,
-            (Fraction(minus), Fraction(plus)), p_psi / C - p_psi / A,
-        )  # fmt: skip
+            gMR / A, p / A, p_psi / A, rational(E_prime) / A, (minus, plus), kappa
+        )
         form = ClosedForm(Rising(source, proved=False), digits)
-        if form.period is None:
-            return None
-        return Advance(form.period, form.precession, form.spin, form.relative_spin)
+        return None if form.period is None else form
 
     def circuit(self, loop: Loop | None = None, points: int = 48) -> Circuit:
         """The period lattice followed once around a closed loop of the diagram.
@@ -367,44 +359,26 @@ class EnergyMomentum:
         (1, ((1, 0, 0), (0, 1, 0), (-1, 1, 1)))
         """
         if loop is None:
-            if not self.isolated:
-                why = "below the threshold p_psi^2 = 4 A |gMR|: nothing is there to go around"
-                raise ImpossibleStart([("p_psi", why)])
-            if self.depth < NEAREST * abs(float(self.top.gMR)):
-                why = f"farther below the threshold: the thread is but {self.depth:.3g} J deep"
-                raise ImpossibleStart([("p_psi", why)])
+            if not (self.isolated and self.depth >= NEAREST * self._axes[1]):
+                rule = f"below the threshold p_psi^2 = 4 A |gMR|, the thread {NEAREST} |gMR| deep"
+                raise ImpossibleStart([("p_psi", f"{rule}; nothing is there to go around")])
             loop = self.around(self.maximal_loop / 2)
-        return followed(self._evaluate, loop, points)
+        return followed(self._lattice, loop, points)
 
-    def _evaluate(self, p_phi: float, E_prime: float) -> LoopSample:
-        found = self.advance(p_phi, E_prime)
-        if found is None:
+    def _lattice(self, p_phi: float, E_prime: float) -> tuple[float, ...]:
+        if (found := self.advance(p_phi, E_prime)) is None:
             where = f"({p_phi:.17g}, {E_prime:.17g})"
             raise ImpossibleStart([("loop", f"off the critical set, on which is {where}")])
-        top, bottom = ((Exact.of(p_phi) + side * self.p_psi).sign() != -1 for side in (-1, 1))
-        gMR, (period, precession, spin, relative) = float(self.top.gMR), map(float, found)
-        return LoopSample(
-            p_phi, E_prime, period, precession, spin, relative,
-            top, bottom, E_prime > gMR, E_prime > -gMR,
-        )  # fmt: skip
+        lattice: tuple[Any, ...] = found.period, found.precession, found.spin, found.relative_spin
+        sides, gMR = (1, -1), float(self.top.gMR)
+        beyond = ((Exact.of(p_phi) - side * self.p_psi).sign() != -1 for side in sides)
+        return (*map(float, lattice), *beyond, *(E_prime > side * gMR for side in sides))
 
-    def _vertical(self, pole: int) -> Place:
-        return Place(pole * float(self.p_psi), pole * float(self.top.gMR))
-
-    def _passed(self, E_prime: float, p_phi: float) -> tuple[float, float]:
-        """1 − cosθ and 1 + cosθ of a tilt that the motions at a place pass."""
-        A = float(self.top.A)
-        return critical_set.passed(self.g, self.b, p_phi / A, E_prime / A)
-
-    def _middle(self, E_prime: Exact, p_phi: Exact) -> Number:
-        """A tilt that the motions at a place pass: a pole itself, where they pass that."""
-        hung = -1 if self.g >= 0 else 1
-        if np.isnan(self.edge(float(p_phi)).rate):
-            for pole in (hung, -hung):
-                if (p_phi - pole * self.p_psi).sign() == 0:
-                    return 0 if pole > 0 else PI
-        minus, plus = self._passed(float(E_prime), float(p_phi))
-        return 2 * atan2(sqrt(minus), sqrt(plus))
+    def _lowest(self, p_phi: Exact) -> tuple[float, float]:
+        """1 − cosθ and 1 + cosθ of the lowest tilt, which every motion of this p_φ passes."""
+        plus, minus = (float((p_phi + side * self.p_psi) / self.top.A) for side in (1, -1))
+        found = valley(self.g, plus, minus)
+        return float(found.one_minus_u), float(found.one_plus_u)
 
 
 def energy_momentum(top: Top, p_psi: Number) -> EnergyMomentum:

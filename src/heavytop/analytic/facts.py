@@ -23,23 +23,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from typing import Any, Final, Literal, NamedTuple, TypeAlias
+from typing import Any, Final, Literal, TypeAlias
 
 from flint import arb, ctx
 
-from heavytop.analytic.closed_form import midpoint
 from heavytop.analytic.cubic import TooFewBits
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.solution import Nutating, Solution, Steady
-from heavytop.analytic.steady import sleeping_threshold
+from heavytop.analytic.steady import least_spin
 from heavytop.classification.reduced import Reduced
-from heavytop.numbers.decimals import context
+from heavytop.numbers import PI
 from heavytop.scene.arguments import expect, wrong_type
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-Branch: TypeAlias = Literal["slow", "fast", "single"]
+Tilts: TypeAlias = "tuple[arb, ...]"
 Known: TypeAlias = "dict[str, Any]"
+"""Facts by name: balls of the working precision, words, truth values, or None."""
 
 _DIGITS: Final = 30  # of each fact, before it is rounded to a double
 _ZERO_BITS: Final = 4096  # a ball of so many bits that contains 0 is taken for 0
@@ -127,7 +127,7 @@ class Facts:
     rotation_number: float | None = None
     nutation_frequency: float | None = None
     nutation_amplitude: float | None = None
-    steady_branch: Branch | None = None
+    steady_branch: Literal["slow", "fast", "single"] | None = None
     other_precession_rate: float | None = None
     small_nutation_frequency: float | None = None
     other_nutation_frequency: float | None = None
@@ -146,8 +146,8 @@ class Facts:
 
     def document(self) -> dict[str, float | bool | str | None]:
         """The facts by name, as JSON holds them: None for what does not exist or is no double."""
-        too_large = (math.inf, -math.inf)
-        return {name: None if fact in too_large else fact for name, fact in asdict(self).items()}
+        infinite = (math.inf, -math.inf)
+        return {name: None if fact in infinite else fact for name, fact in asdict(self).items()}
 
 
 def facts(motion: Motion | Top, start: State | None = None) -> Facts:
@@ -194,146 +194,79 @@ def facts(motion: Motion | Top, start: State | None = None) -> Facts:
     expect("motion", motion, Motion, "Motion(scene.top, scene.start) is one")
     if start is not None:
         raise wrong_type("start", "only with a top, as a motion has its own", start)
-    cusps = motion.rising.cusps
+    top, cusps = motion.top, motion.rising.cusps
     known = motion.rising.settled(
         "a fact", lambda found, _: _known(found, cusps), _DIGITS,
-        size=lambda x: abs(x.mid()), of=_balls,
+        size=lambda x: abs(x.mid()),
+        of=lambda known: tuple(x for x in known.values() if isinstance(x, arb)),
     )  # fmt: skip
-    plain = {name: _plain(value) for name, value in known.items()}
-    threshold = sleeping_threshold(motion.top)
-    return Facts(omega3=float(motion.start.omega3), sleeping_threshold=threshold, **plain)
+    if side := top.gMR.sign():
+        known["sleeping_threshold"] = least_spin(top, 0 if side > 0 else PI)
+    plain: Known = {name: float(x) if isinstance(x, arb) else x for name, x in known.items()}
+    return Facts(omega3=float(motion.start.omega3), **plain)
 
 
 def _known(found: Solution, cusps: bool) -> Known:
-    """The facts by name, in balls of the working precision; what is 0 is exactly 0."""
+    """All facts that follow from the closed form."""
     start, path = found.start, found.path
-    if isinstance(path, Steady) and start.sin2.is_zero():
-        return _with_fast_top(start, _vertical(start))
-    phidot, psidot = _rates(found, cusps)
-    known = _extremes("phidot", phidot) | _extremes("psidot", psidot)
+    vertical = isinstance(path, Steady) and bool(start.sin2.is_zero())
+    known = _vertical(start) if vertical else _rates(found, cusps)
     if isinstance(path, Nutating):
-        known = _with_fast_top(start, known | _nutation(found, path))
-        return known if phidot.cusp is None else known | _let_go(start, phidot.cusp, path)
-    if isinstance(path, Steady):
-        known |= _precession(start, phidot(phidot.lower), psidot(psidot.lower))
-    return _with_fast_top(start, known)
+        known |= _nutation(found, path)
+    elif isinstance(path, Steady) and not vertical:
+        known |= _precession(start, known["phidot_min"], known["psidot_min"])
+    known = _decided(known)
+    return known | _decided(_fast_top(found, known, cusps))
 
 
-class Tilt(NamedTuple):
-    """A tilt by √(1 − u) and √(1 + u), each to its own digits."""
-
-    from_top: arb
-    from_bottom: arb
-
-    @property
-    def theta(self) -> arb:
-        """θ [rad]."""
-        return 2 * arb.atan2(self.from_top, self.from_bottom)
-
-    def above(self, other: Tilt) -> bool:
-        """Whether it is nearer to θ = 0."""
-        return bool(self.from_top * other.from_bottom < other.from_top * self.from_bottom)
+def _rates(found: Solution, cusps: bool) -> Known:
+    """Extremes and reversals of φ̇ and ψ̇; at an exact pass through a pole P± is exactly 0."""
+    start, regime, tilts = found.start, found.regime, found.tilts
+    misses_bottom, misses_top = (regime.misses_bottom, regime.misses_top)[:: found.side]
+    plus = _or_zero(start.P_plus) if misses_bottom else arb(0)
+    minus = _or_zero(start.P_minus) if misses_top else arb(0)
+    ends = tilts[:1] if isinstance(found.path, Steady) else tilts[:: -found.side]
+    phidot = _rate("phidot", arb(0), plus, minus, ends, cusp=tilts[1] if cusps else None)
+    return phidot | _rate("psidot", start.kappa, plus, -minus, ends)
 
 
-class _Rate(NamedTuple):
-    """One of the rates φ̇ and ψ̇ [rad/s], as a function of the tilt between two tilts.
+def _rate(name: str, offset: arb, P: arb, Q: arb, ends: Tilts, cusp: arb | None = None) -> Known:
+    """The rate offset + ½ [P/(1 + u) + Q/(1 − u)] from one tilt θ to another; in a cusp it is 0."""
 
-    `offset`, `plus` and `minus` are 0 and P±, or κ and ±P± [s⁻¹]; `lower` is the smaller θ; at
-    `cusp` the rate is known to be 0.
-    """
+    def rate(theta: arb) -> arb:
+        rise = P if P.is_zero() else P / (2 * (theta / 2).cos()) ** 2
+        fall = Q if Q.is_zero() else Q / (2 * (theta / 2).sin()) ** 2
+        return arb(0) if theta is cusp else offset + rise + fall
 
-    offset: arb
-    plus: arb
-    minus: arb
-    lower: Tilt
-    upper: Tilt
-    steady: bool
-    cusp: Tilt | None = None
-
-    def __call__(self, tilt: Tilt) -> arb:
-        """The rate at one tilt; at a pole that is passed its limit, which both sides share."""
-        if tilt is self.cusp:
-            return arb(0)
-        rise = arb(0) if self.plus.is_zero() else self.plus / (2 * tilt.from_bottom**2)
-        fall = arb(0) if self.minus.is_zero() else self.minus / (2 * tilt.from_top**2)
-        return _or_zero(self.offset + rise + fall)
-
-    @property
-    def constant(self) -> bool:
-        """Whether it is the same at all times."""
-        return self.steady or (self.plus.is_zero() and self.minus.is_zero())
-
-    @property
-    def extremes(self) -> tuple[Tilt, Tilt]:
-        """Where the rate is least and where it is greatest; if taken twice, at its smaller θ."""
-        least = greatest = self.lower
-        tilts = [self.upper]
-        if self.plus * self.minus > 0:
-            p, q = abs(self.plus).sqrt(), abs(self.minus).sqrt()
-            turning = Tilt((2 * q / (p + q)).sqrt(), (2 * p / (p + q)).sqrt())
-            if self.lower.above(turning) and turning.above(self.upper):
-                tilts = [turning, self.upper]
-        for tilt in tilts:
-            if self(tilt) < self(least):
-                least = tilt
-            if self(tilt) > self(greatest):
-                greatest = tilt
-        return least, greatest
-
-    @property
-    def reversal(self) -> arb | None:
-        """The θ [rad] at which it changes its sign; None where it keeps it, cusps included."""
-        P, Q = self.plus, self.minus
-        if not self(self.lower) * self(self.upper) < 0:
-            return None
-        half = (4 * self.offset + P + Q) / 2
-        root = (half * half - P * Q).sqrt()  # P Q ≤ 0: nothing cancels
-        larger = -half - (root if half > 0 else -root)
-        x = Q / larger if Q * larger > 0 else larger / P
-        return 2 * x.sqrt().atan()
-
-
-def _rates(found: Solution, cusps: bool) -> tuple[_Rate, _Rate]:
-    """The rates φ̇ and ψ̇, on an axis that tends to the vertical up to their limits there."""
-    start, regime, mirrored = found.start, found.regime, found.side < 0
-    passes_top = not (regime.misses_bottom if mirrored else regime.misses_top)
-    passes_bottom = not (regime.misses_top if mirrored else regime.misses_bottom)
-    plus = arb(0) if passes_bottom else _or_zero(start.P_plus)
-    minus = arb(0) if passes_top else _or_zero(start.P_minus)
-    lower, upper = (Tilt(*place) for place in reversed(found.path.turnings))
-    if mirrored:
-        lower, upper = Tilt(*reversed(upper)), Tilt(*reversed(lower))
-    steady, kappa = isinstance(found.path, Steady), _or_zero(start.kappa)
-    highest = upper if mirrored else lower
-    return (
-        _Rate(arb(0), plus, minus, lower, upper, steady, highest if cusps else None),
-        _Rate(kappa, plus, -minus, lower, upper, steady),
-    )
-
-
-def _extremes(name: str, rate: _Rate) -> Known:
-    """Extremes and reversal of one rate."""
-    least, greatest = rate.extremes
-    theta = rate.reversal
+    tilts, reversal = [*ends], None
+    if P * Q > 0 and ends[0] < (turning := 2 * (Q / P).root(4).atan()) < ends[-1]:
+        tilts.append(turning)
+    least, greatest = min(tilts, key=rate), max(tilts, key=rate)
+    constant = len(ends) == 1 or (P.is_zero() and Q.is_zero())
+    if least is greatest and not constant:
+        raise TooFewBits(f"least and greatest {name}", rate(ends[0]) - rate(ends[-1]))
+    if rate(least) < 0 < rate(greatest):
+        half = (4 * offset + P + Q) / 2
+        root = (half * half - P * Q).sqrt()
+        x = -Q / (2 * half) if P.is_zero() else ((root if P > 0 else -root) - half) / P
+        reversal = 2 * x.sqrt().atan()
     return {
         f"{name}_min": rate(least),
-        f"{name}_min_theta": None if rate.constant else least.theta,
+        f"{name}_min_theta": None if constant else least,
         f"{name}_max": rate(greatest),
-        f"{name}_max_theta": None if rate.constant else greatest.theta,
-        f"{name}_reverses": theta is not None,
-        f"{name}_reversal_theta": theta,
+        f"{name}_max_theta": None if constant else greatest,
+        f"{name}_reverses": reversal is not None,
+        f"{name}_reversal_theta": reversal,
     }
 
 
 def _nutation(found: Solution, path: Nutating) -> Known:
-    """Means over a period, jumps at passes through a pole included, and the nutation itself."""
-    plus, minus = path.turns
-    turned = _or_zero(plus + minus)
-    spun = _or_zero(found.start.kappa * path.period + found.side * (plus - minus))
-    circle = 2 * arb.pi()
+    """The nutation itself, and means over it, jumps at passes through a pole included."""
+    (plus, minus), circle = path.turns, 2 * arb.pi()
+    turned = plus + minus
     return {
         "mean_precession_rate": turned / path.period,
-        "mean_spin_rate": spun / path.period,
+        "mean_spin_rate": found.start.kappa + found.side * (plus - minus) / path.period,
         "rotation_number": turned / circle,
         "nutation_frequency": circle / path.period,
         "nutation_amplitude": path.roots.delta,
@@ -341,104 +274,76 @@ def _nutation(found: Solution, path: Nutating) -> Known:
 
 
 def _precession(start: Reduced, own: arb, spin: arb) -> Known:
-    """What belongs to a steady tilt off the vertical."""
-    slow, fast = steady_pair(start)
-    branch: Branch | None = None  # free, and nothing spins: any rate is steady, or none but rest
-    other = None
-    if slow is not None:
-        branch = "single"
-        if fast is not None:
-            is_slow = abs(own - slow) < abs(own - fast)
-            other = fast if is_slow else slow
-            if not _or_zero(start.b).is_zero():  # else they are opposite
-                branch = "slow" if is_slow else "fast"
-    frequency = small_nutation(start, own)
+    """What belongs to a steady tilt off the vertical; the two rates of its tilt add up to b/u."""
+    b, u = _or_zero(start.b), _or_zero(start.u0)
+    free = b.is_zero() and start.g.is_zero()  # then any rate is steady, or none but rest
+    other = None if free or u.is_zero() else b / u - own
+    apart = arb(0) if other is None or b.is_zero() else _or_zero(abs(own) - abs(other))
+    if apart.is_zero() and not b.is_zero():  # they are one, and not opposite
+        other = None
+    branch = "slow" if apart < 0 else "fast" if apart > 0 else "single"
+    frequency = _small_nutation(start, own)
     return {
         "mean_precession_rate": own,
         "mean_spin_rate": spin,
-        "steady_branch": branch,
+        "steady_branch": None if free else branch,
         "other_precession_rate": other,
         "small_nutation_frequency": frequency,
-        "other_nutation_frequency": None if other is None else small_nutation(start, other),
+        "other_nutation_frequency": None if other is None else _small_nutation(start, other),
         "stable": bool(frequency > 0),
     }
 
 
+def _small_nutation(start: Reduced, rate: arb) -> arb:
+    """ω of small nodding, with gMR/AΩ taken from the steady equation as b − Ω u."""
+    pull = start.b - rate * start.u0
+    return _or_zero(rate * rate + pull * pull - 2 * start.g * start.u0).sqrt()
+
+
 def _vertical(start: Reduced) -> Known:
     """What belongs to an axis on the vertical, sleeping or hanging."""
-    slow, fast = steady_pair(start)
-    if slow is None:
-        growth = _or_zero(4 * abs(start.g) - start.b * start.b).sqrt() / 2
-        return {"stable": False, "growth_rate": None if growth.is_zero() else growth}
+    b, g, u = _or_zero(start.b), start.g, start.u0
+    square = _or_zero(b * b - 4 * g * u)
+    if square < 0:
+        return {"stable": False, "growth_rate": (-square).sqrt() / 2}
+    if square.is_zero() and b.is_zero():
+        return {"stable": False}
+    root = square.sqrt()
+    fast = (b + (-root if b < 0 else root)) / (2 * u)
     return {
         "stable": True,
-        "small_nutation_frequency": small_nutation(start, slow),
-        "slow_cone_rate": slow,
-        "fast_cone_rate": slow if fast is None else fast,
+        "small_nutation_frequency": root,
+        "slow_cone_rate": b / u - fast,
+        "fast_cone_rate": fast,
     }
 
 
-def steady_pair(start: Reduced) -> tuple[arb | None, arb | None]:
-    """The slow and the fast rate Ω [rad/s] at the tilt and the p_ψ of a motion, in balls.
-
-    Both None where p_ψ² < 4 A gMR cosθ; one rate and None where there is one only, at θ = π/2 or
-    where both are the same. At p_ψ = 0 they are equal and opposite.
-    """
-    b, u = _or_zero(start.b), _or_zero(start.u0)
-    square = _or_zero(b * b - 4 * start.g * u)
-    if square < 0:
-        return None, None
-    larger = b + (-square.sqrt() if b < 0 else square.sqrt())  # no cancellation
-    if larger.is_zero():
-        return None, None
-    one = square.is_zero() or u.is_zero()
-    return 2 * start.g / larger, None if one else larger / (2 * u)
-
-
-def small_nutation(start: Reduced, rate: arb) -> arb:
-    """The frequency ω [rad/s] of small nodding about a steady precession, or about the vertical.
-
-    ω² = Ω² + r² − 2 (gMR/A) cosθ as a sum of squares, with r = gMR/AΩ taken from the steady
-    equation as p_ψ/A − Ω cosθ, which serves without gravity and without precession as well.
-    """
-    pull = start.b - rate * start.u0
-    from_highest = start.one_plus_u0 if start.g < 0 else start.one_minus_u0
-    apart = abs(rate) - abs(pull)
-    return _or_zero(apart * apart + 2 * abs(start.g) * from_highest).sqrt()
-
-
-def _with_fast_top(start: Reduced, known: Known) -> Known:
-    """The facts, and the estimates of precession and period where they estimate something."""
-    g, b = start.g, _or_zero(start.b)
+def _fast_top(found: Solution, known: Known, cusps: bool) -> Known:
+    """The textbooks' estimates, each where it estimates something, and estimate/truth − 1."""
+    g, b, circle = found.start.g, _or_zero(found.start.b), 2 * arb.pi()
     if g.is_zero():
-        return known
-    known = known | {"fast_top_ratio": b * b / (4 * abs(g))}
-    if b.is_zero():
-        return known
-    if (rate := known.get("mean_precession_rate")) is not None:
-        fast = known.get("steady_branch") == "fast"
-        value = b / start.u0 if fast else g / b
-        known |= _estimate("precession_rate", "precession_error", value, rate)
-    frequency = known.get("nutation_frequency", known.get("small_nutation_frequency"))
-    if frequency is not None and not frequency.is_zero():
-        circle = 2 * arb.pi()
-        known |= _estimate("nutation_period", "period_error", circle / abs(b), circle / frequency)
-    return known
-
-
-def _let_go(start: Reduced, highest: Tilt, path: Nutating) -> Known:
-    """The estimate of the amplitude, for a top that is at rest where it is highest."""
-    b = _or_zero(start.b)
-    if start.g.is_zero() or b.is_zero():
         return {}
-    value = 2 * abs(start.g) * (highest.from_top * highest.from_bottom / b) ** 2
-    return _estimate("amplitude", "amplitude_error", value, path.roots.delta)
+    told: Known = {"fast_top_ratio": b * b / (4 * abs(g))}
+    if b.is_zero():
+        return told
+    rate = b / found.start.u0 if known.get("steady_branch") == "fast" else g / b
+    drop = 2 * abs(g) * (found.tilts[1].sin() / b) ** 2
+    frequency = known.get("nutation_frequency", known.get("small_nutation_frequency"))
+    period = None if frequency is None or frequency.is_zero() else circle / frequency
+    for name, word, estimate, truth in (
+        ("precession_rate", "precession", rate, known.get("mean_precession_rate")),
+        ("nutation_period", "period", circle / abs(b), period),
+        ("amplitude", "amplitude", drop, known.get("nutation_amplitude") if cusps else None),
+    ):
+        if truth is not None:
+            told[f"fast_top_{name}"] = estimate
+            told[f"fast_top_{word}_error"] = None if truth.is_zero() else estimate / truth - 1
+    return told
 
 
-def _estimate(name: str, error: str, value: arb, true: arb) -> Known:
-    """An estimate, and its error estimate/truth − 1; None where the truth is 0."""
-    off = None if true.is_zero() else _or_zero(value / true - 1)
-    return {f"fast_top_{name}": value, f"fast_top_{error}": off}
+def _decided(known: Known) -> Known:
+    """The facts, those that are 0 exactly so."""
+    return {name: _or_zero(x) if isinstance(x, arb) else x for name, x in known.items()}
 
 
 def _or_zero(x: arb) -> arb:
@@ -448,12 +353,3 @@ def _or_zero(x: arb) -> arb:
     if not x.is_zero() and (ctx.prec < _ZERO_BITS or not x.is_finite()):
         raise TooFewBits("a fact and 0", x)
     return arb(0)
-
-
-def _balls(known: Known) -> tuple[arb, ...]:
-    return tuple(value for value in known.values() if isinstance(value, arb))
-
-
-def _plain(value: Any) -> Any:
-    """A ball as the nearest float; anything else as it is."""
-    return float(midpoint(context(_DIGITS), value)) if isinstance(value, arb) else value

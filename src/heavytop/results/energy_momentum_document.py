@@ -8,7 +8,7 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from heavytop.analytic.critical_set import least
+from heavytop.analytic.critical_set import valley
 from heavytop.analytic.energy_momentum import EnergyMomentum, Place, energy_momentum
 from heavytop.analytic.motion import Motion
 from heavytop.errors import ImpossibleStart
@@ -142,11 +142,11 @@ def _sheet(A: float, g: float, b: Array, end: float) -> dict[str, Any]:
     """One sheet as rows of equal p_ψ, each from the hanging axis to p_φ = `end`."""
     hanging = np.copysign(b, -b * g)
     a = hanging[:, None] + (end - hanging)[:, None] * np.linspace(0, 1, COLUMNS)
-    found = [least(g, spin, row) for spin, row in zip(b.tolist(), a, strict=True)]
-    energy, rate = (np.array(columns) for columns in zip(*found, strict=True))
-    columns = {"p_psi": np.repeat(b[:, None], COLUMNS, axis=1), "p_phi": a, "E_prime": energy}
+    found = valley(g, a + b[:, None], a - b[:, None])
+    p_psi = np.repeat(b[:, None], COLUMNS, axis=1)
+    columns = {"p_psi": p_psi, "p_phi": a, "E_prime": found.energy}
     known = {name: (A * values).tolist() for name, values in columns.items()}
-    return known | {"rate": [_listed(row) for row in rate]}
+    return known | {"rate": [_listed(row) for row in found.rate]}
 
 
 def _line(A: float, b: Array, pole: float, h: float) -> dict[str, list[float]]:
