@@ -12,8 +12,7 @@ from __future__ import annotations
 import math
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -36,10 +35,13 @@ Rates = Callable[[float, Any], Sequence[Any]]
 class Singular(Exception):
     """Derivatives that are not finite."""
 
+    def __str__(self) -> str:
+        return "the equations are singular, or overflow, where the motion went"
+
 
 def right_hand_side(equations: Formulation, parameters: Mapping[str, float]) -> Rates:
     """Return f(t, y), y a numpy array, that raises `Singular` instead of returning no numbers."""
-    rates, known = _derivatives(equations), _values(equations, parameters)
+    rates, known = _derivatives(equations), constants(equations, parameters).values()
 
     def at(_: float, y: Any) -> Sequence[float]:
         try:
@@ -56,7 +58,7 @@ def right_hand_side(equations: Formulation, parameters: Mapping[str, float]) -> 
 def textbook_right_hand_side(equations: Formulation, parameters: Mapping[str, float]) -> Rates:
     """Return f(t, y) as one writes it by hand: it returns whatever numpy makes of a pole."""
     rates = _derivatives(equations, np.float64, np)
-    known = np.array(_values(equations, parameters))
+    known = np.array([*constants(equations, parameters).values()])
     return lambda _, y: rates(*y, *known)
 
 
@@ -67,25 +69,25 @@ def _derivatives(
     from heavytop.equations.typed import typed_function
 
     functions = {name: getattr(library, name) for name in ("sin", "cos", "sqrt")}
-    arguments = (*equations.states, *_constants(equations))
+    arguments = (*equations.states, *_symbols(equations))
     return typed_function(equations.derivatives, arguments, number, functions)
 
 
-def _values(equations: Formulation, parameters: Mapping[str, float]) -> tuple[float, ...]:
-    """Return the constants that the derivatives hold, in their order.
+def constants(equations: Formulation, parameters: Mapping[str, float]) -> dict[str, float]:
+    """Return the constants that the derivatives hold.
 
     Raises
     ------
     Impossible
         One of them is not among the parameters.
     """
-    names = [symbol.name for symbol in _constants(equations)]
+    names = [symbol.name for symbol in _symbols(equations)]
     if lacking := [(name, "is not given") for name in names if name not in parameters]:
         raise Impossible(lacking)
-    return tuple(float(parameters[name]) for name in names)
+    return {name: float(parameters[name]) for name in names}
 
 
-def _constants(equations: Formulation) -> tuple[Any, ...]:
+def _symbols(equations: Formulation) -> tuple[Any, ...]:
     used = set().union(*(x.free_symbols for x in equations.derivatives))
     return tuple(p for p in (*equations.parameters, *equations.given) if p in used)
 
@@ -99,13 +101,16 @@ class Taken(NamedTuple):
     carry: tuple[float, ...]  # the length of the step to go on with, if one can be given
 
 
+Solver = Callable[..., Taken]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class AdaptiveStepper:
     """A stepper of an adaptive solver.
 
     Attributes
     ----------
-    solver : callable
+    solver : Solver
         Takes steps from time 0: of states, an end, a number of steps, the length of the first one
         (of its own choice when left out) and, by name, a time after which no more are wanted.
     start : tuple of float
@@ -118,7 +123,7 @@ class AdaptiveStepper:
         What compiling took, whenever that was [s].
     """
 
-    solver: Callable[..., Taken]
+    solver: Solver
     start: tuple[float, ...]
     direction: int
     steps: int
@@ -131,11 +136,9 @@ class AdaptiveStepper:
     def block(self, at: StepperState) -> StepperState:
         """Take a block of steps."""
         taken = self._block(at)
-        if len(taken.times) <= self.steps:
-            raise IntegrationFailed("the solver gave up: its step vanished")
         time = add(at.time, (float(taken.times[-1]), 0.0))
-        if time == at.time:  # which LSODA takes for success
-            raise IntegrationFailed("the solver gave up: its steps vanish")
+        if len(taken.times) <= self.steps or time == at.time:  # which LSODA takes for success
+            raise IntegrationFailed("the solver gave up: its steps vanish, or its derivatives")
         return StepperState(
             time=time,
             state=tuple(taken.states[-1].tolist()),
@@ -167,37 +170,28 @@ class AdaptiveStepper:
         return t, 0.0
 
     def _block(self, at: StepperState, until: float = _FAR) -> Taken:
-        end = self.direction * _FAR
-        return self._finite(
-            self.solver(np.array(at.state), end, self.steps, *at.carry, until=until)
-        )
+        return self._taken(np.array(at.state), self.direction * _FAR, *at.carry, until=until)
 
     def _aside(self, taken: Taken, i: int, t: float) -> Array:
         state: Array = taken.states[i]
         if (rest := t - float(taken.times[i])) == 0:
             return state
-        aside = self._finite(self.solver(state, rest, self.steps))
-        if aside.times[-1] != rest:
+        times, states, *_ = self._taken(state, rest)
+        if times[-1] != rest:
             raise IntegrationFailed("the solver gave up between two steps")
-        return aside.states[-1]  # type: ignore[no-any-return]
+        return states[-1]  # type: ignore[no-any-return]
 
-    @staticmethod
-    def _finite(taken: Taken) -> Taken:
+    def _taken(self, state: Array, end: float, *first: float, until: float = _FAR) -> Taken:
+        taken = self.solver(state, end, self.steps, *first, until=until)
         if not np.isfinite(taken.states).all():
             raise IntegrationFailed("the numbers are no longer finite")
         return taken
 
 
-def scipy_stepper(
-    name: str,
-    equations: Formulation,
-    start: tuple[float, ...],
-    parameters: Mapping[str, float],
-    tolerance: float,
-    direction: int,
-    steps: int,
-) -> AdaptiveStepper:
-    """Return the stepper of a solver of `scipy.integrate`, by its name there."""
+def scipy_solver(
+    name: str, equations: Formulation, parameters: Mapping[str, float], tolerance: float
+) -> tuple[Solver, float]:
+    """Return a solver of `scipy.integrate`, by its name there, and the seconds to compile: none."""
     import scipy.integrate
 
     rates, kind = right_hand_side(equations, parameters), getattr(scipy.integrate, name)
@@ -207,61 +201,48 @@ def scipy_stepper(
         state: Array, end: float, most: int, first: float | None = None, until: float = _FAR
     ) -> Taken:
         times, states = [0.0], [state]
-        with _failures_in_words():
-            solver = kind(rates, 0.0, state, end, first_step=first, **bounds)
-            while solver.status == "running" and len(times) <= most and abs(solver.t) < until:
-                if message := solver.step():
-                    raise ValueError(message.rstrip("."))
-                times.append(float(solver.t))
-                states.append(solver.y.copy())
+        try:
+            with warnings.catch_warnings(action="ignore"):  # what they say is checked
+                solver = kind(rates, 0.0, state, end, first_step=first, **bounds)
+                while solver.status == "running" and len(times) <= most and abs(solver.t) < until:
+                    if message := solver.step():
+                        raise ValueError(message.rstrip("."))
+                    times.append(float(solver.t))
+                    states.append(solver.y.copy())
+        except Singular as error:
+            raise IntegrationFailed(str(error)) from error
+        except (ValueError, np.linalg.LinAlgError) as error:  # as Radau's, of infinite numbers
+            raise IntegrationFailed(f"the solver gave up: {error}") from error
         carry = () if name == "LSODA" else (float(solver.h_abs),)
         return Taken(np.array(times), np.array(states), solver.nfev, carry)
 
-    return AdaptiveStepper(solver, start, direction, steps)
+    return solver, 0.0
 
 
-@contextmanager
-def _failures_in_words() -> Iterator[None]:
-    """Say in words what a solver raises; its warnings say nothing that is not checked."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        try:
-            yield
-        except Singular as error:
-            raise IntegrationFailed(
-                "the equations are singular, or overflow, where the motion went"
-            ) from error
-        except (ValueError, np.linalg.LinAlgError) as error:  # as Radau's, of infinite numbers
-            raise IntegrationFailed(f"the solver gave up: {error}") from error
-
-
-def cyrk_stepper(
-    equations: Formulation,
-    start: tuple[float, ...],
-    parameters: Mapping[str, float],
-    tolerance: float,
-    direction: int,
-    steps: int,
-) -> AdaptiveStepper:
-    """Return the stepper of CyRK's DOP853: compiled steps over a compiled right-hand side.
+def cyrk_solver(
+    equations: Formulation, parameters: Mapping[str, float], tolerance: float
+) -> tuple[Solver, float]:
+    """Return CyRK's DOP853 over a compiled right-hand side, and the seconds compiling took.
 
     CyRK stops after a number of steps and keeps them all, so a block is a call with an end that it
     does not reach. It does not say which step it would take next: the next block starts with the
     length of the last one.
     """
-    known = np.array([*_values(equations, parameters), 0.0])  # the last counts the evaluations
+    known = np.array(
+        [*constants(equations, parameters).values(), 0.0]
+    )  # the last counts the evaluations
     (rates, seconds), (solve, more) = _cyrk_rates(equations), _cyrk_solve()
 
     def solver(
-        state: Array, end: float, most: int, first: float | None = None, until: float = _FAR
+        state: Array, end: float, most: int, first: float = 0.0, until: float = _FAR
     ) -> Taken:
-        times, rows = solve(rates.address, state, end, known, tolerance, first or 0.0, most)
+        times, rows = solve(rates.address, state, end, known, tolerance, first, most)
         if times.size < 2:
             raise IntegrationFailed("the solver gave up at its start")
         carry = (abs(float(times[-1] - times[-2])),)
         return Taken(times, rows[:, :-1], int(rows[-1, -1]), carry)
 
-    return AdaptiveStepper(solver, start, direction, steps, seconds + more)
+    return solver, seconds + more
 
 
 @cache
@@ -270,26 +251,20 @@ def _cyrk_solve() -> tuple[Any, float]:
     from CyRK import nbsolve2_ivp
 
     def solve(
-        address: int,
-        state: Array,
-        end: float,
-        known: Array,
-        tolerance: float,
-        first: float,
-        steps: int,
+        address: int, y0: Array, end: float, args: Array, tolerance: float, first: float, most: int
     ) -> tuple[Array, Array]:
         solution = nbsolve2_ivp(
             address,
             (0.0, end),
-            state,
+            y0,
             method="DOP853",
-            args=known,
+            args=args,
             rtol=tolerance,
             atol=tolerance,
             num_extra=1,  # the count of the evaluations, which is kept beside the states
-            expected_size=steps + 1,
+            expected_size=most + 1,
             first_step=first,
-            max_num_steps=steps,
+            max_num_steps=most,
         )
         times, rows = solution.t.copy(), solution.y.T.copy()
         solution.free()
@@ -307,7 +282,7 @@ def _cyrk_rates(equations: Formulation) -> tuple[Any, float]:
     from numba.np.unsafe.ndarray import to_fixed_tuple
 
     began = time.perf_counter()
-    n, k = len(equations.states), len(_constants(equations))
+    n, k = len(equations.states), len(_symbols(equations))
     rates = njit(error_model="numpy")(_derivatives(equations))  # 1/0 is inf; nothing is raised
 
     def at(dy: Any, t: float, y: Any, arguments: Any) -> None:
@@ -389,8 +364,8 @@ def textbook_solve(
     import scipy.integrate
 
     kind = getattr(scipy.integrate, TEXTBOOK_SOLVERS[solver])
-    with warnings.catch_warnings(), np.errstate(all="ignore"):
-        warnings.simplefilter("ignore")  # what a solver warns of, its user has not read either
+    # what a solver warns of, its user has not read either
+    with warnings.catch_warnings(action="ignore"), np.errstate(all="ignore"):
         try:
             found = _walked(kind(rates, 0.0, start, end, rtol=rtol, atol=atol), step_limit, watched)
         except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:

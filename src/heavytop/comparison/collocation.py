@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from flint import arb
 
-from heavytop.comparison.steppers import FixedStep, Kernel, compiled_steps, summation
+from heavytop.comparison.steppers import FixedStep, Kernel, compiled, summation
 from heavytop.numbers.double_double import Array, two_product
 from heavytop.numbers.intervals import working
 
@@ -102,14 +102,19 @@ def _gauss_steps(s: int) -> tuple[Kernel, float]:
             f[3, i] = -g * e_y
             f[4, i] = g * e_x
 
-    def weighed(table: Any, first: int, f: Any, z: Any, rest: Any) -> None:
-        """Put the derivatives f, weighed by s rows of the table, and a rest into z."""
+    def weighed(table: Any, first: int, f: Any, rest: Any, z: Any) -> float:
+        """Put a rest and the derivatives f, weighed by s rows of the table, into z: how far off?"""
+        most = 0.0
         for k in range(5):
             for i in range(s):
-                z[k, i] = rest[k, i]
-            for j in range(s):
-                for i in range(s):
-                    z[k, i] += table[first + j, i] * f[k, j]
+                total = rest[k, i]
+                for j in range(s):
+                    total += table[first + j, i] * f[k, j]
+                apart = abs(total - z[k, i])
+                if not apart <= most:  # and so a NaN comes through
+                    most = apart
+                z[k, i] = total
+        return most
 
     rates, weighed = njit(rates), njit(weighed)
 
@@ -121,25 +126,16 @@ def _gauss_steps(s: int) -> tuple[Kernel, float]:
         for _ in range(steps):
             if work[5] == 0:
                 rates(y, none, f, g, l_z)
-                weighed(table, 0, f, z, none)
+                weighed(table, 0, f, none, z)
             else:
-                weighed(table, s + 1, f, z, none)
+                weighed(table, s + 1, f, none, z)
             rates(y, z, f, g, l_z)
-            weighed(table, 2 * s + 1, f, rest, none)
-            before = np.inf
+            weighed(table, 2 * s + 1, f, none, rest)
+            before, sweeps = np.inf, sweeps + 1
             for _ in range(_SWEEPS):
                 rates(y, z, f, g, l_z)
+                here = weighed(table, 0, f, rest, z)
                 sweeps += 1
-                here = 0.0
-                for k in range(5):
-                    for i in range(s):
-                        total = rest[k, i]
-                        for j in range(s):
-                            total += table[j, i] * f[k, j]
-                        apart = abs(total - z[k, i])
-                        if not apart <= here:  # and so a NaN comes through
-                            here = apart
-                        z[k, i] = total
                 if here == 0 or (here >= before and here < near):
                     before = 0.0
                     break
@@ -154,10 +150,9 @@ def _gauss_steps(s: int) -> tuple[Kernel, float]:
                     term += table[s, i] * f[k, i]
                 y[k], work[k] = added(y[k], work[k], term)
             work[5] = 1.0
-            sweeps += 1
         return sweeps * s
 
-    return compiled_steps(advance)
+    return compiled(advance)
 
 
 @cache
@@ -187,12 +182,9 @@ def _midpoint_steps() -> tuple[Kernel, float]:
                 before = here
             if not here < near:
                 return -1
-            y[0], work[0] = added(y[0], work[0], 2 * z_1)
-            y[1], work[1] = added(y[1], work[1], 2 * z_2)
-            y[2], work[2] = added(y[2], work[2], 2 * z_3)
-            y[3], work[3] = added(y[3], work[3], 2 * z_4)
-            y[4], work[4] = added(y[4], work[4], 2 * z_5)
+            for k, z in enumerate((z_1, z_2, z_3, z_4, z_5)):
+                y[k], work[k] = added(y[k], work[k], 2 * z)
         work[5], work[6], work[7], work[8], work[9] = z_1, z_2, z_3, z_4, z_5
         return sweeps
 
-    return compiled_steps(advance)
+    return compiled(advance)

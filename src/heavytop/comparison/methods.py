@@ -9,12 +9,12 @@ from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from heavytop.comparison import symplectic
-from heavytop.comparison.adaptive import cyrk_stepper, scipy_stepper
+from heavytop.comparison.adaptive import AdaptiveStepper, constants, cyrk_solver, scipy_solver
 from heavytop.comparison.collocation import gauss
-from heavytop.comparison.steppers import Stepper
+from heavytop.comparison.steppers import FixedStep, Stepper
 from heavytop.errors import Impossible, MissingPackage
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ class Method:
     block : int
         Steps in a block.
     build : callable
-        Returns a stepper.
+        Returns the stepper of a fixed step, or the solver that an adaptive one steps with.
     setting : str
         What is set: ``steps a period`` or ``tolerance`` (relative and absolute alike).
     least, most : float
@@ -59,7 +59,7 @@ class Method:
     order: int | None
     default: float
     block: int
-    build: Callable[..., Stepper]
+    build: Callable[..., Any]
     setting: str
     least: float
     most: float
@@ -78,26 +78,19 @@ _DORMAND_PRINCE = (
     "J. R. Dormand & P. J. Prince's pair of order 8 as in E. Hairer, S. P. Nørsett & G. Wanner, "
     "Solving Ordinary Differential Equations I, Springer 1993"
 )
-_SOURCES = {
-    "strang": "G. Strang, SIAM Journal on Numerical Analysis 5 (1968) 506",
-    "blanes-moan-rkn6": "S. Blanes & P. C. Moan, Journal of Computational and Applied Mathematics "
-    "142 (2002) 313",
-    "kahan-li8": "W. Kahan & R.-C. Li, Mathematics of Computation 66 (1997) 1089",
-    "sofroniou-spaletta10": "M. Sofroniou & G. Spaletta, Optimization Methods and Software 20 "
-    "(2005) 597",
-    "implicit-midpoint": "E. Hairer, C. Lubich & G. Wanner, Geometric Numerical Integration, "
-    "Springer 2006",
-    "gauss8": "J. C. Butcher, Mathematics of Computation 18 (1964) 50",
-    "bobenko-suris": "A. I. Bobenko & Y. B. Suris, Communications in Mathematical Physics 204 "
-    "(1999) 147",
+_SOURCES: Final = {
+    "strang": "G. Strang, SIAM J. Numer. Anal. 5 (1968) 506",
+    "blanes-moan-rkn6": "S. Blanes & P. C. Moan, J. Comput. Appl. Math. 142 (2002) 313",
+    "kahan-li8": "W. Kahan & R.-C. Li, Math. Comp. 66 (1997) 1089",
+    "sofroniou-spaletta10": "M. Sofroniou & G. Spaletta, Optim. Methods Softw. 20 (2005) 597",
+    "implicit-midpoint": "E. Hairer, C. Lubich & G. Wanner, Geometric Numerical Integration, 2006",
+    "gauss8": "J. C. Butcher, Math. Comp. 18 (1964) 50",
+    "bobenko-suris": "A. I. Bobenko & Y. B. Suris, Comm. Math. Phys. 204 (1999) 147",
     "dop853-scipy": _DORMAND_PRINCE,
-    "lsoda-scipy": "L. Petzold, SIAM Journal on Scientific and Statistical Computing 4 (1983) 136",
-    "radau-scipy": "E. Hairer & G. Wanner, Solving Ordinary Differential Equations II, Springer "
-    "1996",
+    "lsoda-scipy": "L. Petzold, SIAM J. Sci. Statist. Comput. 4 (1983) 136",
+    "radau-scipy": "E. Hairer & G. Wanner, Solving Ordinary Differential Equations II, 1996",
     "dop853-cyrk": _DORMAND_PRINCE,
 }
-
-
 _LIBRARIES: Final = {  # what is set, least and most, the language, and the packages
     "numba": (STEPS, 1.0, 1e7, "numba", ("numba",)),
     "scipy": (TOLERANCE, 1e-15, 1e-2, "python", ("scipy",)),
@@ -113,10 +106,10 @@ _ROWS: Final = (  # order, the default setting, steps in a block
     ("implicit-midpoint", 2, 100.0, 8192, "numba", partial(gauss, 1)),
     ("gauss8", 16, 8.0, 1024, "numba", partial(gauss, 8)),
     ("bobenko-suris", 2, 100.0, 32768, "numba", symplectic.BOBENKO_SURIS.stepper),
-    ("dop853-scipy", 8, 1e-12, 500, "scipy", partial(scipy_stepper, "DOP853")),
-    ("lsoda-scipy", None, 1e-9, 4000, "scipy", partial(scipy_stepper, "LSODA")),
-    ("radau-scipy", 5, 1e-6, 200, "scipy", partial(scipy_stepper, "Radau")),
-    ("dop853-cyrk", 8, 1e-12, 1000, "CyRK", cyrk_stepper),
+    ("dop853-scipy", 8, 1e-12, 500, "scipy", partial(scipy_solver, "DOP853")),
+    ("lsoda-scipy", None, 1e-9, 4000, "scipy", partial(scipy_solver, "LSODA")),
+    ("radau-scipy", 5, 1e-6, 200, "scipy", partial(scipy_solver, "Radau")),
+    ("dop853-cyrk", 8, 1e-12, 1000, "CyRK", cyrk_solver),
 )
 
 METHODS: Final[Mapping[str, Method]] = MappingProxyType(
@@ -173,32 +166,28 @@ def make_stepper(
     MissingPackage
         A package the method needs is not installed, or does not import.
     """
+    from heavytop.equations.ladder import LADDER
+
     method = named(name)
     imported(method)
     setting = method.default if setting is None else setting
     if not method.least <= setting <= method.most:
         rule = f"{setting!r} is not from {method.least:g} to {method.most:g} ({method.setting})"
         raise Impossible([(name, rule)])
-    state, block = tuple(float(x) for x in start), method.block if steps is None else steps
+    equations = formulation or LADDER[method.formulation].build(None)
+    state, n = tuple(float(x) for x in start), len(equations.states)
+    if len(state) != n:  # compiled code would read on
+        raise Impossible([("start", f"{len(state)} states, where the equations have {n}")])
+    block = method.block if steps is None else steps
     if not method.fixed:
-        from heavytop.equations.ladder import LADDER
-
-        equations = formulation or LADDER[method.formulation].build(None)
-        _checked(state, len(equations.states))
-        return method.build(equations, state, parameters, float(setting), direction, block)
+        solver, seconds = method.build(equations, parameters, float(setting))
+        return AdaptiveStepper(solver, state, direction, block, seconds)
     if period is None or not 0 < period < float("inf"):
         rule = f"its steps are parts of a period, and {period!r} is none"
         raise Impossible([(name, rule)])
-    _checked(state, 5)
-    if lacking := [(key, "is not given") for key in ("g", "l_z") if key not in parameters]:
-        raise Impossible(lacking)
-    g, l_z = float(parameters["g"]), float(parameters["l_z"])
-    return method.build(state, g, l_z, direction * float(period) / setting, block)
-
-
-def _checked(start: tuple[float, ...], n: int) -> None:
-    if len(start) != n:  # compiled code would read on
-        raise Impossible([("start", f"{len(start)} states, where the equations have {n}")])
+    h = direction * float(period) / setting
+    stepper: FixedStep = method.build(state, h=h, steps=block, **constants(equations, parameters))
+    return stepper
 
 
 def named(name: str) -> Method:

@@ -18,7 +18,16 @@ import numpy as np
 from heavytop.numbers.double_double import Array, DoubleDouble, two_product
 
 Advance = Callable[[Array, Array, int], int]
+"""Takes steps: of the states and of work, both changed in place, and of a number of steps.
+
+Work is what the method takes along. The result is the number of evaluations, or negative where the
+steps could not be taken.
+"""
+
 Kernel = Callable[..., int]
+"""Of g, l_z, the coefficients of a method times h, and then as `Advance`: compiled steps."""
+
+_KERNEL = "int64(float64, float64, float64[:, ::1], float64[::1], float64[::1], int64)"
 
 
 class IntegrationFailed(Exception):
@@ -86,9 +95,7 @@ class FixedStep:
         The states at the start.
     h : float
         The step [s], negative backwards.
-    advance : callable
-        Of the states and of work, which it changes in place, and a number of steps; it returns the
-        evaluations, or a negative number where it could not go on.
+    advance : Advance
     steps : int
         Steps in a block.
     carried, scratch : int
@@ -166,8 +173,8 @@ class FixedStep:
         return evaluations
 
 
-def compiled(function: Callable[..., Any], signature: str) -> tuple[Any, float]:
-    """Return a function compiled by numba, and the seconds that took.
+def compiled(function: Callable[..., Any], signature: str = _KERNEL) -> tuple[Any, float]:
+    """Return a function, by default the steps of a method, compiled by numba, and the seconds.
 
     Nothing is reassociated, so that a number of steps leads to the same bits whatever calls they
     are cut into; nothing compiled is kept on a disk.
@@ -176,15 +183,6 @@ def compiled(function: Callable[..., Any], signature: str) -> tuple[Any, float]:
 
     began = time.perf_counter()
     return njit(signature, nogil=True)(function), time.perf_counter() - began
-
-
-def compiled_steps(function: Callable[..., int]) -> tuple[Kernel, float]:
-    """Return the steps of a method, compiled, and the seconds that took.
-
-    They take g, l_z, the method's table, and then what `FixedStep.advance` does.
-    """
-    words = "float64, float64, float64[:, ::1], float64[::1], float64[::1], int64"
-    return compiled(function, f"int64({words})")
 
 
 def summation(*, compensated: bool) -> Any:

@@ -17,7 +17,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from heavytop.comparison.steppers import FixedStep, Kernel, compiled_steps, summation
+from heavytop.comparison.steppers import FixedStep, Kernel, compiled, summation
 from heavytop.numbers.double_double import Array
 
 Turn = Literal["exact", "cayley"]
@@ -171,7 +171,7 @@ def _steps(turn: Turn, *, compensated: bool) -> tuple[Kernel, float]:
         forces: int = last - 1 if kicks[0] == 0 else last  # the last is the next step's first
         return forces * steps
 
-    return compiled_steps(advance)
+    return compiled(advance)
 
 
 def _turns(turn: Turn) -> Any:

@@ -27,7 +27,7 @@ from heavytop.studies.workprecs.work_precision import WorkPrecision
 FIRST_RUNS: Final = 0.6  # of the budget: then no first run is begun,
 ALL_BUT_ROUNDS: Final = 0.8  # nor one that is not expected to end before this,
 PATIENCE: Final = 0.05  # nor gone on with that takes this
-UNKNOWN: Final = {"numba": 1.0, "compiled by CyRK": 1.0}  # to set up what was never set up [s],
+UNKNOWN: Final = {"numba": 1.0, "compiled by CyRK": 8.0}  # to set up what was never set up [s],
 USUAL: Final = 0.3  # and of all others: a first run that is not expected to end is not begun
 
 Show = Callable[[float], object]
