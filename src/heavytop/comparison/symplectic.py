@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from decimal import Decimal
 from fractions import Fraction
 from functools import cache, partial
 from itertools import pairwise
@@ -116,26 +115,23 @@ BLANES_MOAN_KICKS = (
 
 def composition(half: Sequence[str]) -> tuple[Array, Array]:
     """Return the kicks and drifts of Strang's steps in a row, of these lengths and mirrored."""
-    lengths = _mirrored([Decimal(x) for x in half])
-    kicks = [(a + b) / 2 for a, b in pairwise([Decimal(0), *lengths, Decimal(0)])]
-    return _doubles(kicks), _doubles(lengths)
+    drifts = [Fraction(x) for x in half]
+    kicks = [(a + b) / 2 for a, b in pairwise([Fraction(0), *drifts])]
+    return _mirrored(kicks, drifts)
 
 
 def blanes_moan() -> tuple[Array, Array]:
     """Return Blanes and Moan's 16 kicks, the first and the last 0, and 15 drifts."""
-    drifts = [Decimal(x) for x in BLANES_MOAN_DRIFTS]
-    kicks = [Decimal(x) for x in ("0", *BLANES_MOAN_KICKS)]
-    drifts.append(1 - 2 * sum(drifts, Decimal(0)))
-    kicks.append(Decimal("0.5") - sum(kicks, Decimal(0)))
-    return _doubles(kicks + kicks[::-1]), _doubles(_mirrored(drifts))
+    drifts = [Fraction(x) for x in BLANES_MOAN_DRIFTS]
+    kicks = [Fraction(x) for x in ("0", *BLANES_MOAN_KICKS)]
+    kicks.append(Fraction(1, 2) - sum(kicks, Fraction(0)))
+    drifts.append(1 - 2 * sum(drifts, Fraction(0)))
+    return _mirrored(kicks, drifts)
 
 
-def _mirrored(half: list[Decimal]) -> list[Decimal]:
-    return half + half[-2::-1]
-
-
-def _doubles(numbers: Sequence[Decimal]) -> Array:
-    return np.array([float(x) for x in numbers])
+def _mirrored(kicks: Sequence[Fraction], drifts: Sequence[Fraction]) -> tuple[Array, Array]:
+    """Return all kicks and drifts of the first halves; the last of the drifts is the middle one."""
+    return np.array([*kicks, *kicks[::-1]], float), np.array([*drifts, *drifts[-2::-1]], float)
 
 
 STRANG = Splitting(*composition(["1"]))
