@@ -203,18 +203,18 @@ def scipy_solver(
         times, states = [0.0], [state]
         try:
             with warnings.catch_warnings(action="ignore"):  # what they say is checked
-                solver = kind(rates, 0.0, state, end, first_step=first, **bounds)
-                while solver.status == "running" and len(times) <= most and abs(solver.t) < until:
-                    if message := solver.step():
+                run = kind(rates, 0.0, state, end, first_step=first, **bounds)
+                while run.status == "running" and len(times) <= most and abs(run.t) < until:
+                    if message := run.step():
                         raise ValueError(message.rstrip("."))
-                    times.append(float(solver.t))
-                    states.append(solver.y.copy())
+                    times.append(float(run.t))
+                    states.append(run.y.copy())
         except Singular as error:
             raise IntegrationFailed(str(error)) from error
         except (ValueError, np.linalg.LinAlgError) as error:  # as Radau's, of infinite numbers
             raise IntegrationFailed(f"the solver gave up: {error}") from error
-        carry = () if name == "LSODA" else (float(solver.h_abs),)
-        return Taken(np.array(times), np.array(states), solver.nfev, carry)
+        carry = () if name == "LSODA" else (float(run.h_abs),)
+        return Taken(np.array(times), np.array(states), run.nfev, carry)
 
     return solver, 0.0
 
