@@ -16,7 +16,7 @@ from claim import claim, finish, most
 
 import heavytop as ht
 from heavytop.analytic import steady
-from heavytop.comparison.textbook import Asked, solved
+from heavytop.comparison.adaptive import textbook_solve
 from heavytop.plots.figures import save
 from heavytop.plots.stress_charts import Cone, spin_figure, stability_figure
 
@@ -147,7 +147,7 @@ def body_frame(top, start, end):
 
     sine, up = math.sin(theta), math.cos(theta)
     begin = np.array([0.0, phidot * sine, 0.0, sine, up])
-    told = solved(rates, begin, Asked("dop853", 1e-12, 1e-12, end, 10**6))
+    told = textbook_solve(rates, begin, end, "dop853", 1e-12, 1e-12, 10**6)
     w1, w2, _, _, v = told.state
     energy = A * (w1**2 + w2**2) / 2 + gMR * v
     first = A * (begin[1] ** 2) / 2 + gMR * up

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import heavytop as ht
 from heavytop.cli import app
-from heavytop.comparison import table
+from heavytop.comparison import METHODS
 from heavytop.errors import BadScene, ImpossibleStart, ImpossibleTop
 from heavytop.run.witness import missed_digits
 from heavytop.scene.scene import load_scene, read_scene, shipped_scenes, shipped_text
@@ -434,7 +434,7 @@ def test_a_wrong_method_is_answered_with_all_of_them():
     words = re.split(r"[, ]+", str(error.value))
     forms = words[words.index("of", words.index("FORM")) + 1 :]
     told = {word.replace("FORM", form) for word in words for form in forms}
-    assert taylor_methods().keys() | table.METHODS.keys() | {"auto"} <= told
+    assert taylor_methods().keys() | METHODS.keys() | {"auto"} <= told
 
 
 # --- digits that are missed ----------------------------------------------------------------------

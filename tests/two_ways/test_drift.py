@@ -9,7 +9,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.analytic.many_times import DoubleForm
-from heavytop.comparison.march import Stopped
+from heavytop.comparison import IntegrationFailed
 from heavytop.studies import ledger
 from heavytop.studies.drifts.drift import gathered
 from heavytop.studies.drifts.follow import _not_after, follow
@@ -148,7 +148,7 @@ def test_a_march_is_the_trajectory_that_propagate_integrates(name):
     place = found.march.begin()
     while (after := found.march.block(place)).time[0] < t:
         place = after
-    row = found.march.seen(place, [(t, 0.0)])[0]
+    row = found.march.states_at(place, [(t, 0.0)])[0]
     assert row.tolist() == trajectory(t).states.tolist()
 
 
@@ -371,7 +371,7 @@ def test_a_method_that_cannot_go_on_keeps_what_it_has(monkeypatch):
 
     def block(self, place):
         if place.steps > 5000:
-            raise Stopped("for a test")
+            raise IntegrationFailed("for a test")
         return whole(self, place)
 
     monkeypatch.setattr(TaylorMarch, "block", block)
@@ -523,7 +523,7 @@ def test_a_member_that_ends_early_keeps_what_it_has_and_the_others_keep_all(monk
     def block(self, place):
         number = order.setdefault(self.start.tobytes(), len(order))
         if place.steps >= (math.inf, first, 2000)[number]:
-            raise Stopped("for a test")
+            raise IntegrationFailed("for a test")
         return whole(self, place)
 
     monkeypatch.setattr(TaylorMarch, "block", block)

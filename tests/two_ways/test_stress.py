@@ -12,7 +12,11 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.comparison.textbook import SOLVERS, Asked, rates_of, solved
+from heavytop.comparison.adaptive import (
+    TEXTBOOK_SOLVERS,
+    textbook_right_hand_side,
+    textbook_solve,
+)
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, DoubtfulWarning
 from heavytop.run.engines import binary_start
@@ -294,16 +298,16 @@ def test_the_step_limit_is_kept_by_everybody():
         assert found("hundred-periods", method, 300).outcome is Word.STEP_LIMIT
 
 
-@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("solver", TEXTBOOK_SOLVERS)
 def test_a_textbooks_run_is_that_of_solve_ivp(solver):
     from scipy.integrate import solve_ivp
 
     scene = cases()["cusp"].scene
     parameters, start = binary_start(scene, Plan("lagrange", None, False, (), (), 0))
-    rates = rates_of(FORMULATIONS["lagrange"].build(), parameters)
-    told = solved(rates, start.state, Asked(solver, 1e-6, 1e-9, 0.9, 10**6), [lambda y: y[3]])
-    ours = solve_ivp(rates, (0, 0.9), start.state, method=SOLVERS[solver], rtol=1e-6, atol=1e-9,
-                     events=lambda _, y: y[3])  # fmt: skip
+    rates = textbook_right_hand_side(FORMULATIONS["lagrange"].build(), parameters)
+    told = textbook_solve(rates, start.state, 0.9, solver, 1e-6, 1e-9, 10**6, [lambda y: y[3]])
+    ours = solve_ivp(rates, (0, 0.9), start.state, method=TEXTBOOK_SOLVERS[solver],
+                     rtol=1e-6, atol=1e-9, events=lambda _, y: y[3])  # fmt: skip
     assert (told.status, told.finite) == ("finished", True)
     assert told.state.tolist() == ours.y[:, -1].tolist()
     assert told.steps == ours.t.size - 1

@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 
 import heavytop as ht
-from heavytop.comparison.march import Place, Stopped
+from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.integration.bits import bits_of
 from heavytop.report.workprec_table import workprec_table
 from heavytop.studies.drifts.methods import method
@@ -38,7 +38,7 @@ def found():
         "auto", "taylor-axis", "taylor-cubic=1e-9", "taylor-lagrange=1e-9", "strang=25",
         "blanes-moan-rkn6=6", "blanes-moan-rkn6=57", "dop853-cyrk=1e-6",
     )  # fmt: skip
-    return ht.work_precision(KICKED, methods=methods, periods=20, budget=60)
+    return ht.work_precision(KICKED, methods=methods, periods=20, budget=240)
 
 
 def named(found, text):
@@ -49,11 +49,11 @@ def named(found, text):
 def test_an_error_is_the_distance_from_the_closed_form(found, text):
     """Stepped here by the library's march, and held against the closed form in doubles."""
     made = run(KICKED, method(text))
-    end = made.march.offered((20 - BEFORE) * made.period)
+    end = made.march.output_time((20 - BEFORE) * made.period)
     place = made.march.begin()
     while (after := made.march.block(place)).time < end:
         place = after
-    row = made.march.seen(place, [end])[0]
+    row = made.march.states_at(place, [end])[0]
     exact = ht.Motion(KICKED.top, KICKED.start).at(np.array([end[0]]))
     if "lagrange" in text:
         theta, phi = row[:2]
@@ -293,12 +293,14 @@ class Toy:
 
     def begin(self):
         self.clock.now += 0.25  # not in a block: not counted
-        return Place((0.0, 0.0), (0.0,))
+        return StepperState((0.0, 0.0), (0.0,))
 
     def block(self, place):
         self.clock.now += self.cost
         self.log.append(self.name)
-        return Place((place.time[0] + 1.0, 0.0), (0.0,), (), place.steps + 1, place.evaluations + 3)
+        return StepperState(
+            (place.time[0] + 1.0, 0.0), (0.0,), (), place.steps + 1, place.evaluations + 3
+        )
 
 
 def test_only_blocks_are_timed_and_a_run_ends_past_its_end():
@@ -392,22 +394,21 @@ class _ToyRun:
     log: list
     name: str
     compile_s: float = 0.5
-    kernel: str = "one kernel"
 
     def begin(self):
         return self.real.begin()
 
-    def offered(self, t):
-        return self.real.offered(t)
+    def output_time(self, t):
+        return self.real.output_time(t)
 
-    def seen(self, place, times):
-        return self.real.seen(place, times)
+    def states_at(self, place, times):
+        return self.real.states_at(place, times)
 
     def block(self, place):
         self.clock.now += self.cost
         self.log.append(self.name)
         if self.cost > 90:
-            raise Stopped("for a test")
+            raise IntegrationFailed("for a test")
         return self.real.block(place)
 
 
@@ -431,17 +432,7 @@ def test_first_runs_then_rounds_within_the_budget(monkeypatch):
     assert [point.runs for point in points] == [2, 2]
 
 
-def test_setting_up_is_deriving_and_compiling_whoever_came_first(monkeypatch):
-    """The setting that comes later finds the kernel compiled, and is charged all the same."""
-    points, _, _, _ = toyed(monkeypatch, [1.0, 2.0], 200.0)
-    assert [point.setup_s for point in points] == [0.75, 0.75]
-    whole = _ToyRun.__init__
-
-    def compiled_before(self, *arguments):
-        whole(self, *arguments)
-        self.compile_s = 0.5 if self.cost > 1 else 0.0
-
-    monkeypatch.setattr(_ToyRun, "__init__", compiled_before)
+def test_setting_up_is_deriving_and_compiling(monkeypatch):
     points, _, _, _ = toyed(monkeypatch, [1.0, 2.0], 200.0)
     assert [point.setup_s for point in points] == [0.75, 0.75]
 
@@ -639,9 +630,9 @@ def test_a_package_that_does_not_import_is_skipped_with_what_it_raises(monkeypat
             raise RuntimeError("built for another numpy")
         return import_module(name)
 
-    monkeypatch.setattr("heavytop.comparison.table.import_module", raising)
+    monkeypatch.setattr("heavytop.comparison.methods.import_module", raising)
     methods = ["dop853-cyrk", "taylor-axis=1e-6"]
-    found = ht.work_precision(KICKED, methods=methods, periods=3, budget=9)
+    found = ht.work_precision(KICKED, methods=methods, periods=3, budget=30)
     (reason,) = {each.reason for each in found.skipped}
     assert reason == (
         "dop853-cyrk needs CyRK, which does not import: RuntimeError: built for another numpy"

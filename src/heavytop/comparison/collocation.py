@@ -6,26 +6,164 @@ closer (Hairer, Lubich & Wanner, chapter VIII). Sums are compensated.
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
+from flint import arb
 
-from heavytop.comparison.kernel import Kernel, added_up, compiled
+from heavytop.comparison.steppers import FixedStep, Kernel, compiled, summation
+from heavytop.numbers.double_double import Array, two_product
+from heavytop.numbers.intervals import working
 
+_BITS = 256
 _SWEEPS = 200
 _NEAR = 1e-11  # two sweeps no nearer than this, and not coming nearer, do not converge
 
 
-@cache
-def midpoint() -> Kernel:
-    """Return the kernel of the implicit midpoint rule, by fixed-point iteration to rounding.
+def gauss(
+    s: int, start: tuple[float, ...], g: float, l_z: float, h: float, steps: int
+) -> FixedStep:
+    """Return the stepper of Gauss' collocation with s nodes; with one, the implicit midpoint rule.
 
-    Its table holds half the step. `work` holds five lost words and the half increments before.
+    Parameters
+    ----------
+    s : int
+    start : tuple of float
+        The states e_x, e_y, e_z, l_x, l_y.
+    g, l_z : float
+        The parameters of the axis form.
+    h : float
+        The step [s].
+    steps : int
+        Steps in a block.
     """
-    added = added_up(compensated=True)
+    table = _table(s, h) if s > 1 else np.array([[h / 2]])
+    kernel, seconds = _gauss_steps(s) if s > 1 else _midpoint_steps()
+    return FixedStep(start, h, partial(kernel, g, l_z, table), steps, 5, 1 + 5 * s, seconds)
 
-    def advance(y: Any, work: Any, g: float, l_z: float, table: Any, steps: int) -> int:
+
+@cache
+def coefficients(s: int) -> tuple[Array, Array, Array]:
+    """Return A transposed above b, shape (s + 1, s), as doubles and the rest, and a third matrix.
+
+    In doubles alone A and b are not quite symplectic, and the energy drifts (Hairer, McLachlan &
+    Razakarivony 2008). The third, shape (s, s), foresees a step: its transpose takes the
+    derivatives at the nodes to the increments up to the nodes of the next step, along the
+    polynomial through them.
+    """
+    with working(_BITS):
+        roots = [arb.legendre_p_root(s, k, weight=True) for k in reversed(range(s))]
+        nodes, weights = (np.array(each) for each in zip(*roots, strict=True))
+        at_nodes = np.array([[x.legendre_p(k) for k in range(s)] for x in nodes])
+
+        def integrals(x: arb) -> Any:
+            """Return half the integrals from -1 to x of the Lagrange polynomials of the nodes.
+
+            These are sum_k (k + 1/2) P_k(node) P_k weight, and (2k + 1) P_k = P_(k+1)' - P_(k-1)'.
+            """
+            p = [x.legendre_p(k) for k in range(s + 1)]
+            rises = [1 + x, *(p[k + 1] - p[k - 1] for k in range(1, s))]
+            return weights * (at_nodes @ np.array(rises)) / 4
+
+        b = integrals(arb(1))
+        exact = np.vstack([np.transpose([integrals(x) for x in nodes]), b])
+        beyond = np.transpose([integrals(x + 2) - b for x in nodes])
+        high = exact.astype(np.float64)
+        return high, (exact - high).astype(np.float64), beyond.astype(np.float64)
+
+
+def _table(s: int, h: float) -> Array:
+    """Return h times A transposed, b, what foresees a step, and the rest of A and b."""
+    high, rest, beyond = coefficients(s)
+    product, error = two_product(np.full_like(high, h), high)
+    return np.ascontiguousarray(np.vstack([product, h * beyond, error + h * rest]))
+
+
+@cache
+def _gauss_steps(s: int) -> tuple[Kernel, float]:
+    """Return the compiled steps.
+
+    `work` holds five lost words, whether the step before is known, and its derivatives (5, s). The
+    rest of A and b is enough once a step.
+    """
+    from numba import njit
+
+    added = summation(compensated=True)
+
+    def rates(y: Any, z: Any, f: Any, g: float, l_z: float) -> None:
+        """Put the derivatives at the nodes, y and their increments z, into f."""
+        for i in range(s):
+            e_x, e_y, e_z = y[0] + z[0, i], y[1] + z[1, i], y[2] + z[2, i]
+            l_x, l_y = y[3] + z[3, i], y[4] + z[4, i]
+            f[0, i] = l_y * e_z - l_z * e_y
+            f[1, i] = l_z * e_x - l_x * e_z
+            f[2, i] = l_x * e_y - l_y * e_x
+            f[3, i] = -g * e_y
+            f[4, i] = g * e_x
+
+    def weighed(table: Any, first: int, f: Any, rest: Any, z: Any) -> float:
+        """Put a rest and the derivatives f, weighed by s rows of the table, into z: how far off?"""
+        most = 0.0
+        for k in range(5):
+            for i in range(s):
+                total = rest[k, i]
+                for j in range(s):
+                    total += table[first + j, i] * f[k, j]
+                apart = abs(total - z[k, i])
+                if not apart <= most:  # and so a NaN comes through
+                    most = apart
+                z[k, i] = total
+        return most
+
+    rates, weighed = njit(rates), njit(weighed)
+
+    def advance(g: float, l_z: float, table: Any, y: Any, work: Any, steps: int) -> int:
+        z, rest, none = np.zeros((5, s)), np.zeros((5, s)), np.zeros((5, s))
+        f = work[6:].reshape((5, s))
+        near = _NEAR * (1 + abs(table[s].sum() * g))
+        sweeps = 0
+        for _ in range(steps):
+            if work[5] == 0:
+                rates(y, none, f, g, l_z)
+                weighed(table, 0, f, none, z)
+            else:
+                weighed(table, s + 1, f, none, z)
+            rates(y, z, f, g, l_z)
+            weighed(table, 2 * s + 1, f, none, rest)
+            before, sweeps = np.inf, sweeps + 1
+            for _ in range(_SWEEPS):
+                rates(y, z, f, g, l_z)
+                here = weighed(table, 0, f, rest, z)
+                sweeps += 1
+                if here == 0 or (here >= before and here < near):
+                    before = 0.0
+                    break
+                before = here
+            if not before < near:
+                return -1
+            for k in range(5):
+                term = 0.0
+                for i in range(s):
+                    term += table[3 * s + 1, i] * f[k, i]
+                for i in range(s):
+                    term += table[s, i] * f[k, i]
+                y[k], work[k] = added(y[k], work[k], term)
+            work[5] = 1.0
+        return sweeps * s
+
+    return compiled(advance)
+
+
+@cache
+def _midpoint_steps() -> tuple[Kernel, float]:
+    """Return the compiled steps for one node: from scalars, which halves the time they take.
+
+    `work` holds five lost words and the half increments of the step before.
+    """
+    added = summation(compensated=True)
+
+    def advance(g: float, l_z: float, table: Any, y: Any, work: Any, steps: int) -> int:
         half, sweeps = table[0, 0], 0
         near = _NEAR * (1 + abs(half * g))
         z_1, z_2, z_3, z_4, z_5 = work[5], work[6], work[7], work[8], work[9]
@@ -44,148 +182,9 @@ def midpoint() -> Kernel:
                 before = here
             if not here < near:
                 return -1
-            y[0], work[0] = added(y[0], work[0], 2 * z_1)
-            y[1], work[1] = added(y[1], work[1], 2 * z_2)
-            y[2], work[2] = added(y[2], work[2], 2 * z_3)
-            y[3], work[3] = added(y[3], work[3], 2 * z_4)
-            y[4], work[4] = added(y[4], work[4], 2 * z_5)
+            for k, z in enumerate((z_1, z_2, z_3, z_4, z_5)):
+                y[k], work[k] = added(y[k], work[k], 2 * z)
         work[5], work[6], work[7], work[8], work[9] = z_1, z_2, z_3, z_4, z_5
         return sweeps
 
     return compiled(advance)
-
-
-@cache
-def collocation(s: int) -> Kernel:
-    """Return the kernel of Gauss' collocation with s nodes, by fixed-point iteration to rounding.
-
-    Its table holds h times A transposed, b and the matrix that foresees the next step, transposed,
-    and what A and b lost in rounding, which once a step is enough for.
-    `work` holds five lost words, whether the step before is known, and its derivatives (5, s).
-    """
-    foreseen, converged, moved = _foreseen(s), _converged(s), _moved(s)
-
-    def advance(y: Any, work: Any, g: float, l_z: float, table: Any, steps: int) -> int:
-        z, new, rest, none = np.zeros((5, s)), np.zeros((5, s)), np.zeros((5, s)), np.zeros((5, s))
-        f = work[6:].reshape((5, s))
-        sweeps = 0
-        for _ in range(steps):
-            foreseen(y, work[5], g, l_z, table, f, z, rest, none)
-            taken = converged(y, g, l_z, table, f, z, new, rest)
-            if taken < 0:
-                return -1
-            moved(y, work, table, f)
-            work[5] = 1.0
-            sweeps += 1 + taken
-        return sweeps * s
-
-    return compiled(advance)
-
-
-def _foreseen(s: int) -> Any:
-    """Return what guesses the increments z, and weighs by what A lost their rates, into rest."""
-    from numba import njit
-
-    rates, weighed = _rates(s), _weighed(s)
-
-    def foreseen(
-        y: Any, known: float, g: float, l_z: float, table: Any, f: Any, z: Any, rest: Any, none: Any
-    ) -> None:
-        if known == 0:
-            rates(y, none, f, g, l_z)
-            weighed(table, 0, f, z, none)
-        else:
-            weighed(table, s + 1, f, z, none)
-        rates(y, z, f, g, l_z)
-        weighed(table, 2 * s + 1, f, rest, none)
-
-    return njit(foreseen)
-
-
-def _converged(s: int) -> Any:
-    """Return what sweeps until two sweeps agree to rounding, and how often: -1 if they do not."""
-    from numba import njit
-
-    rates, weighed, apart = _rates(s), _weighed(s), _apart(s)
-
-    def converged(
-        y: Any, g: float, l_z: float, table: Any, f: Any, z: Any, new: Any, rest: Any
-    ) -> int:
-        near = _NEAR * (1 + abs(table[s].sum() * g))
-        before = np.inf
-        for sweep in range(_SWEEPS):
-            rates(y, z, f, g, l_z)
-            weighed(table, 0, f, new, rest)
-            here = apart(new, z)
-            if here == 0 or (here >= before and here < near):
-                return sweep + 1
-            z, new, before = new, z, here
-        return _SWEEPS if before < near else -1
-
-    return njit(converged)
-
-
-def _rates(s: int) -> Any:
-    """Return what puts the rates at the nodes, y and their increments z, into f."""
-    from numba import njit
-
-    def rates(y: Any, z: Any, f: Any, g: float, l_z: float) -> None:
-        for i in range(s):
-            e_x, e_y, e_z = y[0] + z[0, i], y[1] + z[1, i], y[2] + z[2, i]
-            l_x, l_y = y[3] + z[3, i], y[4] + z[4, i]
-            f[0, i] = l_y * e_z - l_z * e_y
-            f[1, i] = l_z * e_x - l_x * e_z
-            f[2, i] = l_x * e_y - l_y * e_x
-            f[3, i] = -g * e_y
-            f[4, i] = g * e_x
-
-    return njit(rates)
-
-
-def _weighed(s: int) -> Any:
-    """Return what puts into z the rates f, weighed by s rows of the table, and a rest."""
-    from numba import njit
-
-    def weighed(table: Any, first: int, f: Any, z: Any, rest: Any) -> None:
-        for k in range(5):
-            for i in range(s):
-                z[k, i] = rest[k, i]
-            for j in range(s):
-                for i in range(s):
-                    z[k, i] += table[first + j, i] * f[k, j]
-
-    return njit(weighed)
-
-
-def _apart(s: int) -> Any:
-    """Return what tells how far two sweeps are apart."""
-    from numba import njit
-
-    def apart(a: Any, b: Any) -> float:
-        most = 0.0
-        for k in range(5):
-            for i in range(s):
-                distance = abs(a[k, i] - b[k, i])
-                if not distance <= most:  # and so a NaN comes through
-                    most = distance
-        return most
-
-    return njit(apart)
-
-
-def _moved(s: int) -> Any:
-    """Return what takes y to the end of the step, by b and by what b lost."""
-    from numba import njit
-
-    added = added_up(compensated=True)
-
-    def moved(y: Any, work: Any, table: Any, f: Any) -> None:
-        for k in range(5):
-            term = 0.0
-            for i in range(s):
-                term += table[3 * s + 1, i] * f[k, i]
-            for i in range(s):
-                term += table[s, i] * f[k, i]
-            y[k], work[k] = added(y[k], work[k], term)
-
-    return njit(moved)

@@ -31,8 +31,10 @@ def lambdified(
     arguments: Sequence[Any],
     number: Callable[[int], Any] = float,
     functions: Functions = NUMPY,
-) -> Callable[..., list[Any]]:
+) -> Callable[..., Any]:
     """Return a function of numbers of one type, which computes in that type alone.
+
+    What it returns is a list or a tuple as the expressions are: compiled, a list costs more.
 
     Parameters
     ----------
@@ -50,13 +52,15 @@ def lambdified(
     >>> x = sp.Symbol("x")
     >>> lambdified([x / 3 + x**2], [x], Fraction, {})(Fraction(1, 2))
     [Fraction(5, 12)]
+    >>> lambdified((x / 3, -x), [x], Fraction, {})(Fraction(1, 2))
+    (Fraction(1, 6), Fraction(-1, 2))
     """
     ratios = set().union(*(sp.sympify(x).atoms(sp.Rational) for x in sp.flatten(expressions)))
     signed = [r for ratio in ratios if ratio.q != 1 for r in (ratio, -ratio)]
     names = {_name(r): number(int(r.p)) / number(int(r.q)) for r in signed}
     return sp.lambdify(  # type: ignore[no-any-return]
         list(arguments),
-        list(expressions),
+        expressions,
         modules=[{**names, **functions}],  # modules="numpy" would import all of numpy, f2py too
         printer=_Printer({"fully_qualified_modules": False, "inline": True}),
         cse=True,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from math import isclose
 from typing import Any, Final
 
-from heavytop.comparison.march import Place
+from heavytop.comparison.steppers import StepperState
 from heavytop.errors import ForeignFile
 from heavytop.numbers.double_double import DoubleDouble
 from heavytop.studies import recorded
@@ -43,8 +43,8 @@ class Ended:
 
 
 def under_way(
-    found: object, method: Method, period: float, times: Sequence[DoubleDouble], begun: Place
-) -> tuple[Place, int]:
+    found: object, method: Method, period: float, times: Sequence[DoubleDouble], begun: StepperState
+) -> tuple[StepperState, int]:
     """Return where a run goes on, and how many marks it has passed.
 
     Parameters
@@ -56,7 +56,7 @@ def under_way(
         Of the run's nutation [s].
     times : sequence of DoubleDouble
         Of the marks.
-    begun : Place
+    begun : StepperState
         Where the run began.
 
     Raises
@@ -78,13 +78,13 @@ def under_way(
     return place, marked
 
 
-def _place(found: object, begun: Place) -> Place:
+def _place(found: object, begun: StepperState) -> StepperState:
     document = recorded.table("place", found, PLACE)
     high, low = recorded.words("time", document["time"], 2)
     if high < 0 or high + low != high:
         raise recorded.refused("time", document["time"], "expected a double-double from 0")
     carried = len(begun.carry)
-    place = Place(
+    place = StepperState(
         (high, low),
         recorded.words("state", document["state"], len(begun.state)),
         recorded.words("carry", document["carry"], *((carried,) if carried else (0, 1))),
@@ -96,7 +96,7 @@ def _place(found: object, begun: Place) -> Place:
     return place
 
 
-def _in_step(method: Method, period: float, place: Place) -> None:
+def _in_step(method: Method, period: float, place: StepperState) -> None:
     """Refuse a time at which a method of fixed step is not after so many steps."""
     if method.set_by == TOLERANCE:
         return

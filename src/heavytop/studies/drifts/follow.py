@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from typing import Any, Final
 
-from heavytop.comparison.march import Place, Stopped
+from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.errors import ForeignFile
 from heavytop.integration.bits import DOUBLE
 from heavytop.numbers.double_double import DoubleDouble
@@ -63,7 +63,7 @@ class _Walk:
 
     def __init__(self, method: Method, found: Run, periods: tuple[float, ...]) -> None:
         self.method, self.run, self.periods = method, found, periods
-        self.times = [found.march.offered(n * found.period) for n in periods]
+        self.times = [found.march.output_time(n * found.period) for n in periods]
         self.place = found.march.begin()
         self.marked = 0
         self.ended = ""
@@ -94,25 +94,25 @@ class _Walk:
             try:
                 after = self._block()
                 rows += self._passed(after)
-            except Stopped as news:
+            except IntegrationFailed as news:
                 self.ended = str(news)
                 break
             self.place = after
         return Piece(self._checkpoint(), tuple(rows), self.done, self._fraction(), self.spent)
 
-    def _block(self) -> Place:
+    def _block(self) -> StepperState:
         began = time.perf_counter()
         try:
             return self.run.march.block(self.place)
         finally:
             self.spent += time.perf_counter() - began
 
-    def _passed(self, after: Place) -> list[dict[str, Any]]:
+    def _passed(self, after: StepperState) -> list[dict[str, Any]]:
         """Return the rows of the marks in the block that leads to a place."""
         behind = [t for t in self.times[self.marked :] if _not_after(t, after.time)]
         if not behind:
             return []
-        seen = self.run.march.seen(self.place, behind).tolist()
+        seen = self.run.march.states_at(self.place, behind).tolist()
         first = self.marked
         found = [
             self._row(first + k, t, row)
@@ -153,11 +153,11 @@ def _hexed(value: Any) -> Any:
     if value is None:
         return None
     if not math.isfinite(value):
-        raise Stopped("its errors are no longer finite")
+        raise IntegrationFailed("its errors are no longer finite")
     return float(value).hex()
 
 
-def _written(place: Place) -> dict[str, Any]:
+def _written(place: StepperState) -> dict[str, Any]:
     words = ("time", "state", "carry")
     return {name: [x.hex() for x in getattr(place, name)] for name in words} | {
         "steps": place.steps,

@@ -8,7 +8,7 @@ from functools import cache
 from importlib.util import find_spec
 from typing import Final
 
-from heavytop.comparison import table
+from heavytop.comparison import methods as comparison
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import Impossible
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE
@@ -128,16 +128,16 @@ def _named(name: str) -> Method:
     if name in own:
         return own[name]
     try:
-        return _of(table.named(name))
+        return _of(comparison.named(name))
     except Impossible:
-        known = ("auto", *own, *table.METHODS)
+        known = ("auto", *own, *comparison.METHODS)
         raise NoMethod(f"one of {_in_words()}", nearest(name, known)) from None
 
 
 def _in_words() -> str:
     """Return all names, those of the Taylor integrator's in every formulation at once."""
     own = taylor_methods()
-    rivals = ", ".join(table.METHODS)
+    rivals = ", ".join(comparison.METHODS)
     first = next(iter(FORMULATIONS))
     patterns = [n.replace(first, "FORM") for n, each in own.items() if each.formulation == first]
     return f"auto, {rivals}, {', '.join(patterns)} with FORM one of {', '.join(FORMULATIONS)}"
@@ -174,7 +174,7 @@ def _of_formulation(form: str) -> list[Method]:
     return found
 
 
-def _of(rival: table.Method) -> Method:
+def _of(rival: comparison.Method) -> Method:
     return Method(
         name=rival.name,
         formulation=rival.formulation,

@@ -14,9 +14,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from heavytop.comparison.march import Array, Place, Stopped
+from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.integration.precise import Mark, PreciseIntegrator, Unfinished, Wanted
-from heavytop.numbers.double_double import DoubleDouble
+from heavytop.numbers.double_double import Array, DoubleDouble
 from heavytop.studies.drifts.taylor_march import FAR
 
 DOUBLE_BITS = 53
@@ -48,47 +48,47 @@ class PreciseMarch:
         """How many doubles hold one number."""
         return math.ceil(self.engine.bits / DOUBLE_BITS)
 
-    def begin(self) -> Place:
+    def begin(self) -> StepperState:
         """Return the start."""
         return self._place(self.engine.start(self.start))
 
-    def block(self, place: Place) -> Place:
-        """Take a block of natural steps, as `March` says."""
+    def block(self, place: StepperState) -> StepperState:
+        """Take a block of natural steps, as `Stepper` says."""
         try:
             mark = self.engine.onward(self._mark(place), FAR * self.period, self.longest)
         except Unfinished:
-            raise Stopped(f"singular, or overflow, after {place.steps} steps") from None
+            raise IntegrationFailed(f"singular, or overflow, after {place.steps} steps") from None
         return self._place(mark)
 
-    def seen(self, place: Place, times: Sequence[DoubleDouble]) -> Array:
+    def states_at(self, place: StepperState, times: Sequence[DoubleDouble]) -> Array:
         """Return the states at times in the block after a place, shape (k, n times words)."""
         wanted = [Wanted(self._text(t)) for t in times]
         walk = self.engine.walk(self._mark(place), wanted, FAR * self.period, self.longest)
         found = [self._words(one.state) for one in walk.found if one is not None]
         return np.array(found)
 
-    def offered(self, t: float) -> DoubleDouble:
+    def output_time(self, t: float) -> DoubleDouble:
         """Return the time itself."""
         return (t, 0.0)
 
     def _text(self, t: DoubleDouble) -> str:
         return str(self.engine.moment(*t))
 
-    def _mark(self, place: Place) -> Mark:
+    def _mark(self, place: StepperState) -> Mark:
         n = len(self.start)
         words = (*place.state, *place.carry[:-LATE_WORDS])
         numbers = tuple(self.engine.total(words[i::n]) for i in range(n))
         time = self.engine.moment(*place.time, *place.carry[-LATE_WORDS:])
         return Mark(time, numbers, place.steps)
 
-    def _place(self, mark: Mark) -> Place:
+    def _place(self, mark: Mark) -> StepperState:
         n = len(self.start)
         words = self._words([self.engine.text(x) for x in mark.state])
         time: list[float] = []
         for _ in range(2 + LATE_WORDS):
             time.append(float(mark.t - self.engine.moment(*time)))
         carry = (*words[n:], *time[2:])
-        return Place((time[0], time[1]), words[:n], carry, mark.steps, mark.steps)
+        return StepperState((time[0], time[1]), words[:n], carry, mark.steps, mark.steps)
 
     def _words(self, texts: Sequence[str]) -> tuple[float, ...]:
         columns = [_expansion(Fraction(text), self.words) for text in texts]

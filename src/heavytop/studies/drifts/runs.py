@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from heavytop.comparison.march import March
+from heavytop.comparison.steppers import Stepper
 from heavytop.errors import BadScene, Fault
 from heavytop.integration.bits import DOUBLE, named
 from heavytop.integration.precise import PreciseIntegrator
@@ -34,13 +34,13 @@ class Run:
 
     Attributes
     ----------
-    march : March
+    march : Stepper
     yardstick : Yardstick
     period : float
         Of the nutation of this run's own start [s].
     """
 
-    march: March
+    march: Stepper
     yardstick: Yardstick
     period: float
 
@@ -64,10 +64,12 @@ def run(scene: Scene, method: Method) -> Run:
     yardstick = Yardstick(formulation_of(chosen), parameters, tuple(state.tolist()), own)
     period = _period(scene, yardstick)
     if method.is_rival:
-        from heavytop.comparison.setting_up import march
+        from heavytop.comparison.methods import make_stepper
 
         form = formulation_of(chosen)
-        taken = march(method.name, state, parameters, method.setting, period, formulation=form)
+        taken = make_stepper(
+            method.name, state, parameters, method.setting, period, formulation=form
+        )
         return Run(taken, yardstick, period)
     engine = engine_of(chosen, compiled_for(chosen), parameters, start)
     return Run(TaylorMarch(engine, parameters, np.array(state), period), yardstick, period)

@@ -8,10 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
-from heavytop.comparison.march import Array, Place, Stopped
+from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.integration.engine import Block, Engine
 from heavytop.integration.orbit import Checkpoint
-from heavytop.numbers.double_double import DoubleDouble, add
+from heavytop.numbers.double_double import Array, DoubleDouble, add
 
 FAR = 1e6  # periods: no step is that long
 
@@ -36,15 +36,17 @@ class TaylorMarch:
     start: Array
     period: float
 
-    def begin(self) -> Place:
+    def begin(self) -> StepperState:
         """Return the start."""
-        return Place((0.0, 0.0), tuple(self.start.tolist()))
+        return StepperState((0.0, 0.0), tuple(self.start.tolist()))
 
-    def block(self, place: Place) -> Place:
-        """Take a block of natural steps, as `March` says."""
+    def block(self, place: StepperState) -> StepperState:
+        """Take a block of natural steps, as `Stepper` says."""
         done = self._block(place)
         if done.singular or done.steps == 0:
-            raise Stopped(f"singular, or overflow, after {place.steps + done.steps} steps")
+            raise IntegrationFailed(
+                f"singular, or overflow, after {place.steps + done.steps} steps"
+            )
         return replace(
             place,
             time=add(place.time, done.elapsed),
@@ -53,7 +55,7 @@ class TaylorMarch:
             evaluations=place.evaluations + done.steps,
         )
 
-    def seen(self, place: Place, times: Sequence[DoubleDouble]) -> Array:
+    def states_at(self, place: StepperState, times: Sequence[DoubleDouble]) -> Array:
         """Return the states at times in the block after a place, from its Taylor polynomials."""
         local = [add(t, (-place.time[0], -place.time[1])) for t in times]
         inside = np.array([high + low for high, low in local])
@@ -63,11 +65,11 @@ class TaylorMarch:
             rows[later] = self._block(place, inside[later]).rows
         return rows
 
-    def offered(self, t: float) -> DoubleDouble:
+    def output_time(self, t: float) -> DoubleDouble:
         """Return the time itself."""
         return (t, 0.0)
 
-    def _block(self, place: Place, samples: Array | None = None) -> Block:
+    def _block(self, place: StepperState, samples: Array | None = None) -> Block:
         self.engine.load(self.parameters)
         state = np.array(place.state)
         steps = Checkpoint(place.time, state, np.nan, place.steps).block_steps

@@ -11,10 +11,9 @@ from typing import Final
 
 import numpy as np
 
-from heavytop.comparison.fixed import FixedStep
-from heavytop.comparison.march import Array, March, Place, Stopped
-from heavytop.comparison.setting_up import march
-from heavytop.numbers.double_double import DoubleDouble, two_product
+from heavytop.comparison.methods import make_stepper
+from heavytop.comparison.steppers import FixedStep, IntegrationFailed, Stepper, StepperState
+from heavytop.numbers.double_double import Array, DoubleDouble, two_product
 from heavytop.run.engines import binary_start, formulation_of
 from heavytop.run.planning import Plan
 from heavytop.studies.stresses.cases import Case
@@ -48,7 +47,7 @@ def compiled(case: Case, method: Method, truth: Reference, step_limit: int) -> R
         return Raw("step-limit", f"its steps would be {steps}", steps=steps)
     try:
         place, state = _walked(took, end, step_limit)
-    except Stopped as stop:
+    except IntegrationFailed as stop:
         return Raw("failed", str(stop))
     if state is None:
         return Raw("step-limit", t=place.time[0], steps=place.steps)
@@ -62,7 +61,7 @@ def ready(case: Case, method: Method, truth: Reference) -> None:
         _march(case, method, truth)
 
 
-def _march(case: Case, method: Method, truth: Reference) -> March:
+def _march(case: Case, method: Method, truth: Reference) -> Stepper:
     parameters, start = binary_start(case.scene, AXIS)
     period = truth.period or math.tau / math.sqrt(abs(parameters["g"]))
     whole, block = period, CALL
@@ -70,28 +69,28 @@ def _march(case: Case, method: Method, truth: Reference) -> March:
         steps = math.ceil(abs(truth.end) / period * method.per_period)
         whole, block = abs(truth.end) / steps * method.per_period, min(steps, BLOCK)
     setting, ahead = method.per_period or method.rtol, 1 if truth.end >= 0 else -1
-    return march(method.rival, start.state, parameters, setting, whole, ahead, steps=block)
+    return make_stepper(method.rival, start.state, parameters, setting, whole, ahead, steps=block)
 
 
-def _end(took: March, truth: Reference) -> DoubleDouble:
+def _end(took: Stepper, truth: Reference) -> DoubleDouble:
     if not isinstance(took, FixedStep):
-        return took.offered(truth.end)
+        return took.output_time(truth.end)
     return two_product(took.h, float(round(truth.end / took.h)))
 
 
-def _last(took: March, end: DoubleDouble) -> int:
+def _last(took: Stepper, end: DoubleDouble) -> int:
     return round(end[0] / took.h) if isinstance(took, FixedStep) else 0
 
 
-def _walked(took: March, end: DoubleDouble, step_limit: int) -> tuple[Place, Array | None]:
+def _walked(took: Stepper, end: DoubleDouble, step_limit: int) -> tuple[StepperState, Array | None]:
     """Go on until a block holds the end: the place after it, and the state there."""
     place, after = took.begin(), took.begin()
     while abs(after.time[0]) < abs(end[0]):
         if after.steps >= step_limit:
             return after, None
         place, after = after, took.block(after)
-    return after, took.seen(place, [end])[0]
+    return after, took.states_at(place, [end])[0]
 
 
-def _smallest(took: March) -> float | None:
+def _smallest(took: Stepper) -> float | None:
     return abs(took.h) if isinstance(took, FixedStep) else None

@@ -12,8 +12,8 @@ from typing import Final
 import numpy as np
 
 from heavytop.analytic.motion import Motion
-from heavytop.comparison.march import Array
-from heavytop.comparison.textbook import Asked, solved
+from heavytop.comparison.adaptive import textbook_solve
+from heavytop.numbers.double_double import Array
 from heavytop.studies.stresses.methods import Method
 from heavytop.studies.stresses.raw import Raw
 
@@ -42,9 +42,9 @@ def first_order(motion: Motion, method: Method, end: float, step_limit: int) -> 
     def rates(_: float, y: Array) -> list[float]:
         return [rate(float(y[0]))]
 
-    asked = Asked(method.solver, method.rtol, method.atol, end, step_limit)
     start = float(r.u0)
-    told = solved(rates, np.array([start]), asked)
+    first, tolerances = np.array([start]), (method.rtol, method.atol)
+    told = textbook_solve(rates, first, end, method.solver, *tolerances, step_limit)
     raw = Raw(told.status, told.message, told.t, told.steps, told.smallest)
     if told.status != "finished":
         return raw

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from heavytop.comparison.march import Array
 from heavytop.equations.formulation import Formulation
 from heavytop.integration.quantities import invariants, sample
+from heavytop.numbers.double_double import Array
 from heavytop.studies.stresses.raw import Raw
 
 

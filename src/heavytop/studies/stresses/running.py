@@ -9,8 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from heavytop.comparison.march import Array
-from heavytop.comparison.textbook import Asked, rates_of, solved
+from heavytop.comparison.adaptive import textbook_right_hand_side, textbook_solve
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import lambdified
 from heavytop.errors import (
@@ -20,6 +19,7 @@ from heavytop.errors import (
     Outcome,
     UnboundedAngleWarning,
 )
+from heavytop.numbers.double_double import Array
 from heavytop.run.engines import binary_start, formulation_of
 from heavytop.run.planning import Plan, closed_form_of
 from heavytop.run.propagation import propagate
@@ -143,9 +143,9 @@ def _rival(case: Case, method: Method, end: float, step_limit: int) -> Raw:
     bare = Plan(method.formulation, None, False, (), (), 0)
     parameters, start = binary_start(case.scene, bare)
     form = formulation_of(bare)
-    asked = Asked(method.solver, method.rtol, method.atol, end, step_limit)
     watched = [_zero(form, name, parameters) for name in WATCHED] if case.counted else []
-    told = solved(rates_of(form, parameters), start.state, asked, watched)
+    rates, tolerances = textbook_right_hand_side(form, parameters), (method.rtol, method.atol)
+    told = textbook_solve(rates, start.state, end, method.solver, *tolerances, step_limit, watched)
     raw = Raw(told.status, told.message, told.t, told.steps, told.smallest)
     if told.status == "failed":
         return replace(raw, ending="failed" if told.finite else "singular")

@@ -6,8 +6,8 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final, TypeVar
 
-from heavytop.comparison.table import absent
-from heavytop.comparison.table import named as rival
+from heavytop.comparison.methods import absent
+from heavytop.comparison.methods import named as rival
 from heavytop.errors import BadScene, Fault
 from heavytop.machine import versions
 from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
-from heavytop.comparison.table import METHODS
+from heavytop.comparison.methods import METHODS
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, bits_of

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
-from heavytop.comparison.march import Stopped
+from heavytop.comparison.steppers import IntegrationFailed
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import HeavyTopError, MissingPackage
 from heavytop.run.planning import closed_form_of
@@ -27,7 +27,7 @@ from heavytop.studies.workprecs.work_precision import WorkPrecision
 FIRST_RUNS: Final = 0.6  # of the budget: then no first run is begun,
 ALL_BUT_ROUNDS: Final = 0.8  # nor one that is not expected to end before this,
 PATIENCE: Final = 0.05  # nor gone on with that takes this
-UNKNOWN: Final = {"numba": 1.0, "compiled by CyRK": 1.0}  # to set up what was never set up [s],
+UNKNOWN: Final = {"numba": 1.0, "compiled by CyRK": 8.0}  # to set up what was never set up [s],
 USUAL: Final = 0.3  # and of all others: a first run that is not expected to end is not begun
 
 Show = Callable[[float], object]
@@ -103,7 +103,7 @@ def _derived(clock: Clock) -> dict[str, float]:
     spent = {}
     for name, form in FORMULATIONS.items():
         began = clock()
-        form.build(None)
+        form.build()
         spent[name] = clock() - began
     return spent
 
@@ -126,7 +126,6 @@ class _Measuring:
         self.stopped: dict[str, tuple[int, str]] = {}  # by method, its rung that took too long
         self.useless: dict[str, str] = {}  # by method, the package that is not to be had
         self.derived = derived
-        self.compiled: dict[int, float] = {}
         self.taken: dict[str, float] = {}  # by method and by language, the last first run [s]
 
     def of(self, tried: Sequence[Trial]) -> tuple[tuple[Point, ...], tuple[Skipped, ...]]:
@@ -183,7 +182,7 @@ class _Measuring:
         except MissingPackage as lacking:
             self.useless[method.name] = str(lacking)
             return str(lacking)
-        except (Stopped, HeavyTopError) as refusal:
+        except (IntegrationFailed, HeavyTopError) as refusal:
             return " ".join(str(refusal).split())
         finally:
             known = method.language in self.taken  # the first one imports what all of them need
@@ -191,14 +190,10 @@ class _Measuring:
             self.taken[method.language] = spent if known else _guessed(method)
 
     def _setup_s(self, method: Method, found: Run) -> float:
-        """Return what deriving and compiling took; rivals with one kernel compile it once."""
+        """Return what deriving and compiling took [s]."""
         march: Any = found.march
-        if hasattr(march, "engine"):
-            spent = float(march.engine.compile_s)
-        else:
-            kernel = getattr(march, "kernel", None) or march.right_hand_side
-            spent = self.compiled.setdefault(id(kernel), march.compile_s)
-        return self.derived[method.formulation] + spent
+        compiled = march if method.is_rival else march.engine
+        return self.derived[method.formulation] + float(compiled.compile_s)
 
     def _timed(self, begun: Sequence[Started]) -> Iterator[list[float]]:
         """Time what was started, in turn: the seconds of its runs, or of the first where none."""

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from heavytop.comparison.march import Stopped
+from heavytop.comparison.steppers import IntegrationFailed
 from heavytop.scene.scene import Scene
 from heavytop.studies.drifts.methods import Method
 from heavytop.studies.drifts.runs import Run, run
@@ -44,17 +44,17 @@ def started(scene: Scene, method: Method, periods: float, patience: float, clock
     ------
     TooSlow
         It is not there yet after `patience` seconds.
-    Stopped
+    IntegrationFailed
         It cannot go on, or its numbers are no longer finite.
     HeavyTopError
         It cannot be set up for this start.
     """
     found = run(scene, method)
-    end = found.march.offered((periods - BEFORE) * found.period)
+    end = found.march.output_time((periods - BEFORE) * found.period)
     first = lap(found.march, end, clock, patience)
-    errors = _errors(found, end, found.march.seen(first.last, [end])[0].tolist())
+    errors = _errors(found, end, found.march.states_at(first.last, [end])[0].tolist())
     if not all(math.isfinite(x) for x in errors.values() if x is not None):
-        raise Stopped("its numbers are no longer finite")
+        raise IntegrationFailed("its numbers are no longer finite")
     return Started(found, end, first, errors)
 
 

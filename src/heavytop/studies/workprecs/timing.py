@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from heavytop.comparison.march import March, Place
+from heavytop.comparison.steppers import Stepper, StepperState
 from heavytop.numbers.double_double import DoubleDouble
 
 MOST_ROUNDS: Final = 25
@@ -19,38 +19,38 @@ Clock = Callable[[], float]
 class TooSlow(Exception):
     """A run that was stopped between two blocks."""
 
-    def __init__(self, place: Place, spent: float) -> None:
+    def __init__(self, place: StepperState, spent: float) -> None:
         super().__init__(place, spent)
         self.place, self.spent = place, spent
 
 
 @dataclass(frozen=True, slots=True)
 class Lap:
-    """A march taken from its start past a time.
+    """A stepper taken from its start past a time.
 
     Attributes
     ----------
-    last : Place
+    last : StepperState
         Where the last block began, which passed the time.
-    after : Place
+    after : StepperState
         Where it ended.
     seconds : float
         Time in the blocks, and in nothing else.
     """
 
-    last: Place
-    after: Place
+    last: StepperState
+    after: StepperState
     seconds: float
 
 
-def lap(march: March, end: DoubleDouble, clock: Clock, patience: float = float("inf")) -> Lap:
-    """Take a march from its start past a time.
+def lap(march: Stepper, end: DoubleDouble, clock: Clock, patience: float = float("inf")) -> Lap:
+    """Take a stepper from its start past a time.
 
     Raises
     ------
     TooSlow
         It is not there yet after so many seconds.
-    Stopped
+    IntegrationFailed
         It cannot go on.
     """
     place, seconds = march.begin(), 0.0

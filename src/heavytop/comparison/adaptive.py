@@ -1,0 +1,392 @@
+"""Adaptive solvers: scipy's, in blocks or as a textbook uses them, and CyRK's.
+
+A block is a fixed number of steps of a fresh solver, which begins with the step that the block
+before would have taken next and knows nothing else of what was before: so it is the same whoever
+takes it. LSODA finds its own first step, since it starts again at order 1. A look between two steps
+is a run aside from the earlier one, of the method's own accuracy, where scipy's interpolants of
+DOP853 and Radau are of lower order than their steps.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
+
+from heavytop.comparison.steppers import IntegrationFailed, StepperState, compiled
+from heavytop.errors import Impossible
+from heavytop.numbers.double_double import Array, DoubleDouble, add
+
+if TYPE_CHECKING:
+    from heavytop.equations.formulation import Formulation
+
+RTOL_LEAST: Final = 100 * 2.0**-52  # scipy raises any smaller relative tolerance to this
+_FAR: Final = 2.0**40  # a bound in time [s] that no block reaches
+
+Rates = Callable[[float, Any], Sequence[Any]]
+
+
+class Singular(Exception):
+    """Derivatives that are not finite."""
+
+    def __str__(self) -> str:
+        return "the equations are singular, or overflow, where the motion went"
+
+
+def right_hand_side(equations: Formulation, parameters: Mapping[str, float]) -> Rates:
+    """Return f(t, y), y a numpy array, that raises `Singular` instead of returning no numbers."""
+    rates, known = _derivatives(equations), constants(equations, parameters).values()
+
+    def at(_: float, y: Any) -> Sequence[float]:
+        try:
+            result: Sequence[float] = rates(*y.tolist(), *known)
+        except (ZeroDivisionError, OverflowError, ValueError) as error:
+            raise Singular from error
+        if not math.isfinite(sum(result)):
+            raise Singular
+        return result
+
+    return at
+
+
+def textbook_right_hand_side(equations: Formulation, parameters: Mapping[str, float]) -> Rates:
+    """Return f(t, y) as one writes it by hand: it returns whatever numpy makes of a pole."""
+    rates = _derivatives(equations, np.float64, np)
+    known = np.array([*constants(equations, parameters).values()])
+    return lambda _, y: rates(*y, *known)
+
+
+def _derivatives(
+    equations: Formulation, number: Callable[[Any], Any] = float, library: Any = math
+) -> Callable[..., Sequence[Any]]:
+    """Return the derivatives as a function of the states and of the constants they hold."""
+    from heavytop.equations.lambdify import lambdified
+
+    functions = {name: getattr(library, name) for name in ("sin", "cos", "sqrt")}
+    arguments = (*equations.states, *equations.constants_in(equations.derivatives))
+    return lambdified(equations.derivatives, arguments, number, functions)
+
+
+def constants(equations: Formulation, parameters: Mapping[str, float]) -> dict[str, float]:
+    """Return the constants that the derivatives hold.
+
+    Raises
+    ------
+    Impossible
+        One of them is not among the parameters.
+    """
+    names = [symbol.name for symbol in equations.constants_in(equations.derivatives)]
+    if lacking := [(name, "is not given") for name in names if name not in parameters]:
+        raise Impossible(lacking)
+    return {name: float(parameters[name]) for name in names}
+
+
+class Taken(NamedTuple):
+    """Steps that a solver took from time 0."""
+
+    times: Array  # with the start, shape (k + 1,)
+    states: Array
+    evaluations: int
+    carry: tuple[float, ...]  # the length of the step to go on with, if one can be given
+
+
+Solver = Callable[..., Taken]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AdaptiveStepper:
+    """A stepper of an adaptive solver.
+
+    Attributes
+    ----------
+    solver : Solver
+        Takes steps from time 0: of states, an end, a number of steps, the length of the first one
+        (of its own choice when left out) and, by name, a time after which no more are wanted.
+    start : tuple of float
+        The states at the start.
+    direction : int
+        1 forwards, -1 backwards.
+    steps : int
+        Steps in a block.
+    compile_s : float
+        What compiling took, whenever that was [s].
+    """
+
+    solver: Solver
+    start: tuple[float, ...]
+    direction: int
+    steps: int
+    compile_s: float = 0.0
+
+    def begin(self) -> StepperState:
+        """Return the state at the start, time 0."""
+        return StepperState((0.0, 0.0), self.start)
+
+    def block(self, at: StepperState) -> StepperState:
+        """Take a block of steps."""
+        taken = self._block(at)
+        time = add(at.time, (float(taken.times[-1]), 0.0))
+        if len(taken.times) <= self.steps or time == at.time:  # which LSODA takes for success
+            raise IntegrationFailed("the solver gave up: its steps vanish, or its derivatives")
+        return StepperState(
+            time=time,
+            state=tuple(taken.states[-1].tolist()),
+            carry=taken.carry,
+            steps=at.steps + self.steps,
+            evaluations=at.evaluations + taken.evaluations,
+        )
+
+    def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
+        """Return the states at times in the block after a state: a run aside for each.
+
+        Raises
+        ------
+        ValueError
+            A time is not in the block.
+        """
+        local = [add(t, (-at.time[0], -at.time[1]))[0] for t in times]
+        ahead = [self.direction * t for t in local]
+        taken = self._block(at, until=max(ahead, default=0.0))
+        ends = self.direction * taken.times
+        if not all(0 <= t <= ends[-1] for t in ahead):
+            raise ValueError("a time is outside the block")
+        last = np.searchsorted(ends, ahead, "right") - 1
+        rows = [self._aside(taken, i, t) for i, t in zip(last, local, strict=True)]
+        return np.array(rows).reshape(-1, len(self.start))
+
+    def output_time(self, t: float) -> DoubleDouble:
+        """Return t itself."""
+        return t, 0.0
+
+    def _block(self, at: StepperState, until: float = _FAR) -> Taken:
+        return self._taken(np.array(at.state), self.direction * _FAR, *at.carry, until=until)
+
+    def _aside(self, taken: Taken, i: int, t: float) -> Array:
+        state: Array = taken.states[i]
+        if (rest := t - float(taken.times[i])) == 0:
+            return state
+        times, states, *_ = self._taken(state, rest)
+        if times[-1] != rest:
+            raise IntegrationFailed("the solver gave up between two steps")
+        return states[-1]  # type: ignore[no-any-return]
+
+    def _taken(self, state: Array, end: float, *first: float, until: float = _FAR) -> Taken:
+        taken = self.solver(state, end, self.steps, *first, until=until)
+        if not np.isfinite(taken.states).all():
+            raise IntegrationFailed("the numbers are no longer finite")
+        return taken
+
+
+def scipy_solver(
+    name: str, equations: Formulation, parameters: Mapping[str, float], tolerance: float
+) -> tuple[Solver, float]:
+    """Return a solver of `scipy.integrate`, by its name there, and the seconds to compile: none."""
+    import scipy.integrate
+
+    rates, kind = right_hand_side(equations, parameters), getattr(scipy.integrate, name)
+    bounds = {"rtol": max(tolerance, RTOL_LEAST), "atol": tolerance}
+
+    def solver(
+        state: Array, end: float, most: int, first: float | None = None, until: float = _FAR
+    ) -> Taken:
+        times, states = [0.0], [state]
+        try:
+            with warnings.catch_warnings(action="ignore"):  # what they say is checked
+                run = kind(rates, 0.0, state, end, first_step=first, **bounds)
+                while run.status == "running" and len(times) <= most and abs(run.t) < until:
+                    if message := run.step():
+                        raise ValueError(message.rstrip("."))
+                    times.append(float(run.t))
+                    states.append(run.y.copy())
+        except Singular as error:
+            raise IntegrationFailed(str(error)) from error
+        except (ValueError, np.linalg.LinAlgError) as error:  # as Radau's, of infinite numbers
+            raise IntegrationFailed(f"the solver gave up: {error}") from error
+        carry = () if name == "LSODA" else (float(run.h_abs),)
+        return Taken(np.array(times), np.array(states), run.nfev, carry)
+
+    return solver, 0.0
+
+
+def cyrk_solver(
+    equations: Formulation, parameters: Mapping[str, float], tolerance: float
+) -> tuple[Solver, float]:
+    """Return CyRK's DOP853 over a compiled right-hand side, and the seconds compiling took.
+
+    CyRK stops after a number of steps and keeps them all, so a block is a call with an end that it
+    does not reach. It does not say which step it would take next: the next block starts with the
+    length of the last one.
+    """
+    known = np.array(
+        [*constants(equations, parameters).values(), 0.0]
+    )  # the last counts the evaluations
+    (rates, seconds), (solve, more) = _cyrk_rates(equations), _cyrk_solve()
+
+    def solver(
+        state: Array, end: float, most: int, first: float = 0.0, until: float = _FAR
+    ) -> Taken:
+        times, rows = solve(rates.address, state, end, known, tolerance, first, most)
+        if times.size < 2:
+            raise IntegrationFailed("the solver gave up at its start")
+        carry = (abs(float(times[-1] - times[-2])),)
+        return Taken(times, rows[:, :-1], int(rows[-1, -1]), carry)
+
+    return solver, seconds + more
+
+
+@cache
+def _cyrk_solve() -> tuple[Any, float]:
+    """Return what calls CyRK, compiled, and the seconds that took: CyRK's own are most of them."""
+    from CyRK import nbsolve2_ivp
+
+    def solve(
+        address: int, y0: Array, end: float, args: Array, tolerance: float, first: float, most: int
+    ) -> tuple[Array, Array]:
+        solution = nbsolve2_ivp(
+            address,
+            (0.0, end),
+            y0,
+            method="DOP853",
+            args=args,
+            rtol=tolerance,
+            atol=tolerance,
+            num_extra=1,  # the count of the evaluations, which is kept beside the states
+            expected_size=most + 1,
+            first_step=first,
+            max_num_steps=most,
+        )
+        times, rows = solution.t.copy(), solution.y.T.copy()
+        solution.free()
+        return times, rows
+
+    words = "int64, float64[::1], float64, float64[::1], float64, float64, int64"
+    return compiled(solve, f"Tuple((float64[::1], float64[:, ::1]))({words})")
+
+
+@cache
+def _cyrk_rates(equations: Formulation) -> tuple[Any, float]:
+    """Return the derivatives as a C function that counts its calls, and what compiling took [s]."""
+    from CyRK import cyjit
+    from numba import carray, njit
+    from numba.np.unsafe.ndarray import to_fixed_tuple
+
+    began = time.perf_counter()
+    n, k = len(equations.states), len(equations.constants_in(equations.derivatives))
+    rates = njit(error_model="numpy")(_derivatives(equations))  # 1/0 is inf; nothing is raised
+
+    def at(dy: Any, t: float, y: Any, arguments: Any) -> None:
+        known = carray(arguments, (k + 1,))
+        result = rates(*to_fixed_tuple(carray(y, (n,)), n), *to_fixed_tuple(known[:k], k))
+        for i in range(n):
+            dy[i] = result[i]
+        known[k] += 1
+        dy[n] = known[k]
+
+    return cyjit(at), time.perf_counter() - began
+
+
+TEXTBOOK_SOLVERS: Final = {"rk45": "RK45", "dop853": "DOP853", "lsoda": "LSODA", "radau": "Radau"}
+
+
+@dataclass(frozen=True, slots=True)
+class TextbookRun:
+    """What came of one call of a solver from the start to the end.
+
+    Attributes
+    ----------
+    status : str
+        ``finished`` or ``failed``, as the solver has it, or ``step-limit``.
+    message : str
+        What the solver says of its failure.
+    t : float
+        The time reached [s].
+    state : ndarray, shape (n,)
+    steps : int
+    smallest : float or None
+        The shortest step, but for the last, which is cut off [s].
+    zeros : tuple of int
+        How often each event function changed its sign from one step to the next.
+    finite : bool
+        Whether the derivatives at the state reached are numbers.
+    """
+
+    status: str
+    message: str
+    t: float
+    state: Array
+    steps: int
+    smallest: float | None
+    zeros: tuple[int, ...]
+    finite: bool = True
+
+
+def textbook_solve(
+    rates: Rates,
+    start: Array,
+    end: float,
+    solver: str,
+    rtol: float,
+    atol: float,
+    step_limit: int,
+    watched: Sequence[Callable[[Array], float]] = (),
+) -> TextbookRun:
+    """Let a solver go as a textbook does: one call from the start to the end, nothing guarded.
+
+    The right-hand side divides by zero as numpy does, with no numbers and a warning that nobody
+    reads.
+
+    Parameters
+    ----------
+    rates : callable
+        The derivatives, of time and states.
+    start : ndarray, shape (n,)
+    end : float
+        The time to reach, from 0 [s].
+    solver : str
+        A key of `TEXTBOOK_SOLVERS`.
+    rtol, atol : float
+    step_limit : int
+    watched : sequence of callable
+        Event functions of the states; a zero is where one changes its sign from one step to the
+        next, which is the rule of `scipy.integrate.solve_ivp`.
+    """
+    import scipy.integrate
+
+    kind = getattr(scipy.integrate, TEXTBOOK_SOLVERS[solver])
+    # what a solver warns of, its user has not read either
+    with warnings.catch_warnings(action="ignore"), np.errstate(all="ignore"):
+        try:
+            found = _walked(kind(rates, 0.0, start, end, rtol=rtol, atol=atol), step_limit, watched)
+        except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
+            found = TextbookRun("failed", str(error), 0.0, start, 0, None, (0,) * len(watched))
+        return replace(found, finite=bool(np.isfinite(rates(found.t, found.state)).all()))
+
+
+def _walked(
+    solver: Any, step_limit: int, watched: Sequence[Callable[[Array], float]]
+) -> TextbookRun:
+    before, message, steps = [zero(solver.y) for zero in watched], "", 0
+    counts, smallest, last = [0] * len(watched), math.inf, math.inf
+    while solver.status == "running" and steps < step_limit:
+        message = solver.step() or ""
+        steps += 1
+        smallest, last = min(smallest, last), abs(solver.t - (solver.t_old or 0.0))
+        after = [zero(solver.y) for zero in watched]
+        for i, (a, b) in enumerate(zip(before, after, strict=True)):
+            counts[i] += (a <= 0 <= b) or (a >= 0 >= b)
+        before = after
+    return TextbookRun(
+        status="step-limit" if solver.status == "running" else solver.status,
+        message=message,
+        t=float(solver.t),
+        state=solver.y,
+        steps=steps,
+        smallest=smallest if math.isfinite(smallest) else None,
+        zeros=tuple(counts),
+    )

@@ -1,0 +1,201 @@
+"""What any method of integration is to a study: a stepper, which takes its steps in blocks.
+
+From a state of the stepper a block leads to the next one, and in between the motion can be looked
+at. Such a state is numbers and nothing else: it can be stored, and another process goes on from it
+bit for bit. Here too are the steppers of fixed step and what their compiled steps share.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from heavytop.numbers.double_double import Array, DoubleDouble, two_product
+
+Advance = Callable[[Array, Array, int], int]
+"""Takes steps: of the states and of work, both changed in place, and of a number of steps.
+
+Work is what the method takes along. The result is the number of evaluations, or negative where the
+steps could not be taken.
+"""
+
+Kernel = Callable[..., int]
+"""Of g, l_z, the coefficients of a method times h, and then as `Advance`: compiled steps."""
+
+_KERNEL = "int64(float64, float64, float64[:, ::1], float64[::1], float64[::1], int64)"
+
+
+class IntegrationFailed(Exception):
+    """A stepper that cannot go on; the message says why, for a person."""
+
+
+@dataclass(frozen=True, slots=True)
+class StepperState:
+    """Where a stepper is between two blocks.
+
+    Attributes
+    ----------
+    time : tuple of float
+        Time since the start as a double-double [s].
+    state : tuple of float
+        The states, in the order of the formulation.
+    carry : tuple of float
+        What else the method takes along: the length of its next step, lost low words.
+    steps : int
+        Steps taken so far.
+    evaluations : int
+        Evaluations of the right-hand side so far; of a splitting, of the force.
+    """
+
+    time: DoubleDouble
+    state: tuple[float, ...]
+    carry: tuple[float, ...] = ()
+    steps: int = 0
+    evaluations: int = 0
+
+
+class Stepper(Protocol):
+    """One method set up for one start: the same state always leads to the same next state."""
+
+    def begin(self) -> StepperState:
+        """Return the state at the start, time 0."""
+
+    def block(self, at: StepperState) -> StepperState:
+        """Take a block of steps; how many depends on nothing but the state.
+
+        Raises
+        ------
+        IntegrationFailed
+            The step vanishes, or the numbers are no longer finite.
+        """
+
+    def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
+        """Return the states, shape (k, n), at times of `output_time` in the block after a state."""
+
+    def output_time(self, t: float) -> DoubleDouble:
+        """Return the first time not before t at which the motion can be looked at.
+
+        That is t itself where states between the steps are as good as the steps are; of a method
+        of fixed step, the end of a step.
+        """
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FixedStep:
+    """A stepper of equal steps: after j of them the time is exactly h j.
+
+    Attributes
+    ----------
+    start : tuple of float
+        The states at the start.
+    h : float
+        The step [s], negative backwards.
+    advance : Advance
+    steps : int
+        Steps in a block.
+    carried, scratch : int
+        Words of work that go from block to block, and that only go from step to step.
+    compile_s : float
+        What compiling took, whenever that was [s].
+    """
+
+    start: tuple[float, ...]
+    h: float
+    advance: Advance
+    steps: int
+    carried: int = 0
+    scratch: int = 0
+    compile_s: float = 0.0
+
+    def begin(self) -> StepperState:
+        """Return the state at the start, time 0."""
+        return StepperState((0.0, 0.0), self.start, (0.0,) * self.carried)
+
+    def block(self, at: StepperState) -> StepperState:
+        """Take a block of steps."""
+        state, work = self._arrays(at)
+        evaluations = self._advance(state, work, self.steps)
+        steps = at.steps + self.steps
+        return StepperState(
+            time=two_product(self.h, float(steps)),
+            state=tuple(state.tolist()),
+            carry=tuple(work[: self.carried].tolist()),
+            steps=steps,
+            evaluations=at.evaluations + evaluations,
+        )
+
+    def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
+        """Return the states at ends of steps in the block after a state: the orbit's own bits.
+
+        Raises
+        ------
+        ValueError
+            A time is not the end of a step of this block.
+        """
+        wanted = [self._step_at(t) - at.steps for t in times]
+        if not all(0 <= step <= self.steps for step in wanted):
+            raise ValueError("a time is outside the block")
+        state, work = self._arrays(at)
+        rows, done = {}, 0
+        for step in sorted(set(wanted)):
+            self._advance(state, work, step - done)
+            rows[step], done = state.copy(), step
+        return np.array([rows[step] for step in wanted]).reshape(-1, len(self.start))
+
+    def output_time(self, t: float) -> DoubleDouble:
+        """Return the end of the first step that is not before t."""
+        near = math.ceil(t / self.h)  # or one beside it, as the quotient is rounded
+        ends = [two_product(self.h, float(step)) for step in (near - 1, near, near + 1)]
+        return next(end for end in ends if (end >= (t, 0.0) if self.h > 0 else end <= (t, 0.0)))
+
+    def _step_at(self, t: DoubleDouble) -> int:
+        step = round(t[0] / self.h)
+        if two_product(self.h, float(step)) != tuple(t):
+            raise ValueError(f"{t[0]!r} s is not the end of a step")
+        return step
+
+    def _arrays(self, at: StepperState) -> tuple[Array, Array]:
+        return np.array(at.state), np.array([*at.carry, *(0.0,) * self.scratch])
+
+    def _advance(self, state: Array, work: Array, steps: int) -> int:
+        evaluations = self.advance(state, work, steps)
+        if evaluations < 0:
+            raise IntegrationFailed(
+                "the iteration for a step does not converge: the steps are too long"
+            )
+        if not np.isfinite(state).all():
+            raise IntegrationFailed("the numbers are no longer finite")
+        return evaluations
+
+
+def compiled(function: Callable[..., Any], signature: str = _KERNEL) -> tuple[Any, float]:
+    """Return a function, by default the steps of a method, compiled by numba, and the seconds.
+
+    Nothing is reassociated, so that a number of steps leads to the same bits whatever calls they
+    are cut into; nothing compiled is kept on a disk.
+    """
+    from numba import njit
+
+    began = time.perf_counter()
+    return njit(signature, nogil=True)(function), time.perf_counter() - began
+
+
+def summation(*, compensated: bool) -> Any:
+    """Return what adds a term to a sum: from (sum, lost, term) to (sum, lost)."""
+    from numba import njit
+
+    def plain(total: float, lost: float, term: float) -> tuple[float, float]:
+        return total + term, lost
+
+    def carried(total: float, lost: float, term: float) -> tuple[float, float]:
+        term = term + lost
+        result = total + term  # and its error: Knuth's, since e_x may be less than the term
+        part = result - total
+        return result, (total - (result - part)) + (term - part)
+
+    return njit(inline="always")(carried if compensated else plain)

@@ -1,0 +1,226 @@
+"""Splittings in the axis form: kicks of l by the torque, and turns of e about l.
+
+Coefficients of methods for q'' = f(q) (Runge-Kutta-Nystroem) serve here: the kick depends on e
+alone and the free motion is quadratic in l, so that the bracket of three kicks and a turn is 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache, partial
+from itertools import pairwise
+from typing import Any, Literal
+
+import numpy as np
+
+from heavytop.comparison.steppers import FixedStep, Kernel, compiled, summation
+from heavytop.numbers.double_double import Array
+
+Turn = Literal["exact", "cayley"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Splitting:
+    """A method of kicks, l by the torque at fixed e, and drifts between them, e about fixed l.
+
+    Attributes
+    ----------
+    kicks : ndarray, shape (s + 1,)
+        Their lengths, in steps; the last of a step and the first of the next are one.
+    drifts : ndarray, shape (s,)
+    turn : str
+        ``exact``, the rotation by |l| h, or ``cayley``, by 2 atan(|l| h / 2).
+    compensated : bool
+        Whether what each sum loses is carried along.
+    """
+
+    kicks: Array
+    drifts: Array
+    turn: Turn = "exact"
+    compensated: bool = False
+
+    def stepper(
+        self, start: tuple[float, ...], g: float, l_z: float, h: float, steps: int
+    ) -> FixedStep:
+        """Return the stepper from the states e_x, e_y, e_z, l_x, l_y, with h [s].
+
+        `steps` is their number in a block.
+        """
+        table = h * np.vstack([g * self.kicks, np.append(self.drifts, 0.0)])
+        kernel, seconds = _steps(self.turn, compensated=self.compensated)
+        advance, carried = partial(kernel, g, l_z, table), 5 if self.compensated else 0
+        return FixedStep(start, h, advance, steps, carried, 5 - carried, seconds)
+
+
+# The first half of symmetric compositions of Strang's step, and the middle one.
+
+# Kahan & Li (1997), the scheme s17odr8a: order 8, 17 stages.
+KAHAN_LI_8 = (
+    "0.13020248308889008087881763",
+    "0.56116298177510838456196441",
+    "-0.38947496264484728640807860",
+    "0.15884190655515560089621075",
+    "-0.39590389413323757733623154",
+    "0.18453964097831570709183254",
+    "0.25837438768632204729397911",
+    "0.29501172360931029887096624",
+    "-0.60550853383003451169892108",
+)
+
+# Sofroniou & Spaletta (2005): order 10, 35 stages.
+SOFRONIOU_SPALETTA_10 = (
+    "0.078795722521686419263907679337684",
+    "0.31309610341510852776481247192647",
+    "0.027918383235078066109520273275299",
+    "-0.22959284159390709415121339679655",
+    "0.13096206107716486317465685927961",
+    "-0.26973340565451071434460973222411",
+    "0.074973343155891435666137105641410",
+    "0.11199342399981020488957508073640",
+    "0.36613344954622675119314812353150",
+    "-0.39910563013603589787862981058340",
+    "0.10308739852747107731580277001372",
+    "0.41143087395589023782070411897608",
+    "-0.0048663605831352617621956593099771",
+    "-0.39203335370863990644808193642610",
+    "0.051942502962449647037182904015976",
+    "0.050665090759924496335874344156866",
+    "0.049674370639729879054568800279461",
+    "0.049317735759594537917680008339338",
+)
+
+# Blanes & Moan (2002), Table 3, the scheme of order 6 with 14 stages that begins with a drift; the
+# middle drift and the two middle kicks follow from the sums being 1.
+BLANES_MOAN_DRIFTS = (
+    "0.0378593198406116",
+    "0.102635633102435",
+    "-0.0258678882665587",
+    "0.314241403071447",
+    "-0.130144459517415",
+    "0.106417700369543",
+    "-0.00879424312851058",
+)
+BLANES_MOAN_KICKS = (
+    "0.09171915262446165",
+    "0.183983170005006",
+    "-0.05653436583288827",
+    "0.004914688774712854",
+    "0.143761127168358",
+    "0.328567693746804",
+)
+
+
+def composition(half: Sequence[str]) -> tuple[Array, Array]:
+    """Return the kicks and drifts of Strang's steps in a row, of these lengths and mirrored."""
+    drifts = [Fraction(x) for x in half]
+    kicks = [(a + b) / 2 for a, b in pairwise([Fraction(0), *drifts])]
+    return _mirrored(kicks, drifts)
+
+
+def blanes_moan() -> tuple[Array, Array]:
+    """Return Blanes and Moan's 16 kicks, the first and the last 0, and 15 drifts."""
+    drifts = [Fraction(x) for x in BLANES_MOAN_DRIFTS]
+    kicks = [Fraction(x) for x in ("0", *BLANES_MOAN_KICKS)]
+    kicks.append(Fraction(1, 2) - sum(kicks, Fraction(0)))
+    drifts.append(1 - 2 * sum(drifts, Fraction(0)))
+    return _mirrored(kicks, drifts)
+
+
+def _mirrored(kicks: Sequence[Fraction], drifts: Sequence[Fraction]) -> tuple[Array, Array]:
+    """Return all kicks and drifts of the first halves; the last of the drifts is the middle one."""
+    return np.array([*kicks, *kicks[::-1]], float), np.array([*drifts, *drifts[-2::-1]], float)
+
+
+STRANG = Splitting(*composition(["1"]))
+BLANES_MOAN = Splitting(*blanes_moan())
+KAHAN_LI = Splitting(*composition(KAHAN_LI_8))
+SOFRONIOU_SPALETTA = Splitting(*composition(SOFRONIOU_SPALETTA_10), compensated=True)
+BOBENKO_SURIS = Splitting(*composition(["1"]), turn="cayley")
+"""The integrable discrete Lagrange top, with the momentum half a kick on."""
+
+
+@cache
+def _steps(turn: Turn, *, compensated: bool) -> tuple[Kernel, float]:
+    """Return the compiled steps; `work` holds five lost words."""
+    added, turned = summation(compensated=compensated), _turns(turn)
+
+    def advance(g: float, l_z: float, table: Any, y: Any, work: Any, steps: int) -> int:
+        kicks, drifts = table[0], table[1]
+        last = kicks.size - 1
+        e_x, e_y, e_z, l_x, l_y = y[0], y[1], y[2], y[3], y[4]
+        w_x, w_y, w_z, w_4, w_5 = work[0], work[1], work[2], work[3], work[4]
+        for _ in range(steps):
+            for i in range(last):
+                l_x, w_4 = added(l_x, w_4, -kicks[i] * e_y)
+                l_y, w_5 = added(l_y, w_5, kicks[i] * e_x)
+                d_x, d_y, d_z = turned(e_x, e_y, e_z, l_x, l_y, l_z, drifts[i])
+                e_x, w_x = added(e_x, w_x, d_x)
+                e_y, w_y = added(e_y, w_y, d_y)
+                e_z, w_z = added(e_z, w_z, d_z)
+            l_x, w_4 = added(l_x, w_4, -kicks[last] * e_y)
+            l_y, w_5 = added(l_y, w_5, kicks[last] * e_x)
+        y[0], y[1], y[2], y[3], y[4] = e_x, e_y, e_z, l_x, l_y
+        work[0], work[1], work[2], work[3], work[4] = w_x, w_y, w_z, w_4, w_5
+        forces: int = last - 1 if kicks[0] == 0 else last  # the last is the next step's first
+        return forces * steps
+
+    return compiled(advance)
+
+
+def _turns(turn: Turn) -> Any:
+    """Return the change of e turned about l, with t = tan(angle/2)/|l| by Rodrigues.
+
+    That is 2t/(1 + t^2 l^2) (l x e + t l x (l x e)): orthogonal for any t, so that what rounds t
+    changes an angle and no length.
+    """
+    from numba import njit
+
+    share = njit(inline="always")({"exact": _exact, "cayley": _cayley}[turn])
+
+    def turned(
+        e_x: float, e_y: float, e_z: float, l_x: float, l_y: float, l_z: float, h: float
+    ) -> tuple[float, float, float]:
+        square = l_x * l_x + l_y * l_y + l_z * l_z
+        t = share(square, h)
+        s = 2 * t / (1 + t * t * square)
+        u_x, u_y, u_z = l_y * e_z - l_z * e_y, l_z * e_x - l_x * e_z, l_x * e_y - l_y * e_x
+        d_x = s * (u_x + t * (l_y * u_z - l_z * u_y))
+        d_y = s * (u_y + t * (l_z * u_x - l_x * u_z))
+        d_z = s * (u_z + t * (l_x * u_y - l_y * u_x))
+        return d_x, d_y, d_z
+
+    return njit(inline="always")(turned)
+
+
+def _tangent(terms: int) -> tuple[float, ...]:
+    """Return the coefficients of tan(a)/a in a^2, from tan' = 1 + tan^2."""
+    found = [Fraction(1)]
+    for n in range(1, terms):
+        square = (a * b for a, b in zip(found, found[::-1], strict=True))
+        found.append(sum(square, Fraction(0)) / (2 * n + 1))
+    return tuple(float(x) for x in found)
+
+
+_T = _tangent(11)
+
+
+def _exact(square: float, h: float) -> float:
+    """Return tan(a)/|l|, a = |l| h/2."""
+    half = h / 2
+    x = square * half * half
+    if x < 0.0625:  # the series, whose first term left out is below 1e-17 of the whole
+        y = x * x
+        z = y * y
+        t = (_T[1] + _T[2] * x) + (_T[3] + _T[4] * x) * y
+        t = t + ((_T[5] + _T[6] * x) + (_T[7] + _T[8] * x) * y) * z
+        t = t + ((_T[9] + _T[10] * x) * z) * z
+        return half + half * (x * t)
+    length = math.sqrt(square)
+    return math.tan(length * half) / length
+
+
+def _cayley(square: float, h: float) -> float:
+    return h / 2
