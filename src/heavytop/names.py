@@ -11,6 +11,17 @@ MANY: Final = 20  # names, of which no more are told at once
 FEW: Final = 6  # of many
 
 
+def article(name: str) -> str:
+    """Return a name with its indefinite article.
+
+    Examples
+    --------
+    >>> article("int"), article("float")
+    ('an int', 'a float')
+    """
+    return f"an {name}" if name[:1] in "aeiouAEIOU" else f"a {name}"
+
+
 def nearest(value: object, known: Iterable[str]) -> str:
     """Return a hint at the known name that a value most looks like, or nothing.
 

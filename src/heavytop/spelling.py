@@ -14,6 +14,17 @@ def harmless(text: object) -> str:
     return "".join(c if c.isprintable() else _letter(c) for c in str(text))
 
 
+def cut(text: str, most: int) -> str:
+    """The text, or its beginning where it is longer than `most` letters.
+
+    Examples
+    --------
+    >>> cut("a long title", 7)
+    'a long…'
+    """
+    return text if len(text) <= most else text[: most - 1] + "…"
+
+
 def readable(name: str) -> str:
     r"""The name of a file as UTF-8, where Python read it as ASCII for the locale's sake.
 

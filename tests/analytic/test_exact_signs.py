@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from heavytop.numbers import PI, Exact, cos, sin, sqrt
 from heavytop.numbers.normal_form import proved_zero
 
-THIRD = Fraction(1, 3)
+HALF, FOURTH = Fraction(1, 2), sqrt(sqrt(2))
 ANGLES = ["0.1", 0.1, "pi/3", "pi/5", "sqrt(2)", "2.9"]
 
 
@@ -21,7 +21,9 @@ ANGLES = ["0.1", 0.1, "pi/3", "pi/5", "sqrt(2)", "2.9"]
         sqrt(2) * sqrt(3) - sqrt(6),
         1 / sqrt(3) - sqrt(3) / 3,
         sqrt("1/3") - sqrt(3) / 3,
-        Exact.of("4^(1/4)") - sqrt(2),
+        Exact.of("sqrt(4^(1/2))") - sqrt(2),
+        sqrt(PI**2 * 12) - 2 * sqrt(3) * PI,
+        FOURTH**5 / 2 - FOURTH,
         cos(PI / 3) - Fraction(1, 2),
         cos("225 deg") + sqrt(2) / 2,
         sin(PI * 7 / 6) + Fraction(1, 2),
@@ -30,7 +32,7 @@ ANGLES = ["0.1", 0.1, "pi/3", "pi/5", "sqrt(2)", "2.9"]
         (1 - PI) ** 2 / (PI - 1) - PI + 1,
         PI / PI - 1,
         cos(0.3) / cos(0.3) - 1,
-        (1 + cos(1)) ** THIRD * (1 + cos(1)) ** (2 * THIRD) - 1 - cos(1),
+        (1 + cos(1)) ** HALF * (1 + cos(1)) ** (3 * HALF) - (1 + cos(1)) ** 2,
     ],
     ids=str,
 )
@@ -44,7 +46,7 @@ def test_zeros_that_are_seen_in_the_form(zero: Exact) -> None:
     [
         (1 + sqrt(2)) * (sqrt(2) - 1) - 1,
         (sqrt(6) + sqrt(10)) ** 2 - 16 - 4 * sqrt(15),
-        (Exact.of(2) ** THIRD - 1) * (1 + Exact.of(2) ** THIRD + Exact.of(4) ** THIRD) - 1,
+        (FOURTH - 1) * (1 + FOURTH + FOURTH**2 + FOURTH**3) - 1,
         (sqrt(53) + sqrt(59)) ** 2 - 112 - 2 * sqrt(3127),  # primes that are not taken out
         sqrt(53**2 * 59) - 53 * sqrt(59),
         (sqrt(PI) + 1) * (sqrt(PI) - 1) - PI + 1,
@@ -63,11 +65,11 @@ def test_zeros_that_are_seen_in_the_form(zero: Exact) -> None:
         sqrt((1 + cos(1)) * (1 - cos(1))) - sqrt(1 - cos(1) ** 2),
         (sqrt(2 + sqrt(3)) + 1) * (sqrt(2 + sqrt(3)) - 1) - 1 - sqrt(3),
         sqrt(1 + 1 / PI) * sqrt(PI) * sqrt(1 + 1 / PI) - (1 + PI) / sqrt(PI),
-        ((2 + 1 / cos(1)) ** THIRD + 1) ** 3
-        - 3 * (2 + 1 / cos(1)) ** (2 * THIRD)
-        - 3 * (2 + 1 / cos(1)) ** THIRD
-        - 3
-        - 1 / cos(1),
+        (sqrt(2 + 1 / cos(1)) + 1) ** 3
+        - (2 + 1 / cos(1)) ** (3 * HALF)
+        - 3 * (2 + 1 / cos(1)) ** HALF
+        - 7
+        - 3 / cos(1),
     ],
     ids=str,
 )
@@ -145,7 +147,7 @@ def test_signs(x: Exact, sign: int | None) -> None:
 @pytest.mark.parametrize(
     "different",
     [
-        sqrt((1 + cos(1)) * (1 - cos(1))) - (1 - cos(1) ** 2) ** THIRD,
+        sqrt((1 + cos(1)) * (1 - cos(1))) - (1 - cos(1) ** 2) ** (3 * HALF),
         sqrt(2 + sqrt(3)) - sqrt(3 + sqrt(2)),
         cos(1) - cos(2),
         cos(PI / 5) - cos(PI / 7),
@@ -172,7 +174,7 @@ def test_a_proof_that_takes_too_much_work_is_given_up() -> None:
 
 # --- numbers drawn ------------------------------------------------------------------------------
 
-rationals_and_roots = [Exact.of(2), Exact.of("-7/3"), PI, sqrt(6), sqrt(2), Exact.of(2) ** THIRD]
+rationals_and_roots = [Exact.of(2), Exact.of("-7/3"), PI, sqrt(6), sqrt(2), FOURTH]
 waves = [cos("0.1"), sin("0.1"), cos("0.2"), sin("0.05"), cos(PI / 5), cos(PI * 2 / 5), cos(2)]
 leaves = st.sampled_from(rationals_and_roots) | st.sampled_from(waves)
 
@@ -182,7 +184,7 @@ def numbers(draw: st.DrawFn, depth: int = 2) -> Exact:
     if depth == 0 or draw(st.booleans()):
         return draw(leaves)
     a, b = (draw(numbers(depth=depth - 1)) for _ in range(2))
-    made = [a + b, a - b, a * b, a**2, sqrt(1 + a**2), 1 / (1 + b**2), a / (2 + b**2) ** THIRD]
+    made = [a + b, a - b, a * b, a**2, sqrt(1 + a**2), 1 / (1 + b**2), a / sqrt(2 + b**2)]
     return draw(st.sampled_from(made))
 
 

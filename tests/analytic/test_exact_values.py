@@ -91,21 +91,26 @@ def test_a_ball_that_cannot_be_told_is_not_finite() -> None:
     assert float(steep) == 2e200
 
 
-@pytest.mark.parametrize("index", [2, 3])
 @pytest.mark.parametrize("bits", range(20, 100, 7))
-def test_the_ball_of_a_root_of_what_cancels_holds_the_root(bits: int, index: int) -> None:
+def test_the_ball_of_a_root_of_what_cancels_holds_the_root(bits: int) -> None:
     cancelling = sqrt(Exact.of("1 + 1e-30") / 9) - Fraction(1, 3)
-    low, high = bounds((cancelling ** Fraction(1, index)).ball(bits))
+    low, high = bounds(sqrt(cancelling).ball(bits))
     value = Fraction(1, 6 * 10**30) * (1 - Fraction(1, 4 * 10**30))  # and 1e-60 of it more
-    assert max(low, 0) ** index <= value <= high**index
+    assert max(low, 0) ** 2 <= value <= high**2
 
 
 def test_the_ball_of_a_root_of_what_may_be_zero_holds_zero() -> None:
     zero = sqrt(5 + 2 * sqrt(6)) - sqrt(2) - sqrt(3)  # not proved to be
     assert zero.sign() is None
-    for e in (Fraction(1, 2), Fraction(1, 3)):
-        low, high = bounds((zero**e).ball(300))
-        assert low <= 0 <= high <= Fraction(1, 2**90)
+    low, high = bounds(sqrt(zero).ball(300))
+    assert low <= 0 <= high <= Fraction(1, 2**90)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_the_ball_of_a_power_of_what_may_be_zero_is_narrow(n: int) -> None:
+    zero = sqrt(5 + 2 * sqrt(6)) - sqrt(2) - sqrt(3)  # not proved to be
+    low, high = bounds((zero**n * cos("0.1")).ball(300))
+    assert low <= 0 <= high <= Fraction(1, 2 ** (280 * n))
 
 
 @given(formulas(), st.integers(30, 200))
@@ -217,10 +222,10 @@ def test_a_precision_that_is_none_is_refused_and_leaves_the_lock_open() -> None:
     assert signs == [-1]
 
 
-def test_neither_flint_nor_mpmath_is_imported_for_rationals_and_pi() -> None:
+def test_neither_flint_nor_mpmath_is_imported_for_rationals() -> None:
     code = (
-        "import sys; from heavytop.numbers import Exact, PI, sqrt;"
-        "x = Exact.of('0.1') + 1; x.sign(); float(x / 3); str(x); (PI - x).sign(); sqrt(x).sign();"
+        "import sys; from heavytop.numbers import Exact, PI, cos;"
+        "x = Exact.of('0.1') + 1; x.sign(); float(x / 3); str(x); str(PI - x); cos(PI).sign();"
         "assert not {'flint', 'mpmath'} & set(sys.modules), 'imported'"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)

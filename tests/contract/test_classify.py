@@ -18,9 +18,8 @@ from heavytop.cli import Exit, app
 from heavytop.report.classify_table import between
 from heavytop.scene.scene import shipped_scenes
 
-# Ramanujan: (2^(1/3) - 1)^(1/3) = (1/9)^(1/3) - (2/9)^(1/3) + (4/9)^(1/3). This is 0, and no
-# identity that the package knows shows it.
-NOTHING = "(2**(1/3)-1)**(1/3) - (1/9)**(1/3) + (2/9)**(1/3) - (4/9)**(1/3)"
+# This is 0, as the square of √2 + √3 is 5 + 2√6, and no identity that the package knows shows it.
+NOTHING = "sqrt(5 + 2*sqrt(6)) - sqrt(2) - sqrt(3)"
 THRESHOLD = "2*sqrt(3.28e-4*0.0456)/6.60e-5"
 
 

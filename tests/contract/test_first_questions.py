@@ -76,7 +76,7 @@ def test_what_is_no_scene_is_called_by_its_type(what, told):
 
 @pytest.mark.parametrize(
     ("changes", "told"),
-    [("start.phidot=-14", '"start.phidot=-14"'), ({"a": 1}, "a dict"), (None, "None"), (3, "3")],
+    [("start.phidot=-14", '"start.phidot=-14"'), ({"a": 1}, "a table"), (None, "None"), (3, "3")],
 )
 def test_changes_in_python_are_not_called_by_an_option(changes, told):
     with pytest.raises(ht.BadScene) as refusal:

@@ -109,7 +109,7 @@ def test_junk_is_refused_by_name_or_served(name, known, tmp_path, monkeypatch):
         ),
         (
             lambda: ht.propagate(SCENE, step_limit=[]),
-            "a whole number, at least 1, not a list",
+            "a whole number, at least 1, not \\[\\]",
         ),
         (lambda: MOTION.at(10**400), "t: finite times"),
         (lambda: ht.facts(TOP), "start: a State"),

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import numbers
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection
+from contextlib import suppress
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
-from math import log2, pi
+from math import inf, isinf
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias, TypeVar
 
 from heavytop.errors import NotANumber
+from heavytop.names import article
 from heavytop.numbers import normal_form
-from heavytop.numbers.normal_form import HALF, Atom, Form, fraction, rational, scaled
+from heavytop.numbers.normal_form import Form, fraction, rational, scaled
 
 if TYPE_CHECKING:
     from flint import arb
@@ -21,9 +23,7 @@ T = TypeVar("T")
 Sign: TypeAlias = Literal[-1, 0, 1]
 
 MAX_DECIMAL_EXPONENT: Final = 400
-_LARGEST: Final = Fraction(10) ** 300
-_NEAR: Final = 995  # less than log2 of that
-_BEYOND_ROUNDING: Final = 1e-6  # of the largest term: what a sum of doubles surely tells from 0
+_LARGEST: Final = 10**300
 _FEW_BITS: Final = (64, 256)  # which nearly always tell a sign
 _MANY_BITS: Final = (1024, 4096)  # for what is not proved to be zero
 _EXTRA_BITS: Final = (32, 128, 512, 2048)  # working precision beyond what is asked for
@@ -100,14 +100,14 @@ class Exact:
     def __pow__(self, exponent: int | Fraction) -> Exact:
         if isinstance(exponent, bool) or not isinstance(exponent, (int, Fraction)):
             return NotImplemented
-        e = Fraction(exponent)
-        known = self.sign() if e < 0 or e.denominator > 1 else 1
-        if e < 0 and not known:
+        if exponent.denominator == 2:
+            return sqrt(self) ** exponent.numerator
+        if exponent.denominator != 1:
+            raise NotANumber("an exponent is a whole number or half of one")
+        if exponent < 0 and not (known := self.sign()):
             what = "zero" if known == 0 else "a number that cannot be told from zero"
             raise NotANumber(f"division by {what}")
-        if e.denominator > 1 and known == -1:
-            raise NotANumber("a root of a negative number is not real")
-        return Exact(normal_form.power(self.terms, e))
+        return Exact(normal_form.power(self.terms, int(exponent)))
 
     def __neg__(self) -> Exact:
         return Exact(scaled(self.terms, -1))
@@ -140,7 +140,7 @@ class Exact:
     def sign(self) -> Sign | None:
         """−1, 0 or 1, or None where 4096 bits cannot tell the number from an unproved zero.
 
-        A zero is proved where expanding products, r^q = n for roots and sin² + cos² = 1 bring
+        A zero is proved where expanding products, r² = n for roots and sin² + cos² = 1 bring
         it to nothing without too much work (a second or so).
 
         Examples
@@ -148,13 +148,18 @@ class Exact:
         >>> ((1 + sqrt(2)) * (sqrt(2) - 1) - 1).sign(), (PI - Exact.of("3.1416")).sign()
         (0, -1)
         """
-        if (known := _quick_sign(self.terms)) is not None:
-            return known
-        if known := _decided(self.terms, _ball_sign, _FEW_BITS):
-            return known
-        if normal_form.proved_zero(self.terms):
-            return 0
-        return _decided(self.terms, _ball_sign, _MANY_BITS)
+        if (q := self.fraction) is not None:
+            return 1 if q > 0 else -1 if q < 0 else 0
+        if side := self._side(_FEW_BITS):
+            return side
+        return 0 if normal_form.proved_zero(self.terms) else self._side(_MANY_BITS)
+
+    def _side(self, precisions: tuple[int, ...]) -> Literal[-1, 1] | None:
+        """The side of zero where a ball lies, at the first precision that tells."""
+        for ball in map(self.ball, precisions):
+            if ball > 0 or ball < 0:
+                return 1 if ball > 0 else -1
+        return None
 
     def ball(self, bits: int) -> arb:
         """A ball that holds the number, evaluated once at `bits` of working precision.
@@ -201,7 +206,7 @@ class Exact:
         """
         if (q := self.fraction) is not None:
             return ctx.fdiv(q.numerator, q.denominator)
-        return _nearest(self.terms, ctx.prec, lambda man, exponent: ctx.mpf((man, exponent)))
+        return self._nearest(ctx.prec, lambda end: +ctx.convert(end))
 
     def __float__(self) -> float:
         """The nearest double.
@@ -211,11 +216,26 @@ class Exact:
         NotANumber
             The number is larger than any double.
         """
-        try:
-            q = self.fraction
-            return float(q) if q is not None else _nearest(self.terms, 64, _double)
-        except OverflowError:
-            raise NotANumber("a number is larger than any double") from None
+        value = inf
+        with suppress(OverflowError):
+            value = self._nearest(64, float) if (q := self.fraction) is None else float(q)
+        if isinf(value):
+            raise NotANumber("a number is larger than any double")
+        return value
+
+    def _nearest(self, precision: int, rounded: Callable[[arb], T]) -> T:
+        """The value on which both ends of a ball agree once each is rounded."""
+        from flint import arb
+
+        from heavytop.numbers.intervals import ball_of, working
+
+        for extra in _EXTRA_BITS:
+            with working(precision + extra):
+                ball = ball_of(self.terms)
+                if ball.is_finite() and rounded(ball.lower()) == rounded(ball.upper()):
+                    return rounded(ball.upper())  # not −0 where the ball holds 0
+        told = ball.is_finite() and not ball.contains(0)
+        return rounded(ball.mid() if told else arb(0))  # a tie, or zero that is not proved
 
     def __str__(self) -> str:
         """The text it was read from, or one that `Exact.of` reads back to the same number."""
@@ -227,7 +247,10 @@ class Exact:
 
 def sqrt(x: Number) -> Exact:
     """The square root of `x`; a negative `x` raises `NotANumber`."""
-    return Exact.of(x) ** HALF
+    square = Exact.of(x)
+    if square.sign() == -1:
+        raise NotANumber("a root of a negative number is not real")
+    return Exact(normal_form.sqrt(square.terms))
 
 
 def cos(x: Number) -> Exact:
@@ -238,7 +261,7 @@ def cos(x: Number) -> Exact:
     >>> print(cos(PI / 2), cos(-PI / 6), cos(0.5))
     0 0.5*sqrt(3) cos(0.5)
     """
-    return Exact(normal_form.cos(Exact.of(x).terms))
+    return Exact(normal_form.wave("cos", Exact.of(x).terms))
 
 
 def sin(x: Number) -> Exact:
@@ -249,7 +272,7 @@ def sin(x: Number) -> Exact:
     >>> print(sin(PI), sin("30 deg"), sin("pi/4"))
     0 0.5 0.5*sqrt(2)
     """
-    return Exact(normal_form.sin(Exact.of(x).terms))
+    return Exact(normal_form.wave("sin", Exact.of(x).terms))
 
 
 ONE: Final = Exact(normal_form.ONE)
@@ -263,10 +286,9 @@ def _operand(x: object) -> Exact | None:
 
 def rational_value(x: Any) -> Fraction:
     """The exact value of a number of Python, numpy or mpmath, finite and of any size."""
-    if isinstance(x, bool) or not (type(x) is float or isinstance(x, (numbers.Real, Decimal))):
+    if isinstance(x, bool) or not isinstance(x, (numbers.Real, Decimal)):
         kind = type(x).__name__
-        article = "an" if kind[:1] in "aeiou" else "a"
-        what = {"bool": "true or false", "NoneType": "nothing"}.get(kind, f"{article} {kind}")
+        what = {"bool": "true or false", "NoneType": "nothing"}.get(kind, article(kind))
         raise NotANumber(f"a number is not {what}")
     value: Any = x
     try:
@@ -282,8 +304,7 @@ def rational_value(x: Any) -> Fraction:
 
 def in_range(q: Fraction) -> Exact:
     """The number q, which has to be 0 or within 1e-300 … 1e300."""
-    near = abs(q.numerator.bit_length() - q.denominator.bit_length()) < _NEAR
-    if q and not near and not 1 / _LARGEST <= abs(q) <= _LARGEST:
+    if q and not q.denominator <= abs(q.numerator) * _LARGEST <= q.denominator * _LARGEST**2:
         raise out_of_range()
     return Exact(rational(q))
 
@@ -291,94 +312,3 @@ def in_range(q: Fraction) -> Exact:
 def out_of_range() -> NotANumber:
     """The error of a number that is too large or too small."""
     return NotANumber("the magnitude of a number is 0 or within 1e-300 … 1e300")
-
-
-# --- signs and values ------------------------------------------------------------------------
-
-
-def _logarithms(x: Form) -> list[float] | None:
-    """log₂ of the size of every term, where these are roots and powers of π; else None."""
-    logs = []
-    for monomial, c in x:
-        if not all(isinstance(atom, (Fraction, str)) for atom, _ in monomial):
-            return None
-        logs.append(_log2(abs(c)) + sum(float(e) * _log2(atom) for atom, e in monomial))
-    return logs
-
-
-def _log2(atom: Atom) -> float:
-    if isinstance(atom, Fraction):
-        return log2(atom.numerator) - log2(atom.denominator)
-    return log2(pi)
-
-
-def _quick_sign(x: Form) -> Sign | None:
-    """The sign of a rational, or of a sum of roots and powers of π that doubles tell from 0."""
-    total: Fraction | float | None = fraction(x)
-    if total is None:
-        if (logs := _logarithms(x)) is None:
-            return None
-        sizes = [2.0 ** (log - max(logs)) for log in logs]
-        total = sum(size if c > 0 else -size for size, (_, c) in zip(sizes, x, strict=True))
-        if abs(total) < _BEYOND_ROUNDING:
-            return None
-    return 1 if total > 0 else -1 if total < 0 else 0
-
-
-def _decided(x: Form, judge: Callable[[arb], T | None], precisions: Iterable[int]) -> T | None:
-    """The first verdict on a finite ball of x; None where no precision brings one."""
-    from heavytop.numbers.intervals import at_rising_precision, ball_of  # which are slow to import
-
-    def verdict(bits: int) -> T | None:
-        ball = ball_of(x)
-        return judge(ball) if ball.is_finite() else None
-
-    return at_rising_precision(precisions, verdict)
-
-
-def _ball_sign(ball: arb) -> Literal[-1, 1] | None:
-    """The sign of every number in a ball, if they share one."""
-    return 1 if ball > 0 else -1 if ball < 0 else None
-
-
-def size(x: Exact) -> float:
-    """log₂ |x| for x ≠ 0, of its largest term or to a bit or two; 0 where no precision tells."""
-    if (logs := _logarithms(x.terms)) is not None:
-        return max(logs)
-
-    def judge(ball: arb) -> int:
-        man, exponent = _parts(ball.abs_upper())
-        return man.bit_length() + exponent
-
-    return _decided(x.terms, judge, _beyond(64)) or 0
-
-
-def _nearest(x: Form, precision: int, rounded: Callable[[int, int], T]) -> T:
-    """The value on which both ends of a ball agree once each, m 2ᵉ, is rounded."""
-
-    def agreed(ball: arb) -> T | None:
-        low, high = rounded(*_parts(ball.lower())), rounded(*_parts(ball.upper()))
-        return high if low == high else None  # not −0 where the ball holds 0
-
-    def middle(ball: arb) -> T:
-        return rounded(0, 0) if _ball_sign(ball) is None else rounded(*_parts(ball.mid()))
-
-    found = _decided(x, agreed, _beyond(precision))
-    if found is None:  # a tie, or zero that is not proved
-        found = _decided(x, middle, [precision + _EXTRA_BITS[-1]])
-    return rounded(0, 0) if found is None else found
-
-
-def _beyond(precision: int) -> Iterable[int]:
-    return (precision + extra for extra in _EXTRA_BITS)
-
-
-def _parts(ball: arb) -> tuple[int, int]:
-    """Mantissa m and exponent e of an exact m 2ᵉ."""
-    man, exponent = ball.man_exp()
-    return int(man), int(exponent)
-
-
-def _double(man: int, exponent: int) -> float:
-    """The double nearest man 2ᵉ; an OverflowError where none is."""
-    return man / (1 << -exponent) if exponent < 0 else float(man << exponent)

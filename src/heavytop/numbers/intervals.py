@@ -6,24 +6,20 @@ Balls are those of python-flint (Arb): a middle and a radius that takes up every
 from __future__ import annotations
 
 import math
-import sys
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
 from threading import RLock
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 from flint import arb, ctx, fmpq
 
 from heavytop.errors import NotANumber
 from heavytop.numbers.exact import Exact, rational_value
-from heavytop.numbers.normal_form import Atom, Form, Trig
-
-T = TypeVar("T")
+from heavytop.numbers.normal_form import Atom, Form
 
 _LOCK: Final = RLock()  # flint keeps one working precision for the whole process
-_LEAST: Final = -(1 << 16)  # exponents of 2 below this are not worth their bits
+_TINY: Final = arb(2) ** -(1 << 16)  # what is smaller is not worth its bits
 _PLACES: Final = 60  # decimals shown of a number that is known exactly
 
 
@@ -51,8 +47,6 @@ class working:
     True
     """
 
-    __slots__ = ("_before", "_bits")
-
     def __init__(self, bits: int) -> None:
         self._bits = bits
 
@@ -66,15 +60,6 @@ class working:
         _LOCK.release()
 
 
-def at_rising_precision(precisions: Iterable[int], answer: Callable[[int], T | None]) -> T | None:
-    """The first answer that is not None, each asked for at a working precision; None at none."""
-    for bits in precisions:
-        with working(bits):
-            if (found := answer(bits)) is not None:
-                return found
-    return None
-
-
 # --- exact numbers as balls, at the working precision -----------------------------------------
 
 
@@ -83,8 +68,9 @@ def ball_of(x: Form) -> arb:
     total = arb(0)
     for monomial, c in x:
         term = _rational_ball(c)
-        for atom, e in monomial:
-            term *= _power(_atom(atom), e)
+        for atom, n in monomial:
+            base = _atom(atom)  # flint's power of a ball that holds 0 is not finite
+            term *= math.prod([base] * n) if n > 0 and base.contains(0) else base**n
         total += term
     return total
 
@@ -94,23 +80,15 @@ def _rational_ball(q: Fraction) -> arb:
 
 
 def _atom(atom: Atom) -> arb:
-    if isinstance(atom, Fraction):
-        return _rational_ball(atom)
     if isinstance(atom, str):
         return arb.pi()
-    if isinstance(atom, Trig):
-        argument = ball_of(atom.argument)
-        return argument.cos() if atom.name == "cos" else argument.sin()
-    return ball_of(atom)
-
-
-def _power(base: arb, e: Fraction) -> arb:
-    """A power; what lies below zero under a root is only width."""
-    if e.denominator > 1:
-        positive = base if base > 0 else base.upper().nonnegative_part()
-        root = positive if positive.is_zero() else positive.root(e.denominator)
-        base = root if base > 0 else arb(0).union(root)
-    return base if e.numerator == 1 else base**e.numerator
+    if isinstance(atom, tuple):
+        return ball_of(atom)
+    argument = ball_of(atom.argument)
+    if atom.name == "sqrt" and not argument > 0:  # what lies below zero is only width
+        return arb(0).union(argument.upper().nonnegative_part().sqrt())
+    value: arb = getattr(argument, atom.name)()
+    return value
 
 
 # --- intervals --------------------------------------------------------------------------------
@@ -153,8 +131,7 @@ class Interval:
         """
         if not ball.is_finite():
             raise ValueError("an interval is finite")
-        middle, lost = _dyadic(ball.mid())
-        spread, more = _dyadic(ball.rad())
+        (middle, lost), (spread, more) = _dyadic(ball.mid()), _dyadic(ball.rad())
         return cls(middle, spread + lost + more)
 
     @property
@@ -218,7 +195,7 @@ class Interval:
 
     def __str__(self) -> str:
         """The digits that are known, without zeros at the end, and a radius, rounded outward."""
-        places = _PLACES if not self.spread else math.floor(_decimals(2 * self.spread))
+        places = int(_decimals(2 * self.spread)) if self.spread else _PLACES
         unit = Fraction(10) ** -places
         shown = round(self.middle / unit) * unit
         digits = 1 + int(max(0, -_decimals(abs(shown / unit))))
@@ -239,22 +216,18 @@ def above(bound: float) -> str:
 
 def _dyadic(exact: arb) -> tuple[Fraction, Fraction]:
     """The value of a ball without radius, and a bound on what is lost where it is tiny."""
-    man, exp = (int(part) for part in exact.man_exp())
-    if not man:
-        return Fraction(0), Fraction(0)
-    if man.bit_length() + exp < _LEAST:
-        return Fraction(0), Fraction(1, 1 << -_LEAST)
-    return (Fraction(man << exp) if exp >= 0 else Fraction(man, 1 << -exp)), Fraction(0)
+    if abs(exact) < _TINY:
+        return Fraction(0), Fraction(0) if exact.is_zero() else _dyadic(_TINY)[0]
+    q = exact.fmpq()
+    return Fraction(int(q.p), int(q.q)), Fraction(0)
 
 
 def _decimals(size: Fraction) -> float:
     """The largest n with size ≤ 10⁻ⁿ."""
     if not size:
         return math.inf
-    n = math.floor(math.log10(size.denominator) - math.log10(size.numerator)) + 1
-    while size > Fraction(10) ** -n:
-        n -= 1
-    return n
+    top = _decimal(size, 1, ROUND_CEILING)
+    return -top.adjusted() - (top.as_tuple().digits != (1,))
 
 
 def _decimal(q: Fraction, digits: int, way: str) -> Decimal:
@@ -273,8 +246,6 @@ def _double(q: Fraction) -> float:
 def outward(q: Fraction, way: int) -> float:
     """The nearest double that is not on the wrong side of q."""
     near = _double(q)
-    if math.isinf(near):
-        return near if (near > 0) == (way > 0) else math.copysign(sys.float_info.max, near)
     wrong = near < q if way > 0 else near > q
     return math.nextafter(near, way * math.inf) if wrong else near
 

@@ -6,27 +6,33 @@ every fault is told. Top and State read their numbers here too.
 
 from __future__ import annotations
 
+import numbers
 import operator
 import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import partial
-from numbers import Real
 from pathlib import Path
 from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
 
 from heavytop.errors import Fault, Impossible, NotANumber, WrongType
-from heavytop.names import LONGEST, listed, nearest
+from heavytop.names import LONGEST, article, listed, nearest
 from heavytop.numbers import Exact, Number
 from heavytop.numbers.parse import ANGLES, RATES
-from heavytop.spelling import harmless
+from heavytop.spelling import cut, harmless
 
 T = TypeVar("T")
 Reader: TypeAlias = Callable[[object], Any]  # of one value; raises `Refused` or NotANumber
 
 _MOST_SHOWN: Final = 60  # characters of a value, in a message
-_PLAIN: Final = (str, bytes, int, float, type(None))  # which are known best by their value
+_PLAIN: Final = (
+    str,
+    bytes,
+    numbers.Number,
+    Exact,
+    type(None),
+)  # which are known best by their value
 
 
 # --- values in messages ----------------------------------------------------------------------
@@ -43,30 +49,22 @@ def shown(value: object) -> str:
     try:
         text = _spelled(value)
     except (RecursionError, ValueError):  # nested too deeply, or an integer too long to print
-        text = f"a {type(value).__name__}"
-    return text if len(text) <= _MOST_SHOWN else text[: _MOST_SHOWN - 3] + "…"
+        text = _a(type(value))
+    return cut(text, _MOST_SHOWN)
 
 
 def _spelled(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
-    if isinstance(value, NumberText | Exact):
-        return harmless(str(value))
-    if isinstance(value, str):
+    if isinstance(value, str) and not isinstance(value, NumberText):
         return f'"{harmless(value[:100])}"'
     if isinstance(value, list | tuple):
         return f"[{', '.join(_spelled(item) for item in value[:20])}]"
-    return "a table" if isinstance(value, dict) else harmless(str(value))
-
-
-def told(value: object) -> str:
-    """Return what a message calls a value: itself where it is short, else its type."""
-    return shown(value) if isinstance(value, _PLAIN) else _a(type(value))
+    return harmless(str(value)) if isinstance(value, _PLAIN) else _a(type(value))
 
 
 def _a(kind: type) -> str:
-    name = kind.__name__[:LONGEST]
-    return f"an {name}" if name[0] in "aeiouAEIOU" else f"a {name}"
+    return article({"str": "text", "dict": "table"}.get(kind.__name__, kind.__name__[:LONGEST]))
 
 
 def short(x: Exact) -> str:
@@ -80,11 +78,11 @@ def short(x: Exact) -> str:
 
 def wrong_type(name: str, what: str, value: object) -> WrongType:
     """Return what refuses a value that is not what an argument takes, in words."""
-    return WrongType(f"{name}: {what}, not {told(value)}")
+    return WrongType(f"{name}: {what}, not {shown(value)}")
 
 
-def expect(name: str, value: object, kind: type, hint: str = "") -> None:
-    """Refuse an argument that is not of a type; the hint says where one is to be had.
+def expect(name: str, value: object, kind: type[T], hint: str = "") -> T:
+    """Return an argument that is of a type; the hint says where one is to be had.
 
     >>> expect("top", "sicm", float)
     Traceback (most recent call last):
@@ -93,13 +91,12 @@ def expect(name: str, value: object, kind: type, hint: str = "") -> None:
     """
     if not isinstance(value, kind):
         raise wrong_type(name, _a(kind) + (f" ({hint})" if hint else ""), value)
+    return value
 
 
 def text_of(name: str, value: object) -> str:
     """Return the text that an argument is."""
-    if not isinstance(value, str):
-        raise wrong_type(name, "a text", value)
-    return value
+    return expect(name, value, str)
 
 
 def path_of(name: str, value: object) -> Path:
@@ -135,7 +132,7 @@ def whole(name: str, value: object, least: int, most: int | None = None) -> int:
     bounds = f", at least {least}" if most is None else f" from {least} to {most}"
     found = _number(value, whole=True)
     if found is None:
-        raise NotANumber(f"{name}: a whole number{bounds}, not {told(value)}")
+        raise NotANumber(f"{name}: a whole number{bounds}, not {shown(value)}")
     if found < least or (most is not None and found > most):
         raise Impossible([(name, f"a whole number{bounds}")])
     return int(found)
@@ -219,6 +216,17 @@ class Range:
         return f"{kind} from {self.least:{style}} to {self.most:{style}}"
 
 
+def a(kind: type[T]) -> Callable[[object], T]:
+    """Return what reads a value of a type."""
+
+    def read(value: object) -> T:
+        if not isinstance(value, kind):
+            raise Refused(_a(kind))
+        return value
+
+    return read
+
+
 def one_of(known: Mapping[str, T], everything: str = "") -> Callable[[object], T]:
     """Return what reads a name out of a table, of which `everything` says where all is listed."""
 
@@ -278,7 +286,7 @@ def parse_names(
 
 def _number(value: object, whole: bool) -> int | float | None:
     """Return a value as a plain number, if it is one; a truth value is none."""
-    if isinstance(value, bool) or not (whole or isinstance(value, Real | Decimal)):
+    if isinstance(value, bool) or not (whole or isinstance(value, numbers.Real | Decimal)):
         return None
     try:
         return operator.index(value) if whole else float(value)  # type: ignore[arg-type]
@@ -297,11 +305,12 @@ STATE: Final = _ANGLES | dict.fromkeys(_RATE_NAMES, partial(Exact.of, units=RATE
 def exact_numbers(
     refused: type[Impossible],
     given: Mapping[str, object],
-    *rules: Callable[[Mapping[str, Exact]], list[Wrong]],
-) -> dict[str, Exact]:
+    rule: Callable[[Mapping[str, Exact]], list[Wrong]],
+    readers: Mapping[str, Reader] = STATE,
+) -> dict[str, Any]:
     """Return values as exact numbers; all that is wrong with them is raised at once."""
-    values, broken = read_values(given, {name: STATE.get(name, PLAIN) for name in given})
-    if broken := broken + [each for rule in rules for each in rule(values)]:
+    values, broken = read_values(given, {name: readers.get(name, PLAIN) for name in given})
+    if broken := broken + rule(values):
         raise refused(broken)
     return values
 
@@ -318,6 +327,7 @@ def set_fields(instance: object, values: Mapping[str, object]) -> None:
         object.__setattr__(instance, name, value)
 
 
-def as_call(name: str, **values: Exact) -> str:
+def as_call(name: str, /, **values: object) -> str:
     """Return the call that makes an instance, its numbers as the texts they are read from."""
-    return f"{name}({', '.join(f'{key}={str(value)!r}' for key, value in values.items())})"
+    told = {key: str(value) if isinstance(value, Exact) else value for key, value in values.items()}
+    return f"{name}({', '.join(f'{key}={value!r}' for key, value in told.items())})"

@@ -6,7 +6,7 @@ import os
 import re
 import stat
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from itertools import islice
 from pathlib import Path
 from typing import Any, Final, NoReturn
@@ -15,19 +15,28 @@ from heavytop.errors import BadScene, Fault
 from heavytop.names import closest, nearest
 from heavytop.numbers import Exact, Number
 from heavytop.scene import arguments, scene_file
-from heavytop.scene.arguments import Wrong
 from heavytop.scene.scene_file import FORMAT, MAX_TITLE, SCENE, TABLES
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
-from heavytop.spelling import harmless, readable
+from heavytop.spelling import cut, harmless, readable
 
 FOLDER: Final = Path(__file__).parents[1] / "scenes"
 MAX_BYTES: Final = 1_000_000
 CHANGES: Final = "--set"
-_INSTEAD: Final = {"time": "periods", "periods": "time", "psidot": "omega3", "omega3": "psidot"}
 _MANY_FILES: Final = 1000  # of a folder, among which one may have been meant
+_INSTEAD: Final = {"time": "periods", "periods": "time", "psidot": "omega3", "omega3": "psidot"}
 _LONGEST: Final = 120  # of changes, told in a title
 _OF_THE_MOTION: Final = ("top.", "start.")
+
+
+_ARGUMENTS: Final = {
+    **TABLES["want"],
+    "title": SCENE["title"],
+    "source": SCENE["source"],
+    "top": arguments.a(Top),
+    "start": arguments.a(State),
+    "name": arguments.a(str),
+}
 
 
 @dataclass(frozen=True, slots=True, init=False, repr=False)
@@ -95,26 +104,19 @@ class Scene:
         source: str = "",
         name: str = "scene",
     ) -> None:
-        spans = {k: v for k, v in (("time", time), ("periods", periods)) if v is not None}
-        wants = {"quantities": quantities, "events": events, "samples": samples, "digits": digits}
-        texts = {"title": title, "source": source}
-        parts = {"top": top, "start": start, "name": name}
-        span, wrong_span = scene_file.read_span(spans)
-        want, wrong_want = scene_file.read_table({**TABLES["want"], **SCENE}, wants | texts)
-        kinds = (("top", Top, "a Top"), ("start", State, "a State"), ("name", str, "a text"))
-        strange = [
-            Wrong(key, rule) for key, kind, rule in kinds if not isinstance(parts[key], kind)
-        ]
-        if wrong := wrong_span + wrong_want + strange:
-            raise BadScene(tuple(arguments.faults("Scene", spans | wants | texts | parts, wrong)))
-        arguments.set_fields(self, parts | {"time": None, "periods": None} | span | want)
+        given = locals()
+        spans = {key: given[key] for key in TABLES["span"] if given[key] is not None}
+        others = {key: given[key] for key in _ARGUMENTS}
+        span, wrong = scene_file.read_table("span", spans)
+        values, more = scene_file.read_keys(_ARGUMENTS, others)
+        if wrong or more:
+            raise BadScene(tuple(arguments.faults("Scene", spans | others, wrong + more)))
+        arguments.set_fields(self, {"time": None, "periods": None} | span | values)
 
     def __repr__(self) -> str:
-        length = {key: str(x) for key in ("time", "periods") if (x := getattr(self, key))}
-        names = ("quantities", "events", "samples", "digits", "title", "source", "name")
-        told_of = length | {name: getattr(self, name) for name in names}
-        rest = ", ".join(f"{key}={value!r}" for key, value in told_of.items() if value != "")
-        return f"Scene({self.top}, {self.start}, {rest})"
+        values = {each.name: getattr(self, each.name) for each in fields(self)}
+        there = {name: value for name, value in values.items() if value not in (None, "")}
+        return arguments.as_call("Scene", **there)
 
     def __str__(self) -> str:
         length = f"{self.time} s" if self.time is not None else f"{self.periods} periods"
@@ -220,7 +222,7 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
     if wrong or in_tables:
         if overrides and not scene_file.read_tables(where, scene_file.parse(text))[1]:
             changed = {fault.key for fault in in_tables}  # all that is wrong comes of the changes
-        lines = scene_file.key_lines(text)
+        lines = {key: line for line, key, _ in reversed([*scene_file.written_keys(text)])}
         wrong += [_placed(fault, lines, changed) for fault in in_tables]
         raise BadScene(tuple(sorted(wrong, key=lambda fault: fault.line or 0)))
     return Scene(**values, name=readable(Path(where).stem))
@@ -237,7 +239,7 @@ def _placed(fault: Fault, lines: Mapping[str, int], changed: Collection[str]) ->
 
 def no_scene(what: object, verb: str) -> BadScene:
     """What is raised where something that is no scene, such as a name, is given to a function."""
-    value, hint = arguments.told(what), "load_scene gives one by its name"
+    value, hint = arguments.shown(what), "load_scene gives one by its name"
     if isinstance(getattr(what, "start", None), State):  # a Motion
         hint = "Scene(motion.top, motion.start, time=2) is one"
     if isinstance(what, str) and what in shipped_names():
@@ -309,14 +311,13 @@ def _refuse(
 def _text_of(path: Path, where: str) -> str:
     """The text of a regular file of bounded size; anything else is refused before it is opened."""
     try:
-        mode = path.stat().st_mode
-        if not stat.S_ISREG(mode):
-            what = "a directory" if stat.S_ISDIR(mode) else "not a regular file"
+        found = path.stat()
+        if not stat.S_ISREG(found.st_mode):
+            what = "a directory" if stat.S_ISDIR(found.st_mode) else "not a regular file"
             raise OSError(f"a scene is a TOML file, and this is {what}")
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-        if len(data) > MAX_BYTES:
+        if found.st_size > MAX_BYTES:
             raise OSError(f"a scene file is at most {MAX_BYTES} bytes long")
+        data = path.read_bytes()
         return data.decode("utf-8-sig")
     except FileNotFoundError:
         _refuse(where, "no shipped scene and no file has this name", _meant(path))
@@ -331,21 +332,20 @@ def _refuse_line(where: str, text: str, message: str) -> NoReturn:
     """Refuse a text that is no TOML, and show the line at fault."""
     match = re.search(r"at line ([0-9]+)", message)
     line = int(match[1]) if match else 0
-    key, value = scene_file.written_at(text, line)
+    there = (words for number, *words in scene_file.written_keys(text) if number == line)
+    key, value = (harmless(cut(words, 60)) for words in next(there, ("", "")))
     twice = "a key or a table stands twice" if "overwrite" in message else ""
     hint = twice or scene_file.mistake(value)
-    _refuse(where, f"not TOML: {message}", hint, line, key, harmless(value))
+    _refuse(where, f"not TOML: {message}", hint, line, key, value)
 
 
 def _meant(path: Path) -> str:
     """A hint at the scene that may have been meant by a name that none has."""
-    if path.suffix != ".toml" and Path(f"{path}.toml").exists():
-        return f'did you mean "{harmless(str(path))}.toml"?'
     try:
         beside = sorted(file.name for file in islice(path.parent.glob("*.toml"), _MANY_FILES))
     except (OSError, ValueError):
         beside = []
-    if meant := closest(path.name, beside):
+    if meant := closest(f"{path.stem}.toml", beside):
         return f'did you mean "{harmless(str(path.with_name(meant)))}"?'
     return nearest(path.stem, shipped_names()) or "heavytop scenes lists those that are shipped"
 
@@ -357,11 +357,10 @@ def overridden(raw: dict[str, Any], overrides: Any) -> tuple[set[str], list[Faul
     """Change `raw` as asked; the keys that were changed, and the changes that cannot be made."""
     changed: dict[str, str] = {}
     wrong: list[Fault] = []
-    texts = isinstance(overrides, Collection) and not isinstance(overrides, str | Mapping)
-    if not texts or not all(isinstance(change, str) for change in overrides):
-        told = arguments.shown if isinstance(overrides, list | tuple) else arguments.told
+    listed = isinstance(overrides, list | tuple)
+    if not listed or not all(isinstance(change, str) for change in overrides):
         rule = 'a list of texts, such as ["start.phidot=-14"]'
-        return set(), [Fault("heavytop", None, "overrides", told(overrides), rule)]
+        return set(), [Fault("heavytop", None, "overrides", arguments.shown(overrides), rule)]
     for change in overrides:
         key, equals, text = (part.strip() for part in change.partition("="))
         name, _, last = key.rpartition(".")
@@ -393,12 +392,8 @@ def _retitle(raw: dict[str, Any], changes: Mapping[str, str]) -> None:
     Without it a scene goes on asserting what its changes may have undone.
     """
     told = [f"{k[:60]} = {v[:60]}" for k, v in changes.items() if k.startswith(_OF_THE_MOTION)]
-    these = _cut(harmless(", ".join(told)), _LONGEST)
+    these = cut(harmless(", ".join(told)), _LONGEST)
     for key, before, after in ("title", "", f"; with {these}"), ("source", "changed from ", ""):
         text = raw.get(key)
         if told and key not in changes and type(text) is str and 0 < len(text) <= MAX_TITLE:
-            raw[key] = _cut(f"{before}{text}{after}", MAX_TITLE)
-
-
-def _cut(text: str, most: int) -> str:
-    return text if len(text) <= most else text[: most - 1] + "…"
+            raw[key] = cut(f"{before}{text}{after}", MAX_TITLE)

@@ -1,4 +1,4 @@
-"""Scene files: TOML in and out, the keys of each table, and the rules between the keys.
+"""Scene files: TOML in and out, and tables of the keys, the rules and the ways to say a thing.
 
 What reads a table returns its values together with everything that is wrong with it, so that one
 reading of a scene finds every fault.
@@ -9,16 +9,17 @@ from __future__ import annotations
 import re
 import tomllib
 import unicodedata
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
+from functools import partial
 from typing import Any, Final
 
 from heavytop.errors import Fault, Impossible, NotANumber
 from heavytop.names import nearest
 from heavytop.numbers import Exact
 from heavytop.scene import arguments
-from heavytop.scene.arguments import NumberText, Range, Reader, Refused, Wrong, faults, one_of
-from heavytop.scene.state import CHOICES, State, broken_angles, broken_spin
+from heavytop.scene.arguments import NumberText, Range, Reader, Refused, Wrong, faults
+from heavytop.scene.state import START, State, broken_start
 from heavytop.scene.top import Top, broken_body
 from heavytop.spelling import harmless
 
@@ -35,6 +36,7 @@ _KEY: Final = re.compile(r"\s*([\w.-]+|\"[^\"]*\"|'[^']*')\s*=")
 _BARE: Final = re.compile(r"-?(0|[1-9][0-9]*)(\.[0-9]+)?([eE][-+]?[0-9]+)?")
 _COMMA: Final = re.compile(r"-?[0-9]+,[0-9]+([eE][-+]?[0-9]+)?")
 _LONGEST_BARE: Final = 100
+_CONTROLS: Final = {"Cc", "Cf", "Cn", "Cs", "Zl", "Zp"}  # what steers a terminal, or is no letter
 
 
 # --- TOML in ---------------------------------------------------------------------------------
@@ -60,27 +62,16 @@ def _decimal(spelling: str) -> NumberText | float:
     return float(spelling) if spelling[-1].isalpha() else NumberText(spelling)  # inf and nan
 
 
-def key_lines(text: str) -> dict[str, int]:
-    """Return the line of every table and key, by dotted name (tomllib tells none)."""
-    lines: dict[str, int] = {}
+def written_keys(text: str) -> Iterator[tuple[int, str, str]]:
+    """Line, dotted name and spelled value of every table and key, which tomllib does not tell."""
     table = ""
     for number, line in enumerate(text.splitlines(), start=1):
         if header := _HEADER.match(line):
             table = header[1] + "."
-            lines.setdefault(header[1], number)
+            yield number, header[1], ""
         elif key := _KEY.match(line):
-            lines.setdefault(table + key[1].strip("\"'"), number)
-    return lines
-
-
-def written_at(text: str, line: int) -> tuple[str, str]:
-    """Return the key on a line and what is written after it, less comments; empty without one."""
-    key = next((key for key, number in key_lines(text).items() if number == line), "")
-    found = _KEY.match(text.splitlines()[line - 1]) if key else None
-    if found is None:
-        return "", ""
-    value = found.string[found.end() :].partition("#")[0].strip()
-    return harmless(key[:100]), value if len(value) <= 60 else value[:57] + "…"
+            value = line[key.end() :].partition("#")[0].strip()
+            yield number, table + key[1].strip("\"'"), value
 
 
 def mistake(value: str) -> str:
@@ -104,16 +95,9 @@ def _text(value: object) -> str:
         raise Refused("a text in quotes")
     if len(value) > MAX_TITLE:
         raise Refused(f"a text of at most {MAX_TITLE} characters, not {len(value)}")
-    if any(_unprintable(letter) for letter in value):
+    if any(unicodedata.category(letter) in _CONTROLS for letter in value):
         raise Refused("a text without control characters")
     return value
-
-
-def _unprintable(letter: str) -> bool:
-    """Controls, line ends, halves of surrogate pairs, no characters, and what turns text around."""
-    turning = "\u202a" <= letter <= "\u202e" or "\u2066" <= letter <= "\u2069"
-    category = unicodedata.category(letter)
-    return turning or category in {"Cc", "Cs", "Zl", "Zp"} or letter in "\ufffe\uffff"
 
 
 def _names(allowed: tuple[str, ...], least: int) -> Reader:
@@ -135,10 +119,11 @@ def _names(allowed: tuple[str, ...], least: int) -> Reader:
     return read
 
 
-def _table(value: object) -> dict[str, object]:
-    if not isinstance(value, dict):
-        raise Refused("a table, not a value")
-    return value
+def _length(value: object) -> Exact:
+    length: Exact = arguments.PLAIN(value)
+    if not length.sign():
+        raise Refused("not 0: a span has a length")
+    return length
 
 
 def _format(value: object) -> int:
@@ -149,19 +134,12 @@ def _format(value: object) -> int:
 
 # --- the keys --------------------------------------------------------------------------------
 
-_MOMENTS: Final = ("A", "C", "gMR")
-_PARTS: Final = ("mass", "distance", "gravity", "A_cm", "C_cm")
-_CONSTANTS: Final = ("E", "p_phi", "p_psi", "theta", "branch")
-_STEADY: Final = ("steady", "theta", "omega3")
-
 TABLES: Final[Mapping[str, Mapping[str, Reader]]] = {
-    "top": dict.fromkeys((*_MOMENTS, *_PARTS), arguments.PLAIN),
-    "start": {
-        **arguments.STATE,
-        **dict.fromkeys(("E", "p_phi", "p_psi"), arguments.PLAIN),
-        **{key: one_of({name: name for name in names}) for key, names in CHOICES.items()},
-    },
-    "span": {"time": arguments.PLAIN, "periods": arguments.PLAIN},
+    "top": dict.fromkeys(
+        ("A", "C", "gMR", "mass", "distance", "gravity", "A_cm", "C_cm"), arguments.PLAIN
+    ),
+    "start": START,
+    "span": dict.fromkeys(("time", "periods"), _length),
     "want": {
         "quantities": _names(QUANTITIES, least=1),
         "events": _names(EVENTS, least=0),
@@ -173,14 +151,39 @@ SCENE: Final[Mapping[str, Reader]] = {
     "format": _format,
     "title": _text,
     "source": _text,
-    **dict.fromkeys(TABLES, _table),
+    **dict.fromkeys(TABLES, arguments.a(dict)),
 }
 _NEEDED: Final = {"format": f"missing: a scene begins with format = {FORMAT}"} | {
     table: f"missing: a scene has a table [{table}]" for table in ("top", "start", "span")
 }
 
 
-def read_table(
+def _steady(steady: Any, **values: Any) -> State:
+    """The start of a steady precession, by the names that a scene has for it."""
+    return State.steady(which=steady, **values)
+
+
+# The ways to say what a table stands for, by the keys that each needs. A key that only one of them
+# needs begins it; where none is begun the first is meant.
+_WAYS: Final[Mapping[str, Mapping[tuple[str, ...], Callable[..., Any]]]] = {
+    "top": {
+        ("A", "C", "gMR"): Top,
+        ("mass", "distance", "gravity", "A_cm", "C_cm"): Top.from_parts,
+    },
+    "start": {
+        (): partial(State, theta=0),
+        ("steady", "theta", "omega3"): _steady,
+        ("E", "p_phi", "p_psi", "theta", "branch"): State.from_constants,
+    },
+    "span": {("time",): dict, ("periods",): dict},
+    "want": {(): dict},
+}
+
+
+# --- reading tables --------------------------------------------------------------------------
+
+
+def read_keys(
     keys: Mapping[str, Reader], raw: Mapping[str, object]
 ) -> tuple[dict[str, Any], list[Wrong]]:
     """Return the values of a table that are right, and what is wrong with the others."""
@@ -193,86 +196,44 @@ def read_table(
     return values, wrong
 
 
-def read_tables(file: str, raw: Mapping[str, object]) -> tuple[dict[str, Any], list[Fault]]:
-    """Return what a scene says, by the names of the arguments of `Scene`, and every fault."""
-    found, wrong = read_table(SCENE, raw)
-    wrong += [Wrong(key, rule) for key, rule in _NEEDED.items() if key not in raw]
-    tables = {name: found.pop(name, {}) for name in TABLES}
-    top, wrong_top = read_top(tables["top"])
-    start, wrong_start = read_start(tables["start"], top)
-    span, wrong_span = read_span(tables["span"])
-    want, wrong_want = read_table(TABLES["want"], tables["want"])
-    every = faults(file, raw, wrong)
-    each = {"top": wrong_top, "start": wrong_start, "span": wrong_span, "want": wrong_want}
-    for name, wrong in each.items():
-        if isinstance(raw.get(name), dict):  # else that it is missing or no table is said already
-            every += faults(file, tables[name], wrong, f"{name}.")
-    found.pop("format", None)
-    return {"top": top, "start": start} | span | want | found, every
+def read_table(
+    name: str, raw: Mapping[str, object], top: Top | None = None
+) -> tuple[Any, list[Wrong]]:
+    """Return what a table stands for, and everything that is wrong with it.
 
-
-# --- the rules between the keys --------------------------------------------------------------
-
-
-def read_top(raw: Mapping[str, object]) -> tuple[Top | None, list[Wrong]]:
-    """Return the top that a [top] table describes: its moments, or the parts they come from."""
-    values, wrong = read_table(TABLES["top"], raw)
-    moments, parts = [[key for key in style if key in raw] for style in (_MOMENTS, _PARTS)]
-    if moments and parts:
-        rule = f"either {', '.join(_MOMENTS)} or {', '.join(_PARTS)}, not some of both"
-        wrong.append(Wrong(parts[0], rule))
-    else:
-        wrong += _missing(_PARTS if parts else _MOMENTS, raw) + broken_body(values)
-    return (None, wrong) if wrong else _made(Top.from_parts if parts else Top, values)
-
-
-def read_start(raw: Mapping[str, object], top: Top | None) -> tuple[State | None, list[Wrong]]:
-    """Return the state that a [start] table describes: rates, constants or steady precession.
-
-    It is None without faults where it needs a `top` that is not known.
+    It is None where anything is, and where it needs a `top` that is not known.
     """
-    values, wrong = read_table(TABLES["start"], raw)
-    wrong += broken_angles(values)
-    if "steady" in raw:
-        wrong += _style(raw, _STEADY, 'steady = "slow" or "fast" with theta and omega3')
-        make: Callable[..., State] = State.steady
-        values = {"which" if key == "steady" else key: value for key, value in values.items()}
-    elif any(key in raw for key in ("E", "p_phi", "p_psi", "branch")):
-        wrong += _style(raw, _CONSTANTS, "the constants E, p_phi, p_psi with theta and branch")
-        make = State.from_constants
-    else:
-        wrong += broken_spin(raw)
-        return (None, wrong) if wrong else _made(State, {"theta": 0} | values)
-    return (None, wrong) if wrong or top is None else _made(make, {"top": top} | values)
-
-
-def _style(raw: Mapping[str, object], keys: tuple[str, ...], style: str) -> list[Wrong]:
-    others = TABLES["start"].keys() - {*keys, "phi", "psi"}
-    foreign = [Wrong(key, f"does not go with {style}") for key in raw if key in others]
-    return _missing(keys, raw) + foreign
-
-
-def read_span(raw: Mapping[str, object]) -> tuple[dict[str, Any], list[Wrong]]:
-    """Return the time or the number of periods of a [span] table."""
-    values, wrong = read_table(TABLES["span"], raw)
-    empty = [key for key, value in values.items() if not value.sign()]
-    wrong += [Wrong(key, "not 0: a span has a length") for key in empty]
-    if "time" in raw and "periods" in raw:
-        wrong.append(Wrong("periods", "time or periods, not both"))
-    elif "time" not in raw and "periods" not in raw and not wrong:
-        wrong.append(Wrong("time", "missing: a span is time = … or periods = …"))
-    return values, wrong
-
-
-def _missing(keys: Iterable[str], raw: Mapping[str, object]) -> list[Wrong]:
-    return [Wrong(key, "missing") for key in keys if key not in raw]
-
-
-def _made(make: Callable[..., Any], values: Mapping[str, Any]) -> tuple[Any, list[Wrong]]:
+    values, wrong = read_keys(TABLES[name], raw)
+    ways, own = _WAYS[name], raw.keys() - arguments.STATE.keys()
+    begun = [keys for keys in ways if own & {*keys}]
+    needed = (begun or [*ways])[0]
+    if begun or not wrong:  # else its unknown keys say enough
+        rule = f"missing: a {name} is {' or '.join(', '.join(keys) for keys in ways if keys)}"
+        wrong += [Wrong(key, rule) for key in needed if key not in raw]
+    foreign = TABLES[name].keys() - {*needed, "phi", "psi"} if needed else ()
+    wrong += [Wrong(key, f"does not go with {', '.join(needed)}") for key in raw if key in foreign]
+    wrong += broken_body(values) + broken_start(values)  # as far as these keys are there
+    on_top = {"top": top} if name == "start" and needed else {}
+    if wrong or None in on_top.values():
+        return None, wrong
     try:
-        return make(**values), []
+        return ways[needed](**values, **on_top), []
     except Impossible as error:
         return None, [Wrong(*each) for each in error.broken]
+
+
+def read_tables(file: str, raw: Mapping[str, object]) -> tuple[dict[str, Any], list[Fault]]:
+    """Return what a scene says, by the names of the arguments of `Scene`, and every fault."""
+    found, wrong = read_keys(SCENE, raw)
+    wrong += [Wrong(key, rule) for key, rule in _NEEDED.items() if key not in raw]
+    every = faults(file, raw, wrong)
+    tables = {name: found.pop(name) for name in TABLES if name in found}  # the top before the start
+    for name, table in tables.items():
+        found[name], wrong = read_table(name, table, found.get("top"))
+        every += faults(file, table, wrong, f"{name}.")
+    inner = [found.pop(name, None) or {} for name in ("span", "want")]
+    found.pop("format", None)
+    return found | inner[0] | inner[1], every
 
 
 # --- TOML and JSON out -----------------------------------------------------------------------

@@ -8,18 +8,25 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from typing import Any, Final, Literal, TypeAlias, get_args
 
 from heavytop.errors import ImpossibleStart
 from heavytop.numbers import PI, Exact, Number, cos, sin, sqrt
-from heavytop.scene.arguments import Wrong, as_call, exact_numbers, set_fields, short
+from heavytop.scene import arguments
+from heavytop.scene.arguments import Wrong, as_call, exact_numbers, one_of, set_fields, short
 from heavytop.scene.top import Top
 
 _DEGREES = range(4, 181)  # a θ that is one of these was hardly meant in radians
 
-CHOICES = {"branch": ("falling", "rising"), "steady": ("slow", "fast")}
 Branch: TypeAlias = Literal["falling", "rising"]
 Rate: TypeAlias = Literal["slow", "fast"]
+
+START: Final[dict[str, arguments.Reader]] = {  # what a start may be made from
+    **arguments.STATE,
+    **dict.fromkeys(("E", "p_phi", "p_psi"), arguments.PLAIN),
+    "branch": one_of({name: name for name in get_args(Branch)}),
+    "steady": one_of({name: name for name in get_args(Rate)}),
+}
 
 
 @dataclass(frozen=True, slots=True, init=False, repr=False)
@@ -85,8 +92,7 @@ class State:
         spins = {"psidot": psidot, "omega3": omega3}
         spin = {name: rate for name, rate in spins.items() if rate is not None} or {"psidot": 0}
         given = {"theta": theta, "thetadot": thetadot, "phi": phi, "phidot": phidot, "psi": psi}
-        rules = broken_angles, lambda _: broken_spin(spin)
-        values = exact_numbers(ImpossibleStart, given | spin, *rules)
+        values = exact_numbers(ImpossibleStart, given | spin, broken_start, START)
         turn = values["phidot"] * cos(values["theta"])  # ω3 = ψ̇ + φ̇ cosθ
         if "omega3" in values:
             other = {"held": "omega3", "psidot": values["omega3"] - turn}
@@ -178,13 +184,13 @@ class State:
         2 1
         """
         given = {"E": E, "p_phi": p_phi, "p_psi": p_psi, "theta": theta, "phi": phi, "psi": psi}
-        values = _read(top, "branch", branch, given)
+        values = _read(top, given | {"branch": branch})
         phidot = _precession_rate(top, values)
         speed = sqrt(_speed_squared(top, values, phidot))
         thetadot, omega3 = speed if branch == "falling" else -speed, values["p_psi"] / top.C
         angles = {name: values[name] for name in ("theta", "phi", "psi")}
         start = cls(**angles, thetadot=thetadot, phidot=phidot, omega3=omega3)
-        set_fields(start, {"given": (*values.items(), ("branch", branch))})
+        set_fields(start, {"given": tuple(values.items())})
         return start
 
     @classmethod
@@ -227,21 +233,21 @@ class State:
         >>> print(State.steady(top, "pi/3", "140.6", "slow").phidot)
         10
         """
-        given = {"theta": theta, "omega3": omega3, "phi": phi, "psi": psi}
-        values = _read(top, "steady", which, given)
-        rate = _steady_rate(top, values["theta"], values["omega3"], which)
-        start = cls(**values, phidot=rate)
-        set_fields(start, {"given": (("steady", which), *values.items())})
+        values = {"theta": theta, "omega3": omega3, "phi": phi, "psi": psi}
+        given = _read(top, {"steady": which} | values)
+        rate = _steady_rate(top, given["theta"], given["omega3"], which)
+        start = cls(**{name: given[name] for name in values}, phidot=rate)
+        set_fields(start, {"given": tuple(given.items())})
         return start
 
 
-def broken_angles(values: Mapping[str, Exact]) -> list[Wrong]:
-    """The rule that θ, if it is there, breaks."""
+def broken_start(values: Mapping[str, Exact]) -> list[Wrong]:
+    """The rules that θ and the spin, if they are there, break."""
     theta = values.get("theta")
     if theta is None or -1 not in (theta.sign(), (PI - theta).sign()):
-        return []
+        return broken_spin(values)
     degrees = f'; {theta} degrees are "{theta} deg"' if theta in _DEGREES else ""
-    return [Wrong("theta", f"must lie within [0, π] radians{degrees}")]
+    return [Wrong("theta", f"must lie within [0, π] radians{degrees}"), *broken_spin(values)]
 
 
 def broken_spin(spin: Collection[str]) -> list[Wrong]:
@@ -251,12 +257,12 @@ def broken_spin(spin: Collection[str]) -> list[Wrong]:
     return [Wrong("omega3", "psidot or omega3, not both: it says what a kick holds")]
 
 
-def _read(top: object, name: str, choice: str, given: Mapping[str, Number]) -> dict[str, Exact]:
-    """The numbers a start on a top is made from, exact; everything wrong with them is raised."""
-    strange = [] if isinstance(top, Top) else [Wrong("top", "a Top")]
-    if choice not in CHOICES[name]:
-        strange.append(Wrong(name, " or ".join(f'"{word}"' for word in CHOICES[name])))
-    return exact_numbers(ImpossibleStart, given, lambda _: strange, broken_angles)
+def _read(top: object, given: dict[str, Any]) -> dict[str, Any]:
+    """What a start on a top is made from, exact; everything wrong with it is raised."""
+    readers = START | {"top": arguments.a(Top)}
+    values = exact_numbers(ImpossibleStart, {"top": top} | given, broken_start, readers)
+    del values["top"]
+    return values
 
 
 def _precession_rate(top: Top, values: Mapping[str, Exact]) -> Exact:

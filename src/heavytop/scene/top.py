@@ -127,7 +127,7 @@ class Top:
         >>> print(f"{float(top.A):.3g} {float(top.C):.3g} {float(top.gMR):.3g}")
         0.000328 6.6e-05 0.0456
         """
-        g = exact_numbers(ImpossibleTop, {"gravity": gravity})["gravity"]
+        g = exact_numbers(ImpossibleTop, {"gravity": gravity}, broken_body)["gravity"]
         body = whole(parts)
         return cls(A=body.A, C=body.C, gMR=body.mass * body.centre * g)
 
