@@ -10,12 +10,14 @@ sides: as a difference, and by
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from flint import arb
 
 from heavytop.classification.reduced import Reduced, Regime
+from heavytop.numbers.intervals import Interval, above
 
 
 class TooFewBits(Exception):
@@ -32,6 +34,14 @@ class TooFewBits(Exception):
     def __init__(self, names: str, difference: arb) -> None:
         super().__init__(names, difference)
         self.names, self.difference = names, difference
+
+    @property
+    def told(self) -> tuple[str, float]:
+        """What to say of them, and an upper bound of their difference."""
+        if not self.difference.is_finite():
+            return f"{self.names} are not told apart", math.inf
+        bound = Interval.of(abs(self.difference)).upper
+        return f"{self.names} differ by less than {above(bound)}", bound
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +90,8 @@ class Roots:
         plus2, minus1 = over.one_plus_u0 + up, over.one_minus_u0 + down
         minus2, beyond = over.one_minus_u0 - up, lead - f3 * over.one_minus_u0  # 2g (u₃ − 1)
         if not regime.misses_top:
-            minus2, beyond = (arb(0), beyond) if rises(over) else (minus2, arb(0))
+            rises = sign_of(over.over_top, "E' and gMR")
+            minus2, beyond = (arb(0), beyond) if rises > 0 else (minus2, arb(0))
         minus2, beyond = _pair(minus2, beyond, over.P_minus * over.P_minus / minus1)
         plus1 = over.one_plus_u0 - down if regime.misses_bottom else arb(0)
         plus1, _ = _pair(plus1, lead + f3 * over.one_plus_u0, over.P_plus * over.P_plus / plus2)
@@ -99,19 +110,6 @@ class Roots:
     def u2(self) -> arb:
         """The root between."""
         return _meet(self.one_plus_u2 - 1, 1 - self.one_minus_u2)
-
-
-def rises(over: Reduced) -> bool:
-    """Whether h > g, where they are known to differ.
-
-    Raises
-    ------
-    TooFewBits
-        They could not be told apart.
-    """
-    if not (over.over_top > 0 or over.over_top < 0):
-        raise TooFewBits("E' and gMR", over.over_top)
-    return bool(over.over_top > 0)
 
 
 def _meet(one: arb, other: arb) -> arb:
@@ -193,3 +191,16 @@ def _cubic(f3: arb, f2: arb, f1: arb, f0: arb) -> list[arb]:
 def root_of(x: arb) -> arb:
     """The root of a number known not to be negative, whatever its ball."""
     return x.nonnegative_part().sqrt()
+
+
+def sign_of(x: arb, names: str) -> int:
+    """1 or −1 where x ≥ 0 or x < 0.
+
+    Raises
+    ------
+    TooFewBits
+        The ball does not tell: two numbers, whose names these are, differ by x.
+    """
+    if not (x >= 0 or x < 0):
+        raise TooFewBits(names, x)
+    return 1 if x >= 0 else -1

@@ -11,8 +11,9 @@ from typing import Any, Final, overload
 import numpy as np
 import numpy.typing as npt
 
-from heavytop.analytic.closed_form import ClosedForm, Constants, ExactRecord, constants
+from heavytop.analytic.closed_form import ClosedForm, Constants, constants
 from heavytop.analytic.many_times import NO_TIMES, DoubleForm, DoubleRecord
+from heavytop.analytic.record import ExactRecord
 from heavytop.analytic.rising import Rising
 from heavytop.classification import Kind, Verdict
 from heavytop.classification.classify import classify

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Iterator
-from functools import cached_property
+from fractions import Fraction
+from functools import cached_property, partial
 from typing import Any, Final
 
 from flint import arb
@@ -13,12 +14,16 @@ from flint import arb
 from heavytop.analytic.cubic import TooFewBits
 from heavytop.analytic.solution import Solution
 from heavytop.classification.reduced import FEW_BITS, MotionSource, Regime, vanishes
+from heavytop.classification.signs import rational_ball
 from heavytop.errors import Unseparated
+from heavytop.numbers import Exact
+from heavytop.numbers.exact import rational_value
 from heavytop.numbers.intervals import Interval, above, working
 
 LIMIT: Final = 1 << 16
 """Bits at which an enclosure gives up."""
 
+_LOG10_2: Final = math.log10(2)
 _SPARE: Final = 40  # bits beyond those of the digits, which most motions do not use up
 _EARLY: Final = 16  # of them are left for times that are not late
 _BY_THE: Final = 64  # bits for late times come by so many, so that times share their solution
@@ -103,7 +108,7 @@ class Rising:
         size : callable, optional
             What a ball's radius is held against, by default max(1, |x|).
         of : callable, optional
-            The balls that matter in what `value` gives; by default it gives one, or a tuple.
+            The balls that matter in what `value` gives; by default it gives one, a tuple, or None.
         lost : int
             Bits known to be lost.
 
@@ -112,25 +117,37 @@ class Rising:
         Unseparated
             No balls of up to `limit` bits have the digits.
         """
-        reached = f"{name} is not bounded", math.inf
+        why, bound = f"{name} is not bounded", math.inf
         for bits in self._rungs(digits, lost):
             with working(bits):
                 try:
                     found = value(self.solution(bits), bits)
                 except TooFewBits as close:
-                    reached = _nearness(close)
+                    why, bound = close.told
                     continue
                 balls = of(found) if of else found if isinstance(found, tuple) else (found,)
-                if all(ball.is_finite() for ball in balls):
-                    tiny = arb(10) ** -digits
-                    wide = [x for x in balls if not x.rad() <= tiny * (size or _size)(x)]
-                    if not wide:
-                        return found
-                    radius = Interval.of(wide[0]).radius
-                    reached = f"{name} is known to {above(radius)}", radius
-        what, bound = reached
-        why = f"{what} with {self.limit} bits: more bits or fewer digits are needed"
+                wide = [x for x in balls if x is not None and not _has(digits, x, size)]
+                if not wide:
+                    return found
+                if wide[0].is_finite():
+                    bound = Interval.of(wide[0]).radius
+                    why = f"{name} is known to {above(bound)}"
+        why += f" with {self.limit} bits: more bits or fewer digits are needed"
         raise Unseparated(why, bound)
+
+    def settled_at(
+        self, name: str, t: Any, value: Callable[[Solution, arb], Any], digits: int,
+        size: Callable[[arb], arb] | None = None,
+        of: Callable[[Any], tuple[arb, ...]] | None = None,
+    ) -> Any:  # fmt: skip
+        """The same of a time [s], a number of any kind: floats mean their binary value."""
+        known = isinstance(t, str | Exact)
+        time = Exact.of(t).ball if known else partial(_exactly, rational_value(t))
+        with working(FEW_BITS):
+            lost = self.lost(float(time(FEW_BITS)))
+        return self.settled(
+            name, lambda found, bits: value(found, time(bits)), digits, size=size, of=of, lost=lost
+        )
 
     def _rungs(self, digits: int, lost: int) -> Iterator[int]:
         bits = math.ceil(digits * math.log2(10)) + _SPARE + lost
@@ -145,12 +162,16 @@ def one(_: arb) -> arb:
     return arb(1)
 
 
-def _size(x: arb) -> arb:
-    return abs(x.mid()).max(arb(1))
+def itself(x: arb) -> arb:
+    """The size for digits that count from the first one of a number."""
+    return abs(x.mid())
 
 
-def _nearness(close: TooFewBits) -> tuple[str, float]:
-    if not close.difference.is_finite():
-        return f"{close.names} are not told apart", math.inf
-    bound = Interval.of(abs(close.difference)).upper
-    return f"{close.names} differ by less than {above(bound)}", bound
+def _has(digits: int, x: arb, size: Callable[[arb], arb] | None) -> bool:
+    if size is None:  # 2⁻ⁿ max(1, |x|) is an upper bound of the radius for this number n
+        return x.is_finite() and x.rel_one_accuracy_bits() * _LOG10_2 >= digits
+    return x.is_finite() and bool(x.rad() <= arb(10) ** -digits * size(x))
+
+
+def _exactly(q: Fraction, bits: int) -> arb:
+    return rational_ball(q)
