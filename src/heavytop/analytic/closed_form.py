@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from operator import itemgetter
 from typing import Any, Final
 
 from flint import arb
 from mpmath.libmp import from_man_exp
 
-from heavytop.analytic.motion_numbers import MotionNumbers
-from heavytop.analytic.record import ExactRecord
-from heavytop.analytic.rising import Rising
-from heavytop.analytic.solution import Solution
+from heavytop.analytic.rising import MotionNumbers, Rising
+from heavytop.analytic.solution import ExactRecord, Solution
 from heavytop.classification.reduced import FromScene, Reduced
 from heavytop.numbers.decimals import Context, Number, context
 from heavytop.numbers.intervals import working
@@ -88,18 +86,21 @@ class ClosedForm(MotionNumbers[Number]):
     """
 
     def __init__(self, rising: Rising, digits: int = 50) -> None:
-        self.digits, self.ctx = digits, context(digits + _SHOWN)
-        super().__init__(rising, digits + _SPARE, partial(midpoint, self.ctx))
+        self.rising, self.digits, self._digits = rising, digits, digits + _SPARE
+        self.ctx: Context = context(digits + _SHOWN)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return ClosedForm, (self.rising, self.digits)  # what was computed is not copied
+
+    def _number(self, ball: arb) -> Number:
+        return midpoint(self.ctx, ball)
 
     @cached_property
     def reduced(self) -> Reduced:
         """The motion in units A = 1."""
         bits = self.ctx.prec + 64
         with working(bits):
-            return self.rising.source.reduced(bits).mapped(self._kind)
+            return self.rising.source.reduced(bits).mapped(self._number)
 
     def __call__(self, t: Any) -> ExactRecord:
         """Where the top is at time `t` [s], a number of any kind.

@@ -67,13 +67,13 @@ class Jacobi:
         return (odd, other, one, even) if self.hyperbolic else (odd, even, one, other)
 
     def argument(self, x: arb, beta: arb) -> arb:
-        """The argument of θ₁(x + iβ)/i, for |x| < ¾ and β ≤ τ/2: 0 at x = 0, falling with x."""
+        """The argument of iθ₁(x − iβ), for |x| < ¾ and β ≤ τ/2: 0 at x = 0, rising with x."""
         y = acb(_within(x), beta) * arb.pi() / self.tau
         sine = y.sinh() if self.hyperbolic else y.sin()
         v = -sine * sine if self.hyperbolic else sine * sine
-        theta = sine * (self.A(v) + acb(self.rest, self.rest)) / acb(0, 1)
-        gauss = 2 * arb.pi() * x * beta / self.tau if self.hyperbolic else arb(0)
-        return theta.arg() - gauss
+        theta = sine * (self.A(v) + acb(self.rest, self.rest))
+        angle = arb.atan2(theta.real, theta.imag)
+        return angle + 2 * arb.pi() * x * beta / self.tau if self.hyperbolic else angle
 
 
 @cache

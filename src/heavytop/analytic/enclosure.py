@@ -15,19 +15,17 @@ from typing import Any, Final
 from flint import arb
 
 from heavytop.analytic.cubic import TooFewBits, sign_of
-from heavytop.analytic.motion_numbers import MotionNumbers
-from heavytop.analytic.rising import LIMIT, Rising, one
+from heavytop.analytic.rising import LIMIT, MOST_DIGITS, MotionNumbers, Rising, one
 from heavytop.analytic.solution import Nutating, Solution, floor
 from heavytop.classification.reduced import FromAxis, FromScene, MotionSource
 from heavytop.errors import Impossible
-from heavytop.numbers import Exact, Number
+from heavytop.numbers import Number
 from heavytop.numbers.intervals import Interval, outward, rational
 from heavytop.scene.arguments import expect, text_of, whole
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
 _ERROR_DIGITS: Final = 25  # of θ in `theta_error`: far below the last bit of a double
-_MOST_DIGITS: Final = 10_000
 _MOST_BITS: Final = 1 << 24
 _MOST_EVENTS: Final = 10**100
 
@@ -73,28 +71,16 @@ class Enclosure(MotionNumbers[Interval]):
 
     def __init__(self, source: MotionSource, digits: int = 15, limit: int = LIMIT) -> None:
         self.source = source
-        self.digits = whole("digits", digits, 2, _MOST_DIGITS)
+        self.digits = self._digits = whole("digits", digits, 2, MOST_DIGITS)
         self.limit = whole("limit", limit, 2, _MOST_BITS)
-        super().__init__(Rising(source, limit=self.limit), self.digits, Interval.of)
+        self.rising = Rising(source, limit=self.limit)
         self.regime = self.rising.regime
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Enclosure, (self.source, self.digits, self.limit)  # what was computed is not copied
 
-    @property
-    def nutates(self) -> bool:
-        """Whether θ swings between two turning points; elsewhere there is no period."""
-        return not (self.regime.steady or self.regime.asymptotic)
-
-    @property
-    def theta_min(self) -> Interval:
-        """The smallest θ [rad]; 0, never reached, where the axis tends to the top."""
-        return self.tilts[not self.regime.mirrored]
-
-    @property
-    def theta_max(self) -> Interval:
-        """The largest θ [rad]; π, never reached, where the axis tends to the bottom."""
-        return self.tilts[self.regime.mirrored]
+    def _number(self, ball: arb) -> Interval:
+        return Interval.of(ball)
 
     def theta(self, t: Number) -> Interval:
         """θ(t) [rad].
@@ -233,10 +219,10 @@ class Enclosure(MotionNumbers[Interval]):
         (10, 5, 0)
         """
         _known_event(event)
-        time = Exact.of(t)
-        forward = -1 if time.sign() == -1 else 1
 
-        def counted(found: Solution, end: arb) -> arb:
+        def counted(found: Solution, time: arb) -> arb:
+            forward = sign_of(time, _AT_AN_END)
+            end = forward * time
             if not isinstance(found.path, Nutating):
                 at = found.lower_turning if event == "turning" else None
                 return arb(0 if at is None else _ahead(forward * at) and _ahead(end - forward * at))
@@ -246,8 +232,7 @@ class Enclosure(MotionNumbers[Interval]):
                 total += floor(forward * after, _AT_AN_END) + 1
             return total
 
-        found = self.rising.settled_at(f"the count of {event}", forward * time, counted, 2, one)
-        return int(found.unique_fmpz())
+        return int(self._at(f"the count of {event}", t, counted, one, 2)[0].middle)
 
     def time(self, event: str, n: int) -> Interval:
         """When an event happens [s]: 0 is the first one not before the start, −1 the last before.

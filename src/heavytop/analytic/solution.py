@@ -22,21 +22,78 @@ Mathematical Functions*, chapters 19, 20 and 22.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Final, NamedTuple, TypeVar, cast
+from typing import Any, Final, NamedTuple, TypeVar, cast
 
 from flint import arb, fmpz
 
 from heavytop.analytic.cubic import Roots, TooFewBits, root_of, sign_of
 from heavytop.analytic.elliptic import Jacobi, first_kind, third_kind
-from heavytop.analytic.record import ExactRecord
 from heavytop.classification.reduced import MotionSource, Reduced, Regime
+from heavytop.numbers.decimals import Number
 
 T = TypeVar("T")
 Pair = tuple[arb, arb]
 
 _AT_A_POLE: Final = "the time and that of a pass through a pole"
+
+
+@dataclass(frozen=True, slots=True)
+class ExactRecord:
+    """Where the top is and how it moves at one time, in mpmath numbers.
+
+    Parameters
+    ----------
+    t : Number
+        Time since the start [s].
+    theta, phi, psi : Number
+        Euler angles [rad]; φ and ψ continuous from the start, never reduced.
+    thetadot, phidot, psidot : Number
+        Their rates [rad/s].
+    u, one_minus_u, one_plus_u, udot : Number
+        cos θ, 1 ∓ cos θ to their own digits, and d cos θ/dt [s⁻¹].
+    axis : tuple of 3 Number
+        Unit vector along the symmetry axis, (sin θ sin φ, −sin θ cos φ, cos θ).
+    n : int
+        The period of the nutation, counted from the one whose u₁ is nearest the start.
+    omega3, energy : Number
+        What is constant: the angular velocity about the symmetry axis [rad/s], and E [J], which
+        `Motion.at` knows; None where the moments are not known.
+    """
+
+    t: Number
+    theta: Number
+    phi: Number
+    psi: Number
+    thetadot: Number
+    phidot: Number
+    psidot: Number
+    u: Number
+    one_minus_u: Number
+    one_plus_u: Number
+    udot: Number
+    axis: tuple[Number, Number, Number]
+    n: int
+    omega3: Number = None
+    energy: Number = None
+
+    @property
+    def quaternion(self) -> tuple[Number, Number, Number, Number]:
+        """The attitude, body to space, scalar first."""
+        cosine, sine = _root(self.one_plus_u / 2), _root(self.one_minus_u / 2)
+        sin_plus, cos_plus = _sin_cos((self.phi + self.psi) / 2)
+        sin_minus, cos_minus = _sin_cos((self.phi - self.psi) / 2)
+        return cosine * cos_plus, sine * cos_minus, sine * sin_minus, cosine * sin_plus
+
+    @property
+    def omega(self) -> tuple[Number, Number, Number]:
+        """The angular velocity in space [rad/s]: ω₃ along the axis, and e × ė."""
+        sine, (sin, cos) = _root(self.one_minus_u * self.one_plus_u), _sin_cos(self.phi)
+        across = (self.omega3 - self.phidot * self.u) * sine
+        upright = self.omega3 * self.u + self.phidot * sine * sine
+        return self.thetadot * cos + across * sin, self.thetadot * sin - across * cos, upright
 
 
 class Position(NamedTuple):
@@ -51,22 +108,33 @@ class Position(NamedTuple):
 
 
 class Path:
-    """The motion of the axis, seen with g ≥ 0, in any of the three regimes.
+    """The motion of the axis, seen with g ≥ 0: u = u₁ + (u₂ − u₁) sn² (w t + x₀).
 
-    `cosines` are u₁, u₂ and, where g is not 0, u₃; `turnings` are √(1 ∓ u) at u₁ and at u₂.
+    `ends` are 1 ∓ u at u₁ and at u₂, `size` is √(u₂ − u₁), `third` the root of f that is left,
+    `modulus` m and 1 − m, and `growth` the rate w at which the axis tends to the top.
     """
 
+    w: arb
+    size: arb
+    ends: tuple[Pair, Pair]
+    third: arb | None
     period: arb | None = None
-    cosines: tuple[arb, ...]
-    turnings: tuple[Pair, Pair]
+    growth: arb | None = None
+    modulus: tuple[arb, ...] = ()
 
     def __init__(self, over: Reduced, regime: Regime) -> None:
         self.over, self.regime = over, regime
 
+    @cached_property
+    def turnings(self) -> tuple[Pair, Pair]:
+        """√(1 ∓ u) at u₁ and at u₂."""
+        (high, low), (above, below) = self.ends
+        return (root_of(high), root_of(low)), (root_of(above), root_of(below))
+
     @property
     def avoids(self) -> tuple[bool, bool]:
         """Whether the axis never meets the top, and the bottom."""
-        (_, low), (high, _) = self.turnings
+        (_, low), (high, _) = self.ends
         return not high.is_zero(), not low.is_zero()
 
     def rates(self, from_top: arb, from_bottom: arb) -> Pair:
@@ -83,6 +151,23 @@ class Path:
         """Means of the rates of Φ± [rad/s], without jumps: where the tilt settles, those there."""
         return self.rates(*self.turnings[1])
 
+    def _tilt(self, sn: arb, cn: arb) -> Pair:
+        """√(1 − u) and √(1 + u), which is a leg alone where the other is exactly 0."""
+        (_, low), (high, _) = self.turnings
+        across, along = self.size * cn, self.size * sn
+        return (
+            abs(across) if high.is_zero() else root_of(high * high + across * across),
+            abs(along) if low.is_zero() else root_of(low * low + along * along),
+        )
+
+    def _place(self, sn: arb, cn: arb, dn: arb, plus: arb, minus: arb, n: int) -> Position:
+        """The place; at an exact pass through a pole √(1 ∓ u) is all of one leg, cn ≥ 0 or sn."""
+        (_, low), (high, _) = self.turnings
+        from_top, from_bottom = self._tilt(sn, cn)
+        across = arb(1) if high.is_zero() else self.size * cn / from_top
+        along = arb(_side(sn)) if low.is_zero() else self.size * sn / from_bottom
+        return Position(from_top, from_bottom, 2 * self.w * dn * across * along, plus, minus, n)
+
 
 class Nutating(Path):
     """An axis between two turning points: elliptic functions of time."""
@@ -92,11 +177,10 @@ class Nutating(Path):
         self.roots = roots = Roots.of(over, regime)
         self.K = arb.pi() / (2 * arb(1).agm(roots.mc.sqrt()))
         self.period: arb = 2 * self.K / roots.w
-        self.cosines = (roots.u1, roots.u2, *([] if roots.u3 is None else [roots.u3]))
-        self.turnings = (
-            (root_of(roots.one_minus_u1), root_of(roots.one_plus_u1)),
-            (root_of(roots.one_minus_u2), root_of(roots.one_plus_u2)),
-        )
+        self.modulus = roots.m, roots.mc
+        self.w, self.size, self.third = roots.w, roots.delta.sqrt(), roots.u3
+        lowest = roots.one_minus_u1, roots.one_plus_u1
+        self.ends = lowest, (roots.one_minus_u2, roots.one_plus_u2)
 
     @property
     def reaches_top(self) -> bool:
@@ -191,25 +275,15 @@ class Nutating(Path):
         """√(1 − u) and √(1 + u) at a time."""
         x = self.periods(t)
         sn, cn, _ = self.jacobi.functions(x - _nearest(x))
-        return self._distances(sn, cn)
+        return self._tilt(sn, cn)
 
     def place(self, t: arb) -> Position:
         """The place at a time."""
-        x, size = self.periods(t), self.roots.delta.sqrt()
-        z = x - (floor(x + arb(0.5)) if self.reaches_top else _nearest(x))
-        sn, cn, dn = self.jacobi.functions(z)
-        from_top, from_bottom = self._distances(sn, cn)
-        # cn/√(1 − u) and sn/√(1 + u) stay finite at an exact pass through a pole
-        across = 1 / size if self.reaches_top else cn / from_top
-        along = sn / from_bottom if self.regime.misses_bottom else _side(z) / size
+        x = self.periods(t)
+        nearest = floor(x + arb(0.5)) if self.reaches_top else _nearest(x)
+        n = int(cast(fmpz, nearest.unique_fmpz()))
         plus, minus = (half(x) - at0 for half, at0 in zip(self.halves, self.at_start, strict=True))
-        n = int(cast(fmpz, (x + arb(0.5)).mid().floor().unique_fmpz()))
-        rise = 2 * self.roots.delta * self.roots.w * dn * across * along
-        return Position(from_top, from_bottom, rise, plus, minus, n)
-
-    def _distances(self, sn: arb, cn: arb) -> Pair:
-        roots, size = self.roots, self.roots.delta.sqrt()
-        return _hypot(roots.one_minus_u2, cn * size), _hypot(roots.one_plus_u1, sn * size)
+        return self._place(*self.jacobi.functions(x - nearest), plus, minus, n)
 
 
 class Sweeps:
@@ -241,7 +315,7 @@ class Sweeps:
     def swept(self, x: arb) -> arb:
         """The argument, at a number of periods since a turning point beside the pole."""
         n = _nearest(x)
-        return self.sign * (arb.pi() * n - self.path.jacobi.argument(x - n, self.beta))
+        return self.sign * (arb.pi() * n + self.path.jacobi.argument(x - n, self.beta))
 
 
 @dataclass(frozen=True, slots=True)
@@ -266,14 +340,11 @@ class Asymptotic(Path):
         self.planar = not regime.misses_bottom
         self.one_plus_u1 = arb(0) if self.planar else over.b * over.b / (2 * over.g)
         self.one_minus_u1 = 2 - self.one_plus_u1
-        self.cosines = self.one_plus_u1 - 1, arb(1), arb(1)
-        lowest = self.one_minus_u1.sqrt(), root_of(self.one_plus_u1)
-        self.turnings = lowest, (arb(0), arb(2).sqrt())
-        self.w = (over.g * self.one_minus_u1 / 2).sqrt()
-        self.x0 = arb(0)
-        if not regime.resting:
-            c0 = (over.one_minus_u0 / self.one_minus_u1).sqrt()
-            self.x0 = (over.udot0 / (2 * self.w * self.one_minus_u1 * c0**3)).asinh()
+        self.size, self.third = self.one_minus_u1.sqrt(), arb(1)
+        self.ends = (self.one_minus_u1, self.one_plus_u1), (arb(0), arb(2))
+        self.w = self.growth = (over.g * self.one_minus_u1 / 2).sqrt()
+        c0 = (over.one_minus_u0 / self.one_minus_u1).sqrt()
+        self.x0 = (over.udot0 / (2 * self.w * self.one_minus_u1 * c0**3)).asinh()
 
     @property
     def avoids(self) -> tuple[bool, bool]:
@@ -282,16 +353,14 @@ class Asymptotic(Path):
 
     def tilt(self, t: arb) -> Pair:
         """√(1 − u) and √(1 + u) at a time."""
-        x, size = self.w * t + self.x0, self.turnings[0][0]
-        return size * x.sech(), _hypot(self.one_plus_u1, size * x.tanh())
+        x = self.w * t + self.x0
+        return self._tilt(x.tanh(), x.sech())
 
     def place(self, t: arb) -> Position:
         """The place at a time."""
-        x, size = self.w * t + self.x0, self.turnings[0][0]
-        from_top, from_bottom = self.tilt(t)
-        along = _side(x) / size if self.planar else x.tanh() / from_bottom
+        x = self.w * t + self.x0
         plus = self.mean_rates[0] * t + self.swept(x) - self.swept(self.x0)
-        return Position(from_top, from_bottom, 2 * self.w * from_top * along, plus, arb(0), 0)
+        return self._place(x.tanh(), x.sech(), x.sech(), plus, arb(0), 0)
 
     def swept(self, x: arb) -> arb:
         """Φ₊ but for what is proportional to time: ± arctan(r tanh x), r² = (1 − u₁)/(1 + u₁).
@@ -309,11 +378,10 @@ class Steady(Path):
 
     def __init__(self, over: Reduced, regime: Regime) -> None:
         super().__init__(over, regime)
-        here, u0 = (root_of(over.one_minus_u0), root_of(over.one_plus_u0)), over.u0
-        self.turnings, self.cosines = (here, here), (u0, u0)
-        if not regime.weightless:  # the single root, from the sum of all
-            single = (2 * over.kinetic0 + over.b * over.b) / (2 * over.g) - u0
-            self.cosines = u0.min(single), u0, u0.max(single)
+        here = over.one_minus_u0, over.one_plus_u0
+        self.ends, self.third = (here, here), None
+        if not regime.weightless:  # from the sum of the roots
+            self.third = (2 * over.kinetic0 + over.b * over.b) / (2 * over.g) - over.u0
 
     def rates(self, from_top: arb, from_bottom: arb) -> Pair:
         """Rates of Φ±; an axis on the vertical keeps its φ, and ψ takes the whole spin."""
@@ -352,8 +420,10 @@ class Solution:
     @property
     def cosines(self) -> tuple[arb, ...]:
         """The roots u₁ ≤ u₂ ≤ u₃ of the cubic as cos θ; the infinite one is missing if g = 0."""
-        found = self.path.cosines
-        return found if self.side > 0 else tuple(-u for u in reversed(found))
+        found = [_cosine(*self._facing(end)) for end in self.path.ends]
+        if self.path.third is not None:
+            found.append(self.side * self.path.third)
+        return tuple(sorted(found, key=lambda u: u.mid()))
 
     @property
     def tilts(self) -> Pair:
@@ -373,28 +443,13 @@ class Solution:
         return self._facing(self.path.avoids)
 
     @property
-    def period(self) -> arb | None:
-        """T [s]; None where nothing nutates."""
-        return self.path.period
-
-    @property
-    def precession(self) -> arb | None:
-        """Δφ [rad] in one period; None where nothing nutates."""
-        return sum(self.path.turns, arb(0)) if isinstance(self.path, Nutating) else None
-
-    @property
-    def spin(self) -> arb | None:
-        """Δψ [rad] in one period; None where nothing nutates."""
-        over, period = self.relative_spin, self.path.period
-        return None if over is None or period is None else self.start.kappa * period + over
-
-    @property
-    def relative_spin(self) -> arb | None:
-        """Δψ − κT [rad], without what a fast spin brings by itself; None where nothing nutates."""
+    def turned(self) -> tuple[arb, ...]:
+        """Δφ, Δψ and Δψ − κT [rad] in one period; none of them where nothing nutates."""
         if not isinstance(self.path, Nutating):
-            return None
+            return ()
         plus, minus = self.path.turns
-        return self.side * (plus - minus)
+        spin = self.side * (plus - minus)
+        return plus + minus, self.start.kappa * self.path.period + spin, spin
 
     @property
     def mean_rates(self) -> Pair:
@@ -419,24 +474,14 @@ class Solution:
             return None
         return part * self.path.period
 
-    @property
-    def modulus(self) -> tuple[arb, ...]:
-        """The parameter m = k² of the elliptic functions and 1 − m; none where nothing nutates."""
-        path = self.path
-        return (path.roots.m, path.roots.mc) if isinstance(path, Nutating) else ()
-
-    @property
-    def growth(self) -> arb | None:
-        """The rate w [1/s] at which an axis tends to the vertical; None where it does not."""
-        return self.path.w if isinstance(self.path, Asymptotic) else None
-
     def theta(self, t: arb) -> arb:
         """θ [rad] alone."""
         return self._theta(self.path.tilt(t))
 
     def u(self, t: arb) -> arb:
         """The cosine of θ alone."""
-        return self._cosine(self.path.tilt(t))
+        high, low = self._facing(self.path.tilt(t))
+        return _cosine(high * high, low * low)
 
     def at(self, t: arb) -> ExactRecord:
         """Where the top is at a time since the start [s], every number a ball."""
@@ -444,27 +489,24 @@ class Solution:
         plus, minus = self.path.rates(place.from_top, place.from_bottom)
         tilt = place.from_top, place.from_bottom
         high, low = self._facing(tilt)
-        sine, u, phi = high * low, self._cosine(tilt), self.phi0 + place.plus + place.minus
+        one_minus_u, one_plus_u, sine = high * high, low * low, high * low
+        phi = self.phi0 + place.plus + place.minus
         sin_phi, cos_phi = phi.sin_cos()
+        u = _cosine(one_minus_u, one_plus_u)
         psi = self.psi0 + start.kappa * t + side * (place.plus - place.minus)
         return ExactRecord(
             t, self._theta(tilt), phi, psi,
             -side * place.rise, plus + minus, start.kappa + side * (plus - minus),
-            u, high * high, low * low, side * place.rise * sine,
+            u, one_minus_u, one_plus_u, side * place.rise * sine,
             (sine * sin_phi, -sine * cos_phi, u), place.n, start.kappa + start.b,
         )  # fmt: skip
 
     def _theta(self, tilt: Pair) -> arb:
         return 2 * arb.atan2(*self._facing(tilt))
 
-    def _cosine(self, tilt: Pair) -> arb:
-        high, low = self._facing(tilt)
-        return (1 - high * high).intersection(low * low - 1)
 
-
-def _hypot(least: arb, leg: arb) -> arb:
-    """√(least + leg²), which is |leg| where `least` is exactly 0."""
-    return abs(leg) if least.is_zero() else root_of(least + leg * leg)
+def _cosine(one_minus_u: arb, one_plus_u: arb) -> arb:
+    return (1 - one_minus_u).intersection(one_plus_u - 1)
 
 
 def _nearest(x: arb) -> arb:
@@ -483,3 +525,22 @@ def floor(x: arb, names: str = _AT_A_POLE) -> arb:
 def _side(x: arb) -> int:
     """1 from the lowest point on, −1 before."""
     return sign_of(x, _AT_A_POLE)
+
+
+def each(kind: Callable[[arb], Any], found: Any) -> Any:
+    """What was found, a ball, a tuple, a record or None, with every ball turned into `kind`."""
+    if isinstance(found, arb):
+        return kind(found)
+    if isinstance(found, tuple):
+        return tuple(each(kind, part) for part in found)
+    if isinstance(found, ExactRecord):
+        return ExactRecord(*(each(kind, getattr(found, field.name)) for field in fields(found)))
+    return found
+
+
+def _root(x: Any) -> Any:
+    return root_of(x) if isinstance(x, arb) else x.sqrt()
+
+
+def _sin_cos(x: Any) -> tuple[Any, Any]:
+    return x.sin_cos() if isinstance(x, arb) else (x.context.sin(x), x.context.cos(x))
