@@ -7,7 +7,7 @@ import pytest
 
 from heavytop.analytic.cubic import Roots
 from heavytop.analytic.rising import Rising
-from heavytop.analytic.solution import Asymptotic, Nutating, Steady, each
+from heavytop.analytic.solution import Asymptotic, Nutating, Steady
 from heavytop.classification.reduced import FromAxis, FromScene, Regime
 from heavytop.numbers import Exact
 from heavytop.numbers.decimals import context

@@ -8,12 +8,11 @@ from operator import itemgetter
 from typing import Any, Final
 
 from flint import arb
-from mpmath.libmp import from_man_exp
 
 from heavytop.analytic.rising import MotionNumbers, Rising
 from heavytop.analytic.solution import ExactRecord, Solution
 from heavytop.classification.reduced import FromScene, Reduced
-from heavytop.numbers.decimals import Context, Number, context
+from heavytop.numbers.decimals import Context, Number, binary, context
 from heavytop.numbers.intervals import working
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -137,8 +136,5 @@ def constants(top: Top, start: State, digits: int = 60) -> Constants:
 
 
 def midpoint(ctx: Context, ball: arb) -> Number:
-    """The middle of a ball, exactly; 0 where the ball cannot be told from it."""
-    if ball.rel_accuracy_bits() <= 0:
-        return ctx.zero
-    man, exp = ball.mid().man_exp()
-    return ctx.make_mpf(from_man_exp(int(man), int(exp)))
+    """The middle of a ball; 0 where the ball cannot be told from it."""
+    return ctx.zero if ball.rel_accuracy_bits() <= 0 else binary(ctx, *ball.mid().man_exp())

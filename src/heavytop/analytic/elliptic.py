@@ -14,11 +14,11 @@ References: *NIST Digital Library of Mathematical Functions*, chapters 19, 20 an
 
 from __future__ import annotations
 
+import math
 from functools import cache
-from itertools import count
 from typing import Final
 
-from flint import acb, arb, arb_poly, ctx, fmpz_poly
+from flint import acb, arb, arb_mat, arb_poly, ctx, fmpz_poly
 
 from heavytop.analytic.cubic import TooFewBits
 
@@ -33,19 +33,19 @@ class Jacobi:
     """
 
     def __init__(self, tau: arb | None) -> None:
-        self.hyperbolic = tau is not None and bool(tau.mid() < 1)
-        self.tau = arb(1) if tau is None or not self.hyperbolic else tau
-        q = arb(0) if tau is None else (-arb.pi() * (1 / tau if self.hyperbolic else tau)).exp()
+        tau = arb.pos_inf() if tau is None else tau
+        self.hyperbolic = bool(tau.mid() < 1)
+        self.scale = arb.pi() / tau if self.hyperbolic else arb.pi()
+        decay = self.scale if self.hyperbolic else self.scale * tau  # −ln q
+        q = (-decay).exp()
         if not q < _SMALL:
             raise TooFewBits("K'/K and 1", q)
-        self.A = self.D = arb_poly([1])
-        for n in count(1):
-            odd, even = _multiples(n)
-            self.A += odd * ((-1) ** n * q ** (n * n + n))
-            self.D += even * (2 * (-1) ** n * q ** (n * n))
-            if (rest := 4 * q ** (n * n)) < arb(2) ** -ctx.prec:
-                break
-        self.rest = arb(0, rest.upper())
+        n = 1 + math.isqrt(int((ctx.prec + 2) * math.log(2) / float(decay)))
+        self.rest = arb(0, (4 * q ** (n * n)).upper())
+        odd, even = _multiples(n)
+        A = odd * arb_mat(n + 1, 1, [(-1) ** k * q ** (k * k + k) for k in range(n + 1)])
+        D = even * arb_mat(n + 1, 1, [(-1) ** k * q ** (k * k) for k in range(n + 1)])
+        self.A, self.D = arb_poly(A.entries()), arb_poly(D.entries())
         _, two, three, four = self._thetas(arb(0))
         self._scales = three / two, four / two, four / three
 
@@ -57,7 +57,7 @@ class Jacobi:
 
     def _thetas(self, x: arb) -> tuple[arb, arb, arb, arb]:
         """The functions θ₁ … θ₄ of a real x, each up to a constant and a common factor."""
-        y = _within(x) * arb.pi() / self.tau
+        y = _within(x) * self.scale
         sine, cosine = y.sinh_cosh() if self.hyperbolic else y.sin_cos()
         v, w = sine * sine, cosine * cosine
         if self.hyperbolic:
@@ -68,20 +68,25 @@ class Jacobi:
 
     def argument(self, x: arb, beta: arb) -> arb:
         """The argument of iθ₁(x − iβ), for |x| < ¾ and β ≤ τ/2: 0 at x = 0, rising with x."""
-        y = acb(_within(x), beta) * arb.pi() / self.tau
+        y = acb(_within(x), beta) * self.scale
         sine = y.sinh() if self.hyperbolic else y.sin()
         v = -sine * sine if self.hyperbolic else sine * sine
         theta = sine * (self.A(v) + acb(self.rest, self.rest))
         angle = arb.atan2(theta.real, theta.imag)
-        return angle + 2 * arb.pi() * x * beta / self.tau if self.hyperbolic else angle
+        return angle + 2 * self.scale * x * beta if self.hyperbolic else angle
 
 
 @cache
-def _multiples(n: int) -> tuple[arb_poly, arb_poly]:
-    """The polynomials sin (2n + 1)y/sin y and cos 2ny in sin² y."""
+def _multiples(n: int) -> tuple[arb_mat, arb_mat]:
+    """By columns sin (2k + 1)y/sin y and 2 cos 2ky, but 1 for k = 0, in powers of v = sin² y."""
     cosine = fmpz_poly([1, -2])  # cos 2y
-    odd = fmpz_poly.chebyshev_u(n) + fmpz_poly.chebyshev_u(n - 1)
-    return arb_poly(odd(cosine)), arb_poly(fmpz_poly.chebyshev_t(n)(cosine))
+    odd, even = [fmpz_poly([1])], [fmpz_poly([1])]
+    for k in range(1, n + 1):
+        odd.append((fmpz_poly.chebyshev_u(k) + fmpz_poly.chebyshev_u(k - 1))(cosine))
+        even.append(2 * fmpz_poly.chebyshev_t(k)(cosine))
+    powers = range(n + 1)
+    by_columns, others = ([[f[i] for f in columns] for i in powers] for columns in (odd, even))
+    return arb_mat(by_columns), arb_mat(others)
 
 
 def _within(x: arb) -> arb:

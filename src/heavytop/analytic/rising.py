@@ -262,8 +262,7 @@ class MotionNumbers(Generic[N]):
         def time(bits: int) -> arb:
             return exact.ball(bits) if isinstance(exact, Exact) else rational_ball(exact)
 
-        with working(FEW_BITS):
-            lost = self.rising.lost(float(time(FEW_BITS)))
+        lost = self.rising.lost(float(time(FEW_BITS)))
         found = self.rising.settled(
             what, lambda found, bits: value(found, time(bits)), digits or self._digits,
             size=size, of=of, lost=lost,
