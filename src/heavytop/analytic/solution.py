@@ -281,7 +281,7 @@ class Nutating(Path):
         """The place at a time."""
         x = self.periods(t)
         nearest = floor(x + arb(0.5)) if self.reaches_top else _nearest(x)
-        n = int(cast(fmpz, nearest.unique_fmpz()))
+        n = int(cast(fmpz, nearest.mid().unique_fmpz()))
         plus, minus = (half(x) - at0 for half, at0 in zip(self.halves, self.at_start, strict=True))
         return self._place(*self.jacobi.functions(x - nearest), plus, minus, n)
 
