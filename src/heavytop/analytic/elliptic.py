@@ -43,8 +43,8 @@ class Jacobi:
         n = 1 + math.isqrt(int((ctx.prec + 2) * math.log(2) / float(decay)))
         self.rest = arb(0, (4 * q ** (n * n)).upper())
         odd, even = _multiples(n)
-        A = odd * arb_mat(n + 1, 1, [(-1) ** k * q ** (k * k + k) for k in range(n + 1)])
-        D = even * arb_mat(n + 1, 1, [(-1) ** k * q ** (k * k) for k in range(n + 1)])
+        A = odd * arb_mat(n + 1, 1, [q ** (k * k + k) for k in range(n + 1)])
+        D = even * arb_mat(n + 1, 1, [q ** (k * k) for k in range(n + 1)])
         self.A, self.D = arb_poly(A.entries()), arb_poly(D.entries())
         _, two, three, four = self._thetas(arb(0))
         self._scales = three / two, four / two, four / three
@@ -78,12 +78,13 @@ class Jacobi:
 
 @cache
 def _multiples(n: int) -> tuple[arb_mat, arb_mat]:
-    """By columns sin (2k + 1)y/sin y and 2 cos 2ky, but 1 for k = 0, in powers of v = sin² y."""
-    cosine = fmpz_poly([1, -2])  # cos 2y
+    """Of (−1)ᵏ sin (2k + 1)y/sin y, and of 1 and (−1)ᵏ 2 cos 2ky, the columns in powers of v."""
+    cosine = fmpz_poly([1, -2])  # cos 2y, where v = sin² y
     odd, even = [fmpz_poly([1])], [fmpz_poly([1])]
     for k in range(1, n + 1):
-        odd.append((fmpz_poly.chebyshev_u(k) + fmpz_poly.chebyshev_u(k - 1))(cosine))
-        even.append(2 * fmpz_poly.chebyshev_t(k)(cosine))
+        both = fmpz_poly.chebyshev_u(k) + fmpz_poly.chebyshev_u(k - 1)
+        odd.append((-1) ** k * both(cosine))
+        even.append((-1) ** k * 2 * fmpz_poly.chebyshev_t(k)(cosine))
     powers = range(n + 1)
     by_columns, others = ([[f[i] for f in columns] for i in powers] for columns in (odd, even))
     return arb_mat(by_columns), arb_mat(others)

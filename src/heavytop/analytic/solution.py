@@ -153,19 +153,19 @@ class Path:
 
     def _tilt(self, sn: arb, cn: arb) -> Pair:
         """√(1 − u) and √(1 + u), which is a leg alone where the other is exactly 0."""
-        (_, low), (high, _) = self.turnings
+        (_, low), (high, _) = self.ends
         across, along = self.size * cn, self.size * sn
         return (
-            abs(across) if high.is_zero() else root_of(high * high + across * across),
-            abs(along) if low.is_zero() else root_of(low * low + along * along),
+            abs(across) if high.is_zero() else root_of(high + across * across),
+            abs(along) if low.is_zero() else root_of(low + along * along),
         )
 
     def _place(self, sn: arb, cn: arb, dn: arb, plus: arb, minus: arb, n: int) -> Position:
         """The place; at an exact pass through a pole √(1 ∓ u) is all of one leg, cn ≥ 0 or sn."""
-        (_, low), (high, _) = self.turnings
+        (_, low), (high, _) = self.ends
         from_top, from_bottom = self._tilt(sn, cn)
         across = arb(1) if high.is_zero() else self.size * cn / from_top
-        along = arb(_side(sn)) if low.is_zero() else self.size * sn / from_bottom
+        along = arb(sign_of(sn, _AT_A_POLE)) if low.is_zero() else self.size * sn / from_bottom
         return Position(from_top, from_bottom, 2 * self.w * dn * across * along, plus, minus, n)
 
 
@@ -242,10 +242,9 @@ class Nutating(Path):
             return None
         down = self.over.P_plus / b - roots.one_plus_u1
         up = -self.over.P_minus / b - roots.one_minus_u2
-        if down <= 0 or up <= 0:
+        least = down.min(up)
+        if least <= 0 or sign_of(least, "the tilts of a turning point and of phidot = 0") < 0:
             return None
-        if not (down > 0 and up > 0):
-            raise TooFewBits("the tilts of a turning point and of phidot = 0", down.min(up))
         return self._since_lower(down, up)
 
     @cached_property
@@ -368,7 +367,7 @@ class Asymptotic(Path):
         The sign is that of P₊ = ± 4w/r.
         """
         if self.planar:
-            return _side(x) * arb.pi() / 2
+            return sign_of(x, _AT_A_POLE) * arb.pi() / 2
         size, floor = self.turnings[0]
         return sign_of(self.over.P_plus, "P+ and 0") * (size / floor * x.tanh()).atan()
 
@@ -520,11 +519,6 @@ def floor(x: arb, names: str = _AT_A_POLE) -> arb:
     if low != high:
         raise TooFewBits(names, x - high)
     return low
-
-
-def _side(x: arb) -> int:
-    """1 from the lowest point on, −1 before."""
-    return sign_of(x, _AT_A_POLE)
 
 
 def each(kind: Callable[[arb], Any], found: Any) -> Any:
