@@ -191,17 +191,21 @@ class Nutating(Path):
     def halves(self) -> tuple[Sweeps | Jumps, Sweeps | Jumps]:
         """Φ₊ and Φ₋ since the lower turning point, at a number of periods after it."""
         roots, over, regime = self.roots, self.over, self.regime
-        plus: Sweeps | Jumps = Jumps(arb.pi(), arb(0))
-        minus: Sweeps | Jumps = Jumps(arb.pi() if self.reaches_top else arb(0), arb(0.5))
+        plus: Sweeps | Jumps
+        minus: Sweeps | Jumps
         if regime.misses_bottom:
             pole = roots.one_plus_u1, roots.delta
             plus = Sweeps(self, over.P_plus, roots.one_plus_u1, roots.one_plus_u2, pole, arb(0))
+        else:
+            plus = Jumps(arb.pi(), arb(0))
         if regime.misses_top:
             beyond = over.P_minus * over.P_minus / (roots.one_minus_u1 * roots.one_minus_u2)
             pole = 4 * roots.w * roots.w * roots.one_minus_u2, roots.delta * beyond  # 2g (u₃ − 1)
             minus = Sweeps(
                 self, over.P_minus, roots.one_minus_u1, roots.one_minus_u2, pole, arb(0.5)
             )
+        else:
+            minus = Jumps(arb.pi() if self.reaches_top else arb(0), arb(0.5))
         return plus, minus
 
     @property
