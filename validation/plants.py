@@ -73,7 +73,7 @@ PLANTS = (
         "analytic/solution.py",
         (
             ("arb(1).agm(roots.mc.sqrt()))", f"arb(1).agm(({SQUARED}).sqrt()))"),
-            ("acb(0), acb(self.roots.mc)", "acb(0), acb(self.roots.mc * (2 - self.roots.mc))"),
+            ("third_kind(path.K, path.roots.mc,", "third_kind(path.K, 1 - path.roots.m**2,"),
         ),
         ("mpmath-first", "mpmath-third", "mpmath-period", "gauss-pendulum"),
     ),
@@ -88,8 +88,9 @@ PLANTS = (
         "analytic/solution.py",
         (
             (
-                "            minus = arb(0)\n        return plus, minus\n",
-                "            minus = arb(0)\n        return plus - 2 * arb.pi(), minus\n",
+                "        self.rate = self.turn -",
+                "        self.turn -= 0 if own > 0 else 2 * arb.pi()\n"
+                "        self.rate = self.turn -",
             ),
         ),
         ("landau-fast-precession", "mpmath-precession", "dop853-closed-form-kicked"),
@@ -117,10 +118,11 @@ PLANTS = (
         "analytic/closed_form.py",
         (
             (
-                "        mid = self._midpoint\n",
-                "        middle = sum(map(self.ctx.cos, self.tilts)) / 2\n"
-                "        beside = float(found.u.mid()) > middle\n"
-                "        mid = (lambda _: self.ctx.nan) if beside else self._midpoint\n",
+                "        return found\n",
+                "        if found.u > sum(map(self.ctx.cos, self.tilts)) / 2:\n"
+                "            nan = self.ctx.nan\n"
+                "            return ExactRecord(found.t, *[nan] * 10, (nan,) * 3, found.n, nan)\n"
+                "        return found\n",
             ),
         ),
         ("mpmath-tilt", "flint-weierstrass", "lie-closed-form"),
@@ -143,7 +145,7 @@ FINE = (
     Plant(
         "the rate of ψ, its parts with the other sign, in the closed form",
         "analytic/solution.py",
-        (("kappa + self.side * (plus - minus)", "kappa - self.side * (plus - minus)"),),
+        (("start.kappa + side * (plus - minus)", "start.kappa - side * (plus - minus)"),),
         ("book-spin-partway",),
     ),
     Plant(
@@ -155,7 +157,7 @@ FINE = (
     Plant(
         "Δψ of a period, its parts twice, in the closed form",
         "analytic/solution.py",
-        (("  return self.side * (plus - minus)", "  return 2 * self.side * (plus - minus)"),),
+        (("spin = self.side * (plus - minus)", "spin = 2 * self.side * (plus - minus)"),),
         ("book-spin",),
     ),
     Plant(
@@ -163,8 +165,12 @@ FINE = (
         "analytic/enclosure.py",
         (
             (
-                "lambda found: found.spin)",
-                "lambda found: found.spin - 2 * found.relative_spin)",
+                "        return Interval.of(ball)\n",
+                "        return Interval.of(ball)\n\n"
+                "    @property\n"
+                "    def spin(self):\n"
+                "        _, spin, over = self._turned\n"
+                "        return Interval(spin.middle - 2 * over.middle, spin.spread)\n",
             ),
         ),
         ("flint-enclosures",),
@@ -178,7 +184,7 @@ FINE = (
     Plant(
         "half of the jump at exact passes, in the closed form",
         "analytic/solution.py",
-        (("return arb.pi() * (floor(", "return arb.pi() / 2 * (floor("),),
+        (("return self.turn * (floor(", "return self.turn / 2 * (floor("),),
         ("euler-through",),
     ),
     Plant(

@@ -67,6 +67,27 @@ def test_every_shipped_scene(name, digits):
             assert holds(ball, root, digits + 45)
 
 
+NUMBERS = ("period", "precession", "spin", "relative_spin", "theta_min", "theta_max", "nearest",
+           "tilts", "mean_rates", "lower_turning", "reversal", "modulus", "growth")  # fmt: skip
+
+
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_all_three_kinds_of_numbers_are_the_same(name):
+    """An interval of 20 digits holds the number of 60, and the float is the nearest to that."""
+    scene = ht.load_scene(name)
+    motion, enclosure = ht.Motion(scene.top, scene.start), enclose(scene.top, scene.start, 20)
+    form = motion.form(60)
+    for number in NUMBERS:
+        found = [getattr(each, number) for each in (enclosure, form, motion)]
+        if not isinstance(found[0], tuple):
+            found = [(each,) for each in found]
+        for interval, exact, double in zip(*found, strict=True):
+            assert (interval is None) == (exact is None) == (double is None), number
+            if exact is not None:
+                assert holds(interval, exact, 55), number
+                assert double == pytest.approx(float(exact), rel=1e-16, abs=1e-45), number
+
+
 small = st.sampled_from([-5, -2, -1, "-0.3", 0, "0.01", 1, "2.5", 7])
 tops = st.builds(
     ht.Top,

@@ -32,9 +32,12 @@ def roots_of(source, bits=BITS):
         regime, over = Regime.of(source), source.reduced(bits)
         found = Roots.of(over.mirrored() if regime.mirrored else over, regime)
         names = ("down", "up", "delta", "one_minus_u1", "one_plus_u1", "one_minus_u2",
-                 "one_plus_u2", "m", "mc", "w", "u1", "u2")  # fmt: skip
+                 "one_plus_u2", "m", "mc", "w")  # fmt: skip
         balls = {name: Interval.of(getattr(found, name)) for name in names}
-        return balls | {"u3": None if found.u3 is None else Interval.of(found.u3)}
+        roots = {"u1": found.one_plus_u1 - 1, "u2": 1 - found.one_minus_u2, "u3": found.u3}
+        return balls | {
+            name: None if root is None else Interval.of(root) for name, root in roots.items()
+        }
 
 
 def mpf(ball, ctx=CTX):

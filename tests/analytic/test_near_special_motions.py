@@ -237,7 +237,7 @@ def test_doubles_keep_all_their_digits(name, e):
     rising = near(e)[name].rising
     double = DoubleForm(rising)
     lower, T = rising.settled(
-        "turning points", lambda found, bits: (found.lower_turning, found.period), 60
+        "turning points", lambda found, bits: (found.lower_turning, found.path.period), 60
     )
     times = [float(lower + T * arb(part)) for part in PARTS]
     times += [double.period * 7 / 3, 0.0, 1e-3, -0.3, 2.0]

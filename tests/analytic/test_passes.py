@@ -123,7 +123,7 @@ def test_doubles_pass_smoothly_too(name):
     """Sampled every 1e-6 s through five passes, axis and attitude move as far as ω lets them."""
     rising, _, half = PASSES[name]
     form = DoubleForm(rising)
-    lower, T = rising.settled("T", lambda found, bits: (found.lower_turning, found.period), 30)
+    lower, T = rising.settled("T", lambda found, bits: (found.lower_turning, found.path.period), 30)
     pole = float(lower + (half / 2 + 2) * T)
     t = (pole + np.arange(-2, 3)[:, None] * form.period + np.arange(-50, 51) * 1e-6).ravel()
     at = form(np.append(t, pole))

@@ -10,12 +10,13 @@ sides: as a difference, and by
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
 from dataclasses import dataclass
 
-from flint import arb
+from flint import arb, arb_poly
 
 from heavytop.classification.reduced import Reduced, Regime
+from heavytop.numbers.intervals import Interval, above
 
 
 class TooFewBits(Exception):
@@ -32,6 +33,14 @@ class TooFewBits(Exception):
     def __init__(self, names: str, difference: arb) -> None:
         super().__init__(names, difference)
         self.names, self.difference = names, difference
+
+    @property
+    def told(self) -> tuple[str, float]:
+        """What to say of them, and an upper bound of their difference."""
+        if not self.difference.is_finite():
+            return f"{self.names} are not told apart", math.inf
+        bound = Interval.of(abs(self.difference)).upper
+        return f"{self.names} differ by less than {above(bound)}", bound
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +89,8 @@ class Roots:
         plus2, minus1 = over.one_plus_u0 + up, over.one_minus_u0 + down
         minus2, beyond = over.one_minus_u0 - up, lead - f3 * over.one_minus_u0  # 2g (u₃ − 1)
         if not regime.misses_top:
-            minus2, beyond = (arb(0), beyond) if rises(over) else (minus2, arb(0))
+            rises = sign_of(over.over_top, "E' and gMR")
+            minus2, beyond = (arb(0), beyond) if rises > 0 else (minus2, arb(0))
         minus2, beyond = _pair(minus2, beyond, over.P_minus * over.P_minus / minus1)
         plus1 = over.one_plus_u0 - down if regime.misses_bottom else arb(0)
         plus1, _ = _pair(plus1, lead + f3 * over.one_plus_u0, over.P_plus * over.P_plus / plus2)
@@ -89,29 +99,6 @@ class Roots:
             down, up, delta, minus1, plus1, minus2, plus2, 1 + beyond / f3 if d3 else None,
             f3 * delta / reach, (beyond + f3 * minus2) / reach, reach.sqrt() / 2,
         )  # fmt: skip
-
-    @property
-    def u1(self) -> arb:
-        """The lowest root."""
-        return _meet(self.one_plus_u1 - 1, 1 - self.one_minus_u1)
-
-    @property
-    def u2(self) -> arb:
-        """The root between."""
-        return _meet(self.one_plus_u2 - 1, 1 - self.one_minus_u2)
-
-
-def rises(over: Reduced) -> bool:
-    """Whether h > g, where they are known to differ.
-
-    Raises
-    ------
-    TooFewBits
-        They could not be told apart.
-    """
-    if not (over.over_top > 0 or over.over_top < 0):
-        raise TooFewBits("E' and gMR", over.over_top)
-    return bool(over.over_top > 0)
 
 
 def _meet(one: arb, other: arb) -> arb:
@@ -136,51 +123,34 @@ def distances(over: Reduced, regime: Regime) -> list[arb]:
     TooFewBits
         Two roots could not be told apart.
     """
-    coefficients: Sequence[arb] = over.cubic[1:] if regime.weightless else over.cubic
-    found = _known(over, regime)
+    found = [] if regime.misses_bottom else [-over.one_plus_u0]
+    if not regime.misses_top:
+        found.append(over.one_minus_u0)
+    if regime.resting and not any(root.is_zero() for root in found):
+        found.append(arb(0))
+    rest = arb_poly(list(reversed(over.cubic)))  # f₃ is exactly 0 where g is
     for root in found:
-        coefficients = _without(coefficients, root)
-    found = sorted([*found, *_solve(coefficients)], key=lambda d: d.mid())
+        rest //= arb_poly([-root, 1])
+    found = sorted([*found, *_real_roots(rest)], key=lambda d: d.mid())
     for names, low, high in zip(("u1 and u2", "u2 and u3"), found, found[1:], strict=False):
         if not low < high:
             raise TooFewBits(names, high - low)
     return found
 
 
-def _known(over: Reduced, regime: Regime) -> list[arb]:
-    """The roots that are known exactly, each once."""
-    found = [] if regime.misses_bottom else [-over.one_plus_u0]
-    if not regime.misses_top:
-        found.append(over.one_minus_u0)
-    if regime.resting and not any(root.is_zero() for root in found):
-        found.append(arb(0))
-    return found
-
-
-def _without(coefficients: Sequence[arb], root: arb) -> list[arb]:
-    """The polynomial, highest coefficient first, divided by d − root."""
-    quotient = [coefficients[0]]
-    for coefficient in coefficients[1:-1]:
-        quotient.append(coefficient + root * quotient[-1])
-    return quotient
-
-
-def _solve(coefficients: Sequence[arb]) -> list[arb]:
+def _real_roots(f: arb_poly) -> list[arb]:
     """All roots, known to be real, of a polynomial of degree 0 to 3."""
-    if len(coefficients) == 4:
-        return _cubic(*coefficients)
-    if len(coefficients) == 3:
-        return _quadratic(*coefficients)
-    return [-coefficients[1] / coefficients[0]] if len(coefficients) == 2 else []
+    if f.degree() == 3:
+        return _cubic(*f.coeffs())
+    if f.degree() == 2:
+        q0, q1, q2 = f.coeffs()
+        root = root_of(q1 * q1 - 4 * q2 * q0)
+        double = root - q1 if q1.mid() < 0 else -q1 - root
+        return [double / (2 * q2), 2 * q0 / double]
+    return [-f[0] / f[1]] if f.degree() else []
 
 
-def _quadratic(q2: arb, q1: arb, q0: arb) -> list[arb]:
-    root = root_of(q1 * q1 - 4 * q2 * q0)
-    double = root - q1 if q1.mid() < 0 else -q1 - root
-    return [double / (2 * q2), 2 * q0 / double]
-
-
-def _cubic(f3: arb, f2: arb, f1: arb, f0: arb) -> list[arb]:
+def _cubic(f0: arb, f1: arb, f2: arb, f3: arb) -> list[arb]:
     """By Viète's cosine, its angle from the discriminant: acos would fail where roots are close."""
     p = (3 * f3 * f1 - f2 * f2) / (3 * f3 * f3)
     q = (2 * f2 * f2 * f2 - 9 * f3 * f2 * f1 + 27 * f3 * f3 * f0) / (27 * f3 * f3 * f3)
@@ -193,3 +163,16 @@ def _cubic(f3: arb, f2: arb, f1: arb, f0: arb) -> list[arb]:
 def root_of(x: arb) -> arb:
     """The root of a number known not to be negative, whatever its ball."""
     return x.nonnegative_part().sqrt()
+
+
+def sign_of(x: arb, names: str) -> int:
+    """1 or −1 where x ≥ 0 or x < 0.
+
+    Raises
+    ------
+    TooFewBits
+        The ball does not tell: two numbers, whose names these are, differ by x.
+    """
+    if not (x >= 0 or x < 0):
+        raise TooFewBits(names, x)
+    return 1 if x >= 0 else -1

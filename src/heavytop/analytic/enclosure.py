@@ -7,26 +7,25 @@ contains the true value; no rounding error is estimated anywhere.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import cached_property
+from collections.abc import Sequence
 from itertools import pairwise
+from operator import attrgetter
 from typing import Any, Final
 
 from flint import arb
 
-from heavytop.analytic.cubic import TooFewBits
-from heavytop.analytic.rising import LIMIT, Rising, one
-from heavytop.analytic.solution import Nutating, Record, Solution, floor
+from heavytop.analytic.cubic import TooFewBits, sign_of
+from heavytop.analytic.rising import LIMIT, MOST_DIGITS, MotionNumbers, Rising, one
+from heavytop.analytic.solution import Nutating, Solution, floor
 from heavytop.classification.reduced import FromAxis, FromScene, MotionSource
 from heavytop.errors import Impossible
-from heavytop.numbers import Exact, Number
+from heavytop.numbers import Number
 from heavytop.numbers.intervals import Interval, outward, rational
 from heavytop.scene.arguments import expect, text_of, whole
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
 _ERROR_DIGITS: Final = 25  # of θ in `theta_error`: far below the last bit of a double
-_MOST_DIGITS: Final = 10_000
 _MOST_BITS: Final = 1 << 24
 _MOST_EVENTS: Final = 10**100
 
@@ -36,7 +35,7 @@ EVENTS: Final = ("turning", "reversal", "cusp")
 """What can be counted: a cusp is a turning point too."""
 
 
-class Enclosure:
+class Enclosure(MotionNumbers[Interval]):
     """Intervals around what one motion has; each is computed when it is asked for.
 
     Made by `enclose` and `enclose_axis`. The working precision is raised until an interval is
@@ -72,51 +71,16 @@ class Enclosure:
 
     def __init__(self, source: MotionSource, digits: int = 15, limit: int = LIMIT) -> None:
         self.source = source
-        self.digits = whole("digits", digits, 2, _MOST_DIGITS)
+        self.digits = self._digits = whole("digits", digits, 2, MOST_DIGITS)
         self.limit = whole("limit", limit, 2, _MOST_BITS)
-        self._rising = Rising(source, limit=self.limit)
-        self.regime = self._rising.regime
+        self.rising = Rising(source, limit=self.limit)
+        self.regime = self.rising.regime
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Enclosure, (self.source, self.digits, self.limit)  # what was computed is not copied
 
-    @property
-    def nutates(self) -> bool:
-        """Whether θ swings between two turning points; elsewhere there is no period."""
-        return not (self.regime.steady or self.regime.asymptotic)
-
-    @cached_property
-    def roots(self) -> tuple[Interval, ...]:
-        """u₁ ≤ u₂ ≤ u₃, the roots of the cubic as cos θ; without the infinite one if gMR = 0.
-
-        A double root is one by proof: its two intervals are then the same.
-        """
-        return self._each("a root", lambda found, _: found.cosines)
-
-    @cached_property
-    def theta_min(self) -> Interval:
-        """The smallest θ [rad]; 0, never reached, where the axis tends to the top."""
-        return self._each("theta_min", lambda found, _: (found.tilts[not self._mirrored],))[0]
-
-    @cached_property
-    def theta_max(self) -> Interval:
-        """The largest θ [rad]; π, never reached, where the axis tends to the bottom."""
-        return self._each("theta_max", lambda found, _: (found.tilts[self._mirrored],))[0]
-
-    @cached_property
-    def period(self) -> Interval | None:
-        """T [s], the period of θ; None where nothing nutates."""
-        return self._of_period("the period", lambda found: found.period)
-
-    @cached_property
-    def precession(self) -> Interval | None:
-        """Δφ [rad] in one period, +π for each exact pass through a pole; None without nutation."""
-        return self._of_period("the precession", lambda found: found.precession)
-
-    @cached_property
-    def spin(self) -> Interval | None:
-        """Δψ [rad] in one period, −π for a pass of the top, +π of the bottom; or None."""
-        return self._of_period("the spin", lambda found: found.spin)
+    def _number(self, ball: arb) -> Interval:
+        return Interval.of(ball)
 
     def theta(self, t: Number) -> Interval:
         """θ(t) [rad].
@@ -130,7 +94,7 @@ class Enclosure:
         -------
         Interval
         """
-        return self._at("theta", t, lambda found, time: (found.theta(time),), one)[0]
+        return self._at("theta", t, Solution.theta, one)[0]
 
     def u(self, t: Number) -> Interval:
         """The cosine of θ(t).
@@ -144,7 +108,7 @@ class Enclosure:
         -------
         Interval
         """
-        return self._at("u", t, lambda found, time: (found.u(time),), one)[0]
+        return self._at("u", t, Solution.u, one)[0]
 
     def phi(self, t: Number) -> Interval:
         """φ(t) [rad], continuous from the start but for +π at each exact pass through a pole.
@@ -158,7 +122,7 @@ class Enclosure:
         -------
         Interval
         """
-        return self._record("phi", t, lambda record: (record.phi,))[0]
+        return self._at("phi", t, lambda found, time: found.at(time).phi)[0]
 
     def psi(self, t: Number) -> Interval:
         """ψ(t) [rad], continuous from the start but for ∓π at exact passes of the top, bottom.
@@ -172,7 +136,7 @@ class Enclosure:
         -------
         Interval
         """
-        return self._record("psi", t, lambda record: (record.psi,))[0]
+        return self._at("psi", t, lambda found, time: found.at(time).psi)[0]
 
     def axis(self, t: Number) -> tuple[Interval, ...]:
         """The unit vector (sin θ sin φ, −sin θ cos φ, cos θ) along the symmetry axis at a time.
@@ -186,7 +150,7 @@ class Enclosure:
         -------
         tuple of 3 Interval
         """
-        return self._record("the axis", t, lambda record: record.axis, one)
+        return self._at("the axis", t, lambda found, time: found.at(time).axis, one)
 
     def quaternion(self, t: Number) -> tuple[Interval, ...]:
         """The attitude at a time, body to space, scalar first, continuous from the start.
@@ -200,7 +164,7 @@ class Enclosure:
         -------
         tuple of 4 Interval
         """
-        return self._record("the attitude", t, lambda record: record.quaternion, one)
+        return self._at("the attitude", t, lambda found, time: found.at(time).quaternion, one)
 
     def rates(self, t: Number) -> tuple[Interval, ...]:
         """θ̇, φ̇ and ψ̇ at a time [rad/s]; at an exact pass through a pole the limits.
@@ -214,9 +178,8 @@ class Enclosure:
         -------
         tuple of 3 Interval
         """
-        return self._record(
-            "a rate", t, lambda record: (record.thetadot, record.phidot, record.psidot)
-        )
+        of_rates = attrgetter("thetadot", "phidot", "psidot")
+        return self._at("a rate", t, lambda found, time: of_rates(found.at(time)))
 
     def theta_error(self, t: Number, theta: float) -> float:
         """An upper bound of |theta − θ(t)| [rad], less than 2e-25 above it.
@@ -229,7 +192,7 @@ class Enclosure:
             What is held against θ(t).
         """
         digits = max(self.digits, _ERROR_DIGITS)
-        (true,) = self._at("theta", t, lambda found, time: (found.theta(time),), one, digits)
+        true = self._at("theta", t, Solution.theta, one, digits)[0]
         return outward(abs(rational(theta) - true.middle) + true.spread, 1)
 
     def count(self, event: str, t: Number) -> int:
@@ -256,23 +219,20 @@ class Enclosure:
         (10, 5, 0)
         """
         _known_event(event)
-        time = Exact.of(t)
-        forward = -1 if time.sign() == -1 else 1
 
-        def counted(found: Solution, bits: int) -> arb:
-            end = abs(time.ball(bits))
+        def counted(found: Solution, time: arb) -> arb:
+            forward = sign_of(time, _AT_AN_END)
+            end = forward * time
             if not isinstance(found.path, Nutating):
                 at = found.lower_turning if event == "turning" else None
-                return arb(0 if at is None else _reached(forward * at, end))
+                return arb(0 if at is None else _ahead(forward * at) and _ahead(end - forward * at))
             total, periods = arb(0), end / found.path.period
-            for after in self._positions(event, found):
+            for after in self._positions(event, found.path):
                 total += floor(periods - forward * after, _AT_AN_END)
                 total += floor(forward * after, _AT_AN_END) + 1
             return total
 
-        lost = self._rising.lost(float(time))
-        total = self._rising.settled(f"the count of {event}", counted, 2, size=one, lost=lost)
-        return int(total.unique_fmpz())
+        return int(self._at(f"the count of {event}", t, counted, one, 2)[0].middle)
 
     def time(self, event: str, n: int) -> Interval:
         """When an event happens [s]: 0 is the first one not before the start, −1 the last before.
@@ -305,75 +265,41 @@ class Enclosure:
         _known_event(event)
         n = whole("n", n, -_MOST_EVENTS, _MOST_EVENTS)
 
-        def when(found: Solution, bits: int) -> tuple[arb, ...]:
+        def when(found: Solution, _: int) -> arb | None:
             if not isinstance(found.path, Nutating):
                 at = found.lower_turning if event == "turning" else None
-                return () if at is None or n != (0 if _ahead(at) else -1) else (at,)
-            after = self._positions(event, found)
+                return None if at is None or n != (0 if _ahead(at) else -1) else at
+            after = self._positions(event, found.path)
             if not after:
-                return ()
+                return None
             turns, which = divmod(n, len(after))
             in_period = sorted((x - floor(x, _AT_AN_END) for x in after), key=lambda x: x.mid())
             if not all(low < high for low, high in pairwise(in_period)):
                 raise TooFewBits("two events", in_period[-1] - in_period[0])
-            return ((turns + in_period[which]) * found.path.period,)
+            return (turns + in_period[which]) * found.path.period
 
         period = self.period
         span = abs(n) * period.upper if period is not None else 0.0
-        found = self._each(
-            f"the time of {event} {n}", when, size=None, lost=self._rising.lost(span)
+        found = self.rising.settled(
+            f"the time of {event} {n}", when, self.digits, lost=self.rising.lost(span)
         )
-        if not found:
+        if found is None:
             raise Impossible([("n", f"an event that there is: {event} {n} does not happen")])
-        return found[0]
+        return Interval.of(found)
 
-    def _positions(self, event: str, found: Solution) -> list[arb]:
+    def _positions(self, event: str, path: Nutating) -> list[arb]:
         """When the events of a nutation happen, in periods after the start, up to whole ones."""
-        path = found.path
-        assert isinstance(path, Nutating)
         start, half = -path.phase, arb(1) / 2
         if event == "turning":
             return [start, half + start]
-        if self._rising.cusps:
+        if self.rising.cusps:
             return [half + start] if event == "cusp" else []
         if event == "cusp" or (part := path.reversal) is None:
             return []
-        if not path.over.drift0.is_zero() and not self._rising.starts_reversing:
+        if not path.over.drift0.is_zero() and not self.rising.starts_reversing:
             return [start + part, start - part]
         rising = path.over.udot0 > 0
         return [arb(0), start - part if rising else start + part]
-
-    @property
-    def _mirrored(self) -> bool:
-        return self.regime.mirrored
-
-    def _of_period(self, name: str, value: Callable[[Solution], arb | None]) -> Interval | None:
-        if not self.nutates:
-            return None
-        return Interval.of(self._rising.settled(name, lambda found, _: value(found), self.digits))
-
-    def _each(
-        self, name: str, value: Callable[[Solution, int], tuple[arb, ...]], digits: int = 0,
-        size: Callable[[arb], arb] | None = one, lost: int = 0,
-    ) -> tuple[Interval, ...]:  # fmt: skip
-        balls = self._rising.settled(name, value, digits or self.digits, size=size, lost=lost)
-        return tuple(map(Interval.of, balls))
-
-    def _at(
-        self, name: str, t: Number, value: Callable[[Solution, arb], tuple[arb, ...]],
-        size: Callable[[arb], arb] | None, digits: int = 0,
-    ) -> tuple[Interval, ...]:  # fmt: skip
-        time = Exact.of(t)
-        lost = self._rising.lost(abs(float(time)))
-        return self._each(
-            name, lambda found, bits: value(found, time.ball(bits)), digits, size, lost
-        )
-
-    def _record(
-        self, name: str, t: Number, value: Callable[[Record], tuple[arb, ...]],
-        size: Callable[[arb], arb] | None = None,
-    ) -> tuple[Interval, ...]:  # fmt: skip
-        return self._at(name, t, lambda found, time: value(found.at(time)), size)
 
 
 def _known_event(event: str) -> None:
@@ -383,16 +309,7 @@ def _known_event(event: str) -> None:
 
 def _ahead(time: arb) -> bool:
     """Whether a time is not before the start."""
-    if not (time >= 0 or time < 0):
-        raise TooFewBits(_AT_AN_END, time)
-    return bool(time >= 0)
-
-
-def _reached(time: arb, end: arb) -> bool:
-    """Whether a time is from 0 to an end."""
-    if not (time <= end or time > end):
-        raise TooFewBits(_AT_AN_END, time - end)
-    return _ahead(time) and bool(time <= end)
+    return sign_of(time, _AT_AN_END) > 0
 
 
 def enclose(top: Top, start: State, digits: int = 15, limit: int = LIMIT) -> Enclosure:

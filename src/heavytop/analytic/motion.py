@@ -6,29 +6,27 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Final, overload
+from typing import Any, overload
 
 import numpy as np
 import numpy.typing as npt
+from flint import arb
 
-from heavytop.analytic.closed_form import ClosedForm, Constants, ExactRecord, constants
+from heavytop.analytic.closed_form import ClosedForm, Constants, constants
 from heavytop.analytic.many_times import NO_TIMES, DoubleForm, DoubleRecord
-from heavytop.analytic.rising import Rising
+from heavytop.analytic.rising import MOST_DIGITS, MotionNumbers, Rising
+from heavytop.analytic.solution import ExactRecord
 from heavytop.classification import Kind, Verdict
 from heavytop.classification.classify import classify
 from heavytop.classification.reduced import FromScene, Reduced
 from heavytop.errors import NotANumber
-from heavytop.numbers.decimals import Number
 from heavytop.scene.arguments import expect, text_of, whole
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-MOST_DIGITS: Final = 10_000
-NOTHING: Final = 1e-50  # rad
-
 
 @dataclass(frozen=True)
-class Motion:
+class Motion(MotionNumbers[float]):
     """The motion of `top` from `start`; each property is computed when it is first asked for.
 
     Parameters
@@ -70,6 +68,8 @@ class Motion:
     top: Top
     start: State
 
+    _digits = 52
+
     def __post_init__(self) -> None:
         expect("top", self.top, Top)
         expect("start", self.start, State)
@@ -77,8 +77,11 @@ class Motion:
     def __str__(self) -> str:
         return f"Motion({self.top}, {self.start})"
 
+    def _number(self, ball: arb) -> float:
+        return 0.0 if ball.contains(0) else float(ball)
+
     @cached_property
-    def rising(self) -> Rising:
+    def rising(self) -> Rising:  # type: ignore[override]
         """The closed form at any precision; what cannot be told from zero counts as zero."""
         return Rising(FromScene(self.top, self.start), proved=False)
 
@@ -127,55 +130,23 @@ class Motion:
         """
         return ClosedForm(self.rising, whole("digits", digits, 1, MOST_DIGITS))
 
-    @property
-    def nutates(self) -> bool:
-        """Whether θ swings between two turning points."""
-        return self.regime == "nutating"
-
-    @property
-    def roots(self) -> tuple[float, float, float] | None:
+    @cached_property
+    def roots(self) -> tuple[float, float, float] | None:  # type: ignore[override]
         """The roots cos θ of the cubic, increasing; None where nothing nutates."""
         if not self.nutates:
             return None
-        found = [float(root) for root in self.exact.roots]
-        if len(found) == 2:  # gMR = 0
-            found.append(math.inf)
-        return found[0], found[1], found[2]
-
-    @property
-    def period(self) -> float | None:
-        """T [s], the period of θ; None where nothing nutates. `form(digits)` has all digits."""
-        return _float(self.exact.period)
-
-    @property
-    def precession(self) -> float | None:
-        """Δφ [rad] in one period; None where nothing nutates."""
-        return _turned(self.exact.precession)
-
-    @property
-    def spin(self) -> float | None:
-        """Δψ [rad] in one period; None where nothing nutates."""
-        return _turned(self.exact.spin)
-
-    @property
-    def theta_min(self) -> float:
-        """The smallest θ [rad]; a bound never reached when the axis tends to the vertical."""
-        return float(min(self.exact.tilts))
-
-    @property
-    def theta_max(self) -> float:
-        """The largest θ [rad]; a bound never reached when the axis tends to the vertical."""
-        return float(max(self.exact.tilts))
+        found = super().roots
+        return found[0], found[1], found[2] if len(found) == 3 else math.inf  # gMR = 0
 
     @property
     def from_top(self) -> float:
         """How near θ = 0 the axis comes [rad], to its own digits."""
-        return float(self.exact.nearest[0])
+        return self.nearest[0]
 
     @property
     def from_bottom(self) -> float:
         """How near θ = π the axis comes [rad], to its own digits."""
-        return float(self.exact.nearest[1])
+        return self.nearest[1]
 
     @property
     def mean_angle_rates(self) -> tuple[float, float]:
@@ -202,7 +173,7 @@ class Motion:
         """
         if text_of("angle", angle) not in ("sigma", "delta"):
             raise ValueError(f"sigma or delta, not {angle!r}")
-        return float(self.exact.mean_rates[angle == "delta"])
+        return self.mean_rates[angle == "delta"]
 
     @cached_property
     def verdict(self) -> Verdict:
@@ -271,17 +242,8 @@ class Motion:
         return replace(form(t), energy=energy)
 
 
-def _turned(value: Number | None) -> float | None:
-    """An angle to the digits of the form: what is beyond them, as where terms cancel, is zero."""
-    return 0.0 if value is not None and abs(value) < NOTHING else _float(value)
-
-
 def _times(t: Any) -> npt.NDArray[np.float64]:
     try:
         return np.asarray(t, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         raise NotANumber(NO_TIMES) from None
-
-
-def _float(value: Number | None) -> float | None:
-    return None if value is None else float(value)

@@ -23,18 +23,77 @@ Mathematical Functions*, chapters 19, 20 and 22.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Final, NamedTuple, cast
+from typing import Any, Final, NamedTuple, TypeVar, cast
 
-from flint import acb, arb, fmpz
+from flint import arb, fmpz
 
-from heavytop.analytic.cubic import Roots, TooFewBits, root_of
+from heavytop.analytic.cubic import Roots, TooFewBits, root_of, sign_of
+from heavytop.analytic.elliptic import Jacobi, first_kind, third_kind
 from heavytop.classification.reduced import MotionSource, Reduced, Regime
+from heavytop.numbers.decimals import Number
 
+T = TypeVar("T")
 Pair = tuple[arb, arb]
 
 _AT_A_POLE: Final = "the time and that of a pass through a pole"
+
+
+@dataclass(frozen=True, slots=True)
+class ExactRecord:
+    """Where the top is and how it moves at one time, in mpmath numbers.
+
+    Parameters
+    ----------
+    t : Number
+        Time since the start [s].
+    theta, phi, psi : Number
+        Euler angles [rad]; φ and ψ continuous from the start, never reduced.
+    thetadot, phidot, psidot : Number
+        Their rates [rad/s].
+    u, one_minus_u, one_plus_u, udot : Number
+        cos θ, 1 ∓ cos θ to their own digits, and d cos θ/dt [s⁻¹].
+    axis : tuple of 3 Number
+        Unit vector along the symmetry axis, (sin θ sin φ, −sin θ cos φ, cos θ).
+    n : int
+        The period of the nutation, counted from the one whose u₁ is nearest the start.
+    omega3, energy : Number
+        What is constant: the angular velocity about the symmetry axis [rad/s], and E [J], which
+        `Motion.at` knows; None where the moments are not known.
+    """
+
+    t: Number
+    theta: Number
+    phi: Number
+    psi: Number
+    thetadot: Number
+    phidot: Number
+    psidot: Number
+    u: Number
+    one_minus_u: Number
+    one_plus_u: Number
+    udot: Number
+    axis: tuple[Number, Number, Number]
+    n: int
+    omega3: Number = None
+    energy: Number = None
+
+    @property
+    def quaternion(self) -> tuple[Number, Number, Number, Number]:
+        """The attitude, body to space, scalar first."""
+        cosine, sine = _root(self.one_plus_u / 2), _root(self.one_minus_u / 2)
+        sin_plus, cos_plus = _sin_cos((self.phi + self.psi) / 2)
+        sin_minus, cos_minus = _sin_cos((self.phi - self.psi) / 2)
+        return cosine * cos_plus, sine * cos_minus, sine * sin_minus, cosine * sin_plus
+
+    @property
+    def omega(self) -> tuple[Number, Number, Number]:
+        """The angular velocity in space [rad/s]: ω₃ along the axis, and e × ė."""
+        sine, (sin, cos) = _root(self.one_minus_u * self.one_plus_u), _sin_cos(self.phi)
+        across = (self.omega3 - self.phidot * self.u) * sine
+        upright = self.omega3 * self.u + self.phidot * sine * sine
+        return self.thetadot * cos + across * sin, self.thetadot * sin - across * cos, upright
 
 
 class Position(NamedTuple):
@@ -48,122 +107,133 @@ class Position(NamedTuple):
     n: int
 
 
-@dataclass(frozen=True, slots=True)
-class Record:
-    """Where the top is and how it moves at one time; every number a ball, n the period."""
+class Path:
+    """The motion of the axis, seen with g ≥ 0: u = u₁ + (u₂ − u₁) sn² (w t + x₀).
 
-    theta: arb
-    phi: arb
-    psi: arb
-    thetadot: arb
-    phidot: arb
-    psidot: arb
-    u: arb
-    one_minus_u: arb
-    one_plus_u: arb
-    udot: arb
-    axis: tuple[arb, arb, arb]
-    n: int
-    omega3: arb
+    `ends` are 1 ∓ u at u₁ and at u₂, `size` is √(u₂ − u₁), `third` the root of f that is left,
+    `modulus` m and 1 − m, and `growth` the rate w at which the axis tends to the top.
+    """
 
-    @property
-    def distances(self) -> tuple[arb, arb]:
-        """1 − cos θ and 1 + cos θ."""
-        return self.one_minus_u, self.one_plus_u
-
-    @property
-    def numbers(self) -> tuple[arb, ...]:
-        """The angles θ, φ, ψ and their rates."""
-        return self.theta, self.phi, self.psi, self.thetadot, self.phidot, self.psidot
-
-    @property
-    def quaternion(self) -> tuple[arb, arb, arb, arb]:
-        """The attitude, body to space, scalar first."""
-        cosine, sine = root_of(self.one_plus_u / 2), root_of(self.one_minus_u / 2)
-        sin_plus, cos_plus = ((self.phi + self.psi) / 2).sin_cos()
-        sin_minus, cos_minus = ((self.phi - self.psi) / 2).sin_cos()
-        return cosine * cos_plus, sine * cos_minus, sine * sin_minus, cosine * sin_plus
-
-
-class Nutating:
-    """An axis between two turning points: elliptic functions of time."""
+    w: arb
+    size: arb
+    ends: tuple[Pair, Pair]
+    third: arb | None
+    period: arb | None = None
+    growth: arb | None = None
+    modulus: tuple[arb, ...] = ()
 
     def __init__(self, over: Reduced, regime: Regime) -> None:
         self.over, self.regime = over, regime
-        self.roots = roots = Roots.of(over, regime)
-        self.w = roots.w
-        self.K = arb.pi() / (2 * arb(1).agm(roots.mc.sqrt()))
-        self.period = 2 * self.K / roots.w
-
-    @property
-    def cosines(self) -> tuple[arb, ...]:
-        """u₁, u₂ and, where g is not 0, u₃."""
-        roots = self.roots
-        return (roots.u1, roots.u2) if roots.u3 is None else (roots.u1, roots.u2, roots.u3)
-
-    @property
-    def turnings(self) -> tuple[Pair, Pair]:
-        """√(1 ∓ u) at u₁ and at u₂."""
-        roots = self.roots
-        return (
-            (root_of(roots.one_minus_u1), root_of(roots.one_plus_u1)),
-            (root_of(roots.one_minus_u2), root_of(roots.one_plus_u2)),
-        )
 
     @cached_property
-    def turns(self) -> Pair:
-        """Φ₊ and Φ₋ over a period; half a turn at an exact pass through a pole.
-
-        These are P₊ Π(n₂|m)/w(1 + u₁) and P₋ Π(n₁|m)/w(1 − u₁), Legendre's integrals by Carlson's.
-        """
-        roots, over, regime = self.roots, self.over, self.regime
-        plus = minus = arb.pi()
-        if regime.misses_bottom:
-            ratio = roots.one_plus_u2 / roots.one_plus_u1
-            plus = over.P_plus / (roots.w * roots.one_plus_u1) * self.third_kind(ratio)
-        if regime.misses_top:
-            ratio = roots.one_minus_u2 / roots.one_minus_u1
-            minus = over.P_minus / (roots.w * roots.one_minus_u1) * self.third_kind(ratio)
-        elif not self.reaches_top:
-            minus = arb(0)
-        return plus, minus
-
-    @property
-    def reaches_top(self) -> bool:
-        """Whether the axis passes exactly through the top."""
-        return bool(self.roots.one_minus_u2.is_zero())
+    def turnings(self) -> tuple[Pair, Pair]:
+        """√(1 ∓ u) at u₁ and at u₂."""
+        (high, low), (above, below) = self.ends
+        return (root_of(high), root_of(low)), (root_of(above), root_of(below))
 
     @property
     def avoids(self) -> tuple[bool, bool]:
         """Whether the axis never meets the top, and the bottom."""
-        return not self.reaches_top, self.regime.misses_bottom
+        (_, low), (high, _) = self.ends
+        return not high.is_zero(), not low.is_zero()
+
+    def rates(self, from_top: arb, from_bottom: arb) -> Pair:
+        """Rates ½ P±/(1 ± u) of Φ±; where P± = 0 nothing is left of one, not even on the pole."""
+        plus = minus = arb(0)
+        if self.regime.misses_bottom:
+            plus = self.over.P_plus / (2 * from_bottom * from_bottom)
+        if self.regime.misses_top:
+            minus = self.over.P_minus / (2 * from_top * from_top)
+        return plus, minus
 
     @property
     def mean_rates(self) -> Pair:
-        """Means of ½ P±/(1 ± u) [rad/s]; jumps at passes through a pole are no part of them."""
-        plus, minus = self.turns
+        """Means of the rates of Φ± [rad/s], without jumps: where the tilt settles, those there."""
+        return self.rates(*self.turnings[1])
+
+    def _tilt(self, sn: arb, cn: arb) -> Pair:
+        """√(1 − u) and √(1 + u), which is a leg alone where the other is exactly 0."""
+        (_, low), (high, _) = self.ends
+        across, along = self.size * cn, self.size * sn
         return (
-            plus / self.period if self.regime.misses_bottom else arb(0),
-            minus / self.period if self.regime.misses_top else arb(0),
+            abs(across) if high.is_zero() else root_of(high + across * across),
+            abs(along) if low.is_zero() else root_of(low + along * along),
         )
+
+    def _place(self, sn: arb, cn: arb, dn: arb, plus: arb, minus: arb, n: int) -> Position:
+        """The place; at an exact pass through a pole √(1 ∓ u) is all of one leg, cn ≥ 0 or sn."""
+        (_, low), (high, _) = self.ends
+        from_top, from_bottom = self._tilt(sn, cn)
+        across = arb(1) if high.is_zero() else self.size * cn / from_top
+        along = arb(sign_of(sn, _AT_A_POLE)) if low.is_zero() else self.size * sn / from_bottom
+        return Position(from_top, from_bottom, 2 * self.w * dn * across * along, plus, minus, n)
+
+
+class Nutating(Path):
+    """An axis between two turning points: elliptic functions of time."""
+
+    def __init__(self, over: Reduced, regime: Regime) -> None:
+        super().__init__(over, regime)
+        self.roots = roots = Roots.of(over, regime)
+        self.K = arb.pi() / (2 * arb(1).agm(roots.mc.sqrt()))
+        self.period: arb = 2 * self.K / roots.w
+        self.modulus = roots.m, roots.mc
+        self.w, self.size, self.third = roots.w, roots.delta.sqrt(), roots.u3
+        lowest = roots.one_minus_u1, roots.one_plus_u1
+        self.ends = lowest, (roots.one_minus_u2, roots.one_plus_u2)
+
+    @property
+    def reaches_top(self) -> bool:
+        """Whether the axis passes exactly through the top."""
+        return not self.avoids[0]
+
+    @cached_property
+    def halves(self) -> tuple[Sweeps | Jumps, Sweeps | Jumps]:
+        """Φ₊ and Φ₋ since the lower turning point, at a number of periods after it."""
+        roots, over, regime = self.roots, self.over, self.regime
+        plus: Sweeps | Jumps
+        minus: Sweeps | Jumps
+        if regime.misses_bottom:
+            pole = roots.one_plus_u1, roots.delta
+            plus = Sweeps(self, over.P_plus, roots.one_plus_u1, roots.one_plus_u2, pole, arb(0))
+        else:
+            plus = Jumps(arb.pi(), arb(0))
+        if regime.misses_top:
+            beyond = over.P_minus * over.P_minus / (roots.one_minus_u1 * roots.one_minus_u2)
+            pole = 4 * roots.w * roots.w * roots.one_minus_u2, roots.delta * beyond  # 2g (u₃ − 1)
+            minus = Sweeps(
+                self, over.P_minus, roots.one_minus_u1, roots.one_minus_u2, pole, arb(0.5)
+            )
+        else:
+            minus = Jumps(arb.pi() if self.reaches_top else arb(0), arb(0.5))
+        return plus, minus
+
+    @property
+    def turns(self) -> Pair:
+        """Φ₊ and Φ₋ over a period; half a turn at an exact pass through a pole."""
+        plus, minus = self.halves
+        return plus.turn, minus.turn
+
+    @property
+    def mean_rates(self) -> Pair:
+        """Means of the rates of Φ± [rad/s]; jumps at passes through a pole are no part of them."""
+        plus, minus = (
+            half.turn / self.period if isinstance(half, Sweeps) else arb(0) for half in self.halves
+        )
+        return plus, minus
 
     @cached_property
     def phase(self) -> arb:
         """x₀/2K at the start, in [−½, ½]: 0 at u₁, ±½ at u₂."""
-        roots, over = self.roots, self.over
+        roots, udot0 = self.roots, self.over.udot0
         if self.regime.resting:
-            return arb(0) if roots.down.is_zero() else arb(-1) / 2
-        if not (over.udot0 > 0 or over.udot0 < 0):
-            raise TooFewBits("d cos(theta)/dt at the start and 0", over.udot0)
-        sign: arb = over.udot0.sgn()
-        return sign * self._since_lower(roots.down, roots.up)
+            return arb(0) if roots.down.is_zero() else arb(-0.5)
+        rising = sign_of(udot0, "d cos(theta)/dt at the start and 0")
+        return rising * self._since_lower(roots.down, roots.up)
 
     def _since_lower(self, down: arb, up: arb) -> arb:
         """x/2K, in [0, ½], of the tilt u₁ + down = u₂ − up on the way up."""
-        roots = self.roots
-        s2, c2 = down / roots.delta, up / roots.delta
-        x = s2.sqrt() * acb.elliptic_rf(acb(c2), acb(roots.mc + roots.m * c2), acb(1)).real
-        return x / (2 * self.K)
+        return first_kind(down, up, self.roots.mc) / (2 * self.K)
 
     @property
     def reversal(self) -> arb | None:
@@ -176,31 +246,10 @@ class Nutating:
             return None
         down = self.over.P_plus / b - roots.one_plus_u1
         up = -self.over.P_minus / b - roots.one_minus_u2
-        if down <= 0 or up <= 0:
+        least = down.min(up)
+        if least <= 0 or sign_of(least, "the tilts of a turning point and of phidot = 0") < 0:
             return None
-        if not (down > 0 and up > 0):
-            raise TooFewBits("the tilts of a turning point and of phidot = 0", down.min(up))
         return self._since_lower(down, up)
-
-    @cached_property
-    def halves(self) -> tuple[Callable[[arb], arb], Callable[[arb], arb]]:
-        """Φ₊ and Φ₋ since the lower turning point, at a number of periods after it."""
-        roots, over = self.roots, self.over
-        turn_plus, turn_minus = self.turns
-        plus: Callable[[arb], arb] = _Jumps(arb(0))
-        minus: Callable[[arb], arb] = _Jumps(arb(1) / 2) if self.reaches_top else _nothing
-        if self.regime.misses_bottom:
-            v = first_kind((roots.one_plus_u1 / roots.delta).sqrt(), roots.m)
-            plus = Sweeps(self, over.P_plus, turn_plus, v, arb(0))
-        if self.regime.misses_top:
-            lead = (
-                over.P_minus * over.P_minus / (roots.one_minus_u1 * roots.one_minus_u2)
-            )  # 2g (u₃ − 1)
-            v = first_kind(
-                2 * roots.w * (roots.one_minus_u2 / (roots.delta * lead)).sqrt(), roots.m
-            )
-            minus = Sweeps(self, over.P_minus, turn_minus, v, arb(1) / 2)
-        return plus, minus
 
     @cached_property
     def at_start(self) -> Pair:
@@ -216,6 +265,11 @@ class Nutating:
             return None
         return arb(1).agm(roots.mc.sqrt()) / arb(1).agm(roots.m.sqrt())
 
+    @cached_property
+    def jacobi(self) -> Jacobi:
+        """The elliptic functions of modulus m."""
+        return Jacobi(self.tau)
+
     def periods(self, t: arb) -> arb:
         """How many periods the time t is after the lower turning point nearest the start."""
         return t / self.period + self.phase
@@ -223,55 +277,38 @@ class Nutating:
     def tilt(self, t: arb) -> Pair:
         """√(1 − u) and √(1 + u) at a time."""
         x = self.periods(t)
-        sn, cn, _ = self._elliptic(x - _nearest(x))
-        return self._distances(sn, cn)
+        sn, cn, _ = self.jacobi.functions(x - _nearest(x))
+        return self._tilt(sn, cn)
 
     def place(self, t: arb) -> Position:
         """The place at a time."""
-        roots, x = self.roots, self.periods(t)
-        z = x - (floor(x + arb(1) / 2) if self.reaches_top else _nearest(x))
-        sn, cn, dn = self._elliptic(z)
-        from_top, from_bottom = self._distances(sn, cn)
-        # cn/√(1 − u) and sn/√(1 + u) stay finite at an exact pass through a pole
-        over_top = 1 / roots.delta.sqrt() if self.reaches_top else cn / from_top
-        under = sn / from_bottom
-        if not self.regime.misses_bottom:
-            under = _side(z) / roots.delta.sqrt()
-        (plus, minus), (plus0, minus0) = (half(x) for half in self.halves), self.at_start
-        return Position(
-            from_top, from_bottom, 2 * roots.delta * roots.w * dn * over_top * under,
-            plus - plus0, minus - minus0, _whole((x + arb(1) / 2).mid().floor()),
-        )  # fmt: skip
-
-    def _distances(self, sn: arb, cn: arb) -> Pair:
-        size = self.roots.delta.sqrt()
-        return (
-            _hypot(self.roots.one_minus_u2, cn * size), _hypot(self.roots.one_plus_u1, sn * size)
-        )  # fmt: skip
-
-    def _elliptic(self, z: arb) -> tuple[arb, arb, arb]:
-        """The functions sn, cn and dn of 2K z."""
-        m, mc = self.roots.m, self.roots.mc
-        if self.tau is None:
-            s, c = z.sin_cos_pi()
-            return s, c, arb(1)
-        one, two, three, four = (th.real for th in acb.modular_theta(acb(z), acb(0, self.tau)))
-        m4, mc4 = m.sqrt().sqrt(), mc.sqrt().sqrt()
-        return one / (four * m4), two * mc4 / (four * m4), mc4 * three / four
-
-    def third_kind(self, p: arb) -> arb:
-        """Π(1 − p|m), complete."""
-        rest = acb.elliptic_rj(acb(0), acb(self.roots.mc), acb(1), acb(p)).real
-        return self.K + (1 - p) * rest / 3
+        x = self.periods(t)
+        nearest = floor(x + arb(0.5)) if self.reaches_top else _nearest(x)
+        n = int(cast(fmpz, nearest.mid().unique_fmpz()))
+        plus, minus = (half(x) - at0 for half, at0 in zip(self.halves, self.at_start, strict=True))
+        return self._place(*self.jacobi.functions(x - nearest), plus, minus, n)
 
 
 class Sweeps:
-    """Φ₊ or Φ₋ of an axis that passes beside the pole: a multiple of time and an argument of θ₁."""
+    """Φ₊ or Φ₋ of an axis that passes beside the pole: a multiple of time and an argument of θ₁.
 
-    def __init__(self, path: Nutating, P: arb, turn: arb, v: arb, own: arb) -> None:
-        self.sign = 1 if P > 0 else -1
-        self.tau, self.beta, self.own = path.tau, v / (2 * path.K), own
-        self.rate = turn - self.sign * arb.pi()
+    Over a period it is P±/w(1 ± u₁) Π(1 − p|m) with p = (1 ± u₂)/(1 ± u₁); `pole` are in ratio
+    the squares of sine and cosine of the amplitude whose F(m') is v±, and `own` is the turning
+    point beside the pole, in periods.
+    """
+
+    def __init__(
+        self, path: Nutating, P: arb, at_u1: arb, at_u2: arb, pole: Pair, own: arb
+    ) -> None:
+        self.path, self.own, self._pole = path, own, pole
+        self.sign = sign_of(P, "p_phi and that of a pass through a pole")
+        self.turn = P / (path.roots.w * at_u1) * third_kind(path.K, path.roots.mc, at_u2 / at_u1)
+        self.rate = self.turn - self.sign * arb.pi()
+
+    @cached_property
+    def beta(self) -> arb:
+        """The imaginary part v±/2K of the argument of θ₁."""
+        return first_kind(*self._pole, self.path.roots.m) / (2 * self.path.K)
 
     def __call__(self, periods: arb) -> arb:
         """Φ₊ or Φ₋, but for what it is at the lower turning point."""
@@ -281,124 +318,79 @@ class Sweeps:
     def swept(self, x: arb) -> arb:
         """The argument, at a number of periods since a turning point beside the pole."""
         n = _nearest(x)
-        z = acb(x - n, self.beta)
-        if not abs(x - n) < 1:
-            raise TooFewBits("the time and a number of periods", x - n)
-        theta = z.sin_pi() if self.tau is None else acb.modular_theta(z, acb(0, self.tau))[0]
-        return self.sign * (arb.pi() * n - (theta / acb(0, 1)).arg())
+        return self.sign * (arb.pi() * n + self.path.jacobi.argument(x - n, self.beta))
 
 
-class _Jumps:
-    """Φ₊ or Φ₋ of an axis that passes exactly through the pole: half a turn at each pass."""
+@dataclass(frozen=True, slots=True)
+class Jumps:
+    """Φ₊ or Φ₋ where P± = 0: half a turn at each exact pass through the pole, if it is reached."""
 
-    def __init__(self, own: arb) -> None:
-        self.own = own
+    turn: arb
+    own: arb
 
     def __call__(self, periods: arb) -> arb:
-        return arb.pi() * (floor(periods - self.own) + arb(1) / 2)
+        """Φ₊ or Φ₋, at a number of periods after the lower turning point."""
+        if self.turn.is_zero():
+            return self.turn
+        return self.turn * (floor(periods - self.own) + arb(0.5))
 
 
-class Asymptotic:
+class Asymptotic(Path):
     """An axis that comes from the top and returns to it: 1 − u = (1 − u₁) sech² x, x = w t + x₀."""
 
-    period = None
-
     def __init__(self, over: Reduced, regime: Regime) -> None:
-        self.over, self.planar = over, not regime.misses_bottom
+        super().__init__(over, regime)
+        self.planar = not regime.misses_bottom
         self.one_plus_u1 = arb(0) if self.planar else over.b * over.b / (2 * over.g)
         self.one_minus_u1 = 2 - self.one_plus_u1
-        self.w = (over.g * self.one_minus_u1 / 2).sqrt()
-        self.x0 = arb(0)
-        if not regime.resting:
-            c0 = (over.one_minus_u0 / self.one_minus_u1).sqrt()
-            self.x0 = (over.udot0 / (2 * self.w * self.one_minus_u1 * c0**3)).asinh()
+        self.size, self.third = self.one_minus_u1.sqrt(), arb(1)
+        self.ends = (self.one_minus_u1, self.one_plus_u1), (arb(0), arb(2))
+        self.w = self.growth = (over.g * self.one_minus_u1 / 2).sqrt()
+        c0 = (over.one_minus_u0 / self.one_minus_u1).sqrt()
+        self.x0 = (over.udot0 / (2 * self.w * self.one_minus_u1 * c0**3)).asinh()
 
     @property
     def avoids(self) -> tuple[bool, bool]:
         """Whether the axis never meets the top, which it tends to, and the bottom."""
         return True, not self.planar
 
-    @property
-    def cosines(self) -> tuple[arb, ...]:
-        """u₁ and twice 1."""
-        return self.one_plus_u1 - 1, arb(1), arb(1)
-
-    @property
-    def turnings(self) -> tuple[Pair, Pair]:
-        """√(1 ∓ u) at u₁ and on the top, which is never reached."""
-        lowest = self.one_minus_u1.sqrt(), root_of(self.one_plus_u1)
-        return lowest, (arb(0), arb(2).sqrt())
-
-    @property
-    def mean_rates(self) -> Pair:
-        """Means of ½ P±/(1 ± u) [rad/s] over all time: those on the vertical."""
-        return arb(0) if self.planar else self.over.P_plus / 4, arb(0)
-
     def tilt(self, t: arb) -> Pair:
         """√(1 − u) and √(1 + u) at a time."""
-        x, size = self.w * t + self.x0, self.one_minus_u1.sqrt()
-        return size * x.sech(), _hypot(self.one_plus_u1, size * x.tanh())
+        x = self.w * t + self.x0
+        return self._tilt(x.tanh(), x.sech())
 
     def place(self, t: arb) -> Position:
         """The place at a time."""
-        x, size = self.w * t + self.x0, self.one_minus_u1.sqrt()
-        from_top, from_bottom = self.tilt(t)
-        under = _side(x) / size if self.planar else x.tanh() / from_bottom
-        rise = 2 * self.w * x.sech() * under * size
-        return Position(from_top, from_bottom, rise, self._plus(x) - self._plus(self.x0), arb(0), 0)
-
-    def _plus(self, x: arb) -> arb:
-        """Φ₊ since the lowest point."""
-        along: arb = self.mean_rates[0] * x / self.w
-        return along + self.swept(x)
+        x = self.w * t + self.x0
+        plus = self.mean_rates[0] * t + self.swept(x) - self.swept(self.x0)
+        return self._place(x.tanh(), x.sech(), x.sech(), plus, arb(0), 0)
 
     def swept(self, x: arb) -> arb:
-        """Φ₊ but for what is proportional to time: r P₊/4w arctan(r tanh x).
+        """Φ₊ but for what is proportional to time: ± arctan(r tanh x), r² = (1 − u₁)/(1 + u₁).
 
-        Here r² = (1 − u₁)/(1 + u₁), and r P₊/4w = ±1.
+        The sign is that of P₊ = ± 4w/r.
         """
         if self.planar:
-            return _side(x) * arb.pi() / 2
-        r = (self.one_minus_u1 / self.one_plus_u1).sqrt()
-        angle: arb = r * self.mean_rates[0] / self.w * (r * x.tanh()).atan()
-        return angle
+            return sign_of(x, _AT_A_POLE) * arb.pi() / 2
+        size, floor = self.turnings[0]
+        return sign_of(self.over.P_plus, "P+ and 0") * (size / floor * x.tanh()).atan()
 
 
-class Steady:
+class Steady(Path):
     """An axis of constant tilt: u₀ is a double root of f, and no root is looked for."""
 
-    period = None
-    w = None
-
     def __init__(self, over: Reduced, regime: Regime) -> None:
-        self.over, self.weightless = over, regime.weightless
-        if over.one_minus_u0.is_zero() or over.one_plus_u0.is_zero():
-            self.mean_rates = over.b / 2, -over.b / 2
-        else:
-            self.mean_rates = (
-                over.P_plus / (2 * over.one_plus_u0), over.P_minus / (2 * over.one_minus_u0)
-            )  # fmt: skip
+        super().__init__(over, regime)
+        here = over.one_minus_u0, over.one_plus_u0
+        self.ends, self.third = (here, here), None
+        if not regime.weightless:  # from the sum of the roots
+            self.third = (2 * over.kinetic0 + over.b * over.b) / (2 * over.g) - over.u0
 
-    @property
-    def avoids(self) -> tuple[bool, bool]:
-        """Whether the axis never meets the top, and the bottom."""
-        over = self.over
-        return not over.one_minus_u0.is_zero(), not over.one_plus_u0.is_zero()
-
-    @property
-    def cosines(self) -> tuple[arb, ...]:
-        """Twice u₀ and, where g is not 0, the root that is left, in order."""
-        over, u0 = self.over, self.over.u0
-        if self.weightless:
-            return u0, u0
-        single = (2 * over.kinetic0 + over.b * over.b) / (2 * over.g) - u0  # from their sum
-        return u0.min(single), u0, u0.max(single)
-
-    @property
-    def turnings(self) -> tuple[Pair, Pair]:
-        """√(1 ∓ u₀), twice."""
-        here = root_of(self.over.one_minus_u0), root_of(self.over.one_plus_u0)
-        return here, here
+    def rates(self, from_top: arb, from_bottom: arb) -> Pair:
+        """Rates of Φ±; an axis on the vertical keeps its φ, and ψ takes the whole spin."""
+        if all(self.avoids):
+            return super().rates(from_top, from_bottom)
+        return self.over.b / 2, -self.over.b / 2
 
     def tilt(self, t: arb) -> Pair:
         """√(1 − u₀) and √(1 + u₀)."""
@@ -423,53 +415,50 @@ class Solution:
         kind = Steady if regime.steady else Asymptotic if regime.asymptotic else Nutating
         self.path: Nutating | Asymptotic | Steady = kind(over, regime)
 
+    def _facing(self, both: tuple[T, T]) -> tuple[T, T]:
+        """What belongs to the top and the bottom as seen with g ≥ 0, for θ = 0 and θ = π."""
+        one, other = both
+        return (one, other) if self.side > 0 else (other, one)
+
     @property
     def cosines(self) -> tuple[arb, ...]:
         """The roots u₁ ≤ u₂ ≤ u₃ of the cubic as cos θ; the infinite one is missing if g = 0."""
-        found = self.path.cosines
-        return found if self.side > 0 else tuple(-u for u in reversed(found))
+        found = [_cosine(*self._facing(end)) for end in self.path.ends]
+        if self.path.third is not None:
+            found.append(self.side * self.path.third)
+        return tuple(sorted(found, key=lambda u: u.mid()))
 
     @property
     def tilts(self) -> Pair:
         """θ [rad] between which it moves: at u₁ and at u₂, the same twice when it is steady."""
         one, other = self.path.turnings
-        return self._theta(*one), self._theta(*other)
+        return self._theta(one), self._theta(other)
 
     @property
-    def period(self) -> arb | None:
-        """T [s]; None where nothing nutates."""
-        return self.path.period
-
-    @property
-    def precession(self) -> arb | None:
-        """Δφ [rad] in one period; None where nothing nutates."""
-        return sum(self.path.turns, arb(0)) if isinstance(self.path, Nutating) else None
-
-    @property
-    def spin(self) -> arb | None:
-        """Δψ [rad] in one period; None where nothing nutates."""
-        over, period = self.relative_spin, self.path.period
-        return None if over is None or period is None else self.start.kappa * period + over
-
-    @property
-    def relative_spin(self) -> arb | None:
-        """Δψ − κT [rad], without what a fast spin brings by itself; None where nothing nutates."""
-        if not isinstance(self.path, Nutating):
-            return None
-        plus, minus = self.path.turns
-        return self.side * (plus - minus)
+    def nearest(self) -> Pair:
+        """How near the axis comes to the top and to the bottom [rad], each to its own digits."""
+        (high, low), (above, below) = self.path.turnings
+        return self._facing((2 * arb.atan2(above, below), 2 * arb.atan2(low, high)))
 
     @property
     def avoids(self) -> tuple[bool, bool]:
         """Whether the axis never meets the top, θ = 0, and the bottom."""
-        one, other = self.path.avoids
-        return (one, other) if self.side > 0 else (other, one)
+        return self._facing(self.path.avoids)
+
+    @property
+    def turned(self) -> tuple[arb, ...]:
+        """Δφ, Δψ and Δψ − κT [rad] in one period; none of them where nothing nutates."""
+        if not isinstance(self.path, Nutating):
+            return ()
+        plus, minus = self.path.turns
+        spin = self.side * (plus - minus)
+        return plus + minus, self.start.kappa * self.path.period + spin, spin
 
     @property
     def mean_rates(self) -> Pair:
         """Means of (φ + ψ)˙ − κ and (φ − ψ)˙ + κ [rad/s], without jumps at poles."""
-        plus, minus = self.path.mean_rates
-        return (2 * plus, 2 * minus) if self.side > 0 else (2 * minus, 2 * plus)
+        plus, minus = self._facing(self.path.mean_rates)
+        return 2 * plus, 2 * minus
 
     @property
     def lower_turning(self) -> arb | None:
@@ -490,61 +479,37 @@ class Solution:
 
     def theta(self, t: arb) -> arb:
         """θ [rad] alone."""
-        return self._theta(*self.path.tilt(t))
+        return self._theta(self.path.tilt(t))
 
     def u(self, t: arb) -> arb:
         """The cosine of θ alone."""
-        return self._cosine(*self.path.tilt(t))
+        high, low = self._facing(self.path.tilt(t))
+        return _cosine(high * high, low * low)
 
-    def at(self, t: arb) -> Record:
-        """Where the top is at a time since the start [s]."""
-        start, side = self.start, self.side
-        place = self.path.place(t)
-        high, low = place.from_top, place.from_bottom
+    def at(self, t: arb) -> ExactRecord:
+        """Where the top is at a time since the start [s], every number a ball."""
+        start, side, place = self.start, self.side, self.path.place(t)
+        plus, minus = self.path.rates(place.from_top, place.from_bottom)
+        tilt = place.from_top, place.from_bottom
+        high, low = self._facing(tilt)
+        one_minus_u, one_plus_u, sine = high * high, low * low, high * low
         phi = self.phi0 + place.plus + place.minus
-        psi = self.psi0 + start.kappa * t + side * (place.plus - place.minus)
-        phidot, psidot = self._rates(place)
-        sine, u = high * low, self._cosine(high, low)
-        if side < 0:
-            high, low = low, high
         sin_phi, cos_phi = phi.sin_cos()
-        return Record(
-            2 * arb.atan2(high, low), phi, psi, -side * place.rise, phidot, psidot,
-            u, high * high, low * low, side * place.rise * sine,
-            (sine * sin_phi, -sine * cos_phi, u), place.n,
-            start.kappa + start.b,
+        u = _cosine(one_minus_u, one_plus_u)
+        psi = self.psi0 + start.kappa * t + side * (place.plus - place.minus)
+        return ExactRecord(
+            t, self._theta(tilt), phi, psi,
+            -side * place.rise, plus + minus, start.kappa + side * (plus - minus),
+            u, one_minus_u, one_plus_u, side * place.rise * sine,
+            (sine * sin_phi, -sine * cos_phi, u), place.n, start.kappa + start.b,
         )  # fmt: skip
 
-    def _rates(self, place: Position) -> Pair:
-        """φ̇ and ψ̇; where P± = 0 nothing of that half is left, not even on the pole."""
-        path, over = self.path, self.path.over
-        if isinstance(path, Steady):
-            plus, minus = path.mean_rates
-        else:
-            plus = minus = arb(0)
-            if self.regime.misses_bottom:
-                plus = over.P_plus / (2 * place.from_bottom**2)
-            if self.regime.misses_top:
-                minus = over.P_minus / (2 * place.from_top**2)
-        return plus + minus, self.start.kappa + self.side * (plus - minus)
-
-    def _theta(self, high: arb, low: arb) -> arb:
-        return 2 * (arb.atan2(low, high) if self.side < 0 else arb.atan2(high, low))
-
-    def _cosine(self, high: arb, low: arb) -> arb:
-        u = (1 - high * high).intersection(low * low - 1)
-        return -u if self.side < 0 else u
+    def _theta(self, tilt: Pair) -> arb:
+        return 2 * arb.atan2(*self._facing(tilt))
 
 
-def first_kind(tangent: arb, mc: arb) -> arb:
-    """F(arctan tangent | 1 − mc)."""
-    t2 = tangent * tangent
-    return tangent * acb.elliptic_rf(acb(1), acb(1 + mc * t2), acb(1 + t2)).real
-
-
-def _hypot(least: arb, leg: arb) -> arb:
-    """√(least + leg²), which is |leg| where `least` is exactly 0."""
-    return abs(leg) if least.is_zero() else root_of(least + leg * leg)
+def _cosine(one_minus_u: arb, one_plus_u: arb) -> arb:
+    return (1 - one_minus_u).intersection(one_plus_u - 1)
 
 
 def _nearest(x: arb) -> arb:
@@ -560,18 +525,20 @@ def floor(x: arb, names: str = _AT_A_POLE) -> arb:
     return low
 
 
-def _whole(x: arb) -> int:
-    return int(cast(fmpz, x.unique_fmpz()))
+def each(kind: Callable[[arb], Any], found: Any) -> Any:
+    """What was found, a ball, a tuple, a record or None, with every ball turned into `kind`."""
+    if isinstance(found, arb):
+        return kind(found)
+    if isinstance(found, tuple):
+        return tuple(each(kind, part) for part in found)
+    if isinstance(found, ExactRecord):
+        return ExactRecord(*(each(kind, getattr(found, field.name)) for field in fields(found)))
+    return found
 
 
-def _side(x: arb) -> int:
-    """1 from the lowest point on, −1 before."""
-    if x >= 0:
-        return 1
-    if x < 0:
-        return -1
-    raise TooFewBits(_AT_A_POLE, x)
+def _root(x: Any) -> Any:
+    return root_of(x) if isinstance(x, arb) else x.sqrt()
 
 
-def _nothing(_: arb) -> arb:
-    return arb(0)
+def _sin_cos(x: Any) -> tuple[Any, Any]:
+    return x.sin_cos() if isinstance(x, arb) else (x.context.sin(x), x.context.cos(x))
