@@ -15,7 +15,7 @@ from heavytop.equations.ladder import LADDER
 from heavytop.equations.numeric import numpy_function
 from heavytop.equations.typed import typed_function
 from heavytop.errors import BadScene, DoubtfulWarning, EndedEarly, NotANumber, Outcome
-from heavytop.run.engines import start_values
+from heavytop.run.planning import start_values
 from heavytop.run.sensitivity import UNITS, sensitivities, state_transition
 
 mp = mpmath.mp.clone()

@@ -15,8 +15,8 @@ import heavytop as ht
 from heavytop.comparison.textbook import SOLVERS, Asked, rates_of, solved
 from heavytop.equations.ladder import LADDER
 from heavytop.errors import BadScene, DoubtfulWarning
-from heavytop.run.engines import binary_start
 from heavytop.run.planning import Plan, closed_form_of, plan
+from heavytop.run.propagation import binary_start
 from heavytop.run.tally import differences, tally
 from heavytop.studies.stresses.cases import BOOK, cases
 from heavytop.studies.stresses.conditioning import ROUNDINGS, UNIT, Reference, reference

@@ -15,8 +15,8 @@ from heavytop.comparison.fixed import FixedStep
 from heavytop.comparison.march import Array, March, Place, Stopped
 from heavytop.comparison.setting_up import march
 from heavytop.numbers.double_double import DoubleDouble, two_product
-from heavytop.run.engines import binary_start, formulation_of
 from heavytop.run.planning import Plan
+from heavytop.run.propagation import binary_start
 from heavytop.studies.stresses.cases import Case
 from heavytop.studies.stresses.conditioning import Reference
 from heavytop.studies.stresses.landing import landed
@@ -53,7 +53,7 @@ def compiled(case: Case, method: Method, truth: Reference, step_limit: int) -> R
     if state is None:
         return Raw("step-limit", t=place.time[0], steps=place.steps)
     raw = Raw("finished", t=truth.end, steps=steps or place.steps, smallest=_smallest(took))
-    return landed(raw, formulation_of(AXIS), np.array([start.state, state]), parameters)
+    return landed(raw, AXIS.equations, np.array([start.state, state]), parameters)
 
 
 def ready(case: Case, method: Method, truth: Reference) -> None:
