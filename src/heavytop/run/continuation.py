@@ -15,7 +15,7 @@ from heavytop.numbers import Number
 from heavytop.run.doubts import checked, forewarned
 from heavytop.run.estimates import Forecast
 from heavytop.run.finishing import Keeper, Progress, finished, in_decimals
-from heavytop.run.planning import Plan, least_setting, leaving, planned, span
+from heavytop.run.planning import Plan, leaving, planned, settled, span
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene import arguments
 from heavytop.scene.arguments import expect, heard, number_of
@@ -98,9 +98,8 @@ def extend(
     began = time.perf_counter()
     orbit = continued(old, times, on_block=progress)
     spent = trajectory.statistics.integrate_s + time.perf_counter() - began
-    longer = finished(
-        scene, trajectory.motion, chosen, orbit, trajectory.statistics.derive_s, spent
-    )
+    derive_s = trajectory.statistics.derive_s
+    longer = finished(scene, trajectory.motion, chosen, orbit, derive_s, spent)
     if trajectory.decimals is not None:
         longer = in_decimals(longer, progress, trajectory.decimals)
     return checked(_timed(longer, trajectory))
@@ -119,8 +118,8 @@ def _longer(trajectory: Trajectory, scene: Scene) -> Plan:
     if chosen.precision == "double":
         return replace(chosen, warnings=again.warnings)
     end = span(scene, motion)
-    needed = least_setting(Forecast(scene, motion, end), chosen.formulation).bits
-    bits = max(needed, bits_of(chosen.precision))
+    needed = settled(Forecast(scene, motion, end), chosen)
+    bits = max(bits_of(needed.precision), bits_of(chosen.precision))
     told = tuple(leaving(motion, end, bits))
     return replace(chosen, precision=named(bits), tolerance=2.0 ** (1 - bits), warnings=told)
 

@@ -88,6 +88,7 @@ class Forecast:
         self.scene, self.motion, self.span = scene, motion, span
         self.periods = periods_of(motion, span)
         self.growth = 2.0 ** min(_bits_grown(motion, span), 1010.0)  # a number still
+        self.rounding = UNIT * LOCAL * self.growth  # of a state at the end, whatever the span
         self.nearest = min(motion.from_top, motion.from_bottom)
 
     def __call__(
@@ -116,26 +117,21 @@ class Forecast:
         return enough(self.scene.digits * math.log2(10) + SPARE + lost)
 
     def _seconds(self, formulation: str, projected: bool, bits: int) -> float:
+        asked, kind = self.scene.events, self.motion.kind
         turned = formulation == "axis" and bool({"psi", "attitude"} & set(self.scene.quantities))
         each = RATES[formulation][0] + QUADRATURE_US * turned
         if formulation in SINGULAR:  # time scales follow one another down to the pass, and back
             each *= 1 - math.log10(max(min(self.nearest, 1.0), UNIT))
-        each *= (PROJECTED if projected else 1.0) * (WATCHED if self.scene.events else 1.0)
+        each *= (PROJECTED if projected else 1.0) * (WATCHED if asked else 1.0)
         sampled = SAMPLE_US
         if bits > DOUBLE:
             longer = MPFR_MS * (bits / 128) ** 2.2 * max(1.0, bits / HEAVY)
             each += 1e3 * (LONG_DOUBLE_MS if bits == LONG_DOUBLE else longer)
-            each += 1e3 * EVENT_MS * self._events_in_a_period()
+            turning = 2 if "turning" in asked else int(kind == "cusps")
+            events = turning + 2 * ("reversal" in asked and kind == "loops")
+            each += 1e3 * EVENT_MS * events * self.motion.nutates
             sampled += 1e3 * READ_MS
         return float(1e-6 * (each * self.periods + sampled * self.scene.samples))
-
-    def _events_in_a_period(self) -> int:
-        """How many wanted events a nutation has: two turning points, two reversals, a cusp."""
-        if not self.motion.nutates:
-            return 0
-        asked, kind = self.scene.events, self.motion.kind
-        turning = 2 if "turning" in asked else int(kind == "cusps")
-        return turning + 2 * ("reversal" in asked and kind == "loops")
 
     def _error(self, formulation: str, projected: bool) -> float:
         """The largest error of what is wanted, in doubles, at any time that may be looked at."""
@@ -144,13 +140,13 @@ class Forecast:
         if projected:
             lost = WANDER * math.sqrt(count) + STEADY * count
         late = abs(self.span) / max(count, 1.0) * lost
-        here = LOCAL
+        here = self.rounding
         if formulation == "cubic":  # theta from a height
             here /= min(1.0, max(math.sqrt(UNIT), self.nearest))
         if formulation in SINGULAR:  # beside a pole, θ has the digits that it has beside one
             here *= (1 + count) / max(min(self.nearest, 1.0), 1 / MOST_ERROR)
         aside = (PINNED if projected else TURNED) * math.sqrt(count)
-        off = UNIT * self.growth * (here + max(late * self.quickest, aside))
+        off = here + UNIT * self.growth * max(late * self.quickest, aside)
         return float(min(off, MOST_ERROR))
 
     @cached_property

@@ -118,15 +118,14 @@ class Keeper:
 
     def _save(self, orbit: Orbit) -> None:
         began = time.monotonic()
+        # events are found at the end
         later = replace(orbit, hits=tuple(seen.where(seen.t != seen.t) for seen in orbit.hits))
         Trajectory(
             scene=self.scene,
             motion=self.motion,
             plan=self.plan,
             orbit=orbit,
-            events=orbit_events(
-                self.scene, self.motion, self.plan, later
-            ),  # those are found at the end
+            events=orbit_events(self.scene, self.motion, self.plan, later),
             outcome=Outcome.INTERRUPTED,
             statistics=Statistics(orbit.steps, 0, 0.0, 0.0, 0.0),
         ).save(self.path)

@@ -10,25 +10,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import log, log2, tau
-from typing import Final, NamedTuple
+from typing import Final
 
 from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.ladder import LADDER
 from heavytop.errors import BadScene, Fault
-from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, enough, named
+from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, bits_of, enough, named
 from heavytop.integration.projection import why_not
 from heavytop.numbers import PI, Exact
-from heavytop.run.estimates import (
-    LOCAL,
-    MOST_TURNS,
-    SPARE,
-    UNIT,
-    Estimate,
-    Forecast,
-    duration,
-    needed_to_fold,
-)
+from heavytop.run.estimates import MOST_TURNS, SPARE, Estimate, Forecast, duration, needed_to_fold
 from heavytop.scene.arguments import expect, one_of, parse_options
 from heavytop.scene.scene import Scene, no_scene
 
@@ -42,9 +33,8 @@ PATIENCE_S: Final = 20.0  # for more than doubles
 LONG_S: Final = 60.0  # before which somebody should be told
 
 STATES: Final = {"cubic": 2, "routh": 2, "subsystem": 4, "axis": 5, "attitude": 6, "lagrange": 6}
-REVERSING: Final = frozenset(
-    {"loops", "cusps", "waves", "force-free", "undecided"}
-)  # as phidot may
+# kinds in which phidot may change its sign
+REVERSING: Final = frozenset({"loops", "cusps", "waves", "force-free", "undecided"})
 KNOWN: Final = frozenset({"class", "period"})  # without integrating
 NEEDS_PSI: Final = frozenset({"psi", "attitude"})
 NEEDS_PHI: Final = NEEDS_PSI | {"phi"}
@@ -175,33 +165,20 @@ def planned(
     if auto and KNOWN.issuperset(scene.quantities):
         why = "class and period follow from the closed form: nothing is integrated"
         return Plan("none", reasons=(why,), estimate=Estimate(0.0, 0.0))
-    _refuse_fast(scene, motion)
-    end = span(scene, motion)
-    expected = Forecast(scene, motion, end)
+    expected = Forecast(scene, motion, span(scene, motion))
     name, why = formulation, f"{formulation}: asked for by name"
     if auto:
         name, why = _least_formulation(expected)
     if faults := [*_faults(expected, name)]:
         raise BadScene(tuple(faults))
-    bits = expected.bits(name)
-    how = Setting(bits, projected, expected(name, projected=projected, bits=bits))
+    found = _formulated(expected, name, why)
     if auto and not projected:
-        if _folds(expected, how.estimate):
-            return _folded(expected, how.estimate)
-        how = least_setting(expected, name)
-    found, (watched, why_watched) = _formulated(expected, name), _watched(scene, motion, end)
-    found = replace(
-        found,
-        watched=watched,
-        precision=named(how.bits),
-        tolerance=2.0 ** (1 - how.bits),
-        projected=how.projected,
-        reasons=(why, *found.reasons, *why_watched, *how.reasons),
-        warnings=(*_outgrown(expected, name), *how.warnings, *leaving(motion, end, how.bits),
-                  *_patience(expected, how.estimate)),
-        estimate=how.estimate,
-    )  # fmt: skip
-    return replace(found, reasons=(*found.reasons, *_told(scene, found, how)))
+        found = settled(expected, found)
+    else:
+        bits = expected.bits(name)
+        found = _at(found, bits, expected(name, projected=projected, bits=bits), projected)
+    reasons = (*found.reasons, *_precise_and_projected(scene, found))
+    return replace(found, reasons=reasons, warnings=(*found.warnings, *_warnings(expected, found)))
 
 
 def span(scene: Scene, motion: Motion) -> float:
@@ -224,21 +201,12 @@ def span(scene: Scene, motion: Motion) -> float:
 # --- what cannot be had ------------------------------------------------------------------------
 
 
-def _refusal(scene: Scene, key: str, value: str, rule: str, hint: str = "") -> BadScene:
-    return BadScene((Fault(scene.name, None, key, value, rule, hint),))
-
-
-def _refuse_fast(scene: Scene, motion: Motion) -> None:
-    """Refuse rates whose squares no double holds."""
-    r, ctx = motion.reduced, motion.exact.ctx
-    fastest = max(abs(r.a), abs(r.b), ctx.sqrt(2 * (r.kinetic0 + abs(r.g))))
-    if fastest > MOST_RATE:
-        rule = f"rates of {ctx.nstr(fastest, 3)} rad/s, and {MOST_RATE:g} are the most"
-        raise _refusal(scene, "start", "", rule)
+def _refusal(scene: Scene, key: str, value: str, rule: str) -> BadScene:
+    return BadScene((Fault(scene.name, None, key, value, rule),))
 
 
 def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
-    """What a formulation does not give for a scene, and a span with more turns than are counted."""
+    """What a formulation does not give, squares of rates no double holds, turns not counted."""
     scene, motion, rung = expected.scene, expected.motion, LADDER[formulation]
     wants = ", ".join(scene.quantities)
     if missing := [q for q in scene.quantities if q not in rung.gives]:
@@ -254,6 +222,11 @@ def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
         # psi jumps by whole turns that neither quadrature has
         rule = "the axis form does not give psi of an axis that passes through both poles"
         yield Fault(scene.name, None, "want.quantities", wants, f"{rule}; the attitude form does")
+    r, ctx = motion.reduced, motion.exact.ctx
+    rate = max(abs(r.a), abs(r.b), ctx.sqrt(2 * (r.kinetic0 + abs(r.g))))
+    if rate > MOST_RATE:
+        rule = f"rates of {ctx.nstr(rate, 3)} rad/s, and {MOST_RATE:g} are the most"
+        yield Fault(scene.name, None, "start", "", rule)
     nodding = tau / motion.period if motion.period else 0.0
     fastest = max(nodding, *map(abs, motion.mean_angle_rates))
     if abs(expected.span) * fastest > MOST_TURNS * tau:
@@ -271,7 +244,7 @@ def _least_formulation(expected: Forecast) -> tuple[str, str]:
     wants, allowed = set(scene.quantities), 10.0**-scene.digits
     if LADDER["cubic"].gives >= wants:
         height = min(near, near**2)  # whose error in the cubic is absolute: it sets the period
-        if allowed * height >= UNIT * LOCAL * expected.growth:
+        if allowed * height >= expected.rounding:
             why = "only theta is wanted, and it has two states and a quadratic right side"
             return "cubic", f"cubic: {why}"
         lost = f"{near:.1e} rad from a pole theta would lose digits in the cubic form"
@@ -280,13 +253,13 @@ def _least_formulation(expected: Forecast) -> tuple[str, str]:
         why = f"{near:.1e} rad from a pole phi and psi turn quickly"
         return "attitude", f"attitude: {why}; its equations are regular, its turns are proved"
     turned = abs(float(motion.reduced.kappa)) * abs(float(scene.time or 0))
-    if "attitude" in wants and turned * 2 * UNIT > allowed:
+    if "attitude" in wants and turned * EPSILON > allowed:
         return "attitude", f"attitude: it takes out the spin, {turned:.1e} rad, exactly"
     return "axis", "axis: quadratic, regular at the poles, and no angle grows in the state"
 
 
-def _formulated(expected: Forecast, name: str) -> Plan:
-    """A formulation with the angles that are wanted, and how it has them."""
+def _formulated(expected: Forecast, name: str, why: str) -> Plan:
+    """A formulation with the angles and events that are wanted, and how it has them."""
     scene, motion, wants = expected.scene, expected.motion, set(expected.scene.quantities)
     variant, frame, follows_phi, reasons = None, {}, False, []
     if name == "cubic":
@@ -303,8 +276,9 @@ def _formulated(expected: Forecast, name: str) -> Plan:
             frame, reasons = {"frame_rate": motion.mean_rate(variant)}, [reason]
         if follows_phi := bool(wants & NEEDS_PHI):
             reasons.append("phi from the axis, its turns counted between bounds of its rate")
-    states = STATES[name] + len(frame)
-    return Plan(name, variant, follows_phi, (*frame.items(),), (), states, reasons=(*reasons,))
+    watched, why_watched = _watched(scene, motion, expected.span)
+    reasons, states = [why, *reasons, *why_watched], STATES[name] + len(frame)
+    return Plan(name, variant, follows_phi, (*frame.items(),), watched, states, reasons=(*reasons,))
 
 
 def _quadrature(scene: Scene, motion: Motion) -> tuple[str, str]:
@@ -338,98 +312,91 @@ def _watched(scene: Scene, motion: Motion, end: float) -> tuple[Words, Words]:
 # --- precision, projection and folding ---------------------------------------------------------
 
 
-class Setting(NamedTuple):
-    """The numbers of a run, and whether it is projected: what that gives, and why it is so."""
-
-    bits: int
-    projected: bool
-    estimate: Estimate
-    reasons: Words = ()
-    warnings: Words = ()
-
-
-def least_setting(expected: Forecast, formulation: str) -> Setting:
-    """The least that meets the scene's digits at the end; or doubles, where more take too long.
+def settled(expected: Forecast, found: Plan) -> Plan:
+    """The least with which a formulation meets the scene's digits; or doubles, if more take long.
 
     Examples
     --------
     >>> from heavytop.scene.scene import load_scene
     >>> scene = load_scene("sicm-kicked")
     >>> ends = [Forecast(scene, Motion(scene.top, scene.start), t) for t in (2, 1e3)]
-    >>> [least_setting(expected, "axis")[:2] for expected in ends]
-    [(53, False), (53, True)]
+    >>> [settled(expected, Plan("axis")).projected for expected in ends]
+    [False, True]
     """
-    digits, bits = expected.scene.digits, expected.bits(formulation)
-    plain, pinned = (expected(formulation, projected=p, bits=bits) for p in (False, True))
-    if bits > DOUBLE or plain.error <= 10.0**-digits:
-        return Setting(bits, False, plain)
-    lost = f"{_off('would', plain.error)}, of 1e-{digits} allowed"
-    if pinned.error <= 10.0**-digits:
-        return Setting(bits, True, pinned, (f"projected: else {lost}",))
+    name, digits, count = found.formulation, expected.scene.digits, expected.periods
+    bits, allowed = expected.bits(name), 10.0**-digits
+    plain, pinned = (expected(name, projected=p, bits=bits) for p in (False, True))
+    returns = expected.motion.regime != "asymptotic"
+    if returns and not expected.scene.events and plain.seconds > FOLD_AFTER_S:
+        why = f"folded: one period answers for all {count:.3g}, which would take "
+        whole = Plan("attitude", states=STATES["attitude"], folded=True)
+        bits = enough(needed_to_fold(digits, 2 * count))
+        return _at(whole, bits, Estimate(1.0, allowed / 10), False, why + duration(plain.seconds))
+    if bits > DOUBLE or plain.error <= allowed:
+        return _at(found, bits, plain, False)
+    lost = f"{_off('would', plain)}, of 1e-{digits} allowed"
+    if pinned.error <= allowed:
+        return _at(found, bits, pinned, True, f"projected: else {lost}")
     needed = DOUBLE + log2(plain.error) + digits * log2(10)
     bits = LONG_DOUBLE if needed <= LONG_DOUBLE else enough(needed + SPARE)
-    finer = expected(formulation, bits=bits)
+    finer = expected(name, bits=bits)
     if finer.seconds <= PATIENCE_S:
-        return Setting(bits, False, finer, (f"in doubles {lost}",))
-    why = f"{_off('will', pinned.error)}: more bits would take {duration(finer.seconds)}"
-    return Setting(DOUBLE, True, pinned, (why,), (f"digits: {why}",))
+        return _at(found, bits, finer, False, f"in doubles {lost}")
+    why = f"{_off('will', pinned)}: more bits would take {duration(finer.seconds)}"
+    return _at(replace(found, warnings=(f"digits: {why}",)), DOUBLE, pinned, True, why)
 
 
-def _off(verb: str, error: float) -> str:
-    if error < 1:
-        return f"the end {verb} be off by about {error:.0e}"
+def _at(found: Plan, bits: int, expected: Estimate, projected: bool, *why: str) -> Plan:
+    """A plan in numbers of so many bits."""
+    return replace(
+        found,
+        precision=named(bits),
+        tolerance=2.0 ** (1 - bits),
+        projected=projected,
+        reasons=(*found.reasons, *why),
+        estimate=expected,
+    )
+
+
+def _off(verb: str, expected: Estimate) -> str:
+    if expected.error < 1:
+        return f"the end {verb} be off by about {expected.error:.0e}"
     return f"every digit {verb} be lost"
 
 
-def _told(scene: Scene, found: Plan, how: Setting) -> Iterator[str]:
+def _precise_and_projected(scene: Scene, found: Plan) -> Iterator[str]:
     """Say what more bits and projection are for; refuse them where they are not to be had."""
-    if how.bits > MOST_BITS:
-        rule = f"over this span they take {how.bits:.3g} bits, and {MOST_BITS} are the most"
+    bits = bits_of(found.precision)
+    if bits > MOST_BITS:
+        rule = f"over this span they take {bits:.3g} bits, and {MOST_BITS} are the most"
         raise _refusal(scene, "want.digits", str(scene.digits), rule)
-    if how.bits > DOUBLE:
+    if bits > DOUBLE and not found.folded:
         events = "events are looked for where the closed form has them"
         yield f"{found.precision}: for {scene.digits} digits at the end; {events}"
-    if how.projected:
+    if found.projected:
         rule = why_not(found.equations)
-        if how.bits > DOUBLE:
+        if bits > DOUBLE:
             rule = f"only in double precision, and {scene.digits} digits take more"
         if rule:
             raise _refusal(scene, "projected", "", rule)
         yield f"projected onto {', '.join(found.equations.invariants)} every few nutations"
 
 
-def _folds(expected: Forecast, whole: Estimate) -> bool:
-    """Whether one period is worth more than all: no events, and a very long span."""
-    returns = expected.motion.regime != "asymptotic"
-    return returns and not expected.scene.events and whole.seconds > FOLD_AFTER_S
-
-
-def _folded(expected: Forecast, whole: Estimate) -> Plan:
-    digits, count = expected.scene.digits, expected.periods
-    bits = enough(needed_to_fold(digits, 2 * count))
-    long = f"which would take {duration(whole.seconds)}"
-    return Plan(
-        "attitude",
-        states=STATES["attitude"],
-        precision=named(bits),
-        tolerance=2.0 ** (1 - bits),
-        folded=True,
-        reasons=(f"folded: one period answers for all {count:.3g}, {long}",),
-        estimate=Estimate(1.0, 10.0**-digits / 10),
-    )
-
-
-# --- what may disappoint -----------------------------------------------------------------------
-
-
-def _outgrown(expected: Forecast, formulation: str) -> Iterator[str]:
-    """Say that angles in the state grow in a long run."""
-    count = expected.periods if expected.motion.nutates else 0
-    if formulation == "lagrange" and count > LONG_FOR_LAGRANGE:
+def _warnings(expected: Forecast, found: Plan) -> Iterator[str]:
+    """Say what may disappoint: growing angles, rounding on a separatrix, a long integration."""
+    scene, motion, count = expected.scene, expected.motion, expected.periods
+    if found.formulation == "lagrange" and motion.nutates and count > LONG_FOR_LAGRANGE:
         yield (
             f"{count:.0f} nutation periods with phi and psi in the state: they grow, the step "
             "control follows them, and phase is lost as the cube of the time; use the axis form"
         )
+    yield from leaving(motion, expected.span, bits_of(found.precision))
+    seconds = found.estimate.seconds if found.estimate else 0.0
+    if seconds > LONG_S and motion.kind != "at-rest":  # which takes a step or two
+        how = "without events (want.events = [])" if scene.events else "by auto"
+        returns = motion.regime != "asymptotic"
+        quicker = f"; {how} it would be folded and take a second" if returns else ""
+        yield f"long: about {duration(seconds)} in all{quicker}"
 
 
 def leaving(motion: Motion, end: float, bits: int) -> Iterator[str]:
@@ -443,14 +410,3 @@ def leaving(motion: Motion, end: float, bits: int) -> Iterator[str]:
             f"separatrix: rounding grows with exp({rate:.3g} t), and by it the axis "
             f"leaves the vertical's neighbourhood at about t = {left:.3g} s; it never would"
         )
-
-
-def _patience(expected: Forecast, found: Estimate) -> Iterator[str]:
-    """Say how long a long integration takes, and what would be quicker."""
-    motion = expected.motion
-    if found.seconds <= LONG_S or motion.kind == "at-rest":  # which takes a step or two
-        return
-    how = "without events (want.events = [])" if expected.scene.events else "by auto"
-    returns = motion.regime != "asymptotic"
-    quicker = f"; {how} it would be folded and take a second" if returns else ""
-    yield f"long: about {duration(found.seconds)} in all{quicker}"
