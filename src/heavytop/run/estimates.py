@@ -87,6 +87,7 @@ class Forecast:
     def __init__(self, scene: Scene, motion: Motion, span: float) -> None:
         self.scene, self.motion, self.span = scene, motion, span
         self.periods = periods_of(motion, span)
+        self.returns = motion.regime != "asymptotic"
         self.growth = 2.0 ** min(_bits_grown(motion, span), 1010.0)  # a number still
         self.rounding = UNIT * LOCAL * self.growth  # of a state at the end, whatever the span
         self.nearest = min(motion.from_top, motion.from_bottom)

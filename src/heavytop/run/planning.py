@@ -326,8 +326,7 @@ def settled(expected: Forecast, found: Plan) -> Plan:
     name, digits, count = found.formulation, expected.scene.digits, expected.periods
     bits, allowed = expected.bits(name), 10.0**-digits
     plain, pinned = (expected(name, projected=p, bits=bits) for p in (False, True))
-    returns = expected.motion.regime != "asymptotic"
-    if returns and not expected.scene.events and plain.seconds > FOLD_AFTER_S:
+    if expected.returns and not expected.scene.events and plain.seconds > FOLD_AFTER_S:
         why = f"folded: one period answers for all {count:.3g}, which would take "
         whole = Plan("attitude", states=STATES["attitude"], folded=True)
         bits = enough(needed_to_fold(digits, 2 * count))
@@ -394,8 +393,7 @@ def _warnings(expected: Forecast, found: Plan) -> Iterator[str]:
     seconds = found.estimate.seconds if found.estimate else 0.0
     if seconds > LONG_S and motion.kind != "at-rest":  # which takes a step or two
         how = "without events (want.events = [])" if scene.events else "by auto"
-        returns = motion.regime != "asymptotic"
-        quicker = f"; {how} it would be folded and take a second" if returns else ""
+        quicker = f"; {how} it would be folded and take a second" if expected.returns else ""
         yield f"long: about {duration(seconds)} in all{quicker}"
 
 
