@@ -224,12 +224,12 @@ def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
         yield Fault(scene.name, None, "want.quantities", wants, f"{rule}; the attitude form does")
     r, ctx = motion.reduced, motion.exact.ctx
     rate = max(abs(r.a), abs(r.b), ctx.sqrt(2 * (r.kinetic0 + abs(r.g))))
+    nodding = tau / motion.period if motion.period else 0.0
+    fastest = max(nodding, *map(abs, motion.mean_angle_rates))
     if rate > MOST_RATE:
         rule = f"rates of {ctx.nstr(rate, 3)} rad/s, and {MOST_RATE:g} are the most"
         yield Fault(scene.name, None, "start", "", rule)
-    nodding = tau / motion.period if motion.period else 0.0
-    fastest = max(nodding, *map(abs, motion.mean_angle_rates))
-    if abs(expected.span) * fastest > MOST_TURNS * tau:
+    elif abs(expected.span) * fastest > MOST_TURNS * tau:
         key, value = ("time", scene.time) if scene.periods is None else ("periods", scene.periods)
         rule = f"at most {MOST_TURNS * tau / fastest:.3g} s: farther off, turns are not counted"
         yield Fault(scene.name, None, f"span.{key}", str(value), rule)
