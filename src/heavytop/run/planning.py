@@ -18,10 +18,12 @@ from heavytop.equations.ladder import LADDER
 from heavytop.errors import BadScene, Fault
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, bits_of, enough, named
 from heavytop.integration.projection import why_not
+from heavytop.names import LONGEST, nearest
 from heavytop.numbers import PI, Exact
 from heavytop.run.estimates import MOST_TURNS, SPARE, Estimate, Forecast, duration, needed_to_fold
-from heavytop.scene.arguments import expect, one_of, parse_options
+from heavytop.scene.arguments import expect, shown
 from heavytop.scene.scene import Scene, no_scene
+from heavytop.spelling import harmless
 
 EPSILON = 2.0**-52
 MOST_RATE: Final = 1e150  # rad/s, whose square is a double
@@ -157,9 +159,7 @@ def planned(
     scene: Scene, motion: Motion, formulation: str = "auto", projected: bool = False
 ) -> Plan:
     """The plan for a scene whose motion is at hand."""
-    known = {"formulation": one_of({"auto": None, **LADDER})}
-    if faults := parse_options(scene.name, {"formulation": formulation}, known)[1]:
-        raise BadScene(tuple(faults))
+    _expect_known(scene, formulation)
     expect("projected", projected, bool)
     auto = formulation == "auto"
     if auto and KNOWN.issuperset(scene.quantities):
@@ -203,6 +203,14 @@ def span(scene: Scene, motion: Motion) -> float:
 
 def _refusal(scene: Scene, key: str, value: str, rule: str) -> BadScene:
     return BadScene((Fault(scene.name, None, key, value, rule),))
+
+
+def _expect_known(scene: Scene, formulation: object) -> None:
+    names, is_text = ("auto", *LADDER), isinstance(formulation, str)
+    if not is_text or formulation not in names:
+        told = harmless(str(formulation)[:LONGEST]) if is_text else shown(formulation)
+        rule, hint = f"one of {', '.join(names)}", nearest(formulation, names)
+        raise BadScene((Fault(scene.name, None, "formulation", told, rule, hint),))
 
 
 def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
