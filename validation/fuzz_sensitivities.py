@@ -17,7 +17,7 @@ from heavytop.equations import lagrangian as lag
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.equations.lambdify import lambdified
 from heavytop.errors import BadScene, DoubtfulWarning, EndedEarly
-from heavytop.run.engines import start_values
+from heavytop.run.planning import start_values
 
 DIGITS, STEP = 130, ht.Exact.of("1e-40")  # the steps in natural sizes
 FACTOR = 2  # by which an error may be larger than what is said of it

@@ -20,10 +20,10 @@ from heavytop.integration.precise import PreciseIntegrator
 from heavytop.numbers import Exact
 from heavytop.numbers.decimals import context
 from heavytop.numbers.double_double import Multiples
-from heavytop.run.engines import start_values
 from heavytop.run.folded import fold
 from heavytop.run.folds import making, starting
 from heavytop.run.folds.turned import DOUBLES, Turned
+from heavytop.run.planning import start_values
 from heavytop.scene.scene import shipped_scenes
 
 DIGITS = 60  # of the closed form

@@ -11,7 +11,7 @@ from heavytop.integration.bits import LONG_DOUBLE
 from heavytop.integration.precise import PreciseIntegrator, Unfinished, Wanted
 from heavytop.numbers import Exact
 from heavytop.results.document import run_document
-from heavytop.run.digits import bits_for
+from heavytop.run.estimates import Forecast
 from heavytop.run.planning import plan
 from heavytop.run.witness import missed_digits
 
@@ -65,7 +65,8 @@ def test_plans_name_the_precision():
     assert tuple(precision.values()) == names
     assert plan(scene(60)).tolerance == 2.0**-255
     motion = ht.Motion(scene(70).top, scene(70).start)
-    assert bits_for(70, motion, 1e6) > bits_for(70, motion, 1.0)
+    far, near = (Forecast(scene(70), motion, end).bits("axis") for end in (1e6, 1.0))
+    assert far > near
 
 
 @pytest.mark.parametrize("formulation", FORMULATIONS)

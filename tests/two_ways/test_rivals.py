@@ -20,7 +20,7 @@ from heavytop.comparison.steppers import StepperState
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.equations.lambdify import exact_values
 from heavytop.errors import Impossible, MissingPackage
-from heavytop.run.engines import start_values
+from heavytop.run.planning import start_values
 
 FIXED = [name for name, method in METHODS.items() if method.fixed]
 ADAPTIVE = [name for name in METHODS if name not in FIXED]

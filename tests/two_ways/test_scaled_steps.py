@@ -12,8 +12,8 @@ from heavytop.integration.compiled import Compiled
 from heavytop.integration.integrator import Integrator
 from heavytop.integration.orbit import continued, integrate
 from heavytop.integration.pace import FAST, SLOW, unit_of, units_of
-from heavytop.run.engines import binary_start, compiled_and_timed, formulation_of
 from heavytop.run.planning import plan
+from heavytop.run.propagation import binary_start, compiled_for
 
 ROUNDING = 2.0**-53
 KICKED = {"theta": "0.5", "thetadot": "1", "phidot": "-1"}
@@ -64,7 +64,7 @@ def test_one_number_for_all_states_would_lose_it(spin, least, most):
     chosen = plan(scene, "axis")
     parameters, start = binary_start(scene, chosen)
     end = 99.618 * ht.Motion(scene.top, scene.start).period
-    engine = Integrator(replace(formulation_of(chosen), rates=()), (), 2.0**-52)
+    engine = Integrator(replace(chosen.equations, rates=()), (), 2.0**-52)
     orbit = integrate(engine, parameters, start, np.array([end]))
     exact = ht.Motion(scene.top, scene.start).at(end, digits=30)
     error = math.dist(orbit.samples.rows[-1, :3], [float(x) for x in exact.axis])
@@ -166,7 +166,7 @@ class TestExactness:
         """One step of a given length, in units from 2^-9 to 2^9: the same bits, true units."""
         scene = ht.load_scene("sicm-kicked", ['want.quantities=["theta"]'])
         chosen = plan(scene, formulation)
-        plain, _ = compiled_and_timed(chosen)
+        plain = compiled_for(chosen)
         parameters, start = binary_start(scene, chosen)
         form = plain.formulation
         ends = {}

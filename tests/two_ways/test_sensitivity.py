@@ -13,7 +13,7 @@ from heavytop.equations import lagrangian as lag
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.equations.lambdify import lambdified
 from heavytop.errors import BadScene, DoubtfulWarning, EndedEarly, NotANumber, Outcome
-from heavytop.run.engines import start_values
+from heavytop.run.planning import start_values
 from heavytop.run.sensitivity import UNITS, sensitivities, state_transition
 
 mp = mpmath.mp.clone()

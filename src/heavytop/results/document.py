@@ -37,7 +37,7 @@ def run_document(trajectory: Trajectory, files: Mapping[str, str] | None = None)
     files : mapping from str to str, optional
         Names and paths of the files written.
     """
-    motion = closed_form_of(trajectory.scene)
+    motion = trajectory.motion
     errors = run_errors(trajectory)
     return {
         "schema": SCHEMA,

@@ -14,11 +14,11 @@ from heavytop.hdf5 import array, attribute, opened
 from heavytop.integration.orbit import Checkpoint, Ending, Orbit, Seen
 from heavytop.integration.winding import Winding
 from heavytop.machine import versions
-from heavytop.run.engines import compiled_for, engine_of, start_values
 from heavytop.run.events import Events
 from heavytop.run.netcdf import SCHEMA
-from heavytop.run.planning import Plan, closed_form_of
+from heavytop.run.planning import Plan, closed_form_of, start_values
 from heavytop.run.poles import rates_at_poles
+from heavytop.run.propagation import compiled_for, engine_of
 from heavytop.run.trajectory import Statistics, Trajectory
 from heavytop.scene.arguments import path_of
 from heavytop.scene.scene import read_scene
@@ -119,16 +119,16 @@ def _trajectory(file: Any) -> Trajectory:
     values = {name: float.fromhex(text) for name, text in parameters.items()}
     outcome = Outcome(attribute(file, "outcome"))
     orbit, events = _orbit(file, chosen, values, outcome), _events(file, scene.events)
-    decimals = None
+    decimals, motion = None, closed_form_of(scene)
     if "decimal_t_time" in file:
         from heavytop.run.decimals.stored import restored
 
-        at_poles = rates_at_poles(closed_form_of(scene))
-        named = start_values(scene)
+        at_poles, named = rates_at_poles(motion), start_values(scene)
         decimals = restored(file, scene.digits, chosen, named, orbit, events, at_poles)
     steps = orbit.steps if decimals is None else decimals.steps
     return Trajectory(
         scene=scene,
+        motion=motion,
         plan=chosen,
         orbit=orbit,
         events=events,

@@ -12,10 +12,10 @@ from heavytop.errors import Outcome
 from heavytop.integration.bits import bits_of, named
 from heavytop.integration.orbit import continued
 from heavytop.numbers import Number
-from heavytop.run.choice import choice
 from heavytop.run.doubts import checked, forewarned
+from heavytop.run.estimates import Forecast
 from heavytop.run.finishing import Keeper, Progress, finished, in_decimals
-from heavytop.run.planning import Plan, closed_form_of, leaving, plan, span
+from heavytop.run.planning import Plan, leaving, planned, settled, span
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene import arguments
 from heavytop.scene.arguments import expect, heard, number_of
@@ -93,18 +93,19 @@ def extend(
     scene = replace(
         trajectory.scene, time=span_wanted, periods=None, samples=trajectory.t.size + count
     )
-    chosen = _longer(trajectory.plan, scene)
+    chosen = _longer(trajectory, scene)
     forewarned(chosen)
     began = time.perf_counter()
     orbit = continued(old, times, on_block=progress)
     spent = trajectory.statistics.integrate_s + time.perf_counter() - began
-    longer = finished(scene, chosen, orbit, trajectory.statistics.derive_s, spent)
+    derive_s = trajectory.statistics.derive_s
+    longer = finished(scene, trajectory.motion, chosen, orbit, derive_s, spent)
     if trajectory.decimals is not None:
         longer = in_decimals(longer, progress, trajectory.decimals)
     return checked(_timed(longer, trajectory))
 
 
-def _longer(chosen: Plan, scene: Scene) -> Plan:
+def _longer(trajectory: Trajectory, scene: Scene) -> Plan:
     """Return a plan for a longer span: its warnings are new, and what has more bits may take more.
 
     Raises
@@ -112,13 +113,13 @@ def _longer(chosen: Plan, scene: Scene) -> Plan:
     BadScene
         As for `plan`.
     """
-    again = plan(scene, chosen.formulation)
+    motion, chosen = trajectory.motion, trajectory.plan
+    again = planned(scene, motion, chosen.formulation)
     if chosen.precision == "double":
         return replace(chosen, warnings=again.warnings)
-    motion = closed_form_of(scene)
     end = span(scene, motion)
-    needed = choice(scene, motion, end, chosen.formulation).bits
-    bits = max(needed, bits_of(again.precision), bits_of(chosen.precision))
+    needed = settled(Forecast(scene, motion, end), chosen)
+    bits = max(bits_of(needed.precision), bits_of(chosen.precision))
     told = tuple(leaving(motion, end, bits))
     return replace(chosen, precision=named(bits), tolerance=2.0 ** (1 - bits), warnings=told)
 
@@ -171,9 +172,9 @@ def completed(
         return trajectory
     scene, old = trajectory.scene, trajectory.orbit
     forewarned(trajectory.plan)
-    end = span(scene, closed_form_of(scene))
+    end = span(scene, trajectory.motion)
     times = np.linspace(0.0, end, scene.samples)[old.samples.t.size :]
-    keeper = Keeper.of(checkpoint, scene, trajectory.plan)
+    keeper = Keeper.of(checkpoint, scene, trajectory.motion, trajectory.plan)
     began = time.perf_counter()
     orbit = continued(old, times, on_block=progress, keep=keeper) if times.size else old
     spent = trajectory.statistics.integrate_s + time.perf_counter() - began
@@ -181,7 +182,7 @@ def completed(
     orbit = orbit if times.size else replace(orbit, ending="reached")
     if keeper is not None:
         keeper.at_last(orbit)
-    found = finished(scene, trajectory.plan, orbit, derive_s, spent)
+    found = finished(scene, trajectory.motion, trajectory.plan, orbit, derive_s, spent)
     if found.plan.precision != "double":
         found = in_decimals(found, progress)
     return checked(_timed(found, trajectory))

@@ -18,7 +18,6 @@ from heavytop.errors import NoClosedForm
 from heavytop.numbers.decimals import Context, Number, context
 from heavytop.run.decimals.polish import Polished
 from heavytop.run.decimals.result import Decimals
-from heavytop.run.planning import closed_form_of
 from heavytop.run.trajectory import Trajectory
 from heavytop.run.witness import Errors, motion_of, passing
 
@@ -56,7 +55,7 @@ def decimal_errors(trajectory: Trajectory) -> DecimalErrors:
     except NoClosedForm as reason:
         return DecimalErrors({}, energy, invariants, why_not=str(reason))
     apart = _Apart(ctx)
-    exactly = closed_form_of(trajectory.scene).form(decimals.digits + SPARE_DIGITS)
+    exactly = trajectory.motion.form(decimals.digits + SPARE_DIGITS)
     last = exactly(ctx.mpf(decimals.samples[-1].t))
     wants = [n for n in ANGLES if n == "theta" or n in trajectory.scene.quantities]
     off = {name: _largest(apart.angle(name, *each) for each in pairs) for name in ANGLES}
@@ -109,7 +108,7 @@ def missed_decimals(trajectory: Trajectory) -> dict[str, float]:
 
 def _off_exactly(trajectory: Trajectory, names: Iterable[str]) -> dict[str, Any]:
     """Return how far a trajectory is off the motion of the scene's exact numbers."""
-    decimals, motion = _decimals(trajectory), closed_form_of(trajectory.scene)
+    decimals, motion = _decimals(trajectory), trajectory.motion
     ctx, truth = decimals.run.reader.ctx, motion.form(decimals.digits + SPARE_DIGITS)
     apart = _Apart(ctx)
     pairs = [(sample, truth(ctx.mpf(sample.t))) for sample in _some(decimals.samples)]

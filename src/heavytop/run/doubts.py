@@ -12,7 +12,7 @@ from heavytop.errors import (
 )
 from heavytop.integration.quantities import Sample
 from heavytop.run.events import EVENTS
-from heavytop.run.planning import Plan, closed_form_of
+from heavytop.run.planning import Plan
 from heavytop.run.tally import Counts, differences, tally
 from heavytop.run.trajectory import Trajectory
 from heavytop.run.witness import missed_digits, run_errors
@@ -49,7 +49,7 @@ def doubtful_events(trajectory: Trajectory) -> str:
 
 def missed_events(trajectory: Trajectory) -> Counts:
     """Return the least and the greatest true number of the events that are miscounted, by name."""
-    motion, asked = closed_form_of(trajectory.scene), trajectory.scene.events
+    motion, asked = trajectory.motion, trajectory.scene.events
     expected = tally(motion, trajectory.orbit.end, asked) if asked else None
     counted = {name: trajectory.events.count(name) or 0 for name in asked}
     return {
@@ -83,7 +83,7 @@ def _off_at_a_glance(trajectory: Trajectory) -> bool:
     every = max(1, run.t.size // GLANCED_AT)
     some = slice((run.t.size - 1) % every, None, every)
     try:
-        exact = closed_form_of(trajectory.scene).double(run.t[some])
+        exact = trajectory.motion.double(run.t[some])
     except NoClosedForm:
         return False
     wants, bound = set(trajectory.scene.quantities), 10.0**-trajectory.scene.digits

@@ -22,9 +22,9 @@ from heavytop.equations.lambdify import lambdified
 from heavytop.errors import BadScene, HeavyTopError, ImpossibleStart, NotANumber, Outcome
 from heavytop.integration.batch import Arrived, Lane, Zeros, batch_integrator
 from heavytop.integration.quantities import Sample, event_function, invariants, sample
-from heavytop.run.digits import MOST_DIGITS
 from heavytop.run.error_growth import Outlook, outlook
-from heavytop.run.planning import EPSILON, closed_form_of
+from heavytop.run.estimates import MOST_DIGITS
+from heavytop.run.planning import EPSILON
 from heavytop.run.propagation import propagate
 from heavytop.scene import arguments
 from heavytop.scene.arguments import whole, wrong_type
@@ -326,7 +326,7 @@ def _recomputed(run: Ensemble) -> Ensemble:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # `error` tells what is off all the same
                 one = propagate(scene)
-            exact = closed_form_of(scene).double(run.end[i : i + 1])
+            exact = one.motion.double(run.end[i : i + 1])
         except HeavyTopError:
             continue
         states[i] = _states(run, i, one.samples)[-1]

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from heavytop.analytic.motion import Motion
 from heavytop.errors import EndedEarly, Outcome
 from heavytop.integration.orbit import Orbit, Seen
-from heavytop.run.engines import start_values
 from heavytop.run.estimates import SINGULAR
 from heavytop.run.orbit_events import orbit_events
-from heavytop.run.planning import Plan, closed_form_of, span
+from heavytop.run.planning import Plan, span
 from heavytop.run.trajectory import Statistics, Trajectory
 from heavytop.scene.scene import Scene
 
@@ -36,13 +36,14 @@ _OUTCOMES = {
 
 
 def finished(
-    scene: Scene, chosen: Plan, orbit: Orbit, derive_s: float, integrate_s: float
+    scene: Scene, motion: Motion, chosen: Plan, orbit: Orbit, derive_s: float, integrate_s: float
 ) -> Trajectory:
     """Return the trajectory of an orbit.
 
     Parameters
     ----------
     scene : Scene
+    motion : Motion
     chosen : Plan
     orbit : Orbit
     derive_s, integrate_s : float
@@ -57,12 +58,13 @@ def finished(
     if orbit.ending == "reached" and _left_the_chart(orbit):
         orbit = replace(orbit, ending="singular")
     if orbit.ending == "singular" and chosen.precision != "double":  # more bits may go on
-        orbit = replace(orbit, ending="reached", end=span(scene, closed_form_of(scene)))
+        orbit = replace(orbit, ending="reached", end=span(scene, motion))
     trajectory = Trajectory(
         scene=scene,
+        motion=motion,
         plan=chosen,
         orbit=orbit,
-        events=orbit_events(scene, chosen, orbit),
+        events=orbit_events(scene, motion, chosen, orbit),
         outcome=_OUTCOMES[orbit.ending],
         statistics=Statistics(
             orbit.steps, compiled.order, derive_s, compiled.compile_s, integrate_s
@@ -75,7 +77,7 @@ def finished(
 
 def _why(trajectory: Trajectory) -> str:
     """Say what stops a run of a form that is singular at the poles, and what does not."""
-    motion, form = closed_form_of(trajectory.scene), trajectory.plan.formulation
+    motion, form = trajectory.motion, trajectory.plan.formulation
     if trajectory.outcome is Outcome.INTERRUPTED or form not in SINGULAR:
         return ""
     near = min(motion.from_top, motion.from_bottom)
@@ -91,15 +93,18 @@ class Keeper:
 
     path: str | os.PathLike[str]
     scene: Scene
+    motion: Motion
     plan: Plan
     saved: float
     due: float
 
     @classmethod
-    def of(cls, path: str | os.PathLike[str] | None, scene: Scene, chosen: Plan) -> Keeper | None:
+    def of(
+        cls, path: str | os.PathLike[str] | None, scene: Scene, motion: Motion, chosen: Plan
+    ) -> Keeper | None:
         """Return the keeper of a file, if there is to be one."""
         now = time.monotonic()
-        return None if path is None else cls(path, scene, chosen, now, now + EVERY_S)
+        return None if path is None else cls(path, scene, motion, chosen, now, now + EVERY_S)
 
     def __call__(self, so_far: Callable[[], Orbit]) -> None:
         """Save the orbit so far, if it is time."""
@@ -113,12 +118,14 @@ class Keeper:
 
     def _save(self, orbit: Orbit) -> None:
         began = time.monotonic()
+        # events are found at the end
         later = replace(orbit, hits=tuple(seen.where(seen.t != seen.t) for seen in orbit.hits))
         Trajectory(
             scene=self.scene,
+            motion=self.motion,
             plan=self.plan,
             orbit=orbit,
-            events=orbit_events(self.scene, self.plan, later),  # those are found at the end
+            events=orbit_events(self.scene, self.motion, self.plan, later),
             outcome=Outcome.INTERRUPTED,
             statistics=Statistics(orbit.steps, 0, 0.0, 0.0, 0.0),
         ).save(self.path)
@@ -155,7 +162,7 @@ def in_decimals(
     from heavytop.run.decimals import result
 
     scene, spent = trajectory.scene, trajectory.statistics
-    parts = (trajectory.plan, start_values(scene), trajectory.orbit)
+    parts = (trajectory.motion, trajectory.plan, trajectory.orbit)
     try:
         decimals, events = result.in_decimals(scene, *parts, before, progress)
     except KeyboardInterrupt:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from heavytop.errors import BadScene, Fault, Impossible, NotANumber
 from heavytop.numbers.decimals import Number, number
-from heavytop.run.digits import LEAST_FOLDED, MOST_TURNS
+from heavytop.run.estimates import LEAST_FOLDED, MOST_TURNS
 from heavytop.run.folds.making import Cost, Made, nodding, uniform
 from heavytop.run.folds.nodding import Nodding
 from heavytop.run.folds.sample import FoldedSample, joined

@@ -8,18 +8,19 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from heavytop.analytic.motion import Motion
 from heavytop.integration.orbit import Orbit, Seen
 from heavytop.integration.quantities import Sample, event_function, sample, spin_momentum
 from heavytop.numbers import Exact
 from heavytop.run.events import Candidates, Events, judged, within
-from heavytop.run.planning import EPSILON, Plan, closed_form_of
+from heavytop.run.planning import EPSILON, Plan
 from heavytop.run.poles import rates_at_poles
 from heavytop.scene.scene import Scene
 
 Array = NDArray[np.float64]
 
 
-def orbit_events(scene: Scene, chosen: Plan, orbit: Orbit) -> Events:
+def orbit_events(scene: Scene, motion: Motion, chosen: Plan, orbit: Orbit) -> Events:
     """Return the events a scene asks for, from the zeros seen along its orbit."""
     zeros = dict(zip(chosen.watched, orbit.hits, strict=True))
     none = Seen(np.empty(0), np.empty(0), orbit.samples.rows[:0], np.empty(0))
@@ -33,7 +34,7 @@ def orbit_events(scene: Scene, chosen: Plan, orbit: Orbit) -> Events:
         for event in ("turning", "reversal")
     }
     events = judged(found["turning"], found["reversal"], scene.events, orbit.steps)
-    return _with_limits(events, rates_at_poles(closed_form_of(scene)))
+    return _with_limits(events, rates_at_poles(motion))
 
 
 def _with_limits(events: Events, at_poles: Mapping[str, Exact]) -> Events:

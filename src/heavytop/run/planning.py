@@ -1,37 +1,47 @@
-"""The least model that gives what a scene wants, and why."""
+"""The least model that gives what a scene wants, and why.
+
+A formulation follows from the quantities wanted, the kind of motion and how near a pole the axis
+comes. What it needs then follows from the digits: nothing more, projection onto the invariants,
+more bits than doubles have; or one nutation folded, where the span is very long.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
-from functools import lru_cache
-from math import log, tau
+from dataclasses import dataclass, replace
+from math import log, log2, tau
+from typing import Final
 
 from heavytop.analytic.motion import Motion
-from heavytop.equations.formulation import FORMULATIONS
+from heavytop.equations.formulation import FORMULATIONS, Formulation
 from heavytop.errors import BadScene, Fault
-from heavytop.integration.bits import DOUBLE, named
+from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, bits_of, enough, named
 from heavytop.integration.projection import why_not
 from heavytop.names import LONGEST, nearest
-from heavytop.numbers import PI
-from heavytop.run.choice import KNOWN, Choice, choice, least_formulation, patience
-from heavytop.run.digits import MOST_BITS, MOST_TURNS, bits_for
-from heavytop.run.estimates import Estimate, estimate
+from heavytop.numbers import PI, Exact
+from heavytop.run.estimates import MOST_TURNS, SPARE, Estimate, Forecast, duration, needed_to_fold
 from heavytop.scene.arguments import expect, shown
 from heavytop.scene.scene import Scene, no_scene
-from heavytop.scene.state import State
-from heavytop.scene.top import Top
 from heavytop.spelling import harmless
 
 EPSILON = 2.0**-52
-MOST_RATE = 1e150  # rad/s, whose square is a double
-LONG_FOR_LAGRANGE = 100  # nutation periods
-REVERSING = frozenset({"loops", "cusps", "waves", "force-free", "undecided"})  # as phidot may
-OWN_STATES = {"routh": 2, "subsystem": 4}  # phi and psi not counted
-Why = tuple[str, ...]
-NEEDS_PHI = frozenset({"phi", "psi", "attitude"})
-NEEDS_PSI = frozenset({"psi", "attitude"})
-NEEDS_ANGLES = NEEDS_PHI | {"axis"}
+MOST_RATE: Final = 1e150  # rad/s, whose square is a double
+MOST_BITS: Final = 131_072  # of the numbers that every step is taken in
+LONG_FOR_LAGRANGE: Final = 100  # nutation periods
+BESIDE_A_POLE: Final = 0.02  # rad, where the attitude form begins to be faster
+FOLD_AFTER_S: Final = 20.0  # of integration
+PATIENCE_S: Final = 20.0  # for more than doubles
+LONG_S: Final = 60.0  # before which somebody should be told
+
+STATES: Final = {"cubic": 2, "routh": 2, "subsystem": 4, "axis": 5, "attitude": 6, "lagrange": 6}
+# kinds in which phidot may change its sign
+REVERSING: Final = frozenset({"loops", "cusps", "waves", "force-free", "undecided"})
+KNOWN: Final = frozenset({"class", "period"})  # without integrating
+NEEDS_PSI: Final = frozenset({"psi", "attitude"})
+NEEDS_PHI: Final = NEEDS_PSI | {"phi"}
+NEEDS_ANGLES: Final = NEEDS_PHI | {"axis"}
+
+Words = tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,18 +79,23 @@ class Plan:
     """
 
     formulation: str
-    variant: str | None
-    follows_phi: bool
-    frame: tuple[tuple[str, float], ...]
-    watched: tuple[str, ...]
-    states: int
+    variant: str | None = None
+    follows_phi: bool = False
+    frame: tuple[tuple[str, float], ...] = ()
+    watched: Words = ()
+    states: int = 0
     precision: str = "double"
     tolerance: float = EPSILON
     projected: bool = False
     folded: bool = False
-    reasons: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = field(default=())
+    reasons: Words = ()
+    warnings: Words = ()
     estimate: Estimate | None = None
+
+    @property
+    def equations(self) -> Formulation:
+        """The formulation itself, with the angles it counts."""
+        return FORMULATIONS[self.formulation].build(self.variant)
 
 
 def plan(scene: Scene, formulation: str = "auto", *, projected: bool = False) -> Plan:
@@ -116,54 +131,277 @@ def plan(scene: Scene, formulation: str = "auto", *, projected: bool = False) ->
     Accuracy: ``tests/two_ways/test_auto.py`` runs what auto plans for tops drawn at random, and
     none misses its digits; ``validation/17_auto.py`` does more of them.
     """
-    motion = closed_form_of(scene)
-    if not isinstance(formulation, str):
-        raise BadScene(tuple(_unknown(scene, formulation)))
+    return planned(scene, closed_form_of(scene), formulation, projected)
+
+
+def closed_form_of(scene: Scene) -> Motion:
+    """The motion of a scene, which is computed as far as it is asked for.
+
+    Raises
+    ------
+    BadScene
+        It is no `Scene`, but a name, say.
+    """
+    if not isinstance(scene, Scene):
+        raise no_scene(scene, "heavytop")
+    return Motion(scene.top, scene.start)
+
+
+def start_values(scene: Scene) -> dict[str, Exact]:
+    """The exact numbers of a scene by the symbols of the Lagrangian."""
+    of_top = {name: getattr(scene.top, name) for name in ("A", "C", "gMR")}
+    names = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
+    return of_top | {name: getattr(scene.start, name) for name in names}
+
+
+def planned(
+    scene: Scene, motion: Motion, formulation: str = "auto", projected: bool = False
+) -> Plan:
+    """The plan for a scene whose motion is at hand."""
+    _expect_known(scene, formulation)
     expect("projected", projected, bool)
-    chosen, why_this = formulation, f"{formulation}: asked for by name"
-    if formulation == "auto":
-        wanted = set(scene.quantities) - KNOWN
-        end = span(scene, motion) if wanted else 0.0
-        chosen, why_this = least_formulation(scene, motion, end)
-    if chosen == "none":
-        return Plan(
-            "none", None, False, (), (), 0, reasons=(why_this,), estimate=Estimate(0.0, 0.0)
+    auto = formulation == "auto"
+    if auto and KNOWN.issuperset(scene.quantities):
+        why = "class and period follow from the closed form: nothing is integrated"
+        return Plan("none", reasons=(why,), estimate=Estimate(0.0, 0.0))
+    expected = Forecast(scene, motion, span(scene, motion))
+    name, why = formulation, f"{formulation}: asked for by name"
+    if auto:
+        name, why = _least_formulation(expected)
+    if faults := [*_faults(expected, name)]:
+        raise BadScene(tuple(faults))
+    found = _formulated(expected, name, why)
+    if auto and not projected:
+        found = settled(expected, found)
+    else:
+        bits = expected.bits(name)
+        found = _at(found, bits, expected(name, projected=projected, bits=bits), projected)
+    reasons = (*found.reasons, *_precise_and_projected(scene, found))
+    return replace(found, reasons=reasons, warnings=(*found.warnings, *_warnings(expected, found)))
+
+
+def span(scene: Scene, motion: Motion) -> float:
+    """The end time of a scene [s].
+
+    Raises
+    ------
+    BadScene
+        The span is in nutation periods, and nothing nutates.
+    """
+    if scene.time is not None:
+        return float(scene.time)
+    if motion.period is None:
+        rule = f"no nutation period to count: {motion.kind}; give span.time in seconds"
+        raise _refusal(scene, "span.periods", str(scene.periods), rule)
+    assert scene.periods is not None
+    return float(scene.periods) * motion.period
+
+
+# --- what cannot be had ------------------------------------------------------------------------
+
+
+def _refusal(scene: Scene, key: str, value: str, rule: str) -> BadScene:
+    return BadScene((Fault(scene.name, None, key, value, rule),))
+
+
+def _expect_known(scene: Scene, formulation: object) -> None:
+    names, is_text = ("auto", *FORMULATIONS), isinstance(formulation, str)
+    if not is_text or formulation not in names:
+        told = harmless(str(formulation)[:LONGEST]) if is_text else shown(formulation)
+        rule, hint = f"one of {', '.join(names)}", nearest(formulation, names)
+        raise BadScene((Fault(scene.name, None, "formulation", told, rule, hint),))
+
+
+def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
+    """What a formulation does not give, squares of rates no double holds, turns not counted."""
+    scene, motion, rung = expected.scene, expected.motion, FORMULATIONS[formulation]
+    wants = ", ".join(scene.quantities)
+    if missing := [q for q in scene.quantities if q not in rung.gives]:
+        lacks = f"the {formulation} form does not give {', '.join(missing)}"
+        rule = f"{lacks}; the axis and the attitude form do"
+        yield Fault(scene.name, None, "want.quantities", wants, rule)
+    theta = scene.start.theta
+    if not rung.starts_at_pole and 0 in (theta.sign(), (theta - PI).sign()):
+        rule = f"the {formulation} form cannot start at a pole; axis, attitude and cubic can"
+        yield Fault(scene.name, None, "start.theta", str(theta), rule)
+    through_both = motion.nutates and motion.from_top == motion.from_bottom == 0
+    if formulation == "axis" and through_both and NEEDS_PSI & set(scene.quantities):
+        # psi jumps by whole turns that neither quadrature has
+        rule = "the axis form does not give psi of an axis that passes through both poles"
+        yield Fault(scene.name, None, "want.quantities", wants, f"{rule}; the attitude form does")
+    r, ctx = motion.reduced, motion.exact.ctx
+    rate = max(abs(r.a), abs(r.b), ctx.sqrt(2 * (r.kinetic0 + abs(r.g))))
+    nodding = tau / motion.period if motion.period else 0.0
+    fastest = max(nodding, *map(abs, motion.mean_angle_rates))
+    if rate > MOST_RATE:
+        rule = f"rates of {ctx.nstr(rate, 3)} rad/s, and {MOST_RATE:g} are the most"
+        yield Fault(scene.name, None, "start", "", rule)
+    elif abs(expected.span) * fastest > MOST_TURNS * tau:
+        key, value = ("time", scene.time) if scene.periods is None else ("periods", scene.periods)
+        rule = f"at most {MOST_TURNS * tau / fastest:.3g} s: farther off, turns are not counted"
+        yield Fault(scene.name, None, f"span.{key}", str(value), rule)
+
+
+# --- the formulation ---------------------------------------------------------------------------
+
+
+def _least_formulation(expected: Forecast) -> tuple[str, str]:
+    """The least formulation that gives what a scene wants, and why."""
+    scene, motion, near = expected.scene, expected.motion, expected.nearest
+    wants, allowed = set(scene.quantities), 10.0**-scene.digits
+    if FORMULATIONS["cubic"].gives >= wants:
+        height = min(near, near**2)  # whose error in the cubic is absolute: it sets the period
+        if allowed * height >= expected.rounding:
+            why = "only theta is wanted, and it has two states and a quadratic right side"
+            return "cubic", f"cubic: {why}"
+        lost = f"{near:.1e} rad from a pole theta would lose digits in the cubic form"
+        return "axis", f"axis: only theta is wanted, but {lost}"
+    if motion.nutates and wants & NEEDS_PHI and near < BESIDE_A_POLE:
+        why = f"{near:.1e} rad from a pole phi and psi turn quickly"
+        return "attitude", f"attitude: {why}; its equations are regular, its turns are proved"
+    turned = abs(float(motion.reduced.kappa)) * abs(float(scene.time or 0))
+    if "attitude" in wants and turned * EPSILON > allowed:
+        return "attitude", f"attitude: it takes out the spin, {turned:.1e} rad, exactly"
+    return "axis", "axis: quadratic, regular at the poles, and no angle grows in the state"
+
+
+def _formulated(expected: Forecast, name: str, why: str) -> Plan:
+    """A formulation with the angles and events that are wanted, and how it has them."""
+    scene, motion, wants = expected.scene, expected.motion, set(expected.scene.quantities)
+    variant, frame, follows_phi, reasons = None, {}, False, []
+    if name == "cubic":
+        variant = "top" if motion.from_top <= motion.from_bottom else "bottom"
+        reasons = [f"heights from the {variant}, the nearer pole"]
+    elif name == "attitude" and wants & NEEDS_PHI:
+        variant, reasons = "angles", ["phi and psi from the quaternion, whose turns are counted"]
+    elif name in ("routh", "subsystem") and wants & NEEDS_ANGLES:
+        variant, reasons = "angles", ["phi and psi by quadrature, each less its mean rate"]
+        frame = dict(zip(("phi_rate", "psi_rate"), motion.mean_angle_rates, strict=True))
+    elif name == "axis":
+        if wants & NEEDS_PSI:
+            variant, reason = _quadrature(scene, motion)
+            frame, reasons = {"frame_rate": motion.mean_rate(variant)}, [reason]
+        if follows_phi := bool(wants & NEEDS_PHI):
+            reasons.append("phi from the axis, its turns counted between bounds of its rate")
+    watched, why_watched = _watched(scene, motion, expected.span)
+    reasons, states = [why, *reasons, *why_watched], STATES[name] + len(frame)
+    return Plan(name, variant, follows_phi, (*frame.items(),), watched, states, reasons=(*reasons,))
+
+
+def _quadrature(scene: Scene, motion: Motion) -> tuple[str, str]:
+    """The quadrature regular at the pole that is passed; one where V is highest is only neared."""
+    aside = motion.from_bottom > motion.from_top
+    if aside or (motion.from_bottom == motion.from_top and (scene.top.gMR.sign() or 0) <= 0):
+        return "sigma", "psi by quadrature of (phi + psi)', regular at the top, less its mean"
+    return "delta", "psi by quadrature of (phi - psi)', regular at the bottom, less its mean"
+
+
+def _watched(scene: Scene, motion: Motion, end: float) -> tuple[Words, Words]:
+    """The events that are watched for in the integrator's loop, and why these."""
+    if not scene.events:
+        return (), ("no events are wanted: the loop is not slowed by any",)
+    if motion.regime == "asymptotic":  # it comes from the vertical where V is highest, and returns
+        no_period = "theta tends to the vertical: it has no period"
+        leaving = (scene.start.thetadot.sign() or 0) * (scene.top.gMR.sign() or 0)
+        if leaving * (1 if end >= 0 else -1) < 0:
+            return (), (f"{no_period}, and no turning point is ahead",)
+        return ("turning",), (f"{no_period}; watched in the loop: turning, of which there is one",)
+    if not motion.nutates:
+        return (), (f"{motion.kind}: theta is constant, and constant theta has no events",)
+    if "reversal" not in scene.events:
+        return ("turning",), ("watched in the loop: turning",)
+    if motion.kind in REVERSING:
+        return ("turning", "reversal"), ("watched in the loop: turning, reversal",)
+    never = f"{motion.kind}: phidot does not change its sign between poles"
+    return ("turning",), (never, "watched in the loop: turning")
+
+
+# --- precision, projection and folding ---------------------------------------------------------
+
+
+def settled(expected: Forecast, found: Plan) -> Plan:
+    """The least with which a formulation meets the scene's digits; or doubles, if more take long.
+
+    Examples
+    --------
+    >>> from heavytop.scene.scene import load_scene
+    >>> scene = load_scene("sicm-kicked")
+    >>> ends = [Forecast(scene, Motion(scene.top, scene.start), t) for t in (2, 1e3)]
+    >>> [settled(expected, Plan("axis")).projected for expected in ends]
+    [False, True]
+    """
+    name, digits, count = found.formulation, expected.scene.digits, expected.periods
+    bits, allowed = expected.bits(name), 10.0**-digits
+    plain, pinned = (expected(name, projected=p, bits=bits) for p in (False, True))
+    if expected.returns and not expected.scene.events and plain.seconds > FOLD_AFTER_S:
+        why = f"folded: one period answers for all {count:.3g}, which would take "
+        whole = Plan("attitude", states=STATES["attitude"], folded=True)
+        bits = enough(needed_to_fold(digits, 2 * count))
+        return _at(whole, bits, Estimate(1.0, allowed / 10), False, why + duration(plain.seconds))
+    if bits > DOUBLE or plain.error <= allowed:
+        return _at(found, bits, plain, False)
+    lost = f"{_off('would', plain)}, of 1e-{digits} allowed"
+    if pinned.error <= allowed:
+        return _at(found, bits, pinned, True, f"projected: else {lost}")
+    needed = DOUBLE + log2(plain.error) + digits * log2(10)
+    bits = LONG_DOUBLE if needed <= LONG_DOUBLE else enough(needed + SPARE)
+    finer = expected(name, bits=bits)
+    if finer.seconds <= PATIENCE_S:
+        return _at(found, bits, finer, False, f"in doubles {lost}")
+    why = f"{_off('will', pinned)}: more bits would take {duration(finer.seconds)}"
+    return _at(replace(found, warnings=(f"digits: {why}",)), DOUBLE, pinned, True, why)
+
+
+def _at(found: Plan, bits: int, expected: Estimate, projected: bool, *why: str) -> Plan:
+    """A plan in numbers of so many bits."""
+    return replace(
+        found,
+        precision=named(bits),
+        tolerance=2.0 ** (1 - bits),
+        projected=projected,
+        reasons=(*found.reasons, *why),
+        estimate=expected,
+    )
+
+
+def _off(verb: str, expected: Estimate) -> str:
+    if expected.error < 1:
+        return f"the end {verb} be off by about {expected.error:.0e}"
+    return f"every digit {verb} be lost"
+
+
+def _precise_and_projected(scene: Scene, found: Plan) -> Iterator[str]:
+    """Say what more bits and projection are for; refuse them where they are not to be had."""
+    bits = bits_of(found.precision)
+    if bits > MOST_BITS:
+        rule = f"over this span they take {bits:.3g} bits, and {MOST_BITS} are the most"
+        raise _refusal(scene, "want.digits", str(scene.digits), rule)
+    if bits > DOUBLE and not found.folded:
+        events = "events are looked for where the closed form has them"
+        yield f"{found.precision}: for {scene.digits} digits at the end; {events}"
+    if found.projected:
+        rule = why_not(found.equations)
+        if bits > DOUBLE:
+            rule = f"only in double precision, and {scene.digits} digits take more"
+        if rule:
+            raise _refusal(scene, "projected", "", rule)
+        yield f"projected onto {', '.join(found.equations.invariants)} every few nutations"
+
+
+def _warnings(expected: Forecast, found: Plan) -> Iterator[str]:
+    """Say what may disappoint: growing angles, rounding on a separatrix, a long integration."""
+    scene, motion, count = expected.scene, expected.motion, expected.periods
+    if found.formulation == "lagrange" and motion.nutates and count > LONG_FOR_LAGRANGE:
+        yield (
+            f"{count:.0f} nutation periods with phi and psi in the state: they grow, the step "
+            "control follows them, and phase is lost as the cube of the time; use the axis form"
         )
-    _check(scene, chosen)
-    _in_range(scene, motion)
-    end = span(scene, motion)
-    _countable(scene, motion, end)
-    watched, why_events = _watched(scene, motion, end)
-    makers = {"lagrange": _lagrange, "axis": _axis, "attitude": _attitude, "cubic": _cubic}
-    found = makers.get(chosen, _with_angles)(scene, motion, chosen, watched, why_events)
-    found = replace(found, reasons=(why_this, *found.reasons))
-    if formulation == "auto" and not projected:
-        return _refined(scene, found, choice(scene, motion, end, chosen))
-    bits = bits_for(scene.digits, motion, end, growing=chosen == "lagrange")
-    expected = estimate(scene, motion, end, chosen, projected=projected, bits=bits)
-    found = replace(found, estimate=expected)
-    if bits > DOUBLE:
-        found = _precise(scene, found, bits)
-    told = (*leaving(motion, end, bits), *patience(scene, motion, expected))
-    found = replace(found, warnings=(*found.warnings, *told))
-    return _projected(scene, found) if projected else found
-
-
-def _refined(scene: Scene, found: Plan, how: Choice) -> Plan:
-    """Return the plan with the precision, projection or folding that was chosen."""
-    if how.folded:
-        whole = Plan("attitude", None, False, (), (), 6, folded=True, estimate=how.estimate)
-        tolerance = 2.0 ** (1 - how.bits)
-        return replace(whole, precision=named(how.bits), tolerance=tolerance, reasons=how.reasons)
-    found = replace(found, estimate=how.estimate, reasons=(*found.reasons, *how.reasons))
-    motion, end = closed_form_of(scene), span(scene, closed_form_of(scene))
-    if how.bits > DOUBLE:
-        found = _precise(scene, found, how.bits)
-    elif how.estimate.error > 10.0**-scene.digits:
-        found = replace(found, warnings=(*found.warnings, f"digits: {how.reasons[-1]}"))
-    told = (*leaving(motion, end, how.bits), *patience(scene, motion, how.estimate))
-    found = replace(found, warnings=(*found.warnings, *told))
-    return _projected(scene, found) if how.projected else found
+    yield from leaving(motion, expected.span, bits_of(found.precision))
+    seconds = found.estimate.seconds if found.estimate else 0.0
+    if seconds > LONG_S and motion.kind != "at-rest":  # which takes a step or two
+        how = "without events (want.events = [])" if scene.events else "by auto"
+        quicker = f"; {how} it would be folded and take a second" if expected.returns else ""
+        yield f"long: about {duration(seconds)} in all{quicker}"
 
 
 def leaving(motion: Motion, end: float, bits: int) -> Iterator[str]:
@@ -177,256 +415,3 @@ def leaving(motion: Motion, end: float, bits: int) -> Iterator[str]:
             f"separatrix: rounding grows with exp({rate:.3g} t), and by it the axis "
             f"leaves the vertical's neighbourhood at about t = {left:.3g} s; it never would"
         )
-
-
-def _in_range(scene: Scene, motion: Motion) -> None:
-    """Refuse rates whose squares no double holds."""
-    r = motion.reduced
-    fastest = max(abs(r.a), abs(r.b), motion.exact.ctx.sqrt(2 * (r.kinetic0 + abs(r.g))))
-    if fastest > MOST_RATE:
-        nstr = motion.exact.ctx.nstr
-        rule = f"rates of {nstr(fastest, 3)} rad/s, and {MOST_RATE:g} are the most"
-        raise BadScene((Fault(scene.name, None, "start", "", rule),))
-
-
-def _countable(scene: Scene, motion: Motion, end: float) -> None:
-    """Refuse a span with more turns than are counted."""
-    nodding = tau / motion.period if motion.period else 0.0
-    fastest = max(nodding, *map(abs, motion.mean_angle_rates))
-    if abs(end) * fastest > MOST_TURNS * tau:
-        key, value = ("time", scene.time) if scene.periods is None else ("periods", scene.periods)
-        rule = f"at most {MOST_TURNS * tau / fastest:.3g} s: farther off, turns are not counted"
-        raise BadScene((Fault(scene.name, None, f"span.{key}", str(value), rule),))
-
-
-def _precise(scene: Scene, found: Plan, bits: int) -> Plan:
-    if bits > MOST_BITS:
-        rule = f"over this span they take {bits:.3g} bits, and {MOST_BITS} are the most"
-        raise BadScene((Fault(scene.name, None, "want.digits", str(scene.digits), rule),))
-    events = "events are looked for where the closed form has them"
-    reason = f"{named(bits)}: for {scene.digits} digits at the end; {events}"
-    precise = replace(found, precision=named(bits), tolerance=2.0 ** (1 - bits))
-    return replace(precise, reasons=(*found.reasons, reason))
-
-
-def _projected(scene: Scene, found: Plan) -> Plan:
-    form = FORMULATIONS[found.formulation].build(found.variant)
-    rule = why_not(form)
-    if found.precision != "double":
-        rule = f"only in double precision, and {scene.digits} digits take more"
-    if rule:
-        raise BadScene((Fault(scene.name, None, "projected", "", rule),))
-    reason = f"projected onto {', '.join(form.invariants)} every few nutations"
-    return replace(found, projected=True, reasons=(*found.reasons, reason))
-
-
-def closed_form_of(scene: Scene) -> Motion:
-    """Return the closed form of a scene's motion; the last few are remembered.
-
-    Raises
-    ------
-    BadScene
-        It is no `Scene`, but a name, say.
-    """
-    if not isinstance(scene, Scene):
-        raise no_scene(scene, "heavytop")
-    return _motion(scene.top, scene.start)
-
-
-@lru_cache(maxsize=8)
-def _motion(top: Top, start: State) -> Motion:
-    return Motion(top, start)
-
-
-def _check(scene: Scene, formulation: str) -> None:
-    faults = [*_unknown(scene, formulation)]
-    if not faults:
-        faults += [*_not_given(scene, formulation), *_at_a_pole(scene, formulation)]
-        faults += _through_both_poles(scene, formulation)
-    if faults:
-        raise BadScene(tuple(faults))
-
-
-def _unknown(scene: Scene, formulation: object) -> Iterator[Fault]:
-    if not isinstance(formulation, str) or formulation not in FORMULATIONS:
-        rule = f"one of auto, {', '.join(FORMULATIONS)}"
-        hint = nearest(formulation, ("auto", *FORMULATIONS))
-        is_text = isinstance(formulation, str)
-        told = harmless(str(formulation)[:LONGEST]) if is_text else shown(formulation)
-        yield Fault(scene.name, None, "formulation", told, rule, hint)
-
-
-def _not_given(scene: Scene, formulation: str) -> Iterator[Fault]:
-    missing = [q for q in scene.quantities if q not in FORMULATIONS[formulation].gives]
-    if missing:
-        lacks = f"the {formulation} form does not give {', '.join(missing)}"
-        rule = f"{lacks}; the axis and the attitude form do"
-        yield Fault(scene.name, None, "want.quantities", ", ".join(scene.quantities), rule)
-
-
-def _at_a_pole(scene: Scene, formulation: str) -> Iterator[Fault]:
-    at_pole = scene.start.theta.sign() == 0 or (scene.start.theta - PI).sign() == 0
-    if at_pole and not FORMULATIONS[formulation].starts_at_pole:
-        rule = f"the {formulation} form cannot start at a pole; axis, attitude and cubic can"
-        yield Fault(scene.name, None, "start.theta", str(scene.start.theta), rule)
-
-
-def _through_both_poles(scene: Scene, formulation: str) -> Iterator[Fault]:
-    """Refuse psi in the axis form where it jumps by whole turns that neither quadrature has."""
-    motion = closed_form_of(scene)
-    through_both = motion.nutates and motion.from_top == motion.from_bottom == 0
-    if formulation == "axis" and through_both and frozenset(scene.quantities) & NEEDS_PSI:
-        rule = "the axis form does not give psi of an axis that passes through both poles"
-        wants = ", ".join(scene.quantities)
-        yield Fault(scene.name, None, "want.quantities", wants, f"{rule}; the attitude form does")
-
-
-def _watched(scene: Scene, motion: Motion, end: float) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    if not scene.events:
-        return (), ("no events are wanted: the loop is not slowed by any",)
-    if motion.regime == "asymptotic":
-        return _watched_once(scene, end)
-    if not motion.nutates:
-        return (), (f"{motion.kind}: theta is constant, and constant theta has no events",)
-    if "reversal" in scene.events and motion.kind in REVERSING:
-        return ("turning", "reversal"), ("watched in the loop: turning, reversal",)
-    why: Why = ("watched in the loop: turning",)
-    if "reversal" in scene.events:
-        why = (f"{motion.kind}: phidot does not change its sign between poles", *why)
-    return ("turning",), why
-
-
-def _watched_once(scene: Scene, end: float) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Watch for the one turning point of a motion that tends to the vertical, if it is to come.
-
-    It comes to the vertical in which V is highest, and from there, and turns in between.
-    """
-    no_period = "theta tends to the vertical: it has no period"
-    leaving = (scene.start.thetadot.sign() or 0) * (scene.top.gMR.sign() or 0)
-    if leaving * (1 if end >= 0 else -1) < 0:
-        return (), (f"{no_period}, and no turning point is ahead",)
-    return ("turning",), (f"{no_period}; watched in the loop: turning, of which there is one",)
-
-
-def _lagrange(
-    scene: Scene, motion: Motion, formulation: str, watched: tuple[str, ...], why: Why
-) -> Plan:
-    periods = abs(span(scene, motion)) / motion.period if motion.period else 0.0
-    warnings: tuple[str, ...] = ()
-    if periods > LONG_FOR_LAGRANGE:
-        warnings = (
-            f"{periods:.0f} nutation periods with phi and psi in the state: they grow, the step "
-            "control follows them, and phase is lost as the cube of the time; use the axis form",
-        )
-    return Plan(
-        formulation=formulation,
-        variant=None,
-        follows_phi=False,
-        frame=(),
-        watched=watched,
-        states=6,
-        reasons=why,
-        warnings=warnings,
-    )
-
-
-def _with_angles(
-    scene: Scene, motion: Motion, formulation: str, watched: tuple[str, ...], why: Why
-) -> Plan:
-    carried = bool(frozenset(scene.quantities) & NEEDS_ANGLES)
-    variant = "angles" if carried else None
-    reasons: list[str] = []
-    frame: tuple[tuple[str, float], ...] = ()
-    if carried:
-        reasons.append("phi and psi by quadrature, each less its mean rate")
-        frame = tuple(zip(("phi_rate", "psi_rate"), motion.mean_angle_rates, strict=True))
-    return Plan(
-        formulation=formulation,
-        variant=variant,
-        follows_phi=False,
-        frame=frame,
-        watched=watched,
-        states=OWN_STATES[formulation] + 2 * carried,
-        reasons=(*reasons, *why),
-    )
-
-
-def _cubic(
-    scene: Scene, motion: Motion, formulation: str, watched: tuple[str, ...], why: Why
-) -> Plan:
-    pole = "top" if motion.from_top <= motion.from_bottom else "bottom"
-    return Plan(
-        formulation=formulation,
-        variant=pole,
-        follows_phi=False,
-        frame=(),
-        watched=watched,
-        states=2,
-        reasons=(f"heights from the {pole}, the nearer pole", *why),
-    )
-
-
-def _axis(
-    scene: Scene, motion: Motion, formulation: str, watched: tuple[str, ...], why: Why
-) -> Plan:
-    wants = frozenset(scene.quantities)
-    reasons: list[str] = []
-    variant = None
-    if wants & NEEDS_PSI:
-        variant, reason = _quadrature(motion, scene.top)
-        reasons.append(reason)
-    follows_phi = bool(wants & NEEDS_PHI)
-    if follows_phi:
-        reasons.append("phi from the axis, its turns counted between bounds of its rate")
-    return Plan(
-        formulation=formulation,
-        variant=variant,
-        follows_phi=follows_phi,
-        frame=(("frame_rate", motion.mean_rate(variant)),) if variant else (),
-        watched=watched,
-        states=6 if variant else 5,
-        reasons=(*reasons, *why),
-    )
-
-
-def _attitude(
-    scene: Scene, motion: Motion, formulation: str, watched: tuple[str, ...], why: Why
-) -> Plan:
-    reasons: list[str] = []
-    counted = bool(frozenset(scene.quantities) & NEEDS_PHI)
-    if counted:
-        reasons.append("phi and psi from the quaternion, whose turns are counted")
-    return Plan(
-        formulation=formulation,
-        variant="angles" if counted else None,
-        follows_phi=False,
-        frame=(),
-        watched=watched,
-        states=6,
-        reasons=(*reasons, *why),
-    )
-
-
-def _quadrature(motion: Motion, top: Top) -> tuple[str, str]:
-    """The quadrature regular at the pole that is passed; one where V is highest is only neared."""
-    aside = motion.from_bottom > motion.from_top
-    if aside or (motion.from_bottom == motion.from_top and (top.gMR.sign() or 0) <= 0):
-        return "sigma", "psi by quadrature of (phi + psi)', regular at the top, less its mean"
-    return "delta", "psi by quadrature of (phi - psi)', regular at the bottom, less its mean"
-
-
-def span(scene: Scene, motion: Motion) -> float:
-    """Return the end time of a scene [s].
-
-    Raises
-    ------
-    BadScene
-        The span is in nutation periods, and nothing nutates.
-    """
-    if scene.time is not None:
-        return float(scene.time)
-    if motion.period is None:
-        rule = f"no nutation period to count: {motion.kind}; give span.time in seconds"
-        raise BadScene((Fault(scene.name, None, "span.periods", str(scene.periods), rule),))
-    assert scene.periods is not None
-    return float(scene.periods) * motion.period

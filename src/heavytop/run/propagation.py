@@ -7,14 +7,20 @@ import time
 
 import numpy as np
 
+from heavytop.equations.lambdify import exact_values
 from heavytop.errors import BadScene, Fault
-from heavytop.integration.orbit import integrate
+from heavytop.integration.counting import Counting
+from heavytop.integration.engine import Engine
+from heavytop.integration.integrator import Integrator, integrator
+from heavytop.integration.legs import Projected
+from heavytop.integration.orbit import Checkpoint, integrate
+from heavytop.integration.projection import Projection
+from heavytop.integration.turns import Turns
 from heavytop.integration.winding import Winding
 from heavytop.run.doubts import checked, forewarned
-from heavytop.run.engines import binary_start, compiled_and_timed, engine_of
 from heavytop.run.estimates import most_steps
 from heavytop.run.finishing import Keeper, Progress, finished, in_decimals
-from heavytop.run.planning import Plan, closed_form_of, plan, span
+from heavytop.run.planning import EPSILON, Plan, closed_form_of, planned, span, start_values
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import heard, whole
 from heavytop.scene.scene import Scene
@@ -92,18 +98,22 @@ def propagate(
     """
     step_limit = None if step_limit is None else whole("step_limit", step_limit, 1)
     heard("progress", progress)
-    chosen = plan(scene, formulation, projected=projected)
+    motion = closed_form_of(scene)
+    chosen = planned(scene, motion, formulation, projected)
     if chosen.formulation == "none":
         raise _nothing_to_integrate(scene)
     if chosen.folded:
         raise _better_folded(scene, chosen)
     forewarned(chosen)
-    end = span(scene, closed_form_of(scene))
-    compiled, derive_s = compiled_and_timed(chosen)
+    end = span(scene, motion)
+    began = time.perf_counter()
+    _ = chosen.equations
+    derive_s = time.perf_counter() - began
+    compiled = compiled_for(chosen)
     parameters, start = binary_start(scene, chosen)
     samples = np.linspace(0.0, end, scene.samples)
     winding = Winding.of(parameters, start.state) if chosen.follows_phi else None
-    keeper = Keeper.of(checkpoint, scene, chosen)
+    keeper = Keeper.of(checkpoint, scene, motion, chosen)
     began = time.perf_counter()
     orbit = integrate(
         engine_of(chosen, compiled, parameters, start),
@@ -112,16 +122,49 @@ def propagate(
         samples,
         winding=winding,
         on_block=progress if chosen.precision == "double" else None,
-        step_limit=step_limit or most_steps(closed_form_of(scene), end),
+        step_limit=step_limit or most_steps(motion, end),
         keep=keeper,
     )
     spent = time.perf_counter() - began
     if keeper is not None:
         keeper.at_last(orbit)
-    trajectory = finished(scene, chosen, orbit, derive_s, spent)
+    trajectory = finished(scene, motion, chosen, orbit, derive_s, spent)
     if chosen.precision != "double":
         trajectory = in_decimals(trajectory, progress)
     return checked(trajectory)
+
+
+def compiled_for(chosen: Plan) -> Integrator:
+    """Return the compiled integrator of a plan."""
+    form = chosen.equations
+    tolerance = max(chosen.tolerance, EPSILON)  # more digits are the matter of `decimals`
+    return integrator(form.integrated or form, chosen.watched, tolerance)
+
+
+def engine_of(
+    chosen: Plan, compiled: Integrator, parameters: dict[str, float], start: Checkpoint
+) -> Engine:
+    """Return what takes the steps of a plan: the integrator, as it projects and counts turns."""
+    form = chosen.equations
+    engine: Engine = compiled
+    if chosen.projected:
+        state = start.state[: len(compiled.formulation.states)]
+        engine = Projected(compiled, Projection.of(compiled.formulation, parameters, state))
+    return engine if form.integrated is None else Counting(engine, form, Turns.of(parameters))
+
+
+def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, float], Checkpoint]:
+    """Return a run's own numbers: every constant and state rounded once from the exact one."""
+    form = chosen.equations
+    expressions = (*form.parameters.values(), *form.start)
+    values = [float(v) for v in exact_values(expressions, start_values(scene))]
+    parameters = {p.name: v for p, v in zip(form.parameters, values, strict=False)}
+    parameters |= dict(chosen.frame)
+    state = np.array(values[len(form.parameters) :])
+    if form.integrated is not None:
+        state[-2:] = Turns.of(parameters).started(state, *state[-2:].tolist())
+    phi = float(scene.start.phi) if chosen.follows_phi else np.nan
+    return parameters, Checkpoint((0.0, 0.0), state, phi, 0)
 
 
 def _nothing_to_integrate(scene: Scene) -> BadScene:

@@ -20,7 +20,7 @@ from heavytop.integration.bits import DOUBLE
 from heavytop.integration.variational import rounded, variational
 from heavytop.numbers import Exact
 from heavytop.numbers.decimals import Number
-from heavytop.run.planning import Plan, closed_form_of, plan
+from heavytop.run.planning import Plan, closed_form_of, planned
 from heavytop.run.transition import (
     FINER,
     LEAST,
@@ -146,10 +146,10 @@ def sensitivities(scene: Scene, formulation: str = "attitude") -> Sensitivities:
     text_of("formulation", formulation)
     wanted = ANGLES if _has_angles(motion, formulation) else ANGLES[:1]
     one = replace(scene, time=None, periods=ONE, digits=12, quantities=wanted, events=())
-    chosen = plan(one, formulation)
+    chosen = planned(one, motion, formulation)
     sizes, natural = _sizes(scene, motion.period), np.array([[motion.period], [1.0], [1.0]])
     coarse, known = np.full((len(wanted), sizes.size), np.nan), DOUBLE
-    more = gains(scene, formulation)
+    more = gains(motion, formulation)
     for bits in (DOUBLE, FINER, *(PRECISE if more else ())):
         fine = _slopes(scene, motion, chosen, wanted[1:], bits)
         scale = np.maximum(abs(fine * sizes), LEAST * natural[: len(wanted)])
@@ -172,7 +172,7 @@ def _slopes(
 ) -> Array:
     """The derivatives of T and of what the angles turn in it, in numbers of so many bits."""
     times = _turnings(motion, digits_of(bits))
-    (before, _), (after, rate) = _observed(scene, chosen, ("turning", *angles), times, bits)
+    (before, _), (after, rate) = _observed(scene, motion, chosen, ("turning", *angles), times, bits)
     by_period = (before[0] - after[0]) / rate[0]
     turned = after[1:] - before[1:] + np.outer(rate[1:], by_period)
     return np.vstack((by_period, turned)).astype(np.float64)
@@ -209,11 +209,16 @@ def _lost(error: float) -> str:
 
 
 def _observed(
-    scene: Scene, chosen: Plan, names: tuple[str, ...], times: tuple[str, ...], bits: int
+    scene: Scene,
+    motion: Motion,
+    chosen: Plan,
+    names: tuple[str, ...],
+    times: tuple[str, ...],
+    bits: int,
 ) -> Iterator[tuple[Array, Array]]:
     """At each time, of what is named: derivatives by what the scene gives (m, x), and by time."""
     varied = numbers(scene, chosen, bits)
-    limit = 0 if gains(scene, chosen.formulation) else MOST_STEPS
+    limit = 0 if gains(motion, chosen.formulation) else MOST_STEPS
     form, found = varied.formulation, integrated(varied, times, limit)
     if not found.reached.all():
         raise EndedEarly(Outcome.SINGULAR, None)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from heavytop.analytic.motion import Motion
 from heavytop.errors import Impossible, NotANumber, Outcome
 from heavytop.integration.orbit import Orbit, Seen
 from heavytop.integration.quantities import Sample, invariants, sample
@@ -63,6 +64,8 @@ class Trajectory:
     ----------
     scene : Scene
         What was run.
+    motion : Motion
+        The exact motion of the scene, which the run is held against.
     plan : Plan
         How.
     events : Events
@@ -86,6 +89,7 @@ class Trajectory:
     """
 
     scene: Scene
+    motion: Motion
     plan: Plan
     orbit: Orbit
     events: Events

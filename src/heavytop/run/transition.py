@@ -10,15 +10,15 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import FORMULATIONS, Formulation
 from heavytop.equations.lambdify import exact_values
 from heavytop.errors import DoubtfulWarning, EndedEarly, Impossible, NotANumber, Outcome
 from heavytop.integration.bits import DOUBLE, enough
 from heavytop.integration.variational import Varied, rounded, variational
 from heavytop.numbers.decimals import context
-from heavytop.run.engines import formulation_of, start_values
 from heavytop.run.error_growth import fastest
-from heavytop.run.planning import EPSILON, Plan, closed_form_of, plan, span
+from heavytop.run.planning import EPSILON, Plan, closed_form_of, planned, span, start_values
 from heavytop.scene.scene import Scene
 
 Array = NDArray[np.float64]
@@ -139,13 +139,14 @@ def state_transition(
     >>> found.parameters, found.matrix.shape, round(float(np.linalg.det(found.matrix[0])), 12)
     (('g', 'l_z'), (1, 5, 5), 1.0)
     """
-    chosen = plan(scene, formulation)
+    motion = closed_form_of(scene)
+    chosen = planned(scene, motion, formulation)
     if t is None:
-        times = np.linspace(0.0, span(scene, closed_form_of(scene)), scene.samples)
+        times = np.linspace(0.0, span(scene, motion), scene.samples)
     else:
         times = _times(t)
         _expect_near(scene, times)
-    varied, more = numbers(scene, chosen), gains(scene, formulation)
+    varied, more = numbers(scene, chosen), gains(motion, formulation)
     most_steps = 0 if more else MOST_STEPS
     coarse = integrated(varied, times, most_steps)
     there = coarse.reached  # farther, long doubles would creep up to a pole
@@ -172,7 +173,7 @@ def state_transition(
 
 def numbers(scene: Scene, chosen: Plan, bits: int = DOUBLE) -> Numbers:
     """Return the run's own numbers: every constant and state rounded once from the exact one."""
-    form = formulation_of(chosen)
+    form = chosen.equations
     form = form.integrated or form  # angles that are read off and counted are not varied
     values = at_start(scene, (*form.parameters.values(), *form.start), bits)
     names = [p.name for p in form.parameters]
@@ -223,12 +224,11 @@ def _apart(coarse: Varied, fine: Varied, parameters: Array) -> Array:
     return (gap / np.where(size == 0, 1, size)).max(axis=1)  # type: ignore[no-any-return]
 
 
-def gains(scene: Scene, formulation: str) -> bool:
+def gains(motion: Motion, formulation: str) -> bool:
     """Return whether more bits surely help: not in a form beside a pole where it is singular.
 
     There p_phi and p_psi may differ by less than either precision tells, and both lose the same.
     """
-    motion = closed_form_of(scene)
     far = min(motion.from_top, motion.from_bottom) > FAR
     return far or FORMULATIONS[formulation].starts_at_pole
 

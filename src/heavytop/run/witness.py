@@ -30,7 +30,7 @@ from heavytop.integration.quantities import Sample
 from heavytop.numbers import PI, Number
 from heavytop.numbers.decimals import context, number
 from heavytop.numbers.intervals import rational
-from heavytop.run.planning import Plan, closed_form_of
+from heavytop.run.planning import Plan
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import expect
 from heavytop.scene.state import State
@@ -197,7 +197,7 @@ def passing(trajectory: Trajectory, source: MotionSource) -> MotionSource:
     Rounding the start puts the axis beside them. A run turns there as the exact numbers do, and so
     must what it is held against.
     """
-    regime = closed_form_of(trajectory.scene).rising.regime
+    regime = trajectory.motion.rising.regime
     top, bottom = not regime.misses_top, not regime.misses_bottom
     if regime.mirrored:
         top, bottom = bottom, top
@@ -344,9 +344,8 @@ def _event_time(trajectory: Trajectory, truth: DoubleForm) -> float | None:
 
 
 def _input_rounding(trajectory: Trajectory, truth: DoubleForm, wants: set[str]) -> float | None:
-    scene = trajectory.scene
     last_time = np.array([trajectory.orbit.end])
-    end, exact = closed_form_of(scene).double(last_time), truth(last_time)
+    end, exact = trajectory.motion.double(last_time), truth(last_time)
     angles = [a for a in ("theta", "phi", "psi") if a == "theta" or a in wants]
     off = [getattr(end, a) - getattr(exact, a) for a in angles]
     return max(_followed_error(x) or 0.0 for x in off)

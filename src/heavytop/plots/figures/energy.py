@@ -11,7 +11,6 @@ from heavytop.analytic.potential import Curve, Potential
 from heavytop.classification import Kind
 from heavytop.plots.figures.given import expect_run
 from heavytop.plots.figures.style import FAINT, MARKS, OTHER, PATH, Array
-from heavytop.run.planning import closed_form_of
 
 if TYPE_CHECKING:
     from heavytop.run.trajectory import Trajectory
@@ -28,7 +27,7 @@ def effective_potential(ax: Axes, trajectory: Trajectory) -> None:
     trajectory : Trajectory
     """
     expect_run(trajectory)
-    V = Potential(closed_form_of(trajectory.scene).rising.source)
+    V = Potential(trajectory.motion.rising.source)
     A, E_prime = float(trajectory.scene.top.A), _energy(trajectory)
     low, high = tilts_shown(V)
     theta = np.linspace(low, high, 801)
@@ -45,7 +44,7 @@ def effective_potential(ax: Axes, trajectory: Trajectory) -> None:
 
 def _allowed(ax: Axes, V: Potential, A: float, E_prime: float, trajectory: Trajectory) -> None:
     """Fill between potential and energy, and mark where they meet."""
-    motion = closed_form_of(trajectory.scene)
+    motion = trajectory.motion
     ends = (motion.theta_min, motion.theta_max)
     theta = np.linspace(*ends, 401)
     if ends[1] > ends[0]:
@@ -82,7 +81,7 @@ def phase_plane(ax: Axes, trajectory: Trajectory) -> None:
     trajectory : Trajectory
     """
     expect_run(trajectory)
-    motion = closed_form_of(trajectory.scene)
+    motion = trajectory.motion
     V = Potential(motion.rising.source)
     for k, curve in enumerate(V.family()):
         _loop(ax, curve, FAINT, 0.8, "-", "other energies" if k == 0 else None)
@@ -114,4 +113,4 @@ def tilts_shown(V: Potential) -> tuple[float, float]:
 
 
 def _energy(trajectory: Trajectory) -> float:
-    return float(closed_form_of(trajectory.scene).constants.E_prime)
+    return float(trajectory.motion.constants.E_prime)

@@ -19,7 +19,6 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from heavytop.files import write_whole
-from heavytop.run.planning import closed_form_of
 from heavytop.scene.arguments import path_of
 
 if TYPE_CHECKING:
@@ -96,7 +95,7 @@ def last_shown(trajectory: Trajectory) -> float:
     lowest = [t for kind, t in _timed(trajectory) if kind == "theta_max"]
     if lowest:
         return float(lowest[MOST_PERIODS]) if len(lowest) > MOST_PERIODS else end
-    period = float(closed_form_of(trajectory.scene).period or np.inf)  # events were not wanted
+    period = float(trajectory.motion.period or np.inf)  # events were not wanted
     return float(np.copysign(min(abs(end), MOST_PERIODS * period), end))
 
 

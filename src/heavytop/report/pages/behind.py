@@ -49,9 +49,8 @@ def _angles(trajectory: Trajectory) -> dict[str, list[Any]]:
 def _potential(trajectory: Trajectory) -> dict[str, list[Any]]:
     from heavytop.analytic.potential import Potential
     from heavytop.plots.figures.energy import tilts_shown
-    from heavytop.run.planning import closed_form_of
 
-    motion = closed_form_of(trajectory.scene)
+    motion = trajectory.motion
     potential = Potential(motion.rising.source)
     ends = float(motion.theta_min), float(motion.theta_max)
     tilts = np.linspace(*tilts_shown(potential), TILTS + 2)[1:-1]

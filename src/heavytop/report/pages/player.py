@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.errors import NoClosedForm
-from heavytop.run.planning import closed_form_of
 
 if TYPE_CHECKING:
     from heavytop.integration.quantities import Sample
@@ -58,7 +57,7 @@ def played(trajectory: Trajectory) -> dict[str, Any]:
 def shown(trajectory: Trajectory) -> float:
     """The last time that is played [s]: spin is to be seen, and not too many periods."""
     end = float(trajectory.orbit.end)
-    motion = closed_form_of(trajectory.scene)
+    motion = trajectory.motion
     rate = abs(motion.mean_angle_rates[1])
     period = motion.period or 0.0
     most = [PERIODS * period] if period else []
@@ -84,7 +83,7 @@ def _angles(trajectory: Trajectory, seen: Sample) -> tuple[Array, Array, Array, 
     if np.isfinite(seen.axis).all() and np.isfinite(seen.psi).all() and np.isfinite(seen.phi).all():
         return seen.axis, seen.psi, seen.phi, "the run"
     try:
-        exact = closed_form_of(trajectory.scene).at(seen.t)
+        exact = trajectory.motion.at(seen.t)
         return np.where(np.isfinite(seen.axis), seen.axis, exact.axis), exact.psi, exact.phi, (
             "the closed form"
         )  # fmt: skip

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import nan
 
 import numpy as np
 from numpy.typing import NDArray
 
+from heavytop.analytic.motion import Motion
 from heavytop.integration.orbit import Orbit
 from heavytop.integration.quantities import Sample
-from heavytop.numbers import Exact
 from heavytop.numbers.decimals import Context, Number
 from heavytop.run.decimals.polish import Polished, Polisher, rounded_events, wanted_events
 from heavytop.run.decimals.reader import DecimalSample
 from heavytop.run.decimals.run import PreciseRun
 from heavytop.run.events import Events
-from heavytop.run.planning import Plan, closed_form_of
+from heavytop.run.planning import Plan, start_values
 from heavytop.run.poles import rates_at_poles
 from heavytop.run.tally import schedule
 from heavytop.scene.scene import Scene
@@ -103,8 +103,8 @@ class Decimals:
 
 def in_decimals(
     scene: Scene,
+    motion: Motion,
     chosen: Plan,
-    named: Mapping[str, Exact],
     orbit: Orbit,
     before: Decimals | None = None,
     progress: Callable[[float], None] | None = None,
@@ -114,9 +114,8 @@ def in_decimals(
     Parameters
     ----------
     scene : Scene
+    motion : Motion
     chosen : Plan
-    named : mapping from str to Exact
-        The scene's numbers, by the symbols of the Lagrangian.
     orbit : Orbit
         The run in double precision.
     before : Decimals, optional
@@ -124,10 +123,9 @@ def in_decimals(
     progress : callable, optional
         Called with the fraction done.
     """
-    run = PreciseRun.of(chosen, named, orbit)
+    run = PreciseRun.of(chosen, start_values(scene), orbit)
     began = time.perf_counter()
-    times = _sample_times(scene, run.reader.ctx, before)
-    motion = closed_form_of(scene)
+    times = _sample_times(scene, motion, run.reader.ctx, before)
     expected = schedule(motion, times[-1], scene.events, scene.digits + SPARE_DIGITS)
     wanted = [run.wanted(t) for t in times] + wanted_events(run, expected)
     walked = WALKED if expected else 1.0
@@ -150,13 +148,15 @@ def in_decimals(
     return decimals, rounded_events(polished, scene.events, width, orbit.end)
 
 
-def _sample_times(scene: Scene, ctx: Context, before: Decimals | None) -> list[Number]:
+def _sample_times(
+    scene: Scene, motion: Motion, ctx: Context, before: Decimals | None
+) -> list[Number]:
     """Return the times of the samples: evenly from zero, or from the old end, to the exact end."""
     if scene.time is not None:
         end = scene.time.mpf(ctx)
     else:
         assert scene.periods is not None
-        end = scene.periods.mpf(ctx) * ctx.mpf(closed_form_of(scene).form(ctx.dps).period)
+        end = scene.periods.mpf(ctx) * ctx.mpf(motion.form(ctx.dps).period)
     old = [ctx.zero] if before is None else [ctx.mpf(s.t) for s in before.samples]
     count = scene.samples - len(old)
     return old + [old[-1] + (end - old[-1]) * k / count for k in range(1, count + 1)]

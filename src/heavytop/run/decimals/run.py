@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from itertools import groupby
 
 from heavytop.alone import Alone
-from heavytop.equations.formulation import FORMULATIONS, Formulation
+from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import exact_values
 from heavytop.integration.bits import bits_of
 from heavytop.integration.following import (
@@ -67,10 +67,7 @@ class PreciseRun:
         orbit : Orbit
             The run in double precision.
         """
-        form, bits = (
-            FORMULATIONS[chosen.formulation].build(chosen.variant),
-            bits_of(chosen.precision),
-        )
+        form, bits = chosen.equations, bits_of(chosen.precision)
         ctx = context(int(bits * 0.30103) + SPARE_DIGITS)
         constants, state = rounded_start(form, named, ctx)
         constants |= {name: ctx.nstr(ctx.mpf(rate), ctx.dps) for name, rate in chosen.frame}
@@ -129,7 +126,7 @@ def _following(chosen: Plan, orbit: Orbit, bits: int) -> tuple[Following | None,
     if chosen.follows_phi:
         winding = Winding.of(orbit.parameters, first.state, *known)
         return FollowingAxis(winding), (float(orbit.samples.phi[0]), NOT_TOLD[1])
-    if FORMULATIONS[chosen.formulation].build(chosen.variant).integrated is None:
+    if chosen.equations.integrated is None:
         return None, NOT_TOLD
     turns = Turns.of(orbit.parameters, *known)
     phi, psi = first.state[-2:].tolist()

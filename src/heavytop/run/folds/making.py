@@ -13,7 +13,7 @@ from heavytop.integration.folding import Folding
 from heavytop.integration.precise import Unfinished
 from heavytop.numbers import PI, Exact
 from heavytop.numbers.decimals import Context, Number, context
-from heavytop.run.digits import FOLDED_REACH, MOST_TURNS, needed_to_fold
+from heavytop.run.estimates import FOLDED_REACH, MOST_TURNS, needed_to_fold
 from heavytop.run.folds.nodding import Nodding
 from heavytop.run.folds.starting import constants, state
 from heavytop.run.folds.uniform import Uniform

@@ -15,8 +15,8 @@ from heavytop.integration.bits import DOUBLE, named
 from heavytop.integration.precise import PreciseIntegrator
 from heavytop.numbers.decimals import context
 from heavytop.run.decimals.run import rounded_start
-from heavytop.run.engines import binary_start, compiled_for, engine_of, formulation_of, start_values
-from heavytop.run.planning import EPSILON, Plan, plan
+from heavytop.run.planning import EPSILON, Plan, plan, start_values
+from heavytop.run.propagation import binary_start, compiled_for, engine_of
 from heavytop.run.witness import motion_of
 from heavytop.scene.scene import Scene
 from heavytop.studies.drifts.methods import Method
@@ -61,12 +61,12 @@ def run(scene: Scene, method: Method) -> Run:
     parameters, start = binary_start(scene, chosen)
     state = start.state
     own = partial(_own, chosen)
-    yardstick = Yardstick(formulation_of(chosen), parameters, tuple(state.tolist()), own)
+    yardstick = Yardstick(chosen.equations, parameters, tuple(state.tolist()), own)
     period = _period(scene, yardstick)
     if method.is_rival:
         from heavytop.comparison.methods import make_stepper
 
-        form = formulation_of(chosen)
+        form = chosen.equations
         taken = make_stepper(
             method.name, state, parameters, method.setting, period, formulation=form
         )
@@ -85,7 +85,7 @@ def _plan(scene: Scene, method: Method) -> Plan:
 
 def _precise(scene: Scene, chosen: Plan, method: Method) -> Run:
     digits = int(method.bits * 0.30103) + SPARE_DIGITS
-    form = formulation_of(chosen)
+    form = chosen.equations
     texts, start = rounded_start(form, start_values(scene), context(digits))
     engine = PreciseIntegrator(form, method.bits, texts, start=start)
     doubles, first = binary_start(scene, chosen)

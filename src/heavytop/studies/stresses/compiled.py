@@ -14,8 +14,8 @@ import numpy as np
 from heavytop.comparison.methods import make_stepper
 from heavytop.comparison.steppers import FixedStep, IntegrationFailed, Stepper, StepperState
 from heavytop.numbers.double_double import Array, DoubleDouble, two_product
-from heavytop.run.engines import binary_start, formulation_of
 from heavytop.run.planning import Plan
+from heavytop.run.propagation import binary_start
 from heavytop.studies.stresses.cases import Case
 from heavytop.studies.stresses.conditioning import Reference
 from heavytop.studies.stresses.landing import landed
@@ -52,7 +52,7 @@ def compiled(case: Case, method: Method, truth: Reference, step_limit: int) -> R
     if state is None:
         return Raw("step-limit", t=place.time[0], steps=place.steps)
     raw = Raw("finished", t=truth.end, steps=steps or place.steps, smallest=_smallest(took))
-    return landed(raw, formulation_of(AXIS), np.array([start.state, state]), parameters)
+    return landed(raw, AXIS.equations, np.array([start.state, state]), parameters)
 
 
 def ready(case: Case, method: Method, truth: Reference) -> None:

@@ -20,9 +20,8 @@ from heavytop.errors import (
     UnboundedAngleWarning,
 )
 from heavytop.numbers.double_double import Array
-from heavytop.run.engines import binary_start, formulation_of
 from heavytop.run.planning import Plan, closed_form_of
-from heavytop.run.propagation import propagate
+from heavytop.run.propagation import binary_start, propagate
 from heavytop.run.trajectory import Trajectory
 from heavytop.run.witness import energy_error
 from heavytop.scene.scene import Scene
@@ -142,7 +141,7 @@ def _rival(case: Case, method: Method, end: float, step_limit: int) -> Raw:
     """Let one of scipy's solvers go, from any start: at a pole nothing warns its user either."""
     bare = Plan(method.formulation, None, False, (), (), 0)
     parameters, start = binary_start(case.scene, bare)
-    form = formulation_of(bare)
+    form = bare.equations
     watched = [_zero(form, name, parameters) for name in WATCHED] if case.counted else []
     rates, tolerances = textbook_right_hand_side(form, parameters), (method.rtol, method.atol)
     told = textbook_solve(rates, start.state, end, method.solver, *tolerances, step_limit, watched)
