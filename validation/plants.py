@@ -106,9 +106,9 @@ PLANTS = (
         "analytic/many_times.py",
         (
             (
-                "        opened = (turning % 2 == 1) & known\n",
-                "        columns[0].flat[t.size // 2] = np.nan\n"
-                "        opened = (turning % 2 == 1) & known\n",
+                "        top, bottom, side = self._top, self._bottom, self._side\n",
+                "        top, bottom, side = self._top, self._bottom, self._side\n"
+                "        s[s.size // 2] = np.nan\n",
             ),
         ),
         ("dop853-closed-form-kicked", "dop853-closed-form-tilted", "dop853-closed-form-dropped"),

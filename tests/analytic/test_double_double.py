@@ -9,14 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heavytop.numbers.double_double import (
-    MOST_SHORT,
-    CountedAngle,
-    ShortMultiples,
+    Linear,
     add,
     double_double,
+    modulo_circle,
     two_product,
     two_sum,
 )
+from heavytop.numbers.double_double import total as sum_of
 from heavytop.numbers.intervals import working
 
 SOURCE = np.random.default_rng(7)
@@ -57,31 +57,32 @@ def test_sums_of_pairs():
 
 
 @pytest.mark.parametrize("x", CONSTANTS)
-def test_a_constant_is_its_parts(x):
+def test_a_constant_is_its_words(x):
     with working(400):
-        parts, pair = ShortMultiples.of(ball(x)).parts, double_double(ball(x))
-    assert abs(total(*parts) / x - 1) < Fraction(1, 2**114)
-    assert abs(total(*pair) / x - 1) < Fraction(1, 2**105)
-    for part in parts[:3]:
-        assert abs(Fraction(float(part * MOST_SHORT)) - Fraction(part) * MOST_SHORT) == 0
-        man = abs(Fraction(part)).numerator
-        while man and man % 2 == 0:
-            man //= 2
-        assert man.bit_length() <= 21
-    assert ShortMultiples.of(arb(0)).parts == (0, 0, 0, 0)
+        assert abs(total(*double_double(ball(x))) / x - 1) < Fraction(1, 2**105)
+
+
+def test_a_sum_keeps_what_its_large_terms_leave():
+    """Terms of 1e16 cancel to 1e-16, and the sum has twice the digits of a double even so."""
+    terms = [drawn(16, 16), *(drawn(-3, 3) for _ in range(4)), drawn(-16, -15)]
+    terms.insert(1, -terms[0])
+    high, low = sum_of(*terms)
+    for i in range(high.size):
+        exact = total(*(term[i] for term in terms))
+        assert abs(total(high[i], low[i]) - exact) <= Fraction(1, 2**96)
 
 
 @given(
-    st.integers(-MOST_SHORT, MOST_SHORT), st.fractions(-1000, 1000, max_denominator=10**30),
+    st.integers(-(2**32), 2**32), st.fractions(-1000, 1000, max_denominator=10**30),
     st.floats(-1, 1), st.floats(-1, 1),
 )  # fmt: skip
 def test_what_is_left_of_a_time(n, x, part, since):
     """To 2e-16 of the spacing of times there, in twice the digits where the rest is small."""
     with working(400):
-        multiples = ShortMultiples.of(ball(x))
+        linear = Linear(arb(since), -ball(x), arb(1))
     t = float((n + Fraction(part)) * x)
     low = part * np.spacing(t) / 4
-    high, rest = multiples.rest(np.array([t]), np.array([low]), np.array([float(n)]), (since, 0.0))
+    high, rest = linear(np.array([float(n)]), np.array([t]), np.array([low]))
     exact = Fraction(t) + Fraction(low) - n * x + Fraction(since)
     size = 1 + abs(n * x) + abs(Fraction(t))
     assert abs(total(high[0], rest[0]) - exact) <= Fraction(1, 2**104) * size
@@ -92,15 +93,25 @@ def test_angles_far_away(turns):
     """Where large terms cancel, and modulo 2π, nothing is lost but the rounding of the local."""
     start, step, rate = Fraction(5, 7), Fraction("1.2345678901234567890123"), Fraction(-8, 3)
     with working(400):
-        angle = CountedAngle(ball(start), ball(step), ball(rate))
+        angle = Linear(ball(start), ball(step), ball(rate))
     n = float(turns)
     t = float((turns * step - 2) / -rate)
     local = np.array([0.25, -1.5, 0.0])
-    args = np.full(3, n), np.full(3, t), np.full(3, 1e-9)
-    whole, mod = angle.whole(*args, local), angle.modulo(*args, local)
+    whole, rest = angle(np.full(3, n), np.full(3, t), np.full(3, 1e-9), local)
+    mod = modulo_circle(whole, rest)
     for i in range(3):
         want = start + turns * step + rate * (Fraction(t) + Fraction(1e-9)) + Fraction(local[i])
         assert abs(Fraction(whole[i]) - want) <= Fraction(1, 2**52) * max(1, abs(want))
         assert 0 <= mod[i] < 2 * np.pi
         off = (Fraction(mod[i]) - want) / TWO_PI
+        assert abs(off - round(off)) * TWO_PI < 3e-15
+
+
+def test_an_angle_in_a_circle():
+    """However large and of either sign; what is just below a whole circle is not the circle."""
+    high, low = np.array([0.0, -1e-20, -1e-9, 6.0, 7.0, 1e15, -1e18, 2 * np.pi]), np.zeros(8)
+    found = modulo_circle(high, low)
+    for i, angle in enumerate(high):
+        assert 0 <= found[i] < 2 * np.pi
+        off = (Fraction(found[i]) - Fraction(angle)) / TWO_PI
         assert abs(off - round(off)) * TWO_PI < 3e-15

@@ -9,9 +9,12 @@ The symbols are those of `heavytop.classification.reduced`.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import reduce
 from math import pi
-from typing import Any, ClassVar, Final, TypeAlias
+from operator import add
+from typing import Any, ClassVar, Final, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from heavytop.analytic.motion import Motion
 from heavytop.classification.arrays import (
     Array,
+    Codes,
     InputArrays,
     Mask,
     Starts,
@@ -27,6 +31,7 @@ from heavytop.classification.arrays import (
 from heavytop.classification.kinds import Kind
 from heavytop.classification.many import Verdicts, classify_many
 from heavytop.errors import NoClosedForm
+from heavytop.numbers.double_double import two_product, two_sum
 
 LongArray: TypeAlias = NDArray[np.longdouble]
 
@@ -39,6 +44,7 @@ EXTENDED: Final = np.finfo(np.longdouble).nmant >= 63
 LONG_ERROR: Final = 2.0**-60
 """Bound on the error of a sum of a few products, relative to the sizes of its terms."""
 
+_PAIR = 2.0**-40  # LONG_ERROR times this is what sums of exact products leave
 _ROUNDING = 7e-16  # what doubles leave in T, and in sums of turns relative to their sizes
 _RANGE = 2.0**100  # numbers within 1/_RANGE … _RANGE have products in the normal range
 _LAGUERRE_STEPS = 5  # each triples the digits once a root is isolated
@@ -149,74 +155,48 @@ def motions_many(
     tops = {"A": A, "C": C, "gMR": gMR, "theta": theta, "thetadot": thetadot, "phidot": phidot}
     given: dict[str, Any] = with_spin(tops, psidot, omega3)
     columns, verdicts = InputArrays(given), classify_many(**given, tags=tags)
-    found = tuple(np.full(columns.size, np.nan) for _ in Motions.columns)
-    unreliable = _fill(found, columns, verdicts)
-    for at in unreliable:
-        motion = Motion(*columns.one(at))
-        try:
-            row = [getattr(motion, name) for name in Motions.columns]
-        except NoClosedForm:
-            continue
-        for array, number in zip(found, row, strict=True):
-            array[at] = np.nan if number is None else number
-    for array in found:
-        array.setflags(write=False)
-    low, high, period, precession, spin = (array.reshape(columns.shape) for array in found)
-    return Motions(verdicts, low, high, period, precession, spin, len(unreliable))
-
-
-def _fill(found: tuple[Array, ...], columns: InputArrays, verdicts: Verdicts) -> list[int]:
-    """Fill in the reliable rows and those of steady motions; return the places of the others."""
-    kinds, details = verdicts.kind.reshape(-1), verdicts.detail.reshape(-1)
-    left = np.zeros(columns.size, np.bool_)
+    found, left = np.full((len(Motions.columns), columns.size), np.nan), []
     for at in range(0, columns.size, CHUNK):
         span = slice(at, at + CHUNK)
-        starts, kind = columns.starts(span), kinds[span]
-        nutates, steady = _nutating_and_steady(starts, kind, details[span])
+        starts, kind = columns.starts(span), verdicts.kind.reshape(-1)[span]
         *numbers, reliable = rows(starts)
-        known = nutates & reliable
-        for array, part in zip(found, numbers, strict=True):
-            np.copyto(array[span], part, where=known)
-        for array in found[:2]:
-            np.copyto(array[span], starts.theta, where=steady)
-        left[span] = ~(known | steady | (kind == _IMPOSSIBLE))
-    places: list[int] = np.flatnonzero(left).tolist()
-    return places
+        steady, possible = _steady(starts, kind), kind != _IMPOSSIBLE
+        np.copyto(found[:, span], numbers, where=reliable & ~steady & possible)
+        np.copyto(found[:2, span], starts.theta, where=steady)
+        left += (at + np.flatnonzero(~(reliable | steady) & possible)).tolist()
+    for at in left:
+        motion = Motion(*columns.one(at))
+        with suppress(NoClosedForm):
+            found[:, at] = np.array([getattr(motion, name) for name in Motions.columns], float)
+    found.setflags(write=False)
+    low, high, period, precession, spin = (each.reshape(columns.shape) for each in found)
+    return Motions(verdicts, low, high, period, precession, spin, len(left))
 
 
-# --- which motions nutate -------------------------------------------------------------------------
-
-
-def _codes(*kinds: Kind) -> Mask:
-    return np.isin(Verdicts.names, kinds)
-
-
-_NUTATING = _codes(Kind.THROUGH_TOP, Kind.THROUGH_BOTTOM, Kind.LOOPS, Kind.CUSPS, Kind.WAVES)
-_STEADY = _codes(Kind.AT_REST, Kind.SLEEPING, Kind.HANGING, Kind.UNIFORM_PRECESSION)
 _IMPOSSIBLE = Verdicts.names.index("impossible")
-_FREE, _PLANAR = (Verdicts.names.index(kind) for kind in (Kind.FORCE_FREE, Kind.PLANAR_PENDULUM))
-_SWINGING, _ROTATING = (Verdicts.details.index(name) for name in ("swinging", "rotating"))
+_FORCE_FREE = Verdicts.names.index(Kind.FORCE_FREE)
+_STEADY = np.isin(
+    Verdicts.names, (Kind.AT_REST, Kind.SLEEPING, Kind.HANGING, Kind.UNIFORM_PRECESSION)
+)
 
 
-def _nutating_and_steady(starts: Starts, kind: Any, detail: Any) -> tuple[Mask, Mask]:
-    """Where θ goes to and fro, and where it is constant; elsewhere it tends to the vertical."""
-    free, stays = kind == _FREE, starts.level
+def _steady(starts: Starts, kind: Codes) -> Mask:
+    """Where θ is constant. Where it tends to the vertical no row is reliable: E′ − gMR is 0."""
+    stays = starts.level
     if starts.held == "psidot":  # A φ̇ cosθ = C ω3; but for θ = 0, cosθ is transcendental
         stays = stays | np.equal(starts.A, starts.C) & np.equal(starts.spin, 0)
-    constant = free & starts.still & stays
-    nutates = _NUTATING[kind] | (kind == _PLANAR) & ((detail == _SWINGING) | (detail == _ROTATING))
-    return nutates | free & ~constant, _STEADY[kind] | constant
+    steady: Mask = _STEADY[kind] | (kind == _FORCE_FREE) & starts.still & stays
+    return steady
 
 
 # --- the reduced start, in long doubles -----------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class _ReducedStart:
+class _ReducedStart(NamedTuple):
     """Reduced motions in units A = 1, seen so that g ≥ 0; rounded, with bounds on the errors.
 
     About the start f(u₀ + d) = f₀ + f₁ d + f₂ d² + 2g d³; the surplus is −f'(1). The errors of P±
-    are relative, and P± are exactly 0 where that is proved.
+    are relative, and P± are exactly 0 where all their terms are.
     """
 
     sign: Array  # −1 where gMR < 0, so that the top is seen from below
@@ -237,40 +217,69 @@ class _ReducedStart:
 
 
 def _reduced(starts: Starts) -> _ReducedStart:
-    """The motions as they start; errors are bounded by the sizes of the terms, in doubles."""
-    sign = np.where(starts.gMR < 0, -1.0, 1.0)
-    A, phidot, spin = (x.astype(np.longdouble) for x in (starts.A, starts.phidot, starts.spin))
+    """The motions as they start; errors are bounded by the sizes of the terms, in doubles.
+
+    Where ψ̇ is given ω₃ is ω̂ = ψ̇ ± φ̇ on the nearer pole, and a rest that is small there. With
+    n± = ψ̇ ± φ̇ and D = A − C, or n± = ω₃ and D = A where ω₃ is given,
+
+        A P± = (1 ± u₀) (D φ̇ (1 ∓ u₀) ± C n±).
+
+    As the cosine of a double other than 0 is transcendental (Lindemann), that vanishes only where
+    both terms do.
+    """
+    sign, by_rate = np.where(starts.gMR < 0, -1.0, 1.0), starts.held == "psidot"
+    A, C, phidot, thetadot, spin, carried = (
+        each.astype(np.longdouble)
+        for each in (
+            starts.A, starts.C, starts.phidot, starts.thetadot,
+            sign * starts.spin, starts.phidot * by_rate,
+        )
+    )  # fmt: skip
     above, below = _heights(starts.theta, sign)  # 1 ∓ u₀
-    omega3 = sign * spin
-    size_omega3 = _size(omega3)
-    if starts.held == "psidot":  # ψ̇ + φ̇ cosθ: beside a pole ψ̇ ± φ̇ may nearly vanish
-        side = np.where(above > below, -phidot, phidot)
-        together, rest = omega3 + side, side * np.minimum(above, below)
-        omega3, size_omega3 = together - rest, _size(together) + _size(rest)
-    g, b = abs(starts.gMR) / A, omega3 * starts.C / A
-    u0, sin2 = 1 - above, above * below
-    falling, drift = starts.thetadot * starts.thetadot.astype(np.longdouble), phidot * sin2
-    speed2 = falling + phidot * drift  # 2 (h − g u₀); the drift is a − b u₀
-    P_plus, P_minus = below * (phidot * above + b), above * (phidot * below - b)
-    f0, f2 = sin2 * falling, 4 * g * u0 - speed2 - b * b
-    f1 = 2 * (b * drift - g * sin2 - speed2 * u0)
-    surplus = 2 * (speed2 - 2 * g * above - b * P_minus)  # 4 (h − g) − 2 b P₋
-    kappa = omega3 * ((A - starts.C) / A)  # p_ψ (1/C − 1/A)
-    zero_plus, zero_minus = _zero_momenta(starts, sign)
-    P_plus, P_minus = np.where(zero_plus, 0, P_plus), np.where(zero_minus, 0, P_minus)
-    size_b = size_omega3 * starts.C / starts.A
-    size_g, size_above, size_below, size_speed2 = map(_size, (g, above, below, speed2))
-    size_P_plus = size_below * (_size(phidot) * size_above + size_b)
-    size_P_minus = size_above * (_size(phidot) * size_below + size_b)
-    size_f2 = 4 * size_g + size_speed2 + size_b * size_b
-    size_surplus = 2 * (size_speed2 + 2 * size_g * size_above + size_b * size_P_minus)
-    relative_plus = size_P_plus / np.where(zero_plus, np.inf, _size(P_plus))
-    relative_minus = size_P_minus / np.where(zero_minus, np.inf, _size(P_minus))
-    exact = g, above, below, f0, f1, f2, surplus, kappa, P_plus, P_minus
-    sizes = size_f2, size_surplus, relative_plus, relative_minus
-    return _ReducedStart(
-        sign, *(each.astype(np.float64) for each in exact), *(LONG_ERROR * each for each in sizes)
+    pole = np.where(above < below, 1.0, -1.0)  # the cosine of the nearer one
+    near, u0, sin2 = np.minimum(above, below), 1 - above, above * below
+    unit = 1 / A
+    g, c, D = abs(starts.gMR) * unit, C * unit, (A - C if by_rate else A) * unit
+    omega, upright = _on_the_pole(starts, sign * starts.spin, pole * starts.phidot * by_rate, pole)
+    b_pole, rest = c * omega, -pole * carried * near * c
+    b, drift = b_pole + rest, phidot * sin2  # the drift is a − b u₀
+    speed2 = thetadot * thetadot + phidot * drift  # 2 (h − g u₀)
+    f0, f1 = sin2 * thetadot * thetadot, 2 * (b * drift - g * sin2 - speed2 * u0)
+    f2, size_f2 = _sum(
+        upright * unit * unit, -4 * pole * g * near, -speed2, -rest * b_pole, -rest * b
     )
+    across = D * drift
+    P_plus, size_plus = _sum(below * c * (spin + carried), across)
+    P_minus, size_minus = _sum(-above * c * (spin - carried), across)
+    surplus = 2 * (speed2 - 2 * g * above - b * P_minus)  # 4 (h − g) − 2 b P₋
+    size_g, size_b = 4 * _size(g), _size(b_pole) + _size(rest)
+    size_surplus = 2 * (_size(speed2) + size_g * _size(above) + size_b * size_minus)
+    kappa = b * ((A - C) / C)  # p_ψ (1/C − 1/A)
+    values = g, above, below, f0, f1, f2, surplus, kappa, P_plus, P_minus
+    relative = (
+        np.where(size == 0, 0, size / _size(P))
+        for size, P in ((size_plus, P_plus), (size_minus, P_minus))
+    )
+    errors = size_f2 + _PAIR * (size_g + size_b * size_b), size_surplus, *relative
+    return _ReducedStart(
+        sign, *(each.astype(np.float64) for each in values), *(LONG_ERROR * each for each in errors)
+    )
+
+
+def _on_the_pole(starts: Starts, spin: Array, carried: Array, pole: Array) -> tuple[Any, LongArray]:
+    """ω̂ = spin + carried, and 4 A gMR cos θ₀ − C² ω̂² on the pole, by exact products of doubles."""
+    omega, omega_rest = two_sum(spin, carried)
+    momentum, rest = two_product(starts.C, omega)
+    square, square_rest = two_product(momentum, momentum)
+    square_rest = square_rest + 2 * momentum * (rest + starts.C * omega_rest)
+    weight, weight_rest = two_product(4 * starts.A, pole * abs(starts.gMR))
+    upright: Any = weight.astype(np.longdouble) - square + (weight_rest - square_rest)
+    return omega.astype(np.longdouble) + omega_rest, upright
+
+
+def _sum(*terms: LongArray) -> tuple[LongArray, Array]:
+    """A sum, and the sizes of its terms."""
+    return reduce(add, terms), reduce(add, map(_size, terms))
 
 
 def _size(value: LongArray) -> Array:
@@ -286,51 +295,16 @@ def _heights(theta: Array, sign: Array) -> tuple[LongArray, LongArray]:
     return np.where(lower, farther, nearer), np.where(lower, nearer, farther)
 
 
-def _zero_momenta(starts: Starts, sign: Array) -> tuple[Mask, Mask]:
-    """Where P₊ and P₋ are exactly zero.
-
-    The cosine of a double other than 0 is transcendental (Lindemann), and P± are linear in it: so
-    both its coefficient and the rest must vanish.
-    """
-    phidot, spin = starts.phidot, sign * starts.spin
-    top, bottom = starts.pole & (sign > 0), starts.pole & (sign < 0)
-    idle = np.equal(phidot, 0) & np.equal(spin, 0)
-    ball, opposite = np.equal(starts.A, starts.C), np.equal(spin, -phidot)
-    alike = np.equal(spin, phidot)
-    if starts.held == "omega3":
-        ball, opposite, alike = np.zeros(1, np.bool_), np.equal(spin, 0), np.equal(spin, 0)
-    return bottom | idle | (top | ball) & opposite, top | idle | (bottom | ball) & alike
-
-
-def _in_range(starts: Starts) -> Mask:
-    fits: Mask = np.ones(1, np.bool_)
-    for each in starts.arrays:
-        size = abs(each)
-        fits = fits & ((size >= 1 / _RANGE) & (size <= _RANGE) | np.equal(size, 0))
-    return fits
-
-
 # --- turning points -------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class _Roots:
-    """Distances of u₁ and u₂ from ±1, 1 − m, w, and the relative error that the start leaves."""
+def _roots(start: _ReducedStart) -> tuple[Array, ...]:
+    """1 − u and 1 + u at u₁ and at u₂; 1 − m, w, and the relative error that the start leaves.
 
-    one_plus_u1: Array
-    one_minus_u1: Array
-    one_plus_u2: Array
-    one_minus_u2: Array
-    mc: Array
-    w: Array
-    error: Array  # an estimate; nan where the roots were not found
-
-
-def _roots(start: _ReducedStart) -> _Roots:
-    """The roots of f, where θ nutates; elsewhere they mean nothing.
-
-    f(u₀ + d) has the roots d₁ ≤ 0 ≤ d₂ ≤ d₃. As d₁ is no neighbour of d₃, its relative error is a
-    few times that of the coefficients; with it 1 − u₁ is known, and the rest follows from
+    The last is an estimate, and nan where the roots were not found. Where θ does not nutate all
+    this means nothing. f(u₀ + d) has the roots d₁ ≤ 0 ≤ d₂ ≤ d₃. As d₁ is no neighbour of d₃, its
+    relative error is a few times that of the coefficients; with it 1 − u₁ is known, and the rest
+    follows from
 
         2g (1 − u₁)(1 − u₂)(u₃ − 1) = P₋²,   2g (1 + u₁)(1 + u₂)(1 + u₃) = P₊²,
         2g [(u₃ − 1) − (1 − u₂)](1 − u₁) = −f'(1) − P₋²/(1 − u₁),   2g d₁ d₂ d₃ = −f₀.
@@ -349,13 +323,12 @@ def _roots(start: _ReducedStart) -> _Roots:
     plus2 = start.one_plus_u0 + d2
     plus1 = start.P_plus**2 / (plus2 * (2 * g2 + lead))
     reach = lead + g2 * minus1  # 2g (u₃ − u₁)
-    w = np.sqrt(reach) / 2
     # the slope f₁, and P± once their signs are known, add no more than a few times this
     error = start.error_f2 / reach + start.error_surplus / (minus1 * larger)
     signs_known = np.maximum(start.error_plus, start.error_minus) < 0.25
     mc = (lead + g2 * minus2) / reach
     error = np.where(converged & signs_known, error, np.nan)
-    return _Roots(plus1, minus1, plus2, minus2, mc, w, error)
+    return minus1, plus1, minus2, plus2, mc, np.sqrt(reach) / 2, error
 
 
 def _lowest(start: _ReducedStart) -> tuple[Array, Mask]:
@@ -376,24 +349,15 @@ def _lowest(start: _ReducedStart) -> tuple[Array, Mask]:
 
 
 def _below(start: _ReducedStart) -> Array:
-    """A number below d₁, the nearer the farther d₃ is.
+    """A number below d₁, at least −1 − u₀, and the nearer the farther d₃ is.
 
     The negative root of f₀ + f₁ d + (f₂ + 2g e) d² is d₁ for e = d₁. For a lower e it is higher
     than d₁, and for a higher one lower.
     """
-    g2, floor = 2 * start.g, _floor(start)
+    g2, floor = 2 * start.g, -start.one_plus_u0
     over = _negative_root(start.f0, start.f1, start.f2 + g2 * floor)
     under = _negative_root(start.f0, start.f1, start.f2 + g2 * over)
     return np.where(under >= floor, under, floor)
-
-
-def _floor(start: _ReducedStart) -> Array:
-    """A bound below all roots: −1 − u₀, or Fujiwara's where all of them are beside the start."""
-    f0, f1, f2 = (abs(each / (2 * start.g)) for each in (start.f0, start.f1, start.f2))
-    cube_root = np.where(f0 == 0, 0.0, np.ldexp(1.0, -(-np.frexp(f0)[1] // 3)))  # at least
-    reach = 2 * np.maximum(np.maximum(f2, np.sqrt(f1)), cube_root)
-    floor: Array = -np.fmin(start.one_plus_u0, reach)  # reach is infinite or nan without gravity
-    return floor
 
 
 def _negative_root(f0: Array, f1: Array, f2: Array) -> Array:
@@ -414,36 +378,37 @@ def rows(starts: Starts) -> tuple[Array, Array, Array, Array, Array, Mask]:
     """
     with np.errstate(all="ignore"):  # unreliable numbers may be anything
         start = _reduced(starts)
-        roots = _roots(start)
-        K, over_bottom, over_top = complete(
-            roots.mc, roots.one_plus_u2 / roots.one_plus_u1, roots.one_minus_u2 / roots.one_minus_u1
-        )
-        period = 2 * K / roots.w
-        plus = start.P_plus / (roots.w * roots.one_plus_u1) * over_bottom
-        minus = start.P_minus / (roots.w * roots.one_minus_u1) * over_top
+        minus1, plus1, minus2, plus2, mc, w, error = _roots(start)
+        K, (over_bottom, over_top) = complete(mc, np.stack((plus2 / plus1, minus2 / minus1)))
+        period = 2 * K / w
+        plus = start.P_plus / (w * plus1) * over_bottom
+        minus = start.P_minus / (w * minus1) * over_top
         plus = np.where(start.P_plus == 0, pi, plus)  # only a jump is left, where a pole is passed
-        jump = np.where(roots.one_minus_u2 == 0, pi, 0.0)
+        jump = np.where(minus2 == 0, pi, 0.0)
         minus = np.where(start.P_minus == 0, jump, minus)
         carried, turned = start.kappa * period, abs(plus) + abs(minus)
         precession, spin = plus + minus, start.sign * (carried + (plus - minus))
-        at_u1 = _tilt(start.sign, roots.one_minus_u1, roots.one_plus_u1)
-        at_u2 = _tilt(start.sign, roots.one_minus_u2, roots.one_plus_u2)
-        low, high = np.minimum(at_u1, at_u2), np.maximum(at_u1, at_u2)
-        error = roots.error + _ROUNDING
-        reliable = (
-            EXTENDED
-            & _in_range(starts)
-            & (error <= PROMISED)
-            & (error * turned <= PROMISED * np.maximum(1.0, abs(precession)))
-            & (error * (turned + abs(carried)) <= PROMISED * np.maximum(1.0, abs(spin)))
-        )
-    return low, high, period, precession, spin, reliable
+        tilts = _tilt(start.sign, minus1, plus1), _tilt(start.sign, minus2, plus2)
+        error = error + _ROUNDING
+        reliable = EXTENDED & _in_range(starts) & (error <= PROMISED)
+        for angle, size in ((precession, turned), (spin, turned + abs(carried))):
+            reliable = reliable & (error * size <= PROMISED * np.maximum(1.0, abs(angle)))
+    return np.minimum(*tilts), np.maximum(*tilts), period, precession, spin, reliable
 
 
-def complete(mc: Array, *ps: Array) -> tuple[Array, ...]:
-    """K(1 − mc), and Π(1 − p | 1 − mc) for each p > 0, by one arithmetic–geometric mean.
+def _in_range(starts: Starts) -> Mask:
+    fits: Mask = np.ones(1, np.bool_)
+    for each in starts.arrays:
+        size = abs(each)
+        fits = fits & ((size >= 1 / _RANGE) & (size <= _RANGE) | np.equal(size, 0))
+    return fits
 
-    Bulirsch's sequences, whose terms are all positive; that of the mean is the same for every p.
+
+def complete(mc: Array, p: Array) -> tuple[Array, Array]:
+    """K(1 − mc), and Π(1 − p | 1 − mc) for p > 0, by one arithmetic–geometric mean.
+
+    Bulirsch's sequences, whose terms are all positive; that of the mean is the same for every p,
+    of which there may be a row more.
 
     Examples
     --------
@@ -451,21 +416,16 @@ def complete(mc: Array, *ps: Array) -> tuple[Array, ...]:
     >>> print(K, third)
     [1.85407468] [1.02269751]
     """
-    k, mean = np.sqrt(mc), np.ones_like(mc)
-    product = k
-    thirds = [(root := np.sqrt(p), np.ones_like(p), 1 / root) for p in ps]
+    product, mean, p = np.sqrt(mc), np.ones_like(mc), np.sqrt(p)
+    a, b = np.ones_like(p), 1 / p
+    k = product
     for _ in range(_MEAN_STEPS):
-        thirds = [_third_kind_step(*third, product) for third in thirds]
+        inverse = 1 / p
+        ratio = product * inverse
+        p, a, b = p + ratio, a + b * inverse, 2 * (b + a * ratio)
         mean, k = mean + k, 2 * np.sqrt(product)
         product = k * mean
-    K = pi / 2 * 2.0**_MEAN_STEPS / mean
-    return K, *(pi / 2 * (b + a * mean) / (mean * (mean + p)) for p, a, b in thirds)
-
-
-def _third_kind_step(p: Array, a: Array, b: Array, product: Array) -> tuple[Array, Array, Array]:
-    inverse = 1 / p
-    ratio = product * inverse
-    return p + ratio, a + b * inverse, 2 * (b + a * ratio)
+    return pi / 2 * 2.0**_MEAN_STEPS / mean, pi / 2 * (b + a * mean) / (mean * (mean + p))
 
 
 def _tilt(sign: Array, one_minus_u: Array, one_plus_u: Array) -> Array:

@@ -3,21 +3,23 @@
 The formulas are those of `solution`, which also supplies every constant, in balls of 40 digits or
 more. What is different is how the digits are kept:
 
-- times are reduced by n half periods, with T/2 cut into parts so short that n times a part is
-  exact (Cody & Waite), and what is left is carried as a sum of two doubles, so that it has all its
-  digits even close to a turning point;
-- 1 ∓ u are sums of squares, and θ comes from √(1 − u) and √(1 + u);
+- the argument z of the theta functions is counted from the nearest turning point. It is a multiple
+  of the time less one of the turning points passed, summed to twice the digits of a double, so that
+  it has all its digits even close to a turning point;
+- √(1 ∓ u) is √(least² + swing² x²) with x = cn or sn, in which nothing cancels;
 - Φ± is a multiple of the time, a step for each turning point, and a sweep since the nearest one
   that is at most π: the large terms are added up without loss, and only the sweep is rounded. So φ
   and ψ are good to 1e-15 max(1, |x|), even where they are small beside what they are made of.
+
+The same formulas hold for an axis that tends to the top, which nutates with m = 1 and has one
+turning point, and for one of constant tilt, which has u₁ = u₂.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
-from operator import itemgetter
-from typing import Any, Final, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -28,20 +30,12 @@ from heavytop.analytic.rising import Rising
 from heavytop.analytic.solution import Asymptotic, Nutating, Solution, Steady, Sweeps
 from heavytop.analytic.theta_series import Argument, Sweep, ThetaSeries
 from heavytop.errors import NoClosedForm, NotANumber
-from heavytop.numbers.double_double import (
-    Array,
-    CountedAngle,
-    ShortMultiples,
-    double_double,
-    two_product,
-    two_sum,
-)
-from heavytop.numbers.intervals import working
+from heavytop.numbers.double_double import Array, Linear, modulo_circle, two_sum
 
 __all__ = ["MOST_PERIODS", "NO_TIMES", "DoubleForm", "DoubleRecord"]
 
 MOST_PERIODS: Final = 2**31
-"""Periods up to which twice their number times a part of T/2 is exact."""
+"""Periods up to which times are reduced without loss."""
 
 NO_TIMES: Final = "t: finite times; texts and exact numbers go with digits="
 """What is wrong with times that are no floats."""
@@ -49,13 +43,10 @@ NO_TIMES: Final = "t: finite times; texts and exact numbers go with digits="
 CHUNK: Final = 8192
 """Times computed at once, so that what is computed with them stays in the processor's cache."""
 
-_DIGITS: Final = 40  # of the constants; the bits of 2³¹ periods are among them
-_FAR: Final = 16  # added to what may be 0, and must be known to so many places instead
-_LATE: Final = 300  # 10³⁰⁰ s, to which a rate that is 0 or small beside its parts is known
-_TINY_BITS: Final = 900  # numbers below 2⁻⁹⁰⁰ are lifted into the range of doubles
-_MOST_LIFT: Final = 1000  # exponent of the largest power of two that lifts them
-_EDGE: Final = 1e-30  # what a time since a turning point is not known to, beside what it comes from
-_QUARTER_TURN: Final = 1.5707963267948966  # ½π
+_DIGITS: Final = 40  # of the constants; those of 2³¹ periods are among them
+_SLOWEST: Final = 1e-300  # rad/s: beside this rates are known where no time is too late
+_SMALL: Final = 1e-280  # squares beside which one that is no double any more does not count
+_EDGE: Final = 1e-30  # what z is not known to at a turning point, beside what it comes from
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,58 +117,6 @@ class DoubleRecord:
         return np.stack(parts, axis=-1)
 
 
-class Positions(NamedTuple):
-    """The axis, seen with g ≥ 0, at many times.
-
-    Parameters
-    ----------
-    from_top, from_bottom : array
-        √(1 − u) and √(1 + u): √2 sin(θ/2) and √2 cos(θ/2).
-    one_minus_u, one_plus_u, rise, uddot : array
-        Their squares, −θ̇ and ü.
-    phidot, spin : array
-        φ̇, and ψ̇ − κ [rad/s].
-    plus, minus : array
-        What Φ± sweep since a turning point.
-    turning, n : array
-        That turning point, and the period.
-    """
-
-    from_top: Array
-    from_bottom: Array
-    one_minus_u: Array
-    one_plus_u: Array
-    rise: Array
-    uddot: Array
-    phidot: Array
-    spin: Array
-    plus: Array
-    minus: Array
-    turning: Array
-    n: Array
-
-
-class AngleGrowth(NamedTuple):
-    """How Φ₊ or Φ₋ grows but for its sweep: at the start, for each turning point, and per time."""
-
-    start: arb
-    step: arb
-    rate: arb
-
-
-class Path(Protocol):
-    """One regime of the axis, at arrays of times."""
-
-    plus: AngleGrowth
-    minus: AngleGrowth
-
-    def tilt(self, t: Array, t_lo: Array) -> tuple[Array, Array]:
-        """√(1 − u) and √(1 + u) at the times t + t_lo."""
-
-    def place(self, t: Array, t_lo: Array) -> Positions:
-        """The place at the times t + t_lo."""
-
-
 class DoubleForm:
     """The closed form of one motion in doubles; call it with an array of times.
 
@@ -185,6 +124,15 @@ class DoubleForm:
     ----------
     rising : Rising
         The motion, which supplies the constants in balls.
+
+    Attributes
+    ----------
+    period : float or None
+        T [s], the period of θ; None where nothing nutates.
+    frequency : float
+        2π/T [rad/s]; 0 where nothing nutates.
+    reversal_u : float
+        Cos θ at which φ̇ changes sign, a/b; infinite when p_ψ = 0, and reached only in loops.
 
     Raises
     ------
@@ -214,41 +162,48 @@ class DoubleForm:
     """
 
     def __init__(self, rising: Rising) -> None:
-        _, solution, bits = rising.settled(
-            "the closed form", _constants, _DIGITS, size=abs, of=itemgetter(0)
-        )
-        self.rising, self._side = rising, solution.side
-        with working(bits):
-            start, path, side = solution.start, solution.path, solution.side
-            self._path = here = _path(path)
-            self._kappa, self._omega3 = float(start.kappa), float(start.kappa + start.b)
-            offset, step, rate = (p + m for p, m in zip(here.plus, here.minus, strict=True))
-            self._phi = CountedAngle(solution.phi0 - offset, step, rate)
-            offset, step, rate = (
-                side * (p - m) for p, m in zip(here.plus, here.minus, strict=True)
+        self.rising = rising
+        rising.settled("the closed form", self._prepare, _DIGITS)
+
+    def _prepare(self, solution: Solution, _: int) -> tuple[arb, ...]:
+        """Take the constants from balls; raises `TooFewBits` where one is not known well enough."""
+        start, path, regime, side = solution.start, solution.path, solution.regime, solution.side
+        T, over, slowest = path.period, path.over, arb(_SLOWEST)
+        w, m, mc, delta, lowest, highest = _shape(path)
+        self._w, self._m, self._delta = (float(_known(each)) for each in (w, m, delta))
+        self._series = series = ThetaSeries(m, _known(mc))
+        self._first, since = _since_turning(path, series.half)
+        rate = w * series.scale
+        self._argument = Linear(since, -series.half, rate)
+        self._since, self._rate, self._side = float(since), float(rate), side
+        self.period, self.frequency, self._steps, self._phase = None, 0.0, 0.0, 0.0
+        if T is not None:
+            slowest, self.period, self.frequency = 1 / T, float(T), float(2 * arb.pi() / T)
+            self._steps, self._phase = float(2 / T), float(since / series.half)
+        plus, minus = _halves(path, series)
+        self._sweeps = list(zip(plus.sweeps, minus.sweeps, strict=True))
+        self._phi, self._psi = (
+            Linear(
+                _known(angle + one * plus.start + other * minus.start, 1),
+                one * plus.step + other * minus.step,
+                _known(rate + one * plus.rate + other * minus.rate, slowest),
             )
-            self._psi = CountedAngle(solution.psi0 - offset, step, rate + start.kappa)
-            self._period = None if path.period is None else float(path.period)
-            spins = bool(start.b > 0 or start.b < 0)
-            self._reversal = float(start.u0 + start.drift0 / start.b) if spins else float("inf")
+            for angle, rate, one, other in (
+                (solution.phi0, arb(0), 1, 1), (solution.psi0, start.kappa, side, -side),
+            )
+        )  # fmt: skip
+        P_plus = over.P_plus if regime.misses_bottom else arb(0)
+        P_minus = over.P_minus if regime.misses_top else arb(0)
+        self._bottom = _Pole.of(lowest[1], delta, P_plus, path.mean_rates[0])
+        self._top = _Pole.of(highest[0], delta, P_minus, path.mean_rates[1])
+        self._across = _across(P_plus, P_minus, lowest, highest)
+        self._kappa, self._omega3 = float(start.kappa), float(start.kappa + start.b)
+        spins = bool(start.b > 0 or start.b < 0)
+        self.reversal_u = float(start.u0 + start.drift0 / start.b) if spins else np.inf
+        return ()
 
     def __reduce__(self) -> tuple[Any, ...]:
         return DoubleForm, (self.rising,)
-
-    @property
-    def period(self) -> float | None:
-        """T [s], the period of θ; None where nothing nutates."""
-        return self._period
-
-    @property
-    def frequency(self) -> float:
-        """2π/T [rad/s]; 0 where nothing nutates."""
-        return 0.0 if self._period is None else 2 * np.pi / self._period
-
-    @property
-    def reversal_u(self) -> float:
-        """Cos θ at which φ̇ changes sign, a/b; infinite when p_ψ = 0, and reached only in loops."""
-        return self._reversal
 
     def theta(self, t: npt.ArrayLike, t_lo: npt.ArrayLike = 0.0) -> Array:
         """θ [rad] alone at the times t + t_lo, bit for bit that of the whole record.
@@ -267,11 +222,8 @@ class DoubleForm:
         NoClosedForm
             Beyond 2³¹ periods.
         """
-        time, low, shape = _times(t, t_lo)
-        theta = np.empty_like(time)
-        for part in _chunks(time.size):
-            theta[part] = self._theta(*self._path.tilt(time[part], low[part]))
-        return theta.reshape(shape)
+        theta: Array = self._columns(t, t_lo, record=False)["theta"]
+        return theta
 
     def __call__(self, t: npt.ArrayLike, t_lo: npt.ArrayLike = 0.0) -> DoubleRecord:
         """Where the top is at the times t + t_lo.
@@ -291,42 +243,93 @@ class DoubleForm:
         NoClosedForm
             Beyond 2³¹ periods, or where an angle is too large for a double.
         """
+        return DoubleRecord(**self._columns(t, t_lo, record=True))
+
+    def _columns(
+        self, t: npt.ArrayLike, t_lo: npt.ArrayLike, record: bool
+    ) -> dict[str, npt.NDArray[Any]]:
+        """The fields of a record, or θ alone."""
         time, low, shape = _times(t, t_lo)
-        records = [self._record(time[part], low[part]) for part in _chunks(time.size)]
-        join: Any = np.concatenate if len(records) > 1 else itemgetter(0)
-        whole = (
-            join([getattr(record, field.name) for record in records])
-            for field in fields(DoubleRecord)
-        )
-        return DoubleRecord(*(each.reshape((*shape, *each.shape[1:])) for each in whole))
+        names = [field.name for field in fields(DoubleRecord)] if record else ["theta"]
+        columns: dict[str, npt.NDArray[Any]] = {name: np.empty(time.shape) for name in names}
+        if record:
+            columns |= {"axis": np.empty((time.size, 3)), "n": np.empty(time.shape, np.int64)}
+        for begin in range(0, time.size, CHUNK):
+            part = slice(begin, begin + CHUNK)
+            for name, values in self._values(time[part], low[part], record).items():
+                columns[name][part] = values
+        return {name: each.reshape(shape + each.shape[1:]) for name, each in columns.items()}
 
-    def _theta(self, from_top: Array, from_bottom: Array) -> Array:
-        if self._side < 0:
-            from_top, from_bottom = from_bottom, from_top
-        return 2 * np.arctan2(from_top, from_bottom)
-
-    def _record(self, t: Array, t_lo: Array) -> DoubleRecord:
-        place, side = self._path.place(t, t_lo), self._side
-        sine, turning = place.from_top * place.from_bottom, place.turning
-        above, below = place.one_minus_u, place.one_plus_u
-        if side < 0:
-            above, below = below, above
-        u = np.where(above < below, 1 - above, below - 1)
-        along, over = place.plus + place.minus, side * (place.plus - place.minus)
+    def _values(self, t: Array, t_lo: Array, record: bool) -> dict[str, Any]:
+        """The fields, or θ alone; what is the same at all times may be one number."""
+        turning, z, s, c, *others = self._elliptic(t, t_lo, record)
+        top, bottom, side = self._top, self._bottom, self._side
+        from_top, from_bottom = top.distance(c), bottom.distance(s)
+        high, low = (from_top, from_bottom)[::side]  # seen with the sign of gMR
+        theta = 2 * np.arctan2(high, low)
+        if not record:
+            return {"theta": theta}
+        d, plus, minus = others
+        sine, one_minus_u, one_plus_u = from_top * from_bottom, high * high, low * low
+        u = np.where(one_minus_u < one_plus_u, 1 - one_minus_u, one_plus_u - 1)
+        rise = 2 * self._w * d * top.slope(c, from_top) * bottom.slope(s, from_bottom)
         with np.errstate(over="ignore", invalid="ignore"):
-            phi = self._phi.whole(turning, t, t_lo, along)
-            psi = self._psi.whole(turning, t, t_lo, over)
-        if not (np.isfinite(phi).all() and np.isfinite(psi).all()):
+            pull = d * d * (c * c - s * s) - self._m * (s * s * c * c)
+            uddot = 2 * self._w * (self._delta * self._w * pull)
+            phi = self._phi(turning, t, t_lo, plus + minus)
+            psi = self._psi(turning, t, t_lo, side * (plus - minus))
+        if not (np.isfinite(phi[0]).all() and np.isfinite(psi[0]).all()):
             raise NoClosedForm("an angle too large for doubles: ask for digits instead")
-        phi_mod = self._phi.modulo(turning, t, t_lo, along)
-        axis = np.stack((sine * np.sin(phi_mod), -sine * np.cos(phi_mod), u), axis=-1)
-        return DoubleRecord(
-            t, self._theta(place.from_top, place.from_bottom), phi, psi,
-            phi_mod, self._psi.modulo(turning, t, t_lo, over),
-            -side * place.rise, place.phidot, self._kappa + side * place.spin, u, above, below,
-            side * place.rise * sine, side * place.uddot, axis, place.n.astype(np.int64),
-            np.full_like(t, self._omega3), np.full_like(t, np.nan),
-        )  # fmt: skip
+        phi_mod, axis = modulo_circle(*phi), np.empty((t.size, 3))
+        axis[:, 0], axis[:, 1], axis[:, 2] = sine * np.sin(phi_mod), -sine * np.cos(phi_mod), u
+        forward, backward = bottom.rate(from_bottom), top.rate(from_top)
+        phidot = forward + backward
+        if self._across:
+            terms = zip(self._across, (c, s), strict=True)
+            phidot = sum(v * (sine0 * x / sine) * x for (v, sine0), x in terms) / sine
+        period = np.floor(turning / 2)
+        return {
+            "t": t, "theta": theta, "phi": phi[0], "psi": psi[0],
+            "phi_mod": phi_mod, "psi_mod": modulo_circle(*psi),
+            "thetadot": -side * rise, "phidot": phidot,
+            "psidot": self._kappa + side * (forward - backward),
+            "u": u, "one_minus_u": one_minus_u, "one_plus_u": one_plus_u,
+            "udot": side * rise * sine, "uddot": side * uddot, "axis": axis,
+            "n": period + ((turning > 2 * period) & (z >= 0)),
+            "omega3": self._omega3, "energy": np.nan,
+        }  # fmt: skip
+
+    def _elliptic(self, t: Array, t_lo: Array, record: bool) -> list[Array]:
+        """The nearest turning point, z since it, sn and cn; for a record, dn and the sweeps of Φ±.
+
+        Even turning points are passages of u₁, odd ones of u₂.
+        """
+        if not self._w:  # nothing moves
+            zero, one = np.zeros(1), np.ones(1)
+            return [zero, zero, zero, one, one, zero, zero]
+        turning, z, low = self._reduced(t, t_lo)
+        columns = [np.empty_like(z) for _ in range(5 if record else 2)]
+        for upper, here in _sides(turning):
+            at = self._series.argument(z[here], low[here])
+            values = self._series.functions(at, upper, 3 if record else 2)
+            if record:
+                values += [sweep(at) for sweep in self._sweeps[upper]]
+            for column, part in zip(columns, values, strict=True):
+                column[here] = part
+        return [turning, z, *columns]
+
+    def _reduced(self, t: Array, t_lo: Array) -> tuple[Array, Array, Array]:
+        """The turning point nearest each time, by its number, and z since it."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            steps = np.rint(t * self._steps + self._phase) if self._steps else np.zeros(1)
+            if np.any(abs(steps) >= 2 * MOST_PERIODS):
+                raise NoClosedForm(
+                    f"more than {MOST_PERIODS} periods in doubles: ask for digits instead"
+                )
+            z, low = self._argument(steps, t, t_lo)
+        # a turning point counts as passed at it: at an exact pass what follows has begun
+        at_it = abs(z) <= _EDGE * (abs(self._rate * t) + abs(self._since))
+        return steps + self._first, np.where(at_it, 0.0, z), np.where(at_it, 0.0, low)
 
 
 def _times(t: npt.ArrayLike, t_lo: npt.ArrayLike) -> tuple[Array, Array, tuple[int, ...]]:
@@ -340,298 +343,134 @@ def _times(t: npt.ArrayLike, t_lo: npt.ArrayLike) -> tuple[Array, Array, tuple[i
     return *two_sum(time.ravel(), low.ravel()), time.shape
 
 
-def _chunks(size: int) -> list[slice]:
-    """The parts of a row that are computed at once; one at least."""
-    return [slice(k, k + CHUNK) for k in range(0, max(size, 1), CHUNK)]
+def _sides(turning: Array) -> Iterator[tuple[bool, Any]]:
+    """The times nearest to turning points of one kind, as an index: first those nearest to u₁."""
+    upper = turning > 2 * np.floor(turning / 2)
+    for side in (False, True):
+        here = upper == side
+        if here.any():
+            yield side, slice(None) if here.all() else here
 
 
-def _constants(solution: Solution, bits: int) -> tuple[tuple[arb, ...], Solution, int]:
-    """The balls that must be known relative to themselves, and where they are from."""
-    path = solution.path
+# --- constants, from balls -----------------------------------------------------------------------
+
+
+def _known(x: arb, beside: arb | float = 0) -> arb:
+    """A ball that is known to 40 digits, beside what it is added to."""
+    if not x.rad() <= (abs(x) + beside) * 10.0**-_DIGITS:
+        raise TooFewBits("a constant of the closed form and 0", x)
+    return x
+
+
+def _shape(path: Nutating | Asymptotic | Steady) -> tuple[Any, ...]:
+    """Of u = u₁ + δ sn² (w t + x₀): w, m, 1 − m and δ, and 1 ∓ u at u₁ and at u₂."""
+    zero, one = arb(0), arb(1)
     if isinstance(path, Nutating):
-        return _nutating_constants(path), solution, bits
-    plus, minus = path.mean_rates
-    # without periods no time is too late: what turns by nothing must not turn late
-    turning = plus + minus, solution.start.kappa + solution.side * (plus - minus)
-    rates = tuple(1 + abs(rate) * arb(10) ** _LATE for rate in turning)
+        r = path.roots
+        ends = (r.one_minus_u1, r.one_plus_u1), (r.one_minus_u2, r.one_plus_u2)
+        return r.w, r.m, r.mc, r.delta, *ends
     if isinstance(path, Asymptotic):
-        found = path.w, path.one_minus_u1, path.one_plus_u1, path.x0, path.swept(path.x0) + _FAR
-        return (*found, *rates), solution, bits
-    return (path.over.one_minus_u0, path.over.one_plus_u0, *rates), solution, bits
+        lowest = path.one_minus_u1, path.one_plus_u1
+        return path.w, one, zero, path.one_minus_u1, lowest, (zero, arb(2))
+    here = path.over.one_minus_u0, path.over.one_plus_u0
+    return zero, zero, one, zero, here, here
 
 
-def _path(path: Nutating | Asymptotic | Steady) -> Path:
-    if isinstance(path, Nutating):
-        return _NutatingTimes(path)
-    return _AsymptoticTimes(path) if isinstance(path, Asymptotic) else _SteadyTimes(path)
-
-
-# --- an axis between two turning points --------------------------------------------------------
-
-
-def _since(path: Nutating) -> tuple[int, arb]:
-    """The turning point nearest the start, and the time since it [s].
+def _since_turning(path: Nutating | Asymptotic | Steady, half: arb) -> tuple[int, arb]:
+    """The turning point nearest the start, and z since it.
 
     That of u₁ is 0; −1 and 1 are those of u₂ before and after it.
     """
-    if not path.phase.is_finite():
-        raise TooFewBits("the start and a turning point", path.phase)
-    turning = round(2 * float(path.phase))
-    return turning, (path.phase - arb(turning) / 2) * path.period
+    if isinstance(path, Nutating):
+        if not path.phase.is_finite():
+            raise TooFewBits("the start and a turning point", path.phase)
+        turning = round(2 * float(path.phase))
+        return turning, _known((2 * path.phase - turning) * half)
+    return 0, _known(path.x0) if isinstance(path, Asymptotic) else arb(0)
 
 
-def _drifts(path: Nutating) -> tuple[arb, arb]:
-    """Of a − b u the values at u₁ and at u₂ [s⁻¹]."""
-    over, roots = path.over, path.roots
-    return over.drift0 + over.b * roots.down, over.drift0 - over.b * roots.up
+def _across(P_plus: arb, P_minus: arb, *ends: tuple[arb, arb]) -> list[tuple[float, float]]:
+    """φ̇ sin θ and sin θ at u₁ and at u₂, where P₊ and P₋ are of two signs."""
+    if not P_plus * P_minus < 0:
+        return []
+    sines = [(above * below).sqrt() for above, below in ends]
+    speeds = [
+        (P_plus * above + P_minus * below) / (2 * sine)
+        for (above, below), sine in zip(ends, sines, strict=True)
+    ]
+    size = sum(map(abs, speeds), arb(_SLOWEST))
+    return [(float(_known(v, size)), float(sine)) for v, sine in zip(speeds, sines, strict=True)]
 
 
-def _nutating_constants(path: Nutating) -> tuple[arb, ...]:
-    roots, over, regime = path.roots, path.over, path.regime
-    beside = [half.beta for half in path.halves if isinstance(half, Sweeps)]
-    momenta = [over.P_plus] * regime.misses_bottom + [over.P_minus] * regime.misses_top
-    return (
-        path.period, roots.w, roots.delta, roots.m, roots.mc, roots.one_minus_u1,
-        roots.one_plus_u1, roots.one_minus_u2, roots.one_plus_u2, _since(path)[1], *path.turns,
-        *beside, *momenta, *(angle + _FAR for angle in path.at_start),
-        sum(map(abs, _drifts(path)), arb(0)),
-    )  # fmt: skip
+class _Pole(NamedTuple):
+    """√(1 ∓ u) = √(least² + swing² x²), with x = cn for the top and sn for the bottom."""
+
+    square: float  # least²
+    least: float
+    swing: float
+    turning: float  # ½ P∓/least
+    rate0: float  # ½ P∓/(1 ∓ u) where P∓ = 0: not 0 on the pole itself alone
+
+    @classmethod
+    def of(cls, least: arb, delta: arb, P: arb, mean: arb) -> _Pole:
+        """The constants, from least², swing², P∓ and the mean of the rate."""
+        root, swing = _known(least).sqrt(), delta.sqrt()
+        rates = (P, _known(mean, _SLOWEST)) if P.is_zero() else (_known(P / (2 * root)), arb(0))
+        return cls(*map(float, (least, root, swing, *rates)))
+
+    def distance(self, x: Array) -> Array:
+        """√(1 ∓ u)."""
+        leg = self.swing * x
+        if self.square > _SMALL:
+            return np.sqrt(self.square + leg * leg)
+        return np.hypot(self.least, leg) if self.least else abs(leg)
+
+    def slope(self, x: Array, distance: Array) -> Array:
+        """The quotient swing x/√(1 ∓ u), which stays finite at an exact pass through the pole."""
+        with np.errstate(invalid="ignore"):
+            return np.where(distance > 0, self.swing * x / distance, np.copysign(1.0, x))
+
+    def rate(self, distance: Array) -> Array | float:
+        """½ P∓/(1 ∓ u) [rad/s]."""
+        if not self.turning:
+            return self.rate0
+        return self.turning * (self.least / distance) / distance
 
 
-class _Lifted:
-    """A number that may be too small for a double, times the square of a power of two."""
+class _Half(NamedTuple):
+    """Φ₊ or Φ₋: its sweeps about u₁ and about u₂, and how it grows apart from them."""
 
-    def __init__(self, x: arb) -> None:
-        man, exp = map(int, x.mid().man_exp())
-        size = man.bit_length() + exp if man else 0
-        self._lift = 2.0 ** min(max((-_TINY_BITS - size) // 2, 0), _MOST_LIFT)
-        self.value = float(x * self._lift * self._lift)
-
-    def over_square(self, y: Array) -> Array:
-        """x/y²."""
-        y = y * self._lift
-        return self.value / y / y if self.value else np.zeros_like(y)
-
-    def times_square(self, y: Array) -> Array:
-        """The product x y², where y² alone may be too small or too large for a double."""
-        y = y / self._lift
-        return self.value * y * y
+    sweeps: tuple[Sweep, ...]
+    start: arb
+    step: arb
+    rate: arb
 
 
-class _PoleDistance:
-    """√(1 ∓ u) = scale √(least² + swing² x²), with x = cn for the top and sn for the bottom."""
-
-    def __init__(self, most: arb, least: arb, delta: arb, P: arb, misses: bool) -> None:
-        self.square, self.scale = float(least), float(most.sqrt())
-        self.least, self.swing = float((least / most).sqrt()), float((delta / most).sqrt())
-        self._rate = _Lifted(P / (2 * most) if misses else arb(0))  # ½ P∓ over the largest 1 ∓ u
-        self.sign = np.sign(self._rate.value)
-        self.passed = bool(least.is_zero())
-
-    def share(self, x: Array) -> Array:
-        """√(1 ∓ u)/scale."""
-        return np.hypot(self.least, self.swing * x) if self.least else abs(self.swing * x)
-
-    def winding(self, share: Array) -> Array:
-        """½ P∓/(1 ∓ u) [rad/s]; nothing where P∓ = 0, even on the pole."""
-        return self._rate.over_square(share)
+def _nothing(at: Argument) -> Array:
+    return np.zeros_like(at.S)
 
 
-class _Half:
-    """Φ₊ or Φ₋: its sweeps since a turning point, and how it grows apart from them."""
-
-    def __init__(self, path: Nutating, series: ThetaSeries, half: Any, turn: arb, own: arb) -> None:
-        x = path.phase - own  # periods since a turning point beside its pole
-        self.sweeps: tuple[Sweep, Sweep] | None = None
-        if isinstance(half, Sweeps):
-            beside, other, quarter = series.sweeps(half.beta)
-            self.jumps, self.sign, self.sweeps = False, half.sign, (beside, other)
-            step = half.sign * quarter
-            swept = half.swept(x) - (half.sign * arb.pi() - 2 * step) * x
-        else:
-            self.jumps, step, swept = not turn.is_zero(), turn / 2, half(path.phase)
-        self.growth = AngleGrowth(swept + 2 * own * step, step, (turn - 2 * step) / path.period)
-
-    def since(self, beside: bool, at: Argument, after: Array) -> Array:
-        """What it has swept since a turning point, which is beside its pole or not."""
-        if self.sweeps is None:
-            return after * _QUARTER_TURN if self.jumps and beside else np.zeros_like(after)
-        swept = self.sweeps[not beside](at)
-        return swept if self.sign > 0 else -swept
+def _jump(at: Argument) -> Array:
+    """The sweep at an exact pass through the pole."""
+    return np.copysign(np.pi / 2, at.S)
 
 
-class _NutatingTimes:
-    """An axis between two turning points, at arrays of times."""
-
-    def __init__(self, path: Nutating) -> None:
-        over, roots, regime = path.over, path.roots, path.regime
-        self._series = series = ThetaSeries(path.tau)
-        self._scale = double_double(series.scale / path.period)
-        turning, since = _since(path)
-        self._first, self._since = turning, double_double(since)
-        self._half_period, self._multiples = (
-            float(path.period / 2), ShortMultiples.of(path.period / 2)
-        )  # fmt: skip
-        halves = zip(path.halves, path.turns, (arb(0), arb(1) / 2), strict=True)
-        self._plus, self._minus = (_Half(path, series, *each) for each in halves)
-        self.plus, self.minus = self._plus.growth, self._minus.growth
-        self._w, self._m, self._delta = float(roots.w), float(roots.m), float(roots.delta)
-        most = roots.one_minus_u1, roots.one_plus_u2
-        self._top = _PoleDistance(
-            most[0], roots.one_minus_u2, roots.delta, over.P_minus, regime.misses_top
-        )
-        self._bottom = _PoleDistance(
-            most[1], roots.one_plus_u1, roots.delta, over.P_plus, regime.misses_bottom
-        )
-        self._drifts = [_Lifted(drift / (most[0] * most[1])) for drift in _drifts(path)]
-
-    def tilt(self, t: Array, t_lo: Array) -> tuple[Array, Array]:
-        """√(1 − u) and √(1 + u) at the times t + t_lo."""
-        turning, tau, lo = self._nearest(t, t_lo)
-        from_top, from_bottom = np.empty_like(t), np.empty_like(t)
-        for upper, here in _sides(turning):
-            s, c, _ = self._series.sn_cn(self._argument(tau[here], lo[here]), upper)
-            from_top[here] = self._top.scale * self._top.share(c)
-            from_bottom[here] = self._bottom.scale * self._bottom.share(s)
-        return from_top, from_bottom
-
-    def place(self, t: Array, t_lo: Array) -> Positions:
-        """The place at the times t + t_lo."""
-        turning, tau, lo = self._nearest(t, t_lo)
-        # a turning point counts as passed at it: at a pass through a pole what follows has begun
-        known = tau >= -_EDGE * (abs(t) + abs(self._since[0]))
-        after, columns = np.where(known, 1.0, -1.0), [np.empty_like(t) for _ in range(10)]
-        for upper, here in _sides(turning):
-            at = self._argument(tau[here], lo[here])
-            for column, values in zip(columns, self._beside(upper, at, after[here]), strict=True):
-                column[here] = values
-        opened = (turning % 2 == 1) & known
-        return Positions._make((*columns, turning, np.floor(turning / 2) + opened))
-
-    def _nearest(self, t: Array, t_lo: Array) -> tuple[Array, Array, Array]:
-        """The turning point nearest each time, by its number, and the time since it [s].
-
-        The even ones are passages of u₁, the odd ones of u₂.
-        """
-        with np.errstate(over="ignore"):
-            steps = np.rint((t + self._since[0]) / self._half_period)
-        if np.any(abs(steps) >= 2 * MOST_PERIODS):
-            raise NoClosedForm(
-                f"more than {MOST_PERIODS} periods in doubles: ask for digits instead"
-            )
-        return steps + self._first, *self._multiples.rest(t, t_lo, steps, self._since)
-
-    def _argument(self, tau: Array, lo: Array) -> Argument:
-        return Argument.of(tau, lo, self._scale, self._series.hyperbolic)
-
-    def _beside(self, upper: bool, at: Argument, after: Array) -> tuple[Array, ...]:
-        """√(1 ∓ u), 1 ∓ u, −θ̇, ü, φ̇, ψ̇ − κ and Φ± beside one kind of turning point."""
-        s, c, under = self._series.sn_cn(at, upper)
-        d = self._series.dn(at, upper, under)
-        top, bottom = self._top, self._bottom
-        above, below = top.share(c), bottom.share(s)
-        c2, s2, d2 = c * c, s * s, d * d
-        # c/√(1 − u) and s/√(1 + u) stay finite at an exact pass through a pole
-        across = -after if upper and top.passed else top.swing * c / above
-        along = after if not upper and bottom.passed else bottom.swing * s / below
-        with np.errstate(over="ignore"):
-            uddot = 2 * self._w * (self._delta * self._w * (d2 * (c2 - s2) - self._m * s2 * c2))
-        return (
-            top.scale * above, bottom.scale * below,
-            top.square + self._delta * c2, bottom.square + self._delta * s2,
-            2 * self._w * d * across * along, uddot, *self._rates(above, below, s, c),
-            self._plus.since(not upper, at, after), self._minus.since(upper, at, after),
-        )  # fmt: skip
-
-    def _rates(self, above: Array, below: Array, s: Array, c: Array) -> tuple[Array, Array]:
-        """φ̇ and ψ̇ − κ; where P₊ and P₋ are of two signs φ̇ from a − b u, which does not cancel."""
-        plus, minus = self._bottom.winding(below), self._top.winding(above)
-        if not self._top.sign * self._bottom.sign < 0:
-            return plus + minus, plus - minus
-        both, (low, high) = above * below, self._drifts
-        return low.times_square(c / both) + high.times_square(s / both), plus - minus
-
-
-def _sides(turning: Array) -> Iterator[tuple[bool, Any]]:
-    """The times nearest to turning points of one kind, as an index: first those nearest to u₁."""
-    upper = turning % 2 == 1
-    if not upper.any():
-        yield False, slice(None)
-    elif upper.all():
-        yield True, slice(None)
-    else:
-        yield False, ~upper
-        yield True, upper
-
-
-# --- an axis that tends to the top, and one of constant tilt -----------------------------------
-
-
-class _AsymptoticTimes:
-    """An axis that tends to the top, at arrays of times."""
-
-    def __init__(self, path: Asymptotic) -> None:
-        size, floor = path.one_minus_u1.sqrt(), path.one_plus_u1.sqrt()
-        self._planar, self._P_plus = path.planar, float(path.over.P_plus)
-        self._sign = -1.0 if path.over.P_plus < 0 else 1.0
-        self._size, self._floor = float(size), float(floor)
-        self._depth, self._height = float(path.one_minus_u1), float(path.one_plus_u1)
-        self._w, self._x0 = double_double(path.w), double_double(path.x0)
-        zero, rate = arb(0), path.mean_rates[0]
-        swept = path.swept(path.x0)
-        self.plus, self.minus = AngleGrowth(swept, zero, rate), AngleGrowth(zero, zero, zero)
-
-    def tilt(self, t: Array, t_lo: Array) -> tuple[Array, Array]:
-        """√(1 − u) and √(1 + u) at the times t + t_lo."""
-        _, c, s = self._argument(t, t_lo)
-        return self._size * c, np.hypot(self._floor, self._size * s)
-
-    def place(self, t: Array, t_lo: Array) -> Positions:
-        """The place at the times t + t_lo."""
-        (x, c, s), zero = self._argument(t, t_lo), np.zeros_like(t)
-        from_top, from_bottom = self._size * c, np.hypot(self._floor, self._size * s)
-        above, below = self._depth * (c * c), self._height + self._depth * (s * s)
-        step = np.where(x >= 0, 1.0, -1.0)
-        rise = 2 * self._w[0] * c * (step if self._planar else self._size * s / from_bottom)
-        with np.errstate(over="ignore"):
-            uddot = 2 * self._w[0] * (self._w[0] * above * (c * c - 2 * s * s))
-        rate = zero if self._planar else self._P_plus / (2 * below)
-        plus = step * _QUARTER_TURN
-        if not self._planar:  # the pole is passed once: P₊ √(1 − u₁)/4w√(1 + u₁) = ±1
-            plus = self._sign * np.arctan2(self._size * s, self._floor)
-        return Positions(
-            from_top, from_bottom, above, below, rise, uddot, rate, rate, plus, zero, zero, zero
-        )
-
-    def _argument(self, t: Array, t_lo: Array) -> tuple[Array, Array, Array]:
-        """X = w t + x₀, sech x and tanh x, without the overflow of cosh."""
-        x, rest = two_product(t, self._w[0])
-        x, error = two_sum(x, self._x0[0])
-        x, lo = two_sum(x, rest + (error + self._x0[1] + self._w[1] * t + self._w[0] * t_lo))
-        decay = np.exp(-np.abs(x)) * (1 - np.copysign(1.0, x) * lo)
-        return x, 2 * decay / (1 + decay * decay), np.tanh(x)
-
-
-class _SteadyTimes:
-    """An axis of constant tilt, at arrays of times: what turns, turns at constant rates."""
-
-    def __init__(self, path: Steady) -> None:
-        (plus, minus), zero = path.mean_rates, arb(0)
-        self.plus, self.minus = AngleGrowth(zero, zero, plus), AngleGrowth(zero, zero, minus)
-        self._rates = float(plus + minus), float(plus - minus)
-        self._squares = float(path.over.one_minus_u0), float(path.over.one_plus_u0)
-        self._roots = tuple(float(root) for root in path.turnings[0])
-
-    def tilt(self, t: Array, t_lo: Array) -> tuple[Array, Array]:
-        """√(1 − u) and √(1 + u), the same at all times t."""
-        from_top, from_bottom = self._roots
-        return np.full_like(t, from_top), np.full_like(t, from_bottom)
-
-    def place(self, t: Array, t_lo: Array) -> Positions:
-        """The place at the times t."""
-        zero = np.zeros_like(t)
-        (above, below), (phidot, spin) = self._squares, self._rates
-        return Positions(
-            *self.tilt(t, t_lo), zero + above, zero + below, zero, zero,
-            zero + phidot, zero + spin, zero, zero, zero, zero,
-        )  # fmt: skip
+def _halves(path: Nutating | Asymptotic | Steady, series: ThetaSeries) -> Iterator[_Half]:
+    """Φ₊ and Φ₋."""
+    sweeps: tuple[Sweep, ...]
+    for own, rate in enumerate(path.mean_rates):  # Φ₊ sweeps at u₁, 0, and Φ₋ at u₂, 1
+        sweeps, start, step = (_nothing, _nothing), arb(0), arb(0)
+        if isinstance(path, Asymptotic) and not own:
+            start, sweeps = -path.swept(path.x0), (_jump, _nothing)
+            if not path.planar:
+                v = (path.one_plus_u1 / path.one_minus_u1).sqrt().atan()
+                sweeps, _ = series.sweeps(v, -1 if path.over.P_plus < 0 else 1)
+        elif isinstance(path, Nutating) and not path.turns[own].is_zero():
+            half, turn = path.halves[own], path.turns[own]
+            sweeps, step = (_jump, _nothing), turn / 2
+            if isinstance(half, Sweeps):
+                sweeps, step = series.sweeps(2 * path.K * _known(half.beta), half.sign)
+            drift = turn - 2 * step
+            start = drift * path.phase - turn * own / 2 - path.at_start[own]
+            rate = drift / path.period
+        yield _Half(sweeps[:: 1 - 2 * own], start, step, rate)

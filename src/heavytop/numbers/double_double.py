@@ -1,14 +1,14 @@
 """Sums of two doubles that carry twice the digits, and times and angles reduced without loss.
 
 A sum or a product of two doubles and its rounding error are both doubles (Knuth; Dekker 1971,
-*Numer. Math.* 18, 224-242). Cody and Waite's reduction t - n x cuts x into parts with so few bits
-that n times a part is exact.
+*Numer. Math.* 18, 224-242), so that sums of many lose next to nothing (Ogita, Rump & Oishi 2005,
+*SIAM J. Sci. Comput.* 26, 1955-1988).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias, TypeVar
+from typing import Final, TypeAlias, TypeVar
 
 import numpy as np
 from flint import arb
@@ -19,10 +19,8 @@ Words = TypeVar("Words", float, NDArray[np.float64])
 DoubleDouble = tuple[float, float]
 ThreeWords: TypeAlias = tuple[float, float, float]
 
-MOST_SHORT = 2**32
-"""Counts up to which products with a part of `PART_BITS` bits are exact."""
-
-PART_BITS = 21
+_CIRCLE: Final = 6.283185307179586
+_CIRCLE_REST: Final = 2.4492935982947064e-16  # of 2π, beyond a double
 
 
 def two_sum(a: Words, b: Words | float) -> tuple[Words, Words]:
@@ -50,85 +48,45 @@ def add(x: tuple[Words, Words], y: tuple[Words, Words]) -> tuple[Words, Words]:
     return two_sum(high, error + (x[1] + y[1]))
 
 
+def total(first: Array, *others: Array | float) -> tuple[Array, Array]:
+    """Return a sum as a double-double; what is large and cancels comes first."""
+    high, low = two_sum(first, others[0])
+    for term in others[1:]:
+        high, error = two_sum(high, term)
+        low = low + error
+    return two_sum(high, low)
+
+
 def double_double(x: arb) -> DoubleDouble:
     """Return the middle of a ball as the sum of two doubles."""
     high = float(x)
     return high, float(x.mid() - high)
 
 
-@dataclass(frozen=True, slots=True)
-class ShortMultiples:
-    """Multiples of a constant whose counts are below 2^32: each product with a part is exact.
-
-    The constant is the sum of its parts, all of `PART_BITS` bits but the last.
-    """
-
-    parts: tuple[float, ...]
-
-    @classmethod
-    def of(cls, x: arb) -> ShortMultiples:
-        """Return those of the middle of a ball, inside ``working(bits)``."""
-        rest, found = x.mid(), []
-        for _ in range(3):
-            man, exp = (int(each) for each in rest.man_exp())
-            unit = arb(2) ** (man.bit_length() + exp - PART_BITS)
-            part = (rest / unit + arb(0.5)).floor() * unit
-            found.append(float(part))
-            rest = rest - part
-        return cls((*found, float(rest)))
-
-    def rest(
-        self, t: Array, t_lo: Array | float, n: Array, since: DoubleDouble
-    ) -> tuple[Array, Array]:
-        """Return t + t_lo - n x + since, as double-doubles."""
-        total, rest = two_sum(t, t_lo)
-        rest = rest + (since[1] - n * self.parts[3])
-        for part in self.parts[:3]:
-            total, error = two_sum(total, -n * part)
-            rest = rest + error
-        total, error = two_sum(total, since[0])
-        return two_sum(total, rest + error)
-
-
-class CountedAngle:
-    """An angle start + n step + rate t + local [rad] that has turned many times.
-
-    Everything is added up without loss, and rounded once. Counts n are below 2^32.
-    """
+class Linear:
+    """What grows by a step at each count and at a rate with time: start + n step + t rate."""
 
     def __init__(self, start: arb, step: arb, rate: arb) -> None:
-        circle = 2 * arb.pi()
-        turns = start / circle
-        self._whole = double_double(start), ShortMultiples.of(step).parts, double_double(rate)
-        self._turns = (
-            double_double(turns - (turns.mid() + arb(0.5)).floor()),
-            ShortMultiples.of(step / circle).parts,
-            double_double(rate / circle),
-        )
+        self._words = double_double(start), double_double(step), double_double(rate)
 
-    def whole(self, n: Array, t: Array, t_lo: Array, local: Array) -> Array:
-        """Return the angle at the times t + t_lo, continuous."""
-        start, step, rate = self._whole
-        total, rest = two_product(t, rate[0])
-        rest = rest + (rate[1] * t + rate[0] * t_lo + start[1] + n * step[3])
-        for term in (n * step[0], n * step[1], n * step[2], start[0], local):
-            total, error = two_sum(total, term)
-            rest = rest + error
-        return total + rest
+    def __call__(
+        self, n: Array, t: Array, t_lo: Array | float, *more: Array
+    ) -> tuple[Array, Array]:
+        """Return the value at the times t + t_lo, and more added to it, as double-doubles."""
+        start, step, rate = self._words
+        grown, rest = two_product(t, rate[0])
+        stepped, error = two_product(n, step[0])
+        rest = rest + error + (rate[1] * t + rate[0] * t_lo + step[1] * n + start[1])
+        return total(grown, stepped, start[0], *more, rest)
 
-    def modulo(self, n: Array, t: Array, t_lo: Array, local: Array) -> Array:
-        """Return the angle in [0, 2 pi): whole turns are dropped before anything is rounded."""
-        start, step, rate = self._turns
-        total, rest = two_product(t, rate[0])
-        total = total - np.rint(total)
-        rest = rest + (rate[1] * t + rate[0] * t_lo + start[1] + n * step[3])
-        for part in step[:3]:
-            total, error = two_sum(total, n * part - np.rint(n * part))
-            rest = rest + error
-        total = total + start[0] + rest
-        circle = 2 * np.pi
-        angle = np.mod(circle * (total - np.rint(total)) + local, circle)
-        return np.where(angle >= circle, 0.0, angle)
+
+def modulo_circle(high: Array, low: Array) -> Array:
+    """Return an angle in [0, 2 pi): whole turns are dropped before anything is rounded."""
+    turns = np.rint(high / _CIRCLE)
+    dropped, error = two_product(turns, _CIRCLE)
+    angle = (high - dropped) + (low - error - turns * _CIRCLE_REST)
+    angle = angle - _CIRCLE * np.floor(angle / _CIRCLE)
+    return np.where((angle >= 0) & (angle < _CIRCLE), angle, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,10 +108,8 @@ class Multiples:
 
     def rest(self, t: Array, n: Array, since: ThreeWords = (0.0, 0.0, 0.0)) -> tuple[Array, Array]:
         """Return t - since - n x, as double-doubles."""
-        rest = two_sum(t, -since[0])
-        for part in (*self._parts(n), *(np.full_like(t, word) for word in since[1:])):
-            rest = add(rest, (-part, np.zeros_like(t)))
-        return rest
+        whole, *parts = (-part for part in self._parts(n))
+        return total(t, whole, *(-word for word in since), *parts)
 
     def turns(self, n: Array) -> tuple[NDArray[np.int64], Array]:
         """Return n x as a whole number and a rest of at most a few halves."""
