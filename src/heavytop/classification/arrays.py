@@ -11,8 +11,7 @@ from typing import Any, Final, Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from heavytop.classification.classify import TAGS
-from heavytop.classification.kinds import Kind
+from heavytop.classification.kinds import TAGS, Kind
 from heavytop.errors import Impossible, ImpossibleStart, NotANumber
 from heavytop.scene.state import State, broken_spin
 from heavytop.scene.top import Top

@@ -14,11 +14,13 @@ arrays of doubles. The terms are kept apart, for a sum is small or large only be
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
-from functools import cached_property
-from typing import Any, Final, TypeAlias
+from functools import cached_property, reduce
+from operator import add, attrgetter
+from typing import Any, Final, NamedTuple, TypeAlias
 
 Term: TypeAlias = Any
 """A number of any arithmetic that has +, − and ×."""
@@ -98,20 +100,12 @@ WHY = {
 }
 
 
-DETAILS: Final = {
-    Kind.SLEEPING: ("marginal", "stable", "unstable"),
-    Kind.PLANAR_PENDULUM: ("asymptotic", "rotating", "swinging"),
-    Kind.UNIFORM_PRECESSION: ("single", "fast", "slow"),
-}
-"""What tells motions of one kind apart: where a criterion is zero, positive and negative."""
+# --- numbers ------------------------------------------------------------------------------------
 
 
-# --- the criteria ------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Given:
-    """What the criteria are made of, in one arithmetic; `one_minus_cos` is 1 − cosθ."""
+    """What the numbers are made of, in one arithmetic; `one_minus_cos` is 1 − cosθ."""
 
     A: Term
     C: Term
@@ -134,6 +128,11 @@ class Given:
         return self.one_minus_cos * self.one_plus_cos
 
     @cached_property
+    def sine(self) -> Term:
+        """sinθ."""
+        return self.sin2**0.5
+
+    @cached_property
     def kinetic(self) -> Term:
         """2K = A (θ̇² + φ̇² sin²θ), twice the kinetic energy without that of the spin."""
         across = self.phidot * self.phidot * self.sin2
@@ -141,13 +140,36 @@ class Given:
 
     @cached_property
     def unspun(self) -> Term:
-        """2A K + A |gMR|, the square of a momentum."""
-        return self.A * (self.kinetic + abs(self.gMR))
+        """√(2A K + A |gMR|), a momentum."""
+        return (self.A * (self.kinetic + abs(self.gMR))) ** 0.5
 
     @cached_property
     def momentum(self) -> Term:
         """√(2A K + A |gMR| + p_ψ²), what momenta are small or large beside."""
-        return (self.unspun + self.p_psi * self.p_psi) ** 0.5
+        return (self.unspun * self.unspun + self.p_psi * self.p_psi) ** 0.5
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Number:
+    """A number that tells kinds apart: the sum of its terms, and what that is large beside.
+
+    `beside` takes what is given and the sum of the sizes of the terms, which it is by default. A
+    `factor` that is never negative is left out of the sum: where it is zero, the number is zero.
+    """
+
+    terms: Callable[[Given], Sum]
+    beside: Callable[[Given, Term], Term] = lambda _, sizes: sizes
+    factor: Callable[[Given], Term] | None = None
+
+    def size(self, x: Given) -> Term:
+        """How large it is beside that (0 … 1)."""
+        terms = self.terms(x)
+        return abs(sum_of(terms)) / self.beside(x, sum_of(tuple(map(abs, terms))))
+
+
+def sum_of(terms: Sum) -> Term:
+    """The sum of some terms."""
+    return reduce(add, terms)
 
 
 def p_minus(x: Given) -> Sum:
@@ -180,58 +202,146 @@ def looping(x: Given) -> Sum:
     return x.p_psi * x.kinetic, -2 * x.gMR * x.A * x.phidot * x.sin2
 
 
-def sleeping_discriminant(x: Given, highest: int = 1) -> Sum:
-    """p_ψ² − 4A |gMR|, `highest` being the sign of gMR: not negative where sleeping is stable."""
-    return x.p_psi * x.p_psi, -4 * highest * x.A * x.gMR
+def sleeping_discriminant(x: Given) -> Sum:
+    """p_ψ² − 4A |gMR| of a sleeping top: not negative where that is stable."""
+    return x.p_psi * x.p_psi, -4 * x.A * x.gMR * x.cos
 
 
-def fast_branch(x: Given, cos_sign: int, highest: int) -> Sum:
-    """A φ̇² |cosθ| − |gMR|, with the signs of cosθ and gMR: positive for the faster precession.
-
-    The two rates of steady precession at one tilt have the product gMR/A cosθ.
-    """
-    return cos_sign * x.A * x.phidot * x.phidot * x.cos, -highest * x.gMR
+def _beside_momentum(x: Given, _: Term) -> Term:
+    return x.momentum
 
 
-def flatness(x: Given) -> Sum:
-    """A − C: zero for a spherical top."""
-    return x.A, -x.C
-
-
-def theta_rate(x: Given) -> Term:
-    """A |θ̇| beside the momenta."""
-    return x.A * abs(x.thetadot) / x.momentum
-
-
-def across(x: Given) -> Term:
-    """A |φ̇| sinθ beside the momenta."""
-    return x.A * abs(x.phidot) * x.sin2**0.5 / x.momentum
-
-
-def spin(x: Given) -> Term:
-    """|p_ψ| beside the momenta."""
-    return abs(x.p_psi) / x.momentum
-
-
-def weight(x: Given) -> Term:
-    """√(A |gMR|) beside the momenta."""
-    return (x.A * abs(x.gMR)) ** 0.5 / x.momentum
-
-
-def pole_scale(x: Given, pole: int) -> Term:
-    """What P∓ is small or large beside, next to its own terms: a momentum.
+def _pass(terms: Callable[[Given], Sum], near: str, far: str) -> Number:
+    """P∓ beside its terms and a momentum; `near` is the height over the pole.
 
     An axis that starts beside a pole and moves fast passes it closely whatever the terms are.
     """
-    near, far = x.one_minus_cos, x.one_plus_cos
-    if pole < 0:
-        near, far = far, near
-    return x.unspun**0.5 + (x.A * x.kinetic * far / near) ** 0.5
+    height, depth = attrgetter(near), attrgetter(far)
+
+    def beside(x: Given, sizes: Term) -> Term:
+        return sizes + x.unspun + (x.A * x.kinetic * depth(x) / height(x)) ** 0.5
+
+    return Number(terms, beside, height)
 
 
-def looping_scale(x: Given) -> Term:
-    """What `looping` is small or large beside, next to its terms, which vanish both at rest."""
-    return abs(x.p_psi) * (x.kinetic + 2 * abs(x.gMR) * x.sin2)
+THETA_RATE: Final = Number(lambda x: (x.A * x.thetadot,), _beside_momentum)
+ACROSS: Final = Number(lambda x: (x.A * x.phidot * x.sin2,), lambda x, _: x.sine * x.momentum)
+SPIN: Final = Number(lambda x: (x.p_psi,), _beside_momentum)
+WEIGHT: Final = Number(
+    lambda x: (x.A * x.gMR,), lambda x, _: (x.A * abs(x.gMR)) ** 0.5 * x.momentum
+)
+SINE: Final = Number(lambda x: (x.sin2,), lambda x, _: x.sine)
+HIGH: Final = Number(lambda x: (x.gMR * x.one_plus_cos, -x.gMR * x.one_minus_cos))
+INVERTED: Final = Number(lambda x: (-x.gMR,))
+FLATNESS: Final = Number(lambda x: (x.A, -x.C))
+PASS_TOP: Final = _pass(p_minus, "one_minus_cos", "one_plus_cos")
+PASS_BOTTOM: Final = _pass(p_plus, "one_plus_cos", "one_minus_cos")
+OVER_TOP: Final = Number(over_top)
+OVER_BOTTOM: Final = Number(over_bottom)
+STEADY: Final = Number(steady_balance)
+LOOPING: Final = Number(
+    looping, lambda x, sizes: sizes + abs(x.p_psi) * (x.kinetic + 2 * abs(x.gMR) * x.sin2)
+)  # both of its terms vanish at rest
+SLEEPING_DISCRIMINANT: Final = Number(sleeping_discriminant)
+
+
+# The two rates of steady precession have the product gMR/A cosθ; where cosθ = 0 there is one.
+FASTER: Final = Number(lambda x: (x.cos * x.A * x.cos * x.phidot * x.phidot, -x.cos * x.gMR))
+SLOWER: Final = Number(lambda x: (x.cos * x.A * x.cos * x.phidot * x.phidot, x.cos * x.gMR))
+
+
+# --- the kinds, in their order, and the tags -----------------------------------------------------
+
+
+class Rule(NamedTuple):
+    """A kind fits where all `zeros` are zero and the product of `positive` is positive."""
+
+    kind: Kind
+    zeros: tuple[Number, ...] = ()
+    positive: tuple[Number, ...] = ()
+
+
+RULES: Final = (
+    Rule(Kind.AT_REST, (WEIGHT, THETA_RATE, ACROSS, SPIN)),
+    Rule(Kind.AT_REST, (SINE, THETA_RATE, ACROSS, SPIN)),
+    Rule(Kind.FORCE_FREE, (WEIGHT,)),
+    Rule(Kind.SLEEPING, (THETA_RATE, SINE), (HIGH,)),
+    Rule(Kind.HANGING, (THETA_RATE, SINE)),
+    Rule(Kind.PLANAR_PENDULUM, (SPIN, ACROSS)),
+    Rule(Kind.SEPARATRIX, (PASS_TOP, OVER_TOP)),
+    Rule(Kind.SEPARATRIX, (PASS_BOTTOM, OVER_BOTTOM)),
+    Rule(Kind.THROUGH_TOP, (PASS_TOP,), (OVER_TOP,)),
+    Rule(Kind.THROUGH_BOTTOM, (PASS_BOTTOM,), (OVER_BOTTOM,)),
+    Rule(Kind.UNIFORM_PRECESSION, (THETA_RATE, STEADY)),
+    Rule(Kind.WAVES, (), (PASS_TOP, PASS_BOTTOM)),
+    Rule(Kind.CUSPS, (LOOPING,)),
+    Rule(Kind.LOOPS, (), (LOOPING, PASS_BOTTOM)),  # P₊ is here of the sign of p_ψ
+    Rule(Kind.WAVES),
+)
+"""The first that fits is taken. The separatrix leads to the pole where V is highest: at the other
+one the energy to spare is zero only at rest."""
+
+
+class Detail(NamedTuple):
+    """What tells motions of one kind apart: where a product is zero, positive and negative."""
+
+    names: tuple[str, str, str]
+    product: tuple[Number, ...]
+
+
+DETAILS: Final = {
+    Kind.SLEEPING: Detail(("marginal", "stable", "unstable"), (SLEEPING_DISCRIMINANT,)),
+    Kind.PLANAR_PENDULUM: Detail(  # at the lower pole there is always energy to spare
+        ("asymptotic", "rotating", "swinging"), (OVER_TOP, OVER_BOTTOM)
+    ),
+    Kind.UNIFORM_PRECESSION: Detail(("single", "fast", "slow"), (FASTER, SLOWER)),
+}
+
+
+class Tag(NamedTuple):
+    """What a tag asks for, as a rule does, and of which kinds; four ask for more."""
+
+    kinds: frozenset[Kind]
+    zeros: tuple[Number, ...] = ()
+    positive: tuple[Number, ...] = ()
+
+
+_EVERY: Final = frozenset(Kind)
+_STILL: Final = frozenset({Kind.AT_REST, Kind.SLEEPING, Kind.HANGING})
+_FREE, _PLANAR, _STEADY = Kind.FORCE_FREE, Kind.PLANAR_PENDULUM, Kind.UNIFORM_PRECESSION
+
+TAGS: Final = {
+    "spherical-pendulum": Tag(_EVERY - {Kind.AT_REST, _PLANAR}, (SPIN,)),
+    "spherical-top": Tag(_EVERY),
+    "spin-reversal": Tag(_EVERY - _STILL - {_PLANAR, _STEADY}, (), (PASS_TOP, PASS_BOTTOM)),
+    "closed-orbit": Tag(frozenset({_FREE, _PLANAR, _STEADY})),
+    "near-separatrix": Tag(_EVERY - _STILL - {_FREE, Kind.SEPARATRIX, _STEADY}),
+    "inverted-gravity": Tag(_EVERY, (), (INVERTED,)),
+    "start-at-rest": Tag(_EVERY - _STILL, (THETA_RATE, ACROSS)),
+}
+
+
+# --- spin reversal -------------------------------------------------------------------------------
+
+
+def p_phi(x: Given) -> Term:
+    """Momentum about the vertical, A φ̇ sin²θ + p_ψ cosθ."""
+    return x.A * x.phidot * x.sin2 + x.p_psi * x.cos
+
+
+def spin_rate(x: Given) -> tuple[Term, Term, Term]:
+    """Coefficients of q(u) = A ψ̇ (1 − u²), constant first.
+
+    q(∓1) = p_ψ ± p_φ: there is one zero between the poles where |p_φ| > |p_ψ|, and elsewhere, as
+    C ≤ 2A, none. The spin reverses where f is positive at the zero.
+    """
+    return x.A * x.omega3, -p_phi(x), (x.C - x.A) * x.omega3
+
+
+def speed_at(x: Given, u: Term) -> Term:
+    """A² f(u) = A² u̇², negative where the axis never is."""
+    drop = p_phi(x) - x.p_psi * u
+    return (x.kinetic + 2 * x.gMR * (x.cos - u)) * (x.A - x.A * u * u) - drop * drop
 
 
 # --- near the separatrix: 1 − m from the cubic's invariants, without its roots -----------------
@@ -239,13 +349,16 @@ def looping_scale(x: Given) -> Term:
 NEAR_SEPARATRIX: Final = Fraction(1, 10**6)
 """1 − m below which a motion is near-separatrix: T is then the logarithm to 6 digits."""
 
+FAR: Final = 10**5
+"""1 − m is not that small where FAR |2 (E' − gMR)| > gMR, nor where FAR² (A P₋)² > 10 A gMR.
+
+With e = 1 − u₂ and d = u₃ − 1, e + d < (2 + d) 1e-6. So P₋² = −f(1) = 2 (gMR/A) (1 − u₁) e d is
+below 4.1e-12 gMR/A, f′(1) within ±8.1e-6 gMR/A, p_ψ²/A² below 4.1 gMR/A by the sum of the roots, and
+2 (E' − gMR)/A = p_ψ P₋/A − f′(1)/2 within ±8.2e-6 gMR/A. With gMR < 0, so at the bottom.
+"""
+
 _SQUARED: Final = NEAR_SEPARATRIX * (1 - NEAR_SEPARATRIX)
 _NEAR: Final = _SQUARED**2 / (1 - _SQUARED) ** 3  # m′²m²/(1 − m′m)³ where 1 − m = NEAR_SEPARATRIX
-
-
-def p_phi(x: Given) -> Term:
-    """Momentum about the vertical, A φ̇ sin²θ + p_ψ cosθ."""
-    return x.A * x.phidot * x.sin2 + x.p_psi * x.cos
 
 
 def _cubic(x: Given) -> tuple[Term, Term, Term, Term]:
@@ -283,3 +396,7 @@ def upper_roots_nearer(x: Given) -> Sum:
     """Of the sign of 2u₂ − u₁ − u₃ in the upright top: positive where 1 − m < ½."""
     a0, a1, a2, a3 = _cubic(x)
     return 2 * a2 * a2 * a2, -9 * a3 * a2 * a1, 27 * a3 * a3 * a0
+
+
+AWAY_FROM_ONE: Final = Number(away_from_one)
+UPPER_ROOTS_NEARER: Final = Number(upper_roots_nearer)
