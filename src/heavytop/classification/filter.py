@@ -33,7 +33,6 @@ _U: Final = 2.0**-53
 _ROUNDED: Final = 1 - 2.0**-46  # for at most 60 roundings on the way to a margin
 _TINY: Final = 2.0**-300  # beside anything that is not 0
 _ZERO, _ONE, _TRUE = np.zeros(1), np.ones(1), np.ones(1, np.bool_)
-_NO_DETAIL = np.zeros(1, np.uint8)
 
 _REST: Final = 6.123233995736766e-17  # π/2 − its double
 
@@ -191,14 +190,14 @@ class ArraySigns:
         if number not in self._found:
             terms = number.terms(self.given)
             whole = sum_of(terms)
-            sizes = whole.magnitude
+            magnitude = sizes = whole.magnitude
             if self.starts.held == "psidot":  # ω3 cancels within a term
                 sizes = sum_of(tuple(np.abs(term.value) for term in terms))
-            error = whole.error * whole.magnitude
+            error = whole.error * magnitude
             size = (np.abs(whole.value) - error) / (number.beside(self.sizes, sizes) + error)
-            zero = np.equal(whole.magnitude, 0)
+            zero = np.equal(magnitude, 0)
             if number.factor:
-                zero = zero | np.equal(number.factor(self.given).magnitude, 0)
+                zero = zero | np.equal(number.factor(self.given).value, 0)
             self._found[number] = Sign(whole, size, zero)
         return self._found[number]
 
@@ -247,8 +246,7 @@ def filtered(starts: Starts, tagged: bool = False) -> Filtered:
     with np.errstate(all="ignore"):  # nan is what is not known
         signs = ArraySigns(starts)
         _put_kinds(signs, found)
-        np.multiply(found.margin, _ROUNDED, out=found.margin)
-        np.copyto(found.margin, 0, where=~(found.margin > 0))
+        np.fmax(found.margin * _ROUNDED, 0, out=found.margin)
         if tagged:
             _put_tags(signs, found)
     return found
@@ -261,6 +259,7 @@ def _put_kinds(signs: ArraySigns, found: Filtered) -> None:
     missed by less.
     """
     nowhere: list[set[Number]] = []
+    everywhere = np.ones(found.kind.shape, np.bool_)
     for rule in reversed(kinds.RULES[:-1]):
         if any(asked.issubset(rule.zeros) for asked in nowhere):
             continue
@@ -270,7 +269,7 @@ def _put_kinds(signs: ArraySigns, found: Filtered) -> None:
             np.minimum(found.margin, size, out=found.margin)
             continue
         positive, certain = signs.positive(rule.positive)
-        here = zero & positive
+        here = everywhere & zero & positive
         if not zero.all():
             certain = np.where(zero, certain, size)
         np.minimum(found.margin, certain, out=found.margin)
@@ -280,16 +279,17 @@ def _put_kinds(signs: ArraySigns, found: Filtered) -> None:
 
 
 def _put(signs: ArraySigns, found: Filtered, kind: Kind, where: Mask, margin: Array) -> None:
-    """Put a kind and its detail."""
-    detail = _NO_DETAIL
+    """Put a kind and its detail; to put a mask is faster than to copy where it holds."""
     if kind in kinds.DETAILS:
         (_, *sides), product = kinds.DETAILS[kind]
         positive, certain = signs.positive(product)
-        detail = np.where(positive, *(np.uint8(DETAILS.index(name)) for name in sides))
+        codes = (np.uint8(DETAILS.index(side)) for side in sides)
+        np.putmask(found.detail, where, np.where(positive, *codes))
         margin = np.minimum(margin, certain)
-    np.copyto(found.kind, NAMES.index(kind), where=where)
-    np.copyto(found.detail, detail, where=where)
-    found.margin[...] = np.where(where, margin, found.margin)  # faster than copyto
+    elif found.detail.any():
+        np.putmask(found.detail, where, 0)
+    np.putmask(found.kind, where, NAMES.index(kind))
+    np.putmask(found.margin, where, margin)
 
 
 # --- tags --------------------------------------------------------------------------------------
