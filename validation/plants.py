@@ -52,7 +52,6 @@ PLANTS = (
         "classification/reduced.py",
         (
             ("            x.gMR / x.A, b, x.cos,", "            -x.gMR / x.A, b, x.cos,"),
-            ("self.top.gMR.sign() == -1", "self.top.gMR.sign() == 1"),
         ),
         ("gauss-pendulum", "landau-fast-precession", "mpmath-period", "mpmath-tilt"),
     ),
@@ -65,7 +64,7 @@ PLANTS = (
     Plant(
         "A and C exchanged, in the closed form",
         "classification/signs.py",
-        (("in (self.top.A, self.top.C))", "in (self.top.C, self.top.A))"),),
+        (("(top.A, top.C, top.gMR, start", "(top.C, top.A, top.gMR, start"),),
         ("gauss-pendulum", "landau-fast-period", "mpmath-period", "mpmath-tilt"),
     ),
     Plant(
@@ -137,7 +136,7 @@ FINE = (
     Plant(
         "the sleeping threshold lower by 1e-25",
         "classification/kinds.py",
-        (("-4 * highest * x.A * x.gMR", "-4 * highest * x.A * x.gMR * (1 - x.A * 10**-25)"),),
+        (("-4 * x.A * x.gMR * x.cos", "-4 * x.A * x.gMR * x.cos * (1 - x.A * 10**-25)"),),
         ("landau-sleeping",),
     ),
     Plant(

@@ -7,8 +7,8 @@ largest of their relative sizes it is missed, and the margin is the least by whi
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
-from functools import cache, reduce
+from collections.abc import Callable
+from functools import cache
 from typing import Any, Final, TypeAlias
 
 from flint import arb

@@ -15,7 +15,7 @@ from __future__ import annotations
 from dataclasses import fields
 from functools import reduce
 from math import pi
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -30,7 +30,7 @@ LARGEST: Final = 2.0**100
 a criterion leaves 2⁻⁹⁶⁰ … 2⁹⁶⁰, the range in which a rounding is relative."""
 
 _U: Final = 2.0**-53
-_ROUNDED: Final = 1 - 2.0**-46  # for at most 60 roundings on the way to a margin
+_ROUNDED: Final = 1 - 2.0**-45  # for at most 200 roundings on the way to a margin
 _TINY: Final = 2.0**-300  # beside anything that is not 0
 _ZERO, _ONE, _TRUE = np.zeros(1), np.ones(1), np.ones(1, np.bool_)
 
@@ -191,10 +191,10 @@ class ArraySigns:
             terms = number.terms(self.given)
             whole = sum_of(terms)
             magnitude = sizes = whole.magnitude
-            if self.starts.held == "psidot":  # ω3 cancels within a term
-                sizes = sum_of(tuple(np.abs(term.value) for term in terms))
             error = whole.error * magnitude
-            size = (np.abs(whole.value) - error) / (number.beside(self.sizes, sizes) + error)
+            if self.starts.held == "psidot":  # ω3 cancels within a term
+                sizes = sum_of(tuple(np.abs(term.value) for term in terms)) + error
+            size = (np.abs(whole.value) - error) / number.beside(self.sizes, sizes)
             zero = np.equal(magnitude, 0)
             if number.factor:
                 zero = zero | np.equal(number.factor(self.given).value, 0)
@@ -303,6 +303,8 @@ def _put_tags(signs: ArraySigns, found: Filtered) -> None:
         zero, missed = signs.vanish(tag.zeros)
         positive, size = signs.positive(tag.positive)
         yes, no = zero & positive & (size > 0), (missed > 0) | ~positive & (size > 0)
+        for number in tag.positive:
+            no = no | signs.sign(number).zero
         if name in _FURTHER:
             further, never = _FURTHER[name](signs, found)
             yes, no = yes & further, no | never
@@ -327,27 +329,27 @@ def _near_separatrix(signs: ArraySigns, _: Filtered) -> tuple[Mask, Mask]:
     """It is told only that it is not near: how near it is, is beyond doubles."""
     given = signs.given
     up, weight = given.gMR.value > 0, np.abs(given.gMR.value)
-    spare = np.where(up, *(signs.sign(each).sum.least for each in (kinds.OVER_TOP, kinds.OVER_BOTTOM)))
-    missed = np.where(
-        up,
-        given.one_minus_cos.value * signs.sign(kinds.PASS_TOP).sum.least,
-        given.one_plus_cos.value * signs.sign(kinds.PASS_BOTTOM).sum.least,
+    over, passed = (
+        [signs.sign(number).sum.least for number in numbers]
+        for numbers in ((kinds.OVER_TOP, kinds.OVER_BOTTOM), (kinds.PASS_TOP, kinds.PASS_BOTTOM))
     )
+    height = np.where(up, given.one_minus_cos.value, given.one_plus_cos.value)
+    missed = height * np.where(up, *passed)
     passes = (missed > 0) & ((kinds.FAR * missed) ** 2 > 10 * given.A.value * weight)
-    return ~_TRUE, (kinds.FAR * spare > weight) | passes
+    return ~_TRUE, (kinds.FAR * np.where(up, *over) > weight) | passes
 
 
 def _reverses(signs: ArraySigns, _: Filtered) -> tuple[Mask, Mask]:
     """Whether f is positive at the zero of ψ̇, which lies between two doubles close to it.
 
-    A zero on a pole, and one at a turning point, is none of these.
+    A zero at a turning point is none of these.
     """
     starts, x = signs.starts, signs.given
     free, linear, square = kinds.spin_rate(x)
     root = np.sqrt(linear.value * linear.value - 4 * free.value * square.value)
     near = 2 * free.value / (np.copysign(root, -linear.value) - linear.value)
 
-    def spin_at(u: Array) -> Sized:
+    def spin_at(u: Array) -> Any:
         return free + Sized(u) * (linear + Sized(u) * square)
 
     rough = spin_at(near)
@@ -364,10 +366,8 @@ def _reverses(signs: ArraySigns, _: Filtered) -> tuple[Mask, Mask]:
     here, off = x.cos.value, x.cos.error
     higher = (ends[1] < here - off) & (speed_above.value < 0)
     lower = (ends[0] > here + off) & (speed_below.value < 0)
-    never = signs.sign(kinds.PASS_TOP).zero
-    if starts.held == "psidot":
-        never = never | np.equal(starts.spin, 0) & starts.still
-    return known & rises & ~never, known & (higher | lower) | never
+    turns = np.equal(starts.spin, 0) & starts.still & (starts.held == "psidot")
+    return known & rises & ~turns, known & (higher | lower) | turns
 
 
 _FURTHER: Final = {

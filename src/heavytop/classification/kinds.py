@@ -353,8 +353,8 @@ FAR: Final = 10**5
 """1 − m is not that small where FAR |2 (E' − gMR)| > gMR, nor where FAR² (A P₋)² > 10 A gMR.
 
 With e = 1 − u₂ and d = u₃ − 1, e + d < (2 + d) 1e-6. So P₋² = −f(1) = 2 (gMR/A) (1 − u₁) e d is
-below 4.1e-12 gMR/A, f′(1) within ±8.1e-6 gMR/A, p_ψ²/A² below 4.1 gMR/A by the sum of the roots, and
-2 (E' − gMR)/A = p_ψ P₋/A − f′(1)/2 within ±8.2e-6 gMR/A. With gMR < 0, so at the bottom.
+below 4.1e-12 gMR/A, f′(1) within ±8.1e-6 gMR/A, p_ψ²/A² below 4.1 gMR/A by the sum of the roots,
+and 2 (E' − gMR)/A = p_ψ P₋/A − f′(1)/2 within ±8.2e-6 gMR/A. With gMR < 0, so at the bottom.
 """
 
 _SQUARED: Final = NEAR_SEPARATRIX * (1 - NEAR_SEPARATRIX)

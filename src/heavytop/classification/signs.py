@@ -1,4 +1,4 @@
-"""The signs of the numbers that tell kinds apart, for one top and one start: where zeros are proved.
+"""Signs of the numbers that tell kinds apart, for one top and one start: zeros are proved here.
 
 Balls of 106 bits decide nearly always. What they leave open goes to the exact numbers, whose sign
 is found by balls of more bits or by proving that everything cancels.
