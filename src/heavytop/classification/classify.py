@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cache
 from typing import Any, Final, TypeAlias
 
 from flint import arb
@@ -31,7 +30,7 @@ from heavytop.scene.arguments import expect
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-_BITS: Final = (FEW_BITS, 256, 1024, MOST_BITS)  # of the balls that a margin is made of
+_MORE_BITS: Final = (256, 1024, MOST_BITS)  # of the balls that a margin is made of
 _GOOD_BITS: Final = 54  # of a margin
 
 Missed: TypeAlias = dict[tuple[Number, ...], None]
@@ -91,7 +90,13 @@ def classify(top: Top, start: State) -> Verdict:
             return _undecided(unknown.bound)
         details, open_details = _detail(signs, kind, missed)
         tags, open_tags = _tags(signs, kind)
-    margin, enclosure = _bounds(_margin(signs, missed))
+        least = _margin(signs.few, missed)
+    for bits in _MORE_BITS:
+        if least.rel_accuracy_bits() >= _GOOD_BITS:
+            break
+        with working(bits):
+            least = _margin(signs.balls(bits), missed)
+    margin, enclosure = _bounds(least)
     return Verdict(
         kind, (*details, *tags), (*open_details, *open_tags), True, margin, enclosure, WHY[kind]
     )
@@ -112,7 +117,7 @@ def _kind(signs: SceneSigns) -> tuple[Kind, Missed]:
     for rule in RULES:
         if left := signs.nonzero(rule.zeros):
             missed[left] = None
-        elif _side(signs, rule.positive, missed) > 0:
+        elif not rule.positive or _side(signs, rule.positive, missed) > 0:
             return rule.kind, missed
     raise AssertionError("the last rule fits always")
 
@@ -137,22 +142,16 @@ def _side(signs: SceneSigns, numbers: tuple[Number, ...], missed: Missed) -> int
     return side
 
 
-def _margin(signs: SceneSigns, missed: Missed) -> Ball:
+def _margin(given: Given, missed: Missed) -> Ball:
     """The least by which a condition was missed; each is by the largest of its numbers."""
-    for bits in _BITS:
-        with working(bits):
-            given = signs.few if bits == FEW_BITS else signs.balls(bits)
-            size = cache(lambda number, given=given: number.size(given))
-            least = arb(1)
-            for first, *others in sorted(missed, key=len):
-                largest = size(first)
-                for number in others:
-                    if largest > least:
-                        break
-                    largest = largest.max(size(number))
-                least = least.min(largest)
-            if least.rel_accuracy_bits() >= _GOOD_BITS:
+    least = arb(1)
+    for first, *others in sorted(missed, key=len):
+        largest = first.size(given)
+        for number in others:
+            if largest > least:
                 break
+            largest = largest.max(number.size(given))
+        least = least.min(largest)
     return least
 
 

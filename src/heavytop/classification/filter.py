@@ -1,10 +1,10 @@
 """A static filter: the kinds and tags of many motions at once, where doubles tell every sign.
 
-The criteria are evaluated on doubles, and on the magnitudes of their terms, where each − is a +.
-A sum is of the sign that is found where it is larger than its magnitude times u = 2⁻⁵³ times the
-number of roundings in it (Shewchuk, "Adaptive precision floating-point arithmetic", 1997). What
-is not certain is left open. The kinds, their order and the margins are those of `classify`; each
-margin is a lower bound, positive exactly where every sign on the way is certain.
+The numbers of `kinds` are evaluated on doubles, and on the magnitudes of their terms, where each −
+is a +. A sum is of the sign that is found where it is larger than its magnitude times u = 2⁻⁵³
+times the number of roundings in it (Shewchuk, "Adaptive precision floating-point arithmetic",
+1997). What is not certain is left open. Rules and tags are those that `classify` reads; each margin
+is a lower bound, positive exactly where every sign on the way is certain.
 
 Of the doubles only θ = 0 is a pole, so that what needs an exact cancellation, or θ = π, is left
 open here: separatrix, through-bottom, uniform precession, and the kinds between two others.
@@ -27,7 +27,7 @@ LIBRARY: Final = 8  # u: the sine of the library is trusted to 4 ulps
 
 LARGEST: Final = 2.0**100
 """What is given is 0 or within 2⁻¹⁰⁰ … 2¹⁰⁰ (8e-31 … 1e30), or is left open: then no product in
-a criterion leaves 2⁻⁹⁶⁰ … 2⁹⁶⁰, the range in which a rounding is relative."""
+a number leaves 2⁻⁹⁶⁰ … 2⁹⁶⁰, the range in which a rounding is relative."""
 
 _U: Final = 2.0**-53
 _ROUNDED: Final = 1 - 2.0**-45  # for at most 200 roundings on the way to a margin
@@ -43,7 +43,7 @@ class Sized:
     |v − x| ≤ n u m: n grows by 1 in a sum, where the larger n counts, and to n₁ + n₂ + 1 in a
     product. One more is for what m itself was rounded, n u, for products of errors, and for the
     comparison. So `looping`, the longest criterion, has 82: sin²θ 49 (`cosines`), 2K 53,
-    p_ψ = C (ψ̇ + φ̇ cosθ) 27; the discriminant of the cubic has some 350.
+    p_ψ = C (ψ̇ + φ̇ cosθ) 27; and f at a given height 110.
     """
 
     __slots__ = ("magnitude", "roundings", "value")

@@ -1,8 +1,9 @@
-"""The kinds of motion, the verdict on one motion, and the criteria that tell the kinds apart.
+"""The kinds of motion, the verdict on one motion, and the table of rules that tell them apart.
 
-With everything multiplied out (A, C > 0), for a start θ, θ̇, φ̇, ω3 and p_ψ = C ω3, each criterion
-is a sum of products of what is given, so that any arithmetic can take it: balls, exact numbers,
-arrays of doubles. The terms are kept apart, for a sum is small or large only beside them.
+With everything multiplied out (A, C > 0), for a start θ, θ̇, φ̇, ω3 and p_ψ = C ω3, each number
+that decides is a sum of products of what is given, so that any arithmetic can take it: balls, exact
+numbers, arrays of doubles. The terms are kept apart, for a sum is small or large only beside them.
+`classify` reads the table with proved signs, `filter` with arrays of doubles.
 
     P₋ = (p_φ − p_ψ)/A = (1 − cosθ) [A φ̇ (1 + cosθ) − p_ψ]/A          zero: may pass the top
     P₊ = (p_φ + p_ψ)/A = (1 + cosθ) [A φ̇ (1 − cosθ) + p_ψ]/A          zero: may pass the bottom

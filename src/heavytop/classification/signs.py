@@ -101,10 +101,9 @@ class SceneSigns:
         theta = self.start.theta
         if theta.fraction is not None:  # π is irrational
             return 1 if theta.fraction == 0 else 0
-        with working(FEW_BITS):
-            ball = theta.ball(FEW_BITS)
-            if ball > 0 and ball < arb.pi():
-                return 0
+        ball = theta.ball(FEW_BITS)
+        if ball > 0 and ball < arb.pi():
+            return 0
         told = theta.sign(), (PI - theta).sign()
         return 1 if told[0] == 0 else -1 if told[1] == 0 else None if None in told else 0
 
