@@ -210,11 +210,10 @@ class ArraySigns:
 
     def positive(self, numbers: tuple[Number, ...]) -> tuple[Mask, Array]:
         """Where a product is positive, and the smallest size of its factors."""
-        told = [self.sign(number) for number in numbers]
-        return (
-            reduce(np.equal, (each.sum.value > 0 for each in told), _TRUE),
-            reduce(np.minimum, (each.size for each in told), _ONE),
-        )
+        if not numbers:
+            return _TRUE, _ONE
+        sums, sizes, _ = zip(*map(self.sign, numbers), strict=True)
+        return reduce(np.equal, (each.value > 0 for each in sums)), reduce(np.minimum, sizes)
 
 
 # --- the kinds -----------------------------------------------------------------------------------

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
 from functools import cached_property, reduce
-from operator import add, attrgetter
+from operator import add
 from typing import Any, Final, NamedTuple, TypeAlias
 
 Term: TypeAlias = Any
@@ -140,6 +140,16 @@ class Given:
         return self.A * (self.thetadot * self.thetadot + across)
 
     @cached_property
+    def p_phi(self) -> Term:
+        """Momentum about the vertical, A φ̇ sin²θ + p_ψ cosθ."""
+        return self.A * self.phidot * self.sin2 + self.p_psi * self.cos
+
+    @cached_property
+    def swing(self) -> Term:
+        """√(2A K), a momentum."""
+        return (self.A * self.kinetic) ** 0.5
+
+    @cached_property
     def unspun(self) -> Term:
         """√(2A K + A |gMR|), a momentum."""
         return (self.A * (self.kinetic + abs(self.gMR))) ** 0.5
@@ -212,17 +222,14 @@ def _beside_momentum(x: Given, _: Term) -> Term:
     return x.momentum
 
 
-def _pass(terms: Callable[[Given], Sum], near: str, far: str) -> Number:
-    """P∓ beside its terms and a momentum; `near` is the height over the pole.
+def _pass(terms: Callable[[Given], Sum], height: Callable[[Given], Term]) -> Number:
+    """P∓ beside its terms and a momentum; the height is that over the pole.
 
     An axis that starts beside a pole and moves fast passes it closely whatever the terms are.
     """
-    height, depth = attrgetter(near), attrgetter(far)
-
-    def beside(x: Given, sizes: Term) -> Term:
-        return sizes + x.unspun + (x.A * x.kinetic * depth(x) / height(x)) ** 0.5
-
-    return Number(terms, beside, height)
+    return Number(
+        terms, lambda x, sizes: sizes + x.unspun + x.swing * x.sine / height(x), factor=height
+    )
 
 
 THETA_RATE: Final = Number(lambda x: (x.A * x.thetadot,), _beside_momentum)
@@ -235,8 +242,8 @@ SINE: Final = Number(lambda x: (x.sin2,), lambda x, _: x.sine)
 HIGH: Final = Number(lambda x: (x.gMR * x.one_plus_cos, -x.gMR * x.one_minus_cos))
 INVERTED: Final = Number(lambda x: (-x.gMR,))
 FLATNESS: Final = Number(lambda x: (x.A, -x.C))
-PASS_TOP: Final = _pass(p_minus, "one_minus_cos", "one_plus_cos")
-PASS_BOTTOM: Final = _pass(p_plus, "one_plus_cos", "one_minus_cos")
+PASS_TOP: Final = _pass(p_minus, lambda x: x.one_minus_cos)
+PASS_BOTTOM: Final = _pass(p_plus, lambda x: x.one_plus_cos)
 OVER_TOP: Final = Number(over_top)
 OVER_BOTTOM: Final = Number(over_bottom)
 STEADY: Final = Number(steady_balance)
@@ -325,23 +332,18 @@ TAGS: Final = {
 # --- spin reversal -------------------------------------------------------------------------------
 
 
-def p_phi(x: Given) -> Term:
-    """Momentum about the vertical, A φ̇ sin²θ + p_ψ cosθ."""
-    return x.A * x.phidot * x.sin2 + x.p_psi * x.cos
-
-
 def spin_rate(x: Given) -> tuple[Term, Term, Term]:
     """Coefficients of q(u) = A ψ̇ (1 − u²), constant first.
 
     q(∓1) = p_ψ ± p_φ: there is one zero between the poles where |p_φ| > |p_ψ|, and elsewhere, as
     C ≤ 2A, none. The spin reverses where f is positive at the zero.
     """
-    return x.A * x.omega3, -p_phi(x), (x.C - x.A) * x.omega3
+    return x.A * x.omega3, -x.p_phi, (x.C - x.A) * x.omega3
 
 
 def speed_at(x: Given, u: Term) -> Term:
     """A² f(u) = A² u̇², negative where the axis never is."""
-    drop = p_phi(x) - x.p_psi * u
+    drop = x.p_phi - x.p_psi * u
     return (x.kinetic + 2 * x.gMR * (x.cos - u)) * (x.A - x.A * u * u) - drop * drop
 
 
@@ -365,7 +367,7 @@ _NEAR: Final = _SQUARED**2 / (1 - _SQUARED) ** 3  # m′²m²/(1 − m′m)³ wh
 def _cubic(x: Given) -> tuple[Term, Term, Term, Term]:
     """Coefficients of A² f(u), constant first; 2E' = 2K + 2 gMR cosθ."""
     energy = x.A * (x.kinetic + 2 * x.gMR * x.cos)
-    about_vertical, pull = p_phi(x), x.A * x.gMR
+    about_vertical, pull = x.p_phi, x.A * x.gMR
     return (
         energy - about_vertical * about_vertical,
         2 * (about_vertical * x.p_psi - pull),
