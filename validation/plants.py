@@ -191,8 +191,8 @@ FINE = (
         "classification/kinds.py",
         (
             (
-                "return x.kinetic, -2 * x.gMR * x.one_minus_cos",
-                "return x.kinetic, -2 * x.gMR * x.one_minus_cos * (1 + x.A * 10**-20)",
+                "(x.kinetic, -2 * x.gMR * x.one_minus_cos)",
+                "(x.kinetic, -2 * x.gMR * x.one_minus_cos * (1 + x.A * 10**-20))",
             ),
         ),
         ("whittaker-kind", "whittaker-closed-form", "whittaker-doubles"),
@@ -202,8 +202,8 @@ FINE = (
         "classification/kinds.py",
         (
             (
-                "-x.p_psi * x.phidot, x.gMR\n",
-                "-x.p_psi * x.phidot, x.gMR * (1 + x.A * 10**-20)\n",
+                "-x.p_psi * x.phidot, x.gMR)",
+                "-x.p_psi * x.phidot, x.gMR * (1 + x.A * 10**-20))",
             ),
         ),
         ("betsch-kind", "goldstein-rates", "betsch-closed-form", "book-exercise-2.13"),

@@ -168,7 +168,7 @@ def test_other_tilts_are_left_open(theta):
 
 NUMBERS = (
     kinds.PASS_TOP, kinds.PASS_BOTTOM, kinds.OVER_TOP, kinds.OVER_BOTTOM, kinds.STEADY,
-    kinds.LOOPING, kinds.SLEEPING_DISCRIMINANT, kinds.THETA_RATE, kinds.ACROSS, kinds.SPIN,
+    kinds.LOOPING, kinds.SLEEPING, kinds.THETA_RATE, kinds.ACROSS, kinds.SPIN,
     kinds.WEIGHT, kinds.SINE, kinds.HIGH, kinds.FASTER,
 )  # fmt: skip
 

@@ -183,41 +183,6 @@ def sum_of(terms: Sum) -> Term:
     return reduce(add, terms)
 
 
-def p_minus(x: Given) -> Sum:
-    """A P₋/(1 − cosθ): not zero where the axis can never pass θ = 0."""
-    return x.A * x.phidot * x.one_plus_cos, -x.p_psi
-
-
-def p_plus(x: Given) -> Sum:
-    """A P₊/(1 + cosθ): not zero where the axis can never pass θ = π."""
-    return x.A * x.phidot * x.one_minus_cos, x.p_psi
-
-
-def over_top(x: Given) -> Sum:
-    """2 (E' − gMR), the energy to spare at the top."""
-    return x.kinetic, -2 * x.gMR * x.one_minus_cos
-
-
-def over_bottom(x: Given) -> Sum:
-    """2 (E' + gMR), the energy to spare at the bottom."""
-    return x.kinetic, 2 * x.gMR * x.one_plus_cos
-
-
-def steady_balance(x: Given) -> Sum:
-    """A θ̈/sinθ: zero, with θ̇ = 0, where θ is constant."""
-    return x.A * x.cos * x.phidot * x.phidot, -x.p_psi * x.phidot, x.gMR
-
-
-def looping(x: Given) -> Sum:
-    """2 (E' p_ψ − gMR p_φ): of the sign of p_ψ in loops, zero in cusps."""
-    return x.p_psi * x.kinetic, -2 * x.gMR * x.A * x.phidot * x.sin2
-
-
-def sleeping_discriminant(x: Given) -> Sum:
-    """p_ψ² − 4A |gMR| of a sleeping top: not negative where that is stable."""
-    return x.p_psi * x.p_psi, -4 * x.A * x.gMR * x.cos
-
-
 def _beside_momentum(x: Given, _: Term) -> Term:
     return x.momentum
 
@@ -239,23 +204,45 @@ WEIGHT: Final = Number(
     lambda x: (x.A * x.gMR,), lambda x, _: (x.A * abs(x.gMR)) ** 0.5 * x.momentum
 )
 SINE: Final = Number(lambda x: (x.sin2,), lambda x, _: x.sine)
+
 HIGH: Final = Number(lambda x: (x.gMR * x.one_plus_cos, -x.gMR * x.one_minus_cos))
+"""2 gMR cosθ: positive on the pole where V is highest."""
+
 INVERTED: Final = Number(lambda x: (-x.gMR,))
 FLATNESS: Final = Number(lambda x: (x.A, -x.C))
-PASS_TOP: Final = _pass(p_minus, lambda x: x.one_minus_cos)
-PASS_BOTTOM: Final = _pass(p_plus, lambda x: x.one_plus_cos)
-OVER_TOP: Final = Number(over_top)
-OVER_BOTTOM: Final = Number(over_bottom)
-STEADY: Final = Number(steady_balance)
+
+PASS_TOP: Final = _pass(
+    lambda x: (x.A * x.phidot * x.one_plus_cos, -x.p_psi), lambda x: x.one_minus_cos
+)
+"""A P₋: not zero where the axis can never pass θ = 0."""
+
+PASS_BOTTOM: Final = _pass(
+    lambda x: (x.A * x.phidot * x.one_minus_cos, x.p_psi), lambda x: x.one_plus_cos
+)
+"""A P₊: not zero where the axis can never pass θ = π."""
+
+OVER_TOP: Final = Number(lambda x: (x.kinetic, -2 * x.gMR * x.one_minus_cos))
+"""2 (E' − gMR), the energy to spare at the top."""
+
+OVER_BOTTOM: Final = Number(lambda x: (x.kinetic, 2 * x.gMR * x.one_plus_cos))
+"""2 (E' + gMR), the energy to spare at the bottom."""
+
+STEADY: Final = Number(lambda x: (x.A * x.cos * x.phidot * x.phidot, -x.p_psi * x.phidot, x.gMR))
+"""A θ̈/sinθ: zero, with θ̇ = 0, where θ is constant."""
+
 LOOPING: Final = Number(
-    looping, lambda x, sizes: sizes + abs(x.p_psi) * (x.kinetic + 2 * abs(x.gMR) * x.sin2)
-)  # both of its terms vanish at rest
-SLEEPING_DISCRIMINANT: Final = Number(sleeping_discriminant)
+    lambda x: (x.p_psi * x.kinetic, -2 * x.gMR * x.A * x.phidot * x.sin2),
+    lambda x, sizes: sizes + abs(x.p_psi) * (x.kinetic + 2 * abs(x.gMR) * x.sin2),
+)
+"""2 (E' p_ψ − gMR p_φ): of the sign of p_ψ in loops, zero in cusps. Both terms vanish at rest."""
 
+SLEEPING: Final = Number(lambda x: (x.p_psi * x.p_psi, -4 * x.A * x.gMR * x.cos))
+"""p_ψ² − 4A |gMR| of a sleeping top: not negative where that is stable."""
 
-# The two rates of steady precession have the product gMR/A cosθ; where cosθ = 0 there is one.
 FASTER: Final = Number(lambda x: (x.cos * x.A * x.cos * x.phidot * x.phidot, -x.cos * x.gMR))
 SLOWER: Final = Number(lambda x: (x.cos * x.A * x.cos * x.phidot * x.phidot, x.cos * x.gMR))
+"""A φ̇² cosθ ∓ gMR, times cosθ: the two rates of steady precession have the product gMR/A cosθ;
+where cosθ = 0 there is one."""
 
 
 # --- the kinds, in their order, and the tags -----------------------------------------------------
@@ -298,7 +285,7 @@ class Detail(NamedTuple):
 
 
 DETAILS: Final = {
-    Kind.SLEEPING: Detail(("marginal", "stable", "unstable"), (SLEEPING_DISCRIMINANT,)),
+    Kind.SLEEPING: Detail(("marginal", "stable", "unstable"), (SLEEPING,)),
     Kind.PLANAR_PENDULUM: Detail(  # at the lower pole there is always energy to spare
         ("asymptotic", "rotating", "swinging"), (OVER_TOP, OVER_BOTTOM)
     ),
@@ -376,7 +363,7 @@ def _cubic(x: Given) -> tuple[Term, Term, Term, Term]:
     )
 
 
-def away_from_one(x: Given) -> Sum:
+def _away_from_one(x: Given) -> Sum:
     """Negative where m′²m²/(1 − m′m)³ = disc a₃²/(a₂² − 3a₃a₁)³ is below its value at 1 − m = 1e-6.
 
     The roots' differences are d = u₃ − u₁, m d and m′ d, so that the discriminant is
@@ -395,11 +382,11 @@ def away_from_one(x: Given) -> Sum:
     )
 
 
-def upper_roots_nearer(x: Given) -> Sum:
+def _upper_roots_nearer(x: Given) -> Sum:
     """Of the sign of 2u₂ − u₁ − u₃ in the upright top: positive where 1 − m < ½."""
     a0, a1, a2, a3 = _cubic(x)
     return 2 * a2 * a2 * a2, -9 * a3 * a2 * a1, 27 * a3 * a3 * a0
 
 
-AWAY_FROM_ONE: Final = Number(away_from_one)
-UPPER_ROOTS_NEARER: Final = Number(upper_roots_nearer)
+AWAY_FROM_ONE: Final = Number(_away_from_one)
+UPPER_ROOTS_NEARER: Final = Number(_upper_roots_nearer)

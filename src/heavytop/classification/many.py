@@ -147,12 +147,10 @@ def classify_many(
     sent = _send(columns, found, certified)
     for array in (*found, certified):
         array.setflags(write=False)
-    kind, detail, *codes = (
-        codes.reshape(columns.shape)
-        for codes in (found.kind, found.detail, found.tags, found.open_tags)
-    )
-    held, unknown = codes if tags else (None, None)
-    proved, margin = certified.reshape(columns.shape), found.margin.reshape(columns.shape)
+    arrays: tuple[Any, ...] = (*found[:2], certified, *found[2:])
+    kind, detail, proved, margin, held, unknown = (x.reshape(columns.shape) for x in arrays)
+    if not tags:
+        held = unknown = None
     return Verdicts(kind, detail, proved, margin, held, unknown, sent)
 
 
