@@ -52,7 +52,6 @@ PLANTS = (
         "classification/reduced.py",
         (
             ("            x.gMR / x.A, b, x.cos,", "            -x.gMR / x.A, b, x.cos,"),
-            ("self.top.gMR.sign() == -1", "self.top.gMR.sign() == 1"),
         ),
         ("gauss-pendulum", "landau-fast-precession", "mpmath-period", "mpmath-tilt"),
     ),
@@ -65,7 +64,7 @@ PLANTS = (
     Plant(
         "A and C exchanged, in the closed form",
         "classification/signs.py",
-        (("in (self.top.A, self.top.C))", "in (self.top.C, self.top.A))"),),
+        (("(top.A, top.C, top.gMR, start", "(top.C, top.A, top.gMR, start"),),
         ("gauss-pendulum", "landau-fast-period", "mpmath-period", "mpmath-tilt"),
     ),
     Plant(
@@ -139,7 +138,7 @@ FINE = (
     Plant(
         "the sleeping threshold lower by 1e-25",
         "classification/kinds.py",
-        (("-4 * highest * x.A * x.gMR", "-4 * highest * x.A * x.gMR * (1 - x.A * 10**-25)"),),
+        (("-4 * x.A * x.gMR * x.cos", "-4 * x.A * x.gMR * x.cos * (1 - x.A * 10**-25)"),),
         ("landau-sleeping",),
     ),
     Plant(
@@ -198,8 +197,8 @@ FINE = (
         "classification/kinds.py",
         (
             (
-                "return x.kinetic, -2 * x.gMR * x.one_minus_cos",
-                "return x.kinetic, -2 * x.gMR * x.one_minus_cos * (1 + x.A * 10**-20)",
+                "(x.kinetic, -2 * x.gMR * x.one_minus_cos)",
+                "(x.kinetic, -2 * x.gMR * x.one_minus_cos * (1 + x.A * 10**-20))",
             ),
         ),
         ("whittaker-kind", "whittaker-closed-form", "whittaker-doubles"),
@@ -209,8 +208,8 @@ FINE = (
         "classification/kinds.py",
         (
             (
-                "-x.p_psi * x.phidot, x.gMR\n",
-                "-x.p_psi * x.phidot, x.gMR * (1 + x.A * 10**-20)\n",
+                "-x.p_psi * x.phidot, x.gMR)",
+                "-x.p_psi * x.phidot, x.gMR * (1 + x.A * 10**-20))",
             ),
         ),
         ("betsch-kind", "goldstein-rates", "betsch-closed-form", "book-exercise-2.13"),

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.classification import filter as filtering
-from heavytop.classification import many
+from heavytop.classification import kinds, many
 from heavytop.classification.arrays import DETAILS, NAMES, TAG_NAMES, InputArrays, bits, detail
 from heavytop.classification.filter import filtered
 from heavytop.classification.many import classify_many
@@ -223,31 +222,27 @@ def test_spin_reversal_beside_a_turning_point():
     assert classify_many(**standing, tags=True).sent == 0
 
 
-def test_the_zero_of_the_spin_is_where_it_is_said_to_be():
-    """r by mpmath lies within its error; f is told a sign only if it keeps it as far as that."""
-    numbers = regular(np.random.default_rng(4), 600)
-    numbers["C"][::2] = 2 * numbers["A"][::2]
-    numbers["theta"][::2] *= 1e-3
-    starts = InputArrays(numbers).starts(slice(None))
-    given = filtering.given(starts)
-    momentum = np.sqrt((given.A * (given.kinetic + abs(given.gMR))).value + given.p_psi.value**2)
-    units = filtering.in_units(given, momentum)
-    with np.errstate(invalid="ignore"):
-        r, error = filtering._zero_of_spin(given, units)
-        near, far = (filtering._sides_of_f(units, r, error * k) for k in (1, 1e16))
-    seen = 0
-    for at, (A, C, _, theta, _, phidot, omega3) in enumerate(rows(numbers)):
-        u, p_psi = CTX.cos(theta), CTX.mpf(C) * omega3
-        p_phi = CTX.mpf(A) * phidot * (1 - u**2) + p_psi * u
-        if abs(p_phi) <= abs(p_psi) or not error[at] > 0:
-            continue
-        b, c = C * p_phi, p_psi * (A - CTX.mpf(C))  # c u² + b u − p_ψ A = 0
-        truth = 2 * p_psi * A / (b + CTX.sign(b) * CTX.sqrt(b * b + 4 * c * p_psi * A))
-        assert abs(truth - r[at]) <= error[at]
-        seen += 1
-    assert seen > 80
-    assert (near[0] | near[1]).mean() > 0.1
-    assert not (far[0] | far[1]).any()
+def test_far_from_the_separatrix_by_two_numbers():
+    """Where 1 − m < 1e-6, E' and P∓ are as near to the separatrix as `kinds.FAR` says."""
+    random, seen = np.random.default_rng(21), 0
+    with mpmath.workdps(60):
+        for _ in range(4000):
+            d, e = (mpmath.mpf(10) ** random.uniform(-9, -5) for _ in range(2))
+            u1, u2, u3 = mpmath.mpf(random.uniform(-1, 1)), 1 - e, 1 + d
+            if random.random() < 0.1:
+                u1 = u2 - mpmath.mpf(10) ** random.uniform(-9, 0)
+            if not -1 <= u1 <= u2 or (u3 - u2) / (u3 - u1) >= 1e-6:
+                continue
+            # A = gMR = 1: f(1) = −P₋², f(−1) = −P₊² and f = 2 (E' − u)(1 − u²) − (a − b u)²
+            minus = mpmath.sqrt(2 * (1 - u1) * (1 - u2) * (u3 - 1))
+            plus = mpmath.sqrt(2 * (1 + u1) * (1 + u2) * (1 + u3))
+            for side in (-1, 1):
+                b = (plus - side * minus) / 2
+                spare = u1 + u2 + u3 - b * b / 2 - 1  # E' − gMR
+                assert kinds.FAR * abs(2 * spare) < 1
+                assert (kinds.FAR * minus) ** 2 < 10
+                seen += 1
+    assert seen > 500
 
 
 def test_tags_from_the_top_need_no_balls():

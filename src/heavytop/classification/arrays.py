@@ -6,13 +6,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import prod
-from typing import Any, Final, Literal, NamedTuple, TypeAlias
+from typing import Final, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from heavytop.classification.classify import TAGS
-from heavytop.classification.kinds import Kind
+from heavytop.classification.kinds import TAGS, Kind
 from heavytop.errors import Impossible, ImpossibleStart, NotANumber
 from heavytop.scene.state import State, broken_spin
 from heavytop.scene.top import Top
@@ -20,7 +19,6 @@ from heavytop.scene.top import Top
 Array: TypeAlias = "NDArray[np.float64]"
 Mask: TypeAlias = "NDArray[np.bool_]"
 Codes: TypeAlias = "NDArray[np.uint8]"
-Held: TypeAlias = Literal["psidot", "omega3"]
 
 _WHOLE: Final = 2.0**53
 
@@ -71,7 +69,7 @@ class Starts(NamedTuple):
     thetadot: Array
     phidot: Array
     spin: Array
-    held: Held
+    held: str
 
     @property
     def arrays(self) -> tuple[Array, ...]:
@@ -95,7 +93,7 @@ class Starts(NamedTuple):
 
 
 class InputArrays:
-    """Arrays of tops and starts by name, none of which is copied as a whole.
+    """Arrays of tops and starts by name, as columns; what is the same for all is one element.
 
     Parameters
     ----------
@@ -112,21 +110,29 @@ class InputArrays:
 
     def __init__(self, given: Mapping[str, ArrayLike]) -> None:
         arrays = {name: _array(name, each) for name, each in given.items()}
-        self.shape = _common_shape(arrays)
+        try:
+            self.shape = np.broadcast_shapes(*(each.shape for each in arrays.values()))
+        except ValueError:
+            told = ", ".join(f"{name} {each.shape}" for name, each in arrays.items() if each.shape)
+            raise Impossible([("shapes", f"must broadcast together, not {told}")]) from None
         self.size = prod(self.shape)
-        self._columns = {name: _column(each, self.shape) for name, each in arrays.items()}
+        self._columns = {
+            name: (each if each.size == 1 else np.broadcast_to(each, self.shape)).reshape(-1)
+            for name, each in arrays.items()
+        }
+
+    def _part(self, span: slice) -> dict[str, Array]:
+        return {name: x if x.size == 1 else x[span] for name, x in self._columns.items()}
 
     def starts(self, span: slice) -> Starts:
         """Some of the tops and starts; what is the same for all is one element."""
-        *numbers, spin = (_part(column, span) for column in self._columns.values())
-        A, C, gMR, theta, thetadot, phidot = numbers
-        held: Held = "psidot" if "psidot" in self._columns else "omega3"
+        *numbers, (held, spin) = self._part(span).items()
+        A, C, gMR, theta, thetadot, phidot = (x for _, x in numbers)
         return Starts(A, C, gMR, theta, thetadot, phidot, spin, held)
 
     def one(self, at: int) -> tuple[Top, State]:
         """One of them, exactly; raises `ImpossibleTop` or `ImpossibleStart`."""
-        span = slice(at, at + 1)
-        numbers = {name: float(_part(each, span)[0]) for name, each in self._columns.items()}
+        numbers = {name: float(x[0]) for name, x in self._part(slice(at, at + 1)).items()}
         moments = {name: numbers.pop(name) for name in ("A", "C", "gMR")}
         return Top(**moments), State(**numbers)
 
@@ -142,17 +148,6 @@ def with_spin(
     return {**given, "psidot": 0.0 if psidot is None else psidot}
 
 
-def _column(given: Array, shape: tuple[int, ...]) -> Any:
-    """An array of one dimension, or the flat iterator of a larger one."""
-    if given.size == 1 or (given.shape == shape and given.flags.c_contiguous):
-        return given.reshape(-1)
-    return np.broadcast_to(given, shape).flat
-
-
-def _part(column: Any, span: slice) -> Any:
-    return column if len(column) == 1 else column[span]
-
-
 def _array(name: str, given: ArrayLike) -> Array:
     try:
         array = np.asarray(given)
@@ -164,11 +159,3 @@ def _array(name: str, given: ArrayLike) -> Array:
     if array.dtype.kind in "iu" and np.any(abs(doubles) > _WHOLE):
         raise NotANumber(f"{name}: integers up to 2^53, which doubles hold exactly")
     return doubles
-
-
-def _common_shape(arrays: Mapping[str, Array]) -> tuple[int, ...]:
-    try:
-        return np.broadcast_shapes(*(array.shape for array in arrays.values()))
-    except ValueError:
-        told = ", ".join(f"{name} {array.shape}" for name, array in arrays.items() if array.shape)
-        raise Impossible([("shapes", f"must broadcast together, not {told}")]) from None

@@ -8,35 +8,33 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial, reduce
-from typing import Any, Final, NamedTuple, TypeAlias
+from typing import Any, Final, TypeAlias
 
 from flint import arb
 
 from heavytop.classification import kinds
-from heavytop.classification.kinds import WHY, Given, Kind, Verdict
+from heavytop.classification.kinds import DETAILS, RULES, TAGS, WHY, Given, Kind, Number, Verdict
 from heavytop.classification.signs import (
     FEW_BITS,
     MOST_BITS,
     Ball,
-    Criterion,
     SceneSigns,
-    Sign,
     UndecidedError,
     ball_sign,
-    relative_size,
-    sign_of_exact,
+    unproved,
 )
 from heavytop.numbers import sqrt
+from heavytop.numbers.exact import Exact, Sign
 from heavytop.numbers.intervals import working
 from heavytop.scene.arguments import expect
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-_BITS: Final = (FEW_BITS, 256, 1024, MOST_BITS)  # of the balls that a margin is made of
+_MORE_BITS: Final = (256, 1024, MOST_BITS)  # of the balls that a margin is made of
 _GOOD_BITS: Final = 54  # of a margin
 
-Size: TypeAlias = Callable[[Given], Ball]
+Missed: TypeAlias = dict[tuple[Number, ...], None]
+"""Conditions that were missed, in their order: of each the numbers that are not zero."""
 
 
 def classify(top: Top, start: State) -> Verdict:
@@ -84,15 +82,21 @@ def classify(top: Top, start: State) -> Verdict:
     """
     expect("top", top, Top)
     expect("start", start, State)
-    try:
-        signs = SceneSigns(top, start)
-        tree = _Tree(signs)
-        kind = tree.kind()
-    except UndecidedError as unknown:
-        return _undecided(unknown.bound)
-    details, open_details = tree.detail(kind)
-    tags, open_tags = _tags(signs, kind)
-    margin, enclosure = _bounds(tree.margin())
+    signs = SceneSigns(top, start)
+    with working(FEW_BITS):
+        try:
+            kind, missed = _kind(signs)
+        except UndecidedError as unknown:
+            return _undecided(unknown.bound)
+        details, open_details = _detail(signs, kind, missed)
+        tags, open_tags = _tags(signs, kind)
+        least = _margin(signs.few, missed)
+    for bits in _MORE_BITS:
+        if least.rel_accuracy_bits() >= _GOOD_BITS:
+            break
+        with working(bits):
+            least = _margin(signs.balls(bits), missed)
+    margin, enclosure = _bounds(least)
     return Verdict(
         kind, (*details, *tags), (*open_details, *open_tags), True, margin, enclosure, WHY[kind]
     )
@@ -101,6 +105,54 @@ def classify(top: Top, start: State) -> Verdict:
 def _undecided(bound: str) -> Verdict:
     why = f"{WHY[Kind.UNDECIDED]}: beside its terms it is at most {bound}"
     return Verdict(Kind.UNDECIDED, (), (), False, 0.0, (0.0, _above(float(bound))), why, bound)
+
+
+# --- the kind and its margin ---------------------------------------------------------------------
+
+
+def _kind(signs: SceneSigns) -> tuple[Kind, Missed]:
+    """The first kind that fits, and of each condition that was missed what is not zero."""
+    missed: Missed = {}
+    signs.expect_told()
+    for rule in RULES:
+        if left := signs.nonzero(rule.zeros):
+            missed[left] = None
+        elif not rule.positive or _side(signs, rule.positive, missed) > 0:
+            return rule.kind, missed
+    raise AssertionError("the last rule fits always")
+
+
+def _detail(
+    signs: SceneSigns, kind: Kind, missed: Missed
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """What tells motions of one kind apart; where that is undecided, what it may be."""
+    if kind not in DETAILS:
+        return (), ()
+    names, product = DETAILS[kind]
+    try:
+        return (names[_side(signs, product, missed)],), ()
+    except UndecidedError:
+        return (), (names[0],)
+
+
+def _side(signs: SceneSigns, numbers: tuple[Number, ...], missed: Missed) -> int:
+    """The sign of a product, whose factors are remembered."""
+    side = signs.product(numbers)
+    missed.update(((number,), None) for number in numbers if signs.sign(number))
+    return side
+
+
+def _margin(given: Given, missed: Missed) -> Ball:
+    """The least by which a condition was missed; each is by the largest of its numbers."""
+    least = arb(1)
+    for first, *others in sorted(missed, key=len):
+        largest = first.size(given)
+        for number in others:
+            if largest > least:
+                break
+            largest = largest.max(number.size(given))
+        least = least.min(largest)
+    return least
 
 
 def _bounds(margin: Ball) -> tuple[float, tuple[float, float]]:
@@ -113,245 +165,77 @@ def _above(x: float) -> float:
     return math.nextafter(x, math.inf)
 
 
-# --- the decision tree -------------------------------------------------------------------------
-
-
-class _Number(NamedTuple):
-    """A number that may be zero: its sign, and its size beside what it is part of."""
-
-    sign: Callable[[SceneSigns], Sign]
-    size: Size
-
-
-_THETA_RATE: Final = _Number(lambda signs: signs.rate("thetadot"), kinds.theta_rate)
-_ACROSS: Final = _Number(lambda signs: 0 if signs.pole else signs.rate("phidot"), kinds.across)
-_SPIN: Final = _Number(lambda signs: signs.rate("omega3"), kinds.spin)
-_WEIGHT: Final = _Number(lambda signs: signs.rate("gMR"), kinds.weight)
-_SINE: Final = _Number(lambda signs: 0 if signs.pole else 1, lambda x: x.sin2**0.5)
-_TORQUE: Final = _Number(
-    lambda signs: 0 if signs.pole else signs.rate("gMR"),
-    lambda x: kinds.weight(x).min(_SINE.size(x)),
-)
-
-
-def _size(criterion: Criterion, scale: Size = lambda _: arb(0)) -> Size:
-    return lambda x: relative_size(criterion(x), scale(x))
-
-
-def _number(name: str, criterion: Criterion, scale: Size = lambda _: arb(0)) -> _Number:
-    return _Number(lambda signs: signs.sign_of(name), _size(criterion, scale))
-
-
-_OVER: Final[dict[int, Criterion]] = {1: kinds.over_top, -1: kinds.over_bottom}
-_ENERGY: Final = {
-    1: _number("over_top", kinds.over_top),
-    -1: _number("over_bottom", kinds.over_bottom),
-}
-_PASSES: Final = {
-    1: _number("P_minus", kinds.p_minus, partial(kinds.pole_scale, pole=1)),
-    -1: _number("P_plus", kinds.p_plus, partial(kinds.pole_scale, pole=-1)),
-}
-_STEADY: Final = _number("pull", kinds.steady_balance)
-
-
-class _Tree:
-    """Finds the kind of one motion, and by what each kind that it is not is missed."""
-
-    def __init__(self, signs: SceneSigns) -> None:
-        self.signs = signs
-        self._missed: list[tuple[Size, ...]] = []
-        self._few = signs.few
-        signs.expect_told()
-
-    def kind(self) -> Kind:
-        """The first kind that fits; raises `UndecidedError` where a sign could not be told."""
-        if self._vanish(_THETA_RATE, _ACROSS, _SPIN, _TORQUE):
-            return Kind.AT_REST
-        if self._vanish(_WEIGHT):
-            return Kind.FORCE_FREE
-        if self._vanish(_THETA_RATE, _SINE):
-            up = self.signs.pole == self.signs.rate("gMR")
-            return Kind.SLEEPING if up else Kind.HANGING
-        if self._vanish(_SPIN, _ACROSS):
-            return Kind.PLANAR_PENDULUM
-        return self._reaching_a_pole()
-
-    def _reaching_a_pole(self) -> Kind:
-        highest = self.signs.rate("gMR")
-        if self._vanish(_PASSES[highest], _ENERGY[highest]):
-            return Kind.SEPARATRIX
-        for pole, kind in ((1, Kind.THROUGH_TOP), (-1, Kind.THROUGH_BOTTOM)):
-            if self._vanish(_PASSES[pole]) and self._side(_OVER[pole]) > 0:
-                return kind
-        if self._vanish(_THETA_RATE, _STEADY):
-            return Kind.UNIFORM_PRECESSION
-        return self._generic()
-
-    def _generic(self) -> Kind:
-        signs = self.signs
-        if signs.sign(kinds.p_minus) * signs.sign(kinds.p_plus) > 0:
-            return Kind.WAVES
-        side = self._side(kinds.looping, kinds.looping_scale) * signs.rate("omega3")
-        if side == 0:
-            return Kind.CUSPS
-        return Kind.LOOPS if side > 0 else Kind.WAVES
-
-    def detail(self, kind: Kind) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """What tells motions of one kind apart; where that is undecided, what it may be."""
-        if kind not in kinds.DETAILS:
-            return (), ()
-        names = kinds.DETAILS[kind]
-        try:
-            return (names[self._detail(kind)],), ()
-        except UndecidedError:
-            return (), (names[0],)
-
-    def _detail(self, kind: Kind) -> Sign:
-        highest = self.signs.rate("gMR")
-        if kind is Kind.SLEEPING:
-            return self._side(partial(kinds.sleeping_discriminant, highest=highest))
-        if kind is Kind.PLANAR_PENDULUM:
-            return self._side(_OVER[highest])
-        if (cos_sign := self.signs.cos_sign) == 0:
-            return 0
-        return self._side(partial(kinds.fast_branch, cos_sign=cos_sign, highest=highest))
-
-    def _vanish(self, *numbers: _Number) -> bool:
-        """Whether all of them are zero; where not, by how much that is missed is remembered."""
-        sizes, unknown = [], None
-        for number in numbers:
-            try:
-                if number.sign(self.signs) != 0:
-                    sizes.append(number.size)
-            except UndecidedError as error:
-                unknown = error
-        if sizes:
-            self._missed.append(tuple(sizes))
-            return False
-        if unknown is not None:
-            raise unknown
-        return True
-
-    def _side(self, criterion: Criterion, scale: Size = lambda _: arb(0)) -> Sign:
-        """The sign of a criterion, its size remembered."""
-        if sign := self.signs.sign(criterion):
-            self._missed.append((_size(criterion, scale),))
-        return sign
-
-    def margin(self) -> Ball:
-        """The distance to the nearest of the kinds that were rejected."""
-        for bits in _BITS:
-            given = self._few if bits == FEW_BITS else self.signs.balls(bits)
-            with working(bits):
-                missed = {size: size(given) for sizes in self._missed for size in sizes}
-                largest = (reduce(arb.max, (missed[size] for size in few)) for few in self._missed)
-                least = reduce(arb.min, largest, arb(1))
-            if least.rel_accuracy_bits() >= _GOOD_BITS:
-                break
-        return least
-
-
 # --- tags --------------------------------------------------------------------------------------
-
-_STILL = frozenset({Kind.AT_REST, Kind.SLEEPING, Kind.HANGING})
-_NOT_NUTATING = _STILL | {Kind.SEPARATRIX, Kind.UNIFORM_PRECESSION}
-_SPINLESS = frozenset({Kind.AT_REST, Kind.PLANAR_PENDULUM})
 
 
 def _tags(signs: SceneSigns, kind: Kind) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The tags that hold, and those that could be neither proved nor disproved."""
     holding, unknown = [], []
-    for tag, holds in TAGS.items():
+    for name, tag in TAGS.items():
         try:
-            if holds(signs, kind):
-                holding.append(tag)
+            if (
+                kind in tag.kinds
+                and not signs.nonzero(tag.zeros)
+                and signs.product(tag.positive) > 0
+                and (name not in _FURTHER or _FURTHER[name](signs, kind))
+            ):
+                holding.append(name)
         except UndecidedError:
-            unknown.append(tag)
+            unknown.append(name)
     return tuple(holding), tuple(unknown)
 
 
-def _spherical_pendulum(signs: SceneSigns, kind: Kind) -> bool:
-    return kind not in _SPINLESS and signs.rate("omega3") == 0
-
-
 def _spherical_top(signs: SceneSigns, _: Kind) -> bool:
-    return signs.top.A == signs.top.C or signs.sign(kinds.flatness) == 0
-
-
-def _spin_reversal(signs: SceneSigns, kind: Kind) -> bool:
-    return kind not in (*_STILL, Kind.UNIFORM_PRECESSION) and _reverses(signs)
+    return signs.top.A == signs.top.C or signs.sign(kinds.FLATNESS) == 0
 
 
 def _closed_orbit(signs: SceneSigns, kind: Kind) -> bool:
     """Whether the axis is known to run along a closed curve: a circle, or to and fro."""
     if kind is Kind.PLANAR_PENDULUM:
-        return signs.sign(_OVER[signs.rate("gMR")]) != 0
-    circle = kind in (Kind.FORCE_FREE, Kind.UNIFORM_PRECESSION)
-    return circle and not _start_at_rest(signs, kind)
+        return signs.product(DETAILS[kind].product) != 0
+    return bool(signs.nonzero(TAGS["start-at-rest"].zeros))
 
 
 def _near_separatrix(signs: SceneSigns, kind: Kind) -> bool:
-    highest = signs.rate("gMR")
-    if kind in _NOT_NUTATING or highest == 0:
+    over = kinds.OVER_BOTTOM if signs.sign(kinds.INVERTED) > 0 else kinds.OVER_TOP
+    spare = kinds.sum_of(over.terms(signs.few))
+    if kinds.FAR * abs(spare) > abs(signs.few.gMR):
         return False
-    if kind is Kind.PLANAR_PENDULUM and signs.sign(_OVER[highest]) == 0:
+    if kind is Kind.PLANAR_PENDULUM and signs.sign(over) == 0:
         return False
-    return signs.sign(kinds.away_from_one) < 0 and signs.sign(kinds.upper_roots_nearer) > 0
+    return signs.sign(kinds.AWAY_FROM_ONE) < 0 and signs.sign(kinds.UPPER_ROOTS_NEARER) > 0
 
 
-def _inverted(signs: SceneSigns, _: Kind) -> bool:
-    return signs.rate("gMR") < 0
-
-
-def _start_at_rest(signs: SceneSigns, kind: Kind) -> bool:
-    across = 0 if signs.pole else signs.rate("phidot")
-    return kind not in _STILL and signs.rate("thetadot") == across == 0
-
-
-TAGS: Final[dict[str, Callable[[SceneSigns, Kind], bool]]] = {
-    "spherical-pendulum": _spherical_pendulum,
-    "spherical-top": _spherical_top,
-    "spin-reversal": _spin_reversal,
-    "closed-orbit": _closed_orbit,
-    "near-separatrix": _near_separatrix,
-    "inverted-gravity": _inverted,
-    "start-at-rest": _start_at_rest,
-}
-
-
-def _reverses(signs: SceneSigns) -> bool:
-    """Whether q(u) = A ψ̇ (1 − u²) = ω3 A − p_φ u − ω3 (A − C) u² has a zero where f > 0.
-
-    q(∓1) = p_ψ ± p_φ: there is one zero between the poles where |p_φ| > |p_ψ|, and elsewhere, as
-    C ≤ 2A, none.
-    """
-    outside = signs.sign_of("P_minus") * signs.sign_of("P_plus") > 0
-    if not outside or _turns_without_spin(signs):
+def _reverses(signs: SceneSigns, _: Kind) -> bool:
+    """Whether f is positive at the zero of ψ̇; a turning point with ψ̇ = 0 is the zero itself."""
+    if not signs.nonzero((kinds.THETA_RATE,)) and _sign(signs.start.psidot) == 0:
         return False
     try:
-        with working(FEW_BITS):
-            return _f_at_zero(signs.few, _told, lambda x: x.sqrt()) > 0
+        return _f_at_zero(signs.few, lambda x: x.sqrt()) > 0
     except UndecidedError:
-        return _f_at_zero(signs.exact, sign_of_exact, sqrt) > 0
+        return _f_at_zero(signs.exact, sqrt) > 0
 
 
-def _turns_without_spin(signs: SceneSigns) -> bool:
-    """Whether the start is a turning point with ψ̇ = 0: the zero of q, and no inner one."""
-    return signs.rate("thetadot") == 0 and sign_of_exact(signs.start.psidot) == 0
+def _f_at_zero(x: Given, root: Callable[[Any], Any]) -> Sign:
+    """The sign of f at the zero of q between the poles, in the form that does not cancel."""
+    free, linear, square = kinds.spin_rate(x)
+    reach = root(linear * linear - 4 * free * square)
+    return _sign(kinds.speed_at(x, 2 * free / (_sign(-linear) * reach - linear)))
 
 
-def _told(ball: Any) -> Sign:
-    sign = ball_sign(ball)
-    if sign is None:
-        raise UndecidedError(ball)
+def _sign(value: Ball | Exact) -> Sign:
+    """The sign of a ball or of an exact number, or `UndecidedError`."""
+    if isinstance(value, Exact):
+        if (sign := value.sign()) is None:
+            raise unproved(value)
+    elif (sign := ball_sign(value)) is None:
+        raise UndecidedError(value)
     return sign
 
 
-def _f_at_zero(x: Given, sign: Callable[[Any], Sign], root: Callable[[Any], Any]) -> Sign:
-    """The sign of f at the zero of q between the poles, in the form that does not cancel."""
-    about_vertical, free = kinds.p_phi(x), x.omega3 * x.A
-    reach = root(about_vertical * about_vertical + 4 * free * x.omega3 * (x.A - x.C))
-    u = 2 * free / (about_vertical + sign(about_vertical) * reach)
-    drop = about_vertical - x.p_psi * u
-    energy = x.kinetic + 2 * x.gMR * (x.cos - u)
-    return sign(x.A * energy * (1 - u * u) - drop * drop)
+_FURTHER: Final[dict[str, Callable[[SceneSigns, Kind], bool]]] = {
+    "spherical-top": _spherical_top,
+    "spin-reversal": _reverses,
+    "closed-orbit": _closed_orbit,
+    "near-separatrix": _near_separatrix,
+}

@@ -1,10 +1,10 @@
 """A static filter: the kinds and tags of many motions at once, where doubles tell every sign.
 
-The criteria are evaluated on doubles, and on the magnitudes of their terms, where each − is a +.
-A sum is of the sign that is found where it is larger than its magnitude times u = 2⁻⁵³ times the
-number of roundings in it (Shewchuk, "Adaptive precision floating-point arithmetic", 1997). What
-is not certain is left open. The kinds, their order and the margins are those of `classify`; each
-margin is a lower bound, positive exactly where every sign on the way is certain.
+The numbers of `kinds` are evaluated on doubles, and on the magnitudes of their terms, where each −
+is a +. A sum is of the sign that is found where it is larger than its magnitude times u = 2⁻⁵³
+times the number of roundings in it (Shewchuk, "Adaptive precision floating-point arithmetic",
+1997). What is not certain is left open. Rules and tags are those that `classify` reads; each margin
+is a lower bound, positive exactly where every sign on the way is certain.
 
 Of the doubles only θ = 0 is a pole, so that what needs an exact cancellation, or θ = π, is left
 open here: separatrix, through-bottom, uniform precession, and the kinds between two others.
@@ -12,28 +12,27 @@ open here: separatrix, through-bottom, uniform precession, and the kinds between
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import fields, replace
-from functools import partial, reduce
+from dataclasses import fields
+from functools import reduce
 from math import pi
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from heavytop.classification import kinds
-from heavytop.classification.arrays import DETAILS, NAMES, Array, Codes, Mask, Starts, bits
-from heavytop.classification.kinds import Given, Kind, Sum
-from heavytop.classification.signs import sum_of
+from heavytop.classification.arrays import DETAILS, NAMES, Array, Codes, Mask, Starts
+from heavytop.classification.kinds import Given, Kind, Number, sum_of
 
 LIBRARY: Final = 8  # u: the sine of the library is trusted to 4 ulps
 
 LARGEST: Final = 2.0**100
 """What is given is 0 or within 2⁻¹⁰⁰ … 2¹⁰⁰ (8e-31 … 1e30), or is left open: then no product in
-a criterion leaves 2⁻⁹⁶⁰ … 2⁹⁶⁰, the range in which a rounding is relative."""
+a number leaves 2⁻⁹⁶⁰ … 2⁹⁶⁰, the range in which a rounding is relative."""
 
 _U: Final = 2.0**-53
-_ROUNDED: Final = 1 - 2.0**-46  # for at most 60 roundings on the way to a margin
-_SMALLEST: Final = 2.0**-40  # beside 1; its 12th power is far above the least double
+_ROUNDED: Final = 1 - 2.0**-45  # for at most 200 roundings on the way to a margin
+_TINY: Final = 2.0**-300  # beside anything that is not 0
+_ZERO, _ONE, _TRUE = np.zeros(1), np.ones(1), np.ones(1, np.bool_)
 
 _REST: Final = 6.123233995736766e-17  # π/2 − its double
 
@@ -44,7 +43,7 @@ class Sized:
     |v − x| ≤ n u m: n grows by 1 in a sum, where the larger n counts, and to n₁ + n₂ + 1 in a
     product. One more is for what m itself was rounded, n u, for products of errors, and for the
     comparison. So `looping`, the longest criterion, has 82: sin²θ 49 (`cosines`), 2K 53,
-    p_ψ = C (ψ̇ + φ̇ cosθ) 27; the discriminant of the cubic has some 350.
+    p_ψ = C (ψ̇ + φ̇ cosθ) 27; and f at a given height 110.
     """
 
     __slots__ = ("magnitude", "roundings", "value")
@@ -122,12 +121,14 @@ def given(starts: Starts) -> Given:
 def sizes(x: Given) -> Given:
     """The magnitudes of what is given, as plain arrays; of ω3, where terms cancel, a bound.
 
-    They are for what a criterion is large or small beside, in which nothing cancels: it comes out
-    to 60 u.
+    They are for what a number is large or small beside, in which nothing cancels: it comes out to
+    60 u. There is always a little weight and a little tilt, so that nothing is divided by 0.
     """
-    magnitudes = Given(*(getattr(x, field.name).magnitude for field in fields(x)))
-    found = replace(magnitudes, omega3=x.omega3.most)
-    vars(found).update(sin2=x.sin2.magnitude, kinetic=x.kinetic.magnitude)  # known already
+    magnitudes = {field.name: getattr(x, field.name).magnitude for field in fields(x)}
+    for name in ("gMR", "one_minus_cos"):
+        magnitudes[name] = magnitudes[name] + _TINY
+    found = Given(**magnitudes | {"omega3": x.omega3.most})
+    vars(found).update(kinetic=x.kinetic.magnitude)  # known already
     return found
 
 
@@ -162,7 +163,60 @@ def cosines(theta: Array) -> tuple[Sized, Sized, Sized]:
     )
 
 
-# --- the decision tree ---------------------------------------------------------------------------
+# --- signs of arrays -----------------------------------------------------------------------------
+
+
+class Sign(NamedTuple):
+    """What doubles tell of a number: its sum, its size from below, and where it is exactly 0.
+
+    The size is as `Number` has it; it is positive where the sign is certain.
+    """
+
+    sum: Sized
+    size: Array
+    zero: Mask
+
+
+class ArraySigns:
+    """The numbers that tell kinds apart, for arrays of tops and starts; 0 where all terms are."""
+
+    def __init__(self, starts: Starts) -> None:
+        self.starts, self.given = starts, given(starts)
+        self.sizes = sizes(self.given)
+        self._found: dict[Number, Sign] = {}
+
+    def sign(self, number: Number) -> Sign:
+        """What is told of one number."""
+        if number not in self._found:
+            terms = number.terms(self.given)
+            whole = sum_of(terms)
+            magnitude = sizes = whole.magnitude
+            error = whole.error * magnitude
+            if self.starts.held == "psidot":  # ω3 cancels within a term
+                sizes = sum_of(tuple(np.abs(term.value) for term in terms)) + error
+            size = (np.abs(whole.value) - error) / number.beside(self.sizes, sizes)
+            zero = np.equal(magnitude, 0)
+            if number.factor:
+                zero = zero | np.equal(number.factor(self.given).value, 0)
+            self._found[number] = Sign(whole, size, zero)
+        return self._found[number]
+
+    def vanish(self, numbers: tuple[Number, ...]) -> tuple[Mask, Array]:
+        """Where all of some numbers are 0, and elsewhere by how much that is missed."""
+        if not numbers:
+            return _TRUE, _ZERO
+        _, sizes, zeros = zip(*map(self.sign, numbers), strict=True)
+        return reduce(np.logical_and, zeros), reduce(np.maximum, sizes)
+
+    def positive(self, numbers: tuple[Number, ...]) -> tuple[Mask, Array]:
+        """Where a product is positive, and the smallest size of its factors."""
+        if not numbers:
+            return _TRUE, _ONE
+        sums, sizes, _ = zip(*map(self.sign, numbers), strict=True)
+        return reduce(np.equal, (each.value > 0 for each in sums)), reduce(np.minimum, sizes)
+
+
+# --- the kinds -----------------------------------------------------------------------------------
 
 
 class Filtered(NamedTuple):
@@ -179,234 +233,145 @@ class Filtered(NamedTuple):
 
     @staticmethod
     def empty(shape: tuple[int, ...]) -> Filtered:
-        """Arrays to be filled in."""
-        kind, detail, tags, unknown = (np.zeros(shape, np.uint8) for _ in range(4))
-        return Filtered(kind, detail, np.empty(shape), tags, unknown)
+        """Arrays to be filled in; the kind is that of the last rule."""
+        kind = np.full(shape, NAMES.index(kinds.RULES[-1].kind), np.uint8)
+        detail, tags, unknown = (np.zeros(shape, np.uint8) for _ in range(3))
+        return Filtered(kind, detail, np.ones(shape), tags, unknown)
 
 
 def filtered(starts: Starts, tagged: bool = False) -> Filtered:
     """The kinds of motion, as far as doubles tell them; of impossible starts nothing is meant."""
     found = Filtered.empty(np.broadcast_shapes(*(each.shape for each in starts.arrays)))
     with np.errstate(all="ignore"):  # nan is what is not known
-        tree = _Tree(starts, found)
-        tree.generic()
-        tree.special()
-        np.multiply(found.margin, _ROUNDED, out=found.margin)
-        np.copyto(found.margin, 0, where=~(found.margin > 0))
+        signs = ArraySigns(starts)
+        _put_kinds(signs, found)
+        np.fmax(found.margin * _ROUNDED, 0, out=found.margin)
         if tagged:
-            _put_tags(starts, tree.x, tree.sizes.momentum, found)
+            _put_tags(signs, found)
     return found
 
 
-class _Tree:
-    """The tree of `classify` on arrays; sizes are from below, beside the root of the momenta."""
+def _put_kinds(signs: ArraySigns, found: Filtered) -> None:
+    """Put each kind where it fits over those after it; what is not certain has no margin.
 
-    def __init__(self, starts: Starts, found: Filtered) -> None:
-        self.starts, self.found = starts, found
-        self.x = x = given(starts)
-        self.sizes = each = sizes(x)
-        weight, sine = kinds.weight(each), each.sin2**0.5
-        self.theta_rate, across = kinds.theta_rate(each), kinds.across(each)
-        spin = x.p_psi.least / each.momentum
-        # how far at-rest and force-free are; sleeping and hanging; the plane
-        self.rest = _largest(self.theta_rate, across, spin, np.minimum(weight, sine))
-        self.moves = np.minimum(self.rest, weight)
-        self.upright = np.maximum(self.theta_rate, sine)
-        self.plane = np.maximum(spin, across)
-
-    def generic(self) -> None:
-        """Take every motion for a generic one: waves, cusps or loops."""
-        top, off_top = self._judged(kinds.p_minus, partial(kinds.pole_scale, pole=1))
-        bottom, off_bottom = self._judged(kinds.p_plus, partial(kinds.pole_scale, pole=-1))
-        steady = np.maximum(self.theta_rate, self._judged(kinds.steady_balance)[1])
-        looping, off_cusp = self._judged(kinds.looping, kinds.looping_scale)
-        between = (top < 0) & (bottom > 0) | (top > 0) & (bottom < 0)  # |p_φ| < |p_ψ|
-        cusps = between & self.starts.still & self.starts.level
-        loops = between & ((looping < 0) == (bottom < 0))  # p_ψ is of the sign of P₊
-        least = _least(self.moves, self.upright, self.plane, steady, off_top, off_bottom)
-        self.found.margin[...] = least
-        np.minimum(least, off_cusp, out=self.found.margin, where=between & ~cusps)
-        self.found.kind[...] = NAMES.index(Kind.WAVES)
-        np.copyto(self.found.kind, NAMES.index(Kind.LOOPS), where=loops)
-        np.copyto(self.found.kind, NAMES.index(Kind.CUSPS), where=cusps)
-
-    def special(self) -> None:
-        """Put the special kinds that doubles can be proved to have over it, the first last."""
-        starts, x = self.starts, self.x
-        pole, up, still = starts.pole, starts.gMR > 0, starts.still
-        planar, weightless = starts.level & (x.p_psi.most == 0), starts.gMR == 0
-        if pole.any():
-            # where V is highest below, the separatrix that leads there is missed
-            miss = self._judged(kinds.p_plus, partial(kinds.pole_scale, pole=-1))[1]
-            asymptote = np.maximum(miss, self._judged(kinds.over_bottom)[1])
-            asymptote = np.where(starts.gMR < 0, asymptote, 1.0)
-            self._put(
-                pole, Kind.THROUGH_TOP, _least(self.moves, self.upright, self.plane, asymptote)
-            )
-        if planar.any():
-            for where, over in ((planar & up, kinds.over_top), (planar & ~up, kinds.over_bottom)):
-                side, off = self._judged(over)
-                least = _least(self.moves, self.upright, off)
-                self._put(where, Kind.PLANAR_PENDULUM, least, side)
-        if (pole & still).any():
-            self._put(pole & still & ~up, Kind.HANGING, self.moves)
-            side, off = self._judged(kinds.sleeping_discriminant)
-            least = np.minimum(self.moves, off)
-            self._put(pole & still & up, Kind.SLEEPING, least, side)
-        self._put(weightless, Kind.FORCE_FREE, self.rest)
-        known = 1 + 0 * self.sizes.momentum  # nan where something was out of range
-        self._put(planar & still & (pole | weightless), Kind.AT_REST, known)
-
-    def _put(self, where: Mask, kind: Kind, margin: Array, side: Array | None = None) -> None:
-        if not where.any():
-            return
-        np.copyto(self.found.kind, NAMES.index(kind), where=where)
-        np.copyto(self.found.margin, margin, where=where)
-        np.copyto(self.found.detail, 0, where=where)
-        if side is not None:
-            _, above, below = map(DETAILS.index, kinds.DETAILS[kind])
-            np.copyto(self.found.detail, above, where=where & (side > 0))
-            np.copyto(self.found.detail, below, where=where & (side < 0))
-
-    def _judged(
-        self, criterion: Callable[[Given], Sum], scale: Callable[[Given], Array] | None = None
-    ) -> tuple[Array, Array]:
-        """A sum, and from below its size beside its terms: positive where its sign is certain."""
-        terms = criterion(self.x)
-        whole = sum_of(terms)
-        if self.starts.held == "omega3":  # nothing cancels within a term
-            beside = whole.magnitude
-        else:
-            beside = sum(np.abs(term.value) for term in terms)
-        if scale is not None:
-            beside = beside + scale(self.sizes)
-        error = whole.error * whole.magnitude
-        return whole.value, (np.abs(whole.value) - error) / (beside + error)
+    A rule is left out that asks for all that one after it asks: where that one fits nowhere, it is
+    missed by less.
+    """
+    nowhere: list[set[Number]] = []
+    everywhere = np.ones(found.kind.shape, np.bool_)
+    for rule in reversed(kinds.RULES[:-1]):
+        if any(asked.issubset(rule.zeros) for asked in nowhere):
+            continue
+        zero, size = signs.vanish(rule.zeros)
+        if not zero.any():
+            nowhere.append(set(rule.zeros))
+            np.minimum(found.margin, size, out=found.margin)
+            continue
+        positive, certain = signs.positive(rule.positive)
+        here = everywhere & zero & positive
+        if not zero.all():
+            certain = np.where(zero, certain, size)
+        np.minimum(found.margin, certain, out=found.margin)
+        if here.any():
+            nowhere.clear()
+            _put(signs, found, rule.kind, here, certain)
 
 
-def _least(*sizes: Array) -> Array:
-    """The smallest of some sizes; nan where one of them is."""
-    return reduce(np.minimum, sizes)
-
-
-def _largest(*sizes: Array) -> Array:
-    return reduce(np.maximum, sizes)
+def _put(signs: ArraySigns, found: Filtered, kind: Kind, where: Mask, margin: Array) -> None:
+    """Put a kind and its detail; to put a mask is faster than to copy where it holds."""
+    if kind in kinds.DETAILS:
+        (_, *sides), product = kinds.DETAILS[kind]
+        positive, certain = signs.positive(product)
+        codes = (np.uint8(DETAILS.index(side)) for side in sides)
+        np.putmask(found.detail, where, np.where(positive, *codes))
+        margin = np.minimum(margin, certain)
+    elif found.detail.any():
+        np.putmask(found.detail, where, 0)
+    np.putmask(found.kind, where, NAMES.index(kind))
+    np.putmask(found.margin, where, margin)
 
 
 # --- tags --------------------------------------------------------------------------------------
 
-_NOWHERE: Final = np.zeros(1, np.bool_)
-_STEEPEST: Final = 24.0
-"""|f′(u)| ≤ |2 gMR (1 − u²)| + |2u| (2K + |2 gMR| (|cosθ| + |u|)) + 2 |p_φ − p_ψ u| |p_ψ|
-≤ 2 + 2·5 + 2·3·1 for |u| ≤ 1, where 2K, |gMR|, |p_ψ| ≤ 1 and |p_φ| ≤ 2; and room for roundings."""
+_MAY: Final = {name: np.isin(NAMES, list(tag.kinds)) for name, tag in kinds.TAGS.items()}
 
 
-def in_units(x: Given, momentum: Array) -> Given:
-    """The motion `x` in units in which A = 1 and `momentum`, that of `Given`, is of order 1.
-
-    They serve the criteria of tags; C is taken for 1, and so ω3 for p_ψ.
-    """
-    one = np.ldexp(1.0, -np.frexp(momentum)[1])
-    unit, rates = Sized(np.ones(1)), (x.A * x.thetadot, x.A * x.phidot, x.p_psi)
-    found = Given(
-        unit, unit, _scaled(x.A * x.gMR, one * one), x.cos, x.one_minus_cos, x.one_plus_cos,
-        *(_scaled(rate, one) for rate in rates),
-    )  # fmt: skip
-    vars(found).update(kinetic=_scaled(x.A * x.kinetic, one * one))  # known already
-    return found
-
-
-def _scaled(x: Sized, factor: Array) -> Sized:
-    """Numbers times powers of 2, to be added to others of order 1; none is taken for too small."""
-    return Sized(x.value * factor, x.roundings, np.maximum(x.magnitude * factor, _SMALLEST))
-
-
-def _put_tags(starts: Starts, x: Given, momentum: Array, found: Filtered) -> None:
+def _put_tags(signs: ArraySigns, found: Filtered) -> None:
     """Put the bits of the tags that hold, and of those that are left open, where they are kept."""
-    # the first kinds, in their order
-    at_rest, free, sleeping, hanging, planar = (found.kind == code for code in range(5))
-    still, flat = at_rest | sleeping | hanging, at_rest | planar
-    resting = ~still & starts.level & starts.still
-    units = in_units(x, momentum)
-    told = {
-        "spherical-pendulum": _within(~flat, x.p_psi.most == 0, x.p_psi.least > 0),
-        "spherical-top": _sure(starts.A == starts.C),
-        "spin-reversal": _within(~(still | planar), *_reverses(starts, x, units)),
-        "closed-orbit": _sure(planar | (free & ~resting)),
-        "near-separatrix": _within(~(still | free), _NOWHERE, _far(units)),
-        "inverted-gravity": _sure(starts.gMR < 0),
-        "start-at-rest": _sure(resting),
-    }
-    for name, masks in told.items():
-        for array, mask in zip((found.tags, found.open_tags), masks, strict=True):
-            array |= mask * np.uint8(bits((name,)))
+    for bit, (name, tag) in enumerate(kinds.TAGS.items()):
+        zero, missed = signs.vanish(tag.zeros)
+        positive, size = signs.positive(tag.positive)
+        yes, no = zero & positive & (size > 0), (missed > 0) | ~positive & (size > 0)
+        for number in tag.positive:
+            no = no | signs.sign(number).zero
+        if name in _FURTHER:
+            further, never = _FURTHER[name](signs, found)
+            yes, no = yes & further, no | never
+        may = _MAY[name][found.kind]
+        for array, mask in ((found.tags, may & yes), (found.open_tags, may & ~yes & ~no)):
+            array |= mask * np.uint8(1 << bit)
 
 
-def _sure(holds: Mask) -> tuple[Mask, Mask]:
-    return holds, _NOWHERE
+def _spherical_top(signs: ArraySigns, _: Filtered) -> tuple[Mask, Mask]:
+    equal = np.equal(signs.starts.A, signs.starts.C)
+    return equal, ~equal
 
 
-def _within(eligible: Mask, yes: Mask, no: Mask) -> tuple[Mask, Mask]:
-    return eligible & yes, eligible & ~yes & ~no
+def _closed_orbit(signs: ArraySigns, found: Filtered) -> tuple[Mask, Mask]:
+    """A pendulum swings or rotates where its kind is certain."""
+    resting, _ = signs.vanish(kinds.TAGS["start-at-rest"].zeros)
+    holds = np.equal(found.kind, NAMES.index(Kind.PLANAR_PENDULUM)) | ~resting
+    return holds, ~holds
 
 
-def _far(units: Given) -> Mask:
-    """Where 1 − m is surely not small; that it is, is beyond doubles: it is the square of 1e-6."""
-    away = _sides(kinds.away_from_one(units))[1]
-    return away | _sides(kinds.upper_roots_nearer(units))[0]
-
-
-def _reverses(starts: Starts, x: Given, units: Given) -> tuple[Mask, Mask]:
-    """Whether ψ̇ changes sign in the nutation: only where |p_φ| > |p_ψ|, and f(r) > 0 at its zero r.
-
-    In units A = 1 it has the sign of −h(u), with one zero between the poles where |p_φ| > |p_ψ|,
-
-        h(u) = p_ψ (1 − C) u² + C p_φ u − p_ψ,   h(±1) = ±C (p_φ ∓ p_ψ),   h(0) = −p_ψ;
-
-    elsewhere h has one sign at −1, 0 and 1, and as C ≤ 2 its extremum is of another sign only
-    beyond them. A turning point, and a pole, are known zeros of no such kind.
-    """
-    (top_below, top_above), (bottom_below, bottom_above) = (
-        _sides(criterion(x)) for criterion in (kinds.p_minus, kinds.p_plus)
+def _near_separatrix(signs: ArraySigns, _: Filtered) -> tuple[Mask, Mask]:
+    """It is told only that it is not near: how near it is, is beyond doubles."""
+    given = signs.given
+    up, weight = given.gMR.value > 0, np.abs(given.gMR.value)
+    over, passed = (
+        [signs.sign(number).sum.least for number in numbers]
+        for numbers in ((kinds.OVER_TOP, kinds.OVER_BOTTOM), (kinds.PASS_TOP, kinds.PASS_BOTTOM))
     )
-    outside = (top_below & bottom_below) | (top_above & bottom_above)
-    inside = (top_below & bottom_above) | (top_above & bottom_below)
-    none = starts.pole
-    if starts.held == "psidot":
-        none = none | ((starts.spin == 0) & starts.still)
-    falls, rises = _sides_of_f(units, *_zero_of_spin(x, units))
-    return outside & rises & ~none, inside | falls | none
+    height = np.where(up, given.one_minus_cos.value, given.one_plus_cos.value)
+    missed = height * np.where(up, *passed)
+    passes = (missed > 0) & ((kinds.FAR * missed) ** 2 > 10 * given.A.value * weight)
+    return ~_TRUE, (kinds.FAR * np.where(up, *over) > weight) | passes
 
 
-def _zero_of_spin(x: Given, units: Given) -> tuple[Array, Array]:
-    """The zero r = 2 p_ψ/(b ± √d) of h, b = C p_φ, d = b² + 4 p_ψ² (1 − C), and its error.
+def _reverses(signs: ArraySigns, _: Filtered) -> tuple[Mask, Mask]:
+    """Whether f is positive at the zero of ψ̇, which lies between two doubles close to it.
 
-    |2 p_ψ − r̂ (b ± √d)| is the error but for |b| + √d, and √d is known to d's error over √d.
+    A zero at a turning point is none of these.
     """
-    C, p = Sized(x.C.value / x.A.value, 1), units.p_psi
-    b = C * kinds.p_phi(units)
-    d = b * b + 4 * p * p * (units.A - C)
-    b_error, d_error, p_error = (each.error * each.magnitude for each in (b, d, p))
-    root = np.sqrt(np.where(d.value > d_error, d.value, np.nan))
-    spread = b_error + d_error / root
-    size = np.abs(b.value) + root
-    r = 2 * p.value / np.where(np.abs(b.value) > b_error, np.copysign(size, b.value), np.nan)
-    error = (2 * p_error + np.abs(r) * (spread + 2.0**-50 * size)) / (size - spread)
-    return r, np.where(error > 0, 2 * error, np.nan)
+    starts, x = signs.starts, signs.given
+    free, linear, square = kinds.spin_rate(x)
+    root = np.sqrt(linear.value * linear.value - 4 * free.value * square.value)
+    near = 2 * free.value / (np.copysign(root, -linear.value) - linear.value)
+
+    def spin_at(u: Array) -> Any:
+        return free + Sized(u) * (linear + Sized(u) * square)
+
+    rough = spin_at(near)
+    off = 4 * rough.error * (1 + rough.magnitude / root)  # root is the slope
+    ends = near - off, near + off
+    (below, speed_below), (above, speed_above) = (
+        (spin_at(end), kinds.speed_at(x, Sized(end))) for end in ends
+    )
+    known = (below.value < 0) != (above.value < 0)
+    for each in (below, above, speed_below, speed_above):
+        known = known & (each.least > 0)
+    known = known & (np.maximum(np.abs(ends[0]), np.abs(ends[1])) < 1)
+    rises = (speed_below.value > 0) & (speed_above.value > 0)
+    here, off = x.cos.value, x.cos.error
+    higher = (ends[1] < here - off) & (speed_above.value < 0)
+    lower = (ends[0] > here + off) & (speed_below.value < 0)
+    turns = np.equal(starts.spin, 0) & starts.still & (starts.held == "psidot")
+    return known & rises & ~turns, known & (higher | lower) | turns
 
 
-def _sides_of_f(units: Given, r: Array, error: Array) -> tuple[Mask, Mask]:
-    """Where A² f is surely negative, or surely positive, at a place within `error` of r."""
-    u = Sized(np.where(np.abs(r) < 1.01, r, np.nan))
-    energy = units.kinetic + 2 * units.gMR * (units.cos - u)
-    drop = kinds.p_phi(units) - units.p_psi * u
-    f = energy * (units.A - u * u) - drop * drop
-    sure = f.least > _STEEPEST * error
-    return sure & (f.value < 0), sure & (f.value > 0)
-
-
-def _sides(terms: Sum) -> tuple[Mask, Mask]:
-    """Where a sum is surely negative, and where surely positive."""
-    whole = sum_of(terms)
-    sure = whole.least > 0
-    return sure & (whole.value < 0), sure & (whole.value > 0)
+_FURTHER: Final = {
+    "spherical-top": _spherical_top,
+    "spin-reversal": _reverses,
+    "closed-orbit": _closed_orbit,
+    "near-separatrix": _near_separatrix,
+}

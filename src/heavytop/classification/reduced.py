@@ -18,16 +18,16 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
-from functools import partial
-from typing import Any, Final, Protocol, TypeAlias
+from functools import cached_property, partial
+from typing import Any, Final, TypeAlias
 
 from flint import arb, fmpq
 
-from heavytop.classification.signs import MOST_BITS, SceneSigns, UndecidedError, rational_ball
+from heavytop.classification.signs import MOST_BITS, SceneSigns, ball_sign, rational_ball
 from heavytop.errors import Impossible, Unseparated
-from heavytop.numbers import Exact, Number
+from heavytop.numbers import Exact, Number, normal_form, sqrt
 from heavytop.numbers.exact import rational_value
-from heavytop.numbers.intervals import Interval, above, working
+from heavytop.numbers.intervals import Interval, above, at_rising_precision, working
 from heavytop.scene.arguments import wrong_type
 
 Real: TypeAlias = Any
@@ -129,23 +129,6 @@ class Reduced:
         )  # fmt: skip
 
 
-class MotionSource(Protocol):
-    """What enclosures are computed from."""
-
-    @property
-    def inverted(self) -> bool:
-        """Whether g < 0."""
-
-    def reduced(self, bits: int) -> Reduced:
-        """The motion in balls of so many bits, which must be flint's working precision."""
-
-    def angles(self, bits: int) -> tuple[arb, arb]:
-        """φ₀ and ψ₀ [rad]; on a pole those on the side towards which the axis moves."""
-
-    def vanishes(self, name: str) -> bool:
-        """Whether the number of that name is exactly 0."""
-
-
 @dataclass(frozen=True, slots=True)
 class Regime:
     """What is exactly so of a motion; everything but `mirrored` is said of the motion with g ≥ 0.
@@ -193,7 +176,10 @@ class Regime:
         Unseparated
             Some number could be neither told from 0 nor proved to be 0.
         """
-        mirrored = source.inverted
+        sign = at_rising_precision(
+            (FEW_BITS, MOST_BITS), lambda bits: ball_sign(source.reduced(bits).g)
+        )
+        mirrored = sign == -1
         top, bottom = ("P_plus", "P_minus") if mirrored else ("P_minus", "P_plus")
         surplus = "over_bottom" if mirrored else "over_top"
         with working(FEW_BITS):
@@ -220,11 +206,8 @@ def vanishes(
 
 
 def _vanishes(source: MotionSource, reduced: Reduced, proved: bool, name: str) -> bool:
-    ball = getattr(reduced, name)
-    if ball.is_zero():
-        return True
-    if ball > 0 or ball < 0:
-        return False
+    if (told := ball_sign(getattr(reduced, name))) is not None:
+        return told == 0
     try:
         return source.vanishes(name)
     except Unseparated:
@@ -235,11 +218,6 @@ def _vanishes(source: MotionSource, reduced: Reduced, proved: bool, name: str) -
 
 class FromScene(SceneSigns):
     """The exact numbers of a top and a start."""
-
-    @property
-    def inverted(self) -> bool:
-        """Whether g < 0."""
-        return self.top.gMR.sign() == -1
 
     def _heights(self, bits: int) -> tuple[arb, arb, arb]:
         """cosθ, 1 − cosθ and 1 + cosθ: exact where they are rational, or from the half angle."""
@@ -257,9 +235,19 @@ class FromScene(SceneSigns):
             x.phidot * x.sin2, x.kinetic / (2 * x.A), x.omega3 - b,
         )  # fmt: skip
 
+    @cached_property
+    def _in_units(self) -> Reduced:
+        """The motion in exact numbers, in units where rates are A times larger; u̇₀ times sin θ₀."""
+        x, A = self.exact, self.top.A
+        return Reduced(
+            A * x.gMR, x.p_psi, x.cos, x.one_minus_cos, x.one_plus_cos,
+            -A * x.thetadot * x.sin2, A * x.phidot * x.sin2, A * x.kinetic / 2,
+            (A - x.C) * x.omega3,
+        )  # fmt: skip
+
     def angles(self, bits: int) -> tuple[arb, arb]:
         """φ₀ and ψ₀ [rad]; through a pole on which it starts the axis comes out beyond it."""
-        start, pole = self.start, self._pole or 0
+        start, pole = self.start, self.pole or 0
         angles = start.phi.ball(bits), start.psi.ball(bits)
         return _beyond(pole, *angles) if pole * (start.thetadot.sign() or 0) < 0 else angles
 
@@ -271,17 +259,13 @@ class FromScene(SceneSigns):
         Unseparated
             That could be neither proved nor disproved.
         """
-        try:
-            return self.sign_of(name) == 0
-        except UndecidedError:
-            raise self._unproved(name) from None
-
-    def _unproved(self, name: str) -> Unseparated:
+        if (told := getattr(self._in_units, name).sign()) is not None:
+            return bool(told == 0)
         with working(MOST_BITS):
             near = getattr(self.reduced(MOST_BITS), name)
             bound = Interval.of(abs(near)).upper if near.is_finite() else math.inf
-        told = f"less than {above(bound)} with {MOST_BITS} bits"
-        return Unseparated(f"{name} is {told}, and could not be proved to be 0", bound)
+        size = f"less than {above(bound)} with {MOST_BITS} bits"
+        raise Unseparated(f"{name} is {size}, and could not be proved to be 0", bound)
 
 
 class FromAxis:
@@ -326,21 +310,22 @@ class FromAxis:
         self.drift0 = lz - self.dot * z / self.rho2
         self.kinetic0 = (lx * lx + ly * ly + lz * lz - self.dot * self.dot / self.rho2) / 2
 
-    @property
-    def inverted(self) -> bool:
-        """Whether g < 0."""
-        return bool(self.g < 0)
+    def _reduced(self, number: Callable[[fmpq], Real], rho: Real) -> Reduced:
+        """The motion in an arithmetic, in which ρ is the root of `rho2`."""
+        g, dot, z, cross, drift, kinetic, kappa = map(
+            number,
+            (self.g, self.dot, self.e[2], self.cross, self.drift0, self.kinetic0, self.kappa),
+        )
+        u = z / rho
+        return Reduced(g * rho, dot / rho, u, 1 - u, 1 + u, cross / rho, drift, kinetic, kappa)
 
     def reduced(self, bits: int) -> Reduced:
         """The motion in balls of the working precision."""
-        rho, sin2, z = arb(self.rho2).sqrt(), arb(self.sin2), self.e[2]
-        u0 = arb(z) / rho
-        far = 1 + abs(u0)
-        above, below = (sin2 / far, far) if z > 0 else (far, sin2 / far)
-        return Reduced(
-            arb(self.g) * rho, arb(self.dot) / rho, u0, above, below, arb(self.cross) / rho,
-            arb(self.drift0), arb(self.kinetic0), arb(self.kappa),
-        )  # fmt: skip
+        found = self._reduced(arb, arb(self.rho2).sqrt())
+        far = 1 + abs(found.u0)
+        near = arb(self.sin2) / far
+        above, below = (near, far) if self.e[2] > 0 else (far, near)
+        return replace(found, one_minus_u0=above, one_plus_u0=below)
 
     def angles(self, bits: int) -> tuple[arb, arb]:
         """φ₀ and ψ₀ [rad]; through a pole on which it starts the axis comes out beyond it."""
@@ -354,22 +339,9 @@ class FromAxis:
         return _beyond(pole, phi, psi) if back else (phi, psi)
 
     def vanishes(self, name: str) -> bool:
-        """Whether the number of that name, p + q ρ but for powers of ρ, is exactly 0."""
-        z, drift, kinetic = self.e[2], self.drift0, self.kinetic0
-        b, g, h = self.dot / self.rho2, self.g * self.rho2, kinetic + self.g * z
-        numbers: dict[str, tuple[Any, Any]] = {
-            "g": (g, 0),
-            "udot0": (self.cross, 0),
-            "drift0": (drift, 0),
-            "pull": (drift * self.dot - g * self.sin2 - 2 * kinetic * z, 0),
-            "looping": (kinetic * self.dot - g * drift, 0),
-            "P_minus": (self.l[2], -b),
-            "P_plus": (self.l[2], b),
-            "over_top": (h, -self.g),
-            "over_bottom": (h, self.g),
-        }
-        p, q = numbers[name]
-        return bool(p * p == q * q * self.rho2 and p * q <= 0)
+        """Whether the number of that name is exactly 0."""
+        exact = self._reduced(_exact, sqrt(_exact(self.rho2)))
+        return bool(getattr(exact, name).sign() == 0)
 
 
 @dataclass(frozen=True)
@@ -402,11 +374,6 @@ class FromConstants:
         exact = Reduced(g, b, u, minus, plus, zero, a - b * u, h - g * u, kappa)
         return cls(exact, 2 * exact.kinetic0 * exact.sin2 - exact.drift0**2)
 
-    @property
-    def inverted(self) -> bool:
-        """Whether g < 0."""
-        return bool(self.exact.g < 0)
-
     def reduced(self, bits: int) -> Reduced:
         """The motion in balls of the working precision."""
         speed = rational_ball(max(self.udot2, Fraction(0))).sqrt()
@@ -437,11 +404,6 @@ class Through:
     top: bool
     bottom: bool
 
-    @property
-    def inverted(self) -> bool:
-        """Whether g < 0."""
-        return self.source.inverted
-
     def reduced(self, bits: int) -> Reduced:
         """The motion in balls, p_φ moved to ±p_ψ and the energy with it."""
         found = self.source.reduced(bits)
@@ -463,21 +425,29 @@ class Through:
         return self.source.vanishes(name)
 
 
+MotionSource: TypeAlias = FromScene | FromAxis | FromConstants | Through
+"""What enclosures are computed from: `reduced` gives the motion in balls of so many bits, which
+must be the working precision, `angles` φ₀ and ψ₀ [rad], on a pole those on the side towards which
+the axis moves, and `vanishes` whether the number of a name is exactly 0."""
+
+
 def _beyond(pole: int, phi: arb, psi: arb) -> tuple[arb, arb]:
     """The angles of the same place on a pole, seen from the other side."""
     return phi + arb.pi(), psi - pole * arb.pi()
+
+
+def _exact(q: fmpq) -> Exact:
+    return Exact(normal_form.rational(Fraction(int(q.p), int(q.q))))  # of any size
 
 
 def _vector(name: str, value: Sequence[Number]) -> list[fmpq]:
     if isinstance(value, str) or not isinstance(value, Iterable):
         raise wrong_type(name, "three numbers", value)
     try:
-        found = [_rational(name, each) for each in value]
-    except TypeError:  # an array of no dimension
-        found = []
-    if len(found) != 3:
-        raise Impossible([(name, "three numbers")])
-    return found
+        x, y, z = value
+    except (TypeError, ValueError):  # an array of no dimension, or of another length
+        raise Impossible([(name, "three numbers")]) from None
+    return [_rational(name, each) for each in (x, y, z)]
 
 
 def _rational(name: str, value: Number) -> fmpq:
