@@ -27,7 +27,7 @@ from heavytop.classification.signs import MOST_BITS, SceneSigns, ball_sign, rati
 from heavytop.errors import Impossible, Unseparated
 from heavytop.numbers import Exact, Number, normal_form, sqrt
 from heavytop.numbers.exact import rational_value
-from heavytop.numbers.intervals import Interval, above, at_rising_precision, working
+from heavytop.numbers.intervals import Interval, above, working
 from heavytop.scene.arguments import wrong_type
 
 Real: TypeAlias = Any
@@ -176,10 +176,7 @@ class Regime:
         Unseparated
             Some number could be neither told from 0 nor proved to be 0.
         """
-        sign = at_rising_precision(
-            (FEW_BITS, MOST_BITS), lambda bits: ball_sign(source.reduced(bits).g)
-        )
-        mirrored = sign == -1
+        mirrored = _negative(source)
         top, bottom = ("P_plus", "P_minus") if mirrored else ("P_minus", "P_plus")
         surplus = "over_bottom" if mirrored else "over_top"
         with working(FEW_BITS):
@@ -203,6 +200,15 @@ def vanishes(
     """
     with working(FEW_BITS):
         return _vanishes(source, reduced or source.reduced(FEW_BITS), proved, name)
+
+
+def _negative(source: MotionSource) -> bool:
+    """Whether V is highest below: g < 0, as far as that can be told."""
+    for bits in (FEW_BITS, MOST_BITS):
+        with working(bits):
+            if (sign := ball_sign(source.reduced(bits).g)) is not None:
+                return sign < 0
+    return False
 
 
 def _vanishes(source: MotionSource, reduced: Reduced, proved: bool, name: str) -> bool:
