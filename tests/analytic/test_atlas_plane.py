@@ -70,7 +70,7 @@ def test_an_axis_says_a_text_that_reads_as_itself(text):
         ("phidot=0:1:1", "from 2"),
         (f"phidot=0:1:{MOST + 1}", str(MOST)),
         ("phidot=0:nan:5", "number"),
-        ("phidot=0:1e999:5", "exponent"),
+        ("phidot=0:1e999:5", "magnitude"),
         ("phidot=0:1 deg:5", "unit"),
         ("C=0:1:5:log", "logarithmic"),
         ("C=-1:1:5:log", "logarithmic"),
