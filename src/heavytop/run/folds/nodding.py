@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 
 from heavytop.alone import Alone
 from heavytop.integration.folding import Folding, Nutation
-from heavytop.integration.multiples import Multiples
 from heavytop.numbers.decimals import Context, Number
-from heavytop.numbers.double_double import two_product
+from heavytop.numbers.double_double import Multiples, two_product
 from heavytop.run.folds.cayley_klein import Angles, Constants, nodding
 from heavytop.run.folds.sample import FoldedSample
 from heavytop.run.folds.turned import ARRAYS, DOUBLES, Arithmetic, Real, Turned, decimals, words

@@ -10,8 +10,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.integration.multiples import Multiples
 from heavytop.numbers.decimals import Context, Number
+from heavytop.numbers.double_double import Multiples
 from heavytop.run.folds.cayley_klein import Angles, steady
 from heavytop.run.folds.sample import FoldedSample
 from heavytop.run.folds.turned import ARRAYS, DOUBLES, Turned, decimals, words
