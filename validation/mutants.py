@@ -5,7 +5,7 @@
     python validation/mutants.py share FILE
 
 First every test says which functions it enters. Each error is then put into a copy of the tree,
-where the tests that enter its function run, the quickest first, for BUDGET_S at most, until one
+where the quickest tests that enter its function run, and some others, for BUDGET_S, until one
 fails; it counts as caught where that test passes without the error. FILE has a line of JSON for
 each, so that a run goes on where it was stopped. Processes that tests begin are not followed, and
 longer tests are left out, so that the share is a lower bound.
