@@ -355,3 +355,10 @@ def numbers_in(value: object) -> list[float]:
     if isinstance(value, list):
         return [x for each in value for x in numbers_in(each)]
     return [float(value)] if isinstance(value, int | float) and not isinstance(value, bool) else []
+
+
+def test_a_mean_rate_outside_its_range_says_why():
+    """φ jumps by π at a pole: its mean rate holds that, its rates do not."""
+    told = " ".join(classify("through-top").stdout.split())
+    assert told.count("with its jumps by π at the pole") == 2
+    assert "jumps" not in classify("sicm-kicked").stdout

@@ -43,6 +43,8 @@ def _range(facts: Known, label: str, name: str, mean: str) -> Iterator[Row]:
     text = f"{number(low)} to {number(high)} rad/s"
     if facts[mean] is not None:
         text += f", in the mean {number(facts[mean])}"
+        if not low <= facts[mean] <= high:  # the angle jumps in passing a pole, and is counted so
+            text += " with its jumps by π at the pole"
     yield label, text
     if facts[f"{name}_reverses"]:
         yield "", f"reverses at θ = {number(facts[f'{name}_reversal_theta'])} rad"
