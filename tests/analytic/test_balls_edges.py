@@ -279,3 +279,34 @@ def test_the_error_of_theta_is_bounded_and_sharp():
         found.theta_error(2, math.nan)
     passing = enclose(UNIT, ht.State(theta=0, thetadot=2, omega3=3))
     assert 0 < passing.theta_error(0, 0.0) < 1e-25  # θ(0) is known no better
+
+
+# --- starts beside the bottom, whose tilt few bits do not tell from π -----------------------------
+
+
+@pytest.mark.parametrize("k", [15, 26, 60, 150])
+def test_few_digits_from_beside_the_bottom(k):
+    """The tilt of the start is a ball around π at first; more bits are taken then."""
+    motion = ht.Motion(
+        ht.Top(1, "1/2", 1), ht.State(f"pi - 1e-{k}", thetadot=1, phidot=1, omega3=2)
+    )
+    few, many = motion.form(2)("0.3"), motion.form(200)("0.3")
+    for name in ("theta", "phi", "psi"):
+        exact = getattr(many, name)
+        assert abs(getattr(few, name) - exact) < 1e-2 * max(1, abs(exact))
+
+
+@pytest.mark.parametrize("k", [37, 38, 50, 150])
+def test_the_rate_of_a_start_beside_the_bottom_is_finite(k):
+    motion = ht.Motion(ht.Top(1, 1, 0), ht.State(f"pi - 1e-{k}", phidot=1, omega3=0))
+    assert 0 <= motion.rising.rate < 10
+    seen = motion.form(30)(1)
+    assert abs(seen.theta - motion.form(60)(1).theta) < 1e-30
+
+
+def test_heights_keep_their_own_digits_in_a_pass_through_a_pole():
+    top = ht.Top("0.163", "0.037164", "0.088850568120709")
+    motion = ht.Motion(top, ht.State("pi - 1e-40"))
+    few, many = (motion.form(digits)("0.501").one_plus_u for digits in (30, 80))
+    assert 0 < many < 1e-79
+    assert abs(few / many - 1) < 1e-30

@@ -117,7 +117,7 @@ class ClosedForm(MotionNumbers[Number]):
             at = found.at(time)
             rates = [rate / slow for rate in (at.thetadot, at.phidot, at.psidot)]
             distances = zip((at.one_minus_u, at.one_plus_u), found.avoids, strict=True)
-            apart = [x / x.mid() for x, never_zero in distances if never_zero]
+            apart = [x / x.mid() for x, never_zero in distances if never_zero or not x.contains(0)]
             return at, [at.theta, at.phi, at.psi, *rates, *apart]
 
         found: ExactRecord = self._at("the motion", t, seen, of=itemgetter(1))[0]

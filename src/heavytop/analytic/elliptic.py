@@ -20,7 +20,7 @@ from typing import Final
 
 from flint import acb, arb, arb_mat, arb_poly, ctx, fmpz_poly
 
-from heavytop.analytic.cubic import TooFewBits
+from heavytop.analytic.cubic import TooFewBits, root_of
 
 _SMALL: Final = 0.05  # q is below exp(−π) but for what τ is not known to
 
@@ -98,7 +98,7 @@ def _within(x: arb) -> arb:
 
 def first_kind(s2: arb, c2: arb, mc: arb) -> arb:
     """F(φ|1 − mc), where s2 and c2 are proportional to sin²φ and cos²φ."""
-    return s2.sqrt() * acb.elliptic_rf(acb(c2), acb(c2 + mc * s2), acb(c2 + s2)).real
+    return root_of(s2) * acb.elliptic_rf(acb(c2), acb(c2 + mc * s2), acb(c2 + s2)).real
 
 
 def third_kind(K: arb, mc: arb, p: arb) -> arb:

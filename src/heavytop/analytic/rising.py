@@ -88,9 +88,15 @@ class Rising:
     @cached_property
     def rate(self) -> float:
         """The order of the fastest rate in the motion [s⁻¹]: what late times lose digits by."""
-        start = self._start
-        with working(FEW_BITS):
-            return float((abs(start.g) + 2 * start.kinetic0 + start.b * start.b).sqrt().upper())
+        bits = FEW_BITS
+        while bits <= self.limit:
+            with working(bits):
+                start = self._start if bits == FEW_BITS else self.source.reduced(bits)
+                square = (abs(start.g) + 2 * start.kinetic0 + start.b * start.b).upper()
+                if square.is_finite():
+                    return float(square.sqrt())
+            bits *= 2
+        return math.inf
 
     def lost(self, time: float) -> int:
         """Bits that a late time costs."""

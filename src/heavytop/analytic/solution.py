@@ -272,7 +272,10 @@ class Nutating(Path):
 
     def periods(self, t: arb) -> arb:
         """How many periods the time t is after the lower turning point nearest the start."""
-        return t / self.period + self.phase
+        x = t / self.period + self.phase
+        if not x.is_finite():
+            raise TooFewBits("the time and that of a turning point", x)
+        return x
 
     def tilt(self, t: arb) -> Pair:
         """√(1 − u) and √(1 + u) at a time."""
