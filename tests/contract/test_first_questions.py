@@ -1,10 +1,13 @@
 """What is asked of Python first is answered: formats, events of one kind, short texts."""
 
+from decimal import Decimal
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 import heavytop as ht
+from heavytop.errors import NotANumber
 from heavytop.integration.quantities import invariants
 from heavytop.plots.figures import FIGURES, effective_potential, phase_plane, save
 
@@ -116,3 +119,28 @@ def test_the_dot_at_the_start_is_not_hidden_by_a_mark():
         marks = [line for line in ax.lines if line.get_label().startswith("turning point")]
         assert all(dot.get_zorder() > mark.get_zorder() for mark in marks)
         assert marks
+
+
+def test_a_start_without_spin_reads_back_with_what_a_kick_holds():
+    start = ht.State(theta=1, omega3=0)
+    assert repr(start) == "State(theta='1', omega3='0')"
+    assert ht.State(theta="1", omega3="0") == start != ht.State(theta=1)
+
+
+def test_changes_that_are_no_list_are_refused():
+    for changes in (np.array([0.5, 1.0]), np.array([])):
+        with pytest.raises(ht.BadScene, match="a list of texts"):
+            ht.load_scene("sicm-kicked", changes)
+
+
+def test_a_decimal_exponent_without_end_is_refused_at_once():
+    folded = ht.fold(ht.load_scene("sicm-kicked"))
+    with pytest.raises(NotANumber, match="magnitude"):
+        folded(Decimal("1e-99999999"))
+
+
+@pytest.mark.parametrize("formulation", ["auto", "axis", "attitude"])
+def test_more_bits_than_a_double_counts_are_too_many(formulation):
+    scene = ht.load_scene("planar-asymptotic", ["span.time=1e290", "want.digits=18"])
+    with pytest.raises(ht.BadScene, match="bits"):
+        ht.plan(scene, formulation)

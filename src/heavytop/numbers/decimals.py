@@ -80,7 +80,7 @@ def number(ctx: Context, value: Any) -> Number:
     >>> number(context(20), "1/3")
     mpf('0.33333333333333333333347')
     """
-    if isinstance(value, str):
+    if isinstance(value, str | Decimal):  # which may have an exponent without end
         value = Exact.of(value)
     if hasattr(value, "mpf"):
         value = value.mpf(ctx)

@@ -43,6 +43,7 @@ PINNED: Final = 6.0  # projected
 LONG_DOUBLE_MS: Final = 0.3  # a period in long doubles,
 MPFR_MS: Final = 9.0  # and in 128 bits; it grows a little faster than their square
 HEAVY: Final = 2400.0  # bits, beyond which it grows as their cube
+MOST_TIMED: Final = 2**40  # bits; a plan that takes more is refused
 EVENT_MS: Final = 1.3  # to polish one beyond doubles, and to read it,
 READ_MS: Final = 0.6  # and to read a sample there
 SINGULAR: Final = frozenset({"routh", "subsystem", "lagrange"})  # at the poles
@@ -126,6 +127,7 @@ class Forecast:
         each *= (PROJECTED if projected else 1.0) * (WATCHED if asked else 1.0)
         sampled = SAMPLE_US
         if bits > DOUBLE:
+            bits = min(bits, MOST_TIMED)
             longer = MPFR_MS * (bits / 128) ** 2.2 * max(1.0, bits / HEAVY)
             each += 1e3 * (LONG_DOUBLE_MS if bits == LONG_DOUBLE else longer)
             turning = 2 if "turning" in asked else int(kind == "cusps")

@@ -220,7 +220,7 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
     changed, wrong = overridden(raw, overrides)
     values, in_tables = scene_file.read_tables(harmless(where), raw)
     if wrong or in_tables:
-        if overrides and not scene_file.read_tables(where, scene_file.parse(text))[1]:
+        if changed and not scene_file.read_tables(where, scene_file.parse(text))[1]:
             changed = {fault.key for fault in in_tables}  # all that is wrong comes of the changes
         lines = {key: line for line, key, _ in reversed([*scene_file.written_keys(text)])}
         wrong += [_placed(fault, lines, changed) for fault in in_tables]

@@ -101,9 +101,13 @@ class State:
         set_fields(self, values | other | {"given": tuple(values.items())})
 
     def __repr__(self) -> str:
-        """What makes it, less what is 0."""
+        """What makes it, less what is 0; ω3 says what a kick holds, and stays."""
         names = ("thetadot", "phi", "phidot", "psi", self.held)
-        others = {name: getattr(self, name) for name in names if getattr(self, name) != 0}
+        others = {
+            name: getattr(self, name)
+            for name in names
+            if name == "omega3" or getattr(self, name) != 0
+        }
         return as_call("State", theta=self.theta, **others)
 
     @classmethod
