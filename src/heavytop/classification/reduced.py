@@ -18,12 +18,19 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
-from functools import cached_property, partial
+from functools import partial
 from typing import Any, Final, TypeAlias
 
 from flint import arb, fmpq
 
-from heavytop.classification.signs import MOST_BITS, SceneSigns, ball_sign, rational_ball
+from heavytop.classification import kinds
+from heavytop.classification.signs import (
+    MOST_BITS,
+    SceneSigns,
+    UndecidedError,
+    ball_sign,
+    rational_ball,
+)
 from heavytop.errors import Impossible, Unseparated
 from heavytop.numbers import Exact, Number, normal_form, sqrt
 from heavytop.numbers.exact import rational_value
@@ -241,16 +248,6 @@ class FromScene(SceneSigns):
             x.phidot * x.sin2, x.kinetic / (2 * x.A), x.omega3 - b,
         )  # fmt: skip
 
-    @cached_property
-    def _in_units(self) -> Reduced:
-        """The motion in exact numbers, in units where rates are A times larger; u̇₀ times sin θ₀."""
-        x, A = self.exact, self.top.A
-        return Reduced(
-            A * x.gMR, x.p_psi, x.cos, x.one_minus_cos, x.one_plus_cos,
-            -A * x.thetadot * x.sin2, A * x.phidot * x.sin2, A * x.kinetic / 2,
-            (A - x.C) * x.omega3,
-        )  # fmt: skip
-
     def angles(self, bits: int) -> tuple[arb, arb]:
         """φ₀ and ψ₀ [rad]; through a pole on which it starts the axis comes out beyond it."""
         start, pole = self.start, self.pole or 0
@@ -265,13 +262,34 @@ class FromScene(SceneSigns):
         Unseparated
             That could be neither proved nor disproved.
         """
-        if (told := getattr(self._in_units, name).sign()) is not None:
-            return bool(told == 0)
+        # f₁ is asked for where u̇₀ = 0: on a pole it vanishes with θ̇₀
+        factors = (kinds.THETA_RATE,) if name == "pull" and self.pole else _FACTORS[name]
+        try:
+            with working(FEW_BITS):
+                return self.product(factors) == 0
+        except UndecidedError:
+            raise self._unproved(name) from None
+
+    def _unproved(self, name: str) -> Unseparated:
         with working(MOST_BITS):
             near = getattr(self.reduced(MOST_BITS), name)
             bound = Interval.of(abs(near)).upper if near.is_finite() else math.inf
         size = f"less than {above(bound)} with {MOST_BITS} bits"
-        raise Unseparated(f"{name} is {size}, and could not be proved to be 0", bound)
+        return Unseparated(f"{name} is {size}, and could not be proved to be 0", bound)
+
+
+_FACTORS: Final = {
+    "g": (kinds.WEIGHT,),
+    "udot0": (kinds.SINE, kinds.THETA_RATE),
+    "drift0": (kinds.ACROSS,),
+    "P_minus": (kinds.PASS_TOP,),
+    "P_plus": (kinds.PASS_BOTTOM,),
+    "pull": (kinds.SINE, kinds.STEADY),
+    "over_top": (kinds.OVER_TOP,),
+    "over_bottom": (kinds.OVER_BOTTOM,),
+    "looping": (kinds.LOOPING,),
+}
+"""The numbers of `kinds` whose product a constant of the reduced motion is, but for its sign."""
 
 
 class FromAxis:

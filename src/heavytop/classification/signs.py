@@ -147,8 +147,16 @@ class SceneSigns:
         return tuple(found)
 
     def product(self, numbers: Iterable[Number]) -> int:
-        """The sign of a product."""
-        return prod(map(self.sign, numbers))
+        """The sign of a product; raises where a factor may be zero and none is."""
+        signs, unknown = [], None
+        for number in numbers:
+            try:
+                signs.append(self.sign(number))
+            except UndecidedError as error:
+                unknown = error
+        if unknown and 0 not in signs:
+            raise unknown
+        return prod(signs)
 
 
 def unproved(value: Exact) -> UndecidedError:

@@ -103,7 +103,7 @@ def components(name: str, vector: Iterable[Any]) -> dict[str, Any]:
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class FormulationEntry:
     """A formulation's line in the table, which can be read without deriving any of them.
 
     Attributes
@@ -133,11 +133,21 @@ class Entry:
 _TILT = frozenset({"class", "period", "theta", "rates"})
 _ALL = _TILT | {"axis", "phi", "psi", "attitude"}
 
-FORMULATIONS: Mapping[str, Entry] = {
-    "cubic": Entry("reduced_cubic.cubic_form", ("top", "bottom"), _TILT, starts_at_pole=True),
-    "routh": Entry("euler_angles.routh_form", (None, "angles"), _ALL, starts_at_pole=False),
-    "subsystem": Entry("euler_angles.subsystem_form", (None, "angles"), _ALL, starts_at_pole=False),
-    "axis": Entry("euler_poisson.axis_form", (None, "sigma", "delta"), _ALL, starts_at_pole=True),
-    "attitude": Entry("quaternion.attitude_form", (None, "angles"), _ALL, starts_at_pole=True),
-    "lagrange": Entry("euler_angles.lagrange_form", (None,), _ALL, starts_at_pole=False),
+FORMULATIONS: Mapping[str, FormulationEntry] = {
+    "cubic": FormulationEntry(
+        "reduced_cubic.cubic_form", ("top", "bottom"), _TILT, starts_at_pole=True
+    ),
+    "routh": FormulationEntry(
+        "euler_angles.routh_form", (None, "angles"), _ALL, starts_at_pole=False
+    ),
+    "subsystem": FormulationEntry(
+        "euler_angles.subsystem_form", (None, "angles"), _ALL, starts_at_pole=False
+    ),
+    "axis": FormulationEntry(
+        "euler_poisson.axis_form", (None, "sigma", "delta"), _ALL, starts_at_pole=True
+    ),
+    "attitude": FormulationEntry(
+        "quaternion.attitude_form", (None, "angles"), _ALL, starts_at_pole=True
+    ),
+    "lagrange": FormulationEntry("euler_angles.lagrange_form", (None,), _ALL, starts_at_pole=False),
 }

@@ -103,7 +103,7 @@ def evaluated(
     >>> evaluated([sp.cos(x) ** 2 / 3 - y], {"x": 0, "y": 1}, float, {"cos": np.cos})
     [np.float64(-0.6666666666666667)]
     """
-    return list(map(_Walk(named, number, functions), map(sp.sympify, expressions)))
+    return list(map(_Evaluation(named, number, functions), map(sp.sympify, expressions)))
 
 
 def exact_values(expressions: Sequence[Any], named: Mapping[str, Exact]) -> list[Exact]:
@@ -116,7 +116,7 @@ def exact_values(expressions: Sequence[Any], named: Mapping[str, Exact]) -> list
 
 
 @dataclass(frozen=True, slots=True)
-class _Walk:
+class _Evaluation:
     """The way through an expression, in one arithmetic; `known` are the values met before."""
 
     named: Mapping[str, Any]
