@@ -38,7 +38,7 @@ def found():
         "auto", "taylor-axis", "taylor-cubic=1e-9", "taylor-lagrange=1e-9", "strang=25",
         "blanes-moan-rkn6=6", "blanes-moan-rkn6=57", "dop853-cyrk=1e-6",
     )  # fmt: skip
-    return ht.work_precision(KICKED, methods=methods, periods=20, budget=240)
+    return ht.work_precision(KICKED, methods=methods, periods=20, budget=60)
 
 
 def named(found, text):
@@ -632,7 +632,7 @@ def test_a_package_that_does_not_import_is_skipped_with_what_it_raises(monkeypat
 
     monkeypatch.setattr("heavytop.comparison.methods.import_module", raising)
     methods = ["dop853-cyrk", "taylor-axis=1e-6"]
-    found = ht.work_precision(KICKED, methods=methods, periods=3, budget=30)
+    found = ht.work_precision(KICKED, methods=methods, periods=3, budget=9)
     (reason,) = {each.reason for each in found.skipped}
     assert reason == (
         "dop853-cyrk needs CyRK, which does not import: RuntimeError: built for another numpy"

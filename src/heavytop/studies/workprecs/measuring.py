@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
+from heavytop.comparison.methods import imported
+from heavytop.comparison.methods import named as rival
 from heavytop.comparison.steppers import IntegrationFailed
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import HeavyTopError, MissingPackage
@@ -157,6 +159,9 @@ class _Measuring:
             return self.useless[name]
         if trial.method.absent:
             return str(MissingPackage(name, trial.method.absent))
+        if trial.method.is_rival and (lacking := _unimportable(name)):
+            self.useless[name] = lacking
+            return lacking
         if name in self.stopped and i > self.stopped[name][0]:
             return f"not begun: {self.stopped[name][1]} took too long"
         gone = self.clock() - self.began
@@ -179,9 +184,6 @@ class _Measuring:
             self.stopped[method.name] = (i, trial.text)
             gone = slow.place.time[0] / float(closed_form_of(self.scene).period or math.inf)
             return f"stopped after {gone:.3g} of {self.periods:g} periods in {slow.spent:.3g} s"
-        except MissingPackage as lacking:
-            self.useless[method.name] = str(lacking)
-            return str(lacking)
         except (IntegrationFailed, HeavyTopError) as refusal:
             return " ".join(str(refusal).split())
         finally:
@@ -210,6 +212,15 @@ class _Measuring:
     def _show(self, done: float) -> None:
         if self.progress is not None:
             self.progress(done)
+
+
+def _unimportable(name: str) -> str:
+    """Return why a package that a rival needs does not import, if so: whatever time is left."""
+    try:
+        imported(rival(name))
+    except MissingPackage as lacking:
+        return str(lacking)
+    return ""
 
 
 def _guessed(method: Method) -> float:
