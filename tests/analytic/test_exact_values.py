@@ -222,10 +222,27 @@ def test_a_precision_that_is_none_is_refused_and_leaves_the_lock_open() -> None:
     assert signs == [-1]
 
 
-def test_neither_flint_nor_mpmath_is_imported_for_rationals() -> None:
+@pytest.mark.parametrize(
+    ("text", "sign"),
+    [
+        ("pi", 1), ("-2*pi", -1), ("pi - 3.14159265358979323846", 1), ("3/pi - 1", -1),
+        ("3.14159265358979323847 - pi", 1), ("3.141592653589793238462 - pi", -1),
+        ("pi**2 - 10", -1),
+        ("-sqrt(2)", -1), ("pi/sqrt(3)", 1), ("3.141592653589793238463 - pi", 1), ("1/pi", 1),
+    ],
+)  # fmt: skip
+def test_signs_told_without_balls_are_those_that_balls_tell(text: str, sign: int) -> None:
+    x = Exact.of(text)
+    assert x.sign() == sign
+    ball = x.ball(200)
+    assert (ball > 0) - (ball < 0) == sign
+
+
+def test_neither_flint_nor_mpmath_is_imported_for_rationals_and_pi() -> None:
     code = (
-        "import sys; from heavytop.numbers import Exact, PI, cos;"
-        "x = Exact.of('0.1') + 1; x.sign(); float(x / 3); str(x); str(PI - x); cos(PI).sign();"
+        "import sys; from heavytop.numbers import Exact, PI, cos, sqrt;"
+        "x = Exact.of('0.1') + 1; x.sign(); float(x / 3); str(x); (PI - x).sign(); sqrt(x).sign();"
+        "str(PI - x); cos(PI).sign();"
         "assert not {'flint', 'mpmath'} & set(sys.modules), 'imported'"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)

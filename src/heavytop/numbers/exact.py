@@ -23,6 +23,7 @@ T = TypeVar("T")
 Sign: TypeAlias = Literal[-1, 0, 1]
 
 MAX_DECIMAL_EXPONENT: Final = 400
+_ABOUT_PI: Final = Fraction("3.14159265358979323846"), Fraction("3.14159265358979323847")
 _LARGEST: Final = 10**300
 _FEW_BITS: Final = (64, 256)  # which nearly always tell a sign
 _MANY_BITS: Final = (1024, 4096)  # for what is not proved to be zero
@@ -150,7 +151,7 @@ class Exact:
         """
         if (q := self.fraction) is not None:
             return 1 if q > 0 else -1 if q < 0 else 0
-        if side := self._side(_FEW_BITS):
+        if side := _plain_side(self.terms) or self._side(_FEW_BITS):
             return side
         return 0 if normal_form.proved_zero(self.terms) else self._side(_MANY_BITS)
 
@@ -277,6 +278,16 @@ def sin(x: Number) -> Exact:
 
 ONE: Final = Exact(normal_form.ONE)
 PI: Final = Exact(normal_form.PI)
+
+
+def _plain_side(x: Form) -> Literal[-1, 1] | None:
+    """The side of zero of q + r π, and of one root or power of π: without balls, slow to import."""
+    if len(x) == 1 and all(map(normal_form.positive, dict(x[0][0]))):
+        return 1 if x[0][1] > 0 else -1
+    if not {monomial for monomial, _ in x} <= {(), normal_form.PI_ALONE}:
+        return None
+    low, high = sorted(sum(c * pi if monomial else c for monomial, c in x) for pi in _ABOUT_PI)
+    return 1 if low > 0 else -1 if high < 0 else None
 
 
 def _operand(x: object) -> Exact | None:

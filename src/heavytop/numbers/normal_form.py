@@ -72,6 +72,13 @@ def fraction(x: Form) -> Fraction | None:
     return _multiple(x, ())
 
 
+def positive(atom: Atom) -> bool:
+    """Whether an atom is seen to be positive: π, or the root of a rational number."""
+    return atom == "pi" or (
+        isinstance(atom, Function) and atom.name == "sqrt" and fraction(atom.argument) is not None
+    )
+
+
 def _multiple(x: Form, monomial: Monomial) -> Fraction | None:
     """The coefficient q where x is q times `monomial`, and nothing else."""
     if not x:
