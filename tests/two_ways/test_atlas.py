@@ -10,9 +10,12 @@ from base64 import b64encode
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 import heavytop as ht
 from heavytop.classification.arrays import NAMES
@@ -210,6 +213,31 @@ def test_the_picture_is_the_same_bytes_each_time(tmp_path):
     first = (tmp_path / "a" / files["chart_svg"]).read_bytes()
     write_atlas(found, tmp_path / "a")
     assert (tmp_path / "a" / files["chart_svg"]).read_bytes() == first
+
+
+def test_a_layout_that_differs_in_its_last_digits_gives_the_same_bytes(tmp_path, monkeypatch):
+    # matplotlib's solver finds one or another last digit, by where its variables lie in memory.
+    from heavytop.plots.figures.style import STYLE, save
+
+    settle = ConstrainedLayoutEngine.execute
+    shift = [0.0]
+
+    def shifted(engine, fig):
+        settle(engine, fig)
+        for ax in fig.axes:
+            taking_part = ax.get_in_layout()
+            x, y, width, height = ax.get_position(original=True).bounds
+            ax.set_position((x + shift[0], y - shift[0], width, height))
+            ax.set_in_layout(taking_part)
+
+    monkeypatch.setattr(ConstrainedLayoutEngine, "execute", shifted)
+    for name, shift[0] in (("a.svg", 0.0), ("b.svg", 3e-16)):
+        with mpl.rc_context(STYLE):
+            figure = Figure(layout="constrained")
+            for ax in figure.subplots(2, 2).flat:
+                ax.plot([0.0, 1.0])
+        save(figure, tmp_path / name)
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
 
 
 @pytest.mark.parametrize("what", ["kind", "rows", "integrate"])

@@ -16,6 +16,8 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from heavytop.files import write_whole
@@ -131,6 +133,23 @@ def part_shown(trajectory: Trajectory, shown: float) -> str:
     return f"the first {shown:.4g} s of {end:.6g} s"
 
 
+class _SettledLayout(ConstrainedLayoutEngine):
+    """A constrained layout whose places are the same bits each time.
+
+    The last digits that matplotlib's solver finds depend on where its variables lie in memory,
+    and the names of the clips in an SVG file depend on those digits.
+    """
+
+    def execute(self, fig: Figure) -> None:
+        """Lay the figure out, and round the place of every axes to twelve decimals."""
+        super().execute(fig)
+        for ax in fig.axes:
+            taking_part = ax.get_in_layout()
+            place = ax.get_position(original=True)
+            ax.set_position(Bbox(np.round(place.get_points(), 12)))
+            ax.set_in_layout(taking_part)  # which set_position ends
+
+
 def save(figure: Figure, path: str | os.PathLike[str]) -> None:
     """Write a figure whole; the name ends in ``.svg``, ``.png`` or ``.pdf``.
 
@@ -145,6 +164,9 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
     form = place.suffix.removeprefix(".")
     if form not in _METADATA:
         raise ValueError(f"{place.name}: a figure is .svg, .png or .pdf")
+    layout = figure.get_layout_engine()
+    if isinstance(layout, ConstrainedLayoutEngine):
+        figure.set_layout_engine(_SettledLayout(**layout.get()))
     with mpl.rc_context(STYLE), warnings.catch_warnings():
         # A title in a script the font lacks is drawn with boxes; the run is none the worse.
         warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
