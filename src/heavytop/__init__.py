@@ -59,7 +59,7 @@ _HOMES = {
     "drift": "studies.drifts.drifting",
     "enclose": "analytic.enclosure",
     "energy_momentum": "analytic.energy_momentum",
-    "extend": "run.continuation",
+    "extend": "run.propagation",
     "facts": "analytic.facts",
     "fold": "run.folded",
     "load_atlas": "studies.atlases.mapping",
@@ -181,11 +181,10 @@ if TYPE_CHECKING:
     from heavytop.integration.quantities import Sample
     from heavytop.numbers import Exact
     from heavytop.run.archive import load_trajectory
-    from heavytop.run.continuation import extend
     from heavytop.run.ensemble import propagate_many
     from heavytop.run.folded import Folded, fold
     from heavytop.run.planning import Plan, plan
-    from heavytop.run.propagation import propagate
+    from heavytop.run.propagation import extend, propagate
     from heavytop.run.sensitivity import Sensitivities, sensitivities
     from heavytop.run.trajectory import Trajectory
     from heavytop.run.transition import Transition, state_transition

@@ -24,8 +24,8 @@ from importlib import import_module
 signal.signal(signal.SIGINT, signal.default_int_handler)
 signal.signal(signal.SIGTERM, signal.SIG_DFL)
 place, count, number = sys.argv.pop(1), int(sys.argv.pop(1)), int(sys.argv.pop(1))
-import heavytop.run.finishing as finishing
-finishing.EVERY_S = finishing.SHARE = finishing.UNSAVED_S = 0.0
+import heavytop.run.checkpoints as checkpoints
+checkpoints.EVERY_S = checkpoints.SHARE = checkpoints.UNSAVED_S = 0.0
 module, _, name = place.partition(":")
 home, calls = import_module(module), 0
 *inner, name = name.split(".")
@@ -43,7 +43,8 @@ from heavytop.cli import main
 main()
 """
 BLOCK = "heavytop.integration.orbit:_Journey.advance"
-EVENTS = "heavytop.run.finishing:orbit_events"
+EVENTS = "heavytop.run.checkpoints:orbit_events"
+AT_LAST = "heavytop.run.propagation:orbit_events"
 SAVED = "heavytop.run.trajectory:Trajectory.save"
 DRAWN = "heavytop.plots.figures:save"
 TOLD = "heavytop.report.run_files:write_document"
@@ -99,7 +100,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, bytes
         ("long", BLOCK, 1, signal.SIGTERM),
         ("long", SAVED, 3, signal.SIGINT),
         ("long", EVENTS, 8, signal.SIGKILL),
-        *(("plain", EVENTS, 2, number) for number in SIGNALS),  # between the steps and the files
+        *(("plain", AT_LAST, 1, number) for number in SIGNALS),  # between the steps and the files
         ("drawn", DRAWN, 4, signal.SIGKILL),
         ("drawn", DRAWN, 5, signal.SIGTERM),
         ("plain", TOLD, 1, signal.SIGKILL),
@@ -176,8 +177,8 @@ def test_a_checkpoint_that_does_not_fit_ends_a_run_early(tmp_path, whole, monkey
             raise OSError(28, "No space left on device")
         return write(path, data)
 
-    monkeypatch.setattr("heavytop.run.finishing.EVERY_S", 0.0)
-    monkeypatch.setattr("heavytop.run.finishing.SHARE", 0.0)
+    monkeypatch.setattr("heavytop.run.checkpoints.EVERY_S", 0.0)
+    monkeypatch.setattr("heavytop.run.checkpoints.SHARE", 0.0)
     monkeypatch.setattr(Path, "write_bytes", filling)
     full = heavytop_("run", *SCENES["long"], "-o", folder)
     assert full.exit_code == 4

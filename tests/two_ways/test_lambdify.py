@@ -10,9 +10,12 @@ import pytest
 import sympy as sp
 
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.equations.lambdify import evaluated, lambdified
-from heavytop.errors import UntranslatableExpression
+from heavytop.equations.lambdify import Rounded, evaluated, exact_values, lambdified
+from heavytop.errors import NotANumber, UntranslatableExpression
 from heavytop.integration.compiled import translated
+from heavytop.numbers import PI, Exact
+from heavytop.run.planning import start_values
+from heavytop.scene.scene import load_scene, shipped_scenes
 
 x, y = sp.symbols("x y", real=True)
 X, Y = hy.make_vars("x", "y")
@@ -110,3 +113,28 @@ def test_every_arithmetic_gives_the_rates_that_sympy_gives(name):
     function = lambdified(form.derivatives, symbols, ctx.mpf, functions)
     for x, y in zip(function(*(ctx.mpf(int(v.p)) / int(v.q) for v in values)), exact, strict=True):
         assert abs(x - ctx.mpf(str(y))) < ctx.mpf(10) ** -48 * (1 + abs(ctx.mpf(str(y))))
+
+
+@pytest.mark.parametrize("name", FORMULATIONS)
+def test_a_start_is_the_exact_one_rounded_once(name):
+    entry = FORMULATIONS[name]
+    for variant in entry.variants:
+        form = entry.build(variant)
+        expressions = (*form.parameters.values(), *form.start)
+        rounded = Rounded(expressions)
+        for scene in map(load_scene, shipped_scenes()):
+            at_pole = 0 in (scene.start.theta.sign(), (scene.start.theta - PI).sign())
+            if at_pole and not entry.starts_at_pole:
+                continue
+            given = start_values(scene)
+            exactly = [float(value) for value in exact_values(expressions, given)]
+            assert list(map(float.hex, rounded(given))) == list(map(float.hex, exactly))
+
+
+def test_what_balls_do_not_round_exact_numbers_do():
+    half_way = sp.Integer(1) + sp.Rational(1, 2**53) + x**40  # x^40 decides, below 128 bits
+    zero = sp.cos(y) ** 2 + sp.sin(y) ** 2 - 1
+    given = {"x": Exact.of("0.001"), "y": Exact.of("1.25")}
+    assert Rounded([half_way, zero, x])(given) == [1.0 + 2.0**-52, 0.0, 0.001]
+    with pytest.raises(NotANumber, match="larger than any double"):
+        Rounded([x * x])({"x": Exact.of("1e200")})

@@ -31,6 +31,7 @@ from heavytop.cli.output import noted, results_folder, show
 from heavytop.cli.voice import Voice, say
 
 if TYPE_CHECKING:
+    from heavytop.analytic.motion import Motion
     from heavytop.report.run_files import Request
     from heavytop.run.planning import Plan
     from heavytop.run.trajectory import Trajectory
@@ -78,14 +79,15 @@ def carry_out(
     What cannot be run touches no folder.
     """
     from heavytop.report.run_files import REQUEST, begun
-    from heavytop.run.planning import plan
+    from heavytop.run.planning import closed_form_of, planned
 
-    chosen = plan(asked.scene, asked.formulation)
+    motion = closed_form_of(asked.scene)
+    chosen = planned(asked.scene, motion, asked.formulation)
     if folder is None:
-        document, early = answered(asked, chosen, None, voice)
+        document, early = answered(asked, motion, chosen, None, voice)
     else:
         with results_folder(folder), begun(folder, asked, force=force), stopping(folder):
-            document, early = answered(asked, chosen, folder, voice)
+            document, early = answered(asked, motion, chosen, folder, voice)
             if not goes_on(early):
                 (folder / REQUEST).unlink(missing_ok=True)
     show(document, json, "run")
@@ -134,7 +136,7 @@ def goes_on(early: Early | None) -> bool:
 
 
 def answered(
-    asked: Request, chosen: Plan, folder: Path | None, voice: Voice
+    asked: Request, motion: Motion, chosen: Plan, folder: Path | None, voice: Voice
 ) -> tuple[dict[str, Any], Early | None]:
     """The document of what is asked, written with its files, and why it is not whole if so."""
     from heavytop.files import write_document
@@ -151,7 +153,7 @@ def answered(
             except OSError as fault:
                 early = unwritten(folder, fault)
         return document, early
-    trajectory, early = integrated(asked, chosen, folder, voice)
+    trajectory, early = integrated(asked, motion, chosen, folder, voice)
     if early is not None:
         say(f"ended early at t = {trajectory.orbit.end:.6g} s: {early}")
     if folder is None:
@@ -178,14 +180,13 @@ def at_once(scene: Scene, chosen: Plan) -> dict[str, Any]:
 
 
 def integrated(
-    asked: Request, chosen: Plan, folder: Path | None, voice: Voice
+    asked: Request, motion: Motion, chosen: Plan, folder: Path | None, voice: Voice
 ) -> tuple[Trajectory, errors.EndedEarly | None]:
     """The trajectory of a scene, from where its folder has it, and why it is a part if it is."""
     from heavytop.report.run_files import TRAJECTORY, part_of
-    from heavytop.run.continuation import completed
-    from heavytop.run.propagation import propagate
+    from heavytop.run.propagation import carried_out, completed
 
-    scene, form = asked.scene, asked.formulation
+    scene = asked.scene
     part = None if folder is None else part_of(folder, scene, chosen)
     if part is not None and part.outcome is errors.Outcome.SINGULAR:
         return part, errors.EndedEarly(part.outcome, part)
@@ -196,7 +197,7 @@ def integrated(
             heard = announced(progress, voice, scene.name)
             if part is not None:
                 return completed(part, progress=heard, checkpoint=checkpoint), None
-            found = propagate(scene, formulation=form, progress=heard, checkpoint=checkpoint)
+            found = carried_out(scene, motion, chosen, heard, checkpoint=checkpoint)
             return found, None
     except errors.EndedEarly as early:
         return early.trajectory, early

@@ -11,7 +11,8 @@ import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import reduce
-from typing import Any
+from math import isfinite
+from typing import Any, Final
 
 import numpy as np
 import sympy as sp
@@ -20,6 +21,7 @@ from sympy.printing.pycode import PythonCodePrinter
 from heavytop import numbers as exact
 from heavytop.errors import UntranslatableExpression
 from heavytop.numbers import Exact
+from heavytop.numbers.intervals import working
 
 Functions = Mapping[str, Callable[..., Any]]
 
@@ -113,6 +115,52 @@ def exact_values(expressions: Sequence[Any], named: Mapping[str, Exact]) -> list
     0.25
     """
     return evaluated(expressions, named, Exact.of, {"sin": exact.sin, "cos": exact.cos})
+
+
+class Rounded:
+    """Expressions as functions of exact numbers, each value rounded once to the nearest double.
+
+    They are evaluated in balls of 128 bits. Where the two ends of a ball are not rounded to the
+    same double, as where a value is zero by an identity, exact numbers decide.
+
+    Parameters
+    ----------
+    expressions : sequence of sympy expressions
+
+    Examples
+    --------
+    >>> x = sp.Symbol("x")
+    >>> Rounded([sp.cos(x), x / 3])({"x": Exact.of("pi/2")})
+    [0.0, 0.5235987755982988]
+    """
+
+    def __init__(self, expressions: Sequence[Any]) -> None:
+        self.expressions = tuple(map(sp.sympify, expressions))
+        self.names = sorted({x.name for e in self.expressions for x in e.free_symbols})
+        with working(_BITS):
+            self._function = lambdified(self.expressions, self.names, _ball, _BALLS)
+
+    def __call__(self, named: Mapping[str, Exact]) -> list[float]:
+        """Return the values at exact numbers, given by the names of the symbols."""
+        with working(_BITS):
+            values = self._function(*(named[name].ball(_BITS) for name in self.names))
+            balls = [x + _ball(0) for x in values]  # a plain 0 may be among them
+            ends = [(float(x.lower()), float(x.upper())) for x in balls]
+        told = [low == high and isfinite(low) for low, high in ends]
+        rest = [e for e, known in zip(self.expressions, told, strict=True) if not known]
+        exactly = map(float, exact_values(rest, named))
+        pairs = zip(ends, told, strict=True)
+        return [high + 0.0 if known else next(exactly) for (_, high), known in pairs]
+
+
+_BITS: Final = 128
+_BALLS: Functions = {
+    name: operator.methodcaller(name) for name in ("sin", "cos", "sqrt")
+}  # those of python-flint
+
+
+def _ball(integer: int) -> Any:
+    return Exact.of(integer).ball(_BITS)
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,7 @@ but the largest state, and with it the length of a step.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, Self
 
@@ -33,8 +34,9 @@ _HEYOKAS_OWN = 20 * 2**30  # its limit where nobody has set one
 _FUNCTIONS = {name: getattr(hy, name) for name in ("sin", "cos", "sqrt", "exp", "log")}
 
 hy.set_logger_level_critical()  # heyoka logs to stdout, which belongs to the results
-if hy.llvm_state.get_diskcache_limit() == _HEYOKAS_OWN:
-    hy.llvm_state.set_diskcache_limit(MOST_CACHED)
+with suppress(RuntimeError):  # its folder cannot be made: heyoka works without
+    if hy.llvm_state.get_diskcache_limit() == _HEYOKAS_OWN:
+        hy.llvm_state.set_diskcache_limit(MOST_CACHED)
 
 
 def translated(

@@ -1,29 +1,64 @@
-"""From a scene to a trajectory."""
+"""A run from its plan to its trajectory: begun, continued, or gone on with.
+
+Steps in doubles come first, whatever digits are wanted; their orbit is made a trajectory, in more
+digits where the plan has them, and that is held against the closed form.
+"""
 
 from __future__ import annotations
 
 import os
 import time
+from dataclasses import replace
+from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from heavytop.equations.lambdify import exact_values
-from heavytop.errors import BadScene, Fault
+from heavytop.analytic.motion import Motion
+from heavytop.equations.formulation import Formulation
+from heavytop.equations.lambdify import Rounded
+from heavytop.errors import BadScene, EndedEarly, Fault, Outcome
+from heavytop.integration.bits import bits_of, named
 from heavytop.integration.counting import Counting
 from heavytop.integration.engine import Engine
 from heavytop.integration.integrator import Integrator, integrator
 from heavytop.integration.legs import Projected
-from heavytop.integration.orbit import Checkpoint, integrate
+from heavytop.integration.orbit import Checkpoint, Orbit, Seen, continued, integrate
 from heavytop.integration.projection import Projection
 from heavytop.integration.turns import Turns
 from heavytop.integration.winding import Winding
+from heavytop.numbers import Number
+from heavytop.run.checkpoints import Checkpoints, Progress
 from heavytop.run.doubts import checked, forewarned
-from heavytop.run.estimates import most_steps
-from heavytop.run.finishing import Keeper, Progress, finished, in_decimals
-from heavytop.run.planning import EPSILON, Plan, closed_form_of, planned, span, start_values
-from heavytop.run.trajectory import Trajectory
-from heavytop.scene.arguments import heard, whole
+from heavytop.run.estimates import SINGULAR, Forecast, most_steps
+from heavytop.run.orbit_events import orbit_events
+from heavytop.run.planning import (
+    EPSILON,
+    Plan,
+    closed_form_of,
+    leaving,
+    planned,
+    settled,
+    span,
+    start_values,
+)
+from heavytop.run.trajectory import Statistics, Trajectory
+from heavytop.scene import arguments
+from heavytop.scene.arguments import expect, heard, number_of, whole
 from heavytop.scene.scene import Scene
+from heavytop.scene.scene_file import MAX_SAMPLES
+
+if TYPE_CHECKING:
+    from heavytop.run.decimals.result import Decimals
+
+_SAMPLES = arguments.Range(1, MAX_SAMPLES, whole=True)
+_OUTCOMES = {
+    "reached": Outcome.FINISHED,
+    "singular": Outcome.SINGULAR,
+    "interrupted": Outcome.INTERRUPTED,
+    "step-limit": Outcome.STEP_LIMIT,
+}
 
 
 def propagate(
@@ -104,6 +139,18 @@ def propagate(
         raise _nothing_to_integrate(scene)
     if chosen.folded:
         raise _better_folded(scene, chosen)
+    return carried_out(scene, motion, chosen, progress, step_limit, checkpoint)
+
+
+def carried_out(
+    scene: Scene,
+    motion: Motion,
+    chosen: Plan,
+    progress: Progress | None = None,
+    step_limit: int | None = None,
+    checkpoint: str | os.PathLike[str] | None = None,
+) -> Trajectory:
+    """Carry out the plan of a scene, which integrates it; else as `propagate`."""
     forewarned(chosen)
     end = span(scene, motion)
     began = time.perf_counter()
@@ -111,27 +158,273 @@ def propagate(
     derive_s = time.perf_counter() - began
     compiled = compiled_for(chosen)
     parameters, start = binary_start(scene, chosen)
-    samples = np.linspace(0.0, end, scene.samples)
-    winding = Winding.of(parameters, start.state) if chosen.follows_phi else None
-    keeper = Keeper.of(checkpoint, scene, motion, chosen)
+    checkpoints = Checkpoints.of(checkpoint, scene, motion, chosen)
     began = time.perf_counter()
     orbit = integrate(
         engine_of(chosen, compiled, parameters, start),
         parameters,
         start,
-        samples,
-        winding=winding,
+        np.linspace(0.0, end, scene.samples),
+        winding=Winding.of(parameters, start.state) if chosen.follows_phi else None,
         on_block=progress if chosen.precision == "double" else None,
         step_limit=step_limit or most_steps(motion, end),
-        keep=keeper,
+        keep=checkpoints,
     )
-    spent = time.perf_counter() - began
-    if keeper is not None:
-        keeper.at_last(orbit)
-    trajectory = finished(scene, motion, chosen, orbit, derive_s, spent)
+    cost = Statistics(
+        orbit.steps, compiled.order, derive_s, compiled.compile_s, time.perf_counter() - began
+    )
+    if checkpoints is not None:
+        checkpoints.at_last(orbit)
+    return _ended(scene, motion, chosen, orbit, cost, progress)
+
+
+def extend(
+    trajectory: Trajectory,
+    time_span: Number,
+    *,
+    samples: int | None = None,
+    progress: Progress | None = None,
+) -> Trajectory:
+    """Continue a trajectory to a later end, as if it had been asked for in one piece.
+
+    It goes on by the plan it has. Of a long span in one piece, auto may make another plan.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        What goes on.
+    time_span : number
+        The new end, measured from the start [s], beyond the old one on the same side.
+    samples : int, optional
+        Samples between the old end and the new one; by default they go on at the old distance.
+    progress : callable, optional
+        Called with the fraction done, after each block of steps.
+
+    Returns
+    -------
+    Trajectory
+        From the old start to the new end, with the samples and events of both parts.
+
+    Raises
+    ------
+    ValueError
+        The new end is not beyond the old one; samples are no whole number, or too many.
+    BadScene
+        The new end is so far off that turns are not counted, or more bits would be needed than
+        there are.
+    EndedEarly
+        As for `propagate`.
+    WrongType, NotANumber
+        It is no Trajectory; `time_span` is no number.
+
+    Warns
+    -----
+    MissedDigitsWarning, DoubtfulWarning, UnboundedAngleWarning
+        As `propagate` does: the whole run is checked.
+
+    Notes
+    -----
+    Accuracy: ``tests/property/test_determinism.py`` holds a run that was continued to one in a
+    piece, bit for bit.
+
+    Examples
+    --------
+    >>> import heavytop as ht
+    >>> scene = ht.load_scene("sicm-kicked")
+    >>> longer = extend(ht.propagate(scene), 4)
+    >>> float(longer.t[-1]), longer.events.count("turning")
+    (4.0, 15)
+    """
+    expect("trajectory", trajectory, Trajectory, "propagate gives one")
+    heard("progress", progress)
+    span_wanted = number_of("time_span", time_span)
+    old, end = trajectory.orbit, float(span_wanted)
+    if not abs(end) > abs(old.end) or end * old.end < 0:
+        raise ValueError(f"time_span: beyond {old.end}, where the trajectory ends")
+    count = _as_before(trajectory, end) if samples is None else _whole(samples)
+    scene = replace(
+        trajectory.scene, time=span_wanted, periods=None, samples=trajectory.t.size + count
+    )
+    chosen = _longer(trajectory, scene)
+    forewarned(chosen)
+    times = np.linspace(old.end, end, count + 1)[1:]
+    return _gone_on(trajectory, scene, chosen, times, progress)
+
+
+def completed(
+    trajectory: Trajectory,
+    *,
+    progress: Progress | None = None,
+    checkpoint: str | os.PathLike[str] | None = None,
+) -> Trajectory:
+    """Go on with an interrupted trajectory to the end of its scene, as if nothing had happened.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        One that ended early by an interrupt or the step limit; of another, it is returned.
+    progress : callable, optional
+    checkpoint : path, optional
+        As for `propagate`.
+
+    Raises
+    ------
+    EndedEarly, OSError
+        As for `propagate`.
+
+    Warns
+    -----
+    MissedDigitsWarning, DoubtfulWarning, UnboundedAngleWarning
+        As `propagate` does.
+    """
+    if trajectory.outcome not in (Outcome.INTERRUPTED, Outcome.STEP_LIMIT):
+        return trajectory
+    scene, motion, chosen = trajectory.scene, trajectory.motion, trajectory.plan
+    forewarned(chosen)
+    times = np.linspace(0.0, span(scene, motion), scene.samples)[trajectory.orbit.samples.t.size :]
+    checkpoints = Checkpoints.of(checkpoint, scene, motion, chosen)
+    return _gone_on(trajectory, scene, chosen, times, progress, checkpoints)
+
+
+def _gone_on(
+    part: Trajectory,
+    scene: Scene,
+    chosen: Plan,
+    times: NDArray[np.float64],
+    progress: Progress | None,
+    checkpoints: Checkpoints | None = None,
+) -> Trajectory:
+    """Return a trajectory with more samples behind its own."""
+    began, orbit = time.perf_counter(), replace(part.orbit, ending="reached")
+    if times.size:
+        orbit = continued(part.orbit, times, on_block=progress, keep=checkpoints)
+    spent = part.statistics.integrate_s + time.perf_counter() - began
+    if checkpoints is not None:
+        checkpoints.at_last(orbit)
+    engine, told = orbit.integrator, part.statistics
+    cost = Statistics(orbit.steps, engine.order, told.derive_s, engine.compile_s, spent, told.whole)
+    return _ended(scene, part.motion, chosen, orbit, cost, progress, part.decimals)
+
+
+def _ended(
+    scene: Scene,
+    motion: Motion,
+    chosen: Plan,
+    orbit: Orbit,
+    cost: Statistics,
+    progress: Progress | None,
+    before: Decimals | None = None,
+) -> Trajectory:
+    """Return the trajectory of an orbit, in the digits of its plan, held against the closed form.
+
+    `before` is what is known already in more digits, of an earlier end.
+
+    Raises
+    ------
+    EndedEarly
+        A singularity, the step limit or an interrupt; it carries the trajectory.
+    """
+    if orbit.ending == "reached" and _left_the_chart(orbit):
+        orbit = replace(orbit, ending="singular")
+    if orbit.ending == "singular" and chosen.precision != "double":  # more bits may go on
+        orbit = replace(orbit, ending="reached", end=span(scene, motion))
+    events, outcome = orbit_events(scene, motion, chosen, orbit), _OUTCOMES[orbit.ending]
+    trajectory = Trajectory(scene, motion, chosen, orbit, events, outcome, cost)
+    if outcome is not Outcome.FINISHED:
+        raise EndedEarly(outcome, trajectory, _why(trajectory))
     if chosen.precision != "double":
-        trajectory = in_decimals(trajectory, progress)
+        trajectory = _in_decimals(trajectory, progress, before)
     return checked(trajectory)
+
+
+def _left_the_chart(orbit: Orbit) -> bool:
+    """Tell whether a form that is singular at the poles stepped over one, theta leaving 0 to pi."""
+    if orbit.integrator.formulation.starts_at_pole:
+        return False
+    theta = orbit.samples.rows[:, 0]  # of these forms it is the first state
+    return bool(np.any((theta < 0) | (theta > np.pi)))
+
+
+def _why(trajectory: Trajectory) -> str:
+    """Say what stops a run of a form that is singular at the poles, and what does not."""
+    motion, form = trajectory.motion, trajectory.plan.formulation
+    if trajectory.outcome is Outcome.INTERRUPTED or form not in SINGULAR:
+        return ""
+    near = min(motion.from_top, motion.from_bottom)
+    return (
+        f"the {form} form is singular at the poles, and the axis comes {near:.1e} rad near one; "
+        "the axis form and the attitude form are regular there"
+    )
+
+
+def _in_decimals(
+    trajectory: Trajectory, progress: Progress | None, before: Decimals | None
+) -> Trajectory:
+    """Return a trajectory in the precision of its plan, beside its run in doubles.
+
+    Raises
+    ------
+    EndedEarly
+        An interrupt or a singularity; it carries the trajectory in doubles.
+    """
+    from heavytop.integration.precise import Unfinished
+    from heavytop.run.decimals import result
+
+    parts = (trajectory.motion, trajectory.plan, trajectory.orbit)
+    try:
+        decimals, events = result.in_decimals(trajectory.scene, *parts, before, progress)
+    except (KeyboardInterrupt, Unfinished) as stop:
+        outcome = Outcome.SINGULAR if isinstance(stop, Unfinished) else Outcome.INTERRUPTED
+        raise EndedEarly(outcome, replace(trajectory, outcome=outcome)) from None
+    engine, orbit = decimals.run.engine, trajectory.orbit
+    if orbit.samples.t.size != len(decimals.samples):  # doubles ended before
+        run = decimals.rounded(decimals.samples)
+        orbit = replace(orbit, samples=Seen(run.t, 0 * run.t, run.states, run.phi))
+    cost = replace(
+        trajectory.statistics,
+        steps=decimals.steps,
+        order=engine.order,
+        compile_s=engine.compile_s,
+        integrate_s=trajectory.statistics.integrate_s + decimals.integrate_s,
+    )
+    return replace(trajectory, orbit=orbit, events=events, statistics=cost, decimals=decimals)
+
+
+def _longer(trajectory: Trajectory, scene: Scene) -> Plan:
+    """Return a plan for a longer span: its warnings are new, and what has more bits may take more.
+
+    Raises
+    ------
+    BadScene
+        As for `plan`.
+    """
+    motion, chosen = trajectory.motion, trajectory.plan
+    again = planned(scene, motion, chosen.formulation)
+    if chosen.precision == "double":
+        return replace(chosen, warnings=again.warnings)
+    end = span(scene, motion)
+    needed = settled(Forecast(scene, motion, end), chosen)
+    bits = max(bits_of(needed.precision), bits_of(chosen.precision))
+    told = tuple(leaving(motion, end, bits))
+    return replace(chosen, precision=named(bits), tolerance=2.0 ** (1 - bits), warnings=told)
+
+
+def _as_before(trajectory: Trajectory, end: float) -> int:
+    """Return how many samples there are to an end at the distance that they have."""
+    reached = abs(trajectory.orbit.end)
+    spacing = reached / max(trajectory.t.size - 1, 1)
+    count = (abs(end) - reached) / spacing
+    if not count <= MAX_SAMPLES - trajectory.t.size:
+        rule = f"{count:.3g} more samples at the distance that they have, of {MAX_SAMPLES} at most"
+        raise ValueError(f"time_span: {rule}; samples= says how many there are to be")
+    return max(1, round(count))
+
+
+def _whole(samples: object) -> int:
+    try:
+        return int(_SAMPLES(samples))
+    except arguments.Refused as wrong:
+        raise ValueError(f"samples: {wrong}") from None
 
 
 def compiled_for(chosen: Plan) -> Integrator:
@@ -156,8 +449,7 @@ def engine_of(
 def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, float], Checkpoint]:
     """Return a run's own numbers: every constant and state rounded once from the exact one."""
     form = chosen.equations
-    expressions = (*form.parameters.values(), *form.start)
-    values = [float(v) for v in exact_values(expressions, start_values(scene))]
+    values = _own_numbers(form)(start_values(scene))
     parameters = {p.name: v for p, v in zip(form.parameters, values, strict=False)}
     parameters |= dict(chosen.frame)
     state = np.array(values[len(form.parameters) :])
@@ -165,6 +457,12 @@ def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, float], Checkpoi
         state[-2:] = Turns.of(parameters).started(state, *state[-2:].tolist())
     phi = float(scene.start.phi) if chosen.follows_phi else np.nan
     return parameters, Checkpoint((0.0, 0.0), state, phi, 0)
+
+
+@cache
+def _own_numbers(form: Formulation) -> Rounded:
+    """Return the constants and the start of a formulation, as functions of a scene's numbers."""
+    return Rounded((*form.parameters.values(), *form.start))
 
 
 def _nothing_to_integrate(scene: Scene) -> BadScene:
