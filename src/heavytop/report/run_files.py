@@ -19,14 +19,9 @@ from heavytop.errors import ForeignFile, ForeignRun, StoppedEarly
 from heavytop.files import regular, write_document, write_text
 from heavytop.results.document import SCHEMA, run_document
 from heavytop.results.plan_document import asked_form, chosen_document
-from heavytop.run.archive import load_interrupted
 from heavytop.run.planning import Plan
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.scene import Scene, read_scene
-from heavytop.studies.ledger.canonical import plain, sealed, unsealed
-from heavytop.studies.ledger.doorway import LOCK, STUDY
-from heavytop.studies.ledger.lock import Lock
-from heavytop.studies.ledger.study import differences
 
 REQUEST, DOCUMENT, TRAJECTORY = "request.json", "run.json", "trajectory.nc"
 REQUEST_SCHEMA: Final = "heavytop/request/1"
@@ -54,6 +49,8 @@ class Request:
 
     def write(self, folder: Path) -> None:
         """Write it down."""
+        from heavytop.studies.ledger.canonical import sealed
+
         told = {
             "schema": REQUEST_SCHEMA,
             "name": self.scene.name,
@@ -72,6 +69,9 @@ class Request:
         ForeignFile
             It is missing, damaged or was changed.
         """
+        from heavytop.run.archive import load_interrupted
+        from heavytop.studies.ledger.canonical import unsealed
+
         if not (folder / REQUEST).exists():
             found = load_interrupted(folder / TRAJECTORY)
             return cls(found.scene, asked_form(chosen_document(found.plan)))
@@ -82,6 +82,8 @@ class Request:
 
 def _question(scene: Mapping[str, Any], formulation: str) -> dict[str, Any]:
     """A run as it is compared with others: whatever its scene is called."""
+    from heavytop.studies.ledger.canonical import plain
+
     told = {key: scene[key] for key in ("top", "start", "span", "want")}
     return {"scene": plain(told), "formulation": formulation}
 
@@ -103,6 +105,9 @@ def begun(folder: Path, asked: Request, *, force: bool = False) -> Iterator[None
     OSError
         The request cannot be written.
     """
+    from heavytop.studies.ledger.doorway import LOCK, STUDY
+    from heavytop.studies.ledger.lock import Lock
+
     if (folder / STUDY).exists():
         raise ForeignRun(folder, ())
     lock, mine = Lock(folder / LOCK), False
@@ -149,6 +154,8 @@ def _replace(folder: Path, *, unfinished: bool) -> None:
 
 def _expect_same(folder: Path, asked: Request) -> None:
     """Refuse a folder that holds another run than the one that is asked."""
+    from heavytop.studies.ledger.study import differences
+
     try:
         if (folder / REQUEST).exists():
             there = Request.read(folder).question
@@ -175,6 +182,8 @@ def part_of(folder: Path, scene: Scene, chosen: Plan) -> Trajectory | None:
     ForeignFile
         It is damaged, of another scene, or was begun with other versions.
     """
+    from heavytop.run.archive import load_interrupted
+
     path = folder / TRAJECTORY
     if not path.exists():
         return None
