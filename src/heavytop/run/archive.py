@@ -15,7 +15,7 @@ from heavytop.integration.orbit import Checkpoint, Ending, Orbit, Seen
 from heavytop.integration.winding import Winding
 from heavytop.machine import versions
 from heavytop.run.events import Events
-from heavytop.run.netcdf import SCHEMA
+from heavytop.run.netcdf import EVENT_COLUMNS, SCHEMA, SEEN_COLUMNS
 from heavytop.run.planning import Plan, closed_form_of, start_values
 from heavytop.run.poles import rates_at_poles
 from heavytop.run.propagation import compiled_for, engine_of
@@ -179,14 +179,10 @@ def _orbit(file: Any, chosen: Plan, parameters: dict[str, float], outcome: Outco
 
 
 def _seen(file: Any, name: str) -> Seen:
-    t, t_low, rows, phi = (
-        array(file, f"{name}_{part}") for part in ("t", "t_low", "states", "phi")
-    )
-    return Seen(t, t_low, rows, phi)
+    return Seen(*(array(file, f"{name}_{part}") for part in SEEN_COLUMNS))
 
 
 def _events(file: Any, asked: tuple[str, ...]) -> Events:
-    names = ("t", "t_low", "theta", "phi", "phidot", "residual", "axis", "states")
-    columns = {n: array(file, f"event_{n}") for n in names}
+    columns = {n: array(file, f"event_{n}") for n in EVENT_COLUMNS}
     kind = tuple(map(str, array(file, "event_kind")))
     return Events(kind=kind, asked=tuple(asked), **columns)

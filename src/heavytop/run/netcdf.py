@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from heavytop.run.trajectory import Trajectory
 
 SCHEMA = "heavytop/trajectory/1"
+EVENT_COLUMNS = ("t", "t_low", "theta", "phi", "phidot", "residual", "axis", "states")
+SAMPLE_COLUMNS = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
+SEEN_COLUMNS = ("t", "t_low", "states", "phi")
 TEXTS = ("event_kind", *(f"decimal_{x}_{y}" for x in ("t", "event") for y in ("time", "states")))
 """Variables that are read back as texts."""
 
@@ -41,22 +44,9 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
     import xarray
 
     run, events, orbit = trajectory.samples, trajectory.events, trajectory.orbit
-    over_time: dict[str, Any] = {
-        name: ("t", getattr(run, name), {"units": unit})
-        for name, unit in (
-            ("theta", "rad"),
-            ("phi", "rad"),
-            ("psi", "rad"),
-            ("thetadot", "rad s-1"),
-            ("phidot", "rad s-1"),
-            ("psidot", "rad s-1"),
-        )
-    }
-    over_time |= {
-        "axis": (("t", "space"), run.axis, {"units": "1"}),
-        "omega": (("t", "space"), run.omega, {"units": "rad s-1"}),
-        "states": (("t", "state"), run.states),
-    }
+    over_time: dict[str, Any] = {name: ("t", getattr(run, name)) for name in SAMPLE_COLUMNS}
+    over_time |= {name: (("t", "space"), getattr(run, name)) for name in ("axis", "omega")}
+    over_time["states"] = (("t", "state"), run.states)
     if trajectory.decimals is not None:
         from heavytop.run.decimals.stored import text_variables
 
@@ -64,7 +54,7 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
     whole = xarray.Dataset(
         over_time | _event_variables(events),
         coords={
-            "t": ("t", run.t, {"units": "s"}),
+            "t": ("t", run.t),
             "space": list("xyz"),
             "state": [s.name for s in orbit.integrator.formulation.states],
         },
@@ -116,42 +106,28 @@ def _described(contents: xarray.Dataset) -> xarray.Dataset:
 
 
 def _event_variables(events: Events) -> dict[str, Any]:
-    variables: dict[str, Any] = {
-        f"event_{name}": ("event", getattr(events, name), {"units": unit})
-        for name, unit in (
-            ("t", "s"),
-            ("t_low", "s"),
-            ("theta", "rad"),
-            ("phi", "rad"),
-            ("phidot", "rad s-1"),
-            ("residual", "s-1"),
-        )
-    }
-    variables["event_kind"] = ("event", np.array(events.kind, dtype="U10"))
-    variables["event_axis"] = (("event", "space"), events.axis)
-    variables["event_states"] = (("event", "state"), events.states)
-    return variables
+    columns = {name: getattr(events, name) for name in EVENT_COLUMNS}
+    columns["kind"] = np.array(events.kind, dtype="U10")
+    over = {"axis": ("event", "space"), "states": ("event", "state")}
+    return {f"event_{name}": (over.get(name, "event"), x) for name, x in columns.items()}
 
 
 def _restart_variables(orbit: Orbit) -> dict[str, Any]:
     """Return what it takes to run any block again, and to go on: block starts and all zeros."""
     points = orbit.checkpoints
-    return {
+    kept: dict[str, Any] = {
         "t_low": ("t", orbit.samples.t_low),
         "checkpoint_time": (("checkpoint", "word"), np.array([c.time for c in points])),
         "checkpoint_states": (("checkpoint", "state"), np.array([c.state for c in points])),
         "checkpoint_phi": ("checkpoint", np.array([c.phi for c in points])),
         "checkpoint_steps": ("checkpoint", np.array([c.steps for c in points])),
-    } | {
-        f"zeros_{i}_{name}": ((f"zero_{i}", "state")[: value.ndim], value)
-        for i, seen in enumerate(orbit.hits)
-        for name, value in (
-            ("t", seen.t),
-            ("t_low", seen.t_low),
-            ("states", seen.rows),
-            ("phi", seen.phi),
-        )
     }
+    for i, seen in enumerate(orbit.hits):
+        for name, values in zip(
+            SEEN_COLUMNS, (seen.t, seen.t_low, seen.rows, seen.phi), strict=True
+        ):
+            kept[f"zeros_{i}_{name}"] = ((f"zero_{i}", "state")[: values.ndim], values)
+    return kept
 
 
 def _attributes(trajectory: Trajectory) -> dict[str, Any]:
