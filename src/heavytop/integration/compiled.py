@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import evaluated
 from heavytop.integration.bits import DOUBLE
-from heavytop.numbers.double_double import DoubleDouble
+from heavytop.numbers.double_double import DoubleDouble, add
 
 Array = NDArray[np.float64]
 
@@ -141,6 +141,11 @@ class Hits:
         """Return the parts one after the other."""
         columns = (np.concatenate([getattr(p, name) for p in parts]) for name in cls.__slots__)
         return cls(*columns)
+
+    def after(self, begun: DoubleDouble) -> Hits:
+        """Return them with times since what was so long before the block's start [s]."""
+        high, low = (np.full(self.t.size, word) for word in begun)
+        return Hits(*add((high, low), (self.t, self.t_low)), self.states)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,9 +5,9 @@ measured in it on the way in, and in seconds again on the way out: nothing is ro
 unit holds for the whole run, chosen by its start and its constants alone: so a block has the same
 bits however it was come to.
 
-phi and psi of the attitude form are no states of the equations: they are read off the others after
-each block, and their turns are counted. So nothing in the integrator grows, and the state at a
-block's start is enough to run it again, or to go on from it.
+phi of the axis form, phi and psi of the attitude form are no states of the equations: they are
+read off the others after each block, and their turns are counted. So nothing in the integrator
+grows, and the state at a block's start is enough to run it again, or to go on from it.
 """
 
 from __future__ import annotations
@@ -20,11 +20,12 @@ import numpy as np
 
 from heavytop.equations.formulation import Formulation
 from heavytop.integration.compiled import Array, Block, Compiled, Hits
+from heavytop.integration.following import Following, FollowingAttitude, FollowingAxis
 from heavytop.integration.legs import Projected
 from heavytop.integration.pace import in_units, paces_of
 from heavytop.integration.projection import Projection
 from heavytop.integration.turns import Turns
-from heavytop.integration.winding import MOST_POINTS, distinct
+from heavytop.integration.winding import Winding, distinct
 
 LONGEST = float(np.finfo(float).max)
 
@@ -36,7 +37,7 @@ class Integrator:
     Attributes
     ----------
     formulation : Formulation
-        Where its last two states are angles that are read off, `compiled` is without them.
+        Where its last two states are angles that are followed, `compiled` is without them.
     compiled : Compiled
     parameters : dict from str to float
         Constants of the run, by symbol name.
@@ -44,8 +45,8 @@ class Integrator:
         In whose unit of time steps are taken [1/s].
     projection : Projection or None
         In that unit of time.
-    turns : Turns or None
-        What counts the turns of the angles that are read off.
+    following : Following or None
+        What follows phi, or phi and psi.
     """
 
     formulation: Formulation
@@ -53,7 +54,7 @@ class Integrator:
     parameters: dict[str, float]
     pace: float
     projection: Projection | None
-    turns: Turns | None
+    following: Following | None
     _units: Array
     _constants: dict[str, float]
 
@@ -66,15 +67,21 @@ class Integrator:
         start: Array,
         *,
         projected: bool = False,
+        follows_phi: bool = False,
     ) -> Self:
-        """Return what takes the steps of the run from a start, shape (n,)."""
+        """Return what takes the steps of the run from a start, shape (n,), and follows angles."""
         own = compiled.formulation
         state = start[: len(own.states)]
         pace = float(paces_of(own, state, parameters))
         units, constants = np.where(own.is_rate, pace, 1.0), in_units(pace, parameters)
         projection = Projection.of(own, constants, state / units) if projected else None
-        turns = Turns.of(parameters) if formulation.integrated else None
-        return cls(formulation, compiled, parameters, pace, projection, turns, units, constants)
+        following: Following | None = None
+        if follows_phi:
+            following = FollowingAxis(Winding.of(parameters, state))
+        elif formulation.integrated:
+            turns = Turns.of(parameters)
+            following = FollowingAttitude(turns, turns.decided(state))
+        return cls(formulation, compiled, parameters, pace, projection, following, units, constants)
 
     @property
     def compile_s(self) -> float:
@@ -93,6 +100,10 @@ class Integrator:
         bound = self.compiled.cautious_step(own, self._own_time(far))
         return None if bound is None else bound / self.pace
 
+    def first_step(self, state: Array, far: float, longest: float | None) -> float:
+        """Return the length of the first natural step [s]."""
+        return self._taken(state[: self._units.size], 1, far, None, longest).elapsed[0]
+
     def block(
         self,
         state: Array,
@@ -100,21 +111,49 @@ class Integrator:
         far: float,
         samples: Array | None = None,
         longest: float | None = None,
+        reach: float = 0.0,
     ) -> Block:
-        """Take natural steps from a state and sample them, as `Compiled` does, angles and all."""
-        turns = self.turns
-        if turns is None:
-            return self._taken(state, steps, far, samples, longest)
-        own, asked = state[:-2], np.empty(0) if samples is None else samples
-        apart = turns.decided(own)
-        reach = steps * apart / 2  # a step is hardly ever half as long
-        while True:
-            t = _sorted(np.concatenate((asked, _points(apart, reach, far))), far)
-            block = self._taken(own, steps, far, t, longest)
-            reached = abs(block.elapsed[0])
-            if reached <= reach or reach > MOST_POINTS * apart:
-                return _counted(turns, block, state, t[: len(block.rows)], asked, far)
-            reach = 1.5 * reached
+        """Take natural steps from a state and sample them.
+
+        Parameters and result are those of `Compiled.block`, but samples may be 0. Angles that are
+        followed stand behind the states; they are told up to the time `reach` from the start, the
+        samples and the block's end if that comes before.
+        """
+        following, own = self.following, state[: self._units.size]
+        if following is None and (samples is None or samples.size == 0):
+            return self._taken(own, steps, far, None, longest)
+        forward = math.copysign(1.0, far)
+        asked = np.empty(0) if samples is None else np.maximum(forward * samples, 0.0)
+        points = np.linspace(0.0, reach, 1 + (following.parts(reach, steps) if following else 0))
+        t = distinct(np.concatenate(([0.0], points[1:], asked)))[0]
+        block = self._taken(own, steps, far, forward * t[1:], longest)
+        rows = np.concatenate((own[None], block.rows))
+        t = t[: len(rows)]
+        place = np.searchsorted(t, asked)
+        place = place[place < t.size]  # the block did not reach the others
+        if following is None:
+            return replace(block, rows=rows[place])
+
+        def more(t: Array) -> Array:
+            return self._taken(own, block.steps, far, t, longest).rows
+
+        end = np.array([block.elapsed[0]])
+        times = np.concatenate((t, forward * end, *(forward * h.t for h in block.hits)))
+        states = np.concatenate((rows, block.state[None], *(h.states for h in block.hits)))
+        unique, where = distinct(times)
+        first = (*state[own.size :].tolist(), math.nan)[:2]
+        told = following.followed(forward * unique, states[where], first, more)
+        told = told[:, : state.size - own.size]
+
+        def with_angles(t: Array, rows: Array) -> Array:
+            return np.concatenate((rows, told[np.searchsorted(unique, forward * t)]), axis=1)
+
+        return replace(
+            block,
+            state=with_angles(end, block.state[None])[0],
+            rows=with_angles(forward * t[place], rows[place]),
+            hits=tuple(Hits(h.t, h.t_low, with_angles(h.t, h.states)) for h in block.hits),
+        )
 
     def _own_time(self, far: float) -> float:
         """Return a time without end in the run's own unit of time, and finite."""
@@ -144,43 +183,3 @@ class Integrator:
             rows=done.rows * units,
             hits=tuple(Hits(h.t / pace, h.t_low / pace, h.states * units) for h in done.hits),
         )
-
-
-def _counted(turns: Turns, block: Block, state: Array, t: Array, asked: Array, far: float) -> Block:
-    """Return the block with the angles behind its states, and only the rows asked for."""
-    end = np.array([block.elapsed[0]])
-    parts = [(np.zeros(1), state[None, :-2]), (t, block.rows), (end, block.state[None])]
-    parts += [(hits.t, hits.states) for hits in block.hits]
-    times, rows = (np.concatenate(x) for x in zip(*parts, strict=True))
-    forward = math.copysign(1.0, far)
-    unique, where = distinct(forward * times)
-    first = (float(state[-2]), float(state[-1]))
-    angles = turns.followed(forward * unique, rows[where], first)
-
-    def with_angles(t: Array, rows: Array) -> Array:
-        return np.concatenate((rows, angles[np.searchsorted(unique, forward * t)]), axis=1)
-
-    place = np.searchsorted(forward * t, forward * asked)
-    place = place[place < t.size]  # the block did not reach the others
-    return Block(
-        state=with_angles(end, block.state[None])[0],
-        elapsed=block.elapsed,
-        steps=block.steps,
-        rows=with_angles(t[place], block.rows[place]),
-        hits=tuple(Hits(h.t, h.t_low, with_angles(h.t, h.states)) for h in block.hits),
-        singular=block.singular,
-    )
-
-
-def _points(apart: float, reach: float, far: float) -> Array:
-    """Return times so close together that the turns between them are decided."""
-    if not math.isfinite(apart):
-        return np.empty(0)
-    count = min(math.ceil(min(reach, 0.99 * abs(far)) / apart), MOST_POINTS)
-    points: Array = math.copysign(apart, far) * np.arange(1.0, count + 1)
-    return points[np.abs(points) < abs(far)]
-
-
-def _sorted(t: Array, far: float) -> Array:
-    forward = 1 if far > 0 else -1
-    return forward * distinct(forward * t)[0]

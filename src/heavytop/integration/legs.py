@@ -85,7 +85,7 @@ class Projected:
         elapsed: DoubleDouble,
         steps: int,
     ) -> Block:
-        hits = zip(*([_since(begun, h) for h in leg.hits] for begun, leg in legs), strict=True)
+        hits = zip(*([h.after(begun) for h in leg.hits] for begun, leg in legs), strict=True)
         return Block(
             state=state,
             elapsed=elapsed,
@@ -131,8 +131,3 @@ def _local(t: float, begun: DoubleDouble) -> float:
     """Return a time since a leg's start; one that is the start, within rounding, is just after."""
     local = (t - begun[0]) - begun[1]
     return local if local * t > 0 else math.copysign(float(np.finfo(float).tiny), t)
-
-
-def _since(begun: DoubleDouble, hits: Hits) -> Hits:
-    high, low = (np.full(hits.t.size, word) for word in begun)
-    return Hits(*add((high, low), (hits.t, hits.t_low)), hits.states)

@@ -12,7 +12,6 @@ import numpy as np
 from heavytop.errors import ForeignFile, Outcome
 from heavytop.hdf5 import array, attribute, opened
 from heavytop.integration.orbit import Checkpoint, Ending, Orbit, Seen
-from heavytop.integration.winding import Winding
 from heavytop.machine import versions
 from heavytop.run.events import Events
 from heavytop.run.netcdf import SCHEMA
@@ -167,7 +166,6 @@ def _orbit(file: Any, chosen: Plan, parameters: dict[str, float], outcome: Outco
     hits = tuple(_seen(file, f"zeros_{i}") for i in range(len(chosen.watched)))
     return Orbit(
         integrator=integrator_of(chosen, compiled_for(chosen), parameters, points[0]),
-        winding=Winding.of(parameters, points[0].state) if chosen.follows_phi else None,
         checkpoints=points,
         samples=Seen(t, t_low, states, phi),
         hits=hits,

@@ -13,7 +13,6 @@ from heavytop.integration.compiled import Compiled, compiled
 from heavytop.integration.integrator import Integrator
 from heavytop.integration.orbit import Checkpoint, integrate
 from heavytop.integration.turns import Turns
-from heavytop.integration.winding import Winding
 from heavytop.run.doubts import checked, forewarned
 from heavytop.run.estimates import most_steps
 from heavytop.run.finishing import Keeper, Progress, finished, in_decimals
@@ -109,14 +108,12 @@ def propagate(
     equations = compiled_for(chosen)
     parameters, start = binary_start(scene, chosen)
     samples = np.linspace(0.0, end, scene.samples)
-    winding = Winding.of(parameters, start.state) if chosen.follows_phi else None
     keeper = Keeper.of(checkpoint, scene, motion, chosen)
     began = time.perf_counter()
     orbit = integrate(
         integrator_of(chosen, equations, parameters, start),
         start,
         samples,
-        winding=winding,
         on_block=progress if chosen.precision == "double" else None,
         step_limit=step_limit or most_steps(motion, end),
         keep=keeper,
@@ -142,7 +139,12 @@ def integrator_of(
 ) -> Integrator:
     """Return what takes the steps of a plan's run from a start."""
     return Integrator.of(
-        chosen.equations, equations, parameters, start.state, projected=chosen.projected
+        chosen.equations,
+        equations,
+        parameters,
+        start.state,
+        projected=chosen.projected,
+        follows_phi=chosen.follows_phi,
     )
 
 
