@@ -16,22 +16,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.integration.turns import Turns
-from heavytop.integration.winding import More, Winding, distinct
+from heavytop.integration.winding import MOST_POINTS, More, Winding, distinct
 
 Array = NDArray[np.float64]
 Told = tuple[float, float]
 Row = Sequence[Any]
 
 NOT_TOLD: Final = (math.nan, math.nan)
-FITTING: Final = 5.0  # radians between the bounds of a change, so that one value fits
+FITTING: Final = 5.7  # radians between the bounds of a change, so that one value fits
 MOST_PARTS: Final = 8  # of a step, before its turns are told by where it goes
 
 
 class Following(Protocol):
     """What tells the turns between states of a formulation."""
 
-    def parts(self, length: float) -> int:
-        """Return into how many parts a step is divided [s]; 0 where bounds do not tell it."""
+    def parts(self, length: float, most: int | None = None) -> int:
+        """Return into how many parts a time is divided [s], for turns to be told in each.
+
+        Where bounds would take more parts than `most`, they are as many; 0 without `most`.
+        """
 
     def followed(self, t: Array, rows: Array, first: Told, more: More | None) -> Array:
         """Return phi and psi at some times, shape (k, 2), from those at the first [rad]."""
@@ -43,14 +46,15 @@ class FollowingAxis:
 
     winding: Winding
 
-    def parts(self, length: float) -> int:
-        """Return into how many parts a step is divided [s]; 0 where bounds do not tell it."""
-        apart = (self.winding.fastest - self.winding.slowest) * abs(length)
-        return max(1, math.ceil(apart / FITTING)) if apart < MOST_PARTS * FITTING else 0
+    def parts(self, length: float, most: int | None = None) -> int:
+        """Return into how many parts a time is divided, as `Following` does."""
+        parts = (self.winding.fastest - self.winding.slowest) * abs(length) / FITTING
+        return max(1, math.ceil(parts)) if parts < (most or MOST_PARTS) else most or 0
 
     def followed(self, t: Array, rows: Array, first: Told, more: More | None) -> Array:
         """Return phi and nan at some times, shape (k, 2), from phi at the first [rad]."""
-        phi = self.winding.on_branch(rows, first[0] + self.winding.turned(t, rows, more))
+        started = self.winding.started(rows[0], first[0])
+        phi = self.winding.on_branch(rows, started + self.winding.turned(t, rows, more))
         return np.stack((phi, np.full(t.size, math.nan)), axis=-1)
 
 
@@ -61,9 +65,9 @@ class FollowingAttitude:
     turns: Turns
     apart: float
 
-    def parts(self, length: float) -> int:
-        """Return into how many parts a step is divided [s]."""
-        return max(1, math.ceil(abs(length) / self.apart))
+    def parts(self, length: float, most: int | None = None) -> int:
+        """Return into how many parts a time is divided [s]."""
+        return max(1, math.ceil(min(abs(length) / self.apart, MOST_POINTS)))
 
     def followed(self, t: Array, rows: Array, first: Told, more: More | None) -> Array:
         """Return phi and psi at some times, shape (k, 2), from those at the first [rad]."""

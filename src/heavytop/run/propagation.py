@@ -20,14 +20,10 @@ from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import Rounded
 from heavytop.errors import BadScene, EndedEarly, Fault, Outcome
 from heavytop.integration.bits import bits_of, named
-from heavytop.integration.counting import Counting
-from heavytop.integration.engine import Engine
-from heavytop.integration.integrator import Integrator, integrator
-from heavytop.integration.legs import Projected
+from heavytop.integration.compiled import Compiled, compiled
+from heavytop.integration.integrator import Integrator
 from heavytop.integration.orbit import Checkpoint, Orbit, Seen, continued, integrate
-from heavytop.integration.projection import Projection
 from heavytop.integration.turns import Turns
-from heavytop.integration.winding import Winding
 from heavytop.numbers import Number
 from heavytop.run.checkpoints import Checkpoints, Progress
 from heavytop.run.doubts import checked, forewarned
@@ -156,22 +152,20 @@ def carried_out(
     began = time.perf_counter()
     _ = chosen.equations
     derive_s = time.perf_counter() - began
-    compiled = compiled_for(chosen)
+    equations = compiled_for(chosen)
     parameters, start = binary_start(scene, chosen)
     checkpoints = Checkpoints.of(checkpoint, scene, motion, chosen)
     began = time.perf_counter()
     orbit = integrate(
-        engine_of(chosen, compiled, parameters, start),
-        parameters,
+        integrator_of(chosen, equations, parameters, start),
         start,
         np.linspace(0.0, end, scene.samples),
-        winding=Winding.of(parameters, start.state) if chosen.follows_phi else None,
         on_block=progress if chosen.precision == "double" else None,
         step_limit=step_limit or most_steps(motion, end),
         keep=checkpoints,
     )
     cost = Statistics(
-        orbit.steps, compiled.order, derive_s, compiled.compile_s, time.perf_counter() - began
+        orbit.steps, equations.order, derive_s, equations.compile_s, time.perf_counter() - began
     )
     if checkpoints is not None:
         checkpoints.at_last(orbit)
@@ -301,7 +295,7 @@ def _gone_on(
     spent = part.statistics.integrate_s + time.perf_counter() - began
     if checkpoints is not None:
         checkpoints.at_last(orbit)
-    engine, told = orbit.integrator, part.statistics
+    engine, told = orbit.integrator.compiled, part.statistics
     cost = Statistics(orbit.steps, engine.order, told.derive_s, engine.compile_s, spent, told.whole)
     return _ended(scene, part.motion, chosen, orbit, cost, progress, part.decimals)
 
@@ -427,23 +421,25 @@ def _whole(samples: object) -> int:
         raise ValueError(f"samples: {wrong}") from None
 
 
-def compiled_for(chosen: Plan) -> Integrator:
-    """Return the compiled integrator of a plan."""
+def compiled_for(chosen: Plan) -> Compiled:
+    """Return the compiled equations of a plan."""
     form = chosen.equations
     tolerance = max(chosen.tolerance, EPSILON)  # more digits are the matter of `decimals`
-    return integrator(form.integrated or form, chosen.watched, tolerance)
+    return compiled(form.integrated or form, chosen.watched, tolerance)
 
 
-def engine_of(
-    chosen: Plan, compiled: Integrator, parameters: dict[str, float], start: Checkpoint
-) -> Engine:
-    """Return what takes the steps of a plan: the integrator, as it projects and counts turns."""
-    form = chosen.equations
-    engine: Engine = compiled
-    if chosen.projected:
-        state = start.state[: len(compiled.formulation.states)]
-        engine = Projected(compiled, Projection.of(compiled.formulation, parameters, state))
-    return engine if form.integrated is None else Counting(engine, form, Turns.of(parameters))
+def integrator_of(
+    chosen: Plan, equations: Compiled, parameters: dict[str, float], start: Checkpoint
+) -> Integrator:
+    """Return what takes the steps of a plan's run from a start."""
+    return Integrator.of(
+        chosen.equations,
+        equations,
+        parameters,
+        start.state,
+        projected=chosen.projected,
+        follows_phi=chosen.follows_phi,
+    )
 
 
 def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, float], Checkpoint]:
