@@ -15,7 +15,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.integration.engine import Array, Block, Engine, Hits
+from heavytop.integration.compiled import Array, Block, Hits
+from heavytop.integration.integrator import Integrator
 from heavytop.integration.winding import SLACK, Winding, azimuth, distinct
 from heavytop.numbers.double_double import DoubleDouble, add
 
@@ -77,8 +78,7 @@ class Seen:
 class Orbit:
     """The result of an integration; it can be asked for the state at any time it covers."""
 
-    integrator: Engine
-    parameters: dict[str, float]
+    integrator: Integrator
     winding: Winding | None
     checkpoints: tuple[Checkpoint, ...]
     samples: Seen
@@ -86,6 +86,11 @@ class Orbit:
     end: float
     steps: int
     ending: Ending
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Constants of the run, by symbol name."""
+        return self.integrator.parameters
 
     def at(self, t: Array) -> Seen:
         """Return the states at times between start and end, in any order, shape (k,)."""
@@ -102,9 +107,9 @@ class Orbit:
         back = np.argsort(order, kind="stable")
         return Seen(seen.t[back], seen.t_low[back], seen.rows[back], seen.phi[back])
 
-    def _within(self, engine: Engine, checkpoint: Checkpoint, t: Array) -> Seen:
+    def _within(self, engine: Integrator, checkpoint: Checkpoint, t: Array) -> Seen:
         far = _far(self.checkpoints[0].time[0], self.end)
-        run = _BlockRun(engine, self.parameters, self.winding, checkpoint, far)
+        run = _BlockRun(engine, self.winding, checkpoint, far)
         unique = run.forward * distinct(run.forward * t)[0]
         inverse = np.searchsorted(run.forward * unique, run.forward * t)
         _, seen, _, _ = run.observed(checkpoint.block_steps, unique, abs(run.local(unique[-1:])[0]))
@@ -112,8 +117,7 @@ class Orbit:
 
 
 def integrate(
-    integrator: Engine,
-    parameters: dict[str, float],
+    integrator: Integrator,
     start: Checkpoint,
     samples: Array,
     *,
@@ -127,9 +131,7 @@ def integrate(
 
     Parameters
     ----------
-    integrator : Engine
-    parameters : dict from str to float
-        Constants of the run, by symbol name.
+    integrator : Integrator
     start : Checkpoint
     samples : ndarray, shape (k,), k >= 1
         Strictly monotonic times on one side of the start [s]; the last is the end.
@@ -144,7 +146,7 @@ def integrate(
     keep : callable, optional
         Called after each block but the last with a function that returns the orbit so far.
     """
-    journey = _Journey(integrator, parameters, winding, start, samples)
+    journey = _Journey(integrator, winding, start, samples)
     journey.step_length = step_length
     ending: Ending = "reached"
     try:
@@ -182,7 +184,6 @@ def continued(
     before = orbit.checkpoints[-2] if len(orbit.checkpoints) > 1 else None
     rest = integrate(
         engine,
-        orbit.parameters,
         last,
         samples,
         winding=orbit.winding,
@@ -225,20 +226,15 @@ def _far(start: float, end: float) -> float:
 
 
 class _BlockRun:
-    """One block from its checkpoint, with samples and winding.
-
-    All runs of a thread share an integrator, so every block begins by loading its own constants.
-    """
+    """One block from its checkpoint, with samples and winding."""
 
     def __init__(
         self,
-        integrator: Engine,
-        parameters: dict[str, float],
+        integrator: Integrator,
         winding: Winding | None,
         start: Checkpoint,
         far: float,
     ) -> None:
-        integrator.load(parameters)
         self.integrator = integrator
         self.winding = winding
         self.start = start
@@ -330,14 +326,12 @@ class _Journey:
 
     def __init__(
         self,
-        integrator: Engine,
-        parameters: dict[str, float],
+        integrator: Integrator,
         winding: Winding | None,
         start: Checkpoint,
         samples: Array,
     ) -> None:
         self.integrator = integrator
-        self.parameters = parameters
         self.winding = winding
         self.samples = samples
         self.far = _far(start.time[0], float(samples[-1]))
@@ -363,7 +357,7 @@ class _Journey:
     def advance(self) -> bool:
         """Run one block; tell whether the next one can follow."""
         last = self.checkpoints[-1]
-        run = _BlockRun(self.integrator, self.parameters, self.winding, last, self.far)
+        run = _BlockRun(self.integrator, self.winding, last, self.far)
         remaining = np.abs(run.local(self.samples[self.done :]))
         block, seen, hits, phi = self._observed(run, remaining)
         self.seen.append(seen)
@@ -410,7 +404,7 @@ class _Journey:
         """
         width = len(self.integrator.formulation.states)
         none = _nothing(width)
-        channels = range(len(self.integrator.events))
+        channels = range(len(self.integrator.compiled.events))
         blocks, steps, end = len(self.seen), self.steps, self.reached
         if ending == "interrupted":
             last = self.checkpoints[-1]
@@ -418,7 +412,6 @@ class _Journey:
             end = _before(last.time[0], self.first)
         return Orbit(
             integrator=self.integrator,
-            parameters=self.parameters,
             winding=self.winding,
             checkpoints=tuple(self.checkpoints),
             samples=Seen.join([none, *self.seen[:blocks]]),

@@ -20,13 +20,12 @@ from typing import Any
 import heyoka as hy
 import numpy as np
 
-from heavytop.equations.formulation import Formulation
+from heavytop.equations.formulation import Formulation, power_of_rate
 from heavytop.equations.lambdify import NUMPY, lambdified
 from heavytop.integration.bits import LONG_DOUBLE
 from heavytop.integration.compiled import System
 from heavytop.integration.following import NOT_TOLD, Following, Told, Trail
-from heavytop.integration.pace import least_pace, unit_of
-from heavytop.integration.units import InTrueUnits
+from heavytop.integration.pace import in_units, paces_of
 
 HEAVY = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000
 DONE = frozenset(
@@ -119,8 +118,8 @@ class Precise:
         Constants of the run, by symbol name, as decimal texts.
     quick : bool
         Whether compiling is to be quick rather than the steps, which are the same bit for bit.
-    units : sequence of float
-        Of the states, powers of two: 1, and that of the rates; none if nothing is scaled.
+    pace : float
+        In whose unit of time steps are taken [1/s].
     """
 
     def __init__(
@@ -130,7 +129,7 @@ class Precise:
         parameters: Mapping[str, str],
         *,
         quick: bool = False,
-        units: Sequence[float] = (),
+        pace: float = 1.0,
     ) -> None:
         began = time.perf_counter()
         self.bits, self.hardware = bits, bits == LONG_DOUBLE
@@ -138,7 +137,9 @@ class Precise:
         self._events: dict[str, Callable[..., Any]] = {}
         self.following: Following | None = None  # tells phi and psi along the way
         self._turned = NOT_TOLD
-        self._taylor = self._compiled(system, units, 0 if quick else 3)
+        self._pace = pace
+        self._units = [self._pace ** power_of_rate(str(state)) for state, _ in system.equations]
+        self._taylor = self._compiled(system, 0 if quick else 3)
         self.order = int(self._taylor.order)
         self.compile_s = time.perf_counter() - began
 
@@ -232,19 +233,15 @@ class Precise:
         self._stride(mark, deque([(0, self.moment(far) + mark.t, None)]), [None], cut)
         return self._mark(mark)
 
-    def _compiled(self, system: System, units: Sequence[float], opt_level: int) -> Any:
+    def _compiled(self, system: System, opt_level: int) -> Any:
         number_type: dict[str, Any] = {"fp_type": np.longdouble}
         if not self.hardware:  # without compact mode compiling takes minutes
             number_type = {"fp_type": hy.real, "prec": self.bits, "compact_mode": True}
-        own = [unit for unit in units if unit != 1][:1]
-        pars = [
-            *(self._constants[name] for name in system.loaded),
-            *(self.number(repr(x)) for unit in own for x in (unit, 1 / unit)),
-        ]
+        constants = in_units(self._pace, self._constants)
+        pars = [constants[name] for name in system.loaded]
         start = [self.number("0")] * len(system.equations)
         number_type |= {"pars": pars, "opt_level": opt_level}
-        taylor = apart(lambda: hy.taylor_adaptive(system.equations, start, **number_type))
-        return InTrueUnits(taylor, [self.number(repr(u)) for u in units]) if own else taylor
+        return apart(lambda: hy.taylor_adaptive(system.equations, start, **number_type))
 
     def _stride(
         self, mark: Mark, waiting: deque[tuple[int, Any, str | None]], found: list[Any], cut: float
@@ -253,7 +250,7 @@ class Precise:
         taylor = self._taylor
         taylor.time = self.number("0")
         for i, value in enumerate(mark.state):
-            taylor.state[i] = value
+            taylor.state[i] = value / self._units[i]
         while waiting and waiting[0][1] == mark.t and waiting[0][2] is None:
             one = self._found(mark.t, mark.state)
             found[waiting.popleft()[0]] = replace(one, turned=mark.turned)
@@ -274,27 +271,27 @@ class Precise:
         cut: float,
         trail: Trail | None,
     ) -> int:
-        taylor = self._taylor
         longest = self.number(repr(cut))
         for step in range(MARK):
             if not waiting:
                 return step
             length = self._step(longest)
-            high, low = taylor.dtime
-            while waiting and abs(waiting[0][1] - mark.t) <= abs(self._widened(high, low)):
+            elapsed = self._elapsed()
+            while waiting and abs(waiting[0][1] - mark.t) <= abs(elapsed):
                 i, t, event = waiting.popleft()
-                since = self._narrowed(t - mark.t - self._widened(high, low))
+                since = self._narrowed(t - mark.t - elapsed)
                 found[i] = self._seen(mark, since, length, event)
                 if trail is not None and found[i] is not None:
                     moment = float(self.wide(found[i].t) - mark.t)
                     trail.see(i, moment, found[i].state)
             if trail is not None:
-                trail.step(float(high), float(length), taylor.state, self._before)
+                state = self._measured(self._taylor.state)
+                trail.step(float(elapsed), float(length), state, self._before)
         return MARK
 
     def _step(self, longest: Any) -> Any:
         """Take a natural step and return its length [s]."""
-        taylor = self._taylor
+        taylor, longest = self._taylor, longest * self._pace
         if self.bits < HEAVY:
             outcome, length = taylor.step(longest, write_tc=True)
         else:  # the same step; only this call lets other threads run meanwhile
@@ -302,15 +299,23 @@ class Precise:
             length = taylor.last_h
         if outcome not in DONE:
             raise Unfinished(str(outcome))
-        return length
+        return length / self._pace
 
     def _before(self, since: float) -> tuple[Any, ...]:
         """Return the state at a time since the end of the last step, in double."""
         return self._dense(self.number(repr(since)))
 
     def _mark(self, mark: Mark) -> Mark:
-        t = mark.t + self._widened(*self._taylor.dtime)
-        return Mark(t, tuple(self._taylor.state), mark.steps + MARK, self._turned)
+        state = self._measured(self._taylor.state)
+        return Mark(mark.t + self._elapsed(), state, mark.steps + MARK, self._turned)
+
+    def _elapsed(self) -> Any:
+        """Return the time since the last mark [s]."""
+        return self._widened(*self._taylor.dtime) / self._pace
+
+    def _measured(self, state: Sequence[Any]) -> tuple[Any, ...]:
+        """Return a state in seconds from one of the integrator's."""
+        return tuple(x * unit for x, unit in zip(state, self._units, strict=True))
 
     def _widened(self, high: Any, low: Any) -> Any:
         return hy.real(high, 2 * self.bits + 64) + hy.real(low, 2 * self.bits + 64)
@@ -327,12 +332,12 @@ class Precise:
             since = self._polished(event, since, abs(length))
         if since is None:
             return None
-        t = mark.t + self._widened(*self._taylor.dtime) + self._widened(since, self.number("0"))
+        t = mark.t + self._elapsed() + self._widened(since, self.number("0"))
         return self._found(t, self._dense(since))
 
     def _dense(self, since: Any) -> tuple[Any, ...]:
-        self._taylor.update_d_output(since, rel_time=True)
-        return tuple(self._taylor.d_output)
+        self._taylor.update_d_output(since * self._pace, rel_time=True)
+        return self._measured(self._taylor.d_output)
 
     def _polished(self, event: str, since: Any, length: Any) -> Any:
         """Return the zero of an event function by Newton's method, or None where it finds none."""
@@ -363,7 +368,7 @@ class PreciseIntegrator(Precise):
     events : sequence of str
         Names of the event functions whose zeros may be wanted.
     start : sequence of str
-        The states at the start of the run, as decimal texts: they tell the unit of its rates.
+        The states at the start of the run, as decimal texts: they tell its pace.
     """
 
     def __init__(
@@ -377,9 +382,8 @@ class PreciseIntegrator(Precise):
         began = time.perf_counter()
         self._asked = formulation, bits, dict(parameters), tuple(events), tuple(start)
         self.formulation = formulation
-        units = _units(formulation, parameters, start)
-        system = System.of(formulation, bits, scaled=bool(units))
-        super().__init__(system, bits, parameters, units=units)
+        pace = _pace(formulation, parameters, start)
+        super().__init__(System.of(formulation, bits), bits, parameters, pace=pace)
         self._events |= {name: self._event(name) for name in events}
         self.compile_s = time.perf_counter() - began
 
@@ -398,11 +402,9 @@ class PreciseIntegrator(Precise):
         return lambda *state: function(*state, *values)
 
 
-def _units(form: Formulation, parameters: Mapping[str, str], start: Sequence[str]) -> list[float]:
-    """Return the units of the states in the run from a start, none if all are one."""
+def _pace(form: Formulation, parameters: Mapping[str, str], start: Sequence[str]) -> float:
+    """Return the pace of the run from a start; one without a start."""
     if not start:
-        return []
-    states = list(zip(form.states, map(float, start), strict=True))
+        return 1.0
     constants = {name: float(text) for name, text in parameters.items()}
-    unit = unit_of([x for s, x in states if s in form.rates], least_pace(constants))
-    return [] if unit == 1 else [unit if s in form.rates else 1.0 for s in form.states]
+    return float(paces_of(form, np.array(list(map(float, start))), constants))
