@@ -17,8 +17,8 @@ from heavytop.equations import gradients
 from heavytop.equations.euler_poisson import axis_form
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import ImpossibleTop
-from heavytop.run.sensitivity import sensitivities, state_transition
-from heavytop.run.transition import at_start
+from heavytop.run.planning import plan
+from heavytop.run.sensitivities import at_start, sensitivities, state_transition
 from heavytop.scene.scene import shipped_scenes
 
 STEP = ht.Exact.of("1e-20")
@@ -65,8 +65,10 @@ def component(t, i, form):
 
 kicked = ht.load_scene("sicm-kicked", ['want.quantities=["theta"]'])
 motion = ht.Motion(kicked.top, kicked.start)
-gradient = gradients.start_gradient(axis_form(), "psidot")
-start = at_start(kicked, [x for row in gradient for x in row]).reshape(len(gradient), -1)
+gradient = gradients.start_gradient(axis_form(), (*NAMES, "psidot"))
+start = at_start(kicked, plan(kicked, "axis"), [x for row in gradient for x in row]).reshape(
+    len(gradient), -1
+)
 names = [p.name for p in axis_form().parameters]
 for periods, bound in ((1.3, 1e-13), (10.3, 1e-12), (100.3, 1e-11)):
     t = periods * motion.period

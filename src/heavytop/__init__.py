@@ -42,13 +42,13 @@ _HOMES = {
     "Plan": "run.planning",
     "Sample": "integration.quantities",
     "Scene": "scene.scene",
-    "Sensitivities": "run.sensitivity",
+    "Sensitivities": "run.sensitivities",
     "State": "scene.state",
     "StoppedEarly": "errors",
     "Stress": "studies.stresses.stress",
     "Top": "scene.top",
     "Trajectory": "run.trajectory",
-    "Transition": "run.transition",
+    "Transition": "run.sensitivities",
     "Validation": "claims.validation",
     "Verdict": "classification",
     "WorkPrecision": "studies.workprecs.work_precision",
@@ -72,8 +72,8 @@ _HOMES = {
     "propagate_many": "run.ensemble",
     "resume": "studies.resuming",
     "run_errors": "run.witness",
-    "sensitivities": "run.sensitivity",
-    "state_transition": "run.transition",
+    "sensitivities": "run.sensitivities",
+    "state_transition": "run.sensitivities",
     "stress": "studies.stresses.stressing",
     "validate": "claims.validating",
     "work_precision": "studies.workprecs.measuring",
@@ -185,9 +185,13 @@ if TYPE_CHECKING:
     from heavytop.run.folded import Folded, fold
     from heavytop.run.planning import Plan, plan
     from heavytop.run.propagation import extend, propagate
-    from heavytop.run.sensitivity import Sensitivities, sensitivities
+    from heavytop.run.sensitivities import (
+        Sensitivities,
+        Transition,
+        sensitivities,
+        state_transition,
+    )
     from heavytop.run.trajectory import Trajectory
-    from heavytop.run.transition import Transition, state_transition
     from heavytop.run.witness import Errors, run_errors
     from heavytop.scene.scene import Scene, load_scene
     from heavytop.scene.state import State

@@ -14,7 +14,7 @@ from heavytop.equations.formulation import FORMULATIONS
 from heavytop.equations.lambdify import lambdified
 from heavytop.errors import BadScene, DoubtfulWarning, EndedEarly, NotANumber, Outcome
 from heavytop.run.planning import start_values
-from heavytop.run.sensitivity import UNITS, sensitivities, state_transition
+from heavytop.run.sensitivities import UNITS, sensitivities, state_transition
 
 mp = mpmath.mp.clone()
 mp.dps = 60
@@ -400,6 +400,14 @@ def test_the_scenes_samples_by_default():
     assert found.times == pytest.approx(np.linspace(0, 2, 11))
     states = ht.propagate(scene).samples.states
     assert found.states == pytest.approx(states, abs=1e-12)
+
+
+@pytest.mark.parametrize("wanted", [("class",), ("theta",)])
+def test_auto_takes_a_formulation_whatever_is_wanted(wanted):
+    scene = replace(scene_of(SICM, theta="1e-3", psidot=200), quantities=wanted)
+    auto, axis = (state_transition(scene, name, t=[0.1]) for name in ("auto", "axis"))
+    assert np.array_equal(auto.matrix, axis.matrix)
+    assert sensitivities(scene, "auto").period == pytest.approx(sensitivities(scene).period)
 
 
 def test_threads_have_their_own():

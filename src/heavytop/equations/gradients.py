@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -12,9 +12,7 @@ import sympy as sp
 from heavytop.equations.formulation import Formulation, spin, time, turned_phi
 from heavytop.equations.lambdify import Functions, lambdified
 
-A, C, gMR, theta, thetadot, phidot, psidot, omega3, kappa = sp.symbols(
-    "A C gMR theta thetadot phidot psidot omega3 kappa", real=True
-)
+theta, phidot, psidot, omega3, kappa = sp.symbols("theta phidot psidot omega3 kappa", real=True)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,59 +99,43 @@ def observed(
     return lambdified(seen, (*formulation.states, *constants), number, functions)
 
 
-def inputs(held: str) -> tuple[Any, ...]:
-    """Return the symbols of what a scene gives, with the spin that it holds.
-
-    The angles phi and psi of the start are left out: no rate depends on them.
-
-    Examples
-    --------
-    >>> inputs("omega3")
-    (A, C, gMR, theta, thetadot, phidot, omega3)
-    """
-    return A, C, gMR, theta, thetadot, phidot, {"psidot": psidot, "omega3": omega3}[held]
-
-
 @cache
-def start_gradient(formulation: Formulation, held: str) -> tuple[tuple[Any, ...], ...]:
+def start_gradient(formulation: Formulation, given: tuple[str, ...]) -> Sequence[Sequence[Any]]:
     """Return the derivatives of the states at the start, then of the parameters: a row for each.
 
-    The columns are those of `inputs`.
+    The columns are those of numbers that a scene gives, by name. With omega3 among them it is held,
+    and psidot not.
     """
-    spinning = {"psidot": psidot, "omega3": omega3 - phidot * sp.cos(theta)}[held]
-    values = (*formulation.start, *formulation.parameters.values())
-    return tuple(
-        tuple(sp.diff(x.subs(psidot, spinning), each) for each in inputs(held)) for x in values
-    )
+    by = sp.symbols(given, real=True)
+    values = sp.Matrix((*formulation.start, *formulation.parameters.values()))
+    if omega3 in by:
+        values = values.subs(psidot, omega3 - phidot * sp.cos(theta))
+    return values.jacobian(by).tolist()  # type: ignore[no-any-return]
 
 
 @cache
-def observed_gradient(
-    formulation: Formulation, names: tuple[str, ...]
-) -> Callable[..., list[list[Any]]]:
-    """Return a function of the formulation's arguments, with a row for each name.
+def observed_gradient(formulation: Formulation, *, angles: bool) -> Callable[..., list[list[Any]]]:
+    """Return a function of the formulation's arguments, with a row for the zero of turning points.
 
-    ``turning`` is its event function, ``height`` cos(theta); ``phi`` and ``psi`` are up to whole
-    turns. A row holds the derivatives by the states and by the parameters, and last that by time
-    along the motion.
+    With `angles` phi and psi, up to whole turns, have a row each too. A row holds the derivatives
+    by the states and by the parameters, and last that by time along the motion.
     """
     by = (*formulation.states, *formulation.parameters)
     rows = [
         [*(sp.diff(x, each) for each in by), formulation.flow_derivative(x) + sp.diff(x, time)]
-        for x in map(_observables(formulation).get, names)
+        for x in (formulation.events["turning"], *(_angles(formulation) if angles else ()))
     ]
     return lambdified(rows, formulation.arguments())
 
 
-def _observables(formulation: Formulation) -> Mapping[str, Any]:
+def _angles(formulation: Formulation) -> tuple[Any, Any]:
+    """Return phi and psi, of the attitude form smooth where it moves through a pole."""
     outputs = formulation.outputs
-    found = {"turning": formulation.events["turning"], "height": formulation.height, **outputs}
-    found.setdefault("phi", outputs.get("phi_mod"))
-    if "psi" in outputs:
-        found["psi"] = outputs["psi"].subs(turned_phi, found["phi"])
-    if "quaternion_0" in outputs:  # the attitude moves smoothly through the poles
-        turns = dict(zip(spin, (sp.cos(kappa * time / 2), sp.sin(kappa * time / 2)), strict=True))
-        w, x, y, z = (outputs[f"quaternion_{i}"].subs(turns) for i in range(4))
-        plus, minus = sp.atan2(z, w), sp.atan2(y, x)
-        found |= {"phi": plus + minus, "psi": plus - minus}
-    return found
+    if "quaternion_0" not in outputs:
+        phi = outputs.get("phi", outputs.get("phi_mod"))
+        return phi, outputs["psi"].subs(turned_phi, phi)
+    half = kappa * time / 2
+    turns = dict(zip(spin, (sp.cos(half), sp.sin(half)), strict=True))
+    w, x, y, z = (outputs[f"quaternion_{i}"].subs(turns) for i in range(4))
+    plus, minus = sp.atan2(z, w), sp.atan2(y, x)
+    return plus + minus, plus - minus

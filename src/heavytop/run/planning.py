@@ -192,7 +192,7 @@ def span(scene: Scene, motion: Motion) -> float:
         return float(scene.time)
     if motion.period is None:
         rule = f"no nutation period to count: {motion.kind}; give span.time in seconds"
-        raise _refusal(scene, "span.periods", str(scene.periods), rule)
+        raise refusal(scene, "span.periods", str(scene.periods), rule)
     assert scene.periods is not None
     return float(scene.periods) * motion.period
 
@@ -200,7 +200,8 @@ def span(scene: Scene, motion: Motion) -> float:
 # --- what cannot be had ------------------------------------------------------------------------
 
 
-def _refusal(scene: Scene, key: str, value: str, rule: str) -> BadScene:
+def refusal(scene: Scene, key: str, value: str, rule: str) -> BadScene:
+    """What refuses a scene, by the rule that one of its keys breaks."""
     return BadScene((Fault(scene.name, None, key, value, rule),))
 
 
@@ -375,7 +376,7 @@ def _precise_and_projected(scene: Scene, found: Plan) -> Iterator[str]:
     bits = bits_of(found.precision)
     if bits > MOST_BITS:
         rule = f"over this span they take {bits:.3g} bits, and {MOST_BITS} are the most"
-        raise _refusal(scene, "want.digits", str(scene.digits), rule)
+        raise refusal(scene, "want.digits", str(scene.digits), rule)
     if bits > DOUBLE and not found.folded:
         events = "events are looked for where the closed form has them"
         yield f"{found.precision}: for {scene.digits} digits at the end; {events}"
@@ -384,7 +385,7 @@ def _precise_and_projected(scene: Scene, found: Plan) -> Iterator[str]:
         if bits > DOUBLE:
             rule = f"only in double precision, and {scene.digits} digits take more"
         if rule:
-            raise _refusal(scene, "projected", "", rule)
+            raise refusal(scene, "projected", "", rule)
         yield f"projected onto {', '.join(found.equations.invariants)} every few nutations"
 
 

@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
+from heavytop.integration.variational import VariedRun
 from heavytop.run.planning import closed_form_of, plan, span
+from heavytop.run.sensitivities import varied_run
 from heavytop.run.tally import Counts, tally
-from heavytop.run.transition import Numbers, integrated, numbers
 from heavytop.scene.scene import Scene
 from heavytop.studies.stresses.cases import cases
 
@@ -131,7 +132,7 @@ def _followed(scene: Scene, motion: Motion, end: float) -> tuple[float, float | 
     longest = FOLLOWED * motion.period if motion.period else math.inf
     reach = min(abs(end), longest)
     times = np.linspace(0.0, math.copysign(reach, end), LOOKS)
-    varied = numbers(scene, plan(scene, "axis"))
+    varied = varied_run(scene, plan(scene, "axis"))
     sizes, states = _sizes(varied, times)
     later = [
         _sizes(replace(varied, state=states[k]), times[-1:] - times[k])[0]
@@ -141,7 +142,7 @@ def _followed(scene: Scene, motion: Motion, end: float) -> tuple[float, float | 
     return worst * abs(end) / reach, _lost(varied, times, sizes)
 
 
-def _lost(varied: Numbers, times: Array, sizes: Array) -> float | None:
+def _lost(varied: VariedRun, times: Array, sizes: Array) -> float | None:
     """When a rounding of the start has grown to all there is, if it has at a time of a grid.
 
     It grows and shrinks again as the axis nears the vertical and leaves it, so that only a grid
@@ -156,15 +157,13 @@ def _lost(varied: Numbers, times: Array, sizes: Array) -> float | None:
     return float(finer[np.argmax(found * ROUNDINGS * UNIT >= 1.0)])
 
 
-def _sizes(varied: Numbers, times: Array) -> tuple[Array, Array]:
+def _sizes(varied: VariedRun, times: Array) -> tuple[Array, Array]:
     """The condition of the axis at times since a start, inf at the last if it overflows; states."""
-    found = integrated(varied, times.tolist())
-    found = found.at(found.reached)  # before the derivatives have overflowed
+    found = varied(times.tolist())
+    found = found[np.isfinite(found[:, 0, 0])]  # before the derivatives have overflowed
     size = math.hypot(*varied.state[3:5], varied.constants["l_z"])
-    scale = np.array([1.0, 1.0, 1.0, size, size])
-    by = np.array([abs(varied.constants["g"]), size])
-    states, constants = found.matrix[:, :3] * scale, found.by_parameters[:, :3] * by
-    sizes = np.sqrt((states**2).sum(axis=(1, 2)) + (constants**2).sum(axis=(1, 2)))
+    scale = np.array([1.0, 1.0, 1.0, size, size, abs(varied.constants["g"]), size])
+    sizes = np.sqrt(((found[:, :3, 1:] * scale) ** 2).sum(axis=(1, 2)))
     if len(sizes) < len(times):
         sizes = np.append(sizes, math.inf)
-    return sizes, found.states
+    return sizes, found[:, :, 0]
