@@ -14,13 +14,13 @@ from heavytop.analytic.motion import Motion
 from heavytop.errors import EndedEarly, Outcome
 from heavytop.integration.orbit import Orbit, Seen
 from heavytop.run.estimates import SINGULAR
-from heavytop.run.orbit_events import orbit_events
+from heavytop.run.events import orbit_events
 from heavytop.run.planning import Plan, span
 from heavytop.run.trajectory import Statistics, Trajectory
 from heavytop.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from heavytop.run.decimals.result import Decimals
+    from heavytop.run.high_precision import Decimals
 
 Progress = Callable[[float], None]
 EVERY_S = 10.0  # between two saves of a trajectory on its way
@@ -159,12 +159,12 @@ def in_decimals(
         An interrupt or a singularity; it carries the trajectory in doubles.
     """
     from heavytop.integration.precise import Unfinished
-    from heavytop.run.decimals import result
+    from heavytop.run import high_precision
 
     scene, spent = trajectory.scene, trajectory.statistics
     parts = (trajectory.motion, trajectory.plan, trajectory.orbit)
     try:
-        decimals, events = result.in_decimals(scene, *parts, before, progress)
+        decimals, events = high_precision.in_decimals(scene, *parts, before, progress)
     except KeyboardInterrupt:
         doubles = replace(trajectory, outcome=Outcome.INTERRUPTED)
         raise EndedEarly(Outcome.INTERRUPTED, doubles) from None
