@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import compress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -127,11 +128,9 @@ class Events:
         """
         if kind not in KINDS:
             raise ValueError(f"kind: one of {', '.join(KINDS)}, not {kind!r}")
-        wanted = [k == kind or (kind == "turning" and k != "reversal") for k in self.kind]
-        here = np.array(wanted, dtype=bool)
-        kept = {name: getattr(self, name)[here] for name in STORED}
-        kinds = tuple(k for k, wants in zip(self.kind, wanted, strict=True) if wants)
-        return Events(kind=kinds, asked=self.asked, **kept)
+        here = [k == kind or (kind == "turning" and k in TURNING) for k in self.kind]
+        kept = {name: getattr(self, name)[np.array(here, dtype=bool)] for name in STORED}
+        return Events(tuple(compress(self.kind, here)), asked=self.asked, **kept)
 
     @property
     def is_turning(self) -> NDArray[np.bool_]:
@@ -153,11 +152,7 @@ class Events:
         """
         if event not in EVENTS:
             raise ValueError(f"event: one of {', '.join(EVENTS)}, not {event!r}")
-        if event not in self.asked:
-            return None
-        if event == "turning":
-            return int(self.is_turning.sum())
-        return sum(k == event for k in self.kind)
+        return len(self.of(event)) if event in self.asked else None
 
 
 @dataclass(frozen=True, slots=True)

@@ -161,10 +161,9 @@ def in_decimals(
     from heavytop.integration.precise import Unfinished
     from heavytop.run import high_precision
 
-    scene, spent = trajectory.scene, trajectory.statistics
-    parts = (trajectory.motion, trajectory.plan, trajectory.orbit)
+    spent = trajectory.statistics
     try:
-        decimals, events = high_precision.in_decimals(scene, *parts, before, progress)
+        decimals, events = high_precision.in_decimals(trajectory, before, progress)
     except KeyboardInterrupt:
         doubles = replace(trajectory, outcome=Outcome.INTERRUPTED)
         raise EndedEarly(Outcome.INTERRUPTED, doubles) from None

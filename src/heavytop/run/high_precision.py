@@ -6,7 +6,8 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from itertools import groupby
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -36,6 +37,9 @@ from heavytop.run.events import Event, Events, precise_events
 from heavytop.run.planning import Plan, start_values
 from heavytop.run.tally import schedule
 from heavytop.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from heavytop.run.trajectory import Trajectory
 
 SPARE_DIGITS = 12  # of the numbers that quantities are formed in,
 SPARE_IN_TIME = 20  # and of the times at which events are looked for
@@ -106,23 +110,26 @@ class PreciseRun:
         """Return what to ask for at a time, or at the zero of an event function close to it."""
         return Wanted(self.ctx.nstr(self.ctx.mpf(t), self.ctx.dps), event)
 
-    def walk(self, wanted: Sequence[Wanted], on_mark: Callable[[float], None] | None) -> Walk:
-        """Take natural steps from the start until everything wanted is found."""
+    def walk(
+        self,
+        wanted: Sequence[Wanted],
+        on_mark: Callable[[float], None] | None = None,
+        first: int = 0,
+    ) -> Walk:
+        """Take natural steps from a mark, the start for one, until everything wanted is found."""
         with self._alone:
-            return self.engine.walk(self.marks[0], wanted, self.far, self.longest, on_mark)
+            return self.engine.walk(self.marks[first], wanted, self.far, self.longest, on_mark)
 
     def at(self, times: Sequence[Number]) -> tuple[Sample, ...]:
         """Return the motion at times between start and end [s], in any order."""
         wanted = [self.wanted(t) for t in times]
-        groups: dict[int, list[int]] = {}
-        for i, one in enumerate(wanted):
-            groups.setdefault(self._mark_before(one), []).append(i)
+        before = [self._mark_before(one) for one in wanted]
+        order = sorted(range(len(wanted)), key=before.__getitem__)
         found: dict[int, Any] = {}
-        for k, group in groups.items():
-            each = [wanted[i] for i in group]
-            with self._alone:
-                walk = self.engine.walk(self.marks[k], each, self.far, self.longest)
-            found |= zip(group, walk.found, strict=True)
+        for first, group in groupby(order, before.__getitem__):
+            indices = list(group)
+            walk = self.walk([wanted[i] for i in indices], first=first)
+            found |= zip(indices, walk.found, strict=True)
         return self.numbers(self.sampled([found[i] for i in range(len(wanted))]))
 
     def _mark_before(self, wanted: Wanted) -> int:
@@ -218,10 +225,7 @@ class Decimals:
 
 
 def in_decimals(
-    scene: Scene,
-    motion: Motion,
-    chosen: Plan,
-    orbit: Orbit,
+    trajectory: Trajectory,
     before: Decimals | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Decimals, Events]:
@@ -229,24 +233,22 @@ def in_decimals(
 
     Parameters
     ----------
-    scene : Scene
-    motion : Motion
-    chosen : Plan
-    orbit : Orbit
-        The run in double precision.
+    trajectory : Trajectory
+        In double precision.
     before : Decimals, optional
         What the run is a continuation of, with the first of its sample times.
     progress : callable, optional
         Called with the fraction done.
     """
-    run = PreciseRun.of(chosen, start_values(scene), orbit)
+    scene, motion, orbit = trajectory.scene, trajectory.motion, trajectory.orbit
+    run = PreciseRun.of(trajectory.plan, start_values(scene), orbit)
     began = time.perf_counter()
     times = _sample_times(scene, motion, run.ctx, before)
     expected = schedule(motion, times[-1], scene.events, scene.digits + SPARE_IN_TIME)
     wanted = [run.wanted(t) for t in times]
     for kind, t in expected:  # a zero near each event, or the start where that is one
-        function = "reversal" if kind == "reversal" else "turning"
-        wanted.append(run.wanted(t, function if t else None))
+        event = "reversal" if kind == "reversal" else "turning"
+        wanted.append(run.wanted(t, event if t else None))
     walk = run.walk(wanted, progress and (lambda t: progress(t / orbit.end)))
     run = replace(run, marks=walk.marks)
     seen = [one for one in walk.found[: len(times)] if one is not None]
@@ -321,21 +323,16 @@ def text_variables(decimals: Decimals) -> Variables:
 
 def kept_variables(decimals: Decimals) -> Variables:
     """Return the times and states of samples and events with all their bits."""
-    whole, width = decimals.run.whole, len(decimals.run.engine.formulation.states)
     kept: Variables = {"decimal_steps": ((), decimals.steps)}
+    width = len(decimals.run.engine.formulation.states)
     for over, samples in _samples_over(decimals).items():
-        times = [whole(s.t) for s in samples]
-        states = [[whole(x) for x in s.states[:width]] for s in samples]
-        turned = [(s.phi, s.states[-1]) for s in samples]  # of which axis and attitude have turns
-        kept[f"decimal_{over}_time"] = (over, np.array(times, dtype=str))
-        kept |= {
-            f"decimal_{over}_states": (
-                (over, "decimal_state"), np.array(states, dtype=str).reshape(-1, width),
-            ),
-            f"decimal_{over}_turned": (
-                (over, "decimal_angle"), np.array(turned, dtype=np.float64).reshape(-1, 2),
-            ),
-        }  # fmt: skip
+        numbers = [[decimals.run.whole(x) for x in (s.t, *s.states[:width])] for s in samples]
+        texts = np.array(numbers, dtype=str).reshape(-1, width + 1)
+        # of phi, and of psi less its uniform part, their turns; the states hold the rest
+        turned = np.array([(s.phi, s.states[-1]) for s in samples], dtype=np.float64)
+        kept[f"decimal_{over}_time"] = (over, texts[:, 0])
+        kept[f"decimal_{over}_states"] = ((over, "decimal_state"), texts[:, 1:])
+        kept[f"decimal_{over}_turned"] = ((over, "decimal_angle"), turned.reshape(-1, 2))
     return kept
 
 
