@@ -14,7 +14,7 @@ from claim import claim, finish
 
 import heavytop as ht
 from heavytop.equations.euler_poisson import axis_form
-from heavytop.integration.integrator import integrator
+from heavytop.integration.compiled import Compiled
 
 TOPS = int(sys.argv[1]) if len(sys.argv) > 1 else 100_000
 ROUNDING = 1e-12  # of phidot sin^2, beside p/A: zero as far as an integration can see
@@ -59,7 +59,7 @@ def seen(taylor, A, C, gMR, theta, thetadot, phidot, omega3):
 
 
 random = np.random.default_rng(2026)
-taylor = integrator(axis_form(None), ("turning",), 2.0**-52)
+taylor = Compiled(axis_form(None), ("turning",), 2.0**-52)
 kinds, wrong, uncertain, blurred = Counter(), [], 0, 0
 for _ in range(TOPS):
     numbers = drawn(random)

@@ -14,7 +14,7 @@ from heavytop.equations.formulation import FORMULATIONS
 from heavytop.equations.lambdify import lambdified
 from heavytop.equations.reduced_cubic import cubic_form
 from heavytop.integration import projection
-from heavytop.integration.engine import Block
+from heavytop.integration.compiled import Block
 from heavytop.integration.legs import EVEN, GOLDEN, Projected
 from heavytop.integration.projection import Projection
 from heavytop.numbers import Exact
@@ -206,18 +206,25 @@ def test_a_stored_run_is_the_run(whole, tmp_path):
     assert_same_run(ht.extend(whole, later), ht.extend(loaded, later))
 
 
+def legs_of(run):
+    """The legs of a run whose unit of time is the second."""
+    integrator = run.orbit.integrator.for_this_thread()
+    assert integrator.pace == 1
+    integrator.compiled.load(run.orbit.parameters)
+    return Projected(integrator.compiled, integrator.projection)
+
+
 def test_legs_lose_no_time(whole):
     """Samples and events of a late leg are those of a leg run by itself, low words and all."""
-    projected, start = whole.orbit.integrator.for_this_thread(), whole.orbit.checkpoints[0].state
-    projected.load(whole.orbit.parameters)
+    projected, start = legs_of(whole), whole.orbit.checkpoints[0].state
     stride = projected.stride
     first = projected.block(start, 20 * stride, 1e4)
     wanted = first.elapsed[0] + np.array([1.0, 1.7])
     both = projected.block(start, 21 * stride, 1e4, wanted)
     local = (wanted - first.elapsed[0]) - first.elapsed[1]
-    mean = projected.engine.block(start, stride, 1e4).elapsed[0] / stride
+    mean = projected.compiled.block(start, stride, 1e4).elapsed[0] / stride
     even = mean * (1 - EVEN * (20 * GOLDEN % 1))
-    second = projected.engine.block(first.state, stride, 1e4, local, even)
+    second = projected.compiled.block(first.state, stride, 1e4, local, even)
     assert same(both.rows, second.rows)
     assert both.elapsed == add(first.elapsed, second.elapsed)
     for all_of_them, later in zip(both.hits, second.hits, strict=True):
@@ -257,13 +264,12 @@ def test_no_sample_is_passed_over(gap):
 def test_what_nobody_looks_at_is_the_same(samples):
     """Legs without events and samples take a shorter way: to the same bits."""
     run = ht.propagate(scene(700, "want.events=[]"), formulation="cubic", projected=True)
-    projected, start = run.orbit.integrator.for_this_thread(), run.orbit.checkpoints[0].state
-    projected.load(run.orbit.parameters)
+    projected, start = legs_of(run), run.orbit.checkpoints[0].state
     block = projected.block(start, 1980, 1e4, None if samples is None else np.array(samples))
     state, elapsed, mean, even = start, (0.0, 0.0), None, None
     strides = [projected.stride] * (1980 // projected.stride) + [1980 % projected.stride]
     for k, steps in enumerate(strides, start=1):
-        leg = projected.engine.block(state, steps, 1e4, longest=even)
+        leg = projected.compiled.block(state, steps, 1e4, longest=even)
         mean = mean or leg.elapsed[0] / steps
         even = mean * (1 - EVEN * (k * GOLDEN % 1))
         state, elapsed = projected.projection(leg.state), add(elapsed, leg.elapsed)

@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 
 import heavytop as ht
 from heavytop.equations.quaternion import attitude_form
-from heavytop.integration.counting import Counting
-from heavytop.integration.engine import Block
-from heavytop.integration.turns import Turns
+from heavytop.integration.compiled import Block
+from heavytop.integration.integrator import Integrator
 from heavytop.integration.winding import MOST_POINTS
 from heavytop.run.witness import closed_form
 
@@ -183,21 +182,26 @@ def test_a_top_that_rests_upright_takes_one_step():
     top = ht.Top(A=1, C=0.5, gMR=1e4)
     trajectory = run(ht.Scene(top, ht.State(theta=0, phi=1, psi=2), time=1e6, quantities=ANGLES))
     assert trajectory.statistics.steps <= 2
-    assert trajectory.orbit.integrator.turns.decided(trajectory.samples.states[0]) == np.inf
+    assert trajectory.orbit.integrator.following.apart == np.inf
     assert np.max(np.abs(trajectory.phi - 1)) < 1e-15
     assert np.max(np.abs(trajectory.psi - 2)) < 1e-15
 
 
 def test_a_step_of_any_length_is_seen_at_no_more_points_than_memory_holds():
     class Leap:
+        formulation = attitude_form()
+
+        def load(self, constants):
+            pass
+
         def block(self, state, steps, far, samples, longest):
             self.asked = samples.size
             rows = np.broadcast_to(state, (samples.size, state.size))
             return Block(state, (far / 2, 0.0), 1, rows, (), singular=False)
 
     engine, state = Leap(), np.array([0.6, 0.8, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    turns = Turns(g=1.0, l_z=0.0, P_plus=0.0, P_minus=0.0)
-    Counting(engine, attitude_form("angles"), turns).block(state, 1, 1e9)
+    still = {"g": 1.0, "l_z": 0.0, "P_plus": 0.0, "P_minus": 0.0}
+    Integrator.of(attitude_form("angles"), engine, still, state).block(state, 1, 1e9, reach=1e8)
     assert engine.asked == MOST_POINTS
 
 

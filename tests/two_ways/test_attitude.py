@@ -216,7 +216,7 @@ def test_the_closed_form_is_that_of_the_runs_own_numbers():
     state = orbit.checkpoints[0].state.copy()
     state[:4] *= 1 + 1e-9
     start = replace(orbit.checkpoints[0], state=state)
-    longer = integrate(orbit.integrator, orbit.parameters, start, trajectory.t)
+    longer = integrate(orbit.integrator, start, trajectory.t)
     other = replace(trajectory, orbit=longer)
     theta = closed_form(other)(other.t).theta
     assert np.max(np.abs(other.theta - theta)) < 1e-14

@@ -9,7 +9,7 @@ import sympy as sp
 from heavytop.equations import euler_angles, reduced_cubic
 from heavytop.equations import lagrangian as lag
 from heavytop.equations.euler_poisson import deviation, frame_rate, kappa
-from heavytop.equations.formulation import FORMULATIONS, spin, time, turned_phi
+from heavytop.equations.formulation import FORMULATIONS, power_of_rate, spin, time, turned_phi
 from heavytop.equations.lagrangian import normal_form
 
 FORMS = {
@@ -42,6 +42,36 @@ def along_the_motion(expression, form=None):
     if form is None or form.name != "attitude":
         return rate
     return rate - form.parameters[kappa] * sp.diff(expression, lag.psi)
+
+
+@every_form
+def test_in_another_unit_of_time_the_equations_are_the_same(form):
+    """Every state and constant measured in a third of a second, by the power of 1/s in its unit."""
+    powers = {"energy": 2, "p_phi": 1, "p_psi": 1, "length": 0}
+    symbols = (*form.states, *form.parameters, *form.given)
+    rated = {s: power_of_rate(s.name) for s in symbols}
+    for state, derivative in zip(form.states, form.derivatives, strict=True):
+        assert power_in(derivative, rated) == rated[state] + 1
+    for name, invariant in form.invariants.items():
+        assert power_in(invariant, rated) == powers[name]
+    for event in form.events.values():  # their zeros are the same whatever the power is
+        assert power_in(event, rated) in (1, 2)
+    assert power_in(form.spin, rated) == 1
+    scene = dict.fromkeys(SYMBOLS, 0) | dict.fromkeys(lag.VELOCITIES, 1) | {lag.gMR: 2}
+    for symbol, value in (*zip(form.states, form.start, strict=True), *form.parameters.items()):
+        if value != 0:
+            assert power_in(value, scene) == rated[symbol], symbol
+
+
+def power_in(expression, powers):
+    """The power of three that comes out where symbols are multiplied by powers of three."""
+    numbers = random.Random(5)
+    values = {s: sp.Rational(numbers.randint(10, 99), 101) for s in powers}
+    thrice = {s: x * 3 ** powers[s] for s, x in values.items()}
+    before, after = (sp.sympify(expression).subs(v).evalf(50) for v in (values, thrice))
+    power = sp.log(after / before, 3).evalf(40)
+    assert abs(power - round(power)) < 1e-30, expression
+    return round(power)
 
 
 @every_form

@@ -1,19 +1,19 @@
-"""Steps held against states of the size of one: fast and slow tops keep the digits of slow ones."""
+"""Time in a unit of the top's own: fast and slow tops keep the digits of ordinary ones."""
 
 import math
 import warnings
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import heavytop as ht
+from heavytop.equations.euler_poisson import axis_form
+from heavytop.integration import pace as paces
 from heavytop.integration.compiled import Compiled
-from heavytop.integration.integrator import Integrator
 from heavytop.integration.orbit import continued, integrate
-from heavytop.integration.pace import FAST, SLOW, unit_of, units_of
+from heavytop.integration.pace import FAST, SLOW, in_units, paces_of
 from heavytop.run.planning import plan
-from heavytop.run.propagation import binary_start, compiled_for
+from heavytop.run.propagation import binary_start, compiled_for, integrator_of
 
 ROUNDING = 2.0**-53
 KICKED = {"theta": "0.5", "thetadot": "1", "phidot": "-1"}
@@ -58,14 +58,15 @@ def test_a_fast_kicked_top_keeps_its_axis(spin, formulation, projected):
 
 
 @pytest.mark.parametrize(("spin", "least", "most"), [("1e6", 1e-11, 1e-10), ("1e8", 1e-9, 1e-8)])
-def test_one_number_for_all_states_would_lose_it(spin, least, most):
-    """The same steps without a unit for the rates: the claim of the table in the docs."""
+def test_one_number_for_all_states_would_lose_it(spin, least, most, monkeypatch):
+    """The same steps, with time in seconds: the claim of the table in the docs."""
+    monkeypatch.setattr(paces, "FAST", math.inf)
     scene = kicked(spin)
     chosen = plan(scene, "axis")
     parameters, start = binary_start(scene, chosen)
     end = 99.618 * ht.Motion(scene.top, scene.start).period
-    engine = Integrator(replace(chosen.equations, rates=()), (), 2.0**-52)
-    orbit = integrate(engine, parameters, start, np.array([end]))
+    engine = integrator_of(chosen, compiled_for(chosen), parameters, start)
+    orbit = integrate(engine, start, np.array([end]))
     exact = ht.Motion(scene.top, scene.start).at(end, digits=30)
     error = math.dist(orbit.samples.rows[-1, :3], [float(x) for x in exact.axis])
     assert least < error < most
@@ -163,39 +164,62 @@ def _pair(spin):
 class TestExactness:
     @pytest.mark.parametrize("formulation", ["axis", "attitude", "cubic", "subsystem", "routh"])
     def test_powers_of_two_change_nothing_but_the_step(self, formulation):
-        """One step of a given length, in units from 2^-9 to 2^9: the same bits, true units."""
+        """One step of a given length, in units of time from 2^-9 to 2^9 s."""
         scene = ht.load_scene("sicm-kicked", ['want.quantities=["theta"]'])
         chosen = plan(scene, formulation)
-        plain = compiled_for(chosen)
+        form = compiled_for(chosen).formulation
         parameters, start = binary_start(scene, chosen)
-        form = plain.formulation
+        compiled = Compiled(form, ("turning",), 2.0**-52)
         ends = {}
-        for unit in (1.0, 2.0**-9, 2.0**9, 2.0**3):
-            compiled = Compiled(form, ("turning",), 2.0**-52, scaled=True)
-            compiled.load(parameters)
-            compiled.begin_in(unit, start.state[: len(form.states)])
-            compiled.taylor.step(1e-3)
-            ends[unit] = compiled.true(compiled.own.copy())
+        for pace in (1.0, 2.0**-9, 2.0**9, 2.0**3):
+            units = np.where(form.is_rate, pace, 1.0)
+            compiled.load(in_units(pace, parameters))
+            state = start.state[: len(form.states)] / units
+            step = 1e-3 * pace
+            ends[pace] = compiled.block(state, 1, 1e9, longest=step).state * units
         first = ends.pop(1.0)
         for end in ends.values():
             # the order of a series is the same, and so is its sum at the same time
             assert np.allclose(end, first, rtol=4 * ROUNDING, atol=0)
         assert any(np.array_equal(end, first) for end in ends.values())
 
-    def test_units_are_powers_of_two_and_one_for_ordinary_tops(self):
-        for pace in np.logspace(-300, 300, 400).tolist():
-            unit = unit_of([pace, -pace / 3], 0.0)
-            assert math.frexp(unit)[0] == 0.5
-            if SLOW <= pace <= FAST:
-                assert unit == 1
-            elif 1e-150 < pace < 1e150:
-                assert 0.5 <= pace / unit < 1
-            assert units_of(np.array([[pace, -pace / 3]]), np.zeros(1))[0] == unit
+    def test_paces_are_powers_of_two_and_one_for_ordinary_tops(self):
+        for rate in np.logspace(-300, 300, 400).tolist():
+            pace = pace_of(rate, -rate / 3)
+            assert math.frexp(pace)[0] == 0.5
+            if SLOW <= rate <= FAST:
+                assert pace == 1
+            elif 1e-150 < rate < 1e150:
+                assert 0.5 <= rate / pace < 1
 
     @pytest.mark.parametrize("odd", [math.nan, math.inf, 0.0])
-    def test_what_has_no_pace_has_no_unit(self, odd):
-        assert unit_of([odd], 0.0) == 1
-        assert units_of(np.array([[odd]]), np.zeros(1))[0] == 1
+    def test_what_has_no_pace_has_none_of_its_own(self, odd):
+        assert pace_of(odd, odd) == 1
+
+    def test_many_paces_are_those_of_each(self):
+        rates = np.logspace(-200, 200, 41)
+        states = np.stack((rates, rates, rates, rates, -rates), axis=-1)
+        many = paces_of(axis_form(), states, {"g": np.zeros(41)})
+        assert np.array_equal(many, [pace_of(rate, -rate) for rate in rates.tolist()])
+
+    @pytest.mark.parametrize("rate", ["1e-110", "1e110"])
+    @pytest.mark.parametrize("formulation", ["axis", "attitude", "cubic", "routh"])
+    def test_nothing_overflows_or_vanishes(self, rate, formulation):
+        """Times, constants and states as far from one as tops come."""
+        start = ht.State(theta="0.5", thetadot=rate, phidot=f"-{rate}", omega3=f"3*{rate}")
+        for g in (f"{rate}*{rate}", "1e-230"):
+            scene = ht.Scene(
+                ht.Top(1, 1, g), start, time=f"20.618/{rate}", quantities=("theta",),
+                events=("turning",), samples=7,
+            )  # fmt: skip
+            run = ht.propagate(scene, formulation=formulation)
+            motion = ht.Motion(scene.top, scene.start)
+            for t, theta in zip(run.t.tolist(), run.samples.theta.tolist(), strict=True):
+                assert abs(float(motion.at(t, digits=30).theta) - theta) < 1e-13
+
+
+def pace_of(*rates):
+    return float(paces_of(axis_form(), np.array([0, 0, 1, *rates]), {"g": 0.0}))
 
 
 class TestBits:
@@ -213,7 +237,7 @@ class TestBits:
         assert np.array_equal(orbit.samples.rows[-1], sampled.orbit.samples.rows[-1])
         engine = orbit.integrator
         first = orbit.checkpoints[0]
-        half = integrate(engine, orbit.parameters, first, np.array([orbit.end / 3]))
+        half = integrate(engine, first, np.array([orbit.end / 3]))
         rest = continued(half, np.array([orbit.end]))
         assert np.array_equal(rest.samples.rows[-1], orbit.samples.rows[-1])
         assert np.array_equal(rest.hits[0].t, orbit.hits[0].t)
@@ -221,9 +245,9 @@ class TestBits:
         middle = orbit.at(np.array([orbit.end / 3]))
         assert np.array_equal(middle.rows, half.samples.rows)
 
-    def test_an_ordinary_top_compiles_nothing_more(self):
-        run = ht.propagate(ht.load_scene("sicm-kicked"))
-        assert run.orbit.integrator._scaled is None
+    def test_time_of_an_ordinary_top_is_in_seconds(self):
+        assert ht.propagate(ht.load_scene("sicm-kicked")).orbit.integrator.pace == 1
+        assert ht.propagate(kicked("1e3")).orbit.integrator.pace == 512
 
 
 class TestEvents:

@@ -47,7 +47,6 @@ def lagrange_form(_: str | None = None) -> Formulation:
         start=both,
         parameters=_TOP,
         outputs=outputs | _space_vectors(outputs),
-        rates=(),
     )
 
 
@@ -73,7 +72,6 @@ def subsystem_form(variant: str | None = None) -> Formulation:
             "p_psi": for_psi / A,
         },
         spin=for_psi / A,
-        rates=lag.VELOCITIES,
     )
 
 
@@ -103,7 +101,6 @@ def routh_form(variant: str | None = None) -> Formulation:
         events={"turning": thetadot, "reversal": _precise},
         invariants={"energy": _without_cancellation(energy)},
         spin=p_psi / A,
-        rates=(thetadot,),
     )
 
 

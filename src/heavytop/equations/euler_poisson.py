@@ -61,7 +61,6 @@ def axis_form(psi: str | None = None) -> Formulation:
             "length": e.dot(e),
         },
         spin=ell.dot(e),
-        rates=(l_x, l_y),
     )
     return form if psi is None else _with_psi(form, psi)
 

@@ -11,11 +11,29 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
+import numpy as np
 import sympy as sp
+from numpy.typing import NDArray
 
 time = sp.Symbol("t", real=True)
 turned_phi = sp.Symbol("turned_phi", real=True)
 spin = sp.symbols("spin_cos spin_sin", real=True)  # of kappa t / 2, to their own digits
+
+_RATES = "thetadot phidot psidot wdot l_x l_y l_z n kappa omega3 P P_plus P_minus p_psi p_minus"
+_POWERS = {
+    name: power
+    for power, names in ((1, f"{_RATES} frame_rate phi_rate psi_rate"), (2, "g gMR h k_0 k_1 k_2"))
+    for name in names.split()
+}
+
+
+def power_of_rate(name: str) -> int:
+    """Return the power of 1/s in the unit of a state or a constant, by the name of its symbol.
+
+    Measured in another unit of time, equations and events are the same functions of states and
+    constants: they are homogeneous in these powers.
+    """
+    return _POWERS.get(name, 0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,10 +65,6 @@ class Formulation:
         ``p_psi`` are p_phi/A and p_psi/A [1/s].
     spin : sympy expression
         p_psi/A, a function of states and parameters.
-    rates : tuple of sympy symbols
-        Those of the states that are rates [rad/s], as large or small as the top is fast or slow;
-        the others are of the size of one. Empty where angles grow in the state, which would only
-        be the largest states the sooner.
     given : tuple of symbols
         Parameters that are free: the motion is the same for any value (a frame's rate).
     integrated : Formulation, optional
@@ -68,7 +82,6 @@ class Formulation:
     events: Mapping[str, Any]
     invariants: Mapping[str, Any]
     spin: Any
-    rates: tuple[Any, ...] = ()
     given: tuple[Any, ...] = ()
     integrated: Formulation | None = None
 
@@ -76,6 +89,11 @@ class Formulation:
     def starts_at_pole(self) -> bool:
         """Whether theta = 0 and theta = pi are ordinary points."""
         return FORMULATIONS[self.name].starts_at_pole
+
+    @property
+    def is_rate(self) -> NDArray[np.bool_]:
+        """Which states are rates [rad/s]; the others have no time in their units."""
+        return np.array([power_of_rate(s.name) == 1 for s in self.states])
 
     @property
     def height(self) -> Any:

@@ -49,7 +49,6 @@ def cubic_form(variant: str | None = None) -> Formulation:
         events={"turning": side * wdot, "reversal": P + side * n * w},
         invariants={"energy": h + (wdot**2 - wdot_squared) / 2},
         spin=n,
-        rates=(wdot,),
     )
 
 

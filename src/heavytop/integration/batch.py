@@ -2,8 +2,7 @@
 
 One integrator is reused: its lanes are loaded with the next tops, never cloned. All lanes advance
 until the slowest has arrived, and a lane that leaves the finite numbers stops them all, so such a
-top is found out by itself and the others are run without it. Tops whose rates need a unit go apart
-from the others, each with its own.
+top is found out by itself and the others are run without it. Each lane has its own unit of time.
 """
 
 from __future__ import annotations
@@ -20,9 +19,8 @@ from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.integration.bits import DOUBLE
-from heavytop.integration.compiled import System
-from heavytop.integration.integrator import Array
-from heavytop.integration.pace import least_pace, units_of
+from heavytop.integration.compiled import Array, System
+from heavytop.integration.pace import in_units, paces_of
 
 Indices = NDArray[np.int64]
 Hits = list[tuple[int, int, float, bytes]]  # event, lane, time, state
@@ -96,22 +94,23 @@ class BatchIntegrator:
     width: int = field(init=False)
     parameters: tuple[str, ...] = field(init=False)
     found: Hits = field(init=False)
-    _scaled: _Lanes | None = field(init=False, repr=False)  # built where a motion needs it
-    _plain: _Lanes = field(init=False, repr=False)
+    taylor: Any = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         self.width, self.found = int(hy.recommended_simd_size()), []
-        self._plain, self._scaled = _Lanes(self, scaled=False), None
-        loaded, known = self._plain.loaded, {p.name for p in self.formulation.parameters}
+        system = System.of(self.formulation, DOUBLE, self.events)
+        loaded, known = system.loaded, {p.name for p in self.formulation.parameters}
         self.parameters = (*loaded, *(n for n in PACE if n in known and n not in loaded))
-
-    def lanes(self, *, scaled: bool) -> _Lanes:
-        """Return the compiled equations, plain or scaled."""
-        if not scaled:
-            return self._plain
-        if self._scaled is None:
-            self._scaled = _Lanes(self, scaled=True)
-        return self._scaled
+        self.taylor = hy.taylor_adaptive_batch(
+            system.equations,
+            np.zeros((len(system.equations), self.width)),
+            pars=np.zeros((len(loaded), self.width)),
+            tol=self.tolerance,
+            nt_events=[
+                hy.nt_event_batch(zero, _recorder(self.found, i))
+                for i, zero in enumerate(system.zeros)
+            ],
+        )
 
     def run(
         self,
@@ -146,85 +145,48 @@ class BatchIntegrator:
         sound = np.isfinite(ends)
         for given in (states, parameters):
             sound &= np.isfinite(given).all(axis=1)
-        units = self._units(states, parameters)
         free = np.full(ends.size, np.inf)
         bounds = [free if each is None else each for each in (longest, first)]
-        journey = _Journey(self, (states, parameters, ends, *bounds), units, step_limit or 0, halt)
-        sound &= ~journey.hopeless()
-        order = np.argsort(np.where(sound, ends, np.inf), kind="stable")[: int(sound.sum())]
-        for scaled in (False, True):
-            mine = order[(units[order] != 1) == scaled]
-            spare = -mine.size % self.width  # the last batch is filled up with its first top
-            journey.advance(np.concatenate((mine, np.repeat(mine[-1:], spare))), spare)
-        return journey.arrived()
-
-    def _units(self, states: Array, parameters: Array) -> Array:
-        """Return the unit of each top's rates, shape (k,)."""
-        form = self.formulation
-        rates = states[:, [i for i, s in enumerate(form.states) if s in form.rates]]
-        told = {n: parameters[:, i] for i, n in enumerate(self.parameters)}
+        times = (ends, *bounds)
         with np.errstate(all="ignore"):  # what is no number is found out lane by lane
-            return units_of(rates, np.broadcast_to(least_pace(told), len(states)))
-
-
-class _Lanes:
-    """The equations compiled for many tops at a time, plain or scaled."""
-
-    def __init__(self, engine: BatchIntegrator, *, scaled: bool) -> None:
-        found = System.of(engine.formulation, DOUBLE, engine.events, scaled=scaled)
-        self.loaded, self.scaled = found.loaded, scaled
-        self.taylor = hy.taylor_adaptive_batch(
-            found.equations,
-            np.zeros((len(found.equations), engine.width)),
-            pars=np.zeros((len(found.loaded) + 2 * scaled, engine.width)),
-            tol=engine.tolerance,
-            nt_events=[
-                hy.nt_event_batch(zero, _recorder(engine.found, i))
-                for i, zero in enumerate(found.zeros)
-            ],
-        )
-
-    def constants(self, parameters: Array, units: Array) -> Array:
-        """Return what is loaded, shape (k, p)."""
-        loaded = parameters[:, : len(self.loaded)]
-        return np.column_stack((loaded, units, 1 / units)) if self.scaled else loaded
+            journey = _Journey(self, (states, parameters, *times), step_limit or 0, halt)
+        sound &= ~journey.hopeless(sound)
+        ends = journey.given[2]
+        order = np.argsort(np.where(sound, ends, np.inf), kind="stable")[: int(sound.sum())]
+        spare = -order.size % self.width  # the last batch is filled up with its first top
+        journey.advance(np.concatenate((order, np.repeat(order[-1:], spare))), spare)
+        return journey.arrived()
 
 
 class _Journey:
-    """Many tops under way."""
+    """Many tops under way, each in its own unit of time."""
 
     def __init__(
-        self,
-        engine: BatchIntegrator,
-        given: tuple[Array, ...],
-        units: Array,
-        limit: int,
-        halt: Event | None,
+        self, engine: BatchIntegrator, given: tuple[Array, ...], limit: int, halt: Event | None
     ) -> None:
-        form, (states, *others) = engine.formulation, given
-        self.engine, self.limit, self.unit, self.halt = engine, limit, units, halt or Event()
-        rates = np.array([s in form.rates for s in form.states])
-        self.units = np.where(rates, units[:, None], 1.0)
-        self.given = states / self.units, *others
+        form, (states, parameters, *times) = engine.formulation, given
+        self.engine, self.limit, self.halt = engine, limit, halt or Event()
+        told = dict(zip(engine.parameters, parameters.T, strict=True))
+        self.pace = paces_of(form, states, told)
+        self.units = np.where(form.is_rate, self.pace[:, None], 1.0)
+        constants = list(in_units(self.pace, told).values())[: len(engine.taylor.pars)]
+        loaded = np.stack(constants, axis=-1)
+        self.given = states / self.units, loaded, *(t * self.pace for t in times)
         self.states = np.full_like(states, np.nan)
         self.ending = np.full(len(states), int(Lane.SINGULAR))
         self.hits: list[tuple[Indices, Hits]] = []
 
-    def hopeless(self) -> NDArray[np.bool_]:
+    def hopeless(self, sound: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Which would need more than all steps even if each were as long as it may be."""
         _, _, ends, longest, _ = self.given
-        sound = np.isfinite(ends) & np.isfinite(self.given[0]).all(axis=1)
         with np.errstate(invalid="ignore", over="ignore"):
-            far = np.abs(ends) > self.limit * longest
-        beyond: NDArray[np.bool_] = sound & far & (self.limit > 0)
+            far = (np.abs(ends) > self.limit * longest) & (self.limit > 0)
+        beyond: NDArray[np.bool_] = sound & (far | np.isinf(ends))
         self.ending[beyond] = Lane.STEP_LIMIT
         return beyond
 
     def advance(self, tops: Indices, spare: int = 0) -> None:
-        """Integrate tops in full batches; those of a batch that was stopped go one by one.
-
-        Either all of them are scaled, or none.
-        """
+        """Integrate tops in full batches; those of a batch that was stopped go one by one."""
         if tops.size == 0:
             return
         width = self.engine.width
@@ -254,18 +216,17 @@ class _Journey:
         t = np.array([hit[2] for hit in hits], dtype=np.float64)
         states = np.frombuffer(b"".join(hit[3] for hit in hits)).reshape(-1, width)
         order = np.lexsort((np.abs(t), which))
-        in_units = states[order] * self.units[which[order]]
-        zeros = Zeros(which[order], event[order], t[order], in_units)
+        which = which[order]
+        zeros = Zeros(
+            which, event[order], t[order] / self.pace[which], states[order] * self.units[which]
+        )
         return Arrived(self.states * self.units, self.ending, zeros)
 
     def _propagated(self, lanes: Indices, ends: Array) -> tuple[Array, Array, Indices]:
         """Run every batch: last states (b, n, w), times reached (b, w), zeros found after each."""
-        found = self.engine.found
-        compiled = self.engine.lanes(scaled=bool(self.unit[lanes[0, 0]] != 1))
-        taylor = compiled.taylor
+        found, taylor = self.engine.found, self.engine.taylor
         found.clear()
-        states, parameters, _, longest, begin = self.given
-        loaded = compiled.constants(parameters, self.unit)
+        states, loaded, _, longest, begin = self.given
         first = np.ascontiguousarray(states[lanes].transpose(0, 2, 1))
         constants = np.ascontiguousarray(loaded[lanes].transpose(0, 2, 1))
         last, reached = np.empty_like(first), np.empty_like(ends)

@@ -1,20 +1,19 @@
-"""A formulation as heyoka compiles it, in its own units or with its rates in another one.
+"""A formulation compiled by heyoka, and its one motion: a block of natural steps.
 
-heyoka holds the error of a step against one number, the largest state. An axis is of the size of
-one whatever the top does; the angular momentum beside it may be a million times as large, or as
-small, and then one of the two is held to few digits, unseen. So the same equations are had in
-another way: with rates in a unit of theirs, a power of two that is loaded like a constant,
-
-    x = s y,    dy/dt = f(s y) / s.
-
-Products with powers of two are exact, in every coefficient of a series as well. So nothing changes
-but the largest state, and with it the length of a step.
+A trajectory is made of blocks of steps whose length heyoka chose itself. Shortening a step to land
+on a sample would change every later step; counting steps does not, so a block run again from its
+start, with other samples, gives the same bits. Each block measures time from its own start: the
+equations are autonomous, and a small time keeps its last digits.
 """
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cache
+from threading import get_ident
 from typing import Any, Self
 
 import heyoka as hy
@@ -24,11 +23,13 @@ from numpy.typing import NDArray
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import evaluated
 from heavytop.integration.bits import DOUBLE
-from heavytop.integration.engine import Hits
+from heavytop.numbers.double_double import DoubleDouble, add
 
 Array = NDArray[np.float64]
 
 MOST_CACHED = 256 * 2**20  # bytes of compiled code that heyoka keeps on disk: some hundred programs
+HALVINGS = 6  # of a first step, lest it hold a zero that is taken for the start
+NATURAL = frozenset({hy.taylor_outcome.step_limit, hy.taylor_outcome.time_limit})
 _HEYOKAS_OWN = 20 * 2**30  # its limit where nobody has set one
 _FUNCTIONS = {name: getattr(hy, name) for name in ("sin", "cos", "sqrt", "exp", "log")}
 
@@ -79,10 +80,9 @@ class System:
     equations : list of pairs of heyoka expressions
         The states, each with its time derivative.
     loaded : tuple of str
-        Constants of a run, by symbol name: ``par[0]``, ``par[1]``, ... After them a scaled
-        formulation has the unit of its rates and its reciprocal.
+        Constants of a run, by symbol name: ``par[0]``, ``par[1]``, ...
     zeros : list of heyoka expressions
-        Event functions; scaled ones in that unit too: heyoka holds the error against their values.
+        Event functions.
     """
 
     equations: list[tuple[Any, Any]]
@@ -90,23 +90,17 @@ class System:
     zeros: list[Any] = field(default_factory=list)
 
     @classmethod
-    def of(
-        cls, form: Formulation, bits: int, events: tuple[str, ...] = (), *, scaled: bool = False
-    ) -> Self:
+    def of(cls, form: Formulation, bits: int, events: tuple[str, ...] = ()) -> Self:
         """Return that of a formulation and of its events, for numbers of so many bits."""
         watched = [form.events[name] for name in events]
         loaded = form.constants_in((*form.derivatives, *watched))
-        unit, reciprocal = (hy.par[len(loaded) + i] for i in range(2))
-        rates = set(form.rates) if scaled else set()
-        states = {s: hy.expression(s.name) for s in form.states}
-        names = {s.name: unit * y if s in rates else y for s, y in states.items()}
-        names |= {p.name: hy.par[i] for i, p in enumerate(loaded)}
-        derivatives = zip(states.items(), translated(form.derivatives, names, bits), strict=True)
-        zeros = translated(watched, names, bits)
+        states = {s.name: hy.expression(s.name) for s in form.states}
+        names = states | {p.name: hy.par[i] for i, p in enumerate(loaded)}
+        derivatives = translated(form.derivatives, names, bits)
         return cls(
-            [(y, reciprocal * f if s in rates else f) for (s, y), f in derivatives],
+            list(zip(states.values(), derivatives, strict=True)),
             tuple(p.name for p in loaded),
-            [reciprocal * zero for zero in zeros] if scaled else zeros,
+            translated(watched, names, bits),
         )
 
     @classmethod
@@ -131,6 +125,56 @@ class System:
         return cls(list(zip(states, derivatives, strict=True)), ("g", "l_z"))
 
 
+@dataclass(frozen=True, slots=True)
+class Hits:
+    """Zeros of one event function: times since the block's start and full states there.
+
+    The times [s] are high and low words: a block's start may itself be a sum.
+    """
+
+    t: Array
+    t_low: Array
+    states: Array
+
+    @classmethod
+    def join(cls, parts: Sequence[Hits]) -> Hits:
+        """Return the parts one after the other."""
+        columns = (np.concatenate([getattr(p, name) for p in parts]) for name in cls.__slots__)
+        return cls(*columns)
+
+    def after(self, begun: DoubleDouble) -> Hits:
+        """Return them with times since what was so long before the block's start [s]."""
+        high, low = (np.full(self.t.size, word) for word in begun)
+        return Hits(*add((high, low), (self.t, self.t_low)), self.states)
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """What a block of natural steps left behind.
+
+    Attributes
+    ----------
+    state : ndarray, shape (n,)
+        The state after the last step.
+    elapsed : tuple of float
+        Time since the block's start, as a double-double [s].
+    steps : int
+        Steps taken.
+    rows : ndarray, shape (k, n)
+        States at those of the sample times that the block reached.
+    hits : tuple of Hits, one per event function
+    singular : bool
+        Whether the next step would have left the finite numbers.
+    """
+
+    state: Array
+    elapsed: DoubleDouble
+    steps: int
+    rows: Array
+    hits: tuple[Hits, ...] = ()
+    singular: bool = False
+
+
 @dataclass(eq=False)
 class Compiled:
     """A compiled formulation; parameters are loaded, never compiled in.
@@ -139,88 +183,154 @@ class Compiled:
     ----------
     formulation : Formulation
     events : tuple of str
+        Names of the formulation's event functions to be watched. They take part in the choice
+        of the step, so another set of events is another run.
     tolerance : float
         Relative error tolerance of a step.
-    scaled : bool
-        Whether its rates have a unit of their own.
-
-    Attributes
-    ----------
-    taylor : heyoka's integrator
-    own : ndarray, shape (n,)
-        The integrator's state, in its units; looked up once: short runs feel it.
-    units : ndarray, shape (n,)
-        Of the states, powers of two.
     """
 
     formulation: Formulation
     events: tuple[str, ...]
     tolerance: float
-    scaled: bool = False
-    taylor: Any = field(init=False, repr=False)
-    own: Array = field(init=False, repr=False)
-    units: Array = field(init=False, repr=False)
-    _unit: float = field(init=False, default=1.0)
-    _parameters: tuple[str, ...] = field(init=False)
+    compile_s: float = field(init=False)
+    order: int = field(init=False)
+    nothing: Array = field(init=False, repr=False)  # no rows of states
+    _taylor: Any = field(init=False, repr=False)
+    _own: Array = field(init=False, repr=False)  # heyoka's state: looking it up takes time
+    _loaded: tuple[str, ...] = field(init=False)
     _sinks: tuple[_Sink, ...] = field(init=False)
 
     def __post_init__(self) -> None:
-        found = System.of(self.formulation, DOUBLE, self.events, scaled=self.scaled)
-        self._parameters = found.loaded
-        self._sinks = tuple(_Sink() for _ in found.zeros)
-        self.taylor = hy.taylor_adaptive(
-            found.equations,
-            [0.0] * len(found.equations),
-            pars=[0.0] * len(found.loaded) + [1.0, 1.0] * self.scaled,
+        began = time.perf_counter()
+        system = System.of(self.formulation, DOUBLE, self.events)
+        self._loaded = system.loaded
+        self._sinks = tuple(_Sink() for _ in system.zeros)
+        self._taylor = hy.taylor_adaptive(
+            system.equations,
+            [0.0] * len(system.equations),
+            pars=[0.0] * len(system.loaded),
             tol=self.tolerance,
             nt_events=[
                 hy.nt_event(zero, sink.recorder())
-                for zero, sink in zip(found.zeros, self._sinks, strict=True)
+                for zero, sink in zip(system.zeros, self._sinks, strict=True)
             ],
         )
-        self.own, self.units = self.taylor.state, np.ones(len(found.equations))
+        self._own = self._taylor.state
+        self.nothing = np.empty((0, self._own.size))
+        self.order = int(self._taylor.order)
+        self.compile_s = time.perf_counter() - began
 
     def load(self, parameters: Mapping[str, float]) -> None:
         """Load the constants of a run, by the names of their symbols."""
-        count = len(self._parameters)
-        self.taylor.pars[:count] = [parameters[name] for name in self._parameters]
+        self._taylor.pars[:] = [parameters[name] for name in self._loaded]
 
-    def begin(self, state: Array) -> None:
-        """Stand at a state, at time 0."""
-        self.taylor.time = 0.0
-        self.own[:] = state
+    def block(
+        self,
+        state: Array,
+        steps: int,
+        far: float,
+        samples: Array | None = None,
+        longest: float | None = None,
+    ) -> Block:
+        """Take natural steps from a state and sample their Taylor polynomials.
 
-    def begin_in(self, unit: float, state: Array) -> None:
-        """Stand at a state with rates in a unit [rad/s], at time 0."""
-        if unit != self._unit:
-            self._measured_in(unit)
-        self.begin(state / self.units)
+        Parameters
+        ----------
+        state : ndarray, shape (n,)
+        steps : int
+            How many steps to take.
+        far : float
+            A time no block of interest reaches, with the sign of the direction [s]; only a step
+            longer than that is cut.
+        samples : ndarray, shape (k,), optional
+            Monotonic times since the block's start, none of them 0 [s].
+        longest : float, optional
+            The longest step to take [s].
+        """
+        self._begin(state)
+        outcome, taken, rows = self._propagated(steps, far, samples, longest)
+        if taken == steps or outcome in NATURAL:
+            return Block(self._own.copy(), self._taylor.dtime, taken, rows, self._hits())
+        if taken == 0:
+            return Block(state.copy(), (0.0, 0.0), 0, rows[:0], self._hits(), singular=True)
+        return replace(self.block(state, taken, far, samples, longest), singular=True)
 
-    def forget(self) -> None:
-        """Forget the zeros of event functions."""
+    def unseen(
+        self, state: Array, steps: int, far: float, longest: float | None
+    ) -> tuple[Array, DoubleDouble] | None:
+        """Take the steps of a block of which only the end is wanted; None if it is a shorter one.
+
+        The state is heyoka's own: the next steps overwrite it.
+        """
+        self._begin(state)
+        bound = {} if longest is None else {"max_delta_t": longest}
+        if self._taylor.propagate_until(far, max_steps=steps, **bound)[3] < steps:
+            return None
+        return self._own, self._taylor.dtime
+
+    def cautious_step(self, state: Array, far: float) -> float | None:
+        """Return a bound for the first steps: a little above the step beside the start [s].
+
+        At a start with a symmetry, such as rest, every other Taylor coefficient vanishes or even
+        three of four, and with them the two from which heyoka chooses the length of its step.
+        """
+        taylor = self._taylor
+        self._begin(state)
+        tiny = math.copysign(float(np.finfo(float).tiny), far)
+        taylor.step(tiny, write_tc=True)
+        speed = float(np.max(np.abs(taylor.tc[:, 1])))
+        if not 0 < speed < math.inf:
+            return None
+        aside = 1e-1 * max(1.0, float(np.max(np.abs(state)))) / speed
+        self._begin(state)
+        taylor.step(math.copysign(min(aside, abs(far)), far))
+        taylor.time = 0.0
+        _, length = taylor.step(far)
+        if not (math.isfinite(length) and length):
+            return None
+        return self._without_echo(state, math.copysign(1.25 * length, far))
+
+    def for_this_thread(self) -> Compiled:
+        """Return the one like this that belongs to the calling thread."""
+        return compiled(self.formulation, self.events, self.tolerance)
+
+    def _begin(self, state: Array) -> None:
+        """Stand at a state, at time 0, with no zeros found."""
+        self._taylor.time = 0.0
+        self._own[:] = state
         for sink in self._sinks:
             sink.clear()
 
-    @property
-    def echoes(self) -> bool:
-        """Whether a zero at the very start was found twice."""
-        return any(sink.t.count(0.0) > 1 for sink in self._sinks)
+    def _propagated(
+        self, steps: int, far: float, samples: Array | None, longest: float | None
+    ) -> tuple[Any, int, Array]:
+        """Return how the steps ended, how many there were, and the states at the samples."""
+        bound = {"max_steps": steps, "max_delta_t": math.inf if longest is None else longest}
+        if samples is None or samples.size == 0:
+            result = self._taylor.propagate_until(far, **bound)
+            return result[0], result[3], self.nothing
+        grid = np.empty(samples.size + 2)
+        grid[0], grid[1:-1], grid[-1] = 0.0, samples, far
+        result = self._taylor.propagate_grid(grid, **bound)
+        return result[0], result[3], result[5][1 : 1 + samples.size]
 
-    def true(self, rows: Array) -> Array:
-        """Return states, shape (..., n), in the formulation's own units."""
-        return rows * self.units if self.scaled else rows
+    def _hits(self) -> tuple[Hits, ...]:
+        return tuple([sink.hits(self._own.size) for sink in self._sinks])
 
-    def hits(self) -> tuple[Hits, ...]:
-        """Return the zeros of event functions met since they were forgotten."""
-        width = self.own.size
-        found = (sink.hits(width) for sink in self._sinks)
-        return tuple([Hits(h.t, h.t_low, self.true(h.states)) for h in found])
+    def _without_echo(self, state: Array, bound: float) -> float:
+        """Return the size of a bound, halved until the first step loses no zero to its start [s].
 
-    def _measured_in(self, unit: float) -> None:
-        self._unit = unit
-        rates = set(self.formulation.rates)
-        self.units = np.array([unit if s in rates else 1.0 for s in self.formulation.states])
-        self.taylor.pars[-2:] = unit, 1 / unit
+        Where an event function is exactly zero at the start, heyoka may bracket the next zero
+        together with it, and then find the start a second time.
+        """
+        shorter = bound
+        for _ in range(HALVINGS if self.events else 0):
+            self._begin(state)
+            self._taylor.step(shorter)
+            if not any(sink.t.count(0.0) > 1 for sink in self._sinks):
+                return abs(shorter)
+            shorter /= 2
+        return abs(bound)
 
 
 class _Sink:
@@ -249,3 +359,15 @@ class _Sink:
         states = np.frombuffer(b"".join(self.states)).reshape(-1, width)
         t = np.array(self.t, dtype=float)
         return Hits(t, np.zeros_like(t), states)
+
+
+def compiled(formulation: Formulation, events: tuple[str, ...], tolerance: float) -> Compiled:
+    """Return a formulation compiled, once per thread and process."""
+    return _compiled(formulation, events, tolerance, get_ident())
+
+
+@cache
+def _compiled(
+    formulation: Formulation, events: tuple[str, ...], tolerance: float, _thread: int
+) -> Compiled:
+    return Compiled(formulation, events, tolerance)

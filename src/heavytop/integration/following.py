@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from heavytop.integration.turning import Pair, arm_rates
 from heavytop.integration.turns import Turns
-from heavytop.integration.winding import More, Winding, distinct
+from heavytop.integration.winding import MOST_POINTS, More, Winding, distinct
 
 Array = NDArray[np.float64]
 Reals: TypeAlias = Any  # an array of heyoka's reals
@@ -27,7 +27,7 @@ Row = Sequence[Any]
 
 NOT_TOLD: Final = (math.nan, math.nan)
 GRAIN_BITS: Final = 24  # of a state that rounding may have spoilt
-FITTING: Final = 5.0  # radians between the bounds of a change, so that one value fits
+FITTING: Final = 5.7  # radians between the bounds of a change, so that one value fits
 MOST_PARTS: Final = 8  # of a step, before its turns are told by where it goes
 
 
@@ -37,14 +37,18 @@ class FollowingAxis:
 
     winding: Winding
 
-    def parts(self, length: float) -> int:
-        """Return into how many parts a step is divided [s]; 0 where bounds do not tell it."""
-        apart = (self.winding.fastest - self.winding.slowest) * abs(length)
-        return max(1, math.ceil(apart / FITTING)) if apart < MOST_PARTS * FITTING else 0
+    def parts(self, length: float, most: int | None = None) -> int:
+        """Return into how many parts a time is divided [s], for turns to be told in each.
+
+        Where bounds would take more parts than `most`, they are as many; 0 without `most`.
+        """
+        parts = (self.winding.fastest - self.winding.slowest) * abs(length) / FITTING
+        return max(1, math.ceil(parts)) if parts < (most or MOST_PARTS) else most or 0
 
     def followed(self, t: Array, rows: Array, first: Told, more: More | None) -> Array:
         """Return phi and nan at some times, shape (k, 2), from phi at the first [rad]."""
-        phi = self.winding.on_branch(rows, first[0] + self.winding.turned(t, rows, more))
+        started = self.winding.started(rows[0], first[0])
+        phi = self.winding.on_branch(rows, started + self.winding.turned(t, rows, more))
         return np.stack((phi, np.full(t.size, math.nan)), axis=-1)
 
     def read(self, rows: Reals, told: Array, known: Mapping[str, Any], grain: Any) -> list[Reals]:
@@ -63,9 +67,9 @@ class FollowingAttitude:
     turns: Turns
     apart: float
 
-    def parts(self, length: float) -> int:
-        """Return into how many parts a step is divided [s]."""
-        return max(1, math.ceil(abs(length) / self.apart))
+    def parts(self, length: float, most: int | None = None) -> int:
+        """Return into how many parts a time is divided [s]."""
+        return max(1, math.ceil(min(abs(length) / self.apart, MOST_POINTS)))
 
     def followed(self, t: Array, rows: Array, first: Told, more: More | None) -> Array:
         """Return phi and psi at some times, shape (k, 2), from those at the first [rad]."""

@@ -1,6 +1,6 @@
-"""An integrator that projects: its blocks are made of legs, each followed by a projection.
+"""Blocks of steps with projections: they are made of legs, each followed by a projection.
 
-It stands where an integrator stands. Every leg measures time from its own start and takes a fixed
+Every leg measures time from its own start and takes a fixed
 number of natural steps, so the same start gives the same bits however a block is sampled; samples
 and events are read off the polynomials of the steps, before the projection that follows.
 
@@ -18,9 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from heavytop.equations.formulation import Formulation
-from heavytop.integration.engine import Array, Block, Hits
-from heavytop.integration.integrator import Integrator
+from heavytop.integration.compiled import Array, Block, Compiled, Hits
 from heavytop.integration.projection import Projection
 from heavytop.numbers.double_double import DoubleDouble, add
 
@@ -31,53 +29,15 @@ GOLDEN = (math.sqrt(5) - 1) / 2  # its multiples, less the whole numbers, are ne
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Projected:
-    """A compiled formulation whose runs are put back onto the invariants of their start.
+    """A compiled formulation whose steps are put back onto the invariants of a start."""
 
-    Attributes
-    ----------
-    engine : Integrator
-    projection : Projection
-    """
-
-    engine: Integrator
+    compiled: Compiled
     projection: Projection
-
-    @property
-    def formulation(self) -> Formulation:
-        """The formulation that is integrated."""
-        return self.engine.formulation
-
-    @property
-    def events(self) -> tuple[str, ...]:
-        """Names of the event functions that are watched."""
-        return self.engine.events
-
-    @property
-    def order(self) -> int:
-        """Order of the Taylor polynomials."""
-        return self.engine.order
-
-    @property
-    def compile_s(self) -> float:
-        """Time spent in compiling [s]."""
-        return self.engine.compile_s
 
     @property
     def stride(self) -> int:
         """Steps in a leg."""
-        return max(1, ROOM // len(self.formulation.states))
-
-    def load(self, parameters: dict[str, float]) -> None:
-        """Load the constants of a run, by the names of their symbols."""
-        self.engine.load(parameters)
-
-    def cautious_step(self, state: Array, far: float) -> float | None:
-        """Return a bound for the first steps [s], as the engine has it."""
-        return self.engine.cautious_step(state, far)
-
-    def for_this_thread(self) -> Projected:
-        """Return the one like this that belongs to the calling thread."""
-        return Projected(self.engine.for_this_thread(), self.projection.for_this_thread())
+        return max(1, ROOM // len(self.compiled.formulation.states))
 
     def block(
         self,
@@ -87,7 +47,7 @@ class Projected:
         samples: Array | None = None,
         longest: float | None = None,
     ) -> Block:
-        """Take natural steps, as `Engine` says, with a projection after every leg of them."""
+        """Take natural steps, as `Compiled` does, with a projection after every leg of them."""
         waiting = _Waiting([] if samples is None else samples.tolist())
         legs: list[tuple[DoubleDouble, Block]] = []
         begun, taken, reach, ended = (0.0, 0.0), 0, math.inf, False
@@ -99,9 +59,9 @@ class Projected:
                 reached, elapsed = quick
                 taken += count
             else:
-                leg = self.engine.block(state, count, rest, near, bound)
+                leg = self.compiled.block(state, count, rest, near, bound)
                 if abs(leg.elapsed[0]) > 0.9 * reach:  # so far samples were not looked for
-                    leg = self.engine.block(state, count, rest, waiting.since(begun), bound)
+                    leg = self.compiled.block(state, count, rest, waiting.since(begun), bound)
                 legs.append((begun, leg))
                 reached, elapsed, ended = leg.state, leg.elapsed, leg.steps < count
                 taken, waiting.done = taken + leg.steps, waiting.done + len(leg.rows)
@@ -113,9 +73,9 @@ class Projected:
         self, state: Array, steps: int, far: float, longest: float | None, reach: float
     ) -> tuple[Array, DoubleDouble] | None:
         """Take the steps of a leg without samples and events; None if it is no such leg."""
-        if self.events:
+        if self.compiled.events:
             return None
-        leg = self.engine.unseen(state, steps, far, longest)
+        leg = self.compiled.unseen(state, steps, far, longest)
         return None if leg is None or abs(leg[1][0]) > 0.9 * reach else leg
 
     def _joined(
@@ -125,12 +85,12 @@ class Projected:
         elapsed: DoubleDouble,
         steps: int,
     ) -> Block:
-        hits = zip(*([_since(begun, h) for h in leg.hits] for begun, leg in legs), strict=True)
+        hits = zip(*([h.after(begun) for h in leg.hits] for begun, leg in legs), strict=True)
         return Block(
             state=state,
             elapsed=elapsed,
             steps=steps,
-            rows=np.concatenate([self.engine.nothing, *(leg.rows for _, leg in legs)]),
+            rows=np.concatenate([self.compiled.nothing, *(leg.rows for _, leg in legs)]),
             hits=tuple(Hits.join(list(each)) for each in hits),
             singular=bool(legs) and legs[-1][1].singular,
         )
@@ -171,8 +131,3 @@ def _local(t: float, begun: DoubleDouble) -> float:
     """Return a time since a leg's start; one that is the start, within rounding, is just after."""
     local = (t - begun[0]) - begun[1]
     return local if local * t > 0 else math.copysign(float(np.finfo(float).tiny), t)
-
-
-def _since(begun: DoubleDouble, hits: Hits) -> Hits:
-    high, low = (np.full(hits.t.size, word) for word in begun)
-    return Hits(*add((high, low), (hits.t, hits.t_low)), hits.states)

@@ -15,8 +15,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.integration.engine import Array, Block, Engine, Hits
-from heavytop.integration.winding import SLACK, Winding, azimuth, distinct
+from heavytop.integration.compiled import Array, Block
+from heavytop.integration.integrator import Integrator
 from heavytop.numbers.double_double import DoubleDouble, add
 
 FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to the longest
@@ -77,15 +77,18 @@ class Seen:
 class Orbit:
     """The result of an integration; it can be asked for the state at any time it covers."""
 
-    integrator: Engine
-    parameters: dict[str, float]
-    winding: Winding | None
+    integrator: Integrator
     checkpoints: tuple[Checkpoint, ...]
     samples: Seen
     hits: tuple[Seen, ...]
     end: float
     steps: int
     ending: Ending
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Constants of the run, by symbol name."""
+        return self.integrator.parameters
 
     def at(self, t: Array) -> Seen:
         """Return the states at times between start and end, in any order, shape (k,)."""
@@ -102,22 +105,17 @@ class Orbit:
         back = np.argsort(order, kind="stable")
         return Seen(seen.t[back], seen.t_low[back], seen.rows[back], seen.phi[back])
 
-    def _within(self, engine: Engine, checkpoint: Checkpoint, t: Array) -> Seen:
+    def _within(self, engine: Integrator, checkpoint: Checkpoint, t: Array) -> Seen:
         far = _far(self.checkpoints[0].time[0], self.end)
-        run = _BlockRun(engine, self.parameters, self.winding, checkpoint, far)
-        unique = run.forward * distinct(run.forward * t)[0]
-        inverse = np.searchsorted(run.forward * unique, run.forward * t)
-        _, seen, _, _ = run.observed(checkpoint.block_steps, unique, abs(run.local(unique[-1:])[0]))
-        return Seen(t, np.zeros_like(t), seen.rows[inverse], seen.phi[inverse])
+        run = _BlockRun(engine, checkpoint, far)
+        return run.observed(checkpoint.block_steps, t, abs(float(run.local(t[-1:])[0]))).samples
 
 
 def integrate(
-    integrator: Engine,
-    parameters: dict[str, float],
+    integrator: Integrator,
     start: Checkpoint,
     samples: Array,
     *,
-    winding: Winding | None = None,
     on_block: Callable[[float], None] | None = None,
     step_limit: int | None = None,
     step_length: float = 0.0,
@@ -127,14 +125,10 @@ def integrate(
 
     Parameters
     ----------
-    integrator : Engine
-    parameters : dict from str to float
-        Constants of the run, by symbol name.
+    integrator : Integrator
     start : Checkpoint
     samples : ndarray, shape (k,), k >= 1
         Strictly monotonic times on one side of the start [s]; the last is the end.
-    winding : Winding, optional
-        Follows phi where it is not a state.
     on_block : callable, optional
         Called with the fraction done after each block.
     step_limit : int, optional
@@ -144,7 +138,7 @@ def integrate(
     keep : callable, optional
         Called after each block but the last with a function that returns the orbit so far.
     """
-    journey = _Journey(integrator, parameters, winding, start, samples)
+    journey = _Journey(integrator, start, samples)
     journey.step_length = step_length
     ending: Ending = "reached"
     try:
@@ -182,10 +176,8 @@ def continued(
     before = orbit.checkpoints[-2] if len(orbit.checkpoints) > 1 else None
     rest = integrate(
         engine,
-        orbit.parameters,
         last,
         samples,
-        winding=orbit.winding,
         on_block=on_block,
         step_length=_mean_step(before, last),
         keep=keep and (lambda rest: keep(lambda: _joined(orbit, rest()))),
@@ -225,100 +217,51 @@ def _far(start: float, end: float) -> float:
 
 
 class _BlockRun:
-    """One block from its checkpoint, with samples and winding.
+    """One block from its checkpoint."""
 
-    All runs of a thread share an integrator, so every block begins by loading its own constants.
-    """
-
-    def __init__(
-        self,
-        integrator: Engine,
-        parameters: dict[str, float],
-        winding: Winding | None,
-        start: Checkpoint,
-        far: float,
-    ) -> None:
-        integrator.load(parameters)
-        self.integrator = integrator
-        self.winding = winding
-        self.start = start
-        self.far = far
+    def __init__(self, integrator: Integrator, start: Checkpoint, far: float) -> None:
+        self.integrator, self.start, self.far = integrator, start, far
         self.longest = integrator.cautious_step(start.state, far) if start.steps == 0 else None
-        self.forward = math.copysign(1.0, far)
 
     def local(self, t: Array) -> Array:
         """Return times since the start of the block [s]."""
         return (t - self.start.time[0]) - self.start.time[1]
 
-    def _block(self, steps: int, samples: Array | None = None) -> Block:
-        return self.integrator.block(self.start.state, steps, self.far, samples, self.longest)
-
     def first_step(self) -> float:
         """Return the length of the first natural step [s]."""
-        return self._block(1).elapsed[0] or self.far
+        start = self.start
+        return self.integrator.first_step(start.state, self.far, self.longest) or self.far
 
-    def observed(
-        self, steps: int, samples: Array, duration: float
-    ) -> tuple[Block, Seen, tuple[Seen, ...], float]:
-        """Run the block; return it with the samples it reached, its hits and phi at its end."""
-        if samples.size == 0 and self.winding is None:
-            block = self._block(steps)
-            hits = tuple(self._unfollowed(h) for h in block.hits)
-            return block, _nothing(block.state.size), hits, np.nan
-        wanted = self.local(samples)
-        block, t, rows = self._sampled(steps, wanted, duration)
-        phi = self._phi(block, t, rows)
-        where = np.searchsorted(self.forward * t, self.forward * wanted)
-        inside = where[where < t.size]  # the block did not reach the others
-        reached = samples[: inside.size]
-        seen = Seen(reached, np.zeros(inside.size), rows[inside], phi(wanted[: inside.size]))
-        hits = tuple(Seen(*self._global(h), h.states, phi(h.t)) for h in block.hits)
-        end = float(phi(np.array([block.elapsed[0]]))[0])
-        return block, seen, hits, end
+    def observed(self, steps: int, samples: Array, duration: float) -> _Observed:
+        """Run the block, and tell the angles at the samples and up to a time since its start."""
+        start = self.start
+        state = start.state if math.isnan(start.phi) else np.append(start.state, start.phi)
+        block = self.integrator.block(
+            state, steps, self.far, self.local(samples), self.longest, duration
+        )
+        reached = samples[: len(block.rows)]
+        seen = Seen(reached, np.zeros(reached.size), *self._apart(block.rows))
+        late = [h.after(start.time) for h in block.hits]
+        hits = tuple(Seen(h.t, h.t_low, *self._apart(h.states)) for h in late)
+        (end,), (phi,) = self._apart(block.state[None])
+        time, taken = add(start.time, block.elapsed), start.steps + block.steps
+        return _Observed(block, seen, hits, Checkpoint(time, end, float(phi), taken))
 
-    def _unfollowed(self, hits: Hits) -> Seen:
-        return Seen(*self._global(hits), hits.states, np.full(hits.t.size, np.nan))
+    def _apart(self, rows: Array) -> tuple[Array, Array]:
+        """Return the states, shape (k, n), and phi, nan where it is not followed."""
+        width = self.start.state.size
+        followed = rows.shape[1] > width
+        return rows[:, :width], rows[:, width] if followed else np.full(len(rows), np.nan)
 
-    def _sampled(self, steps: int, wanted: Array, duration: float) -> tuple[Block, Array, Array]:
-        """Return the block with the times, from 0 on, at which it was sampled, and its states."""
-        points = np.empty(0)
-        if self.winding is not None:
-            count = self.winding.intervals(duration, steps)
-            points = np.linspace(0.0, self.forward * duration, count + 1)
-        grid = self._ordered(np.concatenate(([0.0], wanted, points)))
-        block = self._block(steps, grid[1:])
-        rows = np.concatenate((self.start.state[None], block.rows))
-        return block, grid[: len(rows)], rows
 
-    def _ordered(self, t: Array) -> Array:
-        return self.forward * distinct(self.forward * t)[0] if t.size > 1 else t
+@dataclass(frozen=True, slots=True)
+class _Observed:
+    """A block that was run: the samples it reached, its zeros of event functions, and its end."""
 
-    def _global(self, hits: Hits) -> tuple[Array, Array]:
-        high, low = (np.full(hits.t.size, word) for word in self.start.time)
-        return add((high, low), (hits.t, hits.t_low))
-
-    def _phi(self, block: Block, t: Array, rows: Array) -> Callable[[Array], Array]:
-        """Return phi as a function of the times at which the block was seen."""
-        winding = self.winding
-        if winding is None:
-            return lambda asked: np.full(asked.size, np.nan)
-        times = np.concatenate((t, *(h.t for h in block.hits), [block.elapsed[0]]))
-        states = np.concatenate((rows, *(h.states for h in block.hits), block.state[None]))
-        unique, where = distinct(self.forward * times)
-        turned = winding.turned(self.forward * unique, states[where], self._more(block.steps))
-        phi = winding.on_branch(states[where], self._first_phi(winding) + turned)
-        return lambda asked: phi[np.searchsorted(unique, self.forward * asked)]
-
-    def _first_phi(self, winding: Winding) -> float:
-        """Return phi at the start; on a pole that in which the axis leaves, phi_0 or phi_0 + pi."""
-        state, phi = self.start.state[None], self.start.phi
-        if state[0, 0] != 0 or state[0, 1] != 0 or not state[0, 3:5].any():
-            return float(winding.on_branch(state, np.array([phi]))[0])
-        leaving = float(azimuth(state)[0])
-        return leaving + 2 * np.pi * math.ceil((phi - leaving) / (2 * np.pi) - SLACK)
-
-    def _more(self, steps: int) -> Callable[[Array], Array]:
-        return lambda t: self._block(steps, t).rows
+    block: Block
+    samples: Seen
+    hits: tuple[Seen, ...]
+    end: Checkpoint
 
 
 def _nothing(width: int) -> Seen:
@@ -330,15 +273,11 @@ class _Journey:
 
     def __init__(
         self,
-        integrator: Engine,
-        parameters: dict[str, float],
-        winding: Winding | None,
+        integrator: Integrator,
         start: Checkpoint,
         samples: Array,
     ) -> None:
         self.integrator = integrator
-        self.parameters = parameters
-        self.winding = winding
         self.samples = samples
         self.far = _far(start.time[0], float(samples[-1]))
         self.checkpoints = [start]
@@ -362,39 +301,36 @@ class _Journey:
 
     def advance(self) -> bool:
         """Run one block; tell whether the next one can follow."""
-        last = self.checkpoints[-1]
-        run = _BlockRun(self.integrator, self.parameters, self.winding, last, self.far)
-        remaining = np.abs(run.local(self.samples[self.done :]))
-        block, seen, hits, phi = self._observed(run, remaining)
-        self.seen.append(seen)
-        self.hits.append(hits)
-        self.done += seen.t.size
-        self.steps += block.steps
-        time = add(run.start.time, block.elapsed)
+        run = self._observed(_BlockRun(self.integrator, self.checkpoints[-1], self.far))
+        self.seen.append(run.samples)
+        self.hits.append(run.hits)
+        self.done += run.samples.t.size
+        self.steps = run.end.steps
         # a step back from the last state, so that rounding cannot put the end behind it
-        self.reached = float(self.samples[-1]) if self.arrived else _before(time[0], self.first)
-        stuck = block.singular or block.steps == 0
+        end = float(self.samples[-1])
+        self.reached = end if self.arrived else _before(run.end.time[0], self.first)
+        stuck = run.block.singular or run.block.steps == 0
         if not self.arrived and not stuck:
-            self.checkpoints.append(Checkpoint(time, block.state, phi, self.steps))
+            self.checkpoints.append(run.end)
             self.step_length = _mean_step(*self.checkpoints[-2:])
         return self.arrived or not stuck
 
-    def _observed(
-        self, run: _BlockRun, remaining: Array
-    ) -> tuple[Block, Seen, tuple[Seen, ...], float]:
+    def _observed(self, run: _BlockRun) -> _Observed:
         """Run a block of full length, or of hardly more steps than it takes to the end.
 
         How far the steps will reach is guessed from those before. A wrong guess costs another
         run of the block and changes nothing.
         """
+        waiting = self.samples[self.done :]
+        remaining = np.abs(run.local(waiting))
         end = float(remaining[-1])
         length = self.step_length or abs(run.first_step())
         full = run.start.block_steps
         steps = min(full, math.ceil(1.02 * end / length) + 2)
         while True:
             duration = min(1.1 * steps * length, end)
-            result = run.observed(steps, self.samples[self.done :][remaining <= duration], duration)
-            block = result[0]
+            result = run.observed(steps, waiting[remaining <= duration], duration)
+            block = result.block
             reached = abs(block.elapsed[0])
             length = reached / block.steps if block.steps else length
             if reached > duration and duration < end:
@@ -410,7 +346,7 @@ class _Journey:
         """
         width = len(self.integrator.formulation.states)
         none = _nothing(width)
-        channels = range(len(self.integrator.events))
+        channels = range(len(self.integrator.compiled.events))
         blocks, steps, end = len(self.seen), self.steps, self.reached
         if ending == "interrupted":
             last = self.checkpoints[-1]
@@ -418,8 +354,6 @@ class _Journey:
             end = _before(last.time[0], self.first)
         return Orbit(
             integrator=self.integrator,
-            parameters=self.parameters,
-            winding=self.winding,
             checkpoints=tuple(self.checkpoints),
             samples=Seen.join([none, *self.seen[:blocks]]),
             hits=tuple(Seen.join([none, *(h[i] for h in self.hits[:blocks])]) for i in channels),

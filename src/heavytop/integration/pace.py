@@ -1,18 +1,21 @@
-"""The pace of a motion, from which its rates get a unit, where they need one.
+"""The unit of time of a motion, in which what is integrated is of the size of one.
 
-It is the largest of the rates in a state and of what gravity and the energy can make of them: at
-a turning point the rates of a form may vanish, and they do not stay so. The unit is a power of
-two, and one for the pace of any ordinary top.
+heyoka holds the error of a step against one number, the largest state. An axis is of the size of
+one whatever the top does; the angular momentum beside it may be a million times as large, or as
+small, and then one of the two is held to few digits, unseen. So time is measured in another unit:
+times are multiplied by a pace, rates divided by it, and constants by its powers. Paces are powers
+of two, so nothing is rounded on the way in or out; that of any ordinary top is one.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from heavytop.equations.formulation import Formulation, power_of_rate
 
 Array = NDArray[np.float64]
 
@@ -20,46 +23,33 @@ SLOW, FAST = 2.0**-8, 2.0**8  # rad/s, between which rates are as good as of the
 MOST = 500  # of the exponent: far beyond any top, and squares are still finite
 
 
-def least_pace(parameters: Mapping[str, Any]) -> Any:
-    """Return the pace of a motion whatever its state, by the constants of its run [rad/s].
+def paces_of(form: Formulation, states: Array, parameters: Mapping[str, Any]) -> Array:
+    """Return the paces of motions through states, shape (..., n), with their constants [1/s].
 
-    That of a fall, sqrt(2g) with g = gMR/A; with E'/A = h among the constants, of all its energy.
-    Constants may be arrays.
+    Each is of the size of the largest of the rates in the state, and of what gravity and the
+    energy h can make of them: at a turning point rates may vanish, and they do not stay so.
 
     Examples
     --------
-    >>> least_pace({"g": 2.0}), least_pace({"A": 1.0, "gMR": -2.0}), least_pace({"g": 1, "h": 7})
-    (2.0, 2.0, 4.0)
+    >>> from heavytop.equations.euler_poisson import axis_form
+    >>> states = np.array([[0, 0, 1, 3, -200.0], [0, 0, 1, 3, -1000.0], [0, 0, 1, 0, 0.0]])
+    >>> paces_of(axis_form(), states, {"g": np.array([1.0, 1.0, 5e-7])})
+    array([1.000e+00, 1.024e+03, 1.953e-03])
     """
     g = parameters["g"] if "g" in parameters else parameters["gMR"] / parameters["A"]
-    return (2 * (abs(g) + abs(parameters.get("h", 0.0)))) ** 0.5
-
-
-def unit_of(rates: Iterable[float], least: float) -> float:
-    """Return the unit in which rates are of the size of one [rad/s], or one where they are nearly.
-
-    Examples
-    --------
-    >>> unit_of([3.0, -200.0], 1.0), unit_of([3.0, -1000.0], 1.0), unit_of([0.0], 1e-3)
-    (1.0, 1024.0, 0.001953125)
-    """
-    pace = max(map(abs, rates), default=0.0)
-    pace = max(pace, least)
-    if SLOW <= pace <= FAST or not 0 < pace < math.inf:
-        return 1.0
-    exponent = math.frexp(pace)[1]
-    return math.ldexp(1.0, max(-MOST, min(exponent, MOST)))
-
-
-def units_of(rates: Array, least: Array) -> Array:
-    """Return the units of many motions, shape (k,), by their rates, shape (k, n).
-
-    Examples
-    --------
-    >>> units_of(np.array([[3.0, -200.0], [3.0, -1000.0]]), np.array([1.0, 1.0]))
-    array([1.000e+00, 1.024e+03])
-    """
-    pace = np.maximum(np.max(np.abs(rates), axis=1, initial=0.0), least)
+    falling = (2 * (abs(g) + abs(parameters.get("h", 0.0)))) ** 0.5
+    pace = np.maximum(np.max(np.abs(states[..., form.is_rate]), axis=-1, initial=0.0), falling)
     exponent = np.clip(np.frexp(pace)[1], -MOST, MOST)
     far = (pace > 0) & (pace < np.inf) & ~((pace >= SLOW) & (pace <= FAST))
     return np.where(far, np.ldexp(1.0, exponent), 1.0)
+
+
+def in_units(pace: Any, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return constants in the unit of time of a pace, by the names of their symbols.
+
+    Examples
+    --------
+    >>> in_units(4.0, {"g": 32.0, "l_z": 8.0, "A": 3.0})
+    {'g': 2.0, 'l_z': 2.0, 'A': 3.0}
+    """
+    return {name: x / pace ** power_of_rate(name) for name, x in values.items()}

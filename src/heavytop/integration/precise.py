@@ -20,14 +20,13 @@ from typing import Any
 import heyoka as hy
 import numpy as np
 
-from heavytop.equations.formulation import Formulation
+from heavytop.equations.formulation import Formulation, power_of_rate
 from heavytop.equations.lambdify import NUMPY, lambdified
 from heavytop.integration.bits import LONG_DOUBLE
 from heavytop.integration.compiled import System
 from heavytop.integration.following import GRAIN_BITS, NOT_TOLD, Following, Told, Trail
 from heavytop.integration.outputs import Sample, sample
-from heavytop.integration.pace import least_pace, unit_of
-from heavytop.integration.units import InTrueUnits
+from heavytop.integration.pace import in_units, paces_of
 
 HEAVY = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000
 DONE = frozenset(
@@ -119,8 +118,8 @@ class Precise:
         Constants of the run, by symbol name, as decimal texts.
     quick : bool
         Whether compiling is to be quick rather than the steps, which are the same bit for bit.
-    units : sequence of float
-        Of the states, powers of two: 1, and that of the rates; none if nothing is scaled.
+    pace : float
+        In whose unit of time steps are taken [1/s].
     """
 
     def __init__(
@@ -130,14 +129,16 @@ class Precise:
         parameters: Mapping[str, str],
         *,
         quick: bool = False,
-        units: Sequence[float] = (),
+        pace: float = 1.0,
     ) -> None:
         began = time.perf_counter()
         self.bits, self.hardware = bits, bits == LONG_DOUBLE
         self._constants = {name: self.number(text) for name, text in parameters.items()}
         self._events: dict[str, Callable[..., Any]] = {}
         self.following: Following | None = None  # tells phi and psi along the way
-        self._taylor = self._compiled(system, units, 0 if quick else 3)
+        self._pace = pace
+        self._units = [self._pace ** power_of_rate(str(state)) for state, _ in system.equations]
+        self._taylor = self._compiled(system, 0 if quick else 3)
         self.order = int(self._taylor.order)
         self.compile_s = time.perf_counter() - began
 
@@ -221,19 +222,15 @@ class Precise:
         """
         return self._stride(mark, deque([(0, mark.t + self.wide(far), None)]), [None], far, longest)
 
-    def _compiled(self, system: System, units: Sequence[float], opt_level: int) -> Any:
+    def _compiled(self, system: System, opt_level: int) -> Any:
         number_type: dict[str, Any] = {"fp_type": np.longdouble}
         if not self.hardware:  # without compact mode compiling takes minutes
             number_type = {"fp_type": hy.real, "prec": self.bits, "compact_mode": True}
-        own = [unit for unit in units if unit != 1][:1]
-        pars = [
-            *(self._constants[name] for name in system.loaded),
-            *(self.number(repr(x)) for unit in own for x in (unit, 1 / unit)),
-        ]
+        constants = in_units(self._pace, self._constants)
+        pars = [constants[name] for name in system.loaded]
         start = [self.number("0")] * len(system.equations)
         number_type |= {"pars": pars, "opt_level": opt_level}
-        taylor = apart(lambda: hy.taylor_adaptive(system.equations, start, **number_type))
-        return InTrueUnits(taylor, [self.number(repr(u)) for u in units]) if own else taylor
+        return apart(lambda: hy.taylor_adaptive(system.equations, start, **number_type))
 
     def _stride(
         self,
@@ -247,7 +244,7 @@ class Precise:
         taylor, steps = self._taylor, 0
         taylor.time = self.number("0")
         for i, value in enumerate(mark.state):
-            taylor.state[i] = value
+            taylor.state[i] = value / self._units[i]
         while waiting and waiting[0][1] == mark.t and waiting[0][2] is None:
             found[waiting.popleft()[0]] = mark
         trail = None
@@ -265,8 +262,9 @@ class Precise:
                 if seen is not None:
                     inside.append((i, float(seen.t - mark.t), seen.state))
             if trail is not None:
-                trail.step(float(self._elapsed()), float(length), taylor.state, inside)
-        end = Mark(mark.t + self._elapsed(), tuple(taylor.state), mark.steps + steps)
+                state = self._measured(taylor.state)
+                trail.step(float(self._elapsed()), float(length), state, inside)
+        end = Mark(mark.t + self._elapsed(), self._measured(taylor.state), mark.steps + steps)
         if trail is None:
             return end
         trail.tell()
@@ -276,7 +274,7 @@ class Precise:
 
     def _step(self, longest: Any) -> Any:
         """Take a natural step and return its length [s]."""
-        taylor = self._taylor
+        taylor, longest = self._taylor, longest * self._pace
         if self.bits < HEAVY:
             outcome, length = taylor.step(longest, write_tc=True)
         else:  # the same step; only this call lets other threads run meanwhile
@@ -284,12 +282,16 @@ class Precise:
             length = taylor.last_h
         if outcome not in DONE:
             raise Unfinished(str(outcome))
-        return length
+        return length / self._pace
 
     def _elapsed(self) -> Any:
         """Return the time since the last mark, wide [s]."""
         high, low = self._taylor.dtime
-        return self.wide(high) + self.wide(low)
+        return (self.wide(high) + self.wide(low)) / self._pace
+
+    def _measured(self, state: Sequence[Any]) -> tuple[Any, ...]:
+        """Return a state in seconds from one of the integrator's."""
+        return tuple(x * unit for x, unit in zip(state, self._units, strict=True))
 
     def _seen(self, mark: Mark, t: Any, length: Any, event: str | None) -> Mark | None:
         """Return the state at a time in the last step, or at the zero of an event close by."""
@@ -300,8 +302,8 @@ class Precise:
         return since if since is None else Mark(end + self.wide(since), self._dense(since))
 
     def _dense(self, since: Any) -> tuple[Any, ...]:
-        self._taylor.update_d_output(since, rel_time=True)
-        return tuple(self._taylor.d_output)
+        self._taylor.update_d_output(since * self._pace, rel_time=True)
+        return self._measured(self._taylor.d_output)
 
     def _polished(self, event: str, since: Any, length: Any) -> Any:
         """Return the zero of an event function by Newton's method, or None where it finds none."""
@@ -332,7 +334,7 @@ class PreciseIntegrator(Precise):
     events : sequence of str
         Names of the event functions whose zeros may be wanted.
     start : sequence of str
-        The states at the start of the run, as decimal texts: they tell the unit of its rates.
+        The states at the start of the run, as decimal texts: they tell its pace.
     """
 
     def __init__(
@@ -346,9 +348,8 @@ class PreciseIntegrator(Precise):
         began = time.perf_counter()
         self._asked = formulation, bits, dict(parameters), tuple(events), tuple(start)
         self.formulation = formulation
-        units = _units(formulation, parameters, start)
-        system = System.of(formulation, bits, scaled=bool(units))
-        super().__init__(system, bits, parameters, units=units)
+        pace = _pace(formulation, parameters, start)
+        super().__init__(System.of(formulation, bits), bits, parameters, pace=pace)
         self._events |= {name: self._event(name) for name in events}
         self.compile_s = time.perf_counter() - began
 
@@ -385,11 +386,9 @@ class PreciseIntegrator(Precise):
         return lambda *state: function(*state, *values)
 
 
-def _units(form: Formulation, parameters: Mapping[str, str], start: Sequence[str]) -> list[float]:
-    """Return the units of the states in the run from a start, none if all are one."""
+def _pace(form: Formulation, parameters: Mapping[str, str], start: Sequence[str]) -> float:
+    """Return the pace of the run from a start; one without a start."""
     if not start:
-        return []
-    states = list(zip(form.states, map(float, start), strict=True))
+        return 1.0
     constants = {name: float(text) for name, text in parameters.items()}
-    unit = unit_of([x for s, x in states if s in form.rates], least_pace(constants))
-    return [] if unit == 1 else [unit if s in form.rates else 1.0 for s in form.states]
+    return float(paces_of(form, np.array(list(map(float, start))), constants))

@@ -8,8 +8,8 @@ The residuals are smaller than the last digit of a double. They are therefore fo
 double, against targets from the run's own start. Formed in double they would be rounded the same
 way each time, and hold the invariants as firmly to values that are slightly wrong.
 
-The nearest state is that in the units in which steps are taken: l.e of a very fast top would else
-be put right by the axis alone, to the rounding of l.
+States and constants are those of the unit of time in which steps are taken: l.e of a very fast top
+would else be put right by the axis alone, to the rounding of l.
 """
 
 from __future__ import annotations
@@ -29,7 +29,6 @@ from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import invariants_of
 from heavytop.integration.bits import LONG_DOUBLE
 from heavytop.integration.compiled import translated
-from heavytop.integration.pace import least_pace, unit_of
 
 Array = NDArray[np.float64]
 
@@ -59,20 +58,16 @@ class Projection:
     formulation : Formulation
     nearest : callable
         Compiled: of the states and of what is fixed, the projected states and the invariants.
-    unit : float
-        Of the rates, a power of two [rad/s].
     fixed : ndarray of long double
         The constants that occur in the invariants; their values at the start; the squares of the
         slopes, beyond those of the invariants before, below which an invariant is left alone:
-        the rounding of its residual would move the state by more than the state's own; the unit,
-        unless it is one.
+        the rounding of its residual would move the state by more than the state's own.
     inside, outside : ndarray of long double
         Room for what goes in and what comes out; `given` and `found` are their states.
     """
 
     formulation: Formulation
     nearest: Any
-    unit: float
     fixed: Any
     inside: Any
     outside: Any
@@ -94,37 +89,27 @@ class Projection:
             raise ValueError(reason)
         found = invariants_of(formulation)
         constants = [parameters[p.name] for p in found.constants]
-        rates = [i for i, s in enumerate(formulation.states) if s in formulation.rates]
-        unit = unit_of(start[rates].tolist(), least_pace(parameters))
-        units = np.ones(start.size)
-        units[rates] = unit
-        scale = max(
-            1.0, float(np.max(np.abs(start / units)))
-        )  # as the integrator's tolerance has it
+        scale = max(1.0, float(np.max(np.abs(start))))  # as the integrator's tolerance has it
         sizes = np.array(found.sizes(*start.tolist(), *constants), dtype=float)
         floors = (extended() / DOUBLE * sizes / scale) ** 2
-        own = [] if unit == 1 else [unit]
-        untargeted = np.concatenate((constants, np.zeros(sizes.size), floors, own))
-        made = cls._made(formulation, unit, untargeted.astype(np.longdouble))
+        untargeted = np.concatenate((constants, np.zeros(sizes.size), floors))
+        made = cls._made(formulation, untargeted.astype(np.longdouble))
         made(start)
         targeted = made.fixed.copy()
         targeted[len(constants) : len(constants) + sizes.size] = made.outside[start.size :]
-        return cls._made(formulation, unit, targeted)
+        return cls._made(formulation, targeted)
 
     @classmethod
-    def _made(cls, formulation: Formulation, unit: float, fixed: Any) -> Projection:
+    def _made(cls, formulation: Formulation, fixed: Any) -> Projection:
         width, count = len(formulation.states), len(formulation.invariants)
         inside = np.concatenate((np.zeros(width, np.longdouble), fixed))
         outside = np.zeros(width + count, np.longdouble)
-        nearest, (given, found) = (
-            _nearest(formulation, unit != 1, get_ident()),
-            (inside[:width], outside[:width]),
-        )
-        return cls(formulation, nearest, unit, fixed, inside, outside, given, found)
+        nearest = _nearest(formulation, get_ident())
+        return cls(formulation, nearest, fixed, inside, outside, inside[:width], outside[:width])
 
     def for_this_thread(self) -> Projection:
         """Return the one like this that belongs to the calling thread."""
-        return self._made(self.formulation, self.unit, self.fixed)
+        return self._made(self.formulation, self.fixed)
 
     def __call__(self, state: Array) -> Array:
         """Return the projected state, shape (n,): one Gauss-Newton step of least norm."""
@@ -134,11 +119,10 @@ class Projection:
 
 
 @cache
-def _nearest(formulation: Formulation, scaled: bool, _thread: int) -> Any:
+def _nearest(formulation: Formulation, _thread: int) -> Any:
     """Compile x - J^+ (I(x) - target) and I(x), all of it in long double.
 
-    What is fixed is handed over like the states: heyoka takes as long again for parameters. Scaled,
-    J is by x in its units, and the least change in them.
+    What is fixed is handed over like the states: heyoka takes as long again for parameters.
     """
     found = invariants_of(formulation)
     names = {s.name: hy.expression(s.name) for s in (*found.states, *found.constants)}
@@ -148,16 +132,8 @@ def _nearest(formulation: Formulation, scaled: bool, _thread: int) -> Any:
     targets = [hy.expression(f"target_{i}") for i in range(len(values))]
     floors = [hy.expression(f"floor_{i}") for i in range(len(values))]
     off = [value - target for value, target in zip(values, targets, strict=True)]
-    unit = [hy.expression("unit")] if scaled else []
-    rates = set(formulation.rates) if scaled else set()
-
-    def measured(row: Sequence[Any]) -> list[Any]:
-        pairs = zip(found.states, row, strict=True)
-        return [unit[0] * x if s in rates else x for s, x in pairs]
-
-    least = measured(_least([measured(row) for row in slopes], off, floors))
-    projected = [x - change for x, change in zip(states, least, strict=True)]
-    inputs = [*names.values(), *targets, *floors, *unit]
+    projected = [x - change for x, change in zip(states, _least(slopes, off, floors), strict=True)]
+    inputs = [*names.values(), *targets, *floors]
     return hy.cfunc([*projected, *values], inputs, fp_type=np.longdouble)
 
 

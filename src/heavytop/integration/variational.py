@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE
-from heavytop.integration.compiled import System
-from heavytop.integration.integrator import Array
+from heavytop.integration.compiled import Array, System
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,6 +23,7 @@ in time where that is exactly zero.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -110,16 +111,6 @@ class Winding:
         slowest, fastest = ((plus[i] + minus[i]) / 2 for i in range(2))
         return cls(g, l_z, P[0], P[1], energy, n, slowest, fastest, grain, close)
 
-    def intervals(self, duration: float, most: int) -> int:
-        """Return into how many intervals to divide a duration [s], for nearly all to be decided.
-
-        An interval over which the bounds of the whole motion differ by less than a turn is
-        decided at once. Where that would take more than `most` intervals, the close passes are
-        left to be divided.
-        """
-        needed = 1.1 * (self.fastest - self.slowest) * duration / (2 * np.pi)
-        return int(min(most, np.ceil(needed) + 1)) if np.isfinite(needed) else most
-
     def turned(self, t: Array, rows: Array, more: More | None) -> Array:
         """Return the change of phi since the first time [rad], shape (k,).
 
@@ -149,6 +140,13 @@ class Winding:
             t = np.concatenate((t, between))[order]
         total = np.concatenate(([0.0], np.cumsum(change)))
         return total[np.searchsorted(forward * t, forward * asked)]
+
+    def started(self, state: Array, phi: float) -> float:
+        """Return phi at a start; on a pole that in which the axis leaves, phi or phi + pi."""
+        if state[0] != 0 or state[1] != 0 or not state[3:5].any():
+            return phi
+        leaving = float(azimuth(state[None])[0])
+        return leaving + 2 * np.pi * math.ceil((phi - leaving) / (2 * np.pi) - SLACK)
 
     def on_branch(self, rows: Array, phi: Array) -> Array:
         """Return the azimuths of the rows, on the branch nearest to phi; on the vertical, phi."""

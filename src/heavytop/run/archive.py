@@ -12,12 +12,11 @@ import numpy as np
 from heavytop.errors import ForeignFile, Outcome
 from heavytop.hdf5 import array, attribute, opened
 from heavytop.integration.orbit import Checkpoint, Ending, Orbit, Seen
-from heavytop.integration.winding import Winding
 from heavytop.machine import versions
 from heavytop.run.events import Events
 from heavytop.run.netcdf import SCHEMA
 from heavytop.run.planning import Plan, closed_form_of
-from heavytop.run.propagation import compiled_for, engine_of
+from heavytop.run.propagation import compiled_for, integrator_of
 from heavytop.run.trajectory import Statistics, Trajectory
 from heavytop.scene.arguments import path_of
 from heavytop.scene.scene import read_scene
@@ -164,9 +163,7 @@ def _orbit(file: Any, chosen: Plan, parameters: dict[str, float], outcome: Outco
     phi = array(file, "phi") if chosen.follows_phi else np.full(t.size, np.nan)
     hits = tuple(_seen(file, f"zeros_{i}") for i in range(len(chosen.watched)))
     return Orbit(
-        integrator=engine_of(chosen, compiled_for(chosen), parameters, points[0]),
-        parameters=parameters,
-        winding=Winding.of(parameters, points[0].state) if chosen.follows_phi else None,
+        integrator=integrator_of(chosen, compiled_for(chosen), parameters, points[0]),
         checkpoints=points,
         samples=Seen(t, t_low, states, phi),
         hits=hits,

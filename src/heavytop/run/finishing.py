@@ -54,7 +54,7 @@ def finished(
     EndedEarly
         A singularity, the step limit or an interrupt; it carries the trajectory.
     """
-    compiled = orbit.integrator
+    compiled = orbit.integrator.compiled
     if orbit.ending == "reached" and _left_the_chart(orbit):
         orbit = replace(orbit, ending="singular")
     if orbit.ending == "singular" and chosen.precision != "double":  # more bits may go on

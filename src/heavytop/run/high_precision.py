@@ -84,9 +84,7 @@ class PreciseRun:
         engine = PreciseIntegrator(own, bits, constants, events, state)
         first = orbit.checkpoints[0]
         far = 4.0 * (orbit.end - first.time[0])
-        doubles = orbit.integrator.for_this_thread()
-        doubles.load(orbit.parameters)
-        longest = doubles.cautious_step(first.state, far)
+        longest = orbit.integrator.for_this_thread().cautious_step(first.state, far)
         engine.following, turned = _following(chosen, orbit, bits)
         start = replace(engine.start(state), turned=turned)
         return cls(form, engine, ctx, far, longest, (start,))

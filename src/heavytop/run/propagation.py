@@ -9,14 +9,10 @@ import numpy as np
 
 from heavytop.equations.lambdify import exact_values
 from heavytop.errors import BadScene, Fault
-from heavytop.integration.counting import Counting
-from heavytop.integration.engine import Engine
-from heavytop.integration.integrator import Integrator, integrator
-from heavytop.integration.legs import Projected
+from heavytop.integration.compiled import Compiled, compiled
+from heavytop.integration.integrator import Integrator
 from heavytop.integration.orbit import Checkpoint, integrate
-from heavytop.integration.projection import Projection
 from heavytop.integration.turns import Turns
-from heavytop.integration.winding import Winding
 from heavytop.run.doubts import checked, forewarned
 from heavytop.run.estimates import most_steps
 from heavytop.run.finishing import Keeper, Progress, finished, in_decimals
@@ -109,18 +105,15 @@ def propagate(
     began = time.perf_counter()
     _ = chosen.equations
     derive_s = time.perf_counter() - began
-    compiled = compiled_for(chosen)
+    equations = compiled_for(chosen)
     parameters, start = binary_start(scene, chosen)
     samples = np.linspace(0.0, end, scene.samples)
-    winding = Winding.of(parameters, start.state) if chosen.follows_phi else None
     keeper = Keeper.of(checkpoint, scene, motion, chosen)
     began = time.perf_counter()
     orbit = integrate(
-        engine_of(chosen, compiled, parameters, start),
-        parameters,
+        integrator_of(chosen, equations, parameters, start),
         start,
         samples,
-        winding=winding,
         on_block=progress if chosen.precision == "double" else None,
         step_limit=step_limit or most_steps(motion, end),
         keep=keeper,
@@ -134,23 +127,25 @@ def propagate(
     return checked(trajectory)
 
 
-def compiled_for(chosen: Plan) -> Integrator:
-    """Return the compiled integrator of a plan."""
+def compiled_for(chosen: Plan) -> Compiled:
+    """Return the compiled equations of a plan."""
     form = chosen.equations
     tolerance = max(chosen.tolerance, EPSILON)  # more digits are the matter of `decimals`
-    return integrator(form.integrated or form, chosen.watched, tolerance)
+    return compiled(form.integrated or form, chosen.watched, tolerance)
 
 
-def engine_of(
-    chosen: Plan, compiled: Integrator, parameters: dict[str, float], start: Checkpoint
-) -> Engine:
-    """Return what takes the steps of a plan: the integrator, as it projects and counts turns."""
-    form = chosen.equations
-    engine: Engine = compiled
-    if chosen.projected:
-        state = start.state[: len(compiled.formulation.states)]
-        engine = Projected(compiled, Projection.of(compiled.formulation, parameters, state))
-    return engine if form.integrated is None else Counting(engine, form, Turns.of(parameters))
+def integrator_of(
+    chosen: Plan, equations: Compiled, parameters: dict[str, float], start: Checkpoint
+) -> Integrator:
+    """Return what takes the steps of a plan's run from a start."""
+    return Integrator.of(
+        chosen.equations,
+        equations,
+        parameters,
+        start.state,
+        projected=chosen.projected,
+        follows_phi=chosen.follows_phi,
+    )
 
 
 def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, float], Checkpoint]:

@@ -16,7 +16,7 @@ from heavytop.integration.precise import PreciseIntegrator
 from heavytop.numbers.decimals import context
 from heavytop.run.high_precision import rounded_start
 from heavytop.run.planning import EPSILON, Plan, plan, start_values
-from heavytop.run.propagation import binary_start, compiled_for, engine_of
+from heavytop.run.propagation import binary_start, compiled_for, integrator_of
 from heavytop.run.witness import motion_of
 from heavytop.scene.scene import Scene
 from heavytop.studies.drifts.methods import Method
@@ -71,8 +71,8 @@ def run(scene: Scene, method: Method) -> Run:
             method.name, state, parameters, method.setting, period, formulation=form
         )
         return Run(taken, yardstick, period)
-    engine = engine_of(chosen, compiled_for(chosen), parameters, start)
-    return Run(TaylorMarch(engine, parameters, np.array(state), period), yardstick, period)
+    engine = integrator_of(chosen, compiled_for(chosen), parameters, start)
+    return Run(TaylorMarch(engine, np.array(state), period), yardstick, period)
 
 
 def _plan(scene: Scene, method: Method) -> Plan:
@@ -89,9 +89,8 @@ def _precise(scene: Scene, chosen: Plan, method: Method) -> Run:
     texts, start = rounded_start(form, start_values(scene), context(digits))
     engine = PreciseIntegrator(form, method.bits, texts, start=start)
     doubles, first = binary_start(scene, chosen)
-    compiled = compiled_for(chosen)
-    compiled.load(doubles)
-    march = PreciseMarch(engine, tuple(start), 1.0, compiled.cautious_step(first.state, 1e6))
+    own = integrator_of(chosen, compiled_for(chosen), doubles, first)
+    march = PreciseMarch(engine, tuple(start), 1.0, own.cautious_step(first.state, 1e6))
     begun = march.begin()
     yardstick = Yardstick(
         form,

@@ -9,7 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
-from heavytop.integration.engine import Block, Engine
+from heavytop.integration.compiled import Block
+from heavytop.integration.integrator import Integrator
 from heavytop.integration.orbit import Checkpoint
 from heavytop.numbers.double_double import Array, DoubleDouble, add
 
@@ -22,17 +23,13 @@ class TaylorMarch:
 
     Attributes
     ----------
-    engine : Engine
-        An integrator, or one that projects; every block loads its constants anew, so marches of a
-        thread may share it.
-    parameters : dict from str to float
+    engine : Integrator
     start : ndarray, shape (n,)
     period : float
         Of the nutation, negative for a run backwards [s].
     """
 
-    engine: Engine
-    parameters: dict[str, float]
+    engine: Integrator
     start: Array
     period: float
 
@@ -70,7 +67,6 @@ class TaylorMarch:
         return (t, 0.0)
 
     def _block(self, place: StepperState, samples: Array | None = None) -> Block:
-        self.engine.load(self.parameters)
         state = np.array(place.state)
         steps = Checkpoint(place.time, state, np.nan, place.steps).block_steps
         longest = None if place.steps else self._first_steps
