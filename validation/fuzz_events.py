@@ -116,7 +116,7 @@ def _digits_missed(scene: ht.Scene, found: Any) -> Iterator[str]:
         exact = form(ctx.mpf(sample.t))
         for name in scene.quantities:
             mine, true = getattr(sample, name), getattr(exact, name)
-            if mine is None:  # on a pole, in more digits
+            if mine is None or mine != mine:  # on a pole, in more digits
                 continue
             off = ctx.mpf(mine) - true
             if passing and name != "theta":  # either way round

@@ -88,7 +88,7 @@ def _truth(run: ht.Trajectory) -> list:
     own = own_motion(run)
     times = [float(t) for t in run.t]
     if run.decimals is not None:
-        own = _own(run, run.decimals.run.reader.ctx.dps + 10)
+        own = _own(run, run.decimals.run.ctx.dps + 10)
         times = [sample.t for sample in run.decimals.samples]
     form = ClosedForm(own, DIGITS)
     return [form(form.ctx.mpf(t)) for t in times]

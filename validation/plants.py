@@ -96,7 +96,7 @@ PLANTS = (
     ),
     Plant(
         "no number at one time, in the integrator",
-        "integration/quantities.py",
+        "integration/outputs.py",
         ((f"full = {{n: {VALUES} for", f"full = {{n: {HOLE} for"),),
         ("betsch-tilt-run", "dop853-run-tilted", "gauss-pendulum-run", "huygens-conical"),
     ),

@@ -40,7 +40,7 @@ _HOMES = {
     "NoScheduler": "errors",
     "NoWorkerWarning": "errors",
     "Plan": "run.planning",
-    "Sample": "integration.quantities",
+    "Sample": "integration.outputs",
     "Scene": "scene.scene",
     "Sensitivities": "run.sensitivities",
     "State": "scene.state",
@@ -178,7 +178,7 @@ if TYPE_CHECKING:
         StoppedEarly,
         WrongType,
     )
-    from heavytop.integration.quantities import Sample
+    from heavytop.integration.outputs import Sample
     from heavytop.numbers import Exact
     from heavytop.run.archive import load_trajectory
     from heavytop.run.ensemble import propagate_many

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 import heavytop as ht
 from heavytop.errors import NotANumber
-from heavytop.integration.quantities import invariants
+from heavytop.integration.outputs import invariants
 from heavytop.plots.figures import FIGURES, effective_potential, phase_plane, save
 
 TOP = ht.Top("3.28e-4", "6.60e-5", "0.0456")

@@ -13,8 +13,8 @@ import pytest
 import heavytop as ht
 from heavytop.errors import BadScene, DoubtfulWarning, EndedEarly, MissedDigitsWarning, Outcome
 from heavytop.integration.precise import Unfinished
-from heavytop.run.decimals.run import PreciseRun
 from heavytop.run.doubts import doubtful_digits
+from heavytop.run.high_precision import PreciseRun
 from heavytop.studies.drifts.methods import method
 from heavytop.studies.drifts.runs import run
 

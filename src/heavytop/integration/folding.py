@@ -164,7 +164,7 @@ class Folding(Precise):
         walk = self.walk(mark, [Wanted(since)], 2 * float(swing.duration))
         (found,) = walk.found
         assert found is not None  # no event was asked for
-        return found.state
+        return tuple(map(self.text, found.state))
 
     def _texts(self, pair: Pair) -> tuple[str, str]:
         return self.text(pair[0]), self.text(pair[1])
@@ -216,9 +216,6 @@ class Folding(Precise):
             if sign * rising < 0:
                 return self._ended(marks, cuts, turns_at_once, self._zero(length, rising))
             sign = rising
-
-    def _elapsed(self) -> Real:
-        return self._widened(*self._taylor.dtime)
 
     def _stepped(self, count: int) -> Real:
         """Take a step and return its length [s]."""

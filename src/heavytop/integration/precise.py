@@ -1,9 +1,9 @@
 """A formulation integrated in more than double precision: long double, or any number of bits.
 
-Numbers enter and leave as decimal texts; inside they are numpy long doubles or heyoka's reals
-(MPFR). Steps are natural ones, so samples change nothing. Events are not watched in the loop,
-where high orders would take gigabytes to compile: whoever knows about when they are asks for them,
-and each is polished here, by Newton's method on the Taylor polynomials of the step that holds it.
+Numbers enter as decimal texts; they are numpy long doubles or heyoka's reals (MPFR). Steps are
+natural ones, so samples change nothing. Events are not watched in the loop, where high orders would
+take gigabytes to compile: whoever knows about when they are asks for them, and each is polished
+here, by Newton's method on the Taylor polynomials of the step that holds it.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ from heavytop.equations.formulation import Formulation, power_of_rate
 from heavytop.equations.lambdify import NUMPY, lambdified
 from heavytop.integration.bits import LONG_DOUBLE
 from heavytop.integration.compiled import System
-from heavytop.integration.following import NOT_TOLD, Following, Told, Trail
+from heavytop.integration.following import GRAIN_BITS, NOT_TOLD, Following, Told, Trail
+from heavytop.integration.outputs import Sample, sample
 from heavytop.integration.pace import in_units, paces_of
 
 HEAVY = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000
@@ -59,20 +60,29 @@ class Unfinished(ArithmeticError):
 class Wanted:
     """A state that is wanted: at a time [s], or at the zero of an event function close to it."""
 
-    t: str
+    t: Any  # a text, or a wide number
     event: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
-    """A state and its time [s], as decimal texts that hold every bit; and phi and psi there.
+class Mark:
+    """A state of a run, enough to go on from.
 
-    The angles `turned` are followed from the start to double precision [rad]; nan where they are
-    not, and psi less its uniform part.
+    Attributes
+    ----------
+    t : real
+        Time, with more than twice the bits [s].
+    state : tuple of real
+    steps : int
+        Natural steps taken before.
+    turned : tuple of float
+        phi and psi, followed from the start to double precision [rad]; nan where they are not,
+        and psi less its uniform part.
     """
 
-    t: str
-    state: tuple[str, ...]
+    t: Any
+    state: tuple[Any, ...]
+    steps: int = 0
     turned: Told = NOT_TOLD
 
 
@@ -82,7 +92,7 @@ class Walk:
 
     Attributes
     ----------
-    found : tuple of (Found or None)
+    found : tuple of (Mark or None)
         What was wanted, in that order; None for an event that is none at this precision.
     marks : tuple of Mark
         The states kept on the way, the first one included.
@@ -90,19 +100,9 @@ class Walk:
         Natural steps taken.
     """
 
-    found: tuple[Found | None, ...]
+    found: tuple[Mark | None, ...]
     marks: tuple[Mark, ...]
     steps: int
-
-
-@dataclass(frozen=True, slots=True)
-class Mark:
-    """A natural step's end: enough to go on from. `t` has more than twice the bits."""
-
-    t: Any
-    state: tuple[Any, ...]
-    steps: int
-    turned: Told = NOT_TOLD
 
 
 class Precise:
@@ -136,16 +136,15 @@ class Precise:
         self._constants = {name: self.number(text) for name, text in parameters.items()}
         self._events: dict[str, Callable[..., Any]] = {}
         self.following: Following | None = None  # tells phi and psi along the way
-        self._turned = NOT_TOLD
         self._pace = pace
         self._units = [self._pace ** power_of_rate(str(state)) for state, _ in system.equations]
         self._taylor = self._compiled(system, 0 if quick else 3)
         self.order = int(self._taylor.order)
         self.compile_s = time.perf_counter() - began
 
-    def number(self, text: str) -> Any:
-        """Return the number of so many bits that is nearest to a decimal text."""
-        return np.longdouble(text) if self.hardware else hy.real(text, self.bits)
+    def number(self, x: str | float) -> Any:
+        """Return the number of so many bits that is nearest to a decimal text, or to a double."""
+        return np.longdouble(x) if self.hardware else hy.real(x, self.bits)
 
     def text(self, number: Any) -> str:
         """Return a decimal text that holds every bit of a number."""
@@ -153,27 +152,21 @@ class Precise:
             return str(number)
         return np.format_float_scientific(number, precision=2 * self.bits, unique=False)
 
-    def wide(self, text: str) -> Any:
+    def wide(self, x: Any) -> Any:
         """Return a time with so many bits that sums of steps lose nothing."""
-        return hy.real(text, 2 * self.bits + 64)
+        return hy.real(x, 2 * self.bits + 64)
+
+    def constants(self, bits: int) -> dict[str, Any]:
+        """Return the constants of the run as they are used, by symbol name, in reals of `bits`."""
+        return {name: hy.real(x, bits) for name, x in self._constants.items()}
 
     def parameter_texts(self) -> dict[str, str]:
         """Return the constants of the run as they are used, by symbol name."""
         return {name: self.text(value) for name, value in self._constants.items()}
 
-    def total(self, words: Sequence[float]) -> Any:
-        """Return the number that is the sum of doubles, the largest first."""
-        exactly = np.longdouble if self.hardware else (lambda x: hy.real(x, self.bits))
-        return sum(map(exactly, reversed(words)), exactly(0.0))
-
-    def moment(self, *words: float) -> Any:
-        """Return a time, the sum of doubles, the largest first [s]."""
-        bits = 2 * self.bits + 64
-        return sum((hy.real(word, bits) for word in reversed(words)), hy.real(0.0, bits))
-
     def start(self, state: Sequence[str]) -> Mark:
         """Return the start of a run, from decimal texts."""
-        return Mark(self.wide("0"), tuple(map(self.number, state)), 0)
+        return Mark(self.wide("0"), tuple(map(self.number, state)))
 
     def walk(
         self,
@@ -209,17 +202,15 @@ class Precise:
             raise ValueError("a time before the mark from which the steps go on")
         order = sorted(range(len(wanted)), key=lambda i: abs(times[i] - mark.t))
         waiting = deque((i, times[i], wanted[i].event) for i in order)
-        found: list[Found | None] = [None] * len(wanted)
-        marks, steps = [mark], 0
+        found: list[Mark | None] = [None] * len(wanted)
+        marks, reached = [mark], mark
         while waiting:
-            last = marks[-1]
-            cut = far if longest is None or last.steps else math.copysign(longest, far)
-            steps += self._stride(last, waiting, found, cut)
+            reached = self._stride(reached, waiting, found, far, longest)
             if waiting:
-                marks.append(self._mark(last))
+                marks.append(reached)
                 if on_mark is not None:
-                    on_mark(float(marks[-1].t))
-        return Walk(tuple(found), tuple(marks), steps)
+                    on_mark(float(reached.t))
+        return Walk(tuple(found), tuple(marks), reached.steps - mark.steps)
 
     def onward(self, mark: Mark, far: float, longest: float | None = None) -> Mark:
         """Return the next mark, a fixed number of natural steps later; arguments as in `walk`.
@@ -229,9 +220,7 @@ class Precise:
         Unfinished
             The equations are singular where the motion went.
         """
-        cut = far if longest is None or mark.steps else math.copysign(longest, far)
-        self._stride(mark, deque([(0, self.moment(far) + mark.t, None)]), [None], cut)
-        return self._mark(mark)
+        return self._stride(mark, deque([(0, mark.t + self.wide(far), None)]), [None], far, longest)
 
     def _compiled(self, system: System, opt_level: int) -> Any:
         number_type: dict[str, Any] = {"fp_type": np.longdouble}
@@ -244,50 +233,44 @@ class Precise:
         return apart(lambda: hy.taylor_adaptive(system.equations, start, **number_type))
 
     def _stride(
-        self, mark: Mark, waiting: deque[tuple[int, Any, str | None]], found: list[Any], cut: float
-    ) -> int:
-        """Take the steps up to the next mark, finding what they pass; return how many."""
-        taylor = self._taylor
-        taylor.time = self.number("0")
-        for i, value in enumerate(mark.state):
-            taylor.state[i] = value / self._units[i]
-        while waiting and waiting[0][1] == mark.t and waiting[0][2] is None:
-            one = self._found(mark.t, mark.state)
-            found[waiting.popleft()[0]] = replace(one, turned=mark.turned)
-        trail = Trail(self.following, mark.state, mark.turned) if self.following else None
-        steps = self._steps(mark, waiting, found, cut, trail)
-        if trail is not None:
-            trail.tell()
-            self._turned = trail.last
-            for i, turned in trail.told.items():
-                found[i] = replace(found[i], turned=turned)
-        return steps
-
-    def _steps(
         self,
         mark: Mark,
         waiting: deque[tuple[int, Any, str | None]],
         found: list[Any],
-        cut: float,
-        trail: Trail | None,
-    ) -> int:
-        longest = self.number(repr(cut))
-        for step in range(MARK):
-            if not waiting:
-                return step
-            length = self._step(longest)
-            elapsed = self._elapsed()
-            while waiting and abs(waiting[0][1] - mark.t) <= abs(elapsed):
+        far: float,
+        longest: float | None,
+    ) -> Mark:
+        """Take steps to the next mark, or until nothing is waited for; return where they end."""
+        taylor, steps = self._taylor, 0
+        taylor.time = self.number("0")
+        for i, value in enumerate(mark.state):
+            taylor.state[i] = value / self._units[i]
+        while waiting and waiting[0][1] == mark.t and waiting[0][2] is None:
+            found[waiting.popleft()[0]] = mark
+        trail = None
+        if self.following is not None:
+            trail = Trail(
+                self.following, mark.state, mark.turned, lambda t: self._dense(self.number(t))
+            )
+        cut = far if longest is None or mark.steps else math.copysign(longest, far)
+        while waiting and steps < MARK:
+            steps += 1
+            length, inside = self._step(self.number(cut)), []
+            while waiting and abs(waiting[0][1] - mark.t) <= abs(self._elapsed()):
                 i, t, event = waiting.popleft()
-                since = self._narrowed(t - mark.t - elapsed)
-                found[i] = self._seen(mark, since, length, event)
-                if trail is not None and found[i] is not None:
-                    moment = float(self.wide(found[i].t) - mark.t)
-                    trail.see(i, moment, found[i].state)
+                seen = found[i] = self._seen(mark, t, length, event)
+                if seen is not None:
+                    inside.append((i, float(seen.t - mark.t), seen.state))
             if trail is not None:
-                state = self._measured(self._taylor.state)
-                trail.step(float(elapsed), float(length), state, self._before)
-        return MARK
+                state = self._measured(taylor.state)
+                trail.step(float(self._elapsed()), float(length), state, inside)
+        end = Mark(mark.t + self._elapsed(), self._measured(taylor.state), mark.steps + steps)
+        if trail is None:
+            return end
+        trail.tell()
+        for i, turned in trail.told.items():
+            found[i] = replace(found[i], turned=turned)
+        return replace(end, turned=trail.last)
 
     def _step(self, longest: Any) -> Any:
         """Take a natural step and return its length [s]."""
@@ -301,39 +284,22 @@ class Precise:
             raise Unfinished(str(outcome))
         return length / self._pace
 
-    def _before(self, since: float) -> tuple[Any, ...]:
-        """Return the state at a time since the end of the last step, in double."""
-        return self._dense(self.number(repr(since)))
-
-    def _mark(self, mark: Mark) -> Mark:
-        state = self._measured(self._taylor.state)
-        return Mark(mark.t + self._elapsed(), state, mark.steps + MARK, self._turned)
-
     def _elapsed(self) -> Any:
-        """Return the time since the last mark [s]."""
-        return self._widened(*self._taylor.dtime) / self._pace
+        """Return the time since the last mark, wide [s]."""
+        high, low = self._taylor.dtime
+        return (self.wide(high) + self.wide(low)) / self._pace
 
     def _measured(self, state: Sequence[Any]) -> tuple[Any, ...]:
         """Return a state in seconds from one of the integrator's."""
         return tuple(x * unit for x, unit in zip(state, self._units, strict=True))
 
-    def _widened(self, high: Any, low: Any) -> Any:
-        return hy.real(high, 2 * self.bits + 64) + hy.real(low, 2 * self.bits + 64)
-
-    def _narrowed(self, x: Any) -> Any:
-        return np.longdouble(str(x)) if self.hardware else hy.real(x, self.bits)
-
-    def _found(self, t: Any, state: Sequence[Any]) -> Found:
-        return Found(str(t), tuple(map(self.text, state)))
-
-    def _seen(self, mark: Mark, since: Any, length: Any, event: str | None) -> Found | None:
-        """Return the state at a time since the end of the last step, or at the zero close by."""
+    def _seen(self, mark: Mark, t: Any, length: Any, event: str | None) -> Mark | None:
+        """Return the state at a time in the last step, or at the zero of an event close by."""
+        end = mark.t + self._elapsed()
+        since = self.number(str(t - end)) if self.hardware else hy.real(t - end, self.bits)
         if event is not None:
             since = self._polished(event, since, abs(length))
-        if since is None:
-            return None
-        t = mark.t + self._elapsed() + self._widened(since, self.number("0"))
-        return self._found(t, self._dense(since))
+        return since if since is None else Mark(end + self.wide(since), self._dense(since))
 
     def _dense(self, since: Any) -> tuple[Any, ...]:
         self._taylor.update_d_output(since * self._pace, rel_time=True)
@@ -341,7 +307,7 @@ class Precise:
 
     def _polished(self, event: str, since: Any, length: Any) -> Any:
         """Return the zero of an event function by Newton's method, or None where it finds none."""
-        near = length * self.number(repr(2.0**-8))
+        near = length * self.number(2.0**-8)
         enough = length * self.number("2") ** -(self.bits // 2)
         first = since
         for _ in range(MOST_ITERATIONS):
@@ -389,6 +355,24 @@ class PreciseIntegrator(Precise):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return PreciseIntegrator, self._asked, {"following": self.following}  # compiled anew
+
+    def sample(self, form: Formulation, found: Sequence[Mark], bits: int) -> Sample:
+        """Return the motion at states of a run, in reals of more bits than it has itself.
+
+        `form` is the formulation that is integrated, or that with the angles read off it.
+        """
+        known, width = self.constants(bits), len(self.formulation.states)
+        t = np.array([hy.real(one.t, bits) for one in found], dtype=hy.real)
+        rows = [[hy.real(x, bits) for x in one.state] for one in found]
+        states = np.array(rows, dtype=hy.real).reshape(len(found), width)
+        phi = np.full(len(found), np.nan)
+        if self.following is not None:
+            told = np.array([one.turned for one in found]).reshape(-1, 2)
+            grain = hy.real(2, bits) ** (GRAIN_BITS - self.bits)
+            phi, *psi = self.following.read(states, told, known, grain)
+            if psi:
+                states = np.column_stack((states, phi, *psi))
+        return sample(form, states, known, t, phi)
 
     def _event(self, event: str) -> Callable[..., Any]:
         """Return an event function and its time derivative, as a function of the states."""

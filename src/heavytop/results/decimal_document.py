@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from heavytop.numbers.decimals import Number
-from heavytop.run.decimals.polish import Polished
-from heavytop.run.decimals.result import Decimals
+from heavytop.run.events import Event
+from heavytop.run.high_precision import Decimals
 
 NUMBER_DIGITS = 15  # what a number of JSON surely holds
 
@@ -26,18 +26,15 @@ def final_document(decimals: Decimals, *, attitude: bool) -> dict[str, Any]:
         final |= _with_turns(decimals, angle, getattr(end, angle))
     rates = ("thetadot", "phidot", "psidot")
     final |= {name: shown(decimals, getattr(end, name)) for name in rates}
-    vectors = {"axis": (end.axis, 3), "omega": (end.omega, 3)}
-    for name, (vector, width) in vectors.items():
-        final[name] = [shown(decimals, x) for x in vector or (None,) * width]
-    quaternion = end.quaternion or (None,) * 4
-    final["quaternion"] = [shown(decimals, x) for x in quaternion] if attitude else None
-    return final
+    final |= {n: [shown(decimals, x) for x in getattr(end, n)] for n in ("axis", "omega")}
+    quaternion = [shown(decimals, x) for x in end.quaternion]
+    return final | {"quaternion": quaternion if attitude else None}
 
 
-def _with_turns(decimals: Decimals, angle: str, value: Number | None) -> dict[str, Any]:
-    turns, rest = None, None
-    if value is not None:
-        ctx = decimals.run.reader.ctx
+def _with_turns(decimals: Decimals, angle: str, value: Number) -> dict[str, Any]:
+    turns, rest = None, value
+    if value == value:
+        ctx = decimals.run.ctx
         turns = int(ctx.floor(value / (2 * ctx.pi)))
         rest = value - turns * 2 * ctx.pi
     texts = {angle: shown(decimals, value), f"{angle}_mod": shown(decimals, rest)}
@@ -49,14 +46,13 @@ def event_rows(decimals: Decimals, most: int) -> list[dict[str, Any]]:
     return [_row(decimals, event) for event in decimals.events[:most]]
 
 
-def _row(decimals: Decimals, event: Polished) -> dict[str, Any]:
+def _row(decimals: Decimals, event: Event) -> dict[str, Any]:
     numbers = {n: getattr(event.sample, n) for n in ("t", "theta", "phi", "phidot")}
     row: dict[str, Any] = {name: shown(decimals, x) for name, x in numbers.items()}
     return {"kind": event.kind} | row | {"residual": float(event.residual)}
 
 
-def shown(decimals: Decimals, x: Number | None) -> float | str | None:
-    """Return a number as the document has it."""
-    if x is None or decimals.digits > NUMBER_DIGITS:
-        return decimals.text(x)
-    return float(x)
+def shown(decimals: Decimals, x: Number) -> float | str | None:
+    """Return a number as the document has it, None for nan."""
+    text = decimals.text(x)
+    return text if text is None or decimals.digits > NUMBER_DIGITS else float(x)

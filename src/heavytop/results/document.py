@@ -11,7 +11,7 @@ import numpy as np
 
 from heavytop.analytic.motion import Motion
 from heavytop.errors import Outcome
-from heavytop.integration.quantities import Sample
+from heavytop.integration.outputs import Sample
 from heavytop.machine import version
 from heavytop.results.classification import constants_document, finite, motion_document
 from heavytop.results.decimal_document import event_rows, final_document

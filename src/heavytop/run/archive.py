@@ -15,8 +15,7 @@ from heavytop.integration.orbit import Checkpoint, Ending, Orbit, Seen
 from heavytop.machine import versions
 from heavytop.run.events import Events
 from heavytop.run.netcdf import EVENT_COLUMNS, SCHEMA, SEEN_COLUMNS
-from heavytop.run.planning import Plan, closed_form_of, start_values
-from heavytop.run.poles import rates_at_poles
+from heavytop.run.planning import Plan, closed_form_of
 from heavytop.run.propagation import compiled_for, integrator_of
 from heavytop.run.trajectory import Statistics, Trajectory
 from heavytop.scene.arguments import path_of
@@ -120,10 +119,9 @@ def _trajectory(file: Any) -> Trajectory:
     orbit, events = _orbit(file, chosen, values, outcome), _events(file, scene.events)
     decimals, motion = None, closed_form_of(scene)
     if "decimal_t_time" in file:
-        from heavytop.run.decimals.stored import restored
+        from heavytop.run.high_precision import restored
 
-        at_poles, named = rates_at_poles(motion), start_values(scene)
-        decimals = restored(file, scene.digits, chosen, named, orbit, events, at_poles)
+        decimals = restored(file, scene, motion, chosen, orbit, events)
     steps = orbit.steps if decimals is None else decimals.steps
     return Trajectory(
         scene=scene,

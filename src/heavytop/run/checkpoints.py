@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from heavytop.analytic.motion import Motion
 from heavytop.errors import Outcome
 from heavytop.integration.orbit import Orbit
-from heavytop.run.orbit_events import orbit_events
+from heavytop.run.events import orbit_events
 from heavytop.run.planning import Plan
 from heavytop.run.trajectory import Statistics, Trajectory
 from heavytop.scene.scene import Scene

@@ -16,8 +16,8 @@ from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.rising import Rising
 from heavytop.errors import NoClosedForm
 from heavytop.numbers.decimals import Context, Number, context
-from heavytop.run.decimals.polish import Polished
-from heavytop.run.decimals.result import Decimals
+from heavytop.run.events import Event
+from heavytop.run.high_precision import Decimals
 from heavytop.run.trajectory import Trajectory
 from heavytop.run.witness import Errors, motion_of, passing
 
@@ -48,7 +48,7 @@ def decimal_errors(trajectory: Trajectory) -> DecimalErrors:
     """Return how far a trajectory with decimals is off the closed form of its own numbers."""
     decimals = _decimals(trajectory)
     energy, invariants = _changes(decimals)
-    ctx = context(decimals.run.reader.ctx.dps + SPARE_DIGITS)
+    ctx = context(decimals.run.ctx.dps + SPARE_DIGITS)
     try:
         truth = ClosedForm(_own(trajectory, ctx.dps), decimals.digits + SPARE_DIGITS)
         pairs = [(sample, truth(ctx.mpf(sample.t))) for sample in _some(decimals.samples)]
@@ -94,7 +94,7 @@ def missed_decimals(trajectory: Trajectory) -> dict[str, float]:
     decimals, off = _decimals(trajectory), decimal_errors(trajectory).off
     wants, end = set(trajectory.scene.quantities), decimals.samples[-1]
     wanted = wants | (FOR_ATTITUDE if "attitude" in wants else set())
-    bound = decimals.run.reader.ctx.mpf(10) ** -decimals.digits
+    bound = decimals.run.ctx.mpf(10) ** -decimals.digits
     sizes = {name: getattr(end, name) for name in ANGLES} | {"axis": 1}
     allowed = {name: bound * max(1, abs(size or 0)) for name, size in sizes.items()}
     found = {
@@ -109,7 +109,7 @@ def missed_decimals(trajectory: Trajectory) -> dict[str, float]:
 def _off_exactly(trajectory: Trajectory, names: Iterable[str]) -> dict[str, Any]:
     """Return how far a trajectory is off the motion of the scene's exact numbers."""
     decimals, motion = _decimals(trajectory), trajectory.motion
-    ctx, truth = decimals.run.reader.ctx, motion.form(decimals.digits + SPARE_DIGITS)
+    ctx, truth = decimals.run.ctx, motion.form(decimals.digits + SPARE_DIGITS)
     apart = _Apart(ctx)
     pairs = [(sample, truth(ctx.mpf(sample.t))) for sample in _some(decimals.samples)]
     return {
@@ -128,12 +128,12 @@ class _Apart:
 
     def angle(self, name: str, one: Record, other: Record) -> Number | None:
         a, b = getattr(one, name), getattr(other, name)
-        if a is None:
+        if a != a:
             return None
         return abs(self.ctx.mpf(a) - b)
 
     def axis(self, one: Record, other: Record) -> Number | None:
-        if one.axis is None:
+        if one.axis[0] != one.axis[0]:
             return None
         return self.ctx.hypot(
             self.ctx.hypot(*(self.ctx.mpf(one.axis[i]) - other.axis[i] for i in (0, 1))),
@@ -141,7 +141,7 @@ class _Apart:
         )
 
 
-Record = Any  # DecimalSample or ExactRecord: both have t, theta, phi, psi and axis
+Record = Any  # Sample or ExactRecord: both have t, theta, phi, psi and axis
 
 
 def _decimals(trajectory: Trajectory) -> Decimals:
@@ -152,25 +152,25 @@ def _decimals(trajectory: Trajectory) -> Decimals:
 def _own(trajectory: Trajectory, digits: int) -> Rising:
     """Return the motion that the run's own binary numbers define."""
     decimals = _decimals(trajectory)
-    start, parameters = decimals.samples[0], decimals.run.reader.parameters
-    source = motion_of(trajectory.plan, digits, start.states, parameters)
+    start, parameters = decimals.samples[0], decimals.run.parameters
+    source = motion_of(trajectory.plan, digits, list(start.states), parameters)
     return Rising(passing(trajectory, source), proved=False)
 
 
 def _changes(decimals: Decimals) -> tuple[Number, dict[str, Number]]:
     """Return the largest changes of the energy and of the other invariants, relative."""
-    reader = decimals.run.reader
-    every = [reader.invariants(sample) for sample in _some(decimals.samples)]
-    first = reader.invariants(decimals.samples[0])
-    p = reader.parameters
+    run = decimals.run
+    every = [run.invariants(sample) for sample in _some(decimals.samples)]
+    first = run.invariants(decimals.samples[0])
+    p = run.parameters
     g = p["g"] if "g" in p else p["gMR"] / p["A"]
     changes = {n: max(abs(each[n] - first[n]) for each in every) for n in first}
     energy = changes.pop("energy") / (max(abs(first["energy"]), abs(g)) or 1)
     sizes = {name: abs(first[name]) for name in changes}
-    return energy, {n: x / (sizes[n] if sizes[n] > reader.grain else 1) for n, x in changes.items()}
+    return energy, {n: x / (sizes[n] if sizes[n] > run.grain else 1) for n, x in changes.items()}
 
 
-def _late(event: Polished, truth: ClosedForm) -> Number | None:
+def _late(event: Event, truth: ClosedForm) -> Number | None:
     """Return how far an event is off the true zero, by a Newton step [s]."""
     seen, r = truth(truth.ctx.mpf(event.sample.t)), truth.reduced
     if event.kind == "reversal":

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.analytic.many_times import DoubleRecord
-from heavytop.integration.quantities import Sample
+from heavytop.integration.outputs import Sample
 from heavytop.run.trajectory import Trajectory
 from heavytop.run.witness import closed_form
 

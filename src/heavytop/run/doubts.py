@@ -10,7 +10,7 @@ from heavytop.errors import (
     NoClosedForm,
     UnboundedAngleWarning,
 )
-from heavytop.integration.quantities import Sample
+from heavytop.integration.outputs import Sample
 from heavytop.run.events import EVENTS
 from heavytop.run.planning import Plan
 from heavytop.run.tally import Counts, differences, tally

@@ -21,7 +21,7 @@ from heavytop.equations.gradients import invariants_of
 from heavytop.equations.lambdify import lambdified
 from heavytop.errors import BadScene, HeavyTopError, ImpossibleStart, NotANumber, Outcome
 from heavytop.integration.batch import Arrived, Lane, Zeros, batch_integrator
-from heavytop.integration.quantities import Sample, event_function, invariants, sample
+from heavytop.integration.outputs import Sample, event_function, invariants, sample
 from heavytop.run.error_growth import Outlook, outlook
 from heavytop.run.estimates import MOST_DIGITS
 from heavytop.run.planning import EPSILON

@@ -1,27 +1,51 @@
-"""What the integrator's zeros mean: turning points, reversals and cusps.
+"""What happens on a run: turning points, reversals and cusps, of the zeros that it found.
 
 A cusp is a double root of phidot, where any root finder reports none, one or two zeros. It is
 therefore decided at the turning point, which is a simple root of thetadot, by the size of phidot
-there against its rounding; the zeros of phidot around it are its shadows and are dropped.
+there: against its rounding in doubles, against the digits that are wanted in more. The zeros of
+phidot around a cusp are its shadows and are dropped.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import compress
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from heavytop.analytic.motion import Motion
+from heavytop.equations.formulation import Formulation
+from heavytop.integration.orbit import Orbit, Seen
+from heavytop.integration.outputs import (
+    Parameters,
+    Sample,
+    event_function,
+    sample,
+    spin_momentum,
+)
+from heavytop.numbers import Exact
+from heavytop.numbers.decimals import Number
+from heavytop.run.planning import EPSILON, Plan
+from heavytop.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from heavytop.integration.precise import Mark
+    from heavytop.run.high_precision import PreciseRun
+
 Array = NDArray[np.float64]
+Zeros = dict[str, Array]
+"""Columns of a `Sample` at zeros of an event function; ``residual`` and ``slope`` of that; the low
+words ``t_low`` of the times; ``level``, up to which phidot counts as zero."""
 
 EVENTS = ("turning", "reversal", "cusp")
-KINDS = ("theta_min", "theta_max", "cusp", "reversal", "turning")
+TURNING = ("theta_min", "theta_max", "cusp")
+KINDS = (*TURNING, "reversal", "turning")
 COLUMNS = ("t", "theta", "phi", "phidot", "residual")
+STORED = (*COLUMNS, "t_low", "axis", "states")
 
-EPSILON = 2.0**-52
-CUSP_LEVEL = 1.0  # in units of the rounding of phidot, which grows as the root of the steps
 BLUR = 1e-9  # of a step: how far from an exact start its own zero may be found
 EDGE_LEVEL = 4.0  # ulp of the time, times the root of the number of turning points
 
@@ -104,12 +128,9 @@ class Events:
         """
         if kind not in KINDS:
             raise ValueError(f"kind: one of {', '.join(KINDS)}, not {kind!r}")
-        wanted = [k == kind or (kind == "turning" and k != "reversal") for k in self.kind]
-        columns = (name for name in self.__slots__ if name not in ("kind", "asked"))
-        here = np.array(wanted, dtype=bool)
-        kept = {name: getattr(self, name)[here] for name in columns}
-        kinds = tuple(k for k, wants in zip(self.kind, wanted, strict=True) if wants)
-        return Events(kind=kinds, asked=self.asked, **kept)
+        here = [k == kind or (kind == "turning" and k in TURNING) for k in self.kind]
+        kept = {name: getattr(self, name)[np.array(here, dtype=bool)] for name in STORED}
+        return Events(tuple(compress(self.kind, here)), asked=self.asked, **kept)
 
     @property
     def is_turning(self) -> NDArray[np.bool_]:
@@ -131,106 +152,179 @@ class Events:
         """
         if event not in EVENTS:
             raise ValueError(f"event: one of {', '.join(EVENTS)}, not {event!r}")
-        if event not in self.asked:
-            return None
-        if event == "turning":
-            return int(self.is_turning.sum())
-        return sum(k == event for k in self.kind)
+        return len(self.of(event)) if event in self.asked else None
 
 
 @dataclass(frozen=True, slots=True)
-class Candidates:
-    """Zeros of one event function, with what is needed to judge them.
+class Event:
+    """An event to all digits of a run: what it is, the motion there, and the event function."""
 
-    `slope` is the time derivative of the event function, `noise` the rounding error of phidot.
+    kind: str
+    sample: Sample
+    residual: Number
+
+
+def orbit_events(scene: Scene, motion: Motion, chosen: Plan, orbit: Orbit) -> Events:
+    """Return the events a scene asks for, from the zeros seen along its orbit."""
+    seen = dict(zip(chosen.watched, orbit.hits, strict=True))
+    none = Seen(np.empty(0), np.empty(0), orbit.samples.rows[:0], np.empty(0))
+    turning, reversal = (
+        _within(
+            _orbit_zeros(orbit, event, seen.get(event, none)),
+            _starting(scene, orbit, event) if event in seen else None,
+            orbit.end,
+            abs(orbit.end) / max(orbit.steps, 1),
+        )
+        for event in ("turning", "reversal")
+    )
+    limits = {kind: float(limit) for kind, limit in rates_at_poles(motion).items()}
+    return _rounded(*_judged(turning, reversal, scene.events, limits), scene.events)
+
+
+def precise_events(
+    scene: Scene,
+    motion: Motion,
+    run: PreciseRun,
+    expected: Sequence[str],
+    found: Sequence[Mark | None],
+    end: float,
+) -> tuple[tuple[Event, ...], Events]:
+    """Return the events a scene asks for to all digits, and rounded to double.
+
+    The closed form says how many are expected, of which kinds, and where to look. Their times and
+    states, and whether they are there at all, is for the run to say: what it does not resolve is
+    none, and a cusp whose phidot is not zero to the digits wanted is an ordinary turning point.
     """
+    small = run.real(run.ctx.mpf(10) ** -scene.digits)
 
-    t: Array
-    t_low: Array
-    states: Array
-    phi: Array
-    theta: Array
-    phidot: Array
-    axis: Array
-    residual: Array
-    slope: Array
-    noise: Array
+    def zeros(event: str, kinds: Sequence[str]) -> Zeros:
+        both = [(kind, one) for kind, one in zip(expected, found, strict=True) if kind in kinds]
+        at = run.sampled([one for _, one in both if one is not None])
+        sharp = np.array([kind == "cusp" for kind, one in both if one is not None], dtype=bool)
+        momentum = abs(spin_momentum(run.form, at.states, run.constants, at.t))
+        level = np.where(sharp, 2 * small * momentum / abs(np.sin(at.theta)), np.array(np.nan))
+        return _zeros(run.form, event, at, run.constants, 0 * at.t, level)
 
-    def where(self, mask: NDArray[np.bool_]) -> Candidates:
-        """Return those for which the mask holds."""
-        return Candidates(*(getattr(self, name)[mask] for name in self.__slots__))
+    turning, reversal = zeros("turning", TURNING), zeros("reversal", ("reversal",))
+    limits = {kind: run.real(limit) for kind, limit in rates_at_poles(motion).items()}
+    kinds, judged = _judged(turning, reversal, scene.events, limits)
+    samples = run.numbers(Sample(*(judged[name] for name in Sample.__slots__)))
+    residuals = map(run.ctx.mpf, map(str, judged["residual"]))
+    events = tuple(map(Event, kinds, samples, residuals))
+    judged["t_low"] = judged["t"] - judged["t"].astype(np.float64)
+    with np.errstate(invalid="ignore"):  # nan
+        doubles = {name: column.astype(np.float64) for name, column in judged.items()}
+    t, t_low = _ended(doubles["t"], doubles["t_low"], end)
+    return events, _rounded(kinds, doubles | {"t": t, "t_low": t_low}, scene.events)
 
-    def with_start(self, start: Candidates) -> Candidates:
-        """Return them with the start in front."""
-        pairs = ((getattr(start, n), getattr(self, n)) for n in self.__slots__)
-        return Candidates(*(np.concatenate(pair) for pair in pairs))
+
+def rates_at_poles(motion: Motion) -> dict[str, Exact]:
+    """The limits of φ̇ where the axis passes exactly through the vertical [rad/s].
+
+    In passing φ jumps by π; φ̇ = (p_φ − p_ψ u)/(A (1 − u²)) tends to p_ψ/2A at the top, where
+    p_φ = p_ψ, and to −p_ψ/2A at the bottom. A run, which is off by its rounding, passes beside the
+    pole with any rate. They are told by kind of turning point, ``theta_min`` or ``theta_max``.
+
+    Examples
+    --------
+    >>> from heavytop.scene.scene import load_scene
+    >>> scene = load_scene("through-bottom")
+    >>> limits = rates_at_poles(Motion(scene.top, scene.start))
+    >>> [(kind, round(float(rate), 6)) for kind, rate in limits.items()]
+    [('theta_max', -4.02439)]
+    """
+    if not motion.nutates:
+        return {}
+    tilts, limit = motion.exact.tilts, motion.top.C * motion.start.omega3 / (2 * motion.top.A)
+    found = {"theta_min": limit} if not min(tilts) else {}
+    return found | ({"theta_max": -limit} if max(tilts) == motion.exact.ctx.pi else {})
 
 
-def within(candidates: Candidates, start: Candidates | None, end: float, step: float) -> Candidates:
-    """Return the zeros that belong to the run, those exactly at its edges included.
+def _zeros(
+    form: Formulation, event: str, at: Sample, parameters: Parameters, t_low: Array, level: Array
+) -> Zeros:
+    residual, slope = event_function(form, event, at.states, parameters, at.t)
+    columns = {name: getattr(at, name) for name in Sample.__slots__}
+    return columns | {"t_low": t_low, "level": level, "residual": residual, "slope": slope}
 
-    One that rounding puts behind the end is at the end.
 
-    Parameters
-    ----------
-    candidates : Candidates
-    start : Candidates or None
-        The start itself, length 1, if it is exactly an event: a rounded start is not quite a
-        zero, and the finder may report it beside itself, or not at all.
-    end : float
-        The end of the run [s].
-    step : float
-        The mean step of the integrator, a measure of how fast things happen [s].
+def _orbit_zeros(orbit: Orbit, event: str, seen: Seen) -> Zeros:
+    form, parameters = orbit.integrator.formulation, orbit.parameters
+    at = sample(form, seen.rows, parameters, seen.t, seen.phi)
+    level = np.sqrt(1.0 + orbit.steps) * _phidot_rounding(orbit, at)
+    return _zeros(form, event, at, parameters, seen.t_low, level)
+
+
+def _phidot_rounding(orbit: Orbit, at: Sample) -> Array:
+    """Return the rounding of phidot = (a - b u)/sin^2, whose terms cancel at a cusp [rad/s].
+
+    Where it is not small against b itself, near a pole, it decides nothing: nan.
+    """
+    form, first = orbit.integrator.formulation, orbit.checkpoints[0].state[None]
+    b = abs(float(spin_momentum(form, first, orbit.parameters, np.zeros(1))[0]))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        noise = EPSILON * (np.abs(at.phidot) + 2 * b / np.abs(np.sin(at.theta)))
+    return np.where(noise < 1e-6 * b, noise, np.nan)
+
+
+def _starting(scene: Scene, orbit: Orbit, event: str) -> Zeros | None:
+    """Return the start if it is exactly an event: rounded, it is not quite a zero."""
+    start = scene.start
+    at_pole = float(start.theta) == 0.0 or start.theta.sign() == 0
+    exactly = {
+        "turning": start.thetadot.sign() == 0 or at_pole,
+        "reversal": start.phidot.sign() == 0,
+    }
+    if not exactly[event]:
+        return None
+    first = orbit.checkpoints[0]
+    seen = Seen(np.zeros(1), np.zeros(1), first.state[None], np.array([first.phi]))
+    return _orbit_zeros(orbit, event, seen)
+
+
+def _within(zeros: Zeros, start: Zeros | None, end: float, step: float) -> Zeros:
+    """Return the zeros that belong to a run to `end` [s], those exactly at its edges included.
+
+    One that rounding puts behind the end is at the end. A start that is an event may be found
+    beside itself, or not at all; `step` is a measure of how fast things happen [s].
     """
     forward = 1.0 if end >= 0 else -1.0
-    margin = EDGE_LEVEL * EPSILON * abs(end) * np.sqrt(candidates.t.size + 1.0)
-    kept = candidates.where(forward * candidates.t <= abs(end) + margin)
-    t, t_low = ended(kept.t, kept.t_low, end)
-    kept = replace(kept, t=t, t_low=t_low)
+    margin = EDGE_LEVEL * EPSILON * abs(end) * np.sqrt(zeros["t"].size + 1.0)
+    kept = _where(zeros, forward * zeros["t"] <= abs(end) + margin)
+    t, t_low = _ended(kept["t"], kept["t_low"], end)
+    kept |= {"t": t, "t_low": t_low}
     if start is None:
         return kept
-    off = abs(float(start.residual[0]) / float(start.slope[0])) if start.slope[0] else 0.0
-    blur = 16 * off + BLUR * step
-    return kept.where(np.abs(kept.t) > blur).with_start(start)
+    residual, slope = float(start["residual"][0]), float(start["slope"][0])
+    off = abs(residual / slope) if slope else 0.0
+    return _joined(start, _where(kept, np.abs(kept["t"]) > 16 * off + BLUR * step))
 
 
-def ended(t: Array, t_low: Array, end: float) -> tuple[Array, Array]:
-    """Return times with none behind the end: what rounding put there goes into the low word.
-
-    Parameters
-    ----------
-    t, t_low : ndarray, shape (k,)
-        High and low words [s].
-    end : float
-        The end of the run [s].
-    """
+def _ended(t: Array, t_low: Array, end: float) -> tuple[Array, Array]:
+    """Return times with none behind the end: what rounding put there goes into the low word."""
     behind = np.abs(t) > abs(end)
     return np.where(behind, end, t), np.where(behind, (t - end) + t_low, t_low)
 
 
-def judged(turning: Candidates, reversal: Candidates, asked: Sequence[str], steps: int) -> Events:
-    """Return the events among the zeros of thetadot and of phidot, in the order of the run."""
-    cusp = np.abs(turning.phidot) <= CUSP_LEVEL * np.sqrt(1.0 + steps) * turning.noise
-    real = reversal.where(~_shadows(reversal.t, turning.t, cusp))
-    upper = turning.slope > 0
-    kinds = np.where(cusp, "cusp", np.where(upper, "theta_min", "theta_max"))
-    wanted = np.full(turning.t.size, "turning" in asked) | (cusp & ("cusp" in asked))
-    merged = real.where(np.full(real.t.size, "reversal" in asked)).with_start(turning.where(wanted))
-    kind = np.concatenate((kinds[wanted], np.full(len(merged.t) - int(wanted.sum()), "reversal")))
-    order = np.argsort(np.abs(merged.t), kind="stable")
-    m = merged.where(order)  # type: ignore[arg-type]
-    return Events(
-        kind=tuple(kind[order].tolist()),
-        t=m.t,
-        t_low=m.t_low,
-        theta=m.theta,
-        phi=m.phi,
-        phidot=m.phidot,
-        residual=m.residual,
-        axis=m.axis,
-        states=m.states,
-        asked=tuple(asked),
-    )
+def _judged(
+    turning: Zeros, reversal: Zeros, asked: Sequence[str], limits: Mapping[str, Any]
+) -> tuple[tuple[str, ...], Zeros]:
+    """Return kinds and columns of the events that are asked for, in the order of the run.
+
+    `turning` are zeros of thetadot, `reversal` of phidot, `limits` those of phidot at a pole.
+    """
+    cusp = abs(turning["phidot"]) <= turning["level"]
+    real = _where(reversal, ~_shadows(reversal["t"], turning["t"], cusp))
+    kinds = np.where(cusp, "cusp", np.where(turning["slope"] > 0, "theta_min", "theta_max"))
+    wanted = np.full(kinds.size, "turning" in asked) | (cusp & ("cusp" in asked))
+    reversals = np.full(real["t"].size if "reversal" in asked else 0, "reversal")
+    kind = np.concatenate((kinds[wanted], reversals))
+    merged = _joined(_where(turning, wanted), _where(real, slice(reversals.size)))
+    order = np.argsort(abs(merged["t"]), kind="stable")
+    kind, merged = kind[order], _where(merged, order)
+    for which, limit in limits.items():
+        merged["phidot"] = np.where(kind == which, limit, merged["phidot"])
+    return tuple(kind.tolist()), merged
 
 
 def _shadows(reversal: Array, turning: Array, cusp: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -243,3 +337,15 @@ def _shadows(reversal: Array, turning: Array, cusp: NDArray[np.bool_]) -> NDArra
     right = np.minimum(right, t.size - 1)
     nearer_left = np.abs(reversal) - t[left] <= t[right] - np.abs(reversal)
     return cusp[np.where(nearer_left, left, right)]
+
+
+def _where(zeros: Zeros, index: Any) -> Zeros:
+    return {name: column[index] for name, column in zeros.items()}
+
+
+def _joined(first: Zeros, second: Zeros) -> Zeros:
+    return {name: np.concatenate((column, second[name])) for name, column in first.items()}
+
+
+def _rounded(kinds: tuple[str, ...], zeros: Zeros, asked: Sequence[str]) -> Events:
+    return Events(kinds, asked=tuple(asked), **{name: zeros[name] for name in STORED})

@@ -48,7 +48,7 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
     over_time |= {name: (("t", "space"), getattr(run, name)) for name in ("axis", "omega")}
     over_time["states"] = (("t", "state"), run.states)
     if trajectory.decimals is not None:
-        from heavytop.run.decimals.stored import text_variables
+        from heavytop.run.high_precision import text_variables
 
         over_time |= text_variables(trajectory.decimals)
     whole = xarray.Dataset(
@@ -157,7 +157,7 @@ def write(trajectory: Trajectory, path: str | os.PathLike[str]) -> None:
         raise FileNotFoundError(f"{target.parent}: no such folder")
     contents = dataset(trajectory).assign(_restart_variables(trajectory.orbit))
     if trajectory.decimals is not None:
-        from heavytop.run.decimals.stored import kept_variables
+        from heavytop.run.high_precision import kept_variables
 
         contents = contents.assign(kept_variables(trajectory.decimals))
     letters = {name: {"dtype": "S1"} for name in contents if name in TEXTS}  # of a known size

@@ -28,7 +28,7 @@ from heavytop.numbers import Number
 from heavytop.run.checkpoints import Checkpoints, Progress
 from heavytop.run.doubts import checked, forewarned
 from heavytop.run.estimates import SINGULAR, Forecast, most_steps
-from heavytop.run.orbit_events import orbit_events
+from heavytop.run.events import orbit_events
 from heavytop.run.planning import (
     EPSILON,
     Plan,
@@ -46,7 +46,7 @@ from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import MAX_SAMPLES
 
 if TYPE_CHECKING:
-    from heavytop.run.decimals.result import Decimals
+    from heavytop.run.high_precision import Decimals
 
 _SAMPLES = arguments.Range(1, MAX_SAMPLES, whole=True)
 _OUTCOMES = {
@@ -362,11 +362,10 @@ def _in_decimals(
         An interrupt or a singularity; it carries the trajectory in doubles.
     """
     from heavytop.integration.precise import Unfinished
-    from heavytop.run.decimals import result
+    from heavytop.run import high_precision
 
-    parts = (trajectory.motion, trajectory.plan, trajectory.orbit)
     try:
-        decimals, events = result.in_decimals(trajectory.scene, *parts, before, progress)
+        decimals, events = high_precision.in_decimals(trajectory, before, progress)
     except (KeyboardInterrupt, Unfinished) as stop:
         outcome = Outcome.SINGULAR if isinstance(stop, Unfinished) else Outcome.INTERRUPTED
         raise EndedEarly(outcome, replace(trajectory, outcome=outcome)) from None

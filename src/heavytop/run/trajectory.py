@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from heavytop.analytic.motion import Motion
 from heavytop.errors import Impossible, NotANumber, Outcome
 from heavytop.integration.orbit import Orbit, Seen
-from heavytop.integration.quantities import Sample, invariants, sample
+from heavytop.integration.outputs import Sample, invariants, sample
 from heavytop.run.events import Events
 from heavytop.run.planning import Plan
 from heavytop.scene.scene import Scene
@@ -21,7 +21,7 @@ from heavytop.scene.scene import Scene
 if TYPE_CHECKING:
     import xarray
 
-    from heavytop.run.decimals.result import Decimals
+    from heavytop.run.high_precision import Decimals
 
 Array = NDArray[np.float64]
 ANGLES, RATES = ("theta", "phi", "psi"), ("thetadot", "phidot", "psidot")

@@ -26,7 +26,7 @@ from heavytop.classification.reduced import (
     Through,
 )
 from heavytop.errors import NoClosedForm
-from heavytop.integration.quantities import Sample
+from heavytop.integration.outputs import Sample
 from heavytop.numbers import PI, Number
 from heavytop.numbers.decimals import context, number
 from heavytop.numbers.intervals import rational

@@ -24,7 +24,7 @@ from heavytop.files import write_whole
 from heavytop.scene.arguments import path_of
 
 if TYPE_CHECKING:
-    from heavytop.integration.quantities import Sample
+    from heavytop.integration.outputs import Sample
     from heavytop.run.trajectory import Trajectory
 
 Array = NDArray[np.float64]

@@ -12,7 +12,7 @@ from heavytop.errors import NoClosedForm
 
 if TYPE_CHECKING:
     from heavytop.analytic.potential import Potential
-    from heavytop.integration.quantities import Sample
+    from heavytop.integration.outputs import Sample
     from heavytop.run.trajectory import Trajectory
 
 Columns = Mapping[str, list[Any]]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from heavytop.errors import NoClosedForm
 
 if TYPE_CHECKING:
-    from heavytop.integration.quantities import Sample
+    from heavytop.integration.outputs import Sample
     from heavytop.run.trajectory import Trajectory
 
 Array = NDArray[np.float64]

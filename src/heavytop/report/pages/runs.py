@@ -19,7 +19,7 @@ from heavytop.results.plan_document import asked_form
 from heavytop.spelling import harmless
 
 if TYPE_CHECKING:
-    from heavytop.integration.quantities import Sample
+    from heavytop.integration.outputs import Sample
     from heavytop.report.pages.findings import Finding
     from heavytop.run.trajectory import Trajectory
 

@@ -8,9 +8,10 @@ two words more than a place holds; they stand behind all others.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
@@ -62,35 +63,35 @@ class PreciseMarch:
 
     def states_at(self, place: StepperState, times: Sequence[DoubleDouble]) -> Array:
         """Return the states at times in the block after a place, shape (k, n times words)."""
-        wanted = [Wanted(self._text(t)) for t in times]
+        wanted = [Wanted(self._moment(t)) for t in times]
         walk = self.engine.walk(self._mark(place), wanted, FAR * self.period, self.longest)
-        found = [self._words(one.state) for one in walk.found if one is not None]
+        found = [self._words(map(self.engine.text, one.state)) for one in walk.found if one]
         return np.array(found)
 
     def output_time(self, t: float) -> DoubleDouble:
         """Return the time itself."""
         return (t, 0.0)
 
-    def _text(self, t: DoubleDouble) -> str:
-        return str(self.engine.moment(*t))
+    def _moment(self, words: Sequence[float]) -> Any:
+        return sum(map(self.engine.wide, words[::-1]), self.engine.wide(0.0))
 
     def _mark(self, place: StepperState) -> Mark:
         n = len(self.start)
         words = (*place.state, *place.carry[:-LATE_WORDS])
-        numbers = tuple(self.engine.total(words[i::n]) for i in range(n))
-        time = self.engine.moment(*place.time, *place.carry[-LATE_WORDS:])
+        numbers = tuple(sum(map(self.engine.number, words[i::n][::-1])) for i in range(n))
+        time = self._moment((*place.time, *place.carry[-LATE_WORDS:]))
         return Mark(time, numbers, place.steps)
 
     def _place(self, mark: Mark) -> StepperState:
         n = len(self.start)
-        words = self._words([self.engine.text(x) for x in mark.state])
+        words = self._words(map(self.engine.text, mark.state))
         time: list[float] = []
         for _ in range(2 + LATE_WORDS):
-            time.append(float(mark.t - self.engine.moment(*time)))
+            time.append(float(mark.t - self._moment(time)))
         carry = (*words[n:], *time[2:])
         return StepperState((time[0], time[1]), words[:n], carry, mark.steps, mark.steps)
 
-    def _words(self, texts: Sequence[str]) -> tuple[float, ...]:
+    def _words(self, texts: Iterable[str]) -> tuple[float, ...]:
         columns = [_expansion(Fraction(text), self.words) for text in texts]
         return tuple(word for row in zip(*columns, strict=True) for word in row)
 

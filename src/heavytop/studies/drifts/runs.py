@@ -14,7 +14,7 @@ from heavytop.errors import BadScene, Fault
 from heavytop.integration.bits import DOUBLE, named
 from heavytop.integration.precise import PreciseIntegrator
 from heavytop.numbers.decimals import context
-from heavytop.run.decimals.run import rounded_start
+from heavytop.run.high_precision import rounded_start
 from heavytop.run.planning import EPSILON, Plan, plan, start_values
 from heavytop.run.propagation import binary_start, compiled_for, integrator_of
 from heavytop.run.witness import motion_of

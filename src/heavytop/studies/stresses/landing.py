@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from heavytop.equations.formulation import Formulation
-from heavytop.integration.quantities import invariants, sample
+from heavytop.integration.outputs import invariants, sample
 from heavytop.numbers.double_double import Array
 from heavytop.studies.stresses.raw import Raw
 

@@ -1,0 +1,351 @@
+"""A run in more than double precision, beside one in doubles: samples, events, and their file."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import groupby
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from heavytop.alone import Alone
+from heavytop.analytic.motion import Motion
+from heavytop.equations.formulation import Formulation
+from heavytop.equations.lambdify import exact_values
+from heavytop.hdf5 import array
+from heavytop.integration import outputs
+from heavytop.integration.bits import bits_of
+from heavytop.integration.following import (
+    GRAIN_BITS,
+    NOT_TOLD,
+    Following,
+    FollowingAttitude,
+    FollowingAxis,
+    Told,
+)
+from heavytop.integration.orbit import Orbit
+from heavytop.integration.outputs import ANGLES, RATES, VECTORS, Sample
+from heavytop.integration.precise import Mark, PreciseIntegrator, Walk, Wanted
+from heavytop.integration.turns import Turns
+from heavytop.integration.winding import Winding
+from heavytop.numbers import Exact
+from heavytop.numbers.decimals import Context, Number, context, number
+from heavytop.run.events import Event, Events, precise_events
+from heavytop.run.planning import Plan, start_values
+from heavytop.run.tally import schedule
+from heavytop.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from heavytop.run.trajectory import Trajectory
+
+SPARE_DIGITS = 12  # of the numbers that quantities are formed in,
+SPARE_IN_TIME = 20  # and of the times at which events are looked for
+LEAST_GRAIN = 1e-140  # whose square is a double
+Variables = dict[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class PreciseRun:
+    """An integration in more than double precision, which can be asked for any state.
+
+    Attributes
+    ----------
+    form : Formulation
+    engine : PreciseIntegrator
+    ctx : Context
+        Of more digits than the states.
+    far, longest : float, float or None
+        Bounds of a step, and of the first ones [s].
+    marks : tuple of Mark
+        States from which it can go on.
+    """
+
+    form: Formulation
+    engine: PreciseIntegrator
+    ctx: Context
+    far: float
+    longest: float | None
+    marks: tuple[Mark, ...]
+    _alone: Alone = field(default_factory=Alone, repr=False)
+
+    @classmethod
+    def of(cls, chosen: Plan, named: Mapping[str, Exact], orbit: Orbit) -> PreciseRun:
+        """Return the start of a run; `named` are the scene's numbers, `orbit` is in doubles."""
+        form, bits = chosen.equations, bits_of(chosen.precision)
+        ctx = context(int(bits * 0.30103) + SPARE_DIGITS)
+        constants, state = rounded_start(form, named, ctx)
+        constants |= {name: ctx.nstr(ctx.mpf(rate), ctx.dps) for name, rate in chosen.frame}
+        own = form.integrated or form
+        state = state[: len(own.states)]
+        events = tuple(form.events) if chosen.watched else ()
+        engine = PreciseIntegrator(own, bits, constants, events, state)
+        first = orbit.checkpoints[0]
+        far = 4.0 * (orbit.end - first.time[0])
+        longest = orbit.integrator.for_this_thread().cautious_step(first.state, far)
+        engine.following, turned = _following(chosen, orbit, bits)
+        start = replace(engine.start(state), turned=turned)
+        return cls(form, engine, ctx, far, longest, (start,))
+
+    @cached_property
+    def constants(self) -> dict[str, Any]:
+        """The constants of the run as they are used, by symbol name, as reals of `ctx`."""
+        return self.engine.constants(self.ctx.prec)
+
+    @property
+    def parameters(self) -> dict[str, Number]:
+        """The same, as numbers of `ctx`."""
+        return {name: self.ctx.mpf(str(x)) for name, x in self.constants.items()}
+
+    @property
+    def grain(self) -> Number:
+        """How well a state is known, once it may have drifted."""
+        return self.ctx.ldexp(1, GRAIN_BITS - self.engine.bits)
+
+    def wanted(self, t: Number, event: str | None = None) -> Wanted:
+        """Return what to ask for at a time, or at the zero of an event function close to it."""
+        return Wanted(self.ctx.nstr(self.ctx.mpf(t), self.ctx.dps), event)
+
+    def walk(
+        self,
+        wanted: Sequence[Wanted],
+        on_mark: Callable[[float], None] | None = None,
+        first: int = 0,
+    ) -> Walk:
+        """Take natural steps from a mark, the start for one, until everything wanted is found."""
+        with self._alone:
+            return self.engine.walk(self.marks[first], wanted, self.far, self.longest, on_mark)
+
+    def at(self, times: Sequence[Number]) -> tuple[Sample, ...]:
+        """Return the motion at times between start and end [s], in any order."""
+        wanted = [self.wanted(t) for t in times]
+        before = [self._mark_before(one) for one in wanted]
+        order = sorted(range(len(wanted)), key=before.__getitem__)
+        found: dict[int, Any] = {}
+        for first, group in groupby(order, before.__getitem__):
+            indices = list(group)
+            walk = self.walk([wanted[i] for i in indices], first=first)
+            found |= zip(indices, walk.found, strict=True)
+        return self.numbers(self.sampled([found[i] for i in range(len(wanted))]))
+
+    def _mark_before(self, wanted: Wanted) -> int:
+        t, forward = self.engine.wide(wanted.t), 1 if self.far > 0 else -1
+        return max(sum(bool((t - mark.t) * forward >= 0) for mark in self.marks) - 1, 0)
+
+    def sampled(self, found: Sequence[Mark]) -> Sample:
+        """Return the motion at states of the run, in reals."""
+        return self.engine.sample(self.form, found, self.ctx.prec)
+
+    def numbers(self, sample: Sample) -> tuple[Sample, ...]:
+        """Return a sample in reals one by one, in numbers of `ctx`."""
+        converted = np.frompyfunc(lambda x: self.ctx.mpf(str(x)), 1, 1)
+        columns = (converted(getattr(sample, name)).tolist() for name in Sample.__slots__)
+        return tuple(Sample(*row) for row in zip(*columns, strict=True))
+
+    def invariants(self, sample: Sample) -> dict[str, Number]:
+        """Return the invariants of the formulation at a sample, by name."""
+        rows = np.array([[self.real(x) for x in sample.states]])
+        found = outputs.invariants(self.form, rows, self.constants, rows[:, 0])
+        return {name: self.ctx.mpf(str(x)) for name, (x,) in found.items()}
+
+    def real(self, x: Any) -> Any:
+        """Return the real of a number of any kind."""
+        return self.engine.wide(self.whole(x))
+
+    def whole(self, x: Any) -> str:
+        """Return a text by which every bit comes back."""
+        return str(self.ctx.nstr(number(self.ctx, x), self.ctx.dps + 3))
+
+
+@dataclass(frozen=True, eq=False)
+class Decimals:
+    """A trajectory at the digits that its scene wants.
+
+    Attributes
+    ----------
+    digits : int
+        Decimal digits wanted.
+    run : PreciseRun
+    samples : tuple of Sample
+        At the sample times of the scene, in mpmath numbers; the last one is the end.
+    events : tuple of Event
+        In the order of the run, each with its ``kind``, the ``sample`` there and the ``residual``.
+    steps : int
+        Natural steps.
+    integrate_s : float
+        Wall-clock time of the integration, with its events polished and its samples read [s].
+    """
+
+    digits: int
+    run: PreciseRun
+    samples: tuple[Sample, ...]
+    events: tuple[Event, ...]
+    steps: int
+    integrate_s: float
+
+    def at(self, times: Sequence[Number]) -> tuple[Sample, ...]:
+        """Return the motion at times between start and end, to all digits.
+
+        Parameters
+        ----------
+        times : sequence of number
+            Times [s], of any kind of number.
+        """
+        return self.run.at(times)
+
+    @staticmethod
+    def rounded(samples: Sequence[Sample]) -> Sample:
+        """Return the motion at several times, every number rounded to double.
+
+        Parameters
+        ----------
+        samples : sequence of Sample
+            As `at` returns them.
+        """
+
+        def column(name: str) -> Any:
+            values = np.array([getattr(s, name) for s in samples], dtype=np.float64)
+            return values.reshape(-1, len(VECTORS[name])) if name in VECTORS else values
+
+        return Sample(*map(column, Sample.__slots__))
+
+    def text(self, x: Number) -> str | None:
+        """Return a number with the digits that are wanted; None for nan.
+
+        Parameters
+        ----------
+        x : number
+            One of a Sample, in its own unit.
+        """
+        return None if x != x else str(self.run.ctx.nstr(x, self.digits))
+
+
+def in_decimals(
+    trajectory: Trajectory,
+    before: Decimals | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Decimals, Events]:
+    """Integrate a scene in the precision of its plan, and return its events rounded to double.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        In double precision.
+    before : Decimals, optional
+        What the run is a continuation of, with the first of its sample times.
+    progress : callable, optional
+        Called with the fraction done.
+    """
+    scene, motion, orbit = trajectory.scene, trajectory.motion, trajectory.orbit
+    run = PreciseRun.of(trajectory.plan, start_values(scene), orbit)
+    began = time.perf_counter()
+    times = _sample_times(scene, motion, run.ctx, before)
+    expected = schedule(motion, times[-1], scene.events, scene.digits + SPARE_IN_TIME)
+    wanted = [run.wanted(t) for t in times]
+    for kind, t in expected:  # a zero near each event, or the start where that is one
+        event = "reversal" if kind == "reversal" else "turning"
+        wanted.append(run.wanted(t, event if t else None))
+    walk = run.walk(wanted, progress and (lambda t: progress(t / orbit.end)))
+    run = replace(run, marks=walk.marks)
+    seen = [one for one in walk.found[: len(times)] if one is not None]
+    kinds, found = [kind for kind, _ in expected], walk.found[len(times) :]
+    events, rounded = precise_events(scene, motion, run, kinds, found, orbit.end)
+    samples = run.numbers(run.sampled(seen))
+    spent = time.perf_counter() - began
+    return Decimals(scene.digits, run, samples, events, walk.steps, spent), rounded
+
+
+def _sample_times(
+    scene: Scene, motion: Motion, ctx: Context, before: Decimals | None
+) -> list[Number]:
+    """Return the times of the samples: evenly from zero, or from the old end, to the exact end."""
+    if scene.time is not None:
+        end = scene.time.mpf(ctx)
+    else:
+        assert scene.periods is not None
+        end = scene.periods.mpf(ctx) * ctx.mpf(motion.form(ctx.dps).period)
+    old = [ctx.zero] if before is None else [ctx.mpf(s.t) for s in before.samples]
+    count = scene.samples - len(old)
+    return old + [old[-1] + (end - old[-1]) * k / count for k in range(1, count + 1)]
+
+
+def rounded_start(
+    form: Formulation, named: Mapping[str, Exact], ctx: Context
+) -> tuple[dict[str, str], list[str]]:
+    """Return the constants and the states of a start: exact numbers, rounded once."""
+    expressions = (*form.parameters.values(), *form.start)
+    texts = [ctx.nstr(v.mpf(ctx), ctx.dps) for v in exact_values(expressions, named)]
+    count = len(form.parameters)
+    names = (p.name for p in form.parameters)
+    return dict(zip(names, texts[:count], strict=True)), texts[count:]
+
+
+def _following(chosen: Plan, orbit: Orbit, bits: int) -> tuple[Following | None, Told]:
+    """Return what follows the turns of a plan, if they are no states, and the angles to begin."""
+    first = orbit.checkpoints[0]
+    known = max(2.0 ** (GRAIN_BITS - bits), LEAST_GRAIN), max(2.0 ** (-bits // 2), LEAST_GRAIN)
+    if chosen.follows_phi:
+        winding = Winding.of(orbit.parameters, first.state, *known)
+        return FollowingAxis(winding), (float(orbit.samples.phi[0]), NOT_TOLD[1])
+    if chosen.equations.integrated is None:
+        return None, NOT_TOLD
+    turns = Turns.of(orbit.parameters, *known)
+    phi, psi = first.state[-2:].tolist()
+    return FollowingAttitude(turns, turns.decided(first.state[:-2])), (phi, psi)
+
+
+# --- in a file: texts for everybody, and all the bits for this package to read back ------------
+
+
+def _samples_over(decimals: Decimals) -> dict[str, list[Sample]]:
+    return {"t": [*decimals.samples], "event": [event.sample for event in decimals.events]}
+
+
+def text_variables(decimals: Decimals) -> Variables:
+    """Return samples and events as decimal texts, with the digits that are wanted.
+
+    Over ``t`` they are called ``t_text``, ``theta_text`` and so on, over ``event``
+    ``event_t_text``; a text is empty where there is no value.
+    """
+    return {
+        f"{'event_' if over == 'event' else ''}{name}_text": (
+            over,
+            np.array([decimals.text(getattr(s, name)) or "" for s in samples], dtype=str),
+        )
+        for over, samples in _samples_over(decimals).items()
+        for name in ("t", *ANGLES, *RATES)
+    }
+
+
+def kept_variables(decimals: Decimals) -> Variables:
+    """Return the times and states of samples and events with all their bits."""
+    kept: Variables = {"decimal_steps": ((), decimals.steps)}
+    width = len(decimals.run.engine.formulation.states)
+    for over, samples in _samples_over(decimals).items():
+        numbers = [[decimals.run.whole(x) for x in (s.t, *s.states[:width])] for s in samples]
+        texts = np.array(numbers, dtype=str).reshape(-1, width + 1)
+        # of phi, and of psi less its uniform part, their turns; the states hold the rest
+        turned = np.array([(s.phi, s.states[-1]) for s in samples], dtype=np.float64)
+        kept[f"decimal_{over}_time"] = (over, texts[:, 0])
+        kept[f"decimal_{over}_states"] = ((over, "decimal_state"), texts[:, 1:])
+        kept[f"decimal_{over}_turned"] = ((over, "decimal_angle"), turned.reshape(-1, 2))
+    return kept
+
+
+def restored(
+    file: Any, scene: Scene, motion: Motion, chosen: Plan, orbit: Orbit, events: Events
+) -> Decimals:
+    """Return the decimals of an ``h5py.File``; `orbit` and `events` are in double precision."""
+    run = PreciseRun.of(chosen, start_values(scene), orbit)
+    seen, found = _marks(file, "t"), _marks(file, "event")
+    precise, _ = precise_events(scene, motion, run, events.kind, found, orbit.end)
+    samples = run.numbers(run.sampled(seen))
+    return Decimals(scene.digits, run, samples, precise, int(array(file, "decimal_steps")), 0.0)
+
+
+def _marks(file: Any, over: str) -> list[Mark]:
+    names = ("time", "states", "turned")
+    columns = (array(file, f"decimal_{over}_{name}").tolist() for name in names)
+    return [Mark(t, tuple(row), turned=tuple(told)) for t, row, told in zip(*columns, strict=True)]
