@@ -14,7 +14,7 @@ from heavytop.integration.counting import Counting
 from heavytop.integration.engine import Block
 from heavytop.integration.turns import Turns
 from heavytop.integration.winding import MOST_POINTS
-from heavytop.run.witness import closed_form
+from heavytop.run.own_motion import closed_form
 
 pytestmark = pytest.mark.filterwarnings("ignore::heavytop.errors.DoubtfulWarning")
 

@@ -18,9 +18,9 @@ from heavytop.run.decimals.polish import Polished, Polisher, rounded_events, wan
 from heavytop.run.decimals.reader import DecimalSample
 from heavytop.run.decimals.run import PreciseRun
 from heavytop.run.events import Events
+from heavytop.run.expected_events import schedule
 from heavytop.run.planning import Plan, start_values
 from heavytop.run.poles import rates_at_poles
-from heavytop.run.tally import schedule
 from heavytop.scene.scene import Scene
 
 Array = NDArray[np.float64]
