@@ -120,7 +120,7 @@ PLANTS = (
                 "        return found\n",
                 "        if found.u > sum(map(self.ctx.cos, self.tilts)) / 2:\n"
                 "            nan = self.ctx.nan\n"
-                "            return ExactRecord(found.t, *[nan] * 10, (nan,) * 3, found.n, nan)\n"
+                "            return ExactRecord(found.t, *[nan] * 11, (nan,) * 3, found.n, nan)\n"
                 "        return found\n",
             ),
         ),

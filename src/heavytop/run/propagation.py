@@ -26,7 +26,6 @@ from heavytop.integration.orbit import Checkpoint, Orbit, Seen, continued, integ
 from heavytop.integration.turns import Turns
 from heavytop.numbers import Number
 from heavytop.run.checkpoints import Checkpoints, Progress
-from heavytop.run.doubts import checked, forewarned
 from heavytop.run.estimates import SINGULAR, Forecast, most_steps
 from heavytop.run.events import orbit_events
 from heavytop.run.planning import (
@@ -40,6 +39,7 @@ from heavytop.run.planning import (
     start_values,
 )
 from heavytop.run.trajectory import Statistics, Trajectory
+from heavytop.run.verify import checked, forewarned
 from heavytop.scene import arguments
 from heavytop.scene.arguments import expect, heard, number_of, whole
 from heavytop.scene.scene import Scene
