@@ -12,7 +12,8 @@ import numpy as np
 
 from heavytop.analytic.motion import Motion
 from heavytop.errors import EndedEarly, Outcome
-from heavytop.integration.orbit import Orbit, Seen
+from heavytop.integration.integrator import Seen
+from heavytop.integration.orbit import Orbit
 from heavytop.run.estimates import SINGULAR
 from heavytop.run.orbit_events import orbit_events
 from heavytop.run.planning import Plan, span

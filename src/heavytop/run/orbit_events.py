@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
-from heavytop.integration.orbit import Orbit, Seen
+from heavytop.integration.integrator import Seen
+from heavytop.integration.orbit import Orbit
 from heavytop.integration.quantities import Sample, event_function, sample, spin_momentum
 from heavytop.numbers import Exact
 from heavytop.run.events import Candidates, Events, judged, within

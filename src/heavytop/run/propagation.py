@@ -10,8 +10,8 @@ import numpy as np
 from heavytop.equations.lambdify import exact_values
 from heavytop.errors import BadScene, Fault
 from heavytop.integration.compiled import Compiled, compiled
-from heavytop.integration.integrator import Integrator
-from heavytop.integration.orbit import Checkpoint, integrate
+from heavytop.integration.integrator import Checkpoint, Integrator
+from heavytop.integration.orbit import integrate
 from heavytop.integration.turns import Turns
 from heavytop.run.doubts import checked, forewarned
 from heavytop.run.estimates import most_steps

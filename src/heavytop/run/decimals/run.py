@@ -77,7 +77,7 @@ class PreciseRun:
         rounded = {n: ctx.mpf(text) for n, text in engine.parameter_texts().items()}
         first = orbit.checkpoints[0]
         far = 4.0 * (orbit.end - first.time[0])
-        longest = orbit.integrator.for_this_thread().cautious_step(first.state, far)
+        longest = orbit.integrator.for_this_thread().cautious_step(first, far)
         engine.following, turned = _following(chosen, orbit, bits)
         start = replace(engine.start(state[: len(own.states)]), turned=turned)
         reader = Reader(form, ctx, rounded, ctx.ldexp(1, GRAIN_BITS - bits))
