@@ -12,6 +12,18 @@ def test_times_within_a_block_keep_the_low_word_of_its_start():
     assert start.local(np.array([1e5 + 1.0]))[0] == 1.0 - 3e-12
 
 
+@pytest.mark.parametrize("formulation", ["axis", "attitude", "cubic"])
+def test_the_motion_can_be_asked_for_where_a_block_starts(formulation):
+    """To a double the time of a checkpoint may be just before it."""
+    scene = ht.load_scene("sicm-kicked", ["span.periods=700", 'want.quantities=["theta"]'])
+    run = ht.propagate(scene, formulation=formulation)
+    checkpoints = run.orbit.checkpoints
+    assert any(c.time[1] > 0 for c in checkpoints)
+    there = run.orbit.at(np.array([c.time[0] for c in checkpoints]))
+    for row, checkpoint in zip(there.rows, checkpoints, strict=True):
+        assert np.max(np.abs(row - checkpoint.state)) < 1e-12
+
+
 @pytest.mark.parametrize("formulation", ["axis", "lagrange", "routh", "subsystem"])
 def test_energy_error_is_that_of_kinetic_and_potential_energy(formulation):
     """E' = A (thetadot^2 + phidot^2 sin^2)/2 + gMR cos(theta), relative to max(|E'|, gMR)."""
