@@ -4,18 +4,24 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.equations.euler_poisson import axis_form
-from heavytop.integration.compiled import compiled
-from heavytop.integration.integrator import Integrator
-from heavytop.integration.orbit import Checkpoint, _BlockRun
+from heavytop.integration.integrator import Checkpoint
 
 
 def test_times_within_a_block_keep_the_low_word_of_its_start():
     start = Checkpoint((1e5, 3e-12), np.zeros(5), 0.0, 0)
-    at_rest = {p.name: 0.0 for p in axis_form().parameters}
-    engine = Integrator.of(axis_form(), compiled(axis_form(), (), 2.0**-52), at_rest, start.state)
-    run = _BlockRun(engine, start, 1.0)
-    assert run.local(np.array([1e5 + 1.0]))[0] == 1.0 - 3e-12
+    assert start.local(np.array([1e5 + 1.0]))[0] == 1.0 - 3e-12
+
+
+@pytest.mark.parametrize("formulation", ["axis", "attitude", "cubic"])
+def test_the_motion_can_be_asked_for_where_a_block_starts(formulation):
+    """To a double the time of a checkpoint may be just before it."""
+    scene = ht.load_scene("sicm-kicked", ["span.periods=700", 'want.quantities=["theta"]'])
+    run = ht.propagate(scene, formulation=formulation)
+    checkpoints = run.orbit.checkpoints
+    assert any(c.time[1] > 0 for c in checkpoints)
+    there = run.orbit.at(np.array([c.time[0] for c in checkpoints]))
+    for row, checkpoint in zip(there.rows, checkpoints, strict=True):
+        assert np.max(np.abs(row - checkpoint.state)) < 1e-12
 
 
 @pytest.mark.parametrize("formulation", ["axis", "lagrange", "routh", "subsystem"])

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -200,21 +200,19 @@ class Compiled:
     _taylor: Any = field(init=False, repr=False)
     _own: Array = field(init=False, repr=False)  # heyoka's state: looking it up takes time
     _loaded: tuple[str, ...] = field(init=False)
-    _sinks: tuple[_Sink, ...] = field(init=False)
+    _zeros: list[tuple[int, float, bytes]] = field(init=False)  # event function, time, state
 
     def __post_init__(self) -> None:
         began = time.perf_counter()
         system = System.of(self.formulation, DOUBLE, self.events)
-        self._loaded = system.loaded
-        self._sinks = tuple(_Sink() for _ in system.zeros)
+        self._loaded, self._zeros = system.loaded, []
         self._taylor = hy.taylor_adaptive(
             system.equations,
             [0.0] * len(system.equations),
             pars=[0.0] * len(system.loaded),
             tol=self.tolerance,
             nt_events=[
-                hy.nt_event(zero, sink.recorder())
-                for zero, sink in zip(system.zeros, self._sinks, strict=True)
+                hy.nt_event(zero, _recorder(self._zeros, i)) for i, zero in enumerate(system.zeros)
             ],
         )
         self._own = self._taylor.state
@@ -300,8 +298,7 @@ class Compiled:
         """Stand at a state, at time 0, with no zeros found."""
         self._taylor.time = 0.0
         self._own[:] = state
-        for sink in self._sinks:
-            sink.clear()
+        self._zeros.clear()
 
     def _propagated(
         self, steps: int, far: float, samples: Array | None, longest: float | None
@@ -317,7 +314,13 @@ class Compiled:
         return result[0], result[3], result[5][1 : 1 + samples.size]
 
     def _hits(self) -> tuple[Hits, ...]:
-        return tuple([sink.hits(self._own.size) for sink in self._sinks])
+        return tuple([self._hits_of(event) for event in range(len(self.events))])
+
+    def _hits_of(self, event: int) -> Hits:
+        found = [zero for zero in self._zeros if zero[0] == event]
+        t = np.array([t for _, t, _ in found], dtype=float)
+        states = np.frombuffer(b"".join([state for _, _, state in found]))
+        return Hits(t, np.zeros_like(t), states.reshape(-1, self._own.size))
 
     def _without_echo(self, state: Array, bound: float) -> float:
         """Return the size of a bound, halved until the first step loses no zero to its start [s].
@@ -329,38 +332,21 @@ class Compiled:
         for _ in range(HALVINGS if self.events else 0):
             self._begin(state)
             self._taylor.step(shorter)
-            if not any(sink.t.count(0.0) > 1 for sink in self._sinks):
+            at_start = [event for event, t, _ in self._zeros if t == 0]
+            if len(at_start) == len(set(at_start)):
                 return abs(shorter)
             shorter /= 2
         return abs(bound)
 
 
-class _Sink:
-    """Collects the zeros of one event function; the callback must be cheap."""
+def _recorder(found: list[tuple[int, float, bytes]], event: int) -> Callable[..., None]:
+    """Return what heyoka calls at a zero; it keeps what it closes over, though it is copied."""
 
-    def __init__(self) -> None:
-        self.t: list[float] = []
-        self.states: list[bytes] = []
+    def record(taylor: Any, t: float, _sign: int) -> None:
+        taylor.update_d_output(t)
+        found.append((event, t, taylor.d_output.tobytes()))
 
-    def clear(self) -> None:
-        self.t.clear()
-        self.states.clear()
-
-    def recorder(self) -> Any:
-        # heyoka copies callbacks deeply, but a function keeps what it closes over
-        mark, keep = self.t.append, self.states.append
-
-        def record(taylor: Any, t: float, _sign: int) -> None:
-            taylor.update_d_output(t)
-            mark(t)
-            keep(taylor.d_output.tobytes())
-
-        return record
-
-    def hits(self, width: int) -> Hits:
-        states = np.frombuffer(b"".join(self.states)).reshape(-1, width)
-        t = np.array(self.t, dtype=float)
-        return Hits(t, np.zeros_like(t), states)
+    return record
 
 
 def compiled(formulation: Formulation, events: tuple[str, ...], tolerance: float) -> Compiled:

@@ -13,8 +13,9 @@ grows, and the state at a block's start is enough to run it again, or to go on f
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -26,8 +27,73 @@ from heavytop.integration.pace import in_units, paces_of
 from heavytop.integration.projection import Projection
 from heavytop.integration.turns import Turns
 from heavytop.integration.winding import Winding, distinct
+from heavytop.numbers.double_double import DoubleDouble, add
 
-LONGEST = float(np.finfo(float).max)
+FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to the longest
+LONGEST_BLOCK = 4000
+LONGEST = float(np.finfo(float).max)  # a time [s]
+NEVER = np.empty(0)
+
+
+@dataclass(frozen=True, slots=True)
+class Checkpoint:
+    """The start of a block: enough to run it, or the rest of the orbit, again.
+
+    Attributes
+    ----------
+    time : tuple of float
+        Time as a double-double [s].
+    state : ndarray, shape (n,)
+    phi : float
+        Continuous phi [rad]; nan where it is not followed.
+    steps : int
+        Natural steps taken before.
+    """
+
+    time: DoubleDouble
+    state: Array
+    phi: float
+    steps: int
+
+    @property
+    def block_steps(self) -> int:
+        """How many steps the block has that starts here: a short run needs no long block."""
+        return min(3 * self.steps + FIRST_BLOCK, LONGEST_BLOCK)
+
+    def local(self, t: Array) -> Array:
+        """Return times since then [s]."""
+        return (t - self.time[0]) - self.time[1]
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """States at given times: times [s] as high and low words, rows (k, n), phi [rad] (k,)."""
+
+    t: Array
+    t_low: Array
+    rows: Array
+    phi: Array
+
+    def where(self, mask: Any) -> Seen:
+        """Return those for which a mask holds, or those of given places."""
+        return Seen(self.t[mask], self.t_low[mask], self.rows[mask], self.phi[mask])
+
+    @classmethod
+    def join(cls, parts: list[Seen]) -> Seen:
+        """Return the parts one after the other."""
+        return cls(
+            *(np.concatenate([getattr(p, f) for p in parts]) for f in ("t", "t_low", "rows", "phi"))
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Observed:
+    """A block of steps, what was seen on the way at samples and at zeros of events, and its end."""
+
+    block: Block
+    samples: Seen
+    hits: tuple[Seen, ...]
+    end: Checkpoint
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,74 +159,109 @@ class Integrator:
         projection = self.projection and self.projection.for_this_thread()
         return replace(self, compiled=self.compiled.for_this_thread(), projection=projection)
 
-    def cautious_step(self, state: Array, far: float) -> float | None:
-        """Return a bound for the first steps [s], as `Compiled` does."""
+    def cautious_step(self, start: Checkpoint, far: float) -> float | None:
+        """Return a bound for the first steps of a run, as `Compiled` does [s]; later none."""
+        if start.steps:
+            return None
         self.compiled.load(self._constants)
-        own = state[: self._units.size] / self._units
+        own = start.state[: self._units.size] / self._units
         bound = self.compiled.cautious_step(own, self._own_time(far))
         return None if bound is None else bound / self.pace
 
-    def first_step(self, state: Array, far: float, longest: float | None) -> float:
+    def first_step(self, start: Checkpoint, far: float, longest: float | None) -> float:
         """Return the length of the first natural step [s]."""
-        return self._taken(state[: self._units.size], 1, far, None, longest).elapsed[0]
+        own = start.state[: self._units.size]
+        return abs(self._taken(own, 1, far, NEVER, longest).elapsed[0] or far)
 
     def block(
         self,
-        state: Array,
+        start: Checkpoint,
         steps: int,
         far: float,
-        samples: Array | None = None,
+        samples: Array = NEVER,
         longest: float | None = None,
         reach: float = 0.0,
-    ) -> Block:
-        """Take natural steps from a state and sample them.
+    ) -> Observed:
+        """Take natural steps and sample them, angles and all.
 
-        Parameters and result are those of `Compiled.block`, but samples may be 0. Angles that are
-        followed stand behind the states; they are told up to the time `reach` from the start, the
-        samples and the block's end if that comes before.
+        Parameters
+        ----------
+        start : Checkpoint
+        steps, far, longest
+            As for `Compiled.block`.
+        samples : ndarray, shape (k,), optional
+            Monotonic times, none of them before the start [s].
+        reach : float
+            How long after the start angles are told, at samples, at zeros of events and at the
+            block's end [s]: what is later may be turns off.
         """
-        following, own = self.following, state[: self._units.size]
-        if following is None and (samples is None or samples.size == 0):
-            return self._taken(own, steps, far, None, longest)
+        following, own = self.following, start.state[: self._units.size]
         forward = math.copysign(1.0, far)
-        asked = np.empty(0) if samples is None else np.maximum(forward * samples, 0.0)
-        points = np.linspace(0.0, reach, 1 + (following.parts(reach, steps) if following else 0))
-        t = distinct(np.concatenate(([0.0], points[1:], asked)))[0]
+        asked = np.maximum(forward * start.local(samples), 0.0)
+        parts = 0 if following is None else following.parts(reach, steps)
+        points = np.linspace(0.0, reach, parts + 1) if parts else np.zeros(1)
+        t = distinct(np.concatenate((points, asked)))[0]
         block = self._taken(own, steps, far, forward * t[1:], longest)
         rows = np.concatenate((own[None], block.rows))
-        t = t[: len(rows)]
-        place = np.searchsorted(t, asked)
+        t = forward * t[: len(rows)]
+        place = np.searchsorted(forward * t, asked)
         place = place[place < t.size]  # the block did not reach the others
+        end = np.array([block.elapsed[0]])
+        told = self._told(start, block, far, longest, [(t, rows), (end, block.state[None])])
+
+        def seen(since: Array, rows: Array, t: Array, t_low: Array) -> Seen:
+            angles = told(since)
+            if self.formulation.integrated is None:
+                return Seen(t, t_low, rows, angles[:, 0])
+            return Seen(t, t_low, np.concatenate((rows, angles), axis=1), np.full(t.size, np.nan))
+
+        last = seen(end, block.state[None], end, end)
+        late = [h.after(start.time) for h in block.hits]
+        reached = samples[: place.size]
+        return Observed(
+            block=block,
+            samples=seen(t[place], rows[place], reached, np.zeros(reached.size)),
+            hits=tuple(
+                seen(h.t, h.states, x.t, x.t_low) for h, x in zip(block.hits, late, strict=True)
+            ),
+            end=Checkpoint(
+                add(start.time, block.elapsed),
+                last.rows[0],
+                float(last.phi[0]),
+                start.steps + block.steps,
+            ),
+        )
+
+    def _told(
+        self,
+        start: Checkpoint,
+        block: Block,
+        far: float,
+        longest: float | None,
+        seen: list[tuple[Array, Array]],
+    ) -> Callable[[Array], Array]:
+        """Return the angles, shape (k, 2), as a function of the times at which a block was seen."""
+        following, own = self.following, start.state[: self._units.size]
         if following is None:
-            return replace(block, rows=rows[place])
+            return lambda t: np.full((t.size, 2), np.nan)
 
         def more(t: Array) -> Array:
             return self._taken(own, block.steps, far, t, longest).rows
 
-        end = np.array([block.elapsed[0]])
-        times = np.concatenate((t, forward * end, *(forward * h.t for h in block.hits)))
-        states = np.concatenate((rows, block.state[None], *(h.states for h in block.hits)))
-        unique, where = distinct(times)
-        first = (*state[own.size :].tolist(), math.nan)[:2]
-        told = following.followed(forward * unique, states[where], first, more)
-        told = told[:, : state.size - own.size]
-
-        def with_angles(t: Array, rows: Array) -> Array:
-            return np.concatenate((rows, told[np.searchsorted(unique, forward * t)]), axis=1)
-
-        return replace(
-            block,
-            state=with_angles(end, block.state[None])[0],
-            rows=with_angles(forward * t[place], rows[place]),
-            hits=tuple(Hits(h.t, h.t_low, with_angles(h.t, h.states)) for h in block.hits),
-        )
+        forward = math.copysign(1.0, far)
+        seen = [*seen, *((h.t, h.states) for h in block.hits)]
+        times, rows = (np.concatenate(column) for column in zip(*seen, strict=True))
+        unique, where = distinct(forward * times)
+        first = tuple(start.state[own.size :].tolist()) or (start.phi, math.nan)
+        angles = following.followed(forward * unique, rows[where], first, more)
+        return lambda t: angles[np.searchsorted(unique, forward * t)]
 
     def _own_time(self, far: float) -> float:
         """Return a time without end in the run's own unit of time, and finite."""
         return math.copysign(min(abs(far) * self.pace, LONGEST), far)
 
     def _taken(
-        self, state: Array, steps: int, far: float, samples: Array | None, longest: float | None
+        self, state: Array, steps: int, far: float, samples: Array, longest: float | None
     ) -> Block:
         """Take steps in the run's own unit of time; the block is measured in seconds."""
         compiled, pace, units = self.compiled, self.pace, self._units
@@ -172,7 +273,7 @@ class Integrator:
             state / units,
             steps,
             self._own_time(far),
-            None if samples is None else samples * pace,
+            samples * pace,
             None if longest is None else longest * pace,
         )
         high, low = done.elapsed

@@ -15,7 +15,6 @@ would else be put right by the axis alone, to the rounding of l.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache, reduce
 from operator import add, mul
 from threading import get_ident
@@ -49,30 +48,31 @@ def why_not(formulation: Formulation) -> str:
     return ""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class Projection:
     """The nearest state with the invariants of the start, to first order.
 
-    Attributes
+    Parameters
     ----------
     formulation : Formulation
-    nearest : callable
-        Compiled: of the states and of what is fixed, the projected states and the invariants.
-    fixed : ndarray of long double
+    fixed : ndarray
         The constants that occur in the invariants; their values at the start; the squares of the
         slopes, beyond those of the invariants before, below which an invariant is left alone:
         the rounding of its residual would move the state by more than the state's own.
+
+    Attributes
+    ----------
     inside, outside : ndarray of long double
-        Room for what goes in and what comes out; `given` and `found` are their states.
+        Room for what goes in, a state and what is fixed, and for what comes out: the projected
+        state and the invariants.
     """
 
-    formulation: Formulation
-    nearest: Any
-    fixed: Any
-    inside: Any
-    outside: Any
-    given: Any
-    found: Any
+    def __init__(self, formulation: Formulation, fixed: Any) -> None:
+        width, count = len(formulation.states), len(formulation.invariants)
+        self.formulation, self._nearest = formulation, _nearest(formulation, get_ident())
+        self.inside: Any = np.concatenate((np.zeros(width), fixed)).astype(np.longdouble)
+        self.outside: Any = np.zeros(width + count, np.longdouble)
+        self.fixed, self._given = self.inside[width:], self.inside[:width]
+        self._found = self.outside[:width]
 
     @classmethod
     def of(
@@ -92,30 +92,21 @@ class Projection:
         scale = max(1.0, float(np.max(np.abs(start))))  # as the integrator's tolerance has it
         sizes = np.array(found.sizes(*start.tolist(), *constants), dtype=float)
         floors = (extended() / DOUBLE * sizes / scale) ** 2
-        untargeted = np.concatenate((constants, np.zeros(sizes.size), floors))
-        made = cls._made(formulation, untargeted.astype(np.longdouble))
+        made = cls(formulation, np.concatenate((constants, np.zeros(sizes.size), floors)))
         made(start)
-        targeted = made.fixed.copy()
-        targeted[len(constants) : len(constants) + sizes.size] = made.outside[start.size :]
-        return cls._made(formulation, targeted)
-
-    @classmethod
-    def _made(cls, formulation: Formulation, fixed: Any) -> Projection:
-        width, count = len(formulation.states), len(formulation.invariants)
-        inside = np.concatenate((np.zeros(width, np.longdouble), fixed))
-        outside = np.zeros(width + count, np.longdouble)
-        nearest = _nearest(formulation, get_ident())
-        return cls(formulation, nearest, fixed, inside, outside, inside[:width], outside[:width])
+        made.fixed[len(constants) : len(constants) + sizes.size] = made.outside[start.size :]
+        return made
 
     def for_this_thread(self) -> Projection:
         """Return the one like this that belongs to the calling thread."""
-        return self._made(self.formulation, self.fixed)
+        return Projection(self.formulation, self.fixed)
 
     def __call__(self, state: Array) -> Array:
         """Return the projected state, shape (n,): one Gauss-Newton step of least norm."""
-        self.given[:] = state
-        self.nearest(self.inside, outputs=self.outside)
-        return self.found.astype(float)  # type: ignore[no-any-return]
+        self._given[:] = state
+        self._nearest(self.inside, outputs=self.outside)
+        found: Array = self._found.astype(float)
+        return found
 
 
 @cache

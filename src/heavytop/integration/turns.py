@@ -27,7 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.integration.winding import CLOSE, GRAIN, SLACK
+from heavytop.integration.winding import CLOSE, GRAIN, in_sense, principal, turns_behind
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -138,15 +138,12 @@ class _Arm:
 
     def changes(self, forward: float) -> Array:
         """Return by how much the argument changes from each time to the next."""
-        change = np.diff(self.argument(self.close))
-        change -= 2 * np.pi * np.round(change / (2 * np.pi))
-        sense = -forward if self.P < 0 else forward
-        return np.where(sense * change < -np.pi / 2, change + sense * 2 * np.pi, change)
+        change = principal(np.diff(self.argument(self.close)))
+        return in_sense(-forward if self.P < 0 else forward, change)
 
     def lean(self, first: float) -> float:
         """Return by how much what `changes` begin with is ahead of the first argument."""
-        lean = float(self.argument(self.close)[0] - first)
-        return lean - 2 * math.pi * round(lean / (2 * math.pi))
+        return float(principal(self.argument(self.close)[0] - first))
 
     def argument(self, close: float) -> Array:
         """Return the argument; so close to the pole as that, what it was before or will be after.
@@ -176,7 +173,7 @@ class _Arm:
         if self.z[0] != 0 or rate == 0:
             return 0.0
         off = float(np.angle(rate)) - half
-        return off - 2 * np.pi * math.floor(off / (2 * np.pi) + SLACK)
+        return off + turns_behind(off)
 
 
 def _upright(

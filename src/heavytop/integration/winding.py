@@ -65,6 +65,21 @@ def distinct(values: Array) -> tuple[Array, NDArray[np.intp]]:
     return ordered[first], order[first]
 
 
+def principal(angle: Any) -> Any:
+    """Return an angle less the turns that are nearest to it."""
+    return angle - 2 * np.pi * np.round(angle / (2 * np.pi))
+
+
+def in_sense(sense: Any, change: Array) -> Array:
+    """Return a change, known modulo 2 pi, where a pass is half a turn in a sense, 1 or -1."""
+    return np.where(sense * change < -np.pi / 2, change + sense * 2 * np.pi, change)
+
+
+def turns_behind(ahead: float) -> float:
+    """Return the whole turns after which an angle so far ahead is what it was, or just beyond."""
+    return 2 * np.pi * math.ceil(-ahead / (2 * np.pi) - SLACK)
+
+
 @dataclass(frozen=True, slots=True)
 class Winding:
     """The rate of phi as a function of u, for one motion.
@@ -73,8 +88,6 @@ class Winding:
     ----------
     g, l_z, P_plus, P_minus : float
         Constants of the axis form: gMR/A, p_phi/A, (p_phi + p_psi)/A, (p_phi - p_psi)/A.
-    energy, n : float
-        Its invariants l^2 + 2 g u and l . e.
     slowest, fastest : float
         Bounds of phi' over the whole motion [rad/s].
     grain, close : float
@@ -85,8 +98,6 @@ class Winding:
     l_z: float
     P_plus: float
     P_minus: float
-    energy: float
-    n: float
     slowest: float
     fastest: float
     grain: float = GRAIN
@@ -109,7 +120,7 @@ class Winding:
         plus = _bounds(_uncertain(P[0], P), 1 + u1, 1 + u2)
         minus = _bounds(_uncertain(P[1], P), 1 - u2, 1 - u1)
         slowest, fastest = ((plus[i] + minus[i]) / 2 for i in range(2))
-        return cls(g, l_z, P[0], P[1], energy, n, slowest, fastest, grain, close)
+        return cls(g, l_z, P[0], P[1], slowest, fastest, grain, close)
 
     def turned(self, t: Array, rows: Array, more: More | None) -> Array:
         """Return the change of phi since the first time [rad], shape (k,).
@@ -146,7 +157,7 @@ class Winding:
         if state[0] != 0 or state[1] != 0 or not state[3:5].any():
             return phi
         leaving = float(azimuth(state[None])[0])
-        return leaving + 2 * np.pi * math.ceil((phi - leaving) / (2 * np.pi) - SLACK)
+        return leaving + turns_behind(leaving - phi)
 
     def on_branch(self, rows: Array, phi: Array) -> Array:
         """Return the azimuths of the rows, on the branch nearest to phi; on the vertical, phi."""
@@ -158,13 +169,13 @@ class Winding:
     def _changes(self, t: Array, rows: Array) -> tuple[Array, Mask]:
         """Return the change of phi over each interval, and whether it is proved."""
         dt = np.diff(t)
-        principal = np.diff(self._telling(rows))
+        least = np.diff(self._telling(rows))
         low, high = self.slowest * dt, self.fastest * dt
-        change, decided = _fitting(principal, np.minimum(low, high), np.maximum(low, high))
+        change, decided = _fitting(least, np.minimum(low, high), np.maximum(low, high))
         if decided.all():
             return change, decided
         beside, across, resting = self._path(dt, rows)
-        change = np.where(decided, change, _principal(principal))
+        change = np.where(decided, change, principal(least))
         turned = np.where(beside | decided, change, self._sided(dt, rows, change))
         return np.where(resting, 0.0, turned), decided | beside | across | resting
 
@@ -172,8 +183,7 @@ class Winding:
         """Return the change over a pass: half a turn, in the sense of the pole's own term."""
         u = rows[:-1, 2] + rows[1:, 2]
         P = np.where(u > 0, self.P_minus, self.P_plus)
-        sense = np.where(np.where(P == 0, 1.0, P) * dt < 0, -1.0, 1.0)
-        return np.where(sense * change < -np.pi / 2, change + sense * 2 * np.pi, change)
+        return in_sense(np.where(np.where(P == 0, 1.0, P) * dt < 0, -1.0, 1.0), change)
 
     def _telling(self, rows: Array) -> Array:
         """Return the azimuths, but at a row on a pole that is only being passed that of the last.
@@ -222,10 +232,6 @@ class Winding:
         said = (own * far + other * np.abs(z) ** 2 / far) / 2
         seen = self.l_z * np.abs(z) ** 2 - u * (z.conj() * w).real
         return np.abs(seen - said) >= np.abs(own) / 2  # type: ignore[no-any-return]
-
-
-def _principal(angle: Array) -> Array:
-    return angle - 2 * np.pi * np.round(angle / (2 * np.pi))
 
 
 def _sinhc(x: Array) -> Array:

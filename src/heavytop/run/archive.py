@@ -11,7 +11,8 @@ import numpy as np
 
 from heavytop.errors import ForeignFile, Outcome
 from heavytop.hdf5 import array, attribute, opened
-from heavytop.integration.orbit import Checkpoint, Ending, Orbit, Seen
+from heavytop.integration.integrator import Checkpoint, Seen
+from heavytop.integration.orbit import Ending, Orbit
 from heavytop.machine import versions
 from heavytop.run.events import Events
 from heavytop.run.netcdf import EVENT_COLUMNS, SCHEMA, SEEN_COLUMNS

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import Formulation
-from heavytop.integration.orbit import Orbit, Seen
+from heavytop.integration.integrator import Seen
+from heavytop.integration.orbit import Orbit
 from heavytop.integration.outputs import (
     Parameters,
     Sample,

@@ -84,7 +84,7 @@ class PreciseRun:
         engine = PreciseIntegrator(own, bits, constants, events, state)
         first = orbit.checkpoints[0]
         far = 4.0 * (orbit.end - first.time[0])
-        longest = orbit.integrator.for_this_thread().cautious_step(first.state, far)
+        longest = orbit.integrator.for_this_thread().cautious_step(first, far)
         engine.following, turned = _following(chosen, orbit, bits)
         start = replace(engine.start(state), turned=turned)
         return cls(form, engine, ctx, far, longest, (start,))

@@ -21,8 +21,8 @@ from heavytop.equations.lambdify import Rounded
 from heavytop.errors import BadScene, EndedEarly, Fault, Outcome
 from heavytop.integration.bits import bits_of, named
 from heavytop.integration.compiled import Compiled, compiled
-from heavytop.integration.integrator import Integrator
-from heavytop.integration.orbit import Checkpoint, Orbit, Seen, continued, integrate
+from heavytop.integration.integrator import Checkpoint, Integrator, Seen
+from heavytop.integration.orbit import Orbit, continued, integrate
 from heavytop.integration.turns import Turns
 from heavytop.numbers import Number
 from heavytop.run.checkpoints import Checkpoints, Progress

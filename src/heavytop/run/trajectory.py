@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from heavytop.analytic.motion import Motion
 from heavytop.errors import Impossible, NotANumber, Outcome
-from heavytop.integration.orbit import Orbit, Seen
+from heavytop.integration.integrator import Seen
+from heavytop.integration.orbit import Orbit
 from heavytop.integration.outputs import Sample, invariants, sample
 from heavytop.run.events import Events
 from heavytop.run.planning import Plan

@@ -90,7 +90,7 @@ def _precise(scene: Scene, chosen: Plan, method: Method) -> Run:
     engine = PreciseIntegrator(form, method.bits, texts, start=start)
     doubles, first = binary_start(scene, chosen)
     own = integrator_of(chosen, compiled_for(chosen), doubles, first)
-    march = PreciseMarch(engine, tuple(start), 1.0, own.cautious_step(first.state, 1e6))
+    march = PreciseMarch(engine, tuple(start), 1.0, own.cautious_step(first, 1e6))
     begun = march.begin()
     yardstick = Yardstick(
         form,

@@ -9,9 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
-from heavytop.integration.compiled import Block
-from heavytop.integration.integrator import Integrator
-from heavytop.integration.orbit import Checkpoint
+from heavytop.integration.integrator import NEVER, Checkpoint, Integrator, Observed
 from heavytop.numbers.double_double import Array, DoubleDouble, add
 
 FAR = 1e6  # periods: no step is that long
@@ -40,37 +38,30 @@ class TaylorMarch:
     def block(self, place: StepperState) -> StepperState:
         """Take a block of natural steps, as `Stepper` says."""
         done = self._block(place)
-        if done.singular or done.steps == 0:
-            raise IntegrationFailed(
-                f"singular, or overflow, after {place.steps + done.steps} steps"
-            )
+        if done.block.singular or done.block.steps == 0:
+            raise IntegrationFailed(f"singular, or overflow, after {done.end.steps} steps")
         return replace(
             place,
-            time=add(place.time, done.elapsed),
-            state=tuple(done.state.tolist()),
-            steps=place.steps + done.steps,
-            evaluations=place.evaluations + done.steps,
+            time=done.end.time,
+            state=tuple(done.end.state.tolist()),
+            steps=done.end.steps,
+            evaluations=place.evaluations + done.block.steps,
         )
 
     def states_at(self, place: StepperState, times: Sequence[DoubleDouble]) -> Array:
         """Return the states at times in the block after a place, from its Taylor polynomials."""
         local = [add(t, (-place.time[0], -place.time[1])) for t in times]
         inside = np.array([high + low for high, low in local])
-        rows = np.empty((len(local), self.start.size))
-        rows[:] = place.state  # where the time is that of the place itself
-        if (later := inside != 0).any():
-            rows[later] = self._block(place, inside[later]).rows
-        return rows
+        return self._block(replace(place, time=(0.0, 0.0)), inside).samples.rows
 
     def output_time(self, t: float) -> DoubleDouble:
         """Return the time itself."""
         return (t, 0.0)
 
-    def _block(self, place: StepperState, samples: Array | None = None) -> Block:
-        state = np.array(place.state)
-        steps = Checkpoint(place.time, state, np.nan, place.steps).block_steps
+    def _block(self, place: StepperState, samples: Array = NEVER) -> Observed:
+        start = Checkpoint(place.time, np.array(place.state), np.nan, place.steps)
         longest = None if place.steps else self._first_steps
-        return self.engine.block(state, steps, self._far, samples, longest)
+        return self.engine.block(start, start.block_steps, self._far, samples, longest)
 
     @property
     def _far(self) -> float:
@@ -78,4 +69,4 @@ class TaylorMarch:
 
     @cached_property
     def _first_steps(self) -> float | None:
-        return self.engine.cautious_step(self.start, self._far)
+        return self.engine.cautious_step(Checkpoint((0.0, 0.0), self.start, np.nan, 0), self._far)
