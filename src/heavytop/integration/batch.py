@@ -86,11 +86,6 @@ class Journey:
         no other may be reached in it, or heyoka brackets both, and finds the start twice.
     limit : int
         Steps after which a top is given up.
-
-    Attributes
-    ----------
-    ending : ndarray of int, shape (k,)
-        Codes of `Lane`.
     """
 
     def __init__(
@@ -118,29 +113,31 @@ class Journey:
         nothing = np.empty(0, np.int64)
         self.met = [Zeros(nothing, nothing, np.empty(0), states[:0])]
 
-    @property
-    def states(self) -> Array:
-        """States at the ends, shape (k, n); nan where the end was not reached."""
-        return self.reached * self.units
+    def run(self, jobs: int | None) -> tuple[Array, Indices, Zeros]:
+        """Integrate all tops, on so many threads, or on one per processor.
 
-    @property
-    def zeros(self) -> Zeros:
-        """Zeros of the event functions."""
-        return joined(self.met)
-
-    def run(self, jobs: int | None) -> None:
-        """Integrate all tops, on so many threads, or on one per processor."""
+        Returns
+        -------
+        ndarray, shape (k, n)
+            States at the ends; nan where the end was not reached.
+        ndarray of int, shape (k,)
+            Codes of `Lane`.
+        Zeros
+            Of the event functions.
+        """
         tops = np.flatnonzero(self.sound)
         tops = tops[np.argsort(self.ends[tops], kind="stable")]
         count = max(1, min(jobs or os.cpu_count() or 1, tops.size // SHARE))
         if count == 1:
-            return self._advance(tops)
-        with ThreadPoolExecutor(count) as pool:
-            try:
-                list(pool.map(self._advance, [tops[i::count] for i in range(count)]))
-            except BaseException:  # the pool waits for its threads
-                self.halt.set()
-                raise
+            self._advance(tops)
+        else:
+            with ThreadPoolExecutor(count) as pool:
+                try:
+                    list(pool.map(self._advance, [tops[i::count] for i in range(count)]))
+                except BaseException:  # the pool waits for its threads
+                    self.halt.set()
+                    raise
+        return self.reached * self.units, self.ending, joined(self.met)
 
     def _advance(self, tops: Indices) -> None:
         """Integrate tops in full batches; those of a batch that was stopped go one by one."""

@@ -33,11 +33,7 @@ Mask = NDArray[np.bool_]
 Columns = Mapping[str, Array]
 
 KIND = "propagate_many"
-OUTCOMES = {
-    Lane.REACHED: Outcome.FINISHED,
-    Lane.SINGULAR: Outcome.SINGULAR,
-    Lane.STEP_LIMIT: Outcome.STEP_LIMIT,
-}
+OUTCOMES = (Outcome.FINISHED, Outcome.SINGULAR, Outcome.STEP_LIMIT)  # by the codes of `Lane`
 MOST_JOBS = 1024
 MOST_STEPS = 10_000_000  # unless told otherwise: some ten seconds
 TOLD = 100  # units of rounding by which a motion must have an event for its number to be told
@@ -133,24 +129,19 @@ class Ensemble:
     def _moved(self) -> Array:
         """By how much the invariants have moved, each beside the size of its terms."""
         form, known = self.formulation, invariants_of(self.formulation)
-        constants = [self.parameters[c.name] for c in known.constants]
-        moved = []
-        first, last = (
-            zip(
-                invariants(form, states, cast(Any, self.parameters), self.end).values(),
-                known.sizes(*states.T, *constants),
-                strict=True,
-            )
-            for states in (_binary(form, self.start)[0], self.states)
-        )
-        for (before, one), (after, other) in zip(first, last, strict=True):
-            moved.append(abs(after - before) / np.maximum(np.maximum(one, other), TINY))
-        return np.asarray(np.max(moved, axis=0))
+        named: Any = self.parameters
+        constants = [named[c.name] for c in known.constants]
+        first, _ = _binary(form, self.start)
+        ends = first, self.states
+        before, after = ([*invariants(form, y, named, self.end).values()] for y in ends)
+        sizes = np.max([known.sizes(*y.T, *constants) for y in ends], axis=0)
+        moved: Array = abs(np.subtract(after, before)) / np.maximum(sizes, TINY)
+        return moved.max(axis=0)  # type: ignore[no-any-return]
 
     @property
     def outcomes(self) -> tuple[Outcome, ...]:
         """How each top ended."""
-        return tuple(OUTCOMES[Lane(code)] for code in self.ending.tolist())
+        return tuple(OUTCOMES[code] for code in self.ending.tolist())
 
     @cached_property
     def final(self) -> Sample:
@@ -291,11 +282,7 @@ def propagate_many(
     for each in zeros:
         first = np.where(each.risky, np.minimum(first, each.short), first)
     journey = Journey(form, events, states, parameters, (end, bound, first), step_limit)
-    journey.run(jobs)
-    run = Ensemble(
-        columns.shape, form, parameters, events, end, journey.states, journey.ending,
-        journey.zeros, digits, start,
-    )  # fmt: skip
+    run = Ensemble(columns.shape, form, parameters, events, end, *journey.run(jobs), digits, start)
     if ahead:
         margin = ahead.rounding * ahead.growth / ahead.rate
         run = replace(run, zeros=_counted(run, states, zeros, margin))
@@ -364,7 +351,7 @@ class _Expected(NamedTuple):
         clear, short = _clear(event, ahead), SHORT / ahead.rate
         if event == "turning":
             begins = (clear > 0) & ((start["thetadot"] == 0) | (start["theta"] == 0))
-            return cls(clear == 0, begins, begins & (ahead.nods < SMALL), short)
+            return cls(clear <= 0, begins, begins & (clear < SMALL), short)
         begins = (clear > 0) & (start["phidot"] == 0)
         sine, falling = np.sin(start["theta"]), abs(start["thetadot"])  # beside a pole or a cusp
         with np.errstate(all="ignore"):
@@ -378,16 +365,14 @@ def _counted(run: Ensemble, states: Array, expected: list[_Expected], margin: Ar
     What is at the start is known from the numbers given; it may be found beside it, or not at all.
     One that the error does not tell from the end, by a margin [s], is at the end.
     """
-    found, parts = run.zeros, []
+    found, parts, named = run.zeros, [], cast(Any, run.parameters)
     for code, (event, known) in enumerate(zip(run.events, expected, strict=True)):
         echo = known.begins[found.which]
         echo &= abs(found.t) <= known.short[found.which] / 2
         here = found.at((found.event == code) & ~known.never[found.which] & ~echo)
         last = np.zeros(run.end.size)
         np.maximum.at(last, here.which, abs(here.t))
-        zero, slope = event_function(
-            run.formulation, event, run.states, cast(Any, run.parameters), run.end
-        )
+        zero, slope = event_function(run.formulation, event, run.states, named, run.end)
         with np.errstate(all="ignore"):
             late = -zero / slope * np.sign(run.end)
             ends = (late > 0) & (late <= margin) & (last < abs(run.end) - margin) & ~known.never
