@@ -111,10 +111,13 @@ def test_shapes():
 def test_bad_input():
     with pytest.raises(ImpossibleStart, match="not both"):
         ht.propagate_many(**SICM, theta=0.1, psidot=1.0, omega3=1.0, time=1.0)
-    with pytest.raises(NotANumber, match="broadcast"):
+    with pytest.raises(Impossible, match="broadcast"):
         ht.propagate_many(**SICM, theta=np.zeros(3), phidot=np.zeros(4), time=1.0)
     with pytest.raises(NotANumber):
         ht.propagate_many(**SICM, theta="upright", time=1.0)
+    with pytest.raises(NotANumber, match="2\\^53"):
+        ht.propagate_many(**SICM, theta=0.1, phidot=2**54, time=1.0)
+    assert ht.propagate_many(**SICM, theta=0.1, time=1.0, longest=np.nan).missed.all()
 
 
 @pytest.mark.parametrize("phi", [0.0, 0.3, 2.0])

@@ -130,6 +130,11 @@ class InputArrays:
         A, C, gMR, theta, thetadot, phidot = (x for _, x in numbers)
         return Starts(A, C, gMR, theta, thetadot, phidot, spin, held)
 
+    def full(self) -> dict[str, Array]:
+        """All columns by name, each of as many elements as there are tops."""
+        columns = self._columns.items()
+        return {name: np.ascontiguousarray(np.broadcast_to(x, self.size)) for name, x in columns}
+
     def one(self, at: int) -> tuple[Top, State]:
         """One of them, exactly; raises `ImpossibleTop` or `ImpossibleStart`."""
         numbers = {name: float(x[0]) for name, x in self._part(slice(at, at + 1)).items()}

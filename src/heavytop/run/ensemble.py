@@ -2,57 +2,46 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
-from itertools import pairwise
-from threading import Event
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from heavytop.classification.arrays import InputArrays, with_spin
 from heavytop.equations import lagrangian as lag
 from heavytop.equations.formulation import FORMULATIONS, Formulation
 from heavytop.equations.gradients import invariants_of
 from heavytop.equations.lambdify import lambdified
-from heavytop.errors import BadScene, HeavyTopError, ImpossibleStart, NotANumber, Outcome
-from heavytop.integration.batch import Arrived, Lane, Zeros, batch_integrator
+from heavytop.errors import BadScene, HeavyTopError, Outcome
+from heavytop.integration.batch import Journey, Lane, Zeros, joined
 from heavytop.integration.outputs import Sample, event_function, invariants, sample
-from heavytop.run.error_growth import Outlook, outlook
+from heavytop.run.error_growth import EPSILON, Outlook, outlook
 from heavytop.run.estimates import MOST_DIGITS
-from heavytop.run.planning import EPSILON
 from heavytop.run.propagation import propagate
-from heavytop.scene import arguments
-from heavytop.scene.arguments import whole, wrong_type
+from heavytop.run.trajectory import Trajectory
+from heavytop.scene.arguments import expect, one_of, parse_names, parse_options, whole, wrong_type
 from heavytop.scene.scene import Scene
-from heavytop.scene.state import State, broken_spin
+from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
 Array = NDArray[np.float64]
-
-OUTCOMES = {
-    Lane.REACHED: Outcome.FINISHED,
-    Lane.SINGULAR: Outcome.SINGULAR,
-    Lane.STEP_LIMIT: Outcome.STEP_LIMIT,
-}
-Starts = Mapping[str, Array]
+Mask = NDArray[np.bool_]
+Columns = Mapping[str, Array]
 
 KIND = "propagate_many"
+OUTCOMES = (Outcome.FINISHED, Outcome.SINGULAR, Outcome.STEP_LIMIT)  # by the codes of `Lane`
 MOST_JOBS = 1024
 MOST_STEPS = 10_000_000  # unless told otherwise: some ten seconds
 TOLD = 100  # units of rounding by which a motion must have an event for its number to be told
 BY_HEIGHT = 100  # the cubic form, whose state is a height, in units of the others
-OPTIONS = {"formulation": arguments.one_of(FORMULATIONS)}
 TINY = float(np.finfo(np.float64).tiny)
 SMALL = 1e-3  # rad: of a nutation that is larger, a step never holds two turning points
 SHORT = 0.1  # of the fastest time in a motion: in such a step from one event there is no other
-_SYMBOLS = (
-    lag.A, lag.C, lag.gMR, lag.theta, lag.phi, lag.psi, lag.thetadot, lag.phidot, lag.psidot,
-)  # fmt: skip
+_SYMBOLS = (lag.A, lag.C, lag.gMR, *lag.COORDINATES, *lag.VELOCITIES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,14 +77,14 @@ class Ensemble:
 
     shape: tuple[int, ...]
     formulation: Formulation
-    parameters: Mapping[str, Array]
+    parameters: Columns
     events: tuple[str, ...]
     end: Array
     states: Array
     ending: NDArray[np.int64]
     zeros: Zeros
     digits: int
-    start: Starts
+    start: Columns
     recomputed: Mapping[int, float] = field(default_factory=dict)
 
     @cached_property
@@ -105,13 +94,14 @@ class Ensemble:
         From the rounding of the steps, by how much the invariants have moved, and how errors grow
         from such a start; nan where the end was not reached.
         """
+        ahead = self._ahead
         with np.errstate(all="ignore"):
-            error = (self._ahead.rounding + self._moved()) * self._ahead.growth
+            error = (ahead.rounding + self._moved()) * ahead.growth
             if not self.formulation.starts_at_pole:  # it is singular there
-                error /= self._ahead.near
+                error /= ahead.near
             if self.formulation.name == "cubic":
                 sine = np.minimum(np.sin(self.start["theta"]), np.sin(self.final.theta))
-                error *= BY_HEIGHT * self._ahead.growth / sine**2
+                error *= BY_HEIGHT * ahead.growth / sine**2
         theta = self.final.theta
         error = np.where((theta < 0) | (theta > np.pi), np.inf, np.fmin(error, np.pi))
         error[self.ending != Lane.REACHED] = np.nan
@@ -125,10 +115,10 @@ class Ensemble:
         Their end was not reached, `error` is more than 10^-digits max(1, θ), or the number of an
         event asked for is beyond doubles.
         """
-        ahead, unsure = self._ahead, np.zeros(self.end.shape, dtype=bool)
+        unsure = np.zeros(self.end.shape, dtype=bool)
         for event in self.events:
-            clear = abs(ahead.nods if event == "turning" else ahead.turns_back)
-            unsure |= (clear != 0) & ~(clear > TOLD * ahead.rounding)
+            clear = abs(_clear(event, self._ahead))
+            unsure |= (clear != 0) & ~(clear > TOLD * self._ahead.rounding)
         unsure[list(self.recomputed)] = False
         return unsure | ~(self.error <= 10.0**-self.digits * np.fmax(1.0, self.final.theta))
 
@@ -139,21 +129,19 @@ class Ensemble:
     def _moved(self) -> Array:
         """By how much the invariants have moved, each beside the size of its terms."""
         form, known = self.formulation, invariants_of(self.formulation)
-        constants = [self.parameters[c.name] for c in known.constants]
-        first, _ = _binary(form, [self.start[symbol.name] for symbol in _SYMBOLS])
-        values, sizes = [], []
-        for states in (first, self.states):
-            parameters = cast(Any, self.parameters)
-            values.append(invariants(form, states, parameters, self.end).values())
-            sizes.append(known.sizes(*states.T, *constants))
-        pairs = zip(*values, *sizes, strict=True)
-        moved = [abs(b - a) / np.maximum(np.maximum(x, y), TINY) for a, b, x, y in pairs]
-        return np.asarray(np.max(moved, axis=0))
+        named: Any = self.parameters
+        constants = [named[c.name] for c in known.constants]
+        first, _ = _binary(form, self.start)
+        ends = first, self.states
+        before, after = ([*invariants(form, y, named, self.end).values()] for y in ends)
+        sizes = np.max([known.sizes(*y.T, *constants) for y in ends], axis=0)
+        moved: Array = abs(np.subtract(after, before)) / np.maximum(sizes, TINY)
+        return moved.max(axis=0)  # type: ignore[no-any-return]
 
     @property
     def outcomes(self) -> tuple[Outcome, ...]:
         """How each top ended."""
-        return tuple(OUTCOMES[Lane(code)] for code in self.ending.tolist())
+        return tuple(OUTCOMES[code] for code in self.ending.tolist())
 
     @cached_property
     def final(self) -> Sample:
@@ -196,7 +184,7 @@ def propagate_many(
     omega3: ArrayLike | None = None,
     formulation: str = "axis",
     events: Sequence[str] = (),
-    step_limit: int | None = None,
+    step_limit: int = MOST_STEPS,
     longest: ArrayLike = np.inf,
     digits: int = 12,
     recompute: bool = False,
@@ -218,8 +206,8 @@ def propagate_many(
         The equations to integrate, by name.
     events : sequence of str
         Which zeros to find: turning, reversal.
-    step_limit : int, optional
-        Steps after which a top is given up; by default ten million, which take some ten seconds.
+    step_limit : int
+        Steps after which a top is given up; ten million take some ten seconds.
     longest : array_like
         The longest step [s]. A step longer than the half of a nutation may pass over a turning
         point next to a start on one.
@@ -242,10 +230,9 @@ def propagate_many(
     ImpossibleStart
         Both psidot and omega3 are given.
     NotANumber
-        Something is not an array of numbers, which is named, or the shapes do not broadcast; or
-        an option is no whole number.
+        Something is not an array of numbers, which is named, or an option is no whole number.
     Impossible
-        Digits that doubles cannot have, no steps, or no threads.
+        The shapes do not broadcast; digits that doubles cannot have, no steps, or no threads.
     WrongType
         `events` are no names in a row, or `recompute` is neither True nor False.
     BadScene
@@ -274,176 +261,55 @@ def propagate_many(
     >>> found.missed
     array([False, False,  True])
     """
-    if psidot is not None and omega3 is not None:
-        raise ImpossibleStart(broken_spin(("psidot", "omega3")))
-    spin = psidot if omega3 is None else omega3
-    rate = 0.0 if spin is None else spin
+    expect("recompute", recompute, bool)
+    digits = whole("digits", digits, 1, MOST_DIGITS)
+    step_limit = whole("step_limit", step_limit, 1, 10**15)
+    jobs = None if jobs is None else whole("jobs", jobs, 1, MOST_JOBS)
+    form, events = _asked(formulation, events)
     given = {
         "A": A, "C": C, "gMR": gMR, "theta": theta, "phi": phi, "psi": psi,
-        "thetadot": thetadot, "phidot": phidot, "psidot" if omega3 is None else "omega3": rate,
-        "time": time, "longest": longest,
+        "thetadot": thetadot, "phidot": phidot, "time": time, "longest": longest,
     }  # fmt: skip
-    digits = whole("digits", digits, 1, MOST_DIGITS)
-    step_limit = MOST_STEPS if step_limit is None else whole("step_limit", step_limit, 1, 10**15)
-    jobs = None if jobs is None else whole("jobs", jobs, 1, MOST_JOBS)
-    if not isinstance(recompute, bool):
-        raise wrong_type("recompute", "True or False", recompute)
-    form, events = _asked(formulation, events)
-    shape, columns = _columns(given)
-    *start, end, bounds = columns
-    if omega3 is not None:
-        start[8] = start[8] - start[7] * np.cos(start[3])
+    columns = InputArrays(with_spin(given, psidot, omega3))
+    start = columns.full()
+    end, bound = start.pop("time"), start.pop("longest")
+    if "omega3" in start:
+        start["psidot"] = start.pop("omega3") - start["phidot"] * np.cos(start["theta"])
     states, parameters = _binary(form, start)
-    begun = {symbol.name: each for symbol, each in zip(_SYMBOLS, start, strict=True)}
-    ahead = outlook(begun, end) if events else None
+    ahead = outlook(start, end) if events else None
+    zeros = [_Expected.of(event, start, ahead) for event in events] if ahead else []
     first = np.full(end.shape, np.inf)
-    if ahead is not None:
-        for each in events:
-            begins = _at_start(each, begun, ahead) & ((each == "reversal") | (ahead.nods < SMALL))
-            first[begins] = np.minimum(first, _short(each, begun, ahead))[begins]
-    arrived = _arrived(form, events, states, parameters, (end, bounds, first), step_limit, jobs)
-    run = Ensemble(
-        shape, form, parameters, events, end, arrived.states, arrived.ending, arrived.zeros,
-        digits, begun,
-    )  # fmt: skip
-    if ahead is not None:
-        run = replace(run, zeros=_counted(run, begun, states, ahead))
+    for each in zeros:
+        first = np.where(each.risky, np.minimum(first, each.short), first)
+    journey = Journey(form, events, states, parameters, (end, bound, first), step_limit)
+    run = Ensemble(columns.shape, form, parameters, events, end, *journey.run(jobs), digits, start)
+    if ahead:
+        margin = ahead.rounding * ahead.growth / ahead.rate
+        run = replace(run, zeros=_counted(run, states, zeros, margin))
     return _recomputed(run) if recompute else run
-
-
-def _recomputed(run: Ensemble) -> Ensemble:
-    """The run, with tops that miss what is asked computed one by one as far as `propagate` can."""
-    states, ending, off = run.states.copy(), run.ending.copy(), {}
-    zeros = [run.zeros]
-    for i in np.flatnonzero(run.missed).tolist():
-        given = {name: float(each[i]) for name, each in run.start.items()}
-        try:
-            scene = Scene(
-                Top(*(given.pop(name) for name in ("A", "C", "gMR"))), State(**given),
-                float(run.end[i]), quantities=("theta", "axis", "rates"), events=run.events,
-                samples=2, digits=run.digits,
-            )  # fmt: skip
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # `error` tells what is off all the same
-                one = propagate(scene)
-            exact = one.motion.double(run.end[i : i + 1])
-        except HeavyTopError:
-            continue
-        states[i] = _states(run, i, one.samples)[-1]
-        ending[i] = Lane.REACHED
-        off[i] = float(np.linalg.norm(one.samples.axis[-1] - exact.axis[-1])) + EPSILON
-        for code, event in enumerate(run.events):
-            t = one.events.of(event).t
-            if not t.size:
-                continue
-            which, what = (np.full(t.size, number) for number in (i, code))
-            zeros.append(Zeros(which, what, t, _states(run, i, one(t))))
-    kept = ~np.isin(run.zeros.which, list(off))
-    zeros[0] = Zeros(*(getattr(run.zeros, name)[kept] for name in Zeros.__slots__))
-    joined = (np.concatenate([getattr(z, n) for z in zeros]) for n in Zeros.__slots__)
-    return replace(run, states=states, ending=ending, zeros=_sorted(*joined), recomputed=off)
-
-
-def _states(run: Ensemble, i: int, at: Sample) -> Array:
-    """States of the run's formulation, of the top with a number, where another one has been."""
-    top = [np.full(at.t.shape, run.start[name][i]) for name in ("A", "C", "gMR")]
-    phi = np.arctan2(at.axis[:, 0], -at.axis[:, 1])
-    rates = [at.thetadot, at.phidot, at.psidot]
-    return _binary(run.formulation, [*top, at.theta, phi, 0 * phi, *rates])[0]
-
-
-def _sorted(which: Any, event: Any, t: Array, states: Array) -> Zeros:
-    order = np.lexsort((np.abs(t), which))
-    return Zeros(which[order], event[order], t[order], states[order])
-
-
-def _at_start(event: str, start: Starts, ahead: Outlook) -> NDArray[np.bool_]:
-    """Where a start is exactly an event."""
-    if event == "turning":
-        exactly = (ahead.nods > 0) & ((start["thetadot"] == 0) | (start["theta"] == 0))
-    else:
-        exactly = (ahead.turns_back > 0) & (start["phidot"] == 0)
-    return np.asarray(exactly)
-
-
-def _short(event: str, start: Starts, ahead: Outlook) -> Array:
-    """A time after an event at the start, in which there is no other of its kind [s]."""
-    short = SHORT / ahead.rate
-    if event == "turning":
-        return short
-    sine, falling = np.sin(start["theta"]), abs(start["thetadot"])  # beside a pole or a cusp
-    with np.errstate(all="ignore"):
-        again = sine * falling / (falling**2 + abs(start["gMR"] / start["A"]) * sine**2)
-    return np.asarray(np.fmin(short, again / 2))
-
-
-def _counted(run: Ensemble, start: Starts, states: Array, ahead: Outlook) -> Zeros:
-    """The zeros that count: those exactly at the start or the end too, each once, and no others.
-
-    What is at the start is known from the numbers given; it may be found beside it, or not at all.
-    One that the error does not tell from the end is at the end.
-    """
-    found, parts, known = run.zeros, [], cast(Any, run.parameters)
-    margin = ahead.rounding * ahead.growth / ahead.rate
-    for code, event in enumerate(run.events):
-        begins = _at_start(event, start, ahead)
-        never = (ahead.nods == 0) if event == "turning" else (ahead.turns_back <= 0)
-        echo = begins[found.which]
-        echo &= abs(found.t) <= _short(event, start, ahead)[found.which] / 2
-        here = (found.event == code) & ~never[found.which] & ~echo
-        last = np.zeros(run.end.size)
-        np.maximum.at(last, found.which[here], abs(found.t[here]))
-        zero, slope = event_function(run.formulation, event, run.states, known, run.end)
-        with np.errstate(all="ignore"):
-            late = -zero / slope * np.sign(run.end)
-            ends = (late > 0) & (late <= margin) & (last < abs(run.end) - margin) & ~never
-        parts += [(found.which[here], found.event[here], found.t[here], found.states[here])]
-        for where, t, at in ((begins, 0 * run.end, states), (ends, run.end, run.states)):
-            which = np.flatnonzero(where)
-            parts.append((which, np.full(which.size, code), t[which], at[which]))
-    return _sorted(*(np.concatenate(each) for each in zip(*parts, strict=True)))
 
 
 def _asked(formulation: str, events: Sequence[str]) -> tuple[Formulation, tuple[str, ...]]:
     """The formulation of a name, and events that it has, if they are."""
-    entry, faults = arguments.parse_options(KIND, {"formulation": formulation}, OPTIONS)
-    form = entry["formulation"].build() if entry else None
-    known = FORMULATIONS["axis"].build() if form is None else form
     if not isinstance(events, Sequence):
         raise wrong_type("events", "names of events, in a row", events)
+    entry, faults = parse_options(
+        KIND, {"formulation": formulation}, {"formulation": one_of(FORMULATIONS)}
+    )
     if events:
-        each = arguments.one_of({name: name for name in known.events})
-        events, wrong = arguments.parse_names(KIND, "events", events, each)
+        known = {event: event for event in FORMULATIONS["axis"].build().events}
+        events, wrong = parse_names(KIND, "events", events, one_of(known))
         faults += wrong
-    if form is None or faults:
+    if faults:
         raise BadScene(tuple(faults))
-    return form, tuple(events)
+    return entry["formulation"].build(), tuple(events)
 
 
-def _columns(given: Mapping[str, ArrayLike]) -> tuple[tuple[int, ...], list[Array]]:
-    numbers = [_doubles(*each) for each in given.items()]
-    try:
-        arrays = np.broadcast_arrays(*numbers)
-    except ValueError as error:
-        raise NotANumber(f"arrays of numbers that broadcast: {error}") from None
-    return arrays[0].shape, [np.ascontiguousarray(each).reshape(-1) for each in arrays]
-
-
-def _doubles(name: str, given: ArrayLike) -> Array:
-    try:
-        array = np.asarray(given)
-    except ValueError as error:  # lists of different lengths
-        raise NotANumber(f"{name}: {error}") from None
-    if array.dtype.kind not in "iufb":
-        raise NotANumber(f"{name}: numbers come as integers or doubles, not as {array.dtype}")
-    return array.astype(np.float64, copy=False)
-
-
-def _binary(form: Formulation, start: list[Array]) -> tuple[Array, dict[str, Array]]:
+def _binary(form: Formulation, start: Columns) -> tuple[Array, dict[str, Array]]:
     """States at the start (k, n) and constants (k,) by name."""
     with np.errstate(all="ignore"):  # what is no number is found out lane by lane
-        values = _start_function(form)(*start)
-    rows = [np.broadcast_to(np.asarray(x, dtype=np.float64), start[0].shape) for x in values]
+        values = _start_function(form)(*(start[symbol.name] for symbol in _SYMBOLS))
+    rows = [np.broadcast_to(np.asarray(x, dtype=float), start["A"].shape) for x in values]
     count = len(form.states)
     names = (p.name for p in form.parameters)
     return np.stack(rows[:count], axis=-1), dict(zip(names, rows[count:], strict=True))
@@ -454,42 +320,110 @@ def _start_function(form: Formulation) -> Any:
     return lambdified((*form.start, *form.parameters.values()), _SYMBOLS)
 
 
-def _arrived(
-    form: Formulation, events: tuple[str, ...], states: Array, parameters: dict[str, Array],
-    spans: tuple[Array, Array, Array], step_limit: int | None, jobs: int | None,
-) -> Arrived:  # fmt: skip
-    """All tops at their ends, in equal shares for the threads."""
-    halt = Event()
+# --- events at the start and at the end --------------------------------------------------------
 
-    def share(part: slice) -> Arrived:
-        engine = batch_integrator(form, events, EPSILON)
-        used = [parameters[name][part] for name in engine.parameters]
-        end, longest, first = (each[part] for each in spans)
-        loaded = np.stack(used, axis=-1)
-        return engine.run(states[part], loaded, end, step_limit, longest, first, halt)
 
-    size = spans[0].size
-    count = max(1, min(jobs or os.cpu_count() or 1, size // 64))
-    bounds = np.linspace(0, size, count + 1).astype(int) // 64 * 64  # whole batches
-    bounds[-1] = size
-    parts = [slice(*pair) for pair in pairwise(bounds)]
-    if count == 1:
-        return share(parts[0])
-    with ThreadPoolExecutor(count) as pool:
+def _clear(event: str, ahead: Outlook) -> Array:
+    """How clearly motions have an event, as angle or height; not above 0 where they have none."""
+    return ahead.nods if event == "turning" else ahead.turns_back
+
+
+class _Expected(NamedTuple):
+    """What is known of an event before anything is integrated.
+
+    Attributes
+    ----------
+    never, begins : ndarray of bool, shape (k,)
+        Where there is none, and where the start is exactly one.
+    risky : ndarray of bool, shape (k,)
+        Where from the start a step may reach another one.
+    short : ndarray, shape (k,)
+        A time after the start in which there is no other [s].
+    """
+
+    never: Mask
+    begins: Mask
+    risky: Mask
+    short: Array
+
+    @classmethod
+    def of(cls, event: str, start: Columns, ahead: Outlook) -> _Expected:
+        clear, short = _clear(event, ahead), SHORT / ahead.rate
+        if event == "turning":
+            begins = (clear > 0) & ((start["thetadot"] == 0) | (start["theta"] == 0))
+            return cls(clear <= 0, begins, begins & (clear < SMALL), short)
+        begins = (clear > 0) & (start["phidot"] == 0)
+        sine, falling = np.sin(start["theta"]), abs(start["thetadot"])  # beside a pole or a cusp
+        with np.errstate(all="ignore"):
+            again = sine * falling / (falling**2 + abs(start["gMR"] / start["A"]) * sine**2)
+        return cls(clear <= 0, begins, begins, np.fmin(short, again / 2))
+
+
+def _counted(run: Ensemble, states: Array, expected: list[_Expected], margin: Array) -> Zeros:
+    """The zeros that count: those exactly at the start or the end too, each once, and no others.
+
+    What is at the start is known from the numbers given; it may be found beside it, or not at all.
+    One that the error does not tell from the end, by a margin [s], is at the end.
+    """
+    found, parts, named = run.zeros, [], cast(Any, run.parameters)
+    for code, (event, known) in enumerate(zip(run.events, expected, strict=True)):
+        echo = known.begins[found.which]
+        echo &= abs(found.t) <= known.short[found.which] / 2
+        here = found.at((found.event == code) & ~known.never[found.which] & ~echo)
+        last = np.zeros(run.end.size)
+        np.maximum.at(last, here.which, abs(here.t))
+        zero, slope = event_function(run.formulation, event, run.states, named, run.end)
+        with np.errstate(all="ignore"):
+            late = -zero / slope * np.sign(run.end)
+            ends = (late > 0) & (late <= margin) & (last < abs(run.end) - margin) & ~known.never
+        parts.append(here)
+        for where, t, at in ((known.begins, 0 * run.end, states), (ends, run.end, run.states)):
+            which = np.flatnonzero(where)
+            parts.append(Zeros(which, np.full(which.size, code), t[which], at[which]))
+    return joined(parts)
+
+
+# --- one by one --------------------------------------------------------------------------------
+
+
+def _recomputed(run: Ensemble) -> Ensemble:
+    """The run, with tops that miss what is asked computed one by one as far as `propagate` can."""
+    states, ending, off, parts = run.states.copy(), run.ending.copy(), {}, []
+    for i in np.flatnonzero(run.missed).tolist():
         try:
-            return _joined(list(pool.map(share, parts)), bounds)
-        except BaseException:  # the pool waits for its threads
-            halt.set()
-            raise
+            one = _alone(run, i)
+            exact = one.motion.double(run.end[i : i + 1])
+        except HeavyTopError:
+            continue
+        states[i] = _states(run, i, one.samples)[-1]
+        ending[i] = Lane.REACHED
+        off[i] = float(np.linalg.norm(one.samples.axis[-1] - exact.axis[-1])) + EPSILON
+        for code, event in enumerate(run.events):
+            t = one.events.of(event).t
+            if t.size:
+                which, what = (np.full(t.size, number) for number in (i, code))
+                parts.append(Zeros(which, what, t, _states(run, i, one(t))))
+    kept = run.zeros.at(~np.isin(run.zeros.which, list(off)))
+    zeros = joined([kept, *parts])
+    return replace(run, states=states, ending=ending, zeros=zeros, recomputed=off)
 
 
-def _joined(shares: list[Arrived], bounds: NDArray[np.int64]) -> Arrived:
-    zeros = [
-        replace(each.zeros, which=each.zeros.which + first)
-        for each, first in zip(shares, bounds, strict=False)
-    ]
-    return Arrived(
-        np.concatenate([each.states for each in shares]),
-        np.concatenate([each.ending for each in shares]),
-        Zeros(*(np.concatenate([getattr(z, name) for z in zeros]) for name in Zeros.__slots__)),
-    )
+def _alone(run: Ensemble, i: int) -> Trajectory:
+    """The top with a number by itself, in as many bits as it takes."""
+    given = {name: float(each[i]) for name, each in run.start.items()}
+    top = Top(*(given.pop(name) for name in ("A", "C", "gMR")))
+    scene = Scene(
+        top, State(**given), float(run.end[i]), quantities=("theta", "axis", "rates"),
+        events=run.events, samples=2, digits=run.digits,
+    )  # fmt: skip
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # `error` tells what is off all the same
+        return propagate(scene)
+
+
+def _states(run: Ensemble, i: int, at: Sample) -> Array:
+    """States of the run's formulation, of the top with a number, where another one has been."""
+    top = {name: np.full(at.t.shape, run.start[name][i]) for name in ("A", "C", "gMR")}
+    seen = {s.name: getattr(at, s.name) for s in (lag.theta, *lag.VELOCITIES)}
+    phi = np.arctan2(at.axis[:, 0], -at.axis[:, 1])
+    return _binary(run.formulation, {**top, **seen, "phi": phi, "psi": 0 * phi})[0]
