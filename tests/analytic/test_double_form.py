@@ -313,6 +313,7 @@ def test_rates(name):
     assert np.max(abs(double.uddot - half)) <= 1e-14 * scale
     for i, t in enumerate(times):
         at = exact(rising, t)
+        assert abs(float(at.uddot) - half[i]) <= 1e-14 * scale
         for rate in ("thetadot", "phidot", "psidot", "udot"):
             want = getattr(at, rate)
             size = max(1, abs(float(want)), scale**0.5)

@@ -19,7 +19,7 @@ from heavytop.results.plan_document import chosen_document
 from heavytop.run.events import EVENTS
 from heavytop.run.planning import Plan, closed_form_of
 from heavytop.run.trajectory import Trajectory
-from heavytop.run.verify import Errors, errors_in_full, missed_digits, missed_events, rounded
+from heavytop.run.verify import Errors, missed_digits, missed_events, run_errors
 from heavytop.scene.scene import Scene
 
 SCHEMA = "heavytop/run/1"
@@ -37,7 +37,7 @@ def run_document(trajectory: Trajectory, files: Mapping[str, str] | None = None)
         Names and paths of the files written.
     """
     motion = trajectory.motion
-    errors = errors_in_full(trajectory)
+    errors = run_errors(trajectory)
     return {
         "schema": SCHEMA,
         "scene": trajectory.scene.document(),
@@ -46,7 +46,7 @@ def run_document(trajectory: Trajectory, files: Mapping[str, str] | None = None)
         "plan": chosen_document(trajectory.plan),
         "final": _final(trajectory),
         "events": _events(trajectory),
-        "errors": {k: finite(v) for k, v in asdict(rounded(errors)).items()},
+        "errors": {k: finite(v) for k, v in asdict(errors).items()},
         "missed_digits": missed_digits(trajectory, errors),
         "missed_events": {name: list(true) for name, true in missed_events(trajectory).items()},
         "cost": _cost(trajectory, motion),

@@ -56,18 +56,16 @@ class Outlook:
     turns_back: Array
 
 
+@np.errstate(all="ignore")
 def fastest(start: Mapping[str, Array]) -> Array:
     """Return about the largest rate in motions, by their starts as for `outlook` [1/s]."""
-    with np.errstate(all="ignore"):
-        sine, spin = (
-            np.sin(start["theta"]),
-            start["psidot"] + start["phidot"] * np.cos(start["theta"]),
-        )
-        tilting = np.hypot(start["thetadot"], start["phidot"] * sine)
-        b, g = start["C"] / start["A"] * spin, start["gMR"] / start["A"]
-        return np.asarray(abs(b) + 2 * np.sqrt(abs(g)) + tilting)
+    theta, phidot = start["theta"], start["phidot"]
+    tilting = np.hypot(start["thetadot"], phidot * np.sin(theta))
+    b = start["C"] / start["A"] * (start["psidot"] + phidot * np.cos(theta))
+    return np.asarray(abs(b) + 2 * np.sqrt(abs(start["gMR"] / start["A"])) + tilting)
 
 
+@np.errstate(all="ignore")  # what is no number has no outlook either
 def outlook(start: Mapping[str, Array], time: Array) -> Outlook:
     """Return what is to be expected of runs, by their starts.
 
@@ -78,13 +76,8 @@ def outlook(start: Mapping[str, Array], time: Array) -> Outlook:
     time : ndarray, shape (k,)
         Their spans [s].
     """
-    with np.errstate(all="ignore"):  # what is no number has no outlook either
-        return _outlook(start, np.abs(time))
-
-
-def _outlook(start: Mapping[str, Array], time: Array) -> Outlook:
     theta, thetadot, phidot = (start[name] for name in ("theta", "thetadot", "phidot"))
-    sine, cosine = np.sin(theta), np.cos(theta)
+    sine, cosine, time = np.sin(theta), np.cos(theta), np.abs(time)
     g = start["gMR"] / start["A"]
     b = start["C"] / start["A"] * (start["psidot"] + phidot * cosine)
     above, below = 2 * np.sin(theta / 2) ** 2, 2 * np.cos(theta / 2) ** 2

@@ -15,6 +15,7 @@ from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
 from heavytop.numbers.decimals import Number
+from heavytop.run.events import EVENTS
 
 EDGE: Final = 1e-9  # of a period, for each period: so near the end an event may be on either side
 AT_START: Final = 1e-40  # of a period: an event there is the start itself, and counts
@@ -27,9 +28,7 @@ KINDS_OF: Final[Mapping[str, frozenset[str]]] = {
 Counts = Mapping[str, tuple[int, int]]
 
 
-def tally(
-    motion: Motion, end: float, asked: Collection[str] = ("turning", "reversal", "cusp")
-) -> Counts | None:
+def tally(motion: Motion, end: float, asked: Collection[str] = EVENTS) -> Counts | None:
     """The least and the greatest number of turning points, reversals and cusps from 0 to a time.
 
     They differ where one lies within a billionth of the span and of a period of its end.
@@ -54,20 +53,19 @@ def tally(
     >>> tally(Motion(scene.top, scene.start), 2.0)
     {'turning': (10, 10), 'reversal': (0, 0), 'cusp': (5, 5)}
     """
-    form, rows = motion.exact, _rows(motion, motion.exact)
-    if not rows or motion.kind is Kind.UNDECIDED:
+    form = motion.exact
+    if not asked or form.lower_turning is None or motion.kind is Kind.UNDECIDED:
         return None
     at_start, edge = AT_START * _scale(form), EDGE * (abs(end) + _scale(form))
-    spans = [_span(form.ctx.mpf(end), at_start, side * edge) for side in (-1, 1)]
-    counted = {
-        name: [
-            sum(len(_within(one, form.period, *span)) for kind, one in rows if kind in kinds)
-            for span in spans
-        ]
-        for name, kinds in KINDS_OF.items()
-        if name in asked
-    }
-    return {name: (least, most) for name, (least, most) in counted.items()}
+    surely, perhaps = (
+        [(kind, len(numbers)) for kind, _, numbers in _within(motion, form, end, at_start, slack)]
+        for slack in (-edge, edge)
+    )
+
+    def count(name: str, found: list[tuple[str, int]]) -> int:
+        return sum(many for kind, many in found if kind in KINDS_OF[name])
+
+    return {name: (count(name, surely), count(name, perhaps)) for name in KINDS_OF if name in asked}
 
 
 def schedule(
@@ -92,18 +90,17 @@ def schedule(
         none), and the time [s], exactly zero at the start.
     """
     form = motion.form(digits)
-    ctx, wanted = form.ctx, frozenset().union(*(KINDS_OF[name] for name in asked))
-    blur = ctx.mpf(10) ** -digits
-    span = _span(ctx.mpf(end), blur * _scale(form), blur * (abs(end) + _scale(form)))
-    found = [
-        (kind, one + n * form.period if form.period else one)
-        for kind, one in _rows(motion, form)
+    wanted = {kind for name in asked for kind in KINDS_OF[name]}
+    blur = form.ctx.mpf(10) ** -digits
+    at_start, slack = blur * _scale(form), blur * (abs(end) + _scale(form))
+    times = (
+        (kind, first + n * (form.period or 0))
+        for kind, first, numbers in _within(motion, form, end, at_start, slack)
         if kind in wanted
-        for n in _within(one, form.period, *span)
-    ]
-    at_start = blur * _scale(form)
-    begun = [(kind, t if abs(t) > at_start else ctx.zero) for kind, t in found]
-    return sorted(begun, key=lambda event: abs(event[1]))
+        for n in numbers
+    )
+    found = [(kind, t if abs(t) > at_start else form.ctx.zero) for kind, t in times]
+    return sorted(found, key=lambda event: abs(event[1]))
 
 
 def differences(expected: Counts, counted: Mapping[str, int | None]) -> Iterator[str]:
@@ -115,38 +112,40 @@ def differences(expected: Counts, counted: Mapping[str, int | None]) -> Iterator
             yield f"{found} {name} where there are {there}"
 
 
+def _within(
+    motion: Motion, form: ClosedForm, end: Number, at_start: Number, slack: Number
+) -> Iterator[tuple[str, Number, range]]:
+    """Each kind of event, the time of one, and how many periods later there are others in a span.
+
+    The span is from just before the start to about its end.
+    """
+    reach = max(abs(end) + slack, 0)
+    low, high = (-at_start, reach) if end >= 0 else (-reach, at_start)
+    for kind, first in _rows(motion, form):
+        if form.period is None:
+            yield kind, first, range(int(low < first <= high))
+        else:
+            before, last = (int(form.ctx.floor((t - first) / form.period)) for t in (low, high))
+            yield kind, first, range(before + 1, last + 1)
+
+
 def _rows(motion: Motion, form: ClosedForm) -> list[tuple[str, Number]]:
     """The kinds of event with the time of one [s]; others of it are whole periods apart."""
     if (first := form.lower_turning) is None:
         return []
-    below, above = "theta_max", "theta_min"
-    if (motion.top.gMR.sign() or 0) < 0:
-        below, above = above, below
+    below, above = ("theta_max", "theta_min")[:: -1 if motion.rising.regime.mirrored else 1]
     if form.period is None:
         return [(below, first)]
-    sharp, half = motion.kind in (Kind.CUSPS, Kind.UNDECIDED), form.period / 2
-    rows = [(below, first), ("cusp" if sharp else above, first + half)]
-    if motion.kind is Kind.LOOPS:
+    kind, half, later = motion.kind, form.period / 2, None
+    if kind is Kind.LOOPS:
         later = form.reversal or half  # so near a cusp that no digits tell the two apart
-    else:  # a free top may loop too
-        later = form.reversal if motion.kind is Kind.FORCE_FREE else None
-    return rows + [("reversal", first + side * later) for side in (-1, 1) if later]
+    elif kind is Kind.FORCE_FREE:  # which may loop too
+        later = form.reversal
+    above = "cusp" if kind in (Kind.CUSPS, Kind.UNDECIDED) else above
+    reversals = [("reversal", first + side * later) for side in (-1, 1) if later]
+    return [(below, first), (above, first + half), *reversals]
 
 
 def _scale(form: ClosedForm) -> Number:
     """The period [s], or a time that is not zero where there is none."""
     return form.period or abs(form.lower_turning or 0) or 1
-
-
-def _span(end: Number, at_start: Number, slack: Number) -> tuple[Number, Number]:
-    """The earlier and the later end of a span from just before the start to about its end [s]."""
-    reach = max(abs(end) + slack, 0)
-    return (-at_start, reach) if end >= 0 else (-reach, at_start)
-
-
-def _within(first: Number, step: Number | None, low: Number, high: Number) -> range:
-    """For which n the time first + n step is from low to high; without a step, for 0 or none."""
-    if step is None:
-        return range(int(low < first <= high))
-    begin, end = (int(first.context.floor((t - first) / step)) for t in (low, high))
-    return range(begin + 1, end + 1)

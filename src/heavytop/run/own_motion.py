@@ -45,12 +45,13 @@ def own_motion(trajectory: Trajectory) -> Rising:
     Rounding the start puts the axis beside them. A run turns there as the exact numbers do, and so
     must what it is compared with.
     """
-    state, parameters = trajectory.orbit.checkpoints[0].state.tolist(), trajectory.orbit.parameters
-    digits, decimals = DIGITS, trajectory.decimals
-    if decimals is not None:
-        state, parameters = list(decimals.samples[0].states), decimals.run.parameters
-        digits = decimals.run.ctx.dps + SPARE_DIGITS
-    source = motion_of(trajectory.plan, digits, state, parameters)
+    decimals, orbit = trajectory.decimals, trajectory.orbit
+    if decimals is None:
+        own = DIGITS, orbit.checkpoints[0].state.tolist(), orbit.parameters
+    else:
+        start, run = list(decimals.samples[0].states), decimals.run
+        own = run.ctx.dps + SPARE_DIGITS, start, run.parameters
+    source = motion_of(trajectory.plan, *own)
     regime = trajectory.motion.rising.regime
     passed = not regime.misses_top, not regime.misses_bottom
     top, bottom = passed[::-1] if regime.mirrored else passed
@@ -65,8 +66,8 @@ def motion_of(
     Where it is known by roots of them these are taken to as many digits.
     """
     names = (symbol.name for symbol in plan.equations.states)
-    given = {**parameters, **dict(zip(names, state, strict=False))}
-    known = {name: rational(value) for name, value in given.items()}
+    given = (*parameters.items(), *zip(names, state, strict=True))
+    known = {name: rational(value) for name, value in given}
     if "w" in known:
         return _from_cubic(known, context(digits), 1 if plan.variant == "top" else -1)
     return _from_angles(known, context(digits)) if "theta" in known else _from_axis(known)

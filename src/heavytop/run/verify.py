@@ -25,7 +25,6 @@ from heavytop.errors import (
     NoClosedForm,
     UnboundedAngleWarning,
 )
-from heavytop.integration.outputs import Sample
 from heavytop.numbers.decimals import Number, context
 from heavytop.run.events import EVENTS
 from heavytop.run.expected_events import Counts, differences, tally
@@ -40,7 +39,7 @@ Columns = Any  # what a run, a DoubleForm or `_columns` says at several times, b
 ANGLES = ("theta", "phi", "psi")
 COMPARED = (*ANGLES, "axis")
 FEW = 16  # samples and events that stand for all, where a closed form takes long
-GLANCED_AT = 32  # samples, before all are compared
+GLANCED_AT = 24  # samples, before all are compared
 GOLDEN = 0.6180339887498949  # the fraction farthest from all whole ratios
 LEAST = 5e-324  # the smallest double: an error that is not zero is not shown as zero
 
@@ -108,31 +107,18 @@ def run_errors(trajectory: Trajectory) -> Errors:
     is used here, to 1e-14 of a yardstick of 40 digits.
     """
     expect("trajectory", trajectory, Trajectory, "propagate gives one")
-    return rounded(errors_in_full(trajectory))
-
-
-def rounded(errors: Errors) -> Errors:
-    """Return errors as doubles; one smaller than any double is the smallest there is."""
-    names = (*COMPARED, "energy", "event_time", "input_rounding")
-    known = {n: _double(x) for n in names if (x := getattr(errors, n)) is not None}
-    invariants = {name: _double(error) for name, error in errors.invariants.items()}
-    return replace(errors, invariants=invariants, **known)  # type: ignore[arg-type]
-
-
-def errors_in_full(trajectory: Trajectory) -> Errors:
-    """Return the errors as numbers of the run's own kind, floats or mpmath's."""
     changes = conserved(*_invariants(trajectory))
     nothing = Errors(None, None, None, None, changes.pop("energy"), changes, None, None)
     try:
         own, run = _closed_form(trajectory), _looked_at(trajectory)
-        off, end = _largest(run, own(run.t)), _samples(trajectory).t[-1:]
-        moved = _largest(own(end), _closed_form(trajectory, exactly=True)(end))
+        off = {name: _double(error) for name, error in _largest(run, own(run.t)).items()}
+        moved = _off_exactly(trajectory, own(_samples(trajectory).t[-1:]))
         late = _event_time(trajectory, own)
     except NoClosedForm as reason:
         return replace(nothing, why_not=str(reason))
     wanted = {"theta", *trajectory.scene.quantities}.intersection(ANGLES)
-    rounding = max(moved[name] for name in wanted)
-    return replace(nothing, **off, event_time=late, input_rounding=rounding)
+    rounding = _double(max(moved[name] for name in wanted))
+    return replace(nothing, **off, event_time=late, input_rounding=rounding)  # type: ignore[arg-type]
 
 
 def missed_digits(trajectory: Trajectory, errors: Errors) -> dict[str, float]:
@@ -158,12 +144,12 @@ def deviations(trajectory: Trajectory, most: int = 1000) -> dict[str, Array]:
 
 def energy_error(trajectory: Trajectory) -> float:
     """Return the largest change of E' relative to max(|E'|, gMR), in doubles."""
-    return float(conserved(trajectory.invariants, trajectory.orbit.parameters)["energy"])
+    return conserved(trajectory.invariants, trajectory.orbit.parameters)["energy"]
 
 
 def conserved(
     invariants: Mapping[str, Array], parameters: Mapping[str, Number], grain: Number = 0.0
-) -> dict[str, Number]:
+) -> dict[str, float]:
     """Return the largest change of each invariant, relative to its start if that is known.
 
     The energy counts beside g, and a start within the grain of zero as one.
@@ -172,9 +158,8 @@ def conserved(
     sizes = {name: abs(values[0]) for name, values in invariants.items()}
     scales = {name: size if size > grain else 1 for name, size in sizes.items()}
     scales["energy"] = max(sizes["energy"], abs(g)) or 1
-    return {
-        name: abs(values - values[0]).max() / scales[name] for name, values in invariants.items()
-    }
+    changes = {name: abs(values - values[0]).max() for name, values in invariants.items()}
+    return {name: _double(change / scales[name]) for name, change in changes.items()}
 
 
 def phase_error(trajectory: Trajectory, t: float | None = None) -> float:
@@ -236,7 +221,7 @@ def doubtful_digits(trajectory: Trajectory) -> str:
         suspects = _beyond(trajectory, _off_exactly(trajectory, _samples(trajectory, GLANCED_AT)))
     except NoClosedForm:
         return ""
-    found = missed_digits(trajectory, errors_in_full(trajectory)) if suspects else {}
+    found = missed_digits(trajectory, run_errors(trajectory)) if suspects else {}
     return missed(found, trajectory.scene.digits) if found else ""
 
 
@@ -256,7 +241,7 @@ class _ManyDigits:
     form: ClosedForm
 
     def __call__(self, t: Sequence[Number]) -> Columns:
-        return _columns([self.form(each) for each in t], (*COMPARED, "u", "udot", "uddot"))
+        return _columns([self.form(each) for each in t], ("t", *COMPARED, "u", "udot", "uddot"))
 
     @property
     def reversal_u(self) -> Number:
@@ -304,8 +289,8 @@ def _looked_at(trajectory: Trajectory) -> Columns:
         return samples
     reach = min(abs(end), trajectory.motion.period or abs(end))
     more = trajectory(end - np.copysign(reach, end) * np.mod(np.arange(1, 8) * GOLDEN, 1.0))
-    pairs = ((getattr(samples, name), getattr(more, name)) for name in Sample.__slots__)
-    return Sample(*map(np.concatenate, pairs))
+    pairs = ((getattr(samples, name), getattr(more, name)) for name in samples.__slots__)
+    return replace(samples, **dict(zip(samples.__slots__, map(np.concatenate, pairs), strict=True)))
 
 
 def _invariants(trajectory: Trajectory) -> tuple[Mapping[str, Array], Mapping[str, Number], Number]:
@@ -319,7 +304,7 @@ def _invariants(trajectory: Trajectory) -> tuple[Mapping[str, Array], Mapping[st
     return columns, run.parameters, run.grain
 
 
-def _event_time(trajectory: Trajectory, own: Any) -> Number | None:
+def _event_time(trajectory: Trajectory, own: Any) -> float | None:
     """The largest time error of the events, by a Newton step to the true zero [s]."""
     events, some = trajectory.events, slice(None)
     if trajectory.decimals is None:
@@ -331,7 +316,7 @@ def _event_time(trajectory: Trajectory, own: Any) -> Number | None:
     zero = np.where(turning, at.udot, at.u - own.reversal_u)
     slope = np.where(turning, at.uddot, at.udot)
     known = slope != 0
-    return abs(zero[known] / slope[known]).max() if known.any() else None
+    return _double(abs(zero[known] / slope[known]).max()) if known.any() else None
 
 
 def _apart(run: Columns, exact: Columns) -> dict[str, Array]:
@@ -353,16 +338,18 @@ def _off_exactly(trajectory: Trajectory, run: Columns) -> dict[str, Number]:
 
 def _beyond(trajectory: Trajectory, off: Mapping[str, Number | None]) -> dict[str, float]:
     """Those of the wanted quantities that are farther off than their digits allow."""
-    scene, end = trajectory.scene, trajectory.samples.at(-1)
-    wanted = {*scene.quantities} | ({*COMPARED[1:]} if "attitude" in scene.quantities else set())
-    bound = context(20).mpf(10) ** -scene.digits
-    allowed = {name: bound * max(1.0, np.max(abs(getattr(end, name)))) for name in COMPARED}
+    wanted, samples = {*trajectory.scene.quantities}, trajectory.samples
+    if "attitude" in wanted:
+        wanted |= {"phi", "psi", "axis"}
+    ends = {name: getattr(samples, name)[-1] for name in ANGLES} | {"axis": 1.0}
+    bound = context(20).mpf(10) ** -trajectory.scene.digits
     return {
         name: _double(error)
         for name, error in off.items()
-        if name in wanted and error is not None and not allowed[name] >= error
+        if name in wanted and error is not None and not bound * max(1, abs(ends[name])) >= error
     }
 
 
 def _double(x: Number) -> float:
+    """A number as a double; one smaller than any is the smallest there is."""
     return max(float(x), LEAST) if x else 0.0
