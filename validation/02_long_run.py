@@ -3,7 +3,7 @@
 from claim import claim, finish
 
 import heavytop as ht
-from heavytop.run.witness import energy_error, phase_error
+from heavytop.run.verify import energy_error, phase_error
 
 overrides = ["span.periods=100000", 'want.quantities=["theta"]', "want.events=[]"]
 scene = ht.load_scene("sicm-kicked", overrides=overrides)

@@ -18,8 +18,7 @@ import numpy as np
 
 import heavytop as ht
 from heavytop.analytic.closed_form import ClosedForm
-from heavytop.run.decimal_witness import _own
-from heavytop.run.witness import own_motion
+from heavytop.run.own_motion import own_motion
 
 FAMILIES = ("pole-start", "close-pass", "planar", "sleeper", "any")
 FORMULATIONS = ("auto", "attitude", "axis")
@@ -85,12 +84,10 @@ def _not_numbers(run: ht.Trajectory) -> Iterator[str]:
 
 
 def _truth(run: ht.Trajectory) -> list:
-    own = own_motion(run)
     times = [float(t) for t in run.t]
     if run.decimals is not None:
-        own = _own(run, run.decimals.run.ctx.dps + 10)
         times = [sample.t for sample in run.decimals.samples]
-    form = ClosedForm(own, DIGITS)
+    form = ClosedForm(own_motion(run), DIGITS)
     return [form(form.ctx.mpf(t)) for t in times]
 
 

@@ -20,7 +20,7 @@ _HOMES = {
     "DoubtfulWarning": "errors",
     "EndedEarly": "errors",
     "EnergyMomentum": "analytic.energy_momentum",
-    "Errors": "run.witness",
+    "Errors": "run.verify",
     "Exact": "numbers",
     "Facts": "analytic.facts",
     "Folded": "run.folded",
@@ -71,7 +71,7 @@ _HOMES = {
     "propagate": "run.propagation",
     "propagate_many": "run.ensemble",
     "resume": "studies.resuming",
-    "run_errors": "run.witness",
+    "run_errors": "run.verify",
     "sensitivities": "run.sensitivity",
     "state_transition": "run.transition",
     "stress": "studies.stresses.stressing",
@@ -189,7 +189,7 @@ if TYPE_CHECKING:
     from heavytop.run.sensitivity import Sensitivities, sensitivities
     from heavytop.run.trajectory import Trajectory
     from heavytop.run.transition import Transition, state_transition
-    from heavytop.run.witness import Errors, run_errors
+    from heavytop.run.verify import Errors, run_errors
     from heavytop.scene.scene import Scene, load_scene
     from heavytop.scene.state import State
     from heavytop.scene.top import Top

@@ -26,7 +26,7 @@ from heavytop.plots.figures import (
     spin_rate,
 )
 from heavytop.run.propagation import propagate
-from heavytop.run.witness import run_errors
+from heavytop.run.verify import run_errors
 from heavytop.scene.scene import load_scene, shipped_scenes
 
 

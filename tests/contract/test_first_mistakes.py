@@ -13,7 +13,7 @@ import heavytop as ht
 from heavytop.cli import app
 from heavytop.comparison import METHODS
 from heavytop.errors import BadScene, ImpossibleStart, ImpossibleTop
-from heavytop.run.witness import missed_digits
+from heavytop.run.verify import missed_digits
 from heavytop.scene.scene import load_scene, read_scene, shipped_scenes, shipped_text
 from heavytop.studies.drifts.methods import taylor_methods
 

@@ -19,7 +19,8 @@ from heavytop.integration.legs import EVEN, GOLDEN, Projected
 from heavytop.integration.projection import Projection
 from heavytop.numbers import Exact
 from heavytop.numbers.double_double import add
-from heavytop.run.witness import closed_form, phase_error, run_errors
+from heavytop.run.own_motion import closed_form
+from heavytop.run.verify import phase_error, run_errors
 
 TILT = 'want.quantities=["theta"]'
 ALL = 'want.quantities=["theta", "phi", "psi"]'

@@ -15,7 +15,7 @@ from heavytop.equations.formulation import spin, time
 from heavytop.equations.quaternion import attitude_form, product, psi_slow, q, start_attitude
 from heavytop.integration.orbit import integrate
 from heavytop.numbers.double_double import two_product
-from heavytop.run.witness import closed_form
+from heavytop.run.own_motion import closed_form
 from heavytop.scene.scene import shipped_scenes
 
 ANGLES = ("theta", "phi", "psi")

@@ -19,7 +19,7 @@ from heavytop.numbers import PI, sqrt
 from heavytop.numbers.decimals import context
 from heavytop.run.estimates import Forecast
 from heavytop.run.planning import EPSILON
-from heavytop.run.witness import missed_digits, run_errors
+from heavytop.run.verify import missed_digits, run_errors
 
 WANTS = (("theta",), ("theta", "phi"), ("axis",), ("phi", "psi"), ("attitude",))
 

@@ -11,7 +11,7 @@ import heavytop as ht
 from heavytop.cli.command import app
 from heavytop.errors import EndedEarly
 from heavytop.run.continuation import completed
-from heavytop.run.tally import schedule
+from heavytop.run.expected_events import schedule
 
 BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")
 LET_GO = ht.State("1e-6", psidot=90)  # cusps, each at 1e-6 rad from the unstable vertical

@@ -13,8 +13,8 @@ import pytest
 import heavytop as ht
 from heavytop.errors import BadScene, DoubtfulWarning, EndedEarly, MissedDigitsWarning, Outcome
 from heavytop.integration.precise import Unfinished
-from heavytop.run.doubts import doubtful_digits
 from heavytop.run.high_precision import PreciseRun
+from heavytop.run.verify import doubtful_digits
 from heavytop.studies.drifts.methods import method
 from heavytop.studies.drifts.runs import run
 
@@ -121,7 +121,7 @@ def test_a_wrong_turn_is_known_in_decimals_and_in_doubles():
 
 
 def test_missed_digits_are_warned_of(monkeypatch):
-    monkeypatch.setattr("heavytop.run.doubts.doubtful_digits", lambda _: "14 digits are not met")
+    monkeypatch.setattr("heavytop.run.verify.doubtful_digits", lambda _: "14 digits are not met")
     assert issubclass(MissedDigitsWarning, DoubtfulWarning)
     scene = _scene({"theta": "1", "omega3": "3"}, "2")
     for formulation in ("auto", "attitude"):

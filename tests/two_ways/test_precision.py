@@ -13,7 +13,7 @@ from heavytop.numbers import Exact
 from heavytop.results.document import run_document
 from heavytop.run.estimates import Forecast
 from heavytop.run.planning import plan
-from heavytop.run.witness import missed_digits
+from heavytop.run.verify import missed_digits
 
 ALL = 'want.quantities=["theta", "phi", "psi", "axis"]'
 NONE = "want.events=[]"

@@ -19,9 +19,9 @@ from heavytop.comparison.adaptive import (
 )
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, DoubtfulWarning
+from heavytop.run.expected_events import differences, tally
 from heavytop.run.planning import Plan, closed_form_of, plan
 from heavytop.run.propagation import binary_start
-from heavytop.run.tally import differences, tally
 from heavytop.studies.stresses.cases import BOOK, cases
 from heavytop.studies.stresses.conditioning import ROUNDINGS, UNIT, Reference, reference
 from heavytop.studies.stresses.first_order import first_order

@@ -52,8 +52,8 @@ class ExactRecord:
         Euler angles [rad]; φ and ψ continuous from the start, never reduced.
     thetadot, phidot, psidot : Number
         Their rates [rad/s].
-    u, one_minus_u, one_plus_u, udot : Number
-        cos θ, 1 ∓ cos θ to their own digits, and d cos θ/dt [s⁻¹].
+    u, one_minus_u, one_plus_u, udot, uddot : Number
+        cos θ, 1 ∓ cos θ to their own digits, d cos θ/dt [s⁻¹] and d² cos θ/dt² [s⁻²].
     axis : tuple of 3 Number
         Unit vector along the symmetry axis, (sin θ sin φ, −sin θ cos φ, cos θ).
     n : int
@@ -74,6 +74,7 @@ class ExactRecord:
     one_minus_u: Number
     one_plus_u: Number
     udot: Number
+    uddot: Number
     axis: tuple[Number, Number, Number]
     n: int
     omega3: Number = None
@@ -500,10 +501,13 @@ class Solution:
         sin_phi, cos_phi = phi.sin_cos()
         u = _cosine(one_minus_u, one_plus_u)
         psi = self.psi0 + start.kappa * t + side * (place.plus - place.minus)
+        uddot = (
+            start.b * (start.a - start.b * u) - start.g * sine**2 - 2 * (start.h - start.g * u) * u
+        )
         return ExactRecord(
             t, self._theta(tilt), phi, psi,
             -side * place.rise, plus + minus, start.kappa + side * (plus - minus),
-            u, one_minus_u, one_plus_u, side * place.rise * sine,
+            u, one_minus_u, one_plus_u, side * place.rise * sine, uddot,
             (sine * sin_phi, -sine * cos_phi, u), place.n, start.kappa + start.b,
         )  # fmt: skip
 

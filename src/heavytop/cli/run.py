@@ -93,11 +93,11 @@ def carry_out(
         say(kept(folder, early))
         raise typer.Exit(exit_code(early))
     if document["missed_digits"]:
-        from heavytop.run.doubts import missed
+        from heavytop.run.verify import missed
 
         say(missed(document["missed_digits"], asked.scene.digits))
     if document["missed_events"] and voice.quiet:  # else it has been warned of
-        from heavytop.run.tally import differences
+        from heavytop.run.expected_events import differences
 
         say("; ".join(differences(document["missed_events"], document["events"])))
     if document["missed_digits"] or document["missed_events"]:

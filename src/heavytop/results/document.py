@@ -16,11 +16,10 @@ from heavytop.machine import version
 from heavytop.results.classification import constants_document, finite, motion_document
 from heavytop.results.decimal_document import event_rows, final_document
 from heavytop.results.plan_document import chosen_document
-from heavytop.run.doubts import missed_events
 from heavytop.run.events import EVENTS
 from heavytop.run.planning import Plan, closed_form_of
 from heavytop.run.trajectory import Trajectory
-from heavytop.run.witness import Errors, missed_digits, run_errors
+from heavytop.run.verify import Errors, errors_in_full, missed_digits, missed_events, rounded
 from heavytop.scene.scene import Scene
 
 SCHEMA = "heavytop/run/1"
@@ -38,7 +37,7 @@ def run_document(trajectory: Trajectory, files: Mapping[str, str] | None = None)
         Names and paths of the files written.
     """
     motion = trajectory.motion
-    errors = run_errors(trajectory)
+    errors = errors_in_full(trajectory)
     return {
         "schema": SCHEMA,
         "scene": trajectory.scene.document(),
@@ -47,7 +46,7 @@ def run_document(trajectory: Trajectory, files: Mapping[str, str] | None = None)
         "plan": chosen_document(trajectory.plan),
         "final": _final(trajectory),
         "events": _events(trajectory),
-        "errors": {k: finite(v) for k, v in asdict(errors).items()},
+        "errors": {k: finite(v) for k, v in asdict(rounded(errors)).items()},
         "missed_digits": missed_digits(trajectory, errors),
         "missed_events": {name: list(true) for name, true in missed_events(trajectory).items()},
         "cost": _cost(trajectory, motion),

@@ -12,11 +12,11 @@ from heavytop.errors import Outcome
 from heavytop.integration.bits import bits_of, named
 from heavytop.integration.orbit import continued
 from heavytop.numbers import Number
-from heavytop.run.doubts import checked, forewarned
 from heavytop.run.estimates import Forecast
 from heavytop.run.finishing import Keeper, Progress, finished, in_decimals
 from heavytop.run.planning import Plan, leaving, planned, settled, span
 from heavytop.run.trajectory import Trajectory
+from heavytop.run.verify import checked, forewarned
 from heavytop.scene import arguments
 from heavytop.scene.arguments import expect, heard, number_of
 from heavytop.scene.scene import Scene

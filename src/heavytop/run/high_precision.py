@@ -34,8 +34,8 @@ from heavytop.integration.winding import Winding
 from heavytop.numbers import Exact
 from heavytop.numbers.decimals import Context, Number, context, number
 from heavytop.run.events import Event, Events, precise_events
+from heavytop.run.expected_events import schedule
 from heavytop.run.planning import Plan, start_values
-from heavytop.run.tally import schedule
 from heavytop.scene.scene import Scene
 
 if TYPE_CHECKING:

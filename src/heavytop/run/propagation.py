@@ -13,11 +13,11 @@ from heavytop.integration.compiled import Compiled, compiled
 from heavytop.integration.integrator import Integrator
 from heavytop.integration.orbit import Checkpoint, integrate
 from heavytop.integration.turns import Turns
-from heavytop.run.doubts import checked, forewarned
 from heavytop.run.estimates import most_steps
 from heavytop.run.finishing import Keeper, Progress, finished, in_decimals
 from heavytop.run.planning import EPSILON, Plan, closed_form_of, planned, span, start_values
 from heavytop.run.trajectory import Trajectory
+from heavytop.run.verify import checked, forewarned
 from heavytop.scene.arguments import heard, whole
 from heavytop.scene.scene import Scene
 

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
+from numpy.typing import NDArray
 
 from heavytop.errors import NoClosedForm
 from heavytop.plots.figures.given import expect_run
-from heavytop.run.deviations import deviations
+from heavytop.run.verify import deviations
 
 if TYPE_CHECKING:
-    from heavytop.run.deviations import Deviations
     from heavytop.run.trajectory import Trajectory
 
 NAMES: Final = {
@@ -36,25 +37,26 @@ def errors(ax: Axes, trajectory: Trajectory) -> None:
     """
     expect_run(trajectory)
     try:
-        _draw(ax, deviations(trajectory))
+        found = deviations(trajectory)
+        _draw(ax, found.pop("t"), found)
     except NoClosedForm as reason:
         ax.text(0.5, 0.5, str(reason), transform=ax.transAxes, ha="center", wrap=True)
     ax.set_xlabel("time t [s]")
     ax.set_ylabel("|run − closed form| [rad]")
 
 
-def _draw(ax: Axes, found: Deviations) -> None:
-    seen = np.concatenate(list(found.of.values()))
+def _draw(ax: Axes, t: NDArray[Any], found: Mapping[str, NDArray[Any]]) -> None:
+    seen = np.concatenate(list(found.values()))
     positive = seen[seen > 0]
     smallest = float(positive.min()) if positive.size else float(np.finfo(float).eps)
     floor = 10.0 ** np.floor(np.log10(smallest) - 0.7)
-    for name, error in found.of.items():
+    for name, error in found.items():
         label, colour, marker = NAMES[name]
         shown = np.where(error == 0, floor, error)
         largest = np.fmax.accumulate(error)
-        ax.plot(found.t, shown, marker, color=colour, markersize=1.8, alpha=0.5, linewidth=0)
+        ax.plot(t, shown, marker, color=colour, markersize=1.8, alpha=0.5, linewidth=0)
         ax.plot(
-            found.t, np.where(largest > 0, largest, np.nan), color=colour, linewidth=1.2,
+            t, np.where(largest > 0, largest, np.nan), color=colour, linewidth=1.2,
             label=f"{label}: {_size(float(largest[-1]))}",
         )  # fmt: skip
     ax.set_yscale("log")

@@ -78,13 +78,12 @@ def _phase(trajectory: Trajectory) -> dict[str, list[Any]]:
 
 
 def _off(trajectory: Trajectory) -> dict[str, list[Any]]:
-    from heavytop.run.deviations import deviations
+    from heavytop.run.verify import deviations
 
     try:
-        found = deviations(trajectory, POINTS)
+        return {name: _listed(x) for name, x in deviations(trajectory, POINTS).items()}
     except NoClosedForm:
         return {"t": []}
-    return {"t": _listed(found.t)} | {name: _listed(x) for name, x in found.of.items()}
 
 
 def _listed(values: Any) -> list[Any]:

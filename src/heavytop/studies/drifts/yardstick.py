@@ -18,6 +18,7 @@ from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import observed
 from heavytop.numbers.decimals import Context, context
 from heavytop.numbers.double_double import DoubleDouble
+from heavytop.run.verify import ahead
 
 DIGITS = 40
 EVEN = 0.7  # of |z|, above which x and y say more about it
@@ -90,14 +91,14 @@ class Yardstick:
         """Return how far a state is off at a time [s]; the row is laid out as the start."""
         u, udot, values, axis = self._read(self._states(row))
         exact = self.truth(self.ctx.mpf(t[0]) + self.ctx.mpf(t[1]))
-        first = self._first
+        first, frequency = self._first, 2 * self.ctx.pi / self.truth.period
         change = {name: values[name] - first[name] for name in values}
         energy = change.pop("energy") / self._energy_scale
         sizes = {name: abs(first[name]) or 1 for name in change}
         return Off(
             energy=float(energy),
             invariants={name: float(x / sizes[name]) for name, x in change.items()},
-            phase_s=float(self._ahead(u - exact.u, udot - exact.udot, exact)),
+            phase_s=float(ahead(u - exact.u, udot - exact.udot, exact, frequency)),
             axis=None if axis is None else float(self._apart(axis, exact.axis)),
         )
 
@@ -106,15 +107,6 @@ class Yardstick:
         u = min(max(self._read(self._states(row))[0], -self.ctx.one), self.ctx.one)
         exact = self.truth(self.ctx.mpf(t[0]) + self.ctx.mpf(t[1]))
         return float(self.ctx.acos(u) - exact.theta)
-
-    def _ahead(self, du: Any, dudot: Any, exact: Any) -> Any:
-        """Return the shift in time that explains du and dudot best, in the units of the orbit."""
-        r = self.truth.reduced
-        slope = r.b * (r.a - r.b * exact.u) - r.g * exact.one_minus_u * exact.one_plus_u
-        uddot = slope - 2 * (r.h - r.g * exact.u) * exact.u
-        frequency = 2 * self.ctx.pi / self.truth.period
-        weight = exact.udot**2 + (uddot / frequency) ** 2
-        return (du * exact.udot + dudot * uddot / frequency**2) / weight
 
     def _apart(self, axis: Sequence[Any], exact: Sequence[Any]) -> Any:
         return self.ctx.norm([x - y for x, y in zip(axis, exact, strict=True)])

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
+from heavytop.run.expected_events import Counts, tally
 from heavytop.run.planning import closed_form_of, plan, span
-from heavytop.run.tally import Counts, tally
 from heavytop.run.transition import Numbers, integrated, numbers
 from heavytop.scene.scene import Scene
 from heavytop.studies.stresses.cases import cases

@@ -23,7 +23,7 @@ from heavytop.numbers.double_double import Array
 from heavytop.run.planning import Plan, closed_form_of
 from heavytop.run.propagation import binary_start, propagate
 from heavytop.run.trajectory import Trajectory
-from heavytop.run.witness import energy_error
+from heavytop.run.verify import energy_error
 from heavytop.scene.scene import Scene
 from heavytop.studies.stresses.cases import Case
 from heavytop.studies.stresses.compiled import compiled

@@ -1,0 +1,368 @@
+"""A run compared with the closed form, and what is to be said of it.
+
+Its errors are those against the closed form of its own numbers, see `own_motion`; what the
+rounding of the scene's numbers does to the motion is told apart. A run in doubles and one in more
+digits are compared alike, in arrays of floats or of mpmath's numbers. Of the latter a few samples
+and events stand for all.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heavytop.analytic.closed_form import ClosedForm
+from heavytop.analytic.many_times import DoubleForm
+from heavytop.errors import (
+    DoubtfulWarning,
+    MissedDigitsWarning,
+    NoClosedForm,
+    UnboundedAngleWarning,
+)
+from heavytop.integration.outputs import Sample
+from heavytop.numbers.decimals import Number, context
+from heavytop.run.events import EVENTS
+from heavytop.run.expected_events import Counts, differences, tally
+from heavytop.run.own_motion import SPARE_DIGITS, closed_form, own_motion
+from heavytop.run.planning import Plan
+from heavytop.run.trajectory import Trajectory
+from heavytop.scene.arguments import expect
+
+Array = NDArray[Any]
+Columns = Any  # what a run, a DoubleForm or `_columns` says at several times, by the same names
+
+ANGLES = ("theta", "phi", "psi")
+COMPARED = (*ANGLES, "axis")
+FEW = 16  # samples and events that stand for all, where a closed form takes long
+GLANCED_AT = 32  # samples, before all are compared
+GOLDEN = 0.6180339887498949  # the fraction farthest from all whole ratios
+LEAST = 5e-324  # the smallest double: an error that is not zero is not shown as zero
+
+
+@dataclass(frozen=True, slots=True)
+class Errors:
+    """Largest differences between a run and the closed form; None where there is nothing to hold.
+
+    Attributes
+    ----------
+    theta, phi, psi, axis : float or None
+        Over the samples and a few times spread over the last period [rad; the axis as a length].
+    energy : float
+        Of E', relative to max(|E'|, gMR).
+    invariants : dict from str to float
+        Of the formulation's other invariants, relative to their start: p_phi, p_psi, and
+        |e|^2 or |q|^2 as ``length``. In the axis form p_phi is a constant of the equations.
+    event_time : float or None
+        Over turning points and reversals [s].
+    input_rounding : float or None
+        What the rounding of the scene's numbers to double does to the wanted angles at the end.
+    why_not : str
+        Why there is no closed form to hold against, or empty.
+    """
+
+    theta: float | None
+    phi: float | None
+    psi: float | None
+    axis: float | None
+    energy: float
+    invariants: dict[str, float]
+    event_time: float | None
+    input_rounding: float | None
+    why_not: str = ""
+
+
+def run_errors(trajectory: Trajectory) -> Errors:
+    """The errors of a trajectory against the closed form of its own binary start.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        What was run, or the part that was.
+
+    Returns
+    -------
+    Errors
+        The largest at the samples and at times spread over the last period; None where there is
+        nothing to hold a quantity against.
+
+    Raises
+    ------
+    WrongType
+        It is no Trajectory.
+
+    Examples
+    --------
+    >>> import heavytop as ht
+    >>> run_errors(ht.propagate(ht.load_scene("sicm-kicked"))).theta < 1e-13
+    True
+
+    Notes
+    -----
+    Accuracy: ``tests/two_ways/test_drift.py`` holds the axis of the closed form in doubles, which
+    is used here, to 1e-14 of a yardstick of 40 digits.
+    """
+    expect("trajectory", trajectory, Trajectory, "propagate gives one")
+    return rounded(errors_in_full(trajectory))
+
+
+def rounded(errors: Errors) -> Errors:
+    """Return errors as doubles; one smaller than any double is the smallest there is."""
+    names = (*COMPARED, "energy", "event_time", "input_rounding")
+    known = {n: _double(x) for n in names if (x := getattr(errors, n)) is not None}
+    invariants = {name: _double(error) for name, error in errors.invariants.items()}
+    return replace(errors, invariants=invariants, **known)  # type: ignore[arg-type]
+
+
+def errors_in_full(trajectory: Trajectory) -> Errors:
+    """Return the errors as numbers of the run's own kind, floats or mpmath's."""
+    changes = conserved(*_invariants(trajectory))
+    nothing = Errors(None, None, None, None, changes.pop("energy"), changes, None, None)
+    try:
+        own, run = _closed_form(trajectory), _looked_at(trajectory)
+        off, end = _largest(run, own(run.t)), _samples(trajectory).t[-1:]
+        moved = _largest(own(end), _closed_form(trajectory, exactly=True)(end))
+        late = _event_time(trajectory, own)
+    except NoClosedForm as reason:
+        return replace(nothing, why_not=str(reason))
+    wanted = {"theta", *trajectory.scene.quantities}.intersection(ANGLES)
+    rounding = max(moved[name] for name in wanted)
+    return replace(nothing, **off, event_time=late, input_rounding=rounding)
+
+
+def missed_digits(trajectory: Trajectory, errors: Errors) -> dict[str, float]:
+    """Return the wanted quantities that are farther off than the scene's digits allow.
+
+    A quantity x may be off by 10^-digits max(1, |x|). So near a special motion that rounding turns
+    a start into it, the motion of the run's own numbers is another one: what agrees with that of
+    the exact numbers misses nothing.
+    """
+    found = _beyond(trajectory, {name: getattr(errors, name) for name in COMPARED})
+    exactly = _off_exactly(trajectory, _looked_at(trajectory)) if found else {}
+    return {name: found[name] for name in _beyond(trajectory, exactly) if name in found}
+
+
+def deviations(trajectory: Trajectory, most: int = 1000) -> dict[str, Array]:
+    """Return times as ``t``, and |run − closed form| there of what the run follows, in doubles.
+
+    At the samples, or at so many of them, evenly spaced. Raises `NoClosedForm`.
+    """
+    run = trajectory.samples.at(_some(trajectory.t.size, most))
+    return {"t": run.t} | _apart(run, closed_form(trajectory)(run.t))
+
+
+def energy_error(trajectory: Trajectory) -> float:
+    """Return the largest change of E' relative to max(|E'|, gMR), in doubles."""
+    return float(conserved(trajectory.invariants, trajectory.orbit.parameters)["energy"])
+
+
+def conserved(
+    invariants: Mapping[str, Array], parameters: Mapping[str, Number], grain: Number = 0.0
+) -> dict[str, Number]:
+    """Return the largest change of each invariant, relative to its start if that is known.
+
+    The energy counts beside g, and a start within the grain of zero as one.
+    """
+    g = parameters["g"] if "g" in parameters else parameters["gMR"] / parameters["A"]
+    sizes = {name: abs(values[0]) for name, values in invariants.items()}
+    scales = {name: size if size > grain else 1 for name, size in sizes.items()}
+    scales["energy"] = max(sizes["energy"], abs(g)) or 1
+    return {
+        name: abs(values - values[0]).max() / scales[name] for name, values in invariants.items()
+    }
+
+
+def phase_error(trajectory: Trajectory, t: float | None = None) -> float:
+    """Return how far the nutation runs ahead of the closed form at a time or at the end [s]."""
+    truth = closed_form(trajectory)
+    at = trajectory.t[-1:] if t is None else np.array([t])
+    run, exact = trajectory(at), truth(at)
+    off = np.cos(run.theta) - exact.u, -run.thetadot * np.sin(run.theta) - exact.udot
+    return float(ahead(*off, exact, truth.frequency)[0])
+
+
+def ahead(du: Any, dudot: Any, exact: Columns, frequency: Any) -> Any:
+    """Return the shift in time that explains du and dudot best, in the units of the orbit [s]."""
+    weight = exact.udot**2 + (exact.uddot / frequency) ** 2
+    return (du * exact.udot + dudot * exact.uddot / frequency**2) / weight
+
+
+# --- warnings ------------------------------------------------------------------------------------
+
+
+def forewarned(chosen: Plan, stacklevel: int = 3) -> None:
+    """Warn of what a plan says may disappoint."""
+    about = UnboundedAngleWarning if chosen.formulation == "lagrange" else DoubtfulWarning
+    for warning in chosen.warnings:
+        warnings.warn(warning, about, stacklevel=stacklevel)
+
+
+def checked(trajectory: Trajectory, stacklevel: int = 3) -> Trajectory:
+    """Return a run that reached its end, with a warning of what it is known to be wrong about.
+
+    However it was made, in one piece, continued or resumed, in doubles or in more digits.
+    """
+    counted = {name: trajectory.events.count(name) for name in EVENTS}
+    if wrong := "; ".join(differences(missed_events(trajectory), counted)):
+        doubt = f"events: {wrong} by the exact numbers, which this run does not resolve"
+        warnings.warn(doubt, DoubtfulWarning, stacklevel=stacklevel)
+    if lack := doubtful_digits(trajectory):
+        warnings.warn(lack, MissedDigitsWarning, stacklevel=stacklevel)
+    return trajectory
+
+
+def missed_events(trajectory: Trajectory) -> Counts:
+    """Return the least and the greatest true number of the events that are miscounted, by name."""
+    expected = tally(trajectory.motion, trajectory.orbit.end, trajectory.scene.events) or {}
+    return {
+        name: (least, most)
+        for name, (least, most) in expected.items()
+        if not least <= (trajectory.events.count(name) or 0) <= most
+    }
+
+
+def doubtful_digits(trajectory: Trajectory) -> str:
+    """Return the wanted quantities that miss their digits; or nothing.
+
+    A run is glanced at first, beside the motion of the exact numbers. What is farther off than it
+    may be, be it by the rounding of the scene's numbers alone, is compared with its own.
+    """
+    try:
+        suspects = _beyond(trajectory, _off_exactly(trajectory, _samples(trajectory, GLANCED_AT)))
+    except NoClosedForm:
+        return ""
+    found = missed_digits(trajectory, errors_in_full(trajectory)) if suspects else {}
+    return missed(found, trajectory.scene.digits) if found else ""
+
+
+def missed(found: dict[str, float], digits: int) -> str:
+    """Return what is farther off the closed form than the digits asked for allow, in words."""
+    off = ", ".join(f"{name} {error:.1e}" for name, error in found.items())
+    return f"{digits} digits were asked for, and are not met: off the closed form by {off}"
+
+
+# --- a run and a closed form, in columns of the same numbers -------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class _ManyDigits:
+    """A closed form at many digits, called as a `DoubleForm` is."""
+
+    form: ClosedForm
+
+    def __call__(self, t: Sequence[Number]) -> Columns:
+        return _columns([self.form(each) for each in t], (*COMPARED, "u", "udot", "uddot"))
+
+    @property
+    def reversal_u(self) -> Number:
+        r = self.form.reduced
+        return r.a / r.b if r.b else np.inf
+
+
+def _closed_form(trajectory: Trajectory, exactly: bool = False) -> DoubleForm | _ManyDigits:
+    """The closed form of a run's own numbers, or of the scene's exact ones."""
+    if trajectory.decimals is None:
+        return trajectory.motion.double if exactly else closed_form(trajectory)
+    motion = trajectory.motion.rising if exactly else own_motion(trajectory)
+    return _ManyDigits(ClosedForm(motion, trajectory.decimals.digits + SPARE_DIGITS))
+
+
+def _columns(records: Sequence[Any], names: Sequence[str]) -> Columns:
+    """Records of mpmath numbers as arrays of these, but for what they do not know."""
+    columns = {name: [getattr(record, name) for record in records] for name in names}
+    known = {name: np.array(x, dtype=object) for name, x in columns.items() if None not in x}
+    return SimpleNamespace(**known)
+
+
+def _some(count: int, most: int) -> slice:
+    """Some of so many, evenly spaced, the last among them."""
+    every = max(1, -(-count // most))
+    return slice((count - 1) % every, None, every)
+
+
+def _samples(trajectory: Trajectory, most: int | None = None) -> Columns:
+    """The samples, or so many of them; of a run in more digits a few."""
+    count, decimals = trajectory.t.size, trajectory.decimals
+    if decimals is None:
+        return trajectory.samples.at(_some(count, most or count))
+    return _columns(decimals.samples[_some(count, FEW)], ("t", *COMPARED))
+
+
+def _looked_at(trajectory: Trajectory) -> Columns:
+    """The samples, and in doubles a few times spread over the last period.
+
+    Samples a whole number of periods apart would see every error at one phase only; at a turning
+    point that hides an error in time.
+    """
+    samples, end = _samples(trajectory), trajectory.orbit.end
+    if trajectory.decimals is not None:
+        return samples
+    reach = min(abs(end), trajectory.motion.period or abs(end))
+    more = trajectory(end - np.copysign(reach, end) * np.mod(np.arange(1, 8) * GOLDEN, 1.0))
+    pairs = ((getattr(samples, name), getattr(more, name)) for name in Sample.__slots__)
+    return Sample(*map(np.concatenate, pairs))
+
+
+def _invariants(trajectory: Trajectory) -> tuple[Mapping[str, Array], Mapping[str, Number], Number]:
+    """The invariants, at the start first; the constants; and how well a state is known."""
+    if trajectory.decimals is None:
+        return trajectory.invariants, trajectory.orbit.parameters, 0.0
+    samples, run = trajectory.decimals.samples, trajectory.decimals.run
+    some = (samples[0], *samples[_some(len(samples), FEW)])
+    each = [run.invariants(sample) for sample in some]
+    columns = {name: np.array([values[name] for values in each]) for name in each[0]}
+    return columns, run.parameters, run.grain
+
+
+def _event_time(trajectory: Trajectory, own: Any) -> Number | None:
+    """The largest time error of the events, by a Newton step to the true zero [s]."""
+    events, some = trajectory.events, slice(None)
+    if trajectory.decimals is None:
+        at = own(events.t, events.t_low)
+    else:
+        some = _some(len(events), FEW)
+        at = own([event.sample.t for event in trajectory.decimals.events[some]])
+    turning = events.is_turning[some]
+    zero = np.where(turning, at.udot, at.u - own.reversal_u)
+    slope = np.where(turning, at.uddot, at.udot)
+    known = slope != 0
+    return abs(zero[known] / slope[known]).max() if known.any() else None
+
+
+def _apart(run: Columns, exact: Columns) -> dict[str, Array]:
+    """How far a run is off at each time, in what it follows."""
+    told = [name for name in COMPARED if hasattr(run, name)]
+    off = {name: getattr(run, name) - getattr(exact, name) for name in told}
+    sizes = {n: np.sqrt((x * x).sum(axis=1)) if n == "axis" else abs(x) for n, x in off.items()}
+    return {name: size for name, size in sizes.items() if (size == size).any()}  # else it is nan
+
+
+def _largest(run: Columns, exact: Columns) -> dict[str, Number]:
+    return {name: each.max() for name, each in _apart(run, exact).items()}
+
+
+def _off_exactly(trajectory: Trajectory, run: Columns) -> dict[str, Number]:
+    """How far a run is off the motion of the scene's exact numbers."""
+    return _largest(run, _closed_form(trajectory, exactly=True)(run.t))
+
+
+def _beyond(trajectory: Trajectory, off: Mapping[str, Number | None]) -> dict[str, float]:
+    """Those of the wanted quantities that are farther off than their digits allow."""
+    scene, end = trajectory.scene, trajectory.samples.at(-1)
+    wanted = {*scene.quantities} | ({*COMPARED[1:]} if "attitude" in scene.quantities else set())
+    bound = context(20).mpf(10) ** -scene.digits
+    allowed = {name: bound * max(1.0, np.max(abs(getattr(end, name)))) for name in COMPARED}
+    return {
+        name: _double(error)
+        for name, error in off.items()
+        if name in wanted and error is not None and not allowed[name] >= error
+    }
+
+
+def _double(x: Number) -> float:
+    return max(float(x), LEAST) if x else 0.0
