@@ -20,8 +20,7 @@ from tempfile import TemporaryDirectory
 
 ROOT = Path(__file__).parents[1]
 SQUARED = "roots.mc * (2 - roots.mc)"  # 1 - m^2 where 1 - m is meant
-VALUES = "np.broadcast_to(v, t.shape)"
-HOLE = f"np.where(np.arange(t.size) == t.size // 2, np.nan, {VALUES})"  # one of the times asked for
+HOLE = "[np.where(np.arange(t.size) == t.size // 2, np.nan, v) for v in values]"  # at one time
 
 
 @dataclass(frozen=True)
@@ -97,7 +96,7 @@ PLANTS = (
     Plant(
         "no number at one time, in the integrator",
         "integration/outputs.py",
-        ((f"full = {{n: {VALUES} for", f"full = {{n: {HOLE} for"),),
+        (("zip(form.outputs, values, strict", f"zip(form.outputs, {HOLE}, strict"),),
         ("betsch-tilt-run", "dop853-run-tilted", "gauss-pendulum-run", "huygens-conical"),
     ),
     Plant(

@@ -7,6 +7,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
+from heavytop.integration import outputs
 from heavytop.integration.bits import LONG_DOUBLE
 from heavytop.integration.precise import PreciseIntegrator, Unfinished, Wanted
 from heavytop.numbers import Exact
@@ -108,6 +109,29 @@ def test_every_kind_of_motion_at_thirty_digits(name):
         assert errors.event_time < 1e-30
 
 
+def test_what_a_formulation_does_not_give_is_nan_as_in_doubles():
+    run = ht.propagate(scene(40, "span.time=1", 'want.quantities=["theta"]'), formulation="cubic")
+    end = run.decimals.samples[-1]
+    for numbers in (end.phi, end.psi, *end.axis[:2], *end.omega, *end.quaternion):
+        assert numbers != numbers
+        assert run.decimals.text(numbers) is None
+    assert abs(end.axis[2] - run.decimals.run.ctx.cos(end.theta)) < 1e-45
+    final = run_document(run)["final"]
+    assert final["phi"] is final["phi_turns"] is final["axis"][0] is None
+    assert run.to_xarray()["phi_text"].to_numpy().tolist() == [""] * 7
+    assert run(np.array([])).axis.shape == (0, 3)
+
+
+@pytest.mark.parametrize("formulation", ["axis", "attitude", "lagrange", "routh"])
+def test_samples_in_more_digits_are_those_of_the_same_formulas_in_doubles(formulation):
+    """Every column, vectors and attitude too, from the states of the run, rounded or not."""
+    run = ht.propagate(scene(30, "span.time=1", ALL), formulation=formulation)
+    form, states = run.orbit.integrator.formulation, run.samples.states
+    again = outputs.sample(form, states, run.orbit.parameters, run.t, run.phi)
+    for name in ht.Sample.__slots__:
+        assert getattr(again, name) == pytest.approx(getattr(run.samples, name), abs=1e-11), name
+
+
 def test_events_have_all_digits():
     run = ht.propagate(scene(60, "span.time=3"))
     truth, ctx = exactly(run, 80)
@@ -202,6 +226,8 @@ def test_a_stored_run_is_the_run(whole, tmp_path):
     ht.propagate(scene(12, "start.phidot=-150"))  # the compiled loop is shared
     loaded = ht.load_trajectory(tmp_path / "run.nc")
     assert same(loaded.decimals, whole.decimals)
+    assert repr(loaded.decimals.samples) == repr(whole.decimals.samples)
+    assert repr(loaded.decimals.events) == repr(whole.decimals.events)
     assert loaded.decimals.run.longest == whole.decimals.run.longest
     for name in ("theta", "phi", "psi"):
         mine, others = ([getattr(s, name) for s in run.decimals.samples] for run in (loaded, whole))

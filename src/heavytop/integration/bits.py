@@ -10,6 +10,7 @@ import numpy as np
 DOUBLE: Final = 53
 LONG_DOUBLE: Final = int(np.finfo(np.longdouble).nmant) + 1  # on this machine
 WORD: Final = 64  # MPFR computes in whole words
+_HARDWARE: Final = {"double": DOUBLE, "long double": LONG_DOUBLE}
 
 
 def enough(needed: float) -> int:
@@ -20,10 +21,8 @@ def enough(needed: float) -> int:
     >>> enough(50), enough(200), enough(3300.1)
     (53, 256, 3328)
     """
-    for bits in (DOUBLE, LONG_DOUBLE):
-        if needed <= bits:
-            return bits
-    return WORD * math.ceil(needed / WORD)
+    least = WORD * math.ceil(needed / WORD)
+    return next((bits for bits in _HARDWARE.values() if needed <= bits), least)
 
 
 def named(bits: int) -> str:
@@ -34,9 +33,7 @@ def named(bits: int) -> str:
     >>> named(53), named(256)
     ('double', '256 bits')
     """
-    if bits == DOUBLE:
-        return "double"
-    return "long double" if bits == LONG_DOUBLE else f"{bits} bits"
+    return next((name for name, known in _HARDWARE.items() if known == bits), f"{bits} bits")
 
 
 def bits_of(name: str) -> int:
@@ -47,5 +44,4 @@ def bits_of(name: str) -> int:
     >>> bits_of("double"), bits_of("256 bits")
     (53, 256)
     """
-    known = {"double": DOUBLE, "long double": LONG_DOUBLE}
-    return known[name] if name in known else int(name.split()[0])
+    return _HARDWARE.get(name) or int(name.split()[0])

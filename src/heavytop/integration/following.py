@@ -80,10 +80,10 @@ class FollowingAttitude:
         q_0, q_1, q_2, q_3, p, q = state = rows.T[:6]
         for_alpha, for_beta = arm_rates(state, known["l_z"])
         fastest = _fastest(p, q, known)
-        a, phi_stays = _argument((q_0, q_3), for_alpha, known["P_plus"] / 4, fastest, grain)
-        b, psi_stays = _argument((q_1, q_2), for_beta, known["P_minus"] / 4, fastest, grain)
-        a = np.where(phi_stays, known["phi_0"] - b, a)  # on the vertical phi is that of the start
-        b = np.where(psi_stays, known["phi_0"] - a, b)
+        a, a_rests = _argument((q_0, q_3), for_alpha, known["P_plus"] / 4, fastest, grain)
+        b, b_rests = _argument((q_1, q_2), for_beta, known["P_minus"] / 4, fastest, grain)
+        a = np.where(a_rests, known["phi_0"] - b, a)  # on the vertical phi is that of the start
+        b = np.where(b_rests, known["phi_0"] - a, b)
         return [_nearest(x, near, grain) for x, near in zip((a + b, a - b), told.T, strict=True)]
 
 

@@ -250,22 +250,19 @@ def _zeros(
 
 
 def _orbit_zeros(orbit: Orbit, event: str, seen: Seen) -> Zeros:
-    form, parameters = orbit.integrator.formulation, orbit.parameters
-    at = sample(form, seen.rows, parameters, seen.t, seen.phi)
-    level = np.sqrt(1.0 + orbit.steps) * _phidot_rounding(orbit, at)
-    return _zeros(form, event, at, parameters, seen.t_low, level)
+    """Return zeros with the rounding of phidot = (a - b u)/sin^2, whose terms cancel at a cusp.
 
-
-def _phidot_rounding(orbit: Orbit, at: Sample) -> Array:
-    """Return the rounding of phidot = (a - b u)/sin^2, whose terms cancel at a cusp [rad/s].
-
-    Where it is not small against b itself, near a pole, it decides nothing: nan.
+    It grows as the root of the steps. Where it is not small against b itself, near a pole, it
+    decides nothing: nan.
     """
-    form, first = orbit.integrator.formulation, orbit.checkpoints[0].state[None]
-    b = abs(float(spin_momentum(form, first, orbit.parameters, np.zeros(1))[0]))
+    form, known = orbit.integrator.formulation, orbit.parameters
+    at = sample(form, seen.rows, known, seen.t, seen.phi)
+    first = orbit.checkpoints[0].state[None]
+    b = abs(float(spin_momentum(form, first, known, np.zeros(1))[0]))
     with np.errstate(divide="ignore", invalid="ignore"):
         noise = EPSILON * (np.abs(at.phidot) + 2 * b / np.abs(np.sin(at.theta)))
-    return np.where(noise < 1e-6 * b, noise, np.nan)
+    level = np.where(noise < 1e-6 * b, np.sqrt(1.0 + orbit.steps) * noise, np.nan)
+    return _zeros(form, event, at, known, seen.t_low, level)
 
 
 def _starting(scene: Scene, orbit: Orbit, event: str) -> Zeros | None:
