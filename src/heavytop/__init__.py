@@ -23,7 +23,7 @@ _HOMES = {
     "Errors": "run.witness",
     "Exact": "numbers",
     "Facts": "analytic.facts",
-    "Folded": "run.folded",
+    "Folded": "run.periodic",
     "ForeignFile": "errors",
     "ForeignStudy": "errors",
     "ForeignWorker": "errors",
@@ -61,7 +61,7 @@ _HOMES = {
     "energy_momentum": "analytic.energy_momentum",
     "extend": "run.continuation",
     "facts": "analytic.facts",
-    "fold": "run.folded",
+    "fold": "run.periodic",
     "load_atlas": "studies.atlases.mapping",
     "load_scene": "scene.scene",
     "load_trajectory": "run.archive",
@@ -183,7 +183,7 @@ if TYPE_CHECKING:
     from heavytop.run.archive import load_trajectory
     from heavytop.run.continuation import extend
     from heavytop.run.ensemble import propagate_many
-    from heavytop.run.folded import Folded, fold
+    from heavytop.run.periodic import Folded, fold
     from heavytop.run.planning import Plan, plan
     from heavytop.run.propagation import propagate
     from heavytop.run.sensitivity import Sensitivities, sensitivities

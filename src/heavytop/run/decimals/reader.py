@@ -12,8 +12,8 @@ from heavytop.equations.formulation import Formulation, spin, time, turned_phi
 from heavytop.equations.lambdify import lambdified
 from heavytop.equations.quaternion import q_0, q_1, q_2, q_3
 from heavytop.integration.following import Told
+from heavytop.integration.half_nutation import Pair, arm_rates
 from heavytop.integration.precise import Found
-from heavytop.integration.turning import Pair, arm_rates
 from heavytop.numbers.decimals import Context, Number
 
 Values = dict[Any, Any]
