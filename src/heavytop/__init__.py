@@ -23,7 +23,7 @@ _HOMES = {
     "Errors": "run.verify",
     "Exact": "numbers",
     "Facts": "analytic.facts",
-    "Folded": "run.folded",
+    "Folded": "run.periodic",
     "ForeignFile": "errors",
     "ForeignStudy": "errors",
     "ForeignWorker": "errors",
@@ -61,7 +61,7 @@ _HOMES = {
     "energy_momentum": "analytic.energy_momentum",
     "extend": "run.propagation",
     "facts": "analytic.facts",
-    "fold": "run.folded",
+    "fold": "run.periodic",
     "load_atlas": "studies.atlases.mapping",
     "load_scene": "scene.scene",
     "load_trajectory": "run.archive",
@@ -182,7 +182,7 @@ if TYPE_CHECKING:
     from heavytop.numbers import Exact
     from heavytop.run.archive import load_trajectory
     from heavytop.run.ensemble import propagate_many
-    from heavytop.run.folded import Folded, fold
+    from heavytop.run.periodic import Folded, fold
     from heavytop.run.planning import Plan, plan
     from heavytop.run.propagation import extend, propagate
     from heavytop.run.sensitivities import (

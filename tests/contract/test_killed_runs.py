@@ -49,7 +49,7 @@ SAVED = "heavytop.run.trajectory:Trajectory.save"
 DRAWN = "heavytop.plots.figures:save"
 TOLD = "heavytop.report.run_files:write_document"
 PRECISE = "heavytop.run.high_precision:precise_events"
-FOLDED = "heavytop.run.folded:nodding"
+FOLDED = "heavytop.run.periodic:nutating"
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 
 FULL = ("span.periods=4000", "want.samples=9", "want.digits=6")

@@ -1,5 +1,6 @@
 """Motions folded onto half a nutation, against the closed form up to 1e12 periods away."""
 
+from copy import copy
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
@@ -13,16 +14,15 @@ import heavytop as ht
 from heavytop.equations.lambdify import exact_values
 from heavytop.equations.quaternion import attitude_form
 from heavytop.errors import BadScene, Impossible, NotANumber
-from heavytop.integration import folding
+from heavytop.integration import half_nutation
 from heavytop.integration.compiled import System
-from heavytop.integration.folding import Folding
-from heavytop.integration.precise import PreciseIntegrator
+from heavytop.integration.half_nutation import HalfNutation
+from heavytop.integration.precise import Precise, PreciseIntegrator
 from heavytop.numbers import Exact
 from heavytop.numbers.decimals import context
-from heavytop.numbers.double_double import Multiples
-from heavytop.run.folded import fold
-from heavytop.run.folds import making, starting
-from heavytop.run.folds.turned import DOUBLES, Turned
+from heavytop.numbers.double_double import less_multiples, whole_multiples
+from heavytop.run import periodic
+from heavytop.run.periodic import exact_start, fold
 from heavytop.run.planning import start_values
 from heavytop.scene.scene import shipped_scenes
 
@@ -119,7 +119,10 @@ def test_every_kind_of_steady_start(start):
     assert decimals < 1e-20
 
 
-@pytest.mark.parametrize("name", ["sicm-kicked", "lie-group-benchmark", "through-top"])
+RATES = ["sicm-kicked", "lie-group-benchmark", "through-top", "steady-betsch", "sleeping"]
+
+
+@pytest.mark.parametrize("name", RATES)
 def test_rates_attitude_and_angular_velocity(name):
     """Of every sample, against the angles and rates of the closed form."""
     folded, form = shipped(name), motion(name).form(DIGITS)
@@ -184,11 +187,11 @@ def test_four_hundred_digits():
 
 def planted(**changes):
     folded = shipped("sicm-kicked")
-    nutation = replace(folded.course.nutation, **changes)
-    course = type(folded.course)(
-        folded.course.ctx, folded.course.engine, nutation, folded.course.constants
-    )
-    return replace(folded, course=course)
+    course, nutation = folded.course, copy(folded.course.nutation)
+    for name, value in changes.items():
+        setattr(nutation, name, value)
+    own = (course.ctx, nutation, (course.ctx.zero, course.ctx.zero), course.constants)
+    return replace(folded, course=type(course)(*own))
 
 
 def test_a_period_that_is_a_double_is_seen():
@@ -197,9 +200,9 @@ def test_a_period_that_is_a_double_is_seen():
 
 
 def test_a_lost_turn_is_seen():
-    a, b = shipped("sicm-kicked").course.nutation.turned
+    phi, psi = shipped("sicm-kicked").course.nutation.turned
     ctx = shipped("sicm-kicked").course.ctx
-    wrong = planted(turned=(ctx.nstr(ctx.mpf(a) + 2 * ctx.pi, ctx.dps), b))
+    wrong = planted(turned=(ctx.nstr(ctx.mpf(phi) + 2 * ctx.pi, ctx.dps), psi))
     assert min(worst(wrong, motion("sicm-kicked"))) > 6
 
 
@@ -376,20 +379,20 @@ def test_refused_where_nothing_is_proved():
 
 
 def test_refused_where_a_nutation_is_too_long(monkeypatch):
-    monkeypatch.setattr(folding, "MOST_STEPS", 3)
+    monkeypatch.setattr(half_nutation, "MOST_STEPS", 3)
     with pytest.raises(BadScene, match="no turning point in 3 steps"):
         fold(ht.load_scene("sicm-kicked"))
 
 
 def test_refused_where_it_takes_too_many_bits(monkeypatch):
-    monkeypatch.setattr(making, "MOST_BITS", 128)
+    monkeypatch.setattr(periodic, "MOST_BITS", 128)
     with pytest.raises(BadScene, match="takes 192 bits, and 128 are the most"):
         fold(ht.load_scene("near-separatrix"))
 
 
 def test_refused_where_it_does_not_close(monkeypatch):
-    monkeypatch.setattr(making, "MOST_BITS", 128)
-    monkeypatch.setattr(Folding, "_closure", lambda *_: 2.0**60)
+    monkeypatch.setattr(periodic, "MOST_BITS", 128)
+    monkeypatch.setattr(HalfNutation, "_closure", lambda self, *_: self.number(repr(2.0**-68)))
     with pytest.raises(BadScene, match="takes 192 bits"):
         fold(ht.load_scene("sicm-kicked"))
 
@@ -446,23 +449,32 @@ def test_shapes():
 
 
 def test_a_little_less_than_a_turn_is_a_turn():
-    turned = Turned(3, -1e-20).further(DOUBLES, 0.0)
-    assert (turned.whole, turned.rest) == (3, 0.0)
+    folded = fold(ht.Scene(BOOK, ht.State("pi", phi="-1e-20", psidot=90), time=1))
+    for sample in (folded(0.0), one(folded([0.0]), 0)):
+        assert (sample.phi_turns, sample.phi_mod) == (0, 0.0)
 
 
-@given(st.integers(-(2**52), 2**52), st.fractions(-1000, 1000, max_denominator=10**30))
-def test_multiples_lose_nothing(n, x):
-    words, rest = [], x
+def doubles_of(x):
+    words = []
     for _ in range(3):
-        words.append(float(rest))
-        rest -= Fraction(words[-1])
-    multiples = Multiples(tuple(words))
-    whole, part = multiples.turns(np.array([float(n)]))
+        words.append(float(x))
+        x -= Fraction(words[-1])
+    return np.array(words)
+
+
+thousand = st.fractions(-1000, 1000, max_denominator=10**30)
+
+
+@given(st.integers(-(2**52), 2**52), thousand, thousand)
+def test_multiples_lose_nothing(n, x, start):
+    whole, part = whole_multiples(np.array([float(n)]), doubles_of(x))
     assert abs(int(whole[0]) + Fraction(part[0]) - n * x) < Fraction(1, 2**50)
-    near = float(n * x)
-    high, low = multiples.rest(np.array([near]), np.array([float(n)]))
-    exact = Fraction(near) - n * x
-    assert abs(Fraction(high[0]) + Fraction(low[0]) - exact) <= Fraction(1, 2**88) * (1 + abs(x))
+    near = float(n * x + start)
+    args = np.array([near]), doubles_of(start), np.array([float(n)]), doubles_of(x)
+    high, low = less_multiples(*args)
+    exact = Fraction(near) - start - n * x
+    off = abs(Fraction(high[0]) + Fraction(low[0]) - exact)
+    assert off <= Fraction(1, 2**88) * (1 + abs(x) + abs(start))
 
 
 @pytest.mark.parametrize(("digits", "bits"), [(16, 128), (36, 192)])
@@ -494,17 +506,21 @@ def test_the_start_is_that_derived(name):
     scene = ht.load_scene(name) if name in shipped_scenes() else every
     form, ctx = attitude_form(), context(DIGITS)
     expressions = (*form.parameters.values(), *form.start)
-    derived = [x.mpf(ctx) for x in exact_values(expressions, start_values(scene))]
-    constants = starting.constants(scene)
-    assert list(constants) == [p.name for p in form.parameters]
-    assert [x.mpf(ctx) for x in (*constants.values(), *starting.state(scene))] == derived
+    values = start_values(scene) | {"phi": Exact.of(0), "psi": Exact.of(0)}
+    derived = [x.mpf(ctx) for x in exact_values(expressions, values)]
+    constants, states = exact_start(scene)
+    assert list(constants) == [p.name for p in form.parameters][: len(constants)]
+    written = [x.mpf(ctx) for x in (*constants.values(), *states)]
+    assert written == [*derived[: len(constants)], *derived[-len(states) :]]
 
 
 @pytest.mark.parametrize("bits", [64, 128])
 def test_compiled_quickly_the_steps_are_the_same_to_the_last_bit(bits):
     scene, ctx = ht.load_scene("sicm-kicked"), context(DIGITS)
-    texts = {name: ctx.nstr(x.mpf(ctx), DIGITS) for name, x in starting.constants(scene).items()}
-    start = [ctx.nstr(x.mpf(ctx), DIGITS) for x in starting.state(scene)]
-    engines = Folding(bits, texts), PreciseIntegrator(attitude_form(), bits, texts)
-    quick, thorough = (engine.onward(engine.start(start), 1e9) for engine in engines)
+    exact, exact_states = exact_start(scene)
+    constants = {name: ctx.nstr(x.mpf(ctx), DIGITS) for name, x in exact.items()}
+    state = [ctx.nstr(x.mpf(ctx), DIGITS) for x in exact_states]
+    quickly = Precise(System.of_attitude(bits), bits, constants, quick=True)
+    engines = quickly, PreciseIntegrator(attitude_form(), bits, constants)
+    quick, thorough = (engine.onward(engine.start(state), 1e9) for engine in engines)
     assert (quick.t, quick.state) == (thorough.t, thorough.state)

@@ -174,7 +174,7 @@ def at_once(scene: Scene, chosen: Plan) -> dict[str, Any]:
 
         return known_document(scene, chosen)
     from heavytop.results.folded_document import folded_document
-    from heavytop.run.folded import fold
+    from heavytop.run.periodic import fold
 
     return folded_document(fold(scene), chosen)
 

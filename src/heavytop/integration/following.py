@@ -16,8 +16,7 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.integration.turning import Pair, arm_rates
-from heavytop.integration.turns import Turns
+from heavytop.integration.turns import Pair, Turns, arm_rates
 from heavytop.integration.winding import MOST_POINTS, More, Winding, distinct
 
 Array = NDArray[np.float64]

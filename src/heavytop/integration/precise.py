@@ -293,10 +293,13 @@ class Precise:
         """Return a state in seconds from one of the integrator's."""
         return tuple(x * unit for x, unit in zip(state, self._units, strict=True))
 
+    def _narrowed(self, t: Any) -> Any:
+        return self.number(str(t)) if self.hardware else hy.real(t, self.bits)
+
     def _seen(self, mark: Mark, t: Any, length: Any, event: str | None) -> Mark | None:
         """Return the state at a time in the last step, or at the zero of an event close by."""
         end = mark.t + self._elapsed()
-        since = self.number(str(t - end)) if self.hardware else hy.real(t - end, self.bits)
+        since = self._narrowed(t - end)
         if event is not None:
             since = self._polished(event, since, abs(length))
         return since if since is None else Mark(end + self.wide(since), self._dense(since))

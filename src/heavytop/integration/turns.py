@@ -21,8 +21,9 @@ where P is exactly zero.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,8 @@ Complex = NDArray[np.complex128]
 Mask = NDArray[np.bool_]
 
 CAUTION = 0.9  # of Sturm's time: K is known to rounding and drift, not better
+Real = Any  # of heyoka, or any type that has arithmetic and numpy's functions
+Pair = tuple[Real, Real]  # phi and psi, or a real and an imaginary part
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,3 +197,11 @@ def _nearest(principal: Array, angle: Array) -> Array:
     """Return the value nearest to an angle among those a number of turns from a principal one."""
     nearest: Array = principal + 2 * np.pi * np.round((angle - principal) / (2 * np.pi))
     return nearest
+
+
+def arm_rates(state: Sequence[Real], l_z: Real) -> tuple[Pair, Pair]:
+    """Return the rates of alpha and beta."""
+    q_0, q_1, q_2, q_3, l_x, l_y = state
+    alpha = (-l_z * q_3 - l_x * q_1 - l_y * q_2, l_z * q_0 - l_y * q_1 + l_x * q_2)
+    beta = (-l_z * q_2 + l_x * q_0 + l_y * q_3, l_z * q_1 + l_y * q_0 - l_x * q_3)
+    return (alpha[0] / 2, alpha[1] / 2), (beta[0] / 2, beta[1] / 2)

@@ -7,7 +7,6 @@ A sum or a product of two doubles and its rounding error are both doubles (Knuth
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final, TypeAlias, TypeVar
 
 import numpy as np
@@ -17,7 +16,6 @@ from numpy.typing import NDArray
 Array: TypeAlias = NDArray[np.float64]
 Words = TypeVar("Words", float, NDArray[np.float64])
 DoubleDouble = tuple[float, float]
-ThreeWords: TypeAlias = tuple[float, float, float]
 
 _CIRCLE: Final = 6.283185307179586
 _CIRCLE_REST: Final = 2.4492935982947064e-16  # of 2π, beyond a double
@@ -89,36 +87,33 @@ def modulo_circle(high: Array, low: Array) -> Array:
     return np.where((angle >= 0) & (angle < _CIRCLE), angle, 0.0)
 
 
-@dataclass(frozen=True, slots=True)
-class Multiples:
-    """Multiples of a constant, as many as a double can count, to the last digit of a double.
-
-    The constant is the sum of three doubles, 159 bits; products are exact as pairs of doubles.
+def less_multiples(t: Array, start: Array, n: Array, step: Array) -> tuple[Array, Array]:
+    """Return t - start - n step as a double-double; start and step are sums of three doubles.
 
     Examples
     --------
-    >>> third = Multiples((1 / 3, 2.0**-54 / 3, 2.0**-108 / 3))
-    >>> third.rest(np.array([1e9]), np.array([3e9 + 1]))[0]
-    array([-0.33333333])
-    >>> third.turns(np.array([1.0, 3e9 + 1]))
+    >>> third = np.array([1 / 3, 2.0**-54 / 3, 2.0**-108 / 3])
+    >>> less_multiples(np.array([3e9 + 1]), np.zeros(3), np.array([9e9]), third)
+    (array([1.]), array([0.]))
+    """
+    whole, *parts = (-part for part in _multiples(n, step))
+    return total(t, whole, *-start, *parts)
+
+
+def whole_multiples(n: Array, x: Array) -> tuple[NDArray[np.int64], Array]:
+    """Return n x as a whole number and a rest of at most a few halves, x as before.
+
+    Examples
+    --------
+    >>> third = np.array([1 / 3, 2.0**-54 / 3, 2.0**-108 / 3])
+    >>> whole_multiples(np.array([1.0, 3e9 + 1]), third)
     (array([         0, 1000000000]), array([0.33333333, 0.33333333]))
     """
+    parts = np.array(_multiples(n, x))
+    whole = np.rint(parts)
+    return whole.astype(np.int64).sum(axis=0), (parts - whole).sum(axis=0)
 
-    words: ThreeWords
 
-    def rest(self, t: Array, n: Array, since: ThreeWords = (0.0, 0.0, 0.0)) -> tuple[Array, Array]:
-        """Return t - since - n x, as double-doubles."""
-        whole, *parts = (-part for part in self._parts(n))
-        return total(t, whole, *(-word for word in since), *parts)
-
-    def turns(self, n: Array) -> tuple[NDArray[np.int64], Array]:
-        """Return n x as a whole number and a rest of at most a few halves."""
-        parts = self._parts(n)
-        whole = [np.rint(part) for part in parts]
-        rest = sum((part - w for part, w in zip(parts, whole, strict=True)), np.zeros_like(n))
-        return sum((w.astype(np.int64) for w in whole), np.zeros(n.shape, np.int64)), rest
-
-    def _parts(self, n: Array) -> tuple[Array, ...]:
-        """Return numbers that add up to n x, the largest first."""
-        first, second, third = self.words
-        return *two_product(n, first), *two_product(n, second), n * third
+def _multiples(n: Array, x: Array) -> tuple[Array, ...]:
+    """Return numbers that add up to n x, the largest first."""
+    return *two_product(n, x[0]), *two_product(n, x[1]), n * x[2]

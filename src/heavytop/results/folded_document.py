@@ -10,8 +10,7 @@ from heavytop.numbers.decimals import Context, Number
 from heavytop.results.classification import finite
 from heavytop.results.decimal_document import NUMBER_DIGITS
 from heavytop.results.document import known_document
-from heavytop.run.folded import Folded
-from heavytop.run.folds.sample import FoldedSample
+from heavytop.run.periodic import Folded, FoldedSample
 from heavytop.run.planning import Plan, closed_form_of
 
 SPARE_DIGITS = 10  # of the closed form at the end, beyond those of the number of periods
