@@ -15,7 +15,8 @@ def test_times_within_a_block_keep_the_low_word_of_its_start():
 @pytest.mark.parametrize("formulation", ["axis", "attitude", "cubic"])
 def test_the_motion_can_be_asked_for_where_a_block_starts(formulation):
     """To a double the time of a checkpoint may be just before it."""
-    scene = ht.load_scene("sicm-kicked", ["span.periods=700", 'want.quantities=["theta"]'])
+    wants = ["span.periods=700", "want.digits=9", 'want.quantities=["theta"]']
+    scene = ht.load_scene("sicm-kicked", wants)
     run = ht.propagate(scene, formulation=formulation)
     checkpoints = run.orbit.checkpoints
     assert any(c.time[1] > 0 for c in checkpoints)
