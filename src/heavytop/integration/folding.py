@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 from heavytop.integration.compiled import System
 from heavytop.integration.dense import Dense, Piece, cut, followed
+from heavytop.integration.following import Pair
 from heavytop.integration.precise import Mark, Precise, Unfinished, Wanted
 from heavytop.integration.turning import (
-    Pair,
     Real,
     Turning,
     arguments,

@@ -255,7 +255,7 @@ class Precise:
         cut = far if longest is None or mark.steps else math.copysign(longest, far)
         while waiting and steps < MARK:
             steps += 1
-            length, inside = self._step(self.number(cut)), []
+            length, inside = self._step(self.number(repr(cut))), []
             while waiting and abs(waiting[0][1] - mark.t) <= abs(self._elapsed()):
                 i, t, event = waiting.popleft()
                 seen = found[i] = self._seen(mark, t, length, event)
@@ -289,6 +289,9 @@ class Precise:
         high, low = self._taylor.dtime
         return (self.wide(high) + self.wide(low)) / self._pace
 
+    def _narrowed(self, x: Any) -> Any:
+        return np.longdouble(str(x)) if self.hardware else hy.real(x, self.bits)
+
     def _measured(self, state: Sequence[Any]) -> tuple[Any, ...]:
         """Return a state in seconds from one of the integrator's."""
         return tuple(x * unit for x, unit in zip(state, self._units, strict=True))
@@ -296,7 +299,7 @@ class Precise:
     def _seen(self, mark: Mark, t: Any, length: Any, event: str | None) -> Mark | None:
         """Return the state at a time in the last step, or at the zero of an event close by."""
         end = mark.t + self._elapsed()
-        since = self.number(str(t - end)) if self.hardware else hy.real(t - end, self.bits)
+        since = self._narrowed(t - end)
         if event is not None:
             since = self._polished(event, since, abs(length))
         return since if since is None else Mark(end + self.wide(since), self._dense(since))

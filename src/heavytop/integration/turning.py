@@ -24,8 +24,9 @@ from typing import Any
 
 import numpy as np
 
+from heavytop.integration.following import Pair, arm_rates
+
 Real = Any
-Pair = tuple[Real, Real]  # real and imaginary part
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,14 +93,6 @@ def arguments(state: Sequence[Real]) -> Pair:
     """Return the arguments of alpha and beta [rad]."""
     q_0, q_1, q_2, q_3, *_ = state
     return np.arctan2(q_3, q_0), np.arctan2(q_2, q_1)
-
-
-def arm_rates(state: Sequence[Real], l_z: Real) -> tuple[Pair, Pair]:
-    """Return the rates of alpha and beta."""
-    q_0, q_1, q_2, q_3, l_x, l_y = state
-    alpha = (-l_z * q_3 - l_x * q_1 - l_y * q_2, l_z * q_0 - l_y * q_1 + l_x * q_2)
-    beta = (-l_z * q_2 + l_x * q_0 + l_y * q_3, l_z * q_1 + l_y * q_0 - l_x * q_3)
-    return (alpha[0] / 2, alpha[1] / 2), (beta[0] / 2, beta[1] / 2)
 
 
 def rise(state: Sequence[Real]) -> Real:
