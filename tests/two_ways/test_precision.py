@@ -145,6 +145,17 @@ def test_events_have_all_digits():
     assert run.events.t.tolist() == [float(e.sample.t) for e in run.decimals.events]
 
 
+@pytest.mark.parametrize("digits", [20, 30, 40])
+def test_in_a_pass_through_the_pole_phi_is_that_before_or_after(digits):
+    """A quarter of a turn from the middle between the turning points beside it, either way."""
+    run = ht.propagate(scene(digits, name="through-top"), formulation="attitude")
+    phi = run.events.phi
+    passes = np.flatnonzero(np.array(run.events.kind[1:-1]) == "theta_min") + 1
+    assert passes.size > 3
+    middle = (phi[passes - 1] + phi[passes + 1]) / 2
+    assert abs(phi[passes] - middle) == pytest.approx(np.pi / 2, abs=1e-9)
+
+
 def test_cusps_are_cusps_at_any_number_of_digits():
     run = ht.propagate(scene(40, name="sicm-dropped"))
     assert run.events.count("cusp") == 5

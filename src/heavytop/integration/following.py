@@ -55,8 +55,8 @@ class FollowingAxis:
         x, y, z, p, q = rows.T[:5]
         l_z, own = known["l_z"], np.where(z > 0, known["P_minus"], known["P_plus"])
         rate, fastest = (p * z - l_z * x, q * z - l_z * y), _fastest(p, q, known)
-        phi, rests = _argument((-y, x), rate, own, fastest, grain)
-        return [_nearest(np.where(rests, known["phi_0"], phi), told[:, 0], grain)]
+        phi, rests, passing = _argument((-y, x), rate, own, fastest, grain)
+        return [_nearest(np.where(rests, known["phi_0"], phi), told[:, 0], passing, grain)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,11 +79,19 @@ class FollowingAttitude:
         q_0, q_1, q_2, q_3, p, q = state = rows.T[:6]
         for_alpha, for_beta = arm_rates(state, known["l_z"])
         fastest = _fastest(p, q, known)
-        a, a_rests = _argument((q_0, q_3), for_alpha, known["P_plus"] / 4, fastest, grain)
-        b, b_rests = _argument((q_1, q_2), for_beta, known["P_minus"] / 4, fastest, grain)
+        a, a_rests, a_passing = _argument(
+            (q_0, q_3), for_alpha, known["P_plus"] / 4, fastest, grain
+        )
+        b, b_rests, b_passing = _argument(
+            (q_1, q_2), for_beta, known["P_minus"] / 4, fastest, grain
+        )
         a = np.where(a_rests, known["phi_0"] - b, a)  # on the vertical phi is that of the start
         b = np.where(b_rests, known["phi_0"] - a, b)
-        return [_nearest(x, near, grain) for x, near in zip((a + b, a - b), told.T, strict=True)]
+        passing = a_passing | b_passing
+        return [
+            _nearest(x, near, passing, grain)
+            for x, near in ((a + b, told[:, 0]), (a - b, told[:, 1]))
+        ]
 
 
 Following: TypeAlias = FollowingAxis | FollowingAttitude
@@ -93,11 +101,11 @@ def _fastest(l_x: Reals, l_y: Reals, known: Mapping[str, Any]) -> Reals:
     return np.sqrt(l_x * l_x + l_y * l_y + known["l_z"] ** 2 + 8 * abs(known["g"]))
 
 
-def _argument(z: Pair, rate: Pair, momentum: Any, fastest: Reals, grain: Any) -> tuple[Any, Any]:
-    """Return the argument of z, and where it vanishes and stays, so that there is none.
+def _argument(z: Pair, rate: Pair, momentum: Any, fastest: Reals, grain: Any) -> tuple[Any, ...]:
+    """Return the argument of z, where it vanishes and stays, and where it is that of a pass.
 
     In a pass that the state does not tell, having another angular momentum than it should, it
-    is what it was before or will be after.
+    is what it was before or will be after, which are half a turn apart.
     """
     (x, y), (p, q) = z, rate
     size, speed = np.sqrt(x * x + y * y), np.sqrt(p * p + q * q)
@@ -106,14 +114,17 @@ def _argument(z: Pair, rate: Pair, momentum: Any, fastest: Reals, grain: Any) ->
     passing &= 2 * abs(momentum) < grain * speed
     side = np.where(x * p + y * q < 0, -1.0, 1.0)
     argument = np.arctan2(np.where(passing, side * q, y), np.where(passing, side * p, x))
-    return argument, (size == 0) & (speed == 0)
+    return argument, (size == 0) & (speed == 0), passing
 
 
-def _nearest(principal: Reals, near: Array, grain: Any) -> Reals:
-    """Return the angle nearest to another one, in doubles, among those whole turns apart."""
-    turn = 2 * np.arctan2(grain - grain, -grain)
-    turns = np.round((near - principal.astype(np.float64)) / (2 * np.pi))
-    return principal + turn * turns
+def _nearest(principal: Reals, near: Array, passing: Any, grain: Any) -> Reals:
+    """Return the angle nearest to another one, in doubles, of those whole turns apart.
+
+    In a pass they are half turns apart: which side of it, the other angle says.
+    """
+    turn, step = 2 * np.arctan2(grain - grain, -grain), np.where(passing, 0.5, 1.0)
+    turns = np.round((near - principal.astype(np.float64)) / (2 * np.pi * step))
+    return principal + turn * (step * turns)
 
 
 class Trail:

@@ -255,7 +255,7 @@ class Precise:
         cut = far if longest is None or mark.steps else math.copysign(longest, far)
         while waiting and steps < MARK:
             steps += 1
-            length, inside = self._step(self.number(cut)), []
+            length, inside = self._step(self.number(repr(cut))), []
             while waiting and abs(waiting[0][1] - mark.t) <= abs(self._elapsed()):
                 i, t, event = waiting.popleft()
                 seen = found[i] = self._seen(mark, t, length, event)
@@ -288,6 +288,9 @@ class Precise:
         """Return the time since the last mark, wide [s]."""
         high, low = self._taylor.dtime
         return (self.wide(high) + self.wide(low)) / self._pace
+
+    def _narrowed(self, x: Any) -> Any:
+        return np.longdouble(str(x)) if self.hardware else hy.real(x, self.bits)
 
     def _measured(self, state: Sequence[Any]) -> tuple[Any, ...]:
         """Return a state in seconds from one of the integrator's."""
