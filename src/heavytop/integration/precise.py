@@ -296,9 +296,6 @@ class Precise:
         """Return a state in seconds from one of the integrator's."""
         return tuple(x * unit for x, unit in zip(state, self._units, strict=True))
 
-    def _narrowed(self, t: Any) -> Any:
-        return self.number(str(t)) if self.hardware else hy.real(t, self.bits)
-
     def _seen(self, mark: Mark, t: Any, length: Any, event: str | None) -> Mark | None:
         """Return the state at a time in the last step, or at the zero of an event close by."""
         end = mark.t + self._elapsed()
