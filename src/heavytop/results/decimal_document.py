@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from heavytop.numbers.decimals import Number
-from heavytop.run.events import Event
-from heavytop.run.high_precision import Decimals
+
+if TYPE_CHECKING:
+    from heavytop.run.events import Event
+    from heavytop.run.high_precision import Decimals
 
 NUMBER_DIGITS = 15  # what a number of JSON surely holds
 
