@@ -219,14 +219,17 @@ class Tests:
         self.unsteady: set[str] = set()
 
     def of(self, function: str) -> list[str]:
-        """The quickest that enter it, and others drawn at random, for BUDGET_S in all.
+        """The quickest that enter it, or its file, and others drawn at random, for BUDGET_S in all.
 
-        What is computed once in a process, and kept, is entered by the first test alone.
+        What is computed once in a process, and kept, is entered by the first test alone, or by
+        none, where it is computed as tests are collected.
         """
         others = random.Random(function).sample(self.rows, len(self.rows))
+        file = f"{function.partition(':')[0]}:0"
+        near = [row for name in (function, file) for row in self.rows if name in row["calls"]]
         found: dict[str, None] = {}
         spent = 0.0
-        for row in (*(row for row in self.rows if function in row["calls"]), *others):
+        for row in (*near, *others):
             if row["test"] not in self.unsteady and row["test"] not in found:
                 spent += row["s"]
                 if spent > BUDGET_S:

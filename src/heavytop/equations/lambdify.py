@@ -131,7 +131,7 @@ class Rounded:
     --------
     >>> x = sp.Symbol("x")
     >>> Rounded([sp.cos(x), x / 3])({"x": Exact.of("pi/2")})
-    [0.0, 0.5235987755982988]
+    [0.0, 0.5235987755982989]
     """
 
     def __init__(self, expressions: Sequence[Any]) -> None:

@@ -34,7 +34,7 @@ def paces_of(form: Formulation, states: Array, parameters: Mapping[str, Any]) ->
     >>> from heavytop.equations.euler_poisson import axis_form
     >>> states = np.array([[0, 0, 1, 3, -200.0], [0, 0, 1, 3, -1000.0], [0, 0, 1, 0, 0.0]])
     >>> paces_of(axis_form(), states, {"g": np.array([1.0, 1.0, 5e-7])})
-    array([1.000e+00, 1.024e+03, 1.953e-03])
+    array([1.000000e+00, 1.024000e+03, 1.953125e-03])
     """
     g = parameters["g"] if "g" in parameters else parameters["gMR"] / parameters["A"]
     falling = (2 * (abs(g) + abs(parameters.get("h", 0.0)))) ** 0.5
