@@ -1,5 +1,6 @@
 """Counts and times of events, proved, against signs of rates at many times and against `tally`."""
 
+import math
 import random
 from fractions import Fraction
 
@@ -300,3 +301,14 @@ def test_the_time_between_reversals_by_quadrature():
     T = mp.mpf(form.period)
     for gap, want in zip(gaps, sorted((above, T - above)), strict=True):
         assert abs(mp.mpf(gap.numerator) / gap.denominator - want) < mp.mpf(10) ** -35
+
+
+def test_cusps_of_a_motion_that_starts_on_its_way():
+    # From cos θ₀ = 1/2, at rest, to the horizontal: θ̇² = 2 (u₀ − u) − b² (u₀ − u)², with b = 6/5.
+    found = ht.enclose(
+        ht.Top(1, 1, 1), ht.State("pi/2", thetadot="0.8", phidot="0.6", omega3="1.2")
+    )
+    first = found.time("cusp", 0)
+    assert found.theta(first.middle).mid == pytest.approx(math.pi / 3, abs=1e-15)
+    assert all(abs(rate.mid) < 1e-12 for rate in found.rates(first.middle)[:2])
+    assert [found.count("cusp", first.mid + late) for late in (-0.01, 0.01)] == [0, 1]
