@@ -320,3 +320,14 @@ def test_texts_hold_every_bit(bits):
     )
     third = engine.number("1") / engine.number("3")
     assert engine.number(engine.text(third)) == third
+
+
+def test_no_times_give_no_rows_of_every_width():
+    doubles, decimals = (
+        ht.propagate(ht.load_scene("sicm-kicked", [d])) for d in ("want.digits=9", "want.digits=20")
+    )
+    assert decimals.decimals is not None
+    for trajectory in (doubles, decimals):
+        one, none = trajectory(np.array([0.5])), trajectory(np.empty(0))
+        for name in one.__slots__:
+            assert getattr(none, name).shape == (0, *getattr(one, name).shape[1:])

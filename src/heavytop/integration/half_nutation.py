@@ -50,7 +50,7 @@ CUT = 2.0**-60  # of the largest term of a polynomial: doubles do not feel less
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Step:
+class SwingStep:
     """A step that starts with alpha and beta real.
 
     Attributes
@@ -96,13 +96,13 @@ class Swing:
         What phi and psi gain [rad].
     end : tuple of real
         The state at the end, once alpha and beta have been turned back until they are real.
-    steps : tuple of Step
+    steps : tuple of SwingStep
     """
 
     duration: Real
     turned: Pair
     end: State
-    steps: tuple[Step, ...]
+    steps: tuple[SwingStep, ...]
 
 
 class HalfNutation(Precise):
@@ -225,12 +225,12 @@ class HalfNutation(Precise):
 
     def _swing(self, state: State) -> Swing:
         """Integrate to the next turning point, from one or from a state between two."""
-        steps: list[Step] = []
+        steps: list[SwingStep] = []
         elapsed, turned = self.wide("0"), (self._none, self._none)
         sign = sense(rise(state)) if rise(state) else 0
         while len(steps) < MOST_STEPS:
             length = self._stepped(state)
-            steps.append(Step(elapsed, length, state, turned, cut(self._taylor.tc, length)))
+            steps.append(SwingStep(elapsed, length, state, turned, cut(self._taylor.tc, length)))
             end = tuple(self._taylor.state)
             rising = sense(rise(end))
             elapsed = elapsed + length
@@ -259,7 +259,7 @@ class HalfNutation(Precise):
             x = new if low < new < high else (low + high) / 2
         return x  # all rounding: too few bits
 
-    def _ended(self, steps: Sequence[Step], duration: Real, state: State) -> Swing:
+    def _ended(self, steps: Sequence[SwingStep], duration: Real, state: State) -> Swing:
         """Return a swing that ends at a turning point, or begins and ends there."""
         l_z, P_plus, P_minus = (self._constants[name] for name in ("l_z", "P_plus", "P_minus"))
         q_0, q_1, q_2, q_3, *_ = state

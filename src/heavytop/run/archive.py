@@ -14,8 +14,8 @@ from heavytop.hdf5 import array, attribute, opened
 from heavytop.integration.integrator import Checkpoint, Seen
 from heavytop.integration.orbit import Ending, Orbit
 from heavytop.machine import versions
-from heavytop.run.events import Events
-from heavytop.run.netcdf import EVENT_COLUMNS, SCHEMA, SEEN_COLUMNS
+from heavytop.run.events import STORED, Events
+from heavytop.run.netcdf import SCHEMA, SEEN_COLUMNS
 from heavytop.run.planning import Plan, closed_form_of
 from heavytop.run.propagation import compiled_for, integrator_of
 from heavytop.run.trajectory import Statistics, Trajectory
@@ -179,6 +179,6 @@ def _seen(file: Any, name: str) -> Seen:
 
 
 def _events(file: Any, asked: tuple[str, ...]) -> Events:
-    columns = {n: array(file, f"event_{n}") for n in EVENT_COLUMNS}
+    columns = {n: array(file, f"event_{n}") for n in STORED}
     kind = tuple(map(str, array(file, "event_kind")))
     return Events(kind=kind, asked=tuple(asked), **columns)

@@ -19,8 +19,9 @@ from heavytop.equations.lambdify import lambdified
 from heavytop.errors import BadScene, HeavyTopError, Outcome
 from heavytop.integration.batch import Journey, Lane, Zeros, joined
 from heavytop.integration.outputs import Sample, event_function, invariants, sample
-from heavytop.run.error_growth import EPSILON, Outlook, outlook
+from heavytop.run.error_growth import Outlook, outlook
 from heavytop.run.estimates import MOST_DIGITS
+from heavytop.run.planning import EPSILON
 from heavytop.run.propagation import propagate
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import expect, one_of, parse_names, parse_options, whole, wrong_type

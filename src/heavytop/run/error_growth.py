@@ -18,10 +18,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from heavytop.run.planning import EPSILON
+
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-EPSILON: Final = 2.0**-52
 LOCAL: Final = 16.0  # units of rounding in a state, whatever the span,
 WALK: Final = 4.0  # and of the root of the number of nutations
 MOST: Final = 700.0  # of an exponent

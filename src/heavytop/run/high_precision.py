@@ -195,8 +195,7 @@ class Decimals:
         """
         return self.run.at(times)
 
-    @staticmethod
-    def rounded(samples: Sequence[Sample]) -> Sample:
+    def rounded(self, samples: Sequence[Sample]) -> Sample:
         """Return the motion at several times, every number rounded to double.
 
         Parameters
@@ -204,10 +203,12 @@ class Decimals:
         samples : sequence of Sample
             As `at` returns them.
         """
+        widths = {name: len(indices) for name, indices in VECTORS.items()}
+        widths["states"] = len(self.samples[0].states)
 
         def column(name: str) -> Any:
             values = np.array([getattr(s, name) for s in samples], dtype=np.float64)
-            return values.reshape(-1, len(VECTORS[name])) if name in VECTORS else values
+            return values.reshape(-1, widths[name]) if name in widths else values
 
         return Sample(*map(column, Sample.__slots__))
 

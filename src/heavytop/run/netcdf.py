@@ -18,8 +18,9 @@ import numpy as np
 from heavytop import __version__
 from heavytop.hdf5 import write_sealed
 from heavytop.integration.orbit import Orbit
+from heavytop.integration.outputs import ANGLES, RATES
 from heavytop.machine import versions
-from heavytop.run.events import Events
+from heavytop.run.events import STORED, Events
 from heavytop.run.planning import Plan
 
 if TYPE_CHECKING:
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
     from heavytop.run.trajectory import Trajectory
 
 SCHEMA = "heavytop/trajectory/1"
-EVENT_COLUMNS = ("t", "t_low", "theta", "phi", "phidot", "residual", "axis", "states")
-SAMPLE_COLUMNS = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
 SEEN_COLUMNS = ("t", "t_low", "states", "phi")
 TEXTS = ("event_kind", *(f"decimal_{x}_{y}" for x in ("t", "event") for y in ("time", "states")))
 """Variables that are read back as texts."""
@@ -44,7 +43,7 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
     import xarray
 
     run, events, orbit = trajectory.samples, trajectory.events, trajectory.orbit
-    over_time: dict[str, Any] = {name: ("t", getattr(run, name)) for name in SAMPLE_COLUMNS}
+    over_time: dict[str, Any] = {name: ("t", getattr(run, name)) for name in (*ANGLES, *RATES)}
     over_time |= {name: (("t", "space"), getattr(run, name)) for name in ("axis", "omega")}
     over_time["states"] = (("t", "state"), run.states)
     if trajectory.decimals is not None:
@@ -106,7 +105,7 @@ def _described(contents: xarray.Dataset) -> xarray.Dataset:
 
 
 def _event_variables(events: Events) -> dict[str, Any]:
-    columns = {name: getattr(events, name) for name in EVENT_COLUMNS}
+    columns = {name: getattr(events, name) for name in STORED}
     columns["kind"] = np.array(events.kind, dtype="U10")
     over = {"axis": ("event", "space"), "states": ("event", "state")}
     return {f"event_{name}": (over.get(name, "event"), x) for name, x in columns.items()}

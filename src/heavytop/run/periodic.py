@@ -23,7 +23,7 @@ from heavytop.numbers import PI, Exact, cos, sin
 from heavytop.numbers.decimals import Context, Number, context, number
 from heavytop.numbers.double_double import less_multiples, whole_multiples
 from heavytop.run.estimates import FOLDED_REACH, LEAST_FOLDED, MOST_TURNS, needed_to_fold
-from heavytop.run.planning import closed_form_of, span
+from heavytop.run.planning import closed_form_of, refusal, span
 from heavytop.scene.arguments import whole
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import MAX_DIGITS
@@ -481,18 +481,14 @@ def fold(scene: Scene, digits: int | None = None) -> Folded:
     wanted = scene.digits if digits is None else whole("digits", digits, 1, MAX_DIGITS)
     regime = motion.regime if motion.certified else None
     if regime not in ("steady", "nutating"):
-        raise _refusal(scene, "fold", str(motion.kind), _WHY_NOT[regime])
+        raise refusal(scene, "fold", str(motion.kind), _WHY_NOT[regime])
     span(scene, motion)  # refuses periods where nothing nutates
     folded = (constant_tilt if regime == "steady" else nutating)(scene, max(LEAST_FOLDED, wanted))
     if abs(folded.span) > folded.reach:
         key, value = ("time", scene.time) if scene.periods is None else ("periods", scene.periods)
         rule = f"at most {folded.reach:.3g} s: farther off, turns are not counted"
-        raise _refusal(scene, f"span.{key}", str(value), rule)
+        raise refusal(scene, f"span.{key}", str(value), rule)
     return folded
-
-
-def _refusal(scene: Scene, key: str, value: str, rule: str) -> BadScene:
-    return BadScene((Fault(scene.name, None, key, value, rule),))
 
 
 def _too_far_round(scene: Scene) -> Iterator[Fault]:
@@ -542,10 +538,10 @@ def nutating(scene: Scene, digits: int) -> Folded:
             cost = Cost(bits, nutation.count, nutation.closure, *spent)
             return Folded(scene, digits, course, end, reach, cost)
         if math.isinf(needed):
-            raise _refusal(scene, "fold", "", f"half a nutation takes more than {MOST_BITS} bits")
+            raise refusal(scene, "fold", "", f"half a nutation takes more than {MOST_BITS} bits")
         bits = enough(needed)
     rule = f"half a nutation takes {bits} bits, and {MOST_BITS} are the most"
-    raise _refusal(scene, "fold", "", rule)
+    raise refusal(scene, "fold", "", rule)
 
 
 def _end(scene: Scene, course: PeriodicMotion) -> Number:
@@ -563,7 +559,7 @@ def integrated(scene: Scene, bits: int) -> tuple[HalfNutation, PeriodicMotion]:
     try:
         nutation = HalfNutation(bits, texts, [ctx.nstr(x.mpf(ctx), ctx.dps) for x in state])
     except Unfinished as reason:
-        raise _refusal(scene, "fold", "", str(reason)) from None
+        raise refusal(scene, "fold", "", str(reason)) from None
     start = scene.start.phi.mpf(ctx), scene.start.psi.mpf(ctx)
     own = [constants[name].mpf(ctx) for name in ("kappa", "P_plus", "P_minus", "omega3")]
     return nutation, PeriodicMotion(ctx, nutation, start, (ctx.zero, *own))

@@ -24,9 +24,17 @@ from heavytop.integration.bits import DOUBLE, enough
 from heavytop.integration.variational import VariedRun, rounded
 from heavytop.numbers import Exact
 from heavytop.numbers.decimals import context
-from heavytop.run.error_growth import EPSILON
 from heavytop.run.estimates import periods_of
-from heavytop.run.planning import KNOWN, Plan, closed_form_of, planned, refusal, span, start_values
+from heavytop.run.planning import (
+    EPSILON,
+    KNOWN,
+    Plan,
+    closed_form_of,
+    planned,
+    refusal,
+    span,
+    start_values,
+)
 from heavytop.scene.arguments import text_of
 from heavytop.scene.scene import Scene
 

@@ -14,7 +14,7 @@ from heavytop.analytic.motion import Motion
 from heavytop.errors import Impossible, NotANumber, Outcome
 from heavytop.integration.integrator import Seen
 from heavytop.integration.orbit import Orbit
-from heavytop.integration.outputs import Sample, invariants, sample
+from heavytop.integration.outputs import ANGLES, RATES, Sample, invariants, sample
 from heavytop.run.events import Events
 from heavytop.run.planning import Plan
 from heavytop.scene.scene import Scene
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from heavytop.run.high_precision import Decimals
 
 Array = NDArray[np.float64]
-ANGLES, RATES = ("theta", "phi", "psi"), ("thetadot", "phidot", "psidot")
 ROUNDED = 4 * np.finfo(float).eps
 
 

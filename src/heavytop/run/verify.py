@@ -25,6 +25,8 @@ from heavytop.errors import (
     NoClosedForm,
     UnboundedAngleWarning,
 )
+from heavytop.integration.legs import GOLDEN
+from heavytop.integration.outputs import ANGLES
 from heavytop.numbers.decimals import Number, context
 from heavytop.run.events import EVENTS
 from heavytop.run.expected_events import Counts, differences, tally
@@ -36,11 +38,9 @@ from heavytop.scene.arguments import expect
 Array = NDArray[Any]
 Columns = Any  # what a run, a DoubleForm or `_columns` says at several times, by the same names
 
-ANGLES = ("theta", "phi", "psi")
 COMPARED = (*ANGLES, "axis")
 FEW = 16  # samples and events that stand for all, where a closed form takes long
 GLANCED_AT = 24  # samples, before all are compared
-GOLDEN = 0.6180339887498949  # the fraction farthest from all whole ratios
 LEAST = 5e-324  # the smallest double: an error that is not zero is not shown as zero
 
 
