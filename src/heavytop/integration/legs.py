@@ -1,8 +1,8 @@
 """Blocks of steps with projections: they are made of legs, each followed by a projection.
 
-Every leg measures time from its own start and takes a fixed
-number of natural steps, so the same start gives the same bits however a block is sampled; samples
-and events are read off the polynomials of the steps, before the projection that follows.
+Every leg measures time from its own start and takes a fixed number of natural steps, so the same
+start gives the same bits however a block is sampled; samples and events are read off the
+polynomials of the steps, before the projection that follows.
 
 Natural steps depend on where they begin, and so they may fall into a cycle: the same points period
 after period, rounded the same way each time, and what should be a random walk is a drift. Steps
