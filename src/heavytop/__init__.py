@@ -45,7 +45,7 @@ _HOMES = {
     "Sensitivities": "run.sensitivities",
     "State": "scene.state",
     "StoppedEarly": "errors",
-    "Stress": "studies.stresses.stress",
+    "Stress": "studies.stress",
     "Top": "scene.top",
     "Trajectory": "run.trajectory",
     "Transition": "run.sensitivities",
@@ -74,7 +74,7 @@ _HOMES = {
     "run_errors": "run.verify",
     "sensitivities": "run.sensitivities",
     "state_transition": "run.sensitivities",
-    "stress": "studies.stresses.stressing",
+    "stress": "studies.stress",
     "validate": "claims.validating",
     "work_precision": "studies.workprecs.measuring",
 }
@@ -201,8 +201,7 @@ if TYPE_CHECKING:
     from heavytop.studies.drifts.drift import Drift
     from heavytop.studies.drifts.drifting import drift
     from heavytop.studies.resuming import resume
-    from heavytop.studies.stresses.stress import Stress
-    from heavytop.studies.stresses.stressing import stress
+    from heavytop.studies.stress import Stress, stress
     from heavytop.studies.workprecs.measuring import work_precision
     from heavytop.studies.workprecs.work_precision import WorkPrecision
 

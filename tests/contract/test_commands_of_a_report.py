@@ -19,8 +19,8 @@ from heavytop.report.pages.findings import findings
 from heavytop.report.pages.ladders import methods_asked
 from heavytop.report.pages.page import page_of
 from heavytop.scene.scene import load_scene, shipped_scenes
-from heavytop.studies.stresses.cases import cases
-from heavytop.studies.stresses.methods import METHODS
+from heavytop.studies.methods import stress_methods
+from heavytop.studies.stress_cases import cases
 from heavytop.studies.workprecs.ladder import DEFAULT, trials
 
 MADE = {
@@ -175,7 +175,14 @@ def test_a_name_that_means_something_else_is_refused(page, name, tmp_path):
 
 
 def test_every_name_that_is_written_is_one(tmp_path):
-    names = [*shipped_scenes(), *cases(), *METHODS, *DEFAULT, "strang=50.5", "taylor-axis=1e+06"]
+    names = [
+        *shipped_scenes(),
+        *cases(),
+        *stress_methods(),
+        *DEFAULT,
+        "strang=50.5",
+        "taylor-axis=1e+06",
+    ]
     rows = [{"name": name, "title": "", "kind": "", "tags": [], "seconds": 1, "axis": []}
             for name in names]  # fmt: skip
     for k in range(0, len(rows), 100):

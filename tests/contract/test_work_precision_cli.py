@@ -181,7 +181,7 @@ def test_a_bad_scene_is_a_bad_scene():
 
 
 def test_a_missing_package_has_an_exit_code_and_the_pip_line(monkeypatch):
-    from heavytop.studies.drifts import methods
+    from heavytop.studies import methods
 
     monkeypatch.setattr(methods, "find_spec", lambda name: None if name == "numba" else name)
     missing = heavytop_(*QUICK, "strang")

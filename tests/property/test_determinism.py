@@ -159,8 +159,8 @@ def test_a_run_inside_the_progress_of_another_changes_neither(formulation, optio
 
 
 def test_marches_of_two_tops_may_take_turns():
-    from heavytop.studies.drifts.methods import method
     from heavytop.studies.drifts.runs import run
+    from heavytop.studies.methods import method
 
     scene = ht.load_scene("sicm-kicked")
     other = replace(scene, start=ht.State(1, phidot=1, psidot=3))

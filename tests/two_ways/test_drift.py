@@ -16,11 +16,11 @@ from heavytop.studies.drifts.follow import _not_after, follow
 from heavytop.studies.drifts.growth import growth
 from heavytop.studies.drifts.marks import PHASE, marks
 from heavytop.studies.drifts.members import member
-from heavytop.studies.drifts.methods import method, taylor_methods
 from heavytop.studies.drifts.precise_march import PreciseMarch
 from heavytop.studies.drifts.runs import run
 from heavytop.studies.drifts.study import Study
 from heavytop.studies.drifts.taylor_march import TaylorMarch
+from heavytop.studies.methods import method, taylor_methods
 
 KICKED = ht.load_scene("sicm-kicked")
 TAYLOR = tuple(taylor_methods())
@@ -358,7 +358,7 @@ def test_a_form_that_cannot_start_there_is_skipped_with_the_reason():
 
 
 def test_a_rival_whose_package_is_missing_is_skipped_by_name(monkeypatch):
-    from heavytop.studies.drifts import methods
+    from heavytop.studies import methods
 
     monkeypatch.setattr(methods, "find_spec", lambda name: None if name == "numba" else name)
     found = ht.drift(KICKED, methods=["strang", "taylor-axis"], periods=3, samples=2)

@@ -15,8 +15,8 @@ from heavytop.errors import BadScene, DoubtfulWarning, EndedEarly, MissedDigitsW
 from heavytop.integration.precise import Unfinished
 from heavytop.run.high_precision import PreciseRun
 from heavytop.run.verify import doubtful_digits
-from heavytop.studies.drifts.methods import method
 from heavytop.studies.drifts.runs import run
+from heavytop.studies.methods import method
 
 ALLOWED = 1e-11  # of an angle or of 1: the digits asked for hold at the end, and near it
 SLOW = ht.Top(1, 1, 1)

@@ -15,8 +15,8 @@ import heavytop as ht
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.integration.bits import bits_of
 from heavytop.report.workprec_table import workprec_table
-from heavytop.studies.drifts.methods import method
 from heavytop.studies.drifts.runs import run
+from heavytop.studies.methods import method
 from heavytop.studies.workprecs import starting
 from heavytop.studies.workprecs.front import ahead_of, axis_error, cheapest, front, theta_error
 from heavytop.studies.workprecs.ladder import DEFAULT, FOLDED, STEPS, Trial, trials
@@ -614,7 +614,7 @@ def test_a_form_that_cannot_start_there_is_skipped_with_the_reason():
 
 
 def test_a_rival_whose_package_is_missing_is_skipped_by_name(monkeypatch):
-    from heavytop.studies.drifts import methods
+    from heavytop.studies import methods
 
     monkeypatch.setattr(methods, "find_spec", lambda name: None if name == "numba" else name)
     found = ht.work_precision(

@@ -68,7 +68,7 @@ def drift(
     """Follow a scene for long by many methods; chart their errors."""
     from heavytop.scene.scene import load_scene
     from heavytop.studies.drifts.drifting import drift as follow
-    from heavytop.studies.drifts.methods import DEFAULT
+    from heavytop.studies.methods import DEFAULT
 
     voice = Voice(quiet, verbose)
     options, asked = overrides(changes), names("--methods", methods)

@@ -49,7 +49,7 @@ def _words(name: str, settings: Mapping[str, None]) -> list[str]:
 def _ladder(name: str) -> list[str]:
     """All settings of a method; none of what is no method any more."""
     from heavytop.scene.scene import load_scene
-    from heavytop.studies.drifts.methods import NoMethod
+    from heavytop.studies.methods import NoMethod
     from heavytop.studies.workprecs.ladder import auto_digits, trials
 
     try:

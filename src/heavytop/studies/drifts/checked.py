@@ -11,9 +11,9 @@ from heavytop.comparison.steppers import StepperState
 from heavytop.errors import ForeignFile
 from heavytop.numbers.double_double import DoubleDouble
 from heavytop.studies import recorded
-from heavytop.studies.drifts.methods import TOLERANCE, Method
 from heavytop.studies.drifts.yardstick import Off
 from heavytop.studies.ledger import Book
+from heavytop.studies.methods import TOLERANCE, Method
 
 MOST: Final = 2**63 - 1
 CHECKPOINT: Final = ("place", "periods", "marked", "ended")

@@ -15,9 +15,9 @@ from heavytop.run.planning import closed_form_of
 from heavytop.studies.drifts import checked
 from heavytop.studies.drifts.growth import Growth, growth
 from heavytop.studies.drifts.members import SPREAD, STARTS
-from heavytop.studies.drifts.methods import Method
 from heavytop.studies.drifts.study import Study
 from heavytop.studies.ledger import Book
+from heavytop.studies.methods import Method
 
 if TYPE_CHECKING:
     import xarray

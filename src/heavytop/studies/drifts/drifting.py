@@ -13,9 +13,9 @@ from heavytop.scene.arguments import heard, parse_options, path_of
 from heavytop.scene.scene import Scene
 from heavytop.studies import ledger
 from heavytop.studies.drifts.drift import Drift, gathered
-from heavytop.studies.drifts.methods import DEFAULT
 from heavytop.studies.drifts.options import JOBS
 from heavytop.studies.drifts.study import KIND, Study
+from heavytop.studies.methods import DEFAULT
 from heavytop.studies.recorded import naming
 
 Show = Callable[[ledger.Progress], object]

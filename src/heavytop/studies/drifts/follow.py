@@ -13,10 +13,10 @@ from heavytop.errors import ForeignFile
 from heavytop.integration.bits import DOUBLE
 from heavytop.numbers.double_double import DoubleDouble
 from heavytop.studies.drifts import checked
-from heavytop.studies.drifts.methods import Method
 from heavytop.studies.drifts.runs import Run, run
 from heavytop.studies.drifts.study import Study
 from heavytop.studies.ledger import Piece
+from heavytop.studies.methods import Method
 
 PIECE_S: Final = 0.5  # of work between two checkpoints
 

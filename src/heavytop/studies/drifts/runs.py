@@ -19,10 +19,10 @@ from heavytop.run.own_motion import motion_of
 from heavytop.run.planning import EPSILON, Plan, plan, start_values
 from heavytop.run.propagation import binary_start, compiled_for, integrator_of
 from heavytop.scene.scene import Scene
-from heavytop.studies.drifts.methods import Method
 from heavytop.studies.drifts.precise_march import LATE_WORDS, PreciseMarch
 from heavytop.studies.drifts.taylor_march import TaylorMarch
 from heavytop.studies.drifts.yardstick import DIGITS, Yardstick
+from heavytop.studies.methods import Method
 
 ONLY_TILT = {"quantities": ("theta",), "events": (), "samples": 2, "digits": 10}
 SPARE_DIGITS = 12  # of texts and of the yardstick, beyond those of the run's numbers

@@ -15,8 +15,8 @@ from heavytop.scene.scene import Scene
 from heavytop.studies import recorded
 from heavytop.studies.drifts.marks import marks
 from heavytop.studies.drifts.members import STARTS, member
-from heavytop.studies.drifts.methods import DEFAULT, Method, NoMethod, method
 from heavytop.studies.drifts.options import NUMBERS, no_nutation
+from heavytop.studies.methods import DEFAULT, Method, NoMethod, method
 
 KIND: Final = "drift"
 WHO: Final = "a drift study"

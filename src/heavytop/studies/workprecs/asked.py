@@ -9,8 +9,8 @@ from typing import Final
 from heavytop.errors import BadScene
 from heavytop.scene.arguments import Range, parse_names, parse_options
 from heavytop.scene.scene import Scene
-from heavytop.studies.drifts.methods import method
 from heavytop.studies.drifts.options import no_nutation
+from heavytop.studies.methods import method
 from heavytop.studies.workprecs.ladder import Trial, auto_digits, trials
 
 NUMBERS: Final = {"periods": Range(1, 1e6), "budget": Range(1, 1e6)}

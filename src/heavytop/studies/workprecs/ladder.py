@@ -12,7 +12,7 @@ from heavytop.errors import BadScene
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, bits_of
 from heavytop.run.planning import EPSILON, Plan, plan
 from heavytop.scene.scene import Scene
-from heavytop.studies.drifts.methods import TOLERANCE, Method, NoMethod, method
+from heavytop.studies.methods import TOLERANCE, Method, NoMethod, method
 
 AUTO: Final = "auto"
 AUTO_DIGITS: Final = (6, 9, 12)

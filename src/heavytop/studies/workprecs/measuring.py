@@ -16,8 +16,8 @@ from heavytop.errors import HeavyTopError, MissingPackage
 from heavytop.run.planning import closed_form_of
 from heavytop.scene.arguments import heard
 from heavytop.scene.scene import Scene
-from heavytop.studies.drifts.methods import Method
 from heavytop.studies.drifts.runs import Run
+from heavytop.studies.methods import Method
 from heavytop.studies.workprecs.asked import asked
 from heavytop.studies.workprecs.ladder import DEFAULT, Trial
 from heavytop.studies.workprecs.point import Point, Skipped

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from heavytop.studies.drifts.methods import TOLERANCE
+from heavytop.studies.methods import TOLERANCE
 from heavytop.studies.workprecs.ladder import Trial
 
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from heavytop.comparison.steppers import IntegrationFailed
 from heavytop.scene.scene import Scene
-from heavytop.studies.drifts.methods import Method
 from heavytop.studies.drifts.runs import Run, run
+from heavytop.studies.methods import Method
 from heavytop.studies.workprecs.timing import Clock, Lap, lap
 from heavytop.studies.workprecs.work_precision import BEFORE
 

@@ -1,4 +1,7 @@
-"""Methods of a drift study: the Taylor integrator in every form, and its rivals, in one table."""
+"""Methods of integration: the Taylor integrator in every form, and those of others, in one table.
+
+A setting, such as a tolerance or a number of steps, is a field of a method.
+"""
 
 from __future__ import annotations
 
@@ -26,6 +29,7 @@ DEFAULT: Final = (
     "sofroniou-spaletta10",
     "gauss8",
 )
+AUTO: Final = "auto"
 SOURCE: Final = "Jorba & Zou, Experimental Mathematics 14 (2005) 99-117; heyoka"
 TOLERANCE: Final = "tolerance"
 SLOW: Final = 10_000  # periods: what takes a millisecond and more for each goes no farther
@@ -59,6 +63,14 @@ class Method:
     bits : int
         Of the numbers it computes in.
     projected, is_rival : bool
+    changed : bool
+        Whether the setting is another than the usual one.
+    short : str
+        Its heading in a stress test.
+    atol : float or None
+        The absolute tolerance, where it is not the relative one.
+    solver : str
+        scipy's solver, where it is called once for the whole span; empty where it goes in blocks.
     """
 
     name: str
@@ -76,6 +88,9 @@ class Method:
     projected: bool = False
     is_rival: bool = False
     changed: bool = False
+    short: str = ""
+    atol: float | None = None
+    solver: str = ""
 
     @property
     def absent(self) -> tuple[str, ...]:
@@ -86,6 +101,22 @@ class Method:
     def text(self) -> str:
         """What asks for this method: its name, with the setting where it is not the usual one."""
         return f"{self.name}={shortest(self.setting)}" if self.changed else self.name
+
+    @property
+    def heading(self) -> str:
+        """The setting in a few letters; empty for auto, which chooses.
+
+        Examples
+        --------
+        >>> method("gauss8=32").heading, method("taylor-axis").heading
+        ('32/period', '2.2e-16')
+        """
+        if self.formulation == AUTO:
+            return ""
+        if self.set_by != TOLERANCE:
+            return f"{self.setting:g}/period"
+        mantissa, _, power = f"{self.setting:.1e}".partition("e")
+        return f"{float(mantissa):g}e{int(power)}"
 
 
 class NoMethod(Refused):
@@ -200,3 +231,42 @@ def shortest(x: float) -> str:
     ('200', '1e-09', '1234.5671')
     """
     return repr(x).removesuffix(".0")
+
+
+# --- what is put under stress ----------------------------------------------------------------
+
+ANGLES: Final = "auto-angles"
+FIRST_ORDER: Final = "first-order"
+FORMS: Final = ("axis", "attitude", "cubic", "routh", "subsystem", "lagrange")
+TIGHT: Final = {"dop853": 1e-12, "lsoda": 1e-11, "radau": 1e-8}  # as far as each goes in good time
+COMPILED: Final = {
+    "blanes-moan-rkn6=64": "rkn6:a",
+    "gauss8=32": "gauss8:a",
+    "dop853-cyrk=1e-12": "cyrk:a",
+}
+
+
+@cache
+def stress_methods() -> Mapping[str, Method]:
+    """Return what a stress test runs: auto, every form of the equations, and what others use.
+
+    ``auto-angles`` is auto with phi and psi wanted; ``first-order`` is the formulation
+    u' = ±sqrt(f(u)).
+    """
+    auto = replace(method("taylor-axis"), formulation=AUTO)
+    found = [replace(auto, name=AUTO, short=AUTO), replace(auto, name=ANGLES, short="auto:φψ")]
+    found += [replace(method(f"taylor-{form}"), short=form) for form in FORMS]
+    called = {
+        (solver, end): replace(method(f"{solver}-scipy{end}={tolerance}"), solver=solver)
+        for end in ("", "-lagrange")
+        for solver, tolerance in TIGHT.items()
+    }
+    for (solver, end), each in called.items():
+        found.append(replace(each, short=f"{solver}:{'l' if end else 'a'}"))
+    found += [replace(method(text), short=short) for text, short in COMPILED.items()]
+    defaults = replace(called["dop853", "-lagrange"], solver="rk45", order=5, setting=1e-3)
+    found.append(replace(defaults, name="solve-ivp-defaults", atol=1e-6, short="ivp:l"))
+    for solver in TIGHT:
+        name, short = f"{solver}-scipy-{FIRST_ORDER}", f"{solver}:1"
+        found.append(replace(called[solver, ""], name=name, formulation=FIRST_ORDER, short=short))
+    return {each.name: each for each in found}
