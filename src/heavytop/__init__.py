@@ -51,7 +51,7 @@ _HOMES = {
     "Transition": "run.sensitivities",
     "Validation": "claims.validation",
     "Verdict": "classification",
-    "WorkPrecision": "studies.workprecs.work_precision",
+    "WorkPrecision": "studies.work_precision",
     "WrongType": "errors",
     "atlas": "studies.atlases.mapping",
     "classify": "classification.classify",
@@ -76,7 +76,7 @@ _HOMES = {
     "state_transition": "run.sensitivities",
     "stress": "studies.stress",
     "validate": "claims.validating",
-    "work_precision": "studies.workprecs.measuring",
+    "work_precision": "studies.work_precision",
 }
 
 __all__ = [
@@ -202,8 +202,7 @@ if TYPE_CHECKING:
     from heavytop.studies.drifts.drifting import drift
     from heavytop.studies.resuming import resume
     from heavytop.studies.stress import Stress, stress
-    from heavytop.studies.workprecs.measuring import work_precision
-    from heavytop.studies.workprecs.work_precision import WorkPrecision
+    from heavytop.studies.work_precision import WorkPrecision, work_precision
 
 
 def __getattr__(name: str) -> Any:

@@ -13,7 +13,7 @@ from heavytop.names import nearest
 from heavytop.run.planning import plan
 from heavytop.scene.arguments import Range, Refused, one_of, parse_names, parse_options
 from heavytop.studies.drifts.study import Study
-from heavytop.studies.workprecs.asked import asked
+from heavytop.studies.work_precision import _asked
 
 KICKED = ht.load_scene("sicm-kicked")
 REAL, WHOLE = Range(0.5, 1e6), Range(1, 2**63 - 1, whole=True)
@@ -31,7 +31,7 @@ def drift(**options):
 
 
 def work_precision(*, scene=KICKED, methods=("auto",), periods=100, budget=10):
-    return asked(scene, methods, {"periods": periods, "budget": budget})
+    return _asked(scene, methods, {"periods": periods, "budget": budget})
 
 
 STUDIES = {"drift": drift, "work_precision": work_precision, "stress": ht.stress}

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from heavytop.studies.atlases.atlas import Atlas
     from heavytop.studies.drifts.drift import Drift
     from heavytop.studies.stress import Stress
-    from heavytop.studies.workprecs.work_precision import WorkPrecision
+    from heavytop.studies.work_precision import WorkPrecision
 
 FORMS: Final = ("svg", "png")
 

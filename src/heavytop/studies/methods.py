@@ -32,6 +32,7 @@ DEFAULT: Final = (
 AUTO: Final = "auto"
 SOURCE: Final = "Jorba & Zou, Experimental Mathematics 14 (2005) 99-117; heyoka"
 TOLERANCE: Final = "tolerance"
+BROUWER: Final = 1e-18  # heyoka's own advice for Brouwer's law, with compensated sums
 SLOW: Final = 10_000  # periods: what takes a millisecond and more for each goes no farther
 
 
@@ -69,6 +70,10 @@ class Method:
         Its heading in a stress test.
     atol : float or None
         The absolute tolerance, where it is not the relative one.
+    digits : int or None
+        That auto was asked for; None where the method is not auto's choice.
+    wants : str or None
+        What auto was asked for: ``axis`` or ``theta``.
     solver : str
         scipy's solver, where it is called once for the whole span; empty where it goes in blocks.
     """
@@ -91,6 +96,8 @@ class Method:
     short: str = ""
     atol: float | None = None
     solver: str = ""
+    digits: int | None = None
+    wants: str | None = None
 
     @property
     def absent(self) -> tuple[str, ...]:
@@ -101,6 +108,23 @@ class Method:
     def text(self) -> str:
         """What asks for this method: its name, with the setting where it is not the usual one."""
         return f"{self.name}={shortest(self.setting)}" if self.changed else self.name
+
+    @property
+    def own(self) -> Method:
+        """The method itself, where it is auto's choice."""
+        return replace(self, digits=None, wants=None)
+
+    @property
+    def asked(self) -> str:
+        """The name by which it was asked for: its own, or ``auto``."""
+        return self.name if self.digits is None else AUTO
+
+    @property
+    def label(self) -> str:
+        """The name with the setting, for a person."""
+        if self.digits is None:
+            return f"{self.name}={self.setting:.3g}"
+        return f"auto ({self.digits} digits of {self.wants})"
 
     @property
     def heading(self) -> str:
@@ -198,6 +222,8 @@ def _of_formulation(form: str) -> list[Method]:
     found = [plain]
     if not why_not(FORMULATIONS[form].build()):
         found.append(replace(plain, name=f"{plain.name}-projected", projected=True))
+    tight = replace(plain, name=f"{plain.name}-compensated")
+    found.append(replace(tight, setting=BROUWER, least=BROUWER, most=BROUWER))
     for name, bits in (("longdouble", LONG_DOUBLE), ("mpfr", MPFR_BITS)):
         least = 2.0 ** (1 - bits)
         precise = replace(plain, name=f"{plain.name}-{name}", bits=bits, reach=SLOW)

@@ -79,7 +79,7 @@ def _plan(scene: Scene, method: Method) -> Plan:
     """Return the plan of a run that keeps no more than the tilt."""
     wants = Scene(scene.top, scene.start, periods=1, name=scene.name, **ONLY_TILT)  # type: ignore[arg-type]
     chosen = plan(wants, method.formulation, projected=method.projected)
-    tolerance = EPSILON if method.is_rival else max(method.setting, EPSILON)
+    tolerance = EPSILON if method.is_rival or method.bits > DOUBLE else method.setting
     return replace(chosen, precision=named(method.bits), tolerance=tolerance)
 
 
