@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
 from functools import partial
@@ -16,7 +15,6 @@ from heavytop.errors import BadScene, Fault
 from heavytop.machine import versions
 from heavytop.run.expected_events import Counts
 from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
-from heavytop.scene.scene import Scene
 from heavytop.studies.conditioning import Reference, reference
 from heavytop.studies.methods import ANGLES, AUTO, FIRST_ORDER, Method, stress_methods
 from heavytop.studies.stress_cases import Case, cases
@@ -462,7 +460,9 @@ def _one(
 
 
 def get_ready(case: str, method: str, truth: Reference) -> None:
-    """In the worker: compile what a method of others needs."""
+    """In the worker: silence the Fortran and C of solvers, and compile what a method needs."""
+    with open(os.devnull, "w") as nothing:
+        os.dup2(nothing.fileno(), 2)
     chosen = stress_methods()[method]
     if chosen.is_rival and not chosen.solver:
         stepper_of(cases()[case], chosen, truth)
@@ -472,44 +472,24 @@ def put_to_test(case: str, method: str, truth: Reference, step_limit: int) -> tu
     """In the worker: do a run, and judge it; return it with the time it took [s]."""
     chosen = stress_methods()[method]
     began = time.perf_counter()
-    with _silence():
-        found = run(cases()[case], chosen, truth, step_limit)
+    found = run(cases()[case], chosen, truth, step_limit)
     seconds = time.perf_counter() - began
     return judged(found, truth, case, chosen), seconds
-
-
-@contextmanager
-def _silence() -> Iterator[None]:
-    """Let the Fortran and C of solvers print into nothing; what they return is judged."""
-    kept, nothing = os.dup(2), os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(nothing, 2)
-        yield
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
-        os.close(nothing)
 
 
 def _asked(
     some: Any, methods: Any, limits: Mapping[str, float]
 ) -> tuple[tuple[Case, ...], tuple[Method, ...], dict[str, Any]]:
     """Return cases, methods and limits, unless something is wrong with them."""
-    given = [some] if isinstance(some, Scene) else some
-    scenes = [x for x in given if isinstance(x, Scene)] if isinstance(given, list | tuple) else []
-    rule = "names of cases, which are built in; drift and work_precision take a scene of your own"
-    faults = [Fault("stress", None, "cases", f"scene {x.name}", rule) for x in scenes]
-    found, no_cases = _each("cases", None if scenes else some, cases())
+    found, no_cases = _each("cases", some, cases())
     asked, no_methods = _each("methods", methods, stress_methods())
     values, wrong = parse_options("stress", limits, NUMBERS)
-    if faults := [*faults, *no_cases, *no_methods, *wrong]:
-        raise BadScene(tuple(faults))
+    if faults := (*no_cases, *no_methods, *wrong):
+        raise BadScene(faults)
     return found, asked, values
 
 
-def _each(
-    key: str, some: Sequence[str] | None, known: Mapping[str, T]
-) -> tuple[tuple[T, ...], list[Fault]]:
+def _each(key: str, some: Any, known: Mapping[str, T]) -> tuple[tuple[T, ...], list[Fault]]:
     """Return what is asked for by name, none of it twice, and all where nothing is named."""
     found, faults = parse_names("stress", key, known if some is None else some, one_of(known, LIST))
     return tuple({id(each): each for each in found}.values()), faults
