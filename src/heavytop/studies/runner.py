@@ -24,6 +24,7 @@ from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib import import_module
+from pathlib import Path
 from threading import Event, Lock, current_thread, main_thread
 from types import FrameType
 from typing import Any, Final, Protocol, cast
@@ -39,7 +40,7 @@ KINDS: Final = {
 }
 """The module of each kind of study. A file may name a kind, never a module."""
 
-SLICE_S: Final = 5.0  # of work that a worker is sent; setting up a task takes some hundredths
+SLICE_S: Final = 3.0  # of work that a worker is sent; setting up a task takes some hundredths
 TICK_S: Final = 0.1  # how long Ctrl-C may go unheard
 
 # How executors say that a worker was killed; dask's exceptions by name, as it may be missing here.
@@ -63,6 +64,9 @@ class Study(Protocol):
         All rows together depend on `parameters` and `task` alone, not on where chunks end. A
         HeavyTopError ends the task as failed.
         """
+
+    def resume(self, folder: Path, **how: Any) -> Any:
+        """Take up a study; `how` is ``jobs``, ``executor`` and ``progress``."""
 
 
 @dataclass(frozen=True, slots=True)
