@@ -45,13 +45,13 @@ _HOMES = {
     "Sensitivities": "run.sensitivities",
     "State": "scene.state",
     "StoppedEarly": "errors",
-    "Stress": "studies.stresses.stress",
+    "Stress": "studies.stress",
     "Top": "scene.top",
     "Trajectory": "run.trajectory",
     "Transition": "run.sensitivities",
     "Validation": "claims.validation",
     "Verdict": "classification",
-    "WorkPrecision": "studies.workprecs.work_precision",
+    "WorkPrecision": "studies.work_precision",
     "WrongType": "errors",
     "atlas": "studies.atlases.mapping",
     "classify": "classification.classify",
@@ -74,9 +74,9 @@ _HOMES = {
     "run_errors": "run.verify",
     "sensitivities": "run.sensitivities",
     "state_transition": "run.sensitivities",
-    "stress": "studies.stresses.stressing",
+    "stress": "studies.stress",
     "validate": "claims.validating",
-    "work_precision": "studies.workprecs.measuring",
+    "work_precision": "studies.work_precision",
 }
 
 __all__ = [
@@ -201,10 +201,8 @@ if TYPE_CHECKING:
     from heavytop.studies.drift import drift
     from heavytop.studies.drift_result import Drift
     from heavytop.studies.resume import resume
-    from heavytop.studies.stresses.stress import Stress
-    from heavytop.studies.stresses.stressing import stress
-    from heavytop.studies.workprecs.measuring import work_precision
-    from heavytop.studies.workprecs.work_precision import WorkPrecision
+    from heavytop.studies.stress import Stress, stress
+    from heavytop.studies.work_precision import WorkPrecision, work_precision
 
 
 def __getattr__(name: str) -> Any:

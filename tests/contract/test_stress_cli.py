@@ -17,11 +17,10 @@ from heavytop.cli import app
 from heavytop.plots.stress import stress_figure
 from heavytop.plots.stress_charts import Cone, stability_figure
 from heavytop.results.stress_marks import MARKS, UNTOLD
-from heavytop.studies.stresses import stressing
-from heavytop.studies.stresses.cases import cases
-from heavytop.studies.stresses.methods import METHODS
-from heavytop.studies.stresses.outcome import RULES, Word
-from heavytop.studies.stresses.stress import Run, Skipped, Stress
+from heavytop.studies import stress as stressing
+from heavytop.studies.methods import stress_methods
+from heavytop.studies.stress import RULES, Outcome, Run, Skipped, Stress
+from heavytop.studies.stress_cases import cases
 
 PROMISED = ("case", "method", "formulation", "outcome", "error", "digits_lost", "steps", "note")
 QUICK = ("--cases", "through-top,cusp", "--methods", "auto,taylor-lagrange")
@@ -34,12 +33,18 @@ def stress(*arguments):
     return CliRunner().invoke(app, ["stress", *map(str, arguments)])
 
 
+def ran(case, method, formulation, outcome, **more):
+    return Run(case=case, method=method, formulation=formulation, outcome=outcome, **more)
+
+
 def made(*runs, skipped=()):
-    chosen = dict.fromkeys(run.case for run in runs), dict.fromkeys(run.method for run in runs)
     return Stress(
-        tuple(cases()[name] for name in chosen[0]), tuple(METHODS[name] for name in chosen[1]),
-        runs, skipped, {"budget_s": 1.0, "time_s": 1.0, "steps": 1},
-    )  # fmt: skip
+        tuple(cases()[name] for name in dict.fromkeys(run.case for run in runs)),
+        tuple(stress_methods()[name] for name in dict.fromkeys(run.method for run in runs)),
+        runs,
+        skipped,
+        {"budget_s": 1.0, "time_s": 1.0, "steps": 1},
+    )
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +60,7 @@ def test_the_document_is_the_one_that_is_promised(quick):
     rows = {(row["case"], row["method"]): row for row in document["cases"]}
     assert len(rows) == 4
     assert all(set(PROMISED) <= set(row) for row in rows.values())
-    assert {row["outcome"] for row in rows.values()} <= {str(word) for word in Word}
+    assert {row["outcome"] for row in rows.values()} <= {str(word) for word in Outcome}
     assert rows["through-top", "taylor-lagrange"]["outcome"] == "singular"
     assert rows["through-top", "taylor-lagrange"]["error"] is None
     assert rows["cusp", "auto"]["outcome"] == "ok"
@@ -82,15 +87,15 @@ def test_the_files_are_written_and_hold_no_times(quick):
 
 def test_the_words_of_the_contract_are_these():
     words = "ok inaccurate singular stalled diverged step-limit time-limit refused missed-events"
-    assert {str(word) for word in Word} == set(words.split()) == {str(word) for word in RULES}
+    assert {str(word) for word in Outcome} == set(words.split()) == {str(word) for word in RULES}
     assert set(MARKS) == set(words.split()) - {"ok"}
 
 
 def test_the_chart_has_the_marks_of_the_table():
     document = made(
-        Run("cusp", "auto", "auto", Word.OK, digits_lost=0.0),
-        Run("cusp", "taylor-axis", "axis", Word.STALLED),
-        Run("cusp", "taylor-cubic", "cubic", Word.OK, digits_lost=0.0, untold=True),
+        ran("cusp", "auto", "auto", Outcome.OK, digits_lost=0.0),
+        ran("cusp", "taylor-axis", "axis", Outcome.STALLED),
+        ran("cusp", "taylor-cubic", "cubic", Outcome.OK, digits_lost=0.0, untold=True),
     ).document()
     figure = stress_figure(document)
     drawn = [text.get_text() for text in figure.axes[0].texts]
@@ -152,9 +157,9 @@ def test_the_cases_are_listed_with_what_they_are():
     assert found["cusp"]["top"] == {"A": "3.28e-4", "C": "6.60e-5", "gMR": "0.0456"}
     assert found["separatrix-40"]["span"] == "40 s"
     assert all(case["why"] for case in printed["cases"])
-    assert [each["name"] for each in printed["methods"]] == list(METHODS)
+    assert [each["name"] for each in printed["methods"]] == list(stress_methods())
     text = stress("--list").stdout
-    assert all(name in text for name in (*cases(), *METHODS))
+    assert all(name in text for name in (*cases(), *stress_methods()))
     assert "no case can be added" in text
 
 
@@ -209,8 +214,8 @@ def test_a_folder_that_cannot_be_written_is_refused_before_anything_runs(tmp_pat
 
 def test_auto_silently_wrong_is_a_check_out_of_its_bound(monkeypatch):
     wrong = made(
-        Run("cusp", "auto", "auto", Word.OK, error=1e-9, digits_lost=5.0),
-        Run("cusp", "taylor-lagrange", "lagrange", Word.DIVERGED, error=1.0, digits_lost=14.0),
+        ran("cusp", "auto", "auto", Outcome.OK, error=1e-9, digits_lost=5.0),
+        ran("cusp", "taylor-lagrange", "lagrange", Outcome.DIVERGED, error=1.0, digits_lost=14.0),
         skipped=(Skipped("cusp", "taylor-axis", "its process was lost: killed by SIGSEGV"),),
     )
     monkeypatch.setattr(stressing, "stress", lambda **_: wrong)
@@ -220,15 +225,17 @@ def test_auto_silently_wrong_is_a_check_out_of_its_bound(monkeypatch):
     assert "5.0" in result.stdout
     assert "14.0 div" in result.stdout
     assert "killed by SIGSEGV: cusp/taylor-axis" in " ".join(result.stdout.split())
-    named = made(Run("cusp", "auto", "auto", Word.MISSED_EVENTS, 0.0, 0.0, named=True))
+    named = made(
+        ran("cusp", "auto", "auto", Outcome.MISSED_EVENTS, error=0.0, digits_lost=0.0, named=True)
+    )
     monkeypatch.setattr(stressing, "stress", lambda **_: named)
     assert stress().exit_code == 0
 
 
 def test_the_counts_add_up_to_the_runs():
     one = made(
-        Run("cusp", "auto", "auto", Word.OK), Run("through-top", "auto", "auto", Word.OK),
-        Run("cusp", "taylor-axis", "axis", Word.STALLED),
+        ran("cusp", "auto", "auto", Outcome.OK), ran("through-top", "auto", "auto", Outcome.OK),
+        ran("cusp", "taylor-axis", "axis", Outcome.STALLED),
     )  # fmt: skip
     counts = one.counts()
     assert counts["auto"]["ok"] == 2
@@ -237,11 +244,12 @@ def test_the_counts_add_up_to_the_runs():
 
 
 def test_what_is_chance_is_counted_as_nothing_to_tell_and_as_nothing_else():
+    by_chance = {"error": 1e-3, "digits_lost": 0.0, "untold": True}
     chance = made(
-        Run("separatrix-80", "taylor-axis", "axis", Word.OK, 1e-3, 0.0, untold=True, named=True),
-        Run("separatrix-80", "auto", "auto", Word.OK, 1e-3, 0.0, untold=True),
+        ran("separatrix-80", "taylor-axis", "axis", Outcome.OK, **by_chance, named=True),
+        ran("separatrix-80", "auto", "auto", Outcome.OK, **by_chance),
     )
     counts = chance.counts()
-    assert counts["taylor-axis"] == dict.fromkeys(map(str, Word), 0) | {"nothing-to-tell": 1}
+    assert counts["taylor-axis"] == dict.fromkeys(map(str, Outcome), 0) | {"nothing-to-tell": 1}
     assert [run.method for run in chance.silently_wrong] == ["auto"]
     assert re.fullmatch("<Stress: 2 runs of 2 methods at 1 cases, 0 skipped>", repr(chance))

@@ -163,7 +163,7 @@ def test_steppers_of_two_tops_may_take_turns():
     from heavytop.studies.steppers import set_up
 
     scene = ht.load_scene("sicm-kicked")
-    other = reat(scene, start=ht.State(1, phidot=1, psidot=3))
+    other = replace(scene, start=ht.State(1, phidot=1, psidot=3))
     taylor = method("taylor-axis")
 
     def after_two(stepper, between=lambda: None):
@@ -172,4 +172,7 @@ def test_steppers_of_two_tops_may_take_turns():
         return stepper.block(at)
 
     alone = after_two(set_up(scene, taylor).stepper)
-    assert after_two(set_up(scene, taylor).stepper, lambda: after_two(set_up(other, taylor).stepper)) == alone
+    assert (
+        after_two(set_up(scene, taylor).stepper, lambda: after_two(set_up(other, taylor).stepper))
+        == alone
+    )

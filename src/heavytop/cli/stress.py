@@ -26,7 +26,7 @@ from heavytop.cli.output import noted, printing_anyway, results_folder, show
 from heavytop.cli.voice import Voice, say
 
 if TYPE_CHECKING:
-    from heavytop.studies.stresses.stress import Stress
+    from heavytop.studies.stress import Stress
 
 OPTIONS = ("cases", "methods", "budget", "time_limit", "step_limit")
 
@@ -60,11 +60,11 @@ def stress(
 ) -> None:
     """Run every method at the motions at which methods fail."""
     if listed:
-        from heavytop.studies.stresses.listing import listing
+        from heavytop.studies.stress import listing
 
         show(listing(), json, "stress_cases")
         return
-    from heavytop.studies.stresses.stressing import stress as put_under_stress
+    from heavytop.studies.stress import stress as put_under_stress
 
     voice = Voice(quiet, verbose)
     chosen, asked = names("--cases", cases), names("--methods", methods)

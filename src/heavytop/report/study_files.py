@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from heavytop.claims.validation import Validation
     from heavytop.studies.atlases.atlas import Atlas
     from heavytop.studies.drift_result import Drift
-    from heavytop.studies.stresses.stress import Stress
-    from heavytop.studies.workprecs.work_precision import WorkPrecision
+    from heavytop.studies.stress import Stress
+    from heavytop.studies.work_precision import WorkPrecision
 
 FORMS: Final = ("svg", "png")
 

@@ -1,4 +1,7 @@
-"""Methods of a drift study: the Taylor integrator in every form, and its rivals, in one table."""
+"""Methods of integration: the Taylor integrator in every form, and those of others, in one table.
+
+A setting, such as a tolerance or a number of steps, is a field of a method.
+"""
 
 from __future__ import annotations
 
@@ -26,8 +29,10 @@ DEFAULT: Final = (
     "sofroniou-spaletta10",
     "gauss8",
 )
+AUTO: Final = "auto"
 SOURCE: Final = "Jorba & Zou, Experimental Mathematics 14 (2005) 99-117; heyoka"
 TOLERANCE: Final = "tolerance"
+BROUWER: Final = 1e-18  # heyoka's own advice for Brouwer's law, with compensated sums
 SLOW: Final = 10_000  # periods: what takes a millisecond and more for each goes no farther
 
 
@@ -59,6 +64,18 @@ class Method:
     bits : int
         Of the numbers it computes in.
     projected, is_rival : bool
+    changed : bool
+        Whether the setting is another than the usual one.
+    short : str
+        Its heading in a stress test.
+    atol : float or None
+        The absolute tolerance, where it is not the relative one.
+    digits : int or None
+        That auto was asked for; None where the method is not auto's choice.
+    wants : str or None
+        What auto was asked for: ``axis`` or ``theta``.
+    solver : str
+        scipy's solver, where it is called once for the whole span; empty where it goes in blocks.
     """
 
     name: str
@@ -76,6 +93,11 @@ class Method:
     projected: bool = False
     is_rival: bool = False
     changed: bool = False
+    short: str = ""
+    atol: float | None = None
+    solver: str = ""
+    digits: int | None = None
+    wants: str | None = None
 
     @property
     def absent(self) -> tuple[str, ...]:
@@ -86,6 +108,39 @@ class Method:
     def text(self) -> str:
         """What asks for this method: its name, with the setting where it is not the usual one."""
         return f"{self.name}={shortest(self.setting)}" if self.changed else self.name
+
+    @property
+    def own(self) -> Method:
+        """The method itself, where it is auto's choice."""
+        return replace(self, digits=None, wants=None)
+
+    @property
+    def asked(self) -> str:
+        """The name by which it was asked for: its own, or ``auto``."""
+        return self.name if self.digits is None else AUTO
+
+    @property
+    def label(self) -> str:
+        """The name with the setting, for a person."""
+        if self.digits is None:
+            return f"{self.name}={self.setting:.3g}"
+        return f"auto ({self.digits} digits of {self.wants})"
+
+    @property
+    def heading(self) -> str:
+        """The setting in a few letters; empty for auto, which chooses.
+
+        Examples
+        --------
+        >>> method("gauss8=32").heading, method("taylor-axis").heading
+        ('32/period', '2.2e-16')
+        """
+        if self.formulation == AUTO:
+            return ""
+        if self.set_by != TOLERANCE:
+            return f"{self.setting:g}/period"
+        mantissa, _, power = f"{self.setting:.1e}".partition("e")
+        return f"{float(mantissa):g}e{int(power)}"
 
 
 class NoMethod(Refused):
@@ -167,6 +222,8 @@ def _of_formulation(form: str) -> list[Method]:
     found = [plain]
     if not why_not(FORMULATIONS[form].build()):
         found.append(replace(plain, name=f"{plain.name}-projected", projected=True))
+    tight = replace(plain, name=f"{plain.name}-compensated")
+    found.append(replace(tight, setting=BROUWER, least=BROUWER, most=BROUWER))
     for name, bits in (("longdouble", LONG_DOUBLE), ("mpfr", MPFR_BITS)):
         least = 2.0 ** (1 - bits)
         precise = replace(plain, name=f"{plain.name}-{name}", bits=bits, reach=SLOW)
@@ -200,3 +257,42 @@ def shortest(x: float) -> str:
     ('200', '1e-09', '1234.5671')
     """
     return repr(x).removesuffix(".0")
+
+
+# --- what is put under stress ----------------------------------------------------------------
+
+ANGLES: Final = "auto-angles"
+FIRST_ORDER: Final = "first-order"
+FORMS: Final = ("axis", "attitude", "cubic", "routh", "subsystem", "lagrange")
+TIGHT: Final = {"dop853": 1e-12, "lsoda": 1e-11, "radau": 1e-8}  # as far as each goes in good time
+COMPILED: Final = {
+    "blanes-moan-rkn6=64": "rkn6:a",
+    "gauss8=32": "gauss8:a",
+    "dop853-cyrk=1e-12": "cyrk:a",
+}
+
+
+@cache
+def stress_methods() -> Mapping[str, Method]:
+    """Return what a stress test runs: auto, every form of the equations, and what others use.
+
+    ``auto-angles`` is auto with phi and psi wanted; ``first-order`` is the formulation
+    u' = ±sqrt(f(u)).
+    """
+    auto = replace(method("taylor-axis"), formulation=AUTO)
+    found = [replace(auto, name=AUTO, short=AUTO), replace(auto, name=ANGLES, short="auto:φψ")]
+    found += [replace(method(f"taylor-{form}"), short=form) for form in FORMS]
+    called = {
+        (solver, end): replace(method(f"{solver}-scipy{end}={tolerance}"), solver=solver)
+        for end in ("", "-lagrange")
+        for solver, tolerance in TIGHT.items()
+    }
+    for (solver, end), each in called.items():
+        found.append(replace(each, short=f"{solver}:{'l' if end else 'a'}"))
+    found += [replace(method(text), short=short) for text, short in COMPILED.items()]
+    defaults = replace(called["dop853", "-lagrange"], solver="rk45", order=5, setting=1e-3)
+    found.append(replace(defaults, name="solve-ivp-defaults", atol=1e-6, short="ivp:l"))
+    for solver in TIGHT:
+        name, short = f"{solver}-scipy-{FIRST_ORDER}", f"{solver}:1"
+        found.append(replace(called[solver, ""], name=name, formulation=FIRST_ORDER, short=short))
+    return {each.name: each for each in found}

@@ -47,6 +47,19 @@ class Case:
     counted: bool = False
     first_order: bool = False
 
+    def document(self) -> dict[str, Any]:
+        """Return the case as a row of the document heavytop/stress-cases/1."""
+        scene = self.scene
+        span = f"{scene.time} s" if scene.periods is None else f"{scene.periods} periods"
+        return {
+            "name": self.name,
+            "top": {name: str(getattr(scene.top, name)) for name in ("A", "C", "gMR")},
+            "start": {name: str(value) for name, value in scene.start.given},
+            "span": span,
+            "why": self.hard,
+            "events": self.counted,
+        }
+
 
 @cache
 def cases() -> Mapping[str, Case]:
@@ -55,15 +68,27 @@ def cases() -> Mapping[str, Case]:
     return MappingProxyType({case.name: case for case in found})
 
 
-def _case(name: str, hard: str, top: Any, start: Any, **more: Any) -> Case:
-    options = {key: more.pop(key) for key in ("counted", "first_order") if key in more}
-    span = more if {"time", "periods"} & set(more) else {"periods": SPAN, **more}
-    events = EVENTS if options.get("counted") else ()
+def _case(
+    name: str,
+    hard: str,
+    top: Any,
+    start: Any,
+    *,
+    counted: bool = False,
+    first_order: bool = False,
+    **span: Any,
+) -> Case:
     scene = Scene(
-        Top(*top), State(**start), quantities=("axis",), events=events, samples=2, name=name,
-        digits=10, **span,
-    )  # fmt: skip
-    return Case(name, hard, scene, **options)
+        Top(*top),
+        State(**start),
+        quantities=("axis",),
+        events=EVENTS if counted else (),
+        samples=2,
+        name=name,
+        digits=10,
+        **(span or {"periods": SPAN}),
+    )
+    return Case(name, hard, scene, counted, first_order)
 
 
 def _shipped(name: str, hard: str, scene: str, **more: Any) -> Case:

@@ -22,7 +22,7 @@ from heavytop.run.expected_events import Counts, tally
 from heavytop.run.planning import closed_form_of, plan, span
 from heavytop.run.sensitivities import varied_run
 from heavytop.scene.scene import Scene
-from heavytop.studies.stresses.cases import cases
+from heavytop.studies.stress_cases import cases
 
 Array = NDArray[np.float64]
 UNIT: Final = 2.0**-53
