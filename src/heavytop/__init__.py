@@ -15,7 +15,7 @@ _HOMES = {
     "Atlas": "studies.atlases.atlas",
     "BadScene": "errors",
     "Circuit": "analytic.monodromy",
-    "Drift": "studies.drifts.drift",
+    "Drift": "studies.drift_result",
     "Enclosure": "analytic.enclosure",
     "DoubtfulWarning": "errors",
     "EndedEarly": "errors",
@@ -56,7 +56,7 @@ _HOMES = {
     "atlas": "studies.atlases.mapping",
     "classify": "classification.classify",
     "classify_many": "classification.many",
-    "drift": "studies.drifts.drifting",
+    "drift": "studies.drift",
     "enclose": "analytic.enclosure",
     "energy_momentum": "analytic.energy_momentum",
     "extend": "run.propagation",
@@ -70,7 +70,7 @@ _HOMES = {
     "plan": "run.planning",
     "propagate": "run.propagation",
     "propagate_many": "run.ensemble",
-    "resume": "studies.resuming",
+    "resume": "studies.resume",
     "run_errors": "run.verify",
     "sensitivities": "run.sensitivities",
     "state_transition": "run.sensitivities",
@@ -198,9 +198,9 @@ if TYPE_CHECKING:
     from heavytop.scene.top import Top
     from heavytop.studies.atlases.atlas import Atlas
     from heavytop.studies.atlases.mapping import atlas, load_atlas, merge_atlases
-    from heavytop.studies.drifts.drift import Drift
-    from heavytop.studies.drifts.drifting import drift
-    from heavytop.studies.resuming import resume
+    from heavytop.studies.drift import drift
+    from heavytop.studies.drift_result import Drift
+    from heavytop.studies.resume import resume
     from heavytop.studies.stress import Stress, stress
     from heavytop.studies.work_precision import WorkPrecision, work_precision
 

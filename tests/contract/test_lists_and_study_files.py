@@ -16,7 +16,7 @@ from heavytop.studies.stress import Stress
 from heavytop.studies.work_precision import WorkPrecision
 
 STUDIES = {
-    "drift": "heavytop.studies.drifts.drifting.drift",
+    "drift": "heavytop.studies.drift.drift",
     "stress": "heavytop.studies.stress.stress",
     "workprec": "heavytop.studies.work_precision.work_precision",
 }

@@ -18,9 +18,9 @@ from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.integration.bits import bits_of
 from heavytop.report.workprec_table import workprec_table
 from heavytop.studies import timing
-from heavytop.studies.drifts.members import member
-from heavytop.studies.drifts.runs import run
+from heavytop.studies.ensemble import neighbour
 from heavytop.studies.methods import method
+from heavytop.studies.steppers import set_up
 from heavytop.studies.timing import BEFORE, ROUNDS, TooSlow, first_run, repeat
 from heavytop.studies.work_precision import (
     DEFAULT,
@@ -56,7 +56,7 @@ def named(found, text):
 
 def starts():
     """The starts of every diagram of the kicked top."""
-    states = [member(KICKED.start, 0, k) for k in range(8)]
+    states = [neighbour(KICKED.start, 0, k) for k in range(8)]
     return [ht.Scene(KICKED.top, state, periods=1) for state in states]
 
 
@@ -65,12 +65,12 @@ def starts():
 def test_an_error_is_the_distance_from_the_closed_form(text, number):
     """Stepped here by the library's march, and held against the closed form in doubles."""
     scene = starts()[number]
-    made = run(scene, method(text))
-    end = made.march.output_time((20 - BEFORE) * made.period)
-    place = made.march.begin()
-    while (after := made.march.block(place)).time < end:
+    made = set_up(scene, method(text))
+    end = made.stepper.output_time((20 - BEFORE) * made.period)
+    place = made.stepper.begin()
+    while (after := made.stepper.block(place)).time < end:
         place = after
-    row = made.march.states_at(place, [end])[0]
+    row = made.stepper.states_at(place, [end])[0]
     exact = ht.Motion(scene.top, scene.start).at(np.array([end[0]]))
     if "lagrange" in text:
         theta, phi = row[:2]
@@ -79,7 +79,7 @@ def test_an_error_is_the_distance_from_the_closed_form(text, number):
         axis = row[:3] / np.linalg.norm(row[:3])
         theta = math.acos(axis[2])
     timed = first_run(scene, method(text), 20, 60)
-    assert timed.energy_error == abs(made.yardstick(end, row.tolist()).energy) > 0
+    assert timed.energy_error == abs(made.reference(end, row.tolist()).energy) > 0
     assert timed.axis_error == pytest.approx(np.linalg.norm(axis - exact.axis[0]), rel=1e-3)
     assert timed.theta_error == pytest.approx(abs(theta - exact.theta[0]), rel=1e-3)
     assert timed.last == after
@@ -111,12 +111,12 @@ def test_the_end_is_no_turning_point_and_is_asked_for(found):
 
 def test_the_tilt_of_a_state_beside_a_pole_is_a_number():
     """A cosine that rounding put above 1 is that of 0."""
-    yardstick = run(KICKED, method("taylor-cubic")).yardstick
-    row = list(run(KICKED, method("taylor-cubic")).march.begin().state)
-    assert yardstick.tilt((0.0, 0.0), row) == pytest.approx(0.0, abs=1e-15)
-    assert yardstick.tilt((0.0, 0.0), [-1e-20, *row[1:]]) == pytest.approx(-0.1)
+    reference = set_up(KICKED, method("taylor-cubic")).reference
+    row = list(set_up(KICKED, method("taylor-cubic")).stepper.begin().state)
+    assert reference.tilt((0.0, 0.0), row) == pytest.approx(0.0, abs=1e-15)
+    assert reference.tilt((0.0, 0.0), [-1e-20, *row[1:]]) == pytest.approx(-0.1)
     longer = [row[0] * (1 + 1e-6), *row[1:]]  # 1 - u: theta grows with it
-    assert yardstick.tilt((0.0, 0.0), longer) == pytest.approx(0.05e-6, rel=1e-2)
+    assert reference.tilt((0.0, 0.0), longer) == pytest.approx(0.05e-6, rel=1e-2)
 
 
 def test_what_is_wrong_is_charted_where_it_is(found):
@@ -319,7 +319,7 @@ class Toy:
     period: float = 1.0
 
     def __post_init__(self):
-        self.march, self.yardstick = self, Exactly()
+        self.stepper, self.reference = self, Exactly()
 
     def begin(self):
         Toy.now += 0.25  # not in a block: not counted
@@ -356,7 +356,7 @@ def toys(monkeypatch):
     """Runs of toys: a block takes as long as the setting of the method says."""
     Toy.now, Toy.log = 0.0, []
     monkeypatch.setattr(timing, "clock", lambda: Toy.now)
-    monkeypatch.setattr(timing, "run", lambda scene, each: Toy(each.setting, each.label))
+    monkeypatch.setattr(timing, "set_up", lambda scene, each: Toy(each.setting, each.label))
     return Toy
 
 

@@ -20,7 +20,7 @@ from heavytop.cli.scheduler import Scheduler, executor
 from heavytop.cli.voice import Voice, say
 
 if TYPE_CHECKING:
-    from heavytop.studies.ledger import Progress
+    from heavytop.studies.runner import Progress
 
 OF_A_RUN: Final = ("request.json", "run.json", "trajectory.nc")
 StudyFolder = Annotated[
@@ -49,8 +49,8 @@ def resume(
         _run(folder, voice, json=json, figures=not no_figures)
         return
     _expect_study(folder)
-    from heavytop.studies.resuming import kind_of
-    from heavytop.studies.resuming import resume as go_on
+    from heavytop.studies.resume import kind_of
+    from heavytop.studies.resume import resume as go_on
 
     kind = kind_of(folder)
     begun: list[Progress] = []

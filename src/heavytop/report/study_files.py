@@ -17,7 +17,7 @@ from heavytop.hdf5 import write_sealed
 if TYPE_CHECKING:
     from heavytop.claims.validation import Validation
     from heavytop.studies.atlases.atlas import Atlas
-    from heavytop.studies.drifts.drift import Drift
+    from heavytop.studies.drift_result import Drift
     from heavytop.studies.stress import Stress
     from heavytop.studies.work_precision import WorkPrecision
 

@@ -24,6 +24,7 @@ from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib import import_module
+from pathlib import Path
 from threading import Event, Lock, current_thread, main_thread
 from types import FrameType
 from typing import Any, Final, Protocol, cast
@@ -39,7 +40,7 @@ KINDS: Final = {
 }
 """The module of each kind of study. A file may name a kind, never a module."""
 
-SLICE_S: Final = 5.0  # of work that a worker is sent; setting up a task takes some hundredths
+SLICE_S: Final = 3.0  # of work that a worker is sent; setting up a task takes some hundredths
 TICK_S: Final = 0.1  # how long Ctrl-C may go unheard
 
 # How executors say that a worker was killed; dask's exceptions by name, as it may be missing here.
@@ -63,6 +64,9 @@ class Study(Protocol):
         All rows together depend on `parameters` and `task` alone, not on where chunks end. A
         HeavyTopError ends the task as failed.
         """
+
+    def resume(self, folder: Path, **how: Any) -> Any:
+        """Take up a study; `how` is ``jobs``, ``executor`` and ``progress``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,8 +192,10 @@ def study_of(parameters: Parameters) -> Study:
 
 def with_versions_here(parameters: Parameters) -> Parameters:
     """Return parameters with the versions of this process, of the libraries that they name."""
-    named = parameters.get("versions", {})
-    return {**parameters, "versions": {name: _versions().get(name) for name in named}}
+    return {
+        **parameters,
+        "versions": {name: _versions().get(name) for name in parameters["versions"]},
+    }
 
 
 @cache
@@ -225,7 +231,7 @@ def _in_workers(
     running: dict[Future[list[Chunk]], str] = {}
     try:
         while (waiting or running) and not stop.is_set():
-            # After a loss tasks run one at a time, so that it is known which one is to blame.
+            # After a loss all tasks it may be due to run alone, each for a slice.
             room = 1 if lost else 2 * workers(pool)
             while waiting and len(running) < room:
                 task = waiting.popleft()
@@ -246,7 +252,7 @@ def _in_workers(
                     yield task, chunk
                 left[task] = chunk.checkpoint
                 if not chunk.done and chunk.failed is None:
-                    waiting.appendleft(task)
+                    (waiting.append if lost else waiting.appendleft)(task)
     finally:
         for future in running:
             future.cancel()

@@ -11,8 +11,8 @@ from typing import Final
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.numbers.double_double import DoubleDouble
 from heavytop.scene.scene import Scene
-from heavytop.studies.drifts.runs import Run, run
 from heavytop.studies.methods import Method
+from heavytop.studies.steppers import Run, set_up
 
 BEFORE: Final = 0.382  # of a period before the last one ends: no turning point
 ROUNDS: Final = 5
@@ -73,11 +73,11 @@ def first_run(scene: Scene, method: Method, periods: float, limit: float) -> Tim
     HeavyTopError
         It cannot be set up for this start.
     """
-    found = run(scene, method)
-    end = found.march.output_time((periods - BEFORE) * found.period)
+    found = set_up(scene, method)
+    end = found.stepper.output_time((periods - BEFORE) * found.period)
     before, last, seconds = _lap(found, end, limit)
-    row = found.march.states_at(before, [end])[0].tolist()
-    off, tilt = found.yardstick(end, row), found.yardstick.tilt(end, row)
+    row = found.stepper.states_at(before, [end])[0].tolist()
+    off, tilt = found.reference(end, row), found.reference.tilt(end, row)
     if not math.isfinite(off.energy + tilt + (off.axis or 0.0)):
         raise IntegrationFailed("its numbers are no longer finite")
     return Timed(found, end, last, off.axis, abs(tilt), abs(off.energy), [seconds])
@@ -107,10 +107,10 @@ def _lap(
     found: Run, end: DoubleDouble, limit: float = math.inf
 ) -> tuple[StepperState, StepperState, float]:
     """Go from the start past a time: where the last block began and ended, seconds in blocks."""
-    after, seconds = found.march.begin(), 0.0
+    after, seconds = found.stepper.begin(), 0.0
     while True:
         before, began = after, clock()
-        after = found.march.block(before)
+        after = found.stepper.block(before)
         seconds += clock() - began
         if after.time >= end:  # double-doubles compare as their words do
             return before, after, seconds

@@ -21,9 +21,9 @@ from heavytop.run.planning import EPSILON, Plan, plan
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options
 from heavytop.scene.scene import Scene
 from heavytop.studies import timing
-from heavytop.studies.drifts.members import member
-from heavytop.studies.drifts.options import no_nutation
+from heavytop.studies.ensemble import neighbour
 from heavytop.studies.methods import AUTO, TOLERANCE, Method, NoMethod, method
+from heavytop.studies.steppers import no_nutation
 
 SCHEMA: Final = "heavytop/workprec/1"
 NUMBERS: Final = {"periods": Range(1, 1e6), "budget": Range(1, 1e6)}
@@ -583,7 +583,7 @@ def _first_runs(
     show: Callable[[float], object],
 ) -> dict[Method, list[timing.Timed] | str]:
     """Run every setting once from every start; a text says why one was not."""
-    states = [member(scene.start, 0, k) for k in range(STARTS)]
+    states = [neighbour(scene.start, 0, k) for k in range(STARTS)]
     starts = [Scene(scene.top, state, periods=1, name=scene.name) for state in states]
     limit, deadline = max(1.0, budget / LIMITS), began + FIRST_RUNS * budget
     found: dict[Method, list[timing.Timed] | str] = {}
@@ -630,7 +630,7 @@ def _point(each: Method, timed: Sequence[timing.Timed], derived_s: float) -> Poi
     own, costs = timed[0], [one.us_per_period for one in timed]
     axes = [one.axis_error for one in timed if one.axis_error is not None]
     tilts = [one.theta_error for one in timed]
-    march: Any = own.run.march
+    stepper: Any = own.run.stepper
     return Point(
         method=each,
         us_per_period=median(costs),
@@ -644,7 +644,7 @@ def _point(each: Method, timed: Sequence[timing.Timed], derived_s: float) -> Poi
         periods=own.periods,
         steps=own.last.steps,
         rhs_evaluations=own.last.evaluations,
-        setup_s=derived_s + float(getattr(march, "engine", march).compile_s),
+        setup_s=derived_s + float(getattr(stepper, "engine", stepper).compile_s),
     )
 
 

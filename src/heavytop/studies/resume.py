@@ -3,25 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from concurrent.futures import Executor
-from importlib import import_module
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING
 
 from heavytop.errors import ForeignFile
 from heavytop.scene.arguments import heard, path_of, whole
-from heavytop.studies import ledger
+from heavytop.studies.ledger.folder import identity_of
+from heavytop.studies.runner import Progress, study_of
+from heavytop.studies.store import Store
 
 if TYPE_CHECKING:
     from heavytop.studies.atlases.atlas import Atlas
-    from heavytop.studies.drifts.drift import Drift
-
-GOING_ON: Final[Mapping[str, tuple[str, str]]] = {
-    "drift": ("heavytop.studies.drifts.drifting", "resume"),
-    "atlas": ("heavytop.studies.atlases.mapping", "continued"),
-}
-"""By kind of study, the module and the function that go on with it."""
+    from heavytop.studies.drift_result import Drift
 
 
 def resume(
@@ -29,7 +23,7 @@ def resume(
     *,
     jobs: int = 1,
     executor: Executor | None = None,
-    progress: Callable[[ledger.Progress], object] | None = None,
+    progress: Callable[[Progress], object] | None = None,
 ) -> Drift | Atlas:
     """Take up a drift study or an atlas where its folder says it was left.
 
@@ -42,7 +36,7 @@ def resume(
     executor : concurrent.futures.Executor, optional
         What does the work, in place of own processes.
     progress : callable, optional
-        It is given a `heavytop.studies.ledger.Progress` after every piece of work.
+        It is given a `heavytop.studies.runner.Progress` again and again.
 
     Returns
     -------
@@ -62,7 +56,7 @@ def resume(
 
     Notes
     -----
-    Accuracy: ``tests/property/test_ledger.py`` holds a study that was killed to one that was not,
+    Accuracy: ``tests/property/test_runner.py`` holds a study that was killed to one that was not,
     bit for bit.
 
     Examples
@@ -76,22 +70,19 @@ def resume(
     True
     """
     heard("progress", progress)
-    jobs = whole("jobs", jobs, 1)
-    kind = kind_of(path_of("folder", folder))
-    if kind not in GOING_ON:
-        raise ForeignFile(f"{Path(folder)}: a study of {kind!r:.40}")
-    module, name = GOING_ON[kind]
-    go_on: Any = getattr(import_module(module), name)
-    found: Drift | Atlas = go_on(folder, jobs=jobs, executor=executor, progress=progress)
+    path, jobs = path_of("folder", folder), whole("jobs", jobs, 1)
+    if kind_of(path) == "atlas":  # on the ledger still
+        from heavytop.studies.atlases.mapping import continued
+
+        return continued(path, jobs=jobs, executor=executor, progress=progress)
+    study = study_of(Store(path).parameters)
+    found: Drift | Atlas = study.resume(path, jobs=jobs, executor=executor, progress=progress)
     return found
 
 
 def kind_of(folder: str | os.PathLike[str]) -> str:
-    """The kind of the study in a folder.
-
-    Raises
-    ------
-    ForeignFile
-        There is none.
-    """
-    return str(ledger.identity_of(folder).get("kind"))
+    """Return the kind of the study in a folder."""
+    try:
+        return str(Store(folder).parameters["kind"])
+    except ForeignFile:
+        return str(identity_of(folder).get("kind"))
