@@ -16,6 +16,7 @@ from heavytop.studies.store import Store
 if TYPE_CHECKING:
     from heavytop.studies.atlases.atlas import Atlas
     from heavytop.studies.drift_result import Drift
+    from heavytop.studies.stress import Stress
 
 
 def resume(
@@ -24,8 +25,8 @@ def resume(
     jobs: int = 1,
     executor: Executor | None = None,
     progress: Callable[[Progress], object] | None = None,
-) -> Drift | Atlas:
-    """Take up a drift study or an atlas where its folder says it was left.
+) -> Drift | Atlas | Stress:
+    """Take up a drift study, an atlas or a stress test where its folder says it was left.
 
     Parameters
     ----------
@@ -40,7 +41,7 @@ def resume(
 
     Returns
     -------
-    Drift or Atlas
+    Drift, Atlas or Stress
         The study, whole.
 
     Raises
@@ -76,7 +77,9 @@ def resume(
 
         return continued(path, jobs=jobs, executor=executor, progress=progress)
     study = study_of(Store(path).parameters)
-    found: Drift | Atlas = study.resume(path, jobs=jobs, executor=executor, progress=progress)
+    found: Drift | Atlas | Stress = study.resume(
+        path, jobs=jobs, executor=executor, progress=progress
+    )
     return found
 
 

@@ -36,6 +36,7 @@ from heavytop.studies.store import Chunk, MemoryStore, Parameters, Record, diffe
 
 KINDS: Final = {
     "drift": "heavytop.studies.drift",
+    "stress": "heavytop.studies.stress",
     "atlas": "heavytop.studies.atlases.follow",
 }
 """The module of each kind of study. A file may name a kind, never a module."""
