@@ -184,7 +184,7 @@ def _alone(option: str, others: dict[str, Any]) -> None:
 
 def _no_clash(changes: list[str], axes: tuple[str, str]) -> None:
     """Refuse a change of the scene to what an axis changes pixel by pixel."""
-    from heavytop.studies.atlases.axes import ROLES
+    from heavytop.studies.atlas_plane import ROLES
 
     for axis in axes:
         name = axis.partition("=")[0].strip()

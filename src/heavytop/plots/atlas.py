@@ -19,13 +19,12 @@ from heavytop.plots.figures.style import STYLE, literal
 from heavytop.plots.kinds import axis_path, kind_panel
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
-from heavytop.studies.atlases.axes import ROLES
+from heavytop.studies.atlas_plane import ROLES
 
 if TYPE_CHECKING:
+    from heavytop.studies.atlas_boundaries import Boundary
+    from heavytop.studies.atlas_plane import Axis, Plane
     from heavytop.studies.atlases.atlas import Atlas
-    from heavytop.studies.atlases.axes import Axis
-    from heavytop.studies.atlases.curves import Curve
-    from heavytop.studies.atlases.plane import Plane
 
 Codes = NDArray[np.uint8]
 
@@ -158,7 +157,7 @@ def _label(axis: Axis) -> str:
     return f"{role.sign} [{role.unit}]"
 
 
-def _strokes(ax: Axes, curves: tuple[Curve, ...]) -> None:
+def _strokes(ax: Axes, curves: tuple[Boundary, ...]) -> None:
     named: set[str] = set()
     for curve in curves:
         stroke = STROKES[curve.name]
@@ -188,7 +187,7 @@ def _kinds(ax: Axes, atlas: Atlas) -> None:
 
 def _examples(atlas: Atlas, kind: Codes, columns: Any, rows: Any) -> Iterator[Example]:
     """The largest regions in which something moves."""
-    x, y = atlas.study.plane.values
+    x, y = atlas.study.plane.x.values, atlas.study.plane.y.values
     coarse = [np.linspace(0, n - 1, min(n, CELLS)).astype(int) for n in kind.shape]
     cells = kind[np.ix_(*coarse)]
     found = [

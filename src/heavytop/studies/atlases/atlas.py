@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 from heavytop.classification.kinds import Kind
 from heavytop.classification.many import Verdicts
 from heavytop.errors import ForeignFile
-from heavytop.studies.atlases.columns import SETS, Columns, unpacked
-from heavytop.studies.atlases.plane import Tile
+from heavytop.studies.atlas_plane import Columns, Tile
+from heavytop.studies.atlases.columns import SETS, unpacked
 from heavytop.studies.atlases.study import Study
 from heavytop.studies.ledger import Book
 
 if TYPE_CHECKING:
     import xarray
 
-    from heavytop.studies.atlases.curves import Curve
+    from heavytop.studies.atlas_boundaries import Boundary
 
 SCHEMA: Final = "heavytop/atlas/1"
 ROUNDING: Final = 1e-10
@@ -126,9 +126,9 @@ class Atlas:
         return pixels / spent * self.jobs if spent else 0.0
 
     @cached_property
-    def curves(self) -> tuple[Curve, ...]:
+    def curves(self) -> tuple[Boundary, ...]:
         """The boundaries between kinds, as curves."""
-        from heavytop.studies.atlases.curves import curves
+        from heavytop.studies.atlas_boundaries import curves
 
         return curves(self.study.plane)
 
@@ -235,7 +235,7 @@ class Atlas:
             yield tiles[task], rows[0]
 
     def _differing(self, tile: Tile, columns: Columns) -> Iterator[Differing]:
-        x, y = self.study.plane.values
+        x, y = self.study.plane.x.values, self.study.plane.y.values
         kind, run = columns["kind"], columns["integrated"]
         told = run != self.names.index(Kind.UNDECIDED)
         for row, column in np.argwhere((kind != run) & told).tolist():

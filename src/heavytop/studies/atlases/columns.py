@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.errors import ForeignFile
-
-Columns = dict[str, NDArray[Any]]
+from heavytop.studies.atlas_plane import Columns
 
 
 class Column(NamedTuple):

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from heavytop.classification.many import Verdicts
-from heavytop.studies.atlases.axes import ROLES, Axis
+from heavytop.studies.atlas_plane import ROLES, Axis, Plane
 from heavytop.studies.atlases.columns import SETS
-from heavytop.studies.atlases.plane import Plane
 
 
 def attributes(name: str, what: str) -> dict[str, Any]:
@@ -30,7 +29,7 @@ def coordinates(plane: Plane) -> dict[str, Any]:
     """The axes, as coordinates."""
     return {
         axis.name: (axis.name, values, _unit(axis))
-        for axis, values in zip((plane.x, plane.y), plane.values, strict=True)
+        for axis, values in ((plane.x, plane.x.values), (plane.y, plane.y.values))
     }
 
 

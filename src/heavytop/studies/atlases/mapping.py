@@ -303,7 +303,7 @@ def _room(
     if needed <= free:
         return []
     rule = f"{_gigabytes(needed)} are needed {where}, and {_gigabytes(free)} are free"
-    return [Fault(file, None, "x, y", f"{study.plane.pixels} pixels", rule)]
+    return [Fault(file, None, "x, y", f"{study.plane.x.count * study.plane.y.count} pixels", rule)]
 
 
 def _left(study: Study, folder: str | os.PathLike[str] | None) -> float:

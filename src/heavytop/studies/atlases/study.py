@@ -13,9 +13,8 @@ from heavytop.scene import arguments
 from heavytop.scene.arguments import shown
 from heavytop.scene.scene import Scene
 from heavytop.studies import recorded
-from heavytop.studies.atlases.axes import ROLES, Axis
+from heavytop.studies.atlas_plane import ROLES, Axis, Plane, Tile
 from heavytop.studies.atlases.columns import SETS, size
-from heavytop.studies.atlases.plane import Plane, Tile
 
 KIND: Final = "atlas"
 FORMAT: Final = 1
@@ -105,12 +104,12 @@ class Study:
     @cached_property
     def tiles(self) -> Mapping[str, Tile]:
         """The tiles by the names of their tasks."""
-        return {tile.name: tile for tile in self.plane.tiles(self.tile)}
+        return self.plane.tiles(self.tile)
 
     @property
     def bytes(self) -> int:
         """About how much room the atlas takes on a disk, tiles and map together."""
-        return int(self.plane.pixels * size(self.what) * (4 / 3 + 1))
+        return int(self.plane.x.count * self.plane.y.count * size(self.what) * (4 / 3 + 1))
 
 
 def _together(file: str, x: Axis, y: Axis) -> Iterator[Fault]:

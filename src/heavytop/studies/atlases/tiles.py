@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 
 from heavytop.analytic.many_motions import motions_many
 from heavytop.classification.many import Verdicts, classify_many
-from heavytop.studies.atlases.columns import SETS, Columns
-from heavytop.studies.atlases.integrated import integrated
-from heavytop.studies.atlases.plane import Plane, Tile
-from heavytop.studies.atlases.poles import at_bottom, mirrored, restored
+from heavytop.studies.atlas_integrated import integrated
+from heavytop.studies.atlas_plane import Columns, Plane, Tile, mirrored, restored
+from heavytop.studies.atlases.columns import SETS
 
 VERDICTS: Final = ("kind", "detail", "certified", "tags", "open_tags", "margin")
 CLOSED: Final = ("theta_min", "theta_max", "period", "precession", "spin")
@@ -43,12 +42,11 @@ def tile_of(plane: Plane, tile: Tile, what: str) -> Computed:
         A key of `columns.SETS`.
     """
     tops: dict[str, Any] = plane.tops(tile)
-    bottom = at_bottom(tops)
+    bottom = np.broadcast_to(np.equal(tops["theta"], np.pi), tile.shape)
     seen = mirrored(tops, bottom) if bottom.any() else tops
     columns, sent = _columns(seen, what)
     if bottom.any():
-        weighted = np.broadcast_to(np.not_equal(tops["gMR"], 0), bottom.shape)
-        columns = restored(columns, bottom, weighted)
+        columns = restored(columns, tops, bottom)
     if what == "integrate":
         columns["integrated"] = integrated(tops, columns["period"])
     wanted = SETS[what]
