@@ -5,11 +5,14 @@ from __future__ import annotations
 import errno
 import json
 import os
+import platform
 import stat
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any, Final
+
+from heavytop.errors import InUse
 
 SHORT: Final = 200  # bytes of a name, of the 255 that a file system has
 
@@ -104,6 +107,35 @@ def write_text(path: Path, text: str) -> None:
 def write_document(path: Path, document: Mapping[str, Any]) -> None:
     """Write a result document as JSON, whole."""
     write_text(path, as_json(document) + "\n")
+
+
+@contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Hold the lock of a folder; it ends with its holder, however that ends.
+
+    Raises
+    ------
+    InUse
+        Another process holds it.
+    OSError
+        The file cannot be made.
+    """
+    import fcntl  # not on Windows
+
+    with path.open("ab+", buffering=0) as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            file.seek(0)
+            holder = file.read(300).decode("ascii", "replace").split()
+            raise InUse(path.parent, *holder[:2]) from None
+        with suppress(OSError):  # a full disk: the lock holds, without a name on it
+            file.truncate(0)
+            file.write(f"{os.getpid()} {platform.node()}\n".encode())
+        try:
+            yield
+        finally:
+            fcntl.flock(file, fcntl.LOCK_UN)  # closing is not enough where a forked child has it
 
 
 @contextmanager

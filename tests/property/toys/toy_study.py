@@ -58,3 +58,11 @@ def _log(line):
     if name := os.environ.get("TOY_LOG"):
         with Path(name).open("a") as file:
             file.write(line + "\n")
+
+
+def advance(parameters, task, checkpoint):
+    """The same for the runner."""
+    from heavytop.studies.store import Chunk
+
+    for piece in follow(parameters, task, checkpoint):
+        yield Chunk(piece.checkpoint, piece.rows, piece.done, piece.fraction, piece.spent_s)

@@ -1,0 +1,299 @@
+"""The store of a study: its parameters, and one record for each task, replaced as a whole.
+
+In a folder these are ``study.json`` and one file a task under ``tasks/``. Where the study is
+killed each of them is the old file or the new one, so that it goes on from the last record.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field, replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, Final, NamedTuple, Self
+
+from heavytop.errors import ForeignFile, ForeignStudy, StoppedEarly
+from heavytop.files import locked, make_folder, write_text
+
+Parameters = dict[str, Any]
+STUDY, LOCK, TASKS = "study.json", "lock", "tasks"
+UNFINISHED: Final = ".[0-9]*.json"  # what `write_text` leaves where it is killed
+
+
+class Chunk(NamedTuple):
+    """What one chunk of the work on a task gave.
+
+    Attributes
+    ----------
+    checkpoint : object
+        All that is needed to go on from here, for JSON; floats as hexadecimal texts.
+    rows : sequence of dict
+        Results since the chunk before, for JSON, without wall-clock values.
+    done : bool
+        Whether the task is at its end.
+    fraction : float
+        Part of the task that is done, 0 to 1.
+    seconds : float
+        Time it took [s]; it is no result and is not stored.
+    failed : str or None
+        Why the task cannot go on.
+    """
+
+    checkpoint: Any = None
+    rows: Sequence[dict[str, Any]] = ()
+    done: bool = False
+    fraction: float = 1.0
+    seconds: float = 0.0
+    failed: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """One task, as far as it is.
+
+    Attributes
+    ----------
+    task : str
+    checkpoint : object
+        Where it goes on; None at its start.
+    rows : list of dict
+        Its results so far.
+    done : bool
+    failed : str or None
+        Why it cannot go on.
+    fraction : float
+        Part of it that is done.
+    """
+
+    task: str
+    checkpoint: Any = None
+    rows: list[dict[str, Any]] = field(default_factory=list)
+    done: bool = False
+    failed: str | None = None
+    fraction: float = 0.0
+
+    @property
+    def ended(self) -> bool:
+        """Whether there is nothing left to do."""
+        return self.done or self.failed is not None
+
+    def after(self, chunk: Chunk) -> Record:
+        """Return the record with one more chunk."""
+        return replace(
+            self,
+            checkpoint=chunk.checkpoint,
+            rows=[*self.rows, *chunk.rows],
+            done=chunk.done,
+            failed=chunk.failed,
+            fraction=1.0 if chunk.done else chunk.fraction,
+        )
+
+
+class MemoryStore:
+    """The records of a study without a folder.
+
+    Attributes
+    ----------
+    parameters : dict
+        All that makes this study another one, as JSON: kind, scene, options, versions.
+    path : Path or None
+        The folder, if there is one.
+    seconds : dict from str to float
+        The time taken by tasks that began in this process [s].
+    """
+
+    path: Path | None = None
+
+    def __init__(self, parameters: Parameters) -> None:
+        self.parameters: Parameters = json.loads(canonical_json(parameters))
+        self.seconds: dict[str, float] = {}
+        self._texts: dict[str, str] = {}
+
+    def load(self, task: str) -> Record:
+        """Return the record of a task, an empty one before it began.
+
+        Raises
+        ------
+        ForeignFile
+            Its file cannot be read.
+        """
+        text = self._texts.get(task)
+        return Record(**json.loads(text)) if text else Record(task)
+
+    def save(self, record: Record) -> None:
+        """Replace the record of a task; on return it is safe.
+
+        Raises
+        ------
+        StoppedEarly
+            The disk is full, or the folder has gone.
+        """
+        self._texts[record.task] = canonical_json(asdict(record))
+
+
+class Store(MemoryStore):
+    """The records of a study in a folder. `Store.open` is for writing; this is for reading.
+
+    Raises
+    ------
+    ForeignFile
+        It is not the folder of a study.
+    """
+
+    path: Path
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = Path(path)
+        found = _read(self.path / STUDY)
+        if "kind" not in found:
+            raise ForeignFile(f"{self.path / STUDY}: not a study of this version of heavytop")
+        super().__init__(found)
+
+    @classmethod
+    @contextmanager
+    def open(cls, path: str | os.PathLike[str], parameters: Parameters) -> Iterator[Self]:
+        """Begin a study in a new or empty folder, or take up the one with these parameters.
+
+        Raises
+        ------
+        ForeignStudy
+            The folder holds another study; every difference is named.
+        ForeignFile
+            It holds something else.
+        InUse
+            Another process is writing it.
+        OSError
+            It cannot be made or written to.
+        """
+        folder = Path(path)
+        _refuse_others(folder)
+        make_folder(folder / TASKS)
+        with locked(folder / LOCK):
+            for part in (*folder.glob(UNFINISHED), *folder.glob(f"{TASKS}/{UNFINISHED}")):
+                part.unlink(missing_ok=True)
+            if not (folder / STUDY).exists():
+                write_text(folder / STUDY, json.dumps(parameters, indent=2, allow_nan=False))
+            store = cls(folder)
+            store.expect(parameters)
+            yield store
+
+    def expect(self, parameters: Parameters) -> None:
+        """Refuse parameters other than those of the folder.
+
+        Raises
+        ------
+        ForeignStudy
+        """
+        if found := differences(self.parameters, json.loads(canonical_json(parameters))):
+            raise ForeignStudy(self.path, found)
+
+    def load(self, task: str) -> Record:
+        """Return the record of a task, an empty one before it began."""
+        path = self._file(task)
+        return _record(path) if path.exists() else Record(task)
+
+    def save(self, record: Record) -> None:
+        """Replace the record of a task; on return it is on the disk."""
+        path = self._file(record.task)
+        try:
+            write_text(path, canonical_json(asdict(record)))
+        except OSError as fault:
+            folder = self.path if self.path.exists() else None
+            raise StoppedEarly.unwritable(fault, path, folder) from fault
+
+    def merge(self, others: Iterable[str | os.PathLike[str]]) -> None:
+        """Take over every ended task of other folders of the same study.
+
+        Raises
+        ------
+        ForeignStudy
+            A folder holds another study; nothing was written.
+        ForeignFile
+            A file cannot be read; two folders have different results of the same task.
+        """
+        stores = [Store(path) for path in others]
+        for other in stores:
+            other.expect(self.parameters)
+        for path in (path for other in stores for path in sorted(other.path.glob(f"{TASKS}/*"))):
+            theirs = _record(path)
+            mine = self.load(theirs.task)
+            if theirs.ended and mine.ended and theirs != mine:
+                raise ForeignFile(f"{path}: not the same result as in {self._file(mine.task)}")
+            if theirs.ended and not mine.ended:
+                self.save(theirs)
+
+    def _file(self, task: str) -> Path:
+        return self.path / TASKS / f"{sha256(task.encode()).hexdigest()[:24]}.json"
+
+
+def canonical_json(value: Any) -> str:
+    """Return the one JSON text of a value: keys in order, no spaces, never NaN.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For what JSON cannot hold.
+    """
+    return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def differences(there: Any, here: Any) -> tuple[str, ...]:
+    """Return what two JSON values say differently, each by its name.
+
+    Examples
+    --------
+    >>> differences({"scene": {"theta": "0.1"}}, {"scene": {"theta": "0.2"}})
+    ('scene.theta: "0.1" there, "0.2" here',)
+    """
+    a, b = _leaves("", there), _leaves("", here)
+    names = sorted(name for name in {*a, *b} if a.get(name) != b.get(name))
+    return tuple(
+        f"{name}: {a.get(name, 'nothing'):.80} there, {b.get(name, 'nothing'):.80} here"
+        for name in names
+    )
+
+
+def _leaves(name: str, value: Any) -> dict[str, str]:
+    """The numbers and texts of a JSON value, each by its name."""
+    if isinstance(value, dict) and value:
+        inner = {f"{name}.{key}".removeprefix("."): x for key, x in value.items()}
+    elif isinstance(value, list) and value:
+        inner = {f"{name}[{i}]": x for i, x in enumerate(value)}
+    else:
+        return {name: canonical_json(value)}
+    return {leaf: text for key, x in inner.items() for leaf, text in _leaves(key, x).items()}
+
+
+def _refuse_others(folder: Path) -> None:
+    """Refuse a file, and a folder that holds something other than a study."""
+    if folder.exists() and not folder.is_dir():
+        raise ForeignFile(f"{folder}: not a folder")
+    if (folder / STUDY).exists():
+        return
+    own = (LOCK, TASKS)
+    others = (p.name for p in folder.glob("*") if p.name not in own and not p.match(UNFINISHED))
+    if found := sorted(others):
+        some = ", ".join(found[:3])
+        raise ForeignFile(f"{folder}: not empty and not the folder of a study ({some})")
+
+
+def _record(path: Path) -> Record:
+    found = _read(path)
+    try:
+        return Record(**found)
+    except TypeError as fault:
+        raise ForeignFile(f"{path}: not the record of a task ({fault})") from None
+
+
+def _read(path: Path) -> dict[str, Any]:
+    """The JSON object in a file."""
+    try:
+        found = json.loads(path.read_bytes())
+    except (OSError, ValueError) as fault:
+        raise ForeignFile(f"{path}: not readable ({fault})") from None
+    if not isinstance(found, dict):
+        raise ForeignFile(f"{path}: not a JSON object")
+    return found

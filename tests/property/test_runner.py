@@ -1,0 +1,403 @@
+"""A study that was killed, wherever and however often, is the study that was not: bit for bit."""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections import defaultdict
+from pathlib import Path
+
+import pytest
+
+import heavytop
+from heavytop.errors import InUse, Stop, StoppedEarly
+from heavytop.studies import runner
+from heavytop.studies.runner import run
+from heavytop.studies.store import MemoryStore, Store
+
+SOURCE = str(Path(heavytop.__file__).parents[1])
+TOYS = Path(__file__).parent / "toys"
+PARAMETERS = {
+    "kind": "toy",
+    "scene": {"start": {"theta": "0.1"}},
+    "options": {"tasks": 3, "blocks": 60},
+    "versions": {"heavytop": heavytop.__version__},
+}
+STEPS = 50 * 60  # of one task
+LONGEST = 50 * 8  # of one chunk
+SLICE = 0.1  # of work that is sent to a worker [s]; see run_toy.py
+SLOWLY = {"TOY_PAUSE": "0.03"}  # so that it is not done before it is killed
+SENT = LONGEST * (1 + SLICE / 0.03)  # steps in one slice, at most
+NAMES = tuple(f"henon/{i:03d}" for i in range(3))
+
+
+@pytest.fixture(autouse=True)
+def toys(monkeypatch):
+    monkeypatch.syspath_prepend(str(TOYS))
+    monkeypatch.setitem(runner.KINDS, "toy", "toy_study")
+
+
+def results(path):
+    """Return every file that must be the same: all but the lock."""
+    files = (p for p in path.rglob("*") if p.is_file() and p.name != "lock")
+    return {p.relative_to(path).as_posix(): p.read_bytes() for p in files}
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Return the files of a study that nothing happened to."""
+    path = tmp_path_factory.mktemp("whole")
+    assert finished(path, 1, path.parent / "log") == (0, "")
+    return results(path)
+
+
+def started(path, jobs, log, **environment):
+    """Start a process that does the study."""
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join([SOURCE, str(TOYS)]), "TOY_LOG": str(log)}
+    return subprocess.Popen(
+        [sys.executable, str(TOYS / "run_toy.py"), str(path), str(jobs), json.dumps(PARAMETERS)],
+        env=env | environment,
+        stderr=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def finished(path, jobs, log, **environment):
+    """Let a process do the study; return its exit code and its errors."""
+    process = started(path, jobs, log, **environment)
+    errors = process.communicate(timeout=60)[1]
+    return process.returncode, errors
+
+
+def killed(process):
+    process.kill()
+    process.communicate(timeout=60)
+
+
+def lines(log):
+    """Return what was done: task, first and last step, process, in the order it was done."""
+    words = (line.split() for line in log.read_text().splitlines()) if log.exists() else ()
+    return [(task, int(a), int(b), int(pid)) for task, a, b, pid in words]
+
+
+def wait_for(condition, seconds=60):
+    end = time.monotonic() + seconds
+    while not (found := condition()):
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.01)
+    return found
+
+
+def alive(pid):
+    """Whether a process is there and not only waits to be buried."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_killed_at_any_moment_it_goes_on(jobs, whole, tmp_path):
+    """Each kill loses no more than the chunk at hand, or the slice of each worker."""
+    path, log, moments = tmp_path / "study", tmp_path / "log", random.Random(jobs)
+    kills = 0
+    for _ in range(4):
+        before = len(lines(log))
+        process = started(path, jobs, log, **SLOWLY)
+        wait_for(lambda n=before, p=process: len(lines(log)) > n or p.poll() is not None)
+        time.sleep(moments.uniform(0, 0.1))
+        kills += process.poll() is None
+        killed(process)
+    assert kills == 4
+    assert finished(path, jobs, log) == (0, "")
+    assert results(path) == whole
+    done = sum(last - first for _, first, last, _ in lines(log))
+    lost = LONGEST if jobs == 1 else 2 * jobs * SENT
+    assert 3 * STEPS <= done <= 3 * STEPS + kills * lost
+
+
+def test_it_goes_on_from_its_checkpoint_and_not_from_the_start(tmp_path):
+    path, log = tmp_path / "study", tmp_path / "log"
+    process = started(path, 1, log, **SLOWLY)
+    wait_for(lambda: len(lines(log)) > 2)
+    killed(process)
+    there = Store(path).load(NAMES[0]).checkpoint["steps"]
+    assert 0 < there < STEPS
+    before = len(lines(log))
+    assert finished(path, 1, log)[0] == 0
+    after = defaultdict(list)
+    for task, first, last, _ in lines(log)[before:]:
+        after[task].append((first, last))
+    assert after[NAMES[0]][0][0] == there
+    for chunks in after.values():  # and each goes on where the one before it ended
+        assert [b for _, b in chunks[:-1]] == [a for a, _ in chunks[1:]]
+
+
+class Killed(BaseException):
+    """What nobody catches."""
+
+
+def test_killed_between_any_two_writes_it_goes_on(whole, tmp_path, monkeypatch):
+    """The moments a clock does not hit: before each renaming."""
+    moments, rename, left, kills = random.Random(0), Path.replace, [0], 0
+
+    def replace(self, target):
+        left[0] -= 1
+        if left[0] < 0:
+            raise Killed
+        return rename(self, target)
+
+    monkeypatch.setenv("TOY_PAUSE", "0")
+    monkeypatch.setattr(Path, "replace", replace)
+    while True:
+        left[0] = moments.randint(0, 5)
+        try:
+            with Store.open(tmp_path / "study", PARAMETERS) as store:
+                run(store)
+            break
+        except Killed:
+            kills += 1
+    assert kills > 8
+    assert results(tmp_path / "study") == whole
+
+
+def test_what_is_finished_is_not_done_again(tmp_path):
+    log = tmp_path / "log"
+    assert finished(tmp_path / "study", 1, log)[0] == 0
+    before = lines(log)
+    assert finished(tmp_path / "study", 2, log) == (0, "")
+    assert lines(log) == before
+    store = Store(tmp_path / "study")
+    assert [store.load(task).done for task in (*NAMES, "henon/003")] == [True, True, True, False]
+
+
+def test_the_number_of_workers_changes_nothing(whole, tmp_path, monkeypatch):
+    monkeypatch.setattr(runner, "SLICE_S", SLICE)
+    with Store.open(tmp_path / "three", PARAMETERS) as store:
+        run(store, jobs=3)
+    assert results(tmp_path / "three") == whole
+    memory = MemoryStore(PARAMETERS)
+    run(memory, jobs=2)
+    rows = {task: memory.load(task).rows for task in NAMES}
+    assert rows == {task: store.load(task).rows for task in NAMES}
+    assert [row["steps"] for row in rows[NAMES[1]]] == list(range(50, STEPS + 1, 50))
+    assert min(store.seconds[task] for task in NAMES) > 0.01
+
+
+def test_workers_die_with_the_one_that_writes(tmp_path):
+    log = tmp_path / "log"
+    process = started(tmp_path / "study", 2, log, TOY_PAUSE="0.05")
+    workers = wait_for(lambda: len(found := {pid for *_, pid in lines(log)}) == 2 and found)
+    assert process.pid not in workers
+    assert all(map(alive, workers))
+    held = {f.resolve().name for pid in workers for f in Path(f"/proc/{pid}/fd").iterdir()}
+    assert "lock" not in held
+    killed(process)
+    wait_for(lambda: not any(map(alive, workers)), seconds=2)
+
+
+def test_a_killed_worker_is_replaced(whole, tmp_path):
+    path, log = tmp_path / "study", tmp_path / "log"
+    process = started(path, 2, log, **SLOWLY)
+    wait_for(lambda: len(lines(log)) > 4)
+    os.kill(lines(log)[0][3], signal.SIGKILL)
+    assert process.communicate(timeout=60)[1] == ""
+    assert process.returncode == 0
+    assert results(path) == whole
+    done = sum(last - first for _, first, last, _ in lines(log))
+    assert done <= 3 * STEPS + 4 * SENT
+
+
+@pytest.mark.parametrize("jobs", [1, 2, 3])
+def test_a_task_that_kills_its_worker_twice_ends_the_study(jobs, whole, tmp_path):
+    path, log = tmp_path / "study", tmp_path / "log"
+    if jobs > 1:
+        code, errors = finished(path, jobs, log, TOY_DEADLY=NAMES[1], TOY_PAUSE="0")
+        assert code == 4
+        assert f"the worker on {NAMES[1]} was lost twice (BrokenProcessPool" in errors
+    else:
+        assert finished(path, jobs, log, TOY_DEADLY=NAMES[1], TOY_PAUSE="0")[0] == -9
+    assert finished(path, jobs, log) == (0, "")
+    assert results(path) == whole
+
+
+@pytest.mark.parametrize(
+    ("jobs", "number"), [(1, signal.SIGINT), (2, signal.SIGINT), (2, signal.SIGTERM)]
+)
+def test_ctrl_c_saves_and_says_how_to_go_on(jobs, number, whole, tmp_path):
+    path, log = tmp_path / "a study", tmp_path / "log"
+    process = started(path, jobs, log, **SLOWLY)
+    wait_for(lambda: len(lines(log)) > 4)
+    if number == signal.SIGINT:
+        os.killpg(process.pid, number)  # as a terminal does: to the workers too
+    else:
+        process.send_signal(number)
+    errors = process.communicate(timeout=60)[1]
+    assert process.returncode == 130
+    assert errors.startswith("interrupted; what was done is in ")
+    assert errors.endswith(f"\nheavytop resume '{path}'\n")
+    assert not any(alive(pid) for *_, pid in lines(log))
+    assert finished(path, jobs, log) == (0, "")
+    assert results(path) == whole
+    done = sum(last - first for _, first, last, _ in lines(log))
+    assert done <= 3 * STEPS + (jobs > 1) * 2 * jobs * SENT  # alone, not even the chunk at hand
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_second_ctrl_c_does_not_wait_for_the_chunk(jobs, tmp_path):
+    path = tmp_path / "study"
+    process = started(path, jobs, tmp_path / "log", TOY_PAUSE="60")
+    wait_for((path / "study.json").exists)
+    time.sleep(2.0)
+    process.send_signal(signal.SIGINT)
+    time.sleep(0.5)
+    if jobs == 1:
+        assert process.poll() is None
+        process.send_signal(signal.SIGINT)
+    process.communicate(timeout=40)
+    assert process.returncode == 130
+
+
+def test_signals_are_given_back():
+    before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
+    seen = []
+    run(
+        MemoryStore(PARAMETERS),
+        tasks=NAMES[:1],
+        on_progress=lambda _: seen.append(signal.getsignal(signal.SIGINT)),
+    )
+    assert (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)) == before
+    assert before[0] not in seen[1:]
+
+
+def test_one_writes_and_the_second_is_refused_by_name(tmp_path):
+    path = tmp_path / "study"
+    process = started(path, 2, tmp_path / "log", TOY_PAUSE="0.1")
+    wait_for(lambda: lines(tmp_path / "log"))
+    with (
+        pytest.raises(InUse, match=rf"is being written by process {process.pid} on \S+$"),
+        Store.open(path, PARAMETERS),
+    ):
+        pass
+    code, errors = finished(path, 1, tmp_path / "log")
+    assert code == 2
+    assert f"process {process.pid} on" in errors
+    assert Store(path).parameters == PARAMETERS  # reading is for everybody
+    killed(process)
+    with Store.open(path, PARAMETERS) as store:  # what a killed writer left is no lock
+        assert store.parameters == PARAMETERS
+
+
+def test_a_forked_child_does_not_keep_the_lock(tmp_path):
+    with Store.open(tmp_path, PARAMETERS):
+        child = os.fork()
+        if child == 0:
+            time.sleep(60)
+            os._exit(0)
+    try:
+        with Store.open(tmp_path, PARAMETERS):
+            assert alive(child)  # had it died, its hold would have gone with it
+    finally:
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_full_disk_leaves_a_folder_that_goes_on(jobs, whole, tmp_path):
+    path, log = tmp_path / "study", tmp_path / "log"
+    code, errors = finished(path, jobs, log, TOY_FILE_LIMIT="40000", TOY_PAUSE="0")
+    assert code == 4
+    assert f"cannot write {path / 'tasks'}" in errors
+    assert "File too large" in errors
+    assert not list(path.rglob(".*"))
+    store = Store(path)
+    assert all(store.load(task).rows for task in NAMES if store.load(task).checkpoint)
+    assert finished(path, jobs, log) == (0, "")
+    assert results(path) == whole
+
+
+def test_a_folder_that_was_taken_away_is_not_made_again(tmp_path):
+    path = tmp_path / "study"
+    process = started(path, 1, tmp_path / "log", **SLOWLY)
+    wait_for(lambda: len(lines(tmp_path / "log")) > 2)
+    path.rename(tmp_path / "elsewhere")
+    errors = process.communicate(timeout=60)[1]
+    assert process.returncode == 4
+    assert "cannot write" in errors
+    assert "No such file" in errors
+    assert not path.exists()
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_task_that_fails_stops_no_other_and_stays_so(jobs, tmp_path, monkeypatch):
+    monkeypatch.setenv("TOY_REFUSES", NAMES[1])
+    monkeypatch.setenv("TOY_PAUSE", "0")
+    for _ in range(2):
+        with Store.open(tmp_path, PARAMETERS) as store:
+            run(store, jobs=jobs)
+        records = [store.load(task) for task in NAMES]
+        assert [record.failed for record in records] == [None, "too steep", None]
+        assert [record.done for record in records] == [True, False, True]
+        assert records[1].rows  # what it gave before is kept
+        monkeypatch.delenv("TOY_REFUSES", raising=False)
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_bug_in_a_task_is_raised(jobs, monkeypatch):
+    monkeypatch.setenv("TOY_BUG", NAMES[1])
+    with pytest.raises(ZeroDivisionError, match="a slip") as bug:
+        run(MemoryStore(PARAMETERS), jobs=jobs)
+    told = str(bug.value.__cause__) if jobs > 1 else str(bug.traceback[-1])
+    assert "_misbehave" in told
+
+
+def test_what_a_library_prints_is_not_printed_among_results(whole, tmp_path):
+    code, errors = finished(tmp_path / "study", 2, tmp_path / "log", TOY_NOISE="1", TOY_PAUSE="0")
+    assert code == 0
+    assert "printed by a library" in errors
+    assert results(tmp_path / "study") == whole
+
+
+def test_nothing_in_the_current_folder_is_imported(tmp_path, monkeypatch):
+    for name in ("json", "queue", "ctypes"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('executed')")
+    monkeypatch.chdir(tmp_path)
+    store = MemoryStore(PARAMETERS)
+    run(store, tasks=NAMES[:1], jobs=2)
+    assert store.load(NAMES[0]).done
+
+
+def test_a_kind_that_is_not_known_is_refused():
+    with pytest.raises(heavytop.ForeignFile, match="kind = 'unheard': not a kind of study"):
+        run(MemoryStore({"kind": "unheard"}))
+
+
+def test_progress_grows_and_knows_what_is_left():
+    seen = []
+    run(MemoryStore(PARAMETERS), jobs=2, on_progress=seen.append)
+    fractions = [p.fraction for p in seen]
+    assert fractions == sorted(fractions)
+    assert (seen[0].fraction, seen[0].left_s) == (0, None)
+    assert (seen[-1].fraction, seen[-1].ended, seen[-1].left_s) == (1, 3, 0)
+    half = next(p for p in seen if p.fraction > 0.5)
+    assert half.left_s == pytest.approx(half.elapsed_s / half.gained * (1 - half.fraction))
+
+
+def test_the_rate_is_that_of_this_process(monkeypatch):
+    monkeypatch.setenv("TOY_PAUSE", "0")
+    store, seen = MemoryStore(PARAMETERS), []
+    run(store, tasks=NAMES[:1])
+    run(store, on_progress=seen.append)
+    assert (seen[0].fraction, seen[0].gained) == pytest.approx((1 / 3, 0))
+    assert seen[-1].gained == pytest.approx(2 / 3)
+
+
+def test_an_interrupted_study_without_a_folder_says_so():
+    assert str(StoppedEarly(Stop.INTERRUPTED, "interrupted", None)) == (
+        "interrupted; without a folder nothing is kept"
+    )

@@ -1,0 +1,29 @@
+"""A process that does a toy study: run_toy.py FOLDER JOBS PARAMETERS."""
+
+import json
+import os
+import resource
+import signal
+import sys
+
+from heavytop.cli.exits import exit_code
+from heavytop.errors import HeavyTopError
+from heavytop.studies import runner
+from heavytop.studies.store import Store
+
+
+def main(path, jobs, text):
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # whatever the tests run under
+    if limit := os.environ.get("TOY_FILE_LIMIT"):
+        resource.setrlimit(resource.RLIMIT_FSIZE, (int(limit), resource.RLIM_INFINITY))
+    runner.KINDS["toy"] = "toy_study"
+    runner.SLICE_S = 0.1
+    try:
+        with Store.open(path, json.loads(text)) as store:
+            runner.run(store, jobs=int(jobs))
+    except (HeavyTopError, KeyboardInterrupt) as error:
+        print(error, file=sys.stderr)
+        sys.exit(exit_code(error))
+
+
+main(*sys.argv[1:])  # without a guard: workers do not run this again
