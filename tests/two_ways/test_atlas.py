@@ -308,8 +308,8 @@ def test_shipped_scenes_are_told_from_their_events(scene):
 
 SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
 ONES = {  # one top each: theta, thetadot, phidot, omega3, what it is by proof, and what a run tells
-    "a nutation smaller than rounding, of which but the start is met":
-        (2.0913820324639576, 0.0, -15.379518847402188, -6.907812267291379, "waves", "undecided"),
+    "a nutation of 4e-16 rad, smaller than rounding":
+        (2.0913820324639576, 0.0, -15.379518847402188, -6.907812267291379, "waves", "uniform-precession"),
     "a cusp beside the vertical, missed by rounding one way":
         (1.1177948153536073, -9.521365865968562, 9.014796177014924, 64.4086067775603,
          "waves", "undecided"),
@@ -329,11 +329,11 @@ def test_a_run_tells_what_it_can_tell(what):
     assert NAMES[integrated(tops, found.period)[0]] == told
 
 
-def test_one_turning_point_alone_tells_nothing():
+def test_a_motion_that_meets_one_turning_point_is_on_a_separatrix():
     scene = ht.load_scene("separatrix")
     start = {name: float(getattr(scene.start, name)) for name in ("theta", "phidot", "omega3")}
     tops = {"A": 1.0, "C": 0.5, "gMR": 1.0, "thetadot": 0.0} | start
-    assert NAMES[integrated(tops, np.array([np.nan]))[0]] == "undecided"
+    assert NAMES[integrated(tops, np.array([np.nan]))[0]] == "separatrix"
 
 
 def test_a_cusp_is_told_from_the_lower_end_of_its_nutation():

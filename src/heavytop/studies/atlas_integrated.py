@@ -74,7 +74,8 @@ def _kinds(run: Ensemble, start: Mapping[str, Array]) -> Codes:
         (Kind.LOOPS, low.phidot * high.phidot < 0),
         (Kind.UNDECIDED, unsure),
         (Kind.CUSPS, rest),
-        (Kind.UNDECIDED, (met == 1) | (nod <= off_theta)),
+        (Kind.SEPARATRIX, met == 1),
+        (Kind.UNDECIDED, nod <= off_theta),
         (Kind.UNIFORM_PRECESSION, (nod <= LEVEL) & still),
         (Kind.SEPARATRIX, (met == 0) & ~still),
         (Kind.UNDECIDED, (np.pi - high.theta <= off_theta) | (low.theta <= off_theta)),
@@ -125,9 +126,9 @@ def _turning_points(
 ) -> tuple[_TurningPoint, _TurningPoint, NDArray[np.int64]]:
     """The turning points at the smallest θ and at the largest, and how many each top met.
 
-    A start at rest in θ is one.
+    A start at rest in θ is one, unless nothing nutates.
     """
-    size, here = run.end.size, np.flatnonzero(start["thetadot"] == 0)
+    size, here = run.end.size, np.flatnonzero(start["thetadot"] == 0)  # known without error
     which = np.concatenate((here, run.zeros.which))
     theta = np.concatenate((start["theta"][here], run.met.theta))
     phidot = np.concatenate((start["phidot"][here], run.met.phidot))
@@ -147,4 +148,4 @@ def _turning_points(
             values.append(value)
             errors.append(error)
         points.append(_TurningPoint(*values, *errors))
-    return points[0], points[1], np.bincount(which, minlength=size)
+    return points[0], points[1], run.count("turning")
