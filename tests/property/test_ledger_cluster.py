@@ -14,8 +14,8 @@ import pytest
 import heavytop
 from heavytop import errors
 from heavytop.machine import versions
+from heavytop.studies import atlas as atlas_study
 from heavytop.studies import cluster
-from heavytop.studies.atlases import study as atlas_study
 from heavytop.studies.ledger import Folder, errands, run, study_of
 from heavytop.studies.ledger.kinds import KINDS
 

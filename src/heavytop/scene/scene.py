@@ -228,6 +228,13 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
     return Scene(**values, name=readable(Path(where).stem))
 
 
+def scene_of(tables: Mapping[str, Any]) -> Scene:
+    """Return the scene of a study's parameters: its top and start; its span has no meaning."""
+    found = {name: tables[name] for name in ("title", "source", "top", "start")}
+    text = scene_file.written({"format": FORMAT, **found, "span": {"periods": 1}})
+    return read_scene(text, where=tables["name"])
+
+
 def _placed(fault: Fault, lines: Mapping[str, int], changed: Collection[str]) -> Fault:
     """The fault with the line of its key or of its table, or as one of the changes."""
     key = harmless(fault.key[:100])

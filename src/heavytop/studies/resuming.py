@@ -12,14 +12,15 @@ from typing import TYPE_CHECKING, Any, Final
 from heavytop.errors import ForeignFile
 from heavytop.scene.arguments import heard, path_of, whole
 from heavytop.studies import ledger
+from heavytop.studies.store import Store
 
 if TYPE_CHECKING:
-    from heavytop.studies.atlases.atlas import Atlas
+    from heavytop.studies.atlas import Atlas
     from heavytop.studies.drifts.drift import Drift
 
 GOING_ON: Final[Mapping[str, tuple[str, str]]] = {
     "drift": ("heavytop.studies.drifts.drifting", "resume"),
-    "atlas": ("heavytop.studies.atlases.mapping", "continued"),
+    "atlas": ("heavytop.studies.atlas", "resume"),
 }
 """By kind of study, the module and the function that go on with it."""
 
@@ -94,4 +95,7 @@ def kind_of(folder: str | os.PathLike[str]) -> str:
     ForeignFile
         There is none.
     """
-    return str(ledger.identity_of(folder).get("kind"))
+    try:
+        return str(Store(folder).parameters["kind"])
+    except ForeignFile:
+        return str(ledger.identity_of(folder).get("kind"))

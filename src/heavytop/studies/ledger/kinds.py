@@ -15,7 +15,6 @@ from heavytop.studies.ledger.study import Identity, Study
 
 KINDS: Mapping[str, str] = {
     "drift": "heavytop.studies.drifts.follow",
-    "atlas": "heavytop.studies.atlases.follow",
 }
 
 
