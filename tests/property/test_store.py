@@ -205,7 +205,7 @@ def test_another_study_is_not_merged(parts, tmp_path):
     with Store.open(tmp_path / "other", other) as store:
         runner.run(store, tasks=NAMES[1:2])
     before = results(parts[0])
-    with pytest.raises(ForeignStudy, match="options.blocks: 17 there, 16 here"):
+    with pytest.raises(ForeignStudy, match=r"options\.blocks: 17 there, 16 here"):
         merged(parts[0], parts[1], tmp_path / "other")
     assert results(parts[0]) == before
 

@@ -1,4 +1,4 @@
-"""A cluster of dask: workers on other computers, behind one address. The one door to dask.
+"""A dask cluster: workers on other computers, behind one address.
 
 Only this package must be installed where the workers are. A worker does one task at a time, so
 it is started with one thread: ``dask worker ADDRESS --nworkers 8 --nthreads 1``.
@@ -17,31 +17,7 @@ from typing import Any
 from heavytop.errors import MissingPackage, NoScheduler
 
 TIMEOUT_S = 10.0  # until somebody answers, and until there is a worker
-_LOUD = ("distributed", "tornado", "asyncio")  # they log what is told here in one sentence
-
-
-class _Cluster(Executor):
-    """The workers of a scheduler, as many as there are at the moment."""
-
-    def __init__(self, client: Any) -> None:
-        self._client = client
-        self._executor: Executor = client.get_executor(pure=False)  # no result of an errand before
-
-    @property
-    def workers(self) -> int:
-        """How many worker processes there are now; none when the scheduler has gone."""
-        try:
-            return len(self._client.nthreads())
-        except Exception:  # closed, cut off, timed out: nobody can be counted
-            return 0
-
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Let a worker call a function."""
-        return self._executor.submit(fn, *args, **kwargs)
-
-    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Take no more work."""
-        self._executor.shutdown(wait=wait and not cancel_futures)
+_LOUD = ("distributed", "tornado", "asyncio")  # they log what is said here in one sentence
 
 
 @contextmanager
@@ -69,59 +45,61 @@ def executor_at(address: str, *, timeout_s: float = TIMEOUT_S) -> Iterator[Execu
     """
     if find_spec("distributed") is None:
         raise MissingPackage("a cluster", ["distributed"], "cluster")
-    import distributed  # noqa: F401  # it makes its loggers
-
-    with _quiet(), _client(address, timeout_s) as client:
-        _expect_workers(client, address, timeout_s)
-        cluster = _Cluster(client)
-        try:
-            yield cluster
-        finally:
-            cluster.shutdown(wait=False)
-
-
-@contextmanager
-def _client(address: str, timeout_s: float) -> Iterator[Any]:
     from distributed import Client
 
-    with ThreadPoolExecutor(1) as aside:  # the loop that may run here, in a notebook, is not ours
-        _expect_scheduler(address, aside.submit(asyncio.run, _kind(address, timeout_s)))
-    client = Client(address, timeout=timeout_s, set_as_default=False, name="heavytop")
-    try:
-        yield client
-    finally:
-        client.close()
+    with _quiet():
+        _expect_scheduler(address, timeout_s)
+        with Client(address, timeout=timeout_s, set_as_default=False, name="heavytop") as client:
+            try:
+                client.wait_for_workers(1, timeout=timeout_s)
+            except TimeoutError:
+                start = f"dask worker {address} --nthreads 1"
+                raise NoScheduler(f"{address}: a scheduler without workers: {start}") from None
+            yield _Cluster(client)
 
 
-def _expect_scheduler(address: str, answer: Future[str]) -> None:
-    """Ask before a client is made: one that reaches nobody leaves a traceback when it goes."""
-    try:
-        kind = answer.result()
-    except (OSError, ValueError, TypeError) as fault:  # not reached; not an address
-        raise NoScheduler(f"{address}: no dask scheduler answers there ({_said(fault)})") from None
-    if kind != "Scheduler":
-        raise NoScheduler(f"{address}: not a dask scheduler but a {kind}")
+class _Cluster(Executor):
+    """The workers of a scheduler, as many as there are at the moment."""
+
+    def __init__(self, client: Any) -> None:
+        self._client = client
+        self._executor = client.get_executor(pure=False)  # no result of an earlier call
+
+    @property
+    def workers(self) -> int:
+        """How many worker processes there are now; none when the scheduler has gone."""
+        try:
+            return len(self._client.nthreads())
+        except Exception:  # closed, cut off, timed out
+            return 0
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Let a worker call a function."""
+        found: Future[Any] = self._executor.submit(fn, *args, **kwargs)
+        return found
 
 
-async def _kind(address: str, timeout_s: float) -> str:
+def _expect_scheduler(address: str, timeout_s: float) -> None:
+    """Ask who is there: a client would wait for ever for an answer from something else."""
     from distributed.core import rpc
 
-    async with rpc(address, timeout=timeout_s) as there:
-        found = await asyncio.wait_for(there.identity(), timeout_s)
-    return str(found.get("type"))
+    async def kind() -> object:
+        async with rpc(address, timeout=timeout_s) as there:
+            return (await asyncio.wait_for(there.identity(), timeout_s)).get("type")
 
-
-def _expect_workers(client: Any, address: str, timeout_s: float) -> None:
     try:
-        client.wait_for_workers(1, timeout=timeout_s)
-    except TimeoutError:
-        start = f"dask worker {address} --nthreads 1"
-        raise NoScheduler(f"{address}: a scheduler without workers: {start}") from None
+        with ThreadPoolExecutor(1) as aside:  # the loop that may run here, in a notebook, is busy
+            found = aside.submit(asyncio.run, kind()).result()
+    except (OSError, ValueError, TypeError) as fault:  # not reached; not an address
+        words = " ".join(str(fault).split()) or type(fault).__name__
+        raise NoScheduler(f"{address}: no dask scheduler answers there ({words})") from None
+    if found != "Scheduler":
+        raise NoScheduler(f"{address}: not a dask scheduler but a {found}")
 
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Let dask keep to itself what it logs."""
+    """Switch the loggers of dask off."""
     names = [n for n in logging.root.manager.loggerDict if n.partition(".")[0] in _LOUD]
     before = {name: logging.getLogger(name).level for name in names}
     for name in before:
@@ -131,7 +109,3 @@ def _quiet() -> Iterator[None]:
     finally:
         for name, level in before.items():
             logging.getLogger(name).setLevel(level)
-
-
-def _said(fault: BaseException) -> str:
-    return " ".join(str(fault).split()) or type(fault).__name__

@@ -188,8 +188,10 @@ def study_of(parameters: Parameters) -> Study:
 
 def with_versions_here(parameters: Parameters) -> Parameters:
     """Return parameters with the versions of this process, of the libraries that they name."""
-    named = parameters.get("versions", {})
-    return {**parameters, "versions": {name: _versions().get(name) for name in named}}
+    return {
+        **parameters,
+        "versions": {name: _versions().get(name) for name in parameters["versions"]},
+    }
 
 
 @cache
@@ -225,7 +227,7 @@ def _in_workers(
     running: dict[Future[list[Chunk]], str] = {}
     try:
         while (waiting or running) and not stop.is_set():
-            # After a loss tasks run one at a time, so that it is known which one is to blame.
+            # After a loss all tasks it may be due to run alone, each for a slice.
             room = 1 if lost else 2 * workers(pool)
             while waiting and len(running) < room:
                 task = waiting.popleft()
@@ -246,7 +248,7 @@ def _in_workers(
                     yield task, chunk
                 left[task] = chunk.checkpoint
                 if not chunk.done and chunk.failed is None:
-                    waiting.appendleft(task)
+                    (waiting.append if lost else waiting.appendleft)(task)
     finally:
         for future in running:
             future.cancel()

@@ -2,19 +2,19 @@
 
 import time
 
-from heavytop.studies.ledger import Piece
+from heavytop.studies.store import Chunk
 
 NOW = []
 MOST = [0]
 
 
-def tasks(identity):
+def tasks(parameters):
     return [f"t/{i}" for i in range(6)]
 
 
-def follow(identity, task, checkpoint):
+def advance(parameters, task, checkpoint):
     NOW.append(task)
     MOST[0] = max(MOST[0], len(NOW))
     time.sleep(0.01)
     NOW.remove(task)
-    yield Piece({}, ({"task": task},), done=True)
+    yield Chunk(rows=({"task": task},), done=True)

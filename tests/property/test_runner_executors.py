@@ -1,0 +1,272 @@
+"""Whoever does the tasks, threads, processes or strangers, the files are those of one process."""
+
+import os
+import signal
+import time
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
+from concurrent.futures import ThreadPoolExecutor as Threads
+from pathlib import Path
+
+import pytest
+
+from heavytop.cli.exits import exit_code
+from heavytop.errors import ForeignWorker, Stop, StoppedEarly
+from heavytop.machine import versions
+from heavytop.studies import runner
+from heavytop.studies.processes import SPAWN, starting
+from heavytop.studies.runner import run
+from heavytop.studies.store import MemoryStore, Store
+
+TOYS = Path(__file__).parent / "toys"
+PARAMETERS = {"kind": "toy", "options": {"tasks": 4, "blocks": 24}, "versions": versions()}
+NAMES = tuple(f"henon/{i:03d}" for i in range(4))
+STEPS = 50 * 24  # of one task
+LONGEST = 50 * 8  # of one chunk
+
+
+@pytest.fixture(autouse=True)
+def toys(monkeypatch):
+    monkeypatch.syspath_prepend(str(TOYS))
+    monkeypatch.setitem(runner.KINDS, "toy", "toy_study")
+    monkeypatch.setitem(runner.KINDS, "lonely", "lonely")
+    monkeypatch.setattr(runner, "SLICE_S", 0.01)
+    monkeypatch.setenv("TOY_PAUSE", "0.001")
+
+
+@pytest.fixture
+def whole(tmp_path):
+    """Return the files of a study that one process did."""
+    return results(done(tmp_path / "whole"))
+
+
+def done(path, **how):
+    with Store.open(path, PARAMETERS) as store:
+        run(store, **how)
+    return path
+
+
+def results(path):
+    """Return every file that must be the same: all but the lock."""
+    files = (p for p in path.rglob("*") if p.is_file() and p.name != "lock")
+    return {p.relative_to(path).as_posix(): p.read_bytes() for p in files}
+
+
+def lines(log):
+    """Return what was done: task, first and last step, process."""
+    words = (line.split() for line in log.read_text().splitlines()) if log.exists() else ()
+    return [(task, int(a), int(b), int(pid)) for task, a, b, pid in words]
+
+
+class Here(Executor):
+    """An executor that does a slice when it is asked for it, and can be told to lose some."""
+
+    workers = 1
+
+    def __init__(self, lose=lambda task, times: None):
+        self.sent, self._lose = [], lose
+
+    def submit(self, fn, /, *args):
+        task = args[2]
+        self.sent.append(task)
+        future = Future()
+        if fault := self._lose(task, self.sent.count(task)):
+            future.set_exception(fault)
+            return future
+        try:
+            future.set_result(fn(*args))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+class KilledWorker(Exception):
+    """As dask calls it."""
+
+
+def test_threads_write_the_same_files(whole, tmp_path):
+    with Threads(3) as pool:
+        assert results(done(tmp_path / "threads", executor=pool)) == whole
+
+
+def test_a_pool_that_lost_a_process_is_not_replaced_but_the_study_goes_on(
+    whole, tmp_path, monkeypatch
+):
+    path, log = tmp_path / "processes", tmp_path / "log"
+    monkeypatch.setenv("TOY_LOG", str(log))
+    monkeypatch.setenv("TOY_PAUSE", "0.01")
+    seen = []
+
+    def kill(progress):
+        seen.append(progress)
+        if len(seen) == 6:
+            os.kill(lines(log)[-1][3], signal.SIGKILL)
+
+    with (
+        starting(),
+        ProcessPoolExecutor(2, mp_context=SPAWN) as pool,
+        pytest.raises(StoppedEarly) as lost,
+    ):
+        done(path, executor=pool, on_progress=kill)
+    assert lost.value.outcome is Stop.WORKER_LOST
+    assert "was lost twice (BrokenExecutor: no work is taken: BrokenProcess" in str(lost.value)
+    assert exit_code(lost.value) == 4
+    assert str(lost.value).endswith(f"heavytop resume {path}")
+    before = len(lines(log))
+    with starting(), ProcessPoolExecutor(2, mp_context=SPAWN) as pool:
+        assert results(done(path, executor=pool)) == whole
+    pids = [{pid for *_, pid in part} for part in (lines(log)[:before], lines(log)[before:])]
+    assert not pids[0] & pids[1]
+    twice = sum(b - a for _, a, b, _ in lines(log)) - 4 * STEPS
+    assert twice <= 2 * 2 * 3 * LONGEST  # what was sent out: of each slice some chunks
+
+
+@pytest.mark.parametrize(
+    "fault", [BrokenExecutor("gone"), KilledWorker("gone"), KeyboardInterrupt()]
+)
+def test_a_task_whose_worker_is_lost_is_sent_again(fault, whole, tmp_path):
+    away = Here(lambda task, times: fault if times == 2 else None)
+    assert results(done(tmp_path / "study", executor=away)) == whole
+
+
+def test_a_task_that_loses_its_worker_twice_ends_the_study(whole, tmp_path):
+    bad = NAMES[2]
+    away = Here(lambda task, times: KilledWorker("four died") if task == bad else None)
+    with pytest.raises(StoppedEarly) as lost:
+        done(tmp_path / "study", executor=away)
+    assert lost.value.outcome is Stop.WORKER_LOST
+    assert f"the worker on {bad} was lost twice (KilledWorker: four died)" in str(lost.value)
+    assert away.sent.count(bad) == 2
+    store = Store(tmp_path / "study")
+    assert any(store.load(task).done for task in NAMES[:2])
+    assert results(done(tmp_path / "study", executor=Here())) == whole
+
+
+def test_after_a_loss_tasks_run_one_at_a_time_until_none_is_suspected():
+    """A broken pool does not tell which of its tasks killed the process."""
+    sent = []
+
+    class Pool(Executor):
+        workers = 2
+
+        def submit(self, fn, /, *args):
+            future = Future()
+            sent.append((args[2], future))
+            if len(sent) == 4:
+                for _, each in sent:
+                    each.set_exception(BrokenExecutor("all of them"))
+            elif len(sent) > 4:
+                assert len(sent) > 8 or all(each.done() for _, each in sent[:-1])
+                future.set_result(fn(*args))
+            return future
+
+    store = MemoryStore(PARAMETERS)
+    run(store, executor=Pool())
+    assert {task for task, _ in sent[4:8]} == set(NAMES)
+    assert all(store.load(task).done for task in NAMES)
+
+
+def test_no_more_than_two_slices_a_worker_are_sent():
+    class Slow(Here):
+        workers = 2
+        most = 0
+
+        def submit(self, fn, /, *args):
+            self.sent.append(Future())
+            self.most = max(self.most, sum(not f.done() for f in self.sent))
+            if self.most == 4:
+                for future in self.sent:
+                    future.set_exception(ModuleNotFoundError("no heavytop here"))
+            return self.sent[-1]
+
+    slow = Slow()
+    with pytest.raises(ModuleNotFoundError, match="no heavytop here"):
+        run(MemoryStore(PARAMETERS), executor=slow)
+    assert slow.most == len(slow.sent) == 4
+
+
+def test_a_worker_with_other_versions_is_refused_by_name(tmp_path):
+    other = {**PARAMETERS, "versions": {**versions(), "heyoka": "7.0.0"}}
+    with (
+        pytest.raises(ForeignWorker) as refusal,
+        Threads(1) as pool,
+        Store.open(tmp_path / "study", other) as store,
+    ):
+        run(store, executor=pool)
+    assert str(refusal.value).startswith(f"process {os.getpid()} on ")
+    found = f'versions.heyoka: "{versions()["heyoka"]}" there, "7.0.0" here'
+    assert refusal.value.differences == (found,)
+    assert str(refusal.value).endswith(f"a worker unlike this study: {found}")
+    assert exit_code(refusal.value) == 6
+    assert list(results(tmp_path / "study")) == ["study.json"]
+
+
+def test_ctrl_c_calls_off_what_waits_and_keeps_what_is_done(whole, tmp_path):
+    class Stuck(Here):
+        """It does the first slices, and begins no other."""
+
+        waiting = ()
+
+        def submit(self, fn, /, *args):
+            if len(self.sent) < 3:
+                return super().submit(fn, *args)
+            self.waiting = (*self.waiting, Future())
+            return self.waiting[-1]
+
+    seen = []
+
+    def interrupt(progress):
+        seen.append(progress)
+        if len(seen) == 2:  # the first chunk of the first slice
+            os.kill(os.getpid(), signal.SIGINT)
+
+    path, pool = tmp_path / "study", Stuck()
+    with pytest.raises(StoppedEarly) as stopped:
+        done(path, executor=pool, on_progress=interrupt)
+    assert stopped.value.outcome is Stop.INTERRUPTED
+    assert exit_code(stopped.value) == 130
+    assert all(future.cancelled() for future in pool.waiting)
+    assert Store(path).load(NAMES[0]).checkpoint
+    assert results(done(path, executor=Here())) == whole
+
+
+def test_an_executor_that_was_shut_down_says_so(tmp_path):
+    pool = Threads(1)
+    pool.shutdown()
+    with pytest.raises(StoppedEarly, match="no work is taken: RuntimeError: cannot schedule new"):
+        done(tmp_path / "study", executor=pool)
+
+
+def test_what_a_task_raises_comes_back(monkeypatch):
+    monkeypatch.setenv("TOY_REFUSES", NAMES[1])
+    store = MemoryStore(PARAMETERS)
+    run(store, executor=Here())
+    assert [store.load(task).failed for task in NAMES] == [None, "too steep", None, None]
+    monkeypatch.setenv("TOY_BUG", NAMES[1])
+    with pytest.raises(ZeroDivisionError, match="a slip"):
+        run(MemoryStore(PARAMETERS), executor=Here())
+
+
+def test_a_process_does_one_slice_at_a_time():
+    """The precision of the libraries below is global: threads would change each other's."""
+    import lonely
+
+    with Threads(4) as pool:
+        run(MemoryStore({"kind": "lonely", "versions": {}}), executor=pool)
+    assert lonely.MOST == [1]
+
+
+def test_a_slice_ends_soon_after_its_time(monkeypatch):
+    monkeypatch.setenv("TOY_PAUSE", "0.05")
+    asked = "toy_study", PARAMETERS, NAMES[0], None
+    assert len(runner._slice(*asked, 0)) == 1
+    began = time.monotonic()
+    assert len(runner._slice(*asked, 0.08)) == 2
+    assert time.monotonic() - began < 0.2
+
+
+def test_what_an_executor_does_not_say_is_counted_here(monkeypatch):
+    monkeypatch.setattr(runner, "usable_cpus", lambda: 7)
+    assert runner.workers(Executor()) == 7
+    with Threads(3) as pool:
+        assert runner.workers(pool) == 3
+    assert runner.workers(type("Gone", (Executor,), {"workers": 0})()) == 1
