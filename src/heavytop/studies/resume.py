@@ -7,14 +7,12 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from typing import TYPE_CHECKING
 
-from heavytop.errors import ForeignFile
 from heavytop.scene.arguments import heard, path_of, whole
-from heavytop.studies.ledger.folder import identity_of
 from heavytop.studies.runner import Progress, study_of
 from heavytop.studies.store import Store
 
 if TYPE_CHECKING:
-    from heavytop.studies.atlases.atlas import Atlas
+    from heavytop.studies.atlas import Atlas
     from heavytop.studies.drift_result import Drift
 
 
@@ -71,18 +69,6 @@ def resume(
     """
     heard("progress", progress)
     path, jobs = path_of("folder", folder), whole("jobs", jobs, 1)
-    if kind_of(path) == "atlas":  # on the ledger still
-        from heavytop.studies.atlases.mapping import continued
-
-        return continued(path, jobs=jobs, executor=executor, progress=progress)
     study = study_of(Store(path).parameters)
     found: Drift | Atlas = study.resume(path, jobs=jobs, executor=executor, progress=progress)
     return found
-
-
-def kind_of(folder: str | os.PathLike[str]) -> str:
-    """Return the kind of the study in a folder."""
-    try:
-        return str(Store(folder).parameters["kind"])
-    except ForeignFile:
-        return str(identity_of(folder).get("kind"))
