@@ -14,7 +14,7 @@ from base64 import b64decode, b64encode
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import AbstractContextManager, nullcontext, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -45,8 +45,16 @@ from heavytop.scene.scene import Scene, no_scene, scene_of
 from heavytop.studies.atlas_boundaries import Boundary, curves
 from heavytop.studies.atlas_integrated import integrated
 from heavytop.studies.atlas_plane import ROLES, Axis, Columns, Plane, Tile, mirrored, restored
-from heavytop.studies.runner import Progress, run, with_versions_here
-from heavytop.studies.store import Chunk, MemoryStore, Parameters, Record, Store, canonical_json
+from heavytop.studies.runner import Progress, run
+from heavytop.studies.store import (
+    Chunk,
+    MemoryStore,
+    Parameters,
+    Record,
+    Store,
+    canonical_json,
+    open_store,
+)
 
 if TYPE_CHECKING:
     import xarray
@@ -562,34 +570,14 @@ def atlas(
     if faults:
         raise BadScene(tuple(faults))
     parameters = _parameters(plane, what)
-    store: AbstractContextManager[MemoryStore] = (
-        nullcontext(MemoryStore(parameters)) if place is None else Store.open(place, parameters)
-    )
-    with store as opened:
-        return _run(opened, values.get("shard"), values["jobs"], executor, progress)
+    how = {"executor": executor, "on_progress": progress}
+    with open_store(place, parameters) as store:
+        return _run(store, values.get("shard"), values["jobs"], **how)
 
 
-def resume(
-    folder: str | os.PathLike[str],
-    *,
-    jobs: int = 1,
-    executor: Executor | None = None,
-    progress: Callable[[Progress], object] | None = None,
-) -> Atlas:
-    """Take up an atlas, or a shard of one, where its folder says it was left.
-
-    Raises
-    ------
-    ForeignFile
-        It is no atlas, was made by other versions, or is damaged.
-    InUse
-        Another process is writing it.
-    StoppedEarly
-        As for `atlas`.
-    """
-    kept = _opened(Path(folder))
-    with Store.open(kept.path, with_versions_here(kept.parameters)) as store:
-        return _run(store, store.load(SHARD).checkpoint, jobs, executor, progress)
+def complete(store: MemoryStore, *, jobs: int, **how: Any) -> Atlas:
+    """Compute what is left of an atlas, or of the shard of one that a folder is for."""
+    return _run(store, store.load(SHARD).checkpoint, jobs, **how)
 
 
 def merge_atlases(
@@ -691,19 +679,12 @@ def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
     return collect(_opened(path_of("folder", folder)))
 
 
-def _run(
-    store: MemoryStore,
-    shard: list[int] | None,
-    jobs: int,
-    executor: Executor | None,
-    progress: Callable[[Progress], object] | None,
-) -> Atlas:
+def _run(store: MemoryStore, shard: list[int] | None, jobs: int, **how: Any) -> Atlas:
     """Compute the tiles of an atlas, or of a shard, that are not there yet."""
     if store.load(SHARD).checkpoint != shard:
         store.save(Record(SHARD, shard))
     i, n = shard or (1, 1)
-    wanted = tasks(store.parameters)[i - 1 :: n]
-    run(store, tasks=wanted, jobs=jobs, executor=executor, on_progress=progress)
+    run(store, tasks=tasks(store.parameters)[i - 1 :: n], jobs=jobs, **how)
     return collect(store, jobs)
 
 

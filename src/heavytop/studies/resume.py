@@ -8,7 +8,7 @@ from concurrent.futures import Executor
 from typing import TYPE_CHECKING
 
 from heavytop.scene.arguments import heard, path_of, whole
-from heavytop.studies.runner import Progress, study_of
+from heavytop.studies.runner import Progress, study_of, with_versions_here
 from heavytop.studies.store import Store
 
 if TYPE_CHECKING:
@@ -69,6 +69,8 @@ def resume(
     """
     heard("progress", progress)
     path, jobs = path_of("folder", folder), whole("jobs", jobs, 1)
-    study = study_of(Store(path).parameters)
-    found: Drift | Atlas = study.resume(path, jobs=jobs, executor=executor, progress=progress)
+    parameters = with_versions_here(Store(path).parameters)
+    how = {"jobs": jobs, "executor": executor, "on_progress": progress}
+    with Store.open(path, parameters) as store:
+        found: Drift | Atlas = study_of(parameters).complete(store, **how)
     return found
