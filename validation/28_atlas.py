@@ -16,7 +16,6 @@ from claim import claim, finish
 from page import rewrite
 
 import heavytop as ht
-from heavytop.studies.atlases.stored import store
 
 SIDE = next((int(x) for x in sys.argv[1:] if x.isdecimal()), 2000)
 HUGE = 10_000 if SIDE >= 2000 else 1000
@@ -85,7 +84,7 @@ try:
     found, spent = timed(x=x, y=y, only="kind", jobs=2, folder=ROOM / "huge")
     tiles = size(ROOM / "huge")
     began = time.perf_counter()
-    store(found, ROOM / "huge.nc")
+    found.save_map(ROOM / "huge.nc")
     stored = time.perf_counter() - began
     print(f"     {HUGE**2:.0e} pixels: {spent:.1f} s, and {stored:.1f} s to write atlas.nc")
     print(f"     tiles {tiles / 1e6:.1f} MB, map {(size(ROOM) - tiles) / 1e6:.1f} MB")

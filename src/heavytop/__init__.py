@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 _HOMES = {
-    "Atlas": "studies.atlases.atlas",
+    "Atlas": "studies.atlas",
     "BadScene": "errors",
     "Circuit": "analytic.monodromy",
     "Drift": "studies.drift_result",
@@ -53,7 +53,7 @@ _HOMES = {
     "Verdict": "classification",
     "WorkPrecision": "studies.work_precision",
     "WrongType": "errors",
-    "atlas": "studies.atlases.mapping",
+    "atlas": "studies.atlas",
     "classify": "classification.classify",
     "classify_many": "classification.many",
     "drift": "studies.drift",
@@ -62,10 +62,10 @@ _HOMES = {
     "extend": "run.propagation",
     "facts": "analytic.facts",
     "fold": "run.periodic",
-    "load_atlas": "studies.atlases.mapping",
+    "load_atlas": "studies.atlas",
     "load_scene": "scene.scene",
     "load_trajectory": "run.archive",
-    "merge_atlases": "studies.atlases.mapping",
+    "merge_atlases": "studies.atlas",
     "motions_many": "analytic.many_motions",
     "plan": "run.planning",
     "propagate": "run.propagation",
@@ -196,8 +196,7 @@ if TYPE_CHECKING:
     from heavytop.scene.scene import Scene, load_scene
     from heavytop.scene.state import State
     from heavytop.scene.top import Top
-    from heavytop.studies.atlases.atlas import Atlas
-    from heavytop.studies.atlases.mapping import atlas, load_atlas, merge_atlases
+    from heavytop.studies.atlas import Atlas, atlas, load_atlas, merge_atlases
     from heavytop.studies.drift import drift
     from heavytop.studies.drift_result import Drift
     from heavytop.studies.resume import resume

@@ -52,10 +52,10 @@ def test_two_maps_are_compared():
 
 
 def test_maps_that_disagree_end_with_5(monkeypatch):
-    from heavytop.studies.atlases import tiles
+    from heavytop.studies import atlas as module
 
-    real = tiles.integrated
-    monkeypatch.setattr(tiles, "integrated", lambda tops, period: real(tops, period) * 0)
+    real = module.integrated
+    monkeypatch.setattr(module, "integrated", lambda tops, period: real(tops, period) * 0)
     found = run("sicm-kicked", *AXES, "--integrate", "-j", 1)
     assert found.exit_code == 5
     assert "differ by more than rounding" in found.stderr
@@ -78,9 +78,8 @@ def test_shards_are_joined(tmp_path):
 def test_resume_goes_on_with_an_atlas_or_a_shard(tmp_path):
     big = ("--x", "phidot=-20:20:1500", "--y", "psidot=-150:150:1500", "--only", "kind", "-j", 1)
     run("sicm-kicked", *big, "--shard", "1/2", "-o", tmp_path / "a", "--no-figures")
-    kept, _ = sorted((tmp_path / "a" / "tasks").glob("*/*"))
-    for file in kept.iterdir():
-        file.unlink()
+    done = [path for path in (tmp_path / "a" / "tasks").iterdir() if 'rows":[{' in path.read_text()]
+    done[0].unlink()
     again = CliRunner().invoke(app, ["resume", str(tmp_path / "a"), "--json"])
     assert again.exit_code == 0
     assert json.loads(again.stdout)["tiles"] == {"done": 2, "all": 3}
@@ -115,7 +114,7 @@ def test_the_energy_momentum_diagram(tmp_path):
         (("sicm-kicked", "--x", "phidot=0:1:5"), 2, "--y"),
         (("sicm-kicked", "--x", "phidt=0:1:5", "--y", "psidot=0:1:5"), 2, 'did you mean "phidot"'),
         (("sicm-kicked", "--x", "phidot=1:0:5", "--y", "psidot=1:1:5"), 2, "less than"),
-        (("sicm-kicked", *AXES, "--only", "rows"), 2, 'only = "rows": kind'),
+        (("sicm-kicked", *AXES, "--only", "rows"), 2, 'only = "rows": one of kind'),
         (("sicm-kicked", *AXES, "--shard", "3/2"), 2, "i/n"),
         (("no-such-scene", *AXES), 3, "no shipped scene"),
         (("sicm-kicked", "sicm-dropped", *AXES), 2, "one scene"),

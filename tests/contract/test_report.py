@@ -29,7 +29,7 @@ from heavytop.report.study_files import write_atlas, write_drift, write_energy_m
 from heavytop.results.energy_momentum_document import energy_momentum_document
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene, read_scene
-from heavytop.studies.atlases.mapping import atlas
+from heavytop.studies.atlas import atlas
 from heavytop.studies.drift import drift
 
 BREAKING = "<script>alert(1)</script>\"'><img src=x onerror=alert(2)> $\\frac{"

@@ -31,7 +31,7 @@ from heavytop.report.study_files import write_atlas, write_drift, write_energy_m
 from heavytop.results.energy_momentum_document import energy_momentum_document
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
-from heavytop.studies.atlases.mapping import atlas
+from heavytop.studies.atlas import atlas
 from heavytop.studies.drift import drift
 
 MARKUP = "<script>alert(1)</script>"

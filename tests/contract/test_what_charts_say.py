@@ -55,7 +55,7 @@ def test_an_atlas_says_what_is_held_and_where_its_scene_is(atlas):
 def test_a_scene_beside_the_map_is_not_marked():
     aside = ht.atlas(SCENE, "p_phi=0.1:0.2:5", "E=1:2:5", jobs=1)
     constants = ht.Motion(SCENE.top, SCENE.start).constants
-    assert aside.study.plane.place == (float(constants.p_phi), float(constants.E))
+    assert aside.plane.place == (float(constants.p_phi), float(constants.E))
     lines = atlas_figure(aside).subfigs[0].axes[0].lines
     assert [line for line in lines if line.get_marker() == "P"] == []
 

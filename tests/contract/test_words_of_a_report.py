@@ -20,7 +20,7 @@ from heavytop.report.pages.summary import Verdicts, summary_of
 from heavytop.report.pages.tables import Table, cell, rounded
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
-from heavytop.studies.atlases.axes import ROLES
+from heavytop.studies.atlas_plane import ROLES
 
 WAVE = np.sin(np.linspace(0.0, 4 * np.pi, 201))
 

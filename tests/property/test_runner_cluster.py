@@ -14,8 +14,8 @@ import pytest
 import heavytop
 from heavytop import errors
 from heavytop.machine import versions
+from heavytop.studies import atlas as atlas_study
 from heavytop.studies import cluster, runner
-from heavytop.studies.atlases import study as atlas_study
 from heavytop.studies.store import Store
 
 TOYS = Path(__file__).parent / "toys"

@@ -257,7 +257,7 @@ def test_a_phase_that_is_lost_is_no_number_and_does_not_come_back():
     assert found.phase_s == (*known, *[None] * (len(found.phase_s) - len(known)))
     assert 10 < len(known) < len(found.phase_s)
     assert found.axis[-1] is not None
-    assert abs(found.phase_exponent - 1) < 0.2  # as a method of its kind loses it
+    assert abs(found.phase_growth.exponent - 1) < 0.2  # as a method of its kind loses it
 
 
 def test_phase_beside_the_vertical_is_read_from_the_horizontal():

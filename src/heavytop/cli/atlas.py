@@ -27,7 +27,7 @@ from heavytop.cli.scheduler import Scheduler, executor
 from heavytop.cli.voice import Voice, say
 
 if TYPE_CHECKING:
-    from heavytop.studies.atlases.atlas import Atlas
+    from heavytop.studies.atlas import Atlas
 
 OPTIONS = ("x", "y", "x, y", "only", "integrate", "shard", "jobs")
 AXIS = "NAME=FROM:TO:COUNT"
@@ -106,12 +106,13 @@ def atlas(
             return
         axes = _axes(x, y)
         from heavytop.scene.scene import load_scene
-        from heavytop.studies.atlases.mapping import atlas as mapped
+        from heavytop.studies.atlas import atlas as mapped
 
         _no_clash(options, axes)
         stack.enter_context(blaming([*options, *(f"{name}=" for name in OPTIONS)]))
         read = load_scene(name, overrides=options)
         stack.enter_context(results_folder(output))
+        progress: Any = stack.enter_context(voice.study())
         found = mapped(
             read,
             *axes,
@@ -121,7 +122,7 @@ def atlas(
             jobs=jobs,
             executor=stack.enter_context(executor(scheduler, jobs)),
             folder=output,
-            progress=stack.enter_context(voice.study()),
+            progress=progress,
         )
         finish(found, output, **put)
 
@@ -131,7 +132,7 @@ def finish(found: Atlas, folder: Path | None, *, json: bool, figures: bool, voic
     document = found.document(files=results(found, folder, figures=figures, voice=voice))
     show(document, json, "atlas")
     if not found.whole:
-        tiles = f"{len(found.tasks)} of {len(found.study.tiles)} tiles"
+        tiles = f"{len(found.tasks)} of {document['tiles']['all']} tiles"
         say(f"a part of an atlas, {tiles}: heavytop atlas --merge DIR… -o DIR joins parts")
     if document.get("unexplained"):
         say(f"{document['unexplained']} pixels differ by more than rounding")
@@ -165,7 +166,7 @@ def _diagram(name: str, options: list[str], output: Path | None, put: Put) -> No
 
 def _join(places: list[str], output: Path | None, put: Put) -> None:
     """Join shards; leave with a code of its own where some are missing."""
-    from heavytop.studies.atlases.mapping import merge_atlases
+    from heavytop.studies.atlas import merge_atlases
 
     if output is None:
         raise typer.BadParameter("the folder to join the shards in", param_hint="-o")
@@ -184,7 +185,7 @@ def _alone(option: str, others: dict[str, Any]) -> None:
 
 def _no_clash(changes: list[str], axes: tuple[str, str]) -> None:
     """Refuse a change of the scene to what an axis changes pixel by pixel."""
-    from heavytop.studies.atlases.axes import ROLES
+    from heavytop.studies.atlas_plane import ROLES
 
     for axis in axes:
         name = axis.partition("=")[0].strip()

@@ -52,10 +52,10 @@ def resume(
         _run(folder, voice, json=json, figures=not no_figures)
         return
     _expect_study(folder)
-    from heavytop.studies.resume import kind_of
     from heavytop.studies.resume import resume as go_on
+    from heavytop.studies.store import Store
 
-    kind = kind_of(folder)
+    kind = Store(folder).parameters["kind"]
     begun: list[Progress] = []
 
     def heard(now: Progress) -> None:

@@ -19,13 +19,12 @@ from heavytop.plots.figures.style import STYLE, literal
 from heavytop.plots.kinds import axis_path, kind_panel
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
-from heavytop.studies.atlases.axes import ROLES
+from heavytop.studies.atlas_plane import ROLES
 
 if TYPE_CHECKING:
-    from heavytop.studies.atlases.atlas import Atlas
-    from heavytop.studies.atlases.axes import Axis
-    from heavytop.studies.atlases.curves import Curve
-    from heavytop.studies.atlases.plane import Plane
+    from heavytop.studies.atlas import Atlas
+    from heavytop.studies.atlas_boundaries import Boundary
+    from heavytop.studies.atlas_plane import Axis, Plane
 
 Codes = NDArray[np.uint8]
 
@@ -82,7 +81,7 @@ def atlas_figure(atlas: Atlas) -> Figure:
         figure = Figure(figsize=(9.6, 6.0), layout="constrained")
         parts: Any = figure.subfigures(1, 2, width_ratios=(2.6, 1.0))
         left, right = parts
-        plane = atlas.study.plane
+        plane = atlas.plane
         held = (f"{ROLES[name].sign} = {value:.6g}" for name, value in plane.held.items())
         left.suptitle(f"{literal(plane.scene.name, 60)}; held: {', '.join(held)}", fontsize=10)
         ax = left.subplots()
@@ -108,7 +107,7 @@ class Example(NamedTuple):
 
 def _thinned(atlas: Atlas) -> tuple[Codes, Any, Any]:
     """The codes of every so many pixels, and which columns and rows those are."""
-    count_y, count_x = atlas.study.plane.shape
+    count_y, count_x = atlas.plane.shape
     rows, columns = (np.arange(0, n, -(-n // FINEST)) for n in (count_y, count_x))
     kind = np.empty((rows.size, columns.size), np.uint8)
     for tile, found in atlas.tiles():
@@ -121,7 +120,7 @@ def _thinned(atlas: Atlas) -> tuple[Codes, Any, Any]:
 
 
 def _map(ax: Axes, atlas: Atlas, kind: Codes) -> None:
-    plane = atlas.study.plane
+    plane = atlas.plane
     colours = ListedColormap([COLOURS[name] for name in atlas.names])
     norm = BoundaryNorm(np.arange(len(atlas.names) + 1) - 0.5, len(atlas.names))
     edges = [_edges(axis, n) for axis, n in zip((plane.x, plane.y), kind.shape[::-1], strict=True)]
@@ -158,7 +157,7 @@ def _label(axis: Axis) -> str:
     return f"{role.sign} [{role.unit}]"
 
 
-def _strokes(ax: Axes, curves: tuple[Curve, ...]) -> None:
+def _strokes(ax: Axes, curves: tuple[Boundary, ...]) -> None:
     named: set[str] = set()
     for curve in curves:
         stroke = STROKES[curve.name]
@@ -188,7 +187,7 @@ def _kinds(ax: Axes, atlas: Atlas) -> None:
 
 def _examples(atlas: Atlas, kind: Codes, columns: Any, rows: Any) -> Iterator[Example]:
     """The largest regions in which something moves."""
-    x, y = atlas.study.plane.values
+    x, y = atlas.plane.x.values, atlas.plane.y.values
     coarse = [np.linspace(0, n - 1, min(n, CELLS)).astype(int) for n in kind.shape]
     cells = kind[np.ix_(*coarse)]
     found = [
@@ -257,7 +256,7 @@ def _beside(at: tuple[int, int], shape: tuple[int, ...]) -> Iterator[tuple[int, 
 
 
 def _motion(atlas: Atlas, x: float, y: float) -> Motion:
-    tops = atlas.study.plane.at(np.array([x]), np.array([y]))
+    tops = atlas.plane.at(np.array([x]), np.array([y]))
     numbers = {name: float(np.ravel(each)[0]) for name, each in tops.items()}
     moments = {name: numbers.pop(name) for name in ("A", "C", "gMR")}
     return Motion(Top(**moments), State(**numbers))

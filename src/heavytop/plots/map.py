@@ -81,7 +81,7 @@ def _edges(axis: Known, count: int) -> NDArray[np.float64]:
 
 
 def _label(name: str) -> str:
-    from heavytop.studies.atlases.axes import ROLES
+    from heavytop.studies.atlas_plane import ROLES
 
     role = ROLES[name]
     return f"{role.sign} [{role.unit}]"

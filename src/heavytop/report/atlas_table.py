@@ -61,7 +61,7 @@ def _kinds(document: Mapping[str, Any]) -> Table:
 
 
 def _facts(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    from heavytop.studies.atlases.axes import ROLES
+    from heavytop.studies.atlas_plane import ROLES
 
     for side, axis in document["axes"].items():
         scale = ", logarithmic" if axis["log"] else ""
@@ -85,7 +85,7 @@ def _facts(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 def _held(document: Mapping[str, Any]) -> Iterator[str]:
     """What no axis changes."""
-    from heavytop.studies.atlases.axes import ROLES
+    from heavytop.studies.atlas_plane import ROLES
 
     changed = {ROLES[axis["name"]].sets for axis in document["axes"].values()}
     for name, value in (document["scene"]["top"] | document["scene"]["start"]).items():

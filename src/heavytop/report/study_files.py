@@ -16,7 +16,7 @@ from heavytop.hdf5 import write_sealed
 
 if TYPE_CHECKING:
     from heavytop.claims.validation import Validation
-    from heavytop.studies.atlases.atlas import Atlas
+    from heavytop.studies.atlas import Atlas
     from heavytop.studies.drift_result import Drift
     from heavytop.studies.stress import Stress
     from heavytop.studies.work_precision import WorkPrecision
@@ -138,13 +138,11 @@ def write_atlas(
     StoppedEarly
         A file cannot be written.
     """
-    from heavytop.studies.atlases.stored import store
-
     place, files = Path(folder), {"document": "atlas.json"}
     with _stopping(place, kept=place):
         if found.whole:
             files["map"] = "atlas.nc"
-            store(found, place / files["map"])
+            found.save_map(place / files["map"])
         if found.whole and figures:
             from heavytop.plots.atlas import atlas_figure
 

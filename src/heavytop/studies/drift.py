@@ -11,7 +11,6 @@ import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
-from contextlib import nullcontext
 from dataclasses import asdict
 from typing import Any, Final
 
@@ -25,9 +24,9 @@ from heavytop.scene.scene import Scene, scene_of
 from heavytop.studies.drift_result import Drift, collect, task_name
 from heavytop.studies.ensemble import neighbour, sample_times
 from heavytop.studies.methods import DEFAULT, method
-from heavytop.studies.runner import Progress, run, with_versions_here
+from heavytop.studies.runner import Progress, run
 from heavytop.studies.steppers import Run, no_nutation, set_up
-from heavytop.studies.store import Chunk, MemoryStore, Parameters, Store
+from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store
 
 KIND: Final = "drift"
 OPTIONS: Final = {
@@ -121,10 +120,9 @@ def drift(
     heard("progress", progress)
     options = {"periods": periods, "ensemble": ensemble, "samples": samples, "seed": seed}
     parameters, jobs = drift_parameters(scene, methods, **options, jobs=jobs)
-    memory = nullcontext(MemoryStore(parameters))
-    with memory if folder is None else Store.open(path_of("folder", folder), parameters) as store:
-        run(store, jobs=jobs, executor=executor, on_progress=progress)
-        return collect(store)
+    place = None if folder is None else path_of("folder", folder)
+    with open_store(place, parameters) as store:
+        return complete(store, jobs=jobs, executor=executor, on_progress=progress)
 
 
 def drift_parameters(
@@ -197,17 +195,10 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
         yield Chunk(checkpoint, rows, done, gone / times[-1][0], seconds)
 
 
-def resume(
-    folder: str | os.PathLike[str],
-    *,
-    jobs: int,
-    executor: Executor | None,
-    progress: Callable[[Progress], object] | None,
-) -> Drift:
-    """Take up a drift study where its folder says it was left, as `heavytop.resume` says."""
-    with Store.open(folder, with_versions_here(Store(folder).parameters)) as store:
-        run(store, jobs=jobs, executor=executor, on_progress=progress)
-        return collect(store)
+def complete(store: MemoryStore, **how: Any) -> Drift:
+    """Do the runs that are left, and return the result."""
+    run(store, **how)
+    return collect(store)
 
 
 def _rows(

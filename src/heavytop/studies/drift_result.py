@@ -101,17 +101,18 @@ class Growth:
 
     Attributes
     ----------
-    exponent : float
-        1/2 for a random walk, 1 for a steady drift, 3/2 for the integral of a random walk.
-    stderr : float
+    exponent : float or None
+        1/2 for a random walk, 1 for a steady drift, 3/2 for the integral of a random walk; None
+        where there is nothing to fit.
+    stderr : float or None
         Standard error of the exponent, from how far the points lie off the line. Errors at
         neighbouring times are not independent, so it is rather too small.
     points : int
         How many times were fitted.
     """
 
-    exponent: float
-    stderr: float
+    exponent: float | None
+    stderr: float | None
     points: int
 
 
@@ -156,24 +157,14 @@ class MethodDrift(Errors):
     skipped: str | None = None
 
     @cached_property
-    def energy_growth(self) -> Growth | None:
+    def energy_growth(self) -> Growth:
         """With which power of the time the energy error grows."""
         return growth(self.periods, self.energy)
 
     @cached_property
-    def phase_growth(self) -> Growth | None:
+    def phase_growth(self) -> Growth:
         """With which power of the time the phase error grows."""
         return growth(self.periods, self.phase_s)
-
-    @property
-    def energy_exponent(self) -> float | None:
-        """The power of the time with which the energy error grows."""
-        return self.energy_growth.exponent if self.energy_growth else None
-
-    @property
-    def phase_exponent(self) -> float | None:
-        """The power of the time with which the phase error grows."""
-        return self.phase_growth.exponent if self.phase_growth else None
 
     def document(self, *, costs: bool = True) -> dict[str, Any]:
         """Return the method for JSON, with or without its wall-clock time."""
@@ -185,12 +176,9 @@ class MethodDrift(Errors):
             **({"us_per_period": self.us_per_period} if costs else {}),
             "steps": self.steps,
             **self.lists(),
-            "energy_exponent": self.energy_exponent,
-            "phase_exponent": self.phase_exponent,
-            "stderr": {
-                "energy": self.energy_growth and self.energy_growth.stderr,
-                "phase": self.phase_growth and self.phase_growth.stderr,
-            },
+            "energy_exponent": self.energy_growth.exponent,
+            "phase_exponent": self.phase_growth.exponent,
+            "stderr": {"energy": self.energy_growth.stderr, "phase": self.phase_growth.stderr},
             "ended": {str(number): why for number, why in self.ended.items()},
             "skipped": self.skipped,
             "spread": self.spread and self.spread.lists(),
@@ -298,8 +286,8 @@ def task_name(text: str, number: int) -> str:
     return f"{text}/{number:04d}"
 
 
-def growth(periods: Sequence[float], errors: Sequence[float | None]) -> Growth | None:
-    """Return the growth over the last three decades, or None where there is nothing to fit.
+def growth(periods: Sequence[float], errors: Sequence[float | None]) -> Growth:
+    """Return the growth over the last three decades.
 
     Parameters
     ----------
@@ -313,14 +301,14 @@ def growth(periods: Sequence[float], errors: Sequence[float | None]) -> Growth |
     >>> found = growth(n, [1e-15 * x**1.5 for x in n])
     >>> round(found.exponent, 6), found.points
     (1.5, 4)
-    >>> growth(n, [0.0, None, 1e-15, 2.0]) is None
-    True
+    >>> growth(n, [0.0, None, 1e-15, 2.0])
+    Growth(exponent=None, stderr=None, points=2)
     """
     known = [(n, e) for n, e in zip(periods, errors, strict=True) if e]
     from_here = max((n for n, _ in known), default=0.0) / 10**LAST_DECADES * 0.999
     fitted = [(np.log(n), np.log(e)) for n, e in known if n >= from_here]
     if len(fitted) < LEAST_POINTS:
-        return None
+        return Growth(None, None, len(fitted))
     x, y = np.array(fitted).T
     spread = x - x.mean()
     slope = float(spread @ y / (spread @ spread))

@@ -7,14 +7,12 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from typing import TYPE_CHECKING
 
-from heavytop.errors import ForeignFile
 from heavytop.scene.arguments import heard, path_of, whole
-from heavytop.studies.ledger.folder import identity_of
-from heavytop.studies.runner import Progress, study_of
+from heavytop.studies.runner import Progress, study_of, with_versions_here
 from heavytop.studies.store import Store
 
 if TYPE_CHECKING:
-    from heavytop.studies.atlases.atlas import Atlas
+    from heavytop.studies.atlas import Atlas
     from heavytop.studies.drift_result import Drift
     from heavytop.studies.stress import Stress
 
@@ -72,20 +70,8 @@ def resume(
     """
     heard("progress", progress)
     path, jobs = path_of("folder", folder), whole("jobs", jobs, 1)
-    if kind_of(path) == "atlas":  # on the ledger still
-        from heavytop.studies.atlases.mapping import continued
-
-        return continued(path, jobs=jobs, executor=executor, progress=progress)
-    study = study_of(Store(path).parameters)
-    found: Drift | Atlas | Stress = study.resume(
-        path, jobs=jobs, executor=executor, progress=progress
-    )
+    parameters = with_versions_here(Store(path).parameters)
+    how = {"jobs": jobs, "executor": executor, "on_progress": progress}
+    with Store.open(path, parameters) as store:
+        found: Drift | Atlas | Stress = study_of(parameters).complete(store, **how)
     return found
-
-
-def kind_of(folder: str | os.PathLike[str]) -> str:
-    """Return the kind of the study in a folder."""
-    try:
-        return str(Store(folder).parameters["kind"])
-    except ForeignFile:
-        return str(identity_of(folder).get("kind"))

@@ -24,7 +24,6 @@ from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib import import_module
-from pathlib import Path
 from threading import Event, Lock, current_thread, main_thread
 from types import FrameType
 from typing import Any, Final, Protocol, cast
@@ -36,8 +35,8 @@ from heavytop.studies.store import Chunk, MemoryStore, Parameters, Record, diffe
 
 KINDS: Final = {
     "drift": "heavytop.studies.drift",
+    "atlas": "heavytop.studies.atlas",
     "stress": "heavytop.studies.stress",
-    "atlas": "heavytop.studies.atlases.follow",
 }
 """The module of each kind of study. A file may name a kind, never a module."""
 
@@ -66,8 +65,8 @@ class Study(Protocol):
         HeavyTopError ends the task as failed.
         """
 
-    def resume(self, folder: Path, **how: Any) -> Any:
-        """Take up a study; `how` is ``jobs``, ``executor`` and ``progress``."""
+    def complete(self, store: MemoryStore, **how: Any) -> Any:
+        """Do what is left, with arguments of `run`, and return the result of the study."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import asdict, dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
@@ -227,6 +227,13 @@ class Store(MemoryStore):
 
     def _file(self, task: str) -> Path:
         return self.path / TASKS / f"{sha256(task.encode()).hexdigest()[:24]}.json"
+
+
+def open_store(folder: Path | None, parameters: Parameters) -> AbstractContextManager[MemoryStore]:
+    """Open the store of a study for writing: in a folder, or in memory where there is none."""
+    return (
+        nullcontext(MemoryStore(parameters)) if folder is None else Store.open(folder, parameters)
+    )
 
 
 def canonical_json(value: Any) -> str:

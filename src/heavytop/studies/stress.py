@@ -433,20 +433,8 @@ def stress(
 
     memory = nullcontext(MemoryStore(parameters))
     with memory if folder is None else Store.open(folder, parameters) as store:
-        return _done(store, values["budget"], values["jobs"], executor, told)
-
-
-def resume(
-    folder: str | os.PathLike[str],
-    *,
-    jobs: int,
-    executor: Executor | None,
-    progress: Callable[[runner.Progress], object] | None,
-) -> Stress:
-    """Take up a stress test where its folder says it was left, as `heavytop.resume` says."""
-    parameters = runner.with_versions_here(Store(folder).parameters)
-    with Store.open(folder, parameters) as store:
-        return _done(store, BUDGET_S, jobs, executor, progress)
+        how = {"budget": values["budget"], "jobs": values["jobs"], "executor": executor}
+        return complete(store, on_progress=told, **how)
 
 
 def _parameters(
@@ -493,24 +481,24 @@ def tasks(parameters: Parameters) -> list[str]:
     ]
 
 
-def _done(
+def complete(
     store: MemoryStore,
-    budget: float,
-    jobs: int,
-    executor: Executor | None,
-    progress: Callable[[runner.Progress], object] | None,
+    *,
+    budget: float = BUDGET_S,
+    on_progress: Callable[[runner.Progress], object] | None = None,
+    **how: Any,
 ) -> Stress:
-    """Do the runs for which there is time."""
+    """Do the runs that are left and for which there is time, and return the result."""
     until = time.monotonic() + budget
 
     def heard(now: runner.Progress) -> None:
-        if progress is not None:
-            progress(now)
+        if on_progress is not None:
+            on_progress(now)
         if now.ended < now.tasks and time.monotonic() >= until:
             raise _Spent
 
     with suppress(_Spent), WORKER:
-        runner.run(store, jobs=jobs, executor=executor, on_progress=heard)
+        runner.run(store, on_progress=heard, **how)
     return collect(store, budget)
 
 

@@ -1,0 +1,736 @@
+"""The atlas: what kind of motion every pixel of a plane of tops is, and how it moves.
+
+A tile of the plane is one task of the study; it is computed at once, and its one row holds its
+columns.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+import zlib
+from base64 import b64decode, b64encode
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heavytop import __version__
+from heavytop.analytic.many_motions import Motions, motions_many
+from heavytop.classification.arrays import DETAILS, NAMES, TAG_NAMES
+from heavytop.classification.kinds import Kind
+from heavytop.classification.many import classify_many
+from heavytop.errors import BadScene, Fault, ForeignFile
+from heavytop.hdf5 import write_sealed
+from heavytop.machine import usable_cpus, versions
+from heavytop.scene.arguments import (
+    Range,
+    Refused,
+    a,
+    heard,
+    one_of,
+    parse_options,
+    path_of,
+    wrong_type,
+)
+from heavytop.scene.scene import Scene, no_scene, scene_of
+from heavytop.studies.atlas_boundaries import Boundary, curves
+from heavytop.studies.atlas_integrated import integrated
+from heavytop.studies.atlas_plane import ROLES, Axis, Columns, Plane, Tile, mirrored, restored
+from heavytop.studies.runner import Progress, run
+from heavytop.studies.store import (
+    Chunk,
+    MemoryStore,
+    Parameters,
+    Record,
+    Store,
+    canonical_json,
+    open_store,
+)
+
+if TYPE_CHECKING:
+    import xarray
+
+KIND: Final = "atlas"
+SCHEMA: Final = "heavytop/atlas/1"
+MOST_PIXELS: Final = 10**10
+TILE: Final = {"kind": 2**20, "rows": 2**16, "integrate": 2**14}
+"""Pixels of a tile: a second of work or less, and what a worker has in memory."""
+ROUNDING: Final = 1e-10
+"""Margins above this are no rounding of a run: there the integrated kind has to be the same."""
+LISTED: Final = 1000  # pixels whose kinds differ, in the document
+SHARD: Final = "shard"
+"""The name of a record without rows: its checkpoint is (i, n) where a folder is for a shard."""
+
+
+class Column(NamedTuple):
+    """What is known of every pixel: its type on the disk, unit and name, and what codes mean."""
+
+    dtype: str
+    unit: str
+    text: str
+    meanings: tuple[str, ...] = ()
+
+
+COLUMNS: Final = {
+    "kind": Column("u1", "1", "kind of motion", NAMES),
+    "detail": Column("u1", "1", "what tells motions of one kind apart", ("none", *DETAILS[1:])),
+    "certified": Column("u1", "1", "1 where the kind is proved"),
+    "tags": Column("u1", "1", "tags that hold, as bits", TAG_NAMES),
+    "open_tags": Column("u1", "1", "tags neither proved nor disproved, as bits", TAG_NAMES),
+    "margin": Column("<f8", "1", "how far the nearest other verdict is"),
+    "theta_min": Column("<f8", "rad", "smallest tilt"),
+    "theta_max": Column("<f8", "rad", "largest tilt"),
+    "period": Column("<f8", "s", "nutation period; nan where nothing nutates"),
+    "precession": Column("<f8", "rad", "advance of φ in a nutation period"),
+    "spin": Column("<f8", "rad", "advance of ψ in a nutation period"),
+    "integrated": Column("u1", "1", "kind of motion, told by the events of a run", NAMES),
+}
+SETS: Final = {
+    "kind": tuple(COLUMNS)[:3],
+    "rows": tuple(COLUMNS)[:-1],
+    "integrate": tuple(COLUMNS),
+}
+"""The columns with ``only="kind"``, by default, and with ``integrate=True``."""
+
+
+# --- the study: parameters and tiles --------------------------------------------------------------
+
+
+def _parameters(plane: Plane, what: str) -> Parameters:
+    """Everything that the results depend on.
+
+    The processor is not among it: shards come from several machines.
+    """
+    scene = plane.scene.document()
+    return {
+        "kind": KIND,
+        "scene": {key: scene[key] for key in ("name", "title", "source", "top", "start")},
+        "x": plane.x.text,
+        "y": plane.y.text,
+        "what": what,
+        "tile": TILE[what],
+        "versions": {key: value for key, value in versions().items() if key != "cpu"},
+    }
+
+
+def _plane(parameters: Parameters) -> Plane:
+    x, y = (Axis.of(parameters[side]) for side in "xy")
+    return Plane(scene_of(parameters["scene"]), x, y)
+
+
+def _opened(folder: Path) -> Store:
+    """The store in a folder, for reading."""
+    store = Store(folder)
+    kind = store.parameters["kind"]
+    if kind != KIND:
+        raise ForeignFile(f"{folder}: a study of {kind!r:.40}")
+    return store
+
+
+def tasks(parameters: Parameters) -> tuple[str, ...]:
+    """Return the names of the tiles of a study."""
+    return tuple(_plane(parameters).tiles(parameters["tile"]))
+
+
+def advance(parameters: Parameters, task: str, checkpoint: object) -> Iterator[Chunk]:
+    """Compute a tile at once."""
+    began, plane = time.perf_counter(), _plane(parameters)
+    tile = plane.tiles(parameters["tile"])[task]
+    columns, escalated = _computed(plane.tops(tile), tile.shape, parameters["what"])
+    pairs = np.bincount(
+        columns["kind"].ravel() * np.int64(len(DETAILS)) + columns["detail"].ravel()
+    )
+    row = {
+        "counts": {_words(code): int(pairs[code]) for code in np.flatnonzero(pairs).tolist()},
+        "sent": escalated,
+        "uncertified": int(np.count_nonzero(columns["certified"] == 0)),
+        "columns": {name: _packed(array) for name, array in columns.items()},
+    }
+    yield Chunk(rows=(row,), done=True, seconds=time.perf_counter() - began)
+
+
+def _computed(tops: dict[str, Any], shape: tuple[int, int], what: str) -> tuple[Columns, int]:
+    """The columns of a tile, and how many of its pixels needed interval arithmetic."""
+    bottom = np.broadcast_to(np.equal(tops["theta"], np.pi), shape)
+    seen = mirrored(tops, bottom) if bottom.any() else tops
+    rows = None if what == "kind" else motions_many(**seen, tags=True)
+    verdicts = classify_many(**seen) if rows is None else rows.verdicts
+    columns = {
+        name: np.asarray(getattr(rows if name in Motions.columns else verdicts, name))
+        for name in SETS[what]
+        if name != "integrated"
+    }
+    if bottom.any():
+        columns = restored(columns, tops, bottom)
+    if what == "integrate":
+        columns["integrated"] = integrated(tops, columns["period"])
+    return {name: each.astype(COLUMNS[name].dtype) for name, each in columns.items()}, verdicts.sent
+
+
+def _words(code: int) -> str:
+    """A kind and, where it has one, its detail."""
+    kind, detail = divmod(code, len(DETAILS))
+    return NAMES[kind] + (f", {DETAILS[detail]}" if detail else "")
+
+
+def _packed(array: NDArray[Any]) -> str:
+    """A column as text: its bytes, compressed where that is worth its time."""
+    return b64encode(zlib.compress(array.tobytes(), int(array.dtype.itemsize == 1))).decode()
+
+
+def _unpacked(text: str, name: str, shape: tuple[int, int]) -> NDArray[Any]:
+    return np.frombuffer(zlib.decompress(b64decode(text)), COLUMNS[name].dtype).reshape(shape)
+
+
+# --- the result -----------------------------------------------------------------------------------
+
+
+class Differing(NamedTuple):
+    """A pixel whose integrated kind is another one.
+
+    Attributes
+    ----------
+    x, y : float
+        Where it is.
+    kind, integrated : str
+        What it is proved to be, and what the events of a run say.
+    margin : float
+        How far the nearest other verdict is.
+    """
+
+    x: float
+    y: float
+    kind: str
+    integrated: str
+    margin: float
+
+
+@dataclass(frozen=True, repr=False)
+class Atlas:
+    """A plane of tops and what kind of motion each of its pixels is.
+
+    ``atlas["period"]`` is a column, as an array of shape (y, x): ``theta_min`` and ``theta_max``
+    [rad], ``period`` [s], ``precession`` and ``spin`` in a period [rad], ``margin``, ``kind`` as an
+    index of `names`. `curves` are the boundaries, `to_xarray()` is all of it.
+
+    Attributes
+    ----------
+    plane : Plane
+    store : MemoryStore
+        Where the tiles are kept: a folder, or memory.
+    tasks : tuple of str
+        The tiles that are there: all, or those of a shard.
+    counts, details : dict from str to int
+        How many pixels there are of each kind that occurs, and of each that is told apart further.
+    sent : int
+        How many pixels doubles could not decide, so that interval arithmetic was used.
+    uncertified : int
+        How many pixels have a kind that is not proved.
+    jobs : int
+        Processes that computed them.
+    """
+
+    plane: Plane
+    store: MemoryStore
+    tasks: tuple[str, ...]
+    counts: Mapping[str, int]
+    details: Mapping[str, int]
+    sent: int
+    uncertified: int
+    jobs: int = 1
+
+    def __repr__(self) -> str:
+        y, x = self.plane.shape
+        axes = f"{self.plane.y.name} × {self.plane.x.name}, {y} × {x} pixels"
+        return f"<Atlas: {axes}: {', '.join(f'{n} {name}' for name, n in self.counts.items())}>"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What the codes of ``kind`` and ``integrated`` mean."""
+        return NAMES
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The names of the columns."""
+        return SETS[self.store.parameters["what"]]
+
+    @property
+    def whole(self) -> bool:
+        """Whether every tile is there, and not only those of a shard."""
+        return len(self.tasks) == len(self._tiles)
+
+    @property
+    def per_s(self) -> float:
+        """Pixels computed here in a second, of all processes together; 0 where none were."""
+        spent = self.store.seconds
+        pixels = sum(np.prod(self._tiles[task].shape) for task in spent)
+        return float(pixels / sum(spent.values()) * self.jobs) if spent else 0.0
+
+    @cached_property
+    def curves(self) -> tuple[Boundary, ...]:
+        """The boundaries between kinds, as curves."""
+        return curves(self.plane)
+
+    @cached_property
+    def differing(self) -> tuple[Differing, ...]:
+        """The pixels whose integrated kind is another one, the largest margin first.
+
+        Those that a run cannot tell are not among them: `untold` counts these.
+        """
+        found = [each for tile, columns in self.tiles() for each in self._differing(tile, columns)]
+        return tuple(sorted(found, key=lambda each: -each.margin))
+
+    @cached_property
+    def untold(self) -> int:
+        """How many pixels a run cannot tell, as what decides is below its own error."""
+        code = NAMES.index(Kind.UNDECIDED)
+        return sum(int((columns["integrated"] == code).sum()) for _, columns in self.tiles())
+
+    @property
+    def unexplained(self) -> tuple[Differing, ...]:
+        """The differing pixels whose margin is no rounding."""
+        return tuple(each for each in self.differing if each.margin > ROUNDING)
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """A column, shape (y, x): with several, `tiles` needs less memory.
+
+        Where no tile is, numbers are nan and codes 255.
+
+        Raises
+        ------
+        KeyError
+            It has no such column.
+        """
+        if name not in self.columns:
+            raise KeyError(f"{name!r}: this atlas has {', '.join(self.columns)}")
+        dtype = np.dtype(COLUMNS[name].dtype)
+        whole = np.full(self.plane.shape, np.nan if dtype.kind == "f" else 255, dtype)
+        for tile, columns in self.tiles():
+            whole[tile.rows, tile.columns] = columns[name]
+        return whole
+
+    def tiles(self) -> Iterator[tuple[Tile, Columns]]:
+        """The tiles and their columns, one at a time in memory."""
+        for task in self.tasks:
+            tile = self._tiles[task]
+            try:
+                texts = self.store.load(task).rows[0]["columns"]
+                yield (
+                    tile,
+                    {name: _unpacked(texts[name], name, tile.shape) for name in self.columns},
+                )
+            except (LookupError, TypeError, ValueError, zlib.error) as fault:
+                raise ForeignFile(f"tile {task}: damaged ({fault})") from None
+
+    def document(
+        self, *, costs: bool = True, files: Mapping[str, str] | None = None
+    ) -> dict[str, Any]:
+        """Return what was found, for JSON; the map itself is in ``atlas.nc``.
+
+        Parameters
+        ----------
+        costs : bool
+            Whether with what it took; without it there are no wall-clock values.
+        files : mapping, optional
+            Names of the files that were written, by what they are.
+        """
+        what, rate = self.store.parameters["what"], self.per_s
+        document = {
+            "schema": SCHEMA,
+            "scene": self.store.parameters["scene"],
+            "axes": {"x": _axis(self.plane.x), "y": _axis(self.plane.y)},
+            "shape": list(self.plane.shape),
+            "what": what,
+            "counts": self.counts,
+            "details": self.details,
+            "sent": self.sent,
+            "uncertified": self.uncertified,
+            "tiles": {"done": len(self.tasks), "all": len(self._tiles)},
+            "curves": [each.document() for each in self.curves],
+            "files": dict(files or {}),
+        }
+        if costs:
+            document |= {
+                "kinds_per_s": rate,
+                "rows_per_s": rate if what == "rows" else None,
+                "tops_per_s": rate if what == "integrate" else None,
+                "jobs": self.jobs,
+            }
+        if what == "integrate":
+            document |= {
+                "differing": len(self.differing),
+                "untold": self.untold,
+                "unexplained": len(self.unexplained),
+                "pixels": [each._asdict() for each in self.differing[:LISTED]],
+            }
+        return document
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the columns as an xarray Dataset, dimensions named as the axes, y first."""
+        import xarray
+
+        axes = self.plane.y, self.plane.x
+        dims = tuple(axis.name for axis in axes)
+        return xarray.Dataset(
+            {name: (dims, self[name], _attributes(name)) for name in self.columns},
+            {axis.name: (axis.name, axis.values, _axis_attributes(axis)) for axis in axes},
+        )
+
+    def save_map(self, path: Path) -> None:
+        """Write the map as netCDF: a tile at a time in memory, whole or not at all.
+
+        Raises
+        ------
+        OSError
+        """
+        write_sealed(path, self._write_map)
+
+    def _write_map(self, path: Path) -> None:
+        import h5netcdf
+
+        scene, axes = self.plane.scene, (self.plane.y, self.plane.x)
+        chunk = next(iter(self._tiles.values())).shape
+        with h5netcdf.File(path, "w") as file:
+            file.attrs["Conventions"] = "CF-1.11"
+            file.attrs["title"] = scene.title or scene.name
+            file.attrs["source"] = f"heavytop {__version__}"
+            file.attrs["parameters"] = canonical_json(self.store.parameters)
+            file.dimensions = {axis.name: axis.count for axis in axes}
+            for axis in axes:
+                variable = file.create_variable(axis.name, (axis.name,), data=axis.values)
+                variable.attrs.update(_axis_attributes(axis))
+            for name in self.columns:
+                dtype = COLUMNS[name].dtype
+                variable = file.create_variable(
+                    name, tuple(file.dimensions), dtype, chunks=chunk, compression="gzip",
+                    compression_opts=1, shuffle=True,
+                    fillvalue=None if dtype == "u1" else np.nan,
+                )  # fmt: skip
+                variable.attrs.update(_attributes(name))
+            for tile, columns in self.tiles():
+                for name, column in columns.items():
+                    file.variables[name][tile.rows, tile.columns] = column
+
+    @cached_property
+    def _tiles(self) -> dict[str, Tile]:
+        return self.plane.tiles(self.store.parameters["tile"])
+
+    def _differing(self, tile: Tile, columns: Columns) -> Iterator[Differing]:
+        x, y = self.plane.x.values[tile.columns], self.plane.y.values[tile.rows]
+        kind, told, margin = (columns[name] for name in ("kind", "integrated", "margin"))
+        for i, j in np.argwhere((kind != told) & (told != NAMES.index(Kind.UNDECIDED))).tolist():
+            names = NAMES[kind[i, j]], NAMES[told[i, j]]
+            yield Differing(float(x[j]), float(y[i]), *names, float(margin[i, j]))
+
+
+def collect(store: MemoryStore, jobs: int = 1) -> Atlas:
+    """Return the atlas of the tiles that are at their end.
+
+    Raises
+    ------
+    ForeignFile
+        A record is damaged.
+    """
+    plane, counts, details = _plane(store.parameters), Counter[str](), Counter[str]()
+    done, sums = [], Counter[str]()
+    for task in plane.tiles(store.parameters["tile"]):
+        record = store.load(task)
+        if not record.done:
+            continue
+        try:
+            [row] = record.rows
+            for name, count in row["counts"].items():
+                counts[name.partition(",")[0]] += count
+                if "," in name:
+                    details[name] += count
+            sums.update({name: row[name] for name in ("sent", "uncertified")})
+        except (LookupError, TypeError, ValueError, AttributeError) as fault:
+            raise ForeignFile(f"tile {task}: damaged ({fault})") from None
+        done.append(task)
+    ordered = {name: counts[name] for name in NAMES if counts[name]}
+    uncertified = sums["uncertified"]
+    return Atlas(plane, store, tuple(done), ordered, details, sums["sent"], uncertified, jobs)
+
+
+def _axis(axis: Axis) -> dict[str, Any]:
+    low, high = float(axis.low), float(axis.high)
+    return {"name": axis.name, "low": low, "high": high, "count": axis.count, "log": axis.log}
+
+
+def _attributes(name: str) -> dict[str, Any]:
+    """What a map says of a column, by the CF conventions."""
+    column = COLUMNS[name]
+    found: dict[str, Any] = {"long_name": column.text, "units": column.unit}
+    if not column.meanings:
+        return found
+    codes = np.arange(len(column.meanings), dtype=np.uint8)
+    flags = {"flag_masks": 1 << codes} if column.meanings == TAG_NAMES else {"flag_values": codes}
+    return found | flags | {"flag_meanings": " ".join(column.meanings)}
+
+
+def _axis_attributes(axis: Axis) -> dict[str, str]:
+    unit = ROLES[axis.name].unit.replace("/s", " s⁻¹")
+    return {"long_name": axis.name, "units": unit.translate(str.maketrans("²¹⁻", "21-"))}
+
+
+# --- making an atlas ------------------------------------------------------------------------------
+
+
+def atlas(
+    scene: Scene,
+    x: object,
+    y: object,
+    *,
+    only: str | None = None,
+    integrate: bool = False,
+    shard: str | tuple[int, int] | None = None,
+    jobs: int | None = None,
+    executor: Executor | None = None,
+    folder: str | os.PathLike[str] | None = None,
+    progress: Callable[[Progress], object] | None = None,
+) -> Atlas:
+    """The kind of motion of every pixel of a plane of tops, each proved, and how each moves.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its top and its start say every number that no axis changes.
+    x, y : str, tuple or Axis
+        ``"phidot=-20:20:2000"`` or ``("phidot", -20, 20, 2000)``: start values, constants (p_phi,
+        p_psi, E) or parameters (A, C, gMR), with a last ``:log`` on a logarithmic axis.
+    only : {"kind"}, optional
+        Only kinds are found, many times as fast.
+    integrate : bool
+        Each top is integrated too, and its kind told by the events of that run.
+    shard : str or (int, int), optional
+        Only the tiles of shard i of n, ``"i/n"`` with 1 ≤ i ≤ n; `merge_atlases` joins shards.
+    jobs : int, optional
+        Processes; by default one for each processor. Results do not depend on it.
+    executor : concurrent.futures.Executor, optional
+        What computes the tiles, in place of own processes.
+    folder : path, optional
+        Where tiles are written down, so that an atlas that was killed goes on from there. It is
+        new, or empty, or holds this atlas.
+    progress : callable, optional
+        It is given a `heavytop.studies.runner.Progress` after every tile.
+
+    Returns
+    -------
+    Atlas
+
+    Raises
+    ------
+    BadScene
+        No axis, two axes that set the same thing, an option of the wrong kind, or more pixels
+        than there is room for. Every fault is listed.
+    ForeignFile
+        The folder holds something else, another atlas, or a damaged file.
+    InUse
+        Another process is writing the folder.
+    StoppedEarly
+        Ctrl-C; a full disk; a worker that died twice. What was done is in the folder.
+
+    Examples
+    --------
+    >>> from heavytop.scene.scene import load_scene
+    >>> found = atlas(load_scene("sicm-kicked"), "phidot=-20:20:41", "psidot=-150:150:31", jobs=1)
+    >>> found.counts, found.uncertified
+    ({'planar-pendulum': 1, 'loops': 622, 'cusps': 30, 'waves': 618}, 0)
+
+    Notes
+    -----
+    Accuracy: ``tests/two_ways/test_atlas.py`` holds pixels to 1e-13 of `heavytop.Motion` alone,
+    and their kinds to integrated ones.
+    """
+    heard("progress", progress)
+    place = None if folder is None else path_of("folder", folder)
+    if not isinstance(scene, Scene):
+        raise no_scene(scene, KIND)
+    given = {"x": x, "y": y, "only": only, "integrate": integrate, "shard": shard,
+             "jobs": usable_cpus() if jobs is None else jobs, "executor": executor}  # fmt: skip
+    asked = {name: each for name, each in given.items() if each is not None or name in _NEEDED}
+    values, faults = parse_options(scene.name, asked, _OPTIONS)
+    if "only" in asked and integrate is True:
+        faults.append(Fault(scene.name, None, "only", "", "not together with integrate"))
+    what = "kind" if "only" in values else "integrate" if values.get("integrate") else "rows"
+    if "x" in values and "y" in values:
+        faults += _together(scene.name, values["x"], values["y"])
+    if not faults:
+        plane = Plane(scene, values["x"], values["y"])
+        faults += _room(plane, what, place, values.get("shard", (1, 1))[1])
+    if faults:
+        raise BadScene(tuple(faults))
+    parameters = _parameters(plane, what)
+    how = {"executor": executor, "on_progress": progress}
+    with open_store(place, parameters) as store:
+        return _run(store, values.get("shard"), values["jobs"], **how)
+
+
+def complete(store: MemoryStore, *, jobs: int, **how: Any) -> Atlas:
+    """Compute what is left of an atlas, or of the shard of one that a folder is for."""
+    return _run(store, store.load(SHARD).checkpoint, jobs, **how)
+
+
+def merge_atlases(
+    folders: Sequence[str | os.PathLike[str]], folder: str | os.PathLike[str]
+) -> tuple[Atlas, tuple[str, ...]]:
+    """Join the shards of an atlas in a new folder, or in one of theirs.
+
+    Parameters
+    ----------
+    folders : sequence of path
+        At least one.
+    folder : path
+        Where all tiles are then; it is new, or empty, or holds this atlas.
+
+    Returns
+    -------
+    Atlas
+    tuple of str
+        The tiles that none of them has.
+
+    Raises
+    ------
+    BadScene
+        No folder is given.
+    ForeignFile
+        A folder holds no atlas, another one, or a damaged file.
+    InUse
+        Another process is writing `folder`.
+    WrongType
+        `folders` is no sequence of paths, or `folder` no path.
+
+    Notes
+    -----
+    Accuracy: ``tests/two_ways/test_atlas.py`` holds shards that were joined to the whole, bit for
+    bit.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from heavytop.scene.scene import load_scene
+    >>> plane = load_scene("sicm-kicked"), "phidot=-20:20:41", "psidot=-150:150:31"
+    >>> with TemporaryDirectory() as place:
+    ...     parts = [f"{place}/{i}" for i in (1, 2)]
+    ...     for i, part in enumerate(parts, 1):
+    ...         _ = atlas(*plane, shard=(i, 2), jobs=1, folder=part)
+    ...     found, missing = merge_atlases(parts, f"{place}/all")
+    ...     print(found.whole, missing, found.counts["loops"])
+    True () 622
+    """
+    if isinstance(folders, str | bytes) or not isinstance(folders, Sequence):
+        raise wrong_type("folders", "a list of paths", folders)
+    if not folders:
+        raise BadScene((Fault(KIND, None, "merge", "", "at least one folder"),))
+    whole, parts = path_of("folder", folder), [path_of("folders", each) for each in folders]
+    first, *others = map(_opened, parts)
+    for other in others:  # before anything is written
+        other.expect(first.parameters)
+    with Store.open(whole, first.parameters) as store:
+        store.merge(parts)
+        store.save(Record(SHARD))
+        found = collect(store)
+    return found, tuple(task for task in tasks(store.parameters) if task not in found.tasks)
+
+
+def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
+    """Read the atlas in a folder, as far as it is done.
+
+    Parameters
+    ----------
+    folder : path
+        What `atlas` or `merge_atlases` wrote into.
+
+    Returns
+    -------
+    Atlas
+
+    Raises
+    ------
+    ForeignFile
+        It is none, or is damaged.
+    WrongType
+        It is no path.
+
+    Notes
+    -----
+    Accuracy: as of `atlas`; ``tests/two_ways/test_atlas.py`` holds what is read to be what was
+    computed, bit for bit.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from heavytop.scene.scene import load_scene
+    >>> with TemporaryDirectory() as place:
+    ...     plane = load_scene("sicm-kicked"), "phidot=-20:20:41", "psidot=-150:150:31"
+    ...     made = atlas(*plane, jobs=1, folder=place)
+    ...     print(load_atlas(place).counts == made.counts)
+    True
+    """
+    return collect(_opened(path_of("folder", folder)))
+
+
+def _run(store: MemoryStore, shard: list[int] | None, jobs: int, **how: Any) -> Atlas:
+    """Compute the tiles of an atlas, or of a shard, that are not there yet."""
+    if store.load(SHARD).checkpoint != shard:
+        store.save(Record(SHARD, shard))
+    i, n = shard or (1, 1)
+    run(store, tasks=tasks(store.parameters)[i - 1 :: n], jobs=jobs, **how)
+    return collect(store, jobs)
+
+
+def _shard(given: Any) -> list[int]:
+    """[i, n] of ``i/n``."""
+    number = Range(1, 10_000, whole=True)
+    with suppress(TypeError, ValueError):
+        words = given.split("/") if isinstance(given, str) else given
+        i, n = (number(int(word) if isinstance(word, str) else word) for word in words)
+        if i <= n:
+            return [i, n]
+    raise Refused("i/n, whole numbers with 1 <= i <= n <= 10000")
+
+
+_OPTIONS: Final[Mapping[str, Callable[[Any], Any]]] = {
+    "x": Axis.of, "y": Axis.of, "only": one_of({"kind": "kind"}),
+    "integrate": a(bool), "shard": _shard, "jobs": Range(1, 1024, whole=True),
+    "executor": a(Executor),
+}  # fmt: skip
+_NEEDED: Final = ("x", "y", "integrate")
+
+
+def _together(file: str, x: Axis, y: Axis) -> Iterator[Fault]:
+    """What is wrong with two axes as a pair."""
+    if ROLES[x.name].sets == ROLES[y.name].sets:
+        rule = f"another number than x = {x.name}: both set the {ROLES[x.name].sets}"
+        yield Fault(file, None, "y", y.name, rule)
+    if x.count * y.count > MOST_PIXELS:
+        rule = f"at most {MOST_PIXELS:.0e} pixels"
+        yield Fault(file, None, "x, y", f"{x.count} × {y.count} pixels", rule)
+
+
+def _room(plane: Plane, what: str, folder: Path | None, shards: int) -> Iterator[Fault]:
+    """What is wrong when there is not room enough on the disk, or in memory."""
+    pixels, left, free = plane.x.count * plane.y.count, 1.0, 2**62
+    if folder is None:
+        where = "in memory"
+        with suppress(AttributeError, ValueError, OSError):  # a system may not say
+            free = os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    else:
+        left -= len([*folder.glob("tasks/*.json")]) / len(plane.tiles(TILE[what]))
+        place = folder.absolute()
+        there = next(each for each in (place, *place.parents) if each.exists())
+        free, where = shutil.disk_usage(there).free, f"on the disk of {there}"
+    bytes_each = sum(np.dtype(COLUMNS[name].dtype).itemsize for name in SETS[what])
+    needed = pixels * bytes_each * (4 / 3 + 1) * left / shards  # tiles in base 64, and the map
+    if needed > free:
+        rule = f"{needed / 1e9:.3g} GB are needed {where}, and {free / 1e9:.3g} GB are free"
+        yield Fault(plane.scene.name, None, "x, y", f"{pixels} pixels", rule)

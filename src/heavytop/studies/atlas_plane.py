@@ -1,0 +1,337 @@
+"""The plane of an atlas: two axes through a scene, its tiles, and the top of every pixel."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from math import pi
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heavytop.analytic.motion import Motion
+from heavytop.classification.arrays import IMPOSSIBLE, NAMES, TAG_NAMES
+from heavytop.classification.kinds import Kind
+from heavytop.names import nearest
+from heavytop.numbers import Exact
+from heavytop.scene.arguments import PLAIN, STATE, Refused, set_fields
+from heavytop.scene.scene import Scene
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Columns = dict[str, NDArray[Any]]
+
+MOST_VALUES: Final = 1_000_000  # along one axis
+WIDEST: Final = 4096  # pixels in a row of a tile
+
+# --- axes -----------------------------------------------------------------------------------------
+
+
+class Role(NamedTuple):
+    """What a number of a scene sets, its unit, and how a chart writes it."""
+
+    sets: str
+    unit: str
+    sign: str
+
+
+ROLES: Final = {
+    "theta": Role("tilt", "rad", r"$\theta$"),
+    "thetadot": Role("nodding", "rad/s", r"$\dot{\theta}$"),
+    "phidot": Role("precession", "rad/s", r"$\dot{\varphi}$"),
+    "psidot": Role("spin", "rad/s", r"$\dot{\psi}$"),
+    "omega3": Role("spin", "rad/s", r"$\omega_3$"),
+    "p_phi": Role("precession", "kg m² s⁻¹", r"$p_\varphi$"),
+    "p_psi": Role("spin", "kg m² s⁻¹", r"$p_\psi$"),
+    "E": Role("nodding", "J", "E"),
+    "A": Role("A", "kg m²", "A"),
+    "C": Role("C", "kg m²", "C"),
+    "gMR": Role("gMR", "kg m² s⁻²", "gMR"),
+}
+"""What may change along an axis. Two axes of a plane set different things."""
+
+FORM: Final = "NAME=FROM:TO:COUNT, such as phidot=-20:20:2000 (or …:COUNT:log)"
+_TEXT: Final = re.compile(
+    r"\s*([^=]*?)\s*=([^:]*[^:\s][^:]*):([^:]*[^:\s][^:]*):\s*(\d{1,20})\s*(?::\s*(log)\s*)?"
+)
+
+
+@dataclass(frozen=True)
+class Axis:
+    """The values of one number of a scene along an axis; a pixel is the top at its middle.
+
+    Parameters
+    ----------
+    name : str
+        One of `ROLES`.
+    low, high : Exact
+        The first and the last value, the first the smaller; what a scene takes for such a number
+        is read.
+    count : int
+        How many there are, both ends among them.
+    log : bool
+        Whether neighbours have the same ratio and not the same difference.
+
+    Raises
+    ------
+    Refused, NotANumber
+        It has no name of a number, no range, or too many pixels or too few.
+    """
+
+    name: str
+    low: Exact
+    high: Exact
+    count: int
+    log: bool = False
+
+    def __post_init__(self) -> None:
+        if self.name not in ROLES:
+            raise Refused(f"one of {', '.join(ROLES)}", nearest(self.name, ROLES))
+        read = STATE.get(self.name, PLAIN)
+        set_fields(self, {"low": read(self.low), "high": read(self.high)})
+        if not 2 <= self.count <= MOST_VALUES:
+            raise Refused(f"from 2 to {MOST_VALUES} pixels")
+        if (self.high - self.low).sign() != 1:
+            raise Refused("FROM is to be less than TO")
+        if not float(self.low) < float(self.high):
+            raise Refused("between FROM and TO there is no double")
+        if self.log and (self.low.sign(), self.high.sign()) not in ((1, 1), (-1, -1)):
+            raise Refused("a logarithmic axis does not reach 0")
+
+    @classmethod
+    def of(cls, given: Any) -> Axis:
+        """The axis that a text, or (name, low, high, count), says.
+
+        Examples
+        --------
+        >>> Axis.of("phidot=-20:20:5").values
+        array([-20., -10.,   0.,  10.,  20.])
+        >>> Axis.of(("C", "1e-6", "1e-4", 3, "log")).text
+        'C=1e-6:1e-4:3:log'
+        """
+        if isinstance(given, Axis):
+            return given
+        if isinstance(given, str):
+            match = _TEXT.fullmatch(given)
+            if match is None:
+                raise Refused(FORM)
+            *ends, count, scale = match.groups()
+            given = (*ends, int(count), *([scale] if scale else []))
+        if not isinstance(given, Sequence) or not 4 <= len(given) <= 5:
+            raise Refused(f"a text {FORM}, or (name, low, high, count)")
+        name, low, high, count, *log = given
+        if isinstance(count, bool) or not isinstance(count, int) or log not in ([], ["log"]):
+            raise Refused("(name, low, high, count) or (name, low, high, count, 'log')")
+        return cls(str(name), low, high, count, bool(log))
+
+    @property
+    def text(self) -> str:
+        """The axis as it can be read again."""
+        return f"{self.name}={self.low}:{self.high}:{self.count}{':log' if self.log else ''}"
+
+    @cached_property
+    def values(self) -> Array:
+        """The values, increasing: of a linear axis each the double nearest the exact one."""
+        last = self.count - 1
+        if self.log:
+            values = self.at(np.arange(self.count) / last)
+            values[0], values[-1] = float(self.low), float(self.high)
+            return values
+        low, high = ((end.fraction or Fraction(float(end))) for end in (self.low, self.high))
+        scale = low.denominator * high.denominator
+        first, final, under = int(low * scale), int(high * scale), scale * last
+        # A quotient of integers is rounded once.
+        exact = ((first * (last - k) + final * k) / under for k in range(self.count))
+        return np.fromiter(exact, np.float64, self.count)
+
+    def at(self, share: Array) -> Array:
+        """The values at a share of the way from the low end to the high one."""
+        low, high = float(self.low), float(self.high)
+        if self.log:
+            return np.asarray(low * (high / low) ** share)
+        return np.asarray(low * (1 - share) + high * share)
+
+
+# --- the plane ------------------------------------------------------------------------------------
+
+
+class Tile(NamedTuple):
+    """A rectangle of pixels that is computed at once: slices of the y axis and of the x axis."""
+
+    rows: slice
+    columns: slice
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return self.rows.stop - self.rows.start, self.columns.stop - self.columns.start
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Two axes through the top and start of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        Says every number that no axis changes. Doubles nearest to its numbers are used.
+    x, y : Axis
+        They set different things: two axes for the spin, such as psidot and p_psi, do not go.
+    """
+
+    scene: Scene
+    x: Axis
+    y: Axis
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Pixels along y, and along x."""
+        return self.y.count, self.x.count
+
+    def tiles(self, most: int) -> dict[str, Tile]:
+        """Cut the plane into tiles of at most so many pixels, always the same ones, by name."""
+        width = min(self.x.count, WIDEST)
+        height = max(1, most // width)
+        return {
+            f"{row:07d}/{column:07d}": Tile(
+                slice(row, min(row + height, self.y.count)),
+                slice(column, min(column + width, self.x.count)),
+            )
+            for row in range(0, self.y.count, height)
+            for column in range(0, self.x.count, width)
+        }
+
+    def tops(self, tile: Tile) -> dict[str, Any]:
+        """The tops and starts of a tile, as `heavytop.classify_many` takes them.
+
+        What no top or start can be is nan. Where an axis holds p_phi, p_psi or E the rates that
+        give it are rounded to doubles, so that the pixel is that of the rounded rates.
+        """
+        return self.at(self.x.values[tile.columns][None, :], self.y.values[tile.rows][:, None])
+
+    def at(self, x: Array, y: Array) -> dict[str, Any]:
+        """The tops and starts at places of the plane, given as arrays that broadcast."""
+        with np.errstate(all="ignore"):
+            return _with_rates(
+                self.held | {self.x.name: x, self.y.name: y}, float(self.scene.start.thetadot)
+            )
+
+    @cached_property
+    def held(self) -> dict[str, Any]:
+        """The numbers of the scene that no axis changes, by name."""
+        top, start = self.scene.top, self.scene.start
+        numbers = {name: getattr(top, name) for name in ("A", "C", "gMR")} | {
+            name: getattr(start, name) for name in ("theta", "thetadot", "phidot", start.held)
+        }
+        changed = {ROLES[axis.name].sets for axis in (self.x, self.y)}
+        return {
+            name: float(value) for name, value in numbers.items() if ROLES[name].sets not in changed
+        }
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """Where the scene itself lies, on the map or beside it."""
+        top, start = self.scene.top, self.scene.start
+        given = (start, top, Motion(top, start).constants)
+        x, y = (
+            next(float(getattr(each, axis.name)) for each in given if hasattr(each, axis.name))
+            for axis in (self.x, self.y)
+        )
+        return x, y
+
+
+def _with_rates(numbers: Mapping[str, Any], branch: float) -> dict[str, Any]:
+    """Numbers of a scene, with rates in place of momenta and energy; θ̇ has the sign of `branch`.
+
+    p_ψ = C ω3, p_φ = A φ̇ sin²θ + p_ψ cosθ, E = ½A (θ̇² + φ̇² sin²θ) + ½C ω3² + gMR cosθ.
+    """
+    found = dict(numbers)
+    A, C, gMR, theta = (found[name] for name in ("A", "C", "gMR", "theta"))
+    u, sine = np.cos(theta), np.where(np.equal(theta, pi), 0.0, np.sin(theta))
+    if "p_psi" in found:
+        found["omega3"] = found.pop("p_psi") / C
+    if "p_phi" in found:
+        p_phi = found.pop("p_phi")
+        if "psidot" in found:
+            found["phidot"] = (p_phi - C * found["psidot"] * u) / (A * sine**2 + C * u**2)
+        else:  # a pole is reached with p_φ = p_ψ cosθ alone, and φ̇ is its limit there
+            p_psi = C * found["omega3"]
+            missed = p_phi - p_psi * u
+            limit = np.where(missed == 0, p_psi * u / (2 * A), np.nan)
+            found["phidot"] = np.where(sine == 0, limit, missed / (A * sine**2))
+    if "E" in found:
+        phidot = found["phidot"]
+        omega3 = found["omega3"] if "omega3" in found else found["psidot"] + phidot * u
+        least = A * (phidot * sine) ** 2 / 2 + C * omega3**2 / 2 + gMR * u
+        found["thetadot"] = np.copysign(np.sqrt(2 * (found.pop("E") - least) / A), branch)
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class Momenta:
+    """Constants of the motion at places of a plane.
+
+    Attributes
+    ----------
+    top : mapping of str to ndarray
+        The tops and starts, all of one shape.
+    kinetic, across, p_psi : ndarray
+        ½A (θ̇² + φ̇² sin²θ), A φ̇ sin²θ and p_ψ.
+    """
+
+    top: Mapping[str, Array]
+    kinetic: Array
+    across: Array
+    p_psi: Array
+
+    @classmethod
+    def of(cls, tops: Mapping[str, Any]) -> Momenta:
+        """The constants of tops and starts."""
+        wide = np.broadcast_arrays(*(np.asarray(each, np.float64) for each in tops.values()))
+        top = dict(zip(tops, wide, strict=True))
+        A, C, theta, phidot = (top[name] for name in ("A", "C", "theta", "phidot"))
+        sine = np.sin(theta)
+        omega3 = top["omega3"] if "omega3" in top else top["psidot"] + phidot * np.cos(theta)
+        kinetic = A * (top["thetadot"] ** 2 + (phidot * sine) ** 2) / 2
+        return cls(top, kinetic, A * phidot * sine**2, C * omega3)
+
+    @property
+    def possible(self) -> Mask:
+        """Where a top and a start have such numbers."""
+        A, C, theta = self.top["A"], self.top["C"], self.top["theta"]
+        finite = np.isfinite(self.kinetic + self.p_psi)
+        return finite & (A > 0) & (C > 0) & (2 * A >= C) & (theta >= 0) & (theta <= pi)
+
+
+# --- θ = π ----------------------------------------------------------------------------------------
+# The double nearest π is not π, but that is what it means. Seen from below, θ → π − θ, ψ → −ψ and
+# g → −g, such a start is at θ = 0, where doubles are exact.
+
+_TURNED: Final = ("gMR", "thetadot", "psidot", "omega3")
+
+
+def mirrored(tops: Mapping[str, Any], bottom: Mask) -> dict[str, Any]:
+    """The tops, those at the bottom as they are seen from below."""
+    turned = {name: np.where(bottom, -tops[name], tops[name]) for name in _TURNED if name in tops}
+    return {**tops, **turned, "theta": np.where(bottom, 0.0, tops["theta"])}
+
+
+def restored(columns: Columns, tops: Mapping[str, Any], bottom: Mask) -> Columns:
+    """The columns of mirrored tops, as they are seen from above."""
+    found, kind = dict(columns), columns["kind"]
+    swapped = np.arange(len(NAMES), dtype=np.uint8)
+    poles = [NAMES.index(each) for each in (Kind.THROUGH_TOP, Kind.THROUGH_BOTTOM)]
+    swapped[poles] = poles[::-1]
+    found["kind"] = np.where(bottom, swapped[kind], kind)
+    if "tags" in found:
+        weighted = bottom & np.not_equal(tops["gMR"], 0) & (kind != IMPOSSIBLE)
+        inverted = np.uint8(1 << TAG_NAMES.index("inverted-gravity"))
+        found["tags"] = np.where(weighted, found["tags"] ^ inverted, found["tags"])
+        found["theta_min"] = np.where(bottom, pi - columns["theta_max"], columns["theta_min"])
+        found["theta_max"] = np.where(bottom, pi - columns["theta_min"], columns["theta_max"])
+        found["spin"] = np.where(bottom, -found["spin"], found["spin"])
+    return found

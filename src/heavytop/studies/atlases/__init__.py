@@ -1,1 +1,0 @@
-"""The atlas: what kind of motion every pixel of a plane of tops is, and how it moves."""
