@@ -181,7 +181,7 @@ def started(*arguments):
 
 
 def records(folder):
-    return {path.name: path.read_text() for path in folder.glob("tasks/*.json")}
+    return {path.name: path.read_text() for path in folder.glob("tasks/[0-9a-f]*.json")}
 
 
 def wait_for_records(folder, count, process):
