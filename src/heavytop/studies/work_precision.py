@@ -264,7 +264,13 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class Skipped:
-    """One method at one setting that gave no point, and why."""
+    """One method at one setting that gave no point, and why.
+
+    Attributes
+    ----------
+    method : Method
+    reason : str
+    """
 
     method: Method
     reason: str
