@@ -10,6 +10,7 @@ import os
 import platform
 import signal
 import time
+import warnings
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import (
@@ -28,7 +29,14 @@ from threading import Event, Lock, current_thread, main_thread
 from types import FrameType
 from typing import Any, Final, Protocol, cast
 
-from heavytop.errors import ForeignFile, ForeignWorker, HeavyTopError, Stop, StoppedEarly
+from heavytop.errors import (
+    ForeignFile,
+    ForeignWorker,
+    HeavyTopError,
+    NoWorkerWarning,
+    Stop,
+    StoppedEarly,
+)
 from heavytop.machine import usable_cpus, versions
 from heavytop.studies.processes import Processes
 from heavytop.studies.store import Chunk, MemoryStore, Parameters, Record, differences
@@ -228,8 +236,12 @@ def _in_workers(
     """Yield the chunks of tasks, computed in slices by the workers of a pool."""
     waiting, lost = deque(left), Counter[str]()
     running: dict[Future[list[Chunk]], str] = {}
+    deserted = False
     try:
         while (waiting or running) and not stop.is_set():
+            before, deserted = deserted, getattr(pool, "workers", 1) == 0
+            if deserted and not before:
+                warnings.warn("no worker is left: the study waits", NoWorkerWarning, stacklevel=3)
             # After a loss all tasks it may be due to run alone, each for a slice.
             room = 1 if lost else 2 * workers(pool)
             while waiting and len(running) < room:
