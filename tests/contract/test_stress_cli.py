@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import signal
 import subprocess
@@ -30,7 +29,11 @@ UNTURNED = dict.fromkeys(("phi", "psi", "phidot", "thetadot"), "0")
 
 
 def stress(*arguments):
-    return CliRunner().invoke(app, ["stress", *map(str, arguments)])
+    return heavytop_("stress", *arguments)
+
+
+def heavytop_(*arguments):
+    return CliRunner().invoke(app, [str(each) for each in arguments])
 
 
 def ran(case, method, formulation, outcome, **more):
@@ -78,7 +81,8 @@ def test_the_files_are_written_and_hold_no_times(quick):
     assert printed["files"] == {
         "document": "stress.json", "chart_svg": "stress.svg", "chart_png": "stress.png",
     }  # fmt: skip
-    assert {path.name for path in folder.iterdir()} == set(printed["files"].values())
+    written = {path.name for path in folder.iterdir()} - {"study.json", "tasks", "lock"}
+    assert written == set(printed["files"].values())
     assert json.loads((folder / "stress.json").read_text()) == printed
     assert "seconds" not in result.stdout
     svg = (folder / "stress.svg").read_text()
@@ -163,28 +167,80 @@ def test_the_cases_are_listed_with_what_they_are():
     assert "no case can be added" in text
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
-def test_whatever_ends_it_no_empty_folders_are_left(tmp_path, number):
-    folder = tmp_path / "made" / "here"
+SOME = ("--cases", "cusp,through-top,lie-group", "--methods", "auto,taylor-lagrange,dop853-scipy",
+        "--time-limit", "60")  # fmt: skip
+
+
+def started(*arguments):
     heard = "import signal; signal.signal(signal.SIGHUP, signal.SIG_DFL); "  # nohup ignores it
     command = heard + "from heavytop.cli import main; main()"
-    asked = ("stress", "--cases", "start-at-top", "--methods", "lsoda-scipy-lagrange")
-    options = ("--time-limit", "60", "-o", str(folder))
-    going = subprocess.Popen(
-        [sys.executable, "-c", command, *asked, *options],
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    return subprocess.Popen(
+        [sys.executable, "-c", command, *map(str, arguments)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
-    try:
-        until = time.monotonic() + 30
-        while not folder.exists() and time.monotonic() < until:
-            time.sleep(0.05)
-        assert folder.exists()
-        time.sleep(0.3)
-        os.kill(going.pid, number)
-        assert going.wait(20) == 130
-    finally:
-        going.kill()
-    assert not (tmp_path / "made").exists()
+
+
+def records(folder):
+    return {path.name: path.read_text() for path in folder.glob("tasks/*.json")}
+
+
+def wait_for_records(folder, count, process):
+    until = time.monotonic() + 60
+    while len(records(folder)) < count and process.poll() is None and time.monotonic() < until:
+        time.sleep(0.02)
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return json.loads(stress(*SOME, "--json").stdout)
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_killed_at_any_moment_and_resumed_it_finds_the_same(tmp_path, whole, jobs):
+    folder = tmp_path / "made" / "here"
+    process = started("stress", *SOME, "-o", folder, "-j", jobs)
+    for count in (1, 4):
+        wait_for_records(folder, count, process)
+        process.kill()
+        process.communicate(timeout=60)
+        before = records(folder)
+        process = started("resume", folder, "--json", "-j", jobs)
+    out, err = process.communicate(timeout=120)
+    assert process.returncode == 0, err
+    after = records(folder)
+    assert len(after) == 9
+    assert before.items() <= after.items()  # what was done is not done again
+    files = ("files", "versions", "limits")
+    told = json.loads(out)
+    assert {k: v for k, v in told.items() if k not in files} == {
+        k: v for k, v in whole.items() if k not in files
+    }
+    assert json.loads((folder / "stress.json").read_text()) == told
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+def test_whatever_ends_it_says_how_to_go_on(tmp_path, number):
+    folder = tmp_path / "made" / "here"
+    asked = ("--cases", "start-at-top", "--methods", "auto,lsoda-scipy-lagrange,taylor-axis")
+    process = started("stress", *asked, "--time-limit", "3", "-o", folder)
+    wait_for_records(folder, 1, process)
+    process.send_signal(number)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130, err
+    if number != signal.SIGHUP:  # then nobody reads it
+        assert f"heavytop resume {folder}" in err
+    assert heavytop_("resume", folder).exit_code == 0
+    assert len(records(folder)) == 3
+
+
+def test_another_test_is_refused(tmp_path):
+    assert stress(*QUICK, "-o", tmp_path / "study").exit_code == 0
+    again = stress("--cases", "cusp", "--methods", "auto", "-o", tmp_path / "study")
+    assert again.exit_code == 3
+    assert "cases[0]" in again.stderr
+    merely = heavytop_("resume", tmp_path / "study")
+    assert merely.exit_code == 0
+    assert "this study is finished" in merely.stderr
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from heavytop.studies.store import Store
 if TYPE_CHECKING:
     from heavytop.studies.atlas import Atlas
     from heavytop.studies.drift_result import Drift
+    from heavytop.studies.stress import Stress
 
 
 def resume(
@@ -22,8 +23,8 @@ def resume(
     jobs: int = 1,
     executor: Executor | None = None,
     progress: Callable[[Progress], object] | None = None,
-) -> Drift | Atlas:
-    """Take up a drift study or an atlas where its folder says it was left.
+) -> Drift | Atlas | Stress:
+    """Take up a drift study, an atlas or a stress test where its folder says it was left.
 
     Parameters
     ----------
@@ -38,7 +39,7 @@ def resume(
 
     Returns
     -------
-    Drift or Atlas
+    Drift, Atlas or Stress
         The study, whole.
 
     Raises
@@ -72,5 +73,5 @@ def resume(
     parameters = with_versions_here(Store(path).parameters)
     how = {"jobs": jobs, "executor": executor, "on_progress": progress}
     with Store.open(path, parameters) as store:
-        found: Drift | Atlas = study_of(parameters).complete(store, **how)
+        found: Drift | Atlas | Stress = study_of(parameters).complete(store, **how)
     return found

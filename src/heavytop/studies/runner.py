@@ -44,6 +44,7 @@ from heavytop.studies.store import Chunk, MemoryStore, Parameters, Record, diffe
 KINDS: Final = {
     "drift": "heavytop.studies.drift",
     "atlas": "heavytop.studies.atlas",
+    "stress": "heavytop.studies.stress",
 }
 """The module of each kind of study. A file may name a kind, never a module."""
 

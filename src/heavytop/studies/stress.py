@@ -6,23 +6,27 @@ import math
 import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from concurrent.futures import Executor
+from contextlib import nullcontext, suppress
+from dataclasses import asdict, dataclass
 from enum import StrEnum
 from functools import partial
-from typing import Any, Final, TypeVar
+from pathlib import Path
+from typing import Any, Final
 
-from heavytop.errors import BadScene, Fault
+from heavytop.errors import BadScene, Fault, HeavyTopError
 from heavytop.machine import versions
 from heavytop.run.expected_events import Counts
 from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
-from heavytop.scene.scene import Scene
+from heavytop.studies import runner
 from heavytop.studies.conditioning import Reference, reference
 from heavytop.studies.methods import ANGLES, AUTO, FIRST_ORDER, Method, stress_methods
+from heavytop.studies.store import Chunk, MemoryStore, Parameters, Store
 from heavytop.studies.stress_cases import Case, cases
 from heavytop.studies.stress_runs import RunResult, run, stepper_of
 from heavytop.studies.timed import Lost, TimedOut, Worker
 
+KIND: Final = "stress"
 SCHEMA: Final = "heavytop/stress/1"
 LISTED: Final = "heavytop/stress-cases/1"
 BUDGET_S: Final = 240.0
@@ -33,6 +37,7 @@ NUMBERS: Final = {
     "budget": Range(0, 1e6),
     "time_limit": Range(0.01, 1e5),
     "step_limit": Range(1, 10**12, whole=True),
+    "jobs": Range(1, 1024, whole=True),
 }
 MOST_LOST: Final = 2.0  # digits beyond the condition, of auto
 KEPT: Final = 0.5  # of the digits that conditioning leaves
@@ -40,8 +45,7 @@ ASTRAY: Final = 0.1  # an error of the axis, of 2 at most
 STILL: Final = 1e-3  # of the way the axis went
 UNDETERMINED: Final = "nothing-to-tell"
 
-T = TypeVar("T")
-Show = Callable[[float], object]
+WORKER: Final = Worker()  # of this process
 
 
 class Outcome(StrEnum):
@@ -359,6 +363,10 @@ def missed_events(counted: Mapping[str, int], counts: Counts | None) -> str:
 # --- the study -------------------------------------------------------------------------------
 
 
+class _Spent(Exception):
+    """The budget was spent."""
+
+
 def stress(
     *,
     cases: Sequence[str] | None = None,
@@ -366,7 +374,10 @@ def stress(
     budget: float = BUDGET_S,
     time_limit: float = TIME_S,
     step_limit: int = STEPS,
-    progress: Show | None = None,
+    jobs: int = 1,
+    folder: str | os.PathLike[str] | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[float], object] | None = None,
 ) -> Stress:
     """Put methods under stress: at every motion at which some are known to fail.
 
@@ -380,6 +391,13 @@ def stress(
         Time after which the process of a run is killed [s]; starting it is no part of the run.
     step_limit : int
         Steps after which a run is given up.
+    jobs : int
+        Runs at the same time.
+    folder : path, optional
+        Where every run is written down, so that a test that was killed goes on from there. It is
+        new, or empty, or holds this test.
+    executor : concurrent.futures.Executor, optional
+        Its workers do the runs, and `jobs` means nothing.
     progress : callable, optional
         Called with the fraction done, after each run.
 
@@ -391,6 +409,8 @@ def stress(
     ------
     BadScene
         There is no such case or method; an option is out of its bounds. Every fault is listed.
+    ForeignFile, InUse, StoppedEarly, ForeignWorker
+        As for `heavytop.drift`.
 
     Examples
     --------
@@ -404,65 +424,149 @@ def stress(
     makes of changed starts.
     """
     heard("progress", progress)
-    limits = {"budget": budget, "time_limit": time_limit, "step_limit": step_limit}
-    chosen, asked, limits = _asked(cases, methods, limits)
-    every = [(c, m) for m in asked for c in chosen]
-    pairs = [(c, m) for c, m in every if c.first_order or m.formulation != FIRST_ORDER]
-    rule = "it solves u' = ±√f(u), put to first-order only"
-    apart = [Skipped(c.name, m.name, rule) for c, m in every if (c, m) not in pairs]
-    found: list[Run | Skipped] = []
-    until = time.monotonic() + limits["budget"]
-    with Worker() as worker:
-        for number, (case, method) in enumerate(pairs, 1):
-            found.append(_one(worker, case, method, limits, until))
-            if progress is not None:
-                progress(number / len(pairs))
+    limits = {"budget": budget, "time_limit": time_limit, "step_limit": step_limit, "jobs": jobs}
+    parameters, values = _parameters(cases, methods, limits)
+
+    def told(now: runner.Progress) -> None:
+        if progress is not None:
+            progress(now.fraction)
+
+    memory = nullcontext(MemoryStore(parameters))
+    with memory if folder is None else Store.open(folder, parameters) as store:
+        how = {"budget": values["budget"], "jobs": values["jobs"], "executor": executor}
+        return complete(store, on_progress=told, **how)
+
+
+def _parameters(
+    some: Any, methods: Any, limits: Mapping[str, float]
+) -> tuple[Parameters, dict[str, Any]]:
+    """Return the test as JSON, and the limits, unless something is wrong with them."""
+    found, no_cases = _named("cases", some, cases())
+    asked, no_methods = _named("methods", methods, stress_methods())
+    values, wrong = parse_options("stress", limits, NUMBERS)
+    if faults := (*no_cases, *no_methods, *wrong):
+        raise BadScene(faults)
+    parameters = {
+        "kind": KIND,
+        "cases": found,
+        "methods": asked,
+        "time_limit": values["time_limit"],
+        "step_limit": values["step_limit"],
+        "versions": versions(),
+    }
+    return parameters, values
+
+
+def _named(key: str, some: Any, known: Mapping[str, Any]) -> tuple[list[str], list[Fault]]:
+    """Return the names of what is asked for, none of it twice, and all where nothing is named."""
+    found, faults = parse_names("stress", key, known if some is None else some, one_of(known, LIST))
+    return list(dict.fromkeys(each.name for each in found)), faults
+
+
+def _pairs(parameters: Parameters) -> list[tuple[Case, Method]]:
+    known = stress_methods()
+    return [(cases()[c], known[m]) for m in parameters["methods"] for c in parameters["cases"]]
+
+
+def _apart(case: Case, method: Method) -> bool:
+    return method.formulation == FIRST_ORDER and not case.first_order
+
+
+def tasks(parameters: Parameters) -> list[str]:
+    """Return the names of the runs: a case and a method."""
+    return [
+        f"{case.name}/{method.name}"
+        for case, method in _pairs(parameters)
+        if not (method.absent or _apart(case, method))
+    ]
+
+
+def complete(
+    store: MemoryStore,
+    *,
+    budget: float = BUDGET_S,
+    on_progress: Callable[[runner.Progress], object] | None = None,
+    **how: Any,
+) -> Stress:
+    """Do the runs that are left and for which there is time, and return the result."""
+    until = time.monotonic() + budget
+
+    def heard(now: runner.Progress) -> None:
+        if on_progress is not None:
+            on_progress(now)
+        if now.ended < now.tasks and time.monotonic() >= until:
+            raise _Spent
+
+    with suppress(_Spent), WORKER:
+        runner.run(store, on_progress=heard, **how)
+    return collect(store, budget)
+
+
+def collect(store: MemoryStore, budget: float = BUDGET_S) -> Stress:
+    """Return what is stored of a stress test.
+
+    Parameters
+    ----------
+    store : MemoryStore
+    budget : float
+        What it was given [s].
+    """
+    parameters, runs, skipped, apart = store.parameters, [], [], []
+    for case, method in _pairs(parameters):
+        name = f"{case.name}/{method.name}"
+        record = store.load(name)
+        no_run = partial(Skipped, case.name, method.name)
+        if record.done:
+            [row] = record.rows
+            read = {"outcome": Outcome(row["outcome"]), "turns": row["turns"] and (*row["turns"],)}
+            runs.append(Run(**row | read, seconds=store.seconds.get(name)))
+        elif _apart(case, method):
+            apart.append(no_run("it solves u' = ±√f(u), put to first-order only"))
+        elif method.absent:
+            skipped.append(no_run(f"{', '.join(method.absent)} is not installed"))
+        elif record.failed:
+            skipped.append(no_run(record.failed, lost=True))
+        else:
+            skipped.append(no_run("the budget was spent"))
     return Stress(
-        cases=chosen,
-        methods=asked,
-        runs=tuple(each for each in found if isinstance(each, Run)),
-        skipped=tuple(each for each in found if isinstance(each, Skipped)),
+        cases=tuple(cases()[name] for name in parameters["cases"]),
+        methods=tuple(stress_methods()[name] for name in parameters["methods"]),
+        runs=tuple(runs),
+        skipped=tuple(skipped),
         limits={
-            "budget_s": limits["budget"],
-            "time_s": limits["time_limit"],
-            "steps": limits["step_limit"],
+            "budget_s": budget,
+            "time_s": parameters["time_limit"],
+            "steps": parameters["step_limit"],
         },
         apart=tuple(apart),
     )
 
 
-def _one(
-    worker: Worker, case: Case, method: Method, limits: Mapping[str, float], until: float
-) -> Run | Skipped:
+def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[Chunk]:
     """Do one run in a process that can be killed; no clock runs while it gets ready."""
-    skipped = partial(Skipped, case.name, method.name)
-    if method.absent:
-        return skipped(f"{', '.join(method.absent)} is not installed")
-    if time.monotonic() >= until:
-        return skipped("the budget was spent")
-    time_limit, asked = limits["time_limit"], (case.name, method.name, reference(case.name))
-    late = partial(
-        Run,
-        case=case.name,
-        method=method.name,
-        formulation=method.formulation,
-        outcome=Outcome.TIME_LIMIT,
-        named=True,
-    )
+    case, _, method = task.partition("/")
+    time_limit, asked = parameters["time_limit"], (case, method, reference(case))
+    form = stress_methods()[method].formulation
+    late = partial(Run, case=case, method=method, formulation=form, outcome=Outcome.TIME_LIMIT,
+                   named=True)  # fmt: skip
+    seconds = time_limit
     try:
-        worker.call(get_ready, *asked)
-        done, seconds = worker.call(put_to_test, *asked, limits["step_limit"], timeout=time_limit)
+        WORKER.call(get_ready, *asked)
+        limits = (parameters["step_limit"],)
+        found, seconds = WORKER.call(put_to_test, *asked, *limits, timeout=time_limit)
+        if seconds > time_limit:
+            found = late(note=f"back after {seconds:.2g} s")
     except TimedOut:
-        return late(note=f"killed after {time_limit:g} s")
+        found = late(note=f"killed after {time_limit:g} s")
     except Lost as death:
-        return skipped(f"its process was lost: {death}", lost=True)
-    if seconds > time_limit:
-        return late(note=f"back after {seconds:.2g} s")
-    return replace(done, seconds=seconds)
+        raise HeavyTopError(f"its process was lost: {death}") from None
+    yield Chunk(rows=[found.document()], done=True, seconds=seconds)
 
 
 def get_ready(case: str, method: str, truth: Reference) -> None:
-    """In the worker: compile what a method of others needs."""
+    """In the worker: silence the Fortran and C of solvers, and compile what a method needs."""
+    with Path(os.devnull).open("w") as nothing:
+        os.dup2(nothing.fileno(), 2)
     chosen = stress_methods()[method]
     if chosen.is_rival and not chosen.solver:
         stepper_of(cases()[case], chosen, truth)
@@ -472,47 +576,9 @@ def put_to_test(case: str, method: str, truth: Reference, step_limit: int) -> tu
     """In the worker: do a run, and judge it; return it with the time it took [s]."""
     chosen = stress_methods()[method]
     began = time.perf_counter()
-    with _silence():
-        found = run(cases()[case], chosen, truth, step_limit)
+    found = run(cases()[case], chosen, truth, step_limit)
     seconds = time.perf_counter() - began
     return judged(found, truth, case, chosen), seconds
-
-
-@contextmanager
-def _silence() -> Iterator[None]:
-    """Let the Fortran and C of solvers print into nothing; what they return is judged."""
-    kept, nothing = os.dup(2), os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(nothing, 2)
-        yield
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
-        os.close(nothing)
-
-
-def _asked(
-    some: Any, methods: Any, limits: Mapping[str, float]
-) -> tuple[tuple[Case, ...], tuple[Method, ...], dict[str, Any]]:
-    """Return cases, methods and limits, unless something is wrong with them."""
-    given = [some] if isinstance(some, Scene) else some
-    scenes = [x for x in given if isinstance(x, Scene)] if isinstance(given, list | tuple) else []
-    rule = "names of cases, which are built in; drift and work_precision take a scene of your own"
-    faults = [Fault("stress", None, "cases", f"scene {x.name}", rule) for x in scenes]
-    found, no_cases = _each("cases", None if scenes else some, cases())
-    asked, no_methods = _each("methods", methods, stress_methods())
-    values, wrong = parse_options("stress", limits, NUMBERS)
-    if faults := [*faults, *no_cases, *no_methods, *wrong]:
-        raise BadScene(tuple(faults))
-    return found, asked, values
-
-
-def _each(
-    key: str, some: Sequence[str] | None, known: Mapping[str, T]
-) -> tuple[tuple[T, ...], list[Fault]]:
-    """Return what is asked for by name, none of it twice, and all where nothing is named."""
-    found, faults = parse_names("stress", key, known if some is None else some, one_of(known, LIST))
-    return tuple({id(each): each for each in found}.values()), faults
 
 
 def listing() -> dict[str, Any]:

@@ -131,7 +131,8 @@ def run(case: Case, method: Method, truth: Reference, step_limit: int) -> RunRes
 
 def _taylor(case: Case, method: Method, truth: Reference, step_limit: int) -> RunResult:
     wants = {"cubic": ("theta",), "auto-angles": ("axis", "phi", "psi")}
-    scene = _wanting(case.scene, wants.get(method.name.removeprefix("taylor-"), ("axis",)))
+    wanted = wants.get(method.name.removeprefix("taylor-"), ("axis",))
+    scene = replace(case.scene, quantities=wanted)
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
         try:
@@ -143,13 +144,6 @@ def _taylor(case: Case, method: Method, truth: Reference, step_limit: int) -> Ru
     said = "; ".join(str(w.message) for w in heard if issubclass(w.category, OWN_WARNINGS))
     with np.errstate(all="ignore"):
         return _of_trajectory(found, said, auto=method.formulation == AUTO)
-
-
-def _wanting(scene: Scene, quantities: tuple[str, ...]) -> Scene:
-    return Scene(
-        scene.top, scene.start, time=scene.time, periods=scene.periods, quantities=quantities,
-        events=scene.events, samples=scene.samples, digits=scene.digits, name=scene.name,
-    )  # fmt: skip
 
 
 def _of_trajectory(found: Trajectory, said: str, *, auto: bool) -> RunResult:
@@ -167,11 +161,10 @@ def _of_trajectory(found: Trajectory, said: str, *, auto: bool) -> RunResult:
 
 
 def _smallest_step(found: Trajectory) -> float | None:
-    points = found.orbit.checkpoints
-    times = np.array([*(point.time[0] for point in points), found.orbit.end])
-    steps = np.array([*(point.steps for point in points), found.statistics.steps])
-    means = [abs(t) / n for t, n in zip(np.diff(times), np.diff(steps), strict=True) if n]
-    return float(min(means)) if means else None
+    places = [(point.time[0], point.steps) for point in found.orbit.checkpoints]
+    places.append((found.orbit.end, found.statistics.steps))
+    blocks = np.diff(places, axis=0)
+    return min((abs(t) / n for t, n in blocks.tolist() if n), default=None)
 
 
 def _with_motion(result: RunResult, seen: Any) -> RunResult:
