@@ -16,7 +16,6 @@ from claim import claim, finish
 from page import rewrite
 
 import heavytop as ht
-from heavytop.studies.atlases.stored import store
 
 SIDE = next((int(x) for x in sys.argv[1:] if x.isdecimal()), 2000)
 HUGE = 10_000 if SIDE >= 2000 else 1000
@@ -36,19 +35,18 @@ def timed(**asked):
 
 WORKER = """
 import sys
-from heavytop.studies.atlases.follow import follow
-from heavytop.studies.atlases.study import Study
 import heavytop as ht
-study = Study.asked(ht.load_scene("sicm-kicked"), *sys.argv[1:])
-for task in list(study.tiles)[:3]:
-    list(follow(study.identity, task, None))
+x, y, what, shard = sys.argv[1:]
+how = {"kind": {"only": "kind"}, "rows": {}, "integrate": {"integrate": True}}[what]
+assert 3 <= len(ht.atlas(ht.load_scene("sicm-kicked"), x, y, jobs=1, shard=shard, **how).tasks) <= 4
 print(open("/proc/self/status").read())
 """
+SHARDS = {"kind": "1/3", "rows": "1/50", "integrate": "1/190"}  # of three tiles or four
 
 
 def gigabytes(what):
     """The most memory of a process that computes tiles, as a worker does."""
-    words = [sys.executable, "-c", WORKER, *plane(3000), what]
+    words = [sys.executable, "-c", WORKER, *plane(3000), what, SHARDS[what]]
     status = subprocess.run(words, capture_output=True, text=True, check=True).stdout
     return int(re.search(r"VmHWM:\s+(\d+) kB", status)[1]) / 1e6
 
@@ -85,7 +83,7 @@ try:
     found, spent = timed(x=x, y=y, only="kind", jobs=2, folder=ROOM / "huge")
     tiles = size(ROOM / "huge")
     began = time.perf_counter()
-    store(found, ROOM / "huge.nc")
+    found.save_map(ROOM / "huge.nc")
     stored = time.perf_counter() - began
     print(f"     {HUGE**2:.0e} pixels: {spent:.1f} s, and {stored:.1f} s to write atlas.nc")
     print(f"     tiles {tiles / 1e6:.1f} MB, map {(size(ROOM) - tiles) / 1e6:.1f} MB")
