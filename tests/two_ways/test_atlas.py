@@ -241,9 +241,10 @@ def test_a_layout_that_differs_in_its_last_digits_gives_the_same_bytes(tmp_path,
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
 
 
-@pytest.mark.parametrize(
-    "change", ["!!!!", "AAAA", 7, None, b64encode(zlib.compress(b"7")).decode()]
-)
+SHORT = b64encode(zlib.compress(b"7")).decode()
+
+
+@pytest.mark.parametrize("change", ["!!!!", "AAAA", 7, None, SHORT])
 def test_a_damaged_column_is_refused(change, tmp_path):
     ht.atlas(KICKED, **AXES, only="kind", jobs=1, folder=tmp_path)
     [path] = (tmp_path / "tasks").iterdir()
@@ -254,7 +255,7 @@ def test_a_damaged_column_is_refused(change, tmp_path):
         ht.load_atlas(tmp_path)["kind"]
 
 
-@pytest.mark.parametrize("rows", [[], [{}], [{"counts": 7}], [{"counts": {"loops": "1"}}], 7])
+@pytest.mark.parametrize("rows", [[], [{}], [{"counts": 7}], 7])
 def test_a_record_of_something_else_is_refused(rows, tmp_path):
     ht.atlas(KICKED, **AXES, only="kind", jobs=1, folder=tmp_path)
     [path] = (tmp_path / "tasks").iterdir()
@@ -424,7 +425,7 @@ def test_what_stands_still_at_pi_hangs():
         ({"integrate": 1}, "integrate.*a bool"),
         ({"only": "kind", "integrate": True}, "only.*not together"),
         ({"executor": 3}, "executor.*Executor"),
-        ({"x": "phidot=0:1:1000000", "y": "psidot=0:1:1000000"}, "at most 1e"),
+        ({"x": "phidot=0:1:1000000", "y": "psidot=0:1:1000000"}, "GB are needed in memory"),
         ({"x": "phidot=0:1:90000", "y": "psidot=0:1:90000"}, "GB are needed in memory"),
     ],
 )
@@ -433,12 +434,3 @@ def test_what_is_wrong_is_said_before_anything_is_done(wrong, words):
         ht.atlas(KICKED, **{**AXES, **wrong})
     with pytest.raises(ht.BadScene, match=r"scene.*a Scene"):
         ht.atlas("sicm-kicked", **AXES)
-
-
-def test_room_on_the_disk_is_asked_for(tmp_path, monkeypatch):
-    import shutil
-
-    monkeypatch.setattr(shutil, "disk_usage", lambda _: type("Usage", (), {"free": 1000})())
-    with pytest.raises(ht.BadScene, match="needed on the disk of"):
-        ht.atlas(KICKED, **AXES, folder=tmp_path / "a" / "b")
-    assert not (tmp_path / "a").exists()
