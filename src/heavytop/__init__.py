@@ -49,7 +49,7 @@ _HOMES = {
     "Top": "scene.top",
     "Trajectory": "run.trajectory",
     "Transition": "run.sensitivities",
-    "Validation": "claims.validation",
+    "Validation": "claims.validate",
     "Verdict": "classification",
     "WorkPrecision": "studies.workprecs.work_precision",
     "WrongType": "errors",
@@ -75,7 +75,7 @@ _HOMES = {
     "sensitivities": "run.sensitivities",
     "state_transition": "run.sensitivities",
     "stress": "studies.stresses.stressing",
-    "validate": "claims.validating",
+    "validate": "claims.validate",
     "work_precision": "studies.workprecs.measuring",
 }
 
@@ -154,8 +154,7 @@ if TYPE_CHECKING:
     from heavytop.analytic.many_motions import Motions, motions_many
     from heavytop.analytic.monodromy import Circuit
     from heavytop.analytic.motion import Motion
-    from heavytop.claims.validating import validate
-    from heavytop.claims.validation import Validation
+    from heavytop.claims.validate import Validation, validate
     from heavytop.classification import Kind, Verdict
     from heavytop.classification.classify import classify
     from heavytop.classification.many import classify_many
