@@ -40,6 +40,7 @@ _HOMES = {
     "NoScheduler": "errors",
     "NoWorkerWarning": "errors",
     "Plan": "run.planning",
+    "Reference": "analytic.reference",
     "Sample": "integration.outputs",
     "Scene": "scene.scene",
     "Sensitivities": "run.sensitivities",
@@ -70,6 +71,7 @@ _HOMES = {
     "plan": "run.planning",
     "propagate": "run.propagation",
     "propagate_many": "run.ensemble",
+    "reference": "analytic.reference",
     "resume": "studies.resuming",
     "run_errors": "run.verify",
     "sensitivities": "run.sensitivities",
@@ -108,6 +110,7 @@ __all__ = [
     "NoScheduler",
     "NoWorkerWarning",
     "Plan",
+    "Reference",
     "Sample",
     "Scene",
     "Sensitivities",
@@ -138,6 +141,7 @@ __all__ = [
     "plan",
     "propagate",
     "propagate_many",
+    "reference",
     "resume",
     "run_errors",
     "sensitivities",
@@ -154,6 +158,7 @@ if TYPE_CHECKING:
     from heavytop.analytic.many_motions import Motions, motions_many
     from heavytop.analytic.monodromy import Circuit
     from heavytop.analytic.motion import Motion
+    from heavytop.analytic.reference import Reference, reference
     from heavytop.claims.validate import Validation, validate
     from heavytop.classification import Kind, Verdict
     from heavytop.classification.classify import classify
