@@ -10,7 +10,7 @@ import pytest
 
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.potential import Potential
-from heavytop.plots.figures.style import MOST_PERIODS
+from heavytop.plots.figures import MOST_PERIODS
 from heavytop.report.pages.behind import BEHIND
 from heavytop.report.pages.claims import verdicts
 from heavytop.report.pages.descriptions import GIVEN, described, given
