@@ -63,6 +63,8 @@ _ONE_AT_A_TIME: Final = Lock()
 class Study(Protocol):
     """What the module of a kind of study offers."""
 
+    __name__: str
+
     def tasks(self, parameters: Parameters) -> Sequence[str]:
         """Return the names of the tasks, always the same and in the same order."""
 
@@ -148,8 +150,8 @@ def run(
     ForeignFile
         The kind of study is unknown, or a record cannot be read.
     """
-    module = module_of(store.parameters)
-    names = study_of(store.parameters).tasks(store.parameters) if tasks is None else tasks
+    study = study_of(store.parameters)
+    names = study.tasks(store.parameters) if tasks is None else tasks
     records = {task: _light(store.load(task)) for task in names}
     started, before = time.monotonic(), _fraction(records)
 
@@ -164,9 +166,9 @@ def run(
     store.seconds |= {task: 0.0 for task, checkpoint in left.items() if checkpoint is None}
     with _stop_signal() as stop:
         if executor is None and jobs == 1:
-            chunks = _here(module, store.parameters, left, stop)
+            chunks = _here(study, store.parameters, left, stop)
         else:
-            chunks = _in_workers(module, store, left, executor or Processes(jobs), stop)
+            chunks = _in_workers(study, store, left, executor or Processes(jobs), stop)
         with closing(chunks):
             for task, chunk in chunks:
                 record = records[task].after(chunk)
@@ -179,8 +181,8 @@ def run(
         raise StoppedEarly(Stop.INTERRUPTED, "interrupted", store.path)
 
 
-def module_of(parameters: Parameters) -> str:
-    """Return the name of the module for a kind of study.
+def study_of(parameters: Parameters) -> Study:
+    """Return the module for a kind of study.
 
     Raises
     ------
@@ -190,12 +192,7 @@ def module_of(parameters: Parameters) -> str:
     kind = parameters.get("kind")
     if kind not in KINDS:
         raise ForeignFile(f"kind = {kind!r:.40}: not a kind of study known here")
-    return KINDS[kind]
-
-
-def study_of(parameters: Parameters) -> Study:
-    """Return the module for a kind of study."""
-    return cast(Study, import_module(module_of(parameters)))
+    return cast(Study, import_module(KINDS[kind]))
 
 
 def with_versions_here(parameters: Parameters) -> Parameters:
@@ -221,18 +218,18 @@ def _fraction(records: dict[str, Record]) -> float:
 
 
 def _here(
-    module: str, parameters: Parameters, left: dict[str, Any], stop: Event
+    study: Study, parameters: Parameters, left: dict[str, Any], stop: Event
 ) -> Generator[tuple[str, Chunk]]:
     """Yield the chunks of tasks, computed in this process."""
     for task, checkpoint in left.items():
-        for chunk in _advance(module, parameters, task, checkpoint):
+        for chunk in _advance(study, parameters, task, checkpoint):
             yield task, chunk
             if stop.is_set():
                 return
 
 
 def _in_workers(
-    module: str, store: MemoryStore, left: dict[str, Any], pool: Executor, stop: Event
+    study: Study, store: MemoryStore, left: dict[str, Any], pool: Executor, stop: Event
 ) -> Generator[tuple[str, Chunk]]:
     """Yield the chunks of tasks, computed in slices by the workers of a pool."""
     waiting, lost = deque(left), Counter[str]()
@@ -247,7 +244,7 @@ def _in_workers(
             room = 1 if lost else 2 * workers(pool)
             while waiting and len(running) < room:
                 task = waiting.popleft()
-                running[_sent(pool, module, store.parameters, task, left[task])] = task
+                running[_sent(pool, study.__name__, store.parameters, task, left[task])] = task
             for future in wait(running, TICK_S, FIRST_COMPLETED).done:
                 task = running.pop(future)
                 if fault := _loss(future):
@@ -307,16 +304,16 @@ def _slice(
     chunks = []
     with _ONE_AT_A_TIME:
         end = time.monotonic() + seconds
-        for chunk in _advance(module, parameters, task, checkpoint):
+        study = cast(Study, import_module(module))
+        for chunk in _advance(study, parameters, task, checkpoint):
             chunks.append(chunk)
             if time.monotonic() >= end:
                 break
     return chunks
 
 
-def _advance(module: str, parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chunk]:
+def _advance(study: Study, parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chunk]:
     """The chunks of a task; what it refuses is the last one."""
-    study = cast(Study, import_module(module))
     try:
         for chunk in study.advance(parameters, task, checkpoint):
             yield chunk
