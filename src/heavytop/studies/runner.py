@@ -13,14 +13,8 @@ import time
 import warnings
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import (
-    FIRST_COMPLETED,
-    BrokenExecutor,
-    CancelledError,
-    Executor,
-    Future,
-    wait,
-)
+from concurrent import futures
+from concurrent.futures import Executor, Future
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
@@ -29,14 +23,7 @@ from threading import Event, Lock, current_thread, main_thread
 from types import FrameType
 from typing import Any, Final, Protocol, cast
 
-from heavytop.errors import (
-    ForeignFile,
-    ForeignWorker,
-    HeavyTopError,
-    NoWorkerWarning,
-    Stop,
-    StoppedEarly,
-)
+from heavytop import errors
 from heavytop.machine import usable_cpus, versions
 from heavytop.studies.processes import Processes
 from heavytop.studies.store import Chunk, MemoryStore, Parameters, Record, differences
@@ -53,7 +40,7 @@ TICK_S: Final = 0.1  # how long Ctrl-C may go unheard
 
 # How executors say that a worker was killed; dask's exceptions by name, as it may be missing here.
 # A process of a pool that heard a Ctrl-C meant for this one says KeyboardInterrupt.
-_LOST: Final = (BrokenExecutor, CancelledError, KeyboardInterrupt)
+_LOST: Final = (futures.BrokenExecutor, futures.CancelledError, KeyboardInterrupt)
 _LOST_BY_NAME: Final = ("KilledWorker", "FutureCancelledError")
 
 # The precision of mpmath and of python-flint is global, so that threads take turns.
@@ -178,7 +165,7 @@ def run(
                     store.seconds[task] += chunk.seconds
                 tell()
     if not all(record.ended for record in records.values()):
-        raise StoppedEarly(Stop.INTERRUPTED, "interrupted", store.path)
+        raise errors.StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", store.path)
 
 
 def study_of(parameters: Parameters) -> Study:
@@ -191,7 +178,7 @@ def study_of(parameters: Parameters) -> Study:
     """
     kind = parameters.get("kind")
     if kind not in KINDS:
-        raise ForeignFile(f"kind = {kind!r:.40}: not a kind of study known here")
+        raise errors.ForeignFile(f"kind = {kind!r:.40}: not a kind of study known here")
     return cast(Study, import_module(KINDS[kind]))
 
 
@@ -239,19 +226,23 @@ def _in_workers(
         while (waiting or running) and not stop.is_set():
             before, deserted = deserted, getattr(pool, "workers", 1) == 0
             if deserted and not before:
-                warnings.warn("no worker is left: the study waits", NoWorkerWarning, stacklevel=3)
+                warnings.warn(
+                    "no worker is left: the study waits", errors.NoWorkerWarning, stacklevel=3
+                )
             # After a loss all tasks it may be due to run alone, each for a slice.
             room = 1 if lost else 2 * workers(pool)
             while waiting and len(running) < room:
                 task = waiting.popleft()
                 running[_sent(pool, study.__name__, store.parameters, task, left[task])] = task
-            for future in wait(running, TICK_S, FIRST_COMPLETED).done:
+            for future in futures.wait(running, TICK_S, futures.FIRST_COMPLETED).done:
                 task = running.pop(future)
                 if fault := _loss(future):
                     lost[task] += 1
                     if lost[task] > 1:
                         why = f"the worker on {task} was lost twice ({_words(fault)})"
-                        raise StoppedEarly(Stop.WORKER_LOST, why, store.path) from fault
+                        raise errors.StoppedEarly(
+                            errors.Stop.WORKER_LOST, why, store.path
+                        ) from fault
                     waiting.appendleft(task)
                     if isinstance(pool, Processes):
                         pool.replace()
@@ -291,7 +282,7 @@ def _sent(
         return pool.submit(_slice, module, parameters, task, checkpoint, SLICE_S)
     except Exception as fault:  # shut down, broken, out of reach, no more processes
         future: Future[list[Chunk]] = Future()
-        future.set_exception(BrokenExecutor(f"no work is taken: {_words(fault)}"))
+        future.set_exception(futures.BrokenExecutor(f"no work is taken: {_words(fault)}"))
         return future
 
 
@@ -300,7 +291,7 @@ def _slice(
 ) -> list[Chunk]:
     """Advance a task for about so many seconds; in a worker, which may be far away."""
     if found := differences(with_versions_here(parameters), parameters):
-        raise ForeignWorker(f"process {os.getpid()} on {platform.node()}", found)
+        raise errors.ForeignWorker(f"process {os.getpid()} on {platform.node()}", found)
     chunks = []
     with _ONE_AT_A_TIME:
         end = time.monotonic() + seconds
@@ -319,7 +310,7 @@ def _advance(study: Study, parameters: Parameters, task: str, checkpoint: Any) -
             yield chunk
             if chunk.done:
                 return
-    except HeavyTopError as refusal:
+    except errors.HeavyTopError as refusal:
         yield Chunk(failed=str(refusal))
         return
     raise RuntimeError(f"{task}: ended before it was done")
@@ -327,7 +318,7 @@ def _advance(study: Study, parameters: Parameters, task: str, checkpoint: Any) -
 
 def _loss(future: Future[list[Chunk]]) -> BaseException | None:
     """How the worker was lost, if it was; what the task raised is raised here."""
-    fault = CancelledError() if future.cancelled() else future.exception()
+    fault = futures.CancelledError() if future.cancelled() else future.exception()
     if fault is None or isinstance(fault, _LOST) or type(fault).__name__ in _LOST_BY_NAME:
         return fault
     raise fault
