@@ -88,17 +88,10 @@ SETS: Final = {
 
 
 def _plane(parameters: Parameters) -> Plane:
+    if parameters["kind"] != KIND:
+        raise ForeignFile(f"a study of {parameters['kind']!r:.40}, no atlas")
     x, y = (Axis.of(parameters[side]) for side in "xy")
     return Plane(scene_of(parameters["scene"]), x, y)
-
-
-def _opened(folder: Path) -> Store:
-    """The store in a folder, for reading."""
-    store = Store(folder)
-    kind = store.parameters["kind"]
-    if kind != KIND:
-        raise ForeignFile(f"{folder}: a study of {kind!r:.40}")
-    return store
 
 
 def tasks(parameters: Parameters) -> tuple[str, ...]:
@@ -563,8 +556,7 @@ def resume(
     StoppedEarly
         As for `atlas`.
     """
-    kept = _opened(Path(folder))
-    with Store.open(kept.path, with_versions_here(kept.parameters)) as store:
+    with Store.open(folder, with_versions_here(Store(folder).parameters)) as store:
         wanted = _tiles_of(store, store.load(SHARD).checkpoint)
         run(store, tasks=wanted, jobs=jobs, executor=executor, on_progress=progress)
         return collect(store, jobs)
@@ -590,14 +582,12 @@ def merge_atlases(
 
     Raises
     ------
-    BadScene
-        No folder is given.
     ForeignFile
         A folder holds no atlas, another one, or a damaged file.
     InUse
         Another process is writing `folder`.
     WrongType
-        `folders` is no sequence of paths, or `folder` no path.
+        `folders` is no sequence of paths, or empty, or `folder` no path.
 
     Notes
     -----
@@ -617,20 +607,19 @@ def merge_atlases(
     ...     print(found.whole, missing, found.counts["loops"])
     True () 622
     """
-    if isinstance(folders, str | bytes) or not isinstance(folders, Sequence):
+    if not folders or isinstance(folders, str | bytes) or not isinstance(folders, Sequence):
         raise arguments.wrong_type("folders", "a list of paths", folders)
-    if not folders:
-        raise BadScene((Fault(KIND, None, "merge", "", "at least one folder"),))
     whole = arguments.path_of("folder", folder)
     parts = [arguments.path_of("folders", each) for each in folders]
-    first, *others = map(_opened, parts)
+    first, *others = map(Store, parts)
+    every = tasks(first.parameters)
     for other in others:  # before anything is written
         other.expect(first.parameters)
     with Store.open(whole, first.parameters) as store:
         store.merge(parts)
         store.save(Record(SHARD))
         found = collect(store)
-    return found, tuple(task for task in tasks(store.parameters) if task not in found.tasks)
+    return found, tuple(task for task in every if task not in found.tasks)
 
 
 def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
@@ -667,7 +656,7 @@ def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
     ...     print(load_atlas(place).counts == made.counts)
     True
     """
-    return collect(_opened(arguments.path_of("folder", folder)))
+    return collect(Store(arguments.path_of("folder", folder)))
 
 
 def _tiles_of(store: MemoryStore, shard: list[int] | None) -> Sequence[str]:
