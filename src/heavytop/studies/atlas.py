@@ -90,8 +90,9 @@ SETS: Final = {
 def _plane(parameters: Parameters) -> Plane:
     if parameters["kind"] != KIND:
         raise ForeignFile(f"a study of {parameters['kind']!r:.40}, no atlas")
-    x, y = (Axis.of(parameters[side]) for side in "xy")
-    return Plane(scene_of(parameters["scene"]), x, y)
+    with _reading("study.json"):
+        x, y = (Axis.of(parameters[side]) for side in "xy")
+        return Plane(scene_of(parameters["scene"]), x, y)
 
 
 def tasks(parameters: Parameters) -> tuple[str, ...]:
@@ -280,7 +281,7 @@ class Atlas:
         """The tiles and their columns, one at a time in memory."""
         for task in self.tasks:
             tile = self._tiles[task]
-            with _reading(task):
+            with _reading(f"tile {task}"):
                 texts = self.store.load(task).rows[0]["columns"]
                 columns = {each: _unpacked(texts[each], each, tile.shape) for each in self.columns}
             yield tile, columns
@@ -342,6 +343,11 @@ class Atlas:
     def save_map(self, path: Path) -> None:
         """Write the map as netCDF: a tile at a time in memory, whole or not at all.
 
+        Parameters
+        ----------
+        path : Path
+            The file, usually ``atlas.nc``.
+
         Raises
         ------
         OSError
@@ -397,7 +403,7 @@ def collect(store: MemoryStore, jobs: int = 1) -> Atlas:
         record = store.load(task)
         if record.done:
             done.append(task)
-            with _reading(task):
+            with _reading(f"tile {task}"):
                 [row] = record.rows
                 pairs.update(row["counts"])
                 others.update({name: row[name] for name in ("sent", "uncertified")})
@@ -411,12 +417,12 @@ def collect(store: MemoryStore, jobs: int = 1) -> Atlas:
 
 
 @contextmanager
-def _reading(task: str) -> Iterator[None]:
-    """Name the tile whose record is not what `advance` gave."""
+def _reading(what: str) -> Iterator[None]:
+    """Name what does not hold what was written there."""
     try:
         yield
     except (LookupError, TypeError, ValueError, AttributeError, zlib.error) as fault:
-        raise ForeignFile(f"tile {task}: damaged ({fault})") from None
+        raise ForeignFile(f"{what}: damaged ({fault})") from None
 
 
 def _attributes(name: str) -> dict[str, Any]:
