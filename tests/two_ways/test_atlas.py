@@ -159,6 +159,15 @@ def test_shards_of_other_atlases_are_refused(tmp_path):
         ht.load_atlas(tmp_path / "d")
 
 
+@pytest.mark.parametrize("change", [{"x": "phidot=0:1"}, {"y": 7}, {"scene": None}])
+def test_parameters_of_no_atlas_are_refused(change, tmp_path):
+    ht.atlas(KICKED, **AXES, only="kind", jobs=1, folder=tmp_path)
+    path = tmp_path / "study.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | change))
+    with pytest.raises(ht.ForeignFile, match=r"study\.json: damaged"):
+        ht.load_atlas(tmp_path)
+
+
 def test_a_killed_atlas_goes_on_where_it_was(tmp_path):
     axes = ["phidot=-20:20:900", "psidot=-150:150:900"]
     folder = tmp_path / "killed"

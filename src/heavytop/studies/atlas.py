@@ -96,17 +96,11 @@ SETS: Final = {
 
 
 def _plane(parameters: Parameters) -> Plane:
-    x, y = (Axis.of(parameters[side]) for side in "xy")
-    return Plane(scene_of(parameters["scene"]), x, y)
-
-
-def _opened(folder: Path) -> Store:
-    """The store in a folder, for reading."""
-    store = Store(folder)
-    kind = store.parameters["kind"]
-    if kind != KIND:
-        raise ForeignFile(f"{folder}: a study of {kind!r:.40}")
-    return store
+    if parameters["kind"] != KIND:
+        raise ForeignFile(f"a study of {parameters['kind']!r:.40}, no atlas")
+    with _reading("study.json"):
+        x, y = (Axis.of(parameters[side]) for side in "xy")
+        return Plane(scene_of(parameters["scene"]), x, y)
 
 
 def tasks(parameters: Parameters) -> tuple[str, ...]:
@@ -295,7 +289,7 @@ class Atlas:
         """The tiles and their columns, one at a time in memory."""
         for task in self.tasks:
             tile = self._tiles[task]
-            with _reading(task):
+            with _reading(f"tile {task}"):
                 texts = self.store.load(task).rows[0]["columns"]
                 columns = {each: _unpacked(texts[each], each, tile.shape) for each in self.columns}
             yield tile, columns
@@ -357,6 +351,11 @@ class Atlas:
     def save_map(self, path: Path) -> None:
         """Write the map as netCDF: a tile at a time in memory, whole or not at all.
 
+        Parameters
+        ----------
+        path : Path
+            The file, usually ``atlas.nc``.
+
         Raises
         ------
         OSError
@@ -412,7 +411,7 @@ def collect(store: MemoryStore, jobs: int = 1) -> Atlas:
         record = store.load(task)
         if record.done:
             done.append(task)
-            with _reading(task):
+            with _reading(f"tile {task}"):
                 [row] = record.rows
                 pairs.update(row["counts"])
                 others.update({name: row[name] for name in ("sent", "uncertified")})
@@ -426,12 +425,12 @@ def collect(store: MemoryStore, jobs: int = 1) -> Atlas:
 
 
 @contextmanager
-def _reading(task: str) -> Iterator[None]:
-    """Name the tile whose record is not what `advance` gave."""
+def _reading(what: str) -> Iterator[None]:
+    """Name what does not hold what was written there."""
     try:
         yield
     except (LookupError, TypeError, ValueError, AttributeError, zlib.error) as fault:
-        raise ForeignFile(f"tile {task}: damaged ({fault})") from None
+        raise ForeignFile(f"{what}: damaged ({fault})") from None
 
 
 def _attributes(name: str) -> dict[str, Any]:
@@ -576,14 +575,12 @@ def merge_atlases(
 
     Raises
     ------
-    BadScene
-        No folder is given.
     ForeignFile
         A folder holds no atlas, another one, or a damaged file.
     InUse
         Another process is writing `folder`.
     WrongType
-        `folders` is no sequence of paths, or `folder` no path.
+        `folders` is no sequence of paths, or empty, or `folder` no path.
 
     Notes
     -----
@@ -603,20 +600,19 @@ def merge_atlases(
     ...     print(found.whole, missing, found.counts["loops"])
     True () 622
     """
-    if isinstance(folders, str | bytes) or not isinstance(folders, Sequence):
+    if not folders or isinstance(folders, str | bytes) or not isinstance(folders, Sequence):
         raise arguments.wrong_type("folders", "a list of paths", folders)
-    if not folders:
-        raise BadScene((Fault(KIND, None, "merge", "", "at least one folder"),))
     whole = arguments.path_of("folder", folder)
     parts = [arguments.path_of("folders", each) for each in folders]
-    first, *others = map(_opened, parts)
+    first, *others = map(Store, parts)
+    every = tasks(first.parameters)
     for other in others:  # before anything is written
         other.expect(first.parameters)
     with Store.open(whole, first.parameters) as store:
         store.merge(parts)
         store.save(Record(SHARD))
         found = collect(store)
-    return found, tuple(task for task in tasks(store.parameters) if task not in found.tasks)
+    return found, tuple(task for task in every if task not in found.tasks)
 
 
 def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
@@ -653,7 +649,7 @@ def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
     ...     print(load_atlas(place).counts == made.counts)
     True
     """
-    return collect(_opened(arguments.path_of("folder", folder)))
+    return collect(Store(arguments.path_of("folder", folder)))
 
 
 def _run(store: MemoryStore, shard: list[int] | None, jobs: int, **how: Any) -> Atlas:

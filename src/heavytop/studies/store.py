@@ -148,7 +148,7 @@ class Store(MemoryStore):
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)
         found = _read(self.path / STUDY)
-        if "kind" not in found:
+        if not {"kind", "versions"} <= found.keys():
             raise ForeignFile(f"{self.path / STUDY}: not a study of this version of heavytop")
         super().__init__(found)
 
