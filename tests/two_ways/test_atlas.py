@@ -153,7 +153,7 @@ def test_shards_of_other_atlases_are_refused(tmp_path):
     ht.atlas(KICKED, AXES["x"], "psidot=-150:150:31", only="kind", folder=tmp_path / "b", jobs=1)
     with pytest.raises(ht.ForeignStudy, match=r"y: .*29.*31|y: .*31.*29"):
         ht.merge_atlases([tmp_path / "a", tmp_path / "b"], tmp_path / "all")
-    with Store.open(tmp_path / "d", {"kind": "drift"}):
+    with Store.open(tmp_path / "d", {"kind": "drift", "versions": {}}):
         pass
     with pytest.raises(ht.ForeignFile, match="a study of 'drift'"):
         ht.load_atlas(tmp_path / "d")
