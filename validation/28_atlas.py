@@ -35,19 +35,18 @@ def timed(**asked):
 
 WORKER = """
 import sys
-from heavytop.studies.atlases.follow import follow
-from heavytop.studies.atlases.study import Study
 import heavytop as ht
-study = Study.asked(ht.load_scene("sicm-kicked"), *sys.argv[1:])
-for task in list(study.tiles)[:3]:
-    list(follow(study.identity, task, None))
+x, y, what, shard = sys.argv[1:]
+how = {"kind": {"only": "kind"}, "rows": {}, "integrate": {"integrate": True}}[what]
+assert 3 <= len(ht.atlas(ht.load_scene("sicm-kicked"), x, y, jobs=1, shard=shard, **how).tasks) <= 4
 print(open("/proc/self/status").read())
 """
+SHARDS = {"kind": "1/3", "rows": "1/50", "integrate": "1/190"}  # of three tiles or four
 
 
 def gigabytes(what):
     """The most memory of a process that computes tiles, as a worker does."""
-    words = [sys.executable, "-c", WORKER, *plane(3000), what]
+    words = [sys.executable, "-c", WORKER, *plane(3000), what, SHARDS[what]]
     status = subprocess.run(words, capture_output=True, text=True, check=True).stdout
     return int(re.search(r"VmHWM:\s+(\d+) kB", status)[1]) / 1e6
 

@@ -249,6 +249,18 @@ def test_poles_and_steady_precession_lie_on_their_curves(name):
             assert nearest < 1e-6, (curve.name, k, motion)
 
 
+def test_the_threshold_of_sleep_is_a_point_where_the_axis_starts_upright():
+    """Whether θ = 0 is an edge of the plane, or all of it and θ̇ = 0 is a line inside."""
+    upright = ht.load_scene("through-top")
+    top = upright.top
+    threshold = 2 * float(top.A * top.gMR) ** 0.5 / float(top.C)
+    for scene, x in ((KICKED, "theta=0:1:9"), (upright, "thetadot=-10:10:9")):
+        found = curves(plane(x, f"omega3={threshold / 2}:{threshold * 2}:9", scene))
+        [point] = [curve for curve in found if curve.name == "sleeping"]
+        assert point.x.tolist() == [0]
+        assert point.y.tolist() == [pytest.approx(threshold, rel=1e-14)]
+
+
 def test_the_separatrix_is_a_point_of_the_plane_of_kicks_and_spins():
     where, _ = PLANES["kicks and spins"]
     points = [curve for curve in curves(where) if curve.name == "separatrix"]

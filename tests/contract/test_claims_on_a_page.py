@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from heavytop.claims.claim import NUMBERS
+from heavytop.claims.register import NUMBERS
 from heavytop.errors import ForeignFile
 from heavytop.report.pages.claims import WHOSE, claims_section
 from heavytop.report.pages.findings import findings

@@ -10,7 +10,7 @@ import pytest
 
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.potential import Potential
-from heavytop.plots.figures.style import MOST_PERIODS
+from heavytop.plots.figures import MOST_PERIODS
 from heavytop.report.pages.behind import BEHIND
 from heavytop.report.pages.claims import verdicts
 from heavytop.report.pages.descriptions import GIVEN, described, given
@@ -195,7 +195,7 @@ def test_results_of_one_name_go_by_their_files():
 
 def test_every_axis_of_an_atlas_has_a_sign_and_a_unit():
     assert GIVEN.keys() >= ROLES.keys()
-    bare = {name: unit.replace(" s⁻¹", "/s") for name, (_, _, unit, _) in ROLES.items()}
+    bare = {name: unit.replace(" s⁻¹", "/s") for name, (_, unit, _) in ROLES.items()}
     assert {name: unit for name, (_, unit) in GIVEN.items() if name in ROLES} == bare | {"gMR": "J"}
 
 

@@ -111,6 +111,7 @@ def test_nothing_is_another_value_than_null_and_an_empty_list():
         ('{"kind"', "not readable"),
         ("[]", "not a JSON object"),
         ('{"schema": "heavytop/study/1", "identity": {}}', "not a study of this version"),
+        ('{"kind": "drift"}', "not a study of this version"),
     ],
 )
 def test_a_study_that_cannot_be_read_is_refused_by_name(tmp_path, text, words):

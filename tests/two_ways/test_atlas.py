@@ -153,10 +153,19 @@ def test_shards_of_other_atlases_are_refused(tmp_path):
     ht.atlas(KICKED, AXES["x"], "psidot=-150:150:31", only="kind", folder=tmp_path / "b", jobs=1)
     with pytest.raises(ht.ForeignStudy, match=r"y: .*29.*31|y: .*31.*29"):
         ht.merge_atlases([tmp_path / "a", tmp_path / "b"], tmp_path / "all")
-    with Store.open(tmp_path / "d", {"kind": "drift"}):
+    with Store.open(tmp_path / "d", {"kind": "drift", "versions": {}}):
         pass
     with pytest.raises(ht.ForeignFile, match="a study of 'drift'"):
         ht.load_atlas(tmp_path / "d")
+
+
+@pytest.mark.parametrize("change", [{"x": "phidot=0:1"}, {"y": 7}, {"scene": None}])
+def test_parameters_of_no_atlas_are_refused(change, tmp_path):
+    ht.atlas(KICKED, **AXES, only="kind", jobs=1, folder=tmp_path)
+    path = tmp_path / "study.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | change))
+    with pytest.raises(ht.ForeignFile, match=r"study\.json: damaged"):
+        ht.load_atlas(tmp_path)
 
 
 def test_a_killed_atlas_goes_on_where_it_was(tmp_path):
@@ -218,7 +227,7 @@ def test_the_picture_is_the_same_bytes_each_time(tmp_path):
 
 def test_a_layout_that_differs_in_its_last_digits_gives_the_same_bytes(tmp_path, monkeypatch):
     # matplotlib's solver finds one or another last digit, by where its variables lie in memory.
-    from heavytop.plots.figures.style import STYLE, save
+    from heavytop.plots.style import STYLE, save
 
     settle = ConstrainedLayoutEngine.execute
     shift = [0.0]
@@ -241,9 +250,10 @@ def test_a_layout_that_differs_in_its_last_digits_gives_the_same_bytes(tmp_path,
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
 
 
-@pytest.mark.parametrize(
-    "change", ["!!!!", "AAAA", 7, None, b64encode(zlib.compress(b"7")).decode()]
-)
+SHORT = b64encode(zlib.compress(b"7")).decode()
+
+
+@pytest.mark.parametrize("change", ["!!!!", "AAAA", 7, None, SHORT])
 def test_a_damaged_column_is_refused(change, tmp_path):
     ht.atlas(KICKED, **AXES, only="kind", jobs=1, folder=tmp_path)
     [path] = (tmp_path / "tasks").iterdir()
@@ -254,7 +264,7 @@ def test_a_damaged_column_is_refused(change, tmp_path):
         ht.load_atlas(tmp_path)["kind"]
 
 
-@pytest.mark.parametrize("rows", [[], [{}], [{"counts": 7}], [{"counts": {"loops": "1"}}], 7])
+@pytest.mark.parametrize("rows", [[], [{}], [{"counts": 7}], 7])
 def test_a_record_of_something_else_is_refused(rows, tmp_path):
     ht.atlas(KICKED, **AXES, only="kind", jobs=1, folder=tmp_path)
     [path] = (tmp_path / "tasks").iterdir()
@@ -424,7 +434,7 @@ def test_what_stands_still_at_pi_hangs():
         ({"integrate": 1}, "integrate.*a bool"),
         ({"only": "kind", "integrate": True}, "only.*not together"),
         ({"executor": 3}, "executor.*Executor"),
-        ({"x": "phidot=0:1:1000000", "y": "psidot=0:1:1000000"}, "at most 1e"),
+        ({"x": "phidot=0:1:1000000", "y": "psidot=0:1:1000000"}, "GB are needed in memory"),
         ({"x": "phidot=0:1:90000", "y": "psidot=0:1:90000"}, "GB are needed in memory"),
     ],
 )
@@ -433,12 +443,3 @@ def test_what_is_wrong_is_said_before_anything_is_done(wrong, words):
         ht.atlas(KICKED, **{**AXES, **wrong})
     with pytest.raises(ht.BadScene, match=r"scene.*a Scene"):
         ht.atlas("sicm-kicked", **AXES)
-
-
-def test_room_on_the_disk_is_asked_for(tmp_path, monkeypatch):
-    import shutil
-
-    monkeypatch.setattr(shutil, "disk_usage", lambda _: type("Usage", (), {"free": 1000})())
-    with pytest.raises(ht.BadScene, match="needed on the disk of"):
-        ht.atlas(KICKED, **AXES, folder=tmp_path / "a" / "b")
-    assert not (tmp_path / "a").exists()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import matplotlib as mpl
@@ -14,25 +14,25 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
-from heavytop.plots.figures import View
-from heavytop.plots.figures.style import STYLE, literal
-from heavytop.plots.kinds import axis_path, kind_panel
+from heavytop.plots.sphere import View, axis_path, kind_panel
+from heavytop.plots.style import STYLE, literal, title_of
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 from heavytop.studies.atlas_plane import ROLES
 
 if TYPE_CHECKING:
     from heavytop.studies.atlas import Atlas
-    from heavytop.studies.atlas_boundaries import Boundary
-    from heavytop.studies.atlas_plane import Axis, Plane
+    from heavytop.studies.atlas_plane import Plane
 
 Codes = NDArray[np.uint8]
+Known = Mapping[str, Any]
 
 FINEST: Final = 1000  # pixels of the picture along an axis: of more, every so many is drawn
 TRACED: Final = 8  # regions with a path of the axis: the largest
 CELLS: Final = 80  # along an axis of the mesh on which regions are told
 PERIODS: Final = 3
 SECONDS: Final = 2.0  # of a path, where nothing nutates
+NOTHING: Final = "#FFFFFF"  # of kinds without a colour
 LEAST: Final = 0.005  # of the map: smaller regions have no number, unless their kind has no other
 
 # Tints of Okabe and Ito's colours, each of another lightness than its neighbours on any map.
@@ -85,14 +85,42 @@ def atlas_figure(atlas: Atlas) -> Figure:
         held = (f"{ROLES[name].sign} = {value:.6g}" for name, value in plane.held.items())
         left.suptitle(f"{literal(plane.scene.name, 60)}; held: {', '.join(held)}", fontsize=10)
         ax = left.subplots()
-        _map(ax, atlas, kind)
+        _map(ax, atlas.document(costs=False), kind, atlas.names)
         _own(ax, plane)
-        _strokes(ax, atlas.curves)
-        _kinds(ax, atlas)
+        handles = [*_shares(atlas.counts), *ax.get_legend_handles_labels()[0]]
+        ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.11), ncols=3,
+                  frameon=False, fontsize=8)  # fmt: skip
         shown = list(_examples(atlas, kind, columns, rows))
         for number, example in enumerate(shown, start=1):
             _number(ax, example.x, example.y, number)
         _legend(right, shown)
+    return figure
+
+
+def map_figure(document: Known, kind: Codes, names: Sequence[str]) -> Figure:
+    """The picture of a stored atlas.
+
+    Parameters
+    ----------
+    document : mapping
+        A document of the schema ``heavytop/atlas/1``.
+    kind : numpy.ndarray, shape (y, x)
+        Codes of kinds, maybe of every so many pixels only.
+    names : sequence of str
+        What the codes mean.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The map; under it the kinds that occur, with their shares.
+    """
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.2, 6.2), layout="constrained")
+        ax = figure.subplots()
+        _map(ax, document, kind, names)
+        figure.suptitle(title_of(document["scene"]))
+        handles = [*_shares(document["counts"]), *ax.get_legend_handles_labels()[0]]
+        figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
     return figure
 
 
@@ -119,20 +147,49 @@ def _thinned(atlas: Atlas) -> tuple[Codes, Any, Any]:
     return kind, columns, rows
 
 
-def _map(ax: Axes, atlas: Atlas, kind: Codes) -> None:
-    plane = atlas.plane
-    colours = ListedColormap([COLOURS[name] for name in atlas.names])
-    norm = BoundaryNorm(np.arange(len(atlas.names) + 1) - 0.5, len(atlas.names))
-    edges = [_edges(axis, n) for axis, n in zip((plane.x, plane.y), kind.shape[::-1], strict=True)]
-    ax.pcolormesh(*edges, kind, cmap=colours, norm=norm, rasterized=True)
-    for axis, set_scale, set_label in (
-        (plane.x, ax.set_xscale, ax.set_xlabel), (plane.y, ax.set_yscale, ax.set_ylabel),
-    ):  # fmt: skip
-        if axis.log:
-            set_scale("log" if float(axis.low) > 0 else "symlog")
-        set_label(_label(axis))
-    ax.set_xlim(edges[0][0], edges[0][-1])
-    ax.set_ylim(edges[1][0], edges[1][-1])
+def _map(ax: Axes, document: Known, kind: Codes, names: Sequence[str]) -> None:
+    """Kinds as areas; the boundaries of a document as lines, each named once."""
+    colours = ListedColormap([COLOURS.get(name, NOTHING) for name in names])
+    norm = BoundaryNorm(np.arange(len(names) + 1) - 0.5, len(names))
+    axes = [document["axes"][side] for side in "xy"]
+    edges = [_edges(axis, n) for axis, n in zip(axes, kind.shape[::-1], strict=True)]
+    shown = np.ma.masked_greater_equal(kind, len(names))  # where there is no tile
+    ax.pcolormesh(*edges, shown, cmap=colours, norm=norm, rasterized=True)
+    for side, axis, ends in zip("xy", axes, edges, strict=True):
+        if axis["log"]:
+            ax.set(**{f"{side}scale": "log" if axis["low"] > 0 else "symlog"})
+        role = ROLES[axis["name"]]
+        ax.set(**{f"{side}label": f"{role.sign} [{role.unit}]", f"{side}lim": (ends[0], ends[-1])})
+    named: set[str] = set()
+    for curve in document["curves"]:
+        x, y, stroke = curve["x"], curve["y"], STROKES[curve["name"]]
+        label = None if curve["name"] in named else stroke.words
+        named.add(curve["name"])
+        if len(x) == 1:
+            ax.plot(x, y, "*", color=stroke.colour, markersize=9, label=label, zorder=4,
+                    markeredgecolor="white", markeredgewidth=0.6)  # fmt: skip
+            continue
+        ax.plot(x, y, "-", color="white", linewidth=2.6, alpha=0.7, zorder=2)
+        ax.plot(x, y, linestyle=stroke.style, color=stroke.colour, linewidth=1.3, label=label,
+                zorder=3)  # fmt: skip
+
+
+def _edges(axis: Known, count: int) -> NDArray[np.float64]:
+    """The edges of so many pixels; the first and the last value are in the middle of theirs."""
+    low, high, share = axis["low"], axis["high"], (np.arange(count + 1) - 0.5) / max(1, count - 1)
+    if axis["log"]:
+        return np.asarray(low * (high / low) ** share)
+    return np.asarray(low + (high - low) * share)
+
+
+def _shares(counts: Mapping[str, int]) -> list[Patch]:
+    """The kinds that occur with their shares, the most frequent first, for a legend."""
+    whole = sum(counts.values()) or 1
+    return [
+        Patch(facecolor=COLOURS.get(name, NOTHING), edgecolor="#555555", linewidth=0.5,
+              label=f"{literal(name)} {count / whole:.2%}")
+        for name, count in sorted(counts.items(), key=lambda each: -each[1])
+    ]  # fmt: skip
 
 
 def _own(ax: Axes, plane: Plane) -> None:
@@ -141,48 +198,6 @@ def _own(ax: Axes, plane: Plane) -> None:
     if all(low <= at <= high for at, (low, high) in ((x, ax.get_xlim()), (y, ax.get_ylim()))):
         ax.plot(x, y, "P", color="black", markersize=9, markeredgecolor="white", zorder=7,
                 label=literal(plane.scene.name, 30))  # fmt: skip
-
-
-def _edges(axis: Axis, count: int) -> NDArray[np.float64]:
-    """The edges of so many pixels; the first and the last value are in the middle of theirs."""
-    low, high, steps = float(axis.low), float(axis.high), np.arange(count + 1) - 0.5
-    share = steps / max(1, count - 1)
-    if axis.log:
-        return np.asarray(low * (high / low) ** share)
-    return np.asarray(low + (high - low) * share)
-
-
-def _label(axis: Axis) -> str:
-    role = ROLES[axis.name]
-    return f"{role.sign} [{role.unit}]"
-
-
-def _strokes(ax: Axes, curves: tuple[Boundary, ...]) -> None:
-    named: set[str] = set()
-    for curve in curves:
-        stroke = STROKES[curve.name]
-        label = stroke.words if curve.name not in named else None
-        named.add(curve.name)
-        if curve.x.size == 1:
-            ax.plot(curve.x, curve.y, "*", color=stroke.colour, markersize=9, label=label, zorder=4,
-                    markeredgecolor="white", markeredgewidth=0.6)  # fmt: skip
-            continue
-        ax.plot(curve.x, curve.y, "-", color="white", linewidth=2.6, alpha=0.7, zorder=2)
-        ax.plot(curve.x, curve.y, linestyle=stroke.style, color=stroke.colour, linewidth=1.3,
-                label=label, zorder=3)  # fmt: skip
-
-
-def _kinds(ax: Axes, atlas: Atlas) -> None:
-    """The legend: areas with the share of each kind, and the boundaries."""
-    every = sum(atlas.counts.values())
-    areas = [
-        Patch(facecolor=COLOURS[name], edgecolor="#555555", linewidth=0.5,
-              label=f"{name} {count / every:.2%}")
-        for name, count in sorted(atlas.counts.items(), key=lambda each: -each[1])
-    ]  # fmt: skip
-    lines = ax.get_legend_handles_labels()[0]
-    ax.legend(handles=[*areas, *lines], loc="upper center", bbox_to_anchor=(0.5, -0.11), ncols=3,
-              frameon=False, fontsize=8)  # fmt: skip
 
 
 def _examples(atlas: Atlas, kind: Codes, columns: Any, rows: Any) -> Iterator[Example]:
@@ -221,38 +236,16 @@ def regions(cells: Codes) -> Iterator[Region]:
     >>> list(regions(np.array([[1, 1, 2], [1, 1, 1]], np.uint8)))
     [Region(code=1, size=5, middle=(0, 0)), Region(code=2, size=1, middle=(0, 2))]
     """
-    depth, seen = _depth(cells), np.zeros(cells.shape, bool)
-    for start in map(tuple, np.argwhere(cells == cells)):
-        if seen[start]:
-            continue
-        seen[start], inside, left = True, [start], [start]
-        while left:
-            for at in _beside(left.pop(), cells.shape):
-                if not seen[at] and cells[at] == cells[start]:
-                    seen[at] = True
-                    inside.append(at)
-                    left.append(at)
-        middle = max(inside, key=lambda at: (depth[at], (-at[0], -at[1])))
-        yield Region(int(cells[start]), len(inside), (int(middle[0]), int(middle[1])))
+    from scipy import ndimage
 
-
-def _depth(cells: Codes) -> NDArray[np.int64]:
-    """How many rings of cells of the same code there are about each; the edge of the map is one."""
-    depth, same = np.zeros(cells.shape, int), np.ones(cells.shape, bool)
-    while same.any():
-        depth += same
-        wide = np.pad(same, 1)
-        codes = np.pad(cells, 1, constant_values=255)
-        for shift in ((0, 1), (2, 1), (1, 0), (1, 2)):
-            part = tuple(slice(k, k + n) for k, n in zip(shift, cells.shape, strict=True))
-            same = same & wide[part] & (codes[part] == cells)
-    return depth
-
-
-def _beside(at: tuple[int, int], shape: tuple[int, ...]) -> Iterator[tuple[int, int]]:
-    for i, j in ((0, 1), (1, 0), (0, -1), (-1, 0)):
-        if 0 <= at[0] + i < shape[0] and 0 <= at[1] + j < shape[1]:
-            yield at[0] + i, at[1] + j
+    for code in np.unique(cells).tolist():
+        same = cells == code
+        rings = ndimage.distance_transform_cdt(np.pad(same, 1), "taxicab")[1:-1, 1:-1]
+        labels, count = ndimage.label(same)
+        for k in range(1, count + 1):
+            inside = labels == k
+            row, column = np.unravel_index(np.argmax(rings * inside), cells.shape)
+            yield Region(code, int(inside.sum()), (int(row), int(column)))
 
 
 def _motion(atlas: Atlas, x: float, y: float) -> Motion:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from heavytop.errors import ForeignFile, ForeignRun, StoppedEarly
-from heavytop.files import as_json, locked, regular, write_document
+from heavytop.files import as_json, locked, regular, write_document, write_text
 from heavytop.results.document import SCHEMA, run_document
 from heavytop.results.plan_document import asked_form, chosen_document
 from heavytop.run.planning import Plan
@@ -56,7 +56,7 @@ class Request:
             "formulation": self.formulation,
             "figures": self.figures,
         }
-        write_document(folder / REQUEST, told)
+        write_text(folder / REQUEST, as_json(told) + "\n")
 
     @classmethod
     def read(cls, folder: Path) -> Request:

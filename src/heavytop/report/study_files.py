@@ -15,7 +15,7 @@ from heavytop.files import write_document
 from heavytop.hdf5 import write_sealed
 
 if TYPE_CHECKING:
-    from heavytop.claims.validation import Validation
+    from heavytop.claims.validate import Validation
     from heavytop.studies.atlas import Atlas
     from heavytop.studies.drift_result import Drift
     from heavytop.studies.stress import Stress

@@ -7,14 +7,13 @@ columns.
 from __future__ import annotations
 
 import os
-import shutil
 import time
 import zlib
 from base64 import b64decode, b64encode
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -31,16 +30,8 @@ from heavytop.classification.many import classify_many
 from heavytop.errors import BadScene, Fault, ForeignFile
 from heavytop.hdf5 import write_sealed
 from heavytop.machine import usable_cpus, versions
-from heavytop.scene.arguments import (
-    Range,
-    Refused,
-    a,
-    heard,
-    one_of,
-    parse_options,
-    path_of,
-    wrong_type,
-)
+from heavytop.scene import arguments
+from heavytop.scene.arguments import Range, Refused
 from heavytop.scene.scene import Scene, no_scene, scene_of
 from heavytop.studies.atlas_boundaries import Boundary, curves
 from heavytop.studies.atlas_integrated import integrated
@@ -61,7 +52,6 @@ if TYPE_CHECKING:
 
 KIND: Final = "atlas"
 SCHEMA: Final = "heavytop/atlas/1"
-MOST_PIXELS: Final = 10**10
 TILE: Final = {"kind": 2**20, "rows": 2**16, "integrate": 2**14}
 """Pixels of a tile: a second of work or less, and what a worker has in memory."""
 ROUNDING: Final = 1e-10
@@ -105,35 +95,12 @@ SETS: Final = {
 # --- the study: parameters and tiles --------------------------------------------------------------
 
 
-def _parameters(plane: Plane, what: str) -> Parameters:
-    """Everything that the results depend on.
-
-    The processor is not among it: shards come from several machines.
-    """
-    scene = plane.scene.document()
-    return {
-        "kind": KIND,
-        "scene": {key: scene[key] for key in ("name", "title", "source", "top", "start")},
-        "x": plane.x.text,
-        "y": plane.y.text,
-        "what": what,
-        "tile": TILE[what],
-        "versions": {key: value for key, value in versions().items() if key != "cpu"},
-    }
-
-
 def _plane(parameters: Parameters) -> Plane:
-    x, y = (Axis.of(parameters[side]) for side in "xy")
-    return Plane(scene_of(parameters["scene"]), x, y)
-
-
-def _opened(folder: Path) -> Store:
-    """The store in a folder, for reading."""
-    store = Store(folder)
-    kind = store.parameters["kind"]
-    if kind != KIND:
-        raise ForeignFile(f"{folder}: a study of {kind!r:.40}")
-    return store
+    if parameters["kind"] != KIND:
+        raise ForeignFile(f"a study of {parameters['kind']!r:.40}, no atlas")
+    with _reading("study.json"):
+        x, y = (Axis.of(parameters[side]) for side in "xy")
+        return Plane(scene_of(parameters["scene"]), x, y)
 
 
 def tasks(parameters: Parameters) -> tuple[str, ...]:
@@ -322,14 +289,10 @@ class Atlas:
         """The tiles and their columns, one at a time in memory."""
         for task in self.tasks:
             tile = self._tiles[task]
-            try:
+            with _reading(f"tile {task}"):
                 texts = self.store.load(task).rows[0]["columns"]
-                yield (
-                    tile,
-                    {name: _unpacked(texts[name], name, tile.shape) for name in self.columns},
-                )
-            except (LookupError, TypeError, ValueError, zlib.error) as fault:
-                raise ForeignFile(f"tile {task}: damaged ({fault})") from None
+                columns = {each: _unpacked(texts[each], each, tile.shape) for each in self.columns}
+            yield tile, columns
 
     def document(
         self, *, costs: bool = True, files: Mapping[str, str] | None = None
@@ -347,7 +310,7 @@ class Atlas:
         document = {
             "schema": SCHEMA,
             "scene": self.store.parameters["scene"],
-            "axes": {"x": _axis(self.plane.x), "y": _axis(self.plane.y)},
+            "axes": {"x": self.plane.x.document(), "y": self.plane.y.document()},
             "shape": list(self.plane.shape),
             "what": what,
             "counts": self.counts,
@@ -388,6 +351,11 @@ class Atlas:
     def save_map(self, path: Path) -> None:
         """Write the map as netCDF: a tile at a time in memory, whole or not at all.
 
+        Parameters
+        ----------
+        path : Path
+            The file, usually ``atlas.nc``.
+
         Raises
         ------
         OSError
@@ -409,11 +377,9 @@ class Atlas:
                 variable = file.create_variable(axis.name, (axis.name,), data=axis.values)
                 variable.attrs.update(_axis_attributes(axis))
             for name in self.columns:
-                dtype = COLUMNS[name].dtype
                 variable = file.create_variable(
-                    name, tuple(file.dimensions), dtype, chunks=chunk, compression="gzip",
-                    compression_opts=1, shuffle=True,
-                    fillvalue=None if dtype == "u1" else np.nan,
+                    name, tuple(file.dimensions), COLUMNS[name].dtype, chunks=chunk,
+                    compression="gzip", compression_opts=1, shuffle=True,
                 )  # fmt: skip
                 variable.attrs.update(_attributes(name))
             for tile, columns in self.tiles():
@@ -440,30 +406,31 @@ def collect(store: MemoryStore, jobs: int = 1) -> Atlas:
     ForeignFile
         A record is damaged.
     """
-    plane, counts, details = _plane(store.parameters), Counter[str](), Counter[str]()
-    done, sums = [], Counter[str]()
-    for task in plane.tiles(store.parameters["tile"]):
+    done, pairs, kinds, others = [], Counter[str](), Counter[str](), Counter[str]()
+    for task in tasks(store.parameters):
         record = store.load(task)
-        if not record.done:
-            continue
-        try:
-            [row] = record.rows
-            for name, count in row["counts"].items():
-                counts[name.partition(",")[0]] += count
-                if "," in name:
-                    details[name] += count
-            sums.update({name: row[name] for name in ("sent", "uncertified")})
-        except (LookupError, TypeError, ValueError, AttributeError) as fault:
-            raise ForeignFile(f"tile {task}: damaged ({fault})") from None
-        done.append(task)
-    ordered = {name: counts[name] for name in NAMES if counts[name]}
-    uncertified = sums["uncertified"]
-    return Atlas(plane, store, tuple(done), ordered, details, sums["sent"], uncertified, jobs)
+        if record.done:
+            done.append(task)
+            with _reading(f"tile {task}"):
+                [row] = record.rows
+                pairs.update(row["counts"])
+                others.update({name: row[name] for name in ("sent", "uncertified")})
+    for pair, count in pairs.items():
+        kinds[pair.partition(",")[0]] += count
+    counts = {name: kinds[name] for name in NAMES if name in kinds}
+    details = {pair: count for pair, count in pairs.items() if "," in pair}
+    sent, uncertified = others["sent"], others["uncertified"]
+    plane = _plane(store.parameters)
+    return Atlas(plane, store, tuple(done), counts, details, sent, uncertified, jobs)
 
 
-def _axis(axis: Axis) -> dict[str, Any]:
-    low, high = float(axis.low), float(axis.high)
-    return {"name": axis.name, "low": low, "high": high, "count": axis.count, "log": axis.log}
+@contextmanager
+def _reading(what: str) -> Iterator[None]:
+    """Name what does not hold what was written there."""
+    try:
+        yield
+    except (LookupError, TypeError, ValueError, AttributeError, zlib.error) as fault:
+        raise ForeignFile(f"{what}: damaged ({fault})") from None
 
 
 def _attributes(name: str) -> dict[str, Any]:
@@ -551,28 +518,36 @@ def atlas(
     Accuracy: ``tests/two_ways/test_atlas.py`` holds pixels to 1e-13 of `heavytop.Motion` alone,
     and their kinds to integrated ones.
     """
-    heard("progress", progress)
-    place = None if folder is None else path_of("folder", folder)
+    arguments.heard("progress", progress)
+    place = None if folder is None else arguments.path_of("folder", folder)
     if not isinstance(scene, Scene):
         raise no_scene(scene, KIND)
-    given = {"x": x, "y": y, "only": only, "integrate": integrate, "shard": shard,
-             "jobs": usable_cpus() if jobs is None else jobs, "executor": executor}  # fmt: skip
-    asked = {name: each for name, each in given.items() if each is not None or name in _NEEDED}
-    values, faults = parse_options(scene.name, asked, _OPTIONS)
-    if "only" in asked and integrate is True:
+    optional = {"only": only, "shard": shard, "jobs": jobs, "executor": executor}
+    given = {"x": x, "y": y, "integrate": integrate}
+    given |= {name: each for name, each in optional.items() if each is not None}
+    values, faults = arguments.parse_options(scene.name, given, _OPTIONS)
+    if only is not None and integrate is True:
         faults.append(Fault(scene.name, None, "only", "", "not together with integrate"))
-    what = "kind" if "only" in values else "integrate" if values.get("integrate") else "rows"
-    if "x" in values and "y" in values:
-        faults += _together(scene.name, values["x"], values["y"])
     if not faults:
+        what = "kind" if only else "integrate" if integrate else "rows"
         plane = Plane(scene, values["x"], values["y"])
-        faults += _room(plane, what, place, values.get("shard", (1, 1))[1])
+        faults += _impossible(plane, what, place is None)
     if faults:
         raise BadScene(tuple(faults))
-    parameters = _parameters(plane, what)
-    how = {"executor": executor, "on_progress": progress}
+    tables = scene.document()
+    parameters = {
+        "kind": KIND,
+        "scene": {key: tables[key] for key in ("name", "title", "source", "top", "start")},
+        "x": plane.x.text,
+        "y": plane.y.text,
+        "what": what,
+        "tile": TILE[what],
+        # Shards come from several machines: the processor is not among the versions.
+        "versions": {key: value for key, value in versions().items() if key != "cpu"},
+    }
+    jobs = values.get("jobs", usable_cpus())
     with open_store(place, parameters) as store:
-        return _run(store, values.get("shard"), values["jobs"], **how)
+        return _run(store, values.get("shard"), jobs, executor=executor, on_progress=progress)
 
 
 def complete(store: MemoryStore, *, jobs: int, **how: Any) -> Atlas:
@@ -600,14 +575,12 @@ def merge_atlases(
 
     Raises
     ------
-    BadScene
-        No folder is given.
     ForeignFile
         A folder holds no atlas, another one, or a damaged file.
     InUse
         Another process is writing `folder`.
     WrongType
-        `folders` is no sequence of paths, or `folder` no path.
+        `folders` is no sequence of paths, or empty, or `folder` no path.
 
     Notes
     -----
@@ -627,19 +600,19 @@ def merge_atlases(
     ...     print(found.whole, missing, found.counts["loops"])
     True () 622
     """
-    if isinstance(folders, str | bytes) or not isinstance(folders, Sequence):
-        raise wrong_type("folders", "a list of paths", folders)
-    if not folders:
-        raise BadScene((Fault(KIND, None, "merge", "", "at least one folder"),))
-    whole, parts = path_of("folder", folder), [path_of("folders", each) for each in folders]
-    first, *others = map(_opened, parts)
+    if not folders or isinstance(folders, str | bytes) or not isinstance(folders, Sequence):
+        raise arguments.wrong_type("folders", "a list of paths", folders)
+    whole = arguments.path_of("folder", folder)
+    parts = [arguments.path_of("folders", each) for each in folders]
+    first, *others = map(Store, parts)
+    every = tasks(first.parameters)
     for other in others:  # before anything is written
         other.expect(first.parameters)
     with Store.open(whole, first.parameters) as store:
         store.merge(parts)
         store.save(Record(SHARD))
         found = collect(store)
-    return found, tuple(task for task in tasks(store.parameters) if task not in found.tasks)
+    return found, tuple(task for task in every if task not in found.tasks)
 
 
 def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
@@ -676,7 +649,7 @@ def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
     ...     print(load_atlas(place).counts == made.counts)
     True
     """
-    return collect(_opened(path_of("folder", folder)))
+    return collect(Store(arguments.path_of("folder", folder)))
 
 
 def _run(store: MemoryStore, shard: list[int] | None, jobs: int, **how: Any) -> Atlas:
@@ -700,37 +673,22 @@ def _shard(given: Any) -> list[int]:
 
 
 _OPTIONS: Final[Mapping[str, Callable[[Any], Any]]] = {
-    "x": Axis.of, "y": Axis.of, "only": one_of({"kind": "kind"}),
-    "integrate": a(bool), "shard": _shard, "jobs": Range(1, 1024, whole=True),
-    "executor": a(Executor),
+    "x": Axis.of, "y": Axis.of, "only": arguments.one_of({"kind": "kind"}),
+    "integrate": arguments.a(bool), "shard": _shard, "jobs": Range(1, 1024, whole=True),
+    "executor": arguments.a(Executor),
 }  # fmt: skip
-_NEEDED: Final = ("x", "y", "integrate")
 
 
-def _together(file: str, x: Axis, y: Axis) -> Iterator[Fault]:
-    """What is wrong with two axes as a pair."""
+def _impossible(plane: Plane, what: str, in_memory: bool) -> Iterator[Fault]:
+    """Two axes that set the same thing; more pixels than the memory has room for."""
+    x, y, file = plane.x, plane.y, plane.scene.name
     if ROLES[x.name].sets == ROLES[y.name].sets:
         rule = f"another number than x = {x.name}: both set the {ROLES[x.name].sets}"
         yield Fault(file, None, "y", y.name, rule)
-    if x.count * y.count > MOST_PIXELS:
-        rule = f"at most {MOST_PIXELS:.0e} pixels"
-        yield Fault(file, None, "x, y", f"{x.count} × {y.count} pixels", rule)
-
-
-def _room(plane: Plane, what: str, folder: Path | None, shards: int) -> Iterator[Fault]:
-    """What is wrong when there is not room enough on the disk, or in memory."""
-    pixels, left, free = plane.x.count * plane.y.count, 1.0, 2**62
-    if folder is None:
-        where = "in memory"
-        with suppress(AttributeError, ValueError, OSError):  # a system may not say
-            free = os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    else:
-        left -= len([*folder.glob("tasks/*.json")]) / len(plane.tiles(TILE[what]))
-        place = folder.absolute()
-        there = next(each for each in (place, *place.parents) if each.exists())
-        free, where = shutil.disk_usage(there).free, f"on the disk of {there}"
-    bytes_each = sum(np.dtype(COLUMNS[name].dtype).itemsize for name in SETS[what])
-    needed = pixels * bytes_each * (4 / 3 + 1) * left / shards  # tiles in base 64, and the map
-    if needed > free:
-        rule = f"{needed / 1e9:.3g} GB are needed {where}, and {free / 1e9:.3g} GB are free"
-        yield Fault(plane.scene.name, None, "x, y", f"{pixels} pixels", rule)
+    with suppress(AttributeError, ValueError, OSError):  # a system may not say
+        free = os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+        pixel = sum(np.dtype(COLUMNS[name].dtype).itemsize for name in SETS[what])
+        needed = x.count * y.count * pixel * 4 / 3  # in base 64
+        if in_memory and needed > free:
+            rule = f"{needed / 1e9:.3g} GB are needed in memory, and {free / 1e9:.3g} GB are free"
+            yield Fault(file, None, "x, y", f"{x.count * y.count} pixels", rule)

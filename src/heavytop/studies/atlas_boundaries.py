@@ -12,14 +12,13 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from heavytop.studies.atlas_plane import Array, Mask, Momenta, Plane
+from heavytop.studies.atlas_plane import UPRIGHT, Array, Mask, Momenta, Plane, constants
 
 MESH: Final = 401  # points of the mesh along either axis
 HALVINGS: Final = 60
 _ROUNDING: Final = (
     1e-9  # of its terms: a function as small as that everywhere has no zero of its own
 )
-_UPRIGHT: Final = 1e-12  # of sinθ
 
 
 class Boundary(NamedTuple):
@@ -57,7 +56,7 @@ class Terms(NamedTuple):
 
 def _cusp(m: Momenta) -> Terms:
     """E' p_ψ = gMR p_φ, between the poles, where gMR p_ψ cosθ is on both sides."""
-    inside = abs(_p_phi(m)) < abs(m.p_psi)
+    inside = abs(m.p_phi) < abs(m.p_psi)
     if not np.any(m.across):  # let go without φ̇: what is squared in E′ touches zero
         return Terms(m.top["thetadot"], 0 * m.p_psi, inside)
     return Terms(m.kinetic * m.p_psi, -m.top["gMR"] * m.across, inside)
@@ -65,33 +64,33 @@ def _cusp(m: Momenta) -> Terms:
 
 def _through_top(m: Momenta) -> Terms:
     """p_φ = p_ψ, and the energy to get to θ = 0."""
-    return Terms(_drift(m), 0 * m.p_psi, (_lift(m) > 0) & ~_asleep(m))
+    return Terms(m.p_minus, 0 * m.p_psi, (m.lift > 0) & ~m.asleep)
 
 
 def _through_bottom(m: Momenta) -> Terms:
     """p_φ = −p_ψ, and the energy E' > −gMR to get to θ = π."""
     gMR, theta = m.top["gMR"], m.top["theta"]
     energy = m.kinetic + gMR * np.cos(theta)
-    return Terms(_p_phi(m), m.p_psi, (energy > -gMR) & ~_asleep(m))
+    return Terms(m.p_phi, m.p_psi, (energy > -gMR) & ~m.asleep)
 
 
 def _steady(m: Momenta) -> Terms:
     """A cosθ φ̇² − p_ψ φ̇ + gMR = 0, let go with θ̇ = 0."""
     A, gMR, theta, phidot = (m.top[name] for name in ("A", "gMR", "theta", "phidot"))
-    still = (m.top["thetadot"] == 0) & (np.sin(theta) > _UPRIGHT)
+    still = (m.top["thetadot"] == 0) & (np.sin(theta) > UPRIGHT)
     return Terms(A * np.cos(theta) * phidot**2 + gMR, -m.p_psi * phidot, still)
 
 
 def _sleeping(m: Momenta) -> Terms:
     """p_ψ² = 4 A gMR, on the vertical and at rest there."""
-    upright = (m.top["theta"] == 0) & _asleep(m)
+    upright = (m.top["theta"] == 0) & m.asleep
     return Terms(m.p_psi**2, -4 * m.top["A"] * m.top["gMR"], upright)
 
 
 def _separatrix(m: Momenta) -> Terms:
     """E' = gMR, where p_φ = p_ψ on the whole plane."""
-    equal = np.all(abs(_drift(m)) <= _ROUNDING * (abs(m.p_psi) + abs(_p_phi(m))))
-    return Terms(_lift(m), 0 * m.p_psi, equal & ~_asleep(m))
+    equal = np.all(abs(m.p_minus) <= _ROUNDING * (abs(m.p_psi) + abs(m.p_phi)))
+    return Terms(m.lift, 0 * m.p_psi, equal & ~m.asleep)
 
 
 BOUNDARIES: Final[Mapping[str, Callable[[Momenta], Terms]]] = {
@@ -104,30 +103,6 @@ BOUNDARIES: Final[Mapping[str, Callable[[Momenta], Terms]]] = {
 }
 """By name, the function whose zeros they are. Where p_φ = p_ψ is itself a curve, the separatrix is
 the point of it at which E' = gMR."""
-
-
-def _p_phi(m: Momenta) -> Array:
-    return np.asarray(m.across + m.p_psi * np.cos(m.top["theta"]))
-
-
-def _rise(m: Momenta) -> Array:
-    """1 − cosθ, without cancellation near the top."""
-    return np.asarray(2 * np.sin(m.top["theta"] / 2) ** 2)
-
-
-def _drift(m: Momenta) -> Array:
-    """p_φ − p_ψ."""
-    return np.asarray(m.across - m.p_psi * _rise(m))
-
-
-def _lift(m: Momenta) -> Array:
-    """E' − gMR: positive where there is energy to get to θ = 0."""
-    return np.asarray(m.kinetic - m.top["gMR"] * _rise(m))
-
-
-def _asleep(m: Momenta) -> Mask:
-    """Where the axis rests on the vertical."""
-    return np.asarray((np.sin(m.top["theta"]) <= _UPRIGHT) & (m.top["thetadot"] == 0))
 
 
 def curves(plane: Plane) -> tuple[Boundary, ...]:
@@ -154,18 +129,25 @@ def curves(plane: Plane) -> tuple[Boundary, ...]:
     [('cusp', True)]
     """
     found: list[Boundary] = []
+    points: list[Boundary] = []
     with np.errstate(all="ignore"):
-        points = [("sleeping", place) for place in _thresholds_of_sleep(plane)]
         mesh = _momenta(plane, np.array(np.meshgrid(*2 * [np.arange(MESH, dtype=np.float64)])))
         for name, function in BOUNDARIES.items():
             for line in _zeros(plane, function, mesh):
                 momenta = _momenta(plane, line)
-                parts = _runs(function(momenta).where)
-                found += [Boundary(name, *_values(plane, line[:, part])) for part in parts]
+                for part in _runs(function(momenta).where):
+                    piece = Boundary(name, *_values(plane, line[:, part]))
+                    if piece.x.size > 1:
+                        found.append(piece)
+                    elif name == "sleeping":  # the end of a line, on an edge where θ = 0
+                        points.append(piece)
                 if name == "through-top":
-                    crossed = _crossings(_lift(momenta), line)
-                    points += [("separatrix", place) for place in crossed]
-    return (*found, *(Boundary(name, *_values(plane, place)) for name, place in points))
+                    lift = momenta.lift
+                    for k in np.flatnonzero(lift[1:] * lift[:-1] < 0).tolist():
+                        share = lift[k] / (lift[k] - lift[k + 1])
+                        place = line[:, k] + share * (line[:, k + 1] - line[:, k])
+                        points.append(Boundary("separatrix", *_values(plane, place[:, None])))
+    return (*found, *points)
 
 
 def _zeros(plane: Plane, function: Callable[[Momenta], Terms], mesh: Momenta) -> Iterator[Array]:
@@ -202,26 +184,8 @@ def _sharp(plane: Plane, function: Callable[[Momenta], Terms], places: Array) ->
     return np.where(along & ~crossed, places, start + high * along)
 
 
-def _thresholds_of_sleep(plane: Plane) -> Iterator[Array]:
-    """The places on an edge of the plane where θ = 0 at which sleep becomes stable."""
-    steps = np.arange(MESH, dtype=np.float64)
-    for axis, edge in ((plane.x, (0 * steps, steps)), (plane.y, (steps, 0 * steps))):
-        if axis.name == "theta" and axis.low.sign() == 0:
-            terms = _sleeping(_momenta(plane, np.array(edge)))
-            value = np.where(terms.where, terms.value, np.nan)
-            for place in _crossings(value, np.array(edge)):
-                yield _sharp(plane, _sleeping, place)
-
-
-def _crossings(value: Array, line: Array) -> Iterator[Array]:
-    """The places at which a function changes its sign along a line."""
-    for k in np.flatnonzero(value[1:] * value[:-1] < 0).tolist():
-        share = value[k] / (value[k] - value[k + 1])
-        yield line[:, k : k + 1] + share * (line[:, k + 1 : k + 2] - line[:, k : k + 1])
-
-
 def _momenta(plane: Plane, places: Array) -> Momenta:
-    return Momenta.of(plane.at(*_values(plane, places)))
+    return constants(plane.at(*_values(plane, places)))
 
 
 def _values(plane: Plane, places: Array) -> tuple[Array, Array]:
@@ -233,6 +197,6 @@ def _values(plane: Plane, places: Array) -> tuple[Array, Array]:
 
 
 def _runs(where: Mask) -> list[slice]:
-    """The runs of places where a zero is a boundary, of two places at least."""
+    """The runs of places where a zero is a boundary."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], where, [False])).astype(np.int8)))
-    return [slice(*pair) for pair in edges.reshape(-1, 2).tolist() if pair[1] - pair[0] > 1]
+    return [slice(*pair) for pair in edges.reshape(-1, 2).tolist()]

@@ -7,15 +7,14 @@ it: two maps of one plane are two independent results.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heavytop.classification.arrays import IMPOSSIBLE, NAMES, Codes
 from heavytop.classification.kinds import Kind
 from heavytop.run.ensemble import Ensemble, propagate_many
-from heavytop.studies.atlas_plane import Array, Mask, Momenta
+from heavytop.studies.atlas_plane import Array, Mask, constants
 
 SPAN: Final = 1.55  # nutation periods: one turning point at least is met twice
 PART: Final = 5  # steps are at most such a part of a period: none passes over a turning point
@@ -55,13 +54,16 @@ def integrated(tops: Mapping[str, Any], period: Array) -> Codes:
 
 def _kinds(run: Ensemble, start: Mapping[str, Array]) -> Codes:
     """Codes of kinds of a row of runs; later lines go over earlier ones."""
-    low, high, met = _turning_points(run, start)
-    off_theta = DOUBT * np.fmax(low.off_theta, high.off_theta)
-    unsure = np.logical_or(*(abs(each.phidot) <= DOUBT * each.off_phidot for each in (low, high)))
-    rest = _vanishes(low.phidot, high.phidot) & _vanishes(low.across, high.across)
-    nod = np.where(met == 0, 0.0, high.theta - low.theta)
+    (angle, rate), error = _turning_points(run, start)
+    met = run.count("turning")
+    off_angle, off_rate = DOUBT * error
+    off_angle = off_angle.max(axis=0)
+    unsure = np.any(abs(rate) <= off_rate, axis=0)
+    rest = _one_vanishes(rate) & _one_vanishes(rate * np.sin(angle) ** 2)
+    low, high = angle
+    nod = np.where(met == 0, 0.0, high - low)
     with np.errstate(all="ignore"):
-        momenta = Momenta.of(start)
+        momenta = constants(start)
         A, theta, thetadot, gMR = (start[name] for name in ("A", "theta", "thetadot", "gMR"))
         moving = A * (abs(thetadot) + abs(start["phidot"] * np.sin(theta)))
         rounding = REST * (abs(momenta.p_psi) + moving + np.sqrt(A * abs(gMR)))
@@ -71,16 +73,16 @@ def _kinds(run: Ensemble, start: Mapping[str, Array]) -> Codes:
     upwards = (np.cos(theta) > 0) == (gMR > 0)
     found = np.full(met.size, NAMES.index(Kind.WAVES), np.uint8)
     for kind, where in (
-        (Kind.LOOPS, low.phidot * high.phidot < 0),
+        (Kind.LOOPS, rate[0] * rate[1] < 0),
         (Kind.UNDECIDED, unsure),
         (Kind.CUSPS, rest),
         (Kind.SEPARATRIX, met == 1),
-        (Kind.UNDECIDED, nod <= off_theta),
+        (Kind.UNDECIDED, nod <= off_angle),
         (Kind.UNIFORM_PRECESSION, (nod <= LEVEL) & still),
         (Kind.SEPARATRIX, (met == 0) & ~still),
-        (Kind.UNDECIDED, (np.pi - high.theta <= off_theta) | (low.theta <= off_theta)),
-        (Kind.THROUGH_BOTTOM, np.pi - high.theta <= POLE),
-        (Kind.THROUGH_TOP, low.theta <= POLE),
+        (Kind.UNDECIDED, (np.pi - high <= off_angle) | (low <= off_angle)),
+        (Kind.THROUGH_BOTTOM, np.pi - high <= POLE),
+        (Kind.THROUGH_TOP, low <= POLE),
         (Kind.PLANAR_PENDULUM, flat),
         (Kind.HANGING, pole & still & ~upwards),
         (Kind.SLEEPING, pole & still & upwards),
@@ -93,59 +95,30 @@ def _kinds(run: Ensemble, start: Mapping[str, Array]) -> Codes:
     return found
 
 
-def _vanishes(one: Array, other: Array) -> Mask:
+def _one_vanishes(pair: Array) -> Mask:
     """Where the smaller of two numbers is nothing beside the larger."""
-    small, large = np.sort(abs(np.stack((one, other))), axis=0)
+    small, large = np.sort(abs(pair), axis=0)
     return np.asarray(small <= REST * large)
 
 
-class _TurningPoint(NamedTuple):
-    """The upper turning point of each top, or the lower one; nan and 0 where it met none.
+def _turning_points(run: Ensemble, start: Mapping[str, Array]) -> tuple[Array, Array]:
+    """θ and φ̇ at turning points, and by how much the run differs from them a period later.
 
-    Attributes
-    ----------
-    theta, phidot : ndarray
-        When it is first met.
-    off_theta, off_phidot : ndarray
-        By how much those a period later differ from it: the error of the run itself.
-    """
-
-    theta: Array
-    phidot: Array
-    off_theta: Array
-    off_phidot: Array
-
-    @property
-    def across(self) -> Array:
-        """φ̇ sin²θ."""
-        return np.asarray(self.phidot * np.sin(self.theta) ** 2)
-
-
-def _turning_points(
-    run: Ensemble, start: Mapping[str, Array]
-) -> tuple[_TurningPoint, _TurningPoint, NDArray[np.int64]]:
-    """The turning points at the smallest θ and at the largest, and how many each top met.
-
-    A start at rest in θ is one, unless nothing nutates.
+    Both are of shape (2, 2, k): θ and φ̇, where θ is smallest and where it is largest, of every
+    top. They are nan and 0 where it met none; a start at rest in θ is one.
     """
     size, here = run.end.size, np.flatnonzero(start["thetadot"] == 0)  # known without error
     which = np.concatenate((here, run.zeros.which))
-    theta = np.concatenate((start["theta"][here], run.met.theta))
-    phidot = np.concatenate((start["phidot"][here], run.met.phidot))
+    met = np.array([np.concatenate((start[name][here], getattr(run.met, name)))
+                    for name in ("theta", "phidot")])  # fmt: skip
     low, high = np.full(size, np.inf), np.full(size, -np.inf)
-    np.fmin.at(low, which, theta)
-    np.fmax.at(high, which, theta)
+    np.fmin.at(low, which, met[0])
+    np.fmax.at(high, which, met[0])
     with np.errstate(invalid="ignore"):  # of tops that met none: inf less inf
-        upper = theta <= ((low + high) / 2)[which]
-    points = []
-    for at in (upper, ~upper):
-        tops, first = np.unique(which[at], return_index=True)
-        values, errors = [], []
-        for each in (theta[at], phidot[at]):
-            value, error = np.full(size, np.nan), np.zeros(size)
-            value[tops] = each[first]
-            np.fmax.at(error, which[at], abs(each - value[which[at]]))
-            values.append(value)
-            errors.append(error)
-        points.append(_TurningPoint(*values, *errors))
-    return points[0], points[1], run.count("turning")
+        key = which + size * (met[0] > ((low + high) / 2)[which])
+    there, first = np.unique(key, return_index=True)
+    value, error = np.full((2, 2 * size), np.nan), np.zeros((2, 2 * size))
+    value[:, there] = met[:, first]
+    for k in range(2):
+        np.fmax.at(error[k], key, abs(met[k] - value[k, key]))
+    return value.reshape(2, 2, size), error.reshape(2, 2, size)

@@ -27,6 +27,7 @@ Columns = dict[str, NDArray[Any]]
 
 MOST_VALUES: Final = 1_000_000  # along one axis
 WIDEST: Final = 4096  # pixels in a row of a tile
+UPRIGHT: Final = 1e-12  # sinθ of an axis on the vertical
 
 # --- axes -----------------------------------------------------------------------------------------
 
@@ -95,10 +96,8 @@ class Axis:
         set_fields(self, {"low": read(self.low), "high": read(self.high)})
         if not 2 <= self.count <= MOST_VALUES:
             raise Refused(f"from 2 to {MOST_VALUES} pixels")
-        if (self.high - self.low).sign() != 1:
-            raise Refused("FROM is to be less than TO")
         if not float(self.low) < float(self.high):
-            raise Refused("between FROM and TO there is no double")
+            raise Refused("FROM is to be less than TO, as doubles")
         if self.log and (self.low.sign(), self.high.sign()) not in ((1, 1), (-1, -1)):
             raise Refused("a logarithmic axis does not reach 0")
 
@@ -132,6 +131,11 @@ class Axis:
     def text(self) -> str:
         """The axis as it can be read again."""
         return f"{self.name}={self.low}:{self.high}:{self.count}{':log' if self.log else ''}"
+
+    def document(self) -> dict[str, Any]:
+        """Return the axis for JSON."""
+        ends = {"low": float(self.low), "high": float(self.high)}
+        return {"name": self.name, **ends, "count": self.count, "log": self.log}
 
     @cached_property
     def values(self) -> Array:
@@ -271,40 +275,50 @@ def _with_rates(numbers: Mapping[str, Any], branch: float) -> dict[str, Any]:
     return found
 
 
-@dataclass(frozen=True, slots=True)
-class Momenta:
-    """Constants of the motion at places of a plane.
+class Momenta(NamedTuple):
+    """Constants of the motion at places of a plane, as arrays of one shape.
 
     Attributes
     ----------
     top : mapping of str to ndarray
-        The tops and starts, all of one shape.
-    kinetic, across, p_psi : ndarray
-        ½A (θ̇² + φ̇² sin²θ), A φ̇ sin²θ and p_ψ.
+        The tops and starts.
+    kinetic, across : ndarray
+        ½A (θ̇² + φ̇² sin²θ) and A φ̇ sin²θ.
+    p_psi, p_phi : ndarray
+    p_minus, lift : ndarray
+        p_φ − p_ψ and E' − gMR, without cancellation near the top: where p_φ = p_ψ the axis gets to
+        θ = 0 if `lift` is positive.
+    asleep, possible : ndarray of bool
+        Where the axis rests on the vertical, and where a top and a start have such numbers.
     """
 
     top: Mapping[str, Array]
     kinetic: Array
     across: Array
     p_psi: Array
+    p_phi: Array
+    p_minus: Array
+    lift: Array
+    asleep: Mask
+    possible: Mask
 
-    @classmethod
-    def of(cls, tops: Mapping[str, Any]) -> Momenta:
-        """The constants of tops and starts."""
-        wide = np.broadcast_arrays(*(np.asarray(each, np.float64) for each in tops.values()))
-        top = dict(zip(tops, wide, strict=True))
-        A, C, theta, phidot = (top[name] for name in ("A", "C", "theta", "phidot"))
-        sine = np.sin(theta)
-        omega3 = top["omega3"] if "omega3" in top else top["psidot"] + phidot * np.cos(theta)
-        kinetic = A * (top["thetadot"] ** 2 + (phidot * sine) ** 2) / 2
-        return cls(top, kinetic, A * phidot * sine**2, C * omega3)
 
-    @property
-    def possible(self) -> Mask:
-        """Where a top and a start have such numbers."""
-        A, C, theta = self.top["A"], self.top["C"], self.top["theta"]
-        finite = np.isfinite(self.kinetic + self.p_psi)
-        return finite & (A > 0) & (C > 0) & (2 * A >= C) & (theta >= 0) & (theta <= pi)
+def constants(tops: Mapping[str, Any]) -> Momenta:
+    """The constants of tops and starts."""
+    wide = np.broadcast_arrays(*(np.asarray(each, np.float64) for each in tops.values()))
+    top = dict(zip(tops, wide, strict=True))
+    A, C, theta, thetadot, phidot = (top[n] for n in ("A", "C", "theta", "thetadot", "phidot"))
+    u, sine, rise = np.cos(theta), np.sin(theta), 2 * np.sin(theta / 2) ** 2
+    omega3 = top["omega3"] if "omega3" in top else top["psidot"] + phidot * u
+    kinetic = A * (thetadot**2 + (phidot * sine) ** 2) / 2
+    across, p_psi = A * phidot * sine**2, C * omega3
+    asleep = (sine <= UPRIGHT) & (thetadot == 0)
+    finite = np.isfinite(kinetic + p_psi)
+    possible = finite & (A > 0) & (C > 0) & (2 * A >= C) & (theta >= 0) & (theta <= pi)
+    return Momenta(
+        top, kinetic, across, p_psi, across + p_psi * u, across - p_psi * rise,
+        kinetic - top["gMR"] * rise, asleep, possible,
+    )  # fmt: skip
 
 
 # --- θ = π ----------------------------------------------------------------------------------------

@@ -10,16 +10,11 @@ import os
 import platform
 import signal
 import time
+import warnings
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import (
-    FIRST_COMPLETED,
-    BrokenExecutor,
-    CancelledError,
-    Executor,
-    Future,
-    wait,
-)
+from concurrent import futures
+from concurrent.futures import Executor, Future
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
@@ -28,7 +23,7 @@ from threading import Event, Lock, current_thread, main_thread
 from types import FrameType
 from typing import Any, Final, Protocol, cast
 
-from heavytop.errors import ForeignFile, ForeignWorker, HeavyTopError, Stop, StoppedEarly
+from heavytop import errors
 from heavytop.machine import usable_cpus, versions
 from heavytop.studies.processes import Processes
 from heavytop.studies.store import Chunk, MemoryStore, Parameters, Record, differences
@@ -46,7 +41,7 @@ TICK_S: Final = 0.1  # how long Ctrl-C may go unheard
 
 # How executors say that a worker was killed; dask's exceptions by name, as it may be missing here.
 # A process of a pool that heard a Ctrl-C meant for this one says KeyboardInterrupt.
-_LOST: Final = (BrokenExecutor, CancelledError, KeyboardInterrupt)
+_LOST: Final = (futures.BrokenExecutor, futures.CancelledError, KeyboardInterrupt)
 _LOST_BY_NAME: Final = ("KilledWorker", "FutureCancelledError")
 
 # The precision of mpmath and of python-flint is global, so that threads take turns.
@@ -55,6 +50,8 @@ _ONE_AT_A_TIME: Final = Lock()
 
 class Study(Protocol):
     """What the module of a kind of study offers."""
+
+    __name__: str
 
     def tasks(self, parameters: Parameters) -> Sequence[str]:
         """Return the names of the tasks, always the same and in the same order."""
@@ -141,8 +138,8 @@ def run(
     ForeignFile
         The kind of study is unknown, or a record cannot be read.
     """
-    module = module_of(store.parameters)
-    names = study_of(store.parameters).tasks(store.parameters) if tasks is None else tasks
+    study = study_of(store.parameters)
+    names = study.tasks(store.parameters) if tasks is None else tasks
     records = {task: _light(store.load(task)) for task in names}
     started, before = time.monotonic(), _fraction(records)
 
@@ -157,9 +154,9 @@ def run(
     store.seconds |= {task: 0.0 for task, checkpoint in left.items() if checkpoint is None}
     with _stop_signal() as stop:
         if executor is None and jobs == 1:
-            chunks = _here(module, store.parameters, left, stop)
+            chunks = _here(study, store.parameters, left, stop)
         else:
-            chunks = _in_workers(module, store, left, executor or Processes(jobs), stop)
+            chunks = _in_workers(study, store, left, executor or Processes(jobs), stop)
         with closing(chunks):
             for task, chunk in chunks:
                 record = records[task].after(chunk)
@@ -169,11 +166,11 @@ def run(
                     store.seconds[task] += chunk.seconds
                 tell()
     if not all(record.ended for record in records.values()):
-        raise StoppedEarly(Stop.INTERRUPTED, "interrupted", store.path)
+        raise errors.StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", store.path)
 
 
-def module_of(parameters: Parameters) -> str:
-    """Return the name of the module for a kind of study.
+def study_of(parameters: Parameters) -> Study:
+    """Return the module for a kind of study.
 
     Raises
     ------
@@ -182,13 +179,8 @@ def module_of(parameters: Parameters) -> str:
     """
     kind = parameters.get("kind")
     if kind not in KINDS:
-        raise ForeignFile(f"kind = {kind!r:.40}: not a kind of study known here")
-    return KINDS[kind]
-
-
-def study_of(parameters: Parameters) -> Study:
-    """Return the module for a kind of study."""
-    return cast(Study, import_module(module_of(parameters)))
+        raise errors.ForeignFile(f"kind = {kind!r:.40}: not a kind of study known here")
+    return cast(Study, import_module(KINDS[kind]))
 
 
 def with_versions_here(parameters: Parameters) -> Parameters:
@@ -214,36 +206,44 @@ def _fraction(records: dict[str, Record]) -> float:
 
 
 def _here(
-    module: str, parameters: Parameters, left: dict[str, Any], stop: Event
+    study: Study, parameters: Parameters, left: dict[str, Any], stop: Event
 ) -> Generator[tuple[str, Chunk]]:
     """Yield the chunks of tasks, computed in this process."""
     for task, checkpoint in left.items():
-        for chunk in _advance(module, parameters, task, checkpoint):
+        for chunk in _advance(study, parameters, task, checkpoint):
             yield task, chunk
             if stop.is_set():
                 return
 
 
 def _in_workers(
-    module: str, store: MemoryStore, left: dict[str, Any], pool: Executor, stop: Event
+    study: Study, store: MemoryStore, left: dict[str, Any], pool: Executor, stop: Event
 ) -> Generator[tuple[str, Chunk]]:
     """Yield the chunks of tasks, computed in slices by the workers of a pool."""
     waiting, lost = deque(left), Counter[str]()
     running: dict[Future[list[Chunk]], str] = {}
+    deserted = False
     try:
         while (waiting or running) and not stop.is_set():
+            before, deserted = deserted, getattr(pool, "workers", 1) == 0
+            if deserted and not before:
+                warnings.warn(
+                    "no worker is left: the study waits", errors.NoWorkerWarning, stacklevel=3
+                )
             # After a loss all tasks it may be due to run alone, each for a slice.
             room = 1 if lost else 2 * workers(pool)
             while waiting and len(running) < room:
                 task = waiting.popleft()
-                running[_sent(pool, module, store.parameters, task, left[task])] = task
-            for future in wait(running, TICK_S, FIRST_COMPLETED).done:
+                running[_sent(pool, study.__name__, store.parameters, task, left[task])] = task
+            for future in futures.wait(running, TICK_S, futures.FIRST_COMPLETED).done:
                 task = running.pop(future)
                 if fault := _loss(future):
                     lost[task] += 1
                     if lost[task] > 1:
                         why = f"the worker on {task} was lost twice ({_words(fault)})"
-                        raise StoppedEarly(Stop.WORKER_LOST, why, store.path) from fault
+                        raise errors.StoppedEarly(
+                            errors.Stop.WORKER_LOST, why, store.path
+                        ) from fault
                     waiting.appendleft(task)
                     if isinstance(pool, Processes):
                         pool.replace()
@@ -283,7 +283,7 @@ def _sent(
         return pool.submit(_slice, module, parameters, task, checkpoint, SLICE_S)
     except Exception as fault:  # shut down, broken, out of reach, no more processes
         future: Future[list[Chunk]] = Future()
-        future.set_exception(BrokenExecutor(f"no work is taken: {_words(fault)}"))
+        future.set_exception(futures.BrokenExecutor(f"no work is taken: {_words(fault)}"))
         return future
 
 
@@ -292,26 +292,26 @@ def _slice(
 ) -> list[Chunk]:
     """Advance a task for about so many seconds; in a worker, which may be far away."""
     if found := differences(with_versions_here(parameters), parameters):
-        raise ForeignWorker(f"process {os.getpid()} on {platform.node()}", found)
+        raise errors.ForeignWorker(f"process {os.getpid()} on {platform.node()}", found)
     chunks = []
     with _ONE_AT_A_TIME:
         end = time.monotonic() + seconds
-        for chunk in _advance(module, parameters, task, checkpoint):
+        study = cast(Study, import_module(module))
+        for chunk in _advance(study, parameters, task, checkpoint):
             chunks.append(chunk)
             if time.monotonic() >= end:
                 break
     return chunks
 
 
-def _advance(module: str, parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chunk]:
+def _advance(study: Study, parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chunk]:
     """The chunks of a task; what it refuses is the last one."""
-    study = cast(Study, import_module(module))
     try:
         for chunk in study.advance(parameters, task, checkpoint):
             yield chunk
             if chunk.done:
                 return
-    except HeavyTopError as refusal:
+    except errors.HeavyTopError as refusal:
         yield Chunk(failed=str(refusal))
         return
     raise RuntimeError(f"{task}: ended before it was done")
@@ -319,7 +319,7 @@ def _advance(module: str, parameters: Parameters, task: str, checkpoint: Any) ->
 
 def _loss(future: Future[list[Chunk]]) -> BaseException | None:
     """How the worker was lost, if it was; what the task raised is raised here."""
-    fault = CancelledError() if future.cancelled() else future.exception()
+    fault = futures.CancelledError() if future.cancelled() else future.exception()
     if fault is None or isinstance(fault, _LOST) or type(fault).__name__ in _LOST_BY_NAME:
         return fault
     raise fault

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple, Self
 
 from heavytop.errors import ForeignFile, ForeignStudy, StoppedEarly
-from heavytop.files import locked, make_folder, write_text
+from heavytop.files import locked, make_folder, regular, write_text
 
 Parameters = dict[str, Any]
 STUDY, LOCK, TASKS = "study.json", "lock", "tasks"
@@ -148,7 +148,7 @@ class Store(MemoryStore):
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)
         found = _read(self.path / STUDY)
-        if "kind" not in found:
+        if not {"kind", "versions"} <= found.keys():
             raise ForeignFile(f"{self.path / STUDY}: not a study of this version of heavytop")
         super().__init__(found)
 
@@ -298,7 +298,8 @@ def _record(path: Path) -> Record:
 def _read(path: Path) -> dict[str, Any]:
     """The JSON object in a file."""
     try:
-        found = json.loads(path.read_bytes())
+        with regular(path) as file:
+            found = json.loads(file.read())
     except (OSError, ValueError) as fault:
         raise ForeignFile(f"{path}: not readable ({fault})") from None
     if not isinstance(found, dict):

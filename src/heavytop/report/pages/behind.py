@@ -24,7 +24,7 @@ TILTS: Final = 201
 @lru_cache(maxsize=1)
 def _seen(trajectory: Trajectory) -> Sample:
     """The motion at the times of the numbers behind the pictures."""
-    from heavytop.plots.figures.style import last_shown
+    from heavytop.plots.figures import last_shown
 
     return trajectory(np.linspace(0.0, last_shown(trajectory), POINTS))
 
@@ -48,7 +48,7 @@ def _angles(trajectory: Trajectory) -> dict[str, list[Any]]:
 
 def _potential(trajectory: Trajectory) -> dict[str, list[Any]]:
     from heavytop.analytic.potential import Potential
-    from heavytop.plots.figures.energy import tilts_shown
+    from heavytop.plots.figures import tilts_shown
 
     motion = trajectory.motion
     potential = Potential(motion.rising.source)

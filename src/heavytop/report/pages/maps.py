@@ -66,7 +66,7 @@ def atlas_section(finding: Finding, ident: str) -> Section:
 
 
 def _map(finding: Finding, ident: str, made: str) -> Sequence[Picture]:
-    from heavytop.plots.map import map_figure
+    from heavytop.plots.atlas import map_figure
 
     document, path = finding.document, finding.path.with_name("atlas.nc")
     if "map" not in document["files"] or not path.is_file():

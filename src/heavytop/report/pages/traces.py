@@ -55,7 +55,7 @@ def _seconds(motion: Motion, scene: Scene) -> float:
 
 def traces_section(finding: Finding, ident: str) -> Section:
     """Return the section of axis traces."""
-    from heavytop.plots.traces import traces_figure
+    from heavytop.plots.sphere import traces_figure
 
     traces = finding.document["traces"]
     made = command("report", *folder(ident))  # no other verb draws them
