@@ -13,7 +13,7 @@ import heavytop as ht
 from heavytop.plots.drift import drift_figure
 from heavytop.plots.figures import save
 from heavytop.report.study_files import write_drift
-from heavytop.studies.drifts.growth import growth
+from heavytop.studies.drift_result import growth
 
 PERIODS = next((float(x) for x in sys.argv[1:] if x != "write"), 1e6)  # fewer, for a look
 FOLDER = f"out/long-runs-{PERIODS:g}"

@@ -14,8 +14,7 @@ from page import rewrite
 
 import heavytop as ht
 from heavytop.report.study_files import write_drift
-from heavytop.studies.drifts.follow import follow
-from heavytop.studies.drifts.study import Study
+from heavytop.studies.drift import advance, drift_parameters
 
 KEPT = Path(__file__).with_name("data") / "hundred-million.json"
 FIRST = 1e5  # periods that are done again
@@ -30,7 +29,7 @@ if "again" in sys.argv:
     KEPT.write_bytes(Path("out/hundred-million/drift.json").read_bytes())
 
 kept = {each["name"]: each for each in json.loads(KEPT.read_text())["methods"]}
-study = Study.asked(scene, **ASKED)
+parameters = drift_parameters(scene, **ASKED, ensemble=1, seed=0, jobs=1)[0]
 worst = 0.0
 table = [
     "| | periods | steps | phase [s] | axis | energy | phase grows as t^ |",
@@ -38,11 +37,11 @@ table = [
 ]
 for name in METHODS:
     method, rows = kept[name], []
-    for piece in follow(study.identity, f"{name}/0000", None):
-        rows += piece.rows
-        if float.fromhex(piece.checkpoint["periods"]) > FIRST:
+    for chunk in advance(parameters, f"{name}/0000", None):
+        rows += chunk.rows
+        if chunk.checkpoint["periods"] > FIRST:
             break
-    again = [abs(float.fromhex(row["phase_s"])) for row in rows]
+    again = [abs(row["phase_s"]) for row in rows]
     worst = most(worst, *(abs(a - b) for a, b in zip(again, method["phase_s"], strict=False)))
     error, exponent = method["phase_s"][-1], method["phase_exponent"]
     table.append(

@@ -162,10 +162,10 @@ for words, name in (("axis", "cheapest"), ("theta", "cheapest_theta")):
         ours = 1 / first["ratio"] if not first["rival"] else first["ratio"]
         claim(f"{words} to {bound}: our time over that of the best rival", ours, 1.0)
 theirs = [
-    found.points[i].trial.text
+    found.points[i].method.label
     for leaders, name in ((found.front, "axis_error"), (found.front_theta, "theta_error"))
     for i in leaders
-    if found.points[i].is_rival and getattr(found.points[i], name) <= LEAST
+    if found.points[i].method.is_rival and getattr(found.points[i], name) <= LEAST
 ]
 claim(f"rivals on the front from {LEAST:g} down {theirs or ''}", len(theirs), 0)
 finish()

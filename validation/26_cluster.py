@@ -32,7 +32,7 @@ def free_port():
 
 
 def result_files(folder):
-    files = (p for p in folder.rglob("*") if p.is_file() and p.name not in ("lock", "cost.json"))
+    files = (p for p in folder.rglob("*") if p.is_file() and p.name != "lock")
     return {p.relative_to(folder).as_posix(): p.read_bytes() for p in files}
 
 

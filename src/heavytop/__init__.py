@@ -15,7 +15,7 @@ _HOMES = {
     "Atlas": "studies.atlas",
     "BadScene": "errors",
     "Circuit": "analytic.monodromy",
-    "Drift": "studies.drifts.drift",
+    "Drift": "studies.drift_result",
     "Enclosure": "analytic.enclosure",
     "DoubtfulWarning": "errors",
     "EndedEarly": "errors",
@@ -46,18 +46,18 @@ _HOMES = {
     "Sensitivities": "run.sensitivities",
     "State": "scene.state",
     "StoppedEarly": "errors",
-    "Stress": "studies.stresses.stress",
+    "Stress": "studies.stress",
     "Top": "scene.top",
     "Trajectory": "run.trajectory",
     "Transition": "run.sensitivities",
     "Validation": "claims.validate",
     "Verdict": "classification",
-    "WorkPrecision": "studies.workprecs.work_precision",
+    "WorkPrecision": "studies.work_precision",
     "WrongType": "errors",
     "atlas": "studies.atlas",
     "classify": "classification.classify",
     "classify_many": "classification.many",
-    "drift": "studies.drifts.drifting",
+    "drift": "studies.drift",
     "enclose": "analytic.enclosure",
     "energy_momentum": "analytic.energy_momentum",
     "extend": "run.propagation",
@@ -72,13 +72,13 @@ _HOMES = {
     "propagate": "run.propagation",
     "propagate_many": "run.ensemble",
     "reference": "analytic.reference",
-    "resume": "studies.resuming",
+    "resume": "studies.resume",
     "run_errors": "run.verify",
     "sensitivities": "run.sensitivities",
     "state_transition": "run.sensitivities",
-    "stress": "studies.stresses.stressing",
+    "stress": "studies.stress",
     "validate": "claims.validate",
-    "work_precision": "studies.workprecs.measuring",
+    "work_precision": "studies.work_precision",
 }
 
 __all__ = [
@@ -201,13 +201,11 @@ if TYPE_CHECKING:
     from heavytop.scene.state import State
     from heavytop.scene.top import Top
     from heavytop.studies.atlas import Atlas, atlas, load_atlas, merge_atlases
-    from heavytop.studies.drifts.drift import Drift
-    from heavytop.studies.drifts.drifting import drift
-    from heavytop.studies.resuming import resume
-    from heavytop.studies.stresses.stress import Stress
-    from heavytop.studies.stresses.stressing import stress
-    from heavytop.studies.workprecs.measuring import work_precision
-    from heavytop.studies.workprecs.work_precision import WorkPrecision
+    from heavytop.studies.drift import drift
+    from heavytop.studies.drift_result import Drift
+    from heavytop.studies.resume import resume
+    from heavytop.studies.stress import Stress, stress
+    from heavytop.studies.work_precision import WorkPrecision, work_precision
 
 
 def __getattr__(name: str) -> Any:

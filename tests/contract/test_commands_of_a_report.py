@@ -19,9 +19,9 @@ from heavytop.report.pages.findings import findings
 from heavytop.report.pages.ladders import methods_asked
 from heavytop.report.pages.page import page_of
 from heavytop.scene.scene import load_scene, shipped_scenes
-from heavytop.studies.stresses.cases import cases
-from heavytop.studies.stresses.methods import METHODS
-from heavytop.studies.workprecs.ladder import DEFAULT, trials
+from heavytop.studies.methods import stress_methods
+from heavytop.studies.stress_cases import cases
+from heavytop.studies.work_precision import DEFAULT, settings
 
 MADE = {
     "a": "run sicm-kicked --formulation lagrange",
@@ -113,15 +113,15 @@ def test_what_was_not_asked_for_is_in_no_command():
     assert methods_asked({"points": [], "skipped": []}) == ()
     assert methods_asked({"points": [], "skipped": tried}) != ()
     scene = load_scene("sicm-kicked")
-    usual = [{"method": each.name, "setting": setting(each), "reason": ""}
-             for name in DEFAULT for each in trials(scene, name, 100)]  # fmt: skip
+    usual = [{"method": each.asked, "setting": setting(each), "reason": ""}
+             for name in DEFAULT for each in settings(name, scene, 100)]  # fmt: skip
     assert methods_asked({"points": [], "skipped": usual}) == ()
     assert methods_asked({"points": [], "skipped": usual[:6]}) == ("--methods", "auto")
     assert methods_asked({"points": [], "skipped": usual[:2]}) == ("--methods", "auto=6,auto=9")
 
 
-def setting(trial):
-    return {"as": trial.method.setting if trial.digits is None else trial.digits}
+def setting(method):
+    return {"as": method.setting if method.digits is None else method.digits}
 
 
 def test_numbers_are_said_with_all_their_digits():
@@ -175,7 +175,14 @@ def test_a_name_that_means_something_else_is_refused(page, name, tmp_path):
 
 
 def test_every_name_that_is_written_is_one(tmp_path):
-    names = [*shipped_scenes(), *cases(), *METHODS, *DEFAULT, "strang=50.5", "taylor-axis=1e+06"]
+    names = [
+        *shipped_scenes(),
+        *cases(),
+        *stress_methods(),
+        *DEFAULT,
+        "strang=50.5",
+        "taylor-axis=1e+06",
+    ]
     rows = [{"name": name, "title": "", "kind": "", "tags": [], "seconds": 1, "axis": []}
             for name in names]  # fmt: skip
     for k in range(0, len(rows), 100):

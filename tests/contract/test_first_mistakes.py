@@ -15,7 +15,7 @@ from heavytop.comparison import METHODS
 from heavytop.errors import BadScene, ImpossibleStart, ImpossibleTop
 from heavytop.run.verify import missed_digits
 from heavytop.scene.scene import load_scene, read_scene, shipped_scenes, shipped_text
-from heavytop.studies.drifts.methods import taylor_methods
+from heavytop.studies.methods import taylor_methods
 
 SCENE = """\
 format = 1

@@ -15,6 +15,7 @@ from typer.testing import CliRunner, Result
 import heavytop as ht
 import heavytop.report.run_files
 from heavytop.cli import Exit, app
+from heavytop.files import locked
 from heavytop.report.run_files import Request
 
 # The command line, in which a signal comes at the n-th call of a function; and which saves often.
@@ -257,7 +258,7 @@ def test_what_is_no_run_is_refused_and_forced(tmp_path):
     words = ("sicm-kicked", "-o", tmp_path, "--no-figures")
     refused = heavytop_("run", *words)
     assert refused.exit_code == 6
-    assert "run.json: not the document of a run (--force replaces it)" in refused.stderr
+    assert "run.json: not a document heavytop/run/1 (--force replaces it)" in refused.stderr
     assert (tmp_path / "run.json").read_text() == "{}"
     assert heavytop_("run", *words, "--force").exit_code == 0
 
@@ -271,13 +272,8 @@ def test_a_study_is_never_replaced(tmp_path):
 
 
 def test_two_runs_do_not_write_one_folder(tmp_path):
-    from heavytop.studies.ledger.lock import Lock
-
-    lock = Lock(tmp_path / "lock")
-    try:
+    with locked(tmp_path / "lock"):
         refused = heavytop_("run", "sicm-kicked", "-o", tmp_path)
-    finally:
-        lock.release()
     assert refused.exit_code == 2
     assert f"is being written by process {os.getpid()}" in refused.stderr
 

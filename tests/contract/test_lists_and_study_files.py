@@ -12,13 +12,13 @@ import heavytop as ht
 from heavytop.cli import app
 from heavytop.errors import Stop, StoppedEarly
 from heavytop.report.study_files import write_stress, write_work_precision
-from heavytop.studies.stresses.stress import Stress
-from heavytop.studies.workprecs.work_precision import WorkPrecision
+from heavytop.studies.stress import Stress
+from heavytop.studies.work_precision import WorkPrecision
 
 STUDIES = {
-    "drift": "heavytop.studies.drifts.drifting.drift",
-    "stress": "heavytop.studies.stresses.stressing.stress",
-    "workprec": "heavytop.studies.workprecs.measuring.work_precision",
+    "drift": "heavytop.studies.drift.drift",
+    "stress": "heavytop.studies.stress.stress",
+    "workprec": "heavytop.studies.work_precision.work_precision",
 }
 LISTS = [("drift", "methods"), ("stress", "methods"), ("stress", "cases"), ("workprec", "methods")]
 SCENE = {"drift": ("sicm-kicked",), "stress": (), "workprec": ("sicm-kicked",)}
@@ -66,8 +66,8 @@ def test_an_empty_name_is_the_fault_of_its_option(verb, option, text, asked, tmp
 
 @pytest.mark.parametrize("verb", STUDIES)
 def test_a_list_left_out_is_the_list_of_its_study(verb, asked):
-    from heavytop.studies.drifts.methods import DEFAULT as DRIFT
-    from heavytop.studies.workprecs.ladder import DEFAULT as WORKPREC
+    from heavytop.studies.methods import DEFAULT as DRIFT
+    from heavytop.studies.work_precision import DEFAULT as WORKPREC
 
     heavytop_(verb)
     assert asked["methods"] == {"drift": DRIFT, "stress": None, "workprec": WORKPREC}[verb]

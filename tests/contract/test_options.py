@@ -12,8 +12,8 @@ from heavytop.errors import BadScene
 from heavytop.names import nearest
 from heavytop.run.planning import plan
 from heavytop.scene.arguments import Range, Refused, one_of, parse_names, parse_options
-from heavytop.studies.drifts.study import Study
-from heavytop.studies.workprecs.asked import asked
+from heavytop.studies.drift import drift_parameters
+from heavytop.studies.work_precision import _asked
 
 KICKED = ht.load_scene("sicm-kicked")
 REAL, WHOLE = Range(0.5, 1e6), Range(1, 2**63 - 1, whole=True)
@@ -27,11 +27,12 @@ def faults_of(ask, **options):
 
 
 def drift(**options):
-    return Study.asked(**({"scene": KICKED} | options))
+    usual = {"scene": KICKED, "methods": ["auto"], "periods": 10, "ensemble": 1, "samples": 2}
+    return drift_parameters(**usual | {"seed": 0, "jobs": 1} | options)
 
 
 def work_precision(*, scene=KICKED, methods=("auto",), periods=100, budget=10):
-    return asked(scene, methods, {"periods": periods, "budget": budget})
+    return _asked(scene, methods, {"periods": periods, "budget": budget})
 
 
 STUDIES = {"drift": drift, "work_precision": work_precision, "stress": ht.stress}

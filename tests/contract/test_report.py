@@ -30,7 +30,7 @@ from heavytop.results.energy_momentum_document import energy_momentum_document
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene, read_scene
 from heavytop.studies.atlas import atlas
-from heavytop.studies.drifts.drifting import drift
+from heavytop.studies.drift import drift
 
 BREAKING = "<script>alert(1)</script>\"'><img src=x onerror=alert(2)> $\\frac{"
 CLOSING = "</script></title></style><svg onload=alert(3)>&amp;<!--"

@@ -32,7 +32,7 @@ from heavytop.results.energy_momentum_document import energy_momentum_document
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
 from heavytop.studies.atlas import atlas
-from heavytop.studies.drifts.drifting import drift
+from heavytop.studies.drift import drift
 
 MARKUP = "<script>alert(1)</script>"
 FORMULA, UNPAIRED, HIDDEN = "$x$ and $\\frac{$", "costs 5$", "_gone"

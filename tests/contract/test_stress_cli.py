@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import signal
 import subprocess
@@ -17,11 +16,10 @@ from heavytop.cli import app
 from heavytop.plots.stability import Cone, stability_figure
 from heavytop.plots.stress import stress_figure
 from heavytop.results.stress_marks import MARKS, UNTOLD
-from heavytop.studies.stresses import stressing
-from heavytop.studies.stresses.cases import cases
-from heavytop.studies.stresses.methods import METHODS
-from heavytop.studies.stresses.outcome import RULES, Word
-from heavytop.studies.stresses.stress import Run, Skipped, Stress
+from heavytop.studies import stress as stressing
+from heavytop.studies.methods import stress_methods
+from heavytop.studies.stress import RULES, Outcome, Run, Skipped, Stress
+from heavytop.studies.stress_cases import cases
 
 PROMISED = ("case", "method", "formulation", "outcome", "error", "digits_lost", "steps", "note")
 QUICK = ("--cases", "through-top,cusp", "--methods", "auto,taylor-lagrange")
@@ -31,15 +29,25 @@ UNTURNED = dict.fromkeys(("phi", "psi", "phidot", "thetadot"), "0")
 
 
 def stress(*arguments):
-    return CliRunner().invoke(app, ["stress", *map(str, arguments)])
+    return heavytop_("stress", *arguments)
+
+
+def heavytop_(*arguments):
+    return CliRunner().invoke(app, [str(each) for each in arguments])
+
+
+def ran(case, method, formulation, outcome, **more):
+    return Run(case=case, method=method, formulation=formulation, outcome=outcome, **more)
 
 
 def made(*runs, skipped=()):
-    chosen = dict.fromkeys(run.case for run in runs), dict.fromkeys(run.method for run in runs)
     return Stress(
-        tuple(cases()[name] for name in chosen[0]), tuple(METHODS[name] for name in chosen[1]),
-        runs, skipped, {"budget_s": 1.0, "time_s": 1.0, "steps": 1},
-    )  # fmt: skip
+        tuple(cases()[name] for name in dict.fromkeys(run.case for run in runs)),
+        tuple(stress_methods()[name] for name in dict.fromkeys(run.method for run in runs)),
+        runs,
+        skipped,
+        {"budget_s": 1.0, "time_s": 1.0, "steps": 1},
+    )
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +63,7 @@ def test_the_document_is_the_one_that_is_promised(quick):
     rows = {(row["case"], row["method"]): row for row in document["cases"]}
     assert len(rows) == 4
     assert all(set(PROMISED) <= set(row) for row in rows.values())
-    assert {row["outcome"] for row in rows.values()} <= {str(word) for word in Word}
+    assert {row["outcome"] for row in rows.values()} <= {str(word) for word in Outcome}
     assert rows["through-top", "taylor-lagrange"]["outcome"] == "singular"
     assert rows["through-top", "taylor-lagrange"]["error"] is None
     assert rows["cusp", "auto"]["outcome"] == "ok"
@@ -73,7 +81,8 @@ def test_the_files_are_written_and_hold_no_times(quick):
     assert printed["files"] == {
         "document": "stress.json", "chart_svg": "stress.svg", "chart_png": "stress.png",
     }  # fmt: skip
-    assert {path.name for path in folder.iterdir()} == set(printed["files"].values())
+    written = {path.name for path in folder.iterdir()} - {"study.json", "tasks", "lock"}
+    assert written == set(printed["files"].values())
     assert json.loads((folder / "stress.json").read_text()) == printed
     assert "seconds" not in result.stdout
     svg = (folder / "stress.svg").read_text()
@@ -82,15 +91,15 @@ def test_the_files_are_written_and_hold_no_times(quick):
 
 def test_the_words_of_the_contract_are_these():
     words = "ok inaccurate singular stalled diverged step-limit time-limit refused missed-events"
-    assert {str(word) for word in Word} == set(words.split()) == {str(word) for word in RULES}
+    assert {str(word) for word in Outcome} == set(words.split()) == {str(word) for word in RULES}
     assert set(MARKS) == set(words.split()) - {"ok"}
 
 
 def test_the_chart_has_the_marks_of_the_table():
     document = made(
-        Run("cusp", "auto", "auto", Word.OK, digits_lost=0.0),
-        Run("cusp", "taylor-axis", "axis", Word.STALLED),
-        Run("cusp", "taylor-cubic", "cubic", Word.OK, digits_lost=0.0, untold=True),
+        ran("cusp", "auto", "auto", Outcome.OK, digits_lost=0.0),
+        ran("cusp", "taylor-axis", "axis", Outcome.STALLED),
+        ran("cusp", "taylor-cubic", "cubic", Outcome.OK, digits_lost=0.0, untold=True),
     ).document()
     figure = stress_figure(document)
     drawn = [text.get_text() for text in figure.axes[0].texts]
@@ -152,34 +161,86 @@ def test_the_cases_are_listed_with_what_they_are():
     assert found["cusp"]["top"] == {"A": "3.28e-4", "C": "6.60e-5", "gMR": "0.0456"}
     assert found["separatrix-40"]["span"] == "40 s"
     assert all(case["why"] for case in printed["cases"])
-    assert [each["name"] for each in printed["methods"]] == list(METHODS)
+    assert [each["name"] for each in printed["methods"]] == list(stress_methods())
     text = stress("--list").stdout
-    assert all(name in text for name in (*cases(), *METHODS))
+    assert all(name in text for name in (*cases(), *stress_methods()))
     assert "no case can be added" in text
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
-def test_whatever_ends_it_no_empty_folders_are_left(tmp_path, number):
-    folder = tmp_path / "made" / "here"
+SOME = ("--cases", "cusp,through-top,lie-group", "--methods", "auto,taylor-lagrange,dop853-scipy",
+        "--time-limit", "60")  # fmt: skip
+
+
+def started(*arguments):
     heard = "import signal; signal.signal(signal.SIGHUP, signal.SIG_DFL); "  # nohup ignores it
     command = heard + "from heavytop.cli import main; main()"
-    asked = ("stress", "--cases", "start-at-top", "--methods", "lsoda-scipy-lagrange")
-    options = ("--time-limit", "60", "-o", str(folder))
-    going = subprocess.Popen(
-        [sys.executable, "-c", command, *asked, *options],
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    return subprocess.Popen(
+        [sys.executable, "-c", command, *map(str, arguments)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
-    try:
-        until = time.monotonic() + 30
-        while not folder.exists() and time.monotonic() < until:
-            time.sleep(0.05)
-        assert folder.exists()
-        time.sleep(0.3)
-        os.kill(going.pid, number)
-        assert going.wait(20) == 130
-    finally:
-        going.kill()
-    assert not (tmp_path / "made").exists()
+
+
+def records(folder):
+    return {path.name: path.read_text() for path in folder.glob("tasks/[0-9a-f]*.json")}
+
+
+def wait_for_records(folder, count, process):
+    until = time.monotonic() + 60
+    while len(records(folder)) < count and process.poll() is None and time.monotonic() < until:
+        time.sleep(0.02)
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return json.loads(stress(*SOME, "--json").stdout)
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_killed_at_any_moment_and_resumed_it_finds_the_same(tmp_path, whole, jobs):
+    folder = tmp_path / "made" / "here"
+    process = started("stress", *SOME, "-o", folder, "-j", jobs)
+    for count in (1, 4):
+        wait_for_records(folder, count, process)
+        process.kill()
+        process.communicate(timeout=60)
+        before = records(folder)
+        process = started("resume", folder, "--json", "-j", jobs)
+    out, err = process.communicate(timeout=120)
+    assert process.returncode == 0, err
+    after = records(folder)
+    assert len(after) == 9
+    assert before.items() <= after.items()  # what was done is not done again
+    files = ("files", "versions", "limits")
+    told = json.loads(out)
+    assert {k: v for k, v in told.items() if k not in files} == {
+        k: v for k, v in whole.items() if k not in files
+    }
+    assert json.loads((folder / "stress.json").read_text()) == told
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+def test_whatever_ends_it_says_how_to_go_on(tmp_path, number):
+    folder = tmp_path / "made" / "here"
+    asked = ("--cases", "start-at-top", "--methods", "auto,lsoda-scipy-lagrange,taylor-axis")
+    process = started("stress", *asked, "--time-limit", "3", "-o", folder)
+    wait_for_records(folder, 1, process)
+    process.send_signal(number)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130, err
+    if number != signal.SIGHUP:  # then nobody reads it
+        assert f"heavytop resume {folder}" in err
+    assert heavytop_("resume", folder).exit_code == 0
+    assert len(records(folder)) == 3
+
+
+def test_another_test_is_refused(tmp_path):
+    assert stress(*QUICK, "-o", tmp_path / "study").exit_code == 0
+    again = stress("--cases", "cusp", "--methods", "auto", "-o", tmp_path / "study")
+    assert again.exit_code == 6
+    assert "cases[0]" in again.stderr
+    merely = heavytop_("resume", tmp_path / "study")
+    assert merely.exit_code == 0
+    assert "this study is finished" in merely.stderr
 
 
 @pytest.mark.parametrize(
@@ -209,8 +270,8 @@ def test_a_folder_that_cannot_be_written_is_refused_before_anything_runs(tmp_pat
 
 def test_auto_silently_wrong_is_a_check_out_of_its_bound(monkeypatch):
     wrong = made(
-        Run("cusp", "auto", "auto", Word.OK, error=1e-9, digits_lost=5.0),
-        Run("cusp", "taylor-lagrange", "lagrange", Word.DIVERGED, error=1.0, digits_lost=14.0),
+        ran("cusp", "auto", "auto", Outcome.OK, error=1e-9, digits_lost=5.0),
+        ran("cusp", "taylor-lagrange", "lagrange", Outcome.DIVERGED, error=1.0, digits_lost=14.0),
         skipped=(Skipped("cusp", "taylor-axis", "its process was lost: killed by SIGSEGV"),),
     )
     monkeypatch.setattr(stressing, "stress", lambda **_: wrong)
@@ -220,15 +281,17 @@ def test_auto_silently_wrong_is_a_check_out_of_its_bound(monkeypatch):
     assert "5.0" in result.stdout
     assert "14.0 div" in result.stdout
     assert "killed by SIGSEGV: cusp/taylor-axis" in " ".join(result.stdout.split())
-    named = made(Run("cusp", "auto", "auto", Word.MISSED_EVENTS, 0.0, 0.0, named=True))
+    named = made(
+        ran("cusp", "auto", "auto", Outcome.MISSED_EVENTS, error=0.0, digits_lost=0.0, named=True)
+    )
     monkeypatch.setattr(stressing, "stress", lambda **_: named)
     assert stress().exit_code == 0
 
 
 def test_the_counts_add_up_to_the_runs():
     one = made(
-        Run("cusp", "auto", "auto", Word.OK), Run("through-top", "auto", "auto", Word.OK),
-        Run("cusp", "taylor-axis", "axis", Word.STALLED),
+        ran("cusp", "auto", "auto", Outcome.OK), ran("through-top", "auto", "auto", Outcome.OK),
+        ran("cusp", "taylor-axis", "axis", Outcome.STALLED),
     )  # fmt: skip
     counts = one.counts()
     assert counts["auto"]["ok"] == 2
@@ -237,11 +300,12 @@ def test_the_counts_add_up_to_the_runs():
 
 
 def test_what_is_chance_is_counted_as_nothing_to_tell_and_as_nothing_else():
+    by_chance = {"error": 1e-3, "digits_lost": 0.0, "untold": True}
     chance = made(
-        Run("separatrix-80", "taylor-axis", "axis", Word.OK, 1e-3, 0.0, untold=True, named=True),
-        Run("separatrix-80", "auto", "auto", Word.OK, 1e-3, 0.0, untold=True),
+        ran("separatrix-80", "taylor-axis", "axis", Outcome.OK, **by_chance, named=True),
+        ran("separatrix-80", "auto", "auto", Outcome.OK, **by_chance),
     )
     counts = chance.counts()
-    assert counts["taylor-axis"] == dict.fromkeys(map(str, Word), 0) | {"nothing-to-tell": 1}
+    assert counts["taylor-axis"] == dict.fromkeys(map(str, Outcome), 0) | {"nothing-to-tell": 1}
     assert [run.method for run in chance.silently_wrong] == ["auto"]
     assert re.fullmatch("<Stress: 2 runs of 2 methods at 1 cases, 0 skipped>", repr(chance))

@@ -158,18 +158,21 @@ def test_a_run_inside_the_progress_of_another_changes_neither(formulation, optio
     assert same(found(1.234).states, alone(1.234).states)
 
 
-def test_marches_of_two_tops_may_take_turns():
-    from heavytop.studies.drifts.methods import method
-    from heavytop.studies.drifts.runs import run
+def test_steppers_of_two_tops_may_take_turns():
+    from heavytop.studies.methods import method
+    from heavytop.studies.steppers import set_up
 
     scene = ht.load_scene("sicm-kicked")
     other = replace(scene, start=ht.State(1, phidot=1, psidot=3))
     taylor = method("taylor-axis")
 
-    def after_two(march, between=lambda: None):
-        place = march.block(march.begin())
+    def after_two(stepper, between=lambda: None):
+        at = stepper.block(stepper.begin())
         between()
-        return march.block(place)
+        return stepper.block(at)
 
-    alone = after_two(run(scene, taylor).march)
-    assert after_two(run(scene, taylor).march, lambda: after_two(run(other, taylor).march)) == alone
+    alone = after_two(set_up(scene, taylor).stepper)
+    assert (
+        after_two(set_up(scene, taylor).stepper, lambda: after_two(set_up(other, taylor).stepper))
+        == alone
+    )

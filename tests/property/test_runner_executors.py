@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from heavytop.cli.exits import exit_code
-from heavytop.errors import ForeignWorker, Stop, StoppedEarly
+from heavytop.errors import ForeignWorker, NoWorkerWarning, Stop, StoppedEarly
 from heavytop.machine import versions
 from heavytop.studies import runner
 from heavytop.studies.processes import SPAWN, starting
@@ -262,6 +262,21 @@ def test_a_slice_ends_soon_after_its_time(monkeypatch):
     began = time.monotonic()
     assert len(runner._slice(*asked, 0.08)) == 2
     assert time.monotonic() - began < 0.2
+
+
+def test_that_no_worker_is_left_is_said_once(whole, tmp_path):
+    class Deserted(Here):
+        asked = 0
+
+        @property
+        def workers(self):  # there is one, then for a while none, and one again
+            self.asked += 1
+            return int(not 3 <= self.asked <= 6)
+
+    with pytest.warns(NoWorkerWarning, match="no worker is left: the study waits") as told:
+        done(tmp_path / "study", executor=Deserted())
+    assert len(told) == 1
+    assert results(tmp_path / "study") == whole
 
 
 def test_what_an_executor_does_not_say_is_counted_here(monkeypatch):

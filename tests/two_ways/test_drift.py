@@ -1,4 +1,4 @@
-"""A drift study measures what it says: its runs are the package's own, its yardstick is exact."""
+"""A drift study measures what it says: its runs are the package's own, its reference is exact."""
 
 import json
 import math
@@ -10,37 +10,38 @@ import pytest
 import heavytop as ht
 from heavytop.analytic.many_times import DoubleForm
 from heavytop.comparison import IntegrationFailed
-from heavytop.studies import ledger
-from heavytop.studies.drifts.drift import gathered
-from heavytop.studies.drifts.follow import _not_after, follow
-from heavytop.studies.drifts.growth import growth
-from heavytop.studies.drifts.marks import PHASE, marks
-from heavytop.studies.drifts.members import member
-from heavytop.studies.drifts.methods import method, taylor_methods
-from heavytop.studies.drifts.precise_march import PreciseMarch
-from heavytop.studies.drifts.runs import run
-from heavytop.studies.drifts.study import Study
-from heavytop.studies.drifts.taylor_march import TaylorMarch
+from heavytop.scene.scene import scene_of
+from heavytop.studies.drift import advance, drift_parameters, tasks
+from heavytop.studies.drift_result import growth
+from heavytop.studies.ensemble import PHASE, neighbour, sample_times
+from heavytop.studies.methods import DEFAULT, method, taylor_methods
+from heavytop.studies.steppers import PreciseStepper, TaylorStepper, set_up
 
 KICKED = ht.load_scene("sicm-kicked")
 TAYLOR = tuple(taylor_methods())
 
 
 def own(name, scene=KICKED):
-    return run(scene, method(name))
+    return set_up(scene, method(name))
 
 
-def rows_of(study, task, checkpoint=None):
-    return [row for piece in follow(study.identity, task, checkpoint) for row in piece.rows]
+def asked(scene=KICKED, methods=DEFAULT, periods=10_000, ensemble=1, samples=25, seed=0):
+    """The parameters of a study."""
+    options = {"periods": periods, "ensemble": ensemble, "samples": samples, "seed": seed}
+    return drift_parameters(scene, methods, **options, jobs=1)[0]
 
 
-# --- the yardstick ---------------------------------------------------------------------------
+def rows_of(parameters, task, checkpoint=None):
+    return [row for chunk in advance(parameters, task, checkpoint) for row in chunk.rows]
 
 
-def exact_row(yardstick, t):
+# --- the reference solution ------------------------------------------------------------------
+
+
+def exact_row(reference, t):
     """The states e, l of the axis form at a time, from the closed form at 60 digits."""
-    ctx = yardstick.ctx
-    at, r = yardstick.truth(ctx.mpf(t)), yardstick.truth.reduced
+    ctx = reference.ctx
+    at, r = reference.truth(ctx.mpf(t)), reference.truth.reduced
     s, c = ctx.sin(at.phi), ctx.cos(at.phi)
     # l = e x e' + n e, e' = thetadot e_theta + phidot sin(theta) e_phi
     n, sine = r.b, ctx.sin(at.theta)
@@ -55,11 +56,11 @@ def exact_row(yardstick, t):
 
 @pytest.fixture(scope="module")
 def axis():
-    """The yardstick of a start whose axis has length 1 exactly: nothing is rounded in it."""
+    """The reference of a start whose axis has length 1 exactly: nothing is rounded in it."""
     scene = ht.Scene(
         ht.Top(A=1, C="0.5", gMR=1), ht.State("pi/2", phidot="0.25", psidot=2), periods=1
     )
-    return own("taylor-axis", scene).yardstick
+    return own("taylor-axis", scene).reference
 
 
 def words(ctx, values):
@@ -79,10 +80,10 @@ def test_a_shift_in_time_is_a_phase_error(axis, ahead):
     assert off.axis == pytest.approx(abs(ahead) * speed, rel=1e-6, abs=1e-28)
 
 
-def velocity(yardstick, t):
-    ctx = yardstick.ctx
+def velocity(reference, t):
+    ctx = reference.ctx
     step = ctx.mpf("1e-15")
-    back, on = (yardstick.truth(ctx.mpf(t) + s).axis for s in (-step, step))
+    back, on = (reference.truth(ctx.mpf(t) + s).axis for s in (-step, step))
     return [(b - a) / (2 * step) for a, b in zip(back, on, strict=True)]
 
 
@@ -108,27 +109,25 @@ def test_energy_and_momentum_are_told_apart(axis):
 @pytest.mark.parametrize("name", [n for n in TAYLOR if "-" not in n[7:]])
 def test_every_form_starts_on_its_own_closed_form(name):
     found = own(name)
-    off = found.yardstick((0.0, 0.0), found.march.begin().state)
+    off = found.reference((0.0, 0.0), found.stepper.begin().state)
     assert abs(off.phase_s) < 1e-30
     assert off.energy == 0
     assert off.axis is None or off.axis < 1e-30
 
 
-def test_the_yardstick_agrees_with_the_witness_of_trajectories():
+def test_the_reference_agrees_with_the_witness_of_trajectories():
     """Where both can see it, above the rounding of doubles."""
-    study = Study.asked(KICKED, ["taylor-axis=1e-9"], periods=40, samples=4)
-    last = rows_of(study, study.tasks[0])[-1]
+    study = asked(KICKED, ["taylor-axis=1e-9"], periods=40, samples=4)
+    last = rows_of(study, tasks(study)[0])[-1]
     found = own("taylor-axis=1e-9")
-    truth = DoubleForm(found.yardstick.truth.rising)
-    t = float.fromhex(last["t"][0])
-    e = np.array([float.fromhex(x) for x in last["state"][:3]])
+    truth = DoubleForm(found.reference.truth.rising)
+    t = last["t"][0]
+    e = np.array(last["state"][:3])
     exact = truth(np.array([t]))
     e = e / np.linalg.norm(e)
-    assert np.linalg.norm(e - exact.axis[0]) == pytest.approx(
-        float.fromhex(last["axis"]), abs=1e-14
-    )
+    assert np.linalg.norm(e - exact.axis[0]) == pytest.approx(last["axis"], abs=1e-14)
     by_height = (e[2] - exact.u[0]) / exact.udot[0]
-    assert float.fromhex(last["phase_s"]) == pytest.approx(by_height, rel=0.5)
+    assert last["phase_s"] == pytest.approx(by_height, rel=0.5)
 
 
 # --- the runs --------------------------------------------------------------------------------
@@ -136,7 +135,7 @@ def test_the_yardstick_agrees_with_the_witness_of_trajectories():
 
 @pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
 @pytest.mark.parametrize("name", ["taylor-axis", "taylor-cubic", "taylor-axis-projected"])
-def test_a_march_is_the_trajectory_that_propagate_integrates(name):
+def test_a_stepper_takes_the_steps_of_the_trajectory_that_propagate_integrates(name):
     """Bit for bit, through several blocks."""
     found = own(name)
     chosen = method(name)
@@ -145,32 +144,29 @@ def test_a_march_is_the_trajectory_that_propagate_integrates(name):
         "sicm-kicked", [f"span.time={t!r}", 'want.quantities=["theta"]', "want.events=[]"]
     )
     trajectory = ht.propagate(scene, formulation=chosen.formulation, projected=chosen.projected)
-    place = found.march.begin()
-    while (after := found.march.block(place)).time[0] < t:
+    place = found.stepper.begin()
+    while (after := found.stepper.block(place)).time[0] < t:
         place = after
-    row = found.march.states_at(place, [(t, 0.0)])[0]
+    row = found.stepper.states_at(place, [(t, 0.0)])[0]
     assert row.tolist() == trajectory(t).states.tolist()
 
 
-@pytest.mark.parametrize("name", ["taylor-axis-longdouble", "taylor-axis-mpfr"])
-def test_more_bits_are_written_down_without_loss(name):
-    """A march that goes on from written words is the march that was never interrupted."""
-    march = own(name).march
-    assert isinstance(march, PreciseMarch)
-    one = march.block(march.begin())
-    again = march._place(march._mark(one))
+@pytest.mark.parametrize(
+    ("name", "count"), [("taylor-axis-longdouble", 2), ("taylor-axis-mpfr", 3)]
+)
+def test_more_bits_are_written_down_without_loss(name, count):
+    """A stepper that goes on from stored words is the one that was never interrupted."""
+    stepper = own(name).stepper
+    assert isinstance(stepper, PreciseStepper)
+    one = stepper.block(stepper.begin())
+    again = stepper._state(stepper._mark(one))
     assert again == one
-    assert len(one.state) + len(one.carry) == 5 * march.words + 2
+    assert len(one.state) + len(one.carry) == 5 * count + 2
 
 
 def test_more_bits_give_more_digits():
-    study = Study.asked(
-        KICKED,
-        ["taylor-axis", "taylor-axis-longdouble", "taylor-axis-mpfr"],
-        periods=30,
-        samples=3,
-    )
-    found = gathered(study, ledger.run(ledger.study_of(study.identity)))
+    names = ["taylor-axis", "taylor-axis-longdouble", "taylor-axis-mpfr"]
+    found = ht.drift(KICKED, methods=names, periods=30, samples=3)
     double, extended, many = (each.phase_s[-1] for each in found.methods)
     assert 1e-16 < double < 1e-12
     assert 1e-20 < extended < 1e-15
@@ -191,19 +187,11 @@ def test_a_looser_tolerance_is_used():
     assert loose.method.text == "taylor-axis=1e-06"
 
 
-def test_a_mark_is_behind_when_both_words_say_so():
-    assert _not_after((1.0, 0.0), (1.0, 0.0))
-    assert not _not_after((1.0, 1e-17), (1.0, 0.0))
-    assert _not_after((1.0, -1e-17), (1.0, 0.0))
-
-
 def test_a_run_that_is_taken_up_again_has_the_same_bits():
-    study = Study.asked(KICKED, ["taylor-axis", "sofroniou-spaletta10"], periods=2e4, samples=9)
-    for task in study.tasks:
-        pieces = list(follow(study.identity, task, None))
-        rows = [row for piece in pieces for row in piece.rows]
-        march = follow(study.identity, task, None)
-        first = next(march)
+    study = asked(KICKED, ["taylor-axis", "sofroniou-spaletta10"], periods=2e4, samples=9)
+    for task in tasks(study):
+        rows = rows_of(study, task)
+        first = next(advance(study, task, None))
         written = json.loads(json.dumps(first.checkpoint))
         assert list(first.rows) + rows_of(study, task, written) == rows
 
@@ -227,19 +215,19 @@ def test_the_projected_axis_form_keeps_the_phase_and_the_textbook_form_loses_it(
 
 
 def test_marks_are_at_one_phase_and_within_the_span():
-    found = np.array(marks(1e6, 25))
+    found = np.array(sample_times(1e6, 25))
     assert np.allclose(found % 1, PHASE)
     assert found[0] < 1
     assert 1e6 - 1 < found[-1] < 1e6
     assert (np.diff(found) > 0.5).all()
-    assert len(marks(3, 100)) == 3
+    assert len(sample_times(3, 100)) == 3
 
 
 def test_members_are_neighbours_and_their_own():
-    starts = [member(KICKED.start, 5, k) for k in range(4)]
+    starts = [neighbour(KICKED.start, 5, k) for k in range(4)]
     assert starts[0] is KICKED.start
     assert len({float(s.theta) for s in starts}) == 4
-    assert member(KICKED.start, 6, 1) != starts[1]
+    assert neighbour(KICKED.start, 6, 1) != starts[1]
     for start in starts[1:]:
         assert 0 < abs(float(start.theta) / 0.1 - 1) <= 0.01
         assert 0 < abs(float(start.phidot) / -15 - 1) <= 0.01
@@ -269,7 +257,7 @@ def test_a_phase_that_is_lost_is_no_number_and_does_not_come_back():
     assert found.phase_s == (*known, *[None] * (len(found.phase_s) - len(known)))
     assert 10 < len(known) < len(found.phase_s)
     assert found.axis[-1] is not None
-    assert abs(found.phase_exponent - 1) < 0.2  # as a method of its kind loses it
+    assert abs(found.phase_growth.exponent - 1) < 0.2  # as a method of its kind loses it
 
 
 def test_phase_beside_the_vertical_is_read_from_the_horizontal():
@@ -287,31 +275,37 @@ def test_a_setting_keeps_all_its_digits():
         "taylor-axis=0.00123456789",
         texts[3],
     ]
-    study = Study.asked(KICKED, ["strang", "strang=100.0000001"], 3, samples=2)
-    again = Study.of(json.loads(json.dumps(study.identity)))
-    assert [each.setting for each in again.methods] == [100.0, 100.0000001]
+    study = asked(KICKED, ["strang", "strang=100.0000001"], 3, samples=2)
+    assert [method(text).setting for text in study["methods"]] == [100.0, 100.0000001]
 
 
-def test_an_identity_says_the_whole_study():
-    study = Study.asked(
-        ht.load_scene("sicm-kicked", ["start.theta=pi/7"]), ["strang=50", "taylor-cubic"], 7, 3
-    )
-    again = Study.of(json.loads(json.dumps(study.identity)))
-    assert again.identity == study.identity
-    assert again.scene.top == study.scene.top
-    assert again.scene.start == study.scene.start
-    assert again.methods == study.methods
+def test_parameters_hold_the_whole_study():
+    scene = ht.load_scene("sicm-kicked", ["start.theta=pi/7"])
+    study = json.loads(json.dumps(asked(scene, ["strang=50", "taylor-cubic"], 7, 3)))
+    assert study["methods"] == ["strang=50", "taylor-cubic"]
+    again = scene_of(study["scene"])
+    assert (again.top, again.start) == (scene.top, scene.start)
+    assert asked(again, study["methods"], 7, 3) == study
 
 
 def test_auto_is_the_least_form_for_so_long_a_run():
-    names = [Study.asked(KICKED, ["auto"], periods=n).methods[0].name for n in (10, 1e5)]
+    names = [asked(KICKED, ["auto"], periods=n)["methods"][0] for n in (10, 1e5)]
     assert names[0] == "taylor-axis"
     assert names[1] == "taylor-axis-projected"
 
 
-def test_a_slow_method_goes_no_farther_than_ten_thousand_periods():
-    study = Study.asked(KICKED, ["dop853-scipy", "taylor-axis"], periods=1e6, samples=9)
-    assert [max(study.marks(each)) < 1e4 for each in study.methods] == [True, False]
+def test_a_slow_method_goes_no_farther_than_ten_thousand_periods(monkeypatch):
+    spans = []
+
+    def seen(periods, samples):
+        spans.append(periods)
+        return sample_times(periods, samples)
+
+    monkeypatch.setattr("heavytop.studies.drift.sample_times", seen)
+    study = asked(KICKED, ["dop853-scipy", "taylor-axis"], periods=1e6, samples=9)
+    for task in tasks(study):
+        next(advance(study, task, None))
+    assert spans == [1e4, 1e6]
 
 
 # --- refusals --------------------------------------------------------------------------------
@@ -358,7 +352,7 @@ def test_a_form_that_cannot_start_there_is_skipped_with_the_reason():
 
 
 def test_a_rival_whose_package_is_missing_is_skipped_by_name(monkeypatch):
-    from heavytop.studies.drifts import methods
+    from heavytop.studies import methods
 
     monkeypatch.setattr(methods, "find_spec", lambda name: None if name == "numba" else name)
     found = ht.drift(KICKED, methods=["strang", "taylor-axis"], periods=3, samples=2)
@@ -367,14 +361,14 @@ def test_a_rival_whose_package_is_missing_is_skipped_by_name(monkeypatch):
 
 
 def test_a_method_that_cannot_go_on_keeps_what_it_has(monkeypatch):
-    whole = TaylorMarch.block
+    whole = TaylorStepper.block
 
     def block(self, place):
         if place.steps > 5000:
             raise IntegrationFailed("for a test")
         return whole(self, place)
 
-    monkeypatch.setattr(TaylorMarch, "block", block)
+    monkeypatch.setattr(TaylorStepper, "block", block)
     found = ht.drift(KICKED, methods=["taylor-axis"], periods=1e5, samples=25)
     only = found["taylor-axis"]
     assert only.ended == {0: "for a test"}
@@ -412,7 +406,7 @@ def test_a_document_without_costs_has_no_clock_in_it(small):
 
 def test_errors_are_root_mean_squares_over_the_starts(small):
     each = [
-        [float.fromhex(row["phase_s"]) for row in rows_of(small.study, f"taylor-axis/{k:04d}")]
+        [row["phase_s"] for row in rows_of(small.parameters, f"taylor-axis/{k:04d}")]
         for k in range(2)
     ]
     rms = np.sqrt(np.mean(np.square(each), axis=0))
@@ -465,9 +459,9 @@ def test_what_stands_for_all_starts_follows_from_the_members(three, name, over):
 
 def test_errors_of_members_are_those_of_their_runs_with_their_signs(three):
     for k, told in enumerate(three["taylor-axis"].members):
-        rows = rows_of(three.study, f"taylor-axis/{k:04d}")
-        assert told.energy == tuple(float.fromhex(row["energy"]) for row in rows)
-        assert told.phase_s == tuple(float.fromhex(row["phase_s"]) for row in rows)
+        rows = rows_of(three.parameters, f"taylor-axis/{k:04d}")
+        assert told.energy == tuple(row["energy"] for row in rows)
+        assert told.phase_s == tuple(row["phase_s"] for row in rows)
     assert min(x for each in three["taylor-axis"].members for x in each.phase_s) < 0
 
 
@@ -518,7 +512,7 @@ def test_the_dataset_has_the_members_too(three):
 
 @pytest.mark.parametrize("first", [0, 100])
 def test_a_member_that_ends_early_keeps_what_it_has_and_the_others_keep_all(monkeypatch, first):
-    order, whole = {}, TaylorMarch.block
+    order, whole = {}, TaylorStepper.block
 
     def block(self, place):
         number = order.setdefault(self.start.tobytes(), len(order))
@@ -526,7 +520,7 @@ def test_a_member_that_ends_early_keeps_what_it_has_and_the_others_keep_all(monk
             raise IntegrationFailed("for a test")
         return whole(self, place)
 
-    monkeypatch.setattr(TaylorMarch, "block", block)
+    monkeypatch.setattr(TaylorStepper, "block", block)
     study = ht.drift(KICKED, methods=["taylor-axis"], periods=400, samples=9, ensemble=3)
     found = study["taylor-axis"]
     assert found.ended == {1: "for a test", 2: "for a test"}

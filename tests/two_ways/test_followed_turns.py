@@ -15,8 +15,8 @@ from heavytop.errors import BadScene, DoubtfulWarning, EndedEarly, MissedDigitsW
 from heavytop.integration.precise import Unfinished
 from heavytop.run.high_precision import PreciseRun
 from heavytop.run.verify import doubtful_digits
-from heavytop.studies.drifts.methods import method
-from heavytop.studies.drifts.runs import run
+from heavytop.studies.methods import method
+from heavytop.studies.steppers import set_up
 
 ALLOWED = 1e-11  # of an angle or of 1: the digits asked for hold at the end, and near it
 SLOW = ht.Top(1, 1, 1)
@@ -157,4 +157,4 @@ def test_a_study_of_what_does_not_nutate_once_rounded_is_refused():
     start = {"theta": "pi/2", "phidot": 1, "omega3": "1+1e-30"}
     scene = _scene(start, "2", top=ht.Top(1, 1, 1))
     with pytest.raises(BadScene, match="nothing nutates"):
-        run(scene, method("taylor-axis"))
+        set_up(scene, method("taylor-axis"))

@@ -7,6 +7,7 @@ import sys
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache, partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from heavytop.cli.exits import Exit, exit_code
 from heavytop.comparison import METHODS, IntegrationFailed, absent, make_stepper, named, symplectic
 from heavytop.comparison.adaptive import AdaptiveStepper, Singular, Taken, right_hand_side
 from heavytop.comparison.collocation import coefficients
+from heavytop.comparison.methods import IAS15
 from heavytop.comparison.steppers import StepperState
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.equations.lambdify import exact_values
@@ -384,7 +386,9 @@ def test_a_tolerance_is_kept_within_what_ten_periods_make_of_it(name):
     tolerances = (1e-4, 1e-6) if "radau" in name else (1e-6, 1e-9)
     errors = [axis_error(set_up(name, x), 10.3 * motion().period) for x in tolerances]
     for tolerance, error in zip(tolerances, errors, strict=True):
-        assert tolerance / 100 < error < 200 * tolerance
+        assert error < 200 * tolerance
+        if name != IAS15:  # whose epsilon is that of the last term of a series
+            assert tolerance / 100 < error
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -394,6 +398,60 @@ def test_backwards_is_the_past(name):
     state, t = at(taken, -1.3 * motion().period)
     assert t < -1.2999 * motion().period
     assert np.abs(state[:3] - motion().at(t).axis).max() < 2e-4
+
+
+class OneParticle:
+    """What is asked of a simulation of REBOUND 4, with classical Runge-Kutta steps."""
+
+    def __init__(self):
+        self.t, self.dt, self.integrator = 0.0, 1e-3, ""
+        self.ri_ias15, self.contents = SimpleNamespace(epsilon=None), self
+        OneParticle.last = self
+
+    def add(self, **where):
+        self.particles = [SimpleNamespace(**where, ax=0.0, ay=0.0, az=0.0)]
+
+    def rates(self, y):
+        vars(self.particles[0]).update(zip(("x", "y", "z", "vx", "vy", "vz"), y, strict=True))
+        self.additional_forces(self)
+        p = self.particles[0]
+        return np.array([p.vx, p.vy, p.vz, p.ax, p.ay, p.az])
+
+    def steps(self, n):
+        p = self.particles[0]
+        y = np.array([p.x, p.y, p.z, p.vx, p.vy, p.vz])
+        for h in [self.dt] * n:
+            a = self.rates(y)
+            b = self.rates(y + h / 2 * a)
+            c = self.rates(y + h / 2 * b)
+            y = y + h / 6 * (a + 2 * b + 2 * c + self.rates(y + h * c))
+            self.t += h
+        self.rates(y)
+
+    def integrate(self, end):
+        self.dt = (end - self.t) / 16
+        self.steps(16)
+        self.t = end
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_axis_is_a_particle_to_rebound(monkeypatch, sign):
+    """Its documented interface, played by another method: also where REBOUND is not installed."""
+    monkeypatch.setitem(sys.modules, "rebound", SimpleNamespace(Simulation=OneParticle))
+    monkeypatch.setattr("heavytop.comparison.methods.find_spec", lambda name: name)
+    state, parameters = started()
+    taken = make_stepper(IAS15, state, parameters, 1e-7, direction=sign, steps=50)
+    end = taken.block(taken.block(taken.begin()))
+    assert (end.steps, end.evaluations) == (100, 100 * 5)
+    assert end.time[0] == pytest.approx(sign * 0.1)
+    for t in (end.time[0], sign * 0.0777):
+        seen = at(taken, t)[0]
+        assert np.abs(seen[:3] - motion().at(t).axis).max() < 1e-9
+        other = at(set_up("dop853-scipy", direction=sign), t)[0]
+        assert np.abs(seen - other).max() < 1e-6  # the angular momentum too
+    last = OneParticle.last
+    assert (last.integrator, last.ri_ias15.epsilon) == ("ias15", 1e-7)
+    assert last.force_is_velocity_dependent == 1
 
 
 def test_two_programs_of_one_method_agree():
@@ -424,7 +482,7 @@ def test_any_formulation_can_be_integrated(solver, formulation):
     assert abs(measured - true) < 1e-7
 
 
-@pytest.mark.parametrize("solver", ADAPTIVE)
+@pytest.mark.parametrize("solver", [name for name in ADAPTIVE if name != IAS15])
 def test_a_pole_of_euler_angles_stops_every_solver_in_words(solver, capfd):
     name = f"{solver}-lagrange"
     needed(name)

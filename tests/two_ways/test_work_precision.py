@@ -6,6 +6,8 @@ import math
 import random
 from dataclasses import dataclass, replace
 from importlib import import_module
+from statistics import median
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,16 +17,23 @@ import heavytop as ht
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.integration.bits import bits_of
 from heavytop.report.workprec_table import workprec_table
-from heavytop.studies.drifts.methods import method
-from heavytop.studies.drifts.runs import run
-from heavytop.studies.workprecs import starting
-from heavytop.studies.workprecs.front import ahead_of, axis_error, cheapest, front, theta_error
-from heavytop.studies.workprecs.ladder import DEFAULT, FOLDED, STEPS, Trial, trials
-from heavytop.studies.workprecs.measuring import _Measuring
-from heavytop.studies.workprecs.point import Point, Skipped
-from heavytop.studies.workprecs.schedule import LATER, middles, schedule
-from heavytop.studies.workprecs.timing import TooSlow, in_turn, lap, shares
-from heavytop.studies.workprecs.work_precision import BEFORE, WorkPrecision
+from heavytop.studies import timing
+from heavytop.studies.ensemble import neighbour
+from heavytop.studies.methods import method
+from heavytop.studies.steppers import set_up
+from heavytop.studies.timing import BEFORE, ROUNDS, TooSlow, first_run, repeat
+from heavytop.studies.work_precision import (
+    DEFAULT,
+    FOLDED,
+    STARTS,
+    STEPS,
+    Point,
+    Skipped,
+    WorkPrecision,
+    front,
+    grid,
+    settings,
+)
 
 KICKED = ht.load_scene("sicm-kicked")
 
@@ -42,30 +51,53 @@ def found():
 
 
 def named(found, text):
-    return next(p for p in found.points if p.trial.text == text)
+    return next(p for p in found.points if p.method.label == text)
+
+
+def starts():
+    """The starts of every diagram of the kicked top."""
+    states = [neighbour(KICKED.start, 0, k) for k in range(8)]
+    return [ht.Scene(KICKED.top, state, periods=1) for state in states]
 
 
 @pytest.mark.parametrize("text", ["taylor-axis=1e-06", "taylor-lagrange=1e-09", "strang=25"])
-def test_an_error_is_the_distance_from_the_closed_form(found, text):
+@pytest.mark.parametrize("number", [0, 5])
+def test_an_error_is_the_distance_from_the_closed_form(text, number):
     """Stepped here by the library's march, and held against the closed form in doubles."""
-    made = run(KICKED, method(text))
-    end = made.march.output_time((20 - BEFORE) * made.period)
-    place = made.march.begin()
-    while (after := made.march.block(place)).time < end:
+    scene = starts()[number]
+    made = set_up(scene, method(text))
+    end = made.stepper.output_time((20 - BEFORE) * made.period)
+    place = made.stepper.begin()
+    while (after := made.stepper.block(place)).time < end:
         place = after
-    row = made.march.states_at(place, [end])[0]
-    exact = ht.Motion(KICKED.top, KICKED.start).at(np.array([end[0]]))
+    row = made.stepper.states_at(place, [end])[0]
+    exact = ht.Motion(scene.top, scene.start).at(np.array([end[0]]))
     if "lagrange" in text:
         theta, phi = row[:2]
         axis = [math.sin(theta) * math.sin(phi), -math.sin(theta) * math.cos(phi), math.cos(theta)]
     else:
         axis = row[:3] / np.linalg.norm(row[:3])
         theta = math.acos(axis[2])
-    point = named(found, text)
-    assert point.measures == "axis"
-    assert point.energy_error == abs(made.yardstick(end, row.tolist()).energy) > 0
-    assert point.error == pytest.approx(np.linalg.norm(axis - exact.axis[0]), rel=1e-3)
-    assert point.theta_error == pytest.approx(abs(theta - exact.theta[0]), rel=1e-3)
+    timed = first_run(scene, method(text), 20, 60)
+    assert timed.energy_error == abs(made.reference(end, row.tolist()).energy) > 0
+    assert timed.axis_error == pytest.approx(np.linalg.norm(axis - exact.axis[0]), rel=1e-3)
+    assert timed.theta_error == pytest.approx(abs(theta - exact.theta[0]), rel=1e-3)
+    assert timed.last == after
+
+
+@pytest.mark.parametrize("text", ["taylor-axis=1e-06", "taylor-cubic=1e-09"])
+def test_a_point_is_the_median_over_eight_starts_and_a_spread_holds_the_middle_half(found, text):
+    point, runs = named(found, text), [first_run(s, method(text), 20, 60) for s in starts()]
+    assert point.starts == STARTS == len(runs) == 8
+    theta = [one.theta_error for one in runs]
+    errors = theta if "cubic" in text else [one.axis_error for one in runs]
+    assert point.error == median(errors)
+    assert point.theta_error == median(theta)
+    assert point.energy_error == median(one.energy_error for one in runs)
+    middle = sorted(errors)[2:6]
+    assert middle[-1] - middle[0] <= point.error_spread <= max(errors) - min(errors)
+    assert (point.steps, point.periods) == (runs[0].last.steps, runs[0].periods)
+    assert point.us_spread >= 0
 
 
 def test_the_end_is_no_turning_point_and_is_asked_for(found):
@@ -79,12 +111,12 @@ def test_the_end_is_no_turning_point_and_is_asked_for(found):
 
 def test_the_tilt_of_a_state_beside_a_pole_is_a_number():
     """A cosine that rounding put above 1 is that of 0."""
-    yardstick = run(KICKED, method("taylor-cubic")).yardstick
-    row = list(run(KICKED, method("taylor-cubic")).march.begin().state)
-    assert yardstick.tilt((0.0, 0.0), row) == pytest.approx(0.0, abs=1e-15)
-    assert yardstick.tilt((0.0, 0.0), [-1e-20, *row[1:]]) == pytest.approx(-0.1)
+    reference = set_up(KICKED, method("taylor-cubic")).reference
+    row = list(set_up(KICKED, method("taylor-cubic")).stepper.begin().state)
+    assert reference.tilt((0.0, 0.0), row) == pytest.approx(0.0, abs=1e-15)
+    assert reference.tilt((0.0, 0.0), [-1e-20, *row[1:]]) == pytest.approx(-0.1)
     longer = [row[0] * (1 + 1e-6), *row[1:]]  # 1 - u: theta grows with it
-    assert yardstick.tilt((0.0, 0.0), longer) == pytest.approx(0.05e-6, rel=1e-2)
+    assert reference.tilt((0.0, 0.0), longer) == pytest.approx(0.05e-6, rel=1e-2)
 
 
 def test_what_is_wrong_is_charted_where_it_is(found):
@@ -94,15 +126,15 @@ def test_what_is_wrong_is_charted_where_it_is(found):
 
 
 def test_two_states_measure_theta_and_more_measure_the_axis(found):
-    assert {p.measures for p in found.points if p.trial.name == "taylor-cubic"} == {"theta"}
-    assert {p.measures for p in found.points if p.trial.name == "taylor-axis"} == {"axis"}
+    assert {p.measures for p in found.points if p.method.asked == "taylor-cubic"} == {"theta"}
+    assert {p.measures for p in found.points if p.method.asked == "taylor-axis"} == {"axis"}
 
 
 def test_tolerances_are_obeyed(found):
-    axis = [p for p in found.points if p.trial.name == "taylor-axis"]
+    axis = [p for p in found.points if p.method.asked == "taylor-axis"]
     assert len(axis) == 14
     assert axis[0].error > 1e6 * axis[6].error > 1e9 * axis[-1].error
-    assert axis[0].trial.method.setting == 1e-3
+    assert axis[0].method.setting == 1e-3
 
 
 def test_costs_are_what_the_run_took(found):
@@ -124,17 +156,17 @@ def test_costs_are_what_the_run_took(found):
 
 
 def test_auto_is_what_plan_chooses(found):
-    assert [(p.trial.wants, p.trial.digits) for p in found.auto] == [
+    assert [(p.method.wants, p.method.digits) for p in found.auto] == [
         (wants, digits) for wants in ("axis", "theta") for digits in (6, 9, 12)
     ]
     for point in found.auto:
         scene = replace(
-            KICKED, time=None, periods=ht.Exact.of(20), quantities=(point.trial.wants,), events=(),
-            digits=point.trial.digits,
+            KICKED, time=None, periods=ht.Exact.of(20), quantities=(point.method.wants,),
+            events=(), digits=point.method.digits,
         )  # fmt: skip
-        assert point.trial.method.formulation == ht.plan(scene).formulation
-        off = point.axis_error if point.trial.wants == "axis" else point.theta_error
-        assert off <= 10.0**-point.trial.digits
+        assert point.method.formulation == ht.plan(scene).formulation
+        off = point.axis_error if point.method.wants == "axis" else point.theta_error
+        assert off <= 10.0**-point.method.digits
 
 
 @pytest.mark.parametrize("periods", [100, 1000, 10_000, 100_000])
@@ -142,23 +174,24 @@ def test_auto_is_what_plan_chooses(found):
 def test_auto_is_the_plan_in_form_bits_tolerance_and_projection_or_says_that_it_is_folded(
     periods, digits
 ):
-    for trial in trials(KICKED, f"auto={digits}", periods):
+    for each in settings(f"auto={digits}", KICKED, periods):
+        skipped = isinstance(each, Skipped)
+        found = each.method if skipped else each
         chosen = ht.plan(
-            ht.Scene(KICKED.top, KICKED.start, periods=periods, quantities=(trial.wants,),
+            ht.Scene(KICKED.top, KICKED.start, periods=periods, quantities=(found.wants,),
                      events=(), samples=2, digits=digits)
         )  # fmt: skip
-        assert ("folded" in trial.refused) == chosen.folded
-        each = trial.method
-        assert (each.formulation, each.projected) == (chosen.formulation, chosen.projected)
-        assert (each.bits, each.setting) == (bits_of(chosen.precision), chosen.tolerance)
+        assert skipped == chosen.folded
+        assert (found.formulation, found.projected) == (chosen.formulation, chosen.projected)
+        assert (found.bits, found.setting) == (bits_of(chosen.precision), chosen.tolerance)
 
 
 def test_what_auto_runs_in_192_bits_is_run_in_192_bits():
     """Beside a separatrix thirty digits take more than the ladder's 128 bits."""
     scene = ht.Scene(ht.Top(1, 1, 1), ht.State(theta="1e-6", omega3="1.2"), periods=2)
-    (axis, _) = trials(scene, "auto=30", 2)
-    assert axis.method.bits == 192
-    assert axis.method.text == "taylor-axis-mpfr192"
+    (axis, _) = settings("auto=30", scene, 2)
+    assert axis.bits == 192
+    assert axis.text == "taylor-axis-mpfr192"
     (point,) = ht.work_precision(scene, methods=["auto=30"], periods=2, budget=60).points[:1]
     assert point.document()["bits"] == 192
     assert point.axis_error < 1e-30
@@ -174,7 +207,7 @@ def test_what_is_folded_is_left_out_with_the_reason():
 
 def test_an_auto_that_misses_is_flagged_where_nothing_is_ahead_of_it():
     points = tuple(
-        replace(made(1.0, off, name="taylor-axis"), trial=Trial(method("taylor-axis"), 9, wants))
+        replace(made(1.0, off), method=replace(method("taylor-axis"), digits=9, wants=wants))
         for wants, off in (("axis", 2e-9), ("axis", 1e-9), ("theta", 2e-9))
     )
     assert [point.misses for point in points] == [True, False, True]
@@ -188,14 +221,14 @@ def test_an_auto_that_misses_is_flagged_where_nothing_is_ahead_of_it():
 
 def test_the_same_trial_is_timed_once(found):
     """What auto chose for 6, 9 and 12 digits is the last rung of the ladder."""
-    axis = [p for p in found.auto if p.trial.wants == "axis"]
-    rung = [p for p in found.points if p.trial.name == "taylor-axis"][-1]
+    axis = [p for p in found.auto if p.method.wants == "axis"]
+    rung = [p for p in found.points if p.method.asked == "taylor-axis"][-1]
     assert {(p.us_per_period, p.error, p.runs) for p in axis} == {
         (rung.us_per_period, rung.error, rung.runs)
     }
-    leaders = [found.points[i].trial.name for i in found.front]
+    leaders = [found.points[i].method.asked for i in found.front]
     assert "auto" not in leaders
-    assert found.cheapest(1e-12).trial.name != "auto"
+    assert found.cheapest(1e-12).method.asked != "auto"
 
 
 # --- the front -------------------------------------------------------------------------------
@@ -203,7 +236,7 @@ def test_the_same_trial_is_timed_once(found):
 
 def made(us, axis, theta=None, name="taylor-axis"):
     theta = axis if theta is None else theta
-    return Point(Trial(method(name)), us, 2, 10.0, 100, 100, axis, theta, 1e-15, 0.1)
+    return Point(method(name), us, 0.1, axis, theta, 1e-15, 0.0, 8, 2, 10.0, 100, 100, 0.1)
 
 
 def test_nothing_beats_a_point_of_the_front_and_something_beats_every_other():
@@ -212,7 +245,7 @@ def test_nothing_beats_a_point_of_the_front_and_something_beats_every_other():
         points = [
             made(draw.choice((1, 2, 3, 5, 8)), 10.0 ** -draw.randint(1, 6)) for _ in range(12)
         ]
-        leaders = front(points, axis_error)
+        leaders = front(points, "axis_error")
         for i, one in enumerate(points):
             beaten = any(
                 (p.us_per_period, p.error) != (one.us_per_period, one.error)
@@ -230,17 +263,19 @@ def test_nothing_beats_a_point_of_the_front_and_something_beats_every_other():
 
 def test_who_gives_no_axis_takes_no_part_in_the_front_of_the_axis():
     points = [made(1.0, None, 1e-9, "taylor-cubic"), made(2.0, 1e-9)]
-    assert front(points, axis_error) == (1,)
-    assert front(points, theta_error) == (0,)
-    assert cheapest(points, axis_error, 1e-6) is points[1]
-    assert cheapest(points, theta_error, 1e-6) is points[0]
-    assert cheapest(points, axis_error, 1e-12) is None
+    assert front(points, "axis_error") == (1,)
+    assert front(points, "theta_error") == (0,)
+    diagram = WorkPrecision(KICKED, 5.0, 60.0, tuple(points), ())
+    assert diagram.cheapest(1e-6) is points[1]
+    assert diagram.cheapest(1e-6, "theta") is points[0]
+    assert diagram.cheapest(1e-12) is None
 
 
 def test_ahead_is_more_accurate_and_faster_beyond_noise():
     auto = made(10.0, 1e-9)
     others = [made(9.5, 1e-12), made(8.5, 1e-12), made(1.0, 1e-8), made(1.0, 1e-9)]
-    assert ahead_of([auto, *others], auto, axis_error) == (others[1],)
+    diagram = WorkPrecision(KICKED, 5.0, 60.0, (auto, *others), ())
+    assert diagram.ahead_of(auto) == (others[1],)
 
 
 def test_the_document_holds_what_the_contract_says(found):
@@ -248,7 +283,9 @@ def test_the_document_holds_what_the_contract_says(found):
     assert document["schema"] == "heavytop/workprec/1"
     for point in document["points"]:
         assert {"method", "formulation", "language", "tolerance", "us_per_period",
-                "rhs_evaluations", "error", "energy_error", "setup_s"} <= point.keys()  # fmt: skip
+                "rhs_evaluations", "error", "error_spread", "starts", "energy_error", "us_spread",
+                "setup_s"} <= point.keys()  # fmt: skip
+        assert point["starts"] == 8
         assert point["runs"] >= 2
         assert point["us_per_period"] > 0
     assert set(document["cheapest"]) == {"1e-6", "1e-9", "1e-12", "best", "best_in_doubles"}
@@ -273,257 +310,162 @@ def test_the_document_holds_what_the_contract_says(found):
 
 
 @dataclass
-class Clock:
-    """A clock that goes on only when work is done."""
-
-    now: float = 0.0
-
-    def __call__(self):
-        return self.now
-
-
-@dataclass
 class Toy:
-    """A march whose block takes a second of time, and some of the clock's."""
+    """A run whose blocks go a second of time, and take some of the clock's."""
 
-    clock: Clock
     cost: float
-    log: list
     name: str = ""
+    compile_s: float = 0.5
+    period: float = 1.0
+
+    def __post_init__(self):
+        self.stepper, self.reference = self, Exactly()
 
     def begin(self):
-        self.clock.now += 0.25  # not in a block: not counted
+        Toy.now += 0.25  # not in a block: not counted
         return StepperState((0.0, 0.0), (0.0,))
 
     def block(self, place):
-        self.clock.now += self.cost
-        self.log.append(self.name)
-        return StepperState(
-            (place.time[0] + 1.0, 0.0), (0.0,), (), place.steps + 1, place.evaluations + 3
-        )
+        Toy.now += self.cost
+        Toy.log.append(self.name)
+        assert Toy.now < 2000, "it is not stopped"
+        if self.cost > 90:
+            raise IntegrationFailed("for a test")
+        time = (place.time[0] + 1.0, 0.0)
+        return StepperState(time, (0.0,), (), place.steps + 1, place.evaluations + 3)
+
+    def output_time(self, t):
+        return (t, 0.0)
+
+    def states_at(self, place, times):
+        return np.zeros((1, 1))
 
 
-def test_only_blocks_are_timed_and_a_run_ends_past_its_end():
-    clock = Clock()
-    done = lap(Toy(clock, 2.0, []), (2.5, 0.0), clock)
-    assert done.seconds == 6.0
-    assert (done.last.time[0], done.after.time[0]) == (2.0, 3.0)
-    assert lap(Toy(clock, 2.0, []), (3.0, 0.0), clock).after.time[0] == 3.0
-    assert lap(Toy(clock, 2.0, []), (3.0, 1e-17), clock).after.time[0] == 4.0
+class Exactly:
+    """What finds an error of a thousandth in any state."""
+
+    def __call__(self, t, row):
+        return SimpleNamespace(axis=1e-3, energy=0.0)
+
+    def tilt(self, t, row):
+        return 0.0
 
 
-def test_what_is_too_slow_is_stopped_between_blocks():
-    clock = Clock()
-    with pytest.raises(TooSlow) as slow:
-        lap(Toy(clock, 2.0, []), (100.0, 0.0), clock, patience=5.0)
-    assert slow.value.place.time[0] == 3.0
-    assert slow.value.spent == 6.0
+@pytest.fixture
+def toys(monkeypatch):
+    """Runs of toys: a block takes as long as the setting of the method says."""
+    Toy.now, Toy.log = 0.0, []
+    monkeypatch.setattr(timing, "clock", lambda: Toy.now)
+    monkeypatch.setattr(timing, "set_up", lambda scene, each: Toy(each.setting, each.label))
+    return Toy
 
 
-def rounds(costs, seconds, most=4):
-    """The order in which toys were run, one block each."""
-    clock, log = Clock(), []
-    toys = [Toy(clock, cost, log, str(i)) for i, cost in enumerate(costs)]
-    programs = [lambda toy=toy: lap(toy, (1.0, 0.0), clock).seconds for toy in toys]
-    found = in_turn(programs, costs, seconds, clock, most)
-    return log, found, clock.now
+def measured(costs, periods=2.0, budget=10_000):
+    """A diagram of strang at settings that are taken for the seconds of a block."""
+    methods = [f"strang={cost!r}" for cost in costs]
+    return ht.work_precision(KICKED, methods=methods, periods=periods, budget=budget)
 
 
-def test_runs_are_taken_in_turn():
-    """Each round runs each method once: no two runs of one method follow each other."""
-    log, found, _ = rounds([0.1, 0.1, 0.1], 1000.0)
-    assert "".join(log) == "012" * 4
-    assert found == [[pytest.approx(0.1)] * 4] * 3
+def test_only_blocks_are_timed_and_a_run_ends_past_its_end(toys):
+    done = first_run(KICKED, replace(method("strang"), setting=2.0), 3.0, 60)  # to 2.618
+    assert (done.last.time[0], done.seconds) == (3.0, [6.0])
+    assert done.us_per_period == 2e6
+    at_end = first_run(KICKED, replace(method("strang"), setting=2.0), 3.0 + BEFORE, 60)
+    assert at_end.last.time[0] == 3.0
 
 
-def test_slow_runs_are_rarer_and_spread():
-    log, found, _ = rounds([0.1, 30.0], 1000.0)
-    assert "".join(log) == "001001"
-    assert [len(each) for each in found] == [4, 2]
+def test_what_is_too_slow_is_stopped_between_blocks(toys):
+    with pytest.raises(TooSlow, match="after 3 periods in 6 s"):
+        first_run(KICKED, replace(method("strang"), setting=2.0), 100.0, 5.0)
 
 
-@pytest.mark.parametrize("budget", [0.5, 3.0, 20.0, 61.0])
-def test_the_rounds_end_before_the_deadline(budget):
-    draw = random.Random(2)
-    for _ in range(20):
-        costs = [10.0 ** draw.uniform(-2, 1) for _ in range(8)]
-        _, found, end = rounds(costs, budget, most=25)
-        assert end <= budget + 0.25
-        assert sum(map(sum, found)) <= budget
+def test_first_runs_go_by_setting_and_repeats_by_start(toys):
+    """So that what disturbs the machine disturbs all settings alike."""
+    found = measured([1.0, 2.0], periods=1.3)
+    first, repeats = toys.log[:16], toys.log[16:]
+    assert first == ["strang=1"] * 8 + ["strang=2"] * 8
+    assert repeats == ["strang=1", "strang=2"] * 8  # both are slow: one round
+    assert [(point.runs, point.starts) for point in found.points] == [(2, 8), (2, 8)]
+    assert [point.us_per_period for point in found.points] == [1e6, 2e6]
 
 
-def test_runs_that_take_longer_than_their_first_end_in_time_too():
-    clock, log = Clock(), []
-    toys = [Toy(clock, 3.0, log), Toy(clock, 4.0, log)]
-    programs = [lambda toy=toy: lap(toy, (1.0, 0.0), clock).seconds for toy in toys]
-    in_turn(programs, [0.5, 0.5], 12.0, clock, 25)
-    assert 8 < clock.now < 12 + 4
-    assert len(log) <= 4
+def test_fast_settings_are_in_more_rounds(toys):
+    """The limit of a setting is a second of all its starts."""
+    fast, slow = ([first_run(KICKED, replace(method("strang"), setting=cost), 1.3, 60)
+                   for _ in range(8)] for cost in (1e-3, 0.05))  # fmt: skip
+    shown = []
+    repeat([fast, slow], math.inf, shown.append)
+    assert {len(one.seconds) for one in fast} == {1 + 2 * ROUNDS}  # short: two at a time
+    assert {len(one.seconds) for one in slow} == {1 + 3}  # 0.4 s a round: 0, 0.4, 0.8 are within
+    assert shown == sorted(shown)
+    assert shown[-1] == 1.0
 
 
-def test_shares_use_the_time_there_is():
-    counts = shares([0.01, 0.02, 1.0, 2.0], 10.0, 25)
-    assert counts[:2] == [25, 25]
-    assert counts[2:] == [2, 2]
-    assert shares([0.0, 1.0], 0.5, 25) == [25, 0]
-    assert shares([0.1, 0.1, 0.9], 2.0, 10) == [6, 6, 0]
-    assert shares([], 1.0, 25) == []
+def test_the_time_is_the_best_of_the_runs_and_the_median_of_the_starts(toys, monkeypatch):
+    times = iter([*range(9, 17), 16, 15, 14, 13, 12, 11, 10, 5])
+
+    def block(self, place):
+        Toy.now += next(times)
+        return StepperState((1.0, 0.0), (0.0,), (), 1, 3)
+
+    monkeypatch.setattr(Toy, "block", block)
+    (point,) = measured([1.0], periods=1.3, budget=40_000).points
+    assert point.us_per_period == median([9, 10, 11, 12, 12, 11, 10, 5]) * 1e6
+    assert point.us_spread == pytest.approx((11.25 - 9.75) * 1e6)
 
 
 # --- the budget ------------------------------------------------------------------------------
 
 
-@dataclass
-class Toys:
-    """Runs whose every block takes as long as the setting of their method says."""
-
-    clock: Clock
-    log: list
-
-    def __call__(self, scene, chosen):
-        made = run(scene, method("taylor-axis"))
-        toy = _ToyRun(made.march, self.clock, chosen.setting, self.log, chosen.text)
-        return replace(made, march=toy)
+def test_nothing_is_begun_after_the_budget(toys):
+    """First runs take 10 s each from 8 starts; the rounds have what is left, and end with it."""
+    found = measured([10.0], periods=1.3, budget=140.0)
+    assert found.points[0].runs == 1
+    assert 130 < toys.now < 140 + 10 + 0.5
+    assert len(toys.log) < 16
 
 
-@dataclass
-class _ToyRun:
-    real: object
-    clock: Clock
-    cost: float
-    log: list
-    name: str
-    compile_s: float = 0.5
-
-    def begin(self):
-        return self.real.begin()
-
-    def output_time(self, t):
-        return self.real.output_time(t)
-
-    def states_at(self, place, times):
-        return self.real.states_at(place, times)
-
-    def block(self, place):
-        self.clock.now += self.cost
-        self.log.append(self.name)
-        if self.cost > 90:
-            raise IntegrationFailed("for a test")
-        return self.real.block(place)
+def test_what_the_budget_does_not_allow_is_named(toys):
+    """Six tenths of the budget are for first runs."""
+    found = measured([1.0, 2.0, 3.0], periods=1.3, budget=40.0)
+    assert [point.method.setting for point in found.points] == [1.0]
+    assert [each.method.setting for each in found.skipped] == [2.0, 3.0]
+    assert {each.reason for each in found.skipped} == {
+        "not begun: no time was left for it in a budget of 40 s"
+    }
 
 
-def toyed(monkeypatch, settings, budget):
-    """Measure strang at settings that are taken for the seconds of a block; one block is a run."""
-    clock, log = Clock(), []
-    monkeypatch.setattr(starting, "run", Toys(clock, log))
-    derived = dict.fromkeys(("axis",), 0.25)
-    asked = [Trial(method(f"strang={s!r}")) for s in settings]
-    work = _Measuring(KICKED, 2.0, budget, 0.0, derived, clock, None)
-    return (*work.of(asked), log, clock.now)
+def test_a_short_budget_leaves_some_settings_of_every_method(toys):
+    methods = ["strang=1", "strang=2", "strang=3", "gauss8=1", "gauss8=2"]
+    ht.work_precision(KICKED, methods=methods, periods=1.3, budget=10_000)
+    assert list(dict.fromkeys(toys.log)) == ["strang=1", "gauss8=1", "strang=2", "gauss8=2",
+                                             "strang=3"]  # fmt: skip
 
 
-def test_first_runs_then_rounds_within_the_budget(monkeypatch):
-    points, skipped, log, spent = toyed(monkeypatch, [1.0, 2.0], 200.0)
-    assert (len(points), skipped) == (2, ())
-    assert log[:2] == ["strang=2", "strang=1"]  # the middle of two is the second
-    assert log[2:4] == ["strang=2", "strang=1"]
-    assert spent <= 200.0
-    assert points[0].us_per_period * 1e-6 * points[0].periods == pytest.approx(1.0)
-    assert [point.runs for point in points] == [2, 2]
+def test_a_slow_method_is_stopped_and_its_tighter_settings_not_begun(toys):
+    found = measured([1.0, 4.0, 5.0, 6.0], periods=5.0, budget=2400.0)
+    assert [point.method.setting for point in found.points] == [1.0]
+    assert [each.reason for each in found.skipped] == [
+        "stopped after 3 periods in 12 s: more than 10 s for a run",
+        "not begun: strang=4 took too long",
+        "not begun: strang=4 took too long",
+    ]
 
 
-def test_setting_up_is_deriving_and_compiling(monkeypatch):
-    points, _, _, _ = toyed(monkeypatch, [1.0, 2.0], 200.0)
-    assert [point.setup_s for point in points] == [0.75, 0.75]
+def test_setting_up_is_deriving_and_compiling(toys):
+    assert [point.setup_s for point in measured([1.0, 2.0]).points] == [0.5, 0.5]
 
 
-def test_the_time_is_the_best_of_the_rounds_and_the_warm_up_is_none(monkeypatch):
-    times = iter([0.125, 0.5, 0.25, 0.5, 0.5, 0.5, 0.5, 0.5])
-
-    def block(self, place):
-        self.clock.now += next(times)
-        return self.real.block(place)
-
-    monkeypatch.setattr(_ToyRun, "block", block)
-    (point,), _, _, _ = toyed(monkeypatch, [1.0], 3.0)
-    assert point.us_per_period * 1e-6 * point.periods == pytest.approx(0.25)
-    assert point.periods > 5
-    assert point.runs > 2
-
-
-def test_what_the_budget_does_not_allow_is_named(monkeypatch):
-    """A first run that takes most of the budget leaves no time to begin the next."""
-    points, skipped, _, spent = toyed(monkeypatch, [1.0, 12.5, 1.5], 20.0)
-    assert [point.trial.method.setting for point in points] == [12.5]
-    assert [each.trial.method.setting for each in skipped] == [1.0, 1.5]
-    assert "no time was left" in skipped[0].reason
-    assert points[0].runs == 1
-    assert spent <= 20.0
-
-
-def test_what_is_not_expected_to_end_is_not_begun(monkeypatch):
-    """At 10 s of 20 a run like the one before, of 10 s, would end with nothing left for rounds."""
-    points, skipped, log, spent = toyed(monkeypatch, [9.0, 10.0], 20.0)
-    assert [point.trial.method.setting for point in points] == [10.0]
-    assert "no time was left" in skipped[0].reason
-    assert "strang=9" not in log
-    assert spent <= 20.0
-
-
-def test_no_first_run_is_begun_when_six_tenths_of_the_budget_are_gone(monkeypatch):
-    """After 12.3 s of 20 another like the last, of 3.6 s, would end in time, and is not begun."""
-    costs = [1.0, 4.4, 1.1, 4.3, 1.2, 3.6, 1.3]
-    points, skipped, log, _ = toyed(monkeypatch, costs, 20.0)
-    assert log[:3] == ["strang=4.3", "strang=4.4", "strang=3.6"]
-    assert len(points) == 3
-    assert all("no time was left" in each.reason for each in skipped)
-
-
-def test_a_slow_method_is_stopped_and_its_tighter_settings_not_begun(monkeypatch):
-    monkeypatch.setattr(_ToyRun, "block", _never_there)
-    _, skipped, _, _ = toyed(monkeypatch, [4.0, 5.0, 6.0], 100.0)
-    assert [each.trial.method.setting for each in skipped] == [4.0, 5.0, 6.0]
-    assert "periods in 8 s" in skipped[0].reason  # looser than what was stopped: it is tried
-    assert "stopped after" in skipped[1].reason
-    assert skipped[2].reason == "not begun: strang=4 took too long"
-
-
-def _never_there(self, place):
-    self.clock.now += self.cost
-    assert self.clock.now < 1000, "it is not stopped"
-    return replace(place, time=(place.time[0] + 1e-9, 0.0))
-
-
-def test_what_cannot_go_on_is_skipped_with_its_reason(monkeypatch):
-    points, skipped, _, _ = toyed(monkeypatch, [1.0, 91.0], 1000.0)
-    assert len(points) == 1
-    assert skipped[0].reason == "for a test"
-
-
-def test_first_runs_take_the_middle_of_every_ladder_before_any_second_rung():
-    tried = [t for name in ("auto", "taylor-axis", "strang", "taylor-cubic-mpfr", "gauss8")
-             for t in trials(KICKED, name, 100)]  # fmt: skip
-    order = [tried[i] for i in schedule(tried)]
-    assert sorted(schedule(tried)) == list(range(len(tried)))
-    names = [t.name for t in order]
-    assert [t.text for t in order[6:9]] == ["strang=800", "taylor-axis=1e-10", "gauss8=7"]
-    assert names[:6] == ["auto"] * 6
-    assert names[9:12] == ["strang", "taylor-axis", "gauss8"]
-    assert names.index("taylor-cubic-mpfr") == 6 + 3 * LATER + 3
-    assert sorted(middles(25)) == list(range(25))
-
-
-def test_the_rivals_and_ours_alternate_in_every_turn():
-    tried = [t for name in DEFAULT for t in trials(KICKED, name, 100)]
-    first = [tried[i].method.is_rival for i in schedule(tried)][6:25]
-    assert sum(first) == 10  # all of the rivals but Radau's
-    assert sum(first[:10]) == 5
+def test_what_cannot_go_on_is_skipped_with_its_reason(toys):
+    found = measured([1.0, 91.0])
+    assert len(found.points) == 1
+    assert found.skipped[0].reason == "for a test"
 
 
 def test_that_no_rival_was_run_is_said_and_a_method_is_left_out_in_one_line():
-    left = [Skipped(Trial(method(f"strang={n}")), "not begun: no time was left for it in a budget"
+    left = [Skipped(method(f"strang={n}"), "not begun: no time was left for it in a budget"
                     " of 5 s") for n in (25, 50, 100)]  # fmt: skip
-    left += [Skipped(Trial(method("gauss8=4")), "for a test")]
+    left += [Skipped(method("gauss8=4"), "for a test")]
     document = WorkPrecision(KICKED, 5.0, 5.0, (made(1.0, 1e-9),), tuple(left)).document()
     assert document["rivals"] == {"run": [], "left_out": ["strang", "gauss8"]}
     console = Console(width=80, record=True, file=io.StringIO())
@@ -565,14 +507,13 @@ def test_the_ladder_holds_every_formulation_precision_and_rival():
         f"taylor-{form}{end}" for form in FORMULATIONS for end in ("", "-longdouble", "-mpfr")
     }
     assert wanted | set(METHODS) | {"auto"} <= set(DEFAULT)
+    one = ("longdouble", "mpfr", "compensated")
     for name in DEFAULT:
-        asked = trials(KICKED, name, 100)
-        settings = [trial.method.setting for trial in asked]
-        assert len(asked) >= (1 if name.endswith(("longdouble", "mpfr")) else 6)
-        if name in STEPS:
-            assert settings == sorted(settings)
-        elif name != "auto":
-            assert settings == sorted(settings, reverse=True)
+        if name == "auto":
+            continue
+        tried = list(grid(method(name)))
+        assert len(tried) == 1 if name.endswith(one) else len(tried) >= 6
+        assert tried == sorted(tried, reverse=name not in STEPS)
 
 
 @pytest.mark.parametrize(
@@ -608,20 +549,20 @@ def test_a_form_that_cannot_start_there_is_skipped_with_the_reason():
     scene = ht.load_scene("sicm-kicked", ["start.theta=0", "start.thetadot=1"])
     methods = ["taylor-lagrange=1e-9", "taylor-axis=1e-9"]
     found = ht.work_precision(scene, methods=methods, periods=3, budget=60)
-    assert [each.trial.name for each in found.skipped] == ["taylor-lagrange"]
+    assert [each.method.name for each in found.skipped] == ["taylor-lagrange"]
     assert "cannot start at a pole" in found.skipped[0].reason
     assert found.points[0].error < 1e-7
 
 
 def test_a_rival_whose_package_is_missing_is_skipped_by_name(monkeypatch):
-    from heavytop.studies.drifts import methods
+    from heavytop.studies import methods
 
     monkeypatch.setattr(methods, "find_spec", lambda name: None if name == "numba" else name)
     found = ht.work_precision(
         KICKED, methods=["strang=25", "taylor-axis=1e-6"], periods=3, budget=9
     )
     assert "pip install 'heavytop[rivals]'" in found.skipped[0].reason
-    assert [point.trial.name for point in found.points] == ["taylor-axis"]
+    assert [point.method.name for point in found.points] == ["taylor-axis"]
 
 
 def test_a_package_that_does_not_import_is_skipped_with_what_it_raises(monkeypatch):
@@ -637,7 +578,7 @@ def test_a_package_that_does_not_import_is_skipped_with_what_it_raises(monkeypat
     assert reason == (
         "dop853-cyrk needs CyRK, which does not import: RuntimeError: built for another numpy"
     )
-    assert [point.trial.name for point in found.points] == ["taylor-axis"]
+    assert [point.method.name for point in found.points] == ["taylor-axis"]
 
 
 def test_theta_alone_has_a_front_too():

@@ -31,7 +31,7 @@ from heavytop.cli.scheduler import Scheduler, executor
 from heavytop.cli.voice import Voice, say
 
 if TYPE_CHECKING:
-    from heavytop.studies.drifts.drift import Drift
+    from heavytop.studies.drift_result import Drift
 
 OPTIONS = ("periods", "methods", "ensemble", "samples", "seed")
 
@@ -67,8 +67,8 @@ def drift(
 ) -> None:
     """Follow a scene for long by many methods; chart their errors."""
     from heavytop.scene.scene import load_scene
-    from heavytop.studies.drifts.drifting import drift as follow
-    from heavytop.studies.drifts.methods import DEFAULT
+    from heavytop.studies.drift import drift as follow
+    from heavytop.studies.methods import DEFAULT
 
     voice = Voice(quiet, verbose)
     options, asked = overrides(changes), names("--methods", methods)
@@ -97,7 +97,7 @@ def finish(found: Drift, folder: Path | None, *, json: bool, figures: bool, voic
     document = found.document(files=results(found, folder, figures=figures, voice=voice))
     show(document, json, "drift")
     for each in found.methods:
-        for number, why in (each.ended or {}).items():
+        for number, why in each.ended.items():
             say(f"{each.method.text}, start {number}, ended early: {why}")
     if all(each.method.absent for each in found.methods):
         raise errors.MissingPackage(found.methods[0].method.name, found.methods[0].method.absent)

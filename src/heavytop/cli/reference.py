@@ -59,7 +59,7 @@ def reference(
     verbose: Verbose = False,
     debug: Debug = False,
 ) -> None:
-    """Print exact values of a motion: every digit is proved, the last one ± 1."""
+    """Print exact values of a motion, every digit proved."""
     from heavytop.analytic import reference as exact
     from heavytop.scene.scene import load_scene
 

@@ -11,6 +11,7 @@ import typer
 from heavytop import errors
 from heavytop.cli import atlas as mapping
 from heavytop.cli import drift as drifting
+from heavytop.cli import stress as stressing
 from heavytop.cli.ending import ending
 from heavytop.cli.exits import Exit
 from heavytop.cli.options import Debug, Jobs, Json, NoFigures, Quiet, Verbose, named_folder
@@ -20,13 +21,15 @@ from heavytop.cli.scheduler import Scheduler, executor
 from heavytop.cli.voice import Voice, say
 
 if TYPE_CHECKING:
-    from heavytop.studies.ledger import Progress
+    from heavytop.studies.runner import Progress
 
 OF_A_RUN: Final = ("request.json", "run.json", "trajectory.nc")
 StudyFolder = Annotated[
     Path,
     typer.Argument(
-        metavar="DIR", help="The folder of a drift study, an atlas, or a run.", parser=named_folder
+        metavar="DIR",
+        help="The folder of a drift study, an atlas, a stress test, or a run.",
+        parser=named_folder,
     ),
 ]
 
@@ -49,10 +52,10 @@ def resume(
         _run(folder, voice, json=json, figures=not no_figures)
         return
     _expect_study(folder)
-    from heavytop.studies.resuming import kind_of
-    from heavytop.studies.resuming import resume as go_on
+    from heavytop.studies.resume import resume as go_on
+    from heavytop.studies.store import Store
 
-    kind = kind_of(folder)
+    kind = Store(folder).parameters["kind"]
     begun: list[Progress] = []
 
     def heard(now: Progress) -> None:
@@ -65,8 +68,8 @@ def resume(
         found = go_on(folder, jobs=jobs, executor=workers, progress=heard)
     if 0 < begun[0].tasks == begun[0].ended:
         say(f"{folder}: this study is finished")
-    finish: Any = {"drift": drifting.finish, "atlas": mapping.finish}[kind]
-    finish(found, folder, json=json, figures=not no_figures, voice=voice)
+    modules: dict[str, Any] = {"drift": drifting, "atlas": mapping, "stress": stressing}
+    modules[kind].finish(found, folder, json=json, figures=not no_figures, voice=voice)
 
 
 def _expect_study(folder: Path) -> None:

@@ -13,6 +13,7 @@ from heavytop.cli.exits import Exit
 from heavytop.cli.options import (
     Debug,
     Folder,
+    Jobs,
     Json,
     NoFigures,
     Quiet,
@@ -23,10 +24,11 @@ from heavytop.cli.options import (
     names,
 )
 from heavytop.cli.output import noted, printing_anyway, results_folder, show
+from heavytop.cli.scheduler import Scheduler, executor
 from heavytop.cli.voice import Voice, say
 
 if TYPE_CHECKING:
-    from heavytop.studies.stresses.stress import Stress
+    from heavytop.studies.stress import Stress
 
 OPTIONS = ("cases", "methods", "budget", "time_limit", "step_limit")
 
@@ -51,6 +53,8 @@ def stress(
     time_limit: TimeLimit = 3.0,
     step_limit: StepLimit = 2_000_000,
     listed: List = False,
+    jobs: Jobs = 1,
+    scheduler: Scheduler = None,
     json: Json = False,
     output: Folder = None,
     no_figures: NoFigures = False,
@@ -60,11 +64,11 @@ def stress(
 ) -> None:
     """Run every method at the motions at which methods fail."""
     if listed:
-        from heavytop.studies.stresses.listing import listing
+        from heavytop.studies.stress import listing
 
         show(listing(), json, "stress_cases")
         return
-    from heavytop.studies.stresses.stressing import stress as put_under_stress
+    from heavytop.studies.stress import stress as put_under_stress
 
     voice = Voice(quiet, verbose)
     chosen, asked = names("--cases", cases), names("--methods", methods)
@@ -79,6 +83,9 @@ def stress(
             budget=budget,
             time_limit=time_limit,
             step_limit=step_limit,
+            jobs=jobs,
+            folder=output,
+            executor=stack.enter_context(executor(scheduler, jobs)),
             progress=stack.enter_context(voice.progress()),
         )
         finish(found, output, json=json, figures=not no_figures, voice=voice)

@@ -14,7 +14,7 @@ import typer
 from heavytop.spelling import harmless
 
 if TYPE_CHECKING:
-    from heavytop.studies.ledger import Progress as StudyProgress
+    from heavytop.studies.runner import Progress as StudyProgress
 
 
 def say(text: str) -> None:

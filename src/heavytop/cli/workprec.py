@@ -30,7 +30,7 @@ from heavytop.cli.output import noted, printing_anyway, results_folder, show
 from heavytop.cli.voice import Voice
 
 if TYPE_CHECKING:
-    from heavytop.studies.workprecs.work_precision import WorkPrecision
+    from heavytop.studies.work_precision import WorkPrecision
 
 OPTIONS = ("periods", "methods", "budget")
 
@@ -47,7 +47,7 @@ Budget = Annotated[float, budgeted(least=1)]
 
 def workprec(
     scene: SceneName,
-    periods: Periods = 100,
+    periods: Periods = 20,
     methods: Methods = None,
     budget: Budget = 240,
     json: Json = False,
@@ -60,8 +60,7 @@ def workprec(
 ) -> None:
     """Time every method at every setting; chart times by errors."""
     from heavytop.scene.scene import load_scene
-    from heavytop.studies.workprecs.ladder import DEFAULT
-    from heavytop.studies.workprecs.measuring import work_precision
+    from heavytop.studies.work_precision import DEFAULT, work_precision
 
     voice = Voice(quiet, verbose)
     options, asked = overrides(changes), names("--methods", methods)
@@ -100,7 +99,7 @@ def _leave(found: WorkPrecision) -> None:
     """Leave with a code of its own where nothing could be run."""
     if found.points:
         return
-    methods = [each.trial.method for each in found.skipped]
+    methods = [each.method for each in found.skipped]
     if all(method.absent for method in methods):
         raise errors.MissingPackage(methods[0].name, methods[0].absent)
     raise typer.Exit(Exit.ENDED_EARLY)

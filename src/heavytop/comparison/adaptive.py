@@ -1,4 +1,4 @@
-"""Adaptive solvers: scipy's, in blocks or as a textbook uses them, and CyRK's.
+"""Adaptive solvers: scipy's, in blocks or as a textbook uses them, CyRK's, and REBOUND's IAS15.
 
 A block is a fixed number of steps of a fresh solver, which begins with the step that the block
 before would have taken next and knows nothing else of what was before: so it is the same whoever
@@ -238,6 +238,62 @@ def cyrk_solver(
         return Taken(times, rows[:, :-1], int(rows[-1, -1]), carry)
 
     return solver, seconds + more
+
+
+def ias15_solver(
+    equations: Formulation, parameters: Mapping[str, float], tolerance: float
+) -> tuple[Solver, float]:
+    """Return REBOUND's IAS15 for the axis form, and the seconds that compiling took: none.
+
+    IAS15 takes equations of the second order: the axis e is the place of a particle, moved by the
+    force e'' = (g e_z - v^2) e/|e|^2 - g z + s e x v, where v = e' and s = l.e is the spin. The
+    force is a function in Python. The tolerance is REBOUND's ``epsilon``.
+    """
+    import rebound
+
+    known = constants(equations, parameters)
+    g, l_z = known["g"], known["l_z"]
+
+    def solver(
+        state: Array, end: float, most: int, first: float = 1e-3, until: float = _FAR
+    ) -> Taken:
+        axis, momentum = state[:3], np.array([*state[3:], l_z])
+        spin, evaluations = float(momentum @ axis), 0
+        vx, vy, vz = np.cross(momentum, axis)
+
+        def force(simulation: Any) -> None:
+            nonlocal evaluations
+            evaluations += 1
+            p = simulation.contents.particles[0]
+            x, y, z, u, v, w = p.x, p.y, p.z, p.vx, p.vy, p.vz
+            inwards = (g * z - (u * u + v * v + w * w)) / (x * x + y * y + z * z)
+            p.ax = inwards * x + spin * (y * w - z * v)
+            p.ay = inwards * y + spin * (z * u - x * w)
+            p.az = inwards * z + spin * (x * v - y * u) - g
+
+        def state_of(p: Any) -> Array:
+            e, v = np.array([p.x, p.y, p.z]), np.array([p.vx, p.vy, p.vz])
+            return np.array([*e, *(np.cross(e, v) + spin * e)[:2]])
+
+        simulation = rebound.Simulation()
+        simulation.integrator = "ias15"
+        # its settings are at the integrator since version 5
+        getattr(simulation, "ri_ias15", simulation.integrator).epsilon = tolerance
+        simulation.add(x=axis[0], y=axis[1], z=axis[2], vx=vx, vy=vy, vz=vz)
+        simulation.additional_forces, simulation.force_is_velocity_dependent = force, 1
+        simulation.dt = math.copysign(first, end)
+        times, states = [0.0], [state]
+        with warnings.catch_warnings(action="ignore"):  # what they say is checked
+            while len(times) <= most and abs(simulation.t) < min(until, abs(end)):
+                if abs(end) < _FAR:
+                    simulation.integrate(end)
+                else:
+                    simulation.steps(1)
+                times.append(simulation.t)
+                states.append(state_of(simulation.particles[0]))
+        return Taken(np.array(times), np.array(states), evaluations, (abs(simulation.dt),))
+
+    return solver, 0.0
 
 
 @cache

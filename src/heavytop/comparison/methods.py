@@ -12,7 +12,13 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from heavytop.comparison import symplectic
-from heavytop.comparison.adaptive import AdaptiveStepper, constants, cyrk_solver, scipy_solver
+from heavytop.comparison.adaptive import (
+    AdaptiveStepper,
+    constants,
+    cyrk_solver,
+    ias15_solver,
+    scipy_solver,
+)
 from heavytop.comparison.collocation import gauss
 from heavytop.comparison.steppers import FixedStep, Stepper
 from heavytop.errors import Impossible, MissingPackage
@@ -22,6 +28,7 @@ if TYPE_CHECKING:
     from heavytop.numbers.double_double import Array
 
 STEPS, TOLERANCE = "steps a period", "tolerance"
+IAS15: Final = "ias15-rebound"  # whose equations are of the second order: the axis form alone
 FORMULATIONS: Final = ("axis", "lagrange", "subsystem", "routh", "cubic", "attitude")
 
 
@@ -90,11 +97,13 @@ _SOURCES: Final = {
     "lsoda-scipy": "L. Petzold, SIAM J. Sci. Statist. Comput. 4 (1983) 136",
     "radau-scipy": "E. Hairer & G. Wanner, Solving Ordinary Differential Equations II, 1996",
     "dop853-cyrk": _DORMAND_PRINCE,
+    IAS15: "H. Rein & D. S. Spiegel, Mon. Not. R. Astron. Soc. 446 (2015) 1424",
 }
 _LIBRARIES: Final = {  # what is set, least and most, the language, and the packages
     "numba": (STEPS, 1.0, 1e7, "numba", ("numba",)),
     "scipy": (TOLERANCE, 1e-15, 1e-2, "python", ("scipy",)),
     "CyRK": (TOLERANCE, 1e-15, 1e-2, "compiled by CyRK", ("CyRK", "numba")),
+    "REBOUND": (TOLERANCE, 1e-15, 1e-2, "python", ("rebound",)),
 }
 # Blocks take a fraction of a millisecond to a few of them, against microseconds around them; those
 # in Python tens, and LSODA's are longer, since each starts at order 1.
@@ -110,6 +119,7 @@ _ROWS: Final = (  # order, the default setting, steps in a block
     ("lsoda-scipy", None, 1e-9, 4000, "scipy", partial(scipy_solver, "LSODA")),
     ("radau-scipy", 5, 1e-6, 200, "scipy", partial(scipy_solver, "Radau")),
     ("dop853-cyrk", 8, 1e-12, 1000, "CyRK", cyrk_solver),
+    (IAS15, 15, 1e-9, 100, "REBOUND", ias15_solver),
 )
 
 METHODS: Final[Mapping[str, Method]] = MappingProxyType(
@@ -209,7 +219,7 @@ def named(name: str) -> Method:
         return METHODS[name]
     stem, _, formulation = name.rpartition("-")
     row = METHODS.get(stem)
-    if row is not None and not row.fixed and formulation in FORMULATIONS:
+    if row is not None and not row.fixed and stem != IAS15 and formulation in FORMULATIONS:
         return replace(row, name=name, formulation=formulation)
     nearest = get_close_matches(name, METHODS, 1, 0.0)[0]
     raise Impossible([("method", f"there is none called {name!r}; the nearest is {nearest!r}")])

@@ -188,7 +188,8 @@ class Compiled:
         Names of the formulation's event functions to be watched. They take part in the choice
         of the step, so another set of events is another run.
     tolerance : float
-        Relative error tolerance of a step.
+        Relative error tolerance of a step. Below the rounding of doubles it goes with compensated
+        sums, as heyoka's documentation advises for Brouwer's law.
     """
 
     formulation: Formulation
@@ -211,6 +212,7 @@ class Compiled:
             [0.0] * len(system.equations),
             pars=[0.0] * len(system.loaded),
             tol=self.tolerance,
+            high_accuracy=self.tolerance < np.finfo(float).eps,
             nt_events=[
                 hy.nt_event(zero, _recorder(self._zeros, i)) for i, zero in enumerate(system.zeros)
             ],

@@ -10,13 +10,13 @@ import json
 import os
 import re
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
 from heavytop.errors import ForeignFile, ForeignRun, StoppedEarly
-from heavytop.files import regular, write_document, write_text
+from heavytop.files import as_json, locked, regular, write_document, write_text
 from heavytop.results.document import SCHEMA, run_document
 from heavytop.results.plan_document import asked_form, chosen_document
 from heavytop.run.planning import Plan
@@ -49,8 +49,6 @@ class Request:
 
     def write(self, folder: Path) -> None:
         """Write it down."""
-        from heavytop.studies.ledger.canonical import sealed
-
         told = {
             "schema": REQUEST_SCHEMA,
             "name": self.scene.name,
@@ -58,7 +56,7 @@ class Request:
             "formulation": self.formulation,
             "figures": self.figures,
         }
-        write_text(folder / REQUEST, sealed(told, indent=2))
+        write_text(folder / REQUEST, as_json(told) + "\n")
 
     @classmethod
     def read(cls, folder: Path) -> Request:
@@ -67,25 +65,22 @@ class Request:
         Raises
         ------
         ForeignFile
-            It is missing, damaged or was changed.
+            It is missing or damaged.
         """
         from heavytop.run.archive import load_interrupted
-        from heavytop.studies.ledger.canonical import unsealed
 
         if not (folder / REQUEST).exists():
             found = load_interrupted(folder / TRAJECTORY)
             return cls(found.scene, asked_form(chosen_document(found.plan)))
-        told = unsealed(folder / REQUEST, REQUEST_SCHEMA)
+        told = _read(folder / REQUEST, REQUEST_SCHEMA)
         scene = read_scene(told["scene"], where=f"{told['name']}.toml")
         return cls(scene, told["formulation"], told["figures"])
 
 
 def _question(scene: Mapping[str, Any], formulation: str) -> dict[str, Any]:
     """A run as it is compared with others: whatever its scene is called."""
-    from heavytop.studies.ledger.canonical import plain
-
     told = {key: scene[key] for key in ("top", "start", "span", "want")}
-    return {"scene": plain(told), "formulation": formulation}
+    return {"scene": json.loads(as_json(told)), "formulation": formulation}
 
 
 @contextmanager
@@ -105,12 +100,12 @@ def begun(folder: Path, asked: Request, *, force: bool = False) -> Iterator[None
     OSError
         The request cannot be written.
     """
-    from heavytop.studies.ledger.doorway import LOCK, STUDY
-    from heavytop.studies.ledger.lock import Lock
+    from heavytop.studies.store import LOCK, STUDY
 
     if (folder / STUDY).exists():
         raise ForeignRun(folder, ())
-    lock, mine = Lock(folder / LOCK), False
+    mine, lock = False, ExitStack()
+    lock.enter_context(locked(folder / LOCK))
     try:
         if not force:
             _expect_same(folder, asked)
@@ -132,7 +127,7 @@ def begun(folder: Path, asked: Request, *, force: bool = False) -> Iterator[None
     finally:
         if not (folder / REQUEST).exists():
             (folder / LOCK).unlink(missing_ok=True)
-        lock.release()
+        lock.close()
 
 
 def _replace(folder: Path, *, unfinished: bool) -> None:
@@ -154,7 +149,7 @@ def _replace(folder: Path, *, unfinished: bool) -> None:
 
 def _expect_same(folder: Path, asked: Request) -> None:
     """Refuse a folder that holds another run than the one that is asked."""
-    from heavytop.studies.ledger.study import differences
+    from heavytop.studies.store import differences
 
     try:
         if (folder / REQUEST).exists():
@@ -202,14 +197,18 @@ def document_of(folder: Path) -> dict[str, Any]:
     ForeignFile
         There is none, or it is damaged.
     """
-    path = folder / DOCUMENT
+    return _read(folder / DOCUMENT, SCHEMA)
+
+
+def _read(path: Path, schema: str) -> dict[str, Any]:
+    """The document of a schema in a file."""
     try:
         with regular(path) as file:
             found = json.loads(file.read())
     except (OSError, ValueError, RecursionError) as fault:
         raise ForeignFile(f"{path}: not readable ({fault})") from None
-    if not isinstance(found, dict) or found.get("schema") != SCHEMA:
-        raise ForeignFile(f"{path}: not the document of a run")
+    if not isinstance(found, dict) or found.get("schema") != schema:
+        raise ForeignFile(f"{path}: not a document {schema}")
     return found
 
 

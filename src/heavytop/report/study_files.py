@@ -17,9 +17,9 @@ from heavytop.hdf5 import write_sealed
 if TYPE_CHECKING:
     from heavytop.claims.validate import Validation
     from heavytop.studies.atlas import Atlas
-    from heavytop.studies.drifts.drift import Drift
-    from heavytop.studies.stresses.stress import Stress
-    from heavytop.studies.workprecs.work_precision import WorkPrecision
+    from heavytop.studies.drift_result import Drift
+    from heavytop.studies.stress import Stress
+    from heavytop.studies.work_precision import WorkPrecision
 
 FORMS: Final = ("svg", "png")
 

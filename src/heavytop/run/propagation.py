@@ -19,7 +19,7 @@ from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import Rounded
 from heavytop.errors import BadScene, EndedEarly, Fault, Outcome
-from heavytop.integration.bits import bits_of, named
+from heavytop.integration.bits import DOUBLE, bits_of, named
 from heavytop.integration.compiled import Compiled, compiled
 from heavytop.integration.integrator import Checkpoint, Integrator, Seen
 from heavytop.integration.orbit import Orbit, continued, integrate
@@ -423,7 +423,8 @@ def _whole(samples: object) -> int:
 def compiled_for(chosen: Plan) -> Compiled:
     """Return the compiled equations of a plan."""
     form = chosen.equations
-    tolerance = max(chosen.tolerance, EPSILON)  # more digits are the matter of `decimals`
+    in_doubles = bits_of(chosen.precision) == DOUBLE  # more digits are the matter of `decimals`
+    tolerance = chosen.tolerance if in_doubles else EPSILON
     return compiled(form.integrated or form, chosen.watched, tolerance)
 
 

@@ -228,11 +228,19 @@ def read_scene(text: str, where: str = "scene", overrides: Sequence[str] = ()) -
     return Scene(**values, name=readable(Path(where).stem))
 
 
-def scene_of(tables: Mapping[str, Any]) -> Scene:
-    """Return the scene of a study's parameters: its top and start; its span has no meaning."""
-    found = {name: tables[name] for name in ("title", "source", "top", "start")}
-    text = scene_file.written({"format": FORMAT, **found, "span": {"periods": 1}})
-    return read_scene(text, where=tables["name"])
+def scene_of(document: Mapping[str, Any]) -> Scene:
+    """Return the scene of a stored `Scene.document`: its top and its start; its span is one period.
+
+    Examples
+    --------
+    >>> scene = load_scene("sicm-kicked")
+    >>> again = scene_of(scene.document())
+    >>> (again.top, again.start) == (scene.top, scene.start)
+    True
+    """
+    tables = {name: document[name] for name in ("title", "source", "top", "start")}
+    text = scene_file.written({"format": FORMAT, **tables, "span": {"periods": 1}})
+    return read_scene(text, where=document["name"])
 
 
 def _placed(fault: Fault, lines: Mapping[str, int], changed: Collection[str]) -> Fault:

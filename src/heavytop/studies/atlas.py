@@ -13,7 +13,7 @@ from base64 import b64decode, b64encode
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -36,8 +36,16 @@ from heavytop.scene.scene import Scene, no_scene, scene_of
 from heavytop.studies.atlas_boundaries import Boundary, curves
 from heavytop.studies.atlas_integrated import integrated
 from heavytop.studies.atlas_plane import ROLES, Axis, Columns, Plane, Tile, mirrored, restored
-from heavytop.studies.runner import Progress, run, with_versions_here
-from heavytop.studies.store import Chunk, MemoryStore, Parameters, Record, Store, canonical_json
+from heavytop.studies.runner import Progress, run
+from heavytop.studies.store import (
+    Chunk,
+    MemoryStore,
+    Parameters,
+    Record,
+    Store,
+    canonical_json,
+    open_store,
+)
 
 if TYPE_CHECKING:
     import xarray
@@ -537,35 +545,14 @@ def atlas(
         # Shards come from several machines: the processor is not among the versions.
         "versions": {key: value for key, value in versions().items() if key != "cpu"},
     }
-    memory = nullcontext(MemoryStore(parameters))
-    with memory if place is None else Store.open(place, parameters) as store:
-        wanted, jobs = _tiles_of(store, values.get("shard")), values.get("jobs", usable_cpus())
-        run(store, tasks=wanted, jobs=jobs, executor=executor, on_progress=progress)
-        return collect(store, jobs)
+    jobs = values.get("jobs", usable_cpus())
+    with open_store(place, parameters) as store:
+        return _run(store, values.get("shard"), jobs, executor=executor, on_progress=progress)
 
 
-def resume(
-    folder: str | os.PathLike[str],
-    *,
-    jobs: int = 1,
-    executor: Executor | None = None,
-    progress: Callable[[Progress], object] | None = None,
-) -> Atlas:
-    """Take up an atlas, or a shard of one, where its folder says it was left.
-
-    Raises
-    ------
-    ForeignFile
-        It is no atlas, was made by other versions, or is damaged.
-    InUse
-        Another process is writing it.
-    StoppedEarly
-        As for `atlas`.
-    """
-    with Store.open(folder, with_versions_here(Store(folder).parameters)) as store:
-        wanted = _tiles_of(store, store.load(SHARD).checkpoint)
-        run(store, tasks=wanted, jobs=jobs, executor=executor, on_progress=progress)
-        return collect(store, jobs)
+def complete(store: MemoryStore, *, jobs: int, **how: Any) -> Atlas:
+    """Compute what is left of an atlas, or of the shard of one that a folder is for."""
+    return _run(store, store.load(SHARD).checkpoint, jobs, **how)
 
 
 def merge_atlases(
@@ -665,12 +652,13 @@ def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
     return collect(Store(arguments.path_of("folder", folder)))
 
 
-def _tiles_of(store: MemoryStore, shard: list[int] | None) -> Sequence[str]:
-    """The tiles of a shard, or all; which shard a store is for is noted in it."""
+def _run(store: MemoryStore, shard: list[int] | None, jobs: int, **how: Any) -> Atlas:
+    """Compute the tiles of an atlas, or of a shard, that are not there yet."""
     if store.load(SHARD).checkpoint != shard:
         store.save(Record(SHARD, shard))
     i, n = shard or (1, 1)
-    return tasks(store.parameters)[i - 1 :: n]
+    run(store, tasks=tasks(store.parameters)[i - 1 :: n], jobs=jobs, **how)
+    return collect(store, jobs)
 
 
 def _shard(given: Any) -> list[int]:

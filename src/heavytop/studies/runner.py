@@ -10,6 +10,7 @@ import os
 import platform
 import signal
 import time
+import warnings
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import (
@@ -28,7 +29,14 @@ from threading import Event, Lock, current_thread, main_thread
 from types import FrameType
 from typing import Any, Final, Protocol, cast
 
-from heavytop.errors import ForeignFile, ForeignWorker, HeavyTopError, Stop, StoppedEarly
+from heavytop.errors import (
+    ForeignFile,
+    ForeignWorker,
+    HeavyTopError,
+    NoWorkerWarning,
+    Stop,
+    StoppedEarly,
+)
 from heavytop.machine import usable_cpus, versions
 from heavytop.studies.processes import Processes
 from heavytop.studies.store import Chunk, MemoryStore, Parameters, Record, differences
@@ -36,10 +44,11 @@ from heavytop.studies.store import Chunk, MemoryStore, Parameters, Record, diffe
 KINDS: Final = {
     "drift": "heavytop.studies.drift",
     "atlas": "heavytop.studies.atlas",
+    "stress": "heavytop.studies.stress",
 }
 """The module of each kind of study. A file may name a kind, never a module."""
 
-SLICE_S: Final = 5.0  # of work that a worker is sent; setting up a task takes some hundredths
+SLICE_S: Final = 3.0  # of work that a worker is sent; setting up a task takes some hundredths
 TICK_S: Final = 0.1  # how long Ctrl-C may go unheard
 
 # How executors say that a worker was killed; dask's exceptions by name, as it may be missing here.
@@ -54,6 +63,8 @@ _ONE_AT_A_TIME: Final = Lock()
 class Study(Protocol):
     """What the module of a kind of study offers."""
 
+    __name__: str
+
     def tasks(self, parameters: Parameters) -> Sequence[str]:
         """Return the names of the tasks, always the same and in the same order."""
 
@@ -63,6 +74,9 @@ class Study(Protocol):
         All rows together depend on `parameters` and `task` alone, not on where chunks end. A
         HeavyTopError ends the task as failed.
         """
+
+    def complete(self, store: MemoryStore, **how: Any) -> Any:
+        """Do what is left, with arguments of `run`, and return the result of the study."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,8 +150,8 @@ def run(
     ForeignFile
         The kind of study is unknown, or a record cannot be read.
     """
-    module = module_of(store.parameters)
-    names = study_of(store.parameters).tasks(store.parameters) if tasks is None else tasks
+    study = study_of(store.parameters)
+    names = study.tasks(store.parameters) if tasks is None else tasks
     records = {task: _light(store.load(task)) for task in names}
     started, before = time.monotonic(), _fraction(records)
 
@@ -152,9 +166,9 @@ def run(
     store.seconds |= {task: 0.0 for task, checkpoint in left.items() if checkpoint is None}
     with _stop_signal() as stop:
         if executor is None and jobs == 1:
-            chunks = _here(module, store.parameters, left, stop)
+            chunks = _here(study, store.parameters, left, stop)
         else:
-            chunks = _in_workers(module, store, left, executor or Processes(jobs), stop)
+            chunks = _in_workers(study, store, left, executor or Processes(jobs), stop)
         with closing(chunks):
             for task, chunk in chunks:
                 record = records[task].after(chunk)
@@ -167,8 +181,8 @@ def run(
         raise StoppedEarly(Stop.INTERRUPTED, "interrupted", store.path)
 
 
-def module_of(parameters: Parameters) -> str:
-    """Return the name of the module for a kind of study.
+def study_of(parameters: Parameters) -> Study:
+    """Return the module for a kind of study.
 
     Raises
     ------
@@ -178,12 +192,7 @@ def module_of(parameters: Parameters) -> str:
     kind = parameters.get("kind")
     if kind not in KINDS:
         raise ForeignFile(f"kind = {kind!r:.40}: not a kind of study known here")
-    return KINDS[kind]
-
-
-def study_of(parameters: Parameters) -> Study:
-    """Return the module for a kind of study."""
-    return cast(Study, import_module(module_of(parameters)))
+    return cast(Study, import_module(KINDS[kind]))
 
 
 def with_versions_here(parameters: Parameters) -> Parameters:
@@ -209,29 +218,33 @@ def _fraction(records: dict[str, Record]) -> float:
 
 
 def _here(
-    module: str, parameters: Parameters, left: dict[str, Any], stop: Event
+    study: Study, parameters: Parameters, left: dict[str, Any], stop: Event
 ) -> Generator[tuple[str, Chunk]]:
     """Yield the chunks of tasks, computed in this process."""
     for task, checkpoint in left.items():
-        for chunk in _advance(module, parameters, task, checkpoint):
+        for chunk in _advance(study, parameters, task, checkpoint):
             yield task, chunk
             if stop.is_set():
                 return
 
 
 def _in_workers(
-    module: str, store: MemoryStore, left: dict[str, Any], pool: Executor, stop: Event
+    study: Study, store: MemoryStore, left: dict[str, Any], pool: Executor, stop: Event
 ) -> Generator[tuple[str, Chunk]]:
     """Yield the chunks of tasks, computed in slices by the workers of a pool."""
     waiting, lost = deque(left), Counter[str]()
     running: dict[Future[list[Chunk]], str] = {}
+    deserted = False
     try:
         while (waiting or running) and not stop.is_set():
+            before, deserted = deserted, getattr(pool, "workers", 1) == 0
+            if deserted and not before:
+                warnings.warn("no worker is left: the study waits", NoWorkerWarning, stacklevel=3)
             # After a loss all tasks it may be due to run alone, each for a slice.
             room = 1 if lost else 2 * workers(pool)
             while waiting and len(running) < room:
                 task = waiting.popleft()
-                running[_sent(pool, module, store.parameters, task, left[task])] = task
+                running[_sent(pool, study.__name__, store.parameters, task, left[task])] = task
             for future in wait(running, TICK_S, FIRST_COMPLETED).done:
                 task = running.pop(future)
                 if fault := _loss(future):
@@ -291,16 +304,16 @@ def _slice(
     chunks = []
     with _ONE_AT_A_TIME:
         end = time.monotonic() + seconds
-        for chunk in _advance(module, parameters, task, checkpoint):
+        study = cast(Study, import_module(module))
+        for chunk in _advance(study, parameters, task, checkpoint):
             chunks.append(chunk)
             if time.monotonic() >= end:
                 break
     return chunks
 
 
-def _advance(module: str, parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chunk]:
+def _advance(study: Study, parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chunk]:
     """The chunks of a task; what it refuses is the last one."""
-    study = cast(Study, import_module(module))
     try:
         for chunk in study.advance(parameters, task, checkpoint):
             yield chunk

@@ -9,14 +9,14 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import asdict, dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Self
 
 from heavytop.errors import ForeignFile, ForeignStudy, StoppedEarly
-from heavytop.files import locked, make_folder, write_text
+from heavytop.files import locked, make_folder, regular, write_text
 
 Parameters = dict[str, Any]
 STUDY, LOCK, TASKS = "study.json", "lock", "tasks"
@@ -229,6 +229,13 @@ class Store(MemoryStore):
         return self.path / TASKS / f"{sha256(task.encode()).hexdigest()[:24]}.json"
 
 
+def open_store(folder: Path | None, parameters: Parameters) -> AbstractContextManager[MemoryStore]:
+    """Open the store of a study for writing: in a folder, or in memory where there is none."""
+    return (
+        nullcontext(MemoryStore(parameters)) if folder is None else Store.open(folder, parameters)
+    )
+
+
 def canonical_json(value: Any) -> str:
     """Return the one JSON text of a value: keys in order, no spaces, never NaN.
 
@@ -291,7 +298,8 @@ def _record(path: Path) -> Record:
 def _read(path: Path) -> dict[str, Any]:
     """The JSON object in a file."""
     try:
-        found = json.loads(path.read_bytes())
+        with regular(path) as file:
+            found = json.loads(file.read())
     except (OSError, ValueError) as fault:
         raise ForeignFile(f"{path}: not readable ({fault})") from None
     if not isinstance(found, dict):

@@ -1,4 +1,4 @@
-"""A kind of study for the tests of the ledger: a chaotic map, whose pieces are cut at random."""
+"""A kind of study for the tests of the runner: a chaotic map, whose chunks end at random."""
 
 import os
 import random
@@ -6,21 +6,21 @@ import time
 from pathlib import Path
 
 from heavytop.errors import HeavyTopError
-from heavytop.studies.ledger import Piece
+from heavytop.studies.store import Chunk
 
 BLOCK = 50  # steps
-LONGEST = 8  # blocks in a piece
+LONGEST = 8  # blocks in a chunk
 
 
-def tasks(identity):
-    return [f"henon/{i:03d}" for i in range(identity["options"]["tasks"])]
+def tasks(parameters):
+    return [f"henon/{i:03d}" for i in range(parameters["options"]["tasks"])]
 
 
-def follow(identity, task, checkpoint):
-    """Yield pieces of random length: what they give in all is always the same."""
+def advance(parameters, task, checkpoint):
+    """Yield chunks of random length: what they give in all is always the same."""
     where = checkpoint or {"steps": 0, "x": (int(task[-3:]) / 100).hex(), "y": (0.1).hex()}
     steps, x, y = where["steps"], float.fromhex(where["x"]), float.fromhex(where["y"])
-    total = identity["options"]["blocks"] * BLOCK
+    total = parameters["options"]["blocks"] * BLOCK
     while steps < total:
         begun, first, rows = time.monotonic(), steps, []
         time.sleep(float(os.environ.get("TOY_PAUSE", "0.003")))
@@ -32,12 +32,12 @@ def follow(identity, task, checkpoint):
                 break
         _log(f"{task} {first} {steps} {os.getpid()}")
         _misbehave(task, steps)
-        yield Piece(
+        yield Chunk(
             checkpoint={"steps": steps, "x": x.hex(), "y": y.hex()},
             rows=tuple(rows),
             done=steps == total,
             fraction=steps / total,
-            spent_s=time.monotonic() - begun,
+            seconds=time.monotonic() - begun,
         )
         if task in os.environ.get("TOY_REFUSES", ""):
             raise HeavyTopError("too steep")
@@ -58,11 +58,3 @@ def _log(line):
     if name := os.environ.get("TOY_LOG"):
         with Path(name).open("a") as file:
             file.write(line + "\n")
-
-
-def advance(parameters, task, checkpoint):
-    """The same for the runner."""
-    from heavytop.studies.store import Chunk
-
-    for piece in follow(parameters, task, checkpoint):
-        yield Chunk(piece.checkpoint, piece.rows, piece.done, piece.fraction, piece.spent_s)

@@ -62,7 +62,7 @@ def _ended(row: Known) -> str:
 
 def _outcomes(runs: Any) -> str:
     """What the words mean with which runs ended."""
-    from heavytop.studies.stresses.outcome import RULES
+    from heavytop.studies.stress import RULES
 
     ended = {each["outcome"] for each in runs}
     return " ".join(f"{word}: {rule}." for word, rule in RULES.items() if word in ended)
@@ -70,20 +70,21 @@ def _outcomes(runs: Any) -> str:
 
 def _chosen(document: Known) -> tuple[str, ...]:
     """The options that choose cases and methods; none where all were run."""
-    from heavytop.studies.stresses.cases import cases
-    from heavytop.studies.stresses.methods import METHODS
+    from heavytop.studies.methods import stress_methods
+    from heavytop.studies.stress_cases import cases
 
     words: list[str] = []
     for option, asked, known in (
-        ("--cases", document["hard"], cases()), ("--methods", document["methods"], METHODS),
-    ):  # fmt: skip
+        ("--cases", document["hard"], cases()),
+        ("--methods", document["methods"], stress_methods()),
+    ):
         words += [] if set(asked) >= set(known) else [option, ",".join(asked)]
     return tuple(words)
 
 
 def _limits(limits: Known) -> Iterator[str]:
     """The options that bound a test; none where it had the usual bounds."""
-    from heavytop.studies.stresses.stressing import BUDGET_S, STEPS, TIME_S
+    from heavytop.studies.stress import BUDGET_S, STEPS, TIME_S
 
     return changed({
         "--time-limit": (limits.get("time_s"), TIME_S),

@@ -18,7 +18,7 @@ def methods_asked(document: Known) -> tuple[str, ...]:
     document : mapping
         Its points, and what it skipped, are what was asked for.
     """
-    from heavytop.studies.workprecs.ladder import DEFAULT
+    from heavytop.studies.work_precision import DEFAULT
 
     tried: dict[str, dict[str, None]] = {}
     for name, setting in _settings(document):
@@ -48,14 +48,12 @@ def _words(name: str, settings: Mapping[str, None]) -> list[str]:
 
 def _ladder(name: str) -> list[str]:
     """All settings of a method; none of what is no method any more."""
-    from heavytop.scene.scene import load_scene
-    from heavytop.studies.drifts.methods import NoMethod
-    from heavytop.studies.workprecs.ladder import auto_digits, trials
+    from heavytop.studies.methods import NoMethod, method
+    from heavytop.studies.work_precision import auto_digits, grid
 
     try:
         if digits := auto_digits(name):
             return [str(each) for each in digits]
-        any_scene = load_scene("sicm-kicked")  # none but auto's settings depend on it
-        return [exactly(trial.method.setting) for trial in trials(any_scene, name, 1)]
+        return [exactly(setting) for setting in grid(method(name))]
     except NoMethod:
         return []

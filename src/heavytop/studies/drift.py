@@ -1,0 +1,231 @@
+"""Drift: how the errors of methods grow over many periods.
+
+The tasks of a study are its runs: one method from one start. Every run is compared with the
+closed form of its own binary start, at 40 digits.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import asdict
+from typing import Any, Final
+
+from heavytop.comparison.steppers import IntegrationFailed, StepperState
+from heavytop.errors import BadScene
+from heavytop.machine import versions
+from heavytop.numbers.double_double import DoubleDouble
+from heavytop.run.planning import plan
+from heavytop.scene.arguments import Range, heard, parse_names, parse_options, path_of
+from heavytop.scene.scene import Scene, scene_of
+from heavytop.studies.drift_result import Drift, collect, task_name
+from heavytop.studies.ensemble import neighbour, sample_times
+from heavytop.studies.methods import DEFAULT, method
+from heavytop.studies.runner import Progress, run
+from heavytop.studies.steppers import Run, no_nutation, set_up
+from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store
+
+KIND: Final = "drift"
+OPTIONS: Final = {
+    "periods": Range(1, 1e12),
+    "ensemble": Range(1, 10_000, whole=True),
+    "samples": Range(2, 10_000, whole=True),
+    "seed": Range(0, 2**63 - 1, whole=True),
+    "jobs": Range(1, 1024, whole=True),
+}
+AUTO: Final = "auto"
+CHUNK_S: Final = 0.5  # of integration between two checkpoints
+
+
+def drift(
+    scene: Scene,
+    *,
+    methods: Sequence[str] = DEFAULT,
+    periods: float = 10_000,
+    ensemble: int = 1,
+    samples: int = 25,
+    seed: int = 0,
+    jobs: int = 1,
+    folder: str | os.PathLike[str] | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[Progress], object] | None = None,
+) -> Drift:
+    """Integrate over many periods with several methods, and measure how their errors grow.
+
+    Every run is compared with the closed form of its own binary start, at 40 digits.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its top and its start; its span and its wants are not used.
+    methods : sequence of str
+        ``NAME`` or ``NAME=SETTING``, such as ``taylor-axis-projected`` or ``strang=200``.
+    periods : float
+        Nutation periods to go, at least 1.
+    ensemble : int
+        Starts: the scene's own, and neighbouring ones.
+    samples : int
+        Times, spread evenly over the decades, at which errors are measured.
+    seed : int
+        Of the neighbouring starts.
+    jobs : int
+        Processes; results do not depend on it.
+    folder : path, optional
+        Where everything is stored, so that a study that was killed goes on from there. It is new,
+        or empty, or holds this study.
+    executor : concurrent.futures.Executor, optional
+        Its workers do the runs, wherever they are, and `jobs` means nothing; results do not
+        depend on it. That of a dask cluster: `heavytop.studies.cluster.executor_at`.
+    progress : callable, optional
+        It is given a `heavytop.studies.runner.Progress` again and again.
+
+    Returns
+    -------
+    Drift
+
+    Raises
+    ------
+    BadScene
+        Nothing nutates; there is no such method; an option is of the wrong kind or out of its
+        bounds. Every fault is listed.
+    ForeignFile
+        The folder holds something else, another study, or a damaged file.
+    InUse
+        Another process is writing the folder.
+    StoppedEarly
+        Ctrl-C; a full disk; a worker that died twice. What was done is in the folder.
+    ForeignWorker
+        A worker of the executor has other versions than this process.
+
+    Examples
+    --------
+    >>> from heavytop.scene.scene import load_scene
+    >>> found = drift(load_scene("sicm-kicked"), methods=["taylor-axis"], periods=100, samples=5)
+    >>> found["taylor-axis"].phase_s[-1] < 1e-12
+    True
+
+    Notes
+    -----
+    Accuracy: ``tests/two_ways/test_drift.py`` finds a shift of 1e-9 s, and one of 3e-12 s, as a
+    phase to a millionth of itself.
+
+    References
+    ----------
+    Brouwer, "On the accumulation of errors in numerical integration", *Astronomical Journal* 46
+    (1937), for the powers of the time with which errors grow.
+    """
+    heard("progress", progress)
+    options = {"periods": periods, "ensemble": ensemble, "samples": samples, "seed": seed}
+    parameters, jobs = drift_parameters(scene, methods, **options, jobs=jobs)
+    place = None if folder is None else path_of("folder", folder)
+    with open_store(place, parameters) as store:
+        return complete(store, jobs=jobs, executor=executor, on_progress=progress)
+
+
+def drift_parameters(
+    scene: Scene, methods: Sequence[str], **options: object
+) -> tuple[Parameters, int]:
+    """Return what is asked of a study, as JSON, and the number of processes.
+
+    Raises
+    ------
+    BadScene
+        As of `drift`.
+    """
+    file = str(getattr(scene, "name", KIND))
+    values, faults = parse_options(file, options, OPTIONS)
+    names, wrong = parse_names(file, "methods", methods, _checked)
+    if faults := [*faults, *no_nutation(file, scene, "a drift study"), *wrong]:
+        raise BadScene(tuple(faults))
+    jobs = values.pop("jobs")
+    tables = scene.document()
+    texts = [_auto(scene, values["periods"]) if name == AUTO else name for name in names]
+    parameters = {
+        "kind": KIND,
+        "scene": {key: tables[key] for key in ("name", "title", "source", "top", "start")},
+        "methods": list(dict.fromkeys(texts)),
+        **values,
+        "versions": versions(),
+    }
+    return parameters, jobs
+
+
+def tasks(parameters: Parameters) -> list[str]:
+    """Return the names of the runs: a method and the number of a start."""
+    numbers = range(parameters["ensemble"])
+    there = [text for text in parameters["methods"] if not method(text).absent]
+    return [task_name(text, number) for text in there for number in numbers]
+
+
+def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chunk]:
+    """Yield chunks of half a second of a run; their rows are the errors at the sample times."""
+    text, _, number = task.rpartition("/")
+    scene, chosen = scene_of(parameters["scene"]), method(text)
+    start = neighbour(scene.start, parameters["seed"], int(number))
+    found = set_up(Scene(scene.top, start, periods=1, name=scene.name), chosen)
+    periods = sample_times(min(parameters["periods"], chosen.reach), parameters["samples"])
+    times = [found.stepper.output_time(n * found.period) for n in periods]
+    state, sampled, ended = found.stepper.begin(), 0, ""
+    if checkpoint is not None:
+        words: dict[str, Any] = {
+            name: tuple(x) if isinstance(x, list) else x for name, x in checkpoint["state"].items()
+        }
+        state, sampled = StepperState(**words), checkpoint["sampled"]
+    while sampled < len(times) and not ended:
+        rows: list[dict[str, Any]] = []
+        seconds = 0.0
+        while sampled < len(times) and seconds < CHUNK_S:
+            try:
+                began = time.perf_counter()
+                after = found.stepper.block(state)
+                seconds += time.perf_counter() - began
+                reached = [t for t in times[sampled:] if t <= after.time]
+                rows += _rows(found, state, reached, periods[sampled:])
+            except IntegrationFailed as failure:
+                ended = str(failure)
+                break
+            state, sampled = after, sampled + len(reached)
+        done = bool(ended) or sampled == len(times)
+        gone = state.time[0]
+        checkpoint = {"state": asdict(state), "sampled": sampled, "ended": ended,
+                      "periods": gone / found.period}  # fmt: skip
+        yield Chunk(checkpoint, rows, done, gone / times[-1][0], seconds)
+
+
+def complete(store: MemoryStore, **how: Any) -> Drift:
+    """Do the runs that are left, and return the result."""
+    run(store, **how)
+    return collect(store)
+
+
+def _rows(
+    found: Run, state: StepperState, times: Sequence[DoubleDouble], periods: Sequence[float]
+) -> list[dict[str, Any]]:
+    """The errors at times in the block after a state."""
+    if not times:
+        return []
+    states = found.stepper.states_at(state, times).tolist()
+    rows = []
+    for n, t, each in zip(periods, times, states, strict=False):
+        error = asdict(found.reference(t, each))
+        numbers = (error["energy"], error["phase_s"], *error["invariants"].values())
+        if not all(map(math.isfinite, (*numbers, error["axis"] or 0.0))):
+            raise IntegrationFailed("its errors are no longer finite")
+        rows.append({"periods": n, "t": t, "state": each, **error})
+    return rows
+
+
+def _checked(text: str) -> str:
+    """A method as it is named in parameters; auto waits for the number of periods."""
+    return text if text == AUTO else method(text).text
+
+
+def _auto(scene: Scene, periods: float) -> str:
+    """The method that auto stands for in a run of this length."""
+    chosen = plan(Scene(scene.top, scene.start, periods=periods, quantities=("axis",), events=(),
+                        samples=2, name=scene.name))  # fmt: skip
+    form = "axis" if chosen.folded else chosen.formulation
+    return f"taylor-{form}-projected" if chosen.projected or chosen.folded else f"taylor-{form}"

@@ -1,0 +1,298 @@
+"""Methods of integration: the Taylor integrator in every form, and those of others, in one table.
+
+A setting, such as a tolerance or a number of steps, is a field of a method.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from importlib.util import find_spec
+from typing import Final
+
+from heavytop.comparison import methods as comparison
+from heavytop.equations.formulation import FORMULATIONS
+from heavytop.errors import Impossible
+from heavytop.integration.bits import DOUBLE, LONG_DOUBLE
+from heavytop.integration.projection import why_not
+from heavytop.names import nearest
+from heavytop.run.planning import EPSILON
+from heavytop.scene.arguments import Refused
+
+MPFR_BITS: Final = 128
+DEFAULT: Final = (
+    "taylor-axis",
+    "taylor-axis-projected",
+    "taylor-cubic",
+    "dop853-cyrk",
+    "sofroniou-spaletta10",
+    "gauss8",
+)
+AUTO: Final = "auto"
+SOURCE: Final = "Jorba & Zou, Experimental Mathematics 14 (2005) 99-117; heyoka"
+TOLERANCE: Final = "tolerance"
+BROUWER: Final = 1e-18  # heyoka's own advice for Brouwer's law, with compensated sums
+SLOW: Final = 10_000  # periods: what takes a millisecond and more for each goes no farther
+
+
+@dataclass(frozen=True, slots=True)
+class Method:
+    """One method of integration, as it will be run.
+
+    Attributes
+    ----------
+    name : str
+        As in the table: ``taylor-axis-projected``, ``dop853-cyrk``.
+    formulation : str
+    language : str
+        Of the right-hand side.
+    setting : float
+        What its accuracy is asked for by: see `set_by`.
+    set_by : str
+        ``tolerance`` or ``steps a period``.
+    least, most : float
+        Bounds of the setting.
+    order : int or None
+        Of the method; None where it chooses.
+    reach : float
+        Nutation periods it goes to at most, for its slowness.
+    needs : tuple of str
+        Packages it cannot do without.
+    source : str
+        Where the method was published.
+    bits : int
+        Of the numbers it computes in.
+    projected, is_rival : bool
+    changed : bool
+        Whether the setting is another than the usual one.
+    short : str
+        Its heading in a stress test.
+    atol : float or None
+        The absolute tolerance, where it is not the relative one.
+    digits : int or None
+        That auto was asked for; None where the method is not auto's choice.
+    wants : str or None
+        What auto was asked for: ``axis`` or ``theta``.
+    solver : str
+        scipy's solver, where it is called once for the whole span; empty where it goes in blocks.
+    """
+
+    name: str
+    formulation: str
+    language: str
+    setting: float
+    set_by: str
+    least: float
+    most: float
+    order: int | None
+    reach: float
+    needs: tuple[str, ...]
+    source: str
+    bits: int = DOUBLE
+    projected: bool = False
+    is_rival: bool = False
+    changed: bool = False
+    short: str = ""
+    atol: float | None = None
+    solver: str = ""
+    digits: int | None = None
+    wants: str | None = None
+
+    @property
+    def absent(self) -> tuple[str, ...]:
+        """Packages it needs that are not installed."""
+        return tuple(package for package in self.needs if find_spec(package) is None)
+
+    @property
+    def text(self) -> str:
+        """What asks for this method: its name, with the setting where it is not the usual one."""
+        return f"{self.name}={shortest(self.setting)}" if self.changed else self.name
+
+    @property
+    def own(self) -> Method:
+        """The method itself, where it is auto's choice."""
+        return replace(self, digits=None, wants=None)
+
+    @property
+    def asked(self) -> str:
+        """The name by which it was asked for: its own, or ``auto``."""
+        return self.name if self.digits is None else AUTO
+
+    @property
+    def label(self) -> str:
+        """The name with the setting, for a person."""
+        if self.digits is None:
+            return f"{self.name}={self.setting:.3g}"
+        return f"auto ({self.digits} digits of {self.wants})"
+
+    @property
+    def heading(self) -> str:
+        """The setting in a few letters; empty for auto, which chooses.
+
+        Examples
+        --------
+        >>> method("gauss8=32").heading, method("taylor-axis").heading
+        ('32/period', '2.2e-16')
+        """
+        if self.formulation == AUTO:
+            return ""
+        if self.set_by != TOLERANCE:
+            return f"{self.setting:g}/period"
+        mantissa, _, power = f"{self.setting:.1e}".partition("e")
+        return f"{float(mantissa):g}e{int(power)}"
+
+
+class NoMethod(Refused):
+    """What is no method, and the rule that says so; `hint` may name the one that was meant."""
+
+
+def method(text: str) -> Method:
+    """Return the method that a text asks for.
+
+    Parameters
+    ----------
+    text : str
+        ``NAME`` or ``NAME=SETTING``: a tolerance, or steps per nutation period.
+
+    Raises
+    ------
+    NoMethod
+        There is none of this name, or the setting is outside its bounds.
+
+    Examples
+    --------
+    >>> method("taylor-axis-projected").formulation, method("taylor-cubic=1e-9").setting
+    ('axis', 1e-09)
+    """
+    name, equals, setting = text.partition("=")
+    found = _named(name)
+    if not equals:
+        return found
+    try:
+        value = float(setting)
+    except ValueError:
+        raise NoMethod(f"a number after the =: {found.set_by}") from None
+    if not found.least <= value <= found.most:
+        raise NoMethod(f"{found.set_by} from {found.least:g} to {found.most:g}")
+    return replace(found, setting=value, changed=value != found.setting)
+
+
+def _named(name: str) -> Method:
+    own = taylor_methods()
+    if name in own:
+        return own[name]
+    try:
+        return _of(comparison.named(name))
+    except Impossible:
+        known = ("auto", *own, *comparison.METHODS)
+        raise NoMethod(f"one of {_in_words()}", nearest(name, known)) from None
+
+
+def _in_words() -> str:
+    """Return all names, those of the Taylor integrator's in every formulation at once."""
+    own = taylor_methods()
+    rivals = ", ".join(comparison.METHODS)
+    first = next(iter(FORMULATIONS))
+    patterns = [n.replace(first, "FORM") for n, each in own.items() if each.formulation == first]
+    return f"auto, {rivals}, {', '.join(patterns)} with FORM one of {', '.join(FORMULATIONS)}"
+
+
+@cache
+def taylor_methods() -> Mapping[str, Method]:
+    """Return the Taylor integrator's methods: every formulation, projected or in more bits."""
+    found = [each for form in FORMULATIONS for each in _of_formulation(form)]
+    return {each.name: each for each in found}
+
+
+def _of_formulation(form: str) -> list[Method]:
+    plain = Method(
+        name=f"taylor-{form}",
+        formulation=form,
+        language="compiled by heyoka",
+        setting=EPSILON,
+        set_by=TOLERANCE,
+        least=EPSILON,
+        most=1e-2,
+        order=None,
+        reach=float("inf"),
+        needs=(),
+        source=SOURCE,
+    )
+    found = [plain]
+    if not why_not(FORMULATIONS[form].build()):
+        found.append(replace(plain, name=f"{plain.name}-projected", projected=True))
+    tight = replace(plain, name=f"{plain.name}-compensated")
+    found.append(replace(tight, setting=BROUWER, least=BROUWER, most=BROUWER))
+    for name, bits in (("longdouble", LONG_DOUBLE), ("mpfr", MPFR_BITS)):
+        least = 2.0 ** (1 - bits)
+        precise = replace(plain, name=f"{plain.name}-{name}", bits=bits, reach=SLOW)
+        found.append(replace(precise, setting=least, least=least, most=least))
+    return found
+
+
+def _of(rival: comparison.Method) -> Method:
+    return Method(
+        name=rival.name,
+        formulation=rival.formulation,
+        language=rival.language,
+        setting=rival.default,
+        set_by=rival.setting,
+        least=rival.least,
+        most=rival.most,
+        order=rival.order,
+        reach=SLOW if rival.language == "python" else float("inf"),
+        needs=rival.needs,
+        source=rival.source,
+        is_rival=True,
+    )
+
+
+def shortest(x: float) -> str:
+    """Return the shortest text that reads back as a number.
+
+    Examples
+    --------
+    >>> shortest(200.0), shortest(1e-9), shortest(1234.5671)
+    ('200', '1e-09', '1234.5671')
+    """
+    return repr(x).removesuffix(".0")
+
+
+# --- what is put under stress ----------------------------------------------------------------
+
+ANGLES: Final = "auto-angles"
+FIRST_ORDER: Final = "first-order"
+FORMS: Final = ("axis", "attitude", "cubic", "routh", "subsystem", "lagrange")
+TIGHT: Final = {"dop853": 1e-12, "lsoda": 1e-11, "radau": 1e-8}  # as far as each goes in good time
+COMPILED: Final = {
+    "blanes-moan-rkn6=64": "rkn6:a",
+    "gauss8=32": "gauss8:a",
+    "dop853-cyrk=1e-12": "cyrk:a",
+}
+
+
+@cache
+def stress_methods() -> Mapping[str, Method]:
+    """Return what a stress test runs: auto, every form of the equations, and what others use.
+
+    ``auto-angles`` is auto with phi and psi wanted; ``first-order`` is the formulation
+    u' = ±sqrt(f(u)).
+    """
+    auto = replace(method("taylor-axis"), formulation=AUTO)
+    found = [replace(auto, name=AUTO, short=AUTO), replace(auto, name=ANGLES, short="auto:φψ")]
+    found += [replace(method(f"taylor-{form}"), short=form) for form in FORMS]
+    called = {
+        (solver, end): replace(method(f"{solver}-scipy{end}={tolerance}"), solver=solver)
+        for end in ("", "-lagrange")
+        for solver, tolerance in TIGHT.items()
+    }
+    for (solver, end), each in called.items():
+        found.append(replace(each, short=f"{solver}:{'l' if end else 'a'}"))
+    found += [replace(method(text), short=short) for text, short in COMPILED.items()]
+    defaults = replace(called["dop853", "-lagrange"], solver="rk45", order=5, setting=1e-3)
+    found.append(replace(defaults, name="solve-ivp-defaults", atol=1e-6, short="ivp:l"))
+    for solver in TIGHT:
+        name, short = f"{solver}-scipy-{FIRST_ORDER}", f"{solver}:1"
+        found.append(replace(called[solver, ""], name=name, formulation=FIRST_ORDER, short=short))
+    return {each.name: each for each in found}

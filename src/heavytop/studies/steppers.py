@@ -1,0 +1,250 @@
+"""The steppers of all studies: any method set up for one start, with its reference solution.
+
+A number of more than 53 bits is stored as a sum of a few doubles, the largest first, which loses
+nothing. In a state the first words of all numbers stand first, then their second words, and so on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+
+from heavytop.comparison.steppers import IntegrationFailed, Stepper, StepperState
+from heavytop.errors import BadScene, Fault
+from heavytop.integration.bits import DOUBLE, named
+from heavytop.integration.integrator import NEVER, Checkpoint, Integrator, Observed
+from heavytop.integration.precise import Mark, PreciseIntegrator, Unfinished, Wanted
+from heavytop.numbers.decimals import context
+from heavytop.numbers.double_double import Array, DoubleDouble, add
+from heavytop.run.high_precision import rounded_start
+from heavytop.run.own_motion import motion_of
+from heavytop.run.planning import EPSILON, closed_form_of, plan, start_values
+from heavytop.run.propagation import binary_start, compiled_for, integrator_of
+from heavytop.scene.arguments import shown
+from heavytop.scene.scene import Scene
+from heavytop.studies.methods import Method
+from heavytop.studies.reference import DIGITS, Reference
+
+ONLY_TILT = {"quantities": ("theta",), "events": (), "samples": 2, "digits": 10}
+SPARE_DIGITS = 12  # of texts and of the reference, beyond those of the run's numbers
+FAR = 1e6  # periods: no step is that long
+LATE_WORDS = 2  # of the time, in `carry`, beside the two of `time`
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One method set up for one start.
+
+    Attributes
+    ----------
+    stepper : Stepper
+    reference : Reference
+    period : float
+        Of the nutation of this run's own start [s].
+    """
+
+    stepper: Stepper
+    reference: Reference
+    period: float
+
+
+def set_up(scene: Scene, method: Method) -> Run:
+    """Return a method set up for the start of a scene.
+
+    Raises
+    ------
+    BadScene
+        The method's formulation cannot start there; nothing nutates.
+    MissingPackage
+        A method whose package is not installed.
+    """
+    wants = Scene(scene.top, scene.start, periods=1, name=scene.name, **ONLY_TILT)  # type: ignore[arg-type]
+    chosen = plan(wants, method.formulation, projected=method.projected)
+    tolerance = EPSILON if method.is_rival else max(method.setting, EPSILON)
+    chosen = replace(chosen, precision=named(method.bits), tolerance=tolerance)
+    form, own = chosen.equations, partial(motion_of, chosen)
+    parameters, start = binary_start(scene, chosen)
+    if method.bits > DOUBLE:
+        digits = int(method.bits * math.log10(2)) + SPARE_DIGITS
+        texts, states = rounded_start(form, start_values(scene), context(digits))
+        precise = PreciseIntegrator(form, method.bits, texts, start=states)
+        engine = integrator_of(chosen, compiled_for(chosen), parameters, start)
+        stepper = PreciseStepper(precise, tuple(states), engine.cautious_step(start, FAR), FAR)
+        known, digits = precise.parameter_texts(), max(DIGITS, digits + SPARE_DIGITS)
+        reference = Reference(form, known, stepper.words(stepper.begin()), own, digits)
+        period = _period(scene, reference)
+        return Run(replace(stepper, far=FAR * period), reference, period)
+    reference = Reference(form, parameters, tuple(start.state.tolist()), own)
+    period = _period(scene, reference)
+    if method.is_rival:
+        from heavytop.comparison.methods import make_stepper
+
+        taken = make_stepper(
+            method.name, start.state, parameters, method.setting, period, formulation=form
+        )
+        return Run(taken, reference, period)
+    engine = integrator_of(chosen, compiled_for(chosen), parameters, start)
+    return Run(TaylorStepper(engine, np.array(start.state), FAR * period), reference, period)
+
+
+def no_nutation(file: str, scene: object, study: str) -> Iterator[Fault]:
+    """Yield why a scene has no nutation periods to be counted.
+
+    Parameters
+    ----------
+    file : str
+        What the fault names.
+    scene : object
+    study : str
+        What would count them, for the hint: ``a drift study``.
+    """
+    if not isinstance(scene, Scene):
+        rule, hint = "a Scene", "load_scene gives one by its name"
+        yield Fault(file, None, "scene", shown(scene), rule, hint)
+        return
+    motion = closed_form_of(scene)
+    if motion.period is None:
+        rule = f"no nutation period to count: {motion.kind}"
+        yield Fault(file, None, "start", "", rule, f"{study} takes a top that nutates")
+
+
+def _period(scene: Scene, reference: Reference) -> float:
+    if reference.period is None:  # the scene's own start nutates, but its rounded one does not
+        rule = f"so close to a pole that, as it is rounded here, nothing nutates ({DIGITS} digits)"
+        theta = str(scene.start.theta)
+        raise BadScene((Fault(scene.name, None, "start.theta", theta, rule),))
+    return reference.period
+
+
+@dataclass(frozen=True, eq=False)
+class TaylorStepper:
+    """The Taylor integrator in doubles, with the very blocks of steps of a trajectory.
+
+    Attributes
+    ----------
+    engine : Integrator
+    start : ndarray, shape (n,)
+    far : float
+        A time that no step reaches [s].
+    """
+
+    engine: Integrator
+    start: Array
+    far: float
+
+    def begin(self) -> StepperState:
+        """Return the start."""
+        return StepperState((0.0, 0.0), tuple(self.start.tolist()))
+
+    def block(self, at: StepperState) -> StepperState:
+        """Take a block of natural steps, as `Stepper` says."""
+        done = self._block(at)
+        if done.block.singular or done.block.steps == 0:
+            raise IntegrationFailed(f"singular, or overflow, after {done.end.steps} steps")
+        return StepperState(
+            time=done.end.time,
+            state=tuple(done.end.state.tolist()),
+            steps=done.end.steps,
+            evaluations=at.evaluations + done.block.steps,
+        )
+
+    def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
+        """Return the states at times in the block after a state, from its Taylor polynomials."""
+        local = [add(t, (-at.time[0], -at.time[1])) for t in times]
+        inside = np.array([high + low for high, low in local])
+        return self._block(replace(at, time=(0.0, 0.0)), inside).samples.rows
+
+    def output_time(self, t: float) -> DoubleDouble:
+        """Return the time itself."""
+        return (t, 0.0)
+
+    def _block(self, at: StepperState, samples: Array = NEVER) -> Observed:
+        start = Checkpoint(at.time, np.array(at.state), np.nan, at.steps)
+        longest = None if at.steps else self._first_steps
+        return self.engine.block(start, start.block_steps, self.far, samples, longest)
+
+    @cached_property
+    def _first_steps(self) -> float | None:
+        return self.engine.cautious_step(Checkpoint((0.0, 0.0), self.start, np.nan, 0), self.far)
+
+
+@dataclass(frozen=True, eq=False)
+class PreciseStepper:
+    """The Taylor integrator in more bits than doubles have.
+
+    Attributes
+    ----------
+    engine : PreciseIntegrator
+    start : tuple of str
+        The states at the start, as decimal texts.
+    longest : float or None
+        The longest of the first steps [s].
+    far : float
+        A time that no step reaches [s].
+    """
+
+    engine: PreciseIntegrator
+    start: tuple[str, ...]
+    longest: float | None
+    far: float
+
+    def begin(self) -> StepperState:
+        """Return the start."""
+        return self._state(self.engine.start(self.start))
+
+    def block(self, at: StepperState) -> StepperState:
+        """Take a block of natural steps, as `Stepper` says."""
+        try:
+            return self._state(self.engine.onward(self._mark(at), self.far, self.longest))
+        except Unfinished:
+            raise IntegrationFailed(f"singular, or overflow, after {at.steps} steps") from None
+
+    def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
+        """Return the states at times in the block after a state, laid out as `words`."""
+        wanted = [Wanted(self._sum(t)) for t in times]
+        walk = self.engine.walk(self._mark(at), wanted, self.far, self.longest)
+        return np.array([self._words(one) for one in walk.found if one])
+
+    def output_time(self, t: float) -> DoubleDouble:
+        """Return the time itself."""
+        return (t, 0.0)
+
+    def words(self, at: StepperState) -> tuple[float, ...]:
+        """Return the doubles whose sums are the states."""
+        return (*at.state, *at.carry[:-LATE_WORDS])
+
+    def _sum(self, words: Sequence[float]) -> Any:
+        return sum(map(self.engine.wide, words[::-1]), self.engine.wide(0.0))
+
+    def _mark(self, at: StepperState) -> Mark:
+        n, words = len(self.start), self.words(at)
+        numbers = tuple(sum(map(self.engine.number, words[i::n][::-1])) for i in range(n))
+        return Mark(self._sum((*at.time, *at.carry[-LATE_WORDS:])), numbers, at.steps)
+
+    def _state(self, mark: Mark) -> StepperState:
+        n, words = len(self.start), self._words(mark)
+        time: list[float] = []
+        for _ in range(2 + LATE_WORDS):
+            time.append(float(mark.t - self._sum(time)))
+        carry = (*words[n:], *time[2:])
+        return StepperState((time[0], time[1]), words[:n], carry, mark.steps, mark.steps)
+
+    def _words(self, mark: Mark) -> tuple[float, ...]:
+        count = math.ceil(self.engine.bits / DOUBLE)
+        columns = [_expansion(Fraction(self.engine.text(x)), count) for x in mark.state]
+        return tuple(word for row in zip(*columns, strict=True) for word in row)
+
+
+def _expansion(x: Fraction, words: int) -> list[float]:
+    """Doubles whose sum is x, the largest first."""
+    found = []
+    for _ in range(words):
+        found.append(float(x))
+        x -= Fraction(found[-1])
+    return found

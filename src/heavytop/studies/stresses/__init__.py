@@ -1,1 +1,0 @@
-"""Stress: the motions at which methods fail, every method at each of them, and how each fails."""

@@ -1,0 +1,653 @@
+"""Work and precision: what each digit costs, by every method, timed in turn in one process."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from itertools import zip_longest
+from statistics import median, quantiles
+from typing import Any, Final
+
+from heavytop.comparison.methods import METHODS, imported
+from heavytop.comparison.methods import named as comparison_method
+from heavytop.comparison.steppers import IntegrationFailed
+from heavytop.equations.formulation import FORMULATIONS
+from heavytop.errors import BadScene, HeavyTopError, Impossible, MissingPackage
+from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, bits_of
+from heavytop.machine import versions
+from heavytop.run.planning import EPSILON, Plan, plan
+from heavytop.scene.arguments import Range, heard, parse_names, parse_options
+from heavytop.scene.scene import Scene
+from heavytop.studies import timing
+from heavytop.studies.ensemble import neighbour
+from heavytop.studies.methods import AUTO, TOLERANCE, Method, NoMethod, method
+from heavytop.studies.steppers import no_nutation
+
+SCHEMA: Final = "heavytop/workprec/1"
+NUMBERS: Final = {"periods": Range(1, 1e6), "budget": Range(1, 1e6)}
+STARTS: Final = 8  # the scene's own and neighbouring ones, the same for every method and setting
+FIRST_RUNS: Final = 0.6  # of the budget, then no first run is begun; the rest is for the rounds
+LIMITS: Final = 240  # in a budget, but a second at least: what a run may take
+NOISE: Final = 0.1  # of a time: what is faster by less is not known to be
+TARGETS: Final = {"1e-6": 1e-6, "1e-9": 1e-9, "1e-12": 1e-12}
+ERRORS: Final = {"axis": "axis_error", "theta": "theta_error"}
+FOLDED: Final = "the plan is folded: it goes one period, and no steps after it are there to time"
+AUTO_DIGITS: Final = (6, 9, 12)
+AUTO_MOST: Final = 30
+
+# --- the grid of settings --------------------------------------------------------------------
+
+DECADES: Final = tuple(10.0**-k for k in range(3, 16))
+HALF_DECADES: Final = tuple(10.0 ** (-k / 2) for k in range(6, 31))
+LOW_ORDER: Final = tuple(25.0 * 2**k for k in range(10))
+STEPS: Final = {  # a period; a decade of error is two or three settings, where it is no more steps
+    "strang": LOW_ORDER,
+    "implicit-midpoint": LOW_ORDER,
+    "bobenko-suris": LOW_ORDER,
+    "blanes-moan-rkn6": (6, 8, 10, 12, 14, 17, 20, 24, 28, 34, 40, 48, 57, 68, 80, 96, 114, 136),
+    "kahan-li8": (6, 8, 10, 12, 14, 16, 18, 21, 24, 28, 32, 37, 42, 48, 56, 64, 74, 84),
+    "sofroniou-spaletta10": (3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 14, 16, 18, 20, 22, 25, 28, 32),
+    "gauss8": (2, 3, 4, 5, 6, 7, 8, 10, 12, 16),
+}
+IN_PYTHON: Final = tuple(name for name, row in METHODS.items() if row.language == "python")
+DEFAULT: Final = (
+    AUTO,
+    *(f"taylor-{form}" for form in FORMULATIONS),
+    *(f"taylor-{form}-projected" for form in ("axis", "attitude", "cubic")),  # as plans are
+    *(f"taylor-{form}-compensated" for form in ("axis", "cubic")),
+    *(name for name in METHODS if name not in IN_PYTHON),
+    *(f"taylor-{form}-longdouble" for form in FORMULATIONS),
+    *IN_PYTHON,
+    *(f"taylor-{form}-mpfr" for form in FORMULATIONS),
+)
+
+
+def settings(text: str, scene: Scene, periods: float) -> tuple[Method | Skipped, ...]:
+    """Return what a text asks for: one setting of a method, or all of the grid.
+
+    Parameters
+    ----------
+    text : str
+        ``NAME``, ``NAME=SETTING``, ``auto`` or ``auto=DIGITS``.
+    scene : Scene
+    periods : float
+        How long a run is; auto depends on it. What auto chose and cannot be timed is skipped.
+
+    Raises
+    ------
+    NoMethod
+        There is none of this name, or the setting is outside its bounds.
+
+    Examples
+    --------
+    >>> from heavytop.scene.scene import load_scene
+    >>> scene = load_scene("sicm-kicked")
+    >>> [method.setting for method in settings("taylor-axis=1e-9", scene, 100)]
+    [1e-09]
+    >>> [method.name for method in settings("auto=6", scene, 100)]
+    ['taylor-axis', 'taylor-cubic']
+    """
+    if digits := auto_digits(text):
+        return tuple(_planned(scene, wants, n, periods) for wants in ERRORS for n in digits)
+    found = method(text)
+    if "=" in text:
+        return (found,)
+    return tuple(method(f"{text}={setting!r}") for setting in grid(found))
+
+
+def auto_digits(text: str) -> tuple[int, ...]:
+    """Return the digits for which a text asks auto; none where it asks for a method.
+
+    Raises
+    ------
+    NoMethod
+        It asks auto for what are no digits.
+
+    Examples
+    --------
+    >>> auto_digits("auto"), auto_digits("auto=12"), auto_digits("gauss8")
+    ((6, 9, 12), (12,), ())
+    """
+    name, equals, digits = text.partition("=")
+    if name != AUTO:
+        return ()
+    if not equals:
+        return AUTO_DIGITS
+    known = {str(n): n for n in range(1, AUTO_MOST + 1)}
+    if digits.lstrip("0") not in known:
+        raise NoMethod(f"whole digits after auto=, from 1 to {AUTO_MOST}")
+    return (known[digits.lstrip("0")],)
+
+
+def grid(found: Method) -> Sequence[float]:
+    """Return the settings of a method, from the loosest to the tightest."""
+    if found.set_by != TOLERANCE:
+        return STEPS.get(found.name, (found.setting,))
+    if found.least == found.most:
+        return (found.setting,)
+    finer = found.is_rival and found.language != "python"  # a decade costs them more than us
+    inside = [x for x in (HALF_DECADES if finer else DECADES) if found.least <= x <= found.most]
+    return inside if found.is_rival else [*inside, found.least]
+
+
+def _planned(scene: Scene, wants: str, digits: int, periods: float) -> Method | Skipped:
+    """Return the method that a plan for so many digits stands for, or why it cannot be timed."""
+    wanted = Scene(scene.top, scene.start, periods=periods, quantities=(wants,), events=(),
+                   samples=2, digits=digits, name=scene.name)  # fmt: skip
+    usual = method("taylor-cubic" if wants == "theta" else "taylor-axis")
+    try:
+        chosen = plan(wanted)
+    except BadScene as refusal:
+        refused, found = "; ".join(fault.rule for fault in refusal.faults), usual
+    else:
+        refused, found = FOLDED if chosen.folded else "", _method_of(chosen)
+    found = replace(found, digits=digits, wants=wants)
+    return Skipped(found, refused) if refused else found
+
+
+def _method_of(chosen: Plan) -> Method:
+    """Return the method that a plan stands for: its form, its bits, its tolerance."""
+    name, bits = f"taylor-{chosen.formulation}", bits_of(chosen.precision)
+    if bits == DOUBLE:
+        loose = f"={chosen.tolerance!r}" if chosen.tolerance > EPSILON else ""
+        return method(f"{name}{'-projected' if chosen.projected else ''}{loose}")
+    if bits == LONG_DOUBLE:
+        return method(f"{name}-longdouble")
+    found, least = method(f"{name}-mpfr"), 2.0 ** (1 - bits)
+    other = "" if bits == found.bits else str(bits)
+    return replace(found, name=found.name + other, bits=bits, setting=least, least=least,
+                   most=least)  # fmt: skip
+
+
+# --- points ----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One method at one setting, as measured: medians over the starts, and spreads.
+
+    A spread is the distance of the upper quartile from the lower one.
+
+    Attributes
+    ----------
+    method : Method
+    us_per_period, us_spread : float
+        Best time of a start in the blocks of steps, over the periods they covered [µs].
+    axis_error : float or None
+        Distance of the axis, a unit vector, from the exact one; None where the states do not
+        give it.
+    theta_error : float
+        |Δθ| [rad].
+    energy_error : float
+        Of E', relative to max(|E'|, gMR).
+    error_spread : float
+        Of `error`.
+    starts : int
+    runs : int
+        Runs of each start of which the time is the best.
+    periods : float
+        Nutation periods that the blocks of a run from the scene's own start covered.
+    steps, rhs_evaluations : int
+        Of that run.
+    setup_s : float
+        To derive and to compile, in this process [s].
+    """
+
+    method: Method
+    us_per_period: float
+    us_spread: float
+    axis_error: float | None
+    theta_error: float
+    energy_error: float
+    error_spread: float
+    starts: int
+    runs: int
+    periods: float
+    steps: int
+    rhs_evaluations: int
+    setup_s: float
+
+    @property
+    def measures(self) -> str:
+        """``axis`` or, where the states do not give the axis, ``theta``, of which `error` is."""
+        return "theta" if self.axis_error is None else "axis"
+
+    @property
+    def error(self) -> float:
+        """The error of the axis, or of theta."""
+        return self.theta_error if self.axis_error is None else self.axis_error
+
+    @property
+    def wanted_error(self) -> float:
+        """The error of what auto was asked for; of a point that is not auto's choice, `error`."""
+        return self.theta_error if self.method.wants == "theta" else self.error
+
+    @property
+    def misses(self) -> bool:
+        """Whether it is auto's choice, and not as good as was asked."""
+        digits = self.method.digits
+        return digits is not None and self.wanted_error > 10.0**-digits
+
+    def document(self) -> dict[str, Any]:
+        """Return the point for JSON."""
+        by_tolerance = self.method.set_by == TOLERANCE
+        found: dict[str, Any] = {
+            "method": self.method.asked,
+            "formulation": self.method.formulation,
+            "language": self.method.language,
+            "tolerance": self.method.setting if by_tolerance else None,
+            "steps_a_period": None if by_tolerance else self.method.setting,
+            "bits": self.method.bits,
+            "measures": self.measures,
+            "rival": self.method.is_rival,
+        }
+        names = (
+            "us_per_period", "us_spread", "rhs_evaluations", "error", "error_spread", "starts",
+            "theta_error", "energy_error", "setup_s", "runs", "periods", "steps",
+        )  # fmt: skip
+        found |= {name: getattr(self, name) for name in names}
+        if self.method.digits is not None:
+            found |= {"stands_for": self.method.text, "wants": self.method.wants}
+            found |= {"digits": self.method.digits, "missed": self.misses}
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class Skipped:
+    """One method at one setting that gave no point, and why."""
+
+    method: Method
+    reason: str
+
+    def document(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        each = self.method
+        found: dict[str, Any] = {"method": each.asked, "setting": {each.set_by: each.setting}}
+        if each.digits is not None:
+            found |= {"setting": {"digits": each.digits}, "wants": each.wants}
+        return found | {"reason": self.reason}
+
+
+def front(points: Sequence[Point], error: str) -> tuple[int, ...]:
+    """Return the indices of the points that none beats, from the fastest to the most accurate.
+
+    Parameters
+    ----------
+    points : sequence of Point
+    error : str
+        ``axis_error`` or ``theta_error``; who has none takes no part.
+    """
+    off, found = _errors(points, error), list[int]()
+    for i in sorted(off, key=lambda i: _rank(points[i], off[i])):
+        if not found or off[i] < off[found[-1]]:
+            found.append(i)
+    return tuple(found)
+
+
+def _errors(points: Sequence[Point], error: str) -> dict[int, float]:
+    """The errors of those points that have one, by their indices."""
+    return {i: getattr(p, error) for i, p in enumerate(points) if getattr(p, error) is not None}
+
+
+def _rank(point: Point, error: float = 0.0) -> tuple[float, float, bool, str]:
+    """What comes first: of equals the method's own point, which auto chose once more."""
+    method = point.method
+    return point.us_per_period, error, method.digits is not None, method.asked
+
+
+# --- the diagram -----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class WorkPrecision:
+    """What every method costs for what it attains.
+
+    Attributes
+    ----------
+    scene : Scene
+        Its top and start were integrated, and neighbouring starts.
+    periods : float
+        Nutation periods; the error is that at `timing.BEFORE` of a period before.
+    budget : float
+        Time that was allowed [s].
+    points : tuple of Point
+        One method at one setting each: its time and its errors.
+    skipped : tuple of Skipped
+        What gave no point, and why.
+    """
+
+    scene: Scene
+    periods: float
+    budget: float
+    points: tuple[Point, ...]
+    skipped: tuple[Skipped, ...]
+
+    def __repr__(self) -> str:
+        of = f"{self.scene.name}, {self.periods:g} periods"
+        return f"<WorkPrecision of {of}: {len(self.points)} points, {len(self.skipped)} skipped>"
+
+    @cached_property
+    def front(self) -> tuple[int, ...]:
+        """Indices of the points that none beats in time and error of the axis, fastest first.
+
+        Of theta, where no point has an axis.
+        """
+        return front(self.points, self._error)
+
+    @cached_property
+    def front_theta(self) -> tuple[int, ...]:
+        """Indices of the points that none beats in time and error of theta, fastest first."""
+        return front(self.points, "theta_error")
+
+    def cheapest(self, bound: float, wants: str = "axis") -> Point | None:
+        """Return the fastest point with an error of at most a bound, or None.
+
+        Parameters
+        ----------
+        bound : float
+            Of the axis, as a length, or of theta [rad].
+        wants : str
+            ``axis`` or ``theta``: the error of which; phi and psi are not measured.
+
+        Raises
+        ------
+        Impossible
+            It wants anything else.
+        """
+        if wants not in ERRORS:
+            raise Impossible([("wants", f"{wants!r} is not measured; axis and theta are")])
+        index = self._cheapest(ERRORS[wants], bound)
+        return None if index is None else self.points[index]
+
+    @property
+    def auto(self) -> tuple[Point, ...]:
+        """The points that are auto's choices."""
+        return tuple(point for point in self.points if point.method.digits is not None)
+
+    def ahead_of(self, auto: Point) -> tuple[Point, ...]:
+        """Return the points more accurate than a choice of auto, and faster beyond noise.
+
+        Parameters
+        ----------
+        auto : Point
+            One of `auto`.
+        """
+        error = ERRORS[auto.method.wants or "axis"]
+        least, fastest = getattr(auto, error), auto.us_per_period * (1 - NOISE)
+        found = [self.points[i] for i, off in _errors(self.points, error).items() if off < least]
+        return tuple(point for point in found if point.us_per_period < fastest)
+
+    def document(self, *, files: Mapping[str, str] | None = None) -> dict[str, Any]:
+        """Return the document heavytop/workprec/1.
+
+        Parameters
+        ----------
+        files : mapping, optional
+            Names of the files that were written, by what they are.
+        """
+        tables = self.scene.document()
+        return {
+            "schema": SCHEMA,
+            "scene": {key: tables[key] for key in ("name", "title", "source", "top", "start")},
+            "periods": self.periods,
+            "phase": self.periods - timing.BEFORE,
+            "budget": self.budget,
+            "points": [point.document() for point in self.points],
+            "front": list(self.front),
+            "front_theta": list(self.front_theta),
+            "cheapest": self._leaders(self._error),
+            "cheapest_theta": self._leaders("theta_error"),
+            "auto": [
+                {
+                    "point": index,
+                    "digits": point.method.digits,
+                    "wants": point.method.wants,
+                    "error": point.wanted_error,
+                    "missed": point.misses,
+                    "ahead": [other.method.label for other in self.ahead_of(point)],
+                }
+                for index, point in enumerate(self.points)
+                if point in self.auto
+            ],
+            "rivals": self._rivals,
+            "skipped": [each.document() for each in self.skipped],
+            "files": dict(files or {}),
+            "versions": versions(),
+        }
+
+    @property
+    def _rivals(self) -> dict[str, list[str]]:
+        """Names of the rivals that were run at some setting, and of those that were at none."""
+        run = dict.fromkeys(p.method.asked for p in self.points if p.method.is_rival)
+        left = dict.fromkeys(s.method.asked for s in self.skipped if s.method.is_rival)
+        return {"run": list(run), "left_out": [name for name in left if name not in run]}
+
+    @property
+    def _error(self) -> str:
+        return "axis_error" if any(p.measures == "axis" for p in self.points) else "theta_error"
+
+    def _cheapest(self, error: str, bound: float, rival: bool | None = None) -> int | None:
+        """Return the index of the fastest point within a bound; of rivals, or of ours, alone."""
+        within = [
+            i
+            for i, off in _errors(self.points, error).items()
+            if off <= bound and rival in (None, self.points[i].method.is_rival)
+        ]
+        return min(within, key=lambda i: _rank(self.points[i]), default=None)
+
+    def _leaders(self, error: str) -> dict[str, Any]:
+        """Return who is cheapest within each target, with the best of the other side; the best."""
+        found: dict[str, Any] = {}
+        for name, bound in TARGETS.items():
+            found[name] = first = self._told(self._cheapest(error, bound), error)
+            if first is not None:
+                other = self._told(self._cheapest(error, bound, not first["rival"]), error)
+                ratio = other and other["us_per_period"] / first["us_per_period"]
+                first |= {"against": other, "ratio": ratio}
+        off = _errors(self.points, error)
+        for name, bits in (("best", math.inf), ("best_in_doubles", DOUBLE)):
+            among = [i for i in off if self.points[i].method.bits <= bits]
+            best = min(among, key=lambda i: (off[i], _rank(self.points[i])), default=None)
+            found[name] = self._told(best, error)
+        return found
+
+    def _told(self, index: int | None, error: str) -> dict[str, Any] | None:
+        if index is None:
+            return None
+        known = self.points[index].document()
+        names = ("method", "stands_for", "tolerance", "steps_a_period", "rival", "us_per_period")
+        return {name: known[name] for name in names if name in known} | {
+            "error": getattr(self.points[index], error),
+            "point": index,
+        }
+
+
+# --- measuring -------------------------------------------------------------------------------
+
+
+def work_precision(
+    scene: Scene,
+    *,
+    methods: Sequence[str] = DEFAULT,
+    periods: float = 20,
+    budget: float = 240.0,
+    progress: Callable[[float], object] | None = None,
+) -> WorkPrecision:
+    """Measure what methods cost and what they attain, over a grid of settings.
+
+    Each setting is run from the scene's own start and from seven neighbouring ones, the same for
+    all; points are medians. Time is that in the blocks of steps, the best of several runs that are
+    taken in turn with all others; the error is that against the closed form of the run's own
+    binary start, at 40 digits.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its top and its start; its span and its wants are not used.
+    methods : sequence of str
+        ``NAME`` for all settings of a method, ``NAME=SETTING`` for one; ``auto`` is what `plan`
+        chooses for 6, 9 and 12 digits, ``auto=DIGITS`` for others up to 30. All names are in
+        `heavytop.studies.work_precision.DEFAULT`, which is what is tried when this is left out.
+    periods : float
+        Nutation periods to go, from 1 to 1e6.
+    budget : float
+        Time after which nothing is begun, at least 1 [s]. What it did not allow is in
+        ``skipped``.
+    progress : callable, optional
+        It is given the fraction done.
+
+    Returns
+    -------
+    WorkPrecision
+
+    Raises
+    ------
+    BadScene
+        Nothing nutates; there is no such method; an option is out of its bounds. Every fault is
+        listed.
+
+    Examples
+    --------
+    >>> from heavytop.scene.scene import load_scene
+    >>> scene = load_scene("sicm-kicked")
+    >>> found = work_precision(scene, methods=["taylor-axis"], periods=10, budget=60)
+    >>> found.cheapest(1e-9).method.setting > found.points[-1].method.setting
+    True
+    >>> min(point.error for point in found.points) < 1e-13
+    True
+
+    Notes
+    -----
+    Accuracy: ``tests/two_ways/test_work_precision.py`` holds errors to a thousandth of what the
+    closed form says of the same state.
+    """
+    heard("progress", progress)
+    began, show = timing.clock(), progress or (lambda _: None)
+    asked = _asked(scene, methods, {"periods": periods, "budget": budget})
+    periods, budget = float(periods), float(budget)  # of any kind of number
+    derived = _derived()
+    tried = [each for each in asked if isinstance(each, Method)]
+    begun = _first_runs(scene, tried, periods, budget, began, lambda done: show(0.5 * done))
+    timed = {each: runs for each, runs in begun.items() if not isinstance(runs, str)}
+    timing.repeat([*timed.values()], began + budget, lambda done: show(0.5 + 0.5 * done))
+    points, skipped = [], []
+    for each in asked:
+        if isinstance(each, Skipped):
+            skipped.append(each)
+        elif runs := timed.get(each.own):
+            points.append(_point(each, runs, derived[each.formulation]))
+        else:
+            skipped.append(Skipped(each, str(begun[each.own])))
+    return WorkPrecision(scene, periods, budget, tuple(points), tuple(skipped))
+
+
+def _asked(
+    scene: Scene, methods: Sequence[str], options: Mapping[str, float]
+) -> tuple[Method | Skipped, ...]:
+    """Return what is to be tried, none of it twice, unless something is wrong with the question."""
+    file = str(getattr(scene, "name", "workprec"))
+    values, faults = parse_options(file, options, NUMBERS)
+    faults += no_nutation(file, scene, "a work-precision diagram")
+    read = partial(settings, scene=scene, periods=values["periods"]) if not faults else _unplanned
+    found, wrong = parse_names(file, "methods", methods, read)
+    if faults or wrong:
+        raise BadScene((*faults, *wrong))
+    return tuple(dict.fromkeys(each for some in found for each in some))
+
+
+def _unplanned(text: str) -> tuple[()]:
+    """Refuse what is no method; where the scene or an option is faulty, auto can plan nothing."""
+    if not auto_digits(text):
+        method(text)
+    return ()
+
+
+def _derived() -> dict[str, float]:
+    """Return how long each formulation takes to derive [s]; next to nothing if it was before."""
+    spent = {}
+    for name, form in FORMULATIONS.items():
+        began = timing.clock()
+        form.build()
+        spent[name] = timing.clock() - began
+    return spent
+
+
+def _first_runs(
+    scene: Scene,
+    tried: Sequence[Method],
+    periods: float,
+    budget: float,
+    began: float,
+    show: Callable[[float], object],
+) -> dict[Method, list[timing.Timed] | str]:
+    """Run every setting once from every start; a text says why one was not."""
+    states = [neighbour(scene.start, 0, k) for k in range(STARTS)]
+    starts = [Scene(scene.top, state, periods=1, name=scene.name) for state in states]
+    limit, deadline = max(1.0, budget / LIMITS), began + FIRST_RUNS * budget
+    found: dict[Method, list[timing.Timed] | str] = {}
+    too_slow: dict[str, str] = {}  # by method, its setting that took too long
+
+    def runs(each: Method) -> Iterator[timing.Timed]:
+        if each.absent:
+            raise MissingPackage(each.name, each.absent)
+        if each.is_rival:
+            imported(comparison_method(each.name))
+        if each.name in too_slow:
+            raise IntegrationFailed(f"not begun: {too_slow[each.name]} took too long")
+        for start in starts:
+            if timing.clock() > deadline:
+                left = f"no time was left for it in a budget of {budget:g} s"
+                raise IntegrationFailed(f"not begun: {left}")
+            yield timing.first_run(start, each, periods, limit)
+
+    for done, each in enumerate(_in_turn(tried), 1):
+        own = each.own  # what auto chose may be on the grid too
+        if own not in found:
+            try:
+                found[own] = list(runs(own))
+            except timing.TooSlow as slow:
+                too_slow[own.name] = own.label
+                found[own] = f"stopped {slow}: more than {limit:g} s for a run"
+            except (IntegrationFailed, HeavyTopError) as refusal:
+                found[own] = " ".join(str(refusal).split())
+        show(done / len(tried))
+    return found
+
+
+def _in_turn(tried: Sequence[Method]) -> Iterator[Method]:
+    """Yield the loosest setting of each method, then the next one of each, and so on."""
+    by_name: dict[str, list[Method]] = {}
+    for each in tried:
+        by_name.setdefault(each.asked, []).append(each)
+    for turn in zip_longest(*by_name.values()):
+        yield from filter(None, turn)
+
+
+def _point(each: Method, timed: Sequence[timing.Timed], derived_s: float) -> Point:
+    """Return the medians and spreads over the starts."""
+    own, costs = timed[0], [one.us_per_period for one in timed]
+    axes = [one.axis_error for one in timed if one.axis_error is not None]
+    tilts = [one.theta_error for one in timed]
+    stepper: Any = own.run.stepper
+    return Point(
+        method=each,
+        us_per_period=median(costs),
+        us_spread=_spread(costs),
+        axis_error=median(axes) if axes else None,
+        theta_error=median(tilts),
+        energy_error=median(one.energy_error for one in timed),
+        error_spread=_spread(axes or tilts),
+        starts=len(timed),
+        runs=min(len(one.seconds) for one in timed),
+        periods=own.periods,
+        steps=own.last.steps,
+        rhs_evaluations=own.last.evaluations,
+        setup_s=derived_s + float(getattr(stepper, "engine", stepper).compile_s),
+    )
+
+
+def _spread(values: Sequence[float]) -> float:
+    lower, _, upper = quantiles(values, n=4, method="inclusive")
+    return upper - lower

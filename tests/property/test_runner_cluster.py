@@ -1,0 +1,155 @@
+"""Two dask workers, each a process of its own, write the files that one process writes."""
+
+import logging
+import os
+import socket
+import subprocess
+import sys
+import time
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import pytest
+
+import heavytop
+from heavytop import errors
+from heavytop.machine import versions
+from heavytop.studies import atlas as atlas_study
+from heavytop.studies import cluster, runner
+from heavytop.studies.store import Store
+
+TOYS = Path(__file__).parent / "toys"
+SOURCE = str(Path(heavytop.__file__).parents[1])
+PARAMETERS = {"kind": "toy", "options": {"tasks": 5, "blocks": 20}, "versions": versions()}
+
+
+@pytest.fixture(autouse=True)
+def toys(monkeypatch):
+    monkeypatch.syspath_prepend(str(TOYS))
+    monkeypatch.setenv("TOY_PAUSE", "0")
+    monkeypatch.setitem(runner.KINDS, "toy", "toy_study")
+    monkeypatch.setattr(runner, "SLICE_S", 0.02)
+
+
+def free_port():
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        return found.getsockname()[1]
+
+
+@contextmanager
+def dask(place, *options, **environment):
+    """A process of dask that is ended in the end."""
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join([SOURCE, str(TOYS)]), **environment}
+    with (place / "dask.log").open("a") as log:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "dask", *map(str, options)],
+            cwd=place, env=env, stdout=log, stderr=log,
+        )  # fmt: skip
+        try:
+            yield process
+        finally:
+            process.kill()
+            process.wait(20)
+
+
+def worker(place, address, *more, **environment):
+    alone = ("--nthreads", 1, "--no-nanny", "--no-dashboard", "--local-directory", place)
+    return dask(place, "worker", address, *alone, *more, **environment)
+
+
+@pytest.fixture(scope="module")
+def scheduler(tmp_path_factory):
+    pytest.importorskip(
+        "distributed", reason="dask is not installed: pip install 'heavytop[cluster]'"
+    )
+    place, port = tmp_path_factory.mktemp("dask"), free_port()
+    options = ("--host", "127.0.0.1", "--port", port, "--no-dashboard", "--no-show")
+    with dask(place, "scheduler", *options):
+        yield place, f"tcp://127.0.0.1:{port}"
+
+
+def results(path):
+    """Return every file that must be the same: all but the lock."""
+    files = (p for p in path.rglob("*") if p.is_file() and p.name != "lock")
+    return {p.relative_to(path).as_posix(): p.read_bytes() for p in files}
+
+
+def done(path, **how):
+    with Store.open(path, PARAMETERS) as store:
+        runner.run(store, **how)
+    return results(path)
+
+
+def test_two_workers_write_the_same_files_and_a_killed_one_is_done_without(
+    scheduler, tmp_path, capfd
+):
+    """One of them is killed in the middle: what it was at is done again by the other."""
+    place, address = scheduler
+    log, seen = tmp_path / "log", []
+    log.touch()
+    with ExitStack() as stack:
+        two = [
+            stack.enter_context(worker(place, address, TOY_LOG=str(log), TOY_PAUSE="0.01"))
+            for _ in range(2)
+        ]
+
+        def kill(progress):
+            seen.append(progress)
+            pids = {int(line.split()[-1]) for line in log.read_text().splitlines()}
+            if len(pids) == 2 and two[0].poll() is None:
+                two[0].kill()
+
+        executor = stack.enter_context(cluster.executor_at(address, timeout_s=60))
+        end = time.monotonic() + 60
+        while executor.workers < 2:
+            assert time.monotonic() < end, (place / "dask.log").read_text()
+            time.sleep(0.05)
+        assert not logging.getLogger("distributed.client").isEnabledFor(logging.CRITICAL)
+        there = done(tmp_path / "there", executor=executor, on_progress=kill)
+        assert two[0].poll() == -9
+    assert there == done(tmp_path / "here")
+    assert capfd.readouterr() == ("", "")  # what dask logs is for nobody here
+    assert logging.getLogger("distributed.client").level <= logging.CRITICAL
+
+
+def test_an_atlas_is_the_same_from_a_cluster(scheduler, tmp_path, monkeypatch):
+    monkeypatch.setattr(atlas_study, "TILE", {"kind": 128, "rows": 128, "integrate": 128})
+    place, address = scheduler
+    asked = heavytop.load_scene("sicm-kicked"), "phidot=-20:20:33", "psidot=-150:150:29"
+    with ExitStack() as stack:
+        for _ in range(2):
+            stack.enter_context(worker(place, address))
+        executor = stack.enter_context(cluster.executor_at(address, timeout_s=60))
+        heavytop.atlas(*asked, executor=executor, folder=tmp_path / "there")
+    heavytop.atlas(*asked, jobs=1, folder=tmp_path / "here")
+    there, here = results(tmp_path / "there"), results(tmp_path / "here")
+    assert len(there) == 10 + 1
+    assert there == here
+
+
+def test_a_scheduler_without_workers_and_an_address_without_a_scheduler(scheduler):
+    _, address = scheduler
+    with pytest.raises(errors.NoScheduler, match=f"{address}: a scheduler without workers: dask"):
+        cluster.executor_at(address, timeout_s=1).__enter__()
+    nobody = f"tcp://127.0.0.1:{free_port()}"
+    for wrong in (nobody, "nonsense", "", "smoke://hill:1"):
+        with pytest.raises(errors.NoScheduler, match=f"^{wrong}: no dask scheduler answers there"):
+            cluster.executor_at(wrong, timeout_s=0.5).__enter__()
+
+
+def test_what_listens_and_is_no_scheduler_is_told_from_one(scheduler):
+    with socket.socket() as deaf:
+        deaf.bind(("127.0.0.1", 0))
+        deaf.listen()
+        address = f"tcp://127.0.0.1:{deaf.getsockname()[1]}"
+        with pytest.raises(errors.NoScheduler, match="no dask scheduler answers there"):
+            cluster.executor_at(address, timeout_s=0.5).__enter__()
+
+
+def test_without_dask_it_says_what_to_install(monkeypatch):
+    monkeypatch.setattr(cluster, "find_spec", lambda name: None)
+    with pytest.raises(
+        errors.MissingPackage, match=r"needs distributed: pip install 'heavytop\[cl"
+    ):
+        cluster.executor_at("tcp://127.0.0.1:1").__enter__()
