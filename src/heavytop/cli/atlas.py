@@ -112,7 +112,6 @@ def atlas(
         stack.enter_context(blaming([*options, *(f"{name}=" for name in OPTIONS)]))
         read = load_scene(name, overrides=options)
         stack.enter_context(results_folder(output))
-        progress: Any = stack.enter_context(voice.study())
         found = mapped(
             read,
             *axes,
@@ -122,7 +121,7 @@ def atlas(
             jobs=jobs,
             executor=stack.enter_context(executor(scheduler, jobs)),
             folder=output,
-            progress=progress,
+            progress=stack.enter_context(voice.study()),
         )
         finish(found, output, **put)
 
