@@ -32,7 +32,7 @@ def drift(**options):
 
 
 def work_precision(*, scene=KICKED, methods=("auto",), periods=100, budget=10):
-    return _asked(scene, methods, {"periods": periods, "budget": budget})
+    return _asked(scene, methods, {"periods": periods, "budget": budget})[1]
 
 
 STUDIES = {"drift": drift, "work_precision": work_precision, "stress": ht.stress}

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import errno
 import json
+import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -98,29 +101,94 @@ def test_without_figures_there_is_the_document_alone(tmp_path):
     folder = tmp_path / "new"
     done = heavytop_(*QUICK, "taylor-axis=1e-9", "-o", folder, "--no-figures")
     assert done.exit_code == 0
-    assert [path.name for path in folder.iterdir()] == ["workprec.json"]
+    assert results(folder) == ["workprec.json"]
 
 
-def test_charts_of_another_diagram_do_not_stay_beside_a_new_document(tmp_path):
-    for name in ("workprec.svg", "workprec.png", "mine.png"):
-        (tmp_path / name).write_text("old")
-    done = heavytop_(*QUICK, "taylor-axis=1e-9", "-o", tmp_path, "--no-figures")
-    assert done.exit_code == 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.png", "workprec.json"]
+def test_old_charts_do_not_stay_beside_a_new_document(tmp_path):
+    asked = (*QUICK, "taylor-axis=1e-9", "-o", tmp_path / "study")
+    assert heavytop_(*asked).exit_code == 0
+    assert (tmp_path / "study" / "workprec.svg").exists()
+    assert heavytop_(*asked, "--no-figures").exit_code == 0
+    assert results(tmp_path / "study") == ["workprec.json"]
 
 
 @pytest.mark.parametrize("json_", [True, False])
 def test_what_cannot_be_written_is_printed_all_the_same(tmp_path, json_):
     """Minutes of work are not lost for a folder where the file should go."""
+    asked = (*QUICK, "taylor-axis=1e-9", "-o", tmp_path, *(["--json"] * json_))
+    assert heavytop_(*asked, "--no-figures").exit_code == 0
+    (tmp_path / "workprec.json").unlink()
     (tmp_path / "workprec.json").mkdir()
     (tmp_path / "workprec.json" / "full").touch()
-    done = heavytop_(*QUICK, "taylor-axis=1e-9", "-o", tmp_path, *(["--json"] * json_))
+    done = heavytop_(*asked)
     assert done.exit_code == 4
     assert f"cannot write {tmp_path}/workprec.json: " in done.stderr
     assert "without a folder" not in done.stderr
     assert "taylor-axis" in done.stdout
     if json_:
         assert json.loads(done.stdout)["files"] == {}
+
+
+TIMES = {"us_per_period", "us_spread", "setup_s", "runs"}
+
+
+def measured(document):
+    """What is measured of each point without a clock."""
+    return [{k: v for k, v in point.items() if k not in TIMES} for point in document["points"]]
+
+
+def test_killed_at_any_moment_and_resumed_it_measures_the_same(tmp_path):
+    asked = (*QUICK, "auto=9,taylor-axis,taylor-lagrange,strang=50")
+    whole = json.loads(heavytop_(*asked, "--json").stdout)
+    folder = tmp_path / "study"
+    process = started(*asked, "-o", folder)
+    for count in (1, 8):
+        until = time.monotonic() + 60
+        while len(records(folder)) < count and process.poll() is None and time.monotonic() < until:
+            time.sleep(0.01)
+        process.kill()
+        process.communicate(timeout=60)
+        before = records(folder)
+        process = started("resume", folder, "--json")
+    out, err = process.communicate(timeout=120)
+    assert process.returncode == 0, err
+    told, after = json.loads(out), records(folder)
+    assert before.items() <= after.items()  # what was run is not run again
+    assert len(after) == 14 * 2 + 2 + 1  # with auto's taylor-cubic, and the rounds
+    assert measured(told) == measured(whole)
+    again = heavytop_("resume", folder, "--json")
+    assert "this study is finished" in again.stderr
+    finished = json.loads(again.stdout)
+    assert [p["us_per_period"] for p in finished["points"]] == [
+        p["us_per_period"] for p in told["points"]
+    ]
+
+
+def test_ctrl_c_keeps_what_was_measured_and_says_how_to_go_on(tmp_path):
+    process = started(*QUICK, "taylor-axis,taylor-lagrange", "-o", tmp_path / "study")
+    until = time.monotonic() + 60
+    while not records(tmp_path / "study") and time.monotonic() < until:
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130, err
+    assert f"heavytop resume {tmp_path}/study" in err
+
+
+def started(*arguments):
+    command = "from heavytop.cli import main; main()"
+    return subprocess.Popen(
+        [sys.executable, "-c", command, *map(str, arguments)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+
+
+def records(folder):
+    return {path.name: path.read_text() for path in folder.glob("tasks/[0-9a-f]*.json")}
+
+
+def results(folder):
+    return sorted(p.name for p in folder.iterdir() if p.name not in ("study.json", "tasks", "lock"))
 
 
 def test_a_chart_that_cannot_be_written_leaves_the_document(tmp_path, monkeypatch):

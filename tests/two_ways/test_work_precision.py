@@ -47,7 +47,7 @@ def found():
         "auto", "taylor-axis", "taylor-cubic=1e-9", "taylor-lagrange=1e-9", "strang=25",
         "blanes-moan-rkn6=6", "blanes-moan-rkn6=57", "dop853-cyrk=1e-6",
     )  # fmt: skip
-    return ht.work_precision(KICKED, methods=methods, periods=20, budget=60)
+    return ht.work_precision(KICKED, methods=methods, periods=20, budget=600)
 
 
 def named(found, text):

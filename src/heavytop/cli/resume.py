@@ -12,6 +12,7 @@ from heavytop import errors
 from heavytop.cli import atlas as mapping
 from heavytop.cli import drift as drifting
 from heavytop.cli import stress as stressing
+from heavytop.cli import workprec
 from heavytop.cli.ending import ending
 from heavytop.cli.exits import Exit
 from heavytop.cli.options import Debug, Jobs, Json, NoFigures, Quiet, Verbose, named_folder
@@ -28,7 +29,7 @@ StudyFolder = Annotated[
     Path,
     typer.Argument(
         metavar="DIR",
-        help="The folder of a drift study, an atlas, a stress test, or a run.",
+        help="The folder of a study (drift, atlas, stress, workprec) or of a run.",
         parser=named_folder,
     ),
 ]
@@ -69,6 +70,7 @@ def resume(
     if 0 < begun[0].tasks == begun[0].ended:
         say(f"{folder}: this study is finished")
     modules: dict[str, Any] = {"drift": drifting, "atlas": mapping, "stress": stressing}
+    modules["work_precision"] = workprec
     modules[kind].finish(found, folder, json=json, figures=not no_figures, voice=voice)
 
 

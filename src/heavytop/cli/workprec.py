@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from heavytop import errors
+from heavytop.cli.ending import ending
 from heavytop.cli.exits import Exit
 from heavytop.cli.options import (
     Debug,
@@ -68,17 +69,26 @@ def workprec(
         stack.enter_context(voice.warnings())
         stack.enter_context(blaming([*options, *(f"{name}=" for name in OPTIONS)]))
         read = load_scene(scene, overrides=options)
+        stack.enter_context(ending())
         stack.enter_context(results_folder(output))
         found = work_precision(
             read,
             methods=asked or DEFAULT,
             periods=periods,
             budget=budget,
+            folder=output,
             progress=stack.enter_context(voice.progress()),
         )
-        files: dict[str, str] = {}
-        with printing_anyway() as unsaved:
-            files = _results(found, output, figures=not no_figures, voice=voice)
+        finish(found, output, json=json, figures=not no_figures, voice=voice)
+
+
+def finish(
+    found: WorkPrecision, folder: Path | None, *, json: bool, figures: bool, voice: Voice
+) -> None:
+    """Write and print a diagram; leave with a code of its own where nothing could be run."""
+    files: dict[str, str] = {}
+    with printing_anyway() as unsaved:
+        files = _results(found, folder, figures=figures, voice=voice)
     show(found.document(files=files), json, "workprec")
     unsaved.leave()
     _leave(found)

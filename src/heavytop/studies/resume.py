@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from heavytop.studies.atlas import Atlas
     from heavytop.studies.drift_result import Drift
     from heavytop.studies.stress import Stress
+    from heavytop.studies.work_precision import WorkPrecision
 
 
 def resume(
@@ -23,8 +24,8 @@ def resume(
     jobs: int = 1,
     executor: Executor | None = None,
     progress: Callable[[Progress], object] | None = None,
-) -> Drift | Atlas | Stress:
-    """Take up a drift study, an atlas or a stress test where its folder says it was left.
+) -> Drift | Atlas | Stress | WorkPrecision:
+    """Take up a study of any kind where its folder says it was left.
 
     Parameters
     ----------
@@ -39,7 +40,7 @@ def resume(
 
     Returns
     -------
-    Drift, Atlas or Stress
+    Drift, Atlas, Stress or WorkPrecision
         The study, whole.
 
     Raises
@@ -73,5 +74,5 @@ def resume(
     parameters = with_versions_here(Store(path).parameters)
     how = {"jobs": jobs, "executor": executor, "on_progress": progress}
     with Store.open(path, parameters) as store:
-        found: Drift | Atlas | Stress = study_of(parameters).complete(store, **how)
+        found: Drift | Atlas | Stress | WorkPrecision = study_of(parameters).complete(store, **how)
     return found

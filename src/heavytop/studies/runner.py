@@ -32,6 +32,7 @@ KINDS: Final = {
     "drift": "heavytop.studies.drift",
     "atlas": "heavytop.studies.atlas",
     "stress": "heavytop.studies.stress",
+    "work_precision": "heavytop.studies.work_precision",
 }
 """The module of each kind of study. A file may name a kind, never a module."""
 

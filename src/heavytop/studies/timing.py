@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from time import perf_counter
-from typing import Final
+from typing import Any, Final, Self
 
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.numbers.double_double import DoubleDouble
@@ -49,6 +49,23 @@ class Timed:
     theta_error: float
     energy_error: float
     seconds: list[float] = field(default_factory=list)
+
+    @classmethod
+    def restored(cls, scene: Scene, method: Method, periods: float, row: dict[str, Any]) -> Self:
+        """Return what `row` told of, ready to be repeated."""
+        found = set_up(scene, method)
+        end = found.stepper.output_time((periods - BEFORE) * found.period)
+        last = StepperState(
+            tuple(row.pop("time")), (), (), row.pop("steps"), row.pop("evaluations")
+        )
+        return cls(found, end, last, **row)
+
+    @property
+    def row(self) -> dict[str, Any]:
+        """All that was measured, for JSON."""
+        names = ("axis_error", "theta_error", "energy_error", "seconds")
+        last = {name: getattr(self.last, name) for name in ("time", "steps", "evaluations")}
+        return {name: getattr(self, name) for name in names} | last
 
     @property
     def periods(self) -> float:

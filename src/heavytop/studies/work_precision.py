@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import zip_longest
 from statistics import median, quantiles
 from typing import Any, Final
@@ -14,18 +16,24 @@ from heavytop.comparison.methods import METHODS, imported
 from heavytop.comparison.methods import named as comparison_method
 from heavytop.comparison.steppers import IntegrationFailed
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.errors import BadScene, HeavyTopError, Impossible, MissingPackage
+from heavytop.errors import BadScene, HeavyTopError, Impossible, MissingPackage, Stop, StoppedEarly
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, bits_of
 from heavytop.machine import versions
 from heavytop.run.planning import EPSILON, Plan, plan
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options
-from heavytop.scene.scene import Scene
+from heavytop.scene.scene import Scene, scene_of
 from heavytop.studies import timing
 from heavytop.studies.ensemble import neighbour
 from heavytop.studies.methods import AUTO, TOLERANCE, Method, NoMethod, method
+from heavytop.studies.runner import Progress
 from heavytop.studies.steppers import no_nutation
+from heavytop.studies.store import Chunk, MemoryStore, Store
 
+KIND: Final = "work_precision"
 SCHEMA: Final = "heavytop/workprec/1"
+BUDGET_S: Final = 240.0
+ROUNDS: Final = "rounds"  # the task of timing again
+NO_TIME: Final = "not begun: no time was left for it"
 NUMBERS: Final = {"periods": Range(1, 1e6), "budget": Range(1, 1e6)}
 STARTS: Final = 8  # the scene's own and neighbouring ones, the same for every method and setting
 FIRST_RUNS: Final = 0.6  # of the budget, then no first run is begun; the rest is for the rounds
@@ -256,7 +264,13 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class Skipped:
-    """One method at one setting that gave no point, and why."""
+    """One method at one setting that gave no point, and why.
+
+    Attributes
+    ----------
+    method : Method
+    reason : str
+    """
 
     method: Method
     reason: str
@@ -472,7 +486,8 @@ def work_precision(
     *,
     methods: Sequence[str] = DEFAULT,
     periods: float = 20,
-    budget: float = 240.0,
+    budget: float = BUDGET_S,
+    folder: str | os.PathLike[str] | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> WorkPrecision:
     """Measure what methods cost and what they attain, over a grid of settings.
@@ -495,6 +510,9 @@ def work_precision(
     budget : float
         Time after which nothing is begun, at least 1 [s]. What it did not allow is in
         ``skipped``.
+    folder : path, optional
+        Where every setting is written down when it has been run, so that a diagram that was killed
+        goes on from there. It is new, or empty, or holds this diagram.
     progress : callable, optional
         It is given the fraction done.
 
@@ -507,6 +525,8 @@ def work_precision(
     BadScene
         Nothing nutates; there is no such method; an option is out of its bounds. Every fault is
         listed.
+    ForeignFile, InUse, StoppedEarly
+        As for `heavytop.drift`.
 
     Examples
     --------
@@ -524,44 +544,90 @@ def work_precision(
     closed form says of the same state.
     """
     heard("progress", progress)
-    began, show = timing.clock(), progress or (lambda _: None)
-    asked = _asked(scene, methods, {"periods": periods, "budget": budget})
-    periods, budget = float(periods), float(budget)  # of any kind of number
-    derived = _derived()
+    names, _ = _asked(scene, methods, {"periods": periods, "budget": budget})
+    tables = scene.document()
+    parameters = {
+        "kind": KIND,
+        "scene": {key: tables[key] for key in ("name", "title", "source", "top", "start")},
+        "methods": names,
+        "periods": float(periods),
+        "versions": versions(),
+    }
+
+    def told(now: Progress) -> None:
+        if progress is not None:
+            progress(now.fraction)
+
+    memory = nullcontext(MemoryStore(parameters))
+    with memory if folder is None else Store.open(folder, parameters) as store:
+        return complete(store, budget=float(budget), on_progress=told)
+
+
+def complete(
+    store: MemoryStore,
+    *,
+    budget: float = BUDGET_S,
+    on_progress: Callable[[Progress], object] | None = None,
+    **_: Any,
+) -> WorkPrecision:
+    """Measure what is left and for which there is time, in this process, and return the result."""
+    began, periods = timing.clock(), store.parameters["periods"]
+    scene = scene_of(store.parameters["scene"])
+    asked = _asked(scene, store.parameters["methods"], {"periods": periods})[1]
     tried = [each for each in asked if isinstance(each, Method)]
-    begun = _first_runs(scene, tried, periods, budget, began, lambda done: show(0.5 * done))
-    timed = {each: runs for each, runs in begun.items() if not isinstance(runs, str)}
-    timing.repeat([*timed.values()], began + budget, lambda done: show(0.5 + 0.5 * done))
-    points, skipped = [], []
-    for each in asked:
-        if isinstance(each, Skipped):
-            skipped.append(each)
-        elif runs := timed.get(each.own):
-            points.append(_point(each, runs, derived[each.formulation]))
+    rounds, whole = store.load(ROUNDS), len(tried)
+
+    def show(fraction: float) -> None:
+        done = 1.0 if rounds.done else fraction
+        if on_progress is not None:
+            on_progress(Progress(done, int(done * whole), whole, timing.clock() - began, done))
+
+    show(0.0)
+    derived = _derived()
+    try:
+        begun = _first_runs(store, scene, tried, budget, began, lambda done: show(0.5 * done))
+        timed = {each: runs for each, runs in begun.items() if not isinstance(runs, str)}
+        if rounds.done:
+            for each, runs in timed.items():
+                for one, known in zip(runs, rounds.rows[0].get(each.text, []), strict=False):
+                    one.seconds = known
         else:
-            skipped.append(Skipped(each, str(begun[each.own])))
+            timing.repeat([*timed.values()], began + budget, lambda done: show(0.5 + 0.5 * done))
+    except KeyboardInterrupt:
+        raise StoppedEarly(Stop.INTERRUPTED, "interrupted", store.path) from None
+    if not (rounds.done or any(str(runs).startswith(NO_TIME) for runs in begun.values())):
+        row = {each.text: [one.seconds for one in runs] for each, runs in timed.items()}
+        store.save(rounds.after(Chunk(rows=[row], done=True)))
+    points, skipped = [], []
+    for wanted in asked:
+        if isinstance(wanted, Skipped):
+            skipped.append(wanted)
+        elif wanted.own in timed:
+            points.append(_point(wanted, timed[wanted.own], derived[wanted.formulation]))
+        else:
+            skipped.append(Skipped(wanted, str(begun[wanted.own])))
     return WorkPrecision(scene, periods, budget, tuple(points), tuple(skipped))
 
 
 def _asked(
     scene: Scene, methods: Sequence[str], options: Mapping[str, float]
-) -> tuple[Method | Skipped, ...]:
-    """Return what is to be tried, none of it twice, unless something is wrong with the question."""
+) -> tuple[list[str], tuple[Method | Skipped, ...]]:
+    """Return names and what is to be tried, none of it twice, unless something is wrong."""
     file = str(getattr(scene, "name", "workprec"))
     values, faults = parse_options(file, options, NUMBERS)
     faults += no_nutation(file, scene, "a work-precision diagram")
-    read = partial(settings, scene=scene, periods=values["periods"]) if not faults else _unplanned
+
+    def read(text: str) -> tuple[str, tuple[Method | Skipped, ...]]:
+        if not faults:
+            return text, settings(text, scene, values["periods"])
+        if not auto_digits(text):  # auto can plan nothing
+            method(text)
+        return text, ()
+
     found, wrong = parse_names(file, "methods", methods, read)
     if faults or wrong:
         raise BadScene((*faults, *wrong))
-    return tuple(dict.fromkeys(each for some in found for each in some))
-
-
-def _unplanned(text: str) -> tuple[()]:
-    """Refuse what is no method; where the scene or an option is faulty, auto can plan nothing."""
-    if not auto_digits(text):
-        method(text)
-    return ()
+    return [text for text, _ in found], tuple(dict.fromkeys(x for _, some in found for x in some))
 
 
 def _derived() -> dict[str, float]:
@@ -575,14 +641,18 @@ def _derived() -> dict[str, float]:
 
 
 def _first_runs(
+    store: MemoryStore,
     scene: Scene,
     tried: Sequence[Method],
-    periods: float,
     budget: float,
     began: float,
     show: Callable[[float], object],
 ) -> dict[Method, list[timing.Timed] | str]:
-    """Run every setting once from every start; a text says why one was not."""
+    """Run every setting once from every start; a text says why one was not.
+
+    What is in the store is not run again.
+    """
+    periods = store.parameters["periods"]
     states = [neighbour(scene.start, 0, k) for k in range(STARTS)]
     starts = [Scene(scene.top, state, periods=1, name=scene.name) for state in states]
     limit, deadline = max(1.0, budget / LIMITS), began + FIRST_RUNS * budget
@@ -598,18 +668,26 @@ def _first_runs(
             raise IntegrationFailed(f"not begun: {too_slow[each.name]} took too long")
         for start in starts:
             if timing.clock() > deadline:
-                left = f"no time was left for it in a budget of {budget:g} s"
-                raise IntegrationFailed(f"not begun: {left}")
+                raise IntegrationFailed(f"{NO_TIME} in a budget of {budget:g} s")
             yield timing.first_run(start, each, periods, limit)
 
     for done, each in enumerate(_in_turn(tried), 1):
         own = each.own  # what auto chose may be on the grid too
         if own not in found:
+            record = store.load(own.text)
             try:
-                found[own] = list(runs(own))
+                if record.done:
+                    rows = zip(starts, record.rows, strict=True)
+                    found[own] = [timing.Timed.restored(s, own, periods, row) for s, row in rows]
+                else:
+                    found[own] = ended = list(runs(own))
+                    rows_now = [one.row for one in ended]
+                    store.save(record.after(Chunk(rows=rows_now, done=True)))
             except timing.TooSlow as slow:
                 too_slow[own.name] = own.label
                 found[own] = f"stopped {slow}: more than {limit:g} s for a run"
+            except StoppedEarly:
+                raise
             except (IntegrationFailed, HeavyTopError) as refusal:
                 found[own] = " ".join(str(refusal).split())
         show(done / len(tried))
