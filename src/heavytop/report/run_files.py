@@ -69,7 +69,7 @@ class Request:
         ForeignFile
             It is missing, damaged or was changed.
         """
-        from heavytop.run.archive import load_interrupted
+        from heavytop.run.trajectory_file import load_interrupted
         from heavytop.studies.ledger.canonical import unsealed
 
         if not (folder / REQUEST).exists():
@@ -182,7 +182,7 @@ def part_of(folder: Path, scene: Scene, chosen: Plan) -> Trajectory | None:
     ForeignFile
         It is damaged, of another scene, or was begun with other versions.
     """
-    from heavytop.run.archive import load_interrupted
+    from heavytop.run.trajectory_file import load_interrupted
 
     path = folder / TRAJECTORY
     if not path.exists():

@@ -1,4 +1,4 @@
-"""A run in more than double precision, beside one in doubles: samples, events, and their file."""
+"""A run in more than double precision, beside one in doubles: samples and events."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from heavytop.alone import Alone
 from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import exact_values
-from heavytop.hdf5 import array
 from heavytop.integration import outputs
 from heavytop.integration.bits import bits_of
 from heavytop.integration.following import (
@@ -27,7 +26,7 @@ from heavytop.integration.following import (
     Told,
 )
 from heavytop.integration.orbit import Orbit
-from heavytop.integration.outputs import ANGLES, RATES, VECTORS, Sample
+from heavytop.integration.outputs import VECTORS, Sample
 from heavytop.integration.precise import Mark, PreciseIntegrator, Walk, Wanted
 from heavytop.integration.turns import Turns
 from heavytop.integration.winding import Winding
@@ -44,7 +43,6 @@ if TYPE_CHECKING:
 SPARE_DIGITS = 12  # of the numbers that quantities are formed in,
 SPARE_IN_TIME = 20  # and of the times at which events are looked for
 LEAST_GRAIN = 1e-140  # whose square is a double
-Variables = dict[str, Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -295,58 +293,3 @@ def _following(chosen: Plan, orbit: Orbit, bits: int) -> tuple[Following | None,
     turns = Turns.of(orbit.parameters, *known)
     phi, psi = first.state[-2:].tolist()
     return FollowingAttitude(turns, turns.decided(first.state[:-2])), (phi, psi)
-
-
-# --- in a file: texts for everybody, and all the bits for this package to read back ------------
-
-
-def _samples_over(decimals: Decimals) -> dict[str, list[Sample]]:
-    return {"t": [*decimals.samples], "event": [event.sample for event in decimals.events]}
-
-
-def text_variables(decimals: Decimals) -> Variables:
-    """Return samples and events as decimal texts, with the digits that are wanted.
-
-    Over ``t`` they are called ``t_text``, ``theta_text`` and so on, over ``event``
-    ``event_t_text``; a text is empty where there is no value.
-    """
-    return {
-        f"{'event_' if over == 'event' else ''}{name}_text": (
-            over,
-            np.array([decimals.text(getattr(s, name)) or "" for s in samples], dtype=str),
-        )
-        for over, samples in _samples_over(decimals).items()
-        for name in ("t", *ANGLES, *RATES)
-    }
-
-
-def kept_variables(decimals: Decimals) -> Variables:
-    """Return the times and states of samples and events with all their bits."""
-    kept: Variables = {"decimal_steps": ((), decimals.steps)}
-    width = len(decimals.run.engine.formulation.states)
-    for over, samples in _samples_over(decimals).items():
-        numbers = [[decimals.run.whole(x) for x in (s.t, *s.states[:width])] for s in samples]
-        texts = np.array(numbers, dtype=str).reshape(-1, width + 1)
-        # of phi, and of psi less its uniform part, their turns; the states hold the rest
-        turned = np.array([(s.phi, s.states[-1]) for s in samples], dtype=np.float64)
-        kept[f"decimal_{over}_time"] = (over, texts[:, 0])
-        kept[f"decimal_{over}_states"] = ((over, "decimal_state"), texts[:, 1:])
-        kept[f"decimal_{over}_turned"] = ((over, "decimal_angle"), turned.reshape(-1, 2))
-    return kept
-
-
-def restored(
-    file: Any, scene: Scene, motion: Motion, chosen: Plan, orbit: Orbit, events: Events
-) -> Decimals:
-    """Return the decimals of an ``h5py.File``; `orbit` and `events` are in double precision."""
-    run = PreciseRun.of(chosen, start_values(scene), orbit)
-    seen, found = _marks(file, "t"), _marks(file, "event")
-    precise, _ = precise_events(scene, motion, run, events.kind, found, orbit.end)
-    samples = run.numbers(run.sampled(seen))
-    return Decimals(scene.digits, run, samples, precise, int(array(file, "decimal_steps")), 0.0)
-
-
-def _marks(file: Any, over: str) -> list[Mark]:
-    names = ("time", "states", "turned")
-    columns = (array(file, f"decimal_{over}_{name}").tolist() for name in names)
-    return [Mark(t, tuple(row), turned=tuple(told)) for t, row, told in zip(*columns, strict=True)]

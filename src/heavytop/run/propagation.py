@@ -22,7 +22,7 @@ from heavytop.errors import BadScene, EndedEarly, Fault, Outcome
 from heavytop.integration.bits import bits_of, named
 from heavytop.integration.compiled import Compiled, compiled
 from heavytop.integration.integrator import Checkpoint, Integrator, Seen
-from heavytop.integration.orbit import Orbit, continued, integrate
+from heavytop.integration.orbit import Ending, Orbit, continued, integrate
 from heavytop.integration.turns import Turns
 from heavytop.numbers import Number
 from heavytop.run.checkpoints import Checkpoints, Progress
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from heavytop.run.high_precision import Decimals
 
 _SAMPLES = arguments.Range(1, MAX_SAMPLES, whole=True)
-_OUTCOMES = {
+OUTCOMES: dict[Ending, Outcome] = {
     "reached": Outcome.FINISHED,
     "singular": Outcome.SINGULAR,
     "interrupted": Outcome.INTERRUPTED,
@@ -322,7 +322,7 @@ def _ended(
         orbit = replace(orbit, ending="singular")
     if orbit.ending == "singular" and chosen.precision != "double":  # more bits may go on
         orbit = replace(orbit, ending="reached", end=span(scene, motion))
-    events, outcome = orbit_events(scene, motion, chosen, orbit), _OUTCOMES[orbit.ending]
+    events, outcome = orbit_events(scene, motion, chosen, orbit), OUTCOMES[orbit.ending]
     trajectory = Trajectory(scene, motion, chosen, orbit, events, outcome, cost)
     if outcome is not Outcome.FINISHED:
         raise EndedEarly(outcome, trajectory, _why(trajectory))

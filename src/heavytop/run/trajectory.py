@@ -196,7 +196,7 @@ class Trajectory:
 
     def to_xarray(self) -> xarray.Dataset:
         """Return samples and events as an xarray Dataset that holds the scene itself."""
-        from heavytop.run.netcdf import dataset
+        from heavytop.run.trajectory_file import dataset
 
         return dataset(self)
 
@@ -213,7 +213,7 @@ class Trajectory:
         OSError
             It cannot be written.
         """
-        from heavytop.run.netcdf import write
+        from heavytop.run.trajectory_file import write
 
         write(self, path)
 
