@@ -21,12 +21,10 @@ import numpy as np
 
 from heavytop.equations.formulation import Formulation
 from heavytop.integration.compiled import Array, Block, Compiled, Hits
-from heavytop.integration.following import Following, FollowingAttitude, FollowingAxis
 from heavytop.integration.legs import Projected
 from heavytop.integration.pace import in_units, paces_of
 from heavytop.integration.projection import Projection
-from heavytop.integration.turns import Turns
-from heavytop.integration.winding import Winding, distinct
+from heavytop.integration.turns import AttitudeTurns, AxisTurns, Turns, distinct
 from heavytop.numbers.double_double import DoubleDouble, add
 
 FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to the longest
@@ -111,8 +109,8 @@ class Integrator:
         In whose unit of time steps are taken [1/s].
     projection : Projection or None
         In that unit of time.
-    following : Following or None
-        What follows phi, or phi and psi.
+    turns : Turns or None
+        What counts those of phi, or of phi and psi.
     """
 
     formulation: Formulation
@@ -120,7 +118,7 @@ class Integrator:
     parameters: dict[str, float]
     pace: float
     projection: Projection | None
-    following: Following | None
+    turns: Turns | None
     _units: Array
     _constants: dict[str, float]
 
@@ -141,13 +139,12 @@ class Integrator:
         pace = float(paces_of(own, state, parameters))
         units, constants = np.where(own.is_rate, pace, 1.0), in_units(pace, parameters)
         projection = Projection.of(own, constants, state / units) if projected else None
-        following: Following | None = None
+        turns: Turns | None = None
         if follows_phi:
-            following = FollowingAxis(Winding.of(parameters, state))
+            turns = AxisTurns.of(parameters, state)
         elif formulation.integrated:
-            turns = Turns.of(parameters)
-            following = FollowingAttitude(turns, turns.decided(state))
-        return cls(formulation, compiled, parameters, pace, projection, following, units, constants)
+            turns = AttitudeTurns.of(parameters, state)
+        return cls(formulation, compiled, parameters, pace, projection, turns, units, constants)
 
     @property
     def compile_s(self) -> float:
@@ -195,10 +192,10 @@ class Integrator:
             How long after the start angles are told, at samples, at zeros of events and at the
             block's end [s]: what is later may be turns off.
         """
-        following, own = self.following, start.state[: self._units.size]
+        turns, own = self.turns, start.state[: self._units.size]
         forward = math.copysign(1.0, far)
         asked = np.maximum(forward * start.local(samples), 0.0)
-        parts = 0 if following is None else following.parts(reach, steps)
+        parts = 0 if turns is None else turns.parts(reach, steps)
         points = np.linspace(0.0, reach, parts + 1) if parts else np.zeros(1)
         t = distinct(np.concatenate((points, asked)))[0]
         block = self._taken(own, steps, far, forward * t[1:], longest)
@@ -241,8 +238,8 @@ class Integrator:
         seen: list[tuple[Array, Array]],
     ) -> Callable[[Array], Array]:
         """Return the angles, shape (k, 2), as a function of the times at which a block was seen."""
-        following, own = self.following, start.state[: self._units.size]
-        if following is None:
+        turns, own = self.turns, start.state[: self._units.size]
+        if turns is None:
             return lambda t: np.full((t.size, 2), np.nan)
 
         def more(t: Array) -> Array:
@@ -253,7 +250,7 @@ class Integrator:
         times, rows = (np.concatenate(column) for column in zip(*seen, strict=True))
         unique, where = distinct(forward * times)
         first = tuple(start.state[own.size :].tolist()) or (start.phi, math.nan)
-        angles = following.followed(forward * unique, rows[where], first, more)
+        angles = turns.followed(forward * unique, rows[where], first, more)
         return lambda t: angles[np.searchsorted(unique, forward * t)]
 
     def _own_time(self, far: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -17,19 +18,10 @@ from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import exact_values
 from heavytop.integration import outputs
 from heavytop.integration.bits import bits_of
-from heavytop.integration.following import (
-    GRAIN_BITS,
-    NOT_TOLD,
-    Following,
-    FollowingAttitude,
-    FollowingAxis,
-    Told,
-)
 from heavytop.integration.orbit import Orbit
 from heavytop.integration.outputs import VECTORS, Sample
 from heavytop.integration.precise import Mark, PreciseIntegrator, Walk, Wanted
-from heavytop.integration.turns import Turns
-from heavytop.integration.winding import Winding
+from heavytop.integration.turns import GRAIN_BITS, in_bits
 from heavytop.numbers import Exact
 from heavytop.numbers.decimals import Context, Number, context, number
 from heavytop.run.events import Event, Events, precise_events
@@ -42,7 +34,6 @@ if TYPE_CHECKING:
 
 SPARE_DIGITS = 12  # of the numbers that quantities are formed in,
 SPARE_IN_TIME = 20  # and of the times at which events are looked for
-LEAST_GRAIN = 1e-140  # whose square is a double
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +74,10 @@ class PreciseRun:
         first = orbit.checkpoints[0]
         far = 4.0 * (orbit.end - first.time[0])
         longest = orbit.integrator.for_this_thread().cautious_step(first, far)
-        engine.following, turned = _following(chosen, orbit, bits)
-        start = replace(engine.start(state), turned=turned)
+        turns, angles = orbit.integrator.turns, tuple(first.state[len(own.states) :].tolist())
+        begun = float(orbit.samples.phi[0])  # on a pole that in which the axis leaves
+        engine.turns = turns and in_bits(turns, bits)
+        start = replace(engine.start(state), turned=angles or (begun, math.nan))
         return cls(form, engine, ctx, far, longest, (start,))
 
     @cached_property
@@ -279,17 +272,3 @@ def rounded_start(
     count = len(form.parameters)
     names = (p.name for p in form.parameters)
     return dict(zip(names, texts[:count], strict=True)), texts[count:]
-
-
-def _following(chosen: Plan, orbit: Orbit, bits: int) -> tuple[Following | None, Told]:
-    """Return what follows the turns of a plan, if they are no states, and the angles to begin."""
-    first = orbit.checkpoints[0]
-    known = max(2.0 ** (GRAIN_BITS - bits), LEAST_GRAIN), max(2.0 ** (-bits // 2), LEAST_GRAIN)
-    if chosen.follows_phi:
-        winding = Winding.of(orbit.parameters, first.state, *known)
-        return FollowingAxis(winding), (float(orbit.samples.phi[0]), NOT_TOLD[1])
-    if chosen.equations.integrated is None:
-        return None, NOT_TOLD
-    turns = Turns.of(orbit.parameters, *known)
-    phi, psi = first.state[-2:].tolist()
-    return FollowingAttitude(turns, turns.decided(first.state[:-2])), (phi, psi)

@@ -23,7 +23,7 @@ from heavytop.integration.bits import bits_of, named
 from heavytop.integration.compiled import Compiled, compiled
 from heavytop.integration.integrator import Checkpoint, Integrator, Seen
 from heavytop.integration.orbit import Ending, Orbit, continued, integrate
-from heavytop.integration.turns import Turns
+from heavytop.integration.turns import AttitudeTurns
 from heavytop.numbers import Number
 from heavytop.run.checkpoints import Checkpoints, Progress
 from heavytop.run.estimates import SINGULAR, Forecast, most_steps
@@ -449,7 +449,7 @@ def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, float], Checkpoi
     parameters |= dict(chosen.frame)
     state = np.array(values[len(form.parameters) :])
     if form.integrated is not None:
-        state[-2:] = Turns.of(parameters).started(state, *state[-2:].tolist())
+        state[-2:] = AttitudeTurns.of(parameters, state).started(state, *state[-2:].tolist())
     phi = float(scene.start.phi) if chosen.follows_phi else np.nan
     return parameters, Checkpoint((0.0, 0.0), state, phi, 0)
 
