@@ -168,15 +168,8 @@ class Event:
 def orbit_events(scene: Scene, motion: Motion, chosen: Plan, orbit: Orbit) -> Events:
     """Return the events a scene asks for, from the zeros seen along its orbit."""
     seen = dict(zip(chosen.watched, orbit.hits, strict=True))
-    none = Seen(np.empty(0), np.empty(0), orbit.samples.rows[:0], np.empty(0))
     turning, reversal = (
-        _within(
-            _orbit_zeros(orbit, event, seen.get(event, none)),
-            _starting(scene, orbit, event) if event in seen else None,
-            orbit.end,
-            abs(orbit.end) / max(orbit.steps, 1),
-        )
-        for event in ("turning", "reversal")
+        _orbit_zeros(scene, orbit, event, seen.get(event)) for event in ("turning", "reversal")
     )
     limits = {kind: float(limit) for kind, limit in rates_at_poles(motion).items()}
     return _rounded(*_judged(turning, reversal, scene.events, limits), scene.events)
@@ -249,53 +242,50 @@ def _zeros(
     return columns | {"t_low": t_low, "level": level, "residual": residual, "slope": slope}
 
 
-def _orbit_zeros(orbit: Orbit, event: str, seen: Seen) -> Zeros:
-    """Return zeros with the rounding of phidot = (a - b u)/sin^2, whose terms cancel at a cusp.
+def _orbit_zeros(scene: Scene, orbit: Orbit, event: str, seen: Seen | None) -> Zeros:
+    """Return the zeros of an event function that belong to an orbit, and a start that is one.
 
-    It grows as the root of the steps. Where it is not small against b itself, near a pole, it
-    decides nothing: nan.
+    The rounding of phidot = (a - b u)/sin^2, whose terms cancel at a cusp, grows as the root of
+    the steps. Where it is not small against b itself, near a pole, it decides nothing: nan.
     """
-    form, known = orbit.integrator.formulation, orbit.parameters
+    form, known, first = orbit.integrator.formulation, orbit.parameters, orbit.checkpoints[0]
+    begun = Seen(np.zeros(1), np.zeros(1), first.state[None], np.array([first.phi]))
+    begins = seen is not None and _begins(scene, event)
+    seen = Seen.join([begun.where(slice(begins)), begun.where(slice(0)) if seen is None else seen])
     at = sample(form, seen.rows, known, seen.t, seen.phi)
-    first = orbit.checkpoints[0].state[None]
-    b = abs(float(spin_momentum(form, first, known, np.zeros(1))[0]))
+    b = abs(float(spin_momentum(form, begun.rows, known, begun.t)[0]))
     with np.errstate(divide="ignore", invalid="ignore"):
         noise = EPSILON * (np.abs(at.phidot) + 2 * b / np.abs(np.sin(at.theta)))
     level = np.where(noise < 1e-6 * b, np.sqrt(1.0 + orbit.steps) * noise, np.nan)
-    return _zeros(form, event, at, known, seen.t_low, level)
+    step = abs(orbit.end) / max(orbit.steps, 1)
+    return _within(_zeros(form, event, at, known, seen.t_low, level), begins, orbit.end, step)
 
 
-def _starting(scene: Scene, orbit: Orbit, event: str) -> Zeros | None:
-    """Return the start if it is exactly an event: rounded, it is not quite a zero."""
+def _begins(scene: Scene, event: str) -> bool:
+    """Tell whether the start is exactly an event: rounded, it is not quite a zero."""
     start = scene.start
-    at_pole = float(start.theta) == 0.0 or start.theta.sign() == 0
-    exactly = {
-        "turning": start.thetadot.sign() == 0 or at_pole,
-        "reversal": start.phidot.sign() == 0,
-    }
-    if not exactly[event]:
-        return None
-    first = orbit.checkpoints[0]
-    seen = Seen(np.zeros(1), np.zeros(1), first.state[None], np.array([first.phi]))
-    return _orbit_zeros(orbit, event, seen)
+    if event == "reversal":
+        return start.phidot.sign() == 0
+    return start.thetadot.sign() == 0 or float(start.theta) == 0.0 or start.theta.sign() == 0
 
 
-def _within(zeros: Zeros, start: Zeros | None, end: float, step: float) -> Zeros:
+def _within(zeros: Zeros, begins: bool, end: float, step: float) -> Zeros:
     """Return the zeros that belong to a run to `end` [s], those exactly at its edges included.
 
-    One that rounding puts behind the end is at the end. A start that is an event may be found
-    beside itself, or not at all; `step` is a measure of how fast things happen [s].
+    One that rounding puts behind the end is at the end. A start that is an event, the first of
+    them, may be found again beside itself; `step` is a measure of how fast things happen [s].
     """
     forward = 1.0 if end >= 0 else -1.0
-    margin = EDGE_LEVEL * EPSILON * abs(end) * np.sqrt(zeros["t"].size + 1.0)
+    margin = EDGE_LEVEL * EPSILON * abs(end) * np.sqrt(zeros["t"].size - begins + 1.0)
     kept = _where(zeros, forward * zeros["t"] <= abs(end) + margin)
     t, t_low = _ended(kept["t"], kept["t_low"], end)
     kept |= {"t": t, "t_low": t_low}
-    if start is None:
+    if not begins:
         return kept
-    residual, slope = float(start["residual"][0]), float(start["slope"][0])
-    off = abs(residual / slope) if slope else 0.0
-    return _joined(start, _where(kept, np.abs(kept["t"]) > 16 * off + BLUR * step))
+    residual, slope = float(kept["residual"][0]), float(kept["slope"][0])
+    apart = np.abs(t) > 16 * (abs(residual / slope) if slope else 0.0) + BLUR * step
+    apart[0] = True
+    return _where(kept, apart)
 
 
 def _ended(t: Array, t_low: Array, end: float) -> tuple[Array, Array]:
