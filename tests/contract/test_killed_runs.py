@@ -43,7 +43,7 @@ from heavytop.cli import main
 main()
 """
 BLOCK = "heavytop.integration.orbit:_Journey.advance"
-EVENTS = "heavytop.run.checkpoints:orbit_events"
+EVENTS = "heavytop.run.checkpoints:no_events"
 AT_LAST = "heavytop.run.propagation:orbit_events"
 SAVED = "heavytop.run.trajectory:Trajectory.save"
 DRAWN = "heavytop.plots.figures:save"

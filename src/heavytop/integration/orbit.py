@@ -8,8 +8,8 @@ polynomials, and the end is a sample like any other, inside the last step.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -56,34 +56,39 @@ class Orbit:
         return Seen.join(parts).where(np.argsort(order, kind="stable"))
 
 
-def integrate(
-    integrator: Integrator,
-    start: Checkpoint,
+def not_begun(integrator: Integrator, start: Checkpoint) -> Orbit:
+    """Return an orbit that is nothing yet but its start."""
+    nothing = Seen(NEVER, NEVER, np.empty((0, start.state.size)), NEVER)
+    hits = (nothing,) * len(integrator.compiled.events)
+    return Orbit(integrator, (start,), nothing, hits, start.time[0], start.steps, "interrupted")
+
+
+def continued(
+    orbit: Orbit,
     samples: Array,
     *,
     on_block: Callable[[float], None] | None = None,
     step_limit: int | None = None,
-    step_length: float = 0.0,
     keep: Keep | None = None,
 ) -> Orbit:
-    """Integrate from a checkpoint to the last of the samples.
+    """Integrate from the last checkpoint of an orbit to the last of the samples.
+
+    The blocks are those an uninterrupted integration would have run, so the result is the same
+    bit for bit; samples and hits seen before are kept.
 
     Parameters
     ----------
-    integrator : Integrator
-    start : Checkpoint
+    orbit : Orbit
     samples : ndarray, shape (k,), k >= 1
         Strictly monotonic times on one side of the start [s]; the last is the end.
     on_block : callable, optional
         Called with the fraction done after each block.
     step_limit : int, optional
         Steps after which to give up.
-    step_length : float
-        Mean step of the block before the start, where there is one [s].
     keep : callable, optional
         Called after each block but the last with a function that returns the orbit so far.
     """
-    journey = _Journey(integrator, start, samples, step_length)
+    journey = _Journey(orbit, samples)
     ending: Ending | None = None
     try:
         while ending is None:
@@ -101,68 +106,20 @@ def integrate(
     return journey.orbit(ending)
 
 
-def continued(
-    orbit: Orbit,
-    samples: Array,
-    *,
-    on_block: Callable[[float], None] | None = None,
-    keep: Keep | None = None,
-) -> Orbit:
-    """Continue an orbit from its last checkpoint to later samples.
-
-    The blocks are those an uninterrupted integration would have run, so the result is the same
-    bit for bit; samples and hits seen before are kept.
-    """
-    rest = integrate(
-        orbit.integrator.for_this_thread(),
-        orbit.checkpoints[-1],
-        samples,
-        on_block=on_block,
-        step_length=_mean_step(orbit.checkpoints),
-        keep=keep and (lambda rest: keep(lambda: _joined(orbit, rest()))),
-    )
-    return _joined(orbit, rest)
-
-
-def _joined(orbit: Orbit, rest: Orbit) -> Orbit:
-    """Return an orbit with what follows from its last checkpoint on."""
-    last = orbit.checkpoints[-1]
-    forward = math.copysign(1.0, _far(orbit.checkpoints[0], rest.end))
-    hits = [
-        Seen.join([old.where(forward * old.t < forward * last.time[0]), new])
-        for old, new in zip(orbit.hits, rest.hits, strict=True)
-    ]
-    return replace(
-        rest,
-        checkpoints=orbit.checkpoints[:-1] + rest.checkpoints,
-        samples=Seen.join([orbit.samples, rest.samples]),
-        hits=tuple(hits),
-    )
-
-
-def _mean_step(checkpoints: Sequence[Checkpoint]) -> float:
-    """Return the mean step of the last block, 0 where there is none [s]."""
-    if len(checkpoints) < 2:
-        return 0.0
-    before, after = checkpoints[-2:]
-    return abs(after.time[0] - before.time[0]) / (after.steps - before.steps)
-
-
 def _far(start: Checkpoint, end: float) -> float:
     """Return a local time beyond the whole span, which only a step of such a length would cut."""
     return 4.0 * (end - start.time[0])
 
 
 class _Journey:
-    """An integration under way."""
+    """An integration under way, behind an orbit that is known."""
 
-    def __init__(
-        self, integrator: Integrator, start: Checkpoint, samples: Array, step_length: float
-    ) -> None:
-        self.integrator, self.samples, self.step_length = integrator, samples, step_length
+    def __init__(self, orbit: Orbit, samples: Array) -> None:
+        self.known, self.samples = orbit, samples
+        self.integrator = orbit.integrator.for_this_thread()
+        self.checkpoints = [*orbit.checkpoints]
         self.end = float(samples[-1])
-        self.far = _far(start, self.end)
-        self.checkpoints = [start]
+        self.far = _far(self.place, self.end)
         self.blocks: list[Observed] = []
         self.done = 0  # samples seen
 
@@ -173,10 +130,10 @@ class _Journey:
 
     @property
     def fraction(self) -> float:
-        """How much of the span is done."""
+        """How much of what was ahead is done."""
         if self.done == self.samples.size:
             return 1.0
-        first = self.checkpoints[0].time[0]
+        first = self.known.checkpoints[-1].time[0]
         return (self.place.time[0] - first) / (self.end - first)
 
     def advance(self) -> Ending | None:
@@ -189,7 +146,6 @@ class _Journey:
         if seen.block.singular or seen.block.steps == 0:
             return "singular"
         self.checkpoints.append(seen.end)
-        self.step_length = _mean_step(self.checkpoints)
         return None
 
     def _observed(self) -> Observed:
@@ -202,7 +158,11 @@ class _Journey:
         longest = self.integrator.cautious_step(start, far)
         remaining = np.abs(start.local(waiting))
         end = float(remaining[-1])
-        length = self.step_length or self.integrator.first_step(start, far, longest)
+        if len(self.checkpoints) > 1:
+            before = self.checkpoints[-2]
+            length = abs(start.time[0] - before.time[0]) / (start.steps - before.steps)
+        else:
+            length = self.integrator.first_step(start, far, longest)
         full = start.block_steps
         steps = min(full, math.ceil(1.02 * end / length) + 2)
         while True:
@@ -222,18 +182,21 @@ class _Journey:
 
         An interrupt may come in the middle of `advance`: what counts then is the last checkpoint.
         """
-        whole = len(self.checkpoints) - 1 if ending == "interrupted" else len(self.blocks)
-        blocks, first = self.blocks[:whole], self.checkpoints[0]
+        known, first = self.known, self.known.checkpoints[-1]
+        whole = len(self.checkpoints) - len(known.checkpoints)
+        blocks = self.blocks[:whole] if ending == "interrupted" else self.blocks
         last, end = blocks[-1].end if blocks else first, self.end
         if ending != "reached":  # a step back, so that rounding cannot put it behind the last state
             end = float(np.nextafter(np.nextafter(last.time[0], first.time[0]), first.time[0]))
-        nothing = Seen(NEVER, NEVER, np.empty((0, first.state.size)), NEVER)
-        channels = range(len(self.integrator.compiled.events))
+        forward = math.copysign(1.0, self.far)
         return Orbit(
             integrator=self.integrator,
             checkpoints=tuple(self.checkpoints),
-            samples=Seen.join([nothing, *(seen.samples for seen in blocks)]),
-            hits=tuple(Seen.join([nothing, *(x.hits[i] for x in blocks)]) for i in channels),
+            samples=Seen.join([known.samples, *(seen.samples for seen in blocks)]),
+            hits=tuple(
+                Seen.join([hit.where(forward * hit.t < forward * first.time[0]), *later])
+                for hit, *later in zip(known.hits, *(seen.hits for seen in blocks), strict=True)
+            ),
             end=end,
             steps=last.steps,
             ending=ending,

@@ -165,6 +165,12 @@ class Event:
     residual: Number
 
 
+def no_events(scene: Scene, orbit: Orbit) -> Events:
+    """Return none, as of an orbit on its way: they are found at its end."""
+    none, states = np.empty(0), orbit.samples.rows[:0]
+    return Events((), none, none, none, none, none, none, np.empty((0, 3)), states, scene.events)
+
+
 def orbit_events(scene: Scene, motion: Motion, chosen: Plan, orbit: Orbit) -> Events:
     """Return the events a scene asks for, from the zeros seen along its orbit."""
     seen = dict(zip(chosen.watched, orbit.hits, strict=True))

@@ -22,12 +22,12 @@ from heavytop.errors import BadScene, EndedEarly, Fault, Outcome
 from heavytop.integration.bits import bits_of, named
 from heavytop.integration.compiled import Compiled, compiled
 from heavytop.integration.integrator import Checkpoint, Integrator, Seen
-from heavytop.integration.orbit import Ending, Orbit, continued, integrate
+from heavytop.integration.orbit import Ending, Orbit, continued, not_begun
 from heavytop.integration.turns import AttitudeTurns
 from heavytop.numbers import Number
 from heavytop.run.checkpoints import Checkpoints, Progress
 from heavytop.run.estimates import SINGULAR, Forecast, most_steps
-from heavytop.run.events import orbit_events
+from heavytop.run.events import no_events, orbit_events
 from heavytop.run.planning import (
     EPSILON,
     Plan,
@@ -148,28 +148,15 @@ def carried_out(
 ) -> Trajectory:
     """Carry out the plan of a scene, which integrates it; else as `propagate`."""
     forewarned(chosen)
-    end = span(scene, motion)
-    began = time.perf_counter()
+    end, began = span(scene, motion), time.perf_counter()
     _ = chosen.equations
-    derive_s = time.perf_counter() - began
-    equations = compiled_for(chosen)
-    parameters, start = binary_start(scene, chosen)
-    checkpoints = Checkpoints.of(checkpoint, scene, motion, chosen)
-    began = time.perf_counter()
-    orbit = integrate(
-        integrator_of(chosen, equations, parameters, start),
-        start,
-        np.linspace(0.0, end, scene.samples),
-        on_block=progress if chosen.precision == "double" else None,
-        step_limit=step_limit or most_steps(motion, end),
-        keep=checkpoints,
-    )
-    cost = Statistics(
-        orbit.steps, equations.order, derive_s, equations.compile_s, time.perf_counter() - began
-    )
-    if checkpoints is not None:
-        checkpoints.at_last(orbit)
-    return _ended(scene, motion, chosen, orbit, cost, progress)
+    cost = Statistics(0, 0, time.perf_counter() - began, 0.0, 0.0)
+    engine, start = compiled_for(chosen), binary_start(scene, chosen)
+    orbit = not_begun(integrator_of(chosen, engine, *start), start[1])
+    events = no_events(scene, orbit)
+    part = Trajectory(scene, motion, chosen, orbit, events, Outcome.INTERRUPTED, cost)
+    times = np.linspace(0.0, end, scene.samples)
+    return _gone_on(part, times, progress, checkpoint, step_limit or most_steps(motion, end))
 
 
 def extend(
@@ -242,7 +229,7 @@ def extend(
     chosen = _longer(trajectory, scene)
     forewarned(chosen)
     times = np.linspace(old.end, end, count + 1)[1:]
-    return _gone_on(trajectory, scene, chosen, times, progress)
+    return _gone_on(replace(trajectory, scene=scene, plan=chosen), times, progress)
 
 
 def completed(
@@ -273,61 +260,47 @@ def completed(
     """
     if trajectory.outcome not in (Outcome.INTERRUPTED, Outcome.STEP_LIMIT):
         return trajectory
-    scene, motion, chosen = trajectory.scene, trajectory.motion, trajectory.plan
-    forewarned(chosen)
-    times = np.linspace(0.0, span(scene, motion), scene.samples)[trajectory.orbit.samples.t.size :]
-    checkpoints = Checkpoints.of(checkpoint, scene, motion, chosen)
-    return _gone_on(trajectory, scene, chosen, times, progress, checkpoints)
+    scene, done = trajectory.scene, trajectory.orbit.samples.t.size
+    forewarned(trajectory.plan)
+    times = np.linspace(0.0, span(scene, trajectory.motion), scene.samples)[done:]
+    return _gone_on(trajectory, times, progress, checkpoint)
 
 
 def _gone_on(
     part: Trajectory,
-    scene: Scene,
-    chosen: Plan,
     times: NDArray[np.float64],
     progress: Progress | None,
-    checkpoints: Checkpoints | None = None,
+    checkpoint: str | os.PathLike[str] | None = None,
+    step_limit: int | None = None,
 ) -> Trajectory:
-    """Return a trajectory with more samples behind its own."""
-    began, orbit = time.perf_counter(), replace(part.orbit, ending="reached")
-    if times.size:
-        orbit = continued(part.orbit, times, on_block=progress, keep=checkpoints)
-    spent = part.statistics.integrate_s + time.perf_counter() - began
-    if checkpoints is not None:
-        checkpoints.at_last(orbit)
-    engine, told = orbit.integrator.compiled, part.statistics
-    cost = Statistics(orbit.steps, engine.order, told.derive_s, engine.compile_s, spent, told.whole)
-    return _ended(scene, part.motion, chosen, orbit, cost, progress, part.decimals)
-
-
-def _ended(
-    scene: Scene,
-    motion: Motion,
-    chosen: Plan,
-    orbit: Orbit,
-    cost: Statistics,
-    progress: Progress | None,
-    before: Decimals | None = None,
-) -> Trajectory:
-    """Return the trajectory of an orbit, in the digits of its plan, held against the closed form.
-
-    `before` is what is known already in more digits, of an earlier end.
+    """Return a trajectory with more samples behind its own, held against the closed form.
 
     Raises
     ------
     EndedEarly
         A singularity, the step limit or an interrupt; it carries the trajectory.
     """
+    scene, motion, chosen, cost = part.scene, part.motion, part.plan, part.statistics
+    saves = None if checkpoint is None else Checkpoints(checkpoint, part)
+    in_doubles = chosen.precision == "double"
+    began, orbit = time.perf_counter(), replace(part.orbit, ending="reached")
+    if times.size:
+        on_block = progress if in_doubles else None
+        orbit = continued(part.orbit, times, on_block=on_block, step_limit=step_limit, keep=saves)
+    engine, spent = orbit.integrator.compiled, cost.integrate_s + time.perf_counter() - began
+    cost = Statistics(orbit.steps, engine.order, cost.derive_s, engine.compile_s, spent, cost.whole)
+    if saves is not None:
+        saves.at_last(orbit)
     if orbit.ending == "reached" and _left_the_chart(orbit):
         orbit = replace(orbit, ending="singular")
-    if orbit.ending == "singular" and chosen.precision != "double":  # more bits may go on
+    if orbit.ending == "singular" and not in_doubles:  # more bits may go on
         orbit = replace(orbit, ending="reached", end=span(scene, motion))
     events, outcome = orbit_events(scene, motion, chosen, orbit), OUTCOMES[orbit.ending]
     trajectory = Trajectory(scene, motion, chosen, orbit, events, outcome, cost)
     if outcome is not Outcome.FINISHED:
         raise EndedEarly(outcome, trajectory, _why(trajectory))
-    if chosen.precision != "double":
-        trajectory = _in_decimals(trajectory, progress, before)
+    if not in_doubles:
+        trajectory = _in_decimals(trajectory, progress, part.decimals)
     return checked(trajectory)
 
 
