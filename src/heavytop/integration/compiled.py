@@ -255,18 +255,19 @@ class Compiled:
             return Block(state.copy(), (0.0, 0.0), 0, rows[:0], self._hits(), singular=True)
         return replace(self.block(state, taken, far, samples, longest), singular=True)
 
-    def unseen(
-        self, state: Array, steps: int, far: float, longest: float | None
-    ) -> tuple[Array, DoubleDouble] | None:
-        """Take the steps of a block of which only the end is wanted; None if it is a shorter one.
+    def leg(
+        self, state: Array, steps: int, far: float, samples: Array, longest: float | None
+    ) -> Block:
+        """Take a block of steps; one without samples and events takes less time.
 
-        The state is heyoka's own: the next steps overwrite it.
+        The state of that is heyoka's own: the next steps overwrite it.
         """
-        self._begin(state)
-        bound = {} if longest is None else {"max_delta_t": longest}
-        if self._taylor.propagate_until(far, max_steps=steps, **bound)[3] < steps:
-            return None
-        return self._own, self._taylor.dtime
+        if not (samples.size or self.events):
+            self._begin(state)
+            bound = {} if longest is None else {"max_delta_t": longest}
+            if self._taylor.propagate_until(far, max_steps=steps, **bound)[3] == steps:
+                return Block(self._own, self._taylor.dtime, steps, self.nothing)
+        return self.block(state, steps, far, samples, longest)
 
     def cautious_step(self, state: Array, far: float) -> float | None:
         """Return a bound for the first steps: a little above the step beside the start [s].

@@ -21,9 +21,8 @@ import numpy as np
 
 from heavytop.equations.formulation import Formulation
 from heavytop.integration.compiled import Array, Block, Compiled, Hits
-from heavytop.integration.legs import Projected
 from heavytop.integration.pace import in_units, paces_of
-from heavytop.integration.projection import Projection
+from heavytop.integration.projection import Projected, Projection
 from heavytop.integration.turns import AttitudeTurns, AxisTurns, Turns, distinct
 from heavytop.numbers.double_double import DoubleDouble, add
 

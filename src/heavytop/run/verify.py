@@ -25,8 +25,8 @@ from heavytop.errors import (
     NoClosedForm,
     UnboundedAngleWarning,
 )
-from heavytop.integration.legs import GOLDEN
 from heavytop.integration.outputs import ANGLES
+from heavytop.integration.projection import GOLDEN
 from heavytop.numbers.decimals import Number, context
 from heavytop.run.events import EVENTS
 from heavytop.run.expected_events import Counts, differences, tally
