@@ -42,7 +42,7 @@ setattr(home, name, struck)
 from heavytop.cli import main
 main()
 """
-BLOCK = "heavytop.integration.orbit:_Journey.advance"
+BLOCK = "heavytop.integration.integrator:_Journey.advance"
 EVENTS = "heavytop.run.checkpoints:no_events"
 AT_LAST = "heavytop.run.propagation:orbit_events"
 SAVED = "heavytop.run.trajectory:Trajectory.save"

@@ -18,8 +18,7 @@ from heavytop.integration.compiled import Block
 from heavytop.integration.projection import EVEN, GOLDEN, Projected, Projection
 from heavytop.numbers import Exact
 from heavytop.numbers.double_double import add
-from heavytop.run.own_motion import closed_form
-from heavytop.run.verify import phase_error, run_errors
+from heavytop.run.verify import closed_form, phase_error, run_errors
 
 TILT = 'want.quantities=["theta"]'
 ALL = 'want.quantities=["theta", "phi", "psi"]'

@@ -13,7 +13,7 @@ from heavytop.equations.quaternion import attitude_form
 from heavytop.integration.compiled import Block
 from heavytop.integration.integrator import Checkpoint, Integrator
 from heavytop.integration.turns import MOST_POINTS
-from heavytop.run.own_motion import closed_form
+from heavytop.run.verify import closed_form
 
 pytestmark = pytest.mark.filterwarnings("ignore::heavytop.errors.DoubtfulWarning")
 

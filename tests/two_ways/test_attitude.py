@@ -13,9 +13,9 @@ from heavytop.equations import lagrangian as lag
 from heavytop.equations.euler_poisson import axis_form, g, kappa, l_x, l_y, l_z
 from heavytop.equations.formulation import spin, time
 from heavytop.equations.quaternion import attitude_form, product, psi_slow, q, start_attitude
-from heavytop.integration.orbit import continued, not_begun
+from heavytop.integration.integrator import continued, not_begun
 from heavytop.numbers.double_double import two_product
-from heavytop.run.own_motion import closed_form
+from heavytop.run.verify import closed_form
 from heavytop.scene.scene import shipped_scenes
 
 ANGLES = ("theta", "phi", "psi")

@@ -9,9 +9,8 @@ import pytest
 import heavytop as ht
 from heavytop.equations.euler_poisson import axis_form
 from heavytop.integration import pace as paces
-from heavytop.integration.compiled import Compiled
-from heavytop.integration.orbit import continued, not_begun
-from heavytop.integration.pace import FAST, SLOW, in_units, paces_of
+from heavytop.integration.compiled import FAST, SLOW, Compiled, in_units, paces_of
+from heavytop.integration.integrator import continued, not_begun
 from heavytop.run.planning import plan
 from heavytop.run.propagation import binary_start, compiled_for, integrator_of
 

@@ -4,6 +4,12 @@ A trajectory is made of blocks of steps whose length heyoka chose itself. Shorte
 on a sample would change every later step; counting steps does not, so a block run again from its
 start, with other samples, gives the same bits. Each block measures time from its own start: the
 equations are autonomous, and a small time keeps its last digits.
+
+heyoka holds the error of a step against one number, the largest state. An axis is of the size of
+one whatever the top does; the angular momentum beside it may be a million times as large, or as
+small, and then one of the two is held to few digits, unseen. So time is measured in the unit of
+the motion: times are multiplied by a pace, rates divided by it, and constants by its powers. Paces
+are powers of two, so nothing is rounded on the way in or out; that of any ordinary top is one.
 """
 
 from __future__ import annotations
@@ -21,7 +27,7 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.equations.formulation import Formulation
+from heavytop.equations.formulation import Formulation, power_of_rate
 from heavytop.equations.lambdify import evaluated
 from heavytop.integration.bits import DOUBLE
 from heavytop.numbers.double_double import DoubleDouble, add
@@ -30,6 +36,8 @@ Array = NDArray[np.float64]
 
 MOST_CACHED = 256 * 2**20  # bytes of compiled code that heyoka keeps on disk: some hundred programs
 HALVINGS = 6  # of a first step, lest it hold a zero that is taken for the start
+SLOW, FAST = 2.0**-8, 2.0**8  # rad/s, between which rates are as good as of the size of one
+MOST = 500  # of the exponent: far beyond any top, and squares are still finite
 NATURAL = frozenset({hy.taylor_outcome.step_limit, hy.taylor_outcome.time_limit})
 _HEYOKAS_OWN = 20 * 2**30  # its limit where nobody has set one
 _FUNCTIONS = {name: getattr(hy, name) for name in ("sin", "cos", "sqrt", "exp", "log")}
@@ -360,3 +368,38 @@ def _compiled(
     formulation: Formulation, events: tuple[str, ...], tolerance: float, _thread: int
 ) -> Compiled:
     return Compiled(formulation, events, tolerance)
+
+
+# --- the unit of time of a motion ----------------------------------------------------------------
+
+
+def paces_of(form: Formulation, states: Array, parameters: Mapping[str, Any]) -> Array:
+    """Return the paces of motions through states, shape (..., n), with their constants [1/s].
+
+    Each is of the size of the largest of the rates in the state, and of what gravity and the
+    energy h can make of them: at a turning point rates may vanish, and they do not stay so.
+
+    Examples
+    --------
+    >>> from heavytop.equations.euler_poisson import axis_form
+    >>> states = np.array([[0, 0, 1, 3, -200.0], [0, 0, 1, 3, -1000.0], [0, 0, 1, 0, 0.0]])
+    >>> paces_of(axis_form(), states, {"g": np.array([1.0, 1.0, 5e-7])})
+    array([1.000000e+00, 1.024000e+03, 1.953125e-03])
+    """
+    g = parameters["g"] if "g" in parameters else parameters["gMR"] / parameters["A"]
+    falling = (2 * (abs(g) + abs(parameters.get("h", 0.0)))) ** 0.5
+    pace = np.maximum(np.max(np.abs(states[..., form.is_rate]), axis=-1, initial=0.0), falling)
+    exponent = np.clip(np.frexp(pace)[1], -MOST, MOST)
+    far = (pace > 0) & (pace < np.inf) & ~((pace >= SLOW) & (pace <= FAST))
+    return np.where(far, np.ldexp(1.0, exponent), 1.0)
+
+
+def in_units(pace: Any, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return constants in the unit of time of a pace, by the names of their symbols.
+
+    Examples
+    --------
+    >>> in_units(4.0, {"g": 32.0, "l_z": 8.0, "A": 3.0})
+    {'g': 2.0, 'l_z': 2.0, 'A': 3.0}
+    """
+    return {name: x / pace ** power_of_rate(name) for name, x in values.items()}

@@ -23,9 +23,8 @@ import numpy as np
 from heavytop.equations.formulation import Formulation, power_of_rate
 from heavytop.equations.lambdify import NUMPY, lambdified
 from heavytop.integration.bits import LONG_DOUBLE
-from heavytop.integration.compiled import System
+from heavytop.integration.compiled import System, in_units, paces_of
 from heavytop.integration.outputs import Sample, sample
-from heavytop.integration.pace import in_units, paces_of
 from heavytop.integration.turns import GRAIN_BITS, NOT_TOLD, More, Told, Turns, distinct
 
 HEAVY = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from heavytop.errors import Outcome
-from heavytop.integration.orbit import Orbit
+from heavytop.integration.integrator import Orbit
 from heavytop.run.events import no_events
 from heavytop.run.trajectory import Statistics, Trajectory
 

@@ -21,8 +21,15 @@ from heavytop.equations.lambdify import Rounded
 from heavytop.errors import BadScene, EndedEarly, Fault, Outcome
 from heavytop.integration.bits import bits_of, named
 from heavytop.integration.compiled import Compiled, compiled
-from heavytop.integration.integrator import Checkpoint, Integrator, Seen
-from heavytop.integration.orbit import Ending, Orbit, continued, not_begun
+from heavytop.integration.integrator import (
+    Checkpoint,
+    Ending,
+    Integrator,
+    Orbit,
+    Seen,
+    continued,
+    not_begun,
+)
 from heavytop.integration.turns import AttitudeTurns
 from heavytop.numbers import Number
 from heavytop.run.checkpoints import Checkpoints, Progress

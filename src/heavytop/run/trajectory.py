@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from heavytop.analytic.motion import Motion
 from heavytop.errors import Impossible, NotANumber, Outcome
-from heavytop.integration.integrator import Seen
-from heavytop.integration.orbit import Orbit
+from heavytop.integration.integrator import Orbit, Seen
 from heavytop.integration.outputs import ANGLES, RATES, Sample, invariants, sample
 from heavytop.run.events import Events
 from heavytop.run.planning import Plan

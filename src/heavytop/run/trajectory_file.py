@@ -20,8 +20,7 @@ from pydantic import TypeAdapter
 from heavytop import __version__
 from heavytop.errors import ForeignFile, Outcome
 from heavytop.hdf5 import array, attribute, opened, write_sealed
-from heavytop.integration.integrator import Checkpoint, Seen
-from heavytop.integration.orbit import Orbit
+from heavytop.integration.integrator import Checkpoint, Orbit, Seen
 from heavytop.integration.outputs import ANGLES, RATES, Sample
 from heavytop.integration.precise import Mark
 from heavytop.machine import versions

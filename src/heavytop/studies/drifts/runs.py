@@ -15,9 +15,9 @@ from heavytop.integration.bits import DOUBLE, named
 from heavytop.integration.precise import PreciseIntegrator
 from heavytop.numbers.decimals import context
 from heavytop.run.high_precision import rounded_start
-from heavytop.run.own_motion import motion_of
 from heavytop.run.planning import EPSILON, Plan, plan, start_values
 from heavytop.run.propagation import binary_start, compiled_for, integrator_of
+from heavytop.run.verify import motion_of
 from heavytop.scene.scene import Scene
 from heavytop.studies.drifts.methods import Method
 from heavytop.studies.drifts.precise_march import LATE_WORDS, PreciseMarch

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 
-from heavytop.run.expected_events import Counts
+from heavytop.run.events import Counts
 from heavytop.studies.stresses.conditioning import Reference
 from heavytop.studies.stresses.raw import Raw
 
