@@ -37,7 +37,7 @@ from numpy.typing import NDArray
 
 from heavytop.alone import Alone
 from heavytop.integration.compiled import System
-from heavytop.integration.precise import Precise, Unfinished
+from heavytop.integration.high_precision import Precise, Unfinished
 from heavytop.integration.turns import AttitudeTurns, Pair, Real, arm_rates
 
 Array = NDArray[np.float64]

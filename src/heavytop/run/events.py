@@ -39,7 +39,7 @@ from heavytop.run.planning import EPSILON, Plan
 from heavytop.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from heavytop.integration.precise import Mark
+    from heavytop.integration.high_precision import Mark
     from heavytop.run.high_precision import PreciseRun
 
 Array = NDArray[np.float64]

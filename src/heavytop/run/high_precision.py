@@ -18,9 +18,9 @@ from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import exact_values
 from heavytop.integration import outputs
 from heavytop.integration.bits import bits_of
+from heavytop.integration.high_precision import Mark, PreciseIntegrator, Walk, Wanted
 from heavytop.integration.integrator import Orbit
 from heavytop.integration.outputs import VECTORS, Sample
-from heavytop.integration.precise import Mark, PreciseIntegrator, Walk, Wanted
 from heavytop.integration.turns import GRAIN_BITS, in_bits
 from heavytop.numbers import Exact
 from heavytop.numbers.decimals import Context, Number, context, number

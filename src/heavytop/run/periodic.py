@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from heavytop.errors import BadScene, Fault, Impossible, NotANumber
 from heavytop.integration.bits import enough
 from heavytop.integration.half_nutation import HalfNutation
-from heavytop.integration.precise import Unfinished
+from heavytop.integration.high_precision import Unfinished
 from heavytop.numbers import PI, Exact, cos, sin
 from heavytop.numbers.decimals import Context, Number, context, number
 from heavytop.numbers.double_double import less_multiples, whole_multiples

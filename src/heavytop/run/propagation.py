@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import os
 import time
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -32,7 +33,6 @@ from heavytop.integration.integrator import (
 )
 from heavytop.integration.turns import AttitudeTurns
 from heavytop.numbers import Number
-from heavytop.run.checkpoints import Checkpoints, Progress
 from heavytop.run.estimates import SINGULAR, Forecast, most_steps
 from heavytop.run.events import no_events, orbit_events
 from heavytop.run.planning import (
@@ -55,6 +55,10 @@ from heavytop.scene.scene_file import MAX_SAMPLES
 if TYPE_CHECKING:
     from heavytop.run.high_precision import Decimals
 
+Progress = Callable[[float], None]
+EVERY_S = 10.0  # between two saves of a trajectory on its way
+SHARE = 20.0  # times as long as a save takes, until the next one
+UNSAVED_S = 1.0  # at the end of the steps; less is not worth a file
 _SAMPLES = arguments.Range(1, MAX_SAMPLES, whole=True)
 OUTCOMES: dict[Ending, Outcome] = {
     "reached": Outcome.FINISHED,
@@ -341,7 +345,7 @@ def _in_decimals(
     EndedEarly
         An interrupt or a singularity; it carries the trajectory in doubles.
     """
-    from heavytop.integration.precise import Unfinished
+    from heavytop.integration.high_precision import Unfinished
     from heavytop.run import high_precision
 
     try:
@@ -451,3 +455,39 @@ def _better_folded(scene: Scene, chosen: Plan) -> BadScene:
     key = "span.time" if scene.periods is None else "span.periods"
     value = str(scene.time if scene.periods is None else scene.periods)
     return BadScene((Fault(scene.name, None, key, value, rule, chosen.reasons[-1]),))
+
+
+# --- saving a run on its way, so that a kill loses little of it ----------------------------------
+
+
+@dataclass
+class Checkpoints:
+    """Saves what has become of a trajectory; `saved` and `due` are monotonic times [s]."""
+
+    path: str | os.PathLike[str]
+    begun: Trajectory
+    saved: float = field(default_factory=time.monotonic)
+    due: float = field(default_factory=lambda: time.monotonic() + EVERY_S)
+
+    def __call__(self, so_far: Callable[[], Orbit]) -> None:
+        """Save the orbit so far, if it is time."""
+        if time.monotonic() >= self.due:
+            self._save(so_far())
+
+    def at_last(self, orbit: Orbit) -> None:
+        """Save the orbit at the end of its steps, before what is made of it takes its time."""
+        if time.monotonic() - self.saved >= UNSAVED_S and orbit.ending in ("reached", "singular"):
+            self._save(orbit)
+
+    def _save(self, orbit: Orbit) -> None:
+        began, known = time.monotonic(), self.begun
+        replace(
+            known,
+            orbit=orbit,
+            events=no_events(known.scene, orbit),
+            outcome=Outcome.INTERRUPTED,
+            statistics=Statistics(orbit.steps, 0, 0.0, 0.0, 0.0),
+            decimals=None,
+        ).save(self.path)
+        self.saved = time.monotonic()
+        self.due = self.saved + max(EVERY_S, SHARE * (self.saved - began))

@@ -21,7 +21,7 @@ from heavytop.equations.formulation import FORMULATIONS
 from heavytop.equations.lambdify import exact_values
 from heavytop.errors import DoubtfulWarning, EndedEarly, Impossible, NotANumber, Outcome
 from heavytop.integration.bits import DOUBLE, enough
-from heavytop.integration.variational import VariedRun, rounded
+from heavytop.integration.compiled import VariedRun, rounded
 from heavytop.numbers import Exact
 from heavytop.numbers.decimals import context
 from heavytop.run.estimates import periods_of

@@ -20,9 +20,9 @@ from pydantic import TypeAdapter
 from heavytop import __version__
 from heavytop.errors import ForeignFile, Outcome
 from heavytop.hdf5 import array, attribute, opened, write_sealed
+from heavytop.integration.high_precision import Mark
 from heavytop.integration.integrator import Checkpoint, Orbit, Seen
 from heavytop.integration.outputs import ANGLES, RATES, Sample
-from heavytop.integration.precise import Mark
 from heavytop.machine import versions
 from heavytop.run.events import STORED, Events, precise_events
 from heavytop.run.high_precision import Decimals, PreciseRun

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
-from heavytop.integration.precise import Mark, PreciseIntegrator, Unfinished, Wanted
+from heavytop.integration.high_precision import Mark, PreciseIntegrator, Unfinished, Wanted
 from heavytop.numbers.double_double import Array, DoubleDouble
 from heavytop.studies.drifts.taylor_march import FAR
 

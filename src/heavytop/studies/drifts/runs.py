@@ -12,7 +12,7 @@ import numpy as np
 from heavytop.comparison.steppers import Stepper
 from heavytop.errors import BadScene, Fault
 from heavytop.integration.bits import DOUBLE, named
-from heavytop.integration.precise import PreciseIntegrator
+from heavytop.integration.high_precision import PreciseIntegrator
 from heavytop.numbers.decimals import context
 from heavytop.run.high_precision import rounded_start
 from heavytop.run.planning import EPSILON, Plan, plan, start_values

@@ -23,7 +23,7 @@ import numpy as np
 from heavytop.equations.formulation import Formulation, power_of_rate
 from heavytop.equations.lambdify import NUMPY, lambdified
 from heavytop.integration.bits import LONG_DOUBLE
-from heavytop.integration.compiled import System, in_units, paces_of
+from heavytop.integration.compiled import System, in_units, number, number_type, paces_of
 from heavytop.integration.outputs import Sample, sample
 from heavytop.integration.turns import GRAIN_BITS, NOT_TOLD, More, Told, Turns, distinct
 
@@ -145,7 +145,7 @@ class Precise:
 
     def number(self, x: str | float) -> Any:
         """Return the number of so many bits that is nearest to a decimal text, or to a double."""
-        return np.longdouble(x) if self.hardware else hy.real(x, self.bits)
+        return number(x, self.bits)
 
     def text(self, number: Any) -> str:
         """Return a decimal text that holds every bit of a number."""
@@ -224,14 +224,13 @@ class Precise:
         return self._stride(mark, deque([(0, mark.t + self.wide(far), None)]), [None], far, longest)
 
     def _compiled(self, system: System, opt_level: int) -> Any:
-        number_type: dict[str, Any] = {"fp_type": np.longdouble}
-        if not self.hardware:  # without compact mode compiling takes minutes
-            number_type = {"fp_type": hy.real, "prec": self.bits, "compact_mode": True}
+        # without compact mode compiling takes minutes
+        kind = {**number_type(self.bits), "compact_mode": not self.hardware}
         constants = in_units(self._pace, self._constants)
         pars = [constants[name] for name in system.loaded]
         start = [self.number("0")] * len(system.equations)
-        number_type |= {"pars": pars, "opt_level": opt_level}
-        return apart(lambda: hy.taylor_adaptive(system.equations, start, **number_type))
+        kind |= {"pars": pars, "opt_level": opt_level}
+        return apart(lambda: hy.taylor_adaptive(system.equations, start, **kind))
 
     def _stride(
         self,
