@@ -19,11 +19,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 import numpy as np
 
 from heavytop.equations.formulation import Formulation
+from heavytop.errors import Outcome
 from heavytop.integration.compiled import Array, Block, Compiled, Hits, in_units, paces_of
 from heavytop.integration.projection import Projected, Projection
 from heavytop.integration.turns import AttitudeTurns, AxisTurns, Turns, distinct
@@ -33,7 +34,6 @@ FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to 
 LONGEST_BLOCK = 4000
 LONGEST = float(np.finfo(float).max)  # a time [s]
 NEVER = np.empty(0)
-Ending = Literal["reached", "singular", "interrupted", "step-limit"]
 Keep = Callable[[Callable[[], "Orbit"]], object]
 
 
@@ -300,7 +300,7 @@ class Orbit:
     hits: tuple[Seen, ...]
     end: float
     steps: int
-    ending: Ending
+    outcome: Outcome
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -329,7 +329,9 @@ def not_begun(integrator: Integrator, start: Checkpoint) -> Orbit:
     """Return an orbit that is nothing yet but its start."""
     nothing = Seen(NEVER, NEVER, np.empty((0, start.state.size)), NEVER)
     hits = (nothing,) * len(integrator.compiled.events)
-    return Orbit(integrator, (start,), nothing, hits, start.time[0], start.steps, "interrupted")
+    return Orbit(
+        integrator, (start,), nothing, hits, start.time[0], start.steps, Outcome.INTERRUPTED
+    )
 
 
 def continued(
@@ -358,21 +360,21 @@ def continued(
         Called after each block but the last with a function that returns the orbit so far.
     """
     journey = _Journey(orbit, samples)
-    ending: Ending | None = None
+    outcome: Outcome | None = None
     try:
-        while ending is None:
-            ending = journey.advance()
-            if keep is not None and ending is None:
-                keep(lambda: journey.orbit("interrupted"))
-            if on_block is not None and ending != "singular":
+        while outcome is None:
+            outcome = journey.advance()
+            if keep is not None and outcome is None:
+                keep(lambda: journey.orbit(Outcome.INTERRUPTED))
+            if on_block is not None and outcome != Outcome.SINGULAR:
                 on_block(journey.fraction)
-            if ending is None and step_limit is not None and journey.place.steps >= step_limit:
-                ending = "step-limit"
+            if outcome is None and step_limit is not None and journey.place.steps >= step_limit:
+                outcome = Outcome.STEP_LIMIT
     except KeyboardInterrupt:
         if journey.place.steps == 0:  # nothing is done
             raise
-        ending = "interrupted"
-    return journey.orbit(ending)
+        outcome = Outcome.INTERRUPTED
+    return journey.orbit(outcome)
 
 
 def _far(start: Checkpoint, end: float) -> float:
@@ -405,15 +407,15 @@ class _Journey:
         first = self.known.checkpoints[-1].time[0]
         return (self.place.time[0] - first) / (self.end - first)
 
-    def advance(self) -> Ending | None:
+    def advance(self) -> Outcome | None:
         """Run one block; tell how the integration ended, if it did."""
         seen = self._observed()
         self.blocks.append(seen)
         self.done += seen.samples.t.size
         if self.done == self.samples.size:
-            return "reached"
+            return Outcome.FINISHED
         if seen.block.singular or seen.block.steps == 0:
-            return "singular"
+            return Outcome.SINGULAR
         self.checkpoints.append(seen.end)
         return None
 
@@ -447,16 +449,18 @@ class _Journey:
                 return seen
             steps = min(full, steps + math.ceil(1.05 * (end - reached) / length) + 1)
 
-    def orbit(self, ending: Ending) -> Orbit:
+    def orbit(self, outcome: Outcome) -> Orbit:
         """Return what has been seen so far.
 
         An interrupt may come in the middle of `advance`: what counts then is the last checkpoint.
         """
         known, first = self.known, self.known.checkpoints[-1]
         whole = len(self.checkpoints) - len(known.checkpoints)
-        blocks = self.blocks[:whole] if ending == "interrupted" else self.blocks
+        blocks = self.blocks[:whole] if outcome == Outcome.INTERRUPTED else self.blocks
         last, end = blocks[-1].end if blocks else first, self.end
-        if ending != "reached":  # a step back, so that rounding cannot put it behind the last state
+        if (
+            outcome != Outcome.FINISHED
+        ):  # a step back, so that rounding cannot put it behind the last state
             end = float(np.nextafter(np.nextafter(last.time[0], first.time[0]), first.time[0]))
         forward = math.copysign(1.0, self.far)
         return Orbit(
@@ -469,5 +473,5 @@ class _Journey:
             ),
             end=end,
             steps=last.steps,
-            ending=ending,
+            outcome=outcome,
         )

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import time
+from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -94,35 +94,32 @@ class PreciseRun:
         """How well a state is known, once it may have drifted."""
         return self.ctx.ldexp(1, GRAIN_BITS - self.engine.bits)
 
-    def wanted(self, t: Number, event: str | None = None) -> Wanted:
-        """Return what to ask for at a time, or at the zero of an event function close to it."""
-        return Wanted(self.ctx.nstr(self.ctx.mpf(t), self.ctx.dps), event)
-
     def walk(
         self,
-        wanted: Sequence[Wanted],
+        wanted: Sequence[tuple[Number, str | None]],
         on_mark: Callable[[float], None] | None = None,
         first: int = 0,
     ) -> Walk:
-        """Take natural steps from a mark, the start for one, until everything wanted is found."""
+        """Take natural steps from a mark, the start for one, until everything wanted is found.
+
+        That is the motion at times, or at zeros of event functions close to them.
+        """
+        ctx = self.ctx
+        texts = [Wanted(ctx.nstr(ctx.mpf(t), ctx.dps), event) for t, event in wanted]
         with self._alone:
-            return self.engine.walk(self.marks[first], wanted, self.far, self.longest, on_mark)
+            return self.engine.walk(self.marks[first], texts, self.far, self.longest, on_mark)
 
     def at(self, times: Sequence[Number]) -> tuple[Sample, ...]:
         """Return the motion at times between start and end [s], in any order."""
-        wanted = [self.wanted(t) for t in times]
-        before = [self._mark_before(one) for one in wanted]
-        order = sorted(range(len(wanted)), key=before.__getitem__)
+        known = [abs(float(mark.t)) for mark in self.marks]
+        before = [max(bisect_left(known, abs(float(t))) - 1, 0) for t in times]
         found: dict[int, Any] = {}
-        for first, group in groupby(order, before.__getitem__):
-            indices = list(group)
-            walk = self.walk([wanted[i] for i in indices], first=first)
-            found |= zip(indices, walk.found, strict=True)
-        return self.numbers(self.sampled([found[i] for i in range(len(wanted))]))
-
-    def _mark_before(self, wanted: Wanted) -> int:
-        t, forward = self.engine.wide(wanted.t), 1 if self.far > 0 else -1
-        return max(sum(bool((t - mark.t) * forward >= 0) for mark in self.marks) - 1, 0)
+        for first in set(before):
+            here = [i for i, mark in enumerate(before) if mark == first]
+            found |= zip(
+                here, self.walk([(times[i], None) for i in here], first=first).found, strict=True
+            )
+        return self.numbers(self.sampled([found[i] for i in range(len(times))]))
 
     def sampled(self, found: Sequence[Mark]) -> Sample:
         """Return the motion at states of the run, in reals."""
@@ -234,10 +231,10 @@ def in_decimals(
     began = time.perf_counter()
     times = _sample_times(scene, motion, run.ctx, before)
     expected = schedule(motion, times[-1], scene.events, scene.digits + SPARE_IN_TIME)
-    wanted = [run.wanted(t) for t in times]
+    wanted: list[tuple[Number, str | None]] = [(t, None) for t in times]
     for kind, t in expected:  # a zero near each event, or the start where that is one
         event = "reversal" if kind == "reversal" else "turning"
-        wanted.append(run.wanted(t, event if t else None))
+        wanted.append((t, event if t else None))
     walk = run.walk(wanted, progress and (lambda t: progress(t / orbit.end)))
     run = replace(run, marks=walk.marks)
     seen = [one for one in walk.found[: len(times)] if one is not None]

@@ -24,7 +24,6 @@ from heavytop.integration.bits import bits_of, named
 from heavytop.integration.compiled import Compiled, compiled
 from heavytop.integration.integrator import (
     Checkpoint,
-    Ending,
     Integrator,
     Orbit,
     Seen,
@@ -60,12 +59,6 @@ EVERY_S = 10.0  # between two saves of a trajectory on its way
 SHARE = 20.0  # times as long as a save takes, until the next one
 UNSAVED_S = 1.0  # at the end of the steps; less is not worth a file
 _SAMPLES = arguments.Range(1, MAX_SAMPLES, whole=True)
-OUTCOMES: dict[Ending, Outcome] = {
-    "reached": Outcome.FINISHED,
-    "singular": Outcome.SINGULAR,
-    "interrupted": Outcome.INTERRUPTED,
-    "step-limit": Outcome.STEP_LIMIT,
-}
 
 
 def propagate(
@@ -294,7 +287,7 @@ def _gone_on(
     scene, motion, chosen, cost = part.scene, part.motion, part.plan, part.statistics
     saves = None if checkpoint is None else Checkpoints(checkpoint, part)
     in_doubles = chosen.precision == "double"
-    began, orbit = time.perf_counter(), replace(part.orbit, ending="reached")
+    began, orbit = time.perf_counter(), replace(part.orbit, outcome=Outcome.FINISHED)
     if times.size:
         on_block = progress if in_doubles else None
         orbit = continued(part.orbit, times, on_block=on_block, step_limit=step_limit, keep=saves)
@@ -302,11 +295,11 @@ def _gone_on(
     cost = Statistics(orbit.steps, engine.order, cost.derive_s, engine.compile_s, spent, cost.whole)
     if saves is not None:
         saves.at_last(orbit)
-    if orbit.ending == "reached" and _left_the_chart(orbit):
-        orbit = replace(orbit, ending="singular")
-    if orbit.ending == "singular" and not in_doubles:  # more bits may go on
-        orbit = replace(orbit, ending="reached", end=span(scene, motion))
-    events, outcome = orbit_events(scene, motion, chosen, orbit), OUTCOMES[orbit.ending]
+    if orbit.outcome is Outcome.FINISHED and _left_the_chart(orbit):
+        orbit = replace(orbit, outcome=Outcome.SINGULAR)
+    if orbit.outcome is Outcome.SINGULAR and not in_doubles:  # more bits may go on
+        orbit = replace(orbit, outcome=Outcome.FINISHED, end=span(scene, motion))
+    events, outcome = orbit_events(scene, motion, chosen, orbit), orbit.outcome
     trajectory = Trajectory(scene, motion, chosen, orbit, events, outcome, cost)
     if outcome is not Outcome.FINISHED:
         raise EndedEarly(outcome, trajectory, _why(trajectory))
@@ -476,7 +469,7 @@ class Checkpoints:
 
     def at_last(self, orbit: Orbit) -> None:
         """Save the orbit at the end of its steps, before what is made of it takes its time."""
-        if time.monotonic() - self.saved >= UNSAVED_S and orbit.ending in ("reached", "singular"):
+        if time.monotonic() - self.saved >= UNSAVED_S and orbit.outcome in ("finished", "singular"):
             self._save(orbit)
 
     def _save(self, orbit: Orbit) -> None:

@@ -27,7 +27,7 @@ from heavytop.machine import versions
 from heavytop.run.events import STORED, Events, precise_events
 from heavytop.run.high_precision import Decimals, PreciseRun
 from heavytop.run.planning import Plan, closed_form_of, start_values
-from heavytop.run.propagation import OUTCOMES, compiled_for, integrator_of
+from heavytop.run.propagation import compiled_for, integrator_of
 from heavytop.run.trajectory import Statistics, Trajectory
 from heavytop.scene.arguments import path_of
 from heavytop.scene.scene import read_scene
@@ -286,7 +286,7 @@ def _orbit(file: Any, chosen: Plan, outcome: Outcome) -> Orbit:
         hits=tuple(Seen(*columns) for columns in hits),
         end=float(attribute(file, "end")),
         steps=int(attribute(file, "steps")),
-        ending=next(ending for ending, known in OUTCOMES.items() if known is outcome),
+        outcome=outcome,
     )
 
 
