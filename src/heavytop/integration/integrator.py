@@ -328,10 +328,8 @@ class Orbit:
 def not_begun(integrator: Integrator, start: Checkpoint) -> Orbit:
     """Return an orbit that is nothing yet but its start."""
     nothing = Seen(NEVER, NEVER, np.empty((0, start.state.size)), NEVER)
-    hits = (nothing,) * len(integrator.compiled.events)
-    return Orbit(
-        integrator, (start,), nothing, hits, start.time[0], start.steps, Outcome.INTERRUPTED
-    )
+    hits, outcome = (nothing,) * len(integrator.compiled.events), Outcome.INTERRUPTED
+    return Orbit(integrator, (start,), nothing, hits, start.time[0], start.steps, outcome)
 
 
 def continued(

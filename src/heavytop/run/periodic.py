@@ -23,7 +23,7 @@ from heavytop.numbers import PI, Exact, cos, sin
 from heavytop.numbers.decimals import Context, Number, context, number
 from heavytop.numbers.double_double import less_multiples, whole_multiples
 from heavytop.run.estimates import FOLDED_REACH, LEAST_FOLDED, MOST_TURNS, needed_to_fold
-from heavytop.run.planning import closed_form_of, refusal, span
+from heavytop.run.planning import closed_form_of, refusal, span, span_fault
 from heavytop.scene.arguments import whole
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import MAX_DIGITS
@@ -485,9 +485,8 @@ def fold(scene: Scene, digits: int | None = None) -> Folded:
     span(scene, motion)  # refuses periods where nothing nutates
     folded = (constant_tilt if regime == "steady" else nutating)(scene, max(LEAST_FOLDED, wanted))
     if abs(folded.span) > folded.reach:
-        key, value = ("time", scene.time) if scene.periods is None else ("periods", scene.periods)
         rule = f"at most {folded.reach:.3g} s: farther off, turns are not counted"
-        raise refusal(scene, f"span.{key}", str(value), rule)
+        raise BadScene((span_fault(scene, rule),))
     return folded
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import Rounded
-from heavytop.errors import BadScene, EndedEarly, Fault, Outcome
+from heavytop.errors import BadScene, EndedEarly, Outcome
 from heavytop.integration.bits import bits_of, named
 from heavytop.integration.compiled import Compiled, compiled
 from heavytop.integration.integrator import (
@@ -40,13 +40,14 @@ from heavytop.run.planning import (
     closed_form_of,
     leaving,
     planned,
+    refusal,
     settled,
     span,
+    span_fault,
     start_values,
 )
 from heavytop.run.trajectory import Statistics, Trajectory
 from heavytop.run.verify import checked, forewarned
-from heavytop.scene import arguments
 from heavytop.scene.arguments import expect, heard, number_of, whole
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import MAX_SAMPLES
@@ -58,7 +59,6 @@ Progress = Callable[[float], None]
 EVERY_S = 10.0  # between two saves of a trajectory on its way
 SHARE = 20.0  # times as long as a save takes, until the next one
 UNSAVED_S = 1.0  # at the end of the steps; less is not worth a file
-_SAMPLES = arguments.Range(1, MAX_SAMPLES, whole=True)
 
 
 def propagate(
@@ -136,9 +136,12 @@ def propagate(
     motion = closed_form_of(scene)
     chosen = planned(scene, motion, formulation, projected)
     if chosen.formulation == "none":
-        raise _nothing_to_integrate(scene)
+        known = "heavytop.classify and heavytop.Motion have them"
+        rule = f"class and period need no integration: {known}"
+        raise refusal(scene, "want.quantities", ", ".join(scene.quantities), rule)
     if chosen.folded:
-        raise _better_folded(scene, chosen)
+        rule = "a span to be folded: heavytop.fold answers; a formulation by name integrates it"
+        raise BadScene((span_fault(scene, rule, chosen.reasons[-1]),))
     return carried_out(scene, motion, chosen, progress, step_limit, checkpoint)
 
 
@@ -226,10 +229,10 @@ def extend(
     old, end = trajectory.orbit, float(span_wanted)
     if not abs(end) > abs(old.end) or end * old.end < 0:
         raise ValueError(f"time_span: beyond {old.end}, where the trajectory ends")
-    count = _as_before(trajectory, end) if samples is None else _whole(samples)
-    scene = replace(
-        trajectory.scene, time=span_wanted, periods=None, samples=trajectory.t.size + count
-    )
+    more = _as_before(trajectory, end) if samples is None else samples
+    count = whole("samples", more, 1, MAX_SAMPLES)
+    in_all = trajectory.t.size + count
+    scene = replace(trajectory.scene, time=span_wanted, periods=None, samples=in_all)
     chosen = _longer(trajectory, scene)
     forewarned(chosen)
     times = np.linspace(old.end, end, count + 1)[1:]
@@ -390,13 +393,6 @@ def _as_before(trajectory: Trajectory, end: float) -> int:
     return max(1, round(count))
 
 
-def _whole(samples: object) -> int:
-    try:
-        return int(_SAMPLES(samples))
-    except arguments.Refused as wrong:
-        raise ValueError(f"samples: {wrong}") from None
-
-
 def compiled_for(chosen: Plan) -> Compiled:
     """Return the compiled equations of a plan."""
     form = chosen.equations
@@ -435,19 +431,6 @@ def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, float], Checkpoi
 def _own_numbers(form: Formulation) -> Rounded:
     """Return the constants and the start of a formulation, as functions of a scene's numbers."""
     return Rounded((*form.parameters.values(), *form.start))
-
-
-def _nothing_to_integrate(scene: Scene) -> BadScene:
-    rule = "class and period need no integration: heavytop.classify and heavytop.Motion have them"
-    wants = ", ".join(scene.quantities)
-    return BadScene((Fault(scene.name, None, "want.quantities", wants, rule),))
-
-
-def _better_folded(scene: Scene, chosen: Plan) -> BadScene:
-    rule = "a span to be folded: heavytop.fold answers; a formulation by name integrates it"
-    key = "span.time" if scene.periods is None else "span.periods"
-    value = str(scene.time if scene.periods is None else scene.periods)
-    return BadScene((Fault(scene.name, None, key, value, rule, chosen.reasons[-1]),))
 
 
 # --- saving a run on its way, so that a kill loses little of it ----------------------------------
