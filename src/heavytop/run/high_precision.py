@@ -17,7 +17,7 @@ from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import exact_values
 from heavytop.integration import outputs
-from heavytop.integration.bits import bits_of
+from heavytop.integration.bits import bits_of, digits_of
 from heavytop.integration.high_precision import Mark, PreciseIntegrator, Walk, Wanted
 from heavytop.integration.integrator import Orbit
 from heavytop.integration.outputs import VECTORS, Sample
@@ -31,8 +31,7 @@ from heavytop.scene.scene import Scene
 if TYPE_CHECKING:
     from heavytop.run.trajectory import Trajectory
 
-SPARE_DIGITS = 12  # of the numbers that quantities are formed in,
-SPARE_IN_TIME = 20  # and of the times at which events are looked for
+SPARE_IN_TIME = 20  # digits of the times at which events are looked for
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +62,7 @@ class PreciseRun:
     def of(cls, chosen: Plan, named: Mapping[str, Exact], orbit: Orbit) -> PreciseRun:
         """Return the start of a run; `named` are the scene's numbers, `orbit` is in doubles."""
         form, bits = chosen.equations, bits_of(chosen.precision)
-        ctx = context(int(bits * 0.30103) + SPARE_DIGITS)
+        ctx = context(digits_of(bits))
         constants, state = rounded_start(form, named, ctx)
         constants |= {name: ctx.nstr(ctx.mpf(rate), ctx.dps) for name, rate in chosen.frame}
         own = form.integrated or form
