@@ -388,15 +388,12 @@ def tally(motion: Motion, end: float, asked: Collection[str] = EVENTS) -> Counts
     if not asked or form.lower_turning is None or motion.kind is Kind.UNDECIDED:
         return None
     at_start, edge = AT_START * _scale(form), EDGE * (abs(end) + _scale(form))
-    surely, perhaps = (
-        [(kind, len(numbers)) for kind, _, numbers in _in_span(motion, form, end, at_start, slack)]
-        for slack in (-edge, edge)
-    )
+    found = list(_in_span(motion, form, end, at_start, -edge, edge))
 
-    def count(name: str, found: list[tuple[str, int]]) -> int:
-        return sum(many for kind, many in found if kind in KINDS_OF[name])
+    def count(name: str, which: int) -> int:
+        return sum(len(numbers[which]) for kind, _, numbers in found if kind in KINDS_OF[name])
 
-    return {name: (count(name, surely), count(name, perhaps)) for name in KINDS_OF if name in asked}
+    return {name: (count(name, 0), count(name, 1)) for name in KINDS_OF if name in asked}
 
 
 def schedule(
@@ -426,7 +423,7 @@ def schedule(
     at_start, slack = blur * _scale(form), blur * (abs(end) + _scale(form))
     times = (
         (kind, first + n * (form.period or 0))
-        for kind, first, numbers in _in_span(motion, form, end, at_start, slack)
+        for kind, first, (numbers,) in _in_span(motion, form, end, at_start, slack)
         if kind in wanted
         for n in numbers
     )
@@ -444,20 +441,23 @@ def differences(expected: Counts, counted: Mapping[str, int | None]) -> Iterator
 
 
 def _in_span(
-    motion: Motion, form: ClosedForm, end: Number, at_start: Number, slack: Number
-) -> Iterator[tuple[str, Number, range]]:
+    motion: Motion, form: ClosedForm, end: Number, at_start: Number, *slacks: Number
+) -> Iterator[tuple[str, Number, list[range]]]:
     """Each kind of event, the time of one, and how many periods later there are others in a span.
 
-    The span is from just before the start to about its end.
+    The span is from just before the start to about its end, once for each slack there.
     """
-    reach = max(abs(end) + slack, 0)
-    low, high = (-at_start, reach) if end >= 0 else (-reach, at_start)
-    for kind, first in _first_of_each(motion, form):
+
+    def numbers(first: Number, slack: Number) -> range:
+        reach = max(abs(end) + slack, 0)
+        low, high = (-at_start, reach) if end >= 0 else (-reach, at_start)
         if form.period is None:
-            yield kind, first, range(int(low < first <= high))
-        else:
-            before, last = (int(form.ctx.floor((t - first) / form.period)) for t in (low, high))
-            yield kind, first, range(before + 1, last + 1)
+            return range(int(low < first <= high))
+        before, last = (int(form.ctx.floor((t - first) / form.period)) for t in (low, high))
+        return range(before + 1, last + 1)
+
+    for kind, first in _first_of_each(motion, form):
+        yield kind, first, [numbers(first, slack) for slack in slacks]
 
 
 def _first_of_each(motion: Motion, form: ClosedForm) -> list[tuple[str, Number]]:
