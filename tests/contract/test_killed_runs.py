@@ -24,8 +24,8 @@ from importlib import import_module
 signal.signal(signal.SIGINT, signal.default_int_handler)
 signal.signal(signal.SIGTERM, signal.SIG_DFL)
 place, count, number = sys.argv.pop(1), int(sys.argv.pop(1)), int(sys.argv.pop(1))
-import heavytop.run.propagation as checkpoints
-checkpoints.EVERY_S = checkpoints.SHARE = checkpoints.UNSAVED_S = 0.0
+import heavytop.run.propagation as running
+running.EVERY_S = running.SHARE = running.UNSAVED_S = 0.0
 module, _, name = place.partition(":")
 home, calls = import_module(module), 0
 *inner, name = name.split(".")

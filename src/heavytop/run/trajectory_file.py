@@ -252,10 +252,8 @@ def _trajectory(file: Any) -> Trajectory:
     if "decimal_steps" in file:
         run = PreciseRun.of(chosen, start_values(scene), orbit)
         met = precise_events(scene, motion, run, kinds, _marks(file, "event", run), orbit.end)[0]
-        samples, steps = (
-            run.numbers(run.sampled(_marks(file, "t", run))),
-            int(array(file, "decimal_steps")),
-        )
+        samples = run.numbers(run.sampled(_marks(file, "t", run)))
+        steps = int(array(file, "decimal_steps"))
         decimals = Decimals(scene.digits, run, samples, met, steps, 0.0)
     return Trajectory(
         scene=scene,
