@@ -4,7 +4,7 @@ import numpy as np
 from claim import claim, finish
 
 import heavytop as ht
-from heavytop.run.own_motion import closed_form
+from heavytop.run.verify import closed_form
 
 PERIODS = 100
 

@@ -12,7 +12,7 @@ import numpy as np
 from claim import claim, finish, most
 
 import heavytop as ht
-from heavytop.run.own_motion import closed_form
+from heavytop.run.verify import closed_form
 
 FORMS = ("axis", "attitude")
 REPEATS = 15

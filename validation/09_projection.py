@@ -12,8 +12,7 @@ from claim import claim, finish
 
 import heavytop as ht
 from heavytop.equations.lambdify import lambdified
-from heavytop.run.own_motion import closed_form
-from heavytop.run.verify import phase_error
+from heavytop.run.verify import closed_form, phase_error
 
 MARKS = (1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000)
 MOST = int(sys.argv[1]) if len(sys.argv) > 1 else MARKS[-1]  # fewer periods, for a quick look

@@ -13,7 +13,7 @@ import numpy as np
 
 import heavytop as ht
 from heavytop.errors import HeavyTopError
-from heavytop.run.expected_events import tally
+from heavytop.run.events import tally
 
 sys.path.insert(0, str(Path(__file__).parent))
 import fuzz

@@ -77,8 +77,8 @@ PLANTS = (
     ),
     Plant(
         "turns lost, in the integrator",
-        "integration/winding.py",
-        (("principal + 2 * np.pi * turns)", "principal)"),),
+        "integration/turns.py",
+        (("nearest(azimuth(rows), phi))", "azimuth(rows))"),),
         ("simo-wong-phi-run", "simo-wong-psi-run", "dop853-run-kicked"),
     ),
     Plant(

@@ -65,7 +65,7 @@ _HOMES = {
     "fold": "run.periodic",
     "load_atlas": "studies.atlas",
     "load_scene": "scene.scene",
-    "load_trajectory": "run.archive",
+    "load_trajectory": "run.trajectory_file",
     "merge_atlases": "studies.atlas",
     "motions_many": "analytic.many_motions",
     "plan": "run.planning",
@@ -184,7 +184,6 @@ if TYPE_CHECKING:
     )
     from heavytop.integration.outputs import Sample
     from heavytop.numbers import Exact
-    from heavytop.run.archive import load_trajectory
     from heavytop.run.ensemble import propagate_many
     from heavytop.run.periodic import Folded, fold
     from heavytop.run.planning import Plan, plan
@@ -196,6 +195,7 @@ if TYPE_CHECKING:
         state_transition,
     )
     from heavytop.run.trajectory import Trajectory
+    from heavytop.run.trajectory_file import load_trajectory
     from heavytop.run.verify import Errors, run_errors
     from heavytop.scene.scene import Scene, load_scene
     from heavytop.scene.state import State

@@ -11,7 +11,7 @@ import pytest
 import heavytop as ht
 from heavytop.errors import Impossible, Unseparated
 from heavytop.numbers import Exact
-from heavytop.run.expected_events import tally
+from heavytop.run.events import tally
 from heavytop.scene.scene import shipped_scenes
 
 from .rigid_series import motion

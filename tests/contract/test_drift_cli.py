@@ -385,11 +385,11 @@ def test_an_interrupted_run_goes_on_where_it_was(tmp_path):
 
 
 def test_a_run_begun_by_other_versions_is_refused(tmp_path, monkeypatch):
-    from heavytop.run import archive
+    from heavytop.run import trajectory_file
 
     assert heavytop_("run", "sicm-kicked", "--no-figures", "-o", tmp_path).exit_code == 0
-    here = archive.versions()
-    monkeypatch.setattr(archive, "versions", lambda: here | {"heyoka": "99"})
+    here = trajectory_file.versions()
+    monkeypatch.setattr(trajectory_file, "versions", lambda: here | {"heyoka": "99"})
     refused = heavytop_("resume", tmp_path)
     assert refused.exit_code == 6
     assert "heyoka" in refused.stderr

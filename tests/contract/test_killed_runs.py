@@ -25,8 +25,8 @@ from importlib import import_module
 signal.signal(signal.SIGINT, signal.default_int_handler)
 signal.signal(signal.SIGTERM, signal.SIG_DFL)
 place, count, number = sys.argv.pop(1), int(sys.argv.pop(1)), int(sys.argv.pop(1))
-import heavytop.run.checkpoints as checkpoints
-checkpoints.EVERY_S = checkpoints.SHARE = checkpoints.UNSAVED_S = 0.0
+import heavytop.run.propagation as running
+running.EVERY_S = running.SHARE = running.UNSAVED_S = 0.0
 module, _, name = place.partition(":")
 home, calls = import_module(module), 0
 *inner, name = name.split(".")
@@ -43,8 +43,8 @@ setattr(home, name, struck)
 from heavytop.cli import main
 main()
 """
-BLOCK = "heavytop.integration.orbit:_Journey.advance"
-EVENTS = "heavytop.run.checkpoints:orbit_events"
+BLOCK = "heavytop.integration.integrator:_Journey.advance"
+EVENTS = "heavytop.run.propagation:no_events"
 AT_LAST = "heavytop.run.propagation:orbit_events"
 SAVED = "heavytop.run.trajectory:Trajectory.save"
 DRAWN = "heavytop.plots.figures:save"
@@ -178,8 +178,8 @@ def test_a_checkpoint_that_does_not_fit_ends_a_run_early(tmp_path, whole, monkey
             raise OSError(28, "No space left on device")
         return write(path, data)
 
-    monkeypatch.setattr("heavytop.run.checkpoints.EVERY_S", 0.0)
-    monkeypatch.setattr("heavytop.run.checkpoints.SHARE", 0.0)
+    monkeypatch.setattr("heavytop.run.propagation.EVERY_S", 0.0)
+    monkeypatch.setattr("heavytop.run.propagation.SHARE", 0.0)
     monkeypatch.setattr(Path, "write_bytes", filling)
     full = heavytop_("run", *SCENES["long"], "-o", folder)
     assert full.exit_code == 4

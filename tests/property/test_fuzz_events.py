@@ -29,7 +29,7 @@ def test_runs_that_nobody_checks_are_found(fuzz_events, monkeypatch):
 
 def test_an_event_that_is_left_out_is_found(fuzz_events, monkeypatch):
     """Planted: the last event is never looked for, and nobody counts."""
-    schedule = import_module("heavytop.run.expected_events").schedule
+    schedule = import_module("heavytop.run.events").schedule
     monkeypatch.setattr(
         "heavytop.run.high_precision.schedule", lambda *given: schedule(*given)[:-1]
     )

@@ -4,11 +4,7 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
-import numpy as np
 import pytest
-
-from heavytop.integration.turns import _Arm
-from heavytop.integration.winding import Winding
 
 
 @pytest.fixture(scope="module")
@@ -26,12 +22,7 @@ def test_no_turn_is_lost_and_no_digit_in_silence(fuzz_turns):
 def test_turns_taken_for_the_least_change_are_found(fuzz_turns, monkeypatch):
     """Planted: the sense in which a pole is passed is left to the state."""
 
-    def least(arm, _forward):
-        change = np.diff(arm.argument(arm.close))
-        return change - 2 * np.pi * np.round(change / (2 * np.pi))
-
-    monkeypatch.setattr(_Arm, "changes", least)
-    monkeypatch.setattr(Winding, "_sided", lambda _self, _dt, _rows, change: change)
+    monkeypatch.setattr("heavytop.integration.turns.in_sense", lambda _sense, change: change)
     found = " ".join(fuzz_turns.misses(2, 10))
     assert "attitude: phi off by" in found
     assert "axis: phi off by" in found

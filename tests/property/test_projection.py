@@ -15,12 +15,10 @@ from heavytop.equations.lambdify import lambdified
 from heavytop.equations.reduced_cubic import cubic_form
 from heavytop.integration import projection
 from heavytop.integration.compiled import Block
-from heavytop.integration.legs import EVEN, GOLDEN, Projected
-from heavytop.integration.projection import Projection
+from heavytop.integration.projection import EVEN, GOLDEN, Projected, Projection
 from heavytop.numbers import Exact
 from heavytop.numbers.double_double import add
-from heavytop.run.own_motion import closed_form
-from heavytop.run.verify import phase_error, run_errors
+from heavytop.run.verify import closed_form, phase_error, run_errors
 
 TILT = 'want.quantities=["theta"]'
 ALL = 'want.quantities=["theta", "phi", "psi"]'
@@ -241,15 +239,10 @@ class Growing:
 
     formulation, events, nothing = cubic_form(), (), np.empty((0, 2))
 
-    def unseen(self, state, steps, far, longest):
+    def leg(self, state, steps, far, samples, longest):
         length = float(4.0 ** state[0])
-        return state + np.array([1, length]), (length, 0.0)
-
-    def block(self, state, steps, far, samples=None, longest=None):
-        reached, elapsed = self.unseen(state, steps, far, longest)
-        near = [] if samples is None else samples[samples <= elapsed[0]]
-        rows = [state + np.array([0, t]) for t in near]
-        return Block(reached, elapsed, steps, np.reshape(rows, (-1, 2)), (), singular=False)
+        rows = [state + np.array([0, t]) for t in samples[samples <= length]]
+        return Block(state + np.array([1, length]), (length, 0.0), steps, np.reshape(rows, (-1, 2)))
 
 
 @pytest.mark.parametrize("gap", [0.25, 1.5, 3.0, 30.0])

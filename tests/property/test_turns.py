@@ -12,8 +12,8 @@ import heavytop as ht
 from heavytop.equations.quaternion import attitude_form
 from heavytop.integration.compiled import Block
 from heavytop.integration.integrator import Checkpoint, Integrator
-from heavytop.integration.winding import MOST_POINTS
-from heavytop.run.own_motion import closed_form
+from heavytop.integration.turns import MOST_POINTS
+from heavytop.run.verify import closed_form
 
 pytestmark = pytest.mark.filterwarnings("ignore::heavytop.errors.DoubtfulWarning")
 
@@ -182,7 +182,7 @@ def test_a_top_that_rests_upright_takes_one_step():
     top = ht.Top(A=1, C=0.5, gMR=1e4)
     trajectory = run(ht.Scene(top, ht.State(theta=0, phi=1, psi=2), time=1e6, quantities=ANGLES))
     assert trajectory.statistics.steps <= 2
-    assert trajectory.orbit.integrator.following.apart == np.inf
+    assert trajectory.orbit.integrator.turns.apart == np.inf
     assert np.max(np.abs(trajectory.phi - 1)) < 1e-15
     assert np.max(np.abs(trajectory.psi - 2)) < 1e-15
 

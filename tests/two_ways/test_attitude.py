@@ -13,9 +13,9 @@ from heavytop.equations import lagrangian as lag
 from heavytop.equations.euler_poisson import axis_form, g, kappa, l_x, l_y, l_z
 from heavytop.equations.formulation import spin, time
 from heavytop.equations.quaternion import attitude_form, product, psi_slow, q, start_attitude
-from heavytop.integration.orbit import integrate
+from heavytop.integration.integrator import continued, not_begun
 from heavytop.numbers.double_double import two_product
-from heavytop.run.own_motion import closed_form
+from heavytop.run.verify import closed_form
 from heavytop.scene.scene import shipped_scenes
 
 ANGLES = ("theta", "phi", "psi")
@@ -216,7 +216,7 @@ def test_the_closed_form_is_that_of_the_runs_own_numbers():
     state = orbit.checkpoints[0].state.copy()
     state[:4] *= 1 + 1e-9
     start = replace(orbit.checkpoints[0], state=state)
-    longer = integrate(orbit.integrator, start, trajectory.t)
+    longer = continued(not_begun(orbit.integrator, start), trajectory.t)
     other = replace(trajectory, orbit=longer)
     theta = closed_form(other)(other.t).theta
     assert np.max(np.abs(other.theta - theta)) < 1e-14

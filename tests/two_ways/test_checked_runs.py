@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 import heavytop as ht
 from heavytop.cli.command import app
 from heavytop.errors import EndedEarly
-from heavytop.run.expected_events import schedule
+from heavytop.run.events import schedule
 from heavytop.run.propagation import completed
 
 BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")

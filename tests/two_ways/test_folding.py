@@ -17,7 +17,7 @@ from heavytop.errors import BadScene, Impossible, NotANumber
 from heavytop.integration import half_nutation
 from heavytop.integration.compiled import System
 from heavytop.integration.half_nutation import HalfNutation
-from heavytop.integration.precise import Precise, PreciseIntegrator
+from heavytop.integration.high_precision import Precise, PreciseIntegrator
 from heavytop.numbers import Exact
 from heavytop.numbers.decimals import context
 from heavytop.numbers.double_double import less_multiples, whole_multiples

@@ -12,7 +12,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.errors import BadScene, DoubtfulWarning, EndedEarly, MissedDigitsWarning, Outcome
-from heavytop.integration.precise import Unfinished
+from heavytop.integration.high_precision import Unfinished
 from heavytop.run.high_precision import PreciseRun
 from heavytop.run.verify import doubtful_digits
 from heavytop.studies.methods import method

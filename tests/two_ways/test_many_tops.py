@@ -5,7 +5,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.errors import HeavyTopError, Impossible, ImpossibleStart, NotANumber, Outcome
-from heavytop.run.expected_events import tally
+from heavytop.run.events import tally
 
 SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
 RANDOM = np.random.default_rng(11)

@@ -9,7 +9,7 @@ import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.integration import outputs
 from heavytop.integration.bits import LONG_DOUBLE
-from heavytop.integration.precise import PreciseIntegrator, Unfinished, Wanted
+from heavytop.integration.high_precision import PreciseIntegrator, Unfinished, Wanted
 from heavytop.numbers import Exact
 from heavytop.results.document import run_document
 from heavytop.run.estimates import Forecast

@@ -9,9 +9,8 @@ import pytest
 import heavytop as ht
 from heavytop.equations.euler_poisson import axis_form
 from heavytop.integration import pace as paces
-from heavytop.integration.compiled import Compiled
-from heavytop.integration.orbit import continued, integrate
-from heavytop.integration.pace import FAST, SLOW, in_units, paces_of
+from heavytop.integration.compiled import FAST, SLOW, Compiled, in_units, paces_of
+from heavytop.integration.integrator import continued, not_begun
 from heavytop.run.planning import plan
 from heavytop.run.propagation import binary_start, compiled_for, integrator_of
 
@@ -66,7 +65,7 @@ def test_one_number_for_all_states_would_lose_it(spin, least, most, monkeypatch)
     parameters, start = binary_start(scene, chosen)
     end = 99.618 * ht.Motion(scene.top, scene.start).period
     engine = integrator_of(chosen, compiled_for(chosen), parameters, start)
-    orbit = integrate(engine, start, np.array([end]))
+    orbit = continued(not_begun(engine, start), np.array([end]))
     exact = ht.Motion(scene.top, scene.start).at(end, digits=30)
     error = math.dist(orbit.samples.rows[-1, :3], [float(x) for x in exact.axis])
     assert least < error < most
@@ -237,7 +236,7 @@ class TestBits:
         assert np.array_equal(orbit.samples.rows[-1], sampled.orbit.samples.rows[-1])
         engine = orbit.integrator
         first = orbit.checkpoints[0]
-        half = integrate(engine, first, np.array([orbit.end / 3]))
+        half = continued(not_begun(engine, first), np.array([orbit.end / 3]))
         rest = continued(half, np.array([orbit.end]))
         assert np.array_equal(rest.samples.rows[-1], orbit.samples.rows[-1])
         assert np.array_equal(rest.hits[0].t, orbit.hits[0].t)

@@ -19,7 +19,7 @@ from heavytop.comparison.adaptive import (
 )
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, DoubtfulWarning
-from heavytop.run.expected_events import differences, tally
+from heavytop.run.events import differences, tally
 from heavytop.run.planning import Plan, closed_form_of, plan
 from heavytop.run.propagation import binary_start
 from heavytop.studies.conditioning import ROUNDINGS, UNIT, Reference, reference

@@ -107,7 +107,7 @@ def _run(folder: Path, voice: Voice, *, json: bool, figures: bool) -> None:
 def _ended(folder: Path, document: dict[str, Any], outcome: errors.Outcome, json: bool) -> None:
     """Print what a run that has ended gave."""
     from heavytop.report.run_files import TRAJECTORY
-    from heavytop.run.archive import load_interrupted
+    from heavytop.run.trajectory_file import load_interrupted
 
     if (folder / TRAJECTORY).exists():
         load_interrupted(folder / TRAJECTORY)  # refuses what is damaged

@@ -99,7 +99,7 @@ def carry_out(
 
         say(missed(document["missed_digits"], asked.scene.digits))
     if document["missed_events"] and voice.quiet:  # else it has been warned of
-        from heavytop.run.expected_events import differences
+        from heavytop.run.events import differences
 
         say("; ".join(differences(document["missed_events"], document["events"])))
     if document["missed_digits"] or document["missed_events"]:

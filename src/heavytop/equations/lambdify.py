@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import reduce
+from functools import cache, reduce
 from math import isfinite
 from typing import Any, Final
 
@@ -105,7 +104,51 @@ def evaluated(
     >>> evaluated([sp.cos(x) ** 2 / 3 - y], {"x": 0, "y": 1}, float, {"cos": np.cos})
     [np.float64(-0.6666666666666667)]
     """
-    return list(map(_Evaluation(named, number, functions), map(sp.sympify, expressions)))
+
+    @cache
+    def value(node: Any) -> Any:
+        if node.is_Symbol and node.name in named:
+            return named[node.name]
+        if node.is_Integer:
+            return number(int(node))
+        if node.is_Rational:
+            return number(int(node.p)) / number(int(node.q))
+        if node.is_Add:
+            # Differences, not sums of negated terms: each negation is one more series to propagate
+            negative = {term: term.could_extract_minus_sign() for term in node.args}
+            first, *others = sorted(node.args, key=negative.__getitem__)
+            total = value(first)
+            for term in others:
+                total = total - value(-term) if negative[term] else total + value(term)
+            return total
+        if node.is_Mul:
+            return product(node)
+        if _is_power(node):
+            return power(node.base, node.exp)
+        if node.func.__name__ in functions:
+            return functions[node.func.__name__](*map(value, node.args))
+        raise UntranslatableExpression(f"{node} is not what can be computed here")
+
+    def product(node: Any) -> Any:
+        if node.could_extract_minus_sign():
+            return -value(-node)
+        # Reciprocals are gathered into one true division: x * (1/y) would round twice.
+        above, below = [], []
+        for factor in node.args:
+            if _is_power(factor) and factor.exp.p < 0:
+                below.append(power(factor.base, -factor.exp))
+            else:
+                above.append(value(factor))
+        whole = reduce(operator.mul, above) if above else number(1)
+        return whole / reduce(operator.mul, below) if below else whole
+
+    def power(base: Any, exponent: Any) -> Any:
+        if exponent.p < 0:
+            return number(1) / power(base, -exponent)
+        root = value(base) if exponent.q == 1 else functions["sqrt"](value(base))
+        return root if exponent.p == 1 else root ** int(exponent.p)
+
+    return [value(sp.sympify(expression)) for expression in expressions]
 
 
 def exact_values(expressions: Sequence[Any], named: Mapping[str, Exact]) -> list[Exact]:
@@ -161,66 +204,6 @@ _BALLS: Functions = {
 
 def _ball(integer: int) -> Any:
     return Exact.of(integer).ball(_BITS)
-
-
-@dataclass(frozen=True, slots=True)
-class _Evaluation:
-    """The way through an expression, in one arithmetic; `known` are the values met before."""
-
-    named: Mapping[str, Any]
-    number: Callable[[int], Any]
-    functions: Functions
-    known: dict[Any, Any] = field(default_factory=dict)
-
-    def __call__(self, node: Any) -> Any:
-        if node not in self.known:
-            self.known[node] = self._value(node)
-        return self.known[node]
-
-    def _value(self, node: Any) -> Any:
-        if node.is_Symbol and node.name in self.named:
-            return self.named[node.name]
-        if node.is_Integer:
-            return self.number(int(node))
-        if node.is_Rational:
-            return self.number(int(node.p)) / self.number(int(node.q))
-        if node.is_Add:
-            return self._sum(node)
-        if node.is_Mul:
-            return self._product(node)
-        if _is_power(node):
-            return self._power(node.base, node.exp)
-        if node.func.__name__ in self.functions:
-            return self.functions[node.func.__name__](*map(self, node.args))
-        raise UntranslatableExpression(f"{node} is not what can be computed here")
-
-    def _sum(self, node: Any) -> Any:
-        # Differences, not sums with negated terms: each negation is one more series to propagate.
-        negative = {term: term.could_extract_minus_sign() for term in node.args}
-        first, *others = sorted(node.args, key=negative.__getitem__)
-        total = self(first)
-        for term in others:
-            total = total - self(-term) if negative[term] else total + self(term)
-        return total
-
-    def _product(self, node: Any) -> Any:
-        if node.could_extract_minus_sign():
-            return -self(-node)
-        # Reciprocals are gathered into one true division: x * (1/y) would round twice.
-        above, below = [], []
-        for factor in node.args:
-            if _is_power(factor) and factor.exp.p < 0:
-                below.append(self._power(factor.base, -factor.exp))
-            else:
-                above.append(self(factor))
-        product = reduce(operator.mul, above) if above else self.number(1)
-        return product / reduce(operator.mul, below) if below else product
-
-    def _power(self, base: Any, exponent: Any) -> Any:
-        if exponent.p < 0:
-            return self.number(1) / self._power(base, -exponent)
-        root = self(base) if exponent.q == 1 else self.functions["sqrt"](self(base))
-        return root if exponent.p == 1 else root ** int(exponent.p)
 
 
 def _is_power(node: Any) -> bool:

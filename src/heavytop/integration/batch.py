@@ -22,8 +22,7 @@ from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.integration.bits import DOUBLE
-from heavytop.integration.compiled import Array, System
-from heavytop.integration.pace import in_units, paces_of
+from heavytop.integration.compiled import Array, System, in_units, paces_of
 
 Indices = NDArray[np.int64]
 TOLERANCE = 2.0**-52

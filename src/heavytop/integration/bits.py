@@ -9,8 +9,20 @@ import numpy as np
 
 DOUBLE: Final = 53
 LONG_DOUBLE: Final = int(np.finfo(np.longdouble).nmant) + 1  # on this machine
+SPARE_DIGITS: Final = 12
 WORD: Final = 64  # MPFR computes in whole words
 _HARDWARE: Final = {"double": DOUBLE, "long double": LONG_DOUBLE}
+
+
+def digits_of(bits: int) -> int:
+    """Return the decimal digits of texts that are to be rounded to numbers of so many bits.
+
+    Examples
+    --------
+    >>> digits_of(53)
+    27
+    """
+    return int(bits * math.log10(2)) + SPARE_DIGITS
 
 
 def enough(needed: float) -> int:

@@ -4,13 +4,24 @@ A trajectory is made of blocks of steps whose length heyoka chose itself. Shorte
 on a sample would change every later step; counting steps does not, so a block run again from its
 start, with other samples, gives the same bits. Each block measures time from its own start: the
 equations are autonomous, and a small time keeps its last digits.
+
+heyoka holds the error of a step against one number, the largest state. An axis is of the size of
+one whatever the top does; the angular momentum beside it may be a million times as large, or as
+small, and then one of the two is held to few digits, unseen. So time is measured in the unit of
+the motion: times are multiplied by a pace, rates divided by it, and constants by its powers. Paces
+are powers of two, so nothing is rounded on the way in or out; that of any ordinary top is one.
+
+Beside the states y, with dy/dt = f(y, p), heyoka integrates their derivatives by the states at
+the start and by the parameters, which it has by differentiating f: the variational equations
+
+    d/dt dy/dy(0) = (df/dy) dy/dy(0),    d/dt dy/dp = (df/dy) dy/dp + df/dp.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -21,23 +32,37 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.equations.formulation import Formulation
+from heavytop.equations.formulation import Formulation, power_of_rate
 from heavytop.equations.lambdify import evaluated
-from heavytop.integration.bits import DOUBLE
+from heavytop.integration.bits import DOUBLE, LONG_DOUBLE
 from heavytop.numbers.double_double import DoubleDouble, add
 
-Array = NDArray[np.float64]
+Array = NDArray[np.float64]  # or of numbers of other bits
 
 MOST_CACHED = 256 * 2**20  # bytes of compiled code that heyoka keeps on disk: some hundred programs
 HALVINGS = 6  # of a first step, lest it hold a zero that is taken for the start
+SLOW, FAST = 2.0**-8, 2.0**8  # rad/s, between which rates are as good as of the size of one
+MOST = 500  # of the exponent: far beyond any top, and squares are still finite
 NATURAL = frozenset({hy.taylor_outcome.step_limit, hy.taylor_outcome.time_limit})
 _HEYOKAS_OWN = 20 * 2**30  # its limit where nobody has set one
+_HARDWARE: Mapping[int, Any] = {LONG_DOUBLE: np.longdouble, DOUBLE: float}
 _FUNCTIONS = {name: getattr(hy, name) for name in ("sin", "cos", "sqrt", "exp", "log")}
 
 hy.set_logger_level_critical()  # heyoka logs to stdout, which belongs to the results
 with suppress(RuntimeError):  # its folder cannot be made: heyoka works without
     if hy.llvm_state.get_diskcache_limit() == _HEYOKAS_OWN:
         hy.llvm_state.set_diskcache_limit(MOST_CACHED)
+
+
+def number_type(bits: int) -> dict[str, Any]:
+    """Return what numbers of so many bits are for an integrator."""
+    hardware = _HARDWARE.get(bits)
+    return {"fp_type": hardware} if hardware else {"fp_type": hy.real, "prec": bits}
+
+
+def number(x: str | float, bits: int) -> Any:
+    """Return the number of so many bits that is nearest to a decimal text, or to a double."""
+    return _HARDWARE[bits](x) if bits in _HARDWARE else hy.real(x, bits)
 
 
 def translated(
@@ -67,10 +92,10 @@ def translated(
     [(1.4142135623730951 + (0.33333333333333331 * x))]
     """
 
-    def number(integer: int) -> Any:
+    def constant(integer: int) -> Any:
         return hy.expression(float(integer) if bits == DOUBLE else hy.real(integer, bits))
 
-    return evaluated(expressions, names, number, _FUNCTIONS)
+    return evaluated(expressions, names, constant, _FUNCTIONS)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -257,18 +282,19 @@ class Compiled:
             return Block(state.copy(), (0.0, 0.0), 0, rows[:0], self._hits(), singular=True)
         return replace(self.block(state, taken, far, samples, longest), singular=True)
 
-    def unseen(
-        self, state: Array, steps: int, far: float, longest: float | None
-    ) -> tuple[Array, DoubleDouble] | None:
-        """Take the steps of a block of which only the end is wanted; None if it is a shorter one.
+    def leg(
+        self, state: Array, steps: int, far: float, samples: Array, longest: float | None
+    ) -> Block:
+        """Take a block of steps; one without samples and events takes less time.
 
-        The state is heyoka's own: the next steps overwrite it.
+        The state of that is heyoka's own: the next steps overwrite it.
         """
-        self._begin(state)
-        bound = {} if longest is None else {"max_delta_t": longest}
-        if self._taylor.propagate_until(far, max_steps=steps, **bound)[3] < steps:
-            return None
-        return self._own, self._taylor.dtime
+        if not (samples.size or self.events):
+            self._begin(state)
+            bound = {} if longest is None else {"max_delta_t": longest}
+            if self._taylor.propagate_until(far, max_steps=steps, **bound)[3] == steps:
+                return Block(self._own, self._taylor.dtime, steps, self.nothing)
+        return self.block(state, steps, far, samples, longest)
 
     def cautious_step(self, state: Array, far: float) -> float | None:
         """Return a bound for the first steps: a little above the step beside the start [s].
@@ -361,3 +387,109 @@ def _compiled(
     formulation: Formulation, events: tuple[str, ...], tolerance: float, _thread: int
 ) -> Compiled:
     return Compiled(formulation, events, tolerance)
+
+
+# --- the unit of time of a motion ----------------------------------------------------------------
+
+
+def paces_of(form: Formulation, states: Array, parameters: Mapping[str, Any]) -> Array:
+    """Return the paces of motions through states, shape (..., n), with their constants [1/s].
+
+    Each is of the size of the largest of the rates in the state, and of what gravity and the
+    energy h can make of them: at a turning point rates may vanish, and they do not stay so.
+
+    Examples
+    --------
+    >>> from heavytop.equations.euler_poisson import axis_form
+    >>> states = np.array([[0, 0, 1, 3, -200.0], [0, 0, 1, 3, -1000.0], [0, 0, 1, 0, 0.0]])
+    >>> paces_of(axis_form(), states, {"g": np.array([1.0, 1.0, 5e-7])})
+    array([1.000000e+00, 1.024000e+03, 1.953125e-03])
+    """
+    g = parameters["g"] if "g" in parameters else parameters["gMR"] / parameters["A"]
+    falling = (2 * (abs(g) + abs(parameters.get("h", 0.0)))) ** 0.5
+    pace = np.maximum(np.max(np.abs(states[..., form.is_rate]), axis=-1, initial=0.0), falling)
+    exponent = np.clip(np.frexp(pace)[1], -MOST, MOST)
+    far = (pace > 0) & (pace < np.inf) & ~((pace >= SLOW) & (pace <= FAST))
+    return np.where(far, np.ldexp(1.0, exponent), 1.0)
+
+
+def in_units(pace: Any, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return constants in the unit of time of a pace, by the names of their symbols.
+
+    Examples
+    --------
+    >>> in_units(4.0, {"g": 32.0, "l_z": 8.0, "A": 3.0})
+    {'g': 2.0, 'l_z': 2.0, 'A': 3.0}
+    """
+    return {name: x / pace ** power_of_rate(name) for name, x in values.items()}
+
+
+# --- the variational equations -------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class VariedRun:
+    """A run in numbers of some bits: its constants by name, and the state at its start."""
+
+    formulation: Formulation
+    constants: Mapping[str, Any]
+    state: Array
+    bits: int = DOUBLE
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """The parameters that stand in the equations, by which they are varied."""
+        return _varied(self.formulation, self.bits, get_ident())[1]
+
+    def __call__(self, times: Iterable[str | float], most_steps: int = 0) -> Array:
+        """The run at k times since its start [s], of either sign, in any order.
+
+        They make an array of shape (k, n, 1 + n + p): the n states, their derivatives by the states
+        at the start, and those by p parameters. It is nan at times that are not reached: before
+        them the equations become singular, or more steps were needed, each way; 0 is no limit.
+        """
+        form, bits, n = self.formulation, self.bits, self.state.size
+        taylor, parameters, loaded = _varied(form, bits, get_ident())
+        moments, (zero, nan) = rounded(times, bits), rounded([0.0, np.nan], bits)
+        unit = rounded(np.eye(n, n + len(parameters)).ravel(), bits)
+        rows = np.full((moments.size, n + unit.size), nan)
+        taylor.pars[:] = [self.constants[name] for name in loaded]
+        for back in (False, True):
+            side = np.flatnonzero((moments < 0) == back)
+            grid = np.union1d(rounded([0.0], bits), abs(moments[side]))
+            taylor.time, taylor.state[:] = zero, np.concatenate((self.state, unit))
+            # a callback, though it does nothing, lets an interrupt through
+            reached = taylor.propagate_grid(
+                -grid if back else grid, max_steps=most_steps, callback=lambda _: True
+            )[-1]
+            place = np.searchsorted(grid, abs(moments[side]))
+            there = place < len(reached)
+            rows[side[there]] = reached[place[there]]
+        if not form.starts_at_pole:  # theta, its first state, may have left its chart
+            theta = rows[:, 0].astype(np.float64)
+            rows[~((theta >= 0) & (theta <= np.pi))] = nan
+        states, by = rows[:, :n, None], rows[:, n:].reshape(-1, n, unit.size // n)
+        return np.concatenate((states, by), axis=2)
+
+
+def rounded(numbers: Iterable[str | float], bits: int) -> Array:
+    """The numbers of so many bits that are nearest to doubles, or to decimal texts."""
+    return np.array([number(x, bits) for x in numbers], dtype=_HARDWARE.get(bits, hy.real))
+
+
+@cache
+def _varied(form: Formulation, bits: int, _thread: int) -> tuple[Any, tuple[str, ...], list[str]]:
+    """The integrator of a thread, the parameters that it varies by, and all constants it loads.
+
+    Its tolerance is the last place of its numbers, relative to the largest of states and
+    derivatives.
+    """
+    system = System.of(form, bits)
+    free = {p.name for p in form.given}
+    by = {name: hy.par[i] for i, name in enumerate(system.loaded) if name not in free}
+    states = [state for state, _ in system.equations]
+    varying = hy.var_ode_sys(system.equations, [*states, *by.values()], order=1)
+    start = rounded([0.0] * len(states), bits)
+    # not compact it takes ten seconds to compile
+    taylor = hy.taylor_adaptive(varying, start, compact_mode=True, **number_type(bits))
+    return taylor, tuple(by), list(system.loaded)

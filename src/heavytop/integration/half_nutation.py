@@ -37,8 +37,8 @@ from numpy.typing import NDArray
 
 from heavytop.alone import Alone
 from heavytop.integration.compiled import System
-from heavytop.integration.precise import Precise, Unfinished
-from heavytop.integration.turns import Pair, Real, Turns, arm_rates
+from heavytop.integration.high_precision import Precise, Unfinished
+from heavytop.integration.turns import AttitudeTurns, Pair, Real, arm_rates
 
 Array = NDArray[np.float64]
 State = tuple[Real, ...]  # q_0 ... q_3, l_x, l_y
@@ -143,8 +143,8 @@ class HalfNutation(Precise):
         self._alone, self._none = Alone(), self.number("0")
         start = tuple(map(self.number, state))
         doubles = np.array([float(x) for x in start])
-        turns = Turns.of({name: float(x) for name, x in self._constants.items()})
-        rate, apart = 2 * math.sqrt(turns.stiffness(doubles)), turns.decided(doubles) / 2
+        turns = AttitudeTurns.of({name: float(x) for name, x in self._constants.items()}, doubles)
+        rate, apart = 2 * math.sqrt(turns.stiffness), turns.apart / 2
         if not (0 < rate < math.inf and 0 < apart < math.inf):
             raise Unfinished("its rates are beyond the range of doubles, squared")
         self._rate, self._apart = self.number(repr(rate)), self.number(repr(apart))

@@ -1,6 +1,10 @@
-"""What takes the steps of a run: a compiled formulation, projected or not, and turns counted.
+"""An orbit, in blocks of natural steps, and what takes them: a compiled formulation, turns counted.
 
-heyoka takes its steps in the run's own unit of time (`pace`). Here states, constants and times are
+The same start, parameters and event functions give the same bits, however an orbit is sampled,
+split or resumed: blocks hold a fixed number of steps, samples are read off their Taylor
+polynomials, and the end is a sample like any other, inside the last step.
+
+heyoka takes its steps in the run's own unit of time. Here states, constants and times are
 measured in it on the way in, and in seconds again on the way out: nothing is rounded by that. One
 unit holds for the whole run, chosen by its start and its constants alone: so a block has the same
 bits however it was come to.
@@ -20,19 +24,17 @@ from typing import Any, Self
 import numpy as np
 
 from heavytop.equations.formulation import Formulation
-from heavytop.integration.compiled import Array, Block, Compiled, Hits
-from heavytop.integration.following import Following, FollowingAttitude, FollowingAxis
-from heavytop.integration.legs import Projected
-from heavytop.integration.pace import in_units, paces_of
-from heavytop.integration.projection import Projection
-from heavytop.integration.turns import Turns
-from heavytop.integration.winding import Winding, distinct
+from heavytop.errors import Outcome
+from heavytop.integration.compiled import Array, Block, Compiled, Hits, in_units, paces_of
+from heavytop.integration.projection import Projected, Projection
+from heavytop.integration.turns import AttitudeTurns, AxisTurns, Turns, distinct
 from heavytop.numbers.double_double import DoubleDouble, add
 
 FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to the longest
 LONGEST_BLOCK = 4000
 LONGEST = float(np.finfo(float).max)  # a time [s]
 NEVER = np.empty(0)
+Keep = Callable[[Callable[[], "Orbit"]], object]
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,8 +113,8 @@ class Integrator:
         In whose unit of time steps are taken [1/s].
     projection : Projection or None
         In that unit of time.
-    following : Following or None
-        What follows phi, or phi and psi.
+    turns : Turns or None
+        What counts those of phi, or of phi and psi.
     """
 
     formulation: Formulation
@@ -120,7 +122,7 @@ class Integrator:
     parameters: dict[str, float]
     pace: float
     projection: Projection | None
-    following: Following | None
+    turns: Turns | None
     _units: Array
     _constants: dict[str, float]
 
@@ -141,13 +143,12 @@ class Integrator:
         pace = float(paces_of(own, state, parameters))
         units, constants = np.where(own.is_rate, pace, 1.0), in_units(pace, parameters)
         projection = Projection.of(own, constants, state / units) if projected else None
-        following: Following | None = None
+        turns: Turns | None = None
         if follows_phi:
-            following = FollowingAxis(Winding.of(parameters, state))
+            turns = AxisTurns.of(parameters, state)
         elif formulation.integrated:
-            turns = Turns.of(parameters)
-            following = FollowingAttitude(turns, turns.decided(state))
-        return cls(formulation, compiled, parameters, pace, projection, following, units, constants)
+            turns = AttitudeTurns.of(parameters, state)
+        return cls(formulation, compiled, parameters, pace, projection, turns, units, constants)
 
     @property
     def compile_s(self) -> float:
@@ -195,10 +196,10 @@ class Integrator:
             How long after the start angles are told, at samples, at zeros of events and at the
             block's end [s]: what is later may be turns off.
         """
-        following, own = self.following, start.state[: self._units.size]
+        turns, own = self.turns, start.state[: self._units.size]
         forward = math.copysign(1.0, far)
         asked = np.maximum(forward * start.local(samples), 0.0)
-        parts = 0 if following is None else following.parts(reach, steps)
+        parts = 0 if turns is None else turns.parts(reach, steps)
         points = np.linspace(0.0, reach, parts + 1) if parts else np.zeros(1)
         t = distinct(np.concatenate((points, asked)))[0]
         block = self._taken(own, steps, far, forward * t[1:], longest)
@@ -241,8 +242,8 @@ class Integrator:
         seen: list[tuple[Array, Array]],
     ) -> Callable[[Array], Array]:
         """Return the angles, shape (k, 2), as a function of the times at which a block was seen."""
-        following, own = self.following, start.state[: self._units.size]
-        if following is None:
+        turns, own = self.turns, start.state[: self._units.size]
+        if turns is None:
             return lambda t: np.full((t.size, 2), np.nan)
 
         def more(t: Array) -> Array:
@@ -253,7 +254,7 @@ class Integrator:
         times, rows = (np.concatenate(column) for column in zip(*seen, strict=True))
         unique, where = distinct(forward * times)
         first = tuple(start.state[own.size :].tolist()) or (start.phi, math.nan)
-        angles = following.followed(forward * unique, rows[where], first, more)
+        angles = turns.followed(forward * unique, rows[where], first, more)
         return lambda t: angles[np.searchsorted(unique, forward * t)]
 
     def _own_time(self, far: float) -> float:
@@ -283,4 +284,192 @@ class Integrator:
             elapsed=(high / pace, low / pace),
             rows=done.rows * units,
             hits=tuple(Hits(h.t / pace, h.t_low / pace, h.states * units) for h in done.hits),
+        )
+
+
+# --- an orbit: blocks from the start to the end --------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Orbit:
+    """The result of an integration; it can be asked for the state at any time it covers."""
+
+    integrator: Integrator
+    checkpoints: tuple[Checkpoint, ...]
+    samples: Seen
+    hits: tuple[Seen, ...]
+    end: float
+    steps: int
+    outcome: Outcome
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Constants of the run, by symbol name."""
+        return self.integrator.parameters
+
+    def at(self, t: Array) -> Seen:
+        """Return the states at times between start and end, in any order, shape (k,)."""
+        if t.size == 0:
+            return Seen(t, t, self.samples.rows[:0], t)
+        engine, far = self.integrator.for_this_thread(), _far(self.checkpoints[0], self.end)
+        forward = math.copysign(1.0, far)
+        order = np.argsort(forward * t, kind="stable")
+        starts = np.array([c.time[0] for c in self.checkpoints])
+        block = np.maximum(np.searchsorted(forward * starts, forward * t[order], "right") - 1, 0)
+        parts = []
+        for k in sorted(set(block.tolist())):
+            start, asked = self.checkpoints[k], t[order[block == k]]
+            longest, reach = engine.cautious_step(start, far), abs(float(start.local(asked)[-1]))
+            seen = engine.block(start, start.block_steps, far, asked, longest, reach)
+            parts.append(seen.samples)
+        return Seen.join(parts).where(np.argsort(order, kind="stable"))
+
+
+def not_begun(integrator: Integrator, start: Checkpoint) -> Orbit:
+    """Return an orbit that is nothing yet but its start."""
+    nothing = Seen(NEVER, NEVER, np.empty((0, start.state.size)), NEVER)
+    hits, outcome = (nothing,) * len(integrator.compiled.events), Outcome.INTERRUPTED
+    return Orbit(integrator, (start,), nothing, hits, start.time[0], start.steps, outcome)
+
+
+def continued(
+    orbit: Orbit,
+    samples: Array,
+    *,
+    on_block: Callable[[float], None] | None = None,
+    step_limit: int | None = None,
+    keep: Keep | None = None,
+) -> Orbit:
+    """Integrate from the last checkpoint of an orbit to the last of the samples.
+
+    The blocks are those an uninterrupted integration would have run, so the result is the same
+    bit for bit; samples and hits seen before are kept.
+
+    Parameters
+    ----------
+    orbit : Orbit
+    samples : ndarray, shape (k,), k >= 1
+        Strictly monotonic times on one side of the start [s]; the last is the end.
+    on_block : callable, optional
+        Called with the fraction done after each block.
+    step_limit : int, optional
+        Steps after which to give up.
+    keep : callable, optional
+        Called after each block but the last with a function that returns the orbit so far.
+    """
+    journey = _Journey(orbit, samples)
+    outcome: Outcome | None = None
+    try:
+        while outcome is None:
+            outcome = journey.advance()
+            if keep is not None and outcome is None:
+                keep(lambda: journey.orbit(Outcome.INTERRUPTED))
+            if on_block is not None and outcome != Outcome.SINGULAR:
+                on_block(journey.fraction)
+            if outcome is None and step_limit is not None and journey.place.steps >= step_limit:
+                outcome = Outcome.STEP_LIMIT
+    except KeyboardInterrupt:
+        if journey.place.steps == 0:  # nothing is done
+            raise
+        outcome = Outcome.INTERRUPTED
+    return journey.orbit(outcome)
+
+
+def _far(start: Checkpoint, end: float) -> float:
+    """Return a local time beyond the whole span, which only a step of such a length would cut."""
+    return 4.0 * (end - start.time[0])
+
+
+class _Journey:
+    """An integration under way, behind an orbit that is known."""
+
+    def __init__(self, orbit: Orbit, samples: Array) -> None:
+        self.known, self.samples = orbit, samples
+        self.integrator = orbit.integrator.for_this_thread()
+        self.checkpoints = [*orbit.checkpoints]
+        self.end = float(samples[-1])
+        self.far = _far(self.place, self.end)
+        self.blocks: list[Observed] = []
+        self.done = 0  # samples seen
+
+    @property
+    def place(self) -> Checkpoint:
+        """Where the next block starts."""
+        return self.checkpoints[-1]
+
+    @property
+    def fraction(self) -> float:
+        """How much of what was ahead is done."""
+        if self.done == self.samples.size:
+            return 1.0
+        first = self.known.checkpoints[-1].time[0]
+        return (self.place.time[0] - first) / (self.end - first)
+
+    def advance(self) -> Outcome | None:
+        """Run one block; tell how the integration ended, if it did."""
+        seen = self._observed()
+        self.blocks.append(seen)
+        self.done += seen.samples.t.size
+        if self.done == self.samples.size:
+            return Outcome.FINISHED
+        if seen.block.singular or seen.block.steps == 0:
+            return Outcome.SINGULAR
+        self.checkpoints.append(seen.end)
+        return None
+
+    def _observed(self) -> Observed:
+        """Run a block of full length, or of hardly more steps than it takes to the end.
+
+        How far the steps will reach is guessed from those before. A wrong guess costs another
+        run of the block and changes nothing.
+        """
+        start, far, waiting = self.place, self.far, self.samples[self.done :]
+        longest = self.integrator.cautious_step(start, far)
+        remaining = np.abs(start.local(waiting))
+        end = float(remaining[-1])
+        if len(self.checkpoints) > 1:
+            before = self.checkpoints[-2]
+            length = abs(start.time[0] - before.time[0]) / (start.steps - before.steps)
+        else:
+            # which may be longer than the mean: a few steps too many take less than a second go
+            length = 0.8 * self.integrator.first_step(start, far, longest)
+        full = start.block_steps
+        steps = min(full, math.ceil(1.02 * end / length) + 2)
+        while True:
+            reach = min(1.1 * steps * length, end)
+            asked = waiting[remaining <= reach]
+            seen = self.integrator.block(start, steps, far, asked, longest, reach)
+            reached, taken = abs(seen.block.elapsed[0]), seen.block.steps
+            length = reached / taken if taken else length
+            if reached > reach and reach < end:
+                continue  # the steps grew: look again, at all samples of the block
+            if reached >= end or steps == full or seen.block.singular:
+                return seen
+            steps = min(full, steps + math.ceil(1.05 * (end - reached) / length) + 1)
+
+    def orbit(self, outcome: Outcome) -> Orbit:
+        """Return what has been seen so far.
+
+        An interrupt may come in the middle of `advance`: what counts then is the last checkpoint.
+        """
+        known, first = self.known, self.known.checkpoints[-1]
+        whole = len(self.checkpoints) - len(known.checkpoints)
+        blocks = self.blocks[:whole] if outcome == Outcome.INTERRUPTED else self.blocks
+        last, end = blocks[-1].end if blocks else first, self.end
+        if (
+            outcome != Outcome.FINISHED
+        ):  # a step back, so that rounding cannot put it behind the last state
+            end = float(np.nextafter(np.nextafter(last.time[0], first.time[0]), first.time[0]))
+        forward = math.copysign(1.0, self.far)
+        return Orbit(
+            integrator=self.integrator,
+            checkpoints=tuple(self.checkpoints),
+            samples=Seen.join([known.samples, *(seen.samples for seen in blocks)]),
+            hits=tuple(
+                Seen.join([hit.where(forward * hit.t < forward * first.time[0]), *later])
+                for hit, *later in zip(known.hits, *(seen.hits for seen in blocks), strict=True)
+            ),
+            end=end,
+            steps=last.steps,
+            outcome=outcome,
         )

@@ -112,6 +112,11 @@ def sample(form: Formulation, rows: Array, parameters: Parameters, t: Array, phi
     return Sample(t, **scalars, **vectors, states=rows)
 
 
+def hypot(x: Any, y: Any) -> Any:
+    """Return the length of a vector in the plane; heyoka's reals have no function for it."""
+    return np.hypot(x, y) if x.dtype == np.float64 else np.sqrt(x * x + y * y)
+
+
 def _spun(parameters: Parameters, t: Array) -> tuple[Array, Array]:
     """Return cosine and sine of kappa t / 2: its last digits count, however many turns it is."""
     kappa = parameters.get("kappa", 0)
@@ -149,8 +154,7 @@ def _limits_at_poles(full: Mapping[str, Array], parameters: Parameters) -> dict[
         regular = np.where(up, parameters["n"] / 2, -parameters["n"] / 2)
     else:
         x, y = (full[f"omega_{i}"] - parameters["kappa"] * full[f"axis_{i}"] for i in "xy")
-        # heyoka has no hypot
-        tilting = np.hypot(x, y) if x.dtype == np.float64 else np.sqrt(x * x + y * y)
+        tilting = hypot(x, y)
         regular = np.where(up, parameters["P_plus"] / 4, parameters["P_minus"] / 4)
     phidot = np.where(pole, np.where(tilting > 0, regular, 0 * regular), full["phidot"])
     thetadot = np.where(pole, np.where(up, tilting, -tilting), full["thetadot"])

@@ -10,28 +10,39 @@ way each time, and hold the invariants as firmly to values that are slightly wro
 
 States and constants are those of the unit of time in which steps are taken: l.e of a very fast top
 would else be put right by the axis alone, to the rounding of l.
+
+A block of steps is made of legs, each followed by a projection. Every leg measures time from its
+own start and takes a fixed number of natural steps, so the same start gives the same bits however
+a block is sampled; samples and events are read off the polynomials of the steps, before the
+projection that follows. Natural steps depend on where they begin, and so they may fall into a
+cycle: the same points period after period, rounded the same way each time, and what should be a
+random walk is a drift. Steps that are no longer than the mean of those of the first leg, and in no
+two legs of the same length, do not.
 """
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_right
 from collections.abc import Mapping, Sequence
-from functools import cache, reduce
-from operator import add, mul
+from dataclasses import dataclass
+from functools import cache
 from threading import get_ident
 from typing import Any
 
 import heyoka as hy
 import numpy as np
-from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import invariants_of
 from heavytop.integration.bits import LONG_DOUBLE
-from heavytop.integration.compiled import translated
-
-Array = NDArray[np.float64]
+from heavytop.integration.compiled import Array, Block, Compiled, Hits, translated
+from heavytop.numbers.double_double import DoubleDouble, add
 
 DOUBLE = float(np.finfo(float).eps)
+ROOM = 260  # states in a leg: steps take longer the more they have, a projection hardly
+EVEN = 0.12  # how much shorter than the mean of the first leg the longest steps of a leg may be
+GOLDEN = (math.sqrt(5) - 1) / 2  # its multiples, less the whole numbers, are never close again
 
 
 def extended() -> float:
@@ -146,4 +157,57 @@ def _least(rows: Sequence[Sequence[Any]], sides: Sequence[Any], floors: Sequence
 
 
 def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
-    return reduce(add, map(mul, a, b))
+    return sum((x * y for x, y in zip(a, b, strict=True)), hy.expression(0.0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Projected:
+    """A compiled formulation whose steps are put back onto the invariants of a start."""
+
+    compiled: Compiled
+    projection: Projection
+
+    @property
+    def stride(self) -> int:
+        """Steps in a leg."""
+        return max(1, ROOM // len(self.compiled.formulation.states))
+
+    def block(
+        self,
+        state: Array,
+        steps: int,
+        far: float,
+        samples: Array | None = None,
+        longest: float | None = None,
+    ) -> Block:
+        """Take natural steps, as `Compiled` does, with a projection after every leg of them."""
+        times = np.empty(0) if samples is None else samples
+        distances, tiny = np.abs(times).tolist(), math.copysign(float(np.finfo(float).tiny), far)
+        legs: list[tuple[DoubleDouble, Block]] = []
+        begun, taken, done, ended = (0.0, 0.0), 0, 0, False
+        stride, bound, mean, reach = self.stride, longest, 0.0, math.inf
+        while taken < steps and not ended and (rest := far - begun[0]) * far > 0:
+            count = min(stride, steps - taken)
+            for within in (reach, math.inf):  # samples are looked for so far, and farther if it is
+                last = bisect_right(distances, abs(begun[0]) + within, done)
+                local = (times[done:last] - begun[0]) - begun[1]
+                local = np.where(local * far > 0, local, tiny)  # not at the leg's own start
+                leg = self.compiled.leg(state, count, rest, local, bound)
+                if not abs(leg.elapsed[0]) > 0.9 * within:
+                    break
+            legs.append((begun, leg))
+            taken, done, ended = taken + leg.steps, done + len(leg.rows), leg.steps < count
+            length = abs(leg.elapsed[0])
+            mean, reach = mean or length / count, 2 * length
+            bound = mean * (1 - EVEN * (len(legs) * GOLDEN % 1))
+            bound = bound if longest is None else min(bound, longest)
+            begun, state = add(begun, leg.elapsed), self.projection(leg.state)
+        hits = zip(*([h.after(since) for h in leg.hits] for since, leg in legs), strict=True)
+        return Block(
+            state=state,
+            elapsed=begun,
+            steps=taken,
+            rows=np.concatenate([self.compiled.nothing, *(leg.rows for _, leg in legs)]),
+            hits=tuple(Hits.join(list(each)) for each in hits),
+            singular=bool(legs) and legs[-1][1].singular,
+        )

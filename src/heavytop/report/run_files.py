@@ -67,7 +67,7 @@ class Request:
         ForeignFile
             It is missing or damaged.
         """
-        from heavytop.run.archive import load_interrupted
+        from heavytop.run.trajectory_file import load_interrupted
 
         if not (folder / REQUEST).exists():
             found = load_interrupted(folder / TRAJECTORY)
@@ -177,7 +177,7 @@ def part_of(folder: Path, scene: Scene, chosen: Plan) -> Trajectory | None:
     ForeignFile
         It is damaged, of another scene, or was begun with other versions.
     """
-    from heavytop.run.archive import load_interrupted
+    from heavytop.run.trajectory_file import load_interrupted
 
     path = folder / TRAJECTORY
     if not path.exists():

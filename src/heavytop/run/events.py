@@ -1,25 +1,31 @@
-"""What happens on a run: turning points, reversals and cusps, of the zeros that it found.
+"""What happens on a run: turning points, reversals and cusps, as it found them and as they are.
 
 A cusp is a double root of phidot, where any root finder reports none, one or two zeros. It is
 therefore decided at the turning point, which is a simple root of thetadot, by the size of phidot
 there: against its rounding in doubles, against the digits that are wanted in more. The zeros of
 phidot around a cusp are its shadows and are dropped.
+
+Where a nutation is smaller than the rounding of doubles, what an integrator counts is noise. What
+the exact numbers say is counted without one, from the closed form: turning points are half a
+period apart, a reversal lies in every half nutation of a motion with loops, a cusp in every whole
+one with cusps. An axis that tends to the vertical turns once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import compress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.motion import Motion
+from heavytop.classification import Kind
 from heavytop.equations.formulation import Formulation
-from heavytop.integration.integrator import Seen
-from heavytop.integration.orbit import Orbit
+from heavytop.integration.integrator import Orbit, Seen
 from heavytop.integration.outputs import (
     Parameters,
     Sample,
@@ -33,7 +39,7 @@ from heavytop.run.planning import EPSILON, Plan
 from heavytop.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from heavytop.integration.precise import Mark
+    from heavytop.integration.high_precision import Mark
     from heavytop.run.high_precision import PreciseRun
 
 Array = NDArray[np.float64]
@@ -41,14 +47,19 @@ Zeros = dict[str, Array]
 """Columns of a `Sample` at zeros of an event function; ``residual`` and ``slope`` of that; the low
 words ``t_low`` of the times; ``level``, up to which phidot counts as zero."""
 
-EVENTS = ("turning", "reversal", "cusp")
 TURNING = ("theta_min", "theta_max", "cusp")
+KINDS_OF = {"turning": TURNING, "reversal": ("reversal",), "cusp": ("cusp",)}
+EVENTS = tuple(KINDS_OF)
 KINDS = (*TURNING, "reversal", "turning")
 COLUMNS = ("t", "theta", "phi", "phidot", "residual")
 STORED = (*COLUMNS, "t_low", "axis", "states")
 
 BLUR = 1e-9  # of a step: how far from an exact start its own zero may be found
 EDGE_LEVEL = 4.0  # ulp of the time, times the root of the number of turning points
+EDGE: Final = 1e-9  # of a period, for each period: so near the end an event may be on either side
+AT_START: Final = 1e-40  # of a period: an event there is the start itself, and counts
+
+Counts = Mapping[str, tuple[int, int]]
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -129,7 +140,7 @@ class Events:
         """
         if kind not in KINDS:
             raise ValueError(f"kind: one of {', '.join(KINDS)}, not {kind!r}")
-        here = [k == kind or (kind == "turning" and k in TURNING) for k in self.kind]
+        here = [k in KINDS_OF.get(kind, (kind,)) for k in self.kind]
         kept = {name: getattr(self, name)[np.array(here, dtype=bool)] for name in STORED}
         return Events(tuple(compress(self.kind, here)), asked=self.asked, **kept)
 
@@ -165,18 +176,17 @@ class Event:
     residual: Number
 
 
+def no_events(scene: Scene, orbit: Orbit) -> Events:
+    """Return none, as of an orbit on its way: they are found at its end."""
+    none, states = np.empty(0), orbit.samples.rows[:0]
+    return Events((), none, none, none, none, none, none, np.empty((0, 3)), states, scene.events)
+
+
 def orbit_events(scene: Scene, motion: Motion, chosen: Plan, orbit: Orbit) -> Events:
     """Return the events a scene asks for, from the zeros seen along its orbit."""
     seen = dict(zip(chosen.watched, orbit.hits, strict=True))
-    none = Seen(np.empty(0), np.empty(0), orbit.samples.rows[:0], np.empty(0))
     turning, reversal = (
-        _within(
-            _orbit_zeros(orbit, event, seen.get(event, none)),
-            _starting(scene, orbit, event) if event in seen else None,
-            orbit.end,
-            abs(orbit.end) / max(orbit.steps, 1),
-        )
-        for event in ("turning", "reversal")
+        _orbit_zeros(scene, orbit, event, seen.get(event)) for event in ("turning", "reversal")
     )
     limits = {kind: float(limit) for kind, limit in rates_at_poles(motion).items()}
     return _rounded(*_judged(turning, reversal, scene.events, limits), scene.events)
@@ -249,53 +259,50 @@ def _zeros(
     return columns | {"t_low": t_low, "level": level, "residual": residual, "slope": slope}
 
 
-def _orbit_zeros(orbit: Orbit, event: str, seen: Seen) -> Zeros:
-    """Return zeros with the rounding of phidot = (a - b u)/sin^2, whose terms cancel at a cusp.
+def _orbit_zeros(scene: Scene, orbit: Orbit, event: str, seen: Seen | None) -> Zeros:
+    """Return the zeros of an event function that belong to an orbit, and a start that is one.
 
-    It grows as the root of the steps. Where it is not small against b itself, near a pole, it
-    decides nothing: nan.
+    The rounding of phidot = (a - b u)/sin^2, whose terms cancel at a cusp, grows as the root of
+    the steps. Where it is not small against b itself, near a pole, it decides nothing: nan.
     """
-    form, known = orbit.integrator.formulation, orbit.parameters
+    form, known, first = orbit.integrator.formulation, orbit.parameters, orbit.checkpoints[0]
+    begun = Seen(np.zeros(1), np.zeros(1), first.state[None], np.array([first.phi]))
+    begins = seen is not None and _begins(scene, event)
+    seen = Seen.join([begun.where(slice(begins)), begun.where(slice(0)) if seen is None else seen])
     at = sample(form, seen.rows, known, seen.t, seen.phi)
-    first = orbit.checkpoints[0].state[None]
-    b = abs(float(spin_momentum(form, first, known, np.zeros(1))[0]))
+    b = abs(float(spin_momentum(form, begun.rows, known, begun.t)[0]))
     with np.errstate(divide="ignore", invalid="ignore"):
         noise = EPSILON * (np.abs(at.phidot) + 2 * b / np.abs(np.sin(at.theta)))
     level = np.where(noise < 1e-6 * b, np.sqrt(1.0 + orbit.steps) * noise, np.nan)
-    return _zeros(form, event, at, known, seen.t_low, level)
+    step = abs(orbit.end) / max(orbit.steps, 1)
+    return _within(_zeros(form, event, at, known, seen.t_low, level), begins, orbit.end, step)
 
 
-def _starting(scene: Scene, orbit: Orbit, event: str) -> Zeros | None:
-    """Return the start if it is exactly an event: rounded, it is not quite a zero."""
+def _begins(scene: Scene, event: str) -> bool:
+    """Tell whether the start is exactly an event: rounded, it is not quite a zero."""
     start = scene.start
-    at_pole = float(start.theta) == 0.0 or start.theta.sign() == 0
-    exactly = {
-        "turning": start.thetadot.sign() == 0 or at_pole,
-        "reversal": start.phidot.sign() == 0,
-    }
-    if not exactly[event]:
-        return None
-    first = orbit.checkpoints[0]
-    seen = Seen(np.zeros(1), np.zeros(1), first.state[None], np.array([first.phi]))
-    return _orbit_zeros(orbit, event, seen)
+    if event == "reversal":
+        return start.phidot.sign() == 0
+    return start.thetadot.sign() == 0 or float(start.theta) == 0.0 or start.theta.sign() == 0
 
 
-def _within(zeros: Zeros, start: Zeros | None, end: float, step: float) -> Zeros:
+def _within(zeros: Zeros, begins: bool, end: float, step: float) -> Zeros:
     """Return the zeros that belong to a run to `end` [s], those exactly at its edges included.
 
-    One that rounding puts behind the end is at the end. A start that is an event may be found
-    beside itself, or not at all; `step` is a measure of how fast things happen [s].
+    One that rounding puts behind the end is at the end. A start that is an event, the first of
+    them, may be found again beside itself; `step` is a measure of how fast things happen [s].
     """
     forward = 1.0 if end >= 0 else -1.0
-    margin = EDGE_LEVEL * EPSILON * abs(end) * np.sqrt(zeros["t"].size + 1.0)
+    margin = EDGE_LEVEL * EPSILON * abs(end) * np.sqrt(zeros["t"].size - begins + 1.0)
     kept = _where(zeros, forward * zeros["t"] <= abs(end) + margin)
     t, t_low = _ended(kept["t"], kept["t_low"], end)
     kept |= {"t": t, "t_low": t_low}
-    if start is None:
+    if not begins:
         return kept
-    residual, slope = float(start["residual"][0]), float(start["slope"][0])
-    off = abs(residual / slope) if slope else 0.0
-    return _joined(start, _where(kept, np.abs(kept["t"]) > 16 * off + BLUR * step))
+    residual, slope = float(kept["residual"][0]), float(kept["slope"][0])
+    apart = np.abs(t) > 16 * (abs(residual / slope) if slope else 0.0) + BLUR * step
+    apart[0] = True
+    return _where(kept, apart)
 
 
 def _ended(t: Array, t_low: Array, end: float) -> tuple[Array, Array]:
@@ -347,3 +354,129 @@ def _joined(first: Zeros, second: Zeros) -> Zeros:
 
 def _rounded(kinds: tuple[str, ...], zeros: Zeros, asked: Sequence[str]) -> Events:
     return Events(kinds, asked=tuple(asked), **{name: zeros[name] for name in STORED})
+
+
+# --- how many there are, by the closed form ------------------------------------------------------
+
+
+def tally(motion: Motion, end: float, asked: Collection[str] = EVENTS) -> Counts | None:
+    """The least and the greatest number of turning points, reversals and cusps from 0 to a time.
+
+    They differ where one lies within a billionth of the span and of a period of its end.
+
+    Parameters
+    ----------
+    motion : Motion
+    end : float
+        The end of the span [s], of either sign.
+    asked : collection of str
+        Those of the three that are to be counted.
+
+    Returns
+    -------
+    mapping from str to (int, int), or None
+        None where theta is constant, or the kind is not decided.
+
+    Examples
+    --------
+    >>> from heavytop.scene.scene import load_scene
+    >>> scene = load_scene("sicm-dropped")
+    >>> tally(Motion(scene.top, scene.start), 2.0)
+    {'turning': (10, 10), 'reversal': (0, 0), 'cusp': (5, 5)}
+    """
+    form = motion.exact
+    if not asked or form.lower_turning is None or motion.kind is Kind.UNDECIDED:
+        return None
+    at_start, edge = AT_START * _scale(form), EDGE * (abs(end) + _scale(form))
+    found = list(_in_span(motion, form, end, at_start, -edge, edge))
+
+    def count(name: str, which: int) -> int:
+        return sum(len(numbers[which]) for kind, _, numbers in found if kind in KINDS_OF[name])
+
+    return {name: (count(name, 0), count(name, 1)) for name in KINDS_OF if name in asked}
+
+
+def schedule(
+    motion: Motion, end: Number, asked: Collection[str], digits: int
+) -> list[tuple[str, Number]]:
+    """The kinds and the times of the events from 0 to a time, for a run to be asked near them.
+
+    Parameters
+    ----------
+    motion : Motion
+    end : Number
+        The end of the span [s], of either sign; an event at it belongs to it.
+    asked : collection of str
+        Of turning, reversal and cusp.
+    digits : int
+        Of the times.
+
+    Returns
+    -------
+    list of (str, Number)
+        ``theta_min``, ``theta_max``, ``reversal`` or ``cusp`` (where that is undecided perhaps
+        none), and the time [s], exactly zero at the start.
+    """
+    form = motion.form(digits)
+    wanted = {kind for name in asked for kind in KINDS_OF[name]}
+    blur = form.ctx.mpf(10) ** -digits
+    at_start, slack = blur * _scale(form), blur * (abs(end) + _scale(form))
+    times = (
+        (kind, first + n * (form.period or 0))
+        for kind, first, (numbers,) in _in_span(motion, form, end, at_start, slack)
+        if kind in wanted
+        for n in numbers
+    )
+    found = [(kind, t if abs(t) > at_start else form.ctx.zero) for kind, t in times]
+    return sorted(found, key=lambda event: abs(event[1]))
+
+
+def differences(expected: Counts, counted: Mapping[str, int | None]) -> Iterator[str]:
+    """What was counted differently, in words; what was not asked for is not held."""
+    for name, (least, most) in expected.items():
+        found = counted.get(name)
+        if found is not None and not least <= found <= most:
+            there = f"{least}" if least == most else f"{least} to {most}"
+            yield f"{found} {name} where there are {there}"
+
+
+def _in_span(
+    motion: Motion, form: ClosedForm, end: Number, at_start: Number, *slacks: Number
+) -> Iterator[tuple[str, Number, list[range]]]:
+    """Each kind of event, the time of one, and how many periods later there are others in a span.
+
+    The span is from just before the start to about its end, once for each slack there.
+    """
+
+    def numbers(first: Number, slack: Number) -> range:
+        reach = max(abs(end) + slack, 0)
+        low, high = (-at_start, reach) if end >= 0 else (-reach, at_start)
+        if form.period is None:
+            return range(int(low < first <= high))
+        before, last = (int(form.ctx.floor((t - first) / form.period)) for t in (low, high))
+        return range(before + 1, last + 1)
+
+    for kind, first in _first_of_each(motion, form):
+        yield kind, first, [numbers(first, slack) for slack in slacks]
+
+
+def _first_of_each(motion: Motion, form: ClosedForm) -> list[tuple[str, Number]]:
+    """The kinds of event with the time of one [s]; others of it are whole periods apart."""
+    if (first := form.lower_turning) is None:
+        return []
+    below, above = ("theta_max", "theta_min")[:: -1 if motion.rising.regime.mirrored else 1]
+    if form.period is None:
+        return [(below, first)]
+    kind, half, later = motion.kind, form.period / 2, None
+    if kind is Kind.LOOPS:
+        later = form.reversal or half  # so near a cusp that no digits tell the two apart
+    elif kind is Kind.FORCE_FREE:  # which may loop too
+        later = form.reversal
+    above = "cusp" if kind in (Kind.CUSPS, Kind.UNDECIDED) else above
+    reversals = [("reversal", first + side * later) for side in (-1, 1) if later]
+    return [(below, first), (above, first + half), *reversals]
+
+
+def _scale(form: ClosedForm) -> Number:
+    """The period [s], or a time that is not zero where there is none."""
+    return form.period or abs(form.lower_turning or 0) or 1

@@ -1,12 +1,13 @@
-"""A run in more than double precision, beside one in doubles: samples, events, and their file."""
+"""A run in more than double precision, beside one in doubles: samples and events."""
 
 from __future__ import annotations
 
+import math
 import time
+from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,36 +16,22 @@ from heavytop.alone import Alone
 from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import exact_values
-from heavytop.hdf5 import array
 from heavytop.integration import outputs
-from heavytop.integration.bits import bits_of
-from heavytop.integration.following import (
-    GRAIN_BITS,
-    NOT_TOLD,
-    Following,
-    FollowingAttitude,
-    FollowingAxis,
-    Told,
-)
-from heavytop.integration.orbit import Orbit
-from heavytop.integration.outputs import ANGLES, RATES, VECTORS, Sample
-from heavytop.integration.precise import Mark, PreciseIntegrator, Walk, Wanted
-from heavytop.integration.turns import Turns
-from heavytop.integration.winding import Winding
+from heavytop.integration.bits import bits_of, digits_of
+from heavytop.integration.high_precision import Mark, PreciseIntegrator, Walk, Wanted
+from heavytop.integration.integrator import Orbit
+from heavytop.integration.outputs import VECTORS, Sample
+from heavytop.integration.turns import GRAIN_BITS, in_bits
 from heavytop.numbers import Exact
 from heavytop.numbers.decimals import Context, Number, context, number
-from heavytop.run.events import Event, Events, precise_events
-from heavytop.run.expected_events import schedule
+from heavytop.run.events import Event, Events, precise_events, schedule
 from heavytop.run.planning import Plan, start_values
 from heavytop.scene.scene import Scene
 
 if TYPE_CHECKING:
     from heavytop.run.trajectory import Trajectory
 
-SPARE_DIGITS = 12  # of the numbers that quantities are formed in,
-SPARE_IN_TIME = 20  # and of the times at which events are looked for
-LEAST_GRAIN = 1e-140  # whose square is a double
-Variables = dict[str, Any]
+SPARE_IN_TIME = 20  # digits of the times at which events are looked for
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +62,7 @@ class PreciseRun:
     def of(cls, chosen: Plan, named: Mapping[str, Exact], orbit: Orbit) -> PreciseRun:
         """Return the start of a run; `named` are the scene's numbers, `orbit` is in doubles."""
         form, bits = chosen.equations, bits_of(chosen.precision)
-        ctx = context(int(bits * 0.30103) + SPARE_DIGITS)
+        ctx = context(digits_of(bits))
         constants, state = rounded_start(form, named, ctx)
         constants |= {name: ctx.nstr(ctx.mpf(rate), ctx.dps) for name, rate in chosen.frame}
         own = form.integrated or form
@@ -85,8 +72,10 @@ class PreciseRun:
         first = orbit.checkpoints[0]
         far = 4.0 * (orbit.end - first.time[0])
         longest = orbit.integrator.for_this_thread().cautious_step(first, far)
-        engine.following, turned = _following(chosen, orbit, bits)
-        start = replace(engine.start(state), turned=turned)
+        turns, angles = orbit.integrator.turns, tuple(first.state[len(own.states) :].tolist())
+        begun = float(orbit.samples.phi[0])  # on a pole that in which the axis leaves
+        engine.turns = turns and in_bits(turns, bits)
+        start = replace(engine.start(state), turned=angles or (begun, math.nan))
         return cls(form, engine, ctx, far, longest, (start,))
 
     @cached_property
@@ -104,35 +93,32 @@ class PreciseRun:
         """How well a state is known, once it may have drifted."""
         return self.ctx.ldexp(1, GRAIN_BITS - self.engine.bits)
 
-    def wanted(self, t: Number, event: str | None = None) -> Wanted:
-        """Return what to ask for at a time, or at the zero of an event function close to it."""
-        return Wanted(self.ctx.nstr(self.ctx.mpf(t), self.ctx.dps), event)
-
     def walk(
         self,
-        wanted: Sequence[Wanted],
+        wanted: Sequence[tuple[Number, str | None]],
         on_mark: Callable[[float], None] | None = None,
         first: int = 0,
     ) -> Walk:
-        """Take natural steps from a mark, the start for one, until everything wanted is found."""
+        """Take natural steps from a mark, the start for one, until everything wanted is found.
+
+        That is the motion at times, or at zeros of event functions close to them.
+        """
+        ctx = self.ctx
+        texts = [Wanted(ctx.nstr(ctx.mpf(t), ctx.dps), event) for t, event in wanted]
         with self._alone:
-            return self.engine.walk(self.marks[first], wanted, self.far, self.longest, on_mark)
+            return self.engine.walk(self.marks[first], texts, self.far, self.longest, on_mark)
 
     def at(self, times: Sequence[Number]) -> tuple[Sample, ...]:
         """Return the motion at times between start and end [s], in any order."""
-        wanted = [self.wanted(t) for t in times]
-        before = [self._mark_before(one) for one in wanted]
-        order = sorted(range(len(wanted)), key=before.__getitem__)
+        known = [abs(float(mark.t)) for mark in self.marks]
+        before = [max(bisect_left(known, abs(float(t))) - 1, 0) for t in times]
         found: dict[int, Any] = {}
-        for first, group in groupby(order, before.__getitem__):
-            indices = list(group)
-            walk = self.walk([wanted[i] for i in indices], first=first)
-            found |= zip(indices, walk.found, strict=True)
-        return self.numbers(self.sampled([found[i] for i in range(len(wanted))]))
-
-    def _mark_before(self, wanted: Wanted) -> int:
-        t, forward = self.engine.wide(wanted.t), 1 if self.far > 0 else -1
-        return max(sum(bool((t - mark.t) * forward >= 0) for mark in self.marks) - 1, 0)
+        for first in set(before):
+            here = [i for i, mark in enumerate(before) if mark == first]
+            found |= zip(
+                here, self.walk([(times[i], None) for i in here], first=first).found, strict=True
+            )
+        return self.numbers(self.sampled([found[i] for i in range(len(times))]))
 
     def sampled(self, found: Sequence[Mark]) -> Sample:
         """Return the motion at states of the run, in reals."""
@@ -244,10 +230,10 @@ def in_decimals(
     began = time.perf_counter()
     times = _sample_times(scene, motion, run.ctx, before)
     expected = schedule(motion, times[-1], scene.events, scene.digits + SPARE_IN_TIME)
-    wanted = [run.wanted(t) for t in times]
+    wanted: list[tuple[Number, str | None]] = [(t, None) for t in times]
     for kind, t in expected:  # a zero near each event, or the start where that is one
         event = "reversal" if kind == "reversal" else "turning"
-        wanted.append(run.wanted(t, event if t else None))
+        wanted.append((t, event if t else None))
     walk = run.walk(wanted, progress and (lambda t: progress(t / orbit.end)))
     run = replace(run, marks=walk.marks)
     seen = [one for one in walk.found[: len(times)] if one is not None]
@@ -281,72 +267,3 @@ def rounded_start(
     count = len(form.parameters)
     names = (p.name for p in form.parameters)
     return dict(zip(names, texts[:count], strict=True)), texts[count:]
-
-
-def _following(chosen: Plan, orbit: Orbit, bits: int) -> tuple[Following | None, Told]:
-    """Return what follows the turns of a plan, if they are no states, and the angles to begin."""
-    first = orbit.checkpoints[0]
-    known = max(2.0 ** (GRAIN_BITS - bits), LEAST_GRAIN), max(2.0 ** (-bits // 2), LEAST_GRAIN)
-    if chosen.follows_phi:
-        winding = Winding.of(orbit.parameters, first.state, *known)
-        return FollowingAxis(winding), (float(orbit.samples.phi[0]), NOT_TOLD[1])
-    if chosen.equations.integrated is None:
-        return None, NOT_TOLD
-    turns = Turns.of(orbit.parameters, *known)
-    phi, psi = first.state[-2:].tolist()
-    return FollowingAttitude(turns, turns.decided(first.state[:-2])), (phi, psi)
-
-
-# --- in a file: texts for everybody, and all the bits for this package to read back ------------
-
-
-def _samples_over(decimals: Decimals) -> dict[str, list[Sample]]:
-    return {"t": [*decimals.samples], "event": [event.sample for event in decimals.events]}
-
-
-def text_variables(decimals: Decimals) -> Variables:
-    """Return samples and events as decimal texts, with the digits that are wanted.
-
-    Over ``t`` they are called ``t_text``, ``theta_text`` and so on, over ``event``
-    ``event_t_text``; a text is empty where there is no value.
-    """
-    return {
-        f"{'event_' if over == 'event' else ''}{name}_text": (
-            over,
-            np.array([decimals.text(getattr(s, name)) or "" for s in samples], dtype=str),
-        )
-        for over, samples in _samples_over(decimals).items()
-        for name in ("t", *ANGLES, *RATES)
-    }
-
-
-def kept_variables(decimals: Decimals) -> Variables:
-    """Return the times and states of samples and events with all their bits."""
-    kept: Variables = {"decimal_steps": ((), decimals.steps)}
-    width = len(decimals.run.engine.formulation.states)
-    for over, samples in _samples_over(decimals).items():
-        numbers = [[decimals.run.whole(x) for x in (s.t, *s.states[:width])] for s in samples]
-        texts = np.array(numbers, dtype=str).reshape(-1, width + 1)
-        # of phi, and of psi less its uniform part, their turns; the states hold the rest
-        turned = np.array([(s.phi, s.states[-1]) for s in samples], dtype=np.float64)
-        kept[f"decimal_{over}_time"] = (over, texts[:, 0])
-        kept[f"decimal_{over}_states"] = ((over, "decimal_state"), texts[:, 1:])
-        kept[f"decimal_{over}_turned"] = ((over, "decimal_angle"), turned.reshape(-1, 2))
-    return kept
-
-
-def restored(
-    file: Any, scene: Scene, motion: Motion, chosen: Plan, orbit: Orbit, events: Events
-) -> Decimals:
-    """Return the decimals of an ``h5py.File``; `orbit` and `events` are in double precision."""
-    run = PreciseRun.of(chosen, start_values(scene), orbit)
-    seen, found = _marks(file, "t"), _marks(file, "event")
-    precise, _ = precise_events(scene, motion, run, events.kind, found, orbit.end)
-    samples = run.numbers(run.sampled(seen))
-    return Decimals(scene.digits, run, samples, precise, int(array(file, "decimal_steps")), 0.0)
-
-
-def _marks(file: Any, over: str) -> list[Mark]:
-    names = ("time", "states", "turned")
-    columns = (array(file, f"decimal_{over}_{name}").tolist() for name in names)
-    return [Mark(t, tuple(row), turned=tuple(told)) for t, row, told in zip(*columns, strict=True)]

@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.errors import BadScene, Fault, Impossible, NotANumber
-from heavytop.integration.bits import enough
+from heavytop.integration.bits import SPARE_DIGITS, digits_of, enough
 from heavytop.integration.half_nutation import HalfNutation
-from heavytop.integration.precise import Unfinished
+from heavytop.integration.high_precision import Unfinished
 from heavytop.numbers import PI, Exact, cos, sin
 from heavytop.numbers.decimals import Context, Number, context, number
 from heavytop.numbers.double_double import less_multiples, whole_multiples
 from heavytop.run.estimates import FOLDED_REACH, LEAST_FOLDED, MOST_TURNS, needed_to_fold
-from heavytop.run.planning import closed_form_of, refusal, span
+from heavytop.run.planning import closed_form_of, refusal, span, span_fault
 from heavytop.scene.arguments import whole
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import MAX_DIGITS
@@ -37,7 +37,6 @@ TOLD_APART = 2.0**50  # half-periods that doubles tell from their neighbours, wi
 MOST_HALVES = 2.0**52  # that the next double to a number of them is another
 FOR_EVER = 1e300  # seconds
 MOST_BITS = 4096
-SPARE_DIGITS = 12
 
 _WHY_NOT = {
     "asymptotic": "it tends to the vertical and never comes back: there is no period to fold by",
@@ -485,9 +484,8 @@ def fold(scene: Scene, digits: int | None = None) -> Folded:
     span(scene, motion)  # refuses periods where nothing nutates
     folded = (constant_tilt if regime == "steady" else nutating)(scene, max(LEAST_FOLDED, wanted))
     if abs(folded.span) > folded.reach:
-        key, value = ("time", scene.time) if scene.periods is None else ("periods", scene.periods)
         rule = f"at most {folded.reach:.3g} s: farther off, turns are not counted"
-        raise refusal(scene, f"span.{key}", str(value), rule)
+        raise BadScene((span_fault(scene, rule),))
     return folded
 
 
@@ -553,7 +551,7 @@ def _end(scene: Scene, course: PeriodicMotion) -> Number:
 
 def integrated(scene: Scene, bits: int) -> tuple[HalfNutation, PeriodicMotion]:
     """Return half a nutation of a scene in numbers of so many bits, and the motion it tells."""
-    ctx = context(int(bits * math.log10(2)) + SPARE_DIGITS)
+    ctx = context(digits_of(bits))
     constants, state = exact_start(scene)
     texts = {name: ctx.nstr(x.mpf(ctx), ctx.dps) for name, x in constants.items()}
     try:

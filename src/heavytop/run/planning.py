@@ -205,6 +205,12 @@ def refusal(scene: Scene, key: str, value: str, rule: str) -> BadScene:
     return BadScene((Fault(scene.name, None, key, value, rule),))
 
 
+def span_fault(scene: Scene, rule: str, hint: str = "") -> Fault:
+    """What is wrong with the span of a scene, in the words in which it gives that."""
+    key, value = ("time", scene.time) if scene.periods is None else ("periods", scene.periods)
+    return Fault(scene.name, None, f"span.{key}", str(value), rule, hint)
+
+
 def _expect_known(scene: Scene, formulation: object) -> None:
     names, is_text = ("auto", *FORMULATIONS), isinstance(formulation, str)
     if not is_text or formulation not in names:
@@ -238,9 +244,8 @@ def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
         rule = f"rates of {ctx.nstr(rate, 3)} rad/s, and {MOST_RATE:g} are the most"
         yield Fault(scene.name, None, "start", "", rule)
     elif abs(expected.span) * fastest > MOST_TURNS * tau:
-        key, value = ("time", scene.time) if scene.periods is None else ("periods", scene.periods)
-        rule = f"at most {MOST_TURNS * tau / fastest:.3g} s: farther off, turns are not counted"
-        yield Fault(scene.name, None, f"span.{key}", str(value), rule)
+        most = MOST_TURNS * tau / fastest
+        yield span_fault(scene, f"at most {most:.3g} s: farther off, turns are not counted")
 
 
 # --- the formulation ---------------------------------------------------------------------------

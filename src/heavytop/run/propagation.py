@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import os
 import time
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -18,29 +19,35 @@ from numpy.typing import NDArray
 from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import Rounded
-from heavytop.errors import BadScene, EndedEarly, Fault, Outcome
+from heavytop.errors import BadScene, EndedEarly, Outcome
 from heavytop.integration.bits import DOUBLE, bits_of, named
 from heavytop.integration.compiled import Compiled, compiled
-from heavytop.integration.integrator import Checkpoint, Integrator, Seen
-from heavytop.integration.orbit import Orbit, continued, integrate
-from heavytop.integration.turns import Turns
+from heavytop.integration.integrator import (
+    Checkpoint,
+    Integrator,
+    Orbit,
+    Seen,
+    continued,
+    not_begun,
+)
+from heavytop.integration.turns import AttitudeTurns
 from heavytop.numbers import Number
-from heavytop.run.checkpoints import Checkpoints, Progress
 from heavytop.run.estimates import SINGULAR, Forecast, most_steps
-from heavytop.run.events import orbit_events
+from heavytop.run.events import no_events, orbit_events
 from heavytop.run.planning import (
     EPSILON,
     Plan,
     closed_form_of,
     leaving,
     planned,
+    refusal,
     settled,
     span,
+    span_fault,
     start_values,
 )
 from heavytop.run.trajectory import Statistics, Trajectory
 from heavytop.run.verify import checked, forewarned
-from heavytop.scene import arguments
 from heavytop.scene.arguments import expect, heard, number_of, whole
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import MAX_SAMPLES
@@ -48,13 +55,10 @@ from heavytop.scene.scene_file import MAX_SAMPLES
 if TYPE_CHECKING:
     from heavytop.run.high_precision import Decimals
 
-_SAMPLES = arguments.Range(1, MAX_SAMPLES, whole=True)
-_OUTCOMES = {
-    "reached": Outcome.FINISHED,
-    "singular": Outcome.SINGULAR,
-    "interrupted": Outcome.INTERRUPTED,
-    "step-limit": Outcome.STEP_LIMIT,
-}
+Progress = Callable[[float], None]
+EVERY_S = 10.0  # between two saves of a trajectory on its way
+SHARE = 20.0  # times as long as a save takes, until the next one
+UNSAVED_S = 1.0  # at the end of the steps; less is not worth a file
 
 
 def propagate(
@@ -132,9 +136,12 @@ def propagate(
     motion = closed_form_of(scene)
     chosen = planned(scene, motion, formulation, projected)
     if chosen.formulation == "none":
-        raise _nothing_to_integrate(scene)
+        known = "heavytop.classify and heavytop.Motion have them"
+        rule = f"class and period need no integration: {known}"
+        raise refusal(scene, "want.quantities", ", ".join(scene.quantities), rule)
     if chosen.folded:
-        raise _better_folded(scene, chosen)
+        rule = "a span to be folded: heavytop.fold answers; a formulation by name integrates it"
+        raise BadScene((span_fault(scene, rule, chosen.reasons[-1]),))
     return carried_out(scene, motion, chosen, progress, step_limit, checkpoint)
 
 
@@ -148,28 +155,15 @@ def carried_out(
 ) -> Trajectory:
     """Carry out the plan of a scene, which integrates it; else as `propagate`."""
     forewarned(chosen)
-    end = span(scene, motion)
-    began = time.perf_counter()
+    end, began = span(scene, motion), time.perf_counter()
     _ = chosen.equations
-    derive_s = time.perf_counter() - began
-    equations = compiled_for(chosen)
-    parameters, start = binary_start(scene, chosen)
-    checkpoints = Checkpoints.of(checkpoint, scene, motion, chosen)
-    began = time.perf_counter()
-    orbit = integrate(
-        integrator_of(chosen, equations, parameters, start),
-        start,
-        np.linspace(0.0, end, scene.samples),
-        on_block=progress if chosen.precision == "double" else None,
-        step_limit=step_limit or most_steps(motion, end),
-        keep=checkpoints,
-    )
-    cost = Statistics(
-        orbit.steps, equations.order, derive_s, equations.compile_s, time.perf_counter() - began
-    )
-    if checkpoints is not None:
-        checkpoints.at_last(orbit)
-    return _ended(scene, motion, chosen, orbit, cost, progress)
+    cost = Statistics(0, 0, time.perf_counter() - began, 0.0, 0.0)
+    engine, start = compiled_for(chosen), binary_start(scene, chosen)
+    orbit = not_begun(integrator_of(chosen, engine, *start), start[1])
+    events = no_events(scene, orbit)
+    part = Trajectory(scene, motion, chosen, orbit, events, Outcome.INTERRUPTED, cost)
+    times = np.linspace(0.0, end, scene.samples)
+    return _gone_on(part, times, progress, checkpoint, step_limit or most_steps(motion, end))
 
 
 def extend(
@@ -235,14 +229,14 @@ def extend(
     old, end = trajectory.orbit, float(span_wanted)
     if not abs(end) > abs(old.end) or end * old.end < 0:
         raise ValueError(f"time_span: beyond {old.end}, where the trajectory ends")
-    count = _as_before(trajectory, end) if samples is None else _whole(samples)
-    scene = replace(
-        trajectory.scene, time=span_wanted, periods=None, samples=trajectory.t.size + count
-    )
+    more = _as_before(trajectory, end) if samples is None else samples
+    count = whole("samples", more, 1, MAX_SAMPLES)
+    in_all = trajectory.t.size + count
+    scene = replace(trajectory.scene, time=span_wanted, periods=None, samples=in_all)
     chosen = _longer(trajectory, scene)
     forewarned(chosen)
     times = np.linspace(old.end, end, count + 1)[1:]
-    return _gone_on(trajectory, scene, chosen, times, progress)
+    return _gone_on(replace(trajectory, scene=scene, plan=chosen), times, progress)
 
 
 def completed(
@@ -273,61 +267,47 @@ def completed(
     """
     if trajectory.outcome not in (Outcome.INTERRUPTED, Outcome.STEP_LIMIT):
         return trajectory
-    scene, motion, chosen = trajectory.scene, trajectory.motion, trajectory.plan
-    forewarned(chosen)
-    times = np.linspace(0.0, span(scene, motion), scene.samples)[trajectory.orbit.samples.t.size :]
-    checkpoints = Checkpoints.of(checkpoint, scene, motion, chosen)
-    return _gone_on(trajectory, scene, chosen, times, progress, checkpoints)
+    scene, done = trajectory.scene, trajectory.orbit.samples.t.size
+    forewarned(trajectory.plan)
+    times = np.linspace(0.0, span(scene, trajectory.motion), scene.samples)[done:]
+    return _gone_on(trajectory, times, progress, checkpoint)
 
 
 def _gone_on(
     part: Trajectory,
-    scene: Scene,
-    chosen: Plan,
     times: NDArray[np.float64],
     progress: Progress | None,
-    checkpoints: Checkpoints | None = None,
+    checkpoint: str | os.PathLike[str] | None = None,
+    step_limit: int | None = None,
 ) -> Trajectory:
-    """Return a trajectory with more samples behind its own."""
-    began, orbit = time.perf_counter(), replace(part.orbit, ending="reached")
-    if times.size:
-        orbit = continued(part.orbit, times, on_block=progress, keep=checkpoints)
-    spent = part.statistics.integrate_s + time.perf_counter() - began
-    if checkpoints is not None:
-        checkpoints.at_last(orbit)
-    engine, told = orbit.integrator.compiled, part.statistics
-    cost = Statistics(orbit.steps, engine.order, told.derive_s, engine.compile_s, spent, told.whole)
-    return _ended(scene, part.motion, chosen, orbit, cost, progress, part.decimals)
-
-
-def _ended(
-    scene: Scene,
-    motion: Motion,
-    chosen: Plan,
-    orbit: Orbit,
-    cost: Statistics,
-    progress: Progress | None,
-    before: Decimals | None = None,
-) -> Trajectory:
-    """Return the trajectory of an orbit, in the digits of its plan, held against the closed form.
-
-    `before` is what is known already in more digits, of an earlier end.
+    """Return a trajectory with more samples behind its own, held against the closed form.
 
     Raises
     ------
     EndedEarly
         A singularity, the step limit or an interrupt; it carries the trajectory.
     """
-    if orbit.ending == "reached" and _left_the_chart(orbit):
-        orbit = replace(orbit, ending="singular")
-    if orbit.ending == "singular" and chosen.precision != "double":  # more bits may go on
-        orbit = replace(orbit, ending="reached", end=span(scene, motion))
-    events, outcome = orbit_events(scene, motion, chosen, orbit), _OUTCOMES[orbit.ending]
+    scene, motion, chosen, cost = part.scene, part.motion, part.plan, part.statistics
+    saves = None if checkpoint is None else Checkpoints(checkpoint, part)
+    in_doubles = chosen.precision == "double"
+    began, orbit = time.perf_counter(), replace(part.orbit, outcome=Outcome.FINISHED)
+    if times.size:
+        on_block = progress if in_doubles else None
+        orbit = continued(part.orbit, times, on_block=on_block, step_limit=step_limit, keep=saves)
+    engine, spent = orbit.integrator.compiled, cost.integrate_s + time.perf_counter() - began
+    cost = Statistics(orbit.steps, engine.order, cost.derive_s, engine.compile_s, spent, cost.whole)
+    if saves is not None:
+        saves.at_last(orbit)
+    if orbit.outcome is Outcome.FINISHED and _left_the_chart(orbit):
+        orbit = replace(orbit, outcome=Outcome.SINGULAR)
+    if orbit.outcome is Outcome.SINGULAR and not in_doubles:  # more bits may go on
+        orbit = replace(orbit, outcome=Outcome.FINISHED, end=span(scene, motion))
+    events, outcome = orbit_events(scene, motion, chosen, orbit), orbit.outcome
     trajectory = Trajectory(scene, motion, chosen, orbit, events, outcome, cost)
     if outcome is not Outcome.FINISHED:
         raise EndedEarly(outcome, trajectory, _why(trajectory))
-    if chosen.precision != "double":
-        trajectory = _in_decimals(trajectory, progress, before)
+    if not in_doubles:
+        trajectory = _in_decimals(trajectory, progress, part.decimals)
     return checked(trajectory)
 
 
@@ -361,7 +341,7 @@ def _in_decimals(
     EndedEarly
         An interrupt or a singularity; it carries the trajectory in doubles.
     """
-    from heavytop.integration.precise import Unfinished
+    from heavytop.integration.high_precision import Unfinished
     from heavytop.run import high_precision
 
     try:
@@ -413,13 +393,6 @@ def _as_before(trajectory: Trajectory, end: float) -> int:
     return max(1, round(count))
 
 
-def _whole(samples: object) -> int:
-    try:
-        return int(_SAMPLES(samples))
-    except arguments.Refused as wrong:
-        raise ValueError(f"samples: {wrong}") from None
-
-
 def compiled_for(chosen: Plan) -> Compiled:
     """Return the compiled equations of a plan."""
     form = chosen.equations
@@ -450,7 +423,7 @@ def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, float], Checkpoi
     parameters |= dict(chosen.frame)
     state = np.array(values[len(form.parameters) :])
     if form.integrated is not None:
-        state[-2:] = Turns.of(parameters).started(state, *state[-2:].tolist())
+        state[-2:] = AttitudeTurns.of(parameters, state).started(state, *state[-2:].tolist())
     phi = float(scene.start.phi) if chosen.follows_phi else np.nan
     return parameters, Checkpoint((0.0, 0.0), state, phi, 0)
 
@@ -461,14 +434,37 @@ def _own_numbers(form: Formulation) -> Rounded:
     return Rounded((*form.parameters.values(), *form.start))
 
 
-def _nothing_to_integrate(scene: Scene) -> BadScene:
-    rule = "class and period need no integration: heavytop.classify and heavytop.Motion have them"
-    wants = ", ".join(scene.quantities)
-    return BadScene((Fault(scene.name, None, "want.quantities", wants, rule),))
+# --- saving a run on its way, so that a kill loses little of it ----------------------------------
 
 
-def _better_folded(scene: Scene, chosen: Plan) -> BadScene:
-    rule = "a span to be folded: heavytop.fold answers; a formulation by name integrates it"
-    key = "span.time" if scene.periods is None else "span.periods"
-    value = str(scene.time if scene.periods is None else scene.periods)
-    return BadScene((Fault(scene.name, None, key, value, rule, chosen.reasons[-1]),))
+@dataclass
+class Checkpoints:
+    """Saves what has become of a trajectory; `saved` and `due` are monotonic times [s]."""
+
+    path: str | os.PathLike[str]
+    begun: Trajectory
+    saved: float = field(default_factory=time.monotonic)
+    due: float = field(default_factory=lambda: time.monotonic() + EVERY_S)
+
+    def __call__(self, so_far: Callable[[], Orbit]) -> None:
+        """Save the orbit so far, if it is time."""
+        if time.monotonic() >= self.due:
+            self._save(so_far())
+
+    def at_last(self, orbit: Orbit) -> None:
+        """Save the orbit at the end of its steps, before what is made of it takes its time."""
+        if time.monotonic() - self.saved >= UNSAVED_S and orbit.outcome in ("finished", "singular"):
+            self._save(orbit)
+
+    def _save(self, orbit: Orbit) -> None:
+        began, known = time.monotonic(), self.begun
+        replace(
+            known,
+            orbit=orbit,
+            events=no_events(known.scene, orbit),
+            outcome=Outcome.INTERRUPTED,
+            statistics=Statistics(orbit.steps, 0, 0.0, 0.0, 0.0),
+            decimals=None,
+        ).save(self.path)
+        self.saved = time.monotonic()
+        self.due = self.saved + max(EVERY_S, SHARE * (self.saved - began))

@@ -20,8 +20,8 @@ from heavytop.equations import gradients
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.equations.lambdify import exact_values
 from heavytop.errors import DoubtfulWarning, EndedEarly, Impossible, NotANumber, Outcome
-from heavytop.integration.bits import DOUBLE, enough
-from heavytop.integration.variational import VariedRun, rounded
+from heavytop.integration.bits import DOUBLE, digits_of, enough
+from heavytop.integration.compiled import VariedRun, rounded
 from heavytop.numbers import Exact
 from heavytop.numbers.decimals import context
 from heavytop.run.estimates import periods_of
@@ -51,7 +51,6 @@ SPINS: Final = ("psidot", "omega3")  # of which a scene gives one
 
 FINER: Final = enough(DOUBLE + 1)  # bits
 PRECISE: Final = (128, 192, 256)  # bits
-SPARE_DIGITS: Final = 12
 DOUBTFUL: Final = 1e-8  # an error of derivatives
 LINEAR: Final = 0.1  # where two runs are farther apart, neither may have any digits
 CHANCE: Final = 32.0
@@ -312,7 +311,7 @@ def at_start(scene: Scene, chosen: Plan, expressions: Iterable[Any], bits: int =
     """The values at the start of a plan's run, each rounded once from the exact one."""
     frame = {name: Exact.of(rate) for name, rate in chosen.frame}
     values = exact_values(tuple(expressions), _start(scene) | frame)
-    ctx = context(_digits(bits))
+    ctx = context(digits_of(bits))
     return rounded((ctx.nstr(x.mpf(ctx), ctx.dps) for x in values), bits)
 
 
@@ -325,17 +324,12 @@ def _given(scene: Scene) -> tuple[str, ...]:
     return tuple(x for x in UNITS if x == scene.start.held or x not in SPINS)
 
 
-def _digits(bits: int) -> int:
-    """Decimal digits of a text that is to be rounded to so many bits."""
-    return int(bits * 0.30103) + SPARE_DIGITS
-
-
 # --- the derivatives of a period ---------------------------------------------------------------
 
 
 def _slopes(scene: Scene, motion: Motion, chosen: Plan, most_steps: int, bits: int) -> Array:
     """The derivatives of T, and of what φ and ψ turn in it, if the scene wants them."""
-    run, times = varied_run(scene, chosen, bits), _turnings(motion, _digits(bits))
+    run, times = varied_run(scene, chosen, bits), _turnings(motion, digits_of(bits))
     form, found = run.formulation, run(times, most_steps)
     if np.isnan(found[:, 0, 0].astype(np.float64)).any():
         raise EndedEarly(Outcome.SINGULAR, None)

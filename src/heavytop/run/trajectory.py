@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from heavytop.analytic.motion import Motion
 from heavytop.errors import Impossible, NotANumber, Outcome
-from heavytop.integration.integrator import Seen
-from heavytop.integration.orbit import Orbit
+from heavytop.integration.integrator import Orbit, Seen
 from heavytop.integration.outputs import ANGLES, RATES, Sample, invariants, sample
 from heavytop.run.events import Events
 from heavytop.run.planning import Plan
@@ -196,7 +195,7 @@ class Trajectory:
 
     def to_xarray(self) -> xarray.Dataset:
         """Return samples and events as an xarray Dataset that holds the scene itself."""
-        from heavytop.run.netcdf import dataset
+        from heavytop.run.trajectory_file import dataset
 
         return dataset(self)
 
@@ -213,7 +212,7 @@ class Trajectory:
         OSError
             It cannot be written.
         """
-        from heavytop.run.netcdf import write
+        from heavytop.run.trajectory_file import write
 
         write(self, path)
 

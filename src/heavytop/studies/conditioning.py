@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
-from heavytop.integration.variational import VariedRun
-from heavytop.run.expected_events import Counts, tally
+from heavytop.integration.compiled import VariedRun
+from heavytop.run.events import Counts, tally
 from heavytop.run.planning import closed_form_of, plan, span
 from heavytop.run.sensitivities import varied_run
 from heavytop.scene.scene import Scene

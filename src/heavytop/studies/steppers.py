@@ -18,14 +18,14 @@ import numpy as np
 from heavytop.comparison.steppers import IntegrationFailed, Stepper, StepperState
 from heavytop.errors import BadScene, Fault
 from heavytop.integration.bits import DOUBLE, named
+from heavytop.integration.high_precision import Mark, PreciseIntegrator, Unfinished, Wanted
 from heavytop.integration.integrator import NEVER, Checkpoint, Integrator, Observed
-from heavytop.integration.precise import Mark, PreciseIntegrator, Unfinished, Wanted
 from heavytop.numbers.decimals import context
 from heavytop.numbers.double_double import Array, DoubleDouble, add
 from heavytop.run.high_precision import rounded_start
-from heavytop.run.own_motion import motion_of
 from heavytop.run.planning import EPSILON, closed_form_of, plan, start_values
 from heavytop.run.propagation import binary_start, compiled_for, integrator_of
+from heavytop.run.verify import motion_of
 from heavytop.scene.arguments import shown
 from heavytop.scene.scene import Scene
 from heavytop.studies.methods import Method

@@ -16,7 +16,7 @@ from typing import Any, Final
 
 from heavytop.errors import BadScene, Fault, HeavyTopError
 from heavytop.machine import versions
-from heavytop.run.expected_events import Counts
+from heavytop.run.events import Counts
 from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
 from heavytop.studies import runner
 from heavytop.studies.conditioning import Reference, reference

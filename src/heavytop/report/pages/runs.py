@@ -105,7 +105,7 @@ def _trajectory(finding: Finding) -> Trajectory | None:
     if "trajectory" not in finding.document["files"] or not path.is_file():
         return None
     expect_file(path, MOST_BYTES)
-    from heavytop.run.archive import load_trajectory
+    from heavytop.run.trajectory_file import load_trajectory
 
     found = load_trajectory(path)
     with reading(path):

@@ -23,12 +23,13 @@ import numpy as np
 from heavytop.equations.formulation import Formulation, power_of_rate
 from heavytop.equations.lambdify import NUMPY, lambdified
 from heavytop.integration.bits import LONG_DOUBLE
-from heavytop.integration.compiled import System
-from heavytop.integration.following import GRAIN_BITS, NOT_TOLD, Following, Told, Trail
+from heavytop.integration.compiled import System, in_units, number, number_type, paces_of
 from heavytop.integration.outputs import Sample, sample
-from heavytop.integration.pace import in_units, paces_of
+from heavytop.integration.turns import GRAIN_BITS, NOT_TOLD, More, Told, Turns, distinct
 
 HEAVY = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000
+Row = Sequence[Any]
+
 DONE = frozenset(
     getattr(hy.taylor_outcome, name) for name in ("success", "time_limit", "step_limit")
 )
@@ -135,7 +136,7 @@ class Precise:
         self.bits, self.hardware = bits, bits == LONG_DOUBLE
         self._constants = {name: self.number(text) for name, text in parameters.items()}
         self._events: dict[str, Callable[..., Any]] = {}
-        self.following: Following | None = None  # tells phi and psi along the way
+        self.turns: Turns | None = None  # tells phi and psi along the way
         self._pace = pace
         self._units = [self._pace ** power_of_rate(str(state)) for state, _ in system.equations]
         self._taylor = self._compiled(system, 0 if quick else 3)
@@ -144,7 +145,7 @@ class Precise:
 
     def number(self, x: str | float) -> Any:
         """Return the number of so many bits that is nearest to a decimal text, or to a double."""
-        return np.longdouble(x) if self.hardware else hy.real(x, self.bits)
+        return number(x, self.bits)
 
     def text(self, number: Any) -> str:
         """Return a decimal text that holds every bit of a number."""
@@ -223,14 +224,13 @@ class Precise:
         return self._stride(mark, deque([(0, mark.t + self.wide(far), None)]), [None], far, longest)
 
     def _compiled(self, system: System, opt_level: int) -> Any:
-        number_type: dict[str, Any] = {"fp_type": np.longdouble}
-        if not self.hardware:  # without compact mode compiling takes minutes
-            number_type = {"fp_type": hy.real, "prec": self.bits, "compact_mode": True}
+        # without compact mode compiling takes minutes
+        kind = {**number_type(self.bits), "compact_mode": not self.hardware}
         constants = in_units(self._pace, self._constants)
         pars = [constants[name] for name in system.loaded]
         start = [self.number("0")] * len(system.equations)
-        number_type |= {"pars": pars, "opt_level": opt_level}
-        return apart(lambda: hy.taylor_adaptive(system.equations, start, **number_type))
+        kind |= {"pars": pars, "opt_level": opt_level}
+        return apart(lambda: hy.taylor_adaptive(system.equations, start, **kind))
 
     def _stride(
         self,
@@ -248,9 +248,9 @@ class Precise:
         while waiting and waiting[0][1] == mark.t and waiting[0][2] is None:
             found[waiting.popleft()[0]] = mark
         trail = None
-        if self.following is not None:
+        if self.turns is not None:
             trail = Trail(
-                self.following, mark.state, mark.turned, lambda t: self._dense(self.number(t))
+                self.turns, mark.state, mark.turned, lambda t: self._dense(self.number(t))
             )
         cut = far if longest is None or mark.steps else math.copysign(longest, far)
         while waiting and steps < MARK:
@@ -357,7 +357,7 @@ class PreciseIntegrator(Precise):
         self.compile_s = time.perf_counter() - began
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return PreciseIntegrator, self._asked, {"following": self.following}  # compiled anew
+        return PreciseIntegrator, self._asked, {"turns": self.turns}  # compiled anew
 
     def sample(self, form: Formulation, found: Sequence[Mark], bits: int) -> Sample:
         """Return the motion at states of a run, in reals of more bits than it has itself.
@@ -369,10 +369,10 @@ class PreciseIntegrator(Precise):
         rows = [[hy.real(x, bits) for x in one.state] for one in found]
         states = np.array(rows, dtype=hy.real).reshape(len(found), width)
         phi = np.full(len(found), np.nan)
-        if self.following is not None:
+        if self.turns is not None:
             told = np.array([one.turned for one in found]).reshape(-1, 2)
             grain = hy.real(2, bits) ** (GRAIN_BITS - self.bits)
-            phi, *psi = self.following.read(states, told, known, grain)
+            phi, *psi = self.turns.read(states, told, known, grain)
             if psi:
                 states = np.column_stack((states, phi, *psi))
         return sample(form, states, known, t, phi)
@@ -395,3 +395,57 @@ def _pace(form: Formulation, parameters: Mapping[str, str], start: Sequence[str]
         return 1.0
     constants = {name: float(text) for name, text in parameters.items()}
     return float(paces_of(form, np.array(list(map(float, start))), constants))
+
+
+class Trail:
+    """The states of some steps, in doubles, and phi and psi there.
+
+    Times are since the first of them [s]; `told` has the angles that were asked for, `last` those
+    at the end of the last step, and `dense` returns the state at a time since that end.
+    """
+
+    def __init__(self, turns: Turns, row: Row, first: Told, dense: Callable[[float], Row]) -> None:
+        self.turns, self.last, self._dense = turns, first, dense
+        self.told: dict[int, Told] = {}
+        self._t, self._rows = [0.0], [_rounded(row)]
+        self._seen: list[tuple[int, float]] = []
+
+    def step(
+        self, end: float, length: float, row: Row, inside: Sequence[tuple[int, float, Row]]
+    ) -> None:
+        """Add a step: its end, its length, its last state and what is asked for inside it."""
+        parts = self.turns.parts(length)
+        if parts == 0:  # close to a pole, perhaps: told while it can be divided
+            self.tell()
+        for key, t, seen in inside:
+            self._add(t, seen)
+            self._seen.append((key, t))
+        for k in range(1, parts):
+            before = -length * (1 - k / parts)
+            self._add(end + before, self._dense(before))
+        self._add(end, row)
+        if parts == 0:
+            self.tell(lambda t: np.array([_rounded(self._dense(x - end)) for x in t.tolist()]))
+
+    def tell(self, more: More | None = None) -> None:
+        """Tell the angles at everything added."""
+        if len(self._t) == 1:
+            return
+        forward = math.copysign(1.0, self._t[-1])
+        unique, where = distinct(forward * np.array(self._t))
+        rows = np.array(self._rows)[where]
+        angles = self.turns.followed(forward * unique, rows, self.last, more)
+        for key, t in self._seen:
+            phi, psi = angles[np.searchsorted(unique, forward * t)].tolist()
+            self.told[key] = (phi, psi)
+        phi, psi = angles[-1].tolist()
+        self.last, self._seen = (phi, psi), []
+        self._t, self._rows = [forward * float(unique[-1])], [rows[-1].tolist()]
+
+    def _add(self, t: float, row: Row) -> None:
+        self._t.append(t)
+        self._rows.append(_rounded(row))
+
+
+def _rounded(row: Row) -> list[float]:
+    return [float(x) for x in row]

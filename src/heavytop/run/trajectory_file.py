@@ -1,0 +1,298 @@
+"""A trajectory as a netCDF file that holds the scene itself, and read back from it.
+
+The file holds samples and events for everybody, and the starts of the blocks, with which the
+trajectory can be asked for any other time, or continued, bit for bit. Nothing in it can execute.
+Behind its end stands its digest.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from pydantic import TypeAdapter
+
+from heavytop import __version__
+from heavytop.errors import ForeignFile, Outcome
+from heavytop.hdf5 import array, attribute, opened, write_sealed
+from heavytop.integration.high_precision import Mark
+from heavytop.integration.integrator import Checkpoint, Orbit, Seen
+from heavytop.integration.outputs import ANGLES, RATES, Sample
+from heavytop.machine import versions
+from heavytop.run.events import STORED, Events, precise_events
+from heavytop.run.high_precision import Decimals, PreciseRun
+from heavytop.run.planning import Plan, closed_form_of, start_values
+from heavytop.run.propagation import compiled_for, integrator_of
+from heavytop.run.trajectory import Statistics, Trajectory
+from heavytop.scene.arguments import path_of
+from heavytop.scene.scene import read_scene
+
+if TYPE_CHECKING:
+    import xarray
+
+SCHEMA: Final = "heavytop/trajectory/1"
+# of every variable, by the last word of its name: what it is, its unit, and a second dimension
+QUANTITIES: Final[Mapping[str, tuple[str, ...]]] = {
+    "t": ("time since the start", "s"),
+    "t_low": ("what the time has beyond a double", "s"),
+    "time": ("time since the start, as words that add up", "s", "word"),
+    "theta": ("tilt of the axis from the upward vertical", "rad"),
+    "phi": ("precession angle, continuous from the start", "rad"),
+    "psi": ("spin angle, continuous from the start", "rad"),
+    "thetadot": ("rate of the tilt", "rad s-1"),
+    "phidot": ("rate of precession", "rad s-1"),
+    "psidot": ("rate of the spin angle", "rad s-1"),
+    "axis": ("unit vector along the symmetry axis, in space", "1", "space"),
+    "omega": ("angular velocity, in space", "rad s-1", "space"),
+    "states": ("states of the formulation, each in its own unit", "various", "state"),
+    "state": ("name of a state", "1"),
+    "space": ("direction in space, z upwards", "1"),
+    "kind": ("what happens: a turning point, a reversal or a cusp", "1"),
+    "residual": ("value of the event function where it was found", "s-1"),
+    "steps": ("natural steps taken", "1"),
+}
+SEEN: Final = ("t", "t_low", "states", "phi")  # the columns of `Seen`
+POINTS: Final = ("time", "states", "phi", "steps")  # and of checkpoints
+MARKS: Final = ("time", "states", "phi")  # and of what was seen in more digits
+TEXTS: Final = ("event_kind", *(f"decimal_{x}_{y}" for x in ("t", "event") for y in MARKS[:2]))
+"""Variables that are read back as texts."""
+
+Variables = dict[str, Any]
+
+
+# --- writing -------------------------------------------------------------------------------------
+
+
+def dataset(trajectory: Trajectory) -> xarray.Dataset:
+    """Return samples and events as an xarray Dataset.
+
+    Variables over ``t`` have time as their first dimension: theta, phi, psi and rates
+    [rad, rad/s], axis and omega with dimension ``space``, and the states of the formulation. Of a
+    run in more digits there are decimal texts too, ``theta_text`` and so on, empty where there is
+    no value.
+    """
+    import xarray
+
+    run, events, decimals = trajectory.samples, trajectory.events, trajectory.decimals
+    samples = {name: getattr(run, name) for name in (*ANGLES, *RATES, "axis", "omega", "states")}
+    met = {name: getattr(events, name) for name in STORED}
+    met["kind"] = np.array(events.kind, dtype="U10")
+    if decimals is not None:
+        samples |= _texts(decimals, decimals.samples)
+        met |= _texts(decimals, (event.sample for event in decimals.events))
+    states = [s.name for s in trajectory.plan.equations.states]
+    return xarray.Dataset(
+        _over("t", samples) | _over("event", met, "event_", "at an event"),
+        coords=_over("t", {"t": run.t})
+        | _over("space", {"space": list("xyz")})
+        | _over("state", {"state": states}),
+        attrs=_attributes(trajectory),
+    )
+
+
+def write(trajectory: Trajectory, path: str | os.PathLike[str]) -> None:
+    """Write a trajectory to a netCDF file, whole or not at all."""
+    target = Path(path)
+    if not target.parent.is_dir():
+        raise FileNotFoundError(f"{target.parent}: no such folder")
+    contents = dataset(trajectory).assign(_kept(trajectory))
+    letters = {name: {"dtype": "S1"} for name in contents if name in TEXTS}  # of a known size
+    # HDF5 does not survive a full disk
+    data = bytes(contents.to_netcdf(engine="h5netcdf", encoding=letters))
+    write_sealed(target, lambda part: part.write_bytes(data))
+
+
+def _over(
+    dimension: str, columns: Mapping[str, Any], prefix: str = "", where: str = ""
+) -> Variables:
+    """Return columns over a dimension as variables that say what they are, and in which unit."""
+    found = {}
+    for name, values in columns.items():
+        quantity = name.removesuffix("_text")
+        what, unit, *second = QUANTITIES[quantity]
+        words = what, where, "as a decimal text" if quantity != name else ""
+        told = {"long_name": ", ".join(filter(None, words)), "units": unit}
+        found[prefix + name] = (dimension, *second)[: np.ndim(values)], values, told
+    return found
+
+
+def _texts(decimals: Decimals, samples: Iterable[Sample]) -> Variables:
+    rows = tuple(samples)
+    return {
+        f"{name}_text": np.array([decimals.text(getattr(s, name)) or "" for s in rows], dtype=str)
+        for name in ("t", *ANGLES, *RATES)
+    }
+
+
+def _kept(trajectory: Trajectory) -> Variables:
+    """Return what it takes to run any block again, and to go on: block starts and all zeros."""
+    orbit, decimals = trajectory.orbit, trajectory.decimals
+    rows = zip(*((c.time, c.state, c.phi, c.steps) for c in orbit.checkpoints), strict=True)
+    points = dict(zip(POINTS, map(np.array, rows), strict=True))
+    kept = _over("t", {"t_low": orbit.samples.t_low})
+    kept |= _over("checkpoint", points, "checkpoint_", "at the start of a block")
+    for i, seen in enumerate(orbit.hits):
+        zeros = dict(zip(SEEN, (seen.t, seen.t_low, seen.rows, seen.phi), strict=True))
+        kept |= _over(f"zero_{i}", zeros, f"zeros_{i}_", "at a zero of an event function")
+    if decimals is not None:
+        more = "of the run in more than doubles"
+        kept |= _over("", {"steps": decimals.steps}, "decimal_", more)
+        met = tuple(event.sample for event in decimals.events)
+        for over, samples in {"t": decimals.samples, "event": met}.items():
+            kept |= _over(over, _marks_of(decimals, samples), f"decimal_{over}_", more)
+    return kept
+
+
+def _marks_of(decimals: Decimals, samples: tuple[Sample, ...]) -> Variables:
+    """Return times and states with all their bits; phi is counted, the states hold its digits."""
+    whole, width = decimals.run.whole, len(decimals.run.form.states)
+    rows = np.array([[whole(x) for x in (s.t, *s.states)] for s in samples], dtype=str)
+    rows = rows.reshape(-1, 1 + width)
+    phi = np.array([s.phi for s in samples], dtype=np.float64)
+    return dict(zip(MARKS, (rows[:, 0], rows[:, 1:], phi), strict=True))
+
+
+def _attributes(trajectory: Trajectory) -> dict[str, Any]:
+    return {
+        "schema": SCHEMA,
+        "title": trajectory.scene.title,
+        "source": trajectory.scene.source,
+        "scene": trajectory.scene.to_toml(),
+        "plan": json.dumps(asdict(trajectory.plan)),
+        "parameters": json.dumps(trajectory.orbit.parameters),
+        "outcome": str(trajectory.outcome),
+        "steps": trajectory.orbit.steps,
+        "end": trajectory.orbit.end,
+        "heavytop": __version__,
+        "versions": json.dumps(versions()),
+    }
+
+
+# --- reading -------------------------------------------------------------------------------------
+
+
+def load_trajectory(path: str | os.PathLike[str]) -> Trajectory:
+    """Read a trajectory from a netCDF file that `Trajectory.save` wrote.
+
+    Parameters
+    ----------
+    path : path
+        The file, ``trajectory.nc`` in the folder of a run.
+
+    Returns
+    -------
+    Trajectory
+        The same bits; it can be asked for any time, and continued by `extend`.
+
+    Raises
+    ------
+    ForeignFile
+        The file is missing, damaged, or was not written by this package.
+    WrongType
+        It is no path.
+
+    Notes
+    -----
+    Accuracy: ``tests/property/test_determinism.py`` holds a run that was stored to the run itself,
+    bit for bit.
+
+    Examples
+    --------
+    >>> import heavytop as ht
+    >>> from tempfile import TemporaryDirectory
+    >>> ran = ht.propagate(ht.load_scene("sicm-kicked"))
+    >>> with TemporaryDirectory() as folder:
+    ...     ran.save(f"{folder}/kicked.nc")
+    ...     read = load_trajectory(f"{folder}/kicked.nc")
+    >>> bool((read.phi == ran.phi).all())
+    True
+    """
+    place = path_of("path", path)
+    with opened(place) as file:
+        return _trajectory(file)
+
+
+def load_interrupted(path: str | os.PathLike[str]) -> Trajectory:
+    """Read a trajectory to go on with it, which takes what it was begun with.
+
+    Raises
+    ------
+    ForeignFile
+        As for `load_trajectory`; or it was begun with other versions, or on another processor.
+    """
+    with opened(Path(path)) as file:
+        there = json.loads(attribute(file, "versions"))
+        found = _trajectory(file)
+    here = versions()
+    other = [
+        f"{name}: {there.get(name)} there, {here[name]} here"
+        for name in here
+        if there.get(name) != here[name]
+    ]
+    if other:
+        raise ForeignFile(f"{path}: begun with other versions ({'; '.join(other)})")
+    return found
+
+
+def _trajectory(file: Any) -> Trajectory:
+    if (schema := attribute(file, "schema")) != SCHEMA:
+        raise ForeignFile(f"schema = {schema!r:.60}: expected {SCHEMA}")
+    scene = read_scene(attribute(file, "scene"), where="scene in file")
+    chosen = TypeAdapter(Plan).validate_json(attribute(file, "plan"))
+    outcome, motion = Outcome(attribute(file, "outcome")), closed_form_of(scene)
+    orbit, decimals = _orbit(file, chosen, outcome), None
+    columns = {name: array(file, f"event_{name}") for name in STORED}
+    kinds = tuple(map(str, array(file, "event_kind")))
+    steps = orbit.steps
+    if "decimal_steps" in file:
+        run = PreciseRun.of(chosen, start_values(scene), orbit)
+        met = precise_events(scene, motion, run, kinds, _marks(file, "event", run), orbit.end)[0]
+        samples = run.numbers(run.sampled(_marks(file, "t", run)))
+        steps = int(array(file, "decimal_steps"))
+        decimals = Decimals(scene.digits, run, samples, met, steps, 0.0)
+    return Trajectory(
+        scene=scene,
+        motion=motion,
+        plan=chosen,
+        orbit=orbit,
+        events=Events(kind=kinds, asked=tuple(scene.events), **columns),
+        outcome=outcome,
+        statistics=Statistics(steps, 0, 0.0, 0.0, 0.0, whole=False),
+        decimals=decimals,
+    )
+
+
+def _orbit(file: Any, chosen: Plan, outcome: Outcome) -> Orbit:
+    rows = zip(*(array(file, f"checkpoint_{name}") for name in POINTS), strict=True)
+    points = tuple(
+        Checkpoint((float(t), float(t_low)), state.copy(), float(phi), int(steps))
+        for (t, t_low), state, phi, steps in rows
+    )
+    t, t_low, states = (array(file, name) for name in SEEN[:3])
+    phi = array(file, "phi") if chosen.follows_phi else np.full(t.size, np.nan)
+    hits = ((array(file, f"zeros_{i}_{name}") for name in SEEN) for i in range(len(chosen.watched)))
+    parameters = json.loads(attribute(file, "parameters"))
+    return Orbit(
+        integrator=integrator_of(chosen, compiled_for(chosen), parameters, points[0]),
+        checkpoints=points,
+        samples=Seen(t, t_low, states, phi),
+        hits=tuple(Seen(*columns) for columns in hits),
+        end=float(attribute(file, "end")),
+        steps=int(attribute(file, "steps")),
+        outcome=outcome,
+    )
+
+
+def _marks(file: Any, over: str, run: PreciseRun) -> list[Mark]:
+    """Return the states of a run in more digits, with the turns that were counted."""
+    columns = (array(file, f"decimal_{over}_{name}").tolist() for name in MARKS)
+    width = len(run.engine.formulation.states)
+    return [
+        Mark(t, tuple(row[:width]), turned=(phi, float(row[-1])))
+        for t, row, phi in zip(*columns, strict=True)
+    ]
