@@ -100,6 +100,14 @@ def test_a_point_is_the_median_over_eight_starts_and_a_spread_holds_the_middle_h
     assert point.us_spread >= 0
 
 
+def test_heyokas_recipe_for_brouwers_law_is_what_is_run():
+    """A tolerance of 1e-18 takes a higher order, and so other steps, than that of doubles."""
+    plain, tight = (set_up(KICKED, method(f"taylor-axis{end}")).stepper.engine.compiled
+                    for end in ("", "-compensated"))  # fmt: skip
+    assert (tight.tolerance, tight.order) == (1e-18, 22)
+    assert plain.order == 20
+
+
 def test_the_end_is_no_turning_point_and_is_asked_for(found):
     """At a turning point an error in time would not show: thetadot is no small part there."""
     motion = ht.Motion(KICKED.top, KICKED.start)

@@ -66,7 +66,7 @@ def set_up(scene: Scene, method: Method) -> Run:
     """
     wants = Scene(scene.top, scene.start, periods=1, name=scene.name, **ONLY_TILT)  # type: ignore[arg-type]
     chosen = plan(wants, method.formulation, projected=method.projected)
-    tolerance = EPSILON if method.is_rival else max(method.setting, EPSILON)
+    tolerance = EPSILON if method.is_rival or method.bits > DOUBLE else method.setting
     chosen = replace(chosen, precision=named(method.bits), tolerance=tolerance)
     form, own = chosen.equations, partial(motion_of, chosen)
     parameters, start = binary_start(scene, chosen)
