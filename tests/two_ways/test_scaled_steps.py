@@ -8,7 +8,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.equations.euler_poisson import axis_form
-from heavytop.integration import pace as paces
+from heavytop.integration import compiled as paces
 from heavytop.integration.compiled import FAST, SLOW, Compiled, in_units, paces_of
 from heavytop.integration.integrator import continued, not_begun
 from heavytop.run.planning import plan
