@@ -20,7 +20,7 @@ import pytest
 
 from heavytop.files import write_document
 from heavytop.plots.figures import FIGURES
-from heavytop.report.pages.findings import findings
+from heavytop.report.pages.load import load_results
 from heavytop.report.pages.page import page_of, write_page
 from heavytop.report.run_files import write_results
 from heavytop.results.energy_momentum_document import energy_momentum_document
@@ -146,7 +146,7 @@ def html(tmp_path_factory):
     write_document(place / "sicm-kicked" / "energy_momentum.json", thread)
     one = {"overview": FIGURES["overview"]}  # that one picture is drawn shows that all are
     with patch.dict(FIGURES, one, clear=True):
-        write_page(page_of(findings([place])), place / "report.html")
+        write_page(page_of(load_results([place])), place / "report.html")
     return place / "report.html"
 
 

@@ -12,8 +12,7 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from heavytop.claims.register import PACKAGE
-from heavytop.studies.keeper import BY_SIGNAL
-from heavytop.studies.kept import LETTERS, Process, begin, end, tail
+from heavytop.studies.process_groups import LETTERS, Process, begin, end, tail
 
 ASKED: Final = "HEAVYTOP_CLAIMS_ASKED"  # as validation/claim.py reads it
 TOLD: Final = "HEAVYTOP_CLAIMS_TOLD"
@@ -52,7 +51,7 @@ class Ended:
     ----------
     errand : Errand
     code : int, optional
-        Its exit code, above 128 for a signal; None where it was not done within its limit.
+        Its exit code, negative for a signal; None where it was not done within its limit.
     told : bytes
         What it wrote of its claims; no more than a byte beyond `MOST`.
     said : str
@@ -78,11 +77,7 @@ class Ended:
 
 
 def _by(code: int) -> str:
-    try:
-        name = signal.Signals(code - BY_SIGNAL if code > BY_SIGNAL else -code).name
-    except ValueError:
-        return f"with code {code}"
-    return f"by {name}"
+    return f"with code {code}" if code >= 0 else f"by {signal.Signals(-code).name}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,14 +93,8 @@ class _Running:
 
     def ended(self, code: int | None) -> Ended:
         seconds = time.monotonic() - self.began
-        told = self.folder / "told"
-        return Ended(
-            self.errand,
-            code,
-            _told(told),
-            _last(self.folder / "said"),
-            seconds,
-        )
+        told, said = _told(self.folder / "told"), _last(self.folder / "said")
+        return Ended(self.errand, code, told, said, seconds)
 
 
 def run_scripts(
@@ -113,7 +102,6 @@ def run_scripts(
 ) -> Iterator[Ended]:
     """Run scripts, and give each as it ends; what still runs when this is closed is ended.
 
-    No script outlives this process, however it goes: each has a keeper, who sees a pipe close.
     What a script begins goes with it, unless that leaves for a session of its own.
 
     Parameters
@@ -154,7 +142,8 @@ def _looked_at(running: list[_Running]) -> Iterator[Ended]:
 def _begin(errand: Errand, place: Path) -> _Running:
     folder = place / errand.script.stem
     folder.mkdir()
-    process = begin([str(errand.script)], folder / "said", _environment(errand, place), place)
+    here = _environment(errand, place)
+    process = begin([str(errand.script)], folder / "said", here, Path.cwd())
     return _Running(errand, process, folder, time.monotonic())
 
 

@@ -80,7 +80,7 @@ def workprec(
         files: dict[str, str] = {}
         with printing_anyway() as unsaved:
             files = _results(found, output, figures=not no_figures, voice=voice)
-    show(found.document(files=files), json, "workprec")
+    show(found.document(files=files), json)
     unsaved.leave()
     _leave(found)
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 from heavytop.errors import Stop, StoppedEarly
 from heavytop.files import write_document
 from heavytop.hdf5 import write_sealed
+from heavytop.results.command import with_command
 
 if TYPE_CHECKING:
     from heavytop.claims.validation import Validation
@@ -149,7 +150,8 @@ def write_atlas(
             from heavytop.plots.atlas import atlas_figure
 
             files |= _saved("atlas", atlas_figure(found), place)
-        write_document(place / files["document"], found.document(costs=False, files=files))
+        document = with_command(found.document(costs=False, files=files))
+        write_document(place / files["document"], document)
     return files
 
 
@@ -184,7 +186,7 @@ def write_energy_momentum(
         if figures and document["critical_set"] is not None:
             drawn = _charted("critical_set", document, place)
             files |= {f"critical_set_{form}": drawn[f"chart_{form}"] for form in FORMS}
-        write_document(place / files["document"], {**document, "files": files})
+        write_document(place / files["document"], with_command({**document, "files": files}))
     return files
 
 
@@ -258,7 +260,7 @@ def _written(
     name go as soon as its document is replaced.
     """
     files = {"document": f"{name}.json", **(others or {})}
-    plain = document(files=files)
+    plain = with_command(document(files=files))
     write_document(place / files["document"], plain)
     for form in FORMS:
         (place / f"{name}.{form}").unlink(missing_ok=True)

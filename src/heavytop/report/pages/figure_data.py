@@ -11,7 +11,6 @@ import numpy as np
 from heavytop.errors import NoClosedForm
 
 if TYPE_CHECKING:
-    from heavytop.analytic.potential import Potential
     from heavytop.integration.outputs import Sample
     from heavytop.run.trajectory import Trajectory
 
@@ -52,25 +51,16 @@ def _potential(trajectory: Trajectory) -> dict[str, list[Any]]:
 
     motion = trajectory.motion
     potential = Potential(motion.rising.source)
-    ends = float(motion.theta_min), float(motion.theta_max)
-    tilts = np.linspace(*tilts_shown(potential), TILTS + 2)[1:-1]
-    theta = np.union1d(tilts, _lowest(potential, ends))
+    theta = np.linspace(*tilts_shown(potential), TILTS + 2)[1:-1]
     known = {
-        "E_prime_J": float(motion.constants.E_prime),
-        "theta_min": ends[0],
-        "theta_max": ends[1],
+        "E_prime": motion.constants.E_prime,
+        "theta_min": motion.theta_min,
+        "theta_max": motion.theta_max,
     }
     return {
         "theta": _listed(theta),
-        "potential_J": _listed(float(trajectory.scene.top.A) * potential(theta)),
-    } | {name: _listed([value]) * theta.size for name, value in known.items()}
-
-
-def _lowest(potential: Potential, ends: tuple[float, float]) -> float:
-    """The tilt of the least potential: an end of the motion, where rounding hides that it is."""
-    least = potential.bottom
-    limit = potential(least) + 4 * np.finfo(float).eps * np.abs(potential(least))
-    return next((end for end in ends if potential(end) <= limit), least)
+        "potential": _listed(float(trajectory.scene.top.A) * potential(theta)),
+    } | {name: _listed([float(value)]) * theta.size for name, value in known.items()}
 
 
 def _phase(trajectory: Trajectory) -> dict[str, list[Any]]:
@@ -90,7 +80,7 @@ def _listed(values: Any) -> list[Any]:
     return [float(f"{x:.12g}") if np.isfinite(x) else None for x in np.asarray(values)]
 
 
-BEHIND: Final[Mapping[str, tuple[str, Callable[[Trajectory], Columns]]]] = {
+FIGURE_DATA: Final[Mapping[str, tuple[str, Callable[[Trajectory], Columns]]]] = {
     "overview": ("tilt over precession, and the path of the axis on the unit sphere", _axis),
     "angles": ("tilt, precession and rate of spin over time", _angles),
     "potential": ("effective potential, energy, and the tilts that they allow", _potential),

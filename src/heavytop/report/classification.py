@@ -1,29 +1,72 @@
-"""The derived facts of a motion as rows of a table; it knows nothing but their names."""
+"""What is known of a motion without integrating it, as facts."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
+from decimal import Decimal
+from typing import Any, Final
 
-from heavytop.report.rows import number, short
+from heavytop.report.parts import Facts, Known, Part, number, short
+from heavytop.report.run import constants, course
 
-Known = Mapping[str, Any]
 Row = tuple[str, str]
 
+DIGITS: Final = 17  # shown of what is enclosed
 
-def fact_rows(facts: Known) -> Iterator[Row]:
-    """Label and text of what is known.
 
-    Parameters
-    ----------
-    facts : mapping
-        The ``facts`` of a document of the schema ``heavytop/classify/1``.
+def classify_parts(document: Known) -> Iterator[Part]:
+    """A classification: kind and why, range of tilt and means per period, constants, rates."""
+    motion, enclosure = document["motion"], document["enclosure"]
+    names = ("theta_min", "theta_max", "period", "precession", "spin")
+    proved = {name: _proved(motion[name], enclosure[name]) for name in names}
+    yield Facts.of([
+        *_verdict(motion),
+        *course(motion, proved),
+        *constants(document["constants"]),
+        *_facts(document["facts"]),
+    ])  # fmt: skip
 
-    Raises
-    ------
-    KeyError
-        A fact is missing.
+
+def _proved(value: Any, bounds: list[str] | None) -> Any:
+    """A value to as many digits as are proved, where it is enclosed."""
+    return value if bounds is None else between(*bounds)
+
+
+def _verdict(motion: Known) -> Iterator[Row]:
+    yield "kind", f"{motion['kind']}, {_proof(motion)}"
+    if motion["tags"]:
+        yield "tags", ", ".join(motion["tags"])
+    if motion["open_tags"]:
+        yield "tags undecided", ", ".join(motion["open_tags"])
+    yield "why", motion["why"]
+    if motion["certified"]:
+        low, high = motion["margin_enclosure"]
+        within = f", to {high - low:.0e}" if high > low else ""
+        yield "margin", f"{number(motion['margin'])}{within}"
+
+
+def _proof(motion: Known) -> str:
+    return "proved" if motion["certified"] else f"|x| < {number(motion['bound'])}"
+
+
+def between(low: str, high: str) -> str:
+    """A number between two bounds, of 17 digits or as many as are certain to a unit of the last.
+
+    Examples
+    --------
+    >>> between("0.09999999999999999999", "0.10000000000000000001"), between("0.1234", "0.1240")
+    ('0.1', '0.124')
     """
+    least, most = Decimal(low), Decimal(high)
+    middle, radius = (least + most) / 2, (most - least) / 2
+    last = middle.adjusted() - DIGITS + 1
+    if radius:
+        last = max(last, radius.adjusted() + 1)
+    text = round(middle, -last).normalize()
+    return f"{text:f}" if -6 < text.adjusted() < DIGITS else f"{text:e}"
+
+
+def _facts(facts: Known) -> Iterator[Row]:
     yield "ω₃", f"{number(facts['omega3'])} rad/s"
     yield from _range(facts, "φ̇", "phidot", "mean_precession_rate")
     yield from _range(facts, "ψ̇", "psidot", "mean_spin_rate")
