@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict
+from functools import partial
 from typing import Any
-
-import numpy as np
 
 from heavytop.analytic.motion import Motion
 from heavytop.errors import Outcome
-from heavytop.integration.outputs import Sample
 from heavytop.machine import version
 from heavytop.results.classification import constants_document, finite, motion_document
-from heavytop.results.decimal_document import event_rows, final_document
+from heavytop.results.final import event_rows, final_document, shown, split
 from heavytop.results.plan_document import chosen_document
 from heavytop.run.events import EVENTS
 from heavytop.run.planning import Plan, closed_form_of
@@ -87,31 +85,13 @@ def known_document(scene: Scene, chosen: Plan) -> dict[str, Any]:
 
 
 def _final(trajectory: Trajectory) -> dict[str, Any]:
-    if trajectory.decimals is not None:
-        attitude = bool({"attitude", "psi"} & set(trajectory.scene.quantities))
-        return final_document(trajectory.decimals, attitude=attitude)
-    end = trajectory(np.array([trajectory.orbit.end]))
-    wants = set(trajectory.scene.quantities)
-    final: dict[str, Any] = {"t": finite(end.t[0]), "theta": finite(end.theta[0])}
-    for angle in ("phi", "psi"):
-        value = finite(getattr(end, angle)[0])
-        final[angle] = value
-        final |= {f"{angle}_turns": None, f"{angle}_mod": None}
-        if value is not None:
-            turns = math.floor(value / (2 * math.pi))
-            final |= {f"{angle}_turns": turns, f"{angle}_mod": value - turns * 2 * math.pi}
-    rates = ("thetadot", "phidot", "psidot")
-    final |= {n: finite(getattr(end, n)[0]) for n in rates}
-    final |= _vectors(end, wants)
-    return final
-
-
-def _vectors(end: Sample, wants: set[str]) -> dict[str, Any]:
-    vectors = {"axis": end.axis, "omega": end.omega}
-    document: dict[str, Any] = {n: [finite(x) for x in v[0]] for n, v in vectors.items()}
-    attitude = "attitude" in wants or "psi" in wants
-    document["quaternion"] = [finite(x) for x in end.quaternion[0]] if attitude else None
-    return document
+    attitude = bool({"attitude", "psi"} & set(trajectory.scene.quantities))
+    if (decimals := trajectory.decimals) is None:
+        end, told, numbers = trajectory(trajectory.orbit.end), finite, math
+    else:
+        end, told, numbers = decimals.samples[-1], partial(shown, decimals), decimals.run.ctx
+    turned = lambda angle: split(getattr(end, angle), numbers)  # noqa: E731
+    return final_document(end, told, turned, attitude=attitude)
 
 
 def _events(trajectory: Trajectory) -> dict[str, Any]:

@@ -104,6 +104,7 @@ class Run(Document):
     events: Events
     errors: dict[Text, Value | Values]
     missed_digits: Values
+    missed_events: dict[Text, list[int]]
     cost: Values
     outcome: Text
 
