@@ -194,8 +194,8 @@ def test_every_figure_has_its_numbers(page, seen, written):
     assert document["schema"] == "heavytop/report/1"
     idents = [f"{s.ident}-{p.name}" for s in page.sections for p in s.pictures]
     assert [figure["id"] for figure in document["figures"]] == idents
-    assert {"run-1-overview", "drift-1-chart", "workprec-1-chart", "stress-1-chart", "atlas-1-map",
-            "energy-momentum-1-diagram"} <= set(idents)  # fmt: skip
+    assert {"run-1-overview", "drift-1-drift", "workprec-1-workprec", "stress-1-stress",
+            "atlas-1-map", "energy-momentum-1-energy-momentum"} <= set(idents)  # fmt: skip
     for figure in document["figures"]:
         assert json.loads(seen.scripts[f"{figure['id']}-data"]) == figure["data"]
 

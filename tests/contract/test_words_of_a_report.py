@@ -11,7 +11,7 @@ from heavytop.analytic.motion import Motion
 from heavytop.analytic.potential import Potential
 from heavytop.plots.figures.style import MOST_PERIODS
 from heavytop.report.drift import drift_parts
-from heavytop.report.pages.figure_data import FIGURE_DATA
+from heavytop.report.pages.figure_data import figure_data
 from heavytop.report.pages.load import Result
 from heavytop.report.pages.page import Page
 from heavytop.report.pages.section import Section
@@ -27,7 +27,7 @@ from heavytop.studies.atlases.axes import ROLES
 def test_the_numbers_beside_a_potential_are_those_of_the_motion(name):
     scene = load_scene(name)
     motion = Motion(scene.top, scene.start)
-    columns = FIGURE_DATA["potential"][1](propagate(scene))
+    columns = figure_data("potential", propagate(scene))
     potential = Potential(motion.rising.source)
     energies = float(scene.top.A) * potential(np.array(columns["theta"]))
     assert columns["potential"] == pytest.approx(energies, rel=1e-9)
@@ -40,7 +40,7 @@ def test_the_numbers_beside_a_potential_are_those_of_the_motion(name):
 
 def test_a_long_run_without_events_is_shown_for_so_long_as_its_turns_are_seen():
     long = load_scene("sicm-kicked", overrides=["span.time=60", "want.events=[]"])
-    columns = FIGURE_DATA["overview"][1](propagate(long))
+    columns = figure_data("overview", propagate(long))
     period = Motion(long.top, long.start).period
     assert columns["t"][-1] == pytest.approx(MOST_PERIODS * period)
 

@@ -179,9 +179,9 @@ def write_energy_momentum(
     place, files = Path(folder), {"document": "energy_momentum.json"}
     with _stopping(place, kept=None):
         if figures:
-            files |= _charted("energy_momentum", document, place)
+            files |= _saved("energy_momentum", charted("energy_momentum", document), place)
         if figures and document["critical_set"] is not None:
-            drawn = _charted("critical_set", document, place)
+            drawn = _saved("critical_set", charted("critical_set", document), place)
             files |= {f"critical_set_{form}": drawn[f"chart_{form}"] for form in FORMS}
         write_document(place / files["document"], with_command({**document, "files": files}))
     return files
@@ -251,15 +251,15 @@ def _written(
     for form in FORMS:
         (place / f"{name}.{form}").unlink(missing_ok=True)
     if figures:
-        files |= _charted(name, plain, place)
+        files |= _saved(name, charted(name, plain), place)
         write_document(place / files["document"], plain | {"files": files})
     return files
 
 
-def _charted(name: str, document: Mapping[str, Any], place: Path) -> Written:
-    """Draw a document as ``heavytop.plots.NAME`` does, in every form."""
+def charted(name: str, document: Mapping[str, Any]) -> Any:
+    """The figure of a document, as ``heavytop.plots.NAME`` draws it."""
     draw = getattr(import_module(f"heavytop.plots.{name}"), f"{name}_figure")
-    return _saved(name, draw(document), place)
+    return draw(document)
 
 
 def _saved(name: str, figure: Any, place: Path) -> Written:

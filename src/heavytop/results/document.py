@@ -34,23 +34,16 @@ def run_document(trajectory: Trajectory, files: Mapping[str, str] | None = None)
     files : mapping from str to str, optional
         Names and paths of the files written.
     """
-    motion = trajectory.motion
     errors = run_errors(trajectory)
-    return {
-        "schema": SCHEMA,
-        "scene": trajectory.scene.document(),
-        "motion": motion_document(motion),
-        "constants": constants_document(motion),
-        "plan": chosen_document(trajectory.plan),
+    return _document(trajectory.scene, trajectory.motion, trajectory.plan) | {
         "final": _final(trajectory),
         "events": _events(trajectory),
         "errors": {k: finite(v) for k, v in asdict(errors).items()},
         "missed_digits": missed_digits(trajectory, errors),
         "missed_events": {name: list(true) for name, true in missed_events(trajectory).items()},
-        "cost": _cost(trajectory, motion),
+        "cost": _cost(trajectory),
         "outcome": str(trajectory.outcome),
         "files": dict(files or {}),
-        "versions": {name: version(name) for name in _LIBRARIES},
     }
 
 
@@ -63,9 +56,13 @@ def known_document(scene: Scene, chosen: Plan) -> dict[str, Any]:
         It wants its class and its period at most.
     chosen : Plan
     """
-    motion = closed_form_of(scene)
+    return _document(scene, closed_form_of(scene), chosen)
+
+
+def _document(scene: Scene, motion: Motion, chosen: Plan) -> dict[str, Any]:
+    """What is known before anything is integrated, and nothing in place of the rest."""
     nothing = Errors(None, None, None, None, 0.0, {}, None, None, "nothing was integrated")
-    costs = ("derive_s", "compile_s", "integrate_s")
+    costs = dict.fromkeys(("derive_s", "compile_s", "integrate_s"), 0.0)
     return {
         "schema": SCHEMA,
         "scene": scene.document(),
@@ -77,7 +74,7 @@ def known_document(scene: Scene, chosen: Plan) -> dict[str, Any]:
         "errors": {k: finite(v) for k, v in asdict(nothing).items()} | {"energy": None},
         "missed_digits": {},
         "missed_events": {},
-        "cost": {"steps": 0, **dict.fromkeys(costs, 0.0), "us_per_period": None},
+        "cost": {"steps": 0, **costs, "us_per_period": None},
         "outcome": str(Outcome.FINISHED),
         "files": {},
         "versions": {name: version(name) for name in _LIBRARIES},
@@ -105,14 +102,11 @@ def _events(trajectory: Trajectory) -> dict[str, Any]:
     return counts | {"table": table, "omitted": len(events) - len(table)}
 
 
-def _cost(trajectory: Trajectory, motion: Motion) -> dict[str, Any]:
+def _cost(trajectory: Trajectory) -> dict[str, Any]:
     spent = trajectory.statistics
-    period = motion.period if spent.whole else None
+    period = trajectory.motion.period if spent.whole else None
     periods = abs(trajectory.orbit.end) / float(period) if period else 0.0
-    return {
-        "steps": spent.steps,
-        "derive_s": spent.derive_s,
-        "compile_s": spent.compile_s,
-        "integrate_s": spent.integrate_s,
-        "us_per_period": finite(spent.integrate_s / periods * 1e6) if periods else None,
+    names = ("steps", "derive_s", "compile_s", "integrate_s")
+    return {name: getattr(spent, name) for name in names} | {
+        "us_per_period": finite(spent.integrate_s / periods * 1e6) if periods else None
     }

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import lru_cache
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -11,41 +10,44 @@ import numpy as np
 from heavytop.errors import NoClosedForm
 
 if TYPE_CHECKING:
-    from heavytop.integration.outputs import Sample
     from heavytop.run.trajectory import Trajectory
 
 Columns = Mapping[str, list[Any]]
 
 POINTS: Final = 401
 TILTS: Final = 201
+TITLES: Final = {
+    "overview": "tilt over precession, and the path of the axis on the unit sphere",
+    "angles": "tilt, precession and rate of spin over time",
+    "potential": "effective potential, energy, and the tilts that they allow",
+    "phase": "the plane of tilt and tilt rate, with neighbouring energies",
+    "errors": "distance of the run from the closed form over time",
+}
+"""By picture of a run: what it shows."""
+
+OVER_TIME: Final = {
+    "overview": ("theta", "phi", "axis"),
+    "angles": ("theta", "phi", "psi", "thetadot", "phidot", "psidot"),
+    "phase": ("theta", "thetadot"),
+}
 
 
-@lru_cache(maxsize=1)
-def _seen(trajectory: Trajectory) -> Sample:
-    """The motion at the times of the numbers behind the pictures."""
+def figure_data(name: str, trajectory: Trajectory) -> Columns:
+    """The numbers behind a picture, by columns; those in which there is nothing are left out."""
+    if name == "potential":
+        return _potential(trajectory)
+    if name == "errors":
+        return _errors(trajectory)
     from heavytop.plots.figures.style import last_shown
 
-    return trajectory(np.linspace(0.0, last_shown(trajectory), POINTS))
+    seen = trajectory(np.linspace(0.0, last_shown(trajectory), POINTS))
+    columns = {"t": seen.t} | {each: getattr(seen, each) for each in OVER_TIME[name]}
+    if "axis" in columns:
+        columns |= zip(("axis_x", "axis_y", "axis_z"), columns.pop("axis").T, strict=True)
+    return {each: _listed(x) for each, x in columns.items() if np.isfinite(x).any()}
 
 
-def _over_time(trajectory: Trajectory, names: tuple[str, ...]) -> dict[str, list[Any]]:
-    """Quantities over the time that the pictures of a run show."""
-    seen = _seen(trajectory)
-    known = {"t": _listed(seen.t)} | {name: _listed(getattr(seen, name)) for name in names}
-    return {name: x for name, x in known.items() if any(each is not None for each in x)}
-
-
-def _axis(trajectory: Trajectory) -> dict[str, list[Any]]:
-    found = _over_time(trajectory, ("theta", "phi"))
-    axis = _seen(trajectory).axis
-    return found | {f"axis_{x}": _listed(axis[:, k]) for k, x in enumerate("xyz")}
-
-
-def _angles(trajectory: Trajectory) -> dict[str, list[Any]]:
-    return _over_time(trajectory, ("theta", "phi", "psi", "thetadot", "phidot", "psidot"))
-
-
-def _potential(trajectory: Trajectory) -> dict[str, list[Any]]:
+def _potential(trajectory: Trajectory) -> Columns:
     from heavytop.analytic.potential import Potential
     from heavytop.plots.figures.energy import tilts_shown
 
@@ -63,11 +65,7 @@ def _potential(trajectory: Trajectory) -> dict[str, list[Any]]:
     } | {name: _listed([float(value)]) * theta.size for name, value in known.items()}
 
 
-def _phase(trajectory: Trajectory) -> dict[str, list[Any]]:
-    return _over_time(trajectory, ("theta", "thetadot"))
-
-
-def _off(trajectory: Trajectory) -> dict[str, list[Any]]:
+def _errors(trajectory: Trajectory) -> Columns:
     from heavytop.run.verify import deviations
 
     try:
@@ -78,13 +76,3 @@ def _off(trajectory: Trajectory) -> dict[str, list[Any]]:
 
 def _listed(values: Any) -> list[Any]:
     return [float(f"{x:.12g}") if np.isfinite(x) else None for x in np.asarray(values)]
-
-
-FIGURE_DATA: Final[Mapping[str, tuple[str, Callable[[Trajectory], Columns]]]] = {
-    "overview": ("tilt over precession, and the path of the axis on the unit sphere", _axis),
-    "angles": ("tilt, precession and rate of spin over time", _angles),
-    "potential": ("effective potential, energy, and the tilts that they allow", _potential),
-    "phase": ("the plane of tilt and tilt rate, with neighbouring energies", _phase),
-    "errors": ("distance of the run from the closed form over time", _off),
-}
-"""By picture of a run: what it shows, and the numbers behind it."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from heavytop.errors import ForeignFile
-from heavytop.report.pages.figure_data import FIGURE_DATA
+from heavytop.report.pages.figure_data import TITLES, figure_data
 from heavytop.report.pages.section import Picture, Section, drawn
 from heavytop.report.parts import Facts, Table, called, given
 from heavytop.report.run import run_parts
@@ -79,7 +79,6 @@ def _pictures(trajectory: Trajectory) -> Iterator[Picture]:
 
     quick = _in_doubles(trajectory)
     for name, draw in FIGURES.items():
-        title, columns = FIGURE_DATA[name]
         run = trajectory if name == "errors" else quick
-        found = columns(run)
-        yield Picture(name, title, drawn(draw(run)), Table.of_columns(found), found)
+        found = figure_data(name, run)
+        yield Picture(name, TITLES[name], drawn(draw(run)), Table.of_columns(found), found)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -13,8 +14,9 @@ from heavytop.report.energy_momentum import energy_momentum_parts
 from heavytop.report.pages.maps import atlas_section
 from heavytop.report.pages.run_section import run_section
 from heavytop.report.pages.section import Picture, Section, drawn
-from heavytop.report.parts import Known, Part, Table, called
+from heavytop.report.parts import Part, Table, called
 from heavytop.report.stress import stress_parts
+from heavytop.report.study_files import charted
 from heavytop.report.validation import validate_parts
 from heavytop.report.work_precision import work_precision_parts
 
@@ -24,7 +26,7 @@ if TYPE_CHECKING:
     from heavytop.scene.scene import Scene
 
 NOTHING: Final = "Nothing was measured: there is no figure."
-COLUMNS: Final = ("energy", "p_phi", "p_psi", "phase_s", "axis")  # of a drift's numbers
+ERRORS: Final = ("energy", "p_phi", "p_psi", "phase_s", "axis")  # of a drift's numbers
 TIMED: Final = (
     "method", "tolerance", "steps_a_period", "us_per_period", "error", "theta_error",
     "rhs_evaluations", "language",
@@ -39,87 +41,47 @@ TRACE_S: Final = 2.0  # of a path where nothing nutates, and the scene does not 
 
 def drift_section(result: Result, ident: str) -> Section:
     """Return the section of a drift study."""
-    from heavytop.plots.drift import drift_figure
-
-    document = result.document
     rows = [
-        {"method": method["name"], "periods": periods} | {c: method[c][k] for c in COLUMNS}
-        for method in document["methods"]
+        {"method": method["name"], "periods": periods} | {c: method[c][k] for c in ERRORS}
+        for method in result.document["methods"]
         for k, periods in enumerate(method["periods"])
     ]
-    picture = rows and Picture(
-        name="chart",
-        title="errors over nutation periods, both logarithmic",
-        svg=drawn(drift_figure(document)),
-        table=Table.of(rows, digits=3),
-        data={"methods": document["methods"]},
-        listed="methods",
-    )
-    return _section(result, ident, "Drift", drift_parts, picture)
+    title = "errors over nutation periods, both logarithmic"
+    chart = rows and _chart(result, "drift", title, Table.of(rows, digits=3), ("methods",))
+    return _section(result, ident, "Drift", drift_parts(result.document), chart)
 
 
 def work_precision_section(result: Result, ident: str) -> Section:
     """Return the section of a work–precision diagram."""
-    from heavytop.plots.workprec import workprec_figure
-
-    document = result.document
-    points = [{name: point.get(name) for name in TIMED} for point in document["points"]]
-    picture = points and Picture(
-        name="chart",
-        title="time per nutation period over error, both logarithmic",
-        svg=drawn(workprec_figure(document)),
-        table=Table.of(points, digits=3),
-        data={name: document[name] for name in ("points", "front", "front_theta")},
-        listed="points",
-    )
-    return _section(result, ident, "Work and precision", work_precision_parts, picture)
+    rows = [{name: point[name] for name in TIMED} for point in result.document["points"]]
+    title = "time of a period over error, both logarithmic"
+    names = ("points", "front", "front_theta")
+    chart = rows and _chart(result, "workprec", title, Table.of(rows, digits=3), names)
+    parts = work_precision_parts(result.document)
+    return _section(result, ident, "Work and precision", parts, chart)
 
 
 def stress_section(result: Result, ident: str) -> Section:
     """Return the section of a stress test."""
-    from heavytop.plots.stress import stress_figure
-
-    document = result.document
-    runs = [{name: run[name] for name in RUN} for run in document["cases"]]
-    picture = runs and Picture(
-        name="chart",
-        title="digits lost at every case by every method",
-        svg=drawn(stress_figure(document)),
-        table=Table.of(runs, digits=2),
-        data={"hard": document["hard"], "cases": document["cases"]},
-        listed="cases",
-    )
-    return _section(result, ident, "Where methods fail", stress_parts, picture)
+    rows = [{name: run[name] for name in RUN} for run in result.document["cases"]]
+    title, names = "digits lost at every case by every method", ("cases", "hard")
+    chart = rows and _chart(result, "stress", title, Table.of(rows, digits=2), names)
+    return _section(result, ident, "Where methods fail", stress_parts(result.document), chart)
 
 
 def energy_momentum_section(result: Result, ident: str) -> Section:
     """Return the section of a diagram of energy and momentum."""
-    from heavytop.plots.critical_set import critical_set_figure
-    from heavytop.plots.energy_momentum import energy_momentum_figure
-
     document = result.document
-    diagram = Picture(
-        name="diagram",
-        title="energy over momentum at the p_ψ of the scene: kinds, and the edge of steady "
-        "precession",
-        svg=drawn(energy_momentum_figure(document)),
-        table=Table.of_columns(document["edge"]),
-        data={name: document[name] for name in DIAGRAM},
-        listed="edge",
-    )
-    found = document.get("critical_set")
-    critical = found and Picture(
-        name="critical-set",
-        title="the critical set over all p_ψ: two sheets of steady precession, and the thread of "
-        "upright tops that fall",
-        svg=drawn(critical_set_figure(document)),
-        table=Table.of_columns(found["thread"]),
-        data=found,
-        listed="sheets",
-        turns=True,
-    )
-    parts = energy_momentum_parts
-    return _section(result, ident, "Energy and momentum", parts, diagram, critical)
+    title = "energy over momentum at the p_ψ of the scene: kinds, and the edge of steady precession"
+    table = Table.of_columns(document["edge"])
+    pictures = [_chart(result, "energy_momentum", title, table, ("edge", *DIAGRAM))]
+    if found := document.get("critical_set"):
+        title = "the critical set over all p_ψ: two sheets of steady precession, and the thread"
+        table = Table.of_columns(found["thread"])
+        critical = _chart(result, "critical_set", title, table, ("critical_set",))
+        pictures.append(replace(critical, data=found, listed="sheets", turns=True))
+    parts = energy_momentum_parts(document)
+    return _section(result, ident, "Energy and momentum", parts, *pictures)
 
 
 def validate_section(result: Result, ident: str) -> Section:
@@ -127,19 +89,19 @@ def validate_section(result: Result, ident: str) -> Section:
     return Section(result, ident, "Claims", tuple(validate_parts(result.document)))
 
 
-def _section(
-    result: Result,
-    ident: str,
-    what: str,
-    parts: Callable[[Known], Any],
-    *pictures: Any,
-) -> Section:
-    """The section of a study, with those of its pictures for which there are numbers."""
+def _chart(result: Result, name: str, title: str, table: Table, data: Sequence[str]) -> Picture:
+    """The chart that ``heavytop.plots.NAME`` draws; the first of the data is the list of it."""
+    svg = drawn(charted(name, result.document))
+    known = {each: result.document.get(each) for each in data}
+    return Picture(name.replace("_", "-"), title, svg, table, known, listed=data[0])
+
+
+def _section(result: Result, ident: str, what: str, parts: Iterable[Part], *charts: Any) -> Section:
+    """The section of a study, with those of its charts for which there are numbers."""
     document = result.document
     heading = f"{what}: {called(document)}" if "scene" in document else what
-    there = tuple(picture for picture in pictures if picture)
-    notes: tuple[Part, ...] = () if there else (NOTHING,)
-    return Section(result, ident, heading, (*notes, *parts(document)), there)
+    there = tuple(filter(None, charts))
+    return Section(result, ident, heading, (*([] if there else [NOTHING]), *parts), there)
 
 
 def traces_document() -> dict[str, Any]:
@@ -173,23 +135,13 @@ def _seconds(motion: Motion, scene: Scene) -> float:
 
 def traces_section(result: Result, ident: str) -> Section:
     """Return the section of axis traces."""
-    from heavytop.plots.traces import traces_figure
-
-    traces = result.document["traces"]
     rows = [
         {name: each[name] for name in ("name", "kind", "tags", "seconds")} | _tilts(each["axis"])
-        for each in traces
+        for each in result.document["traces"]
     ]
-    picture = Picture(
-        name="chart",
-        title="the path of the axis on the unit sphere, by the closed form; dot: start, cross: "
-        "vertical",
-        svg=drawn(traces_figure(result.document)),
-        table=Table.of(rows, digits=3),
-        data={"traces": traces},
-        listed="traces",
-    )
-    return Section(result, ident, "Every kind of motion", (), (picture,))
+    title = "the path of the axis on the unit sphere, in closed form; dot: start, cross: vertical"
+    chart = _chart(result, "traces", title, Table.of(rows, digits=3), ("traces",))
+    return _section(result, ident, "Every kind of motion", (), chart)
 
 
 def _tilts(axis: list[list[float]]) -> dict[str, float]:
