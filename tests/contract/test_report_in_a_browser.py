@@ -372,7 +372,7 @@ def test_titles_are_texts(browser):
 
 def test_claims_that_fail_are_open_and_named_at_the_top(browser):
     parts = "[...document.querySelectorAll('details.part')].map((e) => [e.open, e.innerText])"
-    assert {said.split("\n")[0]: open for open, said in browser.value(parts)} == {
+    assert {said.split("\n")[0]: shown for shown, said in browser.value(parts)} == {
         "a": False, "another": True,
     }  # fmt: skip
     assert "FAIL: that-fails" in browser.value("document.querySelector('header').innerText")

@@ -182,7 +182,7 @@ def test_a_document_with_anything_in_it_is_a_page_or_is_refused_by_name(
 def test_keys_that_nobody_reads_are_not_on_the_page(place, undrawn, name, tmp_path):
     whole = document(place, name)
     whole["planted"] = "planted"
-    for key in ("scene", "motion", "plan", "events", "critical_set", "axes"):
+    for key in ("scene", "motion", "plan", "events", "critical_set"):
         if isinstance(whole.get(key), dict):
             whole[key]["planted"] = ["planted"]
     for key in ("methods", "points", "cases", "curves", "claims", "traces", "cusps", "skipped"):

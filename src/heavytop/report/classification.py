@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from decimal import Decimal
 from typing import Any, Final
 
@@ -12,6 +13,21 @@ from heavytop.report.run import constants, course
 Row = tuple[str, str]
 
 DIGITS: Final = 17  # shown of what is enclosed
+FACTS: Final = (
+    ("nutation", "{nutation_frequency} rad/s"),
+    ("", "range of cos θ {nutation_amplitude}"),
+    ("", "turns of φ in one: {rotation_number}"),
+    ("small nutation", "{small_nutation_frequency} rad/s about this motion"),
+    ("the other rate", "{other}"),
+    ("a small tilt", "grows by e in {growth_time} s"),
+    ("a small tilt", "precesses between {slow_cone_rate} and {fast_cone_rate} rad/s"),
+    ("sleeps", "from |ω₃| = {sleeping_threshold} rad/s on"),
+    ("p_ψ²/4A|gMR|", "{fast_top_ratio}"),
+    ("", "as a fast top: mean φ̇ {fast_top_precession_rate} rad/s{fast_top_precession_error}"),
+    ("", "as a fast top: period {fast_top_nutation_period} s{fast_top_period_error}"),
+    ("", "as a fast top: range of cos θ {fast_top_amplitude}{fast_top_amplitude_error}"),
+)
+"""Labels and words, with the names of facts."""
 
 
 def classify_parts(document: Known) -> Iterator[Part]:
@@ -67,13 +83,27 @@ def between(low: str, high: str) -> str:
 
 
 def _facts(facts: Known) -> Iterator[Row]:
-    yield "ω₃", f"{number(facts['omega3'])} rad/s"
+    """The facts that are known, each in the words of `FACTS`."""
+    shown = {name: number(x) for name, x in facts.items() if x is not None}
+    for name, x in facts.items():
+        if name.startswith("fast_top") and name.endswith("error"):
+            shown[name] = "" if x is None else f", off by {100 * x:+.3g} %"
+        elif name.startswith("fast_top") and x is not None:
+            shown[name] = short(x)
+    if facts["steady_branch"] is None:
+        shown.pop("small_nutation_frequency", None)
+    if rate := facts["growth_rate"]:
+        shown["growth_time"] = number(1 / rate)
+    if (other := facts["other_precession_rate"]) is not None:
+        about = facts["other_nutation_frequency"]
+        nods = "" if about is None else f", with a small nutation of {number(about)} rad/s"
+        shown["other"] = f"{number(other)} rad/s{nods}"
+    yield "ω₃", f"{shown['omega3']} rad/s"
     yield from _range(facts, "φ̇", "phidot", "mean_precession_rate")
     yield from _range(facts, "ψ̇", "psidot", "mean_spin_rate")
-    yield from _nutation(facts)
-    yield from _steady(facts)
-    yield from _on_the_vertical(facts)
-    yield from _fast_top(facts)
+    for label, words in FACTS:
+        with suppress(KeyError):  # of what is not known
+            yield label, words.format_map(shown)
 
 
 def _range(facts: Known, label: str, name: str, mean: str) -> Iterator[Row]:
@@ -91,52 +121,3 @@ def _range(facts: Known, label: str, name: str, mean: str) -> Iterator[Row]:
     yield label, text
     if facts[f"{name}_reverses"]:
         yield "", f"reverses at θ = {number(facts[f'{name}_reversal_theta'])} rad"
-
-
-def _nutation(facts: Known) -> Iterator[Row]:
-    if facts["nutation_frequency"] is None:
-        return
-    yield "nutation", f"{number(facts['nutation_frequency'])} rad/s"
-    yield "", f"range of cos θ {number(facts['nutation_amplitude'])}"
-    if facts["rotation_number"] is not None:
-        yield "", f"turns of φ in one: {number(facts['rotation_number'])}"
-
-
-def _steady(facts: Known) -> Iterator[Row]:
-    if facts["steady_branch"] is None:
-        return
-    nodding = facts["small_nutation_frequency"]
-    yield "small nutation", f"{number(nodding)} rad/s about this motion"
-    if facts["other_precession_rate"] is not None:
-        other = facts["other_nutation_frequency"]
-        about = "" if other is None else f", with a small nutation of {number(other)} rad/s"
-        yield "the other rate", f"{number(facts['other_precession_rate'])} rad/s{about}"
-
-
-def _on_the_vertical(facts: Known) -> Iterator[Row]:
-    if facts["growth_rate"] is not None:
-        yield "a small tilt", f"grows by e in {number(1 / facts['growth_rate'])} s"
-    if facts["slow_cone_rate"] is not None:
-        slow, fast = number(facts["slow_cone_rate"]), number(facts["fast_cone_rate"])
-        yield "a small tilt", f"precesses between {slow} and {fast} rad/s"
-    if facts["sleeping_threshold"] is not None:
-        yield "sleeps", f"from |ω₃| = {number(facts['sleeping_threshold'])} rad/s on"
-
-
-def _fast_top(facts: Known) -> Iterator[Row]:
-    if facts["fast_top_ratio"] is None:
-        return
-    yield "p_ψ²/4A|gMR|", short(facts["fast_top_ratio"])
-    for label, value, error, unit in (
-        ("mean φ̇", "precession_rate", "precession_error", " rad/s"),
-        ("period", "nutation_period", "period_error", " s"),
-        ("range of cos θ", "amplitude", "amplitude_error", ""),
-    ):
-        estimate = facts[f"fast_top_{value}"]
-        if estimate is not None:
-            off = _percent(facts[f"fast_top_{error}"])
-            yield "", f"as a fast top: {label} {short(estimate)}{unit}{off}"
-
-
-def _percent(error: float | None) -> str:
-    return "" if error is None else f", off by {100 * error:+.3g} %"

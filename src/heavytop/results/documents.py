@@ -10,16 +10,7 @@ import json
 import math
 from hashlib import sha256
 from pathlib import Path
-from typing import (
-    Annotated,
-    Any,
-    Final,
-    Literal,
-    NamedTuple,
-    NoReturn,
-    NotRequired,
-    TypeAlias,
-)
+from typing import Annotated, Any, Final, Literal, NamedTuple, NotRequired, TypeAlias
 
 from pydantic import AfterValidator, TypeAdapter, ValidationError
 from typing_extensions import TypedDict
@@ -273,13 +264,6 @@ class Axis(TypedDict):
     log: bool
 
 
-class Axes(TypedDict):
-    """Both sides of a map."""
-
-    x: Axis
-    y: Axis
-
-
 class Curve(TypedDict):
     """A boundary of kinds."""
 
@@ -293,7 +277,7 @@ class Atlas(Document):
 
     schema: Literal["heavytop/atlas/1"]
     scene: Scene
-    axes: Axes
+    axes: dict[Literal["x", "y"], Axis]
     shape: list[int]
     counts: dict[Text, int]
     uncertified: int
@@ -395,7 +379,7 @@ def read_document(path: Path) -> Stored:
     try:
         with regular(path) as file:
             data = file.read()
-        found = json.loads(data, parse_constant=_not_finite, parse_float=_finite)
+        found = json.loads(data, parse_constant=_finite, parse_float=_finite)
         document = TypeAdapter[Any](FILES[path.name]).validate_python(found, strict=True)
     except ValidationError as wrong:
         first = wrong.errors()[0]
@@ -408,8 +392,6 @@ def read_document(path: Path) -> Stored:
 
 
 def _finite(text: str) -> float:
-    return value if math.isfinite(value := float(text)) else _not_finite(text)
-
-
-def _not_finite(text: str) -> NoReturn:
-    raise ValueError(f"{text:.40} is no number of JSON")
+    if not math.isfinite(value := float(text)):
+        raise ValueError(f"{text:.40} is no number of JSON")
+    return value
