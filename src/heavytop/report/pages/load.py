@@ -40,6 +40,10 @@ def load_results(folders: Sequence[Path]) -> tuple[Result, ...]:
     folders : sequence of Path
         Each holds results itself, or folders that do.
 
+    Returns
+    -------
+    tuple of Result
+
     Raises
     ------
     ForeignFile
