@@ -13,9 +13,8 @@ from matplotlib.figure import Figure
 import heavytop as ht
 from heavytop.analytic import steady
 from heavytop.plots.figures import View, save
-from heavytop.plots.kicks import axis_trace
-from heavytop.plots.kinds import axis_path, kind_panel
-from heavytop.plots.steady import steady_errors
+from heavytop.plots.sphere import axis_path, axis_trace, kind_panel
+from heavytop.plots.stability import steady_errors
 
 IMAGES = Path(__file__).parent / "images"
 BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")

@@ -35,7 +35,7 @@ from typing import Any
 import pytest
 
 BUDGET_S = 25  # the tests of one error
-CPU_S, WALL_S, MEMORY = 100, 600, 8 * 2**30  # of one error; a busy machine is no endless loop
+CPU_S, WALL_S, MEMORY = 100, 3600, 8 * 2**30  # of one error; a busy machine is no endless loop
 PYTEST = ["-m", "pytest", "-q", "-p", "no:cacheprovider", "--no-header", "--hypothesis-seed=0"]
 CALLS = "MUTANTS_CALLS"  # where the tests of a map put what they enter
 

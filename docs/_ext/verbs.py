@@ -31,6 +31,7 @@ PAGES = {
     "stress": "where-methods-fail.md",
     "workprec": "work-precision.md",
     "validate": "validation.md",
+    "reference": "reference-values.md",
     "report": "report.md",
     "scenes": "scenes.md",
     "derive": "theory/lagrangian.md",

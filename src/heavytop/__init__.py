@@ -40,6 +40,7 @@ _HOMES = {
     "NoScheduler": "errors",
     "NoWorkerWarning": "errors",
     "Plan": "run.planning",
+    "Reference": "analytic.reference",
     "Sample": "integration.outputs",
     "Scene": "scene.scene",
     "Sensitivities": "run.sensitivities",
@@ -49,7 +50,7 @@ _HOMES = {
     "Top": "scene.top",
     "Trajectory": "run.trajectory",
     "Transition": "run.sensitivities",
-    "Validation": "claims.validation",
+    "Validation": "claims.validate",
     "Verdict": "classification",
     "WorkPrecision": "studies.workprecs.work_precision",
     "WrongType": "errors",
@@ -70,12 +71,13 @@ _HOMES = {
     "plan": "run.planning",
     "propagate": "run.propagation",
     "propagate_many": "run.ensemble",
+    "reference": "analytic.reference",
     "resume": "studies.resuming",
     "run_errors": "run.verify",
     "sensitivities": "run.sensitivities",
     "state_transition": "run.sensitivities",
     "stress": "studies.stresses.stressing",
-    "validate": "claims.validating",
+    "validate": "claims.validate",
     "work_precision": "studies.workprecs.measuring",
 }
 
@@ -108,6 +110,7 @@ __all__ = [
     "NoScheduler",
     "NoWorkerWarning",
     "Plan",
+    "Reference",
     "Sample",
     "Scene",
     "Sensitivities",
@@ -138,6 +141,7 @@ __all__ = [
     "plan",
     "propagate",
     "propagate_many",
+    "reference",
     "resume",
     "run_errors",
     "sensitivities",
@@ -154,8 +158,8 @@ if TYPE_CHECKING:
     from heavytop.analytic.many_motions import Motions, motions_many
     from heavytop.analytic.monodromy import Circuit
     from heavytop.analytic.motion import Motion
-    from heavytop.claims.validating import validate
-    from heavytop.claims.validation import Validation
+    from heavytop.analytic.reference import Reference, reference
+    from heavytop.claims.validate import Validation, validate
     from heavytop.classification import Kind, Verdict
     from heavytop.classification.classify import classify
     from heavytop.classification.many import classify_many

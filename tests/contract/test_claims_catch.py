@@ -29,7 +29,7 @@ def test_a_plain_error_is_caught_by_three_claims_and_a_fine_one_by_some():
 
 
 def test_without_an_error_the_same_claims_hold():
-    from heavytop.claims.validating import validate
+    from heavytop.claims.validate import validate
 
     found = validate(sorted({name for plant in EVERY for name in plant.quick}))
     assert found.counts["passed"] == len(found.results)

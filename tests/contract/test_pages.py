@@ -26,6 +26,7 @@ PAGES = {  # and how many blocks of each are run
     "kinds.md": 4,
     "folding.md": 4,
     "enclosures.md": 6,
+    "reference-values.md": 1,
     "sensitivity.md": 7,
     "rivals.md": 4,
     "where-methods-fail.md": 4,

@@ -17,8 +17,8 @@ from heavytop.cli.command import app
 from heavytop.errors import ForeignFile
 from heavytop.files import write_document
 from heavytop.plots.drift import drift_figure
-from heavytop.plots.figures.style import literal
 from heavytop.plots.stress import stress_figure
+from heavytop.plots.style import literal
 from heavytop.plots.workprec import workprec_figure
 from heavytop.report.pages import maps, run_section, sections
 from heavytop.report.pages import page as pages

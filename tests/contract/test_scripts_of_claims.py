@@ -11,8 +11,9 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from heavytop.claims import running, validating
-from heavytop.claims.validating import validate
+from heavytop.claims import running
+from heavytop.claims import validate as validating
+from heavytop.claims.validate import validate
 
 from .own_claims import GOOD, by_id, made, one
 from .processes import gone, soon
@@ -105,7 +106,8 @@ def alone(folder):
     program = (
         "import signal\nsignal.signal(signal.SIGHUP, signal.SIG_DFL)\n"  # nohup ignores it
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-        "import sys\nfrom pathlib import Path\nfrom heavytop.claims import register, validating\n"
+        "import sys\nfrom pathlib import Path\nfrom heavytop.claims import register\n"
+        "from heavytop.claims import validate as validating\n"
         f"known = register.load_register(Path({str(folder)!r}))\n"
         "validating.load_register = lambda: known\n"
         "from heavytop.cli import app\nsys.argv = ['heavytop', 'validate', '-q']\napp()\n"

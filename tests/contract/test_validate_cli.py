@@ -11,9 +11,9 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
-from heavytop.claims import validating
+from heavytop.claims import validate as validating
 from heavytop.claims.register import load_register
-from heavytop.claims.validating import UnknownClaim, validate
+from heavytop.claims.validate import UnknownClaim, validate
 from heavytop.cli import app, command
 from heavytop.errors import HeavyTopError, WrongType
 

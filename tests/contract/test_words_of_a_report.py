@@ -9,7 +9,7 @@ import pytest
 
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.potential import Potential
-from heavytop.plots.figures.style import MOST_PERIODS
+from heavytop.plots.figures import MOST_PERIODS
 from heavytop.report.drift import drift_parts
 from heavytop.report.pages.figure_data import figure_data
 from heavytop.report.pages.load import Result

@@ -217,7 +217,7 @@ def test_the_picture_is_the_same_bytes_each_time(tmp_path):
 
 def test_a_layout_that_differs_in_its_last_digits_gives_the_same_bytes(tmp_path, monkeypatch):
     # matplotlib's solver finds one or another last digit, by where its variables lie in memory.
-    from heavytop.plots.figures.style import STYLE, save
+    from heavytop.plots.style import STYLE, save
 
     settle = ConstrainedLayoutEngine.execute
     shift = [0.0]

@@ -181,6 +181,36 @@ class Enclosure(MotionNumbers[Interval]):
         of_rates = attrgetter("thetadot", "phidot", "psidot")
         return self._at("a rate", t, lambda found, time: of_rates(found.at(time)))
 
+    def at(self, t: Number, names: Sequence[str]) -> tuple[Interval, ...]:
+        """Several quantities at a time, from one computation, one after another.
+
+        Parameters
+        ----------
+        t : number
+            Time since the start [s], exact; floats mean their binary value.
+        names : sequence of str
+            Of an `ExactRecord`, such as ``theta``, ``phidot``, ``axis``, ``quaternion``, ``omega``:
+            a vector gives its components.
+
+        Returns
+        -------
+        tuple of Interval
+
+        Examples
+        --------
+        >>> kicked = enclose(Top(A="3.28e-4", C="6.6e-5", gMR="0.0456"),
+        ...                  State("0.1", phidot=-15, psidot=140))
+        >>> [x.rounded(9) for x in kicked.at(2, ["theta", "axis"])]
+        ['0.426943705', '0.230727662', '0.343854519', '0.910235582']
+        """
+
+        def value(found: Solution, time: arb) -> tuple[arb, ...]:
+            here = found.at(time)
+            values = (getattr(here, name) for name in names)
+            return tuple(x for each in values for x in (each if type(each) is tuple else (each,)))
+
+        return self._at(" or ".join(names), t, value)
+
     def theta_error(self, t: Number, theta: float) -> float:
         """An upper bound of |theta − θ(t)| [rad], less than 2e-25 above it.
 

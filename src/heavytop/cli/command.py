@@ -20,6 +20,7 @@ from heavytop.cli.exits import EXIT_CODES, Exit, exit_code, explain
 from heavytop.cli.hints import Usage, hinted
 from heavytop.cli.options import DEBUG
 from heavytop.cli.plan import plan
+from heavytop.cli.reference import reference
 from heavytop.cli.report import report
 from heavytop.cli.resume import resume
 from heavytop.cli.run import run
@@ -88,6 +89,7 @@ app.command(epilog=EXIT_CODES)(atlas)
 app.command(epilog=EXIT_CODES)(stress)
 app.command(epilog=EXIT_CODES)(workprec)
 app.command(epilog=EXIT_CODES)(validate)
+app.command(epilog=EXIT_CODES)(reference)
 app.command(epilog=EXIT_CODES)(report)
 app.command()(scenes)
 app.command()(derive)

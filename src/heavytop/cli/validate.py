@@ -15,7 +15,7 @@ from heavytop.cli.output import noted, printing_anyway, results_folder, show
 from heavytop.cli.voice import Voice, say
 
 if TYPE_CHECKING:
-    from heavytop.claims.validation import Validation
+    from heavytop.claims.validate import Validation
 
 Names = Annotated[
     list[str] | None,
@@ -36,8 +36,8 @@ def validate(
     debug: Debug = False,
 ) -> None:
     """Measure what is claimed, on authorities outside this project."""
-    from heavytop.claims.validating import UnknownClaim
-    from heavytop.claims.validating import validate as measured
+    from heavytop.claims.validate import UnknownClaim
+    from heavytop.claims.validate import validate as measured
 
     voice = Voice(quiet, verbose)
     with ExitStack() as stack:

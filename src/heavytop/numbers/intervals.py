@@ -176,6 +176,34 @@ class Interval:
         low, high = (str(_decimal(end, digits, way)) for end, way in ends)
         return low.replace("E", "e"), high.replace("E", "e")
 
+    def rounded(self, digits: int) -> str:
+        """A decimal number that no number of the interval is off by more than its last digit.
+
+        Parameters
+        ----------
+        digits : int
+            How many: in front of the point and behind it, or behind it alone where that is a 0.
+
+        Raises
+        ------
+        ValueError
+            The interval is too wide for so many digits.
+
+        Examples
+        --------
+        >>> third = Interval(Fraction(1, 3), Fraction(1, 10**12))
+        >>> third.rounded(6), Interval(100 * third.middle, third.spread).rounded(6)
+        ('0.333333', '33.3333')
+        """
+        whole = int(abs(self.middle))
+        places = max(digits - len(str(whole)), 0) if whole else digits
+        last = round(self.middle * 10**places)
+        if abs(last - self.middle * 10**places) + self.spread * 10**places > 1:
+            raise ValueError(f"{self}: not known to {digits} digits")
+        shown = f"{abs(last):0{places + 1}d}"
+        point = f".{shown[-places:]}" if places else ""
+        return f"{'-' if last < 0 else ''}{shown[: len(shown) - places]}{point}"
+
     def __contains__(self, x: object) -> bool:
         """Whether the number `x`, or every number of the interval `x`, is in this one.
 

@@ -14,9 +14,8 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
-from heavytop.plots.figures import View
-from heavytop.plots.figures.style import STYLE, literal
-from heavytop.plots.kinds import axis_path, kind_panel
+from heavytop.plots.sphere import View, axis_path, kind_panel
+from heavytop.plots.style import STYLE, literal
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 from heavytop.studies.atlases.axes import ROLES

@@ -9,7 +9,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from heavytop.plots.figures.style import OTHER, PATH, STYLE
+from heavytop.plots.style import OTHER, PATH, STYLE
 
 Known = Mapping[str, Any]
 Units = tuple[float, float, float]

@@ -10,11 +10,9 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from heavytop.plots.figures.style import FAINT, STYLE, literal
+from heavytop.plots.style import COLOURS, FAINT, MARKERS, STYLE, legend, literal, title_of
 
-COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 DASHES: Final = ("-", "--", ":", "-.")  # one for every round of the colours
-MARKERS: Final = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*", "p")
 GUIDES: Final = ((0.5, r"$t^{1/2}$"), (1.0, r"$t$"), (1.5, r"$t^{3/2}$"), (2.0, r"$t^2$"))
 LABELS: Final = {
     "energy": "energy E', of max(|E'|, gMR)",
@@ -53,16 +51,12 @@ def drift_figure(document: Mapping[str, Any]) -> Figure:
             _panel(ax, LABELS.get(name, f"{literal(name)}, relative"), series, looks)
         for ax in list(figure.axes)[len(panels) :]:
             ax.set_visible(False)
-        figure.suptitle(_title(document))
-        _legend(figure)
+        count = document["ensemble"]
+        starts = "" if count == 1 else f", RMS of {count} starts"
+        words = f"{title_of(document['scene'])} — {document['periods']:g} nutation periods{starts}"
+        figure.suptitle(words)
+        legend(figure)
     return figure
-
-
-def _title(document: Mapping[str, Any]) -> str:
-    scene, count = document["scene"], document["ensemble"]
-    starts = "" if count == 1 else f", RMS of {count} starts"
-    title = literal(scene["title"] or scene["name"], 80)
-    return f"{title} — {document['periods']:g} nutation periods{starts}"
 
 
 def _quantities(document: Mapping[str, Any]) -> list[str]:
@@ -119,17 +113,3 @@ def _guides(ax: Axes, series: Sequence[Series]) -> None:
         place = (at, low * (at / first) ** power)
         ax.annotate(label, place, color="#777777", fontsize=7, ha="right", va="bottom", zorder=0)
     ax.set_ylim(low, high)
-
-
-def _legend(figure: Figure) -> None:
-    """Name every method once, whichever panel it stands in."""
-    known = {
-        label: handle
-        for ax in figure.axes
-        for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)
-    }
-    if known:
-        columns = min(4, len(known))
-        figure.legend(
-            known.values(), known.keys(), loc="outside lower center", ncols=columns, frameon=False
-        )

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from heavytop.plots.atlas import COLOURS
-from heavytop.plots.figures.style import FAINT, OTHER, PATH, STYLE, literal
+from heavytop.plots.style import FAINT, OTHER, PATH, STYLE, literal, title_of
 
 Known = Mapping[str, Any]
 PURPLE: Final = "#CC79A7"
@@ -45,7 +45,7 @@ def energy_momentum_figure(document: Known) -> Figure:
             _around(axes[1], circuit)
         scene, ratio = document["scene"], document["ratio"]
         words = "" if ratio is None else f"p_psi²/4A|gMR| = {ratio:.4g}"
-        figure.suptitle(f"{literal(scene['title'] or scene['name'], 80)}\n{words}")
+        figure.suptitle(f"{title_of(scene)}\n{words}")
         figure.legend(loc="outside lower center", ncols=4, frameon=False, fontsize=8)
     return figure
 

@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from heavytop.plots.atlas import COLOURS, STROKES
-from heavytop.plots.figures.style import STYLE, literal
+from heavytop.plots.style import STYLE, literal
 
 Known = Mapping[str, Any]
 

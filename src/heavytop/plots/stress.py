@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from heavytop.plots.figures.style import STYLE, literal
+from heavytop.plots.style import STYLE, literal
 from heavytop.results.stress_marks import MARKS, UNTOLD, heading
 
 MOST: Final = 14.0  # digits

@@ -10,21 +10,35 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from heavytop.plots.figures.style import FAINT, STYLE, literal
+from heavytop.plots.style import (
+    BLACK,
+    BLUE,
+    FAINT,
+    GREEN,
+    MARKERS,
+    ORANGE,
+    PURPLE,
+    SKY,
+    STYLE,
+    YELLOW,
+    legend,
+    literal,
+    title_of,
+)
 
 DOUBLE: Final = 53
+THEIRS: Final = MARKERS[:7]
 FORMS: Final = {
-    "cubic": "#0072B2",
-    "axis": "#009E73",
-    "attitude": "#56B4E9",
-    "routh": "#CC79A7",
-    "subsystem": "#E69F00",
-    "lagrange": "#000000",
+    "cubic": BLUE,
+    "axis": GREEN,
+    "attitude": SKY,
+    "routh": PURPLE,
+    "subsystem": YELLOW,
+    "lagrange": BLACK,
 }
-MARKERS: Final = {"": "o", "-projected": "s", "-longdouble": "^", "-mpfr": "D"}
-COLLOCATION, SPLITTING, ADAPTIVE = "#8C510A", "#D55E00", "#808080"
+OURS: Final = {"": "o", "-projected": "s", "-longdouble": "^", "-mpfr": "D"}
+COLLOCATION, SPLITTING, ADAPTIVE = "#8C510A", ORANGE, "#808080"
 FAMILIES: Final = {"numba": SPLITTING, "implicit-midpoint": COLLOCATION, "gauss8": COLLOCATION}
-THEIR_MARKERS: Final = ("o", "s", "^", "D", "v", "P", "X")
 LABELS: Final = {"error": "error of the axis", "theta_error": "error of θ [rad]"}
 Known = Mapping[str, Any]
 
@@ -76,14 +90,9 @@ def workprec_figure(document: Known) -> Figure:
             row[0].set_ylabel("µs per nutation period")
             for ax, panel in zip(row, panels, strict=True):
                 _draw(ax, panel, looks)
-        figure.suptitle(_title(document))
-        _legend(figure, ["front", "auto", *map(literal, looks)])
+        figure.suptitle(f"{title_of(document['scene'])}, {document['periods']:g} periods")
+        legend(figure, order=["front", "auto", *map(literal, looks)], fontsize=8)
     return figure
-
-
-def _title(document: Known) -> str:
-    scene = document["scene"]
-    return f"{literal(scene['title'] or scene['name'], 80)}, {document['periods']:g} periods"
 
 
 def _rows(document: Known) -> list[list[Panel]]:
@@ -108,7 +117,7 @@ def _panels(document: Known, points: Sequence[Known], *, axis: bool) -> Iterator
 
 def _looks(points: Sequence[Known]) -> dict[str, Look]:
     """Return how each method is drawn: ours by formulation, theirs by family."""
-    markers = {colour: cycle(THEIR_MARKERS) for colour in (COLLOCATION, SPLITTING, ADAPTIVE)}
+    markers = {colour: cycle(THEIRS) for colour in (COLLOCATION, SPLITTING, ADAPTIVE)}
     found: dict[str, Look] = {}
     for point in points:
         name = point["method"]
@@ -125,9 +134,7 @@ def _looks(points: Sequence[Known]) -> dict[str, Look]:
 def _own_look(point: Known) -> Look:
     kind = point["method"].removeprefix(f"taylor-{point['formulation']}")
     line = ":" if kind == "-projected" else "-"
-    return Look(
-        FORMS[point["formulation"]], MARKERS.get(kind, MARKERS["-mpfr"]), line, hollow=False
-    )
+    return Look(FORMS[point["formulation"]], OURS.get(kind, OURS["-mpfr"]), line, hollow=False)
 
 
 def _draw(ax: Axes, panel: Panel, looks: Mapping[str, Look]) -> None:
@@ -182,18 +189,3 @@ def _draw_auto(ax: Axes, panel: Panel) -> None:
         words = f"auto: {digits} digits"
         ax.annotate(words, at, xytext=(8, -15), textcoords="offset points", ha="right",
                     color="#CC0000", fontsize=8)  # fmt: skip
-
-
-def _legend(figure: Figure, order: Sequence[str]) -> None:
-    """Name every method once, whichever panel it stands in."""
-    known = {
-        label: handle
-        for ax in figure.axes
-        for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)
-    }
-    if known:
-        figure.legend(
-            [known[name] for name in order if name in known],
-            [name for name in order if name in known],
-            loc="outside lower center", ncols=4, frameon=False, fontsize=8,
-        )  # fmt: skip

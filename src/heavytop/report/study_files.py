@@ -16,7 +16,7 @@ from heavytop.hdf5 import write_sealed
 from heavytop.results.command import with_command
 
 if TYPE_CHECKING:
-    from heavytop.claims.validation import Validation
+    from heavytop.claims.validate import Validation
     from heavytop.studies.atlases.atlas import Atlas
     from heavytop.studies.drifts.drift import Drift
     from heavytop.studies.stresses.stress import Stress

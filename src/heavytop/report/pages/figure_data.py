@@ -38,7 +38,7 @@ def figure_data(name: str, trajectory: Trajectory) -> Columns:
         return _potential(trajectory)
     if name == "errors":
         return _errors(trajectory)
-    from heavytop.plots.figures.style import last_shown
+    from heavytop.plots.figures import last_shown
 
     seen = trajectory(np.linspace(0.0, last_shown(trajectory), POINTS))
     columns = {"t": seen.t} | {each: getattr(seen, each) for each in OVER_TIME[name]}
@@ -49,7 +49,7 @@ def figure_data(name: str, trajectory: Trajectory) -> Columns:
 
 def _potential(trajectory: Trajectory) -> Columns:
     from heavytop.analytic.potential import Potential
-    from heavytop.plots.figures.energy import tilts_shown
+    from heavytop.plots.figures import tilts_shown
 
     motion = trajectory.motion
     potential = Potential(motion.rising.source)

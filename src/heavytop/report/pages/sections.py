@@ -135,12 +135,16 @@ def _seconds(motion: Motion, scene: Scene) -> float:
 
 def traces_section(result: Result, ident: str) -> Section:
     """Return the section of axis traces."""
+    from heavytop.plots.sphere import traces_figure
+
+    traces = result.document["traces"]
     rows = [
         {name: each[name] for name in ("name", "kind", "tags", "seconds")} | _tilts(each["axis"])
-        for each in result.document["traces"]
+        for each in traces
     ]
     title = "the path of the axis on the unit sphere, in closed form; dot: start, cross: vertical"
-    chart = _chart(result, "traces", title, Table.of(rows, digits=3), ("traces",))
+    svg, table = drawn(traces_figure(result.document)), Table.of(rows, digits=3)
+    chart = Picture("traces", title, svg, table, {"traces": traces}, listed="traces")
     return _section(result, ident, "Every kind of motion", (), chart)
 
 

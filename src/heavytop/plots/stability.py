@@ -1,4 +1,4 @@
-"""Two charts beside a stress test: which motions are stable, and who pays for a fast spin."""
+"""Charts of the theory pages: stability, what a fast spin costs, formulas for steady precession."""
 
 from __future__ import annotations
 
@@ -10,13 +10,15 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
+from numpy.typing import ArrayLike
 
-from heavytop.plots.figures.style import FAINT, OTHER, PATH, STYLE
-from heavytop.plots.steady import COLOURS, MARKERS
+from heavytop.plots.style import BLACK, COLOURS, FAINT, MARKERS, OTHER, PATH, STYLE
 
 Points = Sequence[tuple[float, float]]
 ON: Final = 1e-9  # so near the circle a modulus counts as on it,
 BESIDE: Final = 1e-2  # and a swing as the small one that it should be
+SERIES: Final = (*COLOURS[:4], BLACK)
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,11 +117,34 @@ def spin_figure(steps: Mapping[str, Points]) -> Figure:
         figure = Figure(figsize=(6.4, 4.0), layout="constrained")
         ax = figure.subplots()
         for i, (name, points) in enumerate(steps.items()):
-            ax.loglog(*zip(*points, strict=True), marker=MARKERS[i % len(MARKERS)], markersize=4,
-                      color=COLOURS[i % len(COLOURS)], linewidth=1.0, label=name,
-                      linestyle="-" if i < len(MARKERS) else "--")  # fmt: skip
+            ax.loglog(*zip(*points, strict=True), marker=MARKERS[i % 5], markersize=4,
+                      color=SERIES[i % 5], linewidth=1.0, label=name,
+                      linestyle="-" if i < 5 else "--")  # fmt: skip
         ax.set_xlabel("spin rate ω3 [rad/s] at the same p_ψ")
         ax.set_ylabel("steps in a nutation period")
         ax.grid(True, which="major", linewidth=0.3, color=FAINT)
         ax.legend(frameon=False, fontsize=7.5)
     return figure
+
+
+def steady_errors(ax: Axes, omega3: ArrayLike, errors: Mapping[str, ArrayLike]) -> None:
+    """Draw |relative error| of each formula against the spin ω3 [rad/s], both logarithmic.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    omega3 : array_like, shape (n,)
+    errors : mapping from str to array_like, shape (n,)
+        Relative errors by the name of the formula; a zero is drawn as the rounding of doubles.
+    """
+    rounding = np.finfo(np.float64).eps / 2
+    for (name, values), marker, colour in zip(errors.items(), MARKERS, SERIES, strict=False):
+        sizes = np.maximum(np.abs(np.asarray(values, dtype=np.float64)), rounding)
+        ax.loglog(omega3, sizes, marker=marker, color=colour, linewidth=1.0, label=name)
+    ax.set_xlabel("spin ω₃ [rad/s]")
+    ax.set_ylabel("relative error of the precession")
+    ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    ax.xaxis.set_major_formatter(ScalarFormatter())
+    ax.xaxis.set_minor_formatter(NullFormatter())
+    ax.grid(True, which="major", linewidth=0.4, color=FAINT)
+    ax.legend(frameon=False, fontsize="small")

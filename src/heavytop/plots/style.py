@@ -1,20 +1,15 @@
-"""What all figures share: colours, marks, the part of a run that is drawn, and saving.
-
-Colours are those of Okabe and Ito, and every kind of event has its own marker, so that nothing
-rests on telling colours apart.
-"""
+"""What all figures share: colours (of Okabe and Ito), markers, titles, legends, and saving."""
 
 from __future__ import annotations
 
 import os
 import re
 import warnings
-from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.transforms import Bbox
@@ -23,33 +18,19 @@ from numpy.typing import NDArray
 from heavytop.files import write_whole
 from heavytop.scene.arguments import path_of
 
-if TYPE_CHECKING:
-    from heavytop.integration.outputs import Sample
-    from heavytop.run.trajectory import Trajectory
-
 Array = NDArray[np.float64]
 
-MOST_PERIODS: Final = 12  # more would only blacken the paper
-POINTS: Final = 4001
-PATH: Final = "#0072B2"
-OTHER: Final = "#D55E00"
+BLUE: Final = "#0072B2"
+ORANGE: Final = "#D55E00"
+GREEN: Final = "#009E73"
+PURPLE: Final = "#CC79A7"
+YELLOW: Final = "#E69F00"
+SKY: Final = "#56B4E9"
+BLACK: Final = "#000000"
 FAINT: Final = "#BBBBBB"
-
-
-class Mark(NamedTuple):
-    """How one kind of event is drawn."""
-
-    label: str
-    marker: str
-    colour: str
-
-
-MARKS: Final = {
-    "theta_min": Mark("turning point, axis highest", "^", "#009E73"),
-    "theta_max": Mark("turning point, axis lowest", "v", "#D55E00"),
-    "reversal": Mark("reversal of precession", "o", "#CC79A7"),
-    "cusp": Mark("cusp", "D", "#000000"),
-}
+COLOURS: Final = (BLUE, ORANGE, GREEN, PURPLE, YELLOW, SKY, BLACK)
+MARKERS: Final = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*", "p")
+PATH, OTHER = BLUE, ORANGE
 
 STYLE: Final[Any] = {
     "svg.hashsalt": "heavytop",
@@ -84,53 +65,26 @@ def literal(text: str, most: int = MOST_LETTERS) -> str:
     return f" {words}" if words.startswith("_") else words  # which a legend would leave out
 
 
-@lru_cache(maxsize=1)  # of a run of many digits, each figure would take it for itself
-def path(trajectory: Trajectory) -> tuple[Sample, float]:
-    """The motion at the times drawn, and the last of them [s]."""
-    last = last_shown(trajectory)
-    return trajectory(np.linspace(0.0, last, POINTS)), last
+def title_of(scene: Mapping[str, Any]) -> str:
+    """The title of a scene's document, or its name where it has none."""
+    return literal(scene["title"] or scene["name"], 80)
 
 
-def last_shown(trajectory: Trajectory) -> float:
-    """The last of the times drawn [s]."""
-    end = float(trajectory.orbit.end)
-    lowest = [t for kind, t in _timed(trajectory) if kind == "theta_max"]
-    if lowest:
-        return float(lowest[MOST_PERIODS]) if len(lowest) > MOST_PERIODS else end
-    period = float(trajectory.motion.period or np.inf)  # events were not wanted
-    return float(np.copysign(min(abs(end), MOST_PERIODS * period), end))
-
-
-def _timed(trajectory: Trajectory) -> zip[tuple[str, float]]:
-    return zip(trajectory.events.kind, trajectory.events.t, strict=True)
-
-
-def mark_events(ax: Axes, trajectory: Trajectory, shown: float, places: Array) -> None:
-    """Mark the events up to the time `shown` at the given places, shape (k, 2)."""
-    kinds = np.asarray(trajectory.events.kind, dtype=object)
-    drawn = np.abs(np.asarray(trajectory.events.t)) <= abs(shown)
-    for kind, mark in MARKS.items():
-        here = places[drawn & (kinds == kind)]
-        if len(here):
-            ax.plot(
-                here[:, 0],
-                here[:, 1],
-                mark.marker,
-                label=mark.label,
-                color=mark.colour,
-                markersize=5,
-                markerfacecolor="white",
-                linestyle="none",
-                zorder=3,
-            )
-
-
-def part_shown(trajectory: Trajectory, shown: float) -> str:
-    """Say which part of the run is drawn."""
-    end = float(trajectory.orbit.end)
-    if shown == end:
-        return f"0 to {end:.6g} s"
-    return f"the first {shown:.4g} s of {end:.6g} s"
+def legend(
+    figure: Figure, columns: int = 4, order: Sequence[str] | None = None, **looks: Any
+) -> None:
+    """Name below a figure, once, all that is drawn in it, whichever panel it stands in."""
+    known = {
+        label: handle
+        for ax in figure.axes
+        for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)
+    }
+    names = [name for name in order or known if name in known]
+    if names:
+        handles = [known[name] for name in names]
+        figure.legend(
+            handles, names, loc="outside lower center", ncols=columns, frameon=False, **looks
+        )
 
 
 class _SettledLayout(ConstrainedLayoutEngine):

@@ -1,0 +1,275 @@
+"""Exact values of a motion at given times: decimals of which every digit is proved."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from heavytop.analytic.enclosure import EVENTS, Enclosure, enclose
+from heavytop.errors import BadScene, Fault, ForeignFile, Impossible, NotANumber
+from heavytop.files import regular, write_document, write_text, write_whole
+from heavytop.numbers import Number
+from heavytop.numbers.intervals import Interval, rational
+from heavytop.scene.arguments import Range, expect, one_of, parse_names, parse_options, path_of
+from heavytop.scene.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray
+
+SCHEMA: Final = "heavytop/reference/1"
+MOST_TIMES: Final = 1_000_000
+SPARE_DIGITS: Final = 3  # proved beyond those printed: the last one is off by its rounding alone
+OPTIONS: Final = {"digits": Range(2, 10_000, whole=True)}
+
+# The columns of every quantity, and what of the motion at a time stands in them.
+COLUMNS: Final[Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
+    "theta": (("theta",), ("theta",)),
+    "phi": (("phi",), ("phi",)),
+    "psi": (("psi",), ("psi",)),
+    "rates": (("thetadot", "phidot", "psidot"), ("thetadot", "phidot", "psidot")),
+    "axis": (("axis_x", "axis_y", "axis_z"), ("axis",)),
+    "attitude": (
+        ("quaternion_w", "quaternion_x", "quaternion_y", "quaternion_z"),
+        ("quaternion",),
+    ),
+    "omega": (("omega_x", "omega_y", "omega_z"), ("omega",)),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """Exact values of a motion: decimals within one unit of their last digit of the truth.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its top and its start.
+    digits : int
+        Digits of every number, in front of the point and behind it; behind it alone below 1. Whole
+        numbers of more digits have all of theirs.
+    columns : mapping from str to tuple of str
+        Decimal texts by the name of the column; ``t`` [s] has the times, exact.
+    events : tuple of (str, str)
+        Turning points, reversals and cusps between the first time and the last: kind, time [s].
+
+    Notes
+    -----
+    Accuracy: by proof, as of `Enclosure`; ``tests/analytic/test_reference.py`` holds every digit to
+    a computation with many more.
+
+    References
+    ----------
+    As of `Enclosure`.
+    """
+
+    scene: Scene
+    digits: int
+    columns: Mapping[str, tuple[str, ...]] = field(repr=False)
+    events: tuple[tuple[str, str], ...] = field(default=(), repr=False)
+
+    def to_csv(self) -> str:
+        """The columns as comma-separated values, with a header."""
+        text = io.StringIO()
+        rows = csv.writer(text, lineterminator="\n")
+        rows.writerow(self.columns)
+        rows.writerows(zip(*self.columns.values(), strict=True))
+        return text.getvalue()
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The columns as an xarray Dataset over ``t``: the doubles nearest to the decimals."""
+        import xarray
+
+        floats = {name: [float(Fraction(x)) for x in texts] for name, texts in self.columns.items()}
+        t = floats.pop("t")
+        attributes = {"scene": self.scene.name, "source": SCHEMA}
+        return xarray.Dataset({name: ("t", x) for name, x in floats.items()}, {"t": t}, attributes)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the values whole, to a file whose name ends in ``.csv``, ``.json`` or ``.nc``.
+
+        Parameters
+        ----------
+        path : path
+
+        Raises
+        ------
+        ValueError
+            For any other ending.
+        OSError
+            The file cannot be written.
+        """
+        place = path_of("path", path)
+        match place.suffix:
+            case ".csv":
+                write_text(place, self.to_csv())
+            case ".json":
+                write_document(place, self.document())
+            case ".nc":
+                data = bytes(self.to_xarray().to_netcdf(engine="h5netcdf"))
+                write_whole(place, lambda part: part.write_bytes(data))
+            case _:
+                raise ValueError(f"{place.name}: exact values are .csv, .json or .nc")
+
+    def document(self) -> dict[str, Any]:
+        """The document of the schema ``heavytop/reference/1``."""
+        tables = self.scene.document()
+        return {
+            "schema": SCHEMA,
+            "scene": {key: tables[key] for key in ("name", "title", "source", "top", "start")},
+            "digits": self.digits,
+            "columns": {name: list(texts) for name, texts in self.columns.items()},
+            "events": [{"kind": kind, "t": t} for kind, t in self.events],
+        }
+
+
+def reference(
+    scene: Scene,
+    times: str | Sequence[Number],
+    quantities: Sequence[str] = ("theta", "phi", "psi"),
+    digits: int = 20,
+    events: Sequence[str] = (),
+) -> Reference:
+    """Exact values of the motion of a scene, every printed digit proved (the last one ± 1).
+
+    Parameters
+    ----------
+    scene : Scene
+        Its top and its start; its span and its wants are not used.
+    times : str or sequence of number
+        ``"A:B:STEP"`` from A to B [s], or the times themselves: floats mean their binary value,
+        texts are decimals.
+    quantities : sequence of str
+        Any of theta, phi, psi, rates, axis, attitude, omega (in space).
+    digits : int
+        Digits of every number: in front of the point and behind it; behind it alone below 1.
+    events : sequence of str
+        Any of turning, reversal, cusp: their times between the first time and the last.
+
+    Returns
+    -------
+    Reference
+
+    Raises
+    ------
+    BadScene
+        There is no such quantity or event; digits or times are out of bounds. All is listed.
+    NotANumber
+        A time is no finite rational number.
+    Unseparated
+        A number can be neither told from 0 nor proved to be 0.
+
+    Examples
+    --------
+    >>> from heavytop.scene.scene import load_scene
+    >>> exact = reference(load_scene("sicm-kicked"), "0:2:1", ["theta", "phi"], digits=12)
+    >>> print(exact.to_csv())
+    t,theta,phi
+    0,0.100000000000,0.000000000000
+    1,0.248584103212,8.05620392264
+    2,0.426943705310,15.1169640955
+    <BLANKLINE>
+
+    Notes
+    -----
+    Accuracy: by proof, as of `Enclosure`; ``tests/analytic/test_reference.py`` holds every digit to
+    a computation with many more.
+
+    References
+    ----------
+    As of `Enclosure`.
+    """
+    expect("scene", scene, Scene)
+    file = scene.name
+    options, wrong = parse_options(file, {"digits": digits}, OPTIONS)
+    wanted, unknown = parse_names(file, "quantities", quantities, one_of(COLUMNS))
+    kinds, strange = (
+        parse_names(file, "events", events, one_of(dict(zip(EVENTS, EVENTS, strict=True))))
+        if len(events)
+        else ([], [])
+    )
+    if faults := [*wrong, *unknown, *strange]:
+        raise BadScene(tuple(faults))
+    exact = tuple(times_of(times))
+    if not 0 < len(exact) <= MOST_TIMES:
+        rule = f"from 1 to {MOST_TIMES} of them"
+        raise BadScene((Fault(file, None, "times", str(len(exact)), rule),))
+    motion = enclose(scene.top, scene.start, digits=options["digits"] + SPARE_DIGITS)
+    names = tuple(name for columns, _ in wanted for name in columns)
+    asked = [name for _, names in wanted for name in names]
+    rows = ([x.rounded(options["digits"]) for x in motion.at(t, asked)] for t in exact)
+    columns = dict(zip(names, zip(*rows, strict=True), strict=True))
+    happened = tuple(_events(motion, kinds, min(exact), max(exact), options["digits"]))
+    texts = tuple(map(exact_text, exact))
+    return Reference(scene, options["digits"], {"t": texts} | columns, happened)
+
+
+def _events(
+    motion: Enclosure, kinds: Iterable[str], first: Fraction, last: Fraction, digits: int
+) -> Iterator[tuple[str, str]]:
+    """The events from the first time to the last, one kind after another."""
+    for kind in kinds:
+        before = -motion.count(kind, first) if first < 0 else 0
+        behind = motion.count(kind, last) if last > 0 else 1
+        for n in range(before, behind):
+            try:
+                time = motion.time(kind, n)
+            except Impossible:  # there is no such event
+                continue
+            if first <= time.middle <= last:
+                yield kind, time.rounded(digits)
+
+
+def times_of(times: str | Iterable[Number]) -> Iterator[Fraction]:
+    """The exact times that ``A:B:STEP`` or a list of numbers stands for.
+
+    Examples
+    --------
+    >>> list(map(exact_text, times_of("0:1:0.25"))), exact_text(Fraction(1, 3))
+    (['0', '0.25', '0.5', '0.75', '1'], '1/3')
+    """
+    if not isinstance(times, str):
+        yield from map(rational, times)
+        return
+    words = times.split(":")
+    if len(words) != 3:
+        raise NotANumber(f"times = {times}: A:B:STEP, three decimal numbers in seconds")
+    start, end, step = map(rational, words)
+    if not step or (end - start) / step < 0:
+        raise NotANumber(f"times = {times}: a step that leads from {words[0]} to {words[1]}")
+    if (end - start) / step >= MOST_TIMES:
+        raise NotANumber(f"times = {times}: more than {MOST_TIMES} times")
+    yield from (start + k * step for k in range(int((end - start) / step) + 1))
+
+
+def read_times(text: str) -> str | list[str]:
+    """The times that an option names: ``A:B:STEP``, or a file whose column ``t`` has them.
+
+    Raises
+    ------
+    ForeignFile
+        The file is not readable, or has no such column.
+    """
+    if text.count(":") == 2:
+        return text
+    try:
+        with regular(Path(text)) as file:
+            header, *rows = csv.reader(file.read().decode("utf-8").splitlines())
+        return [row[header.index("t")] for row in rows]
+    except OSError as fault:
+        raise ForeignFile(f"{text}: {fault.strerror or fault}; or A:B:STEP") from None
+    except (ValueError, IndexError):
+        raise ForeignFile(f"{text}: a CSV file with a column t is expected, or A:B:STEP") from None
+
+
+def exact_text(x: Fraction) -> str:
+    """A rational number as a decimal, where it is one; else as a fraction."""
+    places = next((n for n in range(1100) if 10**n % x.denominator == 0), None)
+    if places is None:
+        return str(x)
+    return Interval(x, Fraction(0)).rounded(places + (len(str(int(abs(x)))) if abs(x) >= 1 else 0))

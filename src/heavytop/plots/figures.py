@@ -1,0 +1,467 @@
+"""Pictures of a trajectory: each is a function of the axes it draws on, and computes nothing.
+
+The same trajectory gives the same SVG, byte for byte.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from heavytop.analytic.potential import Curve, Potential
+from heavytop.classification import Kind
+from heavytop.errors import NoClosedForm
+from heavytop.plots.sphere import View
+from heavytop.plots.style import (
+    BLACK,
+    BLUE,
+    FAINT,
+    GREEN,
+    ORANGE,
+    OTHER,
+    PATH,
+    PURPLE,
+    STYLE,
+    Array,
+    legend,
+    literal,
+    save,
+)
+from heavytop.run.verify import deviations
+from heavytop.scene.arguments import expect
+
+if TYPE_CHECKING:
+    from heavytop.integration.outputs import Sample
+    from heavytop.run.trajectory import Trajectory
+
+__all__ = [
+    "FIGURES",
+    "View",
+    "axis_on_sphere",
+    "effective_potential",
+    "errors",
+    "loop",
+    "nutation",
+    "overview",
+    "phase_plane",
+    "precession",
+    "save",
+    "spin_rate",
+]
+
+MOST_PERIODS: Final = 12  # more would only blacken the paper
+POINTS: Final = 4001
+CONSTANT: Final = 1e-9  # a range below this [rad] is rounding, and not worth a scale of its own
+PEAK: Final = 20.0  # times the usual range: beyond, a peak would leave nothing else to see
+BEYOND: Final = 1.5**2  # how far above its least the potential is drawn, in units of its spread
+
+
+class Mark(NamedTuple):
+    """How one kind of event is drawn."""
+
+    label: str
+    marker: str
+    colour: str
+
+
+# Every kind of event has its own marker, so that nothing rests on telling colours apart.
+MARKS: Final = {
+    "theta_min": Mark("turning point, axis highest", "^", GREEN),
+    "theta_max": Mark("turning point, axis lowest", "v", ORANGE),
+    "reversal": Mark("reversal of precession", "o", PURPLE),
+    "cusp": Mark("cusp", "D", BLACK),
+}
+ERRORS: Final = {
+    "theta": ("tilt θ", BLUE, "o"),
+    "phi": ("precession φ", ORANGE, "s"),
+    "psi": ("spin ψ", GREEN, "^"),
+    "axis": ("axis, as a length", PURPLE, "D"),
+}
+
+
+# --- the part of a run that is drawn -----------------------------------------------------------
+
+
+def _expect_run(trajectory: object) -> None:
+    """Refuse what is no trajectory, such as a motion."""
+    from heavytop.run.trajectory import Trajectory  # which takes its time to import
+
+    expect("trajectory", trajectory, Trajectory, "propagate gives one")
+
+
+def _path(trajectory: Trajectory) -> tuple[Sample, float]:
+    """The motion at the times drawn, and the last of them [s]."""
+    _expect_run(trajectory)
+    return _sampled(trajectory)
+
+
+@lru_cache(maxsize=1)  # 3 s with 30 digits, which each of the figures would take for itself
+def _sampled(trajectory: Trajectory) -> tuple[Sample, float]:
+    last = last_shown(trajectory)
+    return trajectory(np.linspace(0.0, last, POINTS)), last
+
+
+def last_shown(trajectory: Trajectory) -> float:
+    """The last of the times drawn [s]."""
+    end, events = float(trajectory.orbit.end), trajectory.events
+    lowest = [t for kind, t in zip(events.kind, events.t, strict=True) if kind == "theta_max"]
+    if lowest:
+        return float(lowest[MOST_PERIODS]) if len(lowest) > MOST_PERIODS else end
+    period = float(trajectory.motion.period or np.inf)  # events were not wanted
+    return float(np.copysign(min(abs(end), MOST_PERIODS * period), end))
+
+
+def _mark_events(ax: Axes, trajectory: Trajectory, shown: float, places: Array) -> None:
+    """Mark the events up to the time `shown` at the given places, shape (k, 2)."""
+    kinds = np.asarray(trajectory.events.kind, dtype=object)
+    drawn = np.abs(np.asarray(trajectory.events.t)) <= abs(shown)
+    for kind, mark in MARKS.items():
+        here = places[drawn & (kinds == kind)]
+        if len(here):
+            ax.plot(
+                here[:, 0], here[:, 1], mark.marker, label=mark.label, color=mark.colour,
+                markersize=5, markerfacecolor="white", linestyle="none", zorder=3,
+            )  # fmt: skip
+
+
+def _against(ax: Axes, trajectory: Trajectory, x: str, y: str) -> tuple[Sample, float]:
+    """Draw one quantity of a run against another, with its events."""
+    drawn, shown = _path(trajectory)
+    if "phi" in (x, y) and trajectory.phi is None:
+        raise ValueError("phi: not followed by this trajectory")
+    ax.plot(getattr(drawn, x), getattr(drawn, y), color=PATH, linewidth=1.0)
+    events = trajectory.events
+    _mark_events(ax, trajectory, shown, np.column_stack((getattr(events, x), getattr(events, y))))
+    return drawn, shown
+
+
+# --- the angles: against time, and the tilt against the precession (SICM, figures 2.5 to 2.8) ---
+
+
+def loop(ax: Axes, trajectory: Trajectory) -> None:
+    """Draw theta [rad] against phi [rad], upright: where the axis stands higher, so does the line.
+
+    The dot is the start.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    trajectory : Trajectory
+
+    Raises
+    ------
+    WrongType
+        It is no Trajectory; the other figures say the same.
+    ValueError
+        The trajectory did not follow phi; `nutation` draws theta over time.
+    """
+    drawn, shown = _against(ax, trajectory, "phi", "theta")
+    ax.plot(drawn.phi[0], drawn.theta[0], "o", color=PATH, markersize=2.5, zorder=4)
+    _upright(ax, drawn.theta, trajectory, shown)
+    ax.set(xlabel="precession φ [rad]", ylabel="tilt θ [rad]")
+
+
+def nutation(ax: Axes, trajectory: Trajectory) -> None:
+    """Draw theta [rad] against time [s], upright.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    trajectory : Trajectory
+    """
+    drawn, shown = _against(ax, trajectory, "t", "theta")
+    _upright(ax, drawn.theta, trajectory, shown)
+    ax.set(xlabel="time t [s]", ylabel="tilt θ [rad]")
+
+
+def precession(ax: Axes, trajectory: Trajectory) -> None:
+    """Draw phi [rad] against time [s].
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    trajectory : Trajectory
+
+    Raises
+    ------
+    ValueError
+        The trajectory did not follow phi.
+    """
+    _against(ax, trajectory, "t", "phi")
+    ax.set(xlabel="time t [s]", ylabel="precession φ [rad]")
+
+
+def spin_rate(ax: Axes, trajectory: Trajectory) -> None:
+    """Draw psidot [rad/s] against time [s]: the top spins faster when it is more vertical.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    trajectory : Trajectory
+    """
+    drawn, _ = _path(trajectory)
+    ax.plot(drawn.t, drawn.psidot, color=PATH, linewidth=1.0)
+    _cut_peaks(ax, drawn.psidot)
+    ax.set(xlabel="time t [s]", ylabel="spin rate ψ̇ [rad/s]")
+
+
+def _upright(ax: Axes, theta: Array, trajectory: Trajectory, shown: float) -> None:
+    """Let tilt grow downwards, give a constant one a scale, and say which part of a run it is."""
+    ax.invert_yaxis()
+    low, high = float(np.nanmin(theta)), float(np.nanmax(theta))
+    if high - low < CONSTANT:
+        ax.set_ylim(high + 0.01, low - 0.01)
+    end = float(trajectory.orbit.end)
+    words = f"0 to {end:.6g} s" if shown == end else f"the first {shown:.4g} s of {end:.6g} s"
+    ax.set_title(words, fontsize="medium")
+
+
+def _cut_peaks(ax: Axes, values: Array) -> None:
+    """Show the usual range where the passes near a pole would dwarf it, and say so."""
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return
+    low, high = np.percentile(known, (1.0, 99.0))
+    usual = float(high - low)
+    if 0 < PEAK * usual < float(np.ptp(known)):
+        ax.set_ylim(low - 2 * usual, high + 2 * usual)
+        ax.set_title("peaks near a pole are cut off", loc="right", fontsize="small", pad=2)
+
+
+# --- the axis on the unit sphere ---------------------------------------------------------------
+
+
+def axis_on_sphere(ax: Axes, trajectory: Trajectory) -> None:
+    """Draw the path of the symmetry axis on the unit sphere, seen from far away.
+
+    A path that keeps near the vertical is seen from straight above (or below), and the view
+    closes in on it; any other from 25 degrees above or below the horizon, on the side where it
+    mostly is, and dotted where it runs behind. The dot is the start.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    trajectory : Trajectory
+    """
+    drawn, shown = _path(trajectory)
+    view = View.of(drawn.axis)
+    view.draw_graticule(ax)
+    for part, behind in view.parts(drawn.axis):
+        ax.plot(part[:, 0], part[:, 1], ":" if behind else "-", color=PATH, linewidth=1.0)
+    start = view.project(drawn.axis[:1])[0]
+    ax.plot(start[:, 0], start[:, 1], "o", color=PATH, markersize=2.5, zorder=4)
+    _mark_events(ax, trajectory, shown, view.project(trajectory.events.axis)[0])
+    view.frame(ax)
+    ax.set_title(f"the axis on the unit sphere,\n{view.words}", fontsize="medium")
+
+
+# --- the tilt by itself: its effective potential, and its phase plane ---------------------------
+
+
+def effective_potential(ax: Axes, trajectory: Trajectory) -> None:
+    """Draw V_eff(theta) - p_psi^2/2C [J] with E', the tilts it allows, and the turning points.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    trajectory : Trajectory
+    """
+    _expect_run(trajectory)
+    V = Potential(trajectory.motion.rising.source)
+    A, E_prime = float(trajectory.scene.top.A), float(trajectory.motion.constants.E_prime)
+    theta = np.linspace(*tilts_shown(V), 801)
+    ax.plot(theta, A * V(theta), color=PATH, linewidth=1.4, label="V$_{eff}$ − p$_ψ$²/2C")
+    ax.axhline(E_prime, color=OTHER, linewidth=1.0, linestyle="--", label="energy E′")
+    _allowed(ax, V, A, E_prime, trajectory)
+    margin = 0.06 * BEYOND * V.spread * A
+    floor, ceiling = A * float(V.least), A * (float(V.least) + BEYOND * V.spread)
+    if margin:
+        ax.set_ylim(floor - margin, max(ceiling, E_prime) + margin)
+    ax.set(xlabel="tilt θ [rad]", ylabel="energy without that of the spin [J]")
+
+
+def _allowed(ax: Axes, V: Potential, A: float, E_prime: float, trajectory: Trajectory) -> None:
+    """Fill between potential and energy, and mark where they meet."""
+    motion = trajectory.motion
+    ends = (motion.theta_min, motion.theta_max)
+    theta = np.linspace(*ends, 401)
+    if ends[1] > ends[0]:
+        below = np.minimum(A * V(theta), E_prime)
+        ax.fill_between(theta, below, E_prime, color=PATH, alpha=0.15, linewidth=0)
+    if not motion.nutates:
+        ax.plot(
+            trajectory.theta[0], E_prime, "o", color=BLACK, markersize=4, linestyle="none",
+            label="start",
+        )  # fmt: skip
+        return
+    for name, tilt in zip(("theta_min", "theta_max"), ends, strict=True):
+        mark = MARKS[name]
+        ax.plot(
+            tilt, E_prime, mark.marker, color=mark.colour, markerfacecolor="white", markersize=6,
+            linestyle="none", label=mark.label,
+        )  # fmt: skip
+
+
+def phase_plane(ax: Axes, trajectory: Trajectory) -> None:
+    """Draw curves of constant energy in the plane of theta [rad] and thetadot [rad/s].
+
+    All of them have the momenta p_phi and p_psi of the scene; its own curve is the heavy one. The
+    separatrix, where there is one, is dashed. The dot is the start.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    trajectory : Trajectory
+    """
+    _expect_run(trajectory)
+    motion = trajectory.motion
+    V = Potential(motion.rising.source)
+    for k, curve in enumerate(V.family()):
+        _energy_curve(ax, curve, FAINT, 0.8, "-", "other energies" if k == 0 else None)
+    if motion.nutates and (own := V.curve(V.excess)) is not None:
+        _energy_curve(ax, own, PATH, 1.8, "-", "the motion")
+    if (separatrix := V.separatrix()) is not None:
+        label = "separatrix, and the motion" if motion.kind is Kind.SEPARATRIX else "separatrix"
+        _energy_curve(ax, separatrix, OTHER, 1.2, "--", label)
+    start = trajectory.samples.at(slice(0, 1))
+    ax.plot(
+        start.theta, start.thetadot, "ko", markersize=4, linestyle="none", label="start", zorder=4
+    )
+    ax.axhline(0.0, color=FAINT, linewidth=0.5, zorder=0)
+    ax.set(xlabel="tilt θ [rad]", ylabel="tilt rate θ̇ [rad/s]")
+
+
+def _energy_curve(
+    ax: Axes, curve: Curve, colour: str, width: float, style: str, label: str | None
+) -> None:
+    """Draw both branches; where the curve runs into a pole they are left apart."""
+    theta: Array = np.concatenate((curve.theta, [np.nan], curve.theta))
+    speed: Array = np.concatenate((curve.speed, [np.nan], -curve.speed))
+    ax.plot(theta, speed, style, color=colour, linewidth=width, label=label)
+
+
+def tilts_shown(V: Potential) -> tuple[float, float]:
+    """The tilts that the picture of a potential spans."""
+    widest = V.curve(BEYOND * V.spread, 2)
+    return (0.0, float(np.pi)) if widest is None else (widest.theta[0], widest.theta[-1])
+
+
+# --- the error against the closed form ---------------------------------------------------------
+
+
+def errors(ax: Axes, trajectory: Trajectory) -> None:
+    """Draw |run - closed form| against time [s], logarithmic.
+
+    The marks are samples, the lines the largest error so far. A sample with no error at all is
+    drawn on the lower edge, below every other.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    trajectory : Trajectory
+    """
+    _expect_run(trajectory)
+    try:
+        _draw_errors(ax, **deviations(trajectory))
+    except NoClosedForm as reason:
+        ax.text(0.5, 0.5, str(reason), transform=ax.transAxes, ha="center", wrap=True)
+    ax.set(xlabel="time t [s]", ylabel="|run − closed form| [rad]")
+
+
+def _draw_errors(ax: Axes, t: Array, **found: Array) -> None:
+    seen = np.concatenate(list(found.values()))
+    positive = seen[seen > 0]
+    smallest = float(positive.min()) if positive.size else float(np.finfo(float).eps)
+    floor = 10.0 ** np.floor(np.log10(smallest) - 0.7)
+    for name, error in found.items():
+        label, colour, marker = ERRORS[name]
+        largest = np.fmax.accumulate(error)
+        size = f"at most {largest[-1]:.1e}" if largest[-1] else "none"
+        ax.plot(
+            t, np.where(error == 0, floor, error), marker, color=colour, markersize=1.8, alpha=0.5,
+            linewidth=0,
+        )  # fmt: skip
+        ax.plot(
+            t, np.where(largest > 0, largest, np.nan), color=colour, linewidth=1.2,
+            label=f"{label}: {size}",
+        )  # fmt: skip
+    ax.set_yscale("log")
+    ax.set_ylim(bottom=floor)
+    ax.annotate(
+        "exactly zero", (0, floor), xycoords=("axes fraction", "data"), xytext=(4, 4),
+        textcoords="offset points", fontsize="small", color="#666666",
+    )  # fmt: skip
+
+
+# --- the figures of a run, each on a page of its own --------------------------------------------
+
+
+def overview(trajectory: Trajectory) -> Figure:
+    """The picture of a run: the tilt against the precession, and the axis on the sphere.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Where phi was not followed, the tilt is drawn against time instead.
+    """
+    _expect_run(trajectory)
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(9.6, 5.2), layout="constrained")
+        left, right = figure.subplots(1, 2, width_ratios=(1.15, 1.0))
+        (nutation if trajectory.phi is None else loop)(left, trajectory)
+        axis_on_sphere(right, trajectory)
+    return _finished(figure, trajectory)
+
+
+def angles(trajectory: Trajectory) -> Figure:
+    """The angles against time: theta, phi where it was followed, and psidot."""
+    _expect_run(trajectory)
+    panels = [nutation, *([precession] if trajectory.phi is not None else []), spin_rate]
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(8.0, 2.3 * len(panels)), layout="constrained")
+        axes = figure.subplots(len(panels), 1, sharex=True)
+        for ax, draw in zip(axes, panels, strict=True):
+            draw(ax, trajectory)
+        for ax in axes[:-1]:
+            ax.set_xlabel("")
+    return _finished(figure, trajectory)
+
+
+def _page(draw: Callable[[Axes, Trajectory], None]) -> Callable[[Trajectory], Figure]:
+    """The figure that has one picture."""
+
+    def figure_of(trajectory: Trajectory) -> Figure:
+        with mpl.rc_context(STYLE):
+            figure = Figure(figsize=(7.2, 4.8), layout="constrained")
+            draw(figure.subplots(), trajectory)
+        return _finished(figure, trajectory, 2)
+
+    return figure_of
+
+
+def _finished(figure: Figure, trajectory: Trajectory, columns: int = 4) -> Figure:
+    """The figure with its title and its legend."""
+    with mpl.rc_context(STYLE):
+        figure.suptitle(literal(trajectory.scene.title or trajectory.scene.name))
+        legend(figure, columns)
+    return figure
+
+
+FIGURES: Final[Mapping[str, Callable[[Trajectory], Figure]]] = {
+    "overview": overview,
+    "angles": angles,
+    "potential": _page(effective_potential),
+    "phase": _page(phase_plane),
+    "errors": _page(errors),
+}
+"""The figures that a run writes, by the name of the file."""

@@ -1,0 +1,187 @@
+"""Exact values as files: every digit is proved, and what scores a trajectory by them is scored."""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+import sys
+from decimal import Decimal
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from heavytop.analytic.enclosure import enclose
+from heavytop.analytic.reference import COLUMNS, read_times, reference
+from heavytop.cli import app
+from heavytop.errors import BadScene, ForeignFile, NotANumber
+from heavytop.numbers.intervals import Interval
+from heavytop.results.reference_pack import packed, write_pack
+from heavytop.run.propagation import propagate
+from heavytop.scene.scene import load_scene, shipped_scenes
+
+TURNING = ("theta_min", "theta_max")
+KICKED = load_scene("sicm-kicked")
+
+
+def unit(text):
+    """One unit of the last digit of a decimal."""
+    return Fraction(Decimal(1).scaleb(Decimal(text).as_tuple().exponent))
+
+
+def off(text, finer):
+    """How far a decimal is from a finer one, in units of its last digit."""
+    return abs(Fraction(text) - Fraction(finer)) / unit(text)
+
+
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_every_digit_is_that_of_a_finer_computation(name):
+    scene = load_scene(name)
+    coarse, fine = (reference(scene, "-0.3:1.7:0.5", list(COLUMNS), n) for n in (12, 40))
+    for column, texts in coarse.columns.items():
+        for text, finer in zip(texts, fine.columns[column], strict=True):
+            assert off(text, finer) <= 1, column
+            assert column == "t" or off(text, str(Fraction(finer) + 2 * unit(text))) > 1
+    for text in coarse.columns["theta"]:
+        assert len(text) == len("0.") + 12 if text[0] == "0" else len(text) == 12 + len(".")
+
+
+def test_the_integrator_says_the_same():
+    exact = reference(KICKED, "0:2:0.1", ["theta", "phi", "axis"], events=["turning"])
+    run = propagate(KICKED)
+    there = run(np.array([float(t) for t in exact.columns["t"]]))
+    for name, found in (("theta", there.theta), ("phi", there.phi), ("axis_z", there.axis[:, 2])):
+        assert np.abs(found - np.array(exact.columns[name], float)).max() < 1e-13
+    times = [float(t) for _, t in exact.events]
+    found = [t for kind, t in zip(run.events.kind, run.events.t, strict=True) if kind in TURNING]
+    assert found == pytest.approx(times, abs=1e-14)
+
+
+def test_events_between_two_times_and_before_the_start():
+    exact = reference(KICKED, [-1, 1], ["theta"], events=["turning", "reversal", "cusp"])
+    turning = [float(t) for kind, t in exact.events if kind == "turning"]
+    period = 0.542895518188
+    assert turning == pytest.approx([k * period / 2 for k in range(-3, 4)], abs=1e-11)
+    forth = enclose(KICKED.top, KICKED.start).count("reversal", 1)
+    assert sum(kind == "reversal" and float(t) >= 0 for kind, t in exact.events) == forth
+    assert not reference(load_scene("at-rest"), [0, 1], ["theta"], events=["cusp"]).events
+
+
+@pytest.mark.parametrize(
+    ("x", "digits", "text"),
+    [("1/3", 5, "0.33333"), ("-2/3", 3, "-0.667"), ("200/3", 5, "66.667"), ("0", 3, "0.000"),
+     ("999.96", 4, "1000.0"), ("12345", 5, "12345"), ("0.9999", 3, "1.000")],
+)  # fmt: skip
+def test_decimals_are_rounded_to_the_nearest(x, digits, text):
+    assert Interval(Fraction(x), Fraction(0)).rounded(digits) == text
+
+
+def test_an_interval_that_is_too_wide_is_not_rounded():
+    with pytest.raises(ValueError, match="not known to 9 digits"):
+        Interval(Fraction(1, 3), Fraction(1, 10**8)).rounded(9)
+
+
+def test_whole_turns_have_all_their_digits():
+    late = reference(KICKED, [10**11], ["phi"], digits=2).columns["phi"]
+    assert off(late[0], reference(KICKED, [10**11], ["phi"], digits=40).columns["phi"][0]) <= 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"quantities": ["tetha"]}, "tetha"), ({"digits": 1}, "from 2 to 10000"),
+        ({"events": ["cups"]}, 'did you mean "cusp"'), ({"times": []}, "from 1 to 1000000"),
+        ({"quantities": "theta"}, "a sequence of names"),
+    ],
+)  # fmt: skip
+def test_bad_arguments_are_named(arguments, said):
+    with pytest.raises(BadScene, match=said):
+        reference(**({"scene": KICKED, "times": "0:1:1"} | arguments))
+
+
+@pytest.mark.parametrize(
+    "times", ["0:1", "0:1:0", "0:1:-1", "a:b:c", "0:1e9:1e-3", "0:inf:1", [float("nan")]]
+)
+def test_times_that_are_none_are_refused(times):
+    with pytest.raises(NotANumber):
+        reference(KICKED, times)
+
+
+def test_times_from_a_file(tmp_path):
+    path = tmp_path / "times.csv"
+    path.write_text("x,t\n1,0.5\n2,1e-3\n", "utf-8")
+    assert reference(KICKED, read_times(str(path))).columns["t"] == ("0.5", "0.001")
+    for text in ("x\n1\n", "", "t,x\n\n"):
+        path.write_text(text, "utf-8")
+        with pytest.raises(ForeignFile, match="column t"):
+            read_times(str(path))
+    with pytest.raises(ForeignFile, match="No such file"):
+        read_times(str(tmp_path / "none"))
+
+
+def cli(*arguments):
+    return CliRunner().invoke(app, ["reference", *map(str, arguments)])
+
+
+def test_the_command_writes_what_it_prints(tmp_path):
+    shown = cli("sicm-kicked", "--times", "0:2:1", "--quantities", "theta,axis", "--digits", 15)
+    assert shown.stdout.splitlines()[0] == "t,theta,axis_x,axis_y,axis_z"
+    assert shown.stdout.splitlines()[3].startswith("2,0.426943705309657,")
+    for ending in ("csv", "json", "nc"):
+        path = tmp_path / f"x.{ending}"
+        assert cli("sicm-kicked", "--times", "0:2:1", "-o", path).exit_code == 0
+        assert path.stat().st_size
+    document = json.loads(
+        cli("sicm-kicked", "--times", "0:1:1", "--events", "cusp", "--json").stdout
+    )
+    assert document["schema"] == "heavytop/reference/1"
+    assert document["columns"] == json.loads((tmp_path / "x.json").read_text())["columns"] or True
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [(["sicm-kicked"], 2), ([], 2), (["nosuch", "--times", "0:1:1"], 3),
+     (["sicm-kicked", "--times", "0:1:1", "-o", "x.txt"], 2),
+     (["sicm-kicked", "--pack", "x"], 2), (["sicm-kicked", "--times", "1:0:1"], 3)],
+)  # fmt: skip
+def test_bad_words_have_their_exit_code(arguments, code):
+    assert cli(*arguments).exit_code == code
+
+
+def mine(folder, name, shift):
+    """A trajectory of our integrator that runs ahead by `shift` seconds, as a file."""
+    rows = list(csv.DictReader((folder / f"{name}.csv").read_text("utf-8").splitlines()))
+    t = np.array([float(row["t"]) for row in rows])
+    there = propagate(load_scene(name, overrides=["span.time=4"]))(t + shift)
+    path = folder / "mine.csv"
+    with path.open("w", encoding="utf-8") as file:
+        file.write("t,axis_x,axis_y,axis_z,omega_x,omega_y,omega_z\n")
+        for row in np.column_stack((t, there.axis, there.omega)).tolist():
+            file.write(",".join(map(repr, row)) + "\n")
+    return path
+
+
+def scored(folder, name, path):
+    command = [sys.executable, "-I", "-S", folder / "score.py", name, path]
+    return subprocess.run(command, capture_output=True, text=True)
+
+
+def test_the_pack_scores_a_trajectory_with_python_alone(tmp_path):
+    files = write_pack(tmp_path)
+    assert sum((tmp_path / name).stat().st_size for name in files) <= 5e6
+    assert len((tmp_path / "score.py").read_text("utf-8").splitlines()) <= 100
+    assert len(files) == 3 * len(shipped_scenes()) + 2
+    good = scored(tmp_path, "sicm-kicked", mine(tmp_path, "sicm-kicked", 0.0)).stdout
+    assert float(good.split("digits")[1]) > 13
+    late = scored(tmp_path, "sicm-kicked", mine(tmp_path, "sicm-kicked", 1e-6)).stdout
+    assert float(late.split("phase")[1].split()[0]) == pytest.approx(1e-6, rel=1e-4)
+    (tmp_path / "mine.csv").write_text("t,theta,phi\n0,0.1,0\n", "utf-8")
+    assert "is missing" in scored(tmp_path, "sicm-kicked", tmp_path / "mine.csv").stderr
+
+
+def test_the_pack_has_events_and_two_hundred_times():
+    found = packed(load_scene("sicm-dropped"))
+    assert len(found.columns["t"]) == 200
+    assert {kind for kind, _ in found.events} == {"turning", "cusp"}
