@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shlex
 import subprocess
 import sys
 import time
@@ -13,6 +12,7 @@ from typing import Final, NamedTuple
 
 from heavytop.files import write_document
 from heavytop.report.pages.sections import traces_document
+from heavytop.results.command import spelt
 from heavytop.spelling import harmless
 from heavytop.studies.process_groups import LETTERS, begin, end, tail
 
@@ -87,11 +87,12 @@ def quick(
         write_document(place / "traces" / "traces.json", traces_document())
     missing, waiting = [], list(_studies(tuple(about)))
     while waiting:
-        heard(waiting[0].name)
-        limit = (until - time.monotonic()) * waiting[0].share / sum(w.share for w in waiting)
+        shares = sum(study.share for study in waiting)
         study = waiting.pop(0)
+        heard(study.name)
+        limit = (until - time.monotonic()) * study.share / shares
         if why := _run(study, place, limit):
-            missing.append((study.name, f"{why} ({shlex.join(['heavytop', *study.words])})"))
+            missing.append((study.name, f"{why} ({spelt(study.words)})"))
     return missing
 
 
