@@ -18,7 +18,7 @@ from claim import claim, finish
 from page import DOCS, rewrite
 
 import heavytop as ht
-from heavytop.report.workprec_rows import TARGETS, error, setting, summaries, time
+from heavytop.report.work_precision import TARGETS, error, setting, summaries, time
 
 BUDGET = next((float(x) for x in sys.argv[1:] if x != "write"), 240.0)
 FOLDER = Path(__file__).parent / "out" / "work-precision"

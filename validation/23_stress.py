@@ -13,8 +13,9 @@ from claim import claim, finish, most
 from page import DOCS, rewrite
 
 import heavytop as ht
-from heavytop.report.stress_table import MARKS, UNTOLD, UNTOLD_RULE, cell, heading
+from heavytop.report.stress import UNTOLD_RULE, cell
 from heavytop.report.study_files import write_stress
+from heavytop.results.stress_marks import MARKS, UNTOLD, heading
 
 BUDGET = next((float(x) for x in sys.argv[1:] if x != "write"), 240.0)
 FOLDER = "out/stress"

@@ -52,7 +52,7 @@ LOUD = ("scenes", "derive")  # verbs without --quiet
 TIMES = {"derive_s", "compile_s", "integrate_s", "setup_s", "us_per_period", "us_spread"}
 RATES = {"kinds_per_s", "rows_per_s", "tops_per_s"}
 CHOSEN_BY_TIME = {"runs", "front", "front_theta", "cheapest", "cheapest_theta"}  # of workprec
-DROPPED = TIMES | RATES | CHOSEN_BY_TIME | {"versions", "files"}
+DROPPED = TIMES | RATES | CHOSEN_BY_TIME | {"versions", "files", "command"}
 DECIMAL = re.compile(r"[-+]?[0-9]+(\.[0-9]*)?([eE][-+]?[0-9]{1,4})?")
 
 

@@ -15,7 +15,7 @@ from typer.testing import CliRunner, Result
 import heavytop as ht
 import heavytop.results.classification
 from heavytop.cli import Exit, app
-from heavytop.report.classify_table import between
+from heavytop.report.classification import between
 from heavytop.scene.scene import shipped_scenes
 
 # This is 0, as the square of √2 + √3 is 5 + 2√6, and no identity that the package knows shows it.
@@ -49,7 +49,7 @@ class TestDocument:
     def test_its_parts(self):
         found = document("sicm-kicked")
         assert list(found) == [
-            "schema", "scene", "motion", "constants", "facts", "enclosure",
+            "schema", "command", "scene", "motion", "constants", "facts", "enclosure",
         ]  # fmt: skip
         assert found["schema"] == "heavytop/classify/1"
         assert list(found["motion"]) == [

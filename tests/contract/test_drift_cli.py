@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 import random
+import re
+import shlex
 import shutil
 import signal
 import subprocess
@@ -49,8 +51,10 @@ def started(*arguments: object) -> subprocess.Popen[str]:
 
 
 def result_files(folder: Path) -> dict[str, bytes]:
+    """Return what lies in a folder, without the command, which names the folder."""
     files = (p for p in folder.rglob("*") if p.is_file() and p.name != "lock")
-    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in files}
+    command = re.compile(rb'\n  "command": .*')
+    return {p.relative_to(folder).as_posix(): command.sub(b"", p.read_bytes()) for p in files}
 
 
 def steps(folder: Path) -> int:
@@ -142,6 +146,8 @@ def test_resuming_what_is_finished_is_no_fault_and_changes_nothing(study):
     assert "taylor-axis" in again.stdout
     assert f"{study}: this study is finished" in again.stderr
     assert result_files(study) == before
+    made = json.loads((study / "drift.json").read_text())["command"]
+    assert shlex.split(made) == ["heavytop", *QUICK, "-o", str(study)]
 
 
 def test_the_files_of_a_study(study):

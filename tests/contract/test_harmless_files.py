@@ -278,49 +278,6 @@ def run_twice(tmp_path):
     return tmp_path, reported
 
 
-def test_a_trajectory_by_other_equations_or_of_another_motion_is_refused(run_twice):
-    place, reported = run_twice
-    trajectory = place / "a" / "trajectory.nc"
-    ht.propagate(ht.load_scene("sicm-kicked"), formulation="attitude").save(trajectory)
-    found = reported("a")
-    assert found.exit_code == 6
-    assert "trajectory.nc: the trajectory of another plan" in " ".join(found.stderr.split())
-    shutil.copy(place / "b" / "trajectory.nc", trajectory)
-    with forging(trajectory) as file:
-        file["checkpoint_states"][:, 0] += 0.01  # the axis
-    found = reported("a")
-    assert found.exit_code == 6
-    assert "trajectory.nc: the trajectory of another motion" in " ".join(found.stderr.split())
-
-
-def test_copies_are_one_only_with_what_lies_beside_them(run_twice):
-    place, reported = run_twice
-    assert "the same as" in reported("a", "b").stderr
-    (place / "b" / "trajectory.nc").write_bytes(b"no such thing")
-    found = reported("a", "b")
-    assert found.exit_code == 6
-    assert "b/trajectory.nc" in "".join(found.stderr.split())
-
-
-def test_a_page_that_cannot_be_put_in_its_place_leaves_the_document_that_was_there(
-    run_twice, monkeypatch
-):
-    place, reported = run_twice
-    assert reported("a").exit_code == 0
-    before = (place / "page" / "report.json").read_bytes()
-    put = os.replace
-
-    def refused(source, target):
-        if str(target).endswith(".html"):
-            raise PermissionError(1, "Operation not permitted")
-        return put(source, target)
-
-    monkeypatch.setattr(os, "replace", refused)
-    monkeypatch.setattr(Path, "replace", lambda source, target: refused(source, target))
-    assert reported("b").exit_code != 0
-    assert (place / "page" / "report.json").read_bytes() == before
-
-
 def test_escape_codes_in_the_name_of_a_folder_do_not_reach_the_terminal(run_twice):
     place, reported = run_twice
     (place / "a").rename(place / "esc\x1b[31mred\x07")

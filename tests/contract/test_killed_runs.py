@@ -79,6 +79,7 @@ def files(folder: Path) -> dict[str, bytes]:
     found = {path.name: path.read_bytes() for path in folder.iterdir()}
     document = json.loads(found["run.json"])
     document["cost"] = document["cost"]["steps"]
+    del document["command"]
     return found | {"run.json": json.dumps(document).encode()}
 
 

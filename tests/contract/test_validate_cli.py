@@ -210,7 +210,7 @@ def test_the_table_shows_measured_and_bound():
     for line in ("ok    holds of the top", "FAIL  fails of the top", "skip  absent of the top"):
         assert line in shown
     assert "absent  skipped: needs no_such_package: pip install no_such_package" in shown
-    assert "1 claim holds, 5 fail, 1 was skipped; 1 authority" in shown
+    assert "1 holds, 5 fail, 1 skipped" in shown
     assert "ok    holds of the top   formula       0.5      1" in shown
 
 

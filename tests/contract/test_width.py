@@ -16,8 +16,8 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 from heavytop.cli import app
-from heavytop.report.rows import settled
-from heavytop.report.run_table import run_table
+from heavytop.report.run import settled
+from heavytop.report.terminal import rendered
 from heavytop.scene.scene import shipped_scenes
 
 NARROW = 80
@@ -92,7 +92,7 @@ def test_every_number_of_a_run_is_whole(name, width, documents):
     document = documents(name)
     console = Console(width=width)
     with console.capture() as printed:
-        console.print(run_table(document))
+        console.print(rendered(document))
     text = "\n".join(line.rstrip() for line in printed.get().splitlines())
     assert max(map(cell_len, text.splitlines())) <= width
     if not (rows := document["events"]["table"]):

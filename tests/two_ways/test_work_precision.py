@@ -16,7 +16,7 @@ from rich.console import Console
 import heavytop as ht
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.integration.bits import bits_of
-from heavytop.report.workprec_table import workprec_table
+from heavytop.report.terminal import rendered
 from heavytop.studies import timing
 from heavytop.studies.ensemble import neighbour
 from heavytop.studies.methods import method
@@ -223,7 +223,7 @@ def test_an_auto_that_misses_is_flagged_where_nothing_is_ahead_of_it():
     assert [each["missed"] for each in document["auto"]] == [True, False, True]
     assert document["auto"][0]["ahead"] == []
     console = Console(width=100, record=True, file=io.StringIO())
-    console.print(workprec_table(document))
+    console.print(rendered(document))
     assert console.export_text().count("MISSES what was asked") == 2
 
 
@@ -477,7 +477,7 @@ def test_that_no_rival_was_run_is_said_and_a_method_is_left_out_in_one_line():
     document = WorkPrecision(KICKED, 5.0, 5.0, (made(1.0, 1e-9),), tuple(left)).document()
     assert document["rivals"] == {"run": [], "left_out": ["strang", "gauss8"]}
     console = Console(width=80, record=True, file=io.StringIO())
-    console.print(workprec_table(document))
+    console.print(rendered(document))
     told = console.export_text()
     assert "NO RIVAL WAS RUN" in told
     assert told.count("strang") == told.count("gauss8") == 1
@@ -489,7 +489,7 @@ def test_every_row_of_the_table_is_one_line_of_80_columns(found):
                for us, off in ((46_123.4, 1e-12), (1.0, 1e-3))]  # fmt: skip
     document = WorkPrecision(KICKED, 5.0, 5.0, (*found.points, *longest), ()).document()
     console = Console(width=80, record=True, file=io.StringIO())
-    console.print(workprec_table(document))
+    console.print(rendered(document))
     rows = [row.split() for row in console.export_text().splitlines()]
     (row,) = [row for row in rows if row[:1] == ["taylor-attitude-longdouble"] and len(row) == 7]
     assert row[1:] == ["46100", "46100", "46100", "1.0e-12", "46100", "0.1"]

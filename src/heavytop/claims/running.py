@@ -12,8 +12,7 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from heavytop.claims.register import PACKAGE, Claim
-from heavytop.studies.keeper import BY_SIGNAL
-from heavytop.studies.kept import LETTERS, Process, begin, end, tail
+from heavytop.studies.process_groups import LETTERS, Process, begin, end, tail
 
 ASKED: Final = "HEAVYTOP_CLAIMS_ASKED"  # as validation/claim.py reads it
 TOLD: Final = "HEAVYTOP_CLAIMS_TOLD"
@@ -38,7 +37,7 @@ class Script:
 class Ended:
     """What one script told of its claims, the last line of its stderr, and how it ended.
 
-    The code is above 128 for a signal, and None where it was not done within its limit.
+    The code is negative for a signal, and None where it was not done within its limit.
     """
 
     script: Script
@@ -54,9 +53,8 @@ class Ended:
             return f"not done in {self.script.limit:g} s"
         if self.code in DONE:
             return ""
-        number = self.code - BY_SIGNAL if self.code > BY_SIGNAL else -self.code
-        by = number in list(signal.Signals)
-        how = f"by {signal.Signals(number).name}" if by else f"with code {self.code}"
+        by = -self.code in list(signal.Signals)
+        how = f"by {signal.Signals(-self.code).name}" if by else f"with code {self.code}"
         return f"ended {how}: {self.said or 'it said nothing'}"
 
 
@@ -84,7 +82,6 @@ def run_scripts(
 ) -> Generator[Ended]:
     """Run scripts, and give each as it ends; what still runs when this is closed is ended.
 
-    No script outlives this process, however it goes: each has a keeper, who sees a pipe close.
     What a script begins goes with it, unless that leaves for a session of its own.
     """
     waiting, running = list(scripts), list[_Running]()
@@ -113,5 +110,5 @@ def _begin(script: Script, place: Path) -> _Running:
     here |= {TOLD: str(folder / "told"), OF: str(PACKAGE), "TMPDIR": str(place)}
     if script.claims:
         here[ASKED] = ",".join(claim.id for claim in script.claims)
-    process = begin([str(script.path)], folder / "said", here, place)
+    process = begin([str(script.path)], folder / "said", here, Path.cwd())
     return _Running(script, process, folder, time.monotonic())

@@ -129,7 +129,7 @@ def atlas(
 def finish(found: Atlas, folder: Path | None, *, json: bool, figures: bool, voice: Voice) -> None:
     """Write and print an atlas; leave with a code of its own where two maps disagree."""
     document = found.document(files=results(found, folder, figures=figures, voice=voice))
-    show(document, json, "atlas")
+    show(document, json)
     if not found.whole:
         tiles = f"{len(found.tasks)} of {document['tiles']['all']} tiles"
         say(f"a part of an atlas, {tiles}: heavytop atlas --merge DIR… -o DIR joins parts")
@@ -160,7 +160,7 @@ def _diagram(name: str, options: list[str], output: Path | None, put: Put) -> No
 
             files = write_energy_momentum(document, output, figures=put["figures"])
             document["files"] = noted(files, output, put["voice"])
-        show(document, put["json"], "energy_momentum")
+        show(document, put["json"])
 
 
 def _join(places: list[str], output: Path | None, put: Put) -> None:

@@ -36,4 +36,4 @@ def classify(
     with voice.warnings(), blaming(options):
         read = load_scene(scene, overrides=options)
     voice.note(f"classifying {read.name}")
-    show(classify_document(read), json, "classify")
+    show(classify_document(read), json)

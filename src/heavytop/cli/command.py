@@ -29,6 +29,7 @@ from heavytop.cli.stress import stress
 from heavytop.cli.validate import validate
 from heavytop.cli.voice import say
 from heavytop.cli.workprec import workprec
+from heavytop.results.command import spelt, typing
 
 WORDS = "heavytop.words"  # key in the context: all that stands behind the name of the command
 
@@ -48,7 +49,8 @@ class Verbs(TyperGroup):
     def invoke(self, ctx: Any) -> Any:
         """Run a verb; what it raises is explained without a traceback, unless asked for one."""
         try:
-            return super().invoke(ctx)
+            with typing(spelt(ctx.meta[WORDS])):
+                return super().invoke(ctx)
         except Usage as error:
             hinted(error, ctx.meta[WORDS])
             raise

@@ -95,7 +95,7 @@ def drift(
 def finish(found: Drift, folder: Path | None, *, json: bool, figures: bool, voice: Voice) -> None:
     """Write and print a finished study; leave with a code of its own where nothing could run."""
     document = found.document(files=results(found, folder, figures=figures, voice=voice))
-    show(document, json, "drift")
+    show(document, json)
     for each in found.methods:
         for number, why in each.ended.items():
             say(f"{each.method.text}, start {number}, ended early: {why}")

@@ -7,7 +7,6 @@ import sys
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +15,7 @@ import typer
 from heavytop.cli.exits import Exit
 from heavytop.cli.voice import say
 from heavytop.errors import StoppedEarly
+from heavytop.results.command import with_command
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -30,19 +30,14 @@ def print_json(document: Mapping[str, Any]) -> None:
     typer.echo(as_json(document))
 
 
-def show(document: Mapping[str, Any], json: bool, table: str) -> None:
-    """Print a document on stdout: for a program, or for a person as the table of this name."""
+def show(document: Mapping[str, Any], json: bool) -> None:
+    """Print a document on stdout: for a program, or for a person."""
     if json:
-        print_json(document)
-    else:
-        _print_table(document, table)
+        print_json(with_command(document))
+    elif sys.stdout is not None:  # it was closed: nobody reads
+        from heavytop.report.terminal import rendered
 
-
-def _print_table(document: Mapping[str, Any], name: str) -> None:
-    """Print a document as ``heavytop.report.NAME_table`` does."""
-    if sys.stdout is not None:  # it was closed: nobody reads
-        table = getattr(import_module(f"heavytop.report.{name}_table"), f"{name}_table")
-        print_table(table(document))
+        print_table(rendered(document))
 
 
 def print_table(table: RenderableType) -> None:

@@ -38,4 +38,4 @@ def plan(
     options = overrides(changes, digits)
     with Voice(quiet, verbose).warnings(), blaming(options):
         document = plan_document(load_scene(scene, overrides=options), formulation)
-    show(document, json, "plan")
+    show(document, json)

@@ -19,7 +19,6 @@ from heavytop.spelling import harmless
 
 if TYPE_CHECKING:
     from heavytop.report.pages.page import Page
-    from heavytop.scene.scene import Scene
 
 PAGE = "report.html"
 
@@ -68,15 +67,15 @@ def report(
 
     The numbers behind each figure stand beside it.
     """
-    voice, asked = Voice(quiet, verbose), places or []
+    voice = Voice(quiet, verbose)
     with ExitStack() as stack:
         stack.enter_context(ending())
         stack.enter_context(voice.warnings())
-        folders, scene = _meant(asked, changes, stack)
+        folders, about = _meant(places or [], changes, stack)
         html = _file(output, json)
         if html is not None:
             stack.enter_context(results_folder(html.parent))
-        page = _page(folders, scene, asked, changes, voice, stack)
+        page = _page(folders, about, voice, stack)
         files = {} if html is None else _written(page, html)
     if json:
         typer.echo(page.json(files))
@@ -84,43 +83,37 @@ def report(
         typer.echo(f"{harmless(html)}: {_size(page)}")
     for name, why in () if quiet else page.missing:
         say(f"not on the page: {name}: {why}")
-    if not page.results:
+    if not page.sections:
         raise typer.Exit(Exit.ENDED_EARLY)
 
 
 def _size(page: Page) -> str:
-    from heavytop.report.pages.tables import amount
-
-    figures = sum(len(section.pictures) for section in page.sections)
-    return f"{amount(len(page.sections), 'result')}, {amount(figures, 'figure')}"
-
-
-def _words(places: list[str], changes: list[str] | None) -> list[str]:
-    """What was asked for, as a shell would be told again."""
-    options = [word for change in changes or [] for word in ("--set", change)]
-    return [*(f"./{each}" if each.startswith("-") else each for each in places), *options]
+    counts = {"result": len(page.sections), "figure": sum(len(s.pictures) for s in page.sections)}
+    return ", ".join(f"{n} {thing}{'s'[: n != 1]}" for thing, n in counts.items())
 
 
 def _meant(
     places: list[str], changes: list[str] | None, stack: ExitStack
-) -> tuple[list[Path], Scene | None]:
-    """The folders that are named, or the scene."""
+) -> tuple[list[Path], list[str]]:
+    """The folders that are named, or the words that name a scene and change it."""
     folders = [named_folder(each) for each in places if Path(each).is_dir()]
     if (folders or not places) and changes:
         raise typer.BadParameter("changes a scene, and none is named", param_hint="--set")
     if folders and len(folders) == len(places):
-        return folders, None
+        return folders, []
     if len(places) > 1:
         others = ", ".join(repr(each) for each in places if not Path(each).is_dir())
         raise typer.BadParameter(f"several folders, or one scene; no folder: {others}",
                                  param_hint="DIR")  # fmt: skip
     if not places:
-        return [], None
-    from heavytop.scene.scene import load_scene
+        return [], []
+    from heavytop.scene.scene import load_scene, shipped_names
 
     options = overrides(changes)
     stack.enter_context(blaming(options))
-    return [], load_scene(places[0], overrides=options)
+    load_scene(places[0], overrides=options)
+    scene = places[0] if places[0] in shipped_names() else str(Path(places[0]).absolute())
+    return [], [scene, *(word for change in options for word in ("--set", change))]
 
 
 def _file(output: Path | None, json: bool) -> Path | None:
@@ -145,30 +138,19 @@ def _head(path: Path) -> bytes:
         raise unwritable(path, error) from None
 
 
-def _page(
-    folders: list[Path],
-    scene: Scene | None,
-    places: list[str],
-    changes: list[str] | None,
-    voice: Voice,
-    stack: ExitStack,
-) -> Page:
-    from heavytop.report.pages.commands import command
-    from heavytop.report.pages.findings import Found, findings
+def _page(folders: list[Path], about: list[str], voice: Voice, stack: ExitStack) -> Page:
+    from heavytop.report.pages.load import load_results
     from heavytop.report.pages.page import page_of
 
     missing: list[tuple[str, str]] = []
-    asked = _words(places, changes)
     if not folders:
         from heavytop.report.pages.quick import quick
 
         temporary = tempfile.TemporaryDirectory(prefix="heavytop-", ignore_cleanup_errors=True)
         place = Path(stack.enter_context(temporary))
-        heard = lambda name: voice.note(f"running {name}")  # noqa: E731
-        missing = quick(place, scene, asked=asked, heard=heard)
+        missing = quick(place, about, heard=lambda name: voice.note(f"running {name}"))
         folders = [place] if any(place.glob("*/*.json")) else []
-    found = findings(folders) if folders else Found(())
-    return page_of(found, missing=missing, command=command("report", *asked))
+    return page_of(load_results(folders) if folders else (), missing=missing)
 
 
 def _written(page: Page, html: Path) -> dict[str, str]:

@@ -20,10 +20,14 @@ from heavytop.cli.output import show
 from heavytop.cli.run import carry_out
 from heavytop.cli.scheduler import Scheduler, executor
 from heavytop.cli.voice import Voice, say
+from heavytop.results.command import command_of, typed, typing
 
 if TYPE_CHECKING:
     from heavytop.studies.runner import Progress
 
+WITH_COMMAND: Final = (
+    "request.json", "run.json", "drift.json", "atlas.json", "stress.json", "workprec.json",
+)  # fmt: skip
 OF_A_RUN: Final = ("request.json", "run.json", "trajectory.nc")
 StudyFolder = Annotated[
     Path,
@@ -46,11 +50,18 @@ def resume(
     debug: Debug = False,
 ) -> None:
     """Go on with a study or a run that was interrupted or killed."""
-    voice = Voice(quiet, verbose)
+    made = filter(None, (command_of(folder / name) for name in WITH_COMMAND))
+    with typing(next(made, typed())):
+        _resume(folder, jobs, scheduler, json, not no_figures, Voice(quiet, verbose))
+
+
+def _resume(
+    folder: Path, jobs: int, scheduler: str | None, json: bool, figures: bool, voice: Voice
+) -> None:
     if not (folder / "study.json").exists() and any((folder / n).exists() for n in OF_A_RUN):
         if scheduler is not None:
             raise typer.BadParameter("for studies; this is a run", param_hint="--scheduler")
-        _run(folder, voice, json=json, figures=not no_figures)
+        _run(folder, voice, json=json, figures=figures)
         return
     _expect_study(folder)
     from heavytop.studies.resume import resume as go_on
@@ -71,7 +82,7 @@ def resume(
         say(f"{folder}: this study is finished")
     modules: dict[str, Any] = {"drift": drifting, "atlas": mapping, "stress": stressing}
     modules["work_precision"] = workprec
-    modules[kind].finish(found, folder, json=json, figures=not no_figures, voice=voice)
+    modules[kind].finish(found, folder, json=json, figures=figures, voice=voice)
 
 
 def _expect_study(folder: Path) -> None:
@@ -113,6 +124,6 @@ def _ended(folder: Path, document: dict[str, Any], outcome: errors.Outcome, json
         load_interrupted(folder / TRAJECTORY)  # refuses what is damaged
     done = outcome is errors.Outcome.FINISHED
     say(f"{folder}: this run " + ("is finished" if done else f"ended early: {outcome.sentence}"))
-    show(document, json, "run")
+    show(document, json)
     if not done:
         raise typer.Exit(Exit.ENDED_EARLY)

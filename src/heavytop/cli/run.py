@@ -90,7 +90,7 @@ def carry_out(
             document, early = answered(asked, motion, chosen, folder, voice)
             if not goes_on(early):
                 (folder / REQUEST).unlink(missing_ok=True)
-    show(document, json, "run")
+    show(document, json)
     if early is not None:
         say(kept(folder, early))
         raise typer.Exit(exit_code(early))
@@ -141,11 +141,12 @@ def answered(
     """The document of what is asked, written with its files, and why it is not whole if so."""
     from heavytop.files import write_document
     from heavytop.report.run_files import DOCUMENT, write_results
+    from heavytop.results.command import with_command
     from heavytop.results.document import run_document
 
     early: Early | None = None
     if chosen.formulation == "none" or chosen.folded:
-        document = at_once(asked.scene, chosen)
+        document = with_command(at_once(asked.scene, chosen))
         if folder is not None:
             document["files"] = {"document": DOCUMENT}
             try:

@@ -66,7 +66,7 @@ def stress(
     if listed:
         from heavytop.studies.stress import listing
 
-        show(listing(), json, "stress_cases")
+        show(listing(), json)
         return
     from heavytop.studies.stress import stress as put_under_stress
 
@@ -96,7 +96,7 @@ def finish(found: Stress, folder: Path | None, *, json: bool, figures: bool, voi
     files: dict[str, str] = {}
     with printing_anyway() as unsaved:
         files = results(found, folder, figures=figures, voice=voice)
-    show(found.document(files=files), json, "stress")
+    show(found.document(files=files), json)
     for run in found.silently_wrong:
         say(f"auto is wrong at {run.case}, and does not say so: {run.outcome}, {run.note}")
     unsaved.leave()

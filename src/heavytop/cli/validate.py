@@ -60,7 +60,7 @@ def finish(found: Validation, folder: Path | None, *, json: bool, voice: Voice) 
     files: dict[str, str] = {}
     with printing_anyway() as unsaved:
         files = results(found, folder, voice)
-    show(found.document(files), json, "validate")
+    show(found.document(files), json)
     for each in found.failed:
         say(f"{each.claim.id} does not hold" + (f": {each.failure}" if each.failure else ""))
     unsaved.leave()

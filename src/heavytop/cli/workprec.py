@@ -89,7 +89,7 @@ def finish(
     files: dict[str, str] = {}
     with printing_anyway() as unsaved:
         files = _results(found, folder, figures=figures, voice=voice)
-    show(found.document(files=files), json, "workprec")
+    show(found.document(files=files), json)
     unsaved.leave()
     _leave(found)
 

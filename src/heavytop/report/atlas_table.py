@@ -11,7 +11,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from heavytop.report.rows import Fitted, grid, two_columns
+from heavytop.report.rich_tables import Fitted, grid, two_columns
 
 SHOWN: Final = 10  # pixels that differ
 

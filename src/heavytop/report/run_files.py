@@ -17,6 +17,7 @@ from typing import Any, Final
 
 from heavytop.errors import ForeignFile, ForeignRun, StoppedEarly
 from heavytop.files import as_json, locked, regular, write_document, write_text
+from heavytop.results.command import typed, with_command
 from heavytop.results.document import SCHEMA, run_document
 from heavytop.results.plan_document import asked_form, chosen_document
 from heavytop.run.planning import Plan
@@ -51,6 +52,7 @@ class Request:
         """Write it down."""
         told = {
             "schema": REQUEST_SCHEMA,
+            "command": typed(),
             "name": self.scene.name,
             "scene": self.scene.to_toml(),
             "formulation": self.formulation,
@@ -238,7 +240,7 @@ def write_results(trajectory: Trajectory, folder: Path, *, figures: bool = True)
     trajectory.save(folder / files["trajectory"])
     if figures:
         files |= _write_figures(trajectory, folder)
-    document = run_document(trajectory, files=files)
+    document = with_command(run_document(trajectory, files=files))
     write_document(folder / files["document"], document)
     return document
 

@@ -8,11 +8,12 @@ from contextlib import contextmanager
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from heavytop.errors import Stop, StoppedEarly
 from heavytop.files import write_document
 from heavytop.hdf5 import write_sealed
+from heavytop.results.command import with_command
 
 if TYPE_CHECKING:
     from heavytop.claims.validate import Validation
@@ -20,6 +21,12 @@ if TYPE_CHECKING:
     from heavytop.studies.drift_result import Drift
     from heavytop.studies.stress import Stress
     from heavytop.studies.work_precision import WorkPrecision
+
+Folder: TypeAlias = str | os.PathLike[str]
+Written: TypeAlias = dict[str, str]
+"""Names of files, by what they are."""
+
+Document: TypeAlias = Callable[..., dict[str, Any]]
 
 FORMS: Final = ("svg", "png")
 
@@ -31,9 +38,7 @@ class Unwritten(StoppedEarly):
         return self.why
 
 
-def write_drift(
-    drift: Drift, folder: str | os.PathLike[str], *, figures: bool = True
-) -> dict[str, str]:
+def write_drift(drift: Drift, folder: Folder, *, figures: bool = True) -> Written:
     """Write ``drift.json``, its errors and its chart; they hold no wall-clock values.
 
     Parameters
@@ -58,14 +63,11 @@ def write_drift(
     with _stopping(place, kept=place):
         data = bytes(drift.to_xarray().to_netcdf(engine="h5netcdf"))  # whole before it is on disk
         write_sealed(place / errors, lambda part: part.write_bytes(data))
-        document, others = partial(drift.document, costs=False), {"errors": errors}
-        files = _written("drift", document, place, figures=figures, others=others)
-    return files
+        document = partial(drift.document, costs=False)
+        return _written("drift", document, place, figures, {"errors": errors})
 
 
-def write_stress(
-    stress: Stress, folder: str | os.PathLike[str], *, figures: bool = True
-) -> dict[str, str]:
+def write_stress(stress: Stress, folder: Folder, *, figures: bool = True) -> Written:
     """Write ``stress.json`` and its chart.
 
     Parameters
@@ -86,12 +88,10 @@ def write_stress(
     Unwritten
         A file cannot be written. The document is written first, and again once the chart is there.
     """
-    return _afresh("stress", stress.document, folder, figures=figures)
+    return _afresh("stress", stress.document, folder, figures)
 
 
-def write_work_precision(
-    found: WorkPrecision, folder: str | os.PathLike[str], *, figures: bool = True
-) -> dict[str, str]:
+def write_work_precision(found: WorkPrecision, folder: Folder, *, figures: bool = True) -> Written:
     """Write ``workprec.json`` and its chart; times are what it is about, so it holds them.
 
     Parameters
@@ -112,12 +112,10 @@ def write_work_precision(
     Unwritten
         A file cannot be written. The document is written first, and again once the chart is there.
     """
-    return _afresh("workprec", found.document, folder, figures=figures and bool(found.points))
+    return _afresh("workprec", found.document, folder, figures and bool(found.points))
 
 
-def write_atlas(
-    found: Atlas, folder: str | os.PathLike[str], *, figures: bool = True
-) -> dict[str, str]:
+def write_atlas(found: Atlas, folder: Folder, *, figures: bool = True) -> Written:
     """Write ``atlas.json``, and of a whole atlas the map ``atlas.nc`` and its picture.
 
     Parameters
@@ -147,13 +145,14 @@ def write_atlas(
             from heavytop.plots.atlas import atlas_figure
 
             files |= _saved("atlas", atlas_figure(found), place)
-        write_document(place / files["document"], found.document(costs=False, files=files))
+        document = with_command(found.document(costs=False, files=files))
+        write_document(place / files["document"], document)
     return files
 
 
 def write_energy_momentum(
-    document: Mapping[str, Any], folder: str | os.PathLike[str], *, figures: bool = True
-) -> dict[str, str]:
+    document: Mapping[str, Any], folder: Folder, *, figures: bool = True
+) -> Written:
     """Write ``energy_momentum.json`` and the pictures: the diagram, and the critical set.
 
     Parameters
@@ -178,15 +177,15 @@ def write_energy_momentum(
     place, files = Path(folder), {"document": "energy_momentum.json"}
     with _stopping(place, kept=None):
         if figures:
-            files |= _charted("energy_momentum", document, place)
+            files |= _saved("energy_momentum", charted("energy_momentum", document), place)
         if figures and document["critical_set"] is not None:
-            drawn = _charted("critical_set", document, place)
+            drawn = _saved("critical_set", charted("critical_set", document), place)
             files |= {f"critical_set_{form}": drawn[f"chart_{form}"] for form in FORMS}
-        write_document(place / files["document"], {**document, "files": files})
+        write_document(place / files["document"], with_command({**document, "files": files}))
     return files
 
 
-def write_validation(found: Validation, folder: str | os.PathLike[str]) -> dict[str, str]:
+def write_validation(found: Validation, folder: Folder) -> Written:
     """Write ``validate.json``.
 
     Parameters
@@ -228,51 +227,40 @@ def _meant(fault: OSError, place: Path) -> Path:
     return path.with_name(path.name.removeprefix(f".{os.getpid()}."))
 
 
-def _afresh(
-    name: str,
-    document: Callable[..., dict[str, Any]],
-    folder: str | os.PathLike[str],
-    *,
-    figures: bool,
-) -> dict[str, str]:
+def _afresh(name: str, document: Document, folder: Folder, figures: bool) -> Written:
     """Write a study that kept no folder of its own while it went."""
     place = Path(folder)
     with _stopping(place, kept=None):
         place.mkdir(parents=True, exist_ok=True)
-        return _written(name, document, place, figures=figures)
+        return _written(name, document, place, figures, {})
 
 
 def _written(
-    name: str,
-    document: Callable[..., dict[str, Any]],
-    place: Path,
-    *,
-    figures: bool,
-    others: Mapping[str, str] | None = None,
-) -> dict[str, str]:
+    name: str, document: Document, place: Path, figures: bool, others: Mapping[str, str]
+) -> Written:
     """Write the document, then the chart, then the document that names the chart too.
 
     What was computed is on the disk before anything is drawn; charts of another study of the same
     name go as soon as its document is replaced.
     """
-    files = {"document": f"{name}.json", **(others or {})}
-    plain = document(files=files)
+    files = {"document": f"{name}.json", **others}
+    plain = with_command(document(files=files))
     write_document(place / files["document"], plain)
     for form in FORMS:
         (place / f"{name}.{form}").unlink(missing_ok=True)
     if figures:
-        files |= _charted(name, plain, place)
+        files |= _saved(name, charted(name, plain), place)
         write_document(place / files["document"], plain | {"files": files})
     return files
 
 
-def _charted(name: str, document: Mapping[str, Any], place: Path) -> dict[str, str]:
-    """Draw a document as ``heavytop.plots.NAME`` does, in every form."""
+def charted(name: str, document: Mapping[str, Any]) -> Any:
+    """The figure of a document, as ``heavytop.plots.NAME`` draws it."""
     draw = getattr(import_module(f"heavytop.plots.{name}"), f"{name}_figure")
-    return _saved(name, draw(document), place)
+    return draw(document)
 
 
-def _saved(name: str, figure: Any, place: Path) -> dict[str, str]:
+def _saved(name: str, figure: Any, place: Path) -> Written:
     """Save a figure in every form."""
     from heavytop.plots.figures import save
 

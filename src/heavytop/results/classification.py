@@ -12,7 +12,8 @@ from heavytop.errors import Unseparated
 from heavytop.scene.scene import Scene
 
 SCHEMA: Final = "heavytop/classify/1"
-ENCLOSED: Final = ("roots", "theta_min", "theta_max", "period", "precession", "spin")
+COURSE: Final = ("theta_min", "theta_max", "period", "precession", "spin")
+ENCLOSED: Final = ("roots", *COURSE)
 DIGITS: Final = 18  # of the balls around them
 SHOWN: Final = 22  # significant digits of the decimals around a ball
 
@@ -85,12 +86,7 @@ def motion_document(motion: Motion) -> dict[str, Any]:
         "tags": [str(tag) for tag in verdict.tags],
         "certified": verdict.certified,
         "margin": finite(verdict.margin),
-        "theta_min": finite(motion.theta_min),
-        "theta_max": finite(motion.theta_max),
-        "period": finite(motion.period),
-        "precession": finite(motion.precession),
-        "spin": finite(motion.spin),
-    }
+    } | {name: finite(getattr(motion, name)) for name in COURSE}
 
 
 def constants_document(motion: Motion) -> dict[str, Any]:

@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict
+from functools import partial
 from typing import Any
-
-import numpy as np
 
 from heavytop.analytic.motion import Motion
 from heavytop.errors import Outcome
-from heavytop.integration.outputs import Sample
 from heavytop.machine import version
 from heavytop.results.classification import constants_document, finite, motion_document
-from heavytop.results.decimal_document import event_rows, final_document
+from heavytop.results.final import event_rows, final_document, shown, split
 from heavytop.results.plan_document import chosen_document
 from heavytop.run.events import EVENTS
 from heavytop.run.planning import Plan, closed_form_of
@@ -36,23 +34,16 @@ def run_document(trajectory: Trajectory, files: Mapping[str, str] | None = None)
     files : mapping from str to str, optional
         Names and paths of the files written.
     """
-    motion = trajectory.motion
     errors = run_errors(trajectory)
-    return {
-        "schema": SCHEMA,
-        "scene": trajectory.scene.document(),
-        "motion": motion_document(motion),
-        "constants": constants_document(motion),
-        "plan": chosen_document(trajectory.plan),
+    return _document(trajectory.scene, trajectory.motion, trajectory.plan) | {
         "final": _final(trajectory),
         "events": _events(trajectory),
         "errors": {k: finite(v) for k, v in asdict(errors).items()},
         "missed_digits": missed_digits(trajectory, errors),
         "missed_events": {name: list(true) for name, true in missed_events(trajectory).items()},
-        "cost": _cost(trajectory, motion),
+        "cost": _cost(trajectory),
         "outcome": str(trajectory.outcome),
         "files": dict(files or {}),
-        "versions": {name: version(name) for name in _LIBRARIES},
     }
 
 
@@ -65,9 +56,13 @@ def known_document(scene: Scene, chosen: Plan) -> dict[str, Any]:
         It wants its class and its period at most.
     chosen : Plan
     """
-    motion = closed_form_of(scene)
+    return _document(scene, closed_form_of(scene), chosen)
+
+
+def _document(scene: Scene, motion: Motion, chosen: Plan) -> dict[str, Any]:
+    """What is known before anything is integrated, and nothing in place of the rest."""
     nothing = Errors(None, None, None, None, 0.0, {}, None, None, "nothing was integrated")
-    costs = ("derive_s", "compile_s", "integrate_s")
+    costs = dict.fromkeys(("derive_s", "compile_s", "integrate_s"), 0.0)
     return {
         "schema": SCHEMA,
         "scene": scene.document(),
@@ -79,7 +74,7 @@ def known_document(scene: Scene, chosen: Plan) -> dict[str, Any]:
         "errors": {k: finite(v) for k, v in asdict(nothing).items()} | {"energy": None},
         "missed_digits": {},
         "missed_events": {},
-        "cost": {"steps": 0, **dict.fromkeys(costs, 0.0), "us_per_period": None},
+        "cost": {"steps": 0, **costs, "us_per_period": None},
         "outcome": str(Outcome.FINISHED),
         "files": {},
         "versions": {name: version(name) for name in _LIBRARIES},
@@ -87,31 +82,13 @@ def known_document(scene: Scene, chosen: Plan) -> dict[str, Any]:
 
 
 def _final(trajectory: Trajectory) -> dict[str, Any]:
-    if trajectory.decimals is not None:
-        attitude = bool({"attitude", "psi"} & set(trajectory.scene.quantities))
-        return final_document(trajectory.decimals, attitude=attitude)
-    end = trajectory(np.array([trajectory.orbit.end]))
-    wants = set(trajectory.scene.quantities)
-    final: dict[str, Any] = {"t": finite(end.t[0]), "theta": finite(end.theta[0])}
-    for angle in ("phi", "psi"):
-        value = finite(getattr(end, angle)[0])
-        final[angle] = value
-        final |= {f"{angle}_turns": None, f"{angle}_mod": None}
-        if value is not None:
-            turns = math.floor(value / (2 * math.pi))
-            final |= {f"{angle}_turns": turns, f"{angle}_mod": value - turns * 2 * math.pi}
-    rates = ("thetadot", "phidot", "psidot")
-    final |= {n: finite(getattr(end, n)[0]) for n in rates}
-    final |= _vectors(end, wants)
-    return final
-
-
-def _vectors(end: Sample, wants: set[str]) -> dict[str, Any]:
-    vectors = {"axis": end.axis, "omega": end.omega}
-    document: dict[str, Any] = {n: [finite(x) for x in v[0]] for n, v in vectors.items()}
-    attitude = "attitude" in wants or "psi" in wants
-    document["quaternion"] = [finite(x) for x in end.quaternion[0]] if attitude else None
-    return document
+    attitude = bool({"attitude", "psi"} & set(trajectory.scene.quantities))
+    if (decimals := trajectory.decimals) is None:
+        end, told, numbers = trajectory(trajectory.orbit.end), finite, math
+    else:
+        end, told, numbers = decimals.samples[-1], partial(shown, decimals), decimals.run.ctx
+    turned = lambda angle: split(getattr(end, angle), numbers)  # noqa: E731
+    return final_document(end, told, turned, attitude=attitude)
 
 
 def _events(trajectory: Trajectory) -> dict[str, Any]:
@@ -125,14 +102,11 @@ def _events(trajectory: Trajectory) -> dict[str, Any]:
     return counts | {"table": table, "omitted": len(events) - len(table)}
 
 
-def _cost(trajectory: Trajectory, motion: Motion) -> dict[str, Any]:
+def _cost(trajectory: Trajectory) -> dict[str, Any]:
     spent = trajectory.statistics
-    period = motion.period if spent.whole else None
+    period = trajectory.motion.period if spent.whole else None
     periods = abs(trajectory.orbit.end) / float(period) if period else 0.0
-    return {
-        "steps": spent.steps,
-        "derive_s": spent.derive_s,
-        "compile_s": spent.compile_s,
-        "integrate_s": spent.integrate_s,
-        "us_per_period": finite(spent.integrate_s / periods * 1e6) if periods else None,
+    names = ("steps", "derive_s", "compile_s", "integrate_s")
+    return {name: getattr(spent, name) for name in names} | {
+        "us_per_period": finite(spent.integrate_s / periods * 1e6) if periods else None
     }

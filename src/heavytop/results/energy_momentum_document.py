@@ -57,8 +57,9 @@ def energy_momentum_document(scene: Scene) -> dict[str, Any]:
     known = motion.constants.floats
     here = Place(known["p_phi"], known["E_prime"])
     window = _window(diagram, here)
+    p_psi, gMR, high = float(diagram.p_psi), float(diagram.top.gMR), window["E_prime"][1]
     found = {
-        "p_psi": float(diagram.p_psi),
+        "p_psi": p_psi,
         "ratio": diagram.ratio,
         "start": here._asdict() | {"kind": str(motion.kind)},
         "standing": diagram.standing._asdict(),
@@ -67,7 +68,9 @@ def energy_momentum_document(scene: Scene) -> dict[str, Any]:
         "depth": diagram.depth,
         "window": window,
         "edge": _edge(diagram, window["p_phi"]),
-        **_lines(diagram, window["E_prime"][1]),
+        "cusps": diagram.cusps and [place._asdict() for place in diagram.cusps],
+        "through_top": [Place(p_psi, energy)._asdict() for energy in (gMR, high)],
+        "through_bottom": [Place(-p_psi, energy)._asdict() for energy in (-gMR, high)],
         "circuit": _circuit(diagram),
         "critical_set": _critical_set(diagram),
     }
@@ -91,20 +94,6 @@ def _edge(diagram: EnergyMomentum, span: list[float]) -> dict[str, list[Any]]:
     corners = [diagram.hanging.p_phi, diagram.standing.p_phi]
     edge = diagram.edge(np.union1d(np.linspace(span[0], span[1], POINTS), corners))
     return {name: _listed(values) for name, values in edge._asdict().items()}
-
-
-def _lines(diagram: EnergyMomentum, high: float) -> dict[str, Any]:
-    """Where the kind changes: lines from one place to another."""
-    p_psi, gMR = float(diagram.p_psi), float(diagram.top.gMR)
-    return {
-        "cusps": diagram.cusps and [place._asdict() for place in diagram.cusps],
-        "through_top": _upwards(p_psi, gMR, high),
-        "through_bottom": _upwards(-p_psi, -gMR, high),
-    }
-
-
-def _upwards(p_phi: float, low: float, high: float) -> list[dict[str, float]]:
-    return [Place(p_phi, energy)._asdict() for energy in (low, high)]
 
 
 def _circuit(diagram: EnergyMomentum) -> dict[str, Any] | None:

@@ -8,14 +8,12 @@ from typing import Any
 from heavytop.integration.bits import named
 from heavytop.numbers.decimals import Context, Number
 from heavytop.results.classification import finite
-from heavytop.results.decimal_document import NUMBER_DIGITS
 from heavytop.results.document import known_document
-from heavytop.run.periodic import Folded, FoldedSample
+from heavytop.results.final import NUMBER_DIGITS, final_document
+from heavytop.run.periodic import Folded
 from heavytop.run.planning import Plan, closed_form_of
 
 SPARE_DIGITS = 10  # of the closed form at the end, beyond those of the number of periods
-NUMBERS = ("t", "theta", "thetadot", "phidot", "psidot", "phi_mod", "psi_mod")
-VECTORS = ("axis", "omega", "quaternion")
 
 
 def folded_document(folded: Folded, chosen: Plan) -> dict[str, Any]:
@@ -59,24 +57,21 @@ def _made(folded: Folded, chosen: Plan) -> Plan:
 
 
 def _final(folded: Folded) -> dict[str, Any]:
-    if folded.scene.digits <= NUMBER_DIGITS:
-        end = folded.end
-        return _listed(end, finite) | {name: finite(getattr(end, name)) for name in ("phi", "psi")}
-    ctx, end = folded.span.context, folded.decimals(folded.span)
+    end: Any = folded.end
+    many = folded.scene.digits > NUMBER_DIGITS
+    if many:
+        end = folded.decimals(folded.span)
     digits = folded.scene.digits + 1  # the last one is rounded
 
     def text(x: Number, whole: int = 0) -> str:
-        return str(ctx.nstr(x, digits + len(str(abs(whole))) - 1))
+        return str(folded.span.context.nstr(x, digits + len(str(abs(whole))) - 1))
 
-    turning = {name: text(getattr(end, name), int(getattr(end, name))) for name in ("phi", "psi")}
-    return _listed(end, text) | turning
+    def turned(angle: str) -> tuple[int, Any]:
+        return int(getattr(end, f"{angle}_turns")), getattr(end, f"{angle}_mod")
 
-
-def _listed(end: FoldedSample, shown: Any) -> dict[str, Any]:
-    """What a sample has, but phi and psi, each number as it is shown."""
-    final: dict[str, Any] = {name: shown(getattr(end, name)) for name in NUMBERS}
-    final |= {name: int(getattr(end, name)) for name in ("phi_turns", "psi_turns")}
-    return final | {name: [shown(x) for x in getattr(end, name)] for name in VECTORS}
+    final = final_document(end, text if many else finite, turned, attitude=True)
+    angles = {name: getattr(end, name) for name in ("phi", "psi")}
+    return final | {name: text(x, int(x)) for name, x in angles.items()} if many else final
 
 
 def _errors(folded: Folded, final: dict[str, Any]) -> dict[str, float]:

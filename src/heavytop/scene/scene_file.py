@@ -252,12 +252,12 @@ def written(tables: Mapping[str, object]) -> str:
 
 def _toml(value: object) -> str:
     text = str(value)
-    if isinstance(value, tuple):
+    if isinstance(value, tuple | list):
         return f"[{', '.join(map(_toml, value))}]"
     if isinstance(value, Exact) and ("cos(" in text or "sin(" in text):
         raise NotANumber(f"a scene file holds no cosines or sines, so it cannot say {text}")
     plain = isinstance(value, Exact) and _BARE.fullmatch(text) and len(text) <= _LONGEST_BARE
-    if plain or isinstance(value, int):
+    if plain or isinstance(value, int | float):
         return text
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
 

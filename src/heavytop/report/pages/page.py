@@ -2,29 +2,33 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass
+import json
+import warnings
+from base64 import b64encode
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from heavytop.errors import ForeignFile
-from heavytop.files import as_json, write_text, write_whole
+from heavytop.files import as_json, write_text
 from heavytop.machine import version
-from heavytop.report.pages.contents import contents
-from heavytop.report.pages.markup import allowed, library, script_data, template
-from heavytop.report.pages.summary import summary_of
+from heavytop.report.pages.sections import SECTIONS
+from heavytop.report.parts import called
+from heavytop.report.validation import summary
+from heavytop.results.command import typed
+from heavytop.spelling import harmless
 
 if TYPE_CHECKING:
-    from heavytop.report.pages.findings import Finding, Found
+    from heavytop.report.pages.load import Result
     from heavytop.report.pages.section import Section
 
 SCHEMA: Final = "heavytop/report/1"
-MOST_BYTES: Final = 32 * 2**20  # of a page, or its document: with the library that draws, and
-MOST_OF_RESULT: Final = 4 * 2**20  # for each result with its pictures, and
-MOST_OF_BYTE: Final = 12  # for each byte of a document: a digit on a line of its own
 LIBRARIES: Final = ("heavytop", "heyoka", "numpy", "matplotlib", "plotly")
+RAN_ON: Final = ("cpu", "python", "heavytop", "heyoka", "numpy", "scipy", "numba", "CyRK")
+OWN: Final = ("page.css", "player.js", "save.js", "turn.js")
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,22 +37,49 @@ class Page:
 
     Attributes
     ----------
-    results : tuple of (Finding, Section)
-        What was found, and what the page says of it.
+    sections : tuple of Section
+        What it says of each result.
     missing : tuple of (str, str)
         What was to be run and was not, and why.
-    command : str
+    command : str or None
         What makes the page.
     """
 
-    results: tuple[tuple[Finding, Section], ...]
+    sections: tuple[Section, ...]
     missing: tuple[tuple[str, str], ...] = ()
-    command: str = "heavytop report"
+    command: str | None = None
 
     @property
-    def sections(self) -> tuple[Section, ...]:
-        """What the page says, in its order."""
-        return tuple(section for _, section in self.results)
+    def title(self) -> str:
+        """The heading of its section, where there is but one; else how many there are."""
+        if len(self.sections) == 1:
+            return self.sections[0].heading
+        return f"{len(self.sections)} results"
+
+    @property
+    def contents(self) -> dict[str, list[Section]]:
+        """The sections by the titles of their scenes; "All tops" for those about none."""
+        found: dict[str, list[Section]] = {}
+        for section in self.sections:
+            title = called({"scene": section.scene}) if section.scene else "All tops"
+            found.setdefault(title, []).append(section)
+        return found
+
+    @property
+    def verdicts(self) -> list[tuple[Section, str, list[str]]]:
+        """Of every validation how many claims hold, and which fail."""
+        return [
+            (each, summary(claims), [claim["id"] for claim in claims if claim["passed"] is False])
+            for each in self.sections
+            if (claims := each.result.document.get("claims")) is not None
+        ]
+
+    @property
+    def machine(self) -> list[str]:
+        """The processor and the programs that the results name."""
+        named = [section.result.document.get("versions") or {} for section in self.sections]
+        found = {name: dict.fromkeys(filter(None, (v.get(name) for v in named))) for name in RAN_ON}
+        return [f"{name} {' and '.join(some)}" for name, some in found.items() if some]
 
     @property
     def tops(self) -> list[Mapping[str, Any]]:
@@ -62,13 +93,7 @@ class Page:
         return bool(self.tops) or any(picture.turns for picture in pictures)
 
     def html(self) -> str:
-        """The page: one file, which asks no network for anything.
-
-        Raises
-        ------
-        ForeignFile
-            It is out of all proportion to what it is made of.
-        """
+        """The page: one file, which asks no network for anything."""
         from jinja2 import Environment, PackageLoader, StrictUndefined
         from markupsafe import Markup
 
@@ -79,21 +104,19 @@ class Page:
             trim_blocks=True,
             lstrip_blocks=True,
         )
-        plotly = Markup(library()) if self.turns else Markup()
-        own = ("page.css", "player.js", "save.js", "turn.js")
-        source = {name.replace(".", "_"): Markup(template(name)) for name in own}
-        text = jinja.get_template("page.html").render(
+        plotly = Markup(_plotly() if self.turns else "")
+        folder = Path(__file__).parent / "templates"
+        source = {
+            name.replace(".", "_"): Markup((folder / name).read_text("utf-8")) for name in OWN
+        }
+        return jinja.get_template("page.html").render(
             page=self,
-            summary=summary_of(self.results),
-            sections=self.sections,
-            tops=self.tops,
             plotly=plotly,
-            allowed=allowed(plotly, *source.values()),
-            data=script_data,
+            allowed=_allowed(plotly, *source.values()),
+            data=_script_data,
             versions={name: version(name) for name in LIBRARIES},
             **source,
         )
-        return self._in_proportion(text)
 
     def json(self, files: Mapping[str, str] | None = None) -> str:
         """The document as a text.
@@ -102,21 +125,8 @@ class Page:
         ----------
         files : mapping, optional
             Names of the files that are written, by what they are.
-
-        Raises
-        ------
-        ForeignFile
-            As for `html`.
         """
-        return self._in_proportion(as_json(self.document(files=files)))
-
-    def _in_proportion(self, text: str) -> str:
-        sizes = [finding.size for finding, _ in self.results]
-        most = MOST_BYTES + len(sizes) * MOST_OF_RESULT + MOST_OF_BYTE * sum(sizes)
-        if len(text) > most:
-            size, files = len(text) >> 20, sum(sizes) / 2**20
-            raise ForeignFile(f"a page of {size} MB for {files:.1f} MB of documents: not made")
-        return text
+        return as_json(self.document(files=files))
 
     def document(self, *, files: Mapping[str, str] | None = None) -> dict[str, Any]:
         """Return the document heavytop/report/1.
@@ -129,10 +139,11 @@ class Page:
         return {
             "schema": SCHEMA,
             "command": self.command,
-            "results": [_told(finding, section) for finding, section in self.results],
+            "results": [section.document() for section in self.sections],
             "figures": [
-                {"id": p.ident, "title": p.title, "alt": p.alt, "command": p.command,
-                 "data": p.data} for section in self.sections for p in section.pictures
+                {"id": f"{section.ident}-{picture.name}", "title": picture.title,
+                 "command": section.command, "data": picture.data}
+                for section in self.sections for picture in section.pictures
             ],
             "missing": [{"study": name, "reason": why} for name, why in self.missing],
             "files": dict(files or {}),
@@ -140,22 +151,15 @@ class Page:
         }  # fmt: skip
 
 
-def page_of(
-    found: Found,
-    *,
-    missing: Sequence[tuple[str, str]] = (),
-    command: str = "heavytop report",
-) -> Page:
+def page_of(results: Sequence[Result], *, missing: Sequence[tuple[str, str]] = ()) -> Page:
     """Return the page of what folders hold.
 
     Parameters
     ----------
-    found : Found
-        As `heavytop.report.pages.findings.findings` returns it.
+    results : sequence of Result
+        As `heavytop.report.pages.load.load_results` returns them.
     missing : sequence of (str, str)
         What was to be run and was not, and why.
-    command : str
-        What makes the page.
 
     Returns
     -------
@@ -166,13 +170,38 @@ def page_of(
     ForeignFile
         A result is not what was written; the message names its file.
     """
-    return Page(contents(found.results), (*missing, *found.again), command)
+    sections = list(_sections(results))
+    counts = Counter(section.heading for section in sections)
+    apart = (s if counts[s.heading] == 1 else _with_its_file(s) for s in sections)
+    return Page(tuple(apart), tuple(missing), typed())
+
+
+def _sections(results: Sequence[Result]) -> Iterator[Section]:
+    counts: Counter[str] = Counter()
+    for result in results:
+        name, section = SECTIONS[result.path.name]
+        counts[name] += 1
+        try:
+            with warnings.catch_warnings():
+                for kind in (RuntimeWarning, UserWarning):  # of numbers that no picture can show
+                    warnings.simplefilter("ignore", kind)
+                made = section(result, f"{name}-{counts[name]}")
+        except ForeignFile:
+            raise
+        except (LookupError, TypeError, ValueError, ArithmeticError, RuntimeError) as fault:
+            why = harmless(f"{type(fault).__name__}: {fault}")[:200]
+            raise ForeignFile(f"{harmless(result.path)}: not what was written ({why})") from fault
+        yield made
+
+
+def _with_its_file(section: Section) -> Section:
+    """A section whose heading is that of another one too: with its file, in the player as well."""
+    heading = f"{section.heading} ({section.result.name})"
+    return replace(section, heading=heading, top=section.top and {**section.top, "title": heading})
 
 
 def write_page(page: Page, html: Path) -> dict[str, str]:
-    """Write a page, and its document beside it.
-
-    Where one of them cannot be written, neither is: a document that was there before stays.
+    """Write a page, and its document beside it, each whole or not at all.
 
     Parameters
     ----------
@@ -188,50 +217,35 @@ def write_page(page: Page, html: Path) -> dict[str, str]:
 
     Raises
     ------
-    ForeignFile
-        The page is out of all proportion to what it is made of.
     OSError
         A file cannot be written.
     """
     files = {"page": html.name, "document": html.with_suffix(".json").name}
-    texts = page.html(), page.json(files) + "\n"
-    document = html.with_name(files["document"])
-    before = document.read_bytes() if document.is_file() else None
-
-    def both(part: Path) -> None:
-        with part.open("w", encoding="utf-8") as file:
-            file.write(texts[0])
-            file.flush()
-            os.fsync(file.fileno())  # a full disk says so before the document is in its place
-        write_text(document, texts[1])
-
-    try:
-        write_whole(html, both)
-    except BaseException:
-        _put_back(document, before)
-        raise
+    text = page.html()
+    write_text(html.with_name(files["document"]), page.json(files) + "\n")
+    write_text(html, text)
     return files
 
 
-def _put_back(path: Path, data: bytes | None) -> None:
-    """Let a file be what it was, None where there was none, as far as that can be."""
-    with suppress(OSError):
-        if data is None:
-            path.unlink(missing_ok=True)
-        elif path.read_bytes() != data:
-            write_whole(path, lambda part: part.write_bytes(data))
+def _script_data(value: Any) -> Any:
+    """JSON for a script element, in which nothing can end that element."""
+    from markupsafe import Markup
+
+    text = json.dumps(value, allow_nan=False, separators=(",", ":"))
+    for letter in "<>&":
+        text = text.replace(letter, f"\\u{ord(letter):04x}")
+    return Markup(text)
 
 
-def _told(finding: Finding, section: Section) -> dict[str, Any]:
-    table = section.table
-    return {
-        "id": section.ident,
-        "heading": section.heading,
-        "schema": finding.schema,
-        "file": finding.name,
-        "sha256": finding.sha256,
-        "command": section.command,
-        "facts": dict(section.facts),
-        "table": table and {"head": list(table.head), "rows": [list(row) for row in table.rows]},
-        "figures": [picture.ident for picture in section.pictures],
-    }
+def _allowed(*scripts: str) -> str:
+    """The scripts that may run on the page, by their fingerprints: no other, whoever wrote it."""
+    prints = (b64encode(sha256(text.encode("utf-8")).digest()) for text in scripts)
+    return " ".join(f"'sha256-{each.decode('ascii')}'" for each in prints)
+
+
+def _plotly() -> str:
+    """The library that draws what can be turned; whole, so that no network is asked for it."""
+    from plotly.offline import get_plotlyjs
+
+    source: str = get_plotlyjs()
+    return source.replace("</script", "<\\/script")

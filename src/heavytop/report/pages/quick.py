@@ -1,19 +1,20 @@
-"""The quick studies, which a report runs where it is given no results."""
+"""The quick studies, which a report makes itself where it is given no results."""
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
-from heavytop.files import write_document, write_text
-from heavytop.report.pages.commands import command, folder, is_shipped, scene_file
-from heavytop.report.pages.errand import run
+from heavytop.files import write_document
+from heavytop.report.pages.sections import traces_document
+from heavytop.results.command import spelt
 from heavytop.spelling import harmless
-
-if TYPE_CHECKING:
-    from heavytop.scene.scene import Scene
+from heavytop.studies.process_groups import LETTERS, begin, end, tail
 
 BOOK: Final = ("sicm-kicked", "sicm-dropped", "sicm-forward", "sicm-forward-spin-held")
 UPRIGHT: Final = "sleeping-unstable"  # whose diagram of energy and momentum has a thread
@@ -31,6 +32,8 @@ STRESSED: Final = (
     "radau-scipy-lagrange", "gauss8", "solve-ivp-defaults",
 )  # fmt: skip
 CLAIMS: Final = ()  # all
+GRACE: Final = 5.0  # s from SIGTERM to SIGKILL: what checks the claims ends its scripts meanwhile
+TAIL: Final = 4096  # bytes of what a command said
 PLANE: Final = ("--x", "phidot=-30:40:300", "--y", "theta=0.02:1.5:300")
 
 
@@ -39,30 +42,27 @@ class Study(NamedTuple):
 
     Attributes
     ----------
-    name : str
-        That of its folder.
     document : str
-        The file that it writes there.
+        The file that it writes.
     words : tuple of str
-        What is run: a verb, and what it is given.
-    shown : str
-        The same for a person.
+        What is run: a verb, and what it is given; the last is the name of the folder.
     share : float
         Of the time that is left, its part to that of those after it.
     """
 
-    name: str
     document: str
     words: tuple[str, ...]
-    shown: str
     share: float
+
+    @property
+    def name(self) -> str:
+        """That of its folder."""
+        return self.words[-1]
 
 
 def quick(
     place: Path,
-    scene: Scene | None = None,
-    *,
-    asked: Sequence[str] = (),
+    about: Sequence[str] = (),
     heard: Callable[[str], object] = lambda _: None,
 ) -> list[tuple[str, str]]:
     """Run the quick studies, each into a folder of its own, by a process of its own.
@@ -71,10 +71,8 @@ def quick(
     ----------
     place : Path
         It exists.
-    scene : Scene, optional
-        What they are about; the book's tops where there is none.
-    asked : sequence of str, optional
-        The words by which the scene was named, and changed, for the commands of what is missing.
+    about : sequence of str, optional
+        The words that name a scene, and change it; the book's tops where there are none.
     heard : callable, optional
         It is told the name of each before it begins.
 
@@ -84,87 +82,82 @@ def quick(
         What was not run, and why.
     """
     until = time.monotonic() + LIMIT_S
-    if scene is None:
-        heard("traces")
-        _traces(place / "traces")
-    waiting = list(_studies(place, scene, asked))
-    missing = []
+    if not about:
+        (place / "traces").mkdir()
+        write_document(place / "traces" / "traces.json", traces_document())
+    missing, waiting = [], list(_studies(tuple(about)))
     while waiting:
-        study = waiting[0]
-        left = until - time.monotonic()
+        shares = sum(study.share for study in waiting)
+        study = waiting.pop(0)
         heard(study.name)
-        limit = left * study.share / sum(each.share for each in waiting)
-        if why := _run(waiting.pop(0), place, limit):
-            missing.append((study.name, f"{why} ({study.shown})"))
+        limit = (until - time.monotonic()) * study.share / shares
+        if why := _run(study, place, limit):
+            missing.append((study.name, f"{why} ({spelt(study.words)})"))
     return missing
+
+
+def _studies(about: tuple[str, ...]) -> Iterator[Study]:
+    def study(document: str, verb: str, *words: str, name: str = "", share: float) -> Study:
+        plain = () if verb == "validate" else ("--no-figures",)
+        return Study(f"{document}.json", (verb, *words, *plain, "-o", name or document), share)
+
+    if about:
+        yield study("run", "run", *about, share=40)
+    for k, name in enumerate(() if about else BOOK, start=1):
+        yield study("run", "run", name, name=f"run-{k}-{name}", share=16)
+    top, upright, budget = about or BOOK[:1], about or (UPRIGHT,), ("--budget", BUDGET)
+    drifting = ("--periods", PERIODS, "--methods", ",".join(DRIFTING))
+    yield study("drift", "drift", *top, *drifting, share=45)
+    yield study("workprec", "workprec", *top, *budget, share=55)
+    hard = ("--cases", ",".join(CASES), "--methods", ",".join(STRESSED))
+    yield study("stress", "stress", *hard, *budget, share=55)
+    yield study("atlas", "atlas", *top, *PLANE, share=25)
+    yield study("energy_momentum", "atlas", *upright, "--energy-momentum", share=10)
+    yield study("validate", "validate", *CLAIMS, share=60)
 
 
 def _run(study: Study, place: Path, limit_s: float) -> str:
     """Run one of them; why its document is not there, if so."""
-    folder, aside = place / study.name, place / f"{study.name}-aside" / "said"
-    folder.mkdir()
-    aside.mkdir(parents=True)
-    ended = run((*study.words, "-q", "-o", str(folder)), aside, limit_s)
-    if ended.code is None:
-        (folder / study.document).unlink(missing_ok=True)  # a run leaves that of its part
+    code, said = run(study.words, place, limit_s)
+    document = place / study.name / study.document
+    if code is None:
+        document.unlink(missing_ok=True)  # a run leaves that of its part
         return f"not done in {limit_s:.0f} s"
-    if (folder / study.document).is_file():
-        return ""
-    return harmless(ended.said.replace(f"{place}/", "")) or f"it ended with code {ended.code}"
+    return "" if document.is_file() else harmless(said) or f"it ended with code {code}"
 
 
-def _studies(place: Path, scene: Scene | None, asked: Sequence[str]) -> Iterator[Study]:
-    if scene is None:
-        for k, name in enumerate(BOOK, start=1):
-            yield _study(f"run-{k}-{name}", "run", "run", ("--no-figures",), (name,), share=16)
-        about, upright = (BOOK[0],), (UPRIGHT,)
-    else:
-        about = upright = (_named(scene, place),)
-        yield _study("run", "run", "run", ("--no-figures",), about, asked, share=40)
-    drifting = ("--periods", PERIODS, "--methods", ",".join(DRIFTING))
-    yield _study("drift", "drift", "drift", (*drifting, "--no-figures"), about, asked, share=45)
-    budget = ("--budget", BUDGET, "--no-figures")
-    yield _study("workprec", "workprec", "workprec", budget, about, asked, share=55)
-    hard = ("--cases", ",".join(CASES), "--methods", ",".join(STRESSED))
-    yield _study("stress", "stress", "stress", (*hard, *budget), share=55)
-    yield _study("atlas", "atlas", "atlas", (*PLANE, "--no-figures"), about, asked, share=25)
-    yield _study("energy-momentum", "energy_momentum", "atlas",
-                 ("--energy-momentum", "--no-figures"), upright, asked, share=10)  # fmt: skip
-    yield _study("claims", "validate", "validate", CLAIMS, share=60)
+def run(words: Sequence[str], place: Path, limit_s: float) -> tuple[int | None, str]:
+    """Run a command of heavytop in a folder; its group of processes is gone when this returns.
 
+    Parameters
+    ----------
+    words : sequence of str
+        The verb, and what it is given.
+    place : Path
+        The folder in which it is run.
+    limit_s : float
+        Seconds after which it is ended.
 
-def _study(
-    name: str,
-    document: str,
-    verb: str,
-    options: tuple[str, ...],
-    about: Sequence[str] = (),
-    asked: Sequence[str] = (),
-    *,
-    share: float,
-) -> Study:
-    told = [word for word in options if word != "--no-figures"]
-    shown = command(verb, *(asked or about), *told, *folder(name))
-    return Study(name, f"{document}.json", (verb, *about, *options), shown, share)
+    Returns
+    -------
+    int or None, str
+        Its exit code, None where its time was up, and what it said last.
 
-
-def _named(scene: Scene, place: Path) -> str:
-    """A word for the scene: its name where it is shipped, else a file that is written for it."""
-    document = scene.document()
-    if is_shipped(document):
-        return scene.name
-    path = place / f"{_harmless(scene.name)}.toml"
-    write_text(path, scene_file(document))
-    return str(path)
-
-
-def _harmless(name: str) -> str:
-    return "".join(c if c.isalnum() or c in "-_." else "-" for c in name)[:60] or "scene"
-
-
-def _traces(folder: Path) -> None:
-    """The path of the axis of every shipped scene, by the closed form: at once."""
-    from heavytop.report.pages.traces import traces_document
-
-    folder.mkdir()
-    write_document(folder / "traces.json", traces_document())
+    Raises
+    ------
+    OSError
+        It cannot be begun.
+    """
+    said = place / "said"
+    # It imports what this process would, and nothing from the folder in which it is run.
+    here = {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "TMPDIR": str(place)}
+    boot = ("-P", "-m", "heavytop", *words)
+    process = begin(boot, said, os.environ | LETTERS | here, place)
+    try:
+        code: int | None = process.wait(limit_s)
+    except subprocess.TimeoutExpired:
+        code = None
+    finally:
+        end([process], GRACE)
+    words_said = " ".join(tail(said, TAIL).split())
+    return code, words_said.rpartition("Error: ")[2].removeprefix("heavytop: ")[-300:]

@@ -6,15 +6,18 @@ import re
 import tempfile
 import warnings
 from base64 import b64encode
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from heavytop.report.parts import Facts, Fitting, Part, Table
+from heavytop.scene.scene_file import written
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from heavytop.report.pages.tables import Table
+    from heavytop.report.pages.load import Result
 
 POINT: Final = 4 / 3  # pixels of a style sheet
 
@@ -25,32 +28,28 @@ class Picture:
 
     Attributes
     ----------
-    ident : str
-        Its name on the page, unique there.
-    title, alt : str
-        What is under it, and what it shows, for those who do not see it.
+    name : str
+        Unique in its section.
+    title : str
+        What is under it.
     svg : bytes
     table : Table
     data : mapping
         The numbers, whole.
-    command : str
-        What makes it.
-    turns : bool
-        Whether its numbers are surfaces and lines in space, which can be turned.
     listed : str
         The part of the numbers that is a list, or columns, to be saved as CSV; all of them if
         empty.
+    turns : bool
+        Whether its numbers are surfaces and lines in space, which can be turned.
     """
 
-    ident: str
+    name: str
     title: str
-    alt: str
     svg: bytes
     table: Table
     data: Mapping[str, Any]
-    command: str
-    turns: bool = False
     listed: str = ""
+    turns: bool = False
 
     @property
     def width(self) -> int:
@@ -70,40 +69,61 @@ class Section:
 
     Attributes
     ----------
+    result : Result
     ident, heading : str
-    source : str
-        The source that the scene names.
-    words : str
-        What was done.
-    facts : tuple of (str, str)
-        Labels and texts.
-    table : Table or None
-        What is no picture's.
-    parted : str
-        The column by whose values the table is shown in parts that open, if any.
+    parts : tuple of Part
+        What it says.
     pictures : tuple of Picture
-    command : str
-        What makes it.
-    scene : str
-        The scene as a file, where no shipped one is it.
     top : mapping or None
         What the player plays.
-    notes : tuple of str
-        What there is to say beside.
     """
 
+    result: Result
     ident: str
     heading: str
-    words: str = ""
-    source: str = ""
-    facts: tuple[tuple[str, str], ...] = ()
-    table: Table | None = None
+    parts: tuple[Part, ...]
     pictures: tuple[Picture, ...] = ()
-    command: str = ""
-    scene: str = ""
     top: Mapping[str, Any] | None = None
-    notes: tuple[str, ...] = ()
-    parted: str = ""
+
+    @property
+    def command(self) -> str:
+        """The command that made it; empty where it was made in Python."""
+        return self.result.document.get("command") or ""
+
+    @property
+    def scene(self) -> Mapping[str, Any]:
+        """Its scene; empty where it is about none."""
+        return self.result.document.get("scene") or {}
+
+    @property
+    def source(self) -> str:
+        """The source that its scene names."""
+        return self.scene.get("source") or ""
+
+    @property
+    def scene_file(self) -> str:
+        """Its scene as TOML."""
+        tables = {name: x for name, x in self.scene.items() if name != "name" and x != ""}
+        return written(tables) if tables else ""
+
+    @property
+    def shown(self) -> Iterator[Facts | Table | str]:
+        """Its parts; of tables that come in several forms, the best."""
+        for part in self.parts:
+            yield from part.forms[0] if isinstance(part, Fitting) else [part]
+
+    def document(self) -> dict[str, Any]:
+        """What the document of a page has of it."""
+        return {
+            "id": self.ident,
+            "heading": self.heading,
+            "schema": self.result.document["schema"],
+            "file": self.result.name,
+            "sha256": self.result.sha256,
+            "command": self.command,
+            "parts": [part if isinstance(part, str) else part._asdict() for part in self.shown],
+            "figures": [f"{self.ident}-{picture.name}" for picture in self.pictures],
+        }
 
 
 def drawn(figure: Figure) -> bytes:

@@ -1,4 +1,4 @@
-"""Processes under a keeper: none outlives this process, nor does what it began.
+"""Programs in groups of processes of their own, each of which ends with all that it began.
 
 What leaves for a session of its own (``setsid``) is no longer seen, and may stay.
 """
@@ -15,50 +15,28 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final, TypeAlias
 
-KEEPER: Final = Path(__file__).with_name("keeper.py")
-
 LETTERS: Final = {"PYTHONUTF8": "1", "PYTHONIOENCODING": "utf-8"}
 """Of an environment: what is printed in it is UTF-8, wherever the person happens to be."""
 
 Process: TypeAlias = subprocess.Popen[bytes]
 
 
-def begin(
-    words: Sequence[str],
-    said: Path,
-    environment: Mapping[str, str],
-    temporary: Path | None = None,
-) -> Process:
-    """Begin what Python runs, in a group of processes of its own.
-
-    Parameters
-    ----------
-    words : sequence of str
-        What stands behind ``python``.
-    said : Path
-        The file for its stderr; its stdout is not kept.
-    environment : mapping from str to str
-    temporary : Path, optional
-        A folder that this process will remove; its keeper does where this is killed before.
-
-    Raises
-    ------
-    OSError
-        It cannot be begun.
-    """
+def begin(words: Sequence[str], said: Path, environment: Mapping[str, str], cwd: Path) -> Process:
+    """Begin what Python runs; its stderr goes to the file `said`, and its stdout is not kept."""
     with said.open("wb") as file:
         return subprocess.Popen(
-            [sys.executable, "-I", "-S", str(KEEPER), str(temporary or ""), *words],
-            stdin=subprocess.PIPE,  # never written to: it closes when this process is gone
+            [sys.executable, *words],
+            stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=file,
             env=environment,
-            start_new_session=True,  # so that it can be ended with all that it begins
+            cwd=cwd,
+            start_new_session=True,
         )
 
 
 def end(processes: Sequence[Process], grace: float) -> None:
-    """Let processes go, and what they began: first asked, and `grace` seconds later killed."""
+    """End processes, and what they began: first asked, and `grace` seconds later killed."""
     try:
         for each in processes:
             _send(each, signal.SIGTERM)
@@ -69,7 +47,7 @@ def end(processes: Sequence[Process], grace: float) -> None:
     finally:  # even where Ctrl-C is pressed twice
         for each in processes:
             _send(each, signal.SIGKILL)
-            each.communicate()  # closes the pipe, and waits
+            each.wait()
 
 
 def tail(said: Path, most: int) -> str:
