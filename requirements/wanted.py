@@ -1,9 +1,11 @@
-"""Print what the lock must cover: the dependencies, the extras, the dev and build groups."""
+"""Print what the lock must cover: the dependencies, extras but REBOUND's, dev and build groups."""
 
 import tomllib
 from pathlib import Path
 
 project = tomllib.loads((Path(__file__).parent.parent / "pyproject.toml").read_text("utf-8"))
 groups = project["dependency-groups"]
-extras = [each for extra in project["project"]["optional-dependencies"].values() for each in extra]
-print("\n".join([*project["project"]["dependencies"], *extras, *groups["dev"], *groups["build"]]))
+extras = dict(project["project"]["optional-dependencies"])
+del extras["rebound"]
+wanted = [each for extra in extras.values() for each in extra]
+print("\n".join([*project["project"]["dependencies"], *wanted, *groups["dev"], *groups["build"]]))
