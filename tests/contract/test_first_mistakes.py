@@ -222,6 +222,7 @@ PLACES = {
     "plan": {"scene": KICKED},
     "propagate": {"scene": KICKED},
     "propagate_many": NUMBERS | {"time": 1},
+    "reference": {"scene": KICKED, "times": [1]},
     "resume": {"folder": "nowhere"},
     "run_errors": {"trajectory": None},
     "sensitivities": {"scene": KICKED},

@@ -16,7 +16,15 @@ from heavytop.errors import BadScene, Fault, ForeignFile, Impossible, NotANumber
 from heavytop.files import regular, write_document, write_text, write_whole
 from heavytop.numbers import Number
 from heavytop.numbers.intervals import Interval, rational
-from heavytop.scene.arguments import Range, expect, one_of, parse_names, parse_options, path_of
+from heavytop.scene.arguments import (
+    Range,
+    expect,
+    one_of,
+    parse_names,
+    parse_options,
+    path_of,
+    wrong_type,
+)
 from heavytop.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -233,6 +241,8 @@ def times_of(times: str | Iterable[Number]) -> Iterator[Fraction]:
     >>> list(map(exact_text, times_of("0:1:0.25"))), exact_text(Fraction(1, 3))
     (['0', '0.25', '0.5', '0.75', '1'], '1/3')
     """
+    if not isinstance(times, str | Iterable):
+        raise wrong_type("times", "A:B:STEP or a sequence of numbers", times)
     if not isinstance(times, str):
         yield from map(rational, times)
         return

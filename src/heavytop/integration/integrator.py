@@ -431,8 +431,7 @@ class _Journey:
             before = self.checkpoints[-2]
             length = abs(start.time[0] - before.time[0]) / (start.steps - before.steps)
         else:
-            # which may be longer than the mean: a few steps too many take less than a second go
-            length = 0.8 * self.integrator.first_step(start, far, longest)
+            length = self.integrator.first_step(start, far, longest)
         full = start.block_steps
         steps = min(full, math.ceil(1.02 * end / length) + 2)
         while True:

@@ -167,7 +167,13 @@ class MethodDrift(Errors):
         return growth(self.periods, self.phase_s)
 
     def document(self, *, costs: bool = True) -> dict[str, Any]:
-        """Return the method for JSON, with or without its wall-clock time."""
+        """Return the method for JSON.
+
+        Parameters
+        ----------
+        costs : bool
+            Whether with what a period took; without it there are no wall-clock values.
+        """
         return {
             "name": self.method.text,
             "formulation": self.method.formulation,
