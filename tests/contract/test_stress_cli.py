@@ -210,7 +210,7 @@ def test_killed_at_any_moment_and_resumed_it_finds_the_same(tmp_path, whole, job
     after = records(folder)
     assert len(after) == 9
     assert before.items() <= after.items()  # what was done is not done again
-    files = ("files", "versions", "limits")
+    files = ("files", "versions", "limits", "command")
     told = json.loads(out)
     assert {k: v for k, v in told.items() if k not in files} == {
         k: v for k, v in whole.items() if k not in files

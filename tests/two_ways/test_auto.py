@@ -231,7 +231,7 @@ def test_turns_and_what_is_beyond_them_are_printed():
     assert result.exit_code == 0, result.output
     assert "632510655081 turns and 4.5258345274635249608 rad" in result.output
     told = CliRunner().invoke(app, ["plan", "sicm-kicked", *options])
-    assert "128 bits, tolerance 5.88e-39" in told.output
+    assert "128 bits, 6 states, tolerance 5.88e-39" in told.output
 
 
 def test_a_folded_document_in_doubles_is_of_numbers():

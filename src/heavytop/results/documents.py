@@ -168,9 +168,9 @@ class Timed(TypedDict):
     error: Number | None
     theta_error: Number | None
     energy_error: Number | None
-    error_spread: Number | None
-    us_spread: Number
-    starts: int
+    error_spread: NotRequired[Number | None]
+    us_spread: NotRequired[Number]
+    starts: NotRequired[int]
     setup_s: Number
     digits: NotRequired[int]
     wants: NotRequired[Text]

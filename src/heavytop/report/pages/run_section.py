@@ -49,7 +49,7 @@ def _trajectory(result: Result) -> Trajectory | None:
     path, scene = result.path.with_name("trajectory.nc"), result.document["scene"]
     if "trajectory" not in result.document.get("files", {}) or not path.exists():
         return None
-    from heavytop.run.archive import load_trajectory
+    from heavytop.run.trajectory_file import load_trajectory
 
     found = load_trajectory(path)
     own = found.scene.document()
