@@ -131,6 +131,7 @@ def test_events_beyond_doubles_are_counted_in_what_a_run_takes():
 
 def test_what_a_run_took_includes_its_events():
     scene, heard = round_periods(30, "want.digits=14"), []
+    ht.propagate(scene)  # which imports, derives and compiles
     began = time.perf_counter()
     run = ht.propagate(scene, progress=heard.append)
     whole = time.perf_counter() - began
