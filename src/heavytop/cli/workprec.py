@@ -48,7 +48,7 @@ Budget = Annotated[float, budgeted(least=1)]
 
 def workprec(
     scene: SceneName,
-    periods: Periods = 20,
+    periods: Periods = 100,
     methods: Methods = None,
     budget: Budget = 240,
     json: Json = False,

@@ -15,9 +15,9 @@ from heavytop.studies.methods import Method
 from heavytop.studies.steppers import Run, set_up
 
 BEFORE: Final = 0.382  # of a period before the last one ends: no turning point
-ROUNDS: Final = 5
+ROUNDS: Final = 3
 clock: Callable[[], float] = perf_counter  # [s]
-REPEATS_S: Final = 1.0  # for one setting: what takes longer is repeated in one round only
+REPEATS_S: Final = 0.5  # for one setting: what takes longer is repeated in one round only
 SHORT_S: Final = 0.01  # a run that is shorter is made twice: the first finds caches cold
 
 

@@ -381,7 +381,9 @@ class WorkPrecision:
         return tuple(point for point in self.points if point.method.digits is not None)
 
     def ahead_of(self, auto: Point) -> tuple[Point, ...]:
-        """Return the points more accurate than a choice of auto, and faster beyond noise.
+        """Return the points ahead of a choice of auto: more accurate, and faster, beyond noise.
+
+        Errors that differ by less than those of neighbouring starts do are alike.
 
         Parameters
         ----------
@@ -389,7 +391,8 @@ class WorkPrecision:
             One of `auto`.
         """
         error = ERRORS[auto.method.wants or "axis"]
-        least, fastest = getattr(auto, error), auto.us_per_period * (1 - NOISE)
+        least = getattr(auto, error) - auto.error_spread
+        fastest = auto.us_per_period * (1 - NOISE)
         found = [self.points[i] for i, off in _errors(self.points, error).items() if off < least]
         return tuple(point for point in found if point.us_per_period < fastest)
 
@@ -485,7 +488,7 @@ def work_precision(
     scene: Scene,
     *,
     methods: Sequence[str] = DEFAULT,
-    periods: float = 20,
+    periods: float = 100,
     budget: float = BUDGET_S,
     folder: str | os.PathLike[str] | None = None,
     progress: Callable[[float], object] | None = None,
