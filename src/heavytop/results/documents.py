@@ -34,7 +34,7 @@ class Document(TypedDict):
     versions: NotRequired[dict[Text, Text | None]]
 
 
-class Scene(TypedDict):
+class SceneDocument(TypedDict):
     """A scene, as `heavytop.Scene.document` gives it."""
 
     name: Text
@@ -47,7 +47,7 @@ class Scene(TypedDict):
     want: NotRequired[dict[Text, Value | list[Text]]]
 
 
-class Motion(TypedDict):
+class MotionDocument(TypedDict):
     """What is known of a motion without integrating it."""
 
     kind: Text
@@ -61,7 +61,7 @@ class Motion(TypedDict):
     spin: Value
 
 
-class Plan(TypedDict):
+class PlanDocument(TypedDict):
     """How a scene is integrated, and why."""
 
     formulation: Text
@@ -73,7 +73,7 @@ class Plan(TypedDict):
     reasons: list[Text]
 
 
-class Events(TypedDict):
+class EventsDocument(TypedDict):
     """How many events of each kind there are, and the first of them."""
 
     turning: int | None
@@ -83,16 +83,16 @@ class Events(TypedDict):
     omitted: int
 
 
-class Run(Document):
+class RunDocument(Document):
     """heavytop/run/1."""
 
     schema: Literal["heavytop/run/1"]
-    scene: Scene
-    motion: Motion
+    scene: SceneDocument
+    motion: MotionDocument
     constants: Values
-    plan: Plan
+    plan: PlanDocument
     final: dict[Text, Value | list[Value]] | None
-    events: Events
+    events: EventsDocument
     errors: dict[Text, Value | Values]
     missed_digits: Values
     missed_events: dict[Text, list[int]]
@@ -111,7 +111,7 @@ class Trace(TypedDict):
     axis: list[list[Number]]
 
 
-class Traces(Document):
+class TracesDocument(Document):
     """heavytop/traces/1."""
 
     schema: Literal["heavytop/traces/1"]
@@ -139,11 +139,11 @@ class DriftMethod(TypedDict):
     skipped: Text | None
 
 
-class Drift(Document):
+class DriftDocument(Document):
     """heavytop/drift/1."""
 
     schema: Literal["heavytop/drift/1"]
-    scene: Scene
+    scene: SceneDocument
     periods: Number
     ensemble: int
     spread: Number
@@ -152,7 +152,7 @@ class Drift(Document):
     methods: list[DriftMethod]
 
 
-class Timed(TypedDict):
+class TimedDocument(TypedDict):
     """A method at one setting: what a period costs, and what it attains."""
 
     method: Text
@@ -212,14 +212,14 @@ class Auto(TypedDict):
     ahead: list[Text]
 
 
-class WorkPrecision(Document):
+class WorkPrecisionDocument(Document):
     """heavytop/workprec/1."""
 
     schema: Literal["heavytop/workprec/1"]
-    scene: Scene
+    scene: SceneDocument
     periods: Number
     budget: Number
-    points: list[Timed]
+    points: list[TimedDocument]
     front: list[int]
     front_theta: list[int]
     cheapest: dict[Text, Leader | None]
@@ -242,7 +242,7 @@ class StressRun(TypedDict):
     turns: list[int] | None
 
 
-class Stress(Document):
+class StressDocument(Document):
     """heavytop/stress/1."""
 
     schema: Literal["heavytop/stress/1"]
@@ -257,7 +257,7 @@ class Stress(Document):
     auto: dict[Text, bool | list[Text]]
 
 
-class Axis(TypedDict):
+class AxisDocument(TypedDict):
     """One side of a map."""
 
     name: Text
@@ -267,7 +267,7 @@ class Axis(TypedDict):
     log: bool
 
 
-class Curve(TypedDict):
+class CurveDocument(TypedDict):
     """A boundary of kinds."""
 
     name: Text
@@ -275,26 +275,26 @@ class Curve(TypedDict):
     y: list[Number]
 
 
-class Atlas(Document):
+class AtlasDocument(Document):
     """heavytop/atlas/1."""
 
     schema: Literal["heavytop/atlas/1"]
-    scene: Scene
-    axes: dict[Literal["x", "y"], Axis]
+    scene: SceneDocument
+    axes: dict[Literal["x", "y"], AxisDocument]
     shape: list[int]
     counts: dict[Text, int]
     uncertified: int
-    curves: list[Curve]
+    curves: list[CurveDocument]
 
 
-class Place(TypedDict):
+class PlaceDocument(TypedDict):
     """A place in the plane of energy and momentum."""
 
     p_phi: Number
     E_prime: Number
 
 
-class Start(Place):
+class StartDocument(PlaceDocument):
     """The place of a scene."""
 
     kind: Text
@@ -309,28 +309,28 @@ class CriticalSet(TypedDict):
     hanging: dict[Text, Column]
 
 
-class EnergyMomentum(Document):
+class EnergyMomentumDocument(Document):
     """heavytop/energy-momentum/1."""
 
     schema: Literal["heavytop/energy-momentum/1"]
-    scene: Scene
+    scene: SceneDocument
     p_psi: Number
     ratio: Number | None
-    start: Start
-    standing: Place
-    hanging: Place
-    thread: Place | None
+    start: StartDocument
+    standing: PlaceDocument
+    hanging: PlaceDocument
+    thread: PlaceDocument | None
     depth: NotRequired[Number | None]
     window: dict[Text, Column]
     edge: dict[Text, list[Number | bool | None]]
-    cusps: list[Place] | None
-    through_top: list[Place]
-    through_bottom: list[Place]
+    cusps: list[PlaceDocument] | None
+    through_top: list[PlaceDocument]
+    through_bottom: list[PlaceDocument]
     circuit: dict[Text, Number | Column | list[Column]] | None
     critical_set: NotRequired[CriticalSet | None]
 
 
-class Claim(TypedDict):
+class ClaimDocument(TypedDict):
     """What is claimed, and what was measured."""
 
     id: Text
@@ -344,22 +344,22 @@ class Claim(TypedDict):
     failure: Text | None
 
 
-class Validation(Document):
+class ValidationDocument(Document):
     """heavytop/validate/1."""
 
     schema: Literal["heavytop/validate/1"]
-    claims: list[Claim]
+    claims: list[ClaimDocument]
 
 
 FILES: Final = {
-    "run.json": Run,
-    "traces.json": Traces,
-    "drift.json": Drift,
-    "workprec.json": WorkPrecision,
-    "stress.json": Stress,
-    "atlas.json": Atlas,
-    "energy_momentum.json": EnergyMomentum,
-    "validate.json": Validation,
+    "run.json": RunDocument,
+    "traces.json": TracesDocument,
+    "drift.json": DriftDocument,
+    "workprec.json": WorkPrecisionDocument,
+    "stress.json": StressDocument,
+    "atlas.json": AtlasDocument,
+    "energy_momentum.json": EnergyMomentumDocument,
+    "validate.json": ValidationDocument,
 }
 """What verbs write, by the name of the file, in the order of a report."""
 
