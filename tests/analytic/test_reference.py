@@ -91,7 +91,7 @@ def test_whole_turns_have_all_their_digits():
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ({"quantities": ["tetha"]}, "tetha"), ({"digits": 1}, "from 2 to 10000"),
+        ({"quantities": ["tetha"]}, "tetha"), ({"digits": 1}, "from 2 to 4000"),
         ({"events": ["cups"]}, 'did you mean "cusp"'), ({"times": []}, "from 1 to 1000000"),
         ({"quantities": "theta"}, "a sequence of names"),
     ],
@@ -144,6 +144,8 @@ def test_the_command_writes_what_it_prints(tmp_path):
     ("arguments", "code"),
     [(["sicm-kicked"], 2), ([], 2), (["nosuch", "--times", "0:1:1"], 3),
      (["sicm-kicked", "--times", "0:1:1", "-o", "x.txt"], 2),
+     (["sicm-kicked", "--times", "0:1:1", "-o", "nowhere/x.csv"], 2),
+     (["sicm-kicked", "--times", "0:0:1", "--digits", "4000"], 0),
      (["sicm-kicked", "--pack", "x"], 2), (["sicm-kicked", "--times", "1:0:1"], 3)],
 )  # fmt: skip
 def test_bad_words_have_their_exit_code(arguments, code):

@@ -355,3 +355,13 @@ def test_a_sample_on_the_end_of_a_leg(periods):
     scene = ht.load_scene("sicm-kicked", [*asked, 'want.quantities=["theta", "phi"]'])
     errors = ht.run_errors(ht.propagate(scene, formulation="axis", projected=True))
     assert errors.phi < 1e-13
+
+
+def test_times_an_ulp_apart_can_be_asked_for():
+    """In the time of a leg, which begins where the last one ended, two of them may be one."""
+    changes = ["span.periods=60", "want.events=[]", 'want.quantities=["theta","axis"]']
+    scene = ht.load_scene("sicm-kicked", changes)
+    run = ht.propagate(scene, formulation="axis", projected=True)
+    t = np.sort(np.random.default_rng(0).uniform(0, 0.99 * run.orbit.end, 3000))
+    theta = run(np.sort(np.concatenate((t, np.nextafter(t, np.inf))))).theta
+    assert np.abs(theta[::2] - theta[1::2]).max() < 1e-13

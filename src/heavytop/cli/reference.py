@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from heavytop.cli.options import Debug, Json, Quiet, Set, Verbose, blaming, names, overrides
-from heavytop.cli.output import print_json
+from heavytop.cli.output import print_json, unwritable
 from heavytop.cli.voice import Voice
 
 OptionalScene = Annotated[
@@ -31,7 +31,7 @@ Events = Annotated[
     typer.Option("--events", metavar="NAME,…", help="turning, reversal, cusp; in --json alone."),
 ]
 Digits = Annotated[
-    int, typer.Option("--digits", metavar="D", min=2, max=10_000, help="Digits of every number.")
+    int, typer.Option("--digits", metavar="D", min=2, max=4000, help="Digits of every number.")
 ]
 Output = Annotated[
     Path | None,
@@ -83,7 +83,10 @@ def reference(
         chosen = load_scene(scene, overrides=options)
         found = exact.reference(chosen, asked, wanted or (), digits, happening or ())
     if output is not None:
-        found.save(output)
+        try:
+            found.save(output)
+        except OSError as fault:
+            raise unwritable(output, fault) from None
         voice.note(f"wrote {output}")
     if json:
         print_json(found.document())

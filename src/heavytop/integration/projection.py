@@ -25,13 +25,14 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from threading import get_ident
 from typing import Any
 
 import heyoka as hy
 import numpy as np
+from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import invariants_of
@@ -192,9 +193,12 @@ class Projected:
                 last = bisect_right(distances, abs(begun[0]) + within, done)
                 local = (times[done:last] - begun[0]) - begun[1]
                 local = np.where(local * far > 0, local, tiny)  # not at the leg's own start
+                local, of = _apart(local)
                 leg = self.compiled.leg(state, count, rest, local, bound)
                 if not abs(leg.elapsed[0]) > 0.9 * within:
                     break
+            if of is not None:
+                leg = replace(leg, rows=leg.rows[of[of < len(leg.rows)]])
             legs.append((begun, leg))
             taken, done, ended = taken + leg.steps, done + len(leg.rows), leg.steps < count
             length = abs(leg.elapsed[0])
@@ -211,3 +215,11 @@ class Projected:
             hits=tuple(Hits.join(list(each)) for each in hits),
             singular=bool(legs) and legs[-1][1].singular,
         )
+
+
+def _apart(times: Array) -> tuple[Array, NDArray[np.intp] | None]:
+    """Times without those that rounding has made equal, and where each is then; None if none is."""
+    if times.size < 2 or (np.diff(np.abs(times)) > 0).all():
+        return times, None
+    sizes, of = np.unique(np.abs(times), return_inverse=True)
+    return np.copysign(sizes, times[-1]), of
