@@ -96,6 +96,8 @@ def test_killed_and_resumed_the_files_are_the_same_bit_for_bit(tmp_path, whole, 
     assert process.returncode == 0, err
     assert "taylor-axis" in out
     assert result_files(folder) == whole
+    made = json.loads((folder / "drift.json").read_text())["command"]
+    assert shlex.split(made) == ["heavytop", *map(str, (*ASKED, "-o", folder, "-j", jobs))]
 
 
 def test_ctrl_c_saves_and_says_how_to_go_on(tmp_path, whole):
@@ -256,6 +258,21 @@ def test_a_truncated_file_is_refused_by_name(study, tmp_path, name):
     refused = heavytop_("resume", folder)
     assert refused.exit_code == 6
     assert f"{file}: not readable" in refused.stderr
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"periods": -1}, {"samples": "5"}, {"seed": None}, {"ensemble": {}}, {"methods": []},
+     {"methods": ["no-such"]}, {"scene": 3}, {"kind": []}, {"versions": None}, {"other": 1}],
+    ids=str,
+)  # fmt: skip
+def test_parameters_that_nobody_could_ask_for_are_refused_by_name(study, tmp_path, change):
+    folder = copied(study, tmp_path)
+    file = folder / "study.json"
+    file.write_text(json.dumps(json.loads(file.read_text()) | change))
+    refused = heavytop_("resume", folder)
+    assert refused.exit_code == 6, refused.output
+    assert str(file) in refused.stderr
 
 
 def test_other_versions_are_refused_by_name(study, monkeypatch):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -216,6 +217,8 @@ def test_killed_at_any_moment_and_resumed_it_finds_the_same(tmp_path, whole, job
         k: v for k, v in whole.items() if k not in files
     }
     assert json.loads((folder / "stress.json").read_text()) == told
+    asked = ["heavytop", "stress", *SOME, "-o", str(folder), "-j", str(jobs)]
+    assert shlex.split(told["command"]) == asked  # that which began it
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])

@@ -131,6 +131,25 @@ def test_a_record_that_cannot_be_read_is_refused_by_name(parts, text):
         done(parts[0], NAMES)
 
 
+@pytest.mark.parametrize(
+    "change",
+    [{"task": 5}, {"task": "other"}, {"rows": None}, {"rows": [1]}, {"done": "yes"},
+     {"failed": 5}, {"fraction": "a"}, {"more": 1}],
+    ids=str,
+)  # fmt: skip
+def test_a_record_with_another_type_or_of_another_task_is_refused(parts, change):
+    file = next((parts[0] / "tasks").glob("*.json"))
+    record = json.loads(file.read_text())
+    file.write_text(json.dumps(record | change))
+    with pytest.raises(ForeignFile, match=file.name):
+        Store(parts[0]).load(record["task"])
+
+
+def test_what_a_killed_writer_left_in_a_part_is_not_merged(parts, tmp_path):
+    (parts[0] / "tasks" / ".123.abc.json").write_text('{"task": "cut')
+    assert merged(tmp_path / "merged", *parts) == []
+
+
 @pytest.mark.parametrize("name", ["thesis.tex", ".hidden"])
 def test_a_folder_with_something_else_in_it_is_refused(tmp_path, name):
     (tmp_path / name).touch()

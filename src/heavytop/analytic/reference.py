@@ -126,10 +126,9 @@ class Reference:
 
     def document(self) -> dict[str, Any]:
         """The document of the schema ``heavytop/reference/1``."""
-        tables = self.scene.document()
         return {
             "schema": SCHEMA,
-            "scene": {key: tables[key] for key in ("name", "title", "source", "top", "start")},
+            "scene": self.scene.problem(),
             "digits": self.digits,
             "columns": {name: list(texts) for name, texts in self.columns.items()},
             "events": [{"kind": kind, "t": t} for kind, t in self.events],

@@ -25,9 +25,7 @@ from heavytop.results.command import command_of, typed, typing
 if TYPE_CHECKING:
     from heavytop.studies.runner import Progress
 
-WITH_COMMAND: Final = (
-    "request.json", "run.json", "drift.json", "atlas.json", "stress.json", "workprec.json",
-)  # fmt: skip
+WITH_COMMAND: Final = ("study.json", "request.json", "run.json")
 OF_A_RUN: Final = ("request.json", "run.json", "trajectory.nc")
 StudyFolder = Annotated[
     Path,

@@ -149,6 +149,17 @@ class Scene:
         """The scene for JSON: numbers where 15 digits say them exactly, else their exact text."""
         return dict(scene_file.json_ready({"name": self.name} | self.tables()))
 
+    def problem(self) -> dict[str, Any]:
+        """The top and its start for JSON, with their names: what studies integrate.
+
+        Examples
+        --------
+        >>> list(load_scene("sicm-kicked").problem())
+        ['name', 'title', 'source', 'top', 'start']
+        """
+        tables = self.document()
+        return {name: tables[name] for name in ("name", "title", "source", "top", "start")}
+
 
 def load_scene(name_or_path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Scene:
     """Read a shipped scene by its name, or a scene file by its path.

@@ -13,7 +13,7 @@ from base64 import b64decode, b64encode
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -45,6 +45,7 @@ from heavytop.studies.store import (
     Store,
     canonical_json,
     open_store,
+    reading,
 )
 
 if TYPE_CHECKING:
@@ -98,7 +99,7 @@ SETS: Final = {
 def _plane(parameters: Parameters) -> Plane:
     if parameters["kind"] != KIND:
         raise ForeignFile(f"a study of {parameters['kind']!r:.40}, no atlas")
-    with _reading("study.json"):
+    with reading("study.json"):
         x, y = (Axis.of(parameters[side]) for side in "xy")
         return Plane(scene_of(parameters["scene"]), x, y)
 
@@ -289,7 +290,7 @@ class Atlas:
         """The tiles and their columns, one at a time in memory."""
         for task in self.tasks:
             tile = self._tiles[task]
-            with _reading(f"tile {task}"):
+            with reading(f"tile {task}"):
                 texts = self.store.load(task).rows[0]["columns"]
                 columns = {each: _unpacked(texts[each], each, tile.shape) for each in self.columns}
             yield tile, columns
@@ -411,7 +412,7 @@ def collect(store: MemoryStore, jobs: int = 1) -> Atlas:
         record = store.load(task)
         if record.done:
             done.append(task)
-            with _reading(f"tile {task}"):
+            with reading(f"tile {task}"):
                 [row] = record.rows
                 pairs.update(row["counts"])
                 others.update({name: row[name] for name in ("sent", "uncertified")})
@@ -422,15 +423,6 @@ def collect(store: MemoryStore, jobs: int = 1) -> Atlas:
     sent, uncertified = others["sent"], others["uncertified"]
     plane = _plane(store.parameters)
     return Atlas(plane, store, tuple(done), counts, details, sent, uncertified, jobs)
-
-
-@contextmanager
-def _reading(what: str) -> Iterator[None]:
-    """Name what does not hold what was written there."""
-    try:
-        yield
-    except (LookupError, TypeError, ValueError, AttributeError, zlib.error) as fault:
-        raise ForeignFile(f"{what}: damaged ({fault})") from None
 
 
 def _attributes(name: str) -> dict[str, Any]:
@@ -534,10 +526,22 @@ def atlas(
         faults += _impossible(plane, what, place is None)
     if faults:
         raise BadScene(tuple(faults))
-    tables = scene.document()
-    parameters = {
+    parameters = _parameters(plane, what)
+    jobs = values.get("jobs", usable_cpus())
+    with open_store(place, parameters) as store:
+        return _run(store, values.get("shard"), jobs, executor=executor, on_progress=progress)
+
+
+def renewed(parameters: Parameters) -> Parameters:
+    """Return the parameters that an atlas asked for with these would have."""
+    return _parameters(_plane(parameters), parameters["what"])
+
+
+def _parameters(plane: Plane, what: str) -> Parameters:
+    """Return what is asked of an atlas, as JSON."""
+    return {
         "kind": KIND,
-        "scene": {key: tables[key] for key in ("name", "title", "source", "top", "start")},
+        "scene": plane.scene.problem(),
         "x": plane.x.text,
         "y": plane.y.text,
         "what": what,
@@ -545,9 +549,6 @@ def atlas(
         # Shards come from several machines: the processor is not among the versions.
         "versions": {key: value for key, value in versions().items() if key != "cpu"},
     }
-    jobs = values.get("jobs", usable_cpus())
-    with open_store(place, parameters) as store:
-        return _run(store, values.get("shard"), jobs, executor=executor, on_progress=progress)
 
 
 def complete(store: MemoryStore, *, jobs: int, **how: Any) -> Atlas:

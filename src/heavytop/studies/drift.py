@@ -141,16 +141,22 @@ def drift_parameters(
     if faults := [*faults, *no_nutation(file, scene, "a drift study"), *wrong]:
         raise BadScene(tuple(faults))
     jobs = values.pop("jobs")
-    tables = scene.document()
     texts = [_auto(scene, values["periods"]) if name == AUTO else name for name in names]
     parameters = {
         "kind": KIND,
-        "scene": {key: tables[key] for key in ("name", "title", "source", "top", "start")},
+        "scene": scene.problem(),
         "methods": list(dict.fromkeys(texts)),
         **values,
         "versions": versions(),
     }
     return parameters, jobs
+
+
+def renewed(parameters: Parameters) -> Parameters:
+    """Return the parameters that a study asked for with these would have."""
+    options = {name: parameters[name] for name in OPTIONS if name != "jobs"}
+    scene = scene_of(parameters["scene"])
+    return drift_parameters(scene, parameters["methods"], **options, jobs=1)[0]
 
 
 def tasks(parameters: Parameters) -> list[str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from heavytop.scene.arguments import heard, path_of, whole
 from heavytop.studies.runner import Progress, study_of, with_versions_here
-from heavytop.studies.store import Store
+from heavytop.studies.store import STUDY, Store, differences, reading
 
 if TYPE_CHECKING:
     from heavytop.studies.atlas import Atlas
@@ -72,7 +72,12 @@ def resume(
     heard("progress", progress)
     path, jobs = path_of("folder", folder), whole("jobs", jobs, 1)
     parameters = with_versions_here(Store(path).parameters)
+    study = study_of(parameters)
+    with reading(path / STUDY):
+        renewed = study.renewed(parameters) | {"versions": parameters["versions"]}
+        if wrong := differences(parameters, renewed):
+            raise ValueError(f"not what a study asked for so would have: {wrong[0]}")
     how = {"jobs": jobs, "executor": executor, "on_progress": progress}
     with Store.open(path, parameters) as store:
-        found: Drift | Atlas | Stress | WorkPrecision = study_of(parameters).complete(store, **how)
+        found: Drift | Atlas | Stress | WorkPrecision = study.complete(store, **how)
     return found

@@ -63,6 +63,9 @@ class Study(Protocol):
         HeavyTopError ends the task as failed.
         """
 
+    def renewed(self, parameters: Parameters) -> Parameters:
+        """Return the parameters that a study asked for with these would have."""
+
     def complete(self, store: MemoryStore, **how: Any) -> Any:
         """Do what is left, with arguments of `run`, and return the result of the study."""
 

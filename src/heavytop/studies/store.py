@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import asdict, dataclass, field, replace
@@ -15,11 +16,15 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Self
 
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+
 from heavytop.errors import ForeignFile, ForeignStudy, StoppedEarly
 from heavytop.files import locked, make_folder, regular, write_text
+from heavytop.results.command import typed
 
 Parameters = dict[str, Any]
 STUDY, LOCK, TASKS = "study.json", "lock", "tasks"
+RECORDS: Final = f"{TASKS}/[0-9a-f]*.json"
 UNFINISHED: Final = ".[0-9]*.json"  # what `write_text` leaves where it is killed
 
 
@@ -29,7 +34,7 @@ class Chunk(NamedTuple):
     Attributes
     ----------
     checkpoint : object
-        All that is needed to go on from here, for JSON; floats as hexadecimal texts.
+        All that is needed to go on from here, for JSON.
     rows : sequence of dict
         Results since the chunk before, for JSON, without wall-clock values.
     done : bool
@@ -67,6 +72,8 @@ class Record:
     fraction : float
         Part of it that is done.
     """
+
+    __pydantic_config__ = ConfigDict(extra="forbid")
 
     task: str
     checkpoint: Any = None
@@ -148,7 +155,8 @@ class Store(MemoryStore):
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)
         found = _read(self.path / STUDY)
-        if not {"kind", "versions"} <= found.keys():
+        found.pop("command", None)
+        if not (isinstance(found.get("kind"), str) and isinstance(found.get("versions"), dict)):
             raise ForeignFile(f"{self.path / STUDY}: not a study of this version of heavytop")
         super().__init__(found)
 
@@ -175,7 +183,8 @@ class Store(MemoryStore):
             for part in (*folder.glob(UNFINISHED), *folder.glob(f"{TASKS}/{UNFINISHED}")):
                 part.unlink(missing_ok=True)
             if not (folder / STUDY).exists():
-                write_text(folder / STUDY, json.dumps(parameters, indent=2, allow_nan=False))
+                asked = {"command": typed(), **parameters}
+                write_text(folder / STUDY, json.dumps(asked, indent=2, allow_nan=False))
             store = cls(folder)
             store.expect(parameters)
             yield store
@@ -193,7 +202,10 @@ class Store(MemoryStore):
     def load(self, task: str) -> Record:
         """Return the record of a task, an empty one before it began."""
         path = self._file(task)
-        return _record(path) if path.exists() else Record(task)
+        found = _record(path) if path.exists() else Record(task)
+        if found.task != task:
+            raise ForeignFile(f"{path}: the record of {found.task!r:.60}, not of {task}")
+        return found
 
     def save(self, record: Record) -> None:
         """Replace the record of a task; on return it is on the disk."""
@@ -217,7 +229,7 @@ class Store(MemoryStore):
         stores = [Store(path) for path in others]
         for other in stores:
             other.expect(self.parameters)
-        for path in (path for other in stores for path in sorted(other.path.glob(f"{TASKS}/*"))):
+        for path in (path for other in stores for path in sorted(other.path.glob(RECORDS))):
             theirs = _record(path)
             mine = self.load(theirs.task)
             if theirs.ended and mine.ended and theirs != mine:
@@ -234,6 +246,22 @@ def open_store(folder: Path | None, parameters: Parameters) -> AbstractContextMa
     return (
         nullcontext(MemoryStore(parameters)) if folder is None else Store.open(folder, parameters)
     )
+
+
+@contextmanager
+def reading(what: object) -> Iterator[None]:
+    """Name what does not hold what was written there.
+
+    Raises
+    ------
+    ForeignFile
+    """
+    try:
+        yield
+    except (LookupError, TypeError, ValueError, AttributeError, zlib.error) as fault:
+        if isinstance(fault, ForeignFile):
+            raise
+        raise ForeignFile(f"{what}: damaged ({fault})") from None
 
 
 def canonical_json(value: Any) -> str:
@@ -288,20 +316,32 @@ def _refuse_others(folder: Path) -> None:
 
 
 def _record(path: Path) -> Record:
-    found = _read(path)
+    """The record in a file."""
+    data = _bytes(path)
     try:
-        return Record(**found)
-    except TypeError as fault:
-        raise ForeignFile(f"{path}: not the record of a task ({fault})") from None
+        return TypeAdapter(Record).validate_json(data, strict=True)
+    except ValidationError as wrong:
+        first = wrong.errors()[0]
+        what = "not readable" if first["type"] == "json_invalid" else "damaged"
+        place = ".".join(map(str, first["loc"])) or "record"
+        raise ForeignFile(f"{path}: {what} ({place}: {first['msg']})") from None
 
 
 def _read(path: Path) -> dict[str, Any]:
     """The JSON object in a file."""
+    data = _bytes(path)
     try:
-        with regular(path) as file:
-            found = json.loads(file.read())
-    except (OSError, ValueError) as fault:
+        found = json.loads(data)
+    except ValueError as fault:
         raise ForeignFile(f"{path}: not readable ({fault})") from None
     if not isinstance(found, dict):
         raise ForeignFile(f"{path}: not a JSON object")
     return found
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        with regular(path) as file:
+            return file.read()
+    except OSError as fault:
+        raise ForeignFile(f"{path}: not readable ({fault})") from None

@@ -7,7 +7,7 @@ import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import nullcontext, suppress
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from functools import partial
@@ -17,11 +17,11 @@ from typing import Any, Final
 from heavytop.errors import BadScene, Fault, HeavyTopError
 from heavytop.machine import versions
 from heavytop.run.events import Counts
-from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
+from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options, path_of
 from heavytop.studies import runner
 from heavytop.studies.conditioning import Reference, reference
 from heavytop.studies.methods import ANGLES, AUTO, FIRST_ORDER, Method, stress_methods
-from heavytop.studies.store import Chunk, MemoryStore, Parameters, Store
+from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store, reading
 from heavytop.studies.stress_cases import Case, cases
 from heavytop.studies.stress_runs import RunResult, run, stepper_of
 from heavytop.studies.timed import Lost, TimedOut, Worker
@@ -431,8 +431,8 @@ def stress(
         if progress is not None:
             progress(now.fraction)
 
-    memory = nullcontext(MemoryStore(parameters))
-    with memory if folder is None else Store.open(folder, parameters) as store:
+    place = None if folder is None else path_of("folder", folder)
+    with open_store(place, parameters) as store:
         how = {"budget": values["budget"], "jobs": values["jobs"], "executor": executor}
         return complete(store, on_progress=told, **how)
 
@@ -470,6 +470,12 @@ def _pairs(parameters: Parameters) -> list[tuple[Case, Method]]:
 
 def _apart(case: Case, method: Method) -> bool:
     return method.formulation == FIRST_ORDER and not case.first_order
+
+
+def renewed(parameters: Parameters) -> Parameters:
+    """Return the parameters that a test asked for with these would have."""
+    limits = {"time_limit": parameters["time_limit"], "step_limit": parameters["step_limit"]}
+    return _parameters(parameters["cases"], parameters["methods"], limits)[0]
 
 
 def tasks(parameters: Parameters) -> list[str]:
@@ -517,9 +523,11 @@ def collect(store: MemoryStore, budget: float = BUDGET_S) -> Stress:
         record = store.load(name)
         no_run = partial(Skipped, case.name, method.name)
         if record.done:
-            [row] = record.rows
-            read = {"outcome": Outcome(row["outcome"]), "turns": row["turns"] and (*row["turns"],)}
-            runs.append(Run(**row | read, seconds=store.seconds.get(name)))
+            with reading(f"run {name}"):
+                [row] = record.rows
+                turns = row["turns"] and (*row["turns"],)
+                read = {"outcome": Outcome(row["outcome"]), "turns": turns}
+                runs.append(Run(**row | read, seconds=store.seconds.get(name)))
         elif _apart(case, method):
             apart.append(no_run("it solves u' = ±√f(u), put to first-order only"))
         elif method.absent:

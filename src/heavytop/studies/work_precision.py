@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import zip_longest
@@ -20,14 +19,14 @@ from heavytop.errors import BadScene, HeavyTopError, Impossible, MissingPackage,
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, bits_of
 from heavytop.machine import versions
 from heavytop.run.planning import EPSILON, Plan, plan
-from heavytop.scene.arguments import Range, heard, parse_names, parse_options
+from heavytop.scene.arguments import Range, heard, parse_names, parse_options, path_of
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.studies import timing
 from heavytop.studies.ensemble import neighbour
 from heavytop.studies.methods import AUTO, TOLERANCE, Method, NoMethod, method
 from heavytop.studies.runner import Progress
 from heavytop.studies.steppers import no_nutation
-from heavytop.studies.store import Chunk, MemoryStore, Store
+from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store
 
 KIND: Final = "work_precision"
 SCHEMA: Final = "heavytop/workprec/1"
@@ -404,10 +403,9 @@ class WorkPrecision:
         files : mapping, optional
             Names of the files that were written, by what they are.
         """
-        tables = self.scene.document()
         return {
             "schema": SCHEMA,
-            "scene": {key: tables[key] for key in ("name", "title", "source", "top", "start")},
+            "scene": self.scene.problem(),
             "periods": self.periods,
             "phase": self.periods - timing.BEFORE,
             "budget": self.budget,
@@ -547,22 +545,14 @@ def work_precision(
     closed form says of the same state.
     """
     heard("progress", progress)
-    names, _ = _asked(scene, methods, {"periods": periods, "budget": budget})
-    tables = scene.document()
-    parameters = {
-        "kind": KIND,
-        "scene": {key: tables[key] for key in ("name", "title", "source", "top", "start")},
-        "methods": names,
-        "periods": float(periods),
-        "versions": versions(),
-    }
+    parameters = _parameters(scene, methods, {"periods": periods, "budget": budget})
 
     def told(now: Progress) -> None:
         if progress is not None:
             progress(now.fraction)
 
-    memory = nullcontext(MemoryStore(parameters))
-    with memory if folder is None else Store.open(folder, parameters) as store:
+    place = None if folder is None else path_of("folder", folder)
+    with open_store(place, parameters) as store:
         return complete(store, budget=float(budget), on_progress=told)
 
 
@@ -610,6 +600,20 @@ def complete(
         else:
             skipped.append(Skipped(wanted, str(begun[wanted.own])))
     return WorkPrecision(scene, periods, budget, tuple(points), tuple(skipped))
+
+
+def renewed(parameters: Parameters) -> Parameters:
+    """Return the parameters that a diagram asked for with these would have."""
+    scene, options = scene_of(parameters["scene"]), {"periods": parameters["periods"]}
+    return _parameters(scene, parameters["methods"], options)
+
+
+def _parameters(scene: Scene, methods: Sequence[str], options: Mapping[str, float]) -> Parameters:
+    """Return what is asked of a diagram, as JSON, unless something is wrong with it."""
+    names, _ = _asked(scene, methods, options)
+    periods = float(options["periods"])
+    return {"kind": KIND, "scene": scene.problem(), "methods": names, "periods": periods,
+            "versions": versions()}  # fmt: skip
 
 
 def _asked(
