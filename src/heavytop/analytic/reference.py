@@ -5,25 +5,27 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from heavytop.analytic.enclosure import EVENTS, Enclosure, enclose
-from heavytop.errors import BadScene, Fault, ForeignFile, Impossible, NotANumber
+from heavytop.errors import BadScene, ForeignFile, Impossible, NotANumber
 from heavytop.files import regular, write_document, write_text, write_whole
-from heavytop.numbers import Number
-from heavytop.numbers.intervals import Interval, rational
+from heavytop.numbers import Exact, Number
+from heavytop.numbers.intervals import Interval
 from heavytop.scene.arguments import (
     Range,
+    Refused,
     expect,
     one_of,
     parse_names,
     parse_options,
     path_of,
-    wrong_type,
+    shown,
 )
 from heavytop.scene.scene import Scene
 
@@ -32,8 +34,8 @@ if TYPE_CHECKING:
 
 SCHEMA: Final = "heavytop/reference/1"
 MOST_TIMES: Final = 1_000_000
+MOST_EVENTS: Final = 100_000
 SPARE_DIGITS: Final = 3  # proved beyond those printed: the last one is off by its rounding alone
-OPTIONS: Final = {"digits": Range(2, 4000, whole=True)}  # Python prints integers of 4300
 
 # The columns of every quantity, and what of the motion at a time stands in them.
 COLUMNS: Final[Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
@@ -166,8 +168,8 @@ def reference(
     ------
     BadScene
         There is no such quantity or event; digits or times are out of bounds. All is listed.
-    NotANumber
-        A time is no finite rational number.
+    Impossible
+        There are too many events between the times.
     Unseparated
         A number can be neither told from 0 nor proved to be 0.
 
@@ -193,7 +195,7 @@ def reference(
     """
     expect("scene", scene, Scene)
     file = scene.name
-    options, wrong = parse_options(file, {"digits": digits}, OPTIONS)
+    options, wrong = parse_options(file, {"times": times, "digits": digits}, OPTIONS)
     wanted, unknown = parse_names(file, "quantities", quantities, one_of(COLUMNS))
     kinds, strange = (
         parse_names(file, "events", events, one_of(dict(zip(EVENTS, EVENTS, strict=True))))
@@ -202,10 +204,7 @@ def reference(
     )
     if faults := [*wrong, *unknown, *strange]:
         raise BadScene(tuple(faults))
-    exact = tuple(times_of(times))
-    if not 0 < len(exact) <= MOST_TIMES:
-        rule = f"from 1 to {MOST_TIMES} of them"
-        raise BadScene((Fault(file, None, "times", str(len(exact)), rule),))
+    exact = options["times"]
     motion = enclose(scene.top, scene.start, digits=options["digits"] + SPARE_DIGITS)
     names = tuple(name for columns, _ in wanted for name in columns)
     asked = [name for _, names in wanted for name in names]
@@ -223,6 +222,9 @@ def _events(
     for kind in kinds:
         before = -motion.count(kind, first) if first < 0 else 0
         behind = motion.count(kind, last) if last > 0 else 1
+        if behind - before > MOST_EVENTS:
+            rule = f"at most {MOST_EVENTS} events of a kind between the first time and the last"
+            raise Impossible([("events", rule)])
         for n in range(before, behind):
             try:
                 time = motion.time(kind, n)
@@ -232,28 +234,41 @@ def _events(
                 yield kind, time.rounded(digits)
 
 
-def times_of(times: str | Iterable[Number]) -> Iterator[Fraction]:
-    """The exact times that ``A:B:STEP`` or a list of numbers stands for.
+def times_of(times: object) -> tuple[Fraction, ...]:
+    """The exact times that ``A:B:STEP`` or a sequence of numbers stands for.
 
     Examples
     --------
-    >>> list(map(exact_text, times_of("0:1:0.25"))), exact_text(Fraction(1, 3))
+    >>> [exact_text(t) for t in times_of("0:1:0.25")], exact_text(Fraction(1, 3))
     (['0', '0.25', '0.5', '0.75', '1'], '1/3')
     """
-    if not isinstance(times, str | Iterable):
-        raise wrong_type("times", "A:B:STEP or a sequence of numbers", times)
     if not isinstance(times, str):
-        yield from map(rational, times)
-        return
-    words = times.split(":")
-    if len(words) != 3:
-        raise NotANumber(f"times = {times}: A:B:STEP, three decimal numbers in seconds")
-    start, end, step = map(rational, words)
-    if not step or (end - start) / step < 0:
-        raise NotANumber(f"times = {times}: a step that leads from {words[0]} to {words[1]}")
-    if (end - start) / step >= MOST_TIMES:
-        raise NotANumber(f"times = {times}: more than {MOST_TIMES} times")
-    yield from (start + k * step for k in range(int((end - start) / step) + 1))
+        if not isinstance(times, Iterable):
+            raise Refused("A:B:STEP, or a sequence of numbers")
+        found = tuple(map(_time, times))
+    else:
+        words = times.split(":")
+        if len(words) != 3:
+            raise Refused("A:B:STEP, three decimal numbers in seconds")
+        start, end, step = map(_time, words)
+        if not step or (end - start) / step < 0:
+            raise Refused("A:B:STEP, a step that leads from A to B")
+        most = min(int((end - start) / step), MOST_TIMES)
+        found = tuple(start + k * step for k in range(most + 1))
+    if not 0 < len(found) <= MOST_TIMES:
+        raise Refused(f"from 1 to {MOST_TIMES} times")
+    return found
+
+
+def _time(value: Any) -> Fraction:
+    """A time [s]: a decimal text, or a number by its exact value."""
+    try:
+        exact = Exact.of(Decimal(value) if isinstance(value, str) else value).fraction
+    except (NotANumber, ArithmeticError):
+        exact = None
+    if exact is None:
+        raise Refused(f"rational numbers in seconds, not {shown(value)}")
+    return exact
 
 
 def read_times(text: str) -> str | list[str]:
@@ -264,15 +279,16 @@ def read_times(text: str) -> str | list[str]:
     ForeignFile
         The file is not readable, or has no such column.
     """
-    if text.count(":") == 2:
+    if ":" in text:
         return text
     try:
         with regular(Path(text)) as file:
-            header, *rows = csv.reader(file.read().decode("utf-8").splitlines())
+            lines = file.read().decode("utf-8-sig").splitlines()
+        header, *rows = csv.reader(filter(str.strip, lines), strict=True)
         return [row[header.index("t")] for row in rows]
     except OSError as fault:
         raise ForeignFile(f"{text}: {fault.strerror or fault}; or A:B:STEP") from None
-    except (ValueError, IndexError):
+    except (ValueError, IndexError, csv.Error):
         raise ForeignFile(f"{text}: a CSV file with a column t is expected, or A:B:STEP") from None
 
 
@@ -282,3 +298,9 @@ def exact_text(x: Fraction) -> str:
     if places is None:
         return str(x)
     return Interval(x, Fraction(0)).rounded(places + (len(str(int(abs(x)))) if abs(x) >= 1 else 0))
+
+
+OPTIONS: Final[Mapping[str, Callable[[object], Any]]] = {
+    "times": times_of,
+    "digits": Range(2, 4000, whole=True),  # Python prints integers of 4300
+}

@@ -65,20 +65,19 @@ def reference(
 
     voice = Voice(quiet, verbose)
     if pack is not None:
-        from heavytop.results.reference_pack import write_pack
-
-        if scene is not None:
-            raise typer.BadParameter("the pack has all shipped scenes", param_hint="SCENE")
-        voice.note(f"wrote {len(write_pack(pack))} files into {pack}")
+        _pack(pack, voice, SCENE=scene, times=times, events=events, output=output, set=changes)
         return
     if scene is None or times is None:
         missing = "SCENE" if scene is None else "--times"
         raise typer.BadParameter("is missing", param_hint=missing)
     if output is not None and output.suffix not in (".csv", ".json", ".nc"):
         raise typer.BadParameter(f"{output}: .csv, .json or .nc", param_hint="-o")
+    if events and not (json or (output is not None and output.suffix == ".json")):
+        raise typer.BadParameter("with --json or -o x.json: no table", param_hint="--events")
     options = overrides(changes)
     wanted, happening = names("--quantities", quantities), names("--events", events)
-    with voice.warnings(), blaming(options):
+    asked_for = ("times", "quantities", "events", "digits")
+    with voice.warnings(), blaming([*options, *(f"{name}=" for name in asked_for)]):
         asked = exact.read_times(times)
         chosen = load_scene(scene, overrides=options)
         found = exact.reference(chosen, asked, wanted or (), digits, happening or ())
@@ -92,3 +91,18 @@ def reference(
         print_json(found.document())
     elif output is None:
         typer.echo(found.to_csv(), nl=False)
+
+
+def _pack(folder: Path, voice: Voice, **others: object) -> None:
+    """Write the values of all shipped scenes; what else was asked for has no say in them."""
+    from heavytop.results.reference_pack import write_pack
+
+    for name, value in others.items():
+        if value:
+            hint = name if name.isupper() else f"--{name}"
+            raise typer.BadParameter("nothing else goes with --pack", param_hint=hint)
+    try:
+        files = write_pack(folder)
+    except OSError as fault:
+        raise unwritable(folder, fault) from None
+    voice.note(f"wrote {len(files)} files into {folder}")
