@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final, NamedTuple, Self, TypeAlias
 
+from heavytop.numbers.parse import UNITS
+
 Known: TypeAlias = Mapping[str, Any]
 Rows: TypeAlias = Iterable[tuple[str, str]]
 
@@ -140,13 +142,19 @@ def given(values: Known) -> str:
 
     Examples
     --------
-    >>> given({"theta": 0.1, "phi": 0, "phidot": -15})
-    'θ = 0.1 rad, φ̇ = -15 rad/s'
+    >>> given({"theta": 0.1, "phi": 0, "phidot": -15, "omega3": "30 rpm"})
+    'θ = 0.1 rad, φ̇ = -15 rad/s, ω₃ = 30 rpm'
     """
     known = (
-        (*SYMBOLS.get(name, (name, "")), x) for name, x in values.items() if x not in (0, None)
-    )
-    words = [f"{symbol} = {cell(x)} {unit}".rstrip() for symbol, unit, x in known]
+        (*SYMBOLS.get(name, (name, "")), cell(x)) for name, x in values.items()
+        if x not in (0, None)
+    )  # fmt: skip
+    words = [
+        f"{symbol} = {text}"
+        if text.endswith(tuple(UNITS))
+        else f"{symbol} = {text} {unit}".rstrip()
+        for symbol, unit, text in known
+    ]
     return ", ".join(words) or "all zero"
 
 
