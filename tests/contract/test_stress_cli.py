@@ -19,7 +19,7 @@ from heavytop.plots.stress import stress_figure
 from heavytop.results.stress_marks import MARKS, UNTOLD
 from heavytop.studies import stress as stressing
 from heavytop.studies.methods import stress_methods
-from heavytop.studies.stress import RULES, Outcome, Run, Skipped, Stress
+from heavytop.studies.stress import RULES, Outcome, Run, SkippedRun, Stress
 from heavytop.studies.stress_cases import cases
 
 PROMISED = ("case", "method", "formulation", "outcome", "error", "digits_lost", "steps", "note")
@@ -274,8 +274,15 @@ def test_a_folder_that_cannot_be_written_is_refused_before_anything_runs(tmp_pat
 def test_auto_silently_wrong_is_a_check_out_of_its_bound(monkeypatch):
     wrong = made(
         ran("cusp", "auto", "auto", Outcome.OK, error=1e-9, digits_lost=5.0),
-        ran("cusp", "taylor-lagrange", "lagrange", Outcome.DIVERGED, error=1.0, digits_lost=14.0),
-        skipped=(Skipped("cusp", "taylor-axis", "its process was lost: killed by SIGSEGV"),),
+        ran(
+            "cusp",
+            "taylor-lagrange",
+            "lagrange",
+            Outcome.DIVERGED,
+            error=1.0,
+            digits_lost=14.0,
+        ),
+        skipped=(SkippedRun("cusp", "taylor-axis", "its process was lost: killed by SIGSEGV"),),
     )
     monkeypatch.setattr(stressing, "stress", lambda **_: wrong)
     result = stress()
@@ -285,7 +292,15 @@ def test_auto_silently_wrong_is_a_check_out_of_its_bound(monkeypatch):
     assert "14.0 div" in result.stdout
     assert "killed by SIGSEGV: cusp/taylor-axis" in " ".join(result.stdout.split())
     named = made(
-        ran("cusp", "auto", "auto", Outcome.MISSED_EVENTS, error=0.0, digits_lost=0.0, named=True)
+        ran(
+            "cusp",
+            "auto",
+            "auto",
+            Outcome.MISSED_EVENTS,
+            error=0.0,
+            digits_lost=0.0,
+            named=True,
+        )
     )
     monkeypatch.setattr(stressing, "stress", lambda **_: named)
     assert stress().exit_code == 0

@@ -22,7 +22,7 @@ from heavytop.errors import BadScene, DoubtfulWarning
 from heavytop.run.events import differences, tally
 from heavytop.run.planning import Plan, closed_form_of, plan
 from heavytop.run.propagation import binary_start
-from heavytop.studies.conditioning import ROUNDINGS, UNIT, Reference, reference
+from heavytop.studies.conditioning import ROUNDINGS, UNIT, CaseReference, reference
 from heavytop.studies.methods import stress_methods
 from heavytop.studies.stress import Outcome, Run, judged, missed_events, stress
 from heavytop.studies.stress_cases import BOOK, cases
@@ -77,7 +77,7 @@ def test_the_condition_grows_with_the_time_beyond_what_is_followed():
 
 
 def test_digits_lost_are_decades_beyond_what_is_allowed():
-    truth = Reference(1.0, 0.1, (0.0, 0.1, 1.0), 50.0, 1.0, None, None, None)
+    truth = CaseReference(1.0, 0.1, (0.0, 0.1, 1.0), 50.0, 1.0, None, None, None)
     assert truth.allowed == 50 * ROUNDINGS * UNIT
     assert truth.digits_lost(truth.allowed) == 0.0 == truth.digits_lost(0.0)
     assert truth.digits_lost(1e5 * truth.allowed) == pytest.approx(5)
@@ -140,7 +140,7 @@ def test_nothing_is_said_of_what_does_not_nutate_and_only_what_differs_is():
 
 # --- how a run is judged ---------------------------------------------------------------------
 
-HERE = Reference(1.0, 0.6, (0.0, -0.6, 0.8), 10.0, 0.5, {"turning": (3, 3)}, None, None)
+HERE = CaseReference(1.0, 0.6, (0.0, -0.6, 0.8), 10.0, 0.5, {"turning": (3, 3)}, None, None)
 
 
 def arrived(off=0.0, **more):
@@ -175,7 +175,7 @@ def test_every_outcome_has_one_rule(raw, word, named):
 
 
 def test_where_nothing_is_left_no_digits_are_lost_and_the_time_is_named():
-    hopeless = Reference(80.0, 0.0, (0.0, 0.0, 1.0), 1e16, 1.0, None, None, 67.5)
+    hopeless = CaseReference(80.0, 0.0, (0.0, 0.0, 1.0), 1e16, 1.0, None, None, 67.5)
     finding = verdict(RunResult("finished", axis=(0.6, 0.0, 0.8), moved=1.0), hopeless)
     assert finding.digits_lost == 0.0
     assert finding.outcome is Outcome.DIVERGED
@@ -183,7 +183,7 @@ def test_where_nothing_is_left_no_digits_are_lost_and_the_time_is_named():
 
 
 def test_what_is_right_where_no_digits_are_left_is_chance_unless_there_are_more_bits():
-    hopeless = Reference(80.0, 0.0, (0.0, 0.0, 1.0), 1e16, 1.0, None, None, 67.0)
+    hopeless = CaseReference(80.0, 0.0, (0.0, 0.0, 1.0), 1e16, 1.0, None, None, 67.0)
     assert hopeless.hopeless
     assert not HERE.hopeless
     lucky = RunResult("finished", axis=(1e-9, 0.0, 1.0), moved=1.0)

@@ -28,7 +28,7 @@ from heavytop.studies.work_precision import (
     STARTS,
     STEPS,
     Point,
-    Skipped,
+    SkippedSetting,
     WorkPrecision,
     front,
     grid,
@@ -183,7 +183,7 @@ def test_auto_is_the_plan_in_form_bits_tolerance_and_projection_or_says_that_it_
     periods, digits
 ):
     for each in settings(f"auto={digits}", KICKED, periods):
-        skipped = isinstance(each, Skipped)
+        skipped = isinstance(each, SkippedSetting)
         found = each.method if skipped else each
         chosen = ht.plan(
             ht.Scene(KICKED.top, KICKED.start, periods=periods, quantities=(found.wants,),
@@ -473,9 +473,9 @@ def test_what_cannot_go_on_is_skipped_with_its_reason(toys):
 
 
 def test_that_no_rival_was_run_is_said_and_a_method_is_left_out_in_one_line():
-    left = [Skipped(method(f"strang={n}"), "not begun: no time was left for it in a budget"
+    left = [SkippedSetting(method(f"strang={n}"), "not begun: no time was left for it in a budget"
                     " of 5 s") for n in (25, 50, 100)]  # fmt: skip
-    left += [Skipped(method("gauss8=4"), "for a test")]
+    left += [SkippedSetting(method("gauss8=4"), "for a test")]
     document = WorkPrecision(KICKED, 5.0, 5.0, (made(1.0, 1e-9),), tuple(left)).document()
     assert document["rivals"] == {"run": [], "left_out": ["strang", "gauss8"]}
     console = Console(width=80, record=True, file=io.StringIO())

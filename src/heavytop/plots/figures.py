@@ -62,7 +62,7 @@ PEAK: Final = 20.0  # times the usual range: beyond, a peak would leave nothing 
 BEYOND: Final = 1.5**2  # how far above its least the potential is drawn, in units of its spread
 
 
-class Mark(NamedTuple):
+class EventMark(NamedTuple):
     """How one kind of event is drawn."""
 
     label: str
@@ -72,10 +72,10 @@ class Mark(NamedTuple):
 
 # Every kind of event has its own marker, so that nothing rests on telling colours apart.
 MARKS: Final = {
-    "theta_min": Mark("turning point, axis highest", "^", GREEN),
-    "theta_max": Mark("turning point, axis lowest", "v", ORANGE),
-    "reversal": Mark("reversal of precession", "o", PURPLE),
-    "cusp": Mark("cusp", "D", BLACK),
+    "theta_min": EventMark("turning point, axis highest", "^", GREEN),
+    "theta_max": EventMark("turning point, axis lowest", "v", ORANGE),
+    "reversal": EventMark("reversal of precession", "o", PURPLE),
+    "cusp": EventMark("cusp", "D", BLACK),
 }
 ERRORS: Final = {
     "theta": ("tilt θ", BLUE, "o"),

@@ -7,7 +7,7 @@ from contextlib import suppress
 from decimal import Decimal
 from typing import Any, Final
 
-from heavytop.report.parts import Facts, Known, Part, number, short
+from heavytop.report.parts import FactRows, Known, Part, number, short
 from heavytop.report.run import constants, course
 
 Row = tuple[str, str]
@@ -35,7 +35,7 @@ def classify_parts(document: Known) -> Iterator[Part]:
     motion, enclosure = document["motion"], document["enclosure"]
     names = ("theta_min", "theta_max", "period", "precession", "spin")
     proved = {name: _proved(motion[name], enclosure[name]) for name in names}
-    yield Facts.of([
+    yield FactRows.of([
         *_verdict(motion),
         *course(motion, proved),
         *constants(document["constants"]),

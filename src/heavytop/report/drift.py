@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from heavytop.report.parts import MISSING, Facts, Known, Part, Table, files, number
+from heavytop.report.parts import MISSING, FactRows, Known, Part, Table, files, number
 
 HEAD: Final = ("method", "µs/\nperiod", "energy", "as t^", "phase\n[s]", "as t^", "axis")
 
@@ -13,10 +13,10 @@ HEAD: Final = ("method", "µs/\nperiod", "energy", "as t^", "phase\n[s]", "as t^
 def drift_parts(document: Known) -> Iterator[Part]:
     """What was asked, the errors of every method at the last time, what was skipped and why."""
     done = [each for each in document["methods"] if each["skipped"] is None]
-    yield Facts.of(_asked(document))
+    yield FactRows.of(_asked(document))
     yield Table(HEAD, tuple(map(_row, done)))
     if notes := [*_notes(document), *files(document)]:
-        yield Facts.of(notes)
+        yield FactRows.of(notes)
 
 
 def _asked(document: Known) -> Iterator[tuple[str, str]]:

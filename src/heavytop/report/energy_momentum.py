@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from heavytop.report.parts import Facts, Known, Part, files
+from heavytop.report.parts import FactRows, Known, Part, files
 
 
 def energy_momentum_parts(document: Known) -> Iterator[Part]:
     """Where the scene and the verticals lie, and what a circuit around the thread brings."""
-    yield Facts.of([*_facts(document), *files(document)])
+    yield FactRows.of([*_facts(document), *files(document)])
 
 
 def _facts(document: Known) -> Iterator[tuple[str, str]]:

@@ -26,7 +26,7 @@ SYMBOLS: Final = {
 """By the name of a quantity in a document: its symbol, and its unit."""
 
 
-class Facts(NamedTuple):
+class FactRows(NamedTuple):
     """Labels and texts side by side."""
 
     rows: tuple[tuple[str, str], ...]
@@ -94,7 +94,7 @@ class Fitting(NamedTuple):
     forms: tuple[tuple[Table, ...], ...]
 
 
-Part: TypeAlias = Facts | Table | Fitting | str
+Part: TypeAlias = FactRows | Table | Fitting | str
 
 
 def number(value: Any, digits: int = 12) -> str:

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from heavytop.report.parts import (
     MISSING,
-    Facts,
+    FactRows,
     Fitting,
     Known,
     Part,
@@ -38,14 +38,14 @@ OFF: Final = {  # what distances from the closed form are measured in
 def run_parts(document: Known) -> Iterator[Part]:
     """A run: what is known without integrating, the plan, the end, the events, the errors."""
     motion, rows = document["motion"], document["events"]["table"]
-    yield Facts.of(_facts(document))
+    yield FactRows.of(_facts(document))
     if rows:
         yield events(rows, document["events"]["omitted"])
     bounds = [("off the closed form", _errors(document["errors"]))]
     if rows and motion["kind"].startswith("through-"):
         bounds.append(("at the pole", "φ is that before or after, π apart; φ̇ is its limit"))
     cost = [("cost", _cost(document["cost"]))] if "derive_s" in document["cost"] else []
-    yield Facts.of([*bounds, *cost, *files(document)])
+    yield FactRows.of([*bounds, *cost, *files(document)])
 
 
 def plan_parts(document: Known) -> Iterator[Part]:
@@ -55,7 +55,7 @@ def plan_parts(document: Known) -> Iterator[Part]:
     if plan["cost_s"] is not None and plan["states"]:
         off = "no digit right" if plan["error"] >= 1 else f"off by {short(plan['error'])}"
         expected.append(("expected", f"{duration(plan['cost_s'])}, {off} at the end"))
-    yield Facts.of([*_plan(plan), *expected])
+    yield FactRows.of([*_plan(plan), *expected])
 
 
 def _facts(document: Known) -> Iterator[tuple[str, str]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Final
 
-from heavytop.report.parts import MISSING, Facts, Fitting, Known, Part, Table, files, grouped
+from heavytop.report.parts import MISSING, FactRows, Fitting, Known, Part, Table, files, grouped
 from heavytop.results.stress_marks import MARKS, UNTOLD, heading
 
 UNTOLD_RULE: Final = "nothing to tell: conditioning leaves no digits, and what is there is chance"
@@ -22,13 +22,13 @@ def stress_parts(document: Known) -> Iterator[Part]:
         yield Fitting(tuple(_tables(document, names, n) for n in range(len(names), 0, -1)))
     for facts in (_meanings(document), _failed(document), [*_notes(document), *files(document)]):
         if rows := tuple(facts):
-            yield Facts(rows)
+            yield FactRows(rows)
 
 
 def stress_cases_parts(document: Known) -> Iterator[Part]:
     """The cases: top, start, span and why each is hard; and the methods."""
-    yield Facts.of((case["name"], _described(case)) for case in document["cases"])
-    yield Facts.of(
+    yield FactRows.of((case["name"], _described(case)) for case in document["cases"])
+    yield FactRows.of(
         (each["name"], ", ".join(each[key] for key in SHOWN if each[key]))
         for each in document["methods"]
     )

@@ -12,7 +12,7 @@ from heavytop.report.atlas_table import atlas_table
 from heavytop.report.classification import classify_parts
 from heavytop.report.drift import drift_parts
 from heavytop.report.energy_momentum import energy_momentum_parts
-from heavytop.report.parts import FAIL, Facts, Fitting, Known, Part, Table, title
+from heavytop.report.parts import FAIL, FactRows, Fitting, Known, Part, Table, title
 from heavytop.report.rich_tables import Fitted, grid, two_columns
 from heavytop.report.run import plan_parts, run_parts
 from heavytop.report.stress import stress_cases_parts, stress_parts
@@ -45,7 +45,7 @@ def rendered(document: Known) -> RenderableType:
 
 
 def _one(part: Part) -> RenderableType:
-    if isinstance(part, Facts):
+    if isinstance(part, FactRows):
         return two_columns(part.rows)
     if isinstance(part, Fitting):
         return Fitted(lambda k: _tables(part.forms[k]), range(len(part.forms)))

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import Final
 
-from heavytop.report.parts import FAIL, Facts, Known, Part, Table, files, grouped, number
+from heavytop.report.parts import FAIL, FactRows, Known, Part, Table, files, grouped, number
 
 MARKS: Final = {True: "ok", False: FAIL, None: "skip"}
 HEAD: Final = ("", "claim", "numbers", "measured", "bound")
@@ -20,7 +20,7 @@ def validate_parts(document: Known) -> Iterator[Part]:
         for (authority,), claims in grouped(document["claims"], "authority").items()
     )
     if reasons := [*_reasons(document["claims"]), *files(document)]:
-        yield Facts.of(reasons)
+        yield FactRows.of(reasons)
     yield summary(document["claims"])
 
 

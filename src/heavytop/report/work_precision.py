@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Final, NamedTuple
 
-from heavytop.report.parts import MISSING, Facts, Known, Part, Table, files, grouped
+from heavytop.report.parts import MISSING, FactRows, Known, Part, Table, files, grouped
 
 TARGETS: Final = ("1e-6", "1e-9", "1e-12")
 HEAD: Final = ("method", *TARGETS, "best", "at", "setup")
@@ -17,7 +17,7 @@ def work_precision_parts(document: Known) -> Iterator[Part]:
     """A row for each method, the fronts, who is cheapest, what auto did, what was left out."""
     points = document["points"]
     theta_alone = all(point["measures"] == "theta" for point in points)
-    yield Facts((
+    yield FactRows((
         ("runs", f"{document['periods']:g} nutation periods, all methods in turn in one process"),
         ("times", "µs per period at an error of so much, the best run; setup [s]"),
         ("errors", "of the axis; θ marks those of θ, of states that do not give the axis"),
@@ -29,13 +29,13 @@ def work_precision_parts(document: Known) -> Iterator[Part]:
         some = [points[i] for i in document["front_theta"]]
         yield _front("front in θ alone", "theta_error", some)
     sides = {"θ": "cheapest"} if theta_alone else {"axis": "cheapest", "θ alone": "cheapest_theta"}
-    yield Facts.of(
+    yield FactRows.of(
         (f"{label}{BESTS.get(target, f' to {target}')}", _leader(found))
         for label, name in sides.items()
         for target, found in document[name].items()
     )
     if said := [*_auto(document), *_left_out(document), *files(document)]:
-        yield Facts.of(said)
+        yield FactRows.of(said)
 
 
 class Summary(NamedTuple):

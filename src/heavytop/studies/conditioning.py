@@ -35,7 +35,7 @@ AXIS: Final = 2.0  # how far apart two axes can be
 
 
 @dataclass(frozen=True, slots=True)
-class Reference:
+class CaseReference:
     """The truth of a case, and how well it can be known in doubles.
 
     Attributes
@@ -69,7 +69,7 @@ class Reference:
     leaves: float | None
     angles: tuple[float, float] = (0.0, 0.0)
 
-    def of_angles(self) -> Reference:
+    def of_angles(self) -> CaseReference:
         """Return what the case allows to phi and psi: the axis over sinθ, and the angles' own size.
 
         The last is what a rounding of the spin does to them.
@@ -98,7 +98,7 @@ class Reference:
 
         Examples
         --------
-        >>> here = Reference(1.0, 0.1, (0.0, 0.1, 1.0), 1.0, 1.0, None, None, None)
+        >>> here = CaseReference(1.0, 0.1, (0.0, 0.1, 1.0), 1.0, 1.0, None, None, None)
         >>> here.digits_lost(0.0), round(here.digits_lost(1.776e-13), 2)
         (0.0, 2.0)
         """
@@ -106,7 +106,7 @@ class Reference:
 
 
 @cache
-def reference(name: str) -> Reference:
+def reference(name: str) -> CaseReference:
     """Return the truth of a case, by its name."""
     scene = cases()[name].scene
     motion = closed_form_of(scene)
@@ -114,7 +114,7 @@ def reference(name: str) -> Reference:
     exact, start = motion.exact(end), motion.exact(0)
     x, y, z = map(float, exact.axis)
     condition, leaves = _followed(scene, motion, end)
-    return Reference(
+    return CaseReference(
         end=end,
         theta=float(exact.theta),
         axis=(x, y, z),

@@ -25,7 +25,7 @@ from heavytop.studies.drift_result import Drift, collect, task_name
 from heavytop.studies.ensemble import neighbour, sample_times
 from heavytop.studies.methods import DEFAULT, method
 from heavytop.studies.runner import Progress, run
-from heavytop.studies.steppers import Run, no_nutation, set_up
+from heavytop.studies.steppers import MethodRun, no_nutation, set_up
 from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store
 
 KIND: Final = "drift"
@@ -208,7 +208,7 @@ def complete(store: MemoryStore, **how: Any) -> Drift:
 
 
 def _rows(
-    found: Run, state: StepperState, times: Sequence[DoubleDouble], periods: Sequence[float]
+    found: MethodRun, state: StepperState, times: Sequence[DoubleDouble], periods: Sequence[float]
 ) -> list[dict[str, Any]]:
     """The errors at times in the block after a state."""
     if not times:

@@ -41,7 +41,7 @@ Values = tuple[float | None, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Errors:
+class ErrorSeries:
     """Errors at the sample times of a study.
 
     Attributes
@@ -83,13 +83,13 @@ class Errors:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MemberDrift(Errors):
+class MemberDrift(ErrorSeries):
     """The errors of one run, with their signs, at the times that it reached.
 
     Attributes
     ----------
     steps : int
-        How many it took. What else there is: `Errors`.
+        How many it took. What else there is: `ErrorSeries`.
     """
 
     steps: int
@@ -105,7 +105,7 @@ class Growth:
         1/2 for a random walk, 1 for a steady drift, 3/2 for the integral of a random walk; None
         where there is nothing to fit.
     stderr : float or None
-        Standard error of the exponent, from how far the points lie off the line. Errors at
+        Standard error of the exponent, from how far the points lie off the line. ErrorSeries at
         neighbouring times are not independent, so it is rather too small.
     points : int
         How many times were fitted.
@@ -117,7 +117,7 @@ class Growth:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MethodDrift(Errors):
+class MethodDrift(ErrorSeries):
     """How the errors of one method grow.
 
     Attributes
@@ -134,7 +134,7 @@ class MethodDrift(Errors):
         The same of the formulation's other invariants, relative.
     members : tuple of MemberDrift
         The runs, in the order of `Drift.starts`.
-    spread : Errors or None
+    spread : ErrorSeries or None
         Standard deviations over the starts, of the errors with their signs.
     steps : float
         Mean number of steps of a run.
@@ -150,7 +150,7 @@ class MethodDrift(Errors):
     method: Method
     period: float
     members: tuple[MemberDrift, ...] = ()
-    spread: Errors | None = None
+    spread: ErrorSeries | None = None
     steps: float | None = None
     us_per_period: float | None = None
     ended: Mapping[int, str] = field(default_factory=dict)
@@ -251,8 +251,8 @@ class Drift:
         import xarray
 
         asked, each = self.parameters, self.methods
-        alone = [run for one in each for run in one.members or [Errors()] * asked["ensemble"]]
-        spread = [one.spread or Errors() for one in each]
+        alone = [run for one in each for run in one.members or [ErrorSeries()] * asked["ensemble"]]
+        spread = [one.spread or ErrorSeries() for one in each]
         width = max(len(run.periods) for run in alone)
         shape = (len(each), asked["ensemble"], width)
         others = {name: None for one in each for name in one.invariants}
@@ -341,7 +341,7 @@ def _method(store: MemoryStore, text: str, period: float) -> MethodDrift:
         method=chosen,
         period=period,
         members=members,
-        spread=Errors(**_over(members, lambda x: np.sqrt(np.mean(np.square(x - np.mean(x)))))),
+        spread=ErrorSeries(**_over(members, lambda x: np.sqrt(np.mean(np.square(x - np.mean(x)))))),
         steps=float(np.mean([each.steps for each in members])),
         us_per_period=sum(spent) / gone * 1e6 if gone and len(spent) == len(tasks) else None,
         ended={number: why for number, why in enumerate(ended) if why},
@@ -364,7 +364,7 @@ def _member(record: Record, lost: float) -> MemberDrift:
     )
 
 
-def _over(members: Sequence[Errors], mean: Callable[[Any], Any]) -> dict[str, Any]:
+def _over(members: Sequence[ErrorSeries], mean: Callable[[Any], Any]) -> dict[str, Any]:
     """Errors over all runs, at the times that all of them reached."""
 
     def column(name: str) -> Values:
@@ -380,7 +380,7 @@ def _over(members: Sequence[Errors], mean: Callable[[Any], Any]) -> dict[str, An
     }
 
 
-def _padded(rows: Iterable[Errors], name: str, width: int) -> Any:
+def _padded(rows: Iterable[ErrorSeries], name: str, width: int) -> Any:
     """A column of each of several runs, filled up with nan."""
     columns = [each.columns.get(name, ()) for each in rows]
     return np.array([[*column, *[None] * (width - len(column))] for column in columns], float)

@@ -47,7 +47,7 @@ class StateError:
 
 
 @dataclass(frozen=True)
-class Reference:
+class ReferenceSolution:
     """What the states of one run are compared with.
 
     Parameters

@@ -29,7 +29,7 @@ from heavytop.run.verify import motion_of
 from heavytop.scene.arguments import shown
 from heavytop.scene.scene import Scene
 from heavytop.studies.methods import Method
-from heavytop.studies.reference import DIGITS, Reference
+from heavytop.studies.reference import DIGITS, ReferenceSolution
 
 ONLY_TILT = {"quantities": ("theta",), "events": (), "samples": 2, "digits": 10}
 SPARE_DIGITS = 12  # of texts and of the reference, beyond those of the run's numbers
@@ -38,23 +38,23 @@ LATE_WORDS = 2  # of the time, in `carry`, beside the two of `time`
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class MethodRun:
     """One method set up for one start.
 
     Attributes
     ----------
     stepper : Stepper
-    reference : Reference
+    reference : ReferenceSolution
     period : float
         Of the nutation of this run's own start [s].
     """
 
     stepper: Stepper
-    reference: Reference
+    reference: ReferenceSolution
     period: float
 
 
-def set_up(scene: Scene, method: Method) -> Run:
+def set_up(scene: Scene, method: Method) -> MethodRun:
     """Return a method set up for the start of a scene.
 
     Raises
@@ -77,10 +77,10 @@ def set_up(scene: Scene, method: Method) -> Run:
         engine = integrator_of(chosen, compiled_for(chosen), parameters, start)
         stepper = PreciseStepper(precise, tuple(states), engine.cautious_step(start, FAR), FAR)
         known, digits = precise.parameter_texts(), max(DIGITS, digits + SPARE_DIGITS)
-        reference = Reference(form, known, stepper.words(stepper.begin()), own, digits)
+        reference = ReferenceSolution(form, known, stepper.words(stepper.begin()), own, digits)
         period = _period(scene, reference)
-        return Run(replace(stepper, far=FAR * period), reference, period)
-    reference = Reference(form, parameters, tuple(start.state.tolist()), own)
+        return MethodRun(replace(stepper, far=FAR * period), reference, period)
+    reference = ReferenceSolution(form, parameters, tuple(start.state.tolist()), own)
     period = _period(scene, reference)
     if method.is_rival:
         from heavytop.comparison.methods import make_stepper
@@ -88,9 +88,9 @@ def set_up(scene: Scene, method: Method) -> Run:
         taken = make_stepper(
             method.name, start.state, parameters, method.setting, period, formulation=form
         )
-        return Run(taken, reference, period)
+        return MethodRun(taken, reference, period)
     engine = integrator_of(chosen, compiled_for(chosen), parameters, start)
-    return Run(TaylorStepper(engine, np.array(start.state), FAR * period), reference, period)
+    return MethodRun(TaylorStepper(engine, np.array(start.state), FAR * period), reference, period)
 
 
 def no_nutation(file: str, scene: object, study: str) -> Iterator[Fault]:
@@ -114,7 +114,7 @@ def no_nutation(file: str, scene: object, study: str) -> Iterator[Fault]:
         yield Fault(file, None, "start", "", rule, f"{study} takes a top that nutates")
 
 
-def _period(scene: Scene, reference: Reference) -> float:
+def _period(scene: Scene, reference: ReferenceSolution) -> float:
     if reference.period is None:  # the scene's own start nutates, but its rounded one does not
         rule = f"so close to a pole that, as it is rounded here, nothing nutates ({DIGITS} digits)"
         theta = str(scene.start.theta)

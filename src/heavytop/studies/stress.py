@@ -19,7 +19,7 @@ from heavytop.machine import versions
 from heavytop.run.events import Counts
 from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options, path_of
 from heavytop.studies import runner
-from heavytop.studies.conditioning import Reference, reference
+from heavytop.studies.conditioning import CaseReference, reference
 from heavytop.studies.methods import ANGLES, AUTO, FIRST_ORDER, Method, stress_methods
 from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store, reading
 from heavytop.studies.stress_cases import Case, cases
@@ -148,7 +148,7 @@ class Run:
 
 
 @dataclass(frozen=True, slots=True)
-class Skipped:
+class SkippedRun:
     """A run that was not done, and why."""
 
     case: str
@@ -171,20 +171,20 @@ class Stress:
     methods : tuple of Method
     runs : tuple of Run
         What became of each pair; ``stress["cusp", "auto"]`` is one.
-    skipped : tuple of Skipped
+    skipped : tuple of SkippedRun
         Runs that were not done.
     limits : dict from str to float
         ``time_s`` [s] and ``steps`` of a run, and the ``budget_s`` of all [s].
-    apart : tuple of Skipped
+    apart : tuple of SkippedRun
         Pairs that do not go together.
     """
 
     cases: tuple[Case, ...]
     methods: tuple[Method, ...]
     runs: tuple[Run, ...]
-    skipped: tuple[Skipped, ...]
+    skipped: tuple[SkippedRun, ...]
     limits: Mapping[str, float]
-    apart: tuple[Skipped, ...] = ()
+    apart: tuple[SkippedRun, ...] = ()
 
     def __repr__(self) -> str:
         """Return how much was done, in a line."""
@@ -249,13 +249,13 @@ class Stress:
 # --- how a run is judged ---------------------------------------------------------------------
 
 
-def judged(found: RunResult, truth: Reference, case: str, method: Method) -> Run:
+def judged(found: RunResult, truth: CaseReference, case: str, method: Method) -> Run:
     """Return what is said of a run; where its method is to follow φ and ψ, these are judged.
 
     Parameters
     ----------
     found : RunResult
-    truth : Reference
+    truth : CaseReference
     case : str
     method : Method
     """
@@ -302,13 +302,15 @@ def judged(found: RunResult, truth: Reference, case: str, method: Method) -> Run
     )
 
 
-def _error(found: RunResult, truth: Reference) -> float:
+def _error(found: RunResult, truth: CaseReference) -> float:
     if found.axis is not None:
         return math.dist(found.axis, truth.axis)
     return math.nan if found.theta is None else abs(found.theta - truth.theta)
 
 
-def _outcome(found: RunResult, truth: Reference, error: float, lost: float) -> tuple[Outcome, str]:
+def _outcome(
+    found: RunResult, truth: CaseReference, error: float, lost: float
+) -> tuple[Outcome, str]:
     """Return the outcome of a run that says it has arrived, and what is wrong with it."""
     poor = lost > (1 - KEPT) * truth.digits
     if poor and (found.resting or found.moved <= STILL * truth.moved):
@@ -330,7 +332,7 @@ def _turned(angle: str, turns: int) -> str:
     return f"{angle} is off by {turns:+d} turn{'s'[: abs(turns) > 1]}" if turns else ""
 
 
-def _leaving(truth: Reference) -> str:
+def _leaving(truth: CaseReference) -> str:
     """Say where doubles hold nothing any more, whoever computes with them."""
     if truth.leaves is None:
         return ""
@@ -521,7 +523,7 @@ def collect(store: MemoryStore, budget: float = BUDGET_S) -> Stress:
     for case, method in _pairs(parameters):
         name = f"{case.name}/{method.name}"
         record = store.load(name)
-        no_run = partial(Skipped, case.name, method.name)
+        no_run = partial(SkippedRun, case.name, method.name)
         if record.done:
             with reading(f"run {name}"):
                 [row] = record.rows
@@ -571,7 +573,7 @@ def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[
     yield Chunk(rows=[found.document()], done=True, seconds=seconds)
 
 
-def get_ready(case: str, method: str, truth: Reference) -> None:
+def get_ready(case: str, method: str, truth: CaseReference) -> None:
     """In the worker: silence the Fortran and C of solvers, and compile what a method needs."""
     with Path(os.devnull).open("w") as nothing:
         os.dup2(nothing.fileno(), 2)
@@ -580,7 +582,7 @@ def get_ready(case: str, method: str, truth: Reference) -> None:
         stepper_of(cases()[case], chosen, truth)
 
 
-def put_to_test(case: str, method: str, truth: Reference, step_limit: int) -> tuple[Run, float]:
+def put_to_test(case: str, method: str, truth: CaseReference, step_limit: int) -> tuple[Run, float]:
     """In the worker: do a run, and judge it; return it with the time it took [s]."""
     chosen = stress_methods()[method]
     began = time.perf_counter()

@@ -33,7 +33,7 @@ from heavytop.run.propagation import binary_start, propagate
 from heavytop.run.trajectory import Trajectory
 from heavytop.run.verify import energy_error
 from heavytop.scene.scene import Scene
-from heavytop.studies.conditioning import Reference
+from heavytop.studies.conditioning import CaseReference
 from heavytop.studies.methods import AUTO, FIRST_ORDER, TOLERANCE, Method
 from heavytop.studies.stress_cases import Case
 
@@ -100,7 +100,7 @@ class RunResult:
     resting: bool = False
 
 
-def run(case: Case, method: Method, truth: Reference, step_limit: int) -> RunResult:
+def run(case: Case, method: Method, truth: CaseReference, step_limit: int) -> RunResult:
     """Do one run.
 
     Parameters
@@ -108,7 +108,7 @@ def run(case: Case, method: Method, truth: Reference, step_limit: int) -> RunRes
     case : Case
     method : Method
         One of `heavytop.studies.methods.stress_methods`.
-    truth : Reference
+    truth : CaseReference
         Of the case: the end and the period, and nothing of what is found there.
     step_limit : int
         Steps after which it is given up. What looks at them between blocks takes a whole block.
@@ -129,7 +129,7 @@ def run(case: Case, method: Method, truth: Reference, step_limit: int) -> RunRes
 # --- the Taylor integrator -------------------------------------------------------------------
 
 
-def _taylor(case: Case, method: Method, truth: Reference, step_limit: int) -> RunResult:
+def _taylor(case: Case, method: Method, truth: CaseReference, step_limit: int) -> RunResult:
     wants = {"cubic": ("theta",), "auto-angles": ("axis", "phi", "psi")}
     wanted = wants.get(method.name.removeprefix("taylor-"), ("axis",))
     scene = replace(case.scene, quantities=wanted)
@@ -184,7 +184,7 @@ def _with_motion(result: RunResult, seen: Any) -> RunResult:
 # --- methods of others -----------------------------------------------------------------------
 
 
-def stepper_of(case: Case, method: Method, truth: Reference) -> tuple[Stepper, int]:
+def stepper_of(case: Case, method: Method, truth: CaseReference) -> tuple[Stepper, int]:
     """Return a method set up for a case, and how many its steps are if they have one length.
 
     What it compiles is compiled here.
@@ -201,7 +201,7 @@ def stepper_of(case: Case, method: Method, truth: Reference) -> tuple[Stepper, i
     return make_stepper(name, start.state, parameters, setting, span, ahead, steps=block), steps
 
 
-def _stepped(case: Case, method: Method, truth: Reference, step_limit: int) -> RunResult:
+def _stepped(case: Case, method: Method, truth: CaseReference, step_limit: int) -> RunResult:
     """Let a compiled method go block by block until one holds the end."""
     stepper, steps = stepper_of(case, method, truth)
     if steps > step_limit:
@@ -222,7 +222,7 @@ def _stepped(case: Case, method: Method, truth: Reference, step_limit: int) -> R
     return _landed(result, AXIS, case.scene, state)
 
 
-def _textbook(case: Case, method: Method, truth: Reference, step_limit: int) -> RunResult:
+def _textbook(case: Case, method: Method, truth: CaseReference, step_limit: int) -> RunResult:
     """Let one of scipy's solvers go, from any start: at a pole nothing warns its user either."""
     bare = Plan(method.formulation, None, False, (), (), 0)
     parameters, start = binary_start(case.scene, bare)
@@ -260,7 +260,7 @@ def _landed(result: RunResult, chosen: Plan, scene: Scene, state: Array) -> RunR
     return _with_motion(replace(result, energy_error=off), seen)
 
 
-def first_order(case: Case, method: Method, truth: Reference, step_limit: int) -> RunResult:
+def first_order(case: Case, method: Method, truth: CaseReference, step_limit: int) -> RunResult:
     """Solve u' = ±sqrt(f(u)) for u = cos(theta), with the sign that it starts with.
 
     Where f vanishes its root is not Lipschitz: u = const solves the equation too, and once there

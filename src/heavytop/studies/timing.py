@@ -12,7 +12,7 @@ from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.numbers.double_double import DoubleDouble
 from heavytop.scene.scene import Scene
 from heavytop.studies.methods import Method
-from heavytop.studies.steppers import Run, set_up
+from heavytop.studies.steppers import MethodRun, set_up
 
 BEFORE: Final = 0.382  # of a period before the last one ends: no turning point
 ROUNDS: Final = 3
@@ -31,7 +31,7 @@ class Timed:
 
     Attributes
     ----------
-    run : Run
+    run : MethodRun
     end : (float, float)
         The time at which it is looked at [s].
     last : StepperState
@@ -42,7 +42,7 @@ class Timed:
         Time in the blocks of steps, of each run [s].
     """
 
-    run: Run
+    run: MethodRun
     end: DoubleDouble
     last: StepperState
     axis_error: float | None
@@ -121,7 +121,7 @@ def repeat(
 
 
 def _lap(
-    found: Run, end: DoubleDouble, limit: float = math.inf
+    found: MethodRun, end: DoubleDouble, limit: float = math.inf
 ) -> tuple[StepperState, StepperState, float]:
     """Go from the start past a time: where the last block began and ended, seconds in blocks."""
     after, seconds = found.stepper.begin(), 0.0

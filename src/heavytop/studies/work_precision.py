@@ -71,7 +71,7 @@ DEFAULT: Final = (
 )
 
 
-def settings(text: str, scene: Scene, periods: float) -> tuple[Method | Skipped, ...]:
+def settings(text: str, scene: Scene, periods: float) -> tuple[Method | SkippedSetting, ...]:
     """Return what a text asks for: one setting of a method, or all of the grid.
 
     Parameters
@@ -139,7 +139,7 @@ def grid(found: Method) -> Sequence[float]:
     return inside if found.is_rival else [*inside, found.least]
 
 
-def _planned(scene: Scene, wants: str, digits: int, periods: float) -> Method | Skipped:
+def _planned(scene: Scene, wants: str, digits: int, periods: float) -> Method | SkippedSetting:
     """Return the method that a plan for so many digits stands for, or why it cannot be timed."""
     wanted = Scene(scene.top, scene.start, periods=periods, quantities=(wants,), events=(),
                    samples=2, digits=digits, name=scene.name)  # fmt: skip
@@ -151,7 +151,7 @@ def _planned(scene: Scene, wants: str, digits: int, periods: float) -> Method | 
     else:
         refused, found = FOLDED if chosen.folded else "", _method_of(chosen)
     found = replace(found, digits=digits, wants=wants)
-    return Skipped(found, refused) if refused else found
+    return SkippedSetting(found, refused) if refused else found
 
 
 def _method_of(chosen: Plan) -> Method:
@@ -262,7 +262,7 @@ class Point:
 
 
 @dataclass(frozen=True, slots=True)
-class Skipped:
+class SkippedSetting:
     """One method at one setting that gave no point, and why.
 
     Attributes
@@ -327,7 +327,7 @@ class WorkPrecision:
         Time that was allowed [s].
     points : tuple of Point
         One method at one setting each: its time and its errors.
-    skipped : tuple of Skipped
+    skipped : tuple of SkippedSetting
         What gave no point, and why.
     """
 
@@ -335,7 +335,7 @@ class WorkPrecision:
     periods: float
     budget: float
     points: tuple[Point, ...]
-    skipped: tuple[Skipped, ...]
+    skipped: tuple[SkippedSetting, ...]
 
     def __repr__(self) -> str:
         of = f"{self.scene.name}, {self.periods:g} periods"
@@ -593,12 +593,12 @@ def complete(
         store.save(rounds.after(Chunk(rows=[row], done=True)))
     points, skipped = [], []
     for wanted in asked:
-        if isinstance(wanted, Skipped):
+        if isinstance(wanted, SkippedSetting):
             skipped.append(wanted)
         elif wanted.own in timed:
             points.append(_point(wanted, timed[wanted.own], derived[wanted.formulation]))
         else:
-            skipped.append(Skipped(wanted, str(begun[wanted.own])))
+            skipped.append(SkippedSetting(wanted, str(begun[wanted.own])))
     return WorkPrecision(scene, periods, budget, tuple(points), tuple(skipped))
 
 
@@ -618,13 +618,13 @@ def _parameters(scene: Scene, methods: Sequence[str], options: Mapping[str, floa
 
 def _asked(
     scene: Scene, methods: Sequence[str], options: Mapping[str, float]
-) -> tuple[list[str], tuple[Method | Skipped, ...]]:
+) -> tuple[list[str], tuple[Method | SkippedSetting, ...]]:
     """Return names and what is to be tried, none of it twice, unless something is wrong."""
     file = str(getattr(scene, "name", "workprec"))
     values, faults = parse_options(file, options, NUMBERS)
     faults += no_nutation(file, scene, "a work-precision diagram")
 
-    def read(text: str) -> tuple[str, tuple[Method | Skipped, ...]]:
+    def read(text: str) -> tuple[str, tuple[Method | SkippedSetting, ...]]:
         if not faults:
             return text, settings(text, scene, values["periods"])
         if not auto_digits(text):  # auto can plan nothing

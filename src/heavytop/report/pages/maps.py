@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from heavytop.hdf5 import attribute, dataset, opened
 from heavytop.report.pages.section import Picture, Section, drawn
-from heavytop.report.parts import Facts, Table, called, headed
+from heavytop.report.parts import FactRows, Table, called, headed
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -40,7 +40,7 @@ def atlas_section(result: Result, ident: str) -> Section:
         {"kind": name, "pixels": counts[name], "share": f"{100 * share:.2f} %"}
         for name, share in _shares(counts)
     ]
-    said = (Facts((("tops", f"{pixels}, {proved} of them with a proved kind"),)), Table.of(rows))
+    said = (FactRows((("tops", f"{pixels}, {proved} of them with a proved kind"),)), Table.of(rows))
     pictures = tuple(_map(result))
     notes = () if pictures else ("There is no whole map beside atlas.json: no figure.",)
     return Section(result, ident, f"Atlas: {called(document)}", (*notes, *said), pictures)

@@ -37,7 +37,7 @@ TAIL: Final = 4096  # bytes of what a command said
 PLANE: Final = ("--x", "phidot=-30:40:300", "--y", "theta=0.02:1.5:300")
 
 
-class Study(NamedTuple):
+class QuickStudy(NamedTuple):
     """One of them.
 
     Attributes
@@ -96,10 +96,10 @@ def quick(
     return missing
 
 
-def _studies(about: tuple[str, ...]) -> Iterator[Study]:
-    def study(document: str, verb: str, *words: str, name: str = "", share: float) -> Study:
+def _studies(about: tuple[str, ...]) -> Iterator[QuickStudy]:
+    def study(document: str, verb: str, *words: str, name: str = "", share: float) -> QuickStudy:
         plain = () if verb == "validate" else ("--no-figures",)
-        return Study(f"{document}.json", (verb, *words, *plain, "-o", name or document), share)
+        return QuickStudy(f"{document}.json", (verb, *words, *plain, "-o", name or document), share)
 
     if about:
         yield study("run", "run", *about, share=40)
@@ -116,7 +116,7 @@ def _studies(about: tuple[str, ...]) -> Iterator[Study]:
     yield study("validate", "validate", *CLAIMS, share=60)
 
 
-def _run(study: Study, place: Path, limit_s: float) -> str:
+def _run(study: QuickStudy, place: Path, limit_s: float) -> str:
     """Run one of them; why its document is not there, if so."""
     code, said = run(study.words, place, limit_s)
     document = place / study.name / study.document

@@ -11,7 +11,7 @@ import numpy as np
 from heavytop.errors import ForeignFile
 from heavytop.report.pages.figure_data import TITLES, figure_data
 from heavytop.report.pages.section import Picture, Section, drawn
-from heavytop.report.parts import Facts, Table, called, given
+from heavytop.report.parts import FactRows, Table, called, given
 from heavytop.report.run import run_parts
 from heavytop.spelling import harmless
 
@@ -33,7 +33,7 @@ def run_section(result: Result, ident: str) -> Section:
         The trajectory is damaged, or that of another scene.
     """
     document, heading = result.document, f"Run: {called(result.document)}"
-    about = Facts.of((name, given(document["scene"][name])) for name in ("top", "start"))
+    about = FactRows.of((name, given(document["scene"][name])) for name in ("top", "start"))
     parts = (about, *run_parts(document))
     trajectory = _trajectory(result)
     if trajectory is None:

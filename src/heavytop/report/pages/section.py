@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from heavytop.report.parts import Facts, Fitting, Part, Table
+from heavytop.report.parts import FactRows, Fitting, Part, Table
 from heavytop.scene.scene_file import written
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ class Section:
         return written(tables) if tables else ""
 
     @property
-    def shown(self) -> Iterator[Facts | Table | str]:
+    def shown(self) -> Iterator[FactRows | Table | str]:
         """Its parts; of tables that come in several forms, the best."""
         for part in self.parts:
             yield from part.forms[0] if isinstance(part, Fitting) else [part]
