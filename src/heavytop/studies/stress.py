@@ -531,7 +531,7 @@ def collect(store: MemoryStore, budget: float = BUDGET_S) -> Stress:
                 read = {"outcome": Outcome(row["outcome"]), "turns": turns}
                 runs.append(Run(**row | read, seconds=store.seconds.get(name)))
         elif _apart(case, method):
-            apart.append(no_run("it solves u' = ±√f(u), put to first-order only"))
+            apart.append(no_run("it solves u' = ±√f(u), for the case first-order alone"))
         elif method.absent:
             skipped.append(no_run(f"{', '.join(method.absent)} is not installed"))
         elif record.failed:
