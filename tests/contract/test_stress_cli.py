@@ -148,7 +148,7 @@ def test_a_pair_that_does_not_go_together_is_named():
     assert result.exit_code == 4
     [pair] = json.loads(result.stdout)["apart"]
     assert (pair["case"], pair["method"]) == ("cusp", "dop853-scipy-first-order")
-    assert "first-order only" in pair["reason"]
+    assert "for the case first-order alone" in pair["reason"]
     seen = stress("--cases", "cusp", "--methods", "dop853-scipy-first-order").stdout
     assert "left out dop853-scipy-first-order at 1 case: " in " ".join(seen.split())
 
