@@ -72,7 +72,7 @@ _HOMES = {
     "propagate": "run.propagation",
     "propagate_many": "run.ensemble",
     "reference": "analytic.reference",
-    "resume": "studies.resume",
+    "resume": "studies.runner",
     "run_errors": "run.verify",
     "sensitivities": "run.sensitivities",
     "state_transition": "run.sensitivities",
@@ -203,7 +203,7 @@ if TYPE_CHECKING:
     from heavytop.studies.atlas import Atlas, atlas, load_atlas, merge_atlases
     from heavytop.studies.drift import drift
     from heavytop.studies.drift_result import Drift
-    from heavytop.studies.resume import resume
+    from heavytop.studies.runner import resume
     from heavytop.studies.stress import Stress, stress
     from heavytop.studies.work_precision import WorkPrecision, work_precision
 

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from heavytop import errors
 from heavytop.cli.command import app
-from heavytop.studies import cluster
+from heavytop.studies import executors
 
 ADDRESS = "tcp://192.0.2.1:8786"
 ASKED = ("drift", "sicm-kicked", "--periods", "50", "--methods", "taylor-axis", "--no-figures")
@@ -29,7 +29,7 @@ def asked(monkeypatch):
         with ThreadPoolExecutor(1) as pool:
             yield pool
 
-    monkeypatch.setattr(cluster, "executor_at", at)
+    monkeypatch.setattr(executors, "executor_at", at)
     return found
 
 
@@ -55,7 +55,7 @@ def test_nobody_there(monkeypatch, tmp_path):
     def nobody(address):
         raise errors.NoScheduler(f"{address}: no dask scheduler answers there")
 
-    monkeypatch.setattr(cluster, "executor_at", nobody)
+    monkeypatch.setattr(executors, "executor_at", nobody)
     found = heavytop(*ASKED, "-o", tmp_path / "study", "--scheduler", ADDRESS)
     assert found.exit_code == 2
     assert f"--scheduler: {ADDRESS}: no dask scheduler answers there" in found.stderr
@@ -63,7 +63,7 @@ def test_nobody_there(monkeypatch, tmp_path):
 
 
 def test_without_dask(monkeypatch):
-    monkeypatch.setattr(cluster, "find_spec", lambda name: None)
+    monkeypatch.setattr(executors, "find_spec", lambda name: None)
     found = heavytop(*ASKED, "--scheduler", ADDRESS)
     assert found.exit_code == 7
     assert "a cluster needs distributed: pip install 'heavytop[cluster]'" in found.stderr

@@ -15,7 +15,7 @@ import heavytop
 from heavytop import errors
 from heavytop.machine import versions
 from heavytop.studies import atlas as atlas_study
-from heavytop.studies import cluster, runner
+from heavytop.studies import executors, runner
 from heavytop.studies.store import Store
 
 TOYS = Path(__file__).parent / "toys"
@@ -100,7 +100,7 @@ def test_two_workers_write_the_same_files_and_a_killed_one_is_done_without(
             if len(pids) == 2 and two[0].poll() is None:
                 two[0].kill()
 
-        executor = stack.enter_context(cluster.executor_at(address, timeout_s=60))
+        executor = stack.enter_context(executors.executor_at(address, timeout_s=60))
         end = time.monotonic() + 60
         while executor.workers < 2:
             assert time.monotonic() < end, (place / "dask.log").read_text()
@@ -120,7 +120,7 @@ def test_an_atlas_is_the_same_from_a_cluster(scheduler, tmp_path, monkeypatch):
     with ExitStack() as stack:
         for _ in range(2):
             stack.enter_context(worker(place, address))
-        executor = stack.enter_context(cluster.executor_at(address, timeout_s=60))
+        executor = stack.enter_context(executors.executor_at(address, timeout_s=60))
         heavytop.atlas(*asked, executor=executor, folder=tmp_path / "there")
     heavytop.atlas(*asked, jobs=1, folder=tmp_path / "here")
     there, here = results(tmp_path / "there"), results(tmp_path / "here")
@@ -131,11 +131,11 @@ def test_an_atlas_is_the_same_from_a_cluster(scheduler, tmp_path, monkeypatch):
 def test_a_scheduler_without_workers_and_an_address_without_a_scheduler(scheduler):
     _, address = scheduler
     with pytest.raises(errors.NoScheduler, match=f"{address}: a scheduler without workers: dask"):
-        cluster.executor_at(address, timeout_s=1).__enter__()
+        executors.executor_at(address, timeout_s=1).__enter__()
     nobody = f"tcp://127.0.0.1:{free_port()}"
     for wrong in (nobody, "nonsense", "", "smoke://hill:1"):
         with pytest.raises(errors.NoScheduler, match=f"^{wrong}: no dask scheduler answers there"):
-            cluster.executor_at(wrong, timeout_s=0.5).__enter__()
+            executors.executor_at(wrong, timeout_s=0.5).__enter__()
 
 
 def test_what_listens_and_is_no_scheduler_is_told_from_one(scheduler):
@@ -144,12 +144,12 @@ def test_what_listens_and_is_no_scheduler_is_told_from_one(scheduler):
         deaf.listen()
         address = f"tcp://127.0.0.1:{deaf.getsockname()[1]}"
         with pytest.raises(errors.NoScheduler, match="no dask scheduler answers there"):
-            cluster.executor_at(address, timeout_s=0.5).__enter__()
+            executors.executor_at(address, timeout_s=0.5).__enter__()
 
 
 def test_without_dask_it_says_what_to_install(monkeypatch):
-    monkeypatch.setattr(cluster, "find_spec", lambda name: None)
+    monkeypatch.setattr(executors, "find_spec", lambda name: None)
     with pytest.raises(
         errors.MissingPackage, match=r"needs distributed: pip install 'heavytop\[cl"
     ):
-        cluster.executor_at("tcp://127.0.0.1:1").__enter__()
+        executors.executor_at("tcp://127.0.0.1:1").__enter__()

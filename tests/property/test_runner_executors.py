@@ -13,7 +13,7 @@ from heavytop.cli.exits import exit_code
 from heavytop.errors import ForeignWorker, NoWorkerWarning, Stop, StoppedEarly
 from heavytop.machine import versions
 from heavytop.studies import runner
-from heavytop.studies.processes import SPAWN, starting
+from heavytop.studies.executors import SPAWN, starting
 from heavytop.studies.runner import run
 from heavytop.studies.store import MemoryStore, Store
 

@@ -13,9 +13,15 @@ from heavytop.comparison import IntegrationFailed
 from heavytop.scene.scene import scene_of
 from heavytop.studies.drift import advance, drift_parameters, tasks
 from heavytop.studies.drift_result import growth
-from heavytop.studies.ensemble import PHASE, neighbour, sample_times
 from heavytop.studies.methods import DEFAULT, method, taylor_methods
-from heavytop.studies.steppers import PreciseStepper, TaylorStepper, set_up
+from heavytop.studies.steppers import (
+    PHASE,
+    PreciseStepper,
+    TaylorStepper,
+    neighbour,
+    sample_times,
+    set_up,
+)
 
 KICKED = ht.load_scene("sicm-kicked")
 TAYLOR = tuple(taylor_methods())

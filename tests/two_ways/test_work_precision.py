@@ -18,7 +18,7 @@ from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.integration.bits import bits_of
 from heavytop.report.terminal import rendered
 from heavytop.studies import timing
-from heavytop.studies.ensemble import neighbour
+from heavytop.studies.steppers import neighbour
 from heavytop.studies.methods import method
 from heavytop.studies.steppers import set_up
 from heavytop.studies.timing import BEFORE, ROUNDS, TooSlow, first_run, repeat

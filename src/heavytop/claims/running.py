@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from heavytop.claims.register import PACKAGE, Claim
-from heavytop.studies.process_groups import LETTERS, Process, begin, end, tail
+from heavytop.studies.executors import LETTERS, Process, begin, end, tail
 
 ASKED: Final = "HEAVYTOP_CLAIMS_ASKED"  # as validation/claim.py reads it
 TOLD: Final = "HEAVYTOP_CLAIMS_TOLD"

@@ -62,7 +62,7 @@ def _resume(
         _run(folder, voice, json=json, figures=figures)
         return
     _expect_study(folder)
-    from heavytop.studies.resume import resume as go_on
+    from heavytop.studies.runner import resume as go_on
     from heavytop.studies.store import Store
 
     kind = Store(folder).parameters["kind"]

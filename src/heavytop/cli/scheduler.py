@@ -27,7 +27,7 @@ def executor(address: str | None, jobs: int | None = None) -> Iterator[Executor 
         return
     if jobs is not None and jobs > 1:
         raise typer.BadParameter("a scheduler has its own workers", param_hint="--jobs")
-    from heavytop.studies.cluster import executor_at
+    from heavytop.studies.executors import executor_at
 
     with ExitStack() as stack:
         try:

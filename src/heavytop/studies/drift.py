@@ -22,10 +22,9 @@ from heavytop.run.planning import plan
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options, path_of
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.studies.drift_result import Drift, collect, task_name
-from heavytop.studies.ensemble import neighbour, sample_times
 from heavytop.studies.methods import DEFAULT, method
 from heavytop.studies.runner import Progress, run
-from heavytop.studies.steppers import MethodRun, no_nutation, set_up
+from heavytop.studies.steppers import MethodRun, neighbour, no_nutation, sample_times, set_up
 from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store
 
 KIND: Final = "drift"
@@ -78,7 +77,7 @@ def drift(
         or empty, or holds this study.
     executor : concurrent.futures.Executor, optional
         Its workers do the runs, wherever they are, and `jobs` means nothing; results do not
-        depend on it. That of a dask cluster: `heavytop.studies.cluster.executor_at`.
+        depend on it. That of a dask cluster: `heavytop.studies.executors.executor_at`.
     progress : callable, optional
         It is given a `heavytop.studies.runner.Progress` again and again.
 

@@ -13,8 +13,8 @@ import numpy as np
 from heavytop.errors import MissingPackage
 from heavytop.run.planning import closed_form_of
 from heavytop.scene.scene import scene_of
-from heavytop.studies.ensemble import SPREAD, neighbour
 from heavytop.studies.methods import Method, method
+from heavytop.studies.steppers import SPREAD, neighbour
 from heavytop.studies.store import MemoryStore, Parameters, Record
 
 if TYPE_CHECKING:

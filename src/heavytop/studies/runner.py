@@ -21,12 +21,28 @@ from functools import cache
 from importlib import import_module
 from threading import Event, Lock, current_thread, main_thread
 from types import FrameType
-from typing import Any, Final, Protocol, cast
+from typing import TYPE_CHECKING, Any, Final, Protocol, cast
 
 from heavytop import errors
 from heavytop.machine import usable_cpus, versions
-from heavytop.studies.processes import Processes
-from heavytop.studies.store import Chunk, MemoryStore, Parameters, Record, differences
+from heavytop.scene.arguments import heard, path_of, whole
+from heavytop.studies.executors import Processes
+from heavytop.studies.store import (
+    STUDY,
+    Chunk,
+    MemoryStore,
+    Parameters,
+    Record,
+    Store,
+    differences,
+    reading,
+)
+
+if TYPE_CHECKING:
+    from heavytop.studies.atlas import Atlas
+    from heavytop.studies.drift_result import Drift
+    from heavytop.studies.stress import Stress
+    from heavytop.studies.work_precision import WorkPrecision
 
 KINDS: Final = {
     "drift": "heavytop.studies.drift",
@@ -170,6 +186,71 @@ def run(
                 tell()
     if not all(record.ended for record in records.values()):
         raise errors.StoppedEarly(errors.Stop.INTERRUPTED, "interrupted", store.path)
+
+
+def resume(
+    folder: str | os.PathLike[str],
+    *,
+    jobs: int = 1,
+    executor: Executor | None = None,
+    progress: Callable[[Progress], object] | None = None,
+) -> Drift | Atlas | Stress | WorkPrecision:
+    """Take up a study of any kind where its folder says it was left.
+
+    Parameters
+    ----------
+    folder : path
+        Where it was written.
+    jobs : int
+        Processes; results do not depend on it.
+    executor : concurrent.futures.Executor, optional
+        What does the work, in place of own processes.
+    progress : callable, optional
+        It is given a `Progress` again and again.
+
+    Returns
+    -------
+    Drift, Atlas, Stress or WorkPrecision
+        The study, whole.
+
+    Raises
+    ------
+    ForeignFile
+        It is no study, was made by other versions, or is damaged.
+    InUse
+        Another process is writing it.
+    StoppedEarly, ForeignWorker
+        As for `heavytop.drift` and `heavytop.atlas`.
+    WrongType
+        It is no path.
+
+    Notes
+    -----
+    Accuracy: ``tests/property/test_runner.py`` holds a study that was killed to one that was not,
+    bit for bit.
+
+    Examples
+    --------
+    >>> import heavytop as ht
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     scene = ht.load_scene("sicm-kicked")
+    ...     first = ht.drift(scene, methods=["taylor-axis"], periods=10, samples=3, folder=place)
+    ...     print(resume(place).document(costs=False) == first.document(costs=False))
+    True
+    """
+    heard("progress", progress)
+    path, jobs = path_of("folder", folder), whole("jobs", jobs, 1)
+    parameters = with_versions_here(Store(path).parameters)
+    study = study_of(parameters)
+    with reading(path / STUDY):
+        renewed = study.renewed(parameters) | {"versions": parameters["versions"]}
+        if wrong := differences(parameters, renewed):
+            raise ValueError(f"not what a study asked for so would have: {wrong[0]}")
+    how = {"jobs": jobs, "executor": executor, "on_progress": progress}
+    with Store.open(path, parameters) as store:
+        found: Drift | Atlas | Stress | WorkPrecision = study.complete(store, **how)
+    return found
 
 
 def study_of(parameters: Parameters) -> Study:
@@ -345,14 +426,14 @@ def _stop_signal() -> Iterator[Event]:
         while before:
             signal.signal(*before.popitem())
 
-    def heard(number: int, frame: FrameType | None) -> None:
+    def struck(number: int, frame: FrameType | None) -> None:
         event.set()
         restore()
 
     if current_thread() is main_thread():
         for number in (signal.SIGINT, signal.SIGTERM):
             if signal.getsignal(number) is not signal.SIG_IGN:
-                before[number] = signal.signal(number, heard)
+                before[number] = signal.signal(number, struck)
     try:
         yield event
     finally:

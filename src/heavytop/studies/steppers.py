@@ -1,40 +1,112 @@
-"""The steppers of all studies: any method set up for one start, with its reference solution.
+"""The runs of all studies: any method set up for one start, with its reference solution.
 
-A number of more than 53 bits is stored as a sum of a few doubles, the largest first, which loses
-nothing. In a state the first words of all numbers stand first, then their second words, and so on.
+That is the closed form of the run's own binary start, at 40 digits. States are compared with it as
+the exact numbers they are, so that the difference is the error of the run and not of the
+comparison. A number of more than 53 bits is stored as a sum of a few doubles, the largest first,
+which loses nothing. In a state the first words of all numbers stand first, then their second words,
+and so on.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
+from heavytop.analytic.closed_form import ClosedForm
+from heavytop.analytic.rising import Rising
+from heavytop.classification.reduced import MotionSource
 from heavytop.comparison.steppers import IntegrationFailed, Stepper, StepperState
+from heavytop.equations.formulation import Formulation
+from heavytop.equations.gradients import observed
 from heavytop.errors import BadScene, Fault
 from heavytop.integration.bits import DOUBLE, named
 from heavytop.integration.high_precision import Mark, PreciseIntegrator, Unfinished, Wanted
 from heavytop.integration.integrator import NEVER, Checkpoint, Integrator, Observed
-from heavytop.numbers.decimals import context
+from heavytop.numbers.decimals import Context, context
 from heavytop.numbers.double_double import Array, DoubleDouble, add
 from heavytop.run.high_precision import rounded_start
 from heavytop.run.planning import EPSILON, closed_form_of, plan, start_values
 from heavytop.run.propagation import binary_start, compiled_for, integrator_of
-from heavytop.run.verify import motion_of
+from heavytop.run.verify import ahead, motion_of
 from heavytop.scene.arguments import shown
 from heavytop.scene.scene import Scene
+from heavytop.scene.state import State
 from heavytop.studies.methods import Method
-from heavytop.studies.reference import DIGITS, ReferenceSolution
 
-ONLY_TILT = {"quantities": ("theta",), "events": (), "samples": 2, "digits": 10}
-SPARE_DIGITS = 12  # of texts and of the reference, beyond those of the run's numbers
-FAR = 1e6  # periods: no step is that long
-LATE_WORDS = 2  # of the time, in `carry`, beside the two of `time`
+SPREAD: Final = 1e-2  # relative; of tilt, the smaller of its distances from the poles
+PHASE: Final = 0.6180339887498949  # of a period: no turning point, where a time error is not seen
+DIGITS: Final = 40  # of the reference solution
+EVEN: Final = 0.7  # of |z|, above which x and y determine it better
+SPARE_DIGITS: Final = 12  # of texts and of the reference, beyond those of the run's numbers
+FAR: Final = 1e6  # periods: no step is that long
+LATE_WORDS: Final = 2  # of the time, in `carry`, beside the two of `time`
+
+# --- neighbouring starts, and the times at which their runs are sampled ----------------------
+
+
+def neighbour(start: State, seed: int, number: int) -> State:
+    """Return a start beside the given one; number 0 is that itself.
+
+    Tilt and rates are changed by one per cent at most, and the spin omega3 stays. A start depends
+    on seed and number alone, so a larger ensemble contains a smaller one.
+
+    Parameters
+    ----------
+    start : State
+    seed, number : int
+
+    Examples
+    --------
+    >>> start = State(theta=0.1, phidot=-15, psidot=140)
+    >>> neighbour(start, 1, 0) is start
+    True
+    >>> beside = neighbour(start, 1, 3)
+    >>> beside == neighbour(start, 1, 3), abs(float(beside.theta) / 0.1 - 1) < 0.01
+    (True, True)
+    """
+    if number == 0:
+        return start
+    drawn = np.random.default_rng([seed, number]).uniform(-SPREAD, SPREAD, 3).tolist()
+    theta = float(start.theta)
+    return State(
+        theta=theta + drawn[0] * min(theta, math.pi - theta),
+        thetadot=float(start.thetadot) * (1 + drawn[1]),
+        phi=start.phi,
+        phidot=float(start.phidot) * (1 + drawn[2]),
+        psi=start.psi,
+        omega3=float(start.omega3),
+    )
+
+
+def sample_times(periods: float, samples: int) -> tuple[float, ...]:
+    """Return numbers of nutation periods, increasing, the last within one of `periods`.
+
+    They are spread evenly over the decades, all at the same phase of the nutation, away from its
+    turning points.
+
+    Parameters
+    ----------
+    periods : float
+        At least 1.
+    samples : int
+        How many; where they would fall into the same period, fewer.
+
+    Examples
+    --------
+    >>> [round(n, 3) for n in sample_times(1000, 4)]
+    [0.618, 9.618, 99.618, 999.618]
+    """
+    whole = np.unique(np.rint(np.geomspace(1, max(1, int(periods)), max(1, samples))))
+    return tuple(float(n - 1 + PHASE) for n in whole)
+
+
+# --- one method from one start ---------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +136,8 @@ def set_up(scene: Scene, method: Method) -> MethodRun:
     MissingPackage
         A method whose package is not installed.
     """
-    wants = Scene(scene.top, scene.start, periods=1, name=scene.name, **ONLY_TILT)  # type: ignore[arg-type]
+    wants = Scene(scene.top, scene.start, periods=1, quantities=("theta",), events=(), samples=2,
+                  digits=10, name=scene.name)  # fmt: skip
     chosen = plan(wants, method.formulation, projected=method.projected)
     tolerance = EPSILON if method.is_rival or method.bits > DOUBLE else method.setting
     chosen = replace(chosen, precision=named(method.bits), tolerance=tolerance)
@@ -120,6 +193,9 @@ def _period(scene: Scene, reference: ReferenceSolution) -> float:
         theta = str(scene.start.theta)
         raise BadScene((Fault(scene.name, None, "start.theta", theta, rule),))
     return reference.period
+
+
+# --- the Taylor integrator as a stepper ------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,3 +324,127 @@ def _expansion(x: Fraction, words: int) -> list[float]:
         found.append(float(x))
         x -= Fraction(found[-1])
     return found
+
+
+# --- the reference solution ------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class StateError:
+    """The error of a state, with its sign; None where the formulation does not determine it.
+
+    Attributes
+    ----------
+    energy : float
+        Of E', relative to max(|E'|, gMR).
+    invariants : dict from str to float
+        Of the formulation's other invariants, relative to their start: p_phi, p_psi, length.
+    phase_s : float
+        How far the nutation runs ahead [s].
+    axis : float or None
+        Distance of the axis, a unit vector, from the exact one.
+    """
+
+    energy: float
+    invariants: dict[str, float]
+    phase_s: float
+    axis: float | None
+
+
+@dataclass(frozen=True)
+class ReferenceSolution:
+    """What the states of one run are compared with.
+
+    Parameters
+    ----------
+    formulation : Formulation
+    parameters : mapping from str to number
+        The run's own constants, by symbol name: floats, or decimal texts.
+    start : sequence of float
+        The run's own start: its states, then the low words of each, if there are any.
+    own : callable
+        From a number of digits, the states and the parameters to the motion they define.
+    digits : int
+        More than the run's numbers have.
+    """
+
+    formulation: Formulation
+    parameters: Mapping[str, Any]
+    start: tuple[float, ...]
+    own: Callable[[int, Sequence[Any], Mapping[str, Any]], MotionSource]
+    digits: int = DIGITS
+
+    @property
+    def period(self) -> float | None:
+        """T [s] of the run's own motion; None where nothing nutates."""
+        period = self.truth.period
+        return None if period is None else float(period)
+
+    @cached_property
+    def ctx(self) -> Context:
+        """The numbers it computes in."""
+        return context(self.digits)
+
+    @cached_property
+    def truth(self) -> ClosedForm:
+        """The closed form of the run's own start."""
+        values = {name: self.ctx.mpf(x) for name, x in self.parameters.items()}
+        source = self.own(self.digits, self._states(self.start), values)
+        return ClosedForm(Rising(source, proved=False), self.digits)
+
+    def __call__(self, t: DoubleDouble, row: Sequence[float]) -> StateError:
+        """Return the error of a state at a time [s]; the row is laid out as the start."""
+        u, udot, values, axis = self._observed(row)
+        exact, first = self._exact(t), self._first
+        change = {name: values[name] - first[name] for name in values}
+        scale = max(abs(first["energy"]), abs(self.truth.reduced.g)) or 1
+        energy = change.pop("energy") / scale
+        frequency = 2 * self.ctx.pi / self.truth.period
+        return StateError(
+            energy=float(energy),
+            invariants={name: float(x / (abs(first[name]) or 1)) for name, x in change.items()},
+            phase_s=float(ahead(u - exact.u, udot - exact.udot, exact, frequency)),
+            axis=float(self.ctx.norm([x - y for x, y in zip(axis, exact.axis, strict=True)]))
+            if axis
+            else None,
+        )
+
+    def tilt(self, t: DoubleDouble, row: Sequence[float]) -> float:
+        """Return the error of theta at a time [rad]; the row is laid out as the start."""
+        u = min(max(self._observed(row)[0], -self.ctx.one), self.ctx.one)
+        return float(self.ctx.acos(u) - self._exact(t).theta)
+
+    def _exact(self, t: DoubleDouble) -> Any:
+        return self.truth(self.ctx.mpf(t[0]) + self.ctx.mpf(t[1]))
+
+    def _states(self, row: Sequence[float]) -> list[Any]:
+        n = len(self.formulation.states)
+        return [self.ctx.fsum(row[i::n]) for i in range(n)]
+
+    @cached_property
+    def _first(self) -> dict[str, Any]:
+        """The invariants at the start."""
+        return self._observed(self.start)[2]
+
+    def _observed(self, row: Sequence[float]) -> tuple[Any, Any, dict[str, Any], list[Any]]:
+        """u, udot, the invariants, and the direction of the axis where the states give it."""
+        names = self.formulation.invariants
+        u, udot, *others = self._function(*self._states(row))
+        values, axis = dict(zip(names, others, strict=False)), others[len(names) :]
+        if not axis:
+            return u, udot, values, axis
+        size = self.ctx.norm(axis)  # 1 within the error of the method, which `length` measures
+        x, y, z = axis = [component / size for component in axis]
+        if abs(z) >= EVEN:  # z has lost the digits of 1 - |z|
+            z = self.ctx.sign(z) * self.ctx.sqrt(1 - x * x - y * y)
+        return z, udot / size, values, axis
+
+    @cached_property
+    def _function(self) -> Callable[..., Sequence[Any]]:
+        """What is observed, as a function of the states alone."""
+        form, ctx = self.formulation, self.ctx
+        given = [p for p in (*form.parameters, *form.given) if p.name in self.parameters]
+        names = ("sin", "cos", "sqrt", "atan2")
+        function = observed(form, given, ctx.mpf, {name: getattr(ctx, name) for name in names})
+        constants = [ctx.mpf(self.parameters[p.name]) for p in given]
+        return lambda *states: function(*states, *constants)

@@ -11,7 +11,7 @@ from multiprocessing.process import BaseProcess
 from signal import Signals
 from typing import Any, Self, TypeVar
 
-from heavytop.studies.processes import SPAWN, follow_parent, starting
+from heavytop.studies.executors import SPAWN, follow_parent, starting
 
 T = TypeVar("T")
 

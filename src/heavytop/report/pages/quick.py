@@ -14,7 +14,7 @@ from heavytop.files import write_document
 from heavytop.report.pages.sections import traces_document
 from heavytop.results.command import spelt
 from heavytop.spelling import harmless
-from heavytop.studies.process_groups import LETTERS, begin, end, tail
+from heavytop.studies.executors import LETTERS, begin, end, tail
 
 BOOK: Final = ("sicm-kicked", "sicm-dropped", "sicm-forward", "sicm-forward-spin-held")
 UPRIGHT: Final = "sleeping-unstable"  # whose diagram of energy and momentum has a thread

@@ -1,0 +1,234 @@
+"""Who does the work of a study: processes here, the workers of a dask cluster, whole programs.
+
+Worker processes do not run the caller's script and do not outlive their parent. On a cluster only
+this package must be installed where the workers are; a worker does one task at a time, so it is
+started with one thread: ``dask worker ADDRESS --nworkers 8 --nthreads 1``.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import contextmanager, suppress
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Final, TypeAlias
+
+from heavytop.errors import MissingPackage, NoScheduler
+
+SPAWN: Final = multiprocessing.get_context("spawn")  # a fork would copy locks of other threads
+TIMEOUT_S: Final = 10.0  # until somebody answers, and until there is a worker
+LETTERS: Final = {"PYTHONUTF8": "1", "PYTHONIOENCODING": "utf-8"}
+"""Of an environment: what is printed in it is UTF-8, wherever the person happens to be."""
+_LOUD: Final = ("distributed", "tornado", "asyncio")  # they log what is said here in one sentence
+
+Process: TypeAlias = subprocess.Popen[bytes]
+
+# --- worker processes ------------------------------------------------------------------------
+
+
+@contextmanager
+def starting() -> Iterator[None]:
+    """Start processes inside this block.
+
+    They do not import the caller's script again, which may have no ``if __name__ ==
+    "__main__"``; nor modules from the current folder; and Ctrl-C is left to this process.
+    """
+    main, safe = sys.modules["__main__"], os.environ.get("PYTHONSAFEPATH")
+    sys.modules["__main__"] = ModuleType("__main__")
+    os.environ["PYTHONSAFEPATH"] = "1"
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        del os.environ["PYTHONSAFEPATH"]
+        if safe is not None:
+            os.environ["PYTHONSAFEPATH"] = safe
+        sys.modules["__main__"] = main
+
+
+class Processes(Executor):
+    """A pool of so many worker processes, which can be replaced when one was killed."""
+
+    def __init__(self, workers: int) -> None:
+        self.workers = workers
+        self._pool = ProcessPoolExecutor(workers, SPAWN, follow_parent)
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Let a worker call a function."""
+        with starting():
+            return self._pool.submit(fn, *args, **kwargs)
+
+    def replace(self) -> None:
+        """Take new workers."""
+        self.shutdown()
+        self._pool = ProcessPoolExecutor(self.workers, SPAWN, follow_parent)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End all workers at once, whatever they are at."""
+        for process in list((self._pool._processes or {}).values()):
+            process.kill()
+        self._pool.shutdown(wait, cancel_futures=True)
+
+
+def follow_parent() -> None:
+    """In a worker: end with the parent, and print where it does not disturb results."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    with suppress(OSError):  # stderr may be closed
+        os.dup2(2, 1)
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
+
+
+# --- a dask cluster ---------------------------------------------------------------------------
+
+
+@contextmanager
+def executor_at(address: str, *, timeout_s: float = TIMEOUT_S) -> Iterator[Executor]:
+    """The executor of a dask scheduler, closed in the end.
+
+    Parameters
+    ----------
+    address : str
+        Such as ``tcp://192.168.0.2:8786``.
+    timeout_s : float
+        How long to wait for the scheduler, and then for its first worker [s].
+
+    Yields
+    ------
+    concurrent.futures.Executor
+        For the argument ``executor`` of `drift`, `atlas` and `resume`.
+
+    Raises
+    ------
+    NoScheduler
+        Nobody answers there in time, or there is no worker.
+    MissingPackage
+        dask is not installed here.
+    """
+    if find_spec("distributed") is None:
+        raise MissingPackage("a cluster", ["distributed"], "cluster")
+    from distributed import Client
+
+    with _quiet():
+        _expect_scheduler(address, timeout_s)
+        with Client(address, timeout=timeout_s, set_as_default=False, name="heavytop") as client:
+            try:
+                client.wait_for_workers(1, timeout=timeout_s)
+            except TimeoutError:
+                start = f"dask worker {address} --nthreads 1"
+                raise NoScheduler(f"{address}: a scheduler without workers: {start}") from None
+            yield _Cluster(client)
+
+
+class _Cluster(Executor):
+    """The workers of a scheduler, as many as there are at the moment."""
+
+    def __init__(self, client: Any) -> None:
+        self._client = client
+        self._executor = client.get_executor(pure=False)  # no result of an earlier call
+
+    @property
+    def workers(self) -> int:
+        """How many worker processes there are now; none when the scheduler has gone."""
+        try:
+            return len(self._client.nthreads())
+        except Exception:  # closed, cut off, timed out
+            return 0
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Let a worker call a function."""
+        found: Future[Any] = self._executor.submit(fn, *args, **kwargs)
+        return found
+
+
+def _expect_scheduler(address: str, timeout_s: float) -> None:
+    """Ask who is there: a client would wait for ever for an answer from something else."""
+    from distributed.core import rpc
+
+    async def kind() -> object:
+        async with rpc(address, timeout=timeout_s) as there:
+            return (await asyncio.wait_for(there.identity(), timeout_s)).get("type")
+
+    try:
+        with ThreadPoolExecutor(1) as aside:  # the loop that may run here, in a notebook, is busy
+            found = aside.submit(asyncio.run, kind()).result()
+    except (OSError, ValueError, TypeError) as fault:  # not reached; not an address
+        words = " ".join(str(fault).split()) or type(fault).__name__
+        raise NoScheduler(f"{address}: no dask scheduler answers there ({words})") from None
+    if found != "Scheduler":
+        raise NoScheduler(f"{address}: not a dask scheduler but a {found}")
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Switch the loggers of dask off."""
+    names = [n for n in logging.root.manager.loggerDict if n.partition(".")[0] in _LOUD]
+    before = {name: logging.getLogger(name).level for name in names}
+    for name in before:
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for name, level in before.items():
+            logging.getLogger(name).setLevel(level)
+
+
+# --- programs --------------------------------------------------------------------------------
+
+
+def begin(words: Sequence[str], said: Path, environment: Mapping[str, str], cwd: Path) -> Process:
+    """Begin what Python runs; its stderr goes to the file `said`, and its stdout is not kept."""
+    with said.open("wb") as file:
+        return subprocess.Popen(
+            [sys.executable, *words],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=file,
+            env=environment,
+            cwd=cwd,
+            start_new_session=True,
+        )
+
+
+def end(processes: Sequence[Process], grace: float) -> None:
+    """End processes, and what they began: first asked, and `grace` seconds later killed."""
+    try:
+        for each in processes:
+            _send(each, signal.SIGTERM)
+        until = time.monotonic() + grace
+        for each in processes:
+            with suppress(subprocess.TimeoutExpired):
+                each.wait(max(0.0, until - time.monotonic()))
+    finally:  # even where Ctrl-C is pressed twice
+        for each in processes:
+            _send(each, signal.SIGKILL)
+            each.wait()
+
+
+def tail(said: Path, most: int) -> str:
+    """The end of what was said, of so many bytes."""
+    with said.open("rb") as file:
+        file.seek(max(0, said.stat().st_size - most))
+        return file.read().decode("utf-8", "replace")
+
+
+def _send(process: Process, number: int) -> None:
+    with suppress(ProcessLookupError, PermissionError):  # the latter where all are zombies
+        os.killpg(process.pid, number)
