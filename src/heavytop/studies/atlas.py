@@ -1,7 +1,9 @@
 """The atlas: what kind of motion every pixel of a plane of tops is, and how it moves.
 
 A tile of the plane is one task of the study; it is computed at once, and its one row holds its
-columns.
+columns. A second map may tell the kinds by integration, by what happens at the turning points of
+one nutation. The integrator knows nothing of the criteria by which a kind is proved, and these know
+nothing of it: two maps of one plane are two independent results.
 """
 
 from __future__ import annotations
@@ -15,7 +17,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -24,18 +25,31 @@ from numpy.typing import NDArray
 
 from heavytop import __version__
 from heavytop.analytic.many_motions import Motions, motions_many
-from heavytop.classification.arrays import DETAILS, NAMES, TAG_NAMES
+from heavytop.classification.arrays import DETAILS, IMPOSSIBLE, NAMES, TAG_NAMES, Codes
 from heavytop.classification.kinds import Kind
 from heavytop.classification.many import classify_many
 from heavytop.errors import BadScene, Fault, ForeignFile
 from heavytop.hdf5 import write_sealed
 from heavytop.machine import usable_cpus, versions
+from heavytop.results.atlas import AtlasResult, Curve, Differing
+from heavytop.results.base import Problem
+from heavytop.run.ensemble import Ensemble, propagate_many
 from heavytop.scene import arguments
 from heavytop.scene.arguments import Range, Refused
 from heavytop.scene.scene import Scene, no_scene, scene_of
-from heavytop.studies.atlas_boundaries import Boundary, curves
-from heavytop.studies.atlas_integrated import integrated
-from heavytop.studies.atlas_plane import ROLES, Axis, Columns, Plane, Tile, mirrored, restored
+from heavytop.studies.atlas_boundaries import curves
+from heavytop.studies.atlas_plane import (
+    ROLES,
+    Array,
+    Axis,
+    Columns,
+    Mask,
+    Plane,
+    Tile,
+    constants,
+    mirrored,
+    restored,
+)
 from heavytop.studies.runner import Progress, run
 from heavytop.studies.store import (
     Chunk,
@@ -52,7 +66,6 @@ if TYPE_CHECKING:
     import xarray
 
 KIND: Final = "atlas"
-SCHEMA: Final = "heavytop/atlas/1"
 TILE: Final = {"kind": 2**20, "rows": 2**16, "integrate": 2**14}
 """Pixels of a tile: a second of work or less, and what a worker has in memory."""
 ROUNDING: Final = 1e-10
@@ -60,6 +73,17 @@ ROUNDING: Final = 1e-10
 LISTED: Final = 1000  # pixels whose kinds differ, in the document
 SHARD: Final = "shard"
 """The name of a record without rows: its checkpoint is (i, n) where a folder is for a shard."""
+
+
+COSTS: Final = ("kinds_per_s", "rows_per_s", "tops_per_s", "jobs")
+
+SPAN: Final = 1.55  # nutation periods: one turning point at least is met twice
+PART: Final = 5  # steps are at most such a part of a period: none passes over a turning point
+STEPS: Final = 10_000
+POLE: Final = 1e-12  # rad: nearer the axis cannot be told from the vertical
+REST: Final = 1e-12  # of φ̇, and of φ̇ sin²θ, at the other turning point: less is none
+LEVEL: Final = 1e-12  # rad: a nutation smaller than that is rounding
+DOUBT: Final = 20  # times what a run differs from itself, a period later, is no more than rounding
 
 
 class Column(NamedTuple):
@@ -155,40 +179,27 @@ def _packed(array: NDArray[Any]) -> str:
     return b64encode(zlib.compress(array.tobytes(), int(array.dtype.itemsize == 1))).decode()
 
 
-def _unpacked(text: str, name: str, shape: tuple[int, int]) -> NDArray[Any]:
-    return np.frombuffer(zlib.decompress(b64decode(text)), COLUMNS[name].dtype).reshape(shape)
+def _unpacked(row: Mapping[str, Any], tile: Tile, names: Sequence[str]) -> Columns:
+    """Some columns of the row of a tile."""
+    return {
+        name: np.frombuffer(
+            zlib.decompress(b64decode(row["columns"][name])), COLUMNS[name].dtype
+        ).reshape(tile.shape)
+        for name in names
+    }
 
 
 # --- the result -----------------------------------------------------------------------------------
 
 
-class Differing(NamedTuple):
-    """A pixel whose integrated kind is another one.
-
-    Attributes
-    ----------
-    x, y : float
-        Where it is.
-    kind, integrated : str
-        What it is proved to be, and what the events of a run say.
-    margin : float
-        How far the nearest other verdict is.
-    """
-
-    x: float
-    y: float
-    kind: str
-    integrated: str
-    margin: float
-
-
-@dataclass(frozen=True, repr=False)
-class Atlas:
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class Atlas(AtlasResult):
     """A plane of tops and what kind of motion each of its pixels is.
 
     ``atlas["period"]`` is a column, as an array of shape (y, x): ``theta_min`` and ``theta_max``
     [rad], ``period`` [s], ``precession`` and ``spin`` in a period [rad], ``margin``, ``kind`` as an
-    index of `names`. `curves` are the boundaries, `to_xarray()` is all of it.
+    index of `names`. `to_xarray()` is all of it. Other attributes are those of
+    `heavytop.results.atlas.AtlasResult`.
 
     Attributes
     ----------
@@ -197,29 +208,11 @@ class Atlas:
         Where the tiles are kept: a folder, or memory.
     tasks : tuple of str
         The tiles that are there: all, or those of a shard.
-    counts, details : dict from str to int
-        How many pixels there are of each kind that occurs, and of each that is told apart further.
-    sent : int
-        How many pixels doubles could not decide, so that interval arithmetic was used.
-    uncertified : int
-        How many pixels have a kind that is not proved.
-    jobs : int
-        Processes that computed them.
     """
 
     plane: Plane
     store: MemoryStore
     tasks: tuple[str, ...]
-    counts: Mapping[str, int]
-    details: Mapping[str, int]
-    sent: int
-    uncertified: int
-    jobs: int = 1
-
-    def __repr__(self) -> str:
-        y, x = self.plane.shape
-        axes = f"{self.plane.y.name} × {self.plane.x.name}, {y} × {x} pixels"
-        return f"<Atlas: {axes}: {', '.join(f'{n} {name}' for name, n in self.counts.items())}>"
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -229,47 +222,10 @@ class Atlas:
     @property
     def columns(self) -> tuple[str, ...]:
         """The names of the columns."""
-        return SETS[self.store.parameters["what"]]
-
-    @property
-    def whole(self) -> bool:
-        """Whether every tile is there, and not only those of a shard."""
-        return len(self.tasks) == len(self._tiles)
-
-    @property
-    def per_s(self) -> float:
-        """Pixels computed here in a second, of all processes together; 0 where none were."""
-        spent = self.store.seconds
-        pixels = sum(np.prod(self._tiles[task].shape) for task in spent)
-        return float(pixels / sum(spent.values()) * self.jobs) if spent else 0.0
-
-    @cached_property
-    def curves(self) -> tuple[Boundary, ...]:
-        """The boundaries between kinds, as curves."""
-        return curves(self.plane)
-
-    @cached_property
-    def differing(self) -> tuple[Differing, ...]:
-        """The pixels whose integrated kind is another one, the largest margin first.
-
-        Those that a run cannot tell are not among them: `untold` counts these.
-        """
-        found = [each for tile, columns in self.tiles() for each in self._differing(tile, columns)]
-        return tuple(sorted(found, key=lambda each: -each.margin))
-
-    @cached_property
-    def untold(self) -> int:
-        """How many pixels a run cannot tell, as what decides is below its own error."""
-        code = NAMES.index(Kind.UNDECIDED)
-        return sum(int((columns["integrated"] == code).sum()) for _, columns in self.tiles())
-
-    @property
-    def unexplained(self) -> tuple[Differing, ...]:
-        """The differing pixels whose margin is no rounding."""
-        return tuple(each for each in self.differing if each.margin > ROUNDING)
+        return SETS[self.what]
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """A column, shape (y, x): with several, `tiles` needs less memory.
+        """A column, shape (y, x): with several, `read_tiles` needs less memory.
 
         Where no tile is, numbers are nan and codes 255.
 
@@ -281,62 +237,35 @@ class Atlas:
         if name not in self.columns:
             raise KeyError(f"{name!r}: this atlas has {', '.join(self.columns)}")
         dtype = np.dtype(COLUMNS[name].dtype)
-        whole = np.full(self.plane.shape, np.nan if dtype.kind == "f" else 255, dtype)
-        for tile, columns in self.tiles():
+        whole = np.full(self.shape, np.nan if dtype.kind == "f" else 255, dtype)
+        for tile, columns in self.read_tiles():
             whole[tile.rows, tile.columns] = columns[name]
         return whole
 
-    def tiles(self) -> Iterator[tuple[Tile, Columns]]:
+    def read_tiles(self) -> Iterator[tuple[Tile, Columns]]:
         """The tiles and their columns, one at a time in memory."""
+        tiles = self.plane.tiles(self.store.parameters["tile"])
         for task in self.tasks:
-            tile = self._tiles[task]
             with reading(f"tile {task}"):
-                texts = self.store.load(task).rows[0]["columns"]
-                columns = {each: _unpacked(texts[each], each, tile.shape) for each in self.columns}
-            yield tile, columns
+                columns = _unpacked(self.store.load(task).rows[0], tiles[task], self.columns)
+            yield tiles[task], columns
 
     def document(
-        self, *, costs: bool = True, files: Mapping[str, str] | None = None
+        self, *, files: Mapping[str, str] | None = None, costs: bool = True
     ) -> dict[str, Any]:
         """Return what was found, for JSON; the map itself is in ``atlas.nc``.
 
         Parameters
         ----------
-        costs : bool
-            Whether with what it took; without it there are no wall-clock values.
         files : mapping, optional
             Names of the files that were written, by what they are.
+        costs : bool
+            Whether with what it took; without it there are no wall-clock values.
         """
-        what, rate = self.store.parameters["what"], self.per_s
-        document = {
-            "schema": SCHEMA,
-            "scene": self.store.parameters["scene"],
-            "axes": {"x": self.plane.x.document(), "y": self.plane.y.document()},
-            "shape": list(self.plane.shape),
-            "what": what,
-            "counts": self.counts,
-            "details": self.details,
-            "sent": self.sent,
-            "uncertified": self.uncertified,
-            "tiles": {"done": len(self.tasks), "all": len(self._tiles)},
-            "curves": [each.document() for each in self.curves],
-            "files": dict(files or {}),
-        }
-        if costs:
-            document |= {
-                "kinds_per_s": rate,
-                "rows_per_s": rate if what == "rows" else None,
-                "tops_per_s": rate if what == "integrate" else None,
-                "jobs": self.jobs,
-            }
-        if what == "integrate":
-            document |= {
-                "differing": len(self.differing),
-                "untold": self.untold,
-                "unexplained": len(self.unexplained),
-                "pixels": [each._asdict() for each in self.differing[:LISTED]],
-            }
-        return document
+        found = super().document(files=files)
+        for name in ("plane", "store", "tasks"):
+            del found[name]
+        return found if costs else found | dict.fromkeys(COSTS)
 
     def to_xarray(self) -> xarray.Dataset:
         """Return the columns as an xarray Dataset, dimensions named as the axes, y first."""
@@ -367,7 +296,7 @@ class Atlas:
         import h5netcdf
 
         scene, axes = self.plane.scene, (self.plane.y, self.plane.x)
-        chunk = next(iter(self._tiles.values())).shape
+        chunk = next(iter(self.plane.tiles(self.store.parameters["tile"]).values())).shape
         with h5netcdf.File(path, "w") as file:
             file.attrs["Conventions"] = "CF-1.11"
             file.attrs["title"] = scene.title or scene.name
@@ -383,20 +312,9 @@ class Atlas:
                     compression="gzip", compression_opts=1, shuffle=True,
                 )  # fmt: skip
                 variable.attrs.update(_attributes(name))
-            for tile, columns in self.tiles():
+            for tile, columns in self.read_tiles():
                 for name, column in columns.items():
                     file.variables[name][tile.rows, tile.columns] = column
-
-    @cached_property
-    def _tiles(self) -> dict[str, Tile]:
-        return self.plane.tiles(self.store.parameters["tile"])
-
-    def _differing(self, tile: Tile, columns: Columns) -> Iterator[Differing]:
-        x, y = self.plane.x.values[tile.columns], self.plane.y.values[tile.rows]
-        kind, told, margin = (columns[name] for name in ("kind", "integrated", "margin"))
-        for i, j in np.argwhere((kind != told) & (told != NAMES.index(Kind.UNDECIDED))).tolist():
-            names = NAMES[kind[i, j]], NAMES[told[i, j]]
-            yield Differing(float(x[j]), float(y[i]), *names, float(margin[i, j]))
 
 
 def collect(store: MemoryStore, jobs: int = 1) -> Atlas:
@@ -407,22 +325,68 @@ def collect(store: MemoryStore, jobs: int = 1) -> Atlas:
     ForeignFile
         A record is damaged.
     """
-    done, pairs, kinds, others = [], Counter[str](), Counter[str](), Counter[str]()
-    for task in tasks(store.parameters):
+    parameters, plane = store.parameters, _plane(store.parameters)
+    tiles, what = plane.tiles(parameters["tile"]), parameters["what"]
+    done, pairs, others = list[str](), Counter[str](), Counter[str]()
+    pixels, untold = list[Differing](), 0
+    for task, tile in tiles.items():
         record = store.load(task)
-        if record.done:
-            done.append(task)
-            with reading(f"tile {task}"):
-                [row] = record.rows
-                pairs.update(row["counts"])
-                others.update({name: row[name] for name in ("sent", "uncertified")})
+        if not record.done:
+            continue
+        done.append(task)
+        with reading(f"tile {task}"):
+            [row] = record.rows
+            pairs.update(row["counts"])
+            others.update({name: row[name] for name in ("sent", "uncertified")})
+            if what == "integrate":
+                columns = _unpacked(row, tile, ("kind", "integrated", "margin"))
+                untold += int((columns["integrated"] == NAMES.index(Kind.UNDECIDED)).sum())
+                pixels += _differing(plane, tile, **columns)
+    kinds = Counter[str]()
     for pair, count in pairs.items():
         kinds[pair.partition(",")[0]] += count
-    counts = {name: kinds[name] for name in NAMES if name in kinds}
-    details = {pair: count for pair, count in pairs.items() if "," in pair}
-    sent, uncertified = others["sent"], others["uncertified"]
-    plane = _plane(store.parameters)
-    return Atlas(plane, store, tuple(done), counts, details, sent, uncertified, jobs)
+    spent = store.seconds
+    computed = sum(np.prod(tiles[task].shape) for task in spent)
+    rate = float(computed / sum(spent.values()) * jobs) if spent else 0.0
+    compared: dict[str, Any] = {}
+    if what == "integrate":
+        pixels.sort(key=lambda each: -each.margin)
+        unexplained = sum(each.margin > ROUNDING for each in pixels)
+        compared = {"differing": len(pixels), "untold": untold, "unexplained": unexplained,
+                    "pixels": tuple(pixels[:LISTED])}  # fmt: skip
+    return Atlas(
+        scene=Problem(**parameters["scene"]),
+        axes={"x": plane.x.range, "y": plane.y.range},
+        shape=plane.shape,
+        what=what,
+        counts={name: kinds[name] for name in NAMES if name in kinds},
+        details={pair: count for pair, count in pairs.items() if "," in pair},
+        sent=others["sent"],
+        uncertified=others["uncertified"],
+        tiles={"done": len(done), "all": len(tiles)},
+        curves=tuple(Curve(name=name, x=(*x.tolist(),), y=(*y.tolist(),))
+                     for name, x, y in curves(plane)),
+        kinds_per_s=rate,
+        rows_per_s=rate if what == "rows" else None,
+        tops_per_s=rate if what == "integrate" else None,
+        jobs=jobs,
+        **compared,
+        versions=parameters["versions"],
+        plane=plane,
+        store=store,
+        tasks=tuple(done),
+    )  # fmt: skip
+
+
+def _differing(
+    plane: Plane, tile: Tile, kind: Codes, integrated: Codes, margin: Array
+) -> Iterator[Differing]:
+    """The pixels whose integrated kind is another one; not those that a run cannot tell."""
+    x, y = plane.x.values[tile.columns], plane.y.values[tile.rows]
+    told = integrated != NAMES.index(Kind.UNDECIDED)
+    for i, j in np.argwhere((kind != integrated) & told).tolist():
+        yield Differing(x=float(x[j]), y=float(y[i]), kind=NAMES[kind[i, j]],
+                        integrated=NAMES[integrated[i, j]], margin=float(margin[i, j]))  # fmt: skip
 
 
 def _attributes(name: str) -> dict[str, Any]:
@@ -693,3 +657,105 @@ def _impossible(plane: Plane, what: str, in_memory: bool) -> Iterator[Fault]:
         if in_memory and needed > free:
             rule = f"{needed / 1e9:.3g} GB are needed in memory, and {free / 1e9:.3g} GB are free"
             yield Fault(file, None, "x, y", f"{x.count * y.count} pixels", rule)
+
+
+# --- kinds told by integration --------------------------------------------------------------------
+
+
+def integrated(tops: Mapping[str, Any], period: Array) -> Codes:
+    """Codes of kinds, told by the events of a run over one nutation.
+
+    Parameters
+    ----------
+    tops : mapping of str to array_like
+        As for `heavytop.classify_many`.
+    period : ndarray
+        How long one nutation takes [s], of the shape that `tops` has together; nan where nothing
+        nutates: there a second takes its place.
+
+    Returns
+    -------
+    ndarray of uint8
+        Codes of `heavytop.classification.many.Verdicts.names`; undecided where a run broke off.
+    """
+    start: dict[str, Any] = {
+        name: np.broadcast_to(each, period.shape).ravel() for name, each in tops.items()
+    }
+    once = np.where(np.isfinite(period), period, 1.0).ravel()
+    run = propagate_many(
+        **start, time=SPAN * once, longest=once / PART, events=("turning",), step_limit=STEPS,
+        jobs=1,
+    )  # fmt: skip
+    return _kinds(run, start).reshape(period.shape)
+
+
+def _kinds(run: Ensemble, start: Mapping[str, Array]) -> Codes:
+    """Codes of kinds of a row of runs; later lines go over earlier ones."""
+    (angle, rate), error = _turning_points(run, start)
+    met = run.count("turning")
+    off_angle, off_rate = DOUBT * error
+    off_angle = off_angle.max(axis=0)
+    unsure = np.any(abs(rate) <= off_rate, axis=0)
+    rest = _one_vanishes(rate) & _one_vanishes(rate * np.sin(angle) ** 2)
+    low, high = angle
+    nod = np.where(met == 0, 0.0, high - low)
+    with np.errstate(all="ignore"):
+        momenta = constants(start)
+        A, theta, thetadot, gMR = (start[name] for name in ("A", "theta", "thetadot", "gMR"))
+        moving = A * (abs(thetadot) + abs(start["phidot"] * np.sin(theta)))
+        rounding = REST * (abs(momenta.p_psi) + moving + np.sqrt(A * abs(gMR)))
+    still = abs(thetadot) * A <= rounding
+    pole = np.sin(theta) <= POLE
+    flat = (abs(momenta.p_psi) <= rounding) & ((momenta.across == 0) | pole)
+    upwards = (np.cos(theta) > 0) == (gMR > 0)
+    found = np.full(met.size, NAMES.index(Kind.WAVES), np.uint8)
+    for kind, where in (
+        (Kind.LOOPS, rate[0] * rate[1] < 0),
+        (Kind.UNDECIDED, unsure),
+        (Kind.CUSPS, rest),
+        (Kind.SEPARATRIX, met == 1),
+        (Kind.UNDECIDED, nod <= off_angle),
+        (Kind.UNIFORM_PRECESSION, (nod <= LEVEL) & still),
+        (Kind.SEPARATRIX, (met == 0) & ~still),
+        (Kind.UNDECIDED, (np.pi - high <= off_angle) | (low <= off_angle)),
+        (Kind.THROUGH_BOTTOM, np.pi - high <= POLE),
+        (Kind.THROUGH_TOP, low <= POLE),
+        (Kind.PLANAR_PENDULUM, flat),
+        (Kind.HANGING, pole & still & ~upwards),
+        (Kind.SLEEPING, pole & still & upwards),
+        (Kind.FORCE_FREE, gMR == 0),
+        (Kind.AT_REST, flat & still & (pole | (gMR == 0))),
+        (Kind.UNDECIDED, run.ending != 0),
+    ):
+        found[where] = NAMES.index(kind)
+    found[~momenta.possible] = IMPOSSIBLE
+    return found
+
+
+def _one_vanishes(pair: Array) -> Mask:
+    """Where the smaller of two numbers is nothing beside the larger."""
+    small, large = np.sort(abs(pair), axis=0)
+    return np.asarray(small <= REST * large)
+
+
+def _turning_points(run: Ensemble, start: Mapping[str, Array]) -> tuple[Array, Array]:
+    """θ and φ̇ at turning points, and by how much the run differs from them a period later.
+
+    Both are of shape (2, 2, k): θ and φ̇, where θ is smallest and where it is largest, of every
+    top. They are nan and 0 where it met none; a start at rest in θ is one.
+    """
+    size, here = run.end.size, np.flatnonzero(start["thetadot"] == 0)  # known without error
+    which = np.concatenate((here, run.zeros.which))
+    met = np.array([np.concatenate((start[name][here], getattr(run.met, name)))
+                    for name in ("theta", "phidot")])  # fmt: skip
+    low, high = np.full(size, np.inf), np.full(size, -np.inf)
+    np.fmin.at(low, which, met[0])
+    np.fmax.at(high, which, met[0])
+    with np.errstate(invalid="ignore"):  # of tops that met none: inf less inf
+        key = which + size * (met[0] > ((low + high) / 2)[which])
+    there, first = np.unique(key, return_index=True)
+    value, error = np.full((2, 2 * size), np.nan), np.zeros((2, 2 * size))
+    value[:, there] = met[:, first]
+    for k in range(2):
+        np.fmax.at(error[k], key, abs(met[k] - value[k, key]))
+    return value.reshape(2, 2, size), error.reshape(2, 2, size)

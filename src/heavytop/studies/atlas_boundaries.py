@@ -8,7 +8,7 @@ Places are counted in steps of the mesh along x and y: arrays of shape (2, k).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -35,10 +35,6 @@ class Boundary(NamedTuple):
     name: str
     x: Array
     y: Array
-
-    def document(self) -> dict[str, Any]:
-        """Return the curve for JSON."""
-        return {"name": self.name, "x": self.x.tolist(), "y": self.y.tolist()}
 
 
 class Terms(NamedTuple):

@@ -18,6 +18,7 @@ from heavytop.classification.arrays import IMPOSSIBLE, NAMES, TAG_NAMES
 from heavytop.classification.kinds import Kind
 from heavytop.names import nearest
 from heavytop.numbers import Exact
+from heavytop.results.atlas import AxisRange
 from heavytop.scene.arguments import PLAIN, STATE, Refused, set_fields
 from heavytop.scene.scene import Scene
 
@@ -132,10 +133,11 @@ class Axis:
         """The axis as it can be read again."""
         return f"{self.name}={self.low}:{self.high}:{self.count}{':log' if self.log else ''}"
 
-    def document(self) -> dict[str, Any]:
-        """Return the axis for JSON."""
-        ends = {"low": float(self.low), "high": float(self.high)}
-        return {"name": self.name, **ends, "count": self.count, "log": self.log}
+    @property
+    def range(self) -> AxisRange:
+        """The axis in a result."""
+        low, high = float(self.low), float(self.high)
+        return AxisRange(name=self.name, low=low, high=high, count=self.count, log=self.log)
 
     @cached_property
     def values(self) -> Array:

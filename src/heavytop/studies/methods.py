@@ -262,7 +262,6 @@ def shortest(x: float) -> str:
 # --- what is put under stress ----------------------------------------------------------------
 
 ANGLES: Final = "auto-angles"
-FIRST_ORDER: Final = "first-order"
 FORMS: Final = ("axis", "attitude", "cubic", "routh", "subsystem", "lagrange")
 TIGHT: Final = {"dop853": 1e-12, "lsoda": 1e-11, "radau": 1e-8}  # as far as each goes in good time
 COMPILED: Final = {
@@ -276,23 +275,16 @@ COMPILED: Final = {
 def stress_methods() -> Mapping[str, Method]:
     """Return what a stress test runs: auto, every form of the equations, and what others use.
 
-    ``auto-angles`` is auto with phi and psi wanted; ``first-order`` is the formulation
-    u' = ±sqrt(f(u)).
+    ``auto-angles`` is auto with phi and psi wanted.
     """
     auto = replace(method("taylor-axis"), formulation=AUTO)
     found = [replace(auto, name=AUTO, short=AUTO), replace(auto, name=ANGLES, short="auto:φψ")]
     found += [replace(method(f"taylor-{form}"), short=form) for form in FORMS]
-    called = {
-        (solver, end): replace(method(f"{solver}-scipy{end}={tolerance}"), solver=solver)
-        for end in ("", "-lagrange")
-        for solver, tolerance in TIGHT.items()
-    }
-    for (solver, end), each in called.items():
-        found.append(replace(each, short=f"{solver}:{'l' if end else 'a'}"))
+    for end, short in (("", "a"), ("-lagrange", "l")):
+        for solver, tolerance in TIGHT.items():
+            each = method(f"{solver}-scipy{end}={tolerance}")
+            found.append(replace(each, solver=solver, short=f"{solver}:{short}"))
     found += [replace(method(text), short=short) for text, short in COMPILED.items()]
-    defaults = replace(called["dop853", "-lagrange"], solver="rk45", order=5, setting=1e-3)
-    found.append(replace(defaults, name="solve-ivp-defaults", atol=1e-6, short="ivp:l"))
-    for solver in TIGHT:
-        name, short = f"{solver}-scipy-{FIRST_ORDER}", f"{solver}:1"
-        found.append(replace(called[solver, ""], name=name, formulation=FIRST_ORDER, short=short))
+    defaults = replace(method("dop853-scipy-lagrange=1e-3"), solver="rk45", order=5, atol=1e-6)
+    found.append(replace(defaults, name="solve-ivp-defaults", short="ivp:l"))
     return {each.name: each for each in found}

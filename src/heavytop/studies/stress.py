@@ -1,33 +1,50 @@
-"""Stress: the motions at which methods fail, every method at each of them, and how each fails."""
+"""Stress: the motions at which methods fail, every method at each of them, and how each fails.
+
+A task is a method at a case, done as its user would do it, in a process that can be killed.
+Compiled methods of others are stepped in the axis form; those of fixed step take so many steps that
+the last one ends with the span, their step being a part of the nutation period, or of the
+pendulum's where nothing nutates. scipy's solvers are called once, from the start to the end.
+"""
 
 from __future__ import annotations
 
 import math
 import os
 import time
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
-from dataclasses import asdict, dataclass
-from enum import StrEnum
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from heavytop.errors import BadScene, Fault, HeavyTopError
+import numpy as np
+
+from heavytop import errors
+from heavytop.comparison.adaptive import textbook_right_hand_side, textbook_solve
+from heavytop.comparison.methods import make_stepper
+from heavytop.comparison.steppers import FixedStep, IntegrationFailed, Stepper
+from heavytop.equations.formulation import Formulation
+from heavytop.equations.lambdify import lambdified
+from heavytop.integration.outputs import invariants, sample
 from heavytop.machine import versions
+from heavytop.numbers.double_double import Array, two_product
+from heavytop.results.stress import ASTRAY, AUTO, Outcome, Run, SkippedRun, Stress
 from heavytop.run.events import Counts
+from heavytop.run.planning import Plan
+from heavytop.run.propagation import binary_start, propagate
+from heavytop.run.trajectory import Trajectory
+from heavytop.run.verify import energy_error
 from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options, path_of
 from heavytop.studies import runner
-from heavytop.studies.conditioning import CaseReference, reference
-from heavytop.studies.methods import ANGLES, AUTO, FIRST_ORDER, Method, stress_methods
+from heavytop.studies.methods import ANGLES, TOLERANCE, Method, stress_methods
 from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store, reading
-from heavytop.studies.stress_cases import Case, cases
-from heavytop.studies.stress_runs import RunResult, run, stepper_of
+from heavytop.studies.stress_cases import Case, CaseReference, cases, reference
 from heavytop.studies.timed import Lost, TimedOut, Worker
 
 KIND: Final = "stress"
-SCHEMA: Final = "heavytop/stress/1"
 LISTED: Final = "heavytop/stress-cases/1"
 BUDGET_S: Final = 240.0
 TIME_S: Final = 3.0
@@ -39,328 +56,15 @@ NUMBERS: Final = {
     "step_limit": Range(1, 10**12, whole=True),
     "jobs": Range(1, 1024, whole=True),
 }
-MOST_LOST: Final = 2.0  # digits beyond the condition, of auto
 KEPT: Final = 0.5  # of the digits that conditioning leaves
-ASTRAY: Final = 0.1  # an error of the axis, of 2 at most
 STILL: Final = 1e-3  # of the way the axis went
-UNDETERMINED: Final = "nothing-to-tell"
+BLOCK: Final = 1000  # steps of a fixed step between two looks,
+CALL: Final = 50  # and of CyRK, whose steps are known by whole blocks only
+OWN_WARNINGS: Final = (errors.DoubtfulWarning, errors.UnboundedAngleWarning)
+WATCHED: Final = ("turning", "reversal")  # sign changes are all that scipy finds: a cusp is none
+WANTED: Final = {"taylor-cubic": ("theta",), ANGLES: ("axis", "phi", "psi")}
 
 WORKER: Final = Worker()  # of this process
-
-
-class Outcome(StrEnum):
-    """How a run ended; `RULES` says when each is used."""
-
-    OK = "ok"
-    INACCURATE = "inaccurate"
-    SINGULAR = "singular"
-    STALLED = "stalled"
-    DIVERGED = "diverged"
-    STEP_LIMIT = "step-limit"
-    TIME_LIMIT = "time-limit"
-    REFUSED = "refused"
-    MISSED_EVENTS = "missed-events"
-
-
-RULES: Final = {
-    Outcome.REFUSED: "it says beforehand that it cannot, and why",
-    Outcome.TIME_LIMIT: "it had not come back at its time limit, or took longer",
-    Outcome.STEP_LIMIT: "it had taken all the steps it may take, or more",
-    Outcome.SINGULAR: "it stopped on the way: the equations gave no finite numbers",
-    Outcome.STALLED: "its steps vanished or have no solution; or it rests where the axis moves",
-    Outcome.DIVERGED: f"it says it has arrived, {ASTRAY:g} or more from the axis (where they are "
-    "judged, from φ or ψ), or with no numbers",
-    Outcome.INACCURATE: "it says it has arrived, without half of the digits that conditioning "
-    "leaves",
-    Outcome.MISSED_EVENTS: "it arrived in place, with more events or fewer than there are",
-    Outcome.OK: "it arrived, with at least half of the digits that conditioning leaves",
-}
-STOPPED: Final = {
-    "refused": Outcome.REFUSED,
-    "singular": Outcome.SINGULAR,
-    "step-limit": Outcome.STEP_LIMIT,
-    "failed": Outcome.STALLED,
-}
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Run:
-    """One run, judged.
-
-    Attributes
-    ----------
-    case, method : str
-    formulation : str
-    outcome : Outcome
-    error : float or None
-        Distance of the axis from the true one at the end; of the tilt, where only that is given;
-        of φ or ψ, where they are judged.
-    digits_lost : float or None
-        Decimal digits of the error beyond what conditioning allows.
-    condition : float or None
-    energy_error : float or None
-    steps : int or None
-    smallest_step : float or None
-        [s]
-    named : bool
-        Whether the run itself said, by an error or a warning, that something is wrong.
-    untold : bool
-        Whether its outcome is chance, as conditioning leaves no digits.
-    turns : (int, int), or None
-        Whole turns by which φ and ψ are wrong, where the run follows them.
-    plan, note : str
-        What auto chose; what the run says, and what is wrong with it.
-    seconds : float or None
-        Wall-clock time [s].
-    """
-
-    case: str
-    method: str
-    formulation: str
-    outcome: Outcome
-    error: float | None = None
-    digits_lost: float | None = None
-    condition: float | None = None
-    energy_error: float | None = None
-    steps: int | None = None
-    smallest_step: float | None = None
-    named: bool = False
-    untold: bool = False
-    turns: tuple[int, int] | None = None
-    plan: str = ""
-    note: str = ""
-    seconds: float | None = None
-
-    @property
-    def silently_wrong(self) -> bool:
-        """Whether it lost digits or events, or had none to lose, and did not say so."""
-        if self.named:
-            return False
-        lost = (self.digits_lost or 0.0) > MOST_LOST
-        return lost or self.untold or self.outcome is not Outcome.OK
-
-    def document(self) -> dict[str, Any]:
-        """Return the run as a row of the document; without wall-clock values."""
-        row = asdict(self) | {"outcome": str(self.outcome)}
-        row["turns"] = self.turns and list(self.turns)
-        del row["seconds"]
-        return row
-
-
-@dataclass(frozen=True, slots=True)
-class SkippedRun:
-    """A run that was not done, and why."""
-
-    case: str
-    method: str
-    reason: str
-    lost: bool = False
-
-    def document(self) -> dict[str, Any]:
-        """Return it as a row of the document."""
-        return {"case": self.case, "method": self.method, "reason": self.reason}
-
-
-@dataclass(frozen=True, slots=True)
-class Stress:
-    """The result of a stress test.
-
-    Attributes
-    ----------
-    cases : tuple of Case
-    methods : tuple of Method
-    runs : tuple of Run
-        What became of each pair; ``stress["cusp", "auto"]`` is one.
-    skipped : tuple of SkippedRun
-        Runs that were not done.
-    limits : dict from str to float
-        ``time_s`` [s] and ``steps`` of a run, and the ``budget_s`` of all [s].
-    apart : tuple of SkippedRun
-        Pairs that do not go together.
-    """
-
-    cases: tuple[Case, ...]
-    methods: tuple[Method, ...]
-    runs: tuple[Run, ...]
-    skipped: tuple[SkippedRun, ...]
-    limits: Mapping[str, float]
-    apart: tuple[SkippedRun, ...] = ()
-
-    def __repr__(self) -> str:
-        """Return how much was done, in a line."""
-        return (
-            f"<Stress: {len(self.runs)} runs of {len(self.methods)} methods at "
-            f"{len(self.cases)} cases, {len(self.skipped)} skipped>"
-        )
-
-    def __getitem__(self, key: tuple[str, str]) -> Run:
-        """Return a run by the names of its case and its method; KeyError if it was not done."""
-        return {(run.case, run.method): run for run in self.runs}[key]
-
-    @property
-    def silently_wrong(self) -> tuple[Run, ...]:
-        """Runs of auto that lost more than two digits, or events, and did not say so."""
-        return tuple(run for run in self._of_auto if run.silently_wrong)
-
-    def counts(self) -> dict[str, dict[str, int]]:
-        """Return how often each method had each outcome, and how often there was nothing to tell.
-
-        What is counted as nothing to tell is not counted as anything else.
-        """
-        found = {
-            method.name: dict.fromkeys([*map(str, Outcome), UNDETERMINED], 0)
-            for method in self.methods
-        }
-        for each in self.runs:
-            found[each.method][UNDETERMINED if each.untold else str(each.outcome)] += 1
-        return found
-
-    def document(self, files: Mapping[str, str] | None = None) -> dict[str, Any]:
-        """Return the document heavytop/stress/1.
-
-        Parameters
-        ----------
-        files : mapping, optional
-            Names of the files that were written, by what they are.
-        """
-        return {
-            "schema": SCHEMA,
-            "limits": dict(self.limits),
-            "rules": {str(outcome): rule for outcome, rule in RULES.items()},
-            "hard": {case.name: case.hard for case in self.cases},
-            "methods": {each.name: each.short for each in self.methods},
-            "settings": {each.name: each.heading for each in self.methods},
-            "cases": [run.document() for run in self.runs],
-            "skipped": [each.document() for each in self.skipped],
-            "apart": [each.document() for each in self.apart],
-            "auto": {
-                "run": bool(self._of_auto),
-                "silently_wrong": [run.case for run in self.silently_wrong],
-            },
-            "files": dict(files or {}),
-            "versions": versions(),
-        }
-
-    @property
-    def _of_auto(self) -> list[Run]:
-        return [run for run in self.runs if run.formulation == AUTO]
-
-
-# --- how a run is judged ---------------------------------------------------------------------
-
-
-def judged(found: RunResult, truth: CaseReference, case: str, method: Method) -> Run:
-    """Return what is said of a run; where its method is to follow φ and ψ, these are judged.
-
-    Parameters
-    ----------
-    found : RunResult
-    truth : CaseReference
-    case : str
-    method : Method
-    """
-    told = partial(
-        Run,
-        case=case,
-        method=method.name,
-        formulation=method.formulation,
-        condition=min(truth.condition, 1e300),
-        energy_error=found.energy_error,
-        steps=found.steps,
-        smallest_step=found.smallest_step,
-        plan=found.plan,
-        note=found.said,
-        named=bool(found.said),
-    )
-    if found.ending in STOPPED:
-        return told(outcome=STOPPED[found.ending], named=True)
-    off = [a - b for a, b in zip(found.angles or (), truth.angles, strict=False)]
-    if method.name == ANGLES:
-        truth, error = truth.of_angles(), max(map(abs, off), default=math.nan)
-    else:
-        error = _error(found, truth)
-    if not math.isfinite(error):
-        return told(outcome=Outcome.DIVERGED, note="no numbers at the end", named=False)
-    lost = truth.digits_lost(error)
-    outcome, why = _outcome(found, truth, error, lost)
-    untold = truth.hopeless and not found.more_bits
-    turns = tuple(round(angle / math.tau) for angle in off)
-    notes = [
-        "nothing to tell: no digits left" if untold else "",
-        why,
-        ", ".join(map(_turned, ("φ", "ψ"), turns)).strip(", "),
-        "" if found.more_bits else _leaving(truth),
-        found.said,
-    ]
-    return told(
-        outcome=outcome,
-        error=error,
-        digits_lost=lost,
-        untold=untold,
-        turns=(turns[0], turns[1]) if turns else None,
-        note="; ".join(filter(None, notes)),
-    )
-
-
-def _error(found: RunResult, truth: CaseReference) -> float:
-    if found.axis is not None:
-        return math.dist(found.axis, truth.axis)
-    return math.nan if found.theta is None else abs(found.theta - truth.theta)
-
-
-def _outcome(
-    found: RunResult, truth: CaseReference, error: float, lost: float
-) -> tuple[Outcome, str]:
-    """Return the outcome of a run that says it has arrived, and what is wrong with it."""
-    poor = lost > (1 - KEPT) * truth.digits
-    if poor and (found.resting or found.moved <= STILL * truth.moved):
-        said = f"at rest after {found.steps} steps, and says that it has arrived"
-        return Outcome.STALLED, said
-    if poor or error >= ASTRAY:
-        off = found.energy_error
-        said = "says that it has arrived" + (
-            "" if off is None else f"; its energy is off by {off:.0e}"
-        )
-        return Outcome.DIVERGED if error >= ASTRAY else Outcome.INACCURATE, said
-    if missed := missed_events(found.counted, truth.counts):
-        return Outcome.MISSED_EVENTS, "" if "events: " in found.said else missed
-    return Outcome.OK, ""
-
-
-def _turned(angle: str, turns: int) -> str:
-    """Say by how many whole turns an angle is wrong: an axis and an energy do not see them."""
-    return f"{angle} is off by {turns:+d} turn{'s'[: abs(turns) > 1]}" if turns else ""
-
-
-def _leaving(truth: CaseReference) -> str:
-    """Say where doubles hold nothing any more, whoever computes with them."""
-    if truth.leaves is None:
-        return ""
-    return f"leaves the vertical's neighbourhood by rounding at t ≈ {truth.leaves:.3g} s"
-
-
-def missed_events(counted: Mapping[str, int], counts: Counts | None) -> str:
-    """Say which events were counted otherwise than there are.
-
-    Where a method knows no cusps, phidot may touch zero in each of them, in none, or only at the
-    start, which is one.
-
-    Examples
-    --------
-    >>> missed_events({"turning": 5}, {"turning": (6, 6)})
-    '5 turning, not 6'
-    """
-    if counts is None or not counted:
-        return ""
-    cusps = counts.get("cusp", (0, 0)) if "cusp" not in counted else (0, 0)
-    wrong = []
-    for name, found in counted.items():
-        least, most = counts[name]
-        touched = name == "reversal" and cusps[0] > 0 and found in (1, *cusps)
-        if not (least <= found <= most or touched):
-            wrong.append(f"{found} {name}, not {least}")
-    return "; ".join(wrong)
-
 
 # --- the study -------------------------------------------------------------------------------
 
@@ -447,7 +151,7 @@ def _parameters(
     asked, no_methods = _named("methods", methods, stress_methods())
     values, wrong = parse_options("stress", limits, NUMBERS)
     if faults := (*no_cases, *no_methods, *wrong):
-        raise BadScene(faults)
+        raise errors.BadScene(faults)
     parameters = {
         "kind": KIND,
         "cases": found,
@@ -459,19 +163,10 @@ def _parameters(
     return parameters, values
 
 
-def _named(key: str, some: Any, known: Mapping[str, Any]) -> tuple[list[str], list[Fault]]:
+def _named(key: str, some: Any, known: Mapping[str, Any]) -> tuple[list[str], list[errors.Fault]]:
     """Return the names of what is asked for, none of it twice, and all where nothing is named."""
     found, faults = parse_names("stress", key, known if some is None else some, one_of(known, LIST))
     return list(dict.fromkeys(each.name for each in found)), faults
-
-
-def _pairs(parameters: Parameters) -> list[tuple[Case, Method]]:
-    known = stress_methods()
-    return [(cases()[c], known[m]) for m in parameters["methods"] for c in parameters["cases"]]
-
-
-def _apart(case: Case, method: Method) -> bool:
-    return method.formulation == FIRST_ORDER and not case.first_order
 
 
 def renewed(parameters: Parameters) -> Parameters:
@@ -482,11 +177,8 @@ def renewed(parameters: Parameters) -> Parameters:
 
 def tasks(parameters: Parameters) -> list[str]:
     """Return the names of the runs: a case and a method."""
-    return [
-        f"{case.name}/{method.name}"
-        for case, method in _pairs(parameters)
-        if not (method.absent or _apart(case, method))
-    ]
+    there = [name for name in parameters["methods"] if not stress_methods()[name].absent]
+    return [f"{case}/{method}" for method in there for case in parameters["cases"]]
 
 
 def complete(
@@ -519,57 +211,45 @@ def collect(store: MemoryStore, budget: float = BUDGET_S) -> Stress:
     budget : float
         What it was given [s].
     """
-    parameters, runs, skipped, apart = store.parameters, [], [], []
-    for case, method in _pairs(parameters):
-        name = f"{case.name}/{method.name}"
-        record = store.load(name)
-        no_run = partial(SkippedRun, case.name, method.name)
-        if record.done:
-            with reading(f"run {name}"):
-                [row] = record.rows
-                turns = row["turns"] and (*row["turns"],)
-                read = {"outcome": Outcome(row["outcome"]), "turns": turns}
-                runs.append(Run(**row | read, seconds=store.seconds.get(name)))
-        elif _apart(case, method):
-            apart.append(no_run("it solves u' = ±√f(u), for the case first-order alone"))
-        elif method.absent:
-            skipped.append(no_run(f"{', '.join(method.absent)} is not installed"))
-        elif record.failed:
-            skipped.append(no_run(record.failed, lost=True))
-        else:
-            skipped.append(no_run("the budget was spent"))
+    parameters, runs, skipped = store.parameters, [], []
+    methods = [stress_methods()[name] for name in parameters["methods"]]
+    for method in methods:
+        for case in parameters["cases"]:
+            record = store.load(f"{case}/{method.name}")
+            if record.done:
+                with reading(f"run {record.task}"):
+                    [row] = record.rows
+                    turns = row["turns"] and (*row["turns"],)
+                    runs.append(Run(**row | {"outcome": Outcome(row["outcome"]), "turns": turns}))
+                continue
+            absent = method.absent and f"{', '.join(method.absent)} is not installed"
+            reason = absent or record.failed or "the budget was spent"
+            lost = record.failed is not None
+            skipped.append(SkippedRun(case=case, method=method.name, reason=reason, lost=lost))
+    limits = {"time_s": parameters["time_limit"], "steps": parameters["step_limit"]}
     return Stress(
-        cases=tuple(cases()[name] for name in parameters["cases"]),
-        methods=tuple(stress_methods()[name] for name in parameters["methods"]),
-        runs=tuple(runs),
+        limits={"budget_s": budget, **limits},
+        hard={name: cases()[name].hard for name in parameters["cases"]},
+        methods={each.name: each.short for each in methods},
+        settings={each.name: each.heading for each in methods},
+        cases=tuple(runs),
         skipped=tuple(skipped),
-        limits={
-            "budget_s": budget,
-            "time_s": parameters["time_limit"],
-            "steps": parameters["step_limit"],
-        },
-        apart=tuple(apart),
+        versions=versions(),
     )
 
 
 def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[Chunk]:
     """Do one run in a process that can be killed; no clock runs while it gets ready."""
     case, _, method = task.partition("/")
-    time_limit, asked = parameters["time_limit"], (case, method, reference(case))
-    form = stress_methods()[method].formulation
-    late = partial(Run, case=case, method=method, formulation=form, outcome=Outcome.TIME_LIMIT,
-                   named=True)  # fmt: skip
-    seconds = time_limit
+    asked, seconds = (case, method, reference(case)), parameters["time_limit"]
     try:
         WORKER.call(get_ready, *asked)
-        limits = (parameters["step_limit"],)
-        found, seconds = WORKER.call(put_to_test, *asked, *limits, timeout=time_limit)
-        if seconds > time_limit:
-            found = late(note=f"back after {seconds:.2g} s")
+        limits = parameters["step_limit"], seconds
+        found, seconds = WORKER.call(put_to_test, *asked, *limits, timeout=seconds)
     except TimedOut:
-        found = late(note=f"killed after {time_limit:g} s")
+        found = _late(case, method, f"killed after {seconds:g} s")
     except Lost as death:
-        raise HeavyTopError(f"its process was lost: {death}") from None
+        raise errors.HeavyTopError(f"its process was lost: {death}") from None
     yield Chunk(rows=[found.document()], done=True, seconds=seconds)
 
 
@@ -582,13 +262,23 @@ def get_ready(case: str, method: str, truth: CaseReference) -> None:
         stepper_of(cases()[case], chosen, truth)
 
 
-def put_to_test(case: str, method: str, truth: CaseReference, step_limit: int) -> tuple[Run, float]:
+def put_to_test(
+    case: str, method: str, truth: CaseReference, step_limit: int, time_limit: float
+) -> tuple[Run, float]:
     """In the worker: do a run, and judge it; return it with the time it took [s]."""
     chosen = stress_methods()[method]
     began = time.perf_counter()
     found = run(cases()[case], chosen, truth, step_limit)
     seconds = time.perf_counter() - began
+    if seconds > time_limit:
+        return _late(case, method, f"back after {seconds:.2g} s"), seconds
     return judged(found, truth, case, chosen), seconds
+
+
+def _late(case: str, method: str, note: str) -> Run:
+    form = stress_methods()[method].formulation
+    return Run(case=case, method=method, formulation=form, outcome=Outcome.TIME_LIMIT, named=True,
+               note=note)  # fmt: skip
 
 
 def listing() -> dict[str, Any]:
@@ -609,3 +299,309 @@ def listing() -> dict[str, Any]:
             for m in methods
         ],
     }
+
+
+# --- one run ---------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """What one run gave, before it is judged.
+
+    Attributes
+    ----------
+    stopped : Outcome or None
+        What stopped it on the way.
+    said : str
+        What it said of that, or of a doubt.
+    steps : int
+    smallest_step : float or None
+        Its shortest step; of the Taylor integrator, the shortest mean of a block of them [s].
+    axis : tuple of 3 float, or None
+        At the end; None where the formulation gives the tilt alone.
+    theta : float or None
+    angles : tuple of float
+        phi and psi at the end, where the run follows them [rad].
+    energy_error : float or None
+        How far E' is off its start, relative to max(|E'|, gMR).
+    moved : float
+        How far from its start the axis, or the tilt, has gone.
+    counted : dict from str to int
+        Events.
+    plan : str
+        What auto chose.
+    more_bits : bool
+        Whether it had more than doubles have.
+    """
+
+    stopped: Outcome | None = None
+    said: str = ""
+    steps: int = 0
+    smallest_step: float | None = None
+    axis: tuple[float, float, float] | None = None
+    theta: float | None = None
+    angles: tuple[float, ...] = ()
+    energy_error: float | None = None
+    moved: float = 0.0
+    counted: Mapping[str, int] = field(default_factory=dict)
+    plan: str = ""
+    more_bits: bool = False
+
+
+def run(case: Case, method: Method, truth: CaseReference, step_limit: int) -> RunResult:
+    """Do one run.
+
+    Parameters
+    ----------
+    case : Case
+    method : Method
+        One of `heavytop.studies.methods.stress_methods`.
+    truth : CaseReference
+        Of the case: the end and the period, and nothing of what is found there.
+    step_limit : int
+        Steps after which it is given up. What looks at them between blocks takes a whole block.
+    """
+    if not method.is_rival:
+        found = _taylor(case, method, step_limit)
+    else:
+        found = (_textbook if method.solver else _stepped)(case, method, truth, step_limit)
+    if found.stopped is None and found.steps > step_limit:
+        said = f"{found.steps} steps, where it may take fewer"
+        return replace(found, stopped=Outcome.STEP_LIMIT, said=said)
+    return found
+
+
+def _taylor(case: Case, method: Method, step_limit: int) -> RunResult:
+    scene = replace(case.scene, quantities=WANTED.get(method.name, ("axis",)))
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        try:
+            found = propagate(scene, formulation=method.formulation, step_limit=step_limit)
+        except errors.BadScene as refusal:
+            return RunResult(Outcome.REFUSED, "; ".join(fault.rule for fault in refusal.faults))
+        except errors.EndedEarly as early:
+            found = early.trajectory
+    said = "; ".join(str(w.message) for w in heard if issubclass(w.category, OWN_WARNINGS))
+    end, chosen = found.orbit.end, found.plan
+    result = RunResult(None, said, found.statistics.steps, _smallest_step(found))
+    if method.formulation == AUTO:
+        parts = (chosen.formulation, chosen.precision, "projected" if chosen.projected else "")
+        plan, more_bits = ", ".join(filter(None, parts)), chosen.precision != "double"
+        result = replace(result, plan=plan, more_bits=more_bits)
+    if found.outcome is not errors.Outcome.FINISHED:
+        why = said or f"{found.outcome.sentence}, at t = {end:.6g} s"
+        return replace(result, stopped=Outcome(found.outcome), said=why)
+    with np.errstate(all="ignore"):
+        counted = {name: found.events.count(name) or 0 for name in scene.events}
+        result = replace(result, energy_error=energy_error(found), counted=counted)
+        return _with_motion(result, found([0.0, end]))
+
+
+def _smallest_step(found: Trajectory) -> float | None:
+    places = [(point.time[0], point.steps) for point in found.orbit.checkpoints]
+    places.append((found.orbit.end, found.statistics.steps))
+    blocks = np.diff(places, axis=0)
+    return min((abs(t) / n for t, n in blocks.tolist() if n), default=None)
+
+
+def stepper_of(case: Case, method: Method, truth: CaseReference) -> tuple[Stepper, int]:
+    """Return a method set up for a case, and how many its steps are if they have one length.
+
+    What it compiles is compiled here.
+    """
+    parameters, start = binary_start(case.scene, Plan("axis"))
+    ahead, span = (1 if truth.end >= 0 else -1), abs(truth.end)
+    if method.set_by == TOLERANCE:
+        setting, steps, block = method.setting, 0, CALL
+    else:
+        period = truth.period or math.tau / math.sqrt(abs(parameters["g"]))
+        steps = math.ceil(span / period * method.setting)
+        setting, block = float(steps), min(steps, BLOCK)
+    name = method.name
+    return make_stepper(name, start.state, parameters, setting, span, ahead, steps=block), steps
+
+
+def _stepped(case: Case, method: Method, truth: CaseReference, step_limit: int) -> RunResult:
+    """Let a compiled method go block by block until one holds the end."""
+    stepper, steps = stepper_of(case, method, truth)
+    if steps > step_limit:
+        return RunResult(Outcome.STEP_LIMIT, f"its steps would be {steps}", steps)
+    end, smallest = stepper.output_time(truth.end), None
+    if isinstance(stepper, FixedStep):
+        end, smallest = two_product(stepper.h, float(steps)), abs(stepper.h)
+    before = after = stepper.begin()
+    try:
+        while abs(after.time[0]) < abs(end[0]):
+            if after.steps >= step_limit:
+                return RunResult(Outcome.STEP_LIMIT, steps=after.steps)
+            before, after = after, stepper.block(after)
+        state = stepper.states_at(before, [end])[0]
+    except IntegrationFailed as failure:
+        return RunResult(Outcome.STALLED, str(failure))
+    result = RunResult(steps=steps or after.steps, smallest_step=smallest)
+    return _arrived(result, case, Plan("axis"), truth.end, state)
+
+
+def _textbook(case: Case, method: Method, truth: CaseReference, step_limit: int) -> RunResult:
+    """Let one of scipy's solvers go, from any start: at a pole nothing warns its user either."""
+    chosen = Plan(method.formulation)
+    form, (parameters, start) = chosen.equations, binary_start(case.scene, chosen)
+    watched = [_zero(form, name, parameters) for name in WATCHED] if case.counted else []
+    told = textbook_solve(
+        textbook_right_hand_side(form, parameters),
+        start.state,
+        truth.end,
+        method.solver,
+        method.setting,
+        method.atol or method.setting,
+        step_limit,
+        watched,
+    )
+    result = RunResult(None, told.message, told.steps, told.smallest)
+    if told.status == "finished":
+        counted = dict(zip(WATCHED, told.zeros, strict=False))
+        return _arrived(replace(result, counted=counted), case, chosen, told.t, told.state)
+    failed = Outcome.STALLED if told.finite else Outcome.SINGULAR
+    return replace(result, stopped=failed if told.status == "failed" else Outcome.STEP_LIMIT)
+
+
+def _zero(form: Formulation, name: str, parameters: dict[str, float]) -> Callable[[Array], float]:
+    symbols = (*form.parameters, *form.given)
+    known = [parameters[p.name] for p in symbols]
+    function = lambdified([form.events[name]], (*form.states, *symbols))
+    return lambda y: float(function(*y, *known)[0])
+
+
+def _arrived(
+    result: RunResult, case: Case, chosen: Plan, end: float, state: Sequence[float]
+) -> RunResult:
+    """Return a result with what the last state says."""
+    form, (parameters, start) = chosen.equations, binary_start(case.scene, chosen)
+    rows, times = np.array([start.state, state]), np.array([0.0, end])
+    if not np.isfinite(rows).all():
+        return result
+    with np.errstate(all="ignore"):
+        seen = sample(form, rows, parameters, times, np.full(2, np.nan))
+        energy = invariants(form, rows, parameters, times)["energy"]
+    weight = parameters["g"] if "g" in parameters else parameters["gMR"] / parameters["A"]
+    off = abs(float(energy[1] - energy[0])) / max(abs(float(energy[0])), abs(weight))
+    return _with_motion(replace(result, energy_error=off), seen)
+
+
+def _with_motion(result: RunResult, seen: Any) -> RunResult:
+    """Return a result with axis and angles, which were seen at the start and at the end."""
+    has_axis = not np.isnan(seen.axis).any()
+    x, y, z = seen.axis[1].tolist()
+    phi, psi = float(seen.phi[1]), float(seen.psi[1])
+    return replace(
+        result,
+        axis=(x, y, z) if has_axis else None,
+        theta=float(seen.theta[1]),
+        angles=(phi, psi) if math.isfinite(phi + psi) else (),
+        moved=math.dist(*seen.axis) if has_axis else abs(float(np.diff(seen.theta)[0])),
+    )
+
+
+# --- how a run is judged ---------------------------------------------------------------------
+
+
+def judged(found: RunResult, truth: CaseReference, case: str, method: Method) -> Run:
+    """Return what is said of a run; where its method is to follow φ and ψ, these are judged.
+
+    Parameters
+    ----------
+    found : RunResult
+    truth : CaseReference
+    case : str
+    method : Method
+    """
+    told = partial(
+        Run,
+        case=case,
+        method=method.name,
+        formulation=method.formulation,
+        condition=min(truth.condition, 1e300),
+        energy_error=found.energy_error,
+        steps=found.steps,
+        smallest_step=found.smallest_step,
+        plan=found.plan,
+    )
+    if found.stopped:
+        return told(outcome=found.stopped, note=found.said, named=True)
+    off = [a - b for a, b in zip(found.angles, truth.angles, strict=False)]
+    if method.name == ANGLES:
+        truth, error = truth.of_angles(), max(map(abs, off), default=math.nan)
+    elif found.axis is not None:
+        error = math.dist(found.axis, truth.axis)
+    else:
+        error = math.nan if found.theta is None else abs(found.theta - truth.theta)
+    if not math.isfinite(error):
+        return told(outcome=Outcome.DIVERGED, note="no numbers at the end")
+    lost = truth.digits_lost(error)
+    outcome, why = _outcome(found, truth, error, lost)
+    untold = truth.hopeless and not found.more_bits
+    turns = [round(angle / math.tau) for angle in off]
+    notes = [
+        "nothing to tell: no digits left" if untold else "",
+        why,
+        ", ".join(
+            f"{angle} is off by {n:+d} turn{'s'[: abs(n) > 1]}"  # which the axis does not see
+            for angle, n in zip("φψ", turns, strict=False)
+            if n
+        ),
+        ""
+        if found.more_bits or truth.leaves is None
+        else f"leaves the vertical's neighbourhood by rounding at t ≈ {truth.leaves:.3g} s",
+        found.said,
+    ]
+    return told(
+        outcome=outcome,
+        error=error,
+        digits_lost=lost,
+        named=bool(found.said),
+        untold=untold,
+        turns=(turns[0], turns[1]) if turns else None,
+        note="; ".join(filter(None, notes)),
+    )
+
+
+def _outcome(
+    found: RunResult, truth: CaseReference, error: float, lost: float
+) -> tuple[Outcome, str]:
+    """Return the outcome of a run that says it has arrived, and what is wrong with it."""
+    poor = lost > (1 - KEPT) * truth.digits
+    if poor and found.moved <= STILL * truth.moved:
+        said = f"at rest after {found.steps} steps, and says that it has arrived"
+        return Outcome.STALLED, said
+    if poor or error >= ASTRAY:
+        off = found.energy_error
+        said = "says that it has arrived" + (
+            "" if off is None else f"; its energy is off by {off:.0e}"
+        )
+        return Outcome.DIVERGED if error >= ASTRAY else Outcome.INACCURATE, said
+    if missed := missed_events(found.counted, truth.counts):
+        return Outcome.MISSED_EVENTS, "" if "events: " in found.said else missed
+    return Outcome.OK, ""
+
+
+def missed_events(counted: Mapping[str, int], counts: Counts | None) -> str:
+    """Say which events were counted otherwise than there are.
+
+    Where a method knows no cusps, phidot may touch zero in each of them, in none, or only at the
+    start, which is one.
+
+    Examples
+    --------
+    >>> missed_events({"turning": 5}, {"turning": (6, 6)})
+    '5 turning, not 6'
+    """
+    if counts is None or not counted:
+        return ""
+    cusps = counts.get("cusp", (0, 0)) if "cusp" not in counted else (0, 0)
+    wrong = []
+    for name, found in counted.items():
+        least, most = counts[name]
+        touched = name == "reversal" and cusps[0] > 0 and found in (1, *cusps)
+        if not (least <= found <= most or touched):
+            wrong.append(f"{found} {name}, not {least}")
+    return "; ".join(wrong)

@@ -1,27 +1,50 @@
-"""The cases: motions at which methods are known to fail, and why each is hard.
+"""The cases: motions at which methods are known to fail, why each is hard, and what it allows.
 
 Numbers are exact texts, so that the truth of a case is the same for every method. Spans end
-between turning points, where an error in time shows.
+between turning points, where an error in time shows. The condition says what an ulp of the start
+does to the axis at the end. It is that of the axis form, which has no poles: the largest of its
+state-transition matrices to the end, from the start and from times on the way, where rounding is as
+bad; each state and constant counts in its natural size, the length of the axis or of the angular
+momentum. Beyond a hundred periods it is taken to grow as the time.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from types import MappingProxyType
 from typing import Any, Final
 
+import numpy as np
+from numpy.typing import NDArray
+
+from heavytop.analytic.motion import Motion
+from heavytop.integration.compiled import VariedRun
+from heavytop.run.events import Counts, tally
+from heavytop.run.planning import closed_form_of, plan, span
+from heavytop.run.sensitivities import varied_run
 from heavytop.scene.scene import Scene, load_scene
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-BOOK: Final = ("3.28e-4", "6.60e-5", "0.0456")  # A, C and gMR of SICM's top
-UNIT: Final = (1, "0.5", 1)
-BETSCH: Final = ("6.375e-3", "7.5e-4", "0.73575")
+Array = NDArray[np.float64]
 Start = dict[str, object]
+
+BOOK: Final = ("3.28e-4", "6.60e-5", "0.0456")  # A, C and gMR of SICM's top
+SIMPLE: Final = (1, "0.5", 1)
+BETSCH: Final = ("6.375e-3", "7.5e-4", "0.73575")
 SPAN: Final = "2.618"  # nutation periods
 EVENTS: Final = ("turning", "reversal", "cusp")
+
+UNIT: Final = 2.0**-53
+ROUNDINGS: Final = 16  # of the start, of constants and of steps, that every method may make
+FOLLOWED: Final = 100  # periods
+LOOKS: Final = 65  # times at which the matrix is taken,
+RESTART: Final = 8  # and after so many of them it is taken anew
+SHARP: Final = 0.1  # of a small tilt's time to grow by e: how far apart, at most, finer looks are
+AXIS: Final = 2.0  # how far apart two axes can be
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,15 +60,12 @@ class Case:
         It wants the axis.
     counted : bool
         Whether events are counted and held against the exact numbers.
-    first_order : bool
-        Whether it is solved as u' = sqrt(f(u)), by solvers for equations of the first order.
     """
 
     name: str
     hard: str
     scene: Scene
     counted: bool = False
-    first_order: bool = False
 
     def document(self) -> dict[str, Any]:
         """Return the case as a row of the document heavytop/stress-cases/1."""
@@ -69,14 +89,7 @@ def cases() -> Mapping[str, Case]:
 
 
 def _case(
-    name: str,
-    hard: str,
-    top: Any,
-    start: Any,
-    *,
-    counted: bool = False,
-    first_order: bool = False,
-    **span: Any,
+    name: str, hard: str, top: Any, start: Any, *, counted: bool = False, **span: Any
 ) -> Case:
     scene = Scene(
         Top(*top),
@@ -88,7 +101,7 @@ def _case(
         digits=10,
         **(span or {"periods": SPAN}),
     )
-    return Case(name, hard, scene, counted, first_order)
+    return Case(name, hard, scene, counted)
 
 
 def _shipped(name: str, hard: str, scene: str, **more: Any) -> Case:
@@ -99,19 +112,21 @@ def _shipped(name: str, hard: str, scene: str, **more: Any) -> Case:
 
 def _poles() -> Iterator[Case]:
     hard = "the angles turn as fast as 1/θ beside a pole, and exactly there they jump"
-    yield _case("through-top", hard, UNIT, _falling("0"))
-    yield _case("through-bottom", hard, UNIT, _falling("0", "-"))
+    yield _case("through-top", hard, SIMPLE, _falling("0"))
+    yield _case("through-bottom", hard, SIMPLE, _falling("0", "-"))
     yield _shipped("planar-rotating", hard, "planar-rotating")
     for power in (2, 4, 6, 8, 10, 12):
         near = f"1e-{power}"
-        yield _case(f"near-top-{near}", f"it passes {near} rad from the top", UNIT, _falling(near))
+        yield _case(
+            f"near-top-{near}", f"it passes {near} rad from the top", SIMPLE, _falling(near)
+        )
     near = "1e-6"
     bottom = _falling(near, "-")
-    yield _case(f"near-bottom-{near}", f"it passes {near} rad from the bottom", UNIT, bottom)
+    yield _case(f"near-bottom-{near}", f"it passes {near} rad from the bottom", SIMPLE, bottom)
     benchmark = "it passes 7e-7 rad from the bottom in every period, by construction"
     yield _shipped("lie-group", benchmark, "lie-group-benchmark", time=2)
     at_pole = "φ and ψ do not exist apart where it starts"
-    yield _case("start-at-top", at_pole, UNIT, {"theta": 0, "thetadot": 1, "omega3": 2})
+    yield _case("start-at-top", at_pole, SIMPLE, {"theta": 0, "thetadot": 1, "omega3": 2})
     beside = "p_φ − p_ψ cosθ cancels: 2e-6 is left of 1e-2"
     yield _shipped("beside-the-top", beside, "sicm-forward-spin-held")
 
@@ -137,10 +152,10 @@ def _sleepers() -> Iterator[Case]:
             hard = f"nearly asleep and pushed, its spin {off} times the threshold"
             spins = {"phidot": off, "omega3": f"4*({off})"}
             start: Start = {"theta": "1e-6", "thetadot": "1e-6", **spins}
-            yield _case(f"sleeping-{off}", hard, UNIT, start, time=20)
+            yield _case(f"sleeping-{off}", hard, SIMPLE, start, time=20)
     slow = "a tilt of 1e-6 grows as exp(0.97 t) and falls over: errors grow with it"
     still = {"theta": "1e-6", "phidot": "0.25", "omega3": 1}
-    yield _case("falling-asleep", slow, UNIT, still, time=25)
+    yield _case("falling-asleep", slow, SIMPLE, still, time=25)
     small = "absolute tolerances are larger than the whole motion"
     yield _case("asleep-1e-6", small, BOOK, {"theta": "1e-6", "psidot": 140}, time=5)
     grows = "a tilt of 1e-6 grows a millionfold"
@@ -151,7 +166,7 @@ def _separatrices() -> Iterator[Case]:
     hard = "rounding grows as exp(t/2) beside the vertical, which it nears for ever"
     start = {"theta": "pi/3", "phidot": "2/sqrt(3)", "omega3": "2*sqrt(3)"}
     for time in (10, 20, 40, 80, 3000):
-        yield _case(f"separatrix-{time}", hard, UNIT, start, time=time)
+        yield _case(f"separatrix-{time}", hard, SIMPLE, start, time=time)
     slow = "it rests for long beside the vertical, where errors grow"
     yield _shipped("near-separatrix", slow, "near-separatrix", time=45)
 
@@ -179,7 +194,7 @@ def _spins() -> Iterator[Case]:
         spin = f"1e{power}"
         start = {"theta": "0.5", "psidot": spin}
         hard = f"ψ̇ = {spin} rad/s at the same C: a nutation of 4e-{2 * power} rad and no larger"
-        yield _case(f"fast-{spin}", hard, UNIT, start, counted=True)
+        yield _case(f"fast-{spin}", hard, SIMPLE, start, counted=True)
     for power in (4, 6, 8, 10):
         spin = f"1e{power}"
         start = {"theta": "0.5", "thetadot": 1, "phidot": -1, "omega3": spin}
@@ -193,16 +208,146 @@ def _others() -> Iterator[Case]:
         start = {"theta": "pi/3", "phidot": f"10+{off}", "omega3": "140.6"}
         yield _case(f"steady+{off}", hard, BETSCH, start, time=3, counted=True)
     kicked = {"theta": "0.1", "phidot": -15, "psidot": 140}
-    yield _case(
-        "ten-periods",
-        "it is not: only defaults are too loose for it",
-        BOOK,
-        kicked,
-        periods="9.618",
-    )
+    easy = "it is not: only defaults are too loose for it"
+    yield _case("ten-periods", easy, BOOK, kicked, periods="9.618")
     long = "errors of every step add up: energy says nothing of phase"
     yield _case("hundred-periods", long, BOOK, kicked, periods="99.618")
     yield _case("1e5-periods", long, BOOK, kicked, periods="99999.618")
-    first = "θ̇ = ±√f is not Lipschitz at a turning point, and resting there solves it too"
-    falling = {"theta": "0.3", "thetadot": 1, "phidot": -2, "psidot": 140}
-    yield _case("first-order", first, BOOK, falling, periods="0.8", first_order=True)
+
+
+# --- what a case allows ----------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class CaseReference:
+    """The truth of a case, and how well it can be known in doubles.
+
+    Attributes
+    ----------
+    end : float
+        The time that counts [s].
+    theta : float
+        Tilt there [rad].
+    axis : tuple of 3 float
+    condition : float
+        How much larger than a relative error on the way that of the axis can be, at least 1.
+    moved : float
+        How far the axis is from where it was, at most 2.
+    counts : mapping from str to (int, int), or None
+        How many events there are.
+    period : float or None
+        Of the nutation [s].
+    leaves : float or None
+        When rounding in doubles has left nothing of the axis [s].
+    angles : (float, float)
+        phi and psi at the end [rad].
+    """
+
+    end: float
+    theta: float
+    axis: tuple[float, float, float]
+    condition: float
+    moved: float
+    counts: Counts | None
+    period: float | None
+    leaves: float | None
+    angles: tuple[float, float] = (0.0, 0.0)
+
+    def of_angles(self) -> CaseReference:
+        """Return what the case allows to phi and psi: the axis over sinθ, and the angles' own size.
+
+        The last is what a rounding of the spin does to them.
+        """
+        sine = math.hypot(*self.axis[:2])
+        growth = self.condition / sine if sine else math.inf
+        return replace(self, condition=growth + sum(map(abs, self.angles)))
+
+    @property
+    def allowed(self) -> float:
+        """The error of the axis that doubles cannot help."""
+        return min(ROUNDINGS * UNIT * self.condition, AXIS)
+
+    @property
+    def digits(self) -> float:
+        """Decimal digits of the axis that the condition leaves."""
+        return math.log10(AXIS / self.allowed)
+
+    @property
+    def hopeless(self) -> bool:
+        """Whether the condition leaves no digits: what is then right in doubles is so by chance."""
+        return self.allowed >= AXIS
+
+    def digits_lost(self, error: float) -> float:
+        """Decimal digits of an error beyond what the condition allows; not negative.
+
+        Examples
+        --------
+        >>> here = CaseReference(1.0, 0.1, (0.0, 0.1, 1.0), 1.0, 1.0, None, None, None)
+        >>> here.digits_lost(0.0), round(here.digits_lost(1.776e-13), 2)
+        (0.0, 2.0)
+        """
+        return max(0.0, math.log10(error / self.allowed)) if error > 0 else 0.0
+
+
+@cache
+def reference(name: str) -> CaseReference:
+    """Return the truth of a case, by its name."""
+    scene = cases()[name].scene
+    motion = closed_form_of(scene)
+    end = span(scene, motion)
+    exact, start = motion.exact(end), motion.exact(0)
+    x, y, z = map(float, exact.axis)
+    condition, leaves = _followed(scene, motion, end)
+    return CaseReference(
+        end=end,
+        theta=float(exact.theta),
+        axis=(x, y, z),
+        condition=max(1.0, condition),
+        moved=math.dist((x, y, z), tuple(map(float, start.axis))),
+        counts=tally(motion, end) if cases()[name].counted else None,
+        period=motion.period,
+        leaves=leaves,
+        angles=(float(exact.phi), float(exact.psi)),
+    )
+
+
+def _followed(scene: Scene, motion: Motion, end: float) -> tuple[float, float | None]:
+    """The condition of the axis at the end, and the time at which doubles have nothing left."""
+    longest = FOLLOWED * motion.period if motion.period else math.inf
+    reach = min(abs(end), longest)
+    times = np.linspace(0.0, math.copysign(reach, end), LOOKS)
+    varied = varied_run(scene, plan(scene, "axis"))
+    sizes, states = _sizes(varied, times)
+    later = [
+        _sizes(replace(varied, state=states[k]), times[-1:] - times[k])[0]
+        for k in range(RESTART, min(len(states), LOOKS - 1), RESTART)
+    ]
+    worst = max(float(size[-1]) for size in (sizes, *later))
+    return worst * abs(end) / reach, _lost(varied, times, sizes)
+
+
+def _lost(varied: VariedRun, times: Array, sizes: Array) -> float | None:
+    """When a rounding of the start has grown to all there is, if it has at a time of a grid.
+
+    It grows and shrinks again as the axis nears the vertical and leaves it, so that only a grid
+    finer than that tells when it has first grown so much.
+    """
+    lost = np.flatnonzero(sizes * ROUNDINGS * UNIT >= 1.0)
+    if not lost.size:
+        return None
+    late, spacing = float(times[lost[0]]), SHARP / math.sqrt(abs(varied.constants["g"]))
+    finer = np.linspace(0.0, late, max(2, math.ceil(abs(late) / spacing)))
+    found = _sizes(varied, finer)[0]
+    return float(finer[np.argmax(found * ROUNDINGS * UNIT >= 1.0)])
+
+
+def _sizes(varied: VariedRun, times: Array) -> tuple[Array, Array]:
+    """The condition of the axis at times since a start, inf at the last if it overflows; states."""
+    found = varied(times.tolist())
+    found = found[np.isfinite(found[:, 0, 0])]  # before the derivatives have overflowed
+    size = math.hypot(*varied.state[3:5], varied.constants["l_z"])
+    scale = np.array([1.0, 1.0, 1.0, size, size, abs(varied.constants["g"]), size])
+    sizes = np.sqrt(((found[:, :3, 1:] * scale) ** 2).sum(axis=(1, 2)))
+    if len(sizes) < len(times):
+        sizes = np.append(sizes, math.inf)
+    return sizes, found[:, :, 0]
