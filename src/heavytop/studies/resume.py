@@ -12,10 +12,10 @@ from heavytop.studies.runner import Progress, study_of, with_versions_here
 from heavytop.studies.store import STUDY, Store, differences, reading
 
 if TYPE_CHECKING:
+    from heavytop.results.work_precision import WorkPrecision
     from heavytop.studies.atlas import Atlas
     from heavytop.studies.drift_result import Drift
     from heavytop.studies.stress import Stress
-    from heavytop.studies.work_precision import WorkPrecision
 
 
 def resume(
