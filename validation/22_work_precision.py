@@ -50,7 +50,7 @@ def table(document):
 def row(each):
     """The cells of a method: times with the settings that they were taken at."""
     best = each.best
-    name = f"`{each.name}`" if "digits" not in best else f"{each.name}: `{best['stands_for']}`"
+    name = f"`{each.name}`" if best["digits"] is None else f"{each.name}: `{best['stands_for']}`"
     within = ["–" if point is None else timed(point) for point in each.within]
     evaluations = f"{best['rhs_evaluations'] / best['periods']:.3g}"
     return (name, *within, f"{error(best).strip()} in {timed(best)}", evaluations,
@@ -153,7 +153,7 @@ if "write" in sys.argv:
 
 claim("time of the whole diagram [s]", took, BUDGET + 2)
 claim("points ahead of what auto chose", sum(len(found.ahead_of(p)) for p in found.auto), 0)
-claim("choices of auto that miss the digits asked", sum(p.misses for p in found.auto), 0)
+claim("choices of auto that miss the digits asked", sum(p.missed for p in found.auto), 0)
 for words, name in (("axis", "cheapest"), ("theta", "cheapest_theta")):
     for bound in TARGETS:
         first = document[name][bound]
@@ -162,10 +162,10 @@ for words, name in (("axis", "cheapest"), ("theta", "cheapest_theta")):
         ours = 1 / first["ratio"] if not first["rival"] else first["ratio"]
         claim(f"{words} to {bound}: our time over that of the best rival", ours, 1.0)
 theirs = [
-    found.points[i].method.label
+    found.points[i].label
     for leaders, name in ((found.front, "axis_error"), (found.front_theta, "theta_error"))
     for i in leaders
-    if found.points[i].method.is_rival and getattr(found.points[i], name) <= LEAST
+    if found.points[i].rival and getattr(found.points[i], name) <= LEAST
 ]
 claim(f"rivals on the front from {LEAST:g} down {theirs or ''}", len(theirs), 0)
 finish()

@@ -15,14 +15,12 @@ from page import DOCS, rewrite
 import heavytop as ht
 from heavytop.report.stress import UNTOLD_RULE, cell
 from heavytop.report.study_files import write_stress
-from heavytop.results.stress_marks import MARKS, UNTOLD, heading
+from heavytop.results.stress import MARKS, UNTOLD, heading
 
 BUDGET = next((float(x) for x in sys.argv[1:] if x != "write"), 240.0)
 FOLDER = "out/stress"
-PERIODS = 99.618  # of hundred-periods
 OURS = ("auto", "taylor-axis", "taylor-attitude")
 EULER = ("taylor-subsystem", "taylor-lagrange")
-PYTHON = ("dop853-scipy", "lsoda-scipy", "radau-scipy")
 SUCCESS = ("ok", "inaccurate", "diverged", "missed-events")
 
 
@@ -31,11 +29,10 @@ def table(found):
     document = found.document()
     runs = {(run["case"], run["method"]): run for run in document["cases"]}
     names = list(document["methods"])
-    common = [name for name in names if not name.endswith("first-order")]
-    rows = [["case", *(heading(document, name) for name in common)],
-            ["--", *["--:"] * len(common)]]  # fmt: skip
+    rows = [["case", *(heading(document, name) for name in names)],
+            ["--", *["--:"] * len(names)]]  # fmt: skip
     rows += [
-        [f"`{case}`", *(cell(runs.get((case, name))) for name in common)]
+        [f"`{case}`", *(cell(runs.get((case, name))) for name in names)]
         for case in document["hard"]
     ]
     marks = [f"- {MARKS.get(word, '')} **{word}**: {rule}." for word, rule in
@@ -50,19 +47,14 @@ def table(found):
 
 def measured(found):
     """What the sentences below the table rest on."""
-    top, bottom = ([r.energy_error for r in found.runs if r.method in EULER and r.energy_error
+    top, bottom = ([r.energy_error for r in found.cases if r.method in EULER and r.energy_error
                     is not None and r.case.startswith(near)]
                    for near in ("near-top-", ("near-bottom-", "lie-group")))  # fmt: skip
-    took = {r.method: r.seconds for r in found.runs
-            if r.case == "hundred-periods" and r.method in PYTHON}  # fmt: skip
-    return "\n".join([
+    return (
         f"- Energy of the subsystem's and the textbook's form in near passes: off by at most "
         f"{max(top, default=math.nan):.0e} at the top, by {min(bottom, default=math.nan):.0e} to "
-        f"{max(bottom, default=math.nan):.0e} at the bottom.",
-        "- Milliseconds a period of scipy's solvers in `hundred-periods`: "
-        + ", ".join(f"{name} {1e3 * seconds / PERIODS:.2g}" for name, seconds in took.items()
-                    if seconds is not None) + ".",
-    ])  # fmt: skip
+        f"{max(bottom, default=math.nan):.0e} at the bottom."
+    )
 
 
 def lines(rows):
@@ -76,7 +68,7 @@ folder = DOCS.parent / "validation" / FOLDER
 folder.mkdir(parents=True, exist_ok=True)
 write_stress(found, folder)
 print(table(found))
-for run in found.runs:
+for run in found.cases:
     if run.outcome != "ok":
         print(f"{run.case}, {run.method}: {run.outcome}: {run.note}")
 for each in found.skipped:
@@ -93,21 +85,21 @@ if found.skipped:
     finish()
 wrong = [run.case for run in found.silently_wrong]
 claim(f"cases at which auto is silently wrong {wrong or ''}", len(wrong), 0)
-unnamed = [run for run in found.runs if run.formulation == "auto" and not run.named]
+unnamed = [run for run in found.cases if run.formulation == "auto" and not run.named]
 claim("digits auto loses beyond what conditioning allows, unless it says so",
       most(run.digits_lost for run in unnamed), 2.0)  # fmt: skip
-steady = [r for r in found.runs if r.method in OURS and r.case.startswith(("near-", "through-"))]
+steady = [r for r in found.cases if r.method in OURS and r.case.startswith(("near-", "through-"))]
 turned = [run for run in unnamed if any(run.turns or ())]
 claim("cases at which auto is wrong by whole turns of phi or psi, unless it says so",
       len(turned), 0)  # fmt: skip
 claim("near passes and exact ones: digits that auto, axis and attitude lose",
       most(run.digits_lost for run in steady), 1.0)  # fmt: skip
-proud = [r for r in found.runs if r.method not in OURS and r.outcome in SUCCESS and not r.named]
+proud = [r for r in found.cases if r.method not in OURS and r.outcome in SUCCESS and not r.named]
 far = [r for r in proud if r.error > 0.1 and not r.untold]
 print(f"     {len(far)} runs say that they have arrived, more than 0.1 off: "
       f"{', '.join(sorted({r.method for r in far}))}")  # fmt: skip
 
-top = [r.energy_error for r in found.runs if r.method in EULER and r.case.startswith("near-top-")]
+top = [r.energy_error for r in found.cases if r.method in EULER and r.case.startswith("near-top-")]
 claim("near the top the energy of forms that lose the axis is off by", most(top), 1e-14)
 
 # What was known before
@@ -117,7 +109,4 @@ hung = found["start-at-top", "lsoda-scipy-lagrange"].outcome
 claim("LSODA does not return from theta = 0, not", int(hung != "time-limit"), 0)
 loose = found["ten-periods", "solve-ivp-defaults"].error
 claim("solve_ivp's defaults lose 5e-2 in ten periods, off by a factor", abs(loose / 5e-2 - 1), 0.2)
-for solver in ("dop853", "lsoda", "radau"):
-    rests = found["first-order", f"{solver}-scipy-first-order"].outcome
-    claim(f"{solver}: sqrt(f) stalls at the turning point, not", int(rests != "stalled"), 0)
 finish()

@@ -46,13 +46,13 @@ _HOMES = {
     "Sensitivities": "run.sensitivities",
     "State": "scene.state",
     "StoppedEarly": "errors",
-    "Stress": "studies.stress",
+    "Stress": "results.stress",
     "Top": "scene.top",
     "Trajectory": "run.trajectory",
     "Transition": "run.sensitivities",
     "Validation": "claims.validate",
     "Verdict": "classification",
-    "WorkPrecision": "studies.work_precision",
+    "WorkPrecision": "results.work_precision",
     "WrongType": "errors",
     "atlas": "studies.atlas",
     "classify": "classification.classify",
@@ -184,6 +184,8 @@ if TYPE_CHECKING:
     )
     from heavytop.integration.outputs import Sample
     from heavytop.numbers import Exact
+    from heavytop.results.stress import Stress
+    from heavytop.results.work_precision import WorkPrecision
     from heavytop.run.ensemble import propagate_many
     from heavytop.run.periodic import Folded, fold
     from heavytop.run.planning import Plan, plan
@@ -204,8 +206,8 @@ if TYPE_CHECKING:
     from heavytop.studies.drift import drift
     from heavytop.studies.drift_result import Drift
     from heavytop.studies.runner import resume
-    from heavytop.studies.stress import Stress, stress
-    from heavytop.studies.work_precision import WorkPrecision, work_precision
+    from heavytop.studies.stress import stress
+    from heavytop.studies.work_precision import work_precision
 
 
 def __getattr__(name: str) -> Any:

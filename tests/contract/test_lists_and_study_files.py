@@ -12,7 +12,7 @@ import heavytop as ht
 from heavytop.cli import app
 from heavytop.errors import Stop, StoppedEarly
 from heavytop.report.study_files import write_stress, write_work_precision
-from heavytop.studies.stress import Stress
+from heavytop.results.stress import Stress
 from heavytop.studies.work_precision import WorkPrecision
 
 STUDIES = {
@@ -23,7 +23,13 @@ STUDIES = {
 LISTS = [("drift", "methods"), ("stress", "methods"), ("stress", "cases"), ("workprec", "methods")]
 SCENE = {"drift": ("sicm-kicked",), "stress": (), "workprec": ("sicm-kicked",)}
 EMPTY = {
-    "stress": Stress((), (), (), (), {"budget_s": 1.0, "time_s": 1.0, "steps": 1}),
+    "stress": Stress(
+        limits={"budget_s": 1.0, "time_s": 1.0, "steps": 1},
+        hard={},
+        methods={},
+        settings={},
+        cases=(),
+    ),
     "workprec": WorkPrecision(ht.load_scene("sicm-kicked"), 5.0, 60.0, (), ()),
 }
 WRITERS = {"stress": write_stress, "workprec": write_work_precision}

@@ -37,13 +37,14 @@ POINT = {
     "method": "dop853-scipy", "formulation": "axis", "language": BREAKING, "tolerance": 1e-16,
     "steps_a_period": None, "bits": 53, "measures": "axis", "rival": True, "us_per_period": 9.0,
     "rhs_evaluations": None, "error": 1e-12, "theta_error": 1e-12, "energy_error": 1e-14,
-    "setup_s": 0.1,
+    "setup_s": 0.1, "us_spread": 0.1, "error_spread": 0.0, "starts": 8, "runs": 2, "periods": 99.0,
+    "steps": 9,
 }  # fmt: skip
 
 
 def workprec(scene):
     return {
-        "schema": "heavytop/workprec/1", "scene": scene, "periods": 100, "budget": 4,
+        "schema": "heavytop/workprec/1", "scene": scene, "periods": 100, "phase": 99.6, "budget": 4,
         "points": [POINT, {**POINT, "error": 1e-9, "us_per_period": 3.0}], "front": [1, 0],
         "front_theta": [0], "cheapest": {"1e-6": None}, "cheapest_theta": {"1e-6": None},
         "auto": [], "rivals": {"run": ["dop853-scipy"], "left_out": ["strang"]}, "files": {},
@@ -52,12 +53,13 @@ def workprec(scene):
 
 
 def stress():
-    run = {"case": "cusp", "method": "auto", "outcome": "ok", "error": 1e-15, "digits_lost": 0.5,
+    run = {"case": "cusp", "method": "auto", "formulation": "auto", "outcome": "ok",
+           "error": 1e-15, "digits_lost": 0.5,
            "note": BREAKING, "untold": False, "turns": None}  # fmt: skip
     return {
         "schema": "heavytop/stress/1", "limits": {"time_s": 3.0}, "hard": {"cusp": BREAKING},
         "methods": {"auto": CLOSING}, "settings": {"auto": BREAKING}, "cases": [run], "skipped": [],
-        "rules": {}, "apart": [], "auto": {"run": True, "silently_wrong": []},
+        "rules": {}, "auto": {"run": True, "silently_wrong": []},
     }  # fmt: skip
 
 

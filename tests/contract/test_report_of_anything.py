@@ -58,12 +58,13 @@ def workprec(scene):
         "method": "strang", "formulation": "axis", "language": "numba", "tolerance": None,
         "steps_a_period": 200, "bits": 53, "measures": "axis", "rival": True, "us_per_period": 9.0,
         "rhs_evaluations": None, "error": 1e-6, "theta_error": 1e-7, "energy_error": 1e-8,
-        "setup_s": 0.1,
+        "setup_s": 0.1, "us_spread": 0.1, "error_spread": 0.0, "starts": 8, "runs": 2,
+        "periods": 99.0, "steps": 9,
     }  # fmt: skip
     auto = point | {"method": "auto", "stands_for": "taylor-axis", "wants": "axis", "digits": 9,
                     "missed": False, "error": 1e-12, "rival": False}  # fmt: skip
     return {
-        "schema": "heavytop/workprec/1", "scene": scene, "periods": 100, "budget": 4,
+        "schema": "heavytop/workprec/1", "scene": scene, "periods": 100, "phase": 99.6, "budget": 4,
         "points": [point, auto], "front": [0, 1], "front_theta": [0], "files": {},
         "skipped": [{"method": "gauss8", "reason": "no time", "setting": {"tolerance": 1e-9}}],
         "cheapest": {"1e-6": LEADER | {"against": LEADER, "ratio": 2.0}, "best": LEADER},
@@ -74,12 +75,13 @@ def workprec(scene):
 
 
 def stress():
-    run = {"case": "cusp", "method": "auto", "outcome": "ok", "error": 1e-15, "digits_lost": 0.5,
+    run = {"case": "cusp", "method": "auto", "formulation": "auto", "outcome": "ok",
+           "error": 1e-15, "digits_lost": 0.5,
            "note": "", "untold": False, "turns": None}  # fmt: skip
     return {
         "schema": "heavytop/stress/1", "limits": {"time_s": 3.0}, "hard": {"cusp": "it stops"},
-        "methods": {"auto": "auto"}, "settings": {"auto": None}, "skipped": [],
-        "cases": [run], "files": {}, "rules": {"ok": "it held"}, "apart": [],
+        "methods": {"auto": "auto"}, "settings": {"auto": ""}, "skipped": [],
+        "cases": [run], "files": {}, "rules": {"ok": "it held"},
         "auto": {"run": True, "silently_wrong": []},
     }  # fmt: skip
 

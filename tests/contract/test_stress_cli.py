@@ -16,10 +16,9 @@ from typer.testing import CliRunner
 from heavytop.cli import app
 from heavytop.plots.stability import Cone, stability_figure
 from heavytop.plots.stress import stress_figure
-from heavytop.results.stress_marks import MARKS, UNTOLD
+from heavytop.results.stress import MARKS, RULES, UNTOLD, Outcome, Run, SkippedRun, Stress
 from heavytop.studies import stress as stressing
 from heavytop.studies.methods import stress_methods
-from heavytop.studies.stress import RULES, Outcome, Run, SkippedRun, Stress
 from heavytop.studies.stress_cases import cases
 
 PROMISED = ("case", "method", "formulation", "outcome", "error", "digits_lost", "steps", "note")
@@ -42,12 +41,14 @@ def ran(case, method, formulation, outcome, **more):
 
 
 def made(*runs, skipped=()):
+    methods = [stress_methods()[name] for name in dict.fromkeys(run.method for run in runs)]
     return Stress(
-        tuple(cases()[name] for name in dict.fromkeys(run.case for run in runs)),
-        tuple(stress_methods()[name] for name in dict.fromkeys(run.method for run in runs)),
-        runs,
-        skipped,
-        {"budget_s": 1.0, "time_s": 1.0, "steps": 1},
+        hard={run.case: cases()[run.case].hard for run in runs},
+        methods={each.name: each.short for each in methods},
+        settings={each.name: each.heading for each in methods},
+        cases=runs,
+        skipped=skipped,
+        limits={"budget_s": 1.0, "time_s": 1.0, "steps": 1},
     )
 
 
@@ -73,7 +74,7 @@ def test_the_document_is_the_one_that_is_promised(quick):
     assert rows["cusp", "auto"]["smallest_step"] > 0
     assert document["rules"] == {str(word): rule for word, rule in RULES.items()}
     assert document["auto"] == {"run": True, "silently_wrong": []}
-    assert document["skipped"] == document["apart"] == []
+    assert document["skipped"] == []
 
 
 def test_the_files_are_written_and_hold_no_times(quick):
@@ -141,16 +142,6 @@ def test_what_was_skipped_is_read_by_name_and_nothing_run_is_an_end_too_early():
     assert "auto was not run" in text
     assert "nowhere" not in text
     assert "nothing was run" in result.stderr
-
-
-def test_a_pair_that_does_not_go_together_is_named():
-    result = stress("--cases", "cusp", "--methods", "dop853-scipy-first-order", "--json")
-    assert result.exit_code == 4
-    [pair] = json.loads(result.stdout)["apart"]
-    assert (pair["case"], pair["method"]) == ("cusp", "dop853-scipy-first-order")
-    assert "for the case first-order alone" in pair["reason"]
-    seen = stress("--cases", "cusp", "--methods", "dop853-scipy-first-order").stdout
-    assert "left out dop853-scipy-first-order at 1 case: " in " ".join(seen.split())
 
 
 def test_the_cases_are_listed_with_what_they_are():
@@ -282,7 +273,14 @@ def test_auto_silently_wrong_is_a_check_out_of_its_bound(monkeypatch):
             error=1.0,
             digits_lost=14.0,
         ),
-        skipped=(SkippedRun("cusp", "taylor-axis", "its process was lost: killed by SIGSEGV"),),
+        skipped=(
+            SkippedRun(
+                case="cusp",
+                method="taylor-axis",
+                reason="its process was lost: killed by SIGSEGV",
+                lost=True,
+            ),
+        ),
     )
     monkeypatch.setattr(stressing, "stress", lambda **_: wrong)
     result = stress()

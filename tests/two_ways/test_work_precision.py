@@ -17,23 +17,13 @@ import heavytop as ht
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.integration.bits import bits_of
 from heavytop.report.terminal import rendered
+from heavytop.results.base import Problem
+from heavytop.results.work_precision import Point, SkippedSetting, WorkPrecision, front
 from heavytop.studies import timing
-from heavytop.studies.steppers import neighbour
 from heavytop.studies.methods import method
-from heavytop.studies.steppers import set_up
+from heavytop.studies.steppers import neighbour, set_up
 from heavytop.studies.timing import BEFORE, ROUNDS, TooSlow, first_run, repeat
-from heavytop.studies.work_precision import (
-    DEFAULT,
-    FOLDED,
-    STARTS,
-    STEPS,
-    Point,
-    SkippedSetting,
-    WorkPrecision,
-    front,
-    grid,
-    settings,
-)
+from heavytop.studies.work_precision import DEFAULT, FOLDED, STARTS, STEPS, grid, settings
 
 KICKED = ht.load_scene("sicm-kicked")
 
@@ -51,7 +41,7 @@ def found():
 
 
 def named(found, text):
-    return next(p for p in found.points if p.method.label == text)
+    return next(p for p in found.points if p.label == text)
 
 
 def starts():
@@ -134,15 +124,15 @@ def test_what_is_wrong_is_charted_where_it_is(found):
 
 
 def test_two_states_measure_theta_and_more_measure_the_axis(found):
-    assert {p.measures for p in found.points if p.method.asked == "taylor-cubic"} == {"theta"}
-    assert {p.measures for p in found.points if p.method.asked == "taylor-axis"} == {"axis"}
+    assert {p.measures for p in found.points if p.method == "taylor-cubic"} == {"theta"}
+    assert {p.measures for p in found.points if p.method == "taylor-axis"} == {"axis"}
 
 
 def test_tolerances_are_obeyed(found):
-    axis = [p for p in found.points if p.method.asked == "taylor-axis"]
+    axis = [p for p in found.points if p.method == "taylor-axis"]
     assert len(axis) == 14
     assert axis[0].error > 1e6 * axis[6].error > 1e9 * axis[-1].error
-    assert axis[0].method.setting == 1e-3
+    assert axis[0].setting == 1e-3
 
 
 def test_costs_are_what_the_run_took(found):
@@ -164,17 +154,17 @@ def test_costs_are_what_the_run_took(found):
 
 
 def test_auto_is_what_plan_chooses(found):
-    assert [(p.method.wants, p.method.digits) for p in found.auto] == [
+    assert [(p.wants, p.digits) for p in found.auto] == [
         (wants, digits) for wants in ("axis", "theta") for digits in (6, 9, 12)
     ]
     for point in found.auto:
         scene = replace(
-            KICKED, time=None, periods=ht.Exact.of(20), quantities=(point.method.wants,),
-            events=(), digits=point.method.digits,
+            KICKED, time=None, periods=ht.Exact.of(20), quantities=(point.wants,),
+            events=(), digits=point.digits,
         )  # fmt: skip
-        assert point.method.formulation == ht.plan(scene).formulation
-        off = point.axis_error if point.method.wants == "axis" else point.theta_error
-        assert off <= 10.0**-point.method.digits
+        assert point.formulation == ht.plan(scene).formulation
+        off = point.axis_error if point.wants == "axis" else point.theta_error
+        assert off <= 10.0**-point.digits
 
 
 @pytest.mark.parametrize("periods", [100, 1000, 10_000, 100_000])
@@ -182,14 +172,12 @@ def test_auto_is_what_plan_chooses(found):
 def test_auto_is_the_plan_in_form_bits_tolerance_and_projection_or_says_that_it_is_folded(
     periods, digits
 ):
-    for each in settings(f"auto={digits}", KICKED, periods):
-        skipped = isinstance(each, SkippedSetting)
-        found = each.method if skipped else each
+    for found, reason in settings(f"auto={digits}", KICKED, periods):
         chosen = ht.plan(
             ht.Scene(KICKED.top, KICKED.start, periods=periods, quantities=(found.wants,),
                      events=(), samples=2, digits=digits)
         )  # fmt: skip
-        assert skipped == chosen.folded
+        assert reason == (FOLDED if chosen.folded else "")
         assert (found.formulation, found.projected) == (chosen.formulation, chosen.projected)
         assert (found.bits, found.setting) == (bits_of(chosen.precision), chosen.tolerance)
 
@@ -197,13 +185,13 @@ def test_auto_is_the_plan_in_form_bits_tolerance_and_projection_or_says_that_it_
 def test_what_auto_runs_in_192_bits_is_run_in_192_bits():
     """Beside a separatrix thirty digits take more than the ladder's 128 bits."""
     scene = ht.Scene(ht.Top(1, 1, 1), ht.State(theta="1e-6", omega3="1.2"), periods=2)
-    (axis, _) = settings("auto=30", scene, 2)
+    ((axis, _), _) = settings("auto=30", scene, 2)
     assert axis.bits == 192
     assert axis.text == "taylor-axis-mpfr192"
     (point,) = ht.work_precision(scene, methods=["auto=30"], periods=2, budget=60).points[:1]
-    assert point.document()["bits"] == 192
+    assert point.bits == 192
     assert point.axis_error < 1e-30
-    assert not point.misses
+    assert not point.missed
 
 
 def test_what_is_folded_is_left_out_with_the_reason():
@@ -215,11 +203,11 @@ def test_what_is_folded_is_left_out_with_the_reason():
 
 def test_an_auto_that_misses_is_flagged_where_nothing_is_ahead_of_it():
     points = tuple(
-        replace(made(1.0, off), method=replace(method("taylor-axis"), digits=9, wants=wants))
+        replace(made(1.0, off), method="auto", digits=9, wants=wants, stands_for="taylor-axis")
         for wants, off in (("axis", 2e-9), ("axis", 1e-9), ("theta", 2e-9))
     )
-    assert [point.misses for point in points] == [True, False, True]
-    document = WorkPrecision(KICKED, 5.0, 60.0, points, ()).document()
+    assert [point.missed for point in points] == [True, False, True]
+    document = diagram_of(points).document()
     assert [each["missed"] for each in document["auto"]] == [True, False, True]
     assert document["auto"][0]["ahead"] == []
     console = Console(width=100, record=True, file=io.StringIO())
@@ -229,14 +217,14 @@ def test_an_auto_that_misses_is_flagged_where_nothing_is_ahead_of_it():
 
 def test_the_same_trial_is_timed_once(found):
     """What auto chose for 6, 9 and 12 digits is the last rung of the ladder."""
-    axis = [p for p in found.auto if p.method.wants == "axis"]
-    rung = [p for p in found.points if p.method.asked == "taylor-axis"][-1]
+    axis = [p for p in found.auto if p.wants == "axis"]
+    rung = [p for p in found.points if p.method == "taylor-axis"][-1]
     assert {(p.us_per_period, p.error, p.runs) for p in axis} == {
         (rung.us_per_period, rung.error, rung.runs)
     }
-    leaders = [found.points[i].method.asked for i in found.front]
+    leaders = [found.points[i].method for i in found.front]
     assert "auto" not in leaders
-    assert found.cheapest(1e-12).method.asked != "auto"
+    assert found.cheapest(1e-12).method != "auto"
 
 
 # --- the front -------------------------------------------------------------------------------
@@ -244,7 +232,19 @@ def test_the_same_trial_is_timed_once(found):
 
 def made(us, axis, theta=None, name="taylor-axis"):
     theta = axis if theta is None else theta
-    return Point(method(name), us, 0.1, axis, theta, 1e-15, 0.0, 8, 2, 10.0, 100, 100, 0.1)
+    return Point(
+        method=name, formulation="axis", language="compiled by heyoka", tolerance=2.2e-16,
+        steps_a_period=None, bits=53, measures="theta" if axis is None else "axis", rival=False,
+        us_per_period=us, us_spread=0.1, rhs_evaluations=100, error=theta if axis is None else axis,
+        error_spread=0.0, starts=8, theta_error=theta, energy_error=1e-15, setup_s=0.1, runs=2,
+        periods=10.0, steps=100,
+    )  # fmt: skip
+
+
+def diagram_of(points, skipped=()):
+    problem = Problem(**KICKED.problem())
+    return WorkPrecision(scene=problem, periods=5.0, phase=4.6, budget=5.0, points=tuple(points),
+                         skipped=tuple(skipped))  # fmt: skip
 
 
 def test_nothing_beats_a_point_of_the_front_and_something_beats_every_other():
@@ -273,7 +273,7 @@ def test_who_gives_no_axis_takes_no_part_in_the_front_of_the_axis():
     points = [made(1.0, None, 1e-9, "taylor-cubic"), made(2.0, 1e-9)]
     assert front(points, "axis_error") == (1,)
     assert front(points, "theta_error") == (0,)
-    diagram = WorkPrecision(KICKED, 5.0, 60.0, tuple(points), ())
+    diagram = diagram_of(points)
     assert diagram.cheapest(1e-6) is points[1]
     assert diagram.cheapest(1e-6, "theta") is points[0]
     assert diagram.cheapest(1e-12) is None
@@ -282,7 +282,7 @@ def test_who_gives_no_axis_takes_no_part_in_the_front_of_the_axis():
 def test_ahead_is_more_accurate_and_faster_beyond_noise():
     auto = made(10.0, 1e-9)
     others = [made(9.5, 1e-12), made(8.5, 1e-12), made(1.0, 1e-8), made(1.0, 1e-9)]
-    diagram = WorkPrecision(KICKED, 5.0, 60.0, (auto, *others), ())
+    diagram = diagram_of((auto, *others))
     assert diagram.ahead_of(auto) == (others[1],)
     as_far_apart_as_starts_are = replace(auto, error_spread=1e-9)
     assert diagram.ahead_of(as_far_apart_as_starts_are) == ()
@@ -438,8 +438,11 @@ def test_nothing_is_begun_after_the_budget(toys):
 def test_what_the_budget_does_not_allow_is_named(toys):
     """Six tenths of the budget are for first runs."""
     found = measured([1.0, 2.0, 3.0], periods=1.3, budget=40.0)
-    assert [point.method.setting for point in found.points] == [1.0]
-    assert [each.method.setting for each in found.skipped] == [2.0, 3.0]
+    assert [point.setting for point in found.points] == [1.0]
+    assert [each.setting for each in found.skipped] == [
+        {"steps a period": 2.0},
+        {"steps a period": 3.0},
+    ]
     assert {each.reason for each in found.skipped} == {
         "not begun: no time was left for it in a budget of 40 s"
     }
@@ -454,7 +457,7 @@ def test_a_short_budget_leaves_some_settings_of_every_method(toys):
 
 def test_a_slow_method_is_stopped_and_its_tighter_settings_not_begun(toys):
     found = measured([1.0, 4.0, 5.0, 6.0], periods=5.0, budget=2400.0)
-    assert [point.method.setting for point in found.points] == [1.0]
+    assert [point.setting for point in found.points] == [1.0]
     assert [each.reason for each in found.skipped] == [
         "stopped after 3 periods in 12 s: more than 10 s for a run",
         "not begun: strang=4 took too long",
@@ -473,10 +476,11 @@ def test_what_cannot_go_on_is_skipped_with_its_reason(toys):
 
 
 def test_that_no_rival_was_run_is_said_and_a_method_is_left_out_in_one_line():
-    left = [SkippedSetting(method(f"strang={n}"), "not begun: no time was left for it in a budget"
-                    " of 5 s") for n in (25, 50, 100)]  # fmt: skip
-    left += [SkippedSetting(method("gauss8=4"), "for a test")]
-    document = WorkPrecision(KICKED, 5.0, 5.0, (made(1.0, 1e-9),), tuple(left)).document()
+    hurried = "not begun: no time was left for it in a budget of 5 s"
+    tried = [("strang", n, hurried) for n in (25, 50, 100)] + [("gauss8", 4, "for a test")]
+    left = [SkippedSetting(method=name, setting={"steps a period": n}, rival=True, reason=reason)
+            for name, n, reason in tried]  # fmt: skip
+    document = diagram_of([made(1.0, 1e-9)], left).document()
     assert document["rivals"] == {"run": [], "left_out": ["strang", "gauss8"]}
     console = Console(width=80, record=True, file=io.StringIO())
     console.print(rendered(document))
@@ -489,7 +493,7 @@ def test_that_no_rival_was_run_is_said_and_a_method_is_left_out_in_one_line():
 def test_every_row_of_the_table_is_one_line_of_80_columns(found):
     longest = [replace(made(us, off, name="taylor-attitude-longdouble"), us_per_period=us)
                for us, off in ((46_123.4, 1e-12), (1.0, 1e-3))]  # fmt: skip
-    document = WorkPrecision(KICKED, 5.0, 5.0, (*found.points, *longest), ()).document()
+    document = diagram_of([*found.points, *longest]).document()
     console = Console(width=80, record=True, file=io.StringIO())
     console.print(rendered(document))
     rows = [row.split() for row in console.export_text().splitlines()]
@@ -559,7 +563,7 @@ def test_a_form_that_cannot_start_there_is_skipped_with_the_reason():
     scene = ht.load_scene("sicm-kicked", ["start.theta=0", "start.thetadot=1"])
     methods = ["taylor-lagrange=1e-9", "taylor-axis=1e-9"]
     found = ht.work_precision(scene, methods=methods, periods=3, budget=60)
-    assert [each.method.name for each in found.skipped] == ["taylor-lagrange"]
+    assert [each.method for each in found.skipped] == ["taylor-lagrange"]
     assert "cannot start at a pole" in found.skipped[0].reason
     assert found.points[0].error < 1e-7
 
@@ -572,7 +576,7 @@ def test_a_rival_whose_package_is_missing_is_skipped_by_name(monkeypatch):
         KICKED, methods=["strang=25", "taylor-axis=1e-6"], periods=3, budget=9
     )
     assert "pip install 'heavytop[rivals]'" in found.skipped[0].reason
-    assert [point.method.name for point in found.points] == ["taylor-axis"]
+    assert [point.method for point in found.points] == ["taylor-axis"]
 
 
 def test_a_package_that_does_not_import_is_skipped_with_what_it_raises(monkeypatch):
@@ -588,7 +592,7 @@ def test_a_package_that_does_not_import_is_skipped_with_what_it_raises(monkeypat
     assert reason == (
         "dop853-cyrk needs CyRK, which does not import: RuntimeError: built for another numpy"
     )
-    assert [point.method.name for point in found.points] == ["taylor-axis"]
+    assert [point.method for point in found.points] == ["taylor-axis"]
 
 
 def test_theta_alone_has_a_front_too():

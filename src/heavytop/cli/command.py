@@ -29,7 +29,7 @@ from heavytop.cli.stress import stress
 from heavytop.cli.validate import validate
 from heavytop.cli.voice import say
 from heavytop.cli.workprec import workprec
-from heavytop.results.command import spelt, typing
+from heavytop.results.base import spelt, typing
 
 WORDS = "heavytop.words"  # key in the context: all that stands behind the name of the command
 

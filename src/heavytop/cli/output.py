@@ -15,7 +15,7 @@ import typer
 from heavytop.cli.exits import Exit
 from heavytop.cli.voice import say
 from heavytop.errors import StoppedEarly
-from heavytop.results.command import with_command
+from heavytop.results.base import with_command
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

@@ -20,7 +20,7 @@ from heavytop.cli.output import show
 from heavytop.cli.run import carry_out
 from heavytop.cli.scheduler import Scheduler, executor
 from heavytop.cli.voice import Voice, say
-from heavytop.results.command import command_of, typed, typing
+from heavytop.results.base import command_of, typed, typing
 
 if TYPE_CHECKING:
     from heavytop.studies.runner import Progress

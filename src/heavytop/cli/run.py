@@ -141,7 +141,7 @@ def answered(
     """The document of what is asked, written with its files, and why it is not whole if so."""
     from heavytop.files import write_document
     from heavytop.report.run_files import DOCUMENT, write_results
-    from heavytop.results.command import with_command
+    from heavytop.results.base import with_command
     from heavytop.results.document import run_document
 
     early: Early | None = None

@@ -28,7 +28,7 @@ from heavytop.cli.scheduler import Scheduler, executor
 from heavytop.cli.voice import Voice, say
 
 if TYPE_CHECKING:
-    from heavytop.studies.stress import Stress
+    from heavytop.results.stress import Stress
 
 OPTIONS = ("cases", "methods", "budget", "time_limit", "step_limit")
 
@@ -102,7 +102,7 @@ def finish(found: Stress, folder: Path | None, *, json: bool, figures: bool, voi
     unsaved.leave()
     if found.silently_wrong:
         raise typer.Exit(Exit.OUT_OF_BOUND)
-    if not found.runs:
+    if not found.cases:
         say("nothing was run")
         raise typer.Exit(Exit.ENDED_EARLY)
 

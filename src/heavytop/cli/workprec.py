@@ -31,7 +31,7 @@ from heavytop.cli.output import noted, printing_anyway, results_folder, show
 from heavytop.cli.voice import Voice
 
 if TYPE_CHECKING:
-    from heavytop.studies.work_precision import WorkPrecision
+    from heavytop.results.work_precision import WorkPrecision
 
 OPTIONS = ("periods", "methods", "budget")
 
@@ -107,9 +107,12 @@ def _results(
 
 def _leave(found: WorkPrecision) -> None:
     """Leave with a code of its own where nothing could be run."""
+    from heavytop.studies.methods import AUTO, method
+
     if found.points:
         return
-    methods = [each.method for each in found.skipped]
-    if all(method.absent for method in methods):
-        raise errors.MissingPackage(methods[0].name, methods[0].absent)
+    names = [each.method for each in found.skipped]
+    needs = [() if name == AUTO else method(name).absent for name in names]
+    if all(needs):
+        raise errors.MissingPackage(names[0], needs[0])
     raise typer.Exit(Exit.ENDED_EARLY)

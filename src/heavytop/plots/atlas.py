@@ -138,7 +138,7 @@ def _thinned(atlas: Atlas) -> tuple[Codes, Any, Any]:
     count_y, count_x = atlas.plane.shape
     rows, columns = (np.arange(0, n, -(-n // FINEST)) for n in (count_y, count_x))
     kind = np.empty((rows.size, columns.size), np.uint8)
-    for tile, found in atlas.tiles():
+    for tile, found in atlas.read_tiles():
         inside_y = (rows >= tile.rows.start) & (rows < tile.rows.stop)
         inside_x = (columns >= tile.columns.start) & (columns < tile.columns.stop)
         part = found["kind"][np.ix_(rows[inside_y] - tile.rows.start,

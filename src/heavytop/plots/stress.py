@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from heavytop.plots.style import STYLE, literal
-from heavytop.results.stress_marks import MARKS, UNTOLD, heading
+from heavytop.results.stress import MARKS, UNTOLD, heading
 
 MOST: Final = 14.0  # digits
 ACROSS: Final = 4  # marks explained in a line

@@ -76,7 +76,7 @@ def _facts(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         f"{name} ({many} line{'s' * (many > 1)})" for name, many in Counter(names).items()
     )
     yield "boundaries", counted or "none"
-    if "differing" in document:
+    if document["differing"] is not None:
         yield "kinds that a run tells otherwise", str(document["differing"])
         yield "… by more than rounding", str(document["unexplained"])
         yield "that a run cannot tell", str(document["untold"])

@@ -17,7 +17,7 @@ from typing import Any, Final
 
 from heavytop.errors import ForeignFile, ForeignRun, StoppedEarly
 from heavytop.files import as_json, locked, regular, write_document, write_text
-from heavytop.results.command import typed, with_command
+from heavytop.results.base import typed, with_command
 from heavytop.results.document import SCHEMA, run_document
 from heavytop.results.plan_document import asked_form, chosen_document
 from heavytop.run.planning import Plan

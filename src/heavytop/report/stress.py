@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from heavytop.report.parts import MISSING, FactRows, Fitting, Known, Part, Table, files, grouped
-from heavytop.results.stress_marks import MARKS, UNTOLD, heading
+from heavytop.results.stress import MARKS, UNTOLD, heading
 
 UNTOLD_RULE: Final = "nothing to tell: conditioning leaves no digits, and what is there is chance"
 SHOWN: Final = ("short", "formulation", "setting")
@@ -94,8 +94,6 @@ def _failed(document: Known) -> Iterator[tuple[str, str]]:
 
 
 def _notes(document: Known) -> Iterator[tuple[str, str]]:
-    for (method, reason), some in grouped(document["apart"], "method", "reason").items():
-        yield "left out", f"{method} at {len(some)} case{'s'[: len(some) > 1]}: {reason}"
     for (reason,), some in grouped(document["skipped"], "reason").items():
         yield (
             "skipped",

@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 from heavytop.errors import Stop, StoppedEarly
 from heavytop.files import write_document
 from heavytop.hdf5 import write_sealed
-from heavytop.results.command import with_command
+from heavytop.results.base import with_command
 
 if TYPE_CHECKING:
     from heavytop.claims.validate import Validation
+    from heavytop.results.stress import Stress
+    from heavytop.results.work_precision import WorkPrecision
     from heavytop.studies.atlas import Atlas
     from heavytop.studies.drift_result import Drift
-    from heavytop.studies.stress import Stress
-    from heavytop.studies.work_precision import WorkPrecision
 
 Folder: TypeAlias = str | os.PathLike[str]
 Written: TypeAlias = dict[str, str]

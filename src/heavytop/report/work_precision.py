@@ -76,7 +76,7 @@ def summaries(points: Sequence[Known]) -> Iterator[Summary]:
 
 def _name(points: Sequence[Known]) -> str:
     """The method; of auto with what was asked, as ``auto, 6, 9, 12 of axis``."""
-    if "digits" not in points[0]:
+    if points[0]["digits"] is None:
         return str(points[0]["method"])
     sign = "θ" if points[0]["wants"] == "theta" else "axis"
     return f"auto, {', '.join(str(point['digits']) for point in points)} of {sign}"
@@ -110,7 +110,7 @@ def error(point: Known) -> str:
 
 def who(point: Known) -> str:
     """The name of a method, and of auto the method that it chose."""
-    return str(point.get("stands_for", point["method"]))
+    return str(point["stands_for"] or point["method"])
 
 
 def setting(point: Known) -> str:

@@ -1,27 +1,19 @@
-"""The documents of results, each a type by the name of its file, and how they are read back.
-
-Result files are exchanged: nothing in one is executed, and of its texts what a terminal would act
-on is spelled out.
-"""
+"""The documents of results, each a type by the name of its file, and how they are read back."""
 
 from __future__ import annotations
 
-import json
-import math
-from hashlib import sha256
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, NamedTuple, NotRequired, TypeAlias
+from typing import Final, Literal, NotRequired, TypeAlias
 
-from pydantic import AfterValidator, TypeAdapter, ValidationError
 from typing_extensions import TypedDict
 
 from heavytop.errors import ForeignFile
-from heavytop.files import regular
+from heavytop.results.atlas import AtlasResult
+from heavytop.results.base import Number, Result, Stored, Text, Value, read
+from heavytop.results.stress import Stress
+from heavytop.results.work_precision import WorkPrecision
 from heavytop.spelling import harmless
 
-Text: TypeAlias = Annotated[str, AfterValidator(harmless)]
-Number: TypeAlias = int | float
-Value: TypeAlias = Number | Text | None  # more than 15 digits are a text
 Values: TypeAlias = dict[Text, Value]
 Column: TypeAlias = list[Number | None]
 
@@ -152,141 +144,6 @@ class DriftDocument(Document):
     methods: list[DriftMethod]
 
 
-class TimedDocument(TypedDict):
-    """A method at one setting: what a period costs, and what it attains."""
-
-    method: Text
-    formulation: Text
-    language: Text
-    tolerance: Number | None
-    steps_a_period: Number | None
-    bits: int
-    rival: bool
-    measures: Text
-    us_per_period: Number
-    rhs_evaluations: Number | None
-    error: Number | None
-    theta_error: Number | None
-    energy_error: Number | None
-    error_spread: NotRequired[Number | None]
-    us_spread: NotRequired[Number]
-    starts: NotRequired[int]
-    setup_s: Number
-    digits: NotRequired[int]
-    wants: NotRequired[Text]
-    stands_for: NotRequired[Text]
-    missed: NotRequired[bool]
-
-
-class LeftOut(TypedDict):
-    """What was not run, and why."""
-
-    method: Text
-    case: NotRequired[Text]
-    setting: NotRequired[Values]
-    reason: Text
-
-
-class Leader(TypedDict):
-    """The cheapest point within a bound, and who of the other side comes next."""
-
-    method: Text
-    stands_for: NotRequired[Text]
-    tolerance: Number | None
-    steps_a_period: Number | None
-    rival: bool
-    us_per_period: Number
-    error: Number
-    against: NotRequired[Leader | None]
-    ratio: NotRequired[Number | None]
-
-
-class Auto(TypedDict):
-    """What auto chose for so many digits, and what was better."""
-
-    point: int
-    digits: int
-    wants: Text
-    error: Number
-    missed: bool
-    ahead: list[Text]
-
-
-class WorkPrecisionDocument(Document):
-    """heavytop/workprec/1."""
-
-    schema: Literal["heavytop/workprec/1"]
-    scene: SceneDocument
-    periods: Number
-    budget: Number
-    points: list[TimedDocument]
-    front: list[int]
-    front_theta: list[int]
-    cheapest: dict[Text, Leader | None]
-    cheapest_theta: dict[Text, Leader | None]
-    auto: list[Auto]
-    rivals: dict[Text, list[Text]]
-    skipped: list[LeftOut]
-
-
-class StressRun(TypedDict):
-    """One method at one case."""
-
-    case: Text
-    method: Text
-    outcome: Text
-    error: Number | None
-    digits_lost: Number | None
-    note: Text
-    untold: bool
-    turns: list[int] | None
-
-
-class StressDocument(Document):
-    """heavytop/stress/1."""
-
-    schema: Literal["heavytop/stress/1"]
-    limits: dict[Text, Number | None]
-    rules: dict[Text, Text]
-    hard: dict[Text, Text]
-    methods: dict[Text, Text]
-    settings: Values
-    cases: list[StressRun]
-    skipped: list[LeftOut]
-    apart: list[LeftOut]
-    auto: dict[Text, bool | list[Text]]
-
-
-class AxisDocument(TypedDict):
-    """One side of a map."""
-
-    name: Text
-    low: Number
-    high: Number
-    count: int
-    log: bool
-
-
-class CurveDocument(TypedDict):
-    """A boundary of kinds."""
-
-    name: Text
-    x: list[Number]
-    y: list[Number]
-
-
-class AtlasDocument(Document):
-    """heavytop/atlas/1."""
-
-    schema: Literal["heavytop/atlas/1"]
-    scene: SceneDocument
-    axes: dict[Literal["x", "y"], AxisDocument]
-    shape: list[int]
-    counts: dict[Text, int]
-    uncertified: int
-    curves: list[CurveDocument]
-
-
 class PlaceDocument(TypedDict):
     """A place in the plane of energy and momentum."""
 
@@ -355,20 +212,13 @@ FILES: Final = {
     "run.json": RunDocument,
     "traces.json": TracesDocument,
     "drift.json": DriftDocument,
-    "workprec.json": WorkPrecisionDocument,
-    "stress.json": StressDocument,
-    "atlas.json": AtlasDocument,
+    "workprec.json": WorkPrecision,
+    "stress.json": Stress,
+    "atlas.json": AtlasResult,
     "energy_momentum.json": EnergyMomentumDocument,
     "validate.json": ValidationDocument,
 }
 """What verbs write, by the name of the file, in the order of a report."""
-
-
-class Stored(NamedTuple):
-    """A document that was read, with the fingerprint of its file."""
-
-    document: dict[str, Any]
-    sha256: str
 
 
 def read_document(path: Path) -> Stored:
@@ -379,22 +229,9 @@ def read_document(path: Path) -> Stored:
     ForeignFile
         It is no regular file, or not what its name says: the message has the place and the rule.
     """
+    found, fingerprint = read(path, FILES[path.name])
     try:
-        with regular(path) as file:
-            data = file.read()
-        found = json.loads(data, parse_constant=_finite, parse_float=_finite)
-        document = TypeAdapter[Any](FILES[path.name]).validate_python(found, strict=True)
-    except ValidationError as wrong:
-        first = wrong.errors()[0]
-        place = harmless(": ".join([*map(str, first["loc"])]))[:200]
-        raise ForeignFile(f"{harmless(path)}: {place}: {harmless(first['msg'])[:200]}") from None
-    except (OSError, ValueError, RecursionError) as fault:
-        why = getattr(fault, "strerror", None) or fault
-        raise ForeignFile(f"{harmless(path)}: not readable as JSON ({why})") from None
-    return Stored(document, sha256(data).hexdigest())
-
-
-def _finite(text: str) -> float:
-    if not math.isfinite(value := float(text)):
-        raise ValueError(f"{text:.40} is no number of JSON")
-    return value
+        document = found.document() if isinstance(found, Result) else found
+    except ArithmeticError as fault:  # what follows from its numbers has no value
+        raise ForeignFile(f"{harmless(path)}: numbers that no result has ({fault})") from None
+    return Stored(document, fingerprint)

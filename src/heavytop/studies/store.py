@@ -20,7 +20,7 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from heavytop.errors import ForeignFile, ForeignStudy, StoppedEarly
 from heavytop.files import locked, make_folder, regular, write_text
-from heavytop.results.command import typed
+from heavytop.results.base import typed
 
 Parameters = dict[str, Any]
 STUDY, LOCK, TASKS = "study.json", "lock", "tasks"

@@ -473,7 +473,7 @@ def _zero(form: Formulation, name: str, parameters: dict[str, float]) -> Callabl
 
 
 def _arrived(
-    result: RunResult, case: Case, chosen: Plan, end: float, state: Sequence[float]
+    result: RunResult, case: Case, chosen: Plan, end: float, state: Array
 ) -> RunResult:
     """Return a result with what the last state says."""
     form, (parameters, start) = chosen.equations, binary_start(case.scene, chosen)

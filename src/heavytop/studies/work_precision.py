@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from itertools import zip_longest
 from statistics import median, quantiles
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 from heavytop.comparison.methods import METHODS, imported
 from heavytop.comparison.methods import named as comparison_method
 from heavytop.comparison.steppers import IntegrationFailed
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.errors import BadScene, HeavyTopError, Impossible, MissingPackage, Stop, StoppedEarly
+from heavytop.errors import BadScene, HeavyTopError, MissingPackage, Stop, StoppedEarly
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, bits_of
 from heavytop.machine import versions
+from heavytop.results.base import Problem
+from heavytop.results.work_precision import ERRORS, Point, SkippedSetting, WorkPrecision
 from heavytop.run.planning import EPSILON, Plan, plan
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options, path_of
 from heavytop.scene.scene import Scene, scene_of
@@ -28,7 +28,6 @@ from heavytop.studies.steppers import neighbour, no_nutation
 from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store
 
 KIND: Final = "work_precision"
-SCHEMA: Final = "heavytop/workprec/1"
 BUDGET_S: Final = 240.0
 ROUNDS: Final = "rounds"  # the task of timing again
 NO_TIME: Final = "not begun: no time was left for it"
@@ -36,12 +35,12 @@ NUMBERS: Final = {"periods": Range(1, 1e6), "budget": Range(1, 1e6)}
 STARTS: Final = 8  # the scene's own and neighbouring ones, the same for every method and setting
 FIRST_RUNS: Final = 0.6  # of the budget, then no first run is begun; the rest is for the rounds
 LIMITS: Final = 240  # in a budget, but a second at least: what a run may take
-NOISE: Final = 0.1  # of a time: what is faster by less is not known to be
-TARGETS: Final = {"1e-6": 1e-6, "1e-9": 1e-9, "1e-12": 1e-12}
-ERRORS: Final = {"axis": "axis_error", "theta": "theta_error"}
 FOLDED: Final = "the plan is folded: it goes one period, and no steps after it are there to time"
 AUTO_DIGITS: Final = (6, 9, 12)
 AUTO_MOST: Final = 30
+
+Asked: TypeAlias = tuple[Method, str]
+"""A method at a setting, and why it cannot be timed, if so."""
 
 # --- the grid of settings --------------------------------------------------------------------
 
@@ -70,8 +69,10 @@ DEFAULT: Final = (
 )
 
 
-def settings(text: str, scene: Scene, periods: float) -> tuple[Method | SkippedSetting, ...]:
+def settings(text: str, scene: Scene, periods: float) -> tuple[Asked, ...]:
     """Return what a text asks for: one setting of a method, or all of the grid.
+
+    Each comes with the reason why it cannot be timed, which is empty where it can.
 
     Parameters
     ----------
@@ -79,7 +80,7 @@ def settings(text: str, scene: Scene, periods: float) -> tuple[Method | SkippedS
         ``NAME``, ``NAME=SETTING``, ``auto`` or ``auto=DIGITS``.
     scene : Scene
     periods : float
-        How long a run is; auto depends on it. What auto chose and cannot be timed is skipped.
+        How long a run is; auto depends on it.
 
     Raises
     ------
@@ -90,17 +91,17 @@ def settings(text: str, scene: Scene, periods: float) -> tuple[Method | SkippedS
     --------
     >>> from heavytop.scene.scene import load_scene
     >>> scene = load_scene("sicm-kicked")
-    >>> [method.setting for method in settings("taylor-axis=1e-9", scene, 100)]
+    >>> [method.setting for method, _ in settings("taylor-axis=1e-9", scene, 100)]
     [1e-09]
-    >>> [method.name for method in settings("auto=6", scene, 100)]
-    ['taylor-axis', 'taylor-cubic']
+    >>> [(method.name, reason) for method, reason in settings("auto=6", scene, 100)]
+    [('taylor-axis', ''), ('taylor-cubic', '')]
     """
     if digits := auto_digits(text):
         return tuple(_planned(scene, wants, n, periods) for wants in ERRORS for n in digits)
     found = method(text)
     if "=" in text:
-        return (found,)
-    return tuple(method(f"{text}={setting!r}") for setting in grid(found))
+        return ((found, ""),)
+    return tuple((method(f"{text}={setting!r}"), "") for setting in grid(found))
 
 
 def auto_digits(text: str) -> tuple[int, ...]:
@@ -138,19 +139,17 @@ def grid(found: Method) -> Sequence[float]:
     return inside if found.is_rival else [*inside, found.least]
 
 
-def _planned(scene: Scene, wants: str, digits: int, periods: float) -> Method | SkippedSetting:
-    """Return the method that a plan for so many digits stands for, or why it cannot be timed."""
+def _planned(scene: Scene, wants: str, digits: int, periods: float) -> Asked:
+    """Return the method that a plan for so many digits stands for, and why it cannot be timed."""
     wanted = Scene(scene.top, scene.start, periods=periods, quantities=(wants,), events=(),
                    samples=2, digits=digits, name=scene.name)  # fmt: skip
-    usual = method("taylor-cubic" if wants == "theta" else "taylor-axis")
     try:
         chosen = plan(wanted)
+        found, refused = _method_of(chosen), FOLDED if chosen.folded else ""
     except BadScene as refusal:
-        refused, found = "; ".join(fault.rule for fault in refusal.faults), usual
-    else:
-        refused, found = FOLDED if chosen.folded else "", _method_of(chosen)
-    found = replace(found, digits=digits, wants=wants)
-    return SkippedSetting(found, refused) if refused else found
+        found = method("taylor-cubic" if wants == "theta" else "taylor-axis")
+        refused = "; ".join(fault.rule for fault in refusal.faults)
+    return replace(found, digits=digits, wants=wants), refused
 
 
 def _method_of(chosen: Plan) -> Method:
@@ -165,317 +164,6 @@ def _method_of(chosen: Plan) -> Method:
     other = "" if bits == found.bits else str(bits)
     return replace(found, name=found.name + other, bits=bits, setting=least, least=least,
                    most=least)  # fmt: skip
-
-
-# --- points ----------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class Point:
-    """One method at one setting, as measured: medians over the starts, and spreads.
-
-    A spread is the distance of the upper quartile from the lower one.
-
-    Attributes
-    ----------
-    method : Method
-    us_per_period, us_spread : float
-        Best time of a start in the blocks of steps, over the periods they covered [µs].
-    axis_error : float or None
-        Distance of the axis, a unit vector, from the exact one; None where the states do not
-        give it.
-    theta_error : float
-        |Δθ| [rad].
-    energy_error : float
-        Of E', relative to max(|E'|, gMR).
-    error_spread : float
-        Of `error`.
-    starts : int
-    runs : int
-        Runs of each start of which the time is the best.
-    periods : float
-        Nutation periods that the blocks of a run from the scene's own start covered.
-    steps, rhs_evaluations : int
-        Of that run.
-    setup_s : float
-        To derive and to compile, in this process [s].
-    """
-
-    method: Method
-    us_per_period: float
-    us_spread: float
-    axis_error: float | None
-    theta_error: float
-    energy_error: float
-    error_spread: float
-    starts: int
-    runs: int
-    periods: float
-    steps: int
-    rhs_evaluations: int
-    setup_s: float
-
-    @property
-    def measures(self) -> str:
-        """``axis`` or, where the states do not give the axis, ``theta``, of which `error` is."""
-        return "theta" if self.axis_error is None else "axis"
-
-    @property
-    def error(self) -> float:
-        """The error of the axis, or of theta."""
-        return self.theta_error if self.axis_error is None else self.axis_error
-
-    @property
-    def wanted_error(self) -> float:
-        """The error of what auto was asked for; of a point that is not auto's choice, `error`."""
-        return self.theta_error if self.method.wants == "theta" else self.error
-
-    @property
-    def misses(self) -> bool:
-        """Whether it is auto's choice, and not as good as was asked."""
-        digits = self.method.digits
-        return digits is not None and self.wanted_error > 10.0**-digits
-
-    def document(self) -> dict[str, Any]:
-        """Return the point for JSON."""
-        by_tolerance = self.method.set_by == TOLERANCE
-        found: dict[str, Any] = {
-            "method": self.method.asked,
-            "formulation": self.method.formulation,
-            "language": self.method.language,
-            "tolerance": self.method.setting if by_tolerance else None,
-            "steps_a_period": None if by_tolerance else self.method.setting,
-            "bits": self.method.bits,
-            "measures": self.measures,
-            "rival": self.method.is_rival,
-        }
-        names = (
-            "us_per_period", "us_spread", "rhs_evaluations", "error", "error_spread", "starts",
-            "theta_error", "energy_error", "setup_s", "runs", "periods", "steps",
-        )  # fmt: skip
-        found |= {name: getattr(self, name) for name in names}
-        if self.method.digits is not None:
-            found |= {"stands_for": self.method.text, "wants": self.method.wants}
-            found |= {"digits": self.method.digits, "missed": self.misses}
-        return found
-
-
-@dataclass(frozen=True, slots=True)
-class SkippedSetting:
-    """One method at one setting that gave no point, and why.
-
-    Attributes
-    ----------
-    method : Method
-    reason : str
-    """
-
-    method: Method
-    reason: str
-
-    def document(self) -> dict[str, Any]:
-        """Return it for JSON."""
-        each = self.method
-        found: dict[str, Any] = {"method": each.asked, "setting": {each.set_by: each.setting}}
-        if each.digits is not None:
-            found |= {"setting": {"digits": each.digits}, "wants": each.wants}
-        return found | {"reason": self.reason}
-
-
-def front(points: Sequence[Point], error: str) -> tuple[int, ...]:
-    """Return the indices of the points that none beats, from the fastest to the most accurate.
-
-    Parameters
-    ----------
-    points : sequence of Point
-    error : str
-        ``axis_error`` or ``theta_error``; who has none takes no part.
-    """
-    off, found = _errors(points, error), list[int]()
-    for i in sorted(off, key=lambda i: _rank(points[i], off[i])):
-        if not found or off[i] < off[found[-1]]:
-            found.append(i)
-    return tuple(found)
-
-
-def _errors(points: Sequence[Point], error: str) -> dict[int, float]:
-    """The errors of those points that have one, by their indices."""
-    return {i: getattr(p, error) for i, p in enumerate(points) if getattr(p, error) is not None}
-
-
-def _rank(point: Point, error: float = 0.0) -> tuple[float, float, bool, str]:
-    """What comes first: of equals the method's own point, which auto chose once more."""
-    method = point.method
-    return point.us_per_period, error, method.digits is not None, method.asked
-
-
-# --- the diagram -----------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class WorkPrecision:
-    """What every method costs for what it attains.
-
-    Attributes
-    ----------
-    scene : Scene
-        Its top and start were integrated, and neighbouring starts.
-    periods : float
-        Nutation periods; the error is that at `timing.BEFORE` of a period before.
-    budget : float
-        Time that was allowed [s].
-    points : tuple of Point
-        One method at one setting each: its time and its errors.
-    skipped : tuple of SkippedSetting
-        What gave no point, and why.
-    """
-
-    scene: Scene
-    periods: float
-    budget: float
-    points: tuple[Point, ...]
-    skipped: tuple[SkippedSetting, ...]
-
-    def __repr__(self) -> str:
-        of = f"{self.scene.name}, {self.periods:g} periods"
-        return f"<WorkPrecision of {of}: {len(self.points)} points, {len(self.skipped)} skipped>"
-
-    @cached_property
-    def front(self) -> tuple[int, ...]:
-        """Indices of the points that none beats in time and error of the axis, fastest first.
-
-        Of theta, where no point has an axis.
-        """
-        return front(self.points, self._error)
-
-    @cached_property
-    def front_theta(self) -> tuple[int, ...]:
-        """Indices of the points that none beats in time and error of theta, fastest first."""
-        return front(self.points, "theta_error")
-
-    def cheapest(self, bound: float, wants: str = "axis") -> Point | None:
-        """Return the fastest point with an error of at most a bound, or None.
-
-        Parameters
-        ----------
-        bound : float
-            Of the axis, as a length, or of theta [rad].
-        wants : str
-            ``axis`` or ``theta``: the error of which; phi and psi are not measured.
-
-        Raises
-        ------
-        Impossible
-            It wants anything else.
-        """
-        if wants not in ERRORS:
-            raise Impossible([("wants", f"{wants!r} is not measured; axis and theta are")])
-        index = self._cheapest(ERRORS[wants], bound)
-        return None if index is None else self.points[index]
-
-    @property
-    def auto(self) -> tuple[Point, ...]:
-        """The points that are auto's choices."""
-        return tuple(point for point in self.points if point.method.digits is not None)
-
-    def ahead_of(self, auto: Point) -> tuple[Point, ...]:
-        """Return the points ahead of a choice of auto: more accurate, and faster, beyond noise.
-
-        Errors that differ by less than those of neighbouring starts do are alike.
-
-        Parameters
-        ----------
-        auto : Point
-            One of `auto`.
-        """
-        error = ERRORS[auto.method.wants or "axis"]
-        least = getattr(auto, error) - auto.error_spread
-        fastest = auto.us_per_period * (1 - NOISE)
-        found = [self.points[i] for i, off in _errors(self.points, error).items() if off < least]
-        return tuple(point for point in found if point.us_per_period < fastest)
-
-    def document(self, *, files: Mapping[str, str] | None = None) -> dict[str, Any]:
-        """Return the document heavytop/workprec/1.
-
-        Parameters
-        ----------
-        files : mapping, optional
-            Names of the files that were written, by what they are.
-        """
-        return {
-            "schema": SCHEMA,
-            "scene": self.scene.problem(),
-            "periods": self.periods,
-            "phase": self.periods - timing.BEFORE,
-            "budget": self.budget,
-            "points": [point.document() for point in self.points],
-            "front": list(self.front),
-            "front_theta": list(self.front_theta),
-            "cheapest": self._leaders(self._error),
-            "cheapest_theta": self._leaders("theta_error"),
-            "auto": [
-                {
-                    "point": index,
-                    "digits": point.method.digits,
-                    "wants": point.method.wants,
-                    "error": point.wanted_error,
-                    "missed": point.misses,
-                    "ahead": [other.method.label for other in self.ahead_of(point)],
-                }
-                for index, point in enumerate(self.points)
-                if point in self.auto
-            ],
-            "rivals": self._rivals,
-            "skipped": [each.document() for each in self.skipped],
-            "files": dict(files or {}),
-            "versions": versions(),
-        }
-
-    @property
-    def _rivals(self) -> dict[str, list[str]]:
-        """Names of the rivals that were run at some setting, and of those that were at none."""
-        run = dict.fromkeys(p.method.asked for p in self.points if p.method.is_rival)
-        left = dict.fromkeys(s.method.asked for s in self.skipped if s.method.is_rival)
-        return {"run": list(run), "left_out": [name for name in left if name not in run]}
-
-    @property
-    def _error(self) -> str:
-        return "axis_error" if any(p.measures == "axis" for p in self.points) else "theta_error"
-
-    def _cheapest(self, error: str, bound: float, rival: bool | None = None) -> int | None:
-        """Return the index of the fastest point within a bound; of rivals, or of ours, alone."""
-        within = [
-            i
-            for i, off in _errors(self.points, error).items()
-            if off <= bound and rival in (None, self.points[i].method.is_rival)
-        ]
-        return min(within, key=lambda i: _rank(self.points[i]), default=None)
-
-    def _leaders(self, error: str) -> dict[str, Any]:
-        """Return who is cheapest within each target, with the best of the other side; the best."""
-        found: dict[str, Any] = {}
-        for name, bound in TARGETS.items():
-            found[name] = first = self._told(self._cheapest(error, bound), error)
-            if first is not None:
-                other = self._told(self._cheapest(error, bound, not first["rival"]), error)
-                ratio = other and other["us_per_period"] / first["us_per_period"]
-                first |= {"against": other, "ratio": ratio}
-        off = _errors(self.points, error)
-        for name, bits in (("best", math.inf), ("best_in_doubles", DOUBLE)):
-            among = [i for i in off if self.points[i].method.bits <= bits]
-            best = min(among, key=lambda i: (off[i], _rank(self.points[i])), default=None)
-            found[name] = self._told(best, error)
-        return found
-
-    def _told(self, index: int | None, error: str) -> dict[str, Any] | None:
-        if index is None:
-            return None
-        known = self.points[index].document()
-        names = ("method", "stands_for", "tolerance", "steps_a_period", "rival", "us_per_period")
-        return {name: known[name] for name in names if name in known} | {
-            "error": getattr(self.points[index], error),
-            "point": index,
-        }
 
 
 # --- measuring -------------------------------------------------------------------------------
@@ -533,7 +221,7 @@ def work_precision(
     >>> from heavytop.scene.scene import load_scene
     >>> scene = load_scene("sicm-kicked")
     >>> found = work_precision(scene, methods=["taylor-axis"], periods=10, budget=60)
-    >>> found.cheapest(1e-9).method.setting > found.points[-1].method.setting
+    >>> found.cheapest(1e-9).tolerance > found.points[-1].tolerance
     True
     >>> min(point.error for point in found.points) < 1e-13
     True
@@ -566,7 +254,7 @@ def complete(
     began, periods = timing.clock(), store.parameters["periods"]
     scene = scene_of(store.parameters["scene"])
     asked = _asked(scene, store.parameters["methods"], {"periods": periods})[1]
-    tried = [each for each in asked if isinstance(each, Method)]
+    tried = [each for each, refused in asked if not refused]
     rounds, whole = store.load(ROUNDS), len(tried)
 
     def show(fraction: float) -> None:
@@ -591,14 +279,20 @@ def complete(
         row = {each.text: [one.seconds for one in runs] for each, runs in timed.items()}
         store.save(rounds.after(Chunk(rows=[row], done=True)))
     points, skipped = [], []
-    for wanted in asked:
-        if isinstance(wanted, SkippedSetting):
-            skipped.append(wanted)
-        elif wanted.own in timed:
-            points.append(_point(wanted, timed[wanted.own], derived[wanted.formulation]))
+    for each, refused in asked:
+        if each.own in timed and not refused:
+            points.append(_point(each, timed[each.own], derived[each.formulation]))
         else:
-            skipped.append(SkippedSetting(wanted, str(begun[wanted.own])))
-    return WorkPrecision(scene, periods, budget, tuple(points), tuple(skipped))
+            skipped.append(_skipped(each, refused or str(begun[each.own])))
+    return WorkPrecision(
+        scene=Problem(**scene.problem()),
+        periods=periods,
+        phase=periods - timing.BEFORE,
+        budget=budget,
+        points=tuple(points),
+        skipped=tuple(skipped),
+        versions=versions(),
+    )
 
 
 def renewed(parameters: Parameters) -> Parameters:
@@ -617,13 +311,13 @@ def _parameters(scene: Scene, methods: Sequence[str], options: Mapping[str, floa
 
 def _asked(
     scene: Scene, methods: Sequence[str], options: Mapping[str, float]
-) -> tuple[list[str], tuple[Method | SkippedSetting, ...]]:
+) -> tuple[list[str], tuple[Asked, ...]]:
     """Return names and what is to be tried, none of it twice, unless something is wrong."""
     file = str(getattr(scene, "name", "workprec"))
     values, faults = parse_options(file, options, NUMBERS)
     faults += no_nutation(file, scene, "a work-precision diagram")
 
-    def read(text: str) -> tuple[str, tuple[Method | SkippedSetting, ...]]:
+    def read(text: str) -> tuple[str, tuple[Asked, ...]]:
         if not faults:
             return text, settings(text, scene, values["periods"])
         if not auto_digits(text):  # auto can plan nothing
@@ -715,20 +409,38 @@ def _point(each: Method, timed: Sequence[timing.Timed], derived_s: float) -> Poi
     axes = [one.axis_error for one in timed if one.axis_error is not None]
     tilts = [one.theta_error for one in timed]
     stepper: Any = own.run.stepper
+    by_tolerance = each.set_by == TOLERANCE
     return Point(
-        method=each,
+        method=each.asked,
+        formulation=each.formulation,
+        language=each.language,
+        tolerance=each.setting if by_tolerance else None,
+        steps_a_period=None if by_tolerance else each.setting,
+        bits=each.bits,
+        measures="axis" if axes else "theta",
+        rival=each.is_rival,
         us_per_period=median(costs),
         us_spread=_spread(costs),
-        axis_error=median(axes) if axes else None,
-        theta_error=median(tilts),
-        energy_error=median(one.energy_error for one in timed),
+        rhs_evaluations=own.last.evaluations,
+        error=median(axes or tilts),
         error_spread=_spread(axes or tilts),
         starts=len(timed),
+        theta_error=median(tilts),
+        energy_error=median(one.energy_error for one in timed),
+        setup_s=derived_s + float(getattr(stepper, "engine", stepper).compile_s),
         runs=min(len(one.seconds) for one in timed),
         periods=own.periods,
         steps=own.last.steps,
-        rhs_evaluations=own.last.evaluations,
-        setup_s=derived_s + float(getattr(stepper, "engine", stepper).compile_s),
+        stands_for=None if each.digits is None else each.text,
+        wants=each.wants,
+        digits=each.digits,
+    )
+
+
+def _skipped(each: Method, reason: str) -> SkippedSetting:
+    setting = {"digits": each.digits} if each.digits else {each.set_by: each.setting}
+    return SkippedSetting(
+        method=each.asked, setting=setting, wants=each.wants, rival=each.is_rival, reason=reason
     )
 
 

@@ -18,7 +18,7 @@ from heavytop.machine import version
 from heavytop.report.pages.sections import SECTIONS
 from heavytop.report.parts import called
 from heavytop.report.validation import summary
-from heavytop.results.command import typed
+from heavytop.results.base import typed
 from heavytop.spelling import harmless
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 
 from heavytop.files import write_document
 from heavytop.report.pages.sections import traces_document
-from heavytop.results.command import spelt
+from heavytop.results.base import spelt
 from heavytop.spelling import harmless
 from heavytop.studies.executors import LETTERS, begin, end, tail
 
