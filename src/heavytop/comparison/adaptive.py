@@ -41,7 +41,7 @@ class Singular(Exception):
 
 def right_hand_side(equations: Formulation, parameters: Mapping[str, float]) -> Rates:
     """Return f(t, y), y a numpy array, that raises `Singular` instead of returning no numbers."""
-    rates, known = _derivatives(equations), constants(equations, parameters).values()
+    rates, known = derivatives(equations), constants(equations, parameters).values()
 
     def at(_: float, y: Any) -> Sequence[float]:
         try:
@@ -57,12 +57,12 @@ def right_hand_side(equations: Formulation, parameters: Mapping[str, float]) -> 
 
 def textbook_right_hand_side(equations: Formulation, parameters: Mapping[str, float]) -> Rates:
     """Return f(t, y) as one writes it by hand: it returns whatever numpy makes of a pole."""
-    rates = _derivatives(equations, np.float64, np)
+    rates = derivatives(equations, np.float64, np)
     known = np.array([*constants(equations, parameters).values()])
     return lambda _, y: rates(*y, *known)
 
 
-def _derivatives(
+def derivatives(
     equations: Formulation, number: Callable[[Any], Any] = float, library: Any = math
 ) -> Callable[..., Sequence[Any]]:
     """Return the derivatives as a function of the states and of the constants they hold."""
@@ -334,7 +334,7 @@ def _cyrk_rates(equations: Formulation) -> tuple[Any, float]:
 
     began = time.perf_counter()
     n, k = len(equations.states), len(equations.constants_in(equations.derivatives))
-    rates = njit(error_model="numpy")(_derivatives(equations))  # 1/0 is inf; nothing is raised
+    rates = njit(error_model="numpy")(derivatives(equations))  # 1/0 is inf; nothing is raised
 
     def at(dy: Any, t: float, y: Any, arguments: Any) -> None:
         known = carray(arguments, (k + 1,))

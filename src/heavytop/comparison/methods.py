@@ -20,6 +20,9 @@ from heavytop.comparison.adaptive import (
     scipy_solver,
 )
 from heavytop.comparison.collocation import gauss
+from heavytop.comparison.own import BODY, RTOL, admitted, own_stepper
+from heavytop.comparison.own import STEPS as STEPS_GIVEN
+from heavytop.comparison.own import Method as OwnMethod
 from heavytop.comparison.steppers import FixedStep, Stepper
 from heavytop.errors import Impossible, MissingPackage
 
@@ -60,6 +63,8 @@ class Method:
         Where it is published.
     formulation : str
         The equations it integrates.
+    own : heavytop.comparison.own.Method or None
+        What a person brought.
     """
 
     name: str
@@ -74,6 +79,7 @@ class Method:
     needs: tuple[str, ...]
     source: str
     formulation: str = "axis"
+    own: OwnMethod | None = None
 
     @property
     def fixed(self) -> bool:
@@ -189,6 +195,9 @@ def make_stepper(
     if len(state) != n:  # compiled code would read on
         raise Impossible([("start", f"{len(state)} states, where the equations have {n}")])
     block = method.block if steps is None else steps
+    if method.own:
+        at = direction * float(period or 0.0)
+        return own_stepper(method.own, equations, parameters, state, setting, at, steps)
     if not method.fixed:
         solver, seconds = method.build(equations, parameters, float(setting))
         return AdaptiveStepper(solver, state, direction, block, seconds)
@@ -217,12 +226,25 @@ def named(name: str) -> Method:
     """
     if name in METHODS:
         return METHODS[name]
+    if ":" in name:
+        return _own(name)
     stem, _, formulation = name.rpartition("-")
     row = METHODS.get(stem)
     if row is not None and not row.fixed and stem != IAS15 and formulation in FORMULATIONS:
         return replace(row, name=name, formulation=formulation)
     nearest = get_close_matches(name, METHODS, 1, 0.0)[0]
     raise Impossible([("method", f"there is none called {name!r}; the nearest is {nearest!r}")])
+
+
+def _own(name: str) -> Method:
+    """A method of one's own, which a person has named."""
+    found = admitted(name).method
+    steps, language = not found.solves, "numba" if found.compiled else "python"
+    return Method(
+        name, found.order, found.setting or (STEPS_GIVEN if steps else RTOL), 0, own_stepper,
+        STEPS if steps else TOLERANCE, *((1.0, 1e7) if steps else (1e-15, 1e-1)), language, (),
+        "", "axis" if found.formulation in BODY else found.formulation, found,
+    )  # fmt: skip
 
 
 class Unimportable(MissingPackage):

@@ -472,9 +472,7 @@ def _zero(form: Formulation, name: str, parameters: dict[str, float]) -> Callabl
     return lambda y: float(function(*y, *known)[0])
 
 
-def _arrived(
-    result: RunResult, case: Case, chosen: Plan, end: float, state: Array
-) -> RunResult:
+def _arrived(result: RunResult, case: Case, chosen: Plan, end: float, state: Array) -> RunResult:
     """Return a result with what the last state says."""
     form, (parameters, start) = chosen.equations, binary_start(case.scene, chosen)
     rows, times = np.array([start.state, state]), np.array([0.0, end])

@@ -1,0 +1,241 @@
+"""Methods of one's own: how they are named, loaded and run, and how what goes wrong is named."""
+
+import math
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import heavytop as ht
+from heavytop.comparison import IntegrationFailed, make_stepper, named, own
+from heavytop.equations.formulation import FORMULATIONS
+from heavytop.equations.lambdify import exact_values
+from heavytop.errors import Impossible
+from heavytop.run.planning import start_values
+
+SPAN = 0.77  # s, not a multiple of the period
+
+FILE = """
+import numpy as np
+from beside import factor
+
+def euler(f, y, h):
+    return y + factor * h * f(y)
+"""
+
+
+def rk4(f, y, h):
+    a = f(y)
+    b = f(y + h / 2 * a)
+    c = f(y + h / 2 * b)
+    d = f(y + h * c)
+    return y + h / 6 * (a + 2 * b + 2 * c + d)
+
+
+def midpoint_on_rotations(f, y, h):
+    """Of order 2, and a rotation stays one: what papers on Lie groups begin with."""
+
+    def turned(w):
+        angle = np.linalg.norm(w)
+        hat = np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
+        half = np.sinc(angle / 2 / math.pi)
+        return np.eye(3) + np.sinc(angle / math.pi) * hat + half * half / 2 * hat @ hat
+
+    R, w = y[:9].reshape(3, 3), y[9:]
+    half = w + h / 2 * f(y)[9:]
+    middle = np.concatenate([(R @ turned(h / 2 * w)).ravel(), half])
+    return np.concatenate([(R @ turned(h * half)).ravel(), w + h * f(middle)[9:]])
+
+
+def dop853(fun, t_span, y0, **options):
+    from scipy.integrate import solve_ivp
+
+    return solve_ivp(fun, t_span, y0, method="DOP853", **options)
+
+
+@pytest.fixture(scope="module")
+def motion():
+    scene = ht.load_scene("sicm-kicked")
+    return ht.Motion(scene.top, scene.start)
+
+
+def set_up(asked, setting, period, **more):
+    name = own.admit(asked)
+    form = FORMULATIONS[named(name).formulation].build()
+    expressions = (*form.start, *form.parameters.values())
+    scene = ht.load_scene("sicm-kicked")
+    values = [float(v) for v in exact_values(expressions, start_values(scene))]
+    known = dict(zip((p.name for p in form.parameters), values[len(form.start) :], strict=True))
+    return make_stepper(name, values[: len(form.start)], known, setting, period, **more)
+
+
+def axis_error(motion, asked, setting, **more):
+    stepper = set_up(asked, setting, motion.period, **more)
+    at, (end, rest) = stepper.begin(), stepper.output_time(SPAN)
+    while (after := stepper.block(at)).time < (end, rest):
+        at = after
+    row = stepper.states_at(at, [(end, rest)])[0]
+    if row.size == 6:  # theta, phi, …
+        theta, phi = row[:2]
+        row = [math.sin(theta) * math.sin(phi), -math.sin(theta) * math.cos(phi), math.cos(theta)]
+    return float(np.abs(row[:3] - motion.at(end + rest).axis).max())
+
+
+@pytest.mark.parametrize(
+    ("method", "order", "steps"),
+    [
+        (own.Method(rk4), 4, 100),
+        (own.Method(rk4, formulation="lagrange"), 4, 200),
+        (own.Method(rk4, formulation="quaternion"), 4, 200),
+        (own.Method(rk4, formulation="rotation"), 4, 200),
+        (own.Method(midpoint_on_rotations, formulation="rotation"), 2, 800),
+    ],
+)
+def test_a_step_has_its_order_in_every_form(motion, method, order, steps):
+    errors = [axis_error(motion, method, n) for n in (steps, 2 * steps)]
+    assert errors[1] < 0.02
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.6)
+
+
+def test_a_rotation_stays_one_where_the_method_keeps_it(motion):
+    method = own.Method(midpoint_on_rotations, formulation="rotation")
+    stepper = set_up(method, 100, motion.period)
+    y = np.array(stepper.block(stepper.begin()).state)
+    R = y[:9].reshape(3, 3)
+    assert np.abs(R @ R.T - np.eye(3)).max() < 1e-13
+    assert np.linalg.norm(stepper.states_at(stepper.begin(), [(0.0, 0.0)])[0][:3]) == pytest.approx(
+        1
+    )
+
+
+def test_a_solver_is_as_good_as_its_tolerance(motion):
+    assert axis_error(motion, dop853, 1e-11) < 1e-9
+    assert 1e-9 < axis_error(motion, dop853, 1e-5) < 1e-1
+
+
+def test_a_compiled_step_has_the_bits_of_the_plain_one(motion):
+    numba = pytest.importorskip("numba")
+    compiled = own.Method(numba.njit(rk4), name="compiled")
+    plain, fast = (set_up(m, 100, motion.period, steps=300) for m in (own.Method(rk4), compiled))
+    assert fast.block(fast.begin()).state == plain.block(plain.begin()).state
+
+
+def test_blocks_lead_on_from_what_is_stored(motion):
+    for asked, setting in ((rk4, 100), (dop853, 1e-8)):
+        stepper = set_up(asked, setting, motion.period)
+        first = stepper.block(stepper.begin())
+        again = set_up(asked, setting, motion.period)
+        assert again.block(first) == stepper.block(first)
+
+
+# --- what goes wrong is named --------------------------------------------------------------------
+
+
+def raises(f, y, h):
+    raise ValueError("no luck")
+
+
+def moves(f, y, h):
+    y += h * f(y)
+    return y
+
+
+def few(f, y, h):
+    return y[:2]
+
+
+def nothing(f, y, h):
+    return None
+
+
+def broken(f, y, h):
+    return y * np.nan
+
+
+def stops(fun, t_span, y0, **_):
+    return SimpleNamespace(t=[0.0, t_span[1] / 2], y=np.array([y0, y0]).T, message="too stiff.")
+
+
+@pytest.mark.parametrize(
+    ("function", "said"),
+    [
+        (raises, "it raises ValueError: no luck"),
+        (moves, "it changes the states it is given"),
+        (few, "it returns an array of shape (2,), not (5,)"),
+        (nothing, "it raises TypeError|it returns an array of shape ()"),
+        (broken, "the numbers are no longer finite"),
+        (stops, "it stops after .* s: too stiff"),
+    ],
+)
+def test_what_a_method_does_wrong_is_named(motion, function, said):
+    stepper = set_up(function, 1e-2 if function is stops else 100, motion.period)
+    with pytest.raises(IntegrationFailed) as told:
+        stepper.block(stepper.begin())
+    import re
+
+    pattern = said.replace("(", r"\(").replace(")", r"\)")
+    assert re.search(pattern, str(told.value))
+
+
+# --- how a method is had -------------------------------------------------------------------------
+
+
+@pytest.fixture
+def file(tmp_path):
+    (tmp_path / "beside.py").write_text("factor = 1.0\n")
+    path = tmp_path / "mine.py"
+    path.write_text(FILE)
+    yield path
+    sys.modules.pop("beside", None)
+
+
+def test_a_file_is_named_by_its_last_part(file, motion):
+    assert own.admit(f"{file}:euler=500") == "mine.py:euler=500"
+    assert named("mine.py:euler").setting == "steps a period"
+    assert own.admitted("mine.py:euler").digest
+
+
+def test_nothing_runs_that_nobody_named():
+    with pytest.raises(Impossible, match="name it with --methods"):
+        named("other.py:rk4")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("nowhere.py:rk4", "there is no such file"),
+        ("{file}:rk5", "has no 'rk5'"),
+        ("{bad}:rk4", "raises ZeroDivisionError: division by zero"),
+        ("no_such_module:rk4", "raises ModuleNotFoundError"),
+        ("{file}:np", "which can be called"),
+    ],
+)
+def test_what_cannot_be_loaded_is_told(file, text, said):
+    (bad := file.with_name("bad.py")).write_text("1 / 0\n")
+    with pytest.raises(Impossible, match=said):
+        own.admit(text.format(file=file, bad=bad))
+
+
+def test_another_process_loads_the_same_file_or_none(file):
+    name = own.admit(f"{file}:euler")
+    passes = own.passes([name])
+    own.let_pass(passes)
+    file.write_text(FILE + "\n# changed\n")
+    own._ADMITTED.pop(name)
+    with pytest.raises(Impossible, match="another file"):
+        own.let_pass(passes)
+
+
+def test_a_function_that_stands_nowhere_stays_here():
+    name = own.admit(lambda f, y, h: y + h * f(y))
+    with pytest.raises(Impossible, match="must stand in a file"):
+        own.passes([name])
+
+
+def test_an_entry_point_is_named_as_any_method(monkeypatch):
+    offered = SimpleNamespace(name="their-rk4", value=f"{__name__}:rk4")
+    monkeypatch.setattr(own, "entry_points", lambda group: [offered] * (group == own.GROUP))
+    monkeypatch.setitem(sys.modules, __name__, sys.modules[rk4.__module__])
+    assert own.admit("their-rk4=50") == f"{__name__}:rk4=50"
+    assert own.admit("gauss8=32") == "gauss8=32"
