@@ -256,7 +256,8 @@ def _run_file(path: Path) -> Any:
         raise FileNotFoundError(path)
     name = f"heavytop_own_{sha256(str(path.resolve()).encode()).hexdigest()[:12]}"
     spec = spec_from_file_location(name, path)
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     module = module_from_spec(spec)
     sys.modules[name] = module  # numba and pickle look there
     sys.path.insert(0, str(path.resolve().parent))
