@@ -86,7 +86,7 @@ def stress(
             jobs=jobs,
             folder=output,
             executor=stack.enter_context(executor(scheduler, jobs)),
-            progress=stack.enter_context(voice.progress()),
+            progress=stack.enter_context(voice.study()),
         )
         finish(found, output, json=json, figures=not no_figures, voice=voice)
 

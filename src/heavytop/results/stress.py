@@ -32,7 +32,7 @@ class Outcome(StrEnum):
 
 RULES: Final = {
     Outcome.REFUSED: "it says beforehand that it cannot, and why",
-    Outcome.TIME_LIMIT: "it had not come back at its time limit, or took longer",
+    Outcome.TIME_LIMIT: "it had not come back at its time limit",
     Outcome.STEP_LIMIT: "it had taken all the steps it may take, or more",
     Outcome.SINGULAR: "it stopped on the way: the equations gave no finite numbers",
     Outcome.STALLED: "its steps vanished or have no solution; or it rests where the axis moves",
@@ -165,7 +165,7 @@ class Stress(Result):
 
         What is counted as nothing to tell is not counted as anything else.
         """
-        words = [*map(str, Outcome), UNDETERMINED]
+        words = (*map(str, Outcome), UNDETERMINED)
         found = {method: dict.fromkeys(words, 0) for method in self.methods}
         for each in self.cases:
             found[each.method][UNDETERMINED if each.untold else str(each.outcome)] += 1

@@ -30,7 +30,6 @@ DEFAULT: Final = (
     "gauss8",
 )
 AUTO: Final = "auto"
-SOURCE: Final = "Jorba & Zou, Experimental Mathematics 14 (2005) 99-117; heyoka"
 TOLERANCE: Final = "tolerance"
 BROUWER: Final = 1e-18  # heyoka's own advice for Brouwer's law, with compensated sums
 SLOW: Final = 10_000  # periods: what takes a millisecond and more for each goes no farther
@@ -53,14 +52,10 @@ class Method:
         ``tolerance`` or ``steps a period``.
     least, most : float
         Bounds of the setting.
-    order : int or None
-        Of the method; None where it chooses.
     reach : float
         Nutation periods it goes to at most, for its slowness.
     needs : tuple of str
         Packages it cannot do without.
-    source : str
-        Where the method was published.
     bits : int
         Of the numbers it computes in.
     projected, is_rival : bool
@@ -85,10 +80,8 @@ class Method:
     set_by: str
     least: float
     most: float
-    order: int | None
-    reach: float
-    needs: tuple[str, ...]
-    source: str
+    reach: float = float("inf")
+    needs: tuple[str, ...] = ()
     bits: int = DOUBLE
     projected: bool = False
     is_rival: bool = False
@@ -107,7 +100,8 @@ class Method:
     @property
     def text(self) -> str:
         """What asks for this method: its name, with the setting where it is not the usual one."""
-        return f"{self.name}={shortest(self.setting)}" if self.changed else self.name
+        setting = repr(self.setting).removesuffix(".0")
+        return f"{self.name}={setting}" if self.changed else self.name
 
     @property
     def own(self) -> Method:
@@ -214,10 +208,6 @@ def _of_formulation(form: str) -> list[Method]:
         set_by=TOLERANCE,
         least=EPSILON,
         most=1e-2,
-        order=None,
-        reach=float("inf"),
-        needs=(),
-        source=SOURCE,
     )
     found = [plain]
     if not why_not(FORMULATIONS[form].build()):
@@ -240,23 +230,10 @@ def _of(rival: comparison.Method) -> Method:
         set_by=rival.setting,
         least=rival.least,
         most=rival.most,
-        order=rival.order,
         reach=SLOW if rival.language == "python" else float("inf"),
         needs=rival.needs,
-        source=rival.source,
         is_rival=True,
     )
-
-
-def shortest(x: float) -> str:
-    """Return the shortest text that reads back as a number.
-
-    Examples
-    --------
-    >>> shortest(200.0), shortest(1e-9), shortest(1234.5671)
-    ('200', '1e-09', '1234.5671')
-    """
-    return repr(x).removesuffix(".0")
 
 
 # --- what is put under stress ----------------------------------------------------------------
@@ -264,11 +241,6 @@ def shortest(x: float) -> str:
 ANGLES: Final = "auto-angles"
 FORMS: Final = ("axis", "attitude", "cubic", "routh", "subsystem", "lagrange")
 TIGHT: Final = {"dop853": 1e-12, "lsoda": 1e-11, "radau": 1e-8}  # as far as each goes in good time
-COMPILED: Final = {
-    "blanes-moan-rkn6=64": "rkn6:a",
-    "gauss8=32": "gauss8:a",
-    "dop853-cyrk=1e-12": "cyrk:a",
-}
 
 
 @cache
@@ -284,7 +256,12 @@ def stress_methods() -> Mapping[str, Method]:
         for solver, tolerance in TIGHT.items():
             each = method(f"{solver}-scipy{end}={tolerance}")
             found.append(replace(each, solver=solver, short=f"{solver}:{short}"))
-    found += [replace(method(text), short=short) for text, short in COMPILED.items()]
-    defaults = replace(method("dop853-scipy-lagrange=1e-3"), solver="rk45", order=5, atol=1e-6)
+    compiled = (
+        ("blanes-moan-rkn6=64", "rkn6"),
+        ("gauss8=32", "gauss8"),
+        ("dop853-cyrk=1e-12", "cyrk"),
+    )
+    found += [replace(method(text), short=f"{short}:a") for text, short in compiled]
+    defaults = replace(method("dop853-scipy-lagrange=1e-3"), solver="rk45", atol=1e-6)
     found.append(replace(defaults, name="solve-ivp-defaults", short="ivp:l"))
     return {each.name: each for each in found}

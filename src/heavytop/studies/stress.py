@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from heavytop import errors
 from heavytop.comparison.adaptive import textbook_right_hand_side, textbook_solve
@@ -49,6 +50,7 @@ LISTED: Final = "heavytop/stress-cases/1"
 BUDGET_S: Final = 240.0
 TIME_S: Final = 3.0
 STEPS: Final = 2_000_000
+LIMITS: Final = ("time_limit", "step_limit")  # of a run
 LIST: Final = "heavytop stress --list"
 NUMBERS: Final = {
     "budget": Range(0, 1e6),
@@ -83,7 +85,7 @@ def stress(
     jobs: int = 1,
     folder: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
-    progress: Callable[[float], object] | None = None,
+    progress: Callable[[runner.Progress], object] | None = None,
 ) -> Stress:
     """Put methods under stress: at every motion at which some are known to fail.
 
@@ -105,7 +107,7 @@ def stress(
     executor : concurrent.futures.Executor, optional
         Its workers do the runs, and `jobs` means nothing.
     progress : callable, optional
-        Called with the fraction done, after each run.
+        It is given a `heavytop.studies.runner.Progress` after each run.
 
     Returns
     -------
@@ -130,48 +132,35 @@ def stress(
     makes of changed starts.
     """
     heard("progress", progress)
+    place = None if folder is None else path_of("folder", folder)
     limits = {"budget": budget, "time_limit": time_limit, "step_limit": step_limit, "jobs": jobs}
     parameters, values = _parameters(cases, methods, limits)
-
-    def told(now: runner.Progress) -> None:
-        if progress is not None:
-            progress(now.fraction)
-
-    place = None if folder is None else path_of("folder", folder)
+    how = {"budget": values["budget"], "jobs": values["jobs"], "executor": executor}
     with open_store(place, parameters) as store:
-        how = {"budget": values["budget"], "jobs": values["jobs"], "executor": executor}
-        return complete(store, on_progress=told, **how)
+        return complete(store, on_progress=progress, **how)
 
 
 def _parameters(
     some: Any, methods: Any, limits: Mapping[str, float]
 ) -> tuple[Parameters, dict[str, Any]]:
     """Return the test as JSON, and the limits, unless something is wrong with them."""
-    found, no_cases = _named("cases", some, cases())
-    asked, no_methods = _named("methods", methods, stress_methods())
-    values, wrong = parse_options("stress", limits, NUMBERS)
-    if faults := (*no_cases, *no_methods, *wrong):
-        raise errors.BadScene(faults)
-    parameters = {
-        "kind": KIND,
-        "cases": found,
-        "methods": asked,
-        "time_limit": values["time_limit"],
-        "step_limit": values["step_limit"],
-        "versions": versions(),
-    }
+    values, faults = parse_options("stress", limits, NUMBERS)
+    parameters: Parameters = {"kind": KIND}
+    tables: dict[str, Mapping[str, Any]] = {"cases": cases(), "methods": stress_methods()}
+    for (key, known), given in zip(tables.items(), (some, methods), strict=True):
+        names = known if given is None else given
+        found, wrong = parse_names("stress", key, names, one_of(known, LIST))
+        parameters[key] = list(dict.fromkeys(each.name for each in found))
+        faults += wrong
+    if faults:
+        raise errors.BadScene(tuple(faults))
+    parameters |= {name: values[name] for name in LIMITS} | {"versions": versions()}
     return parameters, values
-
-
-def _named(key: str, some: Any, known: Mapping[str, Any]) -> tuple[list[str], list[errors.Fault]]:
-    """Return the names of what is asked for, none of it twice, and all where nothing is named."""
-    found, faults = parse_names("stress", key, known if some is None else some, one_of(known, LIST))
-    return list(dict.fromkeys(each.name for each in found)), faults
 
 
 def renewed(parameters: Parameters) -> Parameters:
     """Return the parameters that a test asked for with these would have."""
-    limits = {"time_limit": parameters["time_limit"], "step_limit": parameters["step_limit"]}
+    limits = {name: parameters[name] for name in LIMITS}
     return _parameters(parameters["cases"], parameters["methods"], limits)[0]
 
 
@@ -219,8 +208,7 @@ def collect(store: MemoryStore, budget: float = BUDGET_S) -> Stress:
             if record.done:
                 with reading(f"run {record.task}"):
                     [row] = record.rows
-                    turns = row["turns"] and (*row["turns"],)
-                    runs.append(Run(**row | {"outcome": Outcome(row["outcome"]), "turns": turns}))
+                    runs.append(TypeAdapter(Run).validate_python(row))
                 continue
             absent = method.absent and f"{', '.join(method.absent)} is not installed"
             reason = absent or record.failed or "the budget was spent"
@@ -241,16 +229,17 @@ def collect(store: MemoryStore, budget: float = BUDGET_S) -> Stress:
 def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[Chunk]:
     """Do one run in a process that can be killed; no clock runs while it gets ready."""
     case, _, method = task.partition("/")
-    asked, seconds = (case, method, reference(case)), parameters["time_limit"]
+    asked, limit = (case, method, reference(case)), parameters["time_limit"]
     try:
         WORKER.call(get_ready, *asked)
-        limits = parameters["step_limit"], seconds
-        found, seconds = WORKER.call(put_to_test, *asked, *limits, timeout=seconds)
+        found = WORKER.call(put_to_test, *asked, parameters["step_limit"], timeout=limit)
     except TimedOut:
-        found = _late(case, method, f"killed after {seconds:g} s")
+        form = stress_methods()[method].formulation
+        found = Run(case=case, method=method, formulation=form, outcome=Outcome.TIME_LIMIT,
+                    named=True, note=f"killed after {limit:g} s")  # fmt: skip
     except Lost as death:
         raise errors.HeavyTopError(f"its process was lost: {death}") from None
-    yield Chunk(rows=[found.document()], done=True, seconds=seconds)
+    yield Chunk(rows=[found.document()], done=True)
 
 
 def get_ready(case: str, method: str, truth: CaseReference) -> None:
@@ -262,23 +251,10 @@ def get_ready(case: str, method: str, truth: CaseReference) -> None:
         stepper_of(cases()[case], chosen, truth)
 
 
-def put_to_test(
-    case: str, method: str, truth: CaseReference, step_limit: int, time_limit: float
-) -> tuple[Run, float]:
-    """In the worker: do a run, and judge it; return it with the time it took [s]."""
+def put_to_test(case: str, method: str, truth: CaseReference, step_limit: int) -> Run:
+    """In the worker: do a run, and judge it."""
     chosen = stress_methods()[method]
-    began = time.perf_counter()
-    found = run(cases()[case], chosen, truth, step_limit)
-    seconds = time.perf_counter() - began
-    if seconds > time_limit:
-        return _late(case, method, f"back after {seconds:.2g} s"), seconds
-    return judged(found, truth, case, chosen), seconds
-
-
-def _late(case: str, method: str, note: str) -> Run:
-    form = stress_methods()[method].formulation
-    return Run(case=case, method=method, formulation=form, outcome=Outcome.TIME_LIMIT, named=True,
-               note=note)  # fmt: skip
+    return judged(run(cases()[case], chosen, truth, step_limit), truth, case, chosen)
 
 
 def listing() -> dict[str, Any]:
@@ -547,9 +523,6 @@ def judged(found: RunResult, truth: CaseReference, case: str, method: Method) ->
             for angle, n in zip("φψ", turns, strict=False)
             if n
         ),
-        ""
-        if found.more_bits or truth.leaves is None
-        else f"leaves the vertical's neighbourhood by rounding at t ≈ {truth.leaves:.3g} s",
         found.said,
     ]
     return told(

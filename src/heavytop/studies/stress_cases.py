@@ -43,7 +43,6 @@ ROUNDINGS: Final = 16  # of the start, of constants and of steps, that every met
 FOLLOWED: Final = 100  # periods
 LOOKS: Final = 65  # times at which the matrix is taken,
 RESTART: Final = 8  # and after so many of them it is taken anew
-SHARP: Final = 0.1  # of a small tilt's time to grow by e: how far apart, at most, finer looks are
 AXIS: Final = 2.0  # how far apart two axes can be
 
 
@@ -237,8 +236,6 @@ class CaseReference:
         How many events there are.
     period : float or None
         Of the nutation [s].
-    leaves : float or None
-        When rounding in doubles has left nothing of the axis [s].
     angles : (float, float)
         phi and psi at the end [rad].
     """
@@ -250,7 +247,6 @@ class CaseReference:
     moved: float
     counts: Counts | None
     period: float | None
-    leaves: float | None
     angles: tuple[float, float] = (0.0, 0.0)
 
     def of_angles(self) -> CaseReference:
@@ -282,7 +278,7 @@ class CaseReference:
 
         Examples
         --------
-        >>> here = CaseReference(1.0, 0.1, (0.0, 0.1, 1.0), 1.0, 1.0, None, None, None)
+        >>> here = CaseReference(1.0, 0.1, (0.0, 0.1, 1.0), 1.0, 1.0, None, None)
         >>> here.digits_lost(0.0), round(here.digits_lost(1.776e-13), 2)
         (0.0, 2.0)
         """
@@ -297,57 +293,35 @@ def reference(name: str) -> CaseReference:
     end = span(scene, motion)
     exact, start = motion.exact(end), motion.exact(0)
     x, y, z = map(float, exact.axis)
-    condition, leaves = _followed(scene, motion, end)
     return CaseReference(
         end=end,
         theta=float(exact.theta),
         axis=(x, y, z),
-        condition=max(1.0, condition),
+        condition=max(1.0, _condition(scene, motion, end)),
         moved=math.dist((x, y, z), tuple(map(float, start.axis))),
         counts=tally(motion, end) if cases()[name].counted else None,
         period=motion.period,
-        leaves=leaves,
         angles=(float(exact.phi), float(exact.psi)),
     )
 
 
-def _followed(scene: Scene, motion: Motion, end: float) -> tuple[float, float | None]:
-    """The condition of the axis at the end, and the time at which doubles have nothing left."""
+def _condition(scene: Scene, motion: Motion, end: float) -> float:
+    """The condition of the axis at the end."""
     longest = FOLLOWED * motion.period if motion.period else math.inf
     reach = min(abs(end), longest)
     times = np.linspace(0.0, math.copysign(reach, end), LOOKS)
     varied = varied_run(scene, plan(scene, "axis"))
-    sizes, states = _sizes(varied, times)
-    later = [
-        _sizes(replace(varied, state=states[k]), times[-1:] - times[k])[0]
-        for k in range(RESTART, min(len(states), LOOKS - 1), RESTART)
-    ]
-    worst = max(float(size[-1]) for size in (sizes, *later))
-    return worst * abs(end) / reach, _lost(varied, times, sizes)
+    worst, states = _grown(varied, times)
+    for k in range(RESTART, min(len(states), LOOKS - 1), RESTART):
+        worst = max(worst, _grown(replace(varied, state=states[k]), times[-1:] - times[k])[0])
+    return worst * abs(end) / reach
 
 
-def _lost(varied: VariedRun, times: Array, sizes: Array) -> float | None:
-    """When a rounding of the start has grown to all there is, if it has at a time of a grid.
-
-    It grows and shrinks again as the axis nears the vertical and leaves it, so that only a grid
-    finer than that tells when it has first grown so much.
-    """
-    lost = np.flatnonzero(sizes * ROUNDINGS * UNIT >= 1.0)
-    if not lost.size:
-        return None
-    late, spacing = float(times[lost[0]]), SHARP / math.sqrt(abs(varied.constants["g"]))
-    finer = np.linspace(0.0, late, max(2, math.ceil(abs(late) / spacing)))
-    found = _sizes(varied, finer)[0]
-    return float(finer[np.argmax(found * ROUNDINGS * UNIT >= 1.0)])
-
-
-def _sizes(varied: VariedRun, times: Array) -> tuple[Array, Array]:
-    """The condition of the axis at times since a start, inf at the last if it overflows; states."""
+def _grown(varied: VariedRun, times: Array) -> tuple[float, Array]:
+    """The condition of the axis at the last of some times, inf if it overflows; the states."""
     found = varied(times.tolist())
-    found = found[np.isfinite(found[:, 0, 0])]  # before the derivatives have overflowed
+    finite = found[np.isfinite(found[:, 0, 0])]  # before the derivatives have overflowed
     size = math.hypot(*varied.state[3:5], varied.constants["l_z"])
     scale = np.array([1.0, 1.0, 1.0, size, size, abs(varied.constants["g"]), size])
-    sizes = np.sqrt(((found[:, :3, 1:] * scale) ** 2).sum(axis=(1, 2)))
-    if len(sizes) < len(times):
-        sizes = np.append(sizes, math.inf)
-    return sizes, found[:, :, 0]
+    last = math.sqrt(((found[-1, :3, 1:] * scale) ** 2).sum())
+    return last if len(finite) == len(found) else math.inf, finite[:, :, 0]
