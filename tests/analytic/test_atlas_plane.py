@@ -9,8 +9,7 @@ import heavytop as ht
 from heavytop.classification.many import classify_many
 from heavytop.errors import NotANumber
 from heavytop.scene.arguments import Refused
-from heavytop.studies.atlas_boundaries import curves
-from heavytop.studies.atlas_plane import MOST_VALUES, Axis, Plane, Tile
+from heavytop.studies.atlas_plane import MOST_VALUES, Axis, Plane, Tile, curves
 
 KICKED = ht.load_scene("sicm-kicked")
 TOP = KICKED.top

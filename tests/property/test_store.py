@@ -109,7 +109,7 @@ def test_nothing_is_another_value_than_null_and_an_empty_list():
     [
         ("", "not readable"),
         ('{"kind"', "not readable"),
-        ("[]", "not a JSON object"),
+        ("[]", "Input should be an object"),
         ('{"schema": "heavytop/study/1", "identity": {}}', "not a study of this version"),
         ('{"kind": "drift"}', "not a study of this version"),
     ],

@@ -195,6 +195,8 @@ def read(path: Path, kind: Any) -> Stored:
     except ValidationError as wrong:
         first = wrong.errors()[0]
         place = harmless(": ".join(map(str, first["loc"])))[:200]
+        if first["type"] == "json_invalid":
+            place = "not readable"
         said = [harmless(path), *[place] * bool(place), harmless(first["msg"])[:200]]
         raise ForeignFile(": ".join(said)) from None
     return Stored(found, sha256(data).hexdigest())

@@ -37,7 +37,6 @@ from heavytop.run.ensemble import Ensemble, propagate_many
 from heavytop.scene import arguments
 from heavytop.scene.arguments import Range, Refused
 from heavytop.scene.scene import Scene, no_scene, scene_of
-from heavytop.studies.atlas_boundaries import curves
 from heavytop.studies.atlas_plane import (
     ROLES,
     Array,
@@ -47,6 +46,7 @@ from heavytop.studies.atlas_plane import (
     Plane,
     Tile,
     constants,
+    curves,
     mirrored,
     restored,
 )
