@@ -73,8 +73,6 @@ ROUNDING: Final = 1e-10
 LISTED: Final = 1000  # pixels whose kinds differ, in the document
 SHARD: Final = "shard"
 """The name of a record without rows: its checkpoint is (i, n) where a folder is for a shard."""
-
-
 COSTS: Final = ("kinds_per_s", "rows_per_s", "tops_per_s", "jobs")
 
 SPAN: Final = 1.55  # nutation periods: one turning point at least is met twice
@@ -475,25 +473,23 @@ def atlas(
     and their kinds to integrated ones.
     """
     arguments.heard("progress", progress)
-    place = None if folder is None else arguments.path_of("folder", folder)
     if not isinstance(scene, Scene):
         raise no_scene(scene, KIND)
-    optional = {"only": only, "shard": shard, "jobs": jobs, "executor": executor}
-    given = {"x": x, "y": y, "integrate": integrate}
-    given |= {name: each for name, each in optional.items() if each is not None}
+    given = {"x": x, "y": y, "integrate": integrate, "only": only, "shard": shard, "jobs": jobs,
+             "executor": executor}  # fmt: skip
+    given = {name: each for name, each in given.items() if each is not None or name in "xy"}
     values, faults = arguments.parse_options(scene.name, given, _OPTIONS)
     if only is not None and integrate is True:
         faults.append(Fault(scene.name, None, "only", "", "not together with integrate"))
     if not faults:
         what = "kind" if only else "integrate" if integrate else "rows"
         plane = Plane(scene, values["x"], values["y"])
-        faults += _impossible(plane, what, place is None)
+        faults += _impossible(plane, what, folder is None)
     if faults:
         raise BadScene(tuple(faults))
-    parameters = _parameters(plane, what)
-    jobs = values.get("jobs", usable_cpus())
-    with open_store(place, parameters) as store:
-        return _run(store, values.get("shard"), jobs, executor=executor, on_progress=progress)
+    how = {"executor": executor, "on_progress": progress}
+    with open_store(folder, _parameters(plane, what)) as store:
+        return _run(store, values.get("shard"), values.get("jobs", usable_cpus()), **how)
 
 
 def renewed(parameters: Parameters) -> Parameters:

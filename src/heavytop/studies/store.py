@@ -21,6 +21,7 @@ from pydantic import ConfigDict
 from heavytop.errors import ForeignFile, ForeignStudy, StoppedEarly
 from heavytop.files import locked, make_folder, write_text
 from heavytop.results.base import read, typed
+from heavytop.scene.arguments import path_of
 
 Parameters = dict[str, Any]
 STUDY, LOCK, TASKS = "study.json", "lock", "tasks"
@@ -241,11 +242,11 @@ class Store(MemoryStore):
         return self.path / TASKS / f"{sha256(task.encode()).hexdigest()[:24]}.json"
 
 
-def open_store(folder: Path | None, parameters: Parameters) -> AbstractContextManager[MemoryStore]:
+def open_store(folder: object, parameters: Parameters) -> AbstractContextManager[MemoryStore]:
     """Open the store of a study for writing: in a folder, or in memory where there is none."""
-    return (
-        nullcontext(MemoryStore(parameters)) if folder is None else Store.open(folder, parameters)
-    )
+    if folder is None:
+        return nullcontext(MemoryStore(parameters))
+    return Store.open(path_of("folder", folder), parameters)
 
 
 @contextmanager

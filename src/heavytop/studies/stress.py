@@ -38,7 +38,7 @@ from heavytop.run.planning import Plan
 from heavytop.run.propagation import binary_start, propagate
 from heavytop.run.trajectory import Trajectory
 from heavytop.run.verify import energy_error
-from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options, path_of
+from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
 from heavytop.studies import runner
 from heavytop.studies.methods import ANGLES, TOLERANCE, Method, stress_methods
 from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store, reading
@@ -132,11 +132,10 @@ def stress(
     makes of changed starts.
     """
     heard("progress", progress)
-    place = None if folder is None else path_of("folder", folder)
     limits = {"budget": budget, "time_limit": time_limit, "step_limit": step_limit, "jobs": jobs}
     parameters, values = _parameters(cases, methods, limits)
     how = {"budget": values["budget"], "jobs": values["jobs"], "executor": executor}
-    with open_store(place, parameters) as store:
+    with open_store(folder, parameters) as store:
         return complete(store, on_progress=progress, **how)
 
 
