@@ -71,7 +71,6 @@ def test_the_document_is_the_one_that_is_promised(quick):
     assert rows["cusp", "auto"]["outcome"] == "ok"
     assert rows["cusp", "auto"]["digits_lost"] == 0.0
     assert rows["cusp", "auto"]["steps"] > 0
-    assert rows["cusp", "auto"]["smallest_step"] > 0
     assert document["rules"] == {str(word): rule for word, rule in RULES.items()}
     assert document["auto"] == {"run": True, "silently_wrong": []}
     assert document["skipped"] == []

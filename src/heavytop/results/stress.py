@@ -73,8 +73,6 @@ class Run(Part):
     condition : float or None
     energy_error : float or None
     steps : int or None
-    smallest_step : float or None
-        [s]
     named : bool
         Whether the run itself said, by an error or a warning, that something is wrong.
     untold : bool
@@ -94,7 +92,6 @@ class Run(Part):
     condition: Number | None = None
     energy_error: Number | None = None
     steps: int | None = None
-    smallest_step: Number | None = None
     named: bool = False
     untold: bool = False
     turns: tuple[int, int] | None = None

@@ -36,7 +36,6 @@ from heavytop.results.stress import ASTRAY, AUTO, Outcome, Run, SkippedRun, Stre
 from heavytop.run.events import Counts
 from heavytop.run.planning import Plan
 from heavytop.run.propagation import binary_start, propagate
-from heavytop.run.trajectory import Trajectory
 from heavytop.run.verify import energy_error
 from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
 from heavytop.studies import runner
@@ -290,8 +289,6 @@ class RunResult:
     said : str
         What it said of that, or of a doubt.
     steps : int
-    smallest_step : float or None
-        Its shortest step; of the Taylor integrator, the shortest mean of a block of them [s].
     axis : tuple of 3 float, or None
         At the end; None where the formulation gives the tilt alone.
     theta : float or None
@@ -312,7 +309,6 @@ class RunResult:
     stopped: Outcome | None = None
     said: str = ""
     steps: int = 0
-    smallest_step: float | None = None
     axis: tuple[float, float, float] | None = None
     theta: float | None = None
     angles: tuple[float, ...] = ()
@@ -358,7 +354,7 @@ def _taylor(case: Case, method: Method, step_limit: int) -> RunResult:
             found = early.trajectory
     said = "; ".join(str(w.message) for w in heard if issubclass(w.category, OWN_WARNINGS))
     end, chosen = found.orbit.end, found.plan
-    result = RunResult(None, said, found.statistics.steps, _smallest_step(found))
+    result = RunResult(said=said, steps=found.statistics.steps)
     if method.formulation == AUTO:
         parts = (chosen.formulation, chosen.precision, "projected" if chosen.projected else "")
         plan, more_bits = ", ".join(filter(None, parts)), chosen.precision != "double"
@@ -370,13 +366,6 @@ def _taylor(case: Case, method: Method, step_limit: int) -> RunResult:
         counted = {name: found.events.count(name) or 0 for name in scene.events}
         result = replace(result, energy_error=energy_error(found), counted=counted)
         return _with_motion(result, found([0.0, end]))
-
-
-def _smallest_step(found: Trajectory) -> float | None:
-    places = [(point.time[0], point.steps) for point in found.orbit.checkpoints]
-    places.append((found.orbit.end, found.statistics.steps))
-    blocks = np.diff(places, axis=0)
-    return min((abs(t) / n for t, n in blocks.tolist() if n), default=None)
 
 
 def stepper_of(case: Case, method: Method, truth: CaseReference) -> tuple[Stepper, int]:
@@ -401,9 +390,10 @@ def _stepped(case: Case, method: Method, truth: CaseReference, step_limit: int) 
     stepper, steps = stepper_of(case, method, truth)
     if steps > step_limit:
         return RunResult(Outcome.STEP_LIMIT, f"its steps would be {steps}", steps)
-    end, smallest = stepper.output_time(truth.end), None
+    fixed = isinstance(stepper, FixedStep)
+    end = stepper.output_time(truth.end)
     if isinstance(stepper, FixedStep):
-        end, smallest = two_product(stepper.h, float(steps)), abs(stepper.h)
+        end = two_product(stepper.h, float(steps))
     before = after = stepper.begin()
     try:
         while abs(after.time[0]) < abs(end[0]):
@@ -413,7 +403,7 @@ def _stepped(case: Case, method: Method, truth: CaseReference, step_limit: int) 
         state = stepper.states_at(before, [end])[0]
     except IntegrationFailed as failure:
         return RunResult(Outcome.STALLED, str(failure))
-    result = RunResult(steps=steps or after.steps, smallest_step=smallest)
+    result = RunResult(steps=steps or after.steps)
     return _arrived(result, case, Plan("axis"), truth.end, state)
 
 
@@ -432,7 +422,7 @@ def _textbook(case: Case, method: Method, truth: CaseReference, step_limit: int)
         step_limit,
         watched,
     )
-    result = RunResult(None, told.message, told.steps, told.smallest)
+    result = RunResult(said=told.message, steps=told.steps)
     if told.status == "finished":
         counted = dict(zip(WATCHED, told.zeros, strict=False))
         return _arrived(replace(result, counted=counted), case, chosen, told.t, told.state)
@@ -496,7 +486,6 @@ def judged(found: RunResult, truth: CaseReference, case: str, method: Method) ->
         condition=min(truth.condition, 1e300),
         energy_error=found.energy_error,
         steps=found.steps,
-        smallest_step=found.smallest_step,
         plan=found.plan,
     )
     if found.stopped:
