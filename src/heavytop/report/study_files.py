@@ -17,9 +17,9 @@ from heavytop.results.base import with_command
 
 if TYPE_CHECKING:
     from heavytop.claims.validate import Validation
+    from heavytop.results.drift import Drift
     from heavytop.results.work_precision import WorkPrecision
     from heavytop.studies.atlas import Atlas
-    from heavytop.studies.drift_result import Drift
     from heavytop.studies.stress import Stress
 
 Folder: TypeAlias = str | os.PathLike[str]

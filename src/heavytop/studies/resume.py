@@ -12,9 +12,9 @@ from heavytop.studies.runner import Progress, study_of, with_versions_here
 from heavytop.studies.store import STUDY, Store, differences, reading
 
 if TYPE_CHECKING:
+    from heavytop.results.drift import Drift
     from heavytop.results.work_precision import WorkPrecision
     from heavytop.studies.atlas import Atlas
-    from heavytop.studies.drift_result import Drift
     from heavytop.studies.stress import Stress
 
 
