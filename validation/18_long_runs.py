@@ -13,7 +13,7 @@ import heavytop as ht
 from heavytop.plots.drift import drift_figure
 from heavytop.plots.figures import save
 from heavytop.report.study_files import write_drift
-from heavytop.studies.drift_result import growth
+from heavytop.results.drift import growth
 
 PERIODS = next((float(x) for x in sys.argv[1:] if x != "write"), 1e6)  # fewer, for a look
 FOLDER = f"out/long-runs-{PERIODS:g}"
@@ -40,7 +40,7 @@ if "write" in sys.argv:
     document["methods"] = [each for each in document["methods"] if each["name"] in DRAWN]
     save(drift_figure(document), DOCS / "images" / "drift.svg")
 
-done = [m for m in found.methods if not m.skipped and m.method.text in COMPILED]
+done = [m for m in found.methods if not m.skipped and m.name in COMPILED]
 claim("compiled methods that went all the way, off 14", 14 - len(done), 0)
 projected, composed = found["taylor-axis-projected"], found["sofroniou-spaletta10=20"]
 claim("phase of the projected axis form [s]", projected.phase_s[-1], 1e-11)

@@ -44,7 +44,7 @@ def drift_rows(found: Any) -> str:
 
 def _drift_row(each: Any) -> str:
     if each.skipped:
-        return f"| `{each.method.text}` | skipped: {each.skipped} | | | | | | |"
+        return f"| `{each.name}` | skipped: {each.skipped} | | | | | | |"
     cells = (
         f"{each.periods[-1]:.3g}",
         f"{each.us_per_period:.3g}",
@@ -54,7 +54,7 @@ def _drift_row(each: Any) -> str:
         _power(each.phase_growth),
         "–" if each.axis[-1] is None else f"{each.axis[-1]:.1e}",
     )
-    return f"| `{each.method.text}` | {' | '.join(cells)} |"
+    return f"| `{each.name}` | {' | '.join(cells)} |"
 
 
 def _power(growth: Any) -> str:

@@ -15,7 +15,7 @@ _HOMES = {
     "Atlas": "studies.atlas",
     "BadScene": "errors",
     "Circuit": "analytic.monodromy",
-    "Drift": "studies.drift_result",
+    "Drift": "results.drift",
     "Enclosure": "analytic.enclosure",
     "DoubtfulWarning": "errors",
     "EndedEarly": "errors",
@@ -184,6 +184,7 @@ if TYPE_CHECKING:
     )
     from heavytop.integration.outputs import Sample
     from heavytop.numbers import Exact
+    from heavytop.results.drift import Drift
     from heavytop.results.stress import Stress
     from heavytop.results.work_precision import WorkPrecision
     from heavytop.run.ensemble import propagate_many
@@ -204,7 +205,6 @@ if TYPE_CHECKING:
     from heavytop.scene.top import Top
     from heavytop.studies.atlas import Atlas, atlas, load_atlas, merge_atlases
     from heavytop.studies.drift import drift
-    from heavytop.studies.drift_result import Drift
     from heavytop.studies.runner import resume
     from heavytop.studies.stress import stress
     from heavytop.studies.work_precision import work_precision

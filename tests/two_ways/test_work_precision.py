@@ -20,8 +20,9 @@ from heavytop.report.terminal import rendered
 from heavytop.results.base import Problem
 from heavytop.results.work_precision import Point, SkippedSetting, WorkPrecision, front
 from heavytop.studies import timing
+from heavytop.studies.drift import neighbour
 from heavytop.studies.methods import method
-from heavytop.studies.steppers import neighbour, set_up
+from heavytop.studies.steppers import set_up
 from heavytop.studies.timing import BEFORE, ROUNDS, TooSlow, first_run, repeat
 from heavytop.studies.work_precision import DEFAULT, FOLDED, STARTS, STEPS, grid, settings
 
@@ -314,6 +315,13 @@ def test_the_document_holds_what_the_contract_says(found):
     strang = next(p for p in document["points"] if p["method"] == "strang")
     assert (strang["tolerance"], strang["steps_a_period"]) == (None, 25)
     assert document["skipped"] == []
+
+
+def test_a_diagram_is_read_back_as_it_was(found, tmp_path):
+    found.save(tmp_path / "workprec.json")
+    again = WorkPrecision.load(tmp_path / "workprec.json")
+    assert again == found
+    assert again.document() == found.document()
 
 
 # --- time ------------------------------------------------------------------------------------

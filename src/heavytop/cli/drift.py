@@ -31,7 +31,7 @@ from heavytop.cli.scheduler import Scheduler, executor
 from heavytop.cli.voice import Voice, say
 
 if TYPE_CHECKING:
-    from heavytop.studies.drift_result import Drift
+    from heavytop.results.drift import Drift
 
 OPTIONS = ("periods", "methods", "ensemble", "samples", "seed")
 
@@ -94,13 +94,16 @@ def drift(
 
 def finish(found: Drift, folder: Path | None, *, json: bool, figures: bool, voice: Voice) -> None:
     """Write and print a finished study; leave with a code of its own where nothing could run."""
+    from heavytop.studies.methods import method
+
     document = found.document(files=results(found, folder, figures=figures, voice=voice))
     show(document, json)
     for each in found.methods:
         for number, why in each.ended.items():
-            say(f"{each.method.text}, start {number}, ended early: {why}")
-    if all(each.method.absent for each in found.methods):
-        raise errors.MissingPackage(found.methods[0].method.name, found.methods[0].method.absent)
+            say(f"{each.name}, start {number}, ended early: {why}")
+    methods = [method(each.name) for each in found.methods]
+    if all(each.absent for each in methods):
+        raise errors.MissingPackage(methods[0].name, methods[0].absent)
     if any(each.ended for each in found.methods):
         raise typer.Exit(Exit.ENDED_EARLY)
 

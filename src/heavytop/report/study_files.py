@@ -17,10 +17,10 @@ from heavytop.results.base import with_command
 
 if TYPE_CHECKING:
     from heavytop.claims.validate import Validation
+    from heavytop.results.drift import Drift
     from heavytop.results.stress import Stress
     from heavytop.results.work_precision import WorkPrecision
     from heavytop.studies.atlas import Atlas
-    from heavytop.studies.drift_result import Drift
 
 Folder: TypeAlias = str | os.PathLike[str]
 Written: TypeAlias = dict[str, str]

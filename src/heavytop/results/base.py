@@ -15,7 +15,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field, fields
 from hashlib import sha256
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeAlias
+from typing import Annotated, Any, NamedTuple, Self, TypeAlias
 
 from heavytop.errors import ForeignFile
 from heavytop.files import regular, write_document
@@ -31,8 +31,15 @@ class _Harmless:
         return no_info_after_validator_function(harmless, handler(source))
 
 
+class _Finite:
+    """Refuses what is no number of JSON, though Python reads it."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        return handler(source) | {"allow_inf_nan": False}
+
+
 Text: TypeAlias = Annotated[str, _Harmless()]
-Number: TypeAlias = int | float
+Number: TypeAlias = int | Annotated[float, _Finite()]
 Value: TypeAlias = Number | Text | None  # more than 15 digits are a text
 Values: TypeAlias = Mapping[Text, Value]
 Column: TypeAlias = tuple[Number | None, ...]
@@ -92,8 +99,6 @@ class Part:
 
     Keys without a field are left out when it is read: they follow from the fields.
     """
-
-    __pydantic_config__: ClassVar[Mapping[str, bool]] = {"allow_inf_nan": False}
 
     def document(self) -> dict[str, Any]:
         """Return the part for JSON."""

@@ -10,6 +10,7 @@ from typing_extensions import TypedDict
 from heavytop.errors import ForeignFile
 from heavytop.results.atlas import AtlasResult
 from heavytop.results.base import Number, Result, Stored, Text, Value, read
+from heavytop.results.drift import Drift
 from heavytop.results.stress import Stress
 from heavytop.results.work_precision import WorkPrecision
 from heavytop.spelling import harmless
@@ -110,40 +111,6 @@ class TracesDocument(Document):
     traces: list[Trace]
 
 
-class DriftMethod(TypedDict):
-    """The errors of one method over time."""
-
-    name: Text
-    formulation: Text
-    language: Text
-    us_per_period: NotRequired[Number | None]
-    periods: list[Number]
-    energy: Column
-    p_phi: Column
-    p_psi: Column
-    phase_s: Column
-    axis: Column
-    invariants: dict[Text, Column]
-    energy_exponent: Number | None
-    phase_exponent: Number | None
-    stderr: dict[Text, Number | None]
-    ended: dict[Text, Text]
-    skipped: Text | None
-
-
-class DriftDocument(Document):
-    """heavytop/drift/1."""
-
-    schema: Literal["heavytop/drift/1"]
-    scene: SceneDocument
-    periods: Number
-    ensemble: int
-    spread: Number
-    samples: int
-    seed: int
-    methods: list[DriftMethod]
-
-
 class PlaceDocument(TypedDict):
     """A place in the plane of energy and momentum."""
 
@@ -211,7 +178,7 @@ class ValidationDocument(Document):
 FILES: Final = {
     "run.json": RunDocument,
     "traces.json": TracesDocument,
-    "drift.json": DriftDocument,
+    "drift.json": Drift,
     "workprec.json": WorkPrecision,
     "stress.json": Stress,
     "atlas.json": AtlasResult,
@@ -232,6 +199,6 @@ def read_document(path: Path) -> Stored:
     found, fingerprint = read(path, FILES[path.name])
     try:
         document = found.document() if isinstance(found, Result) else found
-    except ArithmeticError as fault:  # what follows from its numbers has no value
-        raise ForeignFile(f"{harmless(path)}: numbers that no result has ({fault})") from None
+    except (ArithmeticError, ValueError) as fault:  # what follows from its numbers has no value
+        raise ForeignFile(f"{harmless(path)}: not what was written ({fault})") from None
     return Stored(document, fingerprint)

@@ -39,10 +39,10 @@ from heavytop.studies.store import (
 )
 
 if TYPE_CHECKING:
+    from heavytop.results.drift import Drift
     from heavytop.results.stress import Stress
     from heavytop.results.work_precision import WorkPrecision
     from heavytop.studies.atlas import Atlas
-    from heavytop.studies.drift_result import Drift
 
 KINDS: Final = {
     "drift": "heavytop.studies.drift",

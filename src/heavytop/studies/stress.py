@@ -390,7 +390,6 @@ def _stepped(case: Case, method: Method, truth: CaseReference, step_limit: int) 
     stepper, steps = stepper_of(case, method, truth)
     if steps > step_limit:
         return RunResult(Outcome.STEP_LIMIT, f"its steps would be {steps}", steps)
-    fixed = isinstance(stepper, FixedStep)
     end = stepper.output_time(truth.end)
     if isinstance(stepper, FixedStep):
         end = two_product(stepper.h, float(steps))

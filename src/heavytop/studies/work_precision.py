@@ -22,9 +22,10 @@ from heavytop.run.planning import EPSILON, Plan, plan
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options, path_of
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.studies import timing
+from heavytop.studies.drift import neighbour
 from heavytop.studies.methods import AUTO, TOLERANCE, Method, NoMethod, method
 from heavytop.studies.runner import Progress
-from heavytop.studies.steppers import neighbour, no_nutation
+from heavytop.studies.steppers import no_nutation
 from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store
 
 KIND: Final = "work_precision"
