@@ -408,8 +408,8 @@ def _axis_attributes(axis: Axis) -> dict[str, str]:
 
 def atlas(
     scene: Scene,
-    x: object,
-    y: object,
+    x: str,
+    y: str,
     *,
     only: str | None = None,
     integrate: bool = False,
@@ -425,9 +425,9 @@ def atlas(
     ----------
     scene : Scene
         Its top and its start say every number that no axis changes.
-    x, y : str, tuple or Axis
-        ``"phidot=-20:20:2000"`` or ``("phidot", -20, 20, 2000)``: start values, constants (p_phi,
-        p_psi, E) or parameters (A, C, gMR), with a last ``:log`` on a logarithmic axis.
+    x, y : str
+        ``"phidot=-20:20:2000"``: start values, constants (p_phi, p_psi, E) or parameters (A, C,
+        gMR), with a last ``:log`` on a logarithmic axis.
     only : {"kind"}, optional
         Only kinds are found, many times as fast.
     integrate : bool

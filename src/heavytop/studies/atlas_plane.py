@@ -8,7 +8,7 @@ of the mesh is then found to the last digits, so that a curve does not depend on
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -24,7 +24,7 @@ from heavytop.classification.kinds import Kind
 from heavytop.names import nearest
 from heavytop.numbers import Exact
 from heavytop.results.atlas import AxisRange
-from heavytop.scene.arguments import PLAIN, STATE, Refused, set_fields
+from heavytop.scene.arguments import PLAIN, STATE, Refused
 from heavytop.scene.scene import Scene
 
 Array = NDArray[np.float64]
@@ -76,22 +76,16 @@ _TEXT: Final = re.compile(
 class Axis:
     """The values of one number of a scene along an axis; a pixel is the top at its middle.
 
-    Parameters
+    Attributes
     ----------
     name : str
         One of `ROLES`.
     low, high : Exact
-        The first and the last value, the first the smaller; what a scene takes for such a number
-        is read.
+        The first and the last value, the first the smaller.
     count : int
         How many there are, both ends among them.
     log : bool
         Whether neighbours have the same ratio and not the same difference.
-
-    Raises
-    ------
-    Refused, NotANumber
-        It has no name of a number, no range, or too many pixels or too few.
     """
 
     name: str
@@ -100,43 +94,34 @@ class Axis:
     count: int
     log: bool = False
 
-    def __post_init__(self) -> None:
-        if self.name not in ROLES:
-            raise Refused(f"one of {', '.join(ROLES)}", nearest(self.name, ROLES))
-        read = STATE.get(self.name, PLAIN)
-        set_fields(self, {"low": read(self.low), "high": read(self.high)})
-        if not 2 <= self.count <= MOST_VALUES:
-            raise Refused(f"from 2 to {MOST_VALUES} pixels")
-        if not float(self.low) < float(self.high):
-            raise Refused("FROM is to be less than TO, as doubles")
-        if self.log and (self.low.sign(), self.high.sign()) not in ((1, 1), (-1, -1)):
-            raise Refused("a logarithmic axis does not reach 0")
-
     @classmethod
-    def of(cls, given: Any) -> Axis:
-        """The axis that a text, or (name, low, high, count), says.
+    def of(cls, text: object) -> Axis:
+        """The axis that a text says; its ends are read as a scene reads such a number.
+
+        Raises
+        ------
+        Refused, NotANumber
+            It has no name of a number, no range, or too many pixels or too few.
 
         Examples
         --------
         >>> Axis.of("phidot=-20:20:5").values
         array([-20., -10.,   0.,  10.,  20.])
-        >>> Axis.of(("C", "1e-6", "1e-4", 3, "log")).text
-        'C=1e-6:1e-4:3:log'
         """
-        if isinstance(given, Axis):
-            return given
-        if isinstance(given, str):
-            match = _TEXT.fullmatch(given)
-            if match is None:
-                raise Refused(FORM)
-            *ends, count, scale = match.groups()
-            given = (*ends, int(count), *([scale] if scale else []))
-        if not isinstance(given, Sequence) or not 4 <= len(given) <= 5:
-            raise Refused(f"a text {FORM}, or (name, low, high, count)")
-        name, low, high, count, *log = given
-        if isinstance(count, bool) or not isinstance(count, int) or log not in ([], ["log"]):
-            raise Refused("(name, low, high, count) or (name, low, high, count, 'log')")
-        return cls(str(name), low, high, count, bool(log))
+        match = _TEXT.fullmatch(text) if isinstance(text, str) else None
+        if match is None:
+            raise Refused(f"a text {FORM}")
+        name, *ends, count, scale = match.groups()
+        if name not in ROLES:
+            raise Refused(f"one of {', '.join(ROLES)}", nearest(name, ROLES))
+        low, high = map(STATE.get(name, PLAIN), ends)
+        if not 2 <= int(count) <= MOST_VALUES:
+            raise Refused(f"from 2 to {MOST_VALUES} pixels")
+        if not float(low) < float(high):
+            raise Refused("FROM is to be less than TO, as doubles")
+        if scale and (low.sign(), high.sign()) not in ((1, 1), (-1, -1)):
+            raise Refused("a logarithmic axis does not reach 0")
+        return cls(name, low, high, int(count), scale == "log")
 
     @property
     def text(self) -> str:

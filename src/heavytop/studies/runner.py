@@ -113,17 +113,6 @@ class Progress:
         """Part of the whole study done per second; 0 before anything is known [1/s]."""
         return self.gained / self.elapsed_s if self.elapsed_s > 0 else 0.0
 
-    @property
-    def left_s(self) -> float | None:
-        """Time left at this rate [s]; None before anything is known.
-
-        Examples
-        --------
-        >>> Progress(fraction=0.75, ended=1, tasks=2, elapsed_s=10, gained=0.5).left_s
-        5.0
-        """
-        return (1 - self.fraction) / self.per_s if self.per_s > 0 else None
-
 
 def run(
     store: MemoryStore,
