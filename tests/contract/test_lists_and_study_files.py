@@ -27,7 +27,6 @@ EMPTY = {
         limits={"budget_s": 1.0, "time_s": 1.0, "steps": 1},
         hard={},
         methods={},
-        settings={},
         cases=(),
     ),
     "workprec": WorkPrecision(ht.load_scene("sicm-kicked"), 5.0, 60.0, (), ()),

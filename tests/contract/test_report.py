@@ -58,7 +58,7 @@ def stress():
            "note": BREAKING, "untold": False, "turns": None}  # fmt: skip
     return {
         "schema": "heavytop/stress/1", "limits": {"time_s": 3.0}, "hard": {"cusp": BREAKING},
-        "methods": {"auto": CLOSING}, "settings": {"auto": BREAKING}, "cases": [run], "skipped": [],
+        "methods": {"auto": CLOSING}, "cases": [run], "skipped": [],
         "rules": {}, "auto": {"run": True, "silently_wrong": []},
     }  # fmt: skip
 

@@ -80,7 +80,7 @@ def stress():
            "note": "", "untold": False, "turns": None}  # fmt: skip
     return {
         "schema": "heavytop/stress/1", "limits": {"time_s": 3.0}, "hard": {"cusp": "it stops"},
-        "methods": {"auto": "auto"}, "settings": {"auto": ""}, "skipped": [],
+        "methods": {"auto": "auto"}, "skipped": [],
         "cases": [run], "files": {}, "rules": {"ok": "it held"},
         "auto": {"run": True, "silently_wrong": []},
     }  # fmt: skip
@@ -241,7 +241,7 @@ def test_no_name_in_a_picture_breaks_it(place, text, tmp_path):
             changed["start"]["kind"] = text
         put(place, name, changed, tmp_path / name)
     hard = document(place, "stress")
-    hard |= {"hard": {"cusp": text}, "methods": {"auto": text}, "settings": {"auto": text}}
+    hard |= {"hard": {"cusp": text}, "methods": {"auto": text}}
     hard["cases"][0]["note"] = text
     put(place, "stress", hard, tmp_path / "stress")
     moving = document(place, "traces")
@@ -260,7 +260,7 @@ def test_no_name_in_a_picture_breaks_it(place, text, tmp_path):
     [
         ("workprec", {"points": [], "front": [], "front_theta": [], "auto": []}),
         ("drift", {"methods": []}),
-        ("stress", {"cases": [], "hard": {}, "methods": {}, "settings": {}}),
+        ("stress", {"cases": [], "hard": {}, "methods": {}}),
         ("atlas", {"counts": {}, "curves": [], "uncertified": 0, "files": {}}),
         ("run", {"files": {}}),
     ],

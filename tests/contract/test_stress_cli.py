@@ -44,8 +44,7 @@ def made(*runs, skipped=()):
     methods = [stress_methods()[name] for name in dict.fromkeys(run.method for run in runs)]
     return Stress(
         hard={run.case: cases()[run.case].hard for run in runs},
-        methods={each.name: each.short for each in methods},
-        settings={each.name: each.heading for each in methods},
+        methods={each.name: f"{each.short} {each.set_to}".rstrip() for each in methods},
         cases=runs,
         skipped=skipped,
         limits={"budget_s": 1.0, "time_s": 1.0, "steps": 1},

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from heavytop.plots.style import STYLE, literal
-from heavytop.results.stress import MARKS, UNTOLD, heading
+from heavytop.results.stress import MARKS, UNTOLD
 
 MOST: Final = 14.0  # digits
 ACROSS: Final = 4  # marks explained in a line
@@ -34,7 +34,7 @@ def stress_figure(document: Mapping[str, Any]) -> Figure:
     names = [name for name in document["methods"] if any(name == r["method"] for r in runs)]
     rows = [case for case in document["hard"] if any(case == r["case"] for r in runs)]
     with mpl.rc_context(STYLE):
-        heads = [literal(heading(document, m), 40) for m in names]
+        heads = [literal(document["methods"][m], 40) for m in names]
         high = 1.2 + 0.07 * max(map(len, heads)) + 0.19 * len(rows)
         size = (max(5.5, 3.2 + 0.42 * len(names)), high)
         figure = Figure(figsize=size, layout="constrained")

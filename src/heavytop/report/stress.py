@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from heavytop.report.parts import MISSING, FactRows, Fitting, Known, Part, Table, files, grouped
-from heavytop.results.stress import MARKS, UNTOLD, heading
+from heavytop.results.stress import MARKS, UNTOLD
 
 UNTOLD_RULE: Final = "nothing to tell: conditioning leaves no digits, and what is there is chance"
 SHOWN: Final = ("short", "formulation", "setting")
@@ -49,7 +49,7 @@ def _tables(document: Known, names: Sequence[str], across: int) -> tuple[Table, 
     for first in range(0, len(names), across):
         some = names[first : first + across]
         rows = ((case, *(cell(found.get((case, n))) for n in some)) for case in document["hard"])
-        head = ("case", *(heading(document, name).replace(" ", "\n") for name in some))
+        head = ("case", *(document["methods"][name].replace(" ", "\n") for name in some))
         tables.append(Table(head, tuple(row for row in rows if {*row[1:]} != {MISSING})))
     return tuple(tables)
 

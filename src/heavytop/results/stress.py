@@ -125,8 +125,8 @@ class Stress(Result):
         ``time_s`` [s] and ``steps`` of a run, and the ``budget_s`` of all [s].
     hard : dict from str to str
         The cases, and why each is hard.
-    methods, settings : dict from str to str
-        The methods with their headings, and with what they are set to.
+    methods : dict from str to str
+        The methods with their headings: a short name, and a tolerance or steps in a period.
     cases : tuple of Run
         What became of each pair; ``stress["cusp", "auto"]`` is one.
     skipped : tuple of SkippedRun
@@ -137,7 +137,6 @@ class Stress(Result):
     limits: Mapping[Text, Number]
     hard: Mapping[Text, Text]
     methods: Mapping[Text, Text]
-    settings: Mapping[Text, Text]
     cases: tuple[Run, ...]
     skipped: tuple[SkippedRun, ...] = ()
 
@@ -183,14 +182,3 @@ class Stress(Result):
                 "silently_wrong": [run.case for run in self.silently_wrong],
             },
         }
-
-
-def heading(document: Mapping[str, Any], method: str) -> str:
-    """A method's short name and its tolerance, or its steps in a period.
-
-    Examples
-    --------
-    >>> heading({"methods": {"m": "lsoda:a"}, "settings": {"m": "1e-11"}}, "m")
-    'lsoda:a 1e-11'
-    """
-    return f"{document['methods'][method]} {document['settings'][method]}".rstrip()

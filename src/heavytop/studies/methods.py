@@ -121,12 +121,12 @@ class Method:
         return f"auto ({self.digits} digits of {self.wants})"
 
     @property
-    def heading(self) -> str:
+    def set_to(self) -> str:
         """The setting in a few letters; empty for auto, which chooses.
 
         Examples
         --------
-        >>> method("gauss8=32").heading, method("taylor-axis").heading
+        >>> method("gauss8=32").set_to, method("taylor-axis").set_to
         ('32/period', '2.2e-16')
         """
         if self.formulation == AUTO:

@@ -216,8 +216,7 @@ def collect(store: MemoryStore, budget: float = BUDGET_S) -> Stress:
     return Stress(
         limits={"budget_s": budget, **limits},
         hard={name: cases()[name].hard for name in parameters["cases"]},
-        methods={each.name: each.short for each in methods},
-        settings={each.name: each.heading for each in methods},
+        methods={each.name: f"{each.short} {each.set_to}".rstrip() for each in methods},
         cases=tuple(runs),
         skipped=tuple(skipped),
         versions=versions(),
@@ -269,7 +268,7 @@ def listing() -> dict[str, Any]:
         "schema": LISTED,
         "cases": [case.document() for case in cases().values()],
         "methods": [
-            {"name": m.name, "short": m.short, "formulation": m.formulation, "setting": m.heading}
+            {"name": m.name, "short": m.short, "formulation": m.formulation, "setting": m.set_to}
             for m in methods
         ],
     }
