@@ -276,7 +276,7 @@ class TestBadInput:
         def fail(_):
             raise error
 
-        monkeypatch.setattr(heavytop.results.classification, "classify_document", fail)
+        monkeypatch.setattr(heavytop.results.classification, "classified", fail)
         result = classify("sicm-kicked")
         assert result.exit_code == code
         assert "Traceback" not in result.stderr

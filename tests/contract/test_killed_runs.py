@@ -259,7 +259,7 @@ def test_what_is_no_run_is_refused_and_forced(tmp_path):
     words = ("sicm-kicked", "-o", tmp_path, "--no-figures")
     refused = heavytop_("run", *words)
     assert refused.exit_code == 6
-    assert "run.json: not a document heavytop/run/1 (--force replaces it)" in refused.stderr
+    assert "run.json: scene: Field required (--force replaces it)" in refused.stderr
     assert (tmp_path / "run.json").read_text() == "{}"
     assert heavytop_("run", *words, "--force").exit_code == 0
 

@@ -12,8 +12,9 @@ import heavytop as ht
 from heavytop.cli import app
 from heavytop.errors import Stop, StoppedEarly
 from heavytop.report.study_files import write_stress, write_work_precision
+from heavytop.results.base import Problem
 from heavytop.results.stress import Stress
-from heavytop.studies.work_precision import WorkPrecision
+from heavytop.results.work_precision import WorkPrecision
 
 STUDIES = {
     "drift": "heavytop.studies.drift.drift",
@@ -24,13 +25,13 @@ LISTS = [("drift", "methods"), ("stress", "methods"), ("stress", "cases"), ("wor
 SCENE = {"drift": ("sicm-kicked",), "stress": (), "workprec": ("sicm-kicked",)}
 EMPTY = {
     "stress": Stress(
-        limits={"budget_s": 1.0, "time_s": 1.0, "steps": 1},
-        hard={},
-        methods={},
-        cases=(),
+        limits={"budget_s": 1.0, "time_s": 1.0, "steps": 1}, hard={}, methods={}, cases=()
     ),
-    "workprec": WorkPrecision(ht.load_scene("sicm-kicked"), 5.0, 60.0, (), ()),
-}
+    "workprec": WorkPrecision(
+        scene=Problem(**ht.load_scene("sicm-kicked").problem()),
+        periods=5.0, phase=4.6, budget=60.0, points=(), skipped=(),
+    ),
+}  # fmt: skip
 WRITERS = {"stress": write_stress, "workprec": write_work_precision}
 
 

@@ -24,7 +24,7 @@ from heavytop.report.pages.section import Picture
 from heavytop.report.parts import Table
 from heavytop.report.run_files import write_results
 from heavytop.report.study_files import write_atlas, write_drift, write_energy_momentum
-from heavytop.results.energy_momentum_document import energy_momentum_document
+from heavytop.results.energy_momentum import diagram_of
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene, read_scene
 from heavytop.studies.atlas import atlas
@@ -86,7 +86,7 @@ def place(tmp_path_factory):
     write_drift(found, folders["drift"], figures=False)
     found = atlas(scene, "phidot=-30:40:24", "theta=0.1:1.5:16", jobs=1, folder=folders["atlas"])
     write_atlas(found, folders["atlas"], figures=False)
-    write_energy_momentum(energy_momentum_document(scene), folders["momenta"], figures=False)
+    write_energy_momentum(diagram_of(scene), folders["momenta"], figures=False)
     write_document(folders["workprec"] / "workprec.json", workprec(scene.document()))
     write_document(folders["stress"] / "stress.json", stress())
     write_document(folders["claims"] / "validate.json", validate())

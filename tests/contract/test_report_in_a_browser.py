@@ -23,7 +23,7 @@ from heavytop.plots.figures import FIGURES
 from heavytop.report.pages.load import load_results
 from heavytop.report.pages.page import page_of, write_page
 from heavytop.report.run_files import write_results
-from heavytop.results.energy_momentum_document import energy_momentum_document
+from heavytop.results.energy_momentum import diagram_of
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
 
@@ -143,8 +143,8 @@ def html(tmp_path_factory):
         place / "sicm-kicked" / "validate.json",
         {"schema": "heavytop/validate/1", "claims": [claim, failing]},
     )
-    thread = energy_momentum_document(load_scene("sleeping-unstable"))
-    write_document(place / "sicm-kicked" / "energy_momentum.json", thread)
+    thread = diagram_of(load_scene("sleeping-unstable"))
+    thread.save(place / "sicm-kicked" / "energy_momentum.json")
     one = {"overview": FIGURES["overview"]}  # that one picture is drawn shows that all are
     with patch.dict(FIGURES, one, clear=True):
         write_page(page_of(load_results([place])), place / "report.html")

@@ -27,7 +27,7 @@ from heavytop.report.pages.page import page_of
 from heavytop.report.run_files import write_results
 from heavytop.report.study_files import write_atlas, write_drift, write_energy_momentum
 from heavytop.results.documents import FILES
-from heavytop.results.energy_momentum_document import energy_momentum_document
+from heavytop.results.energy_momentum import diagram_of
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
 from heavytop.studies.atlas import atlas
@@ -101,7 +101,7 @@ def place(tmp_path_factory):
     there = folders["atlas.json"]
     found = atlas(scene, "phidot=-30:40:12", "theta=0.1:1.5:8", jobs=1, folder=there)
     write_atlas(found, there, figures=False)
-    upright = energy_momentum_document(load_scene("sleeping-unstable"))
+    upright = diagram_of(load_scene("sleeping-unstable"))
     write_energy_momentum(upright, folders["energy_momentum.json"], figures=False)
     made = {"validate": validate(), "workprec": workprec(scene.document()), "stress": stress()}
     known = sections.traces_document()

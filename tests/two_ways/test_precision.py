@@ -11,7 +11,7 @@ from heavytop.integration import outputs
 from heavytop.integration.bits import LONG_DOUBLE
 from heavytop.integration.high_precision import PreciseIntegrator, Unfinished, Wanted
 from heavytop.numbers import Exact
-from heavytop.results.document import run_document
+from heavytop.results.run import RunResult, run_result
 from heavytop.run.estimates import Forecast
 from heavytop.run.planning import plan
 from heavytop.run.verify import deviations, missed_digits
@@ -116,7 +116,7 @@ def test_what_a_formulation_does_not_give_is_nan_as_in_doubles():
         assert numbers != numbers
         assert run.decimals.text(numbers) is None
     assert abs(end.axis[2] - run.decimals.run.ctx.cos(end.theta)) < 1e-45
-    final = run_document(run)["final"]
+    final = run_result(run).final
     assert final["phi"] is final["phi_turns"] is final["axis"][0] is None
     assert run.to_xarray()["phi_text"].to_numpy().tolist() == [""] * 7
     assert run(np.array([])).axis.shape == (0, 3)
@@ -265,7 +265,7 @@ def test_extending_changes_nothing(whole):
 
 
 def test_documents_spell_decimals_out(whole):
-    document = run_document(whole)
+    document = run_result(whole).document()
     theta = document["final"]["theta"]
     assert isinstance(theta, str)
     truth, ctx = exactly(whole, 50)
@@ -276,8 +276,14 @@ def test_documents_spell_decimals_out(whole):
     assert isinstance(document["events"]["table"][1]["t"], str)
     assert isinstance(document["errors"]["theta"], float)
     assert document["plan"]["precision"] == "128 bits"
-    fifteen = run_document(ht.propagate(replace(whole.scene, digits=15, time=Exact.of(1))))
-    assert isinstance(fifteen["final"]["theta"], float)
+    fifteen = run_result(ht.propagate(replace(whole.scene, digits=15, time=Exact.of(1))))
+    assert isinstance(fifteen.final["theta"], float)
+
+
+def test_a_result_is_read_back_as_it_was(whole, tmp_path):
+    found = run_result(whole, files={"document": "run.json"})
+    found.save(tmp_path / "run.json")
+    assert RunResult.load(tmp_path / "run.json").document() == found.document()
 
 
 def test_projection_is_for_doubles():

@@ -24,7 +24,7 @@ from heavytop.run.events import differences, tally
 from heavytop.run.planning import Plan, closed_form_of, plan
 from heavytop.run.propagation import binary_start
 from heavytop.studies.methods import stress_methods
-from heavytop.studies.stress import RunResult, judged, missed_events, run, stress
+from heavytop.studies.stress import Attempt, judged, missed_events, run, stress
 from heavytop.studies.stress_cases import (
     BOOK,
     ROUNDINGS,
@@ -151,7 +151,7 @@ HERE = CaseReference(1.0, 0.6, (0.0, -0.6, 0.8), 10.0, 0.5, {"turning": (3, 3)},
 
 def arrived(off=0.0, **more):
     axis = (off, -0.6, 0.8)
-    return RunResult(axis=axis, **({"moved": 0.5, "counted": {"turning": 3}} | more))
+    return Attempt(axis=axis, **({"moved": 0.5, "counted": {"turning": 3}} | more))
 
 
 @pytest.mark.parametrize(
@@ -165,12 +165,12 @@ def arrived(off=0.0, **more):
         (arrived(1e-3, moved=0.0), Outcome.STALLED, False),
         (arrived(counted={"turning": 2}), Outcome.MISSED_EVENTS, False),
         (arrived(said="a doubt"), Outcome.OK, True),
-        (RunResult(Outcome.REFUSED, "no"), Outcome.REFUSED, True),
-        (RunResult(Outcome.SINGULAR, "here"), Outcome.SINGULAR, True),
-        (RunResult(Outcome.STALLED, "tiny steps"), Outcome.STALLED, True),
-        (RunResult(Outcome.STEP_LIMIT), Outcome.STEP_LIMIT, True),
-        (RunResult(theta=0.6 + 1e-12, moved=0.4), Outcome.OK, False),
-        (RunResult(theta=0.7 + 1e-12, moved=0.4), Outcome.DIVERGED, False),
+        (Attempt(Outcome.REFUSED, "no"), Outcome.REFUSED, True),
+        (Attempt(Outcome.SINGULAR, "here"), Outcome.SINGULAR, True),
+        (Attempt(Outcome.STALLED, "tiny steps"), Outcome.STALLED, True),
+        (Attempt(Outcome.STEP_LIMIT), Outcome.STEP_LIMIT, True),
+        (Attempt(theta=0.6 + 1e-12, moved=0.4), Outcome.OK, False),
+        (Attempt(theta=0.7 + 1e-12, moved=0.4), Outcome.DIVERGED, False),
     ],
 )
 def test_every_outcome_has_one_rule(raw, word, named):
@@ -181,7 +181,7 @@ def test_every_outcome_has_one_rule(raw, word, named):
 
 def test_where_nothing_is_left_no_digits_are_lost():
     hopeless = CaseReference(80.0, 0.0, (0.0, 0.0, 1.0), 1e16, 1.0, None, None)
-    finding = verdict(RunResult(axis=(0.6, 0.0, 0.8), moved=1.0), hopeless)
+    finding = verdict(Attempt(axis=(0.6, 0.0, 0.8), moved=1.0), hopeless)
     assert finding.digits_lost == 0.0
     assert finding.outcome is Outcome.DIVERGED
 
@@ -190,7 +190,7 @@ def test_what_is_right_where_no_digits_are_left_is_chance_unless_there_are_more_
     hopeless = CaseReference(80.0, 0.0, (0.0, 0.0, 1.0), 1e16, 1.0, None, None)
     assert hopeless.hopeless
     assert not HERE.hopeless
-    lucky = RunResult(axis=(1e-9, 0.0, 1.0), moved=1.0)
+    lucky = Attempt(axis=(1e-9, 0.0, 1.0), moved=1.0)
     finding = verdict(lucky, hopeless)
     assert (finding.outcome, finding.untold) == (Outcome.OK, True)
     assert "nothing to tell: no digits left" in finding.note

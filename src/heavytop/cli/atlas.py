@@ -149,18 +149,17 @@ def results(found: Atlas, folder: Path | None, *, figures: bool, voice: Voice) -
 
 def _diagram(name: str, options: list[str], output: Path | None, put: Put) -> None:
     """Write and print the energy–momentum diagram of a scene."""
-    from heavytop.results.energy_momentum_document import energy_momentum_document
+    from heavytop.results.energy_momentum import diagram_of
     from heavytop.scene.scene import load_scene
 
     with blaming(options), results_folder(output):
-        document = energy_momentum_document(load_scene(name, overrides=options))
-        document["files"] = {}
+        found, files = diagram_of(load_scene(name, overrides=options)), {}
         if output is not None:
             from heavytop.report.study_files import write_energy_momentum
 
-            files = write_energy_momentum(document, output, figures=put["figures"])
-            document["files"] = noted(files, output, put["voice"])
-        show(document, put["json"])
+            files = write_energy_momentum(found, output, figures=put["figures"])
+            noted(files, output, put["voice"])
+        show(found.document(files=files), put["json"])
 
 
 def _join(places: list[str], output: Path | None, put: Put) -> None:

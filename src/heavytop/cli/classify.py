@@ -28,7 +28,7 @@ def classify(
 
     Nothing is integrated.
     """
-    from heavytop.results.classification import classify_document
+    from heavytop.results.classification import classified
     from heavytop.scene.scene import load_scene
 
     voice = Voice(quiet, verbose)
@@ -36,4 +36,4 @@ def classify(
     with voice.warnings(), blaming(options):
         read = load_scene(scene, overrides=options)
     voice.note(f"classifying {read.name}")
-    show(classify_document(read), json)
+    show(classified(read).document(), json)

@@ -32,10 +32,10 @@ def plan(
 
     Nothing is integrated.
     """
-    from heavytop.results.plan_document import plan_document
+    from heavytop.results.classification import planned
     from heavytop.scene.scene import load_scene
 
     options = overrides(changes, digits)
     with Voice(quiet, verbose).warnings(), blaming(options):
-        document = plan_document(load_scene(scene, overrides=options), formulation)
-    show(document, json)
+        found = planned(load_scene(scene, overrides=options), formulation)
+    show(found.document(), json)

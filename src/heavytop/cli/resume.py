@@ -23,6 +23,7 @@ from heavytop.cli.voice import Voice, say
 from heavytop.results.base import command_of, typed, typing
 
 if TYPE_CHECKING:
+    from heavytop.results.run import RunResult
     from heavytop.studies.runner import Progress
 
 WITH_COMMAND: Final = ("study.json", "request.json", "run.json")
@@ -96,15 +97,15 @@ def _expect_study(folder: Path) -> None:
 
 def _run(folder: Path, voice: Voice, *, json: bool, figures: bool) -> None:
     """Go on with a run; of one that has ended, say so."""
-    from heavytop.report.run_files import DOCUMENT, REQUEST, Request, document_of
+    from heavytop.report.run_files import DOCUMENT, REQUEST, Request
+    from heavytop.results.run import RunResult
 
     with ending(), voice.warnings():
         begun = (folder / REQUEST).exists()
         if not begun and (folder / DOCUMENT).exists():
-            document = document_of(folder)
-            outcome = errors.Outcome(document["outcome"])
-            if outcome is not errors.Outcome.INTERRUPTED:
-                _ended(folder, document, outcome, json)
+            found = RunResult.load(folder / DOCUMENT)
+            if found.outcome is not errors.Outcome.INTERRUPTED:
+                _ended(folder, found, json)
                 return
         asked = Request.read(folder)
         if not begun:  # the trajectory of a run is all there is
@@ -113,15 +114,16 @@ def _run(folder: Path, voice: Voice, *, json: bool, figures: bool) -> None:
         carry_out(asked, folder, json=json, voice=voice)
 
 
-def _ended(folder: Path, document: dict[str, Any], outcome: errors.Outcome, json: bool) -> None:
+def _ended(folder: Path, found: RunResult, json: bool) -> None:
     """Print what a run that has ended gave."""
     from heavytop.report.run_files import TRAJECTORY
     from heavytop.run.trajectory_file import load_interrupted
 
     if (folder / TRAJECTORY).exists():
         load_interrupted(folder / TRAJECTORY)  # refuses what is damaged
-    done = outcome is errors.Outcome.FINISHED
-    say(f"{folder}: this run " + ("is finished" if done else f"ended early: {outcome.sentence}"))
-    show(document, json)
+    done = found.outcome is errors.Outcome.FINISHED
+    ended = "is finished" if done else f"ended early: {found.outcome.sentence}"
+    say(f"{folder}: this run {ended}")
+    show(found.document(), json)
     if not done:
         raise typer.Exit(Exit.ENDED_EARLY)

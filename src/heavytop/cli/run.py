@@ -5,8 +5,9 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -33,6 +34,7 @@ from heavytop.cli.voice import Voice, say
 if TYPE_CHECKING:
     from heavytop.analytic.motion import Motion
     from heavytop.report.run_files import Request
+    from heavytop.results.run import RunResult
     from heavytop.run.planning import Plan
     from heavytop.run.trajectory import Trajectory
     from heavytop.scene.scene import Scene
@@ -84,12 +86,13 @@ def carry_out(
     motion = closed_form_of(asked.scene)
     chosen = planned(asked.scene, motion, asked.formulation)
     if folder is None:
-        document, early = answered(asked, motion, chosen, None, voice)
+        result, early = answered(asked, motion, chosen, None, voice)
     else:
         with results_folder(folder), begun(folder, asked, force=force), stopping(folder):
-            document, early = answered(asked, motion, chosen, folder, voice)
+            result, early = answered(asked, motion, chosen, folder, voice)
             if not goes_on(early):
                 (folder / REQUEST).unlink(missing_ok=True)
+    document = result.document()
     show(document, json)
     if early is not None:
         say(kept(folder, early))
@@ -137,47 +140,44 @@ def goes_on(early: Early | None) -> bool:
 
 def answered(
     asked: Request, motion: Motion, chosen: Plan, folder: Path | None, voice: Voice
-) -> tuple[dict[str, Any], Early | None]:
-    """The document of what is asked, written with its files, and why it is not whole if so."""
-    from heavytop.files import write_document
+) -> tuple[RunResult, Early | None]:
+    """The result of what is asked, written with its files, and why it is not whole if so."""
     from heavytop.report.run_files import DOCUMENT, write_results
-    from heavytop.results.base import with_command
-    from heavytop.results.document import run_document
+    from heavytop.results.run import run_result
 
     early: Early | None = None
     if chosen.formulation == "none" or chosen.folded:
-        document = with_command(at_once(asked.scene, chosen))
+        result = at_once(asked.scene, chosen)
         if folder is not None:
-            document["files"] = {"document": DOCUMENT}
+            result = replace(result, files={"document": DOCUMENT})
             try:
-                write_document(folder / DOCUMENT, document)
+                result.save(folder / DOCUMENT)
             except OSError as fault:
                 early = unwritten(folder, fault)
-        return document, early
+        return result, early
     trajectory, early = integrated(asked, motion, chosen, folder, voice)
     if early is not None:
         say(f"ended early at t = {trajectory.orbit.end:.6g} s: {early}")
     if folder is None:
-        return run_document(trajectory), early
+        return run_result(trajectory), early
     try:
         figures = asked.figures and not goes_on(early)
-        document = write_results(trajectory, folder, figures=figures)
+        result = write_results(trajectory, folder, figures=figures)
     except OSError as fault:
-        return run_document(trajectory), unwritten(folder, fault)
-    noted(document["files"], folder, voice)
-    return document, early
+        return run_result(trajectory), unwritten(folder, fault)
+    noted(result.files, folder, voice)
+    return result, early
 
 
-def at_once(scene: Scene, chosen: Plan) -> dict[str, Any]:
-    """The document of a scene that is known at once, or from one nutation."""
+def at_once(scene: Scene, chosen: Plan) -> RunResult:
+    """The result of a scene that is known at once, or from one nutation."""
+    from heavytop.results.run import folded_result, known_result
+
     if not chosen.folded:
-        from heavytop.results.document import known_document
-
-        return known_document(scene, chosen)
-    from heavytop.results.folded_document import folded_document
+        return known_result(scene, chosen)
     from heavytop.run.periodic import fold
 
-    return folded_document(fold(scene), chosen)
+    return folded_result(fold(scene), chosen)
 
 
 def integrated(

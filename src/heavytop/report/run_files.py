@@ -16,10 +16,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from heavytop.errors import ForeignFile, ForeignRun, StoppedEarly
-from heavytop.files import as_json, locked, regular, write_document, write_text
-from heavytop.results.base import typed, with_command
-from heavytop.results.document import SCHEMA, run_document
-from heavytop.results.plan_document import asked_form, chosen_document
+from heavytop.files import as_json, locked, regular, write_text
+from heavytop.results.base import typed
+from heavytop.results.classification import PlanSummary
+from heavytop.results.run import RunResult, run_result
 from heavytop.run.planning import Plan
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.scene import Scene, read_scene
@@ -73,7 +73,7 @@ class Request:
 
         if not (folder / REQUEST).exists():
             found = load_interrupted(folder / TRAJECTORY)
-            return cls(found.scene, asked_form(chosen_document(found.plan)))
+            return cls(found.scene, PlanSummary.of(found.plan).asked)
         told = _read(folder / REQUEST, REQUEST_SCHEMA)
         scene = read_scene(told["scene"], where=f"{told['name']}.toml")
         return cls(scene, told["formulation"], told["figures"])
@@ -157,8 +157,8 @@ def _expect_same(folder: Path, asked: Request) -> None:
         if (folder / REQUEST).exists():
             there = Request.read(folder).question
         elif (folder / DOCUMENT).exists():
-            found = document_of(folder)
-            there = _question(found["scene"], asked_form(found["plan"]))
+            found = RunResult.load(folder / DOCUMENT)
+            there = _question(found.scene.document(), found.plan.asked)
         elif (folder / TRAJECTORY).exists():
             there = Request.read(folder).question
         else:
@@ -191,17 +191,6 @@ def part_of(folder: Path, scene: Scene, chosen: Plan) -> Trajectory | None:
     return replace(part, scene=scene, plan=replace(part.plan, estimate=chosen.estimate))
 
 
-def document_of(folder: Path) -> dict[str, Any]:
-    """The document of a run, as it was written.
-
-    Raises
-    ------
-    ForeignFile
-        There is none, or it is damaged.
-    """
-    return _read(folder / DOCUMENT, SCHEMA)
-
-
 def _read(path: Path, schema: str) -> dict[str, Any]:
     """The document of a schema in a file."""
     try:
@@ -214,7 +203,7 @@ def _read(path: Path, schema: str) -> dict[str, Any]:
     return found
 
 
-def write_results(trajectory: Trajectory, folder: Path, *, figures: bool = True) -> dict[str, Any]:
+def write_results(trajectory: Trajectory, folder: Path, *, figures: bool = True) -> RunResult:
     """Write a run; the document comes last, so that where it stands the rest is whole.
 
     Parameters
@@ -227,8 +216,8 @@ def write_results(trajectory: Trajectory, folder: Path, *, figures: bool = True)
 
     Returns
     -------
-    dict
-        The document, schema ``heavytop/run/1``; its ``files`` are the names of what was written.
+    RunResult
+        Its ``files`` are the names of what was written.
 
     Raises
     ------
@@ -240,9 +229,9 @@ def write_results(trajectory: Trajectory, folder: Path, *, figures: bool = True)
     trajectory.save(folder / files["trajectory"])
     if figures:
         files |= _write_figures(trajectory, folder)
-    document = with_command(run_document(trajectory, files=files))
-    write_document(folder / files["document"], document)
-    return document
+    result = run_result(trajectory, files=files)
+    result.save(folder / files["document"])
+    return result
 
 
 def clear(folder: Path) -> None:

@@ -18,6 +18,7 @@ from heavytop.results.base import with_command
 if TYPE_CHECKING:
     from heavytop.claims.validate import Validation
     from heavytop.results.drift import Drift
+    from heavytop.results.energy_momentum import Diagram
     from heavytop.results.stress import Stress
     from heavytop.results.work_precision import WorkPrecision
     from heavytop.studies.atlas import Atlas
@@ -150,15 +151,12 @@ def write_atlas(found: Atlas, folder: Folder, *, figures: bool = True) -> Writte
     return files
 
 
-def write_energy_momentum(
-    document: Mapping[str, Any], folder: Folder, *, figures: bool = True
-) -> Written:
+def write_energy_momentum(found: Diagram, folder: Folder, *, figures: bool = True) -> Written:
     """Write ``energy_momentum.json`` and the pictures: the diagram, and the critical set.
 
     Parameters
     ----------
-    document : mapping
-        Of the schema ``heavytop/energy-momentum/1``.
+    found : Diagram
     folder : path
         It exists.
     figures : bool
@@ -174,14 +172,14 @@ def write_energy_momentum(
     StoppedEarly
         A file cannot be written.
     """
-    place, files = Path(folder), {"document": "energy_momentum.json"}
+    place, files, document = Path(folder), {"document": "energy_momentum.json"}, found.document()
     with _stopping(place, kept=None):
         if figures:
             files |= _saved("energy_momentum", charted("energy_momentum", document), place)
         if figures and document["critical_set"] is not None:
             drawn = _saved("critical_set", charted("critical_set", document), place)
             files |= {f"critical_set_{form}": drawn[f"chart_{form}"] for form in FORMS}
-        write_document(place / files["document"], with_command({**document, "files": files}))
+        write_document(place / files["document"], found.document(files=files))
     return files
 
 

@@ -8,6 +8,7 @@ what a terminal would act on is spelled out.
 from __future__ import annotations
 
 import json
+import math
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -117,8 +118,17 @@ class Problem(Part):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Result(Part):
-    """What a command makes, and a file holds; a subclass gives `schema` its one value.
+class SceneTables(Problem):
+    """A scene, as `heavytop.Scene.document` gives it."""
+
+    format: int
+    span: Values
+    want: Mapping[Text, Value | tuple[Value, ...]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Answer(Part):
+    """What a command prints; a subclass gives `schema` its one value.
 
     Attributes
     ----------
@@ -126,14 +136,24 @@ class Result(Part):
         What the fields mean: a name and the number of its edition.
     command : str or None
         What was typed, as a text that is never executed; None where Python was used.
+    """
+
+    schema: Text
+    command: Text | None = field(default_factory=typed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Result(Answer):
+    """What a file holds: an answer with the names of its files, and versions.
+
+    Attributes
+    ----------
     files : mapping from str to str
         Names of the files that were written, by what they are.
     versions : mapping from str to (str or None)
         Of what the last bits depend on.
     """
 
-    schema: Text
-    command: Text | None = field(default_factory=typed)
     files: Mapping[Text, Text] = field(default_factory=dict)
     versions: Mapping[Text, Text | None] = field(default_factory=dict)
 
@@ -171,6 +191,16 @@ def plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {name: plain(each) for name, each in value.items()}
     return [plain(each) for each in value] if isinstance(value, tuple | list) else value
+
+
+def finite(value: Any) -> Any:
+    """Return a number as JSON holds it: None for what is not finite; of a mapping each."""
+    if value is None or isinstance(value, str | bool | int):
+        return value
+    if isinstance(value, Mapping):
+        return {name: finite(each) for name, each in value.items()}
+    number = float(value)
+    return number if math.isfinite(number) else None
 
 
 class Stored(NamedTuple):

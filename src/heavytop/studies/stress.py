@@ -278,7 +278,7 @@ def listing() -> dict[str, Any]:
 
 
 @dataclass(frozen=True, slots=True)
-class RunResult:
+class Attempt:
     """What one run gave, before it is judged.
 
     Attributes
@@ -318,7 +318,7 @@ class RunResult:
     more_bits: bool = False
 
 
-def run(case: Case, method: Method, truth: CaseReference, step_limit: int) -> RunResult:
+def run(case: Case, method: Method, truth: CaseReference, step_limit: int) -> Attempt:
     """Do one run.
 
     Parameters
@@ -341,19 +341,19 @@ def run(case: Case, method: Method, truth: CaseReference, step_limit: int) -> Ru
     return found
 
 
-def _taylor(case: Case, method: Method, step_limit: int) -> RunResult:
+def _taylor(case: Case, method: Method, step_limit: int) -> Attempt:
     scene = replace(case.scene, quantities=WANTED.get(method.name, ("axis",)))
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
         try:
             found = propagate(scene, formulation=method.formulation, step_limit=step_limit)
         except errors.BadScene as refusal:
-            return RunResult(Outcome.REFUSED, "; ".join(fault.rule for fault in refusal.faults))
+            return Attempt(Outcome.REFUSED, "; ".join(fault.rule for fault in refusal.faults))
         except errors.EndedEarly as early:
             found = early.trajectory
     said = "; ".join(str(w.message) for w in heard if issubclass(w.category, OWN_WARNINGS))
     end, chosen = found.orbit.end, found.plan
-    result = RunResult(said=said, steps=found.statistics.steps)
+    result = Attempt(said=said, steps=found.statistics.steps)
     if method.formulation == AUTO:
         parts = (chosen.formulation, chosen.precision, "projected" if chosen.projected else "")
         plan, more_bits = ", ".join(filter(None, parts)), chosen.precision != "double"
@@ -384,11 +384,11 @@ def stepper_of(case: Case, method: Method, truth: CaseReference) -> tuple[Steppe
     return make_stepper(name, start.state, parameters, setting, span, ahead, steps=block), steps
 
 
-def _stepped(case: Case, method: Method, truth: CaseReference, step_limit: int) -> RunResult:
+def _stepped(case: Case, method: Method, truth: CaseReference, step_limit: int) -> Attempt:
     """Let a compiled method go block by block until one holds the end."""
     stepper, steps = stepper_of(case, method, truth)
     if steps > step_limit:
-        return RunResult(Outcome.STEP_LIMIT, f"its steps would be {steps}", steps)
+        return Attempt(Outcome.STEP_LIMIT, f"its steps would be {steps}", steps)
     end = stepper.output_time(truth.end)
     if isinstance(stepper, FixedStep):
         end = two_product(stepper.h, float(steps))
@@ -396,16 +396,16 @@ def _stepped(case: Case, method: Method, truth: CaseReference, step_limit: int) 
     try:
         while abs(after.time[0]) < abs(end[0]):
             if after.steps >= step_limit:
-                return RunResult(Outcome.STEP_LIMIT, steps=after.steps)
+                return Attempt(Outcome.STEP_LIMIT, steps=after.steps)
             before, after = after, stepper.block(after)
         state = stepper.states_at(before, [end])[0]
     except IntegrationFailed as failure:
-        return RunResult(Outcome.STALLED, str(failure))
-    result = RunResult(steps=steps or after.steps)
+        return Attempt(Outcome.STALLED, str(failure))
+    result = Attempt(steps=steps or after.steps)
     return _arrived(result, case, Plan("axis"), truth.end, state)
 
 
-def _textbook(case: Case, method: Method, truth: CaseReference, step_limit: int) -> RunResult:
+def _textbook(case: Case, method: Method, truth: CaseReference, step_limit: int) -> Attempt:
     """Let one of scipy's solvers go, from any start: at a pole nothing warns its user either."""
     chosen = Plan(method.formulation)
     form, (parameters, start) = chosen.equations, binary_start(case.scene, chosen)
@@ -420,7 +420,7 @@ def _textbook(case: Case, method: Method, truth: CaseReference, step_limit: int)
         step_limit,
         watched,
     )
-    result = RunResult(said=told.message, steps=told.steps)
+    result = Attempt(said=told.message, steps=told.steps)
     if told.status == "finished":
         counted = dict(zip(WATCHED, told.zeros, strict=False))
         return _arrived(replace(result, counted=counted), case, chosen, told.t, told.state)
@@ -435,7 +435,7 @@ def _zero(form: Formulation, name: str, parameters: dict[str, float]) -> Callabl
     return lambda y: float(function(*y, *known)[0])
 
 
-def _arrived(result: RunResult, case: Case, chosen: Plan, end: float, state: Array) -> RunResult:
+def _arrived(result: Attempt, case: Case, chosen: Plan, end: float, state: Array) -> Attempt:
     """Return a result with what the last state says."""
     form, (parameters, start) = chosen.equations, binary_start(case.scene, chosen)
     rows, times = np.array([start.state, state]), np.array([0.0, end])
@@ -449,7 +449,7 @@ def _arrived(result: RunResult, case: Case, chosen: Plan, end: float, state: Arr
     return _with_motion(replace(result, energy_error=off), seen)
 
 
-def _with_motion(result: RunResult, seen: Any) -> RunResult:
+def _with_motion(result: Attempt, seen: Any) -> Attempt:
     """Return a result with axis and angles, which were seen at the start and at the end."""
     has_axis = not np.isnan(seen.axis).any()
     x, y, z = seen.axis[1].tolist()
@@ -466,12 +466,12 @@ def _with_motion(result: RunResult, seen: Any) -> RunResult:
 # --- how a run is judged ---------------------------------------------------------------------
 
 
-def judged(found: RunResult, truth: CaseReference, case: str, method: Method) -> Run:
+def judged(found: Attempt, truth: CaseReference, case: str, method: Method) -> Run:
     """Return what is said of a run; where its method is to follow φ and ψ, these are judged.
 
     Parameters
     ----------
-    found : RunResult
+    found : Attempt
     truth : CaseReference
     case : str
     method : Method
@@ -523,7 +523,7 @@ def judged(found: RunResult, truth: CaseReference, case: str, method: Method) ->
 
 
 def _outcome(
-    found: RunResult, truth: CaseReference, error: float, lost: float
+    found: Attempt, truth: CaseReference, error: float, lost: float
 ) -> tuple[Outcome, str]:
     """Return the outcome of a run that says it has arrived, and what is wrong with it."""
     poor = lost > (1 - KEPT) * truth.digits
