@@ -35,7 +35,7 @@ RULES: Final = {
     Outcome.TIME_LIMIT: "it had not come back at its time limit",
     Outcome.STEP_LIMIT: "it had taken all the steps it may take, or more",
     Outcome.SINGULAR: "it stopped on the way: the equations gave no finite numbers",
-    Outcome.STALLED: "its steps vanished or have no solution; or it rests where the axis moves",
+    Outcome.STALLED: "its steps vanished or have no solution",
     Outcome.DIVERGED: f"it says it has arrived, {ASTRAY:g} or more from the axis (where they are "
     "judged, from φ or ψ), or with no numbers",
     Outcome.INACCURATE: "it says it has arrived, without half of the digits that conditioning "

@@ -624,11 +624,9 @@ def _run(store: MemoryStore, shard: list[int] | None, jobs: int, **how: Any) -> 
 
 def _shard(given: Any) -> list[int]:
     """[i, n] of ``i/n``."""
-    number = Range(1, 10_000, whole=True)
     with suppress(TypeError, ValueError):
-        words = given.split("/") if isinstance(given, str) else given
-        i, n = (number(int(word) if isinstance(word, str) else word) for word in words)
-        if i <= n:
+        i, n = map(int, given.split("/") if isinstance(given, str) else given)
+        if 1 <= i <= n <= 10_000:
             return [i, n]
     raise Refused("i/n, whole numbers with 1 <= i <= n <= 10000")
 

@@ -58,7 +58,6 @@ NUMBERS: Final = {
     "jobs": Range(1, 1024, whole=True),
 }
 KEPT: Final = 0.5  # of the digits that conditioning leaves
-STILL: Final = 1e-3  # of the way the axis went
 BLOCK: Final = 1000  # steps of a fixed step between two looks,
 CALL: Final = 50  # and of CyRK, whose steps are known by whole blocks only
 OWN_WARNINGS: Final = (errors.DoubtfulWarning, errors.UnboundedAngleWarning)
@@ -295,8 +294,6 @@ class Attempt:
         phi and psi at the end, where the run follows them [rad].
     energy_error : float or None
         How far E' is off its start, relative to max(|E'|, gMR).
-    moved : float
-        How far from its start the axis, or the tilt, has gone.
     counted : dict from str to int
         Events.
     plan : str
@@ -312,7 +309,6 @@ class Attempt:
     theta: float | None = None
     angles: tuple[float, ...] = ()
     energy_error: float | None = None
-    moved: float = 0.0
     counted: Mapping[str, int] = field(default_factory=dict)
     plan: str = ""
     more_bits: bool = False
@@ -364,7 +360,7 @@ def _taylor(case: Case, method: Method, step_limit: int) -> Attempt:
     with np.errstate(all="ignore"):
         counted = {name: found.events.count(name) or 0 for name in scene.events}
         result = replace(result, energy_error=energy_error(found), counted=counted)
-        return _with_motion(result, found([0.0, end]))
+        return _with_motion(result, found([end]))
 
 
 def stepper_of(case: Case, method: Method, truth: CaseReference) -> tuple[Stepper, int]:
@@ -450,16 +446,14 @@ def _arrived(result: Attempt, case: Case, chosen: Plan, end: float, state: Array
 
 
 def _with_motion(result: Attempt, seen: Any) -> Attempt:
-    """Return a result with axis and angles, which were seen at the start and at the end."""
-    has_axis = not np.isnan(seen.axis).any()
-    x, y, z = seen.axis[1].tolist()
-    phi, psi = float(seen.phi[1]), float(seen.psi[1])
+    """Return a result with axis and angles, as they were seen at the end."""
+    x, y, z = seen.axis[-1].tolist()
+    phi, psi = float(seen.phi[-1]), float(seen.psi[-1])
     return replace(
         result,
-        axis=(x, y, z) if has_axis else None,
-        theta=float(seen.theta[1]),
+        axis=None if math.isnan(x + y + z) else (x, y, z),
+        theta=float(seen.theta[-1]),
         angles=(phi, psi) if math.isfinite(phi + psi) else (),
-        moved=math.dist(*seen.axis) if has_axis else abs(float(np.diff(seen.theta)[0])),
     )
 
 
@@ -527,9 +521,6 @@ def _outcome(
 ) -> tuple[Outcome, str]:
     """Return the outcome of a run that says it has arrived, and what is wrong with it."""
     poor = lost > (1 - KEPT) * truth.digits
-    if poor and found.moved <= STILL * truth.moved:
-        said = f"at rest after {found.steps} steps, and says that it has arrived"
-        return Outcome.STALLED, said
     if poor or error >= ASTRAY:
         off = found.energy_error
         said = "says that it has arrived" + (
