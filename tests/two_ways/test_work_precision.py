@@ -19,12 +19,23 @@ from heavytop.integration.bits import bits_of
 from heavytop.report.terminal import rendered
 from heavytop.results.base import Problem
 from heavytop.results.work_precision import Point, SkippedSetting, WorkPrecision, front
-from heavytop.studies import timing
+from heavytop.studies import work_precision as timing
 from heavytop.studies.drift import neighbour
 from heavytop.studies.methods import method
 from heavytop.studies.steppers import set_up
-from heavytop.studies.timing import BEFORE, ROUNDS, TooSlow, first_run, repeat
-from heavytop.studies.work_precision import DEFAULT, FOLDED, STARTS, STEPS, grid, settings
+from heavytop.studies.work_precision import (
+    BEFORE,
+    DEFAULT,
+    FOLDED,
+    REPEATS,
+    STARTS,
+    STEPS,
+    TooSlow,
+    first_run,
+    grid,
+    repeat,
+    settings,
+)
 
 KICKED = ht.load_scene("sicm-kicked")
 
@@ -413,7 +424,7 @@ def test_fast_settings_are_in_more_rounds(toys):
                    for _ in range(8)] for cost in (1e-3, 0.05))  # fmt: skip
     shown = []
     repeat([fast, slow], math.inf, shown.append)
-    assert {len(one.seconds) for one in fast} == {1 + 2 * ROUNDS}  # short: two at a time
+    assert {len(one.seconds) for one in fast} == {1 + 2 * REPEATS}  # short: two at a time
     assert {len(one.seconds) for one in slow} == {1 + 2}  # 0.4 s a round: 0 and 0.4 are within
     assert shown == sorted(shown)
     assert shown[-1] == 1.0

@@ -118,10 +118,15 @@ class Problem(Part):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SceneTables(Problem):
-    """A scene, as `heavytop.Scene.document` gives it."""
+class SceneTables(Part):
+    """A scene, as `heavytop.Scene.document` gives it: in the order of a scene file."""
 
+    name: Text
     format: int
+    title: Text
+    source: Text
+    top: Values
+    start: Values
     span: Values
     want: Mapping[Text, Value | tuple[Value, ...]]
 

@@ -1,11 +1,12 @@
-"""The energy–momentum diagram of a scene: places, the edge of steady precession, lines, a circuit."""
+"""The energy–momentum diagram of a scene: places, steady precession, lines, and a circuit."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import starmap
 from math import sqrt
-from typing import Any, Final, Literal, TypeAlias
+from typing import Any, Final, Literal, Self, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +15,7 @@ from heavytop.analytic.critical_set import valley
 from heavytop.analytic.energy_momentum import EnergyMomentum, Place, energy_momentum
 from heavytop.analytic.motion import Motion
 from heavytop.errors import ImpossibleStart
-from heavytop.results.base import Column, Number, Result, SceneTables, Text, Values, finite
+from heavytop.results.base import Column, Number, Part, Result, SceneTables, Text, finite
 from heavytop.scene.scene import Scene
 
 POINTS: Final = 401  # of the edge
@@ -30,10 +31,38 @@ Sheet: TypeAlias = Mapping[Text, tuple[Column, ...]]
 
 
 @dataclass(frozen=True, kw_only=True)
+class Spot(Part):
+    """A place in the plane of energy and momentum."""
+
+    p_phi: Number
+    E_prime: Number
+
+    @classmethod
+    def of(cls, p_phi: float, E_prime: float, **more: Any) -> Self:
+        """Return a place by its coordinates."""
+        return cls(p_phi=p_phi, E_prime=E_prime, **more)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Start(Spot):
+    """The place of a scene, and its kind."""
+
+    kind: Text
+
+
+@dataclass(frozen=True, kw_only=True)
+class CriticalSet(Part):
+    """The relative equilibria over all p_psi."""
+
+    sheets: tuple[Sheet, ...]
+    sleeping: Mapping[Text, Column]
+    thread: Mapping[Text, Column]
+    hanging: Mapping[Text, Column]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Diagram(Result):
     """The energy–momentum diagram of a scene's top at its p_psi.
-
-    A place has p_phi and E_prime.
 
     Attributes
     ----------
@@ -41,11 +70,10 @@ class Diagram(Result):
     p_psi : float
     ratio : float or None
         p_psi^2/4A|gMR|.
-    start : mapping
-        The place of the scene, and its kind.
-    standing, hanging : mapping
+    start : Start
+    standing, hanging : Spot
         Places of the axis on the vertical.
-    thread : mapping or None
+    thread : Spot or None
         The place of the isolated upright top; None where sleeping is stable.
     depth : float or None
         How far above the edge that is.
@@ -53,11 +81,11 @@ class Diagram(Result):
         What a picture shows: two p_phi, and two E_prime.
     edge : mapping
         Columns of steady precession: p_phi, E_prime, theta, rate, fast.
-    cusps, through_top, through_bottom : tuple of mapping, or None
+    cusps, through_top, through_bottom : tuple of Spot, or None
         Lines from one place to another.
     circuit : mapping or None
         Around the thread; None where there is no room for one.
-    critical_set : mapping or None
+    critical_set : CriticalSet or None
         The two sheets over all p_psi, the thread, and the edges of the sheets, sleeping and hanging
         tops; None without gravity.
     """
@@ -66,18 +94,18 @@ class Diagram(Result):
     scene: SceneTables
     p_psi: Number
     ratio: Number | None
-    start: Values
-    standing: Values
-    hanging: Values
-    thread: Values | None
+    start: Start
+    standing: Spot
+    hanging: Spot
+    thread: Spot | None
     depth: Number | None
     window: Mapping[Text, Column]
     edge: Mapping[Text, tuple[Number | bool | None, ...]]
-    cusps: tuple[Values, ...] | None
-    through_top: tuple[Values, ...]
-    through_bottom: tuple[Values, ...]
+    cusps: tuple[Spot, ...] | None
+    through_top: tuple[Spot, ...]
+    through_bottom: tuple[Spot, ...]
     circuit: Mapping[Text, Number | Column | tuple[Column, ...]] | None
-    critical_set: Mapping[Text, Mapping[Text, Column] | tuple[Sheet, ...]] | None
+    critical_set: CriticalSet | None
 
 
 def diagram_of(scene: Scene) -> Diagram:
@@ -92,7 +120,7 @@ def diagram_of(scene: Scene) -> Diagram:
     --------
     >>> from heavytop.scene.scene import load_scene
     >>> found = diagram_of(load_scene("sleeping-unstable"))
-    >>> found.circuit["winding"], found.start["kind"]
+    >>> found.circuit["winding"], found.start.kind
     (1, 'sleeping')
     """
     diagram = energy_momentum(scene.top, scene.top.C * scene.start.omega3)
@@ -105,16 +133,16 @@ def diagram_of(scene: Scene) -> Diagram:
         scene=SceneTables(**scene.document()),
         p_psi=p_psi,
         ratio=diagram.ratio,
-        start=here._asdict() | {"kind": str(motion.kind)},
-        standing=diagram.standing._asdict(),
-        hanging=diagram.hanging._asdict(),
-        thread=diagram.thread and diagram.thread._asdict(),
+        start=Start.of(*here, kind=str(motion.kind)),
+        standing=Spot.of(*diagram.standing),
+        hanging=Spot.of(*diagram.hanging),
+        thread=Spot.of(*diagram.thread) if diagram.thread else None,
         depth=diagram.depth,
         window=window,
         edge=_edge(diagram, window["p_phi"]),
-        cusps=diagram.cusps and tuple(place._asdict() for place in diagram.cusps),
-        through_top=tuple(Place(p_psi, energy)._asdict() for energy in (gMR, high)),
-        through_bottom=tuple(Place(-p_psi, energy)._asdict() for energy in (-gMR, high)),
+        cusps=tuple(starmap(Spot.of, diagram.cusps)) if diagram.cusps else None,
+        through_top=tuple(Spot.of(p_psi, energy) for energy in (gMR, high)),
+        through_bottom=tuple(Spot.of(-p_psi, energy) for energy in (-gMR, high)),
         circuit=_circuit(diagram),
         critical_set=_critical_set(diagram),
     )
@@ -153,7 +181,7 @@ def _circuit(diagram: EnergyMomentum) -> dict[str, Any] | None:
     }
 
 
-def _critical_set(diagram: EnergyMomentum) -> dict[str, Any] | None:
+def _critical_set(diagram: EnergyMomentum) -> CriticalSet | None:
     """The critical set over all p_ψ; None without gravity."""
     if not diagram.g:
         return None
@@ -164,10 +192,10 @@ def _critical_set(diagram: EnergyMomentum) -> dict[str, Any] | None:
     beyond = np.concatenate((b[b < -2 * root], [-2 * root, 2 * root], b[b > 2 * root]))
     lines = {"sleeping": (beyond, side), "thread": (inside, side), "hanging": (b, -side)}
     ends = FARTHEST * root, -FARTHEST * root
-    return {
-        "sheets": tuple(_sheet(A, diagram.g, b, end) for end in ends),
+    return CriticalSet(
+        sheets=tuple(_sheet(A, diagram.g, b, end) for end in ends),
         **{name: _line(A, b, pole, pole * diagram.g) for name, (b, pole) in lines.items()},
-    }
+    )
 
 
 def _sheet(A: float, g: float, b: Array, end: float) -> dict[str, Any]:

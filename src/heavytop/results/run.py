@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal
 
+from heavytop.analytic.enclosure import EVENTS
+from heavytop.analytic.motion import Motion
 from heavytop.errors import Outcome
 from heavytop.integration.bits import named
 from heavytop.machine import version
@@ -23,22 +25,21 @@ from heavytop.results.base import (
     finite,
 )
 from heavytop.results.classification import MotionSummary, PlanSummary
-from heavytop.run.events import EVENTS
-from heavytop.run.planning import Plan, closed_form_of
-from heavytop.run.verify import Errors, missed_digits, missed_events, run_errors
-from heavytop.scene.scene import Scene
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # a report reads results, and loads no integrator
     from heavytop.run.events import Event
     from heavytop.run.high_precision import Decimals
     from heavytop.run.periodic import Folded
+    from heavytop.run.planning import Plan
     from heavytop.run.trajectory import Trajectory
+    from heavytop.scene.scene import Scene
 
 MOST_ROWS: Final = 10_000  # of the table of events; a saved trajectory has them all
 NUMBER_DIGITS: Final = 15  # what a number of JSON surely holds; beyond them it is a text
 SPARE_DIGITS: Final = 10  # of the closed form at the end, beyond those of the number of periods
 LIBRARIES: Final = ("heavytop", "heyoka", "numpy", "sympy", "mpmath", "python-flint")
-NOTHING: Final = dict.fromkeys(each.name for each in fields(Errors)) | {
+MEASURED: Final = ("theta", "phi", "psi", "axis", "energy", "event_time", "input_rounding")
+NOTHING: Final = dict.fromkeys(MEASURED) | {
     "invariants": {},
     "why_not": "nothing was integrated",
 }
@@ -113,7 +114,7 @@ def known_result(scene: Scene, chosen: Plan) -> RunResult:
         It wants its class and its period at most.
     chosen : Plan
     """
-    motion = closed_form_of(scene)
+    motion = Motion(scene.top, scene.start)
     return RunResult(
         scene=SceneTables(**scene.document()),
         motion=MotionSummary.of(motion),
@@ -132,6 +133,8 @@ def run_result(trajectory: Trajectory, files: Mapping[str, str] | None = None) -
     files : mapping from str to str, optional
         Names and paths of the files written.
     """
+    from heavytop.run.verify import missed_digits, missed_events, run_errors
+
     errors = run_errors(trajectory)
     return replace(
         known_result(trajectory.scene, trajectory.plan),
@@ -236,7 +239,8 @@ def _folded_final(folded: Folded) -> dict[str, Any]:
 def _folded_errors(folded: Folded, final: dict[str, Any]) -> dict[str, float]:
     """How far what the result says is off the closed form."""
     digits = folded.scene.digits + SPARE_DIGITS + len(str(int(abs(folded.span))))
-    truth: Any = closed_form_of(folded.scene).at(folded.span, digits=digits)
+    scene = folded.scene
+    truth: Any = Motion(scene.top, scene.start).at(folded.span, digits=digits)
     ctx = folded.span.context
     said = {name: ctx.mpf(final[name]) for name in ("theta", "phi_mod", "psi_mod")}
     turned = {

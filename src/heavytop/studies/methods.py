@@ -118,9 +118,7 @@ class Method:
     @property
     def label(self) -> str:
         """The name with the setting, for a person."""
-        if self.digits is None:
-            return f"{self.name}={self.setting:.3g}"
-        return f"auto ({self.digits} digits of {self.wants})"
+        return f"{self.name}={self.setting:.3g}"
 
     @property
     def set_to(self) -> str:
