@@ -127,7 +127,7 @@ def test_samples_in_more_digits_are_those_of_the_same_formulas_in_doubles(formul
     """Every column, vectors and attitude too, from the states of the run, rounded or not."""
     run = ht.propagate(scene(30, "span.time=1", ALL), formulation=formulation)
     form, states = run.orbit.integrator.formulation, run.samples.states
-    again = outputs.sample(form, states, run.orbit.parameters, run.t, run.phi)
+    again = outputs.sample(form, states, run.orbit.parameters, run.t)
     for name in ht.Sample.__slots__:
         assert getattr(again, name) == pytest.approx(getattr(run.samples, name), abs=1e-11), name
 

@@ -26,7 +26,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache
 from threading import get_ident
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import heyoka as hy
 import numpy as np
@@ -152,27 +152,26 @@ class System:
         return cls(list(zip(states, derivatives, strict=True)), ("g", "l_z"))
 
 
-@dataclass(frozen=True, slots=True)
-class Hits:
-    """Zeros of one event function: times since the block's start and full states there.
-
-    The times [s] are high and low words: a block's start may itself be a sum.
-    """
+class Seen(NamedTuple):
+    """States at given times: times [s] as high and low words, states (k, n)."""
 
     t: Array
     t_low: Array
     states: Array
 
     @classmethod
-    def join(cls, parts: Sequence[Hits]) -> Hits:
+    def join(cls, parts: Iterable[Seen]) -> Seen:
         """Return the parts one after the other."""
-        columns = (np.concatenate([getattr(p, name) for p in parts]) for name in cls.__slots__)
-        return cls(*columns)
+        return cls(*map(np.concatenate, zip(*parts, strict=True)))
 
-    def after(self, begun: DoubleDouble) -> Hits:
-        """Return them with times since what was so long before the block's start [s]."""
+    def where(self, index: Any) -> Seen:
+        """Return those for which a mask holds, or those of given places."""
+        return Seen(*(column[index] for column in self))
+
+    def after(self, begun: DoubleDouble) -> Seen:
+        """Return them with times since what was so long before [s]."""
         high, low = (np.full(self.t.size, word) for word in begun)
-        return Hits(*add((high, low), (self.t, self.t_low)), self.states)
+        return Seen(*add((high, low), (self.t, self.t_low)), self.states)
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,7 +188,8 @@ class Block:
         Steps taken.
     rows : ndarray, shape (k, n)
         States at those of the sample times that the block reached.
-    hits : tuple of Hits, one per event function
+    hits : tuple of Seen, one per event function
+        Its zeros, with times since the block's start.
     singular : bool
         Whether the next step would have left the finite numbers.
     """
@@ -198,7 +198,7 @@ class Block:
     elapsed: DoubleDouble
     steps: int
     rows: Array
-    hits: tuple[Hits, ...] = ()
+    hits: tuple[Seen, ...] = ()
     singular: bool = False
 
 
@@ -341,14 +341,14 @@ class Compiled:
         result = self._taylor.propagate_grid(grid, **bound)
         return result[0], result[3], result[5][1 : 1 + samples.size]
 
-    def _hits(self) -> tuple[Hits, ...]:
+    def _hits(self) -> tuple[Seen, ...]:
         return tuple([self._hits_of(event) for event in range(len(self.events))])
 
-    def _hits_of(self, event: int) -> Hits:
+    def _hits_of(self, event: int) -> Seen:
         found = [zero for zero in self._zeros if zero[0] == event]
         t = np.array([t for _, t, _ in found], dtype=float)
         states = np.frombuffer(b"".join([state for _, _, state in found]))
-        return Hits(t, np.zeros_like(t), states.reshape(-1, self._own.size))
+        return Seen(t, np.zeros_like(t), states.reshape(-1, self._own.size))
 
     def _without_echo(self, state: Array, bound: float) -> float:
         """Return the size of a bound, halved until the first step loses no zero to its start [s].

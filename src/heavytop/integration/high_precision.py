@@ -25,10 +25,11 @@ from heavytop.equations.lambdify import NUMPY, lambdified
 from heavytop.integration.bits import LONG_DOUBLE
 from heavytop.integration.compiled import System, in_units, number, number_type, paces_of
 from heavytop.integration.outputs import Sample, sample
-from heavytop.integration.turns import GRAIN_BITS, NOT_TOLD, More, Told, Turns, distinct
+from heavytop.integration.turns import GRAIN_BITS, More, Turns, distinct
 
 HEAVY = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000
 Row = Sequence[Any]
+Told = tuple[float, ...]
 
 DONE = frozenset(
     getattr(hy.taylor_outcome, name) for name in ("success", "time_limit", "step_limit")
@@ -77,14 +78,13 @@ class Mark:
     steps : int
         Natural steps taken before.
     turned : tuple of float
-        phi and psi, followed from the start to double precision [rad]; nan where they are not,
-        and psi less its uniform part.
+        The angles that are counted, to double precision [rad].
     """
 
     t: Any
     state: tuple[Any, ...]
     steps: int = 0
-    turned: Told = NOT_TOLD
+    turned: Told = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -368,14 +368,11 @@ class PreciseIntegrator(Precise):
         t = np.array([hy.real(one.t, bits) for one in found], dtype=hy.real)
         rows = [[hy.real(x, bits) for x in one.state] for one in found]
         states = np.array(rows, dtype=hy.real).reshape(len(found), width)
-        phi = np.full(len(found), np.nan)
         if self.turns is not None:
-            told = np.array([one.turned for one in found]).reshape(-1, 2)
+            told = np.array([one.turned for one in found]).reshape(-1, len(form.states) - width)
             grain = hy.real(2, bits) ** (GRAIN_BITS - self.bits)
-            phi, *psi = self.turns.read(states, told, known, grain)
-            if psi:
-                states = np.column_stack((states, phi, *psi))
-        return sample(form, states, known, t, phi)
+            states = np.column_stack((states, *self.turns.read(states, told, known, grain)))
+        return sample(form, states, known, t)
 
     def _event(self, event: str) -> Callable[..., Any]:
         """Return an event function and its time derivative, as a function of the states."""
@@ -436,10 +433,8 @@ class Trail:
         rows = np.array(self._rows)[where]
         angles = self.turns.followed(forward * unique, rows, self.last, more)
         for key, t in self._seen:
-            phi, psi = angles[np.searchsorted(unique, forward * t)].tolist()
-            self.told[key] = (phi, psi)
-        phi, psi = angles[-1].tolist()
-        self.last, self._seen = (phi, psi), []
+            self.told[key] = tuple(angles[np.searchsorted(unique, forward * t)].tolist())
+        self.last, self._seen = tuple(angles[-1].tolist()), []
         self._t, self._rows = [forward * float(unique[-1])], [rows[-1].tolist()]
 
     def _add(self, t: float, row: Row) -> None:

@@ -37,7 +37,7 @@ from numpy.typing import NDArray
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import invariants_of
 from heavytop.integration.bits import LONG_DOUBLE
-from heavytop.integration.compiled import Array, Block, Compiled, Hits, translated
+from heavytop.integration.compiled import Array, Block, Compiled, Seen, translated
 from heavytop.numbers.double_double import DoubleDouble, add
 
 DOUBLE = float(np.finfo(float).eps)
@@ -212,7 +212,7 @@ class Projected:
             elapsed=begun,
             steps=taken,
             rows=np.concatenate([self.compiled.nothing, *(leg.rows for _, leg in legs)]),
-            hits=tuple(Hits.join(list(each)) for each in hits),
+            hits=tuple(map(Seen.join, hits)),
             singular=bool(legs) and legs[-1][1].singular,
         )
 

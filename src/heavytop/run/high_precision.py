@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
@@ -73,9 +72,8 @@ class PreciseRun:
         far = 4.0 * (orbit.end - first.time[0])
         longest = orbit.integrator.for_this_thread().cautious_step(first, far)
         turns, angles = orbit.integrator.turns, tuple(first.state[len(own.states) :].tolist())
-        begun = float(orbit.samples.phi[0])  # on a pole that in which the axis leaves
         engine.turns = turns and in_bits(turns, bits)
-        start = replace(engine.start(state), turned=angles or (begun, math.nan))
+        start = replace(engine.start(state), turned=angles)
         return cls(form, engine, ctx, far, longest, (start,))
 
     @cached_property

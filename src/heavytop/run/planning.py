@@ -53,11 +53,9 @@ class Plan:
     formulation : str
         Name of the equations; ``none`` where nothing has to be integrated.
     variant : str or None
-        How the formulation has phi and psi: in the axis form psi by ``sigma`` or ``delta``, in
-        the subsystem, Routh's and the attitude form both as ``angles``; in the cubic form the
-        pole from which heights are measured.
-    follows_phi : bool
-        Whether the winding of phi is counted.
+        How the formulation has phi and psi: the axis form ``phi`` alone, or with psi by ``sigma``
+        or ``delta``; the subsystem, Routh's and the attitude form both as ``angles``. In the cubic
+        form the pole from which heights are measured.
     frame : tuple of (str, float)
         Rates subtracted from quadratures, by parameter, to keep them bounded [rad/s].
     watched : tuple of str
@@ -80,7 +78,6 @@ class Plan:
 
     formulation: str
     variant: str | None = None
-    follows_phi: bool = False
     frame: tuple[tuple[str, float], ...] = ()
     watched: Words = ()
     states: int = 0
@@ -274,7 +271,7 @@ def _least_formulation(expected: Forecast) -> tuple[str, str]:
 def _formulated(expected: Forecast, name: str, why: str) -> Plan:
     """A formulation with the angles and events that are wanted, and how it has them."""
     scene, motion, wants = expected.scene, expected.motion, set(expected.scene.quantities)
-    variant, frame, follows_phi, reasons = None, {}, False, []
+    variant, frame, reasons = None, {}, []
     if name == "cubic":
         variant = "top" if motion.from_top <= motion.from_bottom else "bottom"
         reasons = [f"heights from the {variant}, the nearer pole"]
@@ -287,11 +284,12 @@ def _formulated(expected: Forecast, name: str, why: str) -> Plan:
         if wants & NEEDS_PSI:
             variant, reason = _quadrature(scene, motion)
             frame, reasons = {"frame_rate": motion.mean_rate(variant)}, [reason]
-        if follows_phi := bool(wants & NEEDS_PHI):
+        if wants & NEEDS_PHI:
+            variant = variant or "phi"
             reasons.append("phi from the axis, its turns counted between bounds of its rate")
     watched, why_watched = _watched(scene, motion, expected.span)
     reasons, states = [why, *reasons, *why_watched], STATES[name] + len(frame)
-    return Plan(name, variant, follows_phi, (*frame.items(),), watched, states, reasons=(*reasons,))
+    return Plan(name, variant, (*frame.items(),), watched, states, reasons=(*reasons,))
 
 
 def _quadrature(scene: Scene, motion: Motion) -> tuple[str, str]:

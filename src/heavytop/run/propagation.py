@@ -21,16 +21,15 @@ from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import Rounded
 from heavytop.errors import BadScene, EndedEarly, Outcome
 from heavytop.integration.bits import DOUBLE, bits_of, named
-from heavytop.integration.compiled import Compiled, compiled
+from heavytop.integration.compiled import Compiled, Seen, compiled
 from heavytop.integration.integrator import (
     Checkpoint,
     Integrator,
     Orbit,
-    Seen,
     continued,
     not_begun,
 )
-from heavytop.integration.turns import AttitudeTurns
+from heavytop.integration.turns import turns_of
 from heavytop.numbers import Number
 from heavytop.run.estimates import SINGULAR, Forecast, most_steps
 from heavytop.run.events import no_events, orbit_events
@@ -315,7 +314,7 @@ def _left_the_chart(orbit: Orbit) -> bool:
     """Tell whether a form that is singular at the poles stepped over one, theta leaving 0 to pi."""
     if orbit.integrator.formulation.starts_at_pole:
         return False
-    theta = orbit.samples.rows[:, 0]  # of these forms it is the first state
+    theta = orbit.samples.states[:, 0]  # of these forms it is the first state
     return bool(np.any((theta < 0) | (theta > np.pi)))
 
 
@@ -352,7 +351,7 @@ def _in_decimals(
     engine, orbit = decimals.run.engine, trajectory.orbit
     if orbit.samples.t.size != len(decimals.samples):  # doubles ended before
         run = decimals.rounded(decimals.samples)
-        orbit = replace(orbit, samples=Seen(run.t, 0 * run.t, run.states, run.phi))
+        orbit = replace(orbit, samples=Seen(run.t, 0 * run.t, run.states))
     cost = replace(
         trajectory.statistics,
         steps=decimals.steps,
@@ -405,14 +404,8 @@ def integrator_of(
     chosen: Plan, equations: Compiled, parameters: dict[str, float], start: Checkpoint
 ) -> Integrator:
     """Return what takes the steps of a plan's run from a start."""
-    return Integrator.of(
-        chosen.equations,
-        equations,
-        parameters,
-        start.state,
-        projected=chosen.projected,
-        follows_phi=chosen.follows_phi,
-    )
+    form, projected = chosen.equations, chosen.projected
+    return Integrator.of(form, equations, parameters, start.state, projected=projected)
 
 
 def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, float], Checkpoint]:
@@ -422,10 +415,10 @@ def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, float], Checkpoi
     parameters = {p.name: v for p, v in zip(form.parameters, values, strict=False)}
     parameters |= dict(chosen.frame)
     state = np.array(values[len(form.parameters) :])
-    if form.integrated is not None:
-        state[-2:] = AttitudeTurns.of(parameters, state).started(state, *state[-2:].tolist())
-    phi = float(scene.start.phi) if chosen.follows_phi else np.nan
-    return parameters, Checkpoint((0.0, 0.0), state, phi, 0)
+    if form.integrated and (turns := turns_of(form, parameters, state)):
+        angles = state[len(form.integrated.states) :]
+        angles[:] = turns.started(state, *angles.tolist())
+    return parameters, Checkpoint((0.0, 0.0), state, 0)
 
 
 @cache

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from heavytop.analytic.motion import Motion
 from heavytop.errors import Impossible, NotANumber, Outcome
-from heavytop.integration.integrator import Orbit, Seen
+from heavytop.integration.compiled import Seen
+from heavytop.integration.integrator import Orbit
 from heavytop.integration.outputs import ANGLES, RATES, Sample, invariants, sample
 from heavytop.run.events import Events
 from heavytop.run.planning import Plan
@@ -136,7 +137,7 @@ class Trajectory:
 
     def _sampled(self, seen: Seen) -> Sample:
         formulation = self.orbit.integrator.formulation
-        found = sample(formulation, seen.rows, self.orbit.parameters, seen.t, seen.phi)
+        found = sample(formulation, seen.states, self.orbit.parameters, seen.t)
         begun = seen.t == 0
         if not begun.any():
             return found

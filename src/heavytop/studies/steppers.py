@@ -158,20 +158,20 @@ class TaylorStepper:
         """Return the states at times in the block after a state, from its Taylor polynomials."""
         local = [add(t, (-at.time[0], -at.time[1])) for t in times]
         inside = np.array([high + low for high, low in local])
-        return self._block(replace(at, time=(0.0, 0.0)), inside).samples.rows
+        return self._block(replace(at, time=(0.0, 0.0)), inside).samples.states
 
     def output_time(self, t: float) -> DoubleDouble:
         """Return the time itself."""
         return (t, 0.0)
 
     def _block(self, at: StepperState, samples: Array = NEVER) -> Observed:
-        start = Checkpoint(at.time, np.array(at.state), np.nan, at.steps)
+        start = Checkpoint(at.time, np.array(at.state), at.steps)
         longest = None if at.steps else self._first_steps
         return self.engine.block(start, start.block_steps, self.far, samples, longest)
 
     @cached_property
     def _first_steps(self) -> float | None:
-        return self.engine.cautious_step(Checkpoint((0.0, 0.0), self.start, np.nan, 0), self.far)
+        return self.engine.cautious_step(Checkpoint((0.0, 0.0), self.start, 0), self.far)
 
 
 @dataclass(frozen=True, eq=False)

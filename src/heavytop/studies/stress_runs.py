@@ -39,7 +39,7 @@ from heavytop.studies.stress_cases import Case
 
 BLOCK: Final = 1000  # steps of a fixed step between two looks,
 CALL: Final = 50  # and of CyRK, whose steps are known by whole blocks only
-AXIS: Final = Plan("axis", None, False, (), (), 0)
+AXIS: Final = Plan("axis")
 ENDINGS: Final = {
     errors.Outcome.FINISHED: "finished",
     errors.Outcome.SINGULAR: "singular",
@@ -224,7 +224,7 @@ def _stepped(case: Case, method: Method, truth: CaseReference, step_limit: int) 
 
 def _textbook(case: Case, method: Method, truth: CaseReference, step_limit: int) -> RunResult:
     """Let one of scipy's solvers go, from any start: at a pole nothing warns its user either."""
-    bare = Plan(method.formulation, None, False, (), (), 0)
+    bare = Plan(method.formulation)
     parameters, start = binary_start(case.scene, bare)
     form = bare.equations
     watched = [_zero(form, name, parameters) for name in WATCHED] if case.counted else []
@@ -253,7 +253,7 @@ def _landed(result: RunResult, chosen: Plan, scene: Scene, state: Array) -> RunR
     if not np.isfinite(rows).all():
         return result
     with np.errstate(all="ignore"):
-        seen = sample(form, rows, parameters, times, np.full(2, np.nan))
+        seen = sample(form, rows, parameters, times)
         energy = invariants(form, rows, parameters, times)["energy"]
     weight = parameters["g"] if "g" in parameters else parameters["gMR"] / parameters["A"]
     off = abs(float(energy[1] - energy[0])) / max(abs(float(energy[0])), abs(weight))
