@@ -12,7 +12,7 @@ from heavytop.integration import compiled as paces
 from heavytop.integration.compiled import FAST, SLOW, Compiled, in_units, paces_of
 from heavytop.integration.integrator import continued, not_begun
 from heavytop.run.planning import plan
-from heavytop.run.propagation import binary_start, compiled_for, integrator_of
+from heavytop.run.propagation import binary_start, integrator_of
 
 ROUNDING = 2.0**-53
 KICKED = {"theta": "0.5", "thetadot": "1", "phidot": "-1"}
@@ -64,7 +64,7 @@ def test_one_number_for_all_states_would_lose_it(spin, least, most, monkeypatch)
     chosen = plan(scene, "axis")
     parameters, start = binary_start(scene, chosen)
     end = 99.618 * ht.Motion(scene.top, scene.start).period
-    engine = integrator_of(chosen, compiled_for(chosen), parameters, start)
+    engine = integrator_of(chosen, parameters, start)
     orbit = continued(not_begun(engine, start), np.array([end]))
     exact = ht.Motion(scene.top, scene.start).at(end, digits=30)
     error = math.dist(orbit.samples.states[-1, :3], [float(x) for x in exact.axis])
@@ -166,7 +166,7 @@ class TestExactness:
         """One step of a given length, in units of time from 2^-9 to 2^9 s."""
         scene = ht.load_scene("sicm-kicked", ['want.quantities=["theta"]'])
         chosen = plan(scene, formulation)
-        form = compiled_for(chosen).formulation
+        form = chosen.equations
         parameters, start = binary_start(scene, chosen)
         compiled = Compiled(form, ("turning",), 2.0**-52)
         ends = {}

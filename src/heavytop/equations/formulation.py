@@ -114,6 +114,10 @@ def components(name: str, vector: Iterable[Any]) -> dict[str, Any]:
     return {f"{name}_{x}": component for x, component in zip("xyz", vector, strict=True)}
 
 
+_TILT = frozenset({"class", "period", "theta", "rates"})
+_ALL = _TILT | {"axis", "phi", "psi", "attitude"}
+
+
 @dataclass(frozen=True, slots=True)
 class FormulationEntry:
     """A formulation's line in the table, which can be read without deriving any of them.
@@ -132,8 +136,8 @@ class FormulationEntry:
 
     builder: str
     variants: tuple[str | None, ...]
-    gives: frozenset[str]
-    starts_at_pole: bool
+    gives: frozenset[str] = _ALL
+    starts_at_pole: bool = True
 
     def build(self, variant: str | None = None) -> Formulation:
         """Return the formulation, derived once."""
@@ -142,24 +146,13 @@ class FormulationEntry:
         return found
 
 
-_TILT = frozenset({"class", "period", "theta", "rates"})
-_ALL = _TILT | {"axis", "phi", "psi", "attitude"}
+_ANGLES = (None, "angles")
 
 FORMULATIONS: Mapping[str, FormulationEntry] = {
-    "cubic": FormulationEntry(
-        "reduced_cubic.cubic_form", ("top", "bottom"), _TILT, starts_at_pole=True
-    ),
-    "routh": FormulationEntry(
-        "euler_angles.routh_form", (None, "angles"), _ALL, starts_at_pole=False
-    ),
-    "subsystem": FormulationEntry(
-        "euler_angles.subsystem_form", (None, "angles"), _ALL, starts_at_pole=False
-    ),
-    "axis": FormulationEntry(
-        "euler_poisson.axis_form", (None, "phi", "sigma", "delta"), _ALL, starts_at_pole=True
-    ),
-    "attitude": FormulationEntry(
-        "quaternion.attitude_form", (None, "angles"), _ALL, starts_at_pole=True
-    ),
-    "lagrange": FormulationEntry("euler_angles.lagrange_form", (None,), _ALL, starts_at_pole=False),
+    "cubic": FormulationEntry("reduced_cubic.cubic_form", ("top", "bottom"), _TILT),
+    "routh": FormulationEntry("euler_angles.routh_form", _ANGLES, starts_at_pole=False),
+    "subsystem": FormulationEntry("euler_angles.subsystem_form", _ANGLES, starts_at_pole=False),
+    "axis": FormulationEntry("euler_poisson.axis_form", (None, "phi", "sigma", "delta")),
+    "attitude": FormulationEntry("quaternion.attitude_form", _ANGLES),
+    "lagrange": FormulationEntry("euler_angles.lagrange_form", (None,), starts_at_pole=False),
 }

@@ -90,7 +90,7 @@ def _axis() -> dict[Any, Any]:
 
 def _of_quaternion(expression: Any) -> Any:
     """Write what the axis form says of e as a function of q."""
-    return expression.subs(_axis())
+    return expression.xreplace(_axis())
 
 
 def _outputs(seen: Formulation) -> dict[str, Any]:

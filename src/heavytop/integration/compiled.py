@@ -130,27 +130,6 @@ class System:
             translated(watched, names, bits),
         )
 
-    @classmethod
-    def of_attitude(cls, bits: int) -> Self:
-        """Return that of the attitude form, written out: deriving it takes a tenth of a second.
-
-        dq/dt = l q / 2 and dl/dt = g (-e_y, e_x, 0), with e = q z q*.
-        """
-        states = hy.make_vars("q_0", "q_1", "q_2", "q_3", "l_x", "l_y")
-        q_0, q_1, q_2, q_3, l_x, l_y = states
-        g, l_z = hy.par[0], hy.par[1]
-        half, two = (hy.expression(hy.real(text, bits)) for text in ("0.5", "2"))
-        x, y, z = half * l_x, half * l_y, half * l_z
-        derivatives = (
-            -(x * q_1) - y * q_2 - z * q_3,
-            x * q_0 + y * q_3 - z * q_2,
-            y * q_0 + z * q_1 - x * q_3,
-            x * q_2 + z * q_0 - y * q_1,
-            -(g * (two * q_2 * q_3 - two * q_0 * q_1)),
-            g * (two * q_0 * q_2 + two * q_1 * q_3),
-        )
-        return cls(list(zip(states, derivatives, strict=True)), ("g", "l_z"))
-
 
 class Seen(NamedTuple):
     """States at given times: times [s] as high and low words, states (k, n)."""
@@ -202,7 +181,6 @@ class Block:
     singular: bool = False
 
 
-@dataclass(eq=False)
 class Compiled:
     """A compiled formulation; parameters are loaded, never compiled in.
 
@@ -217,33 +195,24 @@ class Compiled:
         sums, as heyoka's documentation advises for Brouwer's law.
     """
 
-    formulation: Formulation
-    events: tuple[str, ...]
-    tolerance: float
-    compile_s: float = field(init=False)
-    order: int = field(init=False)
-    nothing: Array = field(init=False, repr=False)  # no rows of states
-    _taylor: Any = field(init=False, repr=False)
-    _own: Array = field(init=False, repr=False)  # heyoka's state: looking it up takes time
-    _loaded: tuple[str, ...] = field(init=False)
-    _zeros: list[tuple[int, float, bytes]] = field(init=False)  # event function, time, state
-
-    def __post_init__(self) -> None:
+    def __init__(self, formulation: Formulation, events: tuple[str, ...], tolerance: float) -> None:
         began = time.perf_counter()
-        system = System.of(self.formulation, DOUBLE, self.events)
-        self._loaded, self._zeros = system.loaded, []
+        self.formulation, self.events, self.tolerance = formulation, events, tolerance
+        system = System.of(formulation, DOUBLE, events)
+        self._loaded = system.loaded
+        self._zeros: list[tuple[int, float, bytes]] = []  # event function, time, state
         self._taylor = hy.taylor_adaptive(
             system.equations,
             [0.0] * len(system.equations),
             pars=[0.0] * len(system.loaded),
-            tol=self.tolerance,
-            high_accuracy=self.tolerance < np.finfo(float).eps,
+            tol=tolerance,
+            high_accuracy=tolerance < np.finfo(float).eps,
             nt_events=[
                 hy.nt_event(zero, _recorder(self._zeros, i)) for i, zero in enumerate(system.zeros)
             ],
         )
-        self._own = self._taylor.state
-        self.nothing = np.empty((0, self._own.size))
+        self._own: Array = self._taylor.state  # looking it up takes time
+        self.nothing: Array = np.empty((0, self._own.size))  # no rows of states
         self.order = int(self._taylor.order)
         self.compile_s = time.perf_counter() - began
 

@@ -18,8 +18,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass, replace
-from typing import Self
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from heavytop.equations.formulation import Formulation
 from heavytop.errors import Outcome
 from heavytop.integration.compiled import Array, Block, Compiled, Seen, in_units, paces_of
 from heavytop.integration.projection import Projected, Projection
-from heavytop.integration.turns import Turns, distinct, turns_of
+from heavytop.integration.turns import distinct, turns_of
 from heavytop.numbers.double_double import DoubleDouble, add
 
 FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to the longest
@@ -75,9 +75,8 @@ class Observed:
     end: Checkpoint
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class Integrator:
-    """What takes the steps of one run.
+    """What takes the steps of the run from a start, shape (n,), and counts angles.
 
     Attributes
     ----------
@@ -94,43 +93,36 @@ class Integrator:
         What counts these angles.
     """
 
-    formulation: Formulation
-    compiled: Compiled
-    parameters: dict[str, float]
-    pace: float
-    projection: Projection | None
-    turns: Turns | None
-    _units: Array
-    _constants: dict[str, float]
-
-    @classmethod
-    def of(
-        cls,
+    def __init__(
+        self,
         formulation: Formulation,
         compiled: Compiled,
         parameters: dict[str, float],
         start: Array,
         *,
         projected: bool = False,
-    ) -> Self:
-        """Return what takes the steps of the run from a start, shape (n,), and counts angles."""
+    ) -> None:
         own = compiled.formulation
         state = start[: len(own.states)]
-        pace = float(paces_of(own, state, parameters))
-        units, constants = np.where(own.is_rate, pace, 1.0), in_units(pace, parameters)
-        projection = Projection.of(own, constants, state / units) if projected else None
-        turns = turns_of(formulation, parameters, state)
-        return cls(formulation, compiled, parameters, pace, projection, turns, units, constants)
+        self.formulation, self.compiled, self.parameters = formulation, compiled, parameters
+        self.pace = float(paces_of(own, state, parameters))
+        self._units = np.where(own.is_rate, self.pace, 1.0)
+        self._constants = in_units(self.pace, parameters)
+        started = state / self._units
+        self.projection = Projection.of(own, self._constants, started) if projected else None
+        self.turns = turns_of(formulation, parameters, state)
 
     @property
     def compile_s(self) -> float:
         """Time spent in compiling [s]."""
         return self.compiled.compile_s
 
-    def for_this_thread(self) -> Self:
+    def for_this_thread(self) -> Integrator:
         """Return the one like this that belongs to the calling thread."""
-        projection = self.projection and self.projection.for_this_thread()
-        return replace(self, compiled=self.compiled.for_this_thread(), projection=projection)
+        found = copy(self)
+        found.compiled = self.compiled.for_this_thread()
+        found.projection = self.projection and self.projection.for_this_thread()
+        return found
 
     def cautious_step(self, start: Checkpoint, far: float) -> float | None:
         """Return a bound for the first steps of a run, as `Compiled` does [s]; later none."""
@@ -234,8 +226,6 @@ class Integrator:
         compiled, pace, units = self.compiled, self.pace, self._units
         compiled.load(self._constants)
         taking = Projected(compiled, self.projection) if self.projection else compiled
-        if pace == 1:
-            return taking.block(state, steps, far, samples, longest)
         done = taking.block(
             state / units,
             steps,

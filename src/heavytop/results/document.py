@@ -86,7 +86,7 @@ def _final(trajectory: Trajectory) -> dict[str, Any]:
     if (decimals := trajectory.decimals) is None:
         end, told, numbers = trajectory(trajectory.orbit.end), finite, math
     else:
-        end, told, numbers = decimals.samples[-1], partial(shown, decimals), decimals.run.ctx
+        end, told, numbers = decimals.samples[-1], partial(shown, decimals), decimals.ctx
     turned = lambda angle: split(getattr(end, angle), numbers)  # noqa: E731
     return final_document(end, told, turned, attitude=attitude)
 

@@ -413,15 +413,6 @@ class Outlook:
     turns_back: Array
 
 
-@np.errstate(all="ignore")
-def fastest(start: Mapping[str, Array]) -> Array:
-    """Return about the largest rate in motions, by their starts as for `outlook` [1/s]."""
-    theta, phidot = start["theta"], start["phidot"]
-    tilting = np.hypot(start["thetadot"], phidot * np.sin(theta))
-    b = start["C"] / start["A"] * (start["psidot"] + phidot * np.cos(theta))
-    return np.asarray(abs(b) + 2 * np.sqrt(abs(start["gMR"] / start["A"])) + tilting)
-
-
 @np.errstate(all="ignore")  # what is no number has no outlook either
 def outlook(start: Mapping[str, Array], time: Array) -> Outlook:
     """Return what is to be expected of runs, by their starts.
@@ -439,7 +430,7 @@ def outlook(start: Mapping[str, Array], time: Array) -> Outlook:
     b = start["C"] / start["A"] * (start["psidot"] + phidot * cosine)
     above, below = 2 * np.sin(theta / 2) ** 2, 2 * np.cos(theta / 2) ** 2
     speed2, drift = thetadot**2 + (phidot * sine) ** 2, phidot * sine**2
-    rate = fastest(start)
+    rate = abs(b) + 2 * np.sqrt(abs(g)) + np.hypot(thetadot, phidot * sine)
     nutations = time * rate / (2 * np.pi)
     growth = (1 + nutations) * _growth(abs(g), np.where(g < 0, -b, b), drift, speed2,
                                        np.where(g < 0, below, above), time)  # fmt: skip

@@ -41,7 +41,7 @@ from heavytop.scene.scene import Scene
 
 if TYPE_CHECKING:
     from heavytop.integration.high_precision import Mark
-    from heavytop.run.high_precision import PreciseRun
+    from heavytop.run.high_precision import Decimals
 
 Array = NDArray[np.float64]
 Zeros = dict[str, Array]
@@ -196,7 +196,7 @@ def orbit_events(scene: Scene, motion: Motion, chosen: Plan, orbit: Orbit) -> Ev
 def precise_events(
     scene: Scene,
     motion: Motion,
-    run: PreciseRun,
+    run: Decimals,
     expected: Sequence[str],
     found: Sequence[Mark | None],
     end: float,

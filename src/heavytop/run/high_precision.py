@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import time
 from bisect import bisect_left
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -14,17 +13,15 @@ import numpy as np
 from heavytop.alone import Alone
 from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import Formulation
-from heavytop.equations.lambdify import exact_values
 from heavytop.integration import outputs
 from heavytop.integration.bits import bits_of, digits_of
-from heavytop.integration.high_precision import Mark, PreciseIntegrator, Walk, Wanted
+from heavytop.integration.high_precision import Mark, PreciseIntegrator
 from heavytop.integration.integrator import Orbit
 from heavytop.integration.outputs import VECTORS, Sample
 from heavytop.integration.turns import GRAIN_BITS, in_bits
-from heavytop.numbers import Exact
 from heavytop.numbers.decimals import Context, Number, context, number
 from heavytop.run.events import Event, Events, precise_events, schedule
-from heavytop.run.planning import Plan, start_values
+from heavytop.run.planning import Plan, rounded_start, start_values
 from heavytop.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -34,35 +31,46 @@ SPARE_IN_TIME = 20  # digits of the times at which events are looked for
 
 
 @dataclass(frozen=True, eq=False)
-class PreciseRun:
-    """An integration in more than double precision, which can be asked for any state.
+class Decimals:
+    """A run in more than double precision, which can be asked for the motion at any time.
 
     Attributes
     ----------
+    digits : int
+        Decimal digits wanted.
     form : Formulation
+        The equations.
     engine : PreciseIntegrator
+        What takes the steps.
     ctx : Context
         Of more digits than the states.
     far, longest : float, float or None
         Bounds of a step, and of the first ones [s].
     marks : tuple of Mark
         States from which it can go on.
+    samples : tuple of Sample
+        At the sample times of the scene, in mpmath numbers; the last one is the end.
+    events : tuple of Event
+        In the order of the run, each with its ``kind``, the ``sample`` there and the ``residual``.
     """
 
+    digits: int
     form: Formulation
     engine: PreciseIntegrator
     ctx: Context
     far: float
     longest: float | None
     marks: tuple[Mark, ...]
+    samples: tuple[Sample, ...] = ()
+    events: tuple[Event, ...] = ()
     _alone: Alone = field(default_factory=Alone, repr=False)
 
     @classmethod
-    def of(cls, chosen: Plan, named: Mapping[str, Exact], orbit: Orbit) -> PreciseRun:
-        """Return the start of a run; `named` are the scene's numbers, `orbit` is in doubles."""
+    def of(cls, scene: Scene, chosen: Plan, orbit: Orbit) -> Decimals:
+        """Return the start of the run of a scene's plan; `orbit` is that in doubles."""
         form, bits = chosen.equations, bits_of(chosen.precision)
         ctx = context(digits_of(bits))
-        constants, state = rounded_start(form, named, ctx)
+        constants, state = rounded_start(form, start_values(scene), ctx)
         constants |= {name: ctx.nstr(ctx.mpf(rate), ctx.dps) for name, rate in chosen.frame}
         own = form.integrated or form
         state = state[: len(own.states)]
@@ -74,7 +82,7 @@ class PreciseRun:
         turns, angles = orbit.integrator.turns, tuple(first.state[len(own.states) :].tolist())
         engine.turns = turns and in_bits(turns, bits)
         start = replace(engine.start(state), turned=angles)
-        return cls(form, engine, ctx, far, longest, (start,))
+        return cls(scene.digits, form, engine, ctx, far, longest, (start,))
 
     @cached_property
     def constants(self) -> dict[str, Any]:
@@ -96,26 +104,31 @@ class PreciseRun:
         wanted: Sequence[tuple[Number, str | None]],
         on_mark: Callable[[float], None] | None = None,
         first: int = 0,
-    ) -> Walk:
+    ) -> tuple[tuple[Mark | None, ...], tuple[Mark, ...]]:
         """Take natural steps from a mark, the start for one, until everything wanted is found.
 
         That is the motion at times, or at zeros of event functions close to them.
         """
         ctx = self.ctx
-        texts = [Wanted(ctx.nstr(ctx.mpf(t), ctx.dps), event) for t, event in wanted]
+        texts = [(ctx.nstr(ctx.mpf(t), ctx.dps), event) for t, event in wanted]
         with self._alone:
             return self.engine.walk(self.marks[first], texts, self.far, self.longest, on_mark)
 
     def at(self, times: Sequence[Number]) -> tuple[Sample, ...]:
-        """Return the motion at times between start and end [s], in any order."""
+        """Return the motion at times between start and end, to all digits.
+
+        Parameters
+        ----------
+        times : sequence of number
+            Times [s], of any kind of number, in any order.
+        """
         known = [abs(float(mark.t)) for mark in self.marks]
         before = [max(bisect_left(known, abs(float(t))) - 1, 0) for t in times]
         found: dict[int, Any] = {}
         for first in set(before):
             here = [i for i, mark in enumerate(before) if mark == first]
-            found |= zip(
-                here, self.walk([(times[i], None) for i in here], first=first).found, strict=True
-            )
+            seen, _ = self.walk([(times[i], None) for i in here], first=first)
+            found |= zip(here, seen, strict=True)
         return self.numbers(self.sampled([found[i] for i in range(len(times))]))
 
     def sampled(self, found: Sequence[Mark]) -> Sample:
@@ -142,43 +155,6 @@ class PreciseRun:
         """Return a text by which every bit comes back."""
         return str(self.ctx.nstr(number(self.ctx, x), self.ctx.dps + 3))
 
-
-@dataclass(frozen=True, eq=False)
-class Decimals:
-    """A trajectory at the digits that its scene wants.
-
-    Attributes
-    ----------
-    digits : int
-        Decimal digits wanted.
-    run : PreciseRun
-    samples : tuple of Sample
-        At the sample times of the scene, in mpmath numbers; the last one is the end.
-    events : tuple of Event
-        In the order of the run, each with its ``kind``, the ``sample`` there and the ``residual``.
-    steps : int
-        Natural steps.
-    integrate_s : float
-        Wall-clock time of the integration, with its events polished and its samples read [s].
-    """
-
-    digits: int
-    run: PreciseRun
-    samples: tuple[Sample, ...]
-    events: tuple[Event, ...]
-    steps: int
-    integrate_s: float
-
-    def at(self, times: Sequence[Number]) -> tuple[Sample, ...]:
-        """Return the motion at times between start and end, to all digits.
-
-        Parameters
-        ----------
-        times : sequence of number
-            Times [s], of any kind of number.
-        """
-        return self.run.at(times)
-
     def rounded(self, samples: Sequence[Sample]) -> Sample:
         """Return the motion at several times, every number rounded to double.
 
@@ -204,7 +180,7 @@ class Decimals:
         x : number
             One of a Sample, in its own unit.
         """
-        return None if x != x else str(self.run.ctx.nstr(x, self.digits))
+        return None if x != x else str(self.ctx.nstr(x, self.digits))
 
 
 def in_decimals(
@@ -224,22 +200,19 @@ def in_decimals(
         Called with the fraction done.
     """
     scene, motion, orbit = trajectory.scene, trajectory.motion, trajectory.orbit
-    run = PreciseRun.of(trajectory.plan, start_values(scene), orbit)
-    began = time.perf_counter()
+    run = Decimals.of(scene, trajectory.plan, orbit)
     times = _sample_times(scene, motion, run.ctx, before)
     expected = schedule(motion, times[-1], scene.events, scene.digits + SPARE_IN_TIME)
     wanted: list[tuple[Number, str | None]] = [(t, None) for t in times]
     for kind, t in expected:  # a zero near each event, or the start where that is one
         event = "reversal" if kind == "reversal" else "turning"
         wanted.append((t, event if t else None))
-    walk = run.walk(wanted, progress and (lambda t: progress(t / orbit.end)))
-    run = replace(run, marks=walk.marks)
-    seen = [one for one in walk.found[: len(times)] if one is not None]
-    kinds, found = [kind for kind, _ in expected], walk.found[len(times) :]
-    events, rounded = precise_events(scene, motion, run, kinds, found, orbit.end)
+    found, marks = run.walk(wanted, progress and (lambda t: progress(t / orbit.end)))
+    seen = [one for one in found[: len(times)] if one is not None]
+    kinds, met = [kind for kind, _ in expected], found[len(times) :]
+    events, rounded = precise_events(scene, motion, run, kinds, met, orbit.end)
     samples = run.numbers(run.sampled(seen))
-    spent = time.perf_counter() - began
-    return Decimals(scene.digits, run, samples, events, walk.steps, spent), rounded
+    return replace(run, marks=marks, samples=samples, events=events), rounded
 
 
 def _sample_times(
@@ -254,14 +227,3 @@ def _sample_times(
     old = [ctx.zero] if before is None else [ctx.mpf(s.t) for s in before.samples]
     count = scene.samples - len(old)
     return old + [old[-1] + (end - old[-1]) * k / count for k in range(1, count + 1)]
-
-
-def rounded_start(
-    form: Formulation, named: Mapping[str, Exact], ctx: Context
-) -> tuple[dict[str, str], list[str]]:
-    """Return the constants and the states of a start: exact numbers, rounded once."""
-    expressions = (*form.parameters.values(), *form.start)
-    texts = [ctx.nstr(v.mpf(ctx), ctx.dps) for v in exact_values(expressions, named)]
-    count = len(form.parameters)
-    names = (p.name for p in form.parameters)
-    return dict(zip(names, texts[:count], strict=True)), texts[count:]

@@ -7,18 +7,20 @@ more bits than doubles have; or one nutation folded, where the span is very long
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import log, log2, tau
 from typing import Final
 
 from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import FORMULATIONS, Formulation
+from heavytop.equations.lambdify import exact_texts
 from heavytop.errors import BadScene, Fault
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, bits_of, enough, named
 from heavytop.integration.projection import why_not
 from heavytop.names import LONGEST, nearest
 from heavytop.numbers import PI, Exact
+from heavytop.numbers.decimals import Context
 from heavytop.run.estimates import MOST_TURNS, SPARE, Estimate, Forecast, duration, needed_to_fold
 from heavytop.scene.arguments import expect, shown
 from heavytop.scene.scene import Scene, no_scene
@@ -149,6 +151,15 @@ def start_values(scene: Scene) -> dict[str, Exact]:
     of_top = {name: getattr(scene.top, name) for name in ("A", "C", "gMR")}
     names = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
     return of_top | {name: getattr(scene.start, name) for name in names}
+
+
+def rounded_start(
+    form: Formulation, named: Mapping[str, Exact], ctx: Context
+) -> tuple[dict[str, str], list[str]]:
+    """The constants and the states at a start, as texts: exact numbers, each rounded once."""
+    texts = exact_texts((*form.parameters.values(), *form.start), named, ctx)
+    constants = {symbol.name: text for symbol, text in zip(form.parameters, texts, strict=False)}
+    return constants, texts[len(constants) :]
 
 
 def planned(

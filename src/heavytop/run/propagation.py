@@ -20,8 +20,8 @@ from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import Rounded
 from heavytop.errors import BadScene, EndedEarly, Outcome
-from heavytop.integration.bits import DOUBLE, bits_of, named
-from heavytop.integration.compiled import Compiled, Seen, compiled
+from heavytop.integration.bits import bits_of, named
+from heavytop.integration.compiled import Seen, compiled
 from heavytop.integration.integrator import (
     Checkpoint,
     Integrator,
@@ -157,8 +157,8 @@ def carried_out(
     end, began = span(scene, motion), time.perf_counter()
     _ = chosen.equations
     cost = Statistics(0, 0, time.perf_counter() - began, 0.0, 0.0)
-    engine, start = compiled_for(chosen), binary_start(scene, chosen)
-    orbit = not_begun(integrator_of(chosen, engine, *start), start[1])
+    parameters, start = binary_start(scene, chosen)
+    orbit = not_begun(integrator_of(chosen, parameters, start), start)
     events = no_events(scene, orbit)
     part = Trajectory(scene, motion, chosen, orbit, events, Outcome.INTERRUPTED, cost)
     times = np.linspace(0.0, end, scene.samples)
@@ -343,21 +343,23 @@ def _in_decimals(
     from heavytop.integration.high_precision import Unfinished
     from heavytop.run import high_precision
 
+    began = time.perf_counter()
     try:
         decimals, events = high_precision.in_decimals(trajectory, before, progress)
     except (KeyboardInterrupt, Unfinished) as stop:
         outcome = Outcome.SINGULAR if isinstance(stop, Unfinished) else Outcome.INTERRUPTED
         raise EndedEarly(outcome, replace(trajectory, outcome=outcome)) from None
-    engine, orbit = decimals.run.engine, trajectory.orbit
+    spent = time.perf_counter() - began
+    engine, orbit = decimals.engine, trajectory.orbit
     if orbit.samples.t.size != len(decimals.samples):  # doubles ended before
         run = decimals.rounded(decimals.samples)
         orbit = replace(orbit, samples=Seen(run.t, 0 * run.t, run.states))
     cost = replace(
         trajectory.statistics,
-        steps=decimals.steps,
+        steps=decimals.marks[-1].steps,
         order=engine.order,
         compile_s=engine.compile_s,
-        integrate_s=trajectory.statistics.integrate_s + decimals.integrate_s,
+        integrate_s=trajectory.statistics.integrate_s + spent - engine.compile_s,
     )
     return replace(trajectory, orbit=orbit, events=events, statistics=cost, decimals=decimals)
 
@@ -392,20 +394,12 @@ def _as_before(trajectory: Trajectory, end: float) -> int:
     return max(1, round(count))
 
 
-def compiled_for(chosen: Plan) -> Compiled:
-    """Return the compiled equations of a plan."""
+def integrator_of(chosen: Plan, parameters: dict[str, float], start: Checkpoint) -> Integrator:
+    """Return what takes the steps of a plan's run in doubles, from a start."""
     form = chosen.equations
-    in_doubles = bits_of(chosen.precision) == DOUBLE  # more digits are the matter of `decimals`
-    tolerance = chosen.tolerance if in_doubles else EPSILON
-    return compiled(form.integrated or form, chosen.watched, tolerance)
-
-
-def integrator_of(
-    chosen: Plan, equations: Compiled, parameters: dict[str, float], start: Checkpoint
-) -> Integrator:
-    """Return what takes the steps of a plan's run from a start."""
-    form, projected = chosen.equations, chosen.projected
-    return Integrator.of(form, equations, parameters, start.state, projected=projected)
+    tolerance = chosen.tolerance if chosen.precision == "double" else EPSILON
+    equations = compiled(form.integrated or form, chosen.watched, tolerance)
+    return Integrator(form, equations, parameters, start.state, projected=chosen.projected)
 
 
 def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, float], Checkpoint]:

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from heavytop.analytic.motion import Motion
 from heavytop.equations import gradients
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.equations.lambdify import exact_values
+from heavytop.equations.lambdify import exact_texts
 from heavytop.errors import DoubtfulWarning, EndedEarly, Impossible, NotANumber, Outcome
 from heavytop.integration.bits import DOUBLE, digits_of, enough
 from heavytop.integration.compiled import VariedRun, rounded
@@ -310,9 +310,8 @@ def varied_run(scene: Scene, chosen: Plan, bits: int = DOUBLE) -> VariedRun:
 def at_start(scene: Scene, chosen: Plan, expressions: Iterable[Any], bits: int = DOUBLE) -> Array:
     """The values at the start of a plan's run, each rounded once from the exact one."""
     frame = {name: Exact.of(rate) for name, rate in chosen.frame}
-    values = exact_values(tuple(expressions), _start(scene) | frame)
     ctx = context(digits_of(bits))
-    return rounded((ctx.nstr(x.mpf(ctx), ctx.dps) for x in values), bits)
+    return rounded(exact_texts(tuple(expressions), _start(scene) | frame, ctx), bits)
 
 
 def _start(scene: Scene) -> dict[str, Exact]:

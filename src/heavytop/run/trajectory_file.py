@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -26,9 +26,9 @@ from heavytop.integration.integrator import Checkpoint, Orbit
 from heavytop.integration.outputs import ANGLES, RATES, Sample
 from heavytop.machine import versions
 from heavytop.run.events import STORED, Events, precise_events
-from heavytop.run.high_precision import Decimals, PreciseRun
-from heavytop.run.planning import Plan, closed_form_of, start_values
-from heavytop.run.propagation import compiled_for, integrator_of
+from heavytop.run.high_precision import Decimals
+from heavytop.run.planning import Plan, closed_form_of
+from heavytop.run.propagation import integrator_of
 from heavytop.run.trajectory import Statistics, Trajectory
 from heavytop.scene.arguments import path_of
 from heavytop.scene.scene import read_scene
@@ -140,7 +140,7 @@ def _kept(trajectory: Trajectory) -> Variables:
         kept |= _over(f"zero_{i}", seen._asdict(), f"zeros_{i}_", "at a zero of an event function")
     if decimals is not None:
         more = "of the run in more than doubles"
-        kept |= _over("", {"steps": decimals.steps}, "decimal_", more)
+        kept |= _over("", {"steps": trajectory.statistics.steps}, "decimal_", more)
         met = tuple(event.sample for event in decimals.events)
         for over, samples in {"t": decimals.samples, "event": met}.items():
             kept |= _over(over, _marks_of(decimals, samples), f"decimal_{over}_", more)
@@ -149,7 +149,7 @@ def _kept(trajectory: Trajectory) -> Variables:
 
 def _marks_of(decimals: Decimals, samples: tuple[Sample, ...]) -> Variables:
     """Return times and states with all their bits."""
-    whole, width = decimals.run.whole, len(decimals.run.form.states)
+    whole, width = decimals.whole, len(decimals.form.states)
     rows = np.array([[whole(x) for x in (s.t, *s.states)] for s in samples], dtype=str)
     rows = rows.reshape(-1, 1 + width)
     return dict(zip(MARKS, (rows[:, 0], rows[:, 1:]), strict=True))
@@ -248,11 +248,11 @@ def _trajectory(file: Any) -> Trajectory:
     kinds = tuple(map(str, array(file, "event_kind")))
     steps = orbit.steps
     if "decimal_steps" in file:
-        run = PreciseRun.of(chosen, start_values(scene), orbit)
+        run = Decimals.of(scene, chosen, orbit)
         met = precise_events(scene, motion, run, kinds, _marks(file, "event", run), orbit.end)[0]
         samples = run.numbers(run.sampled(_marks(file, "t", run)))
         steps = int(array(file, "decimal_steps"))
-        decimals = Decimals(scene.digits, run, samples, met, steps, 0.0)
+        decimals = replace(run, samples=samples, events=met)
     return Trajectory(
         scene=scene,
         motion=motion,
@@ -277,7 +277,7 @@ def _orbit(file: Any, chosen: Plan, outcome: Outcome) -> Orbit:
 
     parameters = json.loads(attribute(file, "parameters"))
     return Orbit(
-        integrator=integrator_of(chosen, compiled_for(chosen), parameters, points[0]),
+        integrator=integrator_of(chosen, parameters, points[0]),
         checkpoints=points,
         samples=seen(),
         hits=tuple(seen(f"zeros_{i}_") for i in range(len(chosen.watched))),
@@ -287,7 +287,7 @@ def _orbit(file: Any, chosen: Plan, outcome: Outcome) -> Orbit:
     )
 
 
-def _marks(file: Any, over: str, run: PreciseRun) -> list[Mark]:
+def _marks(file: Any, over: str, run: Decimals) -> list[Mark]:
     """Return the states of a run in more digits, with the turns that were counted."""
     columns = (array(file, f"decimal_{over}_{name}").tolist() for name in MARKS)
     width = len(run.engine.formulation.states)

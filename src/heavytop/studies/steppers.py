@@ -18,13 +18,12 @@ import numpy as np
 from heavytop.comparison.steppers import IntegrationFailed, Stepper, StepperState
 from heavytop.errors import BadScene, Fault
 from heavytop.integration.bits import DOUBLE, named
-from heavytop.integration.high_precision import Mark, PreciseIntegrator, Unfinished, Wanted
+from heavytop.integration.high_precision import Mark, PreciseIntegrator, Unfinished
 from heavytop.integration.integrator import NEVER, Checkpoint, Integrator, Observed
 from heavytop.numbers.decimals import context
 from heavytop.numbers.double_double import Array, DoubleDouble, add
-from heavytop.run.high_precision import rounded_start
-from heavytop.run.planning import EPSILON, closed_form_of, plan, start_values
-from heavytop.run.propagation import binary_start, compiled_for, integrator_of
+from heavytop.run.planning import EPSILON, closed_form_of, plan, rounded_start, start_values
+from heavytop.run.propagation import binary_start, integrator_of
 from heavytop.run.verify import motion_of
 from heavytop.scene.arguments import shown
 from heavytop.scene.scene import Scene
@@ -74,7 +73,7 @@ def set_up(scene: Scene, method: Method) -> MethodRun:
         digits = int(method.bits * math.log10(2)) + SPARE_DIGITS
         texts, states = rounded_start(form, start_values(scene), context(digits))
         precise = PreciseIntegrator(form, method.bits, texts, start=states)
-        engine = integrator_of(chosen, compiled_for(chosen), parameters, start)
+        engine = integrator_of(chosen, parameters, start)
         stepper = PreciseStepper(precise, tuple(states), engine.cautious_step(start, FAR), FAR)
         known, digits = precise.parameter_texts(), max(DIGITS, digits + SPARE_DIGITS)
         reference = ReferenceSolution(form, known, stepper.words(stepper.begin()), own, digits)
@@ -89,7 +88,7 @@ def set_up(scene: Scene, method: Method) -> MethodRun:
             method.name, start.state, parameters, method.setting, period, formulation=form
         )
         return MethodRun(taken, reference, period)
-    engine = integrator_of(chosen, compiled_for(chosen), parameters, start)
+    engine = integrator_of(chosen, parameters, start)
     return MethodRun(TaylorStepper(engine, np.array(start.state), FAR * period), reference, period)
 
 
@@ -207,9 +206,9 @@ class PreciseStepper:
 
     def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
         """Return the states at times in the block after a state, laid out as `words`."""
-        wanted = [Wanted(self._sum(t)) for t in times]
-        walk = self.engine.walk(self._mark(at), wanted, self.far, self.longest)
-        return np.array([self._words(one) for one in walk.found if one])
+        wanted = [(self._sum(t), None) for t in times]
+        found, _ = self.engine.walk(self._mark(at), wanted, self.far, self.longest)
+        return np.array([self._words(one) for one in found if one])
 
     def output_time(self, t: float) -> DoubleDouble:
         """Return the time itself."""
