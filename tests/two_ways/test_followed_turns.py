@@ -13,7 +13,7 @@ import pytest
 import heavytop as ht
 from heavytop.errors import BadScene, DoubtfulWarning, EndedEarly, MissedDigitsWarning, Outcome
 from heavytop.integration.high_precision import Unfinished
-from heavytop.run.high_precision import Decimals
+from heavytop.run.trajectory import Decimals
 from heavytop.run.verify import doubtful_digits
 from heavytop.studies.methods import method
 from heavytop.studies.steppers import set_up

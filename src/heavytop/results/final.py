@@ -9,7 +9,7 @@ from heavytop.numbers.decimals import Number
 
 if TYPE_CHECKING:
     from heavytop.run.events import Event
-    from heavytop.run.high_precision import Decimals
+    from heavytop.run.trajectory import Decimals
 
 NUMBER_DIGITS: Final = 15  # what a number of JSON surely holds
 

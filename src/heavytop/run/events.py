@@ -41,7 +41,7 @@ from heavytop.scene.scene import Scene
 
 if TYPE_CHECKING:
     from heavytop.integration.high_precision import Mark
-    from heavytop.run.high_precision import Decimals
+    from heavytop.run.trajectory import Decimals
 
 Array = NDArray[np.float64]
 Zeros = dict[str, Array]

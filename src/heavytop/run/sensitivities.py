@@ -19,7 +19,7 @@ from heavytop.analytic.motion import Motion
 from heavytop.equations import gradients
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.equations.lambdify import exact_texts
-from heavytop.errors import DoubtfulWarning, EndedEarly, Impossible, NotANumber, Outcome
+from heavytop.errors import DoubtfulWarning, EndedEarly, Impossible, Outcome
 from heavytop.integration.bits import DOUBLE, digits_of, enough
 from heavytop.integration.compiled import VariedRun, rounded
 from heavytop.numbers import Exact
@@ -35,6 +35,7 @@ from heavytop.run.planning import (
     span,
     start_values,
 )
+from heavytop.run.trajectory import times_of
 from heavytop.scene.arguments import text_of
 from heavytop.scene.scene import Scene
 
@@ -398,13 +399,8 @@ def _likely_error(apart: Any, gained: int) -> Array:
 
 
 def _times(motion: Motion, t: ArrayLike) -> Array:
-    """Times, if they are finite and none would take hours, or for ever."""
-    try:
-        times = np.atleast_1d(np.asarray(t, dtype=np.float64))
-    except (TypeError, ValueError, OverflowError):
-        raise NotANumber("t: times, in seconds") from None
-    if times.ndim != 1 or not np.isfinite(times).all():
-        raise NotANumber("t: finite times, in one row, in seconds")
+    """Times in a row, if none would take hours, or for ever."""
+    times = np.atleast_1d(times_of(t))
     each = periods_of(motion, 1.0)
     if times.size and abs(times).max() * each > MOST_PERIODS:
         rule = f"at most {MOST_PERIODS / each:.3g} s here, a million nutation periods"

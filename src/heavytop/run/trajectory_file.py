@@ -26,10 +26,9 @@ from heavytop.integration.integrator import Checkpoint, Orbit
 from heavytop.integration.outputs import ANGLES, RATES, Sample
 from heavytop.machine import versions
 from heavytop.run.events import STORED, Events, precise_events
-from heavytop.run.high_precision import Decimals
 from heavytop.run.planning import Plan, closed_form_of
 from heavytop.run.propagation import integrator_of
-from heavytop.run.trajectory import Statistics, Trajectory
+from heavytop.run.trajectory import Decimals, Statistics, Trajectory
 from heavytop.scene.arguments import path_of
 from heavytop.scene.scene import read_scene
 
