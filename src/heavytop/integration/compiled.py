@@ -26,7 +26,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache
 from threading import get_ident
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self, TypeVar
 
 import heyoka as hy
 import numpy as np
@@ -37,6 +37,7 @@ from heavytop.equations.lambdify import evaluated
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE
 from heavytop.numbers.double_double import DoubleDouble, add
 
+T = TypeVar("T")
 Array = NDArray[np.float64]  # or of numbers of other bits
 
 MOST_CACHED = 256 * 2**20  # bytes of compiled code that heyoka keeps on disk: some hundred programs
@@ -52,6 +53,12 @@ hy.set_logger_level_critical()  # heyoka logs to stdout, which belongs to the re
 with suppress(RuntimeError):  # its folder cannot be made: heyoka works without
     if hy.llvm_state.get_diskcache_limit() == _HEYOKAS_OWN:
         hy.llvm_state.set_diskcache_limit(MOST_CACHED)
+
+
+def per_thread(build: Callable[..., T]) -> Callable[..., T]:
+    """Return a function that builds each thing once for each thread: it serves one at a time."""
+    built = cache(lambda _thread, *given: build(*given))
+    return lambda *given: built(get_ident(), *given)
 
 
 def number_type(bits: int) -> dict[str, Any]:
@@ -346,16 +353,7 @@ def _recorder(found: list[tuple[int, float, bytes]], event: int) -> Callable[...
     return record
 
 
-def compiled(formulation: Formulation, events: tuple[str, ...], tolerance: float) -> Compiled:
-    """Return a formulation compiled, once per thread and process."""
-    return _compiled(formulation, events, tolerance, get_ident())
-
-
-@cache
-def _compiled(
-    formulation: Formulation, events: tuple[str, ...], tolerance: float, _thread: int
-) -> Compiled:
-    return Compiled(formulation, events, tolerance)
+compiled = per_thread(Compiled)
 
 
 # --- the unit of time of a motion ----------------------------------------------------------------
@@ -408,7 +406,7 @@ class VariedRun:
     @property
     def parameters(self) -> tuple[str, ...]:
         """The parameters that stand in the equations, by which they are varied."""
-        return _varied(self.formulation, self.bits, get_ident())[1]
+        return _varied(self.formulation, self.bits)[1]
 
     def __call__(self, times: Iterable[str | float], most_steps: int = 0) -> Array:
         """The run at k times since its start [s], of either sign, in any order.
@@ -418,7 +416,7 @@ class VariedRun:
         them the equations become singular, or more steps were needed, each way; 0 is no limit.
         """
         form, bits, n = self.formulation, self.bits, self.state.size
-        taylor, parameters, loaded = _varied(form, bits, get_ident())
+        taylor, parameters, loaded = _varied(form, bits)
         moments, (zero, nan) = rounded(times, bits), rounded([0.0, np.nan], bits)
         unit = rounded(np.eye(n, n + len(parameters)).ravel(), bits)
         rows = np.full((moments.size, n + unit.size), nan)
@@ -446,8 +444,8 @@ def rounded(numbers: Iterable[str | float], bits: int) -> Array:
     return np.array([number(x, bits) for x in numbers], dtype=_HARDWARE.get(bits, hy.real))
 
 
-@cache
-def _varied(form: Formulation, bits: int, _thread: int) -> tuple[Any, tuple[str, ...], list[str]]:
+@per_thread
+def _varied(form: Formulation, bits: int) -> tuple[Any, tuple[str, ...], list[str]]:
     """The integrator of a thread, the parameters that it varies by, and all constants it loads.
 
     Its tolerance is the last place of its numbers, relative to the largest of states and
