@@ -21,7 +21,7 @@ from heavytop.numbers.decimals import context
 from heavytop.numbers.double_double import less_multiples, whole_multiples
 from heavytop.run import periodic
 from heavytop.run.periodic import fold
-from heavytop.run.planning import rounded_start, start_values
+from heavytop.run.planning import Plan, rounded_start, start_values
 from heavytop.scene.scene import shipped_scenes
 
 DIGITS = 60  # of the closed form
@@ -489,7 +489,7 @@ def test_the_second_swing_measures_the_error(digits, bits):
 def test_compiled_quickly_the_steps_are_the_same_to_the_last_bit(bits):
     scene, ctx = ht.load_scene("sicm-kicked"), context(DIGITS)
     form = attitude_form()
-    constants, state = rounded_start(form, start_values(scene), ctx)
+    constants, state = rounded_start(Plan("attitude"), start_values(scene), ctx)
     quickly = PreciseIntegrator(form, bits, constants, quick=True)
     engines = quickly, PreciseIntegrator(form, bits, constants)
     quick, thorough = (engine.onward(engine.start(state), 1e9) for engine in engines)

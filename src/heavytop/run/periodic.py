@@ -15,7 +15,6 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, Fault, Impossible, NotANumber
 from heavytop.integration.bits import SPARE_DIGITS, digits_of, enough
 from heavytop.integration.half_nutation import HalfNutation
@@ -25,6 +24,7 @@ from heavytop.numbers.decimals import Context, Number, context, number
 from heavytop.numbers.double_double import less_multiples, whole_multiples
 from heavytop.run.estimates import FOLDED_REACH, LEAST_FOLDED, MOST_TURNS, needed_to_fold
 from heavytop.run.planning import (
+    Plan,
     closed_form_of,
     refusal,
     rounded_start,
@@ -560,8 +560,7 @@ def _end(scene: Scene, course: PeriodicMotion) -> Number:
 def integrated(scene: Scene, bits: int) -> tuple[HalfNutation, PeriodicMotion]:
     """Return half a nutation of a scene in numbers of so many bits, and the motion it tells."""
     ctx, turned_back = context(digits_of(bits)), dict.fromkeys(("phi", "psi"), Exact.of(0))
-    form, named = FORMULATIONS["attitude"].build(), start_values(scene) | turned_back
-    constants, state = rounded_start(form, named, ctx)
+    constants, state = rounded_start(Plan("attitude"), start_values(scene) | turned_back, ctx)
     try:
         nutation = HalfNutation(bits, constants, state)
     except Unfinished as reason:

@@ -96,6 +96,11 @@ class Plan:
         """The formulation itself, with the angles it counts."""
         return FORMULATIONS[self.formulation].build(self.variant)
 
+    @property
+    def integrated(self) -> Formulation:
+        """The formulation without these angles."""
+        return self.equations.integrated or self.equations
+
 
 def plan(scene: Scene, formulation: str = "auto", *, projected: bool = False) -> Plan:
     """Return the plan for a scene.
@@ -154,12 +159,14 @@ def start_values(scene: Scene) -> dict[str, Exact]:
 
 
 def rounded_start(
-    form: Formulation, named: Mapping[str, Exact], ctx: Context
+    chosen: Plan, named: Mapping[str, Exact], ctx: Context
 ) -> tuple[dict[str, str], list[str]]:
-    """The constants and the states at a start, as texts: exact numbers, each rounded once."""
+    """The constants of a plan's run and its states at the start, as texts, each rounded once."""
+    form = chosen.integrated
     texts = exact_texts((*form.parameters.values(), *form.start), named, ctx)
     constants = {symbol.name: text for symbol, text in zip(form.parameters, texts, strict=False)}
-    return constants, texts[len(constants) :]
+    frame = {name: ctx.nstr(ctx.mpf(rate), ctx.dps) for name, rate in chosen.frame}
+    return constants | frame, texts[len(constants) :]
 
 
 def planned(

@@ -425,10 +425,9 @@ def _as_before(trajectory: Trajectory, end: float) -> int:
 
 def integrator_of(chosen: Plan, parameters: dict[str, float], start: Checkpoint) -> Integrator:
     """Return what takes the steps of a plan's run in doubles, from a start."""
-    form = chosen.equations
     tolerance = chosen.tolerance if chosen.precision == "double" else EPSILON
-    equations = compiled(form.integrated or form, chosen.watched, tolerance)
-    return Integrator(form, equations, parameters, start.state, projected=chosen.projected)
+    equations, pinned = compiled(chosen.integrated, chosen.watched, tolerance), chosen.projected
+    return Integrator(chosen.equations, equations, parameters, start.state, projected=pinned)
 
 
 def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, float], Checkpoint]:
@@ -438,8 +437,8 @@ def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, float], Checkpoi
     parameters = {p.name: v for p, v in zip(form.parameters, values, strict=False)}
     parameters |= dict(chosen.frame)
     state = np.array(values[len(form.parameters) :])
-    if form.integrated and (turns := turns_of(form, parameters, state)):
-        angles = state[len(form.integrated.states) :]
+    if turns := turns_of(form, parameters, state):
+        angles = state[len(chosen.integrated.states) :]
         angles[:] = turns.started(state, *angles.tolist())
     return parameters, Checkpoint((0.0, 0.0), state, 0)
 

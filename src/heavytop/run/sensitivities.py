@@ -32,6 +32,7 @@ from heavytop.run.planning import (
     closed_form_of,
     planned,
     refusal,
+    rounded_start,
     span,
     start_values,
 )
@@ -300,12 +301,10 @@ def state_transition(
 
 def varied_run(scene: Scene, chosen: Plan, bits: int = DOUBLE) -> VariedRun:
     """A plan's run with its variational equations, every number rounded once from the exact one."""
-    form = chosen.equations
-    form = form.integrated or form  # angles that are read off and counted are not varied
-    constants = {**form.parameters, **{rate: rate for rate in form.given}}
-    values = at_start(scene, chosen, (*constants.values(), *form.start), bits)
-    named = dict(zip((p.name for p in constants), values, strict=False))
-    return VariedRun(form, named, values[len(named) :], bits)
+    constants, state = rounded_start(chosen, start_values(scene), context(digits_of(bits)))
+    known = dict(zip(constants, rounded(constants.values(), bits), strict=True))
+    # angles that are read off and counted are not varied
+    return VariedRun(chosen.integrated, known, rounded(state, bits), bits)
 
 
 def at_start(scene: Scene, chosen: Plan, expressions: Iterable[Any], bits: int = DOUBLE) -> Array:

@@ -100,13 +100,10 @@ class Decimals:
     @classmethod
     def of(cls, scene: Scene, chosen: Plan, orbit: Orbit) -> Decimals:
         """Return the start of the run of a scene's plan; `orbit` is that in doubles."""
-        form, bits = chosen.equations, bits_of(chosen.precision)
+        own, bits = chosen.integrated, bits_of(chosen.precision)
         ctx = context(digits_of(bits))
-        constants, state = rounded_start(form, start_values(scene), ctx)
-        constants |= {name: ctx.nstr(ctx.mpf(rate), ctx.dps) for name, rate in chosen.frame}
-        own = form.integrated or form
-        state = state[: len(own.states)]
-        events = tuple(form.events) if chosen.watched else ()
+        constants, state = rounded_start(chosen, start_values(scene), ctx)
+        events = tuple(own.events) if chosen.watched else ()
         engine = PreciseIntegrator(own, bits, constants, events, state)
         first = orbit.checkpoints[0]
         far = 4.0 * (orbit.end - first.time[0])
@@ -114,7 +111,7 @@ class Decimals:
         turns, angles = orbit.integrator.turns, tuple(first.state[len(own.states) :].tolist())
         engine.turns = turns and in_bits(turns, bits)
         start = replace(engine.start(state), turned=angles)
-        return cls(scene.digits, form, engine, ctx, far, longest, (start,))
+        return cls(scene.digits, chosen.equations, engine, ctx, far, longest, (start,))
 
     @cached_property
     def constants(self) -> dict[str, Any]:

@@ -71,7 +71,7 @@ def set_up(scene: Scene, method: Method) -> MethodRun:
     parameters, start = binary_start(scene, chosen)
     if method.bits > DOUBLE:
         digits = int(method.bits * math.log10(2)) + SPARE_DIGITS
-        texts, states = rounded_start(form, start_values(scene), context(digits))
+        texts, states = rounded_start(chosen, start_values(scene), context(digits))
         precise = PreciseIntegrator(form, method.bits, texts, start=states)
         engine = integrator_of(chosen, parameters, start)
         stepper = PreciseStepper(precise, tuple(states), engine.cautious_step(start, FAR), FAR)
