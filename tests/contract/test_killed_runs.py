@@ -49,7 +49,7 @@ AT_LAST = "heavytop.run.propagation:orbit_events"
 SAVED = "heavytop.run.trajectory:Trajectory.save"
 DRAWN = "heavytop.plots.figures:save"
 TOLD = "heavytop.report.run_files:write_document"
-PRECISE = "heavytop.run.high_precision:precise_events"
+PRECISE = "heavytop.run.propagation:precise_events"
 FOLDED = "heavytop.run.periodic:nutating"
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 

@@ -303,7 +303,7 @@ def test_a_textbooks_run_is_that_of_solve_ivp(solver):
     from scipy.integrate import solve_ivp
 
     scene = cases()["cusp"].scene
-    parameters, start = binary_start(scene, Plan("lagrange", None, False, (), (), 0))
+    parameters, start = binary_start(scene, Plan("lagrange"))
     rates = textbook_right_hand_side(FORMULATIONS["lagrange"].build(), parameters)
     told = textbook_solve(rates, start.state, 0.9, solver, 1e-6, 1e-9, 10**6, [lambda y: y[3]])
     ours = solve_ivp(rates, (0, 0.9), start.state, method=TEXTBOOK_SOLVERS[solver],

@@ -28,10 +28,9 @@ from heavytop.results.classification import MotionSummary, PlanSummary
 
 if TYPE_CHECKING:  # a report reads results, and loads no integrator
     from heavytop.run.events import Event
-    from heavytop.run.high_precision import Decimals
     from heavytop.run.periodic import Folded
     from heavytop.run.planning import Plan
-    from heavytop.run.trajectory import Trajectory
+    from heavytop.run.trajectory import Decimals, Trajectory
     from heavytop.scene.scene import Scene
 
 MOST_ROWS: Final = 10_000  # of the table of events; a saved trajectory has them all
@@ -205,7 +204,7 @@ def _final_of(trajectory: Trajectory) -> dict[str, Any]:
     if (many := trajectory.decimals) is None:
         end, told, numbers = trajectory(trajectory.orbit.end), finite, math
     else:
-        end, told, numbers = many.samples[-1], partial(_shown, many), many.run.ctx
+        end, told, numbers = many.samples[-1], partial(_shown, many), many.ctx
     turned = lambda angle: split(getattr(end, angle), numbers)  # noqa: E731
     return _final(end, told, turned, attitude=attitude)
 

@@ -438,7 +438,7 @@ def _arrived(result: Attempt, case: Case, chosen: Plan, end: float, state: Array
     if not np.isfinite(rows).all():
         return result
     with np.errstate(all="ignore"):
-        seen = sample(form, rows, parameters, times, np.full(2, np.nan))
+        seen = sample(form, rows, parameters, times)
         energy = invariants(form, rows, parameters, times)["energy"]
     weight = parameters["g"] if "g" in parameters else parameters["gMR"] / parameters["A"]
     off = abs(float(energy[1] - energy[0])) / max(abs(float(energy[0])), abs(weight))
