@@ -88,7 +88,10 @@ def report(
 
 
 def _size(page: Page) -> str:
-    counts = {"result": len(page.sections), "figure": sum(len(s.pictures) for s in page.sections)}
+    counts = {
+        "result": len(page.sections),
+        "figure": sum(len(s.drawn.pictures) for s in page.sections),
+    }
     return ", ".join(f"{n} {thing}{'s'[: n != 1]}" for thing, n in counts.items())
 
 
@@ -139,8 +142,7 @@ def _head(path: Path) -> bytes:
 
 
 def _page(folders: list[Path], about: list[str], voice: Voice, stack: ExitStack) -> Page:
-    from heavytop.report.pages.load import load_results
-    from heavytop.report.pages.page import page_of
+    from heavytop.report.pages.page import load_results, page_of
 
     missing: list[tuple[str, str]] = []
     if not folders:
