@@ -24,7 +24,7 @@ TURN: Final = 360.0  # rad of spin that are played: more would take too long
 PERIODS: Final = 12
 EVENTS: Final = 200
 BLURRED: Final = 2.0  # rad of spin from frame to frame: more is not seen as a turning
-TOUCH: Final = 0.05  # rad
+PUSH: Final = 1.0  # rad/s, across the axis
 
 
 def player_html(trajectory: Trajectory) -> str:
@@ -69,13 +69,13 @@ def frames(trajectory: Trajectory) -> dict[str, Any]:
     tilts between which the axis stays, and ``notes`` says what is played where it is not the run.
     """
     scene, end = trajectory.scene, float(trajectory.orbit.end)
-    touched = touched_motion(trajectory.motion)
-    motion = touched or trajectory.motion
+    pushed = touched(trajectory.motion)
+    motion = pushed or trajectory.motion
     last = float(np.copysign(min(abs(end), _longest(motion)), end))
     times, notes = np.linspace(0.0, last, FRAMES), []
-    seen: Sample | DoubleRecord = motion.at(times) if touched else trajectory(times)
-    if touched:
-        notes.append(f"Untouched it stays as it is; here it was first tilted by {TOUCH:g} rad.")
+    seen: Sample | DoubleRecord = motion.at(times) if pushed else trajectory(times)
+    if pushed:
+        notes.append(f"Untouched it stays as it is; here it was pushed at {PUSH:g} rad/s.")
     elif not (np.isfinite(seen.quaternion).all() and np.isfinite(seen.omega).all()):
         seen = motion.at(times)
         notes.append("The attitude is that of the closed form: the run follows less.")
@@ -92,7 +92,7 @@ def frames(trajectory: Trajectory) -> dict[str, Any]:
     events = [
         {"kind": str(kind), "t": float(t), "axis": axis.round(5).tolist()}
         for kind, t, axis in zip(found.kind, found.t, found.axis, strict=True)
-        if not touched and abs(t) <= abs(last) and np.isfinite(axis).all()
+        if not pushed and abs(t) <= abs(last) and np.isfinite(axis).all()
     ]
     return {
         "title": scene.title or scene.name, "end": last, "spin": spin, "notes": notes,
@@ -101,13 +101,12 @@ def frames(trajectory: Trajectory) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def touched_motion(motion: Motion) -> Motion | None:
-    """What a top whose axis rests on the vertical does once it was tilted a little; else None."""
+def touched(motion: Motion) -> Motion | None:
+    """What a top does that rests, sleeps or hangs, after a push; None for a top that moves."""
     if motion.kind not in (Kind.AT_REST, Kind.SLEEPING, Kind.HANGING):
         return None
     start = motion.start
-    tilt = abs(float(start.theta) - TOUCH)
-    return Motion(motion.top, State.kicked(theta=tilt, omega3=start.omega3, phidot=0))
+    return Motion(motion.top, State(start.theta, thetadot=PUSH, omega3=start.omega3))
 
 
 def _longest(motion: Motion) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 
 from heavytop.analytic.motion import Motion
 from heavytop.files import write_document
-from heavytop.report.pages.player import touched_motion
+from heavytop.report.pages.player import PUSH, touched
 from heavytop.results.command import spelt
 from heavytop.results.documents import FILES
 from heavytop.scene.scene import load_scene, shipped_scenes
@@ -150,21 +150,22 @@ def run(words: Sequence[str], place: Path, limit_s: float) -> tuple[int | None, 
 def traces_document() -> dict[str, Any]:
     """Return the axis of every shipped scene over a few nutations; nothing is integrated.
 
-    An axis that rests on the vertical is shown as it moves once it was tilted a little.
+    Of a top that rests, sleeps or hangs it is what it does after a push, ``pushed`` [rad/s].
 
     Examples
     --------
     >>> first = traces_document()["traces"][0]
-    >>> first["name"], first["kind"], first["tags"]
-    ('at-rest', 'at-rest', ['touched'])
+    >>> first["name"], first["kind"], first["axis"][0], first["pushed"]
+    ('at-rest', 'at-rest', [0.0, 0.0, 1.0], 1.0)
     """
     found = []
     for name, title in shipped_scenes().items():
         scene = load_scene(name)
         motion = Motion(scene.top, scene.start)
-        known = {"name": name, "title": title, "kind": str(motion.kind), "tags": list(motion.tags)}
-        if touched := touched_motion(motion):
-            motion, known["tags"] = touched, [*known["tags"], "touched"]
+        known: dict[str, Any] = {"name": name, "title": title}
+        known |= {"kind": str(motion.kind), "tags": list(motion.tags)}
+        if pushed := touched(motion):
+            motion, known["pushed"] = pushed, PUSH
         seconds = motion.period and TRACE_PERIODS * motion.period
         seconds = float(seconds or scene.time or TRACE_S)
         axis = _thinned(motion.at(np.linspace(0.0, seconds, TRACE_TIMES)).axis)

@@ -23,7 +23,6 @@ from heavytop.report.run import run_parts
 from heavytop.report.stress import stress_parts
 from heavytop.report.validation import validate_parts
 from heavytop.report.work_precision import work_precision_parts
-from heavytop.results.stress_marks import heading
 from heavytop.scene.scene_file import written
 from heavytop.spelling import harmless
 
@@ -231,13 +230,6 @@ def _atlas_parts(document: Known) -> Iterator[Part]:
     ])  # fmt: skip
 
 
-def _stress_parts(document: Known) -> Iterator[Part]:
-    """The table of a stress test, and what the columns of it and of its chart are."""
-    yield from stress_parts(document)
-    yield FactRows((("columns", "a method, with its tolerance or its steps in a period"),))
-    yield FactRows.of((heading(document, name), name) for name in document["methods"])
-
-
 # --- a run: its trajectory is drawn ------------------------------------------------------------
 
 RUN_PICTURES: Final = {
@@ -368,7 +360,7 @@ STUDIES: Final = {
         "workprec.workprec_figure": ("time of a period over error, both logarithmic",
                                      "points front front_theta"),
     }),
-    "stress.json": Study("stress", "Where methods fail", _stress_parts, {
+    "stress.json": Study("stress", "Where methods fail", stress_parts, {
         "stress.stress_figure": ("digits lost at every case by every method", "cases hard"),
     }),
     "atlas.json": Study("atlas", "Atlas", _atlas_parts,
