@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 from heavytop.cli.command import app
 from heavytop.errors import ForeignFile
-from heavytop.files import write_document
+from heavytop.files import as_json, write_document
 from heavytop.plots.drift import drift_figure
 from heavytop.plots.stress import stress_figure
 from heavytop.plots.style import literal
@@ -189,7 +189,7 @@ def test_keys_that_nobody_reads_are_not_on_the_page(place, undrawn, name, tmp_pa
     found = load_results([put(place, name, whole, tmp_path / "a")])
     page = page_of(found)
     assert "planted" not in page.html()
-    assert "planted" not in page.json()
+    assert "planted" not in as_json(page.document())
 
 
 # --- texts in pictures ---------------------------------------------------------------------

@@ -157,17 +157,7 @@ class Page:
             versions={name: version(name) for name in LIBRARIES},
         )
 
-    def json(self, files: Mapping[str, str] | None = None) -> str:
-        """The document as a text.
-
-        Parameters
-        ----------
-        files : mapping, optional
-            Names of the files that are written, by what they are.
-        """
-        return as_json(self.document(files=files))
-
-    def document(self, *, files: Mapping[str, str] | None = None) -> dict[str, Any]:
+    def document(self, files: Mapping[str, str] | None = None) -> dict[str, Any]:
         """Return the document heavytop/report/1.
 
         Parameters
@@ -179,15 +169,10 @@ class Page:
             "schema": SCHEMA,
             "command": self.command,
             "results": [section.document() for section in self.sections],
-            "figures": [
-                {"id": f"{section.ident}-{picture.name}", "title": picture.title,
-                 "command": section.command, "data": list(picture.data)}
-                for section in self.sections for picture in section.drawn.pictures
-            ],
             "missing": [{"study": name, "reason": why} for name, why in self.missing],
             "files": dict(files or {}),
             "versions": {name: version(name) for name in LIBRARIES},
-        }  # fmt: skip
+        }
 
 
 def page_of(results: Sequence[Result], *, missing: Sequence[tuple[str, str]] = ()) -> Page:
@@ -257,6 +242,6 @@ def write_page(page: Page, html: Path) -> dict[str, str]:
     """
     files = {"page": html.name, "document": html.with_suffix(".json").name}
     text = page.html()
-    write_text(html.with_name(files["document"]), page.json(files) + "\n")
+    write_text(html.with_name(files["document"]), as_json(page.document(files)) + "\n")
     write_text(html, text)
     return files

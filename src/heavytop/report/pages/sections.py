@@ -123,7 +123,10 @@ class Section:
             "sha256": self.result.sha256,
             "command": self.command,
             "parts": [part if isinstance(part, str) else part._asdict() for part in self.shown],
-            "figures": [f"{self.ident}-{picture.name}" for picture in self.drawn.pictures],
+            "figures": [
+                {"id": f"{self.ident}-{name}", "title": title, "data": list(data)}
+                for name, title, _, data in self.drawn.pictures
+            ],
             "data": self.drawn.data,
         }
 

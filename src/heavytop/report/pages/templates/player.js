@@ -51,7 +51,8 @@
       ["canvas", "input", "select", "output", "ul"].map((name) => root.querySelector(name));
     const pen = canvas.getContext("2d");
     let run, at = 0, playing = false, last = 0, waiting = !calm.matches, due = false;
-    let camera = { turn: 0, lift: 0, zoom: 1 };
+    const frame = () => Math.round(at);
+    let camera;
 
     // --- one run: its frames, and where they are looked at from ------------------------------
     const opened = (given) => {
@@ -70,30 +71,25 @@
       const [up, level] = [Math.sin(camera.lift), Math.cos(camera.lift)];
       return [[-s, c, 0], [-up * c, -up * s, level], [level * c, level * s, up]];
     };
+    const look = (turn, lift, least) => { // the path and the pivot fill the picture
+      camera = { turn, lift, zoom: 1 };
+      const rows = view(), seen = [[0, 0, 0], ...run.axes].map((point) => times(rows, point));
+      const ends = [0, 1].map((k) => [Math.min, Math.max].map((end) =>
+        seen.reduce((found, point) => end(found, point[k]), 0)));
+      [camera.wide, camera.high] = ends.map(([low, top]) => 1.25 * Math.max(top - low, least));
+      const [x, y] = ends.map(([low, top]) => (low + top) / 2);
+      camera.centre = [0, 1, 2].map((k) => x * rows[0][k] + y * rows[1][k]);
+      changed();
+    };
     const side = () => { // across the first lean, so that the tilt shows, and a little from above
       const far = ([x, y]) => Math.hypot(x, y);
       const lean = run.axes.find((axis) => far(axis) > 0.05)
         ?? run.axes.reduce((one, other) => (far(other) > far(one) ? other : one));
       const mean = run.axes.reduce((sum, axis) => sum + axis[2], 0) / run.count;
       const turn = far(lean) > 1e-3 ? Math.atan2(-lean[0], lean[1]) + 0.35 : -Math.PI / 2;
-      camera = { turn, lift: mean < -0.3 ? -0.12 : 0.3, zoom: 1 };
-      changed();
+      look(turn, mean < -0.3 ? -0.12 : 0.3, 0.7);
     };
-    const above = () => {
-      camera = { turn: -Math.PI / 2, lift: Math.PI / 2, zoom: 1 };
-      changed();
-    };
-    const fitted = (rows, width, height) => { // the path and the pivot fill the picture
-      const seen = [[0, 0, 0], ...run.axes].map((point) => times(rows, point));
-      const ends = [0, 1].map((k) => [Math.min, Math.max].map((end) =>
-        seen.reduce((found, point) => end(found, point[k]), seen[0][k])));
-      const least = camera.lift > 1 ? 0.3 : 0.7; // the body is seen from the side only
-      const [wide, high] = ends.map(([low, top]) => Math.max(top - low, least));
-      const scale = camera.zoom * Math.min(width / (1.25 * wide), height / (1.25 * high));
-      const [x, y] = ends.map(([low, top]) => (low + top) / 2);
-      return { scale, place: ([a, b, depth]) =>
-        [width / 2 + scale * (a - x), height / 2 - scale * (b - y), depth] };
-    };
+    const above = () => look(-Math.PI / 2, Math.PI / 2, 0.3);
 
     // --- drawing ----------------------------------------------------------------------------
     const line = (points, colour, width, { from = 0, to = points.length - 1, behind } = {}) => {
@@ -113,7 +109,7 @@
       pen.font = "12px sans-serif";
       const room = pen.measureText(text).width + 6;
       const x = clamp(far + 5 * end, end < 0 ? room : 0, canvas.clientWidth - (end > 0 ? room : 0));
-      if (taken.some((other) => Math.hypot(other[0] - x, other[1] - y) < 24)) return;
+      if (taken.some(([a, b]) => Math.abs(a - x) < room && Math.abs(b - y) < 13)) return;
       taken.push([x, y]);
       Object.assign(pen, { fillStyle: colour, textAlign: end > 0 ? "left" : "right",
         textBaseline: "middle", strokeStyle: "#FFFFFF", lineWidth: 3 });
@@ -161,7 +157,10 @@
       }
       pen.setTransform(fine, 0, 0, fine, 0, 0);
       pen.clearRect(0, 0, width, height);
-      const rows = view(), { scale, place } = fitted(rows, width, height);
+      const rows = view(), [left, low] = times(rows, camera.centre);
+      const scale = camera.zoom * Math.min(width / camera.wide, height / camera.high);
+      const place = ([x, y, depth]) =>
+        [width / 2 + scale * (x - left), height / 2 - scale * (y - low), depth];
       const seen = (point) => place(times(rows, point));
       const step = SPACINGS.find((spacing) => spacing * scale > APART) ?? SPACINGS.at(-1);
       const ends = [...new Set(run.theta)];
@@ -170,7 +169,7 @@
       const limits = ends.map((tilt, k) => ({ tilt, points: ring(tilt).map(seen),
         colour: marks[k ? "theta_max" : "theta_min"].colour,
         name: ends.length === 1 ? "θ" : k ? "greatest θ" : "least θ" }));
-      const path = run.axes.map(seen), now = Math.round(at), turned = run.turned[now];
+      const path = run.axes.map(seen), now = frame(), turned = run.turned[now];
       const axis = [0, 0.88, 1].map((far) => seen(run.axes[now].map((x) => far * x)));
 
       const [x, y] = seen([0, 0, 0]);
@@ -211,9 +210,9 @@
       }
       tell();
     };
-    const time = () => (run.end * Math.round(at)) / (run.count - 1);
+    const time = () => (run.end * frame()) / (run.count - 1);
     const tell = () => {
-      const theta = Math.acos(clamp(run.axes[Math.round(at)][2], -1, 1));
+      const theta = Math.acos(clamp(run.axes[frame()][2], -1, 1));
       const near = run.events.find((event) =>
         Math.abs(event.t - time()) < Math.abs(run.end) / 60 && marks[event.kind]);
       const words = `t = ${time().toFixed(run.digits)} s, θ = ${degrees(theta).toFixed(2)}° = `
@@ -283,6 +282,7 @@
     };
     const choose = (index) => {
       run = opened(runs[index]);
+      choice.selectedIndex = index;
       at = 0;
       slider.max = String(run.count - 1);
       const happened = Object.entries(marks).filter(([kind]) =>
@@ -355,7 +355,7 @@
     }, { threshold: 0.5 }).observe(canvas);
     // What a program beside it may ask for and do.
     root.player = { to, set, choose, state: () => ({ at, playing, camera: { ...camera },
-      axis: run.axes[Math.round(at)], time: time(), count: run.count }) };
+      axis: run.axes[frame()], time: time(), count: run.count }) };
   };
   document.querySelectorAll(".player").forEach(start);
 })();
