@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 FRAMES: Final = 1001
 TURN: Final = 360.0  # rad of spin that are played: more would take too long
 PERIODS: Final = 12
-EVENTS: Final = 200
+MOST_EVENTS: Final = 200
 BLURRED: Final = 2.0  # rad of spin from frame to frame: more is not seen as a turning
 PUSH: Final = 1.0  # rad/s, across the axis
 
@@ -96,7 +96,7 @@ def frames(trajectory: Trajectory) -> dict[str, Any]:
     ]
     return {
         "title": scene.title or scene.name, "end": last, "spin": spin, "notes": notes,
-        "theta": [float(motion.theta_min), float(motion.theta_max)], "events": events[:EVENTS],
+        "theta": [float(motion.theta_min), float(motion.theta_max)], "events": events[:MOST_EVENTS],
         "quaternion": _packed(seen.quaternion), "momentum": _packed(momentum / largest),
     }  # fmt: skip
 
