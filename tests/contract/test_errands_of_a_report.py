@@ -145,7 +145,7 @@ def test_a_slow_study_leaves_the_others_their_time(about, tmp_path, monkeypatch)
 def test_a_scene_of_ones_own_is_found_from_anywhere(tmp_path, monkeypatch):
     (tmp_path / "my scene.toml").write_text(load_scene("sicm-kicked").to_toml())
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(studies, "_run", lambda *study: said.append(study[0].words) or "no")
+    monkeypatch.setattr(studies, "run", lambda words, *_: said.append(words) or (3, "no"))
     monkeypatch.setattr(studies, "traces_document", dict)
     said = []
     done = CliRunner().invoke(app, ["report", "my scene.toml", "--set", "start.phidot=3"])

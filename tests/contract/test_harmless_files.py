@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 import heavytop as ht
 from heavytop.cli.command import app
 from heavytop.hdf5 import SEAL_BYTES, seal
-from heavytop.report.pages.maps import stored_map
+from heavytop.report.pages.sections import stored_map
 
 
 @pytest.fixture

@@ -15,15 +15,14 @@ from typer.testing import CliRunner
 
 from heavytop.cli.command import app
 from heavytop.errors import ForeignFile
-from heavytop.files import write_document
+from heavytop.files import as_json, write_document
 from heavytop.plots.drift import drift_figure
 from heavytop.plots.stress import stress_figure
 from heavytop.plots.style import literal
 from heavytop.plots.workprec import workprec_figure
-from heavytop.report.pages import maps, run_section, sections
 from heavytop.report.pages import page as pages
-from heavytop.report.pages.load import load_results
-from heavytop.report.pages.page import page_of
+from heavytop.report.pages import quick, sections
+from heavytop.report.pages.page import load_results, page_of
 from heavytop.report.run_files import write_results
 from heavytop.report.study_files import write_atlas, write_drift, write_energy_momentum
 from heavytop.results.documents import FILES
@@ -104,7 +103,7 @@ def place(tmp_path_factory):
     upright = diagram_of(load_scene("sleeping-unstable"))
     write_energy_momentum(upright, folders["energy_momentum.json"], figures=False)
     made = {"validate": validate(), "workprec": workprec(scene.document()), "stress": stress()}
-    known = sections.traces_document()
+    known = quick.traces_document()
     made["traces"] = known | {"traces": known["traces"][:2]}
     for name, document in made.items():
         write_document(root / name / f"{name}.json", document)
@@ -114,8 +113,7 @@ def place(tmp_path_factory):
 @pytest.fixture
 def undrawn(monkeypatch):
     """Figures are made, and not drawn."""
-    for module in (run_section, sections, maps):
-        monkeypatch.setattr(module, "drawn", lambda figure: b"<svg/>")
+    monkeypatch.setattr(sections, "_svg", lambda draw, *arguments: draw(*arguments) and "<svg/>")
 
 
 def document(place, name):
@@ -193,7 +191,7 @@ def test_keys_that_nobody_reads_are_not_on_the_page(place, undrawn, name, tmp_pa
     found = load_results([put(place, name, whole, tmp_path / "a")])
     page = page_of(found)
     assert "planted" not in page.html()
-    assert "planted" not in page.json()
+    assert "planted" not in as_json(page.document())
 
 
 # --- texts in pictures ---------------------------------------------------------------------
@@ -248,7 +246,7 @@ def test_no_name_in_a_picture_breaks_it(place, text, tmp_path):
     moving["traces"][0] |= {"title": text, "kind": text, "tags": [text]}
     put(place, "traces", moving, tmp_path / "traces")
     page = page_of(load_results([tmp_path]))
-    assert len([p for section in page.sections for p in section.pictures]) == 7
+    assert len([p for section in page.sections for p in section.drawn.pictures]) == 7
     assert len(stress_figure(hard).axes[0].get_yticklabels()) == 1
 
 
@@ -268,7 +266,7 @@ def test_no_name_in_a_picture_breaks_it(place, text, tmp_path):
 def test_a_result_with_nothing_in_it_has_a_section_that_says_so(place, name, nothing, tmp_path):
     folder = put(place, name, document(place, name) | nothing, tmp_path / "a")
     (section,) = page_of(load_results([folder])).sections
-    assert not section.pictures
+    assert not section.drawn.pictures
     assert section.parts[0].startswith(("Nothing was measured", "There is no whole map",
                                         "trajectory.nc is not"))  # fmt: skip
 

@@ -6,6 +6,8 @@ import os
 import re
 import warnings
 from collections.abc import Mapping, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -128,3 +130,11 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
         write_whole(
             place, lambda part: figure.savefig(part, format=form, dpi=160, metadata=metadata)
         )
+
+
+def svg(figure: Figure) -> str:
+    """The SVG of a figure, its texts in the font of the reader: small, as a page takes it."""
+    with TemporaryDirectory(prefix="heavytop-") as place, mpl.rc_context({"svg.fonttype": "none"}):
+        path = Path(place) / "figure.svg"
+        save(figure, path)
+        return path.read_text("utf-8")

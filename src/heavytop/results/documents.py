@@ -27,6 +27,7 @@ class Trace(Part):
     tags: tuple[Text, ...]
     seconds: Number
     axis: tuple[tuple[Number, ...], ...]
+    pushed: Number | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
