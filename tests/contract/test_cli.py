@@ -353,7 +353,7 @@ class TestStreams:
 
     @pytest.mark.parametrize(
         ("words", "code"),
-        [("run no-such-scene", 3), ("run --no-such", 2), ("resume nowhere", 6), ("scenes", 0)],
+        [("run no-such-scene", 3), ("run --no-such", 2), ("resume nowhere", 3), ("scenes", 0)],
     )
     def test_what_is_wrong_cannot_be_said(self, words, code):
         with self.FULL.open("w") as full:
@@ -402,8 +402,10 @@ class TestStreams:
         (errors.NotANumber("x"), 3),
         (errors.NoClosedForm("x"), 3),
         (errors.EndedEarly("singular", None), 4),
-        (errors.ForeignFile("x"), 6),
-        (errors.MissingPackage("strang", ["numba"]), 7),
+        (errors.ForeignFile("x"), 3),
+        (errors.MissingPackage("strang", ["numba"]), 2),
+        (errors.NoScheduler("x"), 2),
+        (errors.WrongType("x"), 1),
         (errors.InUse("x", "y"), 2),
         (OSError(errno.ENOSPC, "No space left on device"), 4),
         (OSError(errno.ENOENT, "No such file"), 1),

@@ -78,7 +78,7 @@ def test_nothing_outlives_a_report_that_is_ended(number, tmp_path, monkeypatch):
         import signal, sys
         from pathlib import Path
         signal.signal(signal.SIGINT, signal.default_int_handler)
-        from heavytop.cli.ending import ending
+        from heavytop.cli.options import ending
         from heavytop.report.pages import quick
         quick.GRACE = 0.2
         sys.path.insert(0, {str(tmp_path)!r})
