@@ -389,21 +389,14 @@ def test_a_word_a_terminal_would_act_on_is_not_shown():
         assert "\x1b" not in result.stderr
 
 
-@pytest.mark.parametrize(
-    ("place", "told"),
-    [
-        ("nowhere", "nowhere: no such folder"),
-        ("file", "file: not the folder of a study or a run"),
-        ("empty", "empty: nothing to go on with: neither study.json, of a study, nor trajectory"),
-    ],
-)
-def test_what_cannot_be_resumed(place, told, tmp_path, monkeypatch):
+@pytest.mark.parametrize("place", ["nowhere", "file", "empty"])
+def test_what_cannot_be_resumed(place, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "file").touch()
     (tmp_path / "empty").mkdir()
     result = heavytop_("resume", place)
     assert result.exit_code == 3
-    assert f"heavytop: {told}" in result.stderr
+    assert f"heavytop: {place}: no folder with anything to go on with: neither" in result.stderr
 
 
 @pytest.mark.parametrize(

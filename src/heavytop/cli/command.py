@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import signal
 import sys
 from collections.abc import Sequence
 from typing import Annotated, Any
@@ -86,9 +87,18 @@ def _fill_closed() -> None:
             os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)
 
 
+def stop_when_ended() -> None:
+    """Let SIGTERM and SIGHUP do what Ctrl-C does, so that no process is left behind."""
+    for name in {"SIGTERM", "SIGHUP"} & set(dir(signal)):  # the second is not on Windows
+        number = getattr(signal, name)
+        if signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, signal.default_int_handler)
+
+
 def main() -> None:
     """Run the command line."""
     _fill_closed()
+    stop_when_ended()
     os.environ["MPLBACKEND"] = "agg"  # figures are files; a name it does not know stops matplotlib
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it tells of caches it cannot make
     for stream in (sys.stdout, sys.stderr):

@@ -6,8 +6,6 @@ A verb is a function with a parameter for each option of its own, and `common` f
 from __future__ import annotations
 
 import inspect
-import signal
-import threading
 import traceback
 from collections.abc import Callable, Collection, Iterator
 from contextlib import ExitStack, contextmanager
@@ -138,7 +136,7 @@ def verb(*shared: str) -> Callable[[Verb], Verb]:
 def answering(common: Common, options: Collection[str]) -> Iterator[None]:
     """Turn what a verb raises into a sentence and an exit code, with a traceback if asked for."""
     try:
-        with ending(), plain_warnings(common.quiet), results_folder(common.output):
+        with plain_warnings(common.quiet), results_folder(common.output):
             try:
                 yield
             except errors.BadScene as bad:
@@ -166,22 +164,6 @@ def _blamed(bad: errors.BadScene, changes: list[str], options: Collection[str]) 
     if all(fault.file == PLACE or fault.key in {*keys, *options} for fault in faults):
         return BadParameter(f"the scene cannot be run so:\n{told}")
     return told
-
-
-@contextmanager
-def ending() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP do what Ctrl-C does, so that no process is left behind."""
-    before = {}
-    if threading.current_thread() is threading.main_thread():
-        for name in ("SIGTERM", "SIGHUP"):
-            number = getattr(signal, name, None)
-            if number is not None and signal.getsignal(number) is signal.SIG_DFL:
-                before[number] = signal.signal(number, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 @contextmanager

@@ -419,12 +419,11 @@ def resume(
 
 def _resume_study(folder: Path, jobs: int, scheduler: str | None, common: Common) -> None:
     """Go on with a study; of one that has ended, say so and print it."""
-    if not folder.is_dir():
-        what = "not the folder of a study or a run" if folder.exists() else "no such folder"
-        raise errors.ForeignFile(f"{folder}: {what}")
     if not (folder / "study.json").exists():
-        lacking = "neither study.json, of a study, nor trajectory.nc or request.json, of a run"
-        raise errors.ForeignFile(f"{folder}: nothing to go on with: {lacking}")
+        lacking = "study.json, of a study, nor trajectory.nc or request.json, of a run"
+        raise errors.ForeignFile(
+            f"{folder}: no folder with anything to go on with: neither {lacking}"
+        )
     from heavytop.studies.resume import resume as go_on
     from heavytop.studies.store import Store
 
