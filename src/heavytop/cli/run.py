@@ -144,16 +144,12 @@ def _known(scene: Scene, chosen: Plan, folder: Path | None) -> dict[str, Any]:
     from heavytop.files import write_document
     from heavytop.report.run_files import DOCUMENT
     from heavytop.results.command import with_command
+    from heavytop.results.document import known_document
+    from heavytop.results.folded_document import folded_document
+    from heavytop.run.periodic import fold
 
-    if chosen.folded:
-        from heavytop.results.folded_document import folded_document
-        from heavytop.run.periodic import fold
-
-        document = folded_document(fold(scene), chosen)
-    else:
-        from heavytop.results.document import known_document
-
-        document = known_document(scene, chosen)
+    found = folded_document(fold(scene), chosen) if chosen.folded else None
+    document = found or known_document(scene, chosen)
     if folder is not None:
         document = with_command(document | {"files": {"document": DOCUMENT}})
         write_document(folder / DOCUMENT, document)

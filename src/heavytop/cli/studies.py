@@ -181,11 +181,8 @@ def _missing(methods: list[Any]) -> Ends:
 
 def _atlas_ends(found: Any, document: Mapping[str, Any]) -> Ends:
     if not found.whole:
-        tiles = "{done} of {all} tiles".format(**document["tiles"])
-        yield (
-            Exit.OK,
-            f"a part of an atlas, {tiles}: heavytop atlas --merge DIR… -o DIR joins parts",
-        )
+        part = "a part of an atlas, {done} of {all} tiles".format(**document["tiles"])
+        yield Exit.OK, f"{part}: heavytop atlas --merge DIR… -o DIR joins parts"
     if pixels := document.get("unexplained"):
         yield Exit.OUT_OF_BOUND, f"{pixels} pixels differ by more than rounding"
 
