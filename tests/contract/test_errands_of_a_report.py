@@ -78,12 +78,12 @@ def test_nothing_outlives_a_report_that_is_ended(number, tmp_path, monkeypatch):
         import signal, sys
         from pathlib import Path
         signal.signal(signal.SIGINT, signal.default_int_handler)
-        from heavytop.cli.ending import ending
+        from heavytop.cli.command import stop_when_ended
         from heavytop.report.pages import quick
         quick.GRACE = 0.2
         sys.path.insert(0, {str(tmp_path)!r})
-        with ending():
-            quick.run([{str(pids)!r}], Path({str(tmp_path)!r}), 60.0)
+        stop_when_ended()
+        quick.run([{str(pids)!r}], Path({str(tmp_path)!r}), 60.0)
     """
     command = [sys.executable, "-c", textwrap.dedent(source)]
     with subprocess.Popen(command, stderr=subprocess.DEVNULL) as report:

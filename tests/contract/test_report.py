@@ -390,7 +390,7 @@ def refused(tmp_path, name, text):
     path = tmp_path / name
     path.write_text(text if isinstance(text, str) else json.dumps(text), "utf-8")
     done = CliRunner().invoke(app, ["report", str(tmp_path), "-o", str(tmp_path / "page")])
-    assert done.exit_code == 6, done.output
+    assert done.exit_code == 3, done.output
     assert name in done.stderr
     assert not (tmp_path / "page").exists()
     return done.stderr
@@ -433,7 +433,7 @@ def test_a_document_without_what_a_page_needs_is_refused(place, tmp_path, name, 
     refused_file = {"shape": "atlas.nc"}.get(next(iter(change)), f"{name}.json")
     (tmp_path / f"{name}.json").write_text(json.dumps(own | change), "utf-8")
     done = CliRunner().invoke(app, ["report", str(tmp_path), "-o", str(tmp_path / "page")])
-    assert done.exit_code == 6, done.output
+    assert done.exit_code == 3, done.output
     assert refused_file in done.stderr
 
 
@@ -443,13 +443,13 @@ def test_the_trajectory_of_another_scene_is_refused(place, tmp_path):
     own["scene"]["start"]["phidot"] = 3
     (tmp_path / "run.json").write_text(json.dumps(own), "utf-8")
     done = CliRunner().invoke(app, ["report", str(tmp_path), "-o", str(tmp_path / "page")])
-    assert done.exit_code == 6
+    assert done.exit_code == 3
     assert "trajectory.nc: the trajectory of another scene" in done.stderr
 
 
 def test_an_empty_folder_is_refused(tmp_path):
     done = CliRunner().invoke(app, ["report", str(tmp_path)])
-    assert done.exit_code == 6
+    assert done.exit_code == 3
     assert "holds no results" in done.stderr
 
 

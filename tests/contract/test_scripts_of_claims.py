@@ -110,7 +110,7 @@ def alone(folder):
         "from heavytop.claims import validate as validating\n"
         f"known = register.load_register(Path({str(folder)!r}))\n"
         "validating.load_register = lambda: known\n"
-        "from heavytop.cli import app\nsys.argv = ['heavytop', 'validate', '-q']\napp()\n"
+        "from heavytop.cli import main\nsys.argv = ['heavytop', 'validate', '-q']\nmain()\n"
     )
     here = os.environ | {"TMPDIR": str(folder)}
     return subprocess.Popen([sys.executable, "-c", program], stderr=subprocess.DEVNULL, env=here)

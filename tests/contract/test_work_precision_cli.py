@@ -231,9 +231,9 @@ def test_the_budget_is_kept_and_what_it_left_out_is_named():
         (["--methods", "dop854-scipy"], 'did you mean "dop853-scipy"?'),
         (["--methods", "strang=-1"], "steps a period from"),
         (["--methods", ""], "a name is empty"),
-        (["--periods", "0"], "--periods"),
+        (["--periods", "0"], "periods = 0.0: a number from 1 to"),
         (["--periods", "nan"], "periods"),
-        (["--budget", "0"], "--budget"),
+        (["--budget", "0"], "budget = 0.0: a number from 1 to"),
         (["--budget", "inf"], "budget"),
         (["--methods", "taylor-axis=1e-9", "-o", "/proc/nowhere"], "cannot write"),
     ],
@@ -253,7 +253,7 @@ def test_a_missing_package_has_an_exit_code_and_the_pip_line(monkeypatch):
 
     monkeypatch.setattr(methods, "find_spec", lambda name: None if name == "numba" else name)
     missing = heavytop_(*QUICK, "strang")
-    assert missing.exit_code == 7
+    assert missing.exit_code == 2
     assert "pip install 'heavytop[rivals]'" in missing.stderr
 
 
