@@ -20,11 +20,7 @@ from heavytop.numbers.double_double import total as sum_of
 from heavytop.numbers.intervals import working
 
 SOURCE = np.random.default_rng(7)
-
-
 TWO_PI = Fraction("6.2831853071795864769252867665590057683943387987502116419498891846")
-
-
 CONSTANTS = [Fraction(k, 7) * Fraction(10) ** e for k in (1, -5) for e in (-200, -8, 0, 3, 150)]
 
 

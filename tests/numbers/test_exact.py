@@ -219,6 +219,7 @@ def test_a_precision_that_is_none_is_refused_and_leaves_the_lock_open() -> None:
     assert signs == [-1]
 
 
+@pytest.mark.processes
 def test_neither_flint_nor_mpmath_is_imported_for_rationals_and_pi() -> None:
     code = (
         "import sys; from heavytop.numbers import Exact, PI, cos, sqrt;"

@@ -20,14 +20,10 @@ middles = st.one_of(
     st.fractions(max_denominator=10**30),
     st.builds(lambda n, e: n * Fraction(10) ** e, st.integers(-999, 999), st.integers(-80, 40)),
 )
-
-
 spreads = st.one_of(
     st.just(Fraction(0)),
     st.builds(lambda n, e: n * Fraction(10) ** e, st.integers(1, 999), st.integers(-90, 3)),
 )
-
-
 balls = st.builds(Interval, middles, spreads)
 
 

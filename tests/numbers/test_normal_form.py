@@ -132,11 +132,7 @@ def test_a_proof_that_takes_too_much_work_is_given_up() -> None:
 
 
 rationals_and_roots = [Exact.of(2), Exact.of("-7/3"), PI, sqrt(6), sqrt(2), FOURTH]
-
-
 waves = [cos("0.1"), sin("0.1"), cos("0.2"), sin("0.05"), cos(PI / 5), cos(PI * 2 / 5), cos(2)]
-
-
 leaves = st.sampled_from(rationals_and_roots) | st.sampled_from(waves)
 
 
