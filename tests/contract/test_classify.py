@@ -161,6 +161,7 @@ class TestUndecided:
 
 
 class TestWhatItImports:
+    @pytest.mark.processes
     def test_neither_the_integrator_nor_the_symbols(self):
         code = (
             "import sys\n"
