@@ -112,7 +112,7 @@ def propagate(
 
     Notes
     -----
-    Accuracy: ``tests/analytic/test_book.py`` holds theta, phi, psi of the book's scenes at 2 s
+    Accuracy: ``tests/analytic/test_published.py`` holds theta, phi, psi of the book's scenes at 2 s
     to 1e-12 of the exact solution.
 
     References

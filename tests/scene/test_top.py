@@ -1,10 +1,55 @@
-"""Solids of revolution, against published moments, integrals and the book's top."""
+"""Tops, from moments, parts and solids: published moments, integrals and the book's top."""
+
+import math
+import pickle
+from fractions import Fraction
 
 import pytest
 import sympy as sp
 
 import heavytop as ht
-from heavytop.scene.top import ALUMINIUM, STEEL, cone, disk, ring, rod, sphere, whole
+from heavytop.errors import ImpossibleTop
+from heavytop.scene.top import ALUMINIUM, STEEL, Top, cone, disk, ring, rod, sphere, whole
+
+from ..motions import BOOK, LIE
+
+
+def test_a_top_holds_exact_numbers() -> None:
+    assert Fraction(41, 125000) == BOOK.A.fraction
+    assert Top(1, 2, 3) == Top(1.0, "2", Fraction(3))
+    assert pickle.loads(pickle.dumps(BOOK)) == BOOK
+    for gMR in (0, -1, 1):  # a disc is possible under any gravity
+        assert Top(1, 2, gMR).gMR == gMR
+
+
+BROKEN = [
+    (Top, {"A": 0}, {"A"}),
+    (Top, {"A": -1}, {"A"}),
+    (Top, {"C": 0}, {"C"}),
+    (Top, {"C": 2.0000000000000004}, {"C"}),
+    (Top, {"A": math.nan, "C": -1, "gMR": "x"}, {"A", "C", "gMR"}),
+    (Top, {"gMR": True}, {"gMR"}),
+    (Top, {"A": "3 deg"}, {"A"}),
+    (Top.from_parts, {"mass": 0}, {"mass"}),
+    (Top.from_parts, {"A_cm": 0, "C_cm": -1}, {"A_cm", "C_cm"}),
+    (Top.from_parts, {"C_cm": 2.5}, {"C_cm"}),
+    (Top.from_parts, {"gravity": "fast", "mass": -1}, {"gravity", "mass"}),
+    (disk, {"radius": -1, "thickness": "1 m", "base": 0, "mass": None},
+     {"centre or base", "density or mass", "radius", "thickness"}),
+]  # fmt: skip
+GOOD = {
+    Top: {"A": 1, "C": 1, "gMR": 1},
+    Top.from_parts: {"mass": 1, "distance": 1, "A_cm": 1, "C_cm": 1, "gravity": "9.81"},
+    disk: {"radius": 1, "thickness": 1, "centre": 0, "mass": 1},
+}
+
+
+@pytest.mark.parametrize(("make", "values", "broken"), BROKEN)
+def test_what_is_impossible_is_refused_with_every_fault(make, values, broken) -> None:
+    with pytest.raises(ImpossibleTop) as error:
+        make(**(GOOD[make] | values))
+    assert {name for name, _ in error.value.broken} == broken
+    assert all(name in str(error.value) for name in broken)
 
 
 def test_the_cone_of_betsch_and_steinmann():
@@ -95,23 +140,16 @@ def test_an_aluminium_disk_on_a_steel_rod_is_the_books_top():
 
 
 def test_from_solids_is_from_parts():
+    """By parallel axes; upside down gMR is negative."""
     body = whole(the_books_top())
-    parts = ht.Top.from_parts(
+    parts = Top.from_parts(
         mass=body.mass, distance=body.centre, A_cm=body.A_cm, C_cm=body.C, gravity="9.80665"
     )
-    assert parts == ht.Top.from_solids(the_books_top(), gravity="9.80665")
-
-
-def test_upside_down_gMR_is_negative():
-    hanging = ht.Top.from_solids([sphere(radius="0.1", centre=-1, mass=1)], gravity="9.81")
+    assert parts == Top.from_solids(the_books_top(), gravity="9.80665")
+    lie = Top.from_parts(mass=15, distance=1, A_cm="0.234375", C_cm="0.46875", gravity="9.81")
+    assert lie == LIE
+    hanging = Top.from_solids([sphere(radius="0.1", centre=-1, mass=1)], gravity="9.81")
     assert hanging.gMR == ht.Exact.of("-9.81")
-
-
-def test_every_fault_is_named():
-    with pytest.raises(ht.ImpossibleTop) as caught:
-        disk(radius=-1, thickness="1 m", centre=0, base=0)
-    names = [name for name, _ in caught.value.broken]
-    assert sorted(names) == ["centre or base", "density or mass", "radius", "thickness"]
 
 
 REFUSED = {

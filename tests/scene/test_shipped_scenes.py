@@ -9,10 +9,12 @@ import pytest
 
 import heavytop as ht
 from heavytop.classification import Kind
-from heavytop.scene.scene import shipped_scenes
+
+from ..motions import SCENES, shipped
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "what-a-top-can-do.md").read_text("utf-8")
+
 
 # scene: (kind, tags)
 MOTIONS = {
@@ -50,33 +52,18 @@ TAGS = {
 }  # fmt: skip
 
 
-def motion_of(name):
-    scene = ht.load_scene(name)
-    return ht.Motion(scene.top, scene.start)
-
-
-def test_every_scene_is_in_the_table():
-    assert shipped_scenes().keys() == MOTIONS.keys()
-
-
 def test_every_kind_and_every_tag_has_a_scene():
+    assert list(MOTIONS) == SCENES
     assert {kind for kind, _ in MOTIONS.values()} == {*map(str, Kind)} - {"undecided"}
     assert {tag for _, tags in MOTIONS.values() for tag in tags} == TAGS
 
 
 @pytest.mark.parametrize("name", MOTIONS)
 def test_its_kind_is_proved(name):
-    verdict = motion_of(name).verdict
+    verdict = shipped(name).verdict
     assert (str(verdict.kind), verdict.tags) == MOTIONS[name]
     assert verdict.certified
     assert not verdict.open_tags
-
-
-@pytest.mark.parametrize("name", MOTIONS)
-def test_it_says_where_it_is_from(name):
-    scene = ht.load_scene(name)
-    assert scene.title
-    assert scene.source
 
 
 @pytest.mark.parametrize("name", MOTIONS)
@@ -103,17 +90,11 @@ def test_the_marginal_top_spins_at_the_threshold():
     )
 
 
-def test_the_slow_and_the_fast_cone_are_one_top():
-    slow, fast = ht.load_scene("steady-betsch"), ht.load_scene("steady-fast")
-    assert (slow.top, slow.start.omega3) == (fast.top, fast.start.omega3)
-    assert float(fast.start.phidot) == pytest.approx(23.082352941176471, rel=1e-15)
-
-
 def test_the_pendulum_has_the_period_of_the_lemniscate():
     """Let go from the horizontal it swings to and fro in 4 sqrt(A/gMR) K(m = 1/2), of which theta
     sees half; K(1/2) = Gamma(1/4)^2/4 sqrt(pi) = 1.8540746773013719.
     """
-    motion = motion_of("planar-pendulum")
+    motion = shipped("planar-pendulum")
     frequency = np.sqrt(9.80665 / 1.004)
     assert 2 * motion.period == pytest.approx(4 * 1.8540746773013719 / frequency, rel=1e-15)
 
@@ -139,35 +120,12 @@ def test_the_free_plate_goes_round_its_angular_momentum():
     along = trajectory.axis @ momentum
     assert np.ptp(along) < 1e-15
     period = 2 * np.pi * 0.001 / np.linalg.norm(momentum)
-    assert motion_of("force-free").period == pytest.approx(period, rel=1e-14)
-
-
-def test_inverted_gravity_is_a_mirror():
-    upright = ht.propagate(ht.load_scene("sicm-kicked"))
-    mirrored = ht.propagate(ht.load_scene("inverted-gravity"))
-    assert np.max(np.abs(np.pi - mirrored.theta - upright.theta)) < 1e-14
-    assert np.max(np.abs(mirrored.phi - upright.phi)) < 1e-13
-    assert np.max(np.abs(mirrored.psi + upright.psi)) < 1e-12
-
-
-@pytest.mark.parametrize(("name", "height"), [("through-top", 1.0), ("through-bottom", -1.0)])
-def test_it_passes_the_pole_in_every_nutation(name, height):
-    motion = motion_of(name)
-    times = motion.period * np.arange(5)  # the start is on the pole
-    assert np.max(np.abs(motion.at(times).axis[:, 2] - height)) < 1e-14
-
-
-def test_the_spin_reverses_and_the_others_do_not():
-    rates = {name: ht.propagate(ht.load_scene(name)).samples.psidot for name in (
-        "spin-reversal", "sicm-kicked", "spherical-top",
-    )}  # fmt: skip
-    reversing = {name for name, rate in rates.items() if rate.min() < 0 < rate.max()}
-    assert reversing == {"spin-reversal"}
+    assert shipped("force-free").period == pytest.approx(period, rel=1e-14)
 
 
 def test_near_the_separatrix_the_period_is_a_logarithm():
     """T = (1/w) ln(16/(1 - m)) to 1e-6 for 1 - m < 1e-6."""
-    motion = motion_of("near-separatrix")
+    motion = shipped("near-separatrix")
     low, _, high = motion.roots
     w, (_, mc) = np.sqrt((high - low) / 2), motion.exact.modulus  # A = gMR = 1
     assert float(mc) < 1e-6

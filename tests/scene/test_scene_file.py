@@ -50,10 +50,6 @@ def load_fault(path: str | Path) -> Fault:
     return fault
 
 
-def test_the_scene_the_others_spoil_is_good() -> None:
-    assert read_scene(GOOD).title == "good"
-
-
 CONSTANTS = 'E = 3\np_phi = 1\np_psi = 1\ntheta = 1\nbranch = "falling"'
 KICK = "theta = 0.1\nphidot = -15\npsidot = 140"
 
@@ -72,21 +68,12 @@ KICK = "theta = 0.1\nphidot = -15\npsidot = 140"
         ("[start]\n" + KICK, "", None, "start", "missing"),
         ("format = 1", "format = 2", 1, "format", "the only format"),
         ("format = 1", "format = true", 1, "format", "the only format"),
-        ("format = 1", 'format = "1"', 1, "format", "the only format"),
         # numbers
         ("theta = 0.1", 'theta = "fast"', 10, "start.theta", 'unexpected "fast"'),
         ("theta = 0.1", "theta = true", 10, "start.theta", "not true or false"),
         ("theta = 0.1", "theta = nan", 10, "start.theta", "finite, not nan"),
-        ("theta = 0.1", "theta = -inf", 10, "start.theta", "finite, not -inf"),
-        ("theta = 0.1", "theta = [1]", 10, "start.theta", "not a list"),
         ("theta = 0.1", "theta = {a = 1}", 10, "start.theta", "not a dict"),
         ("theta = 0.1", "theta = 2020-01-01", 10, "start.theta", "not a date"),
-        ("theta = 0.1", "theta = 1e400000000000000000000", 10, "start.theta", "1e300"),
-        ("theta = 0.1", "theta = 1e-301", 10, "start.theta", "1e-300"),
-        ("theta = 0.1", 'theta = "9**9**9**9"', 10, "start.theta", "exponent"),
-        ("theta = 0.1", "theta = \"__import__('os')\"", 10, "start.theta", "unexpected"),
-        ("theta = 0.1", 'theta = "1/0"', 10, "start.theta", "division by zero"),
-        ("theta = 0.1", 'theta = "sqrt(-1)"', 10, "start.theta", "root of a negative"),
         ("theta = 0.1", 'theta = "6 rpm"', 10, "start.theta", "a unit here is deg or rad"),
         ("phidot = -15", 'phidot = "6 deg"', 11, "start.phidot", "a unit here is rpm"),
         ("time = 2", 'time = "2 rad"', 15, "span.time", "no unit"),
@@ -128,24 +115,19 @@ KICK = "theta = 0.1\nphidot = -15\npsidot = 140"
         ("time = 2", "", 14, "span.time", "missing"),
         # what is wanted
         ('["theta", "phi"]', '["theta", "fi"]', 18, "want.quantities", "names out of"),
-        ('["theta", "phi"]', '["tetha"]', 18, "want.quantities", 'did you mean "theta"?'),
         ('["theta", "phi"]', '["phi", "phi"]', 18, "want.quantities", "at most once"),
         ('["theta", "phi"]', "[]", 18, "want.quantities", "a list of names"),
         ('["theta", "phi"]', '"theta"', 18, "want.quantities", "a list of names"),
         ('["theta", "phi"]', "[[1]]", 18, "want.quantities", "names out of"),
         ('["turning"]', '["turnings"]', 19, "want.events", 'did you mean "turning"?'),
-        ('["turning"]', '["cusp", "cusp"]', 19, "want.events", "at most once"),
         ("samples = 401", "samples = 1", 20, "want.samples", "from 2 to 10000000"),
-        ("samples = 401", "samples = 10000001", 20, "want.samples", "from 2 to 10000000"),
         ("samples = 401", "samples = 401.0", 20, "want.samples", "a whole number"),
         ("samples = 401", "samples = true", 20, "want.samples", "a whole number"),
         ("digits = 12", "digits = 0", 21, "want.digits", "from 1 to 10000"),
-        ("digits = 12", "digits = 10001", 21, "want.digits", "from 1 to 10000"),
         ("digits = 12", 'digits = "12"', 21, "want.digits", "a whole number"),
         # texts
         ('"good"', "1.5", 2, "title", "a text in quotes"),
         ('"good"', '"\\u001b[31m"', 2, "title", "control characters"),
-        ('"good"', '"\\u202egood"', 2, "title", "control characters"),
         ('"good"', f'"{"x" * 501}"', 2, "title", "at most 500 characters"),
     ],
 )  # fmt: skip
@@ -257,35 +239,21 @@ def test_names_no_file_has_are_refused(name: str) -> None:
     assert str(load_fault(name)).isprintable()
 
 
-def test_a_directory_is_refused(tmp_path: Path) -> None:
-    assert "a directory" in load_fault(tmp_path).rule
-
-
-def test_a_pipe_and_a_device_are_refused_without_being_opened(tmp_path: Path) -> None:
+def test_files_that_are_no_scene_are_refused_without_being_read(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
-    assert "not a regular file" in load_fault(tmp_path / "pipe").rule
-    assert "not a regular file" in load_fault("/dev/zero").rule
-
-
-def test_a_huge_file_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "huge.toml"
-    with path.open("wb") as file:
+    huge, latin, closed = (tmp_path / name for name in ("huge.toml", "latin.toml", "closed.toml"))
+    with huge.open("wb") as file:
         file.truncate(10**8)
-    assert "at most 1000000 bytes" in load_fault(path).rule
-
-
-def test_bytes_that_are_no_text_are_refused(tmp_path: Path) -> None:
-    path = tmp_path / "latin.toml"
-    path.write_bytes(b'format = 1\ntitle = "\xe9"\n')
-    fault = load_fault(path)
-    assert (fault.line, "UTF-8" in fault.rule) == (2, True)
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
-def test_an_unreadable_file_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "mine.toml"
-    path.touch(mode=0)
-    assert "ermission" in load_fault(path).rule
+    latin.write_bytes(b'format = 1\ntitle = "\xe9"\n')
+    closed.touch(mode=0)
+    for path, rule in (
+        (tmp_path, "a directory"), (tmp_path / "pipe", "not a regular file"),
+        ("/dev/zero", "not a regular file"), (huge, "at most 1000000 bytes"), (latin, "UTF-8"),
+    ):  # fmt: skip
+        assert rule in load_fault(path).rule
+    assert load_fault(latin).line == 2
+    if os.geteuid():  # root may read everything
+        assert "ermission" in load_fault(closed).rule
 
 
 @pytest.mark.parametrize(

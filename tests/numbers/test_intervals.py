@@ -8,6 +8,7 @@ import flint
 import mpmath
 import numpy as np
 import pytest
+from flint import ctx
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -131,3 +132,28 @@ def test_what_is_too_small_to_write_down_is_taken_into_the_spread():
 def test_a_ball_without_bounds_is_none():
     with pytest.raises(ValueError, match="finite"):
         Interval.of(flint.arb.nan())
+
+
+def test_the_precision_is_put_back() -> None:
+    before = ctx.prec
+    with working(200):
+        with working(80):
+            assert ctx.prec == 80
+        with pytest.raises(ZeroDivisionError), working(90):
+            raise ZeroDivisionError
+        assert ctx.prec == 200
+    assert ctx.prec == before
+
+
+@pytest.mark.parametrize(
+    ("x", "digits", "text"),
+    [("1/3", 5, "0.33333"), ("-2/3", 3, "-0.667"), ("200/3", 5, "66.667"), ("0", 3, "0.000"),
+     ("999.96", 4, "1000.0"), ("12345", 5, "12345"), ("0.9999", 3, "1.000")],
+)  # fmt: skip
+def test_decimals_are_rounded_to_the_nearest(x, digits, text):
+    assert Interval(Fraction(x), Fraction(0)).rounded(digits) == text
+
+
+def test_an_interval_that_is_too_wide_is_not_rounded():
+    with pytest.raises(ValueError, match="not known to 9 digits"):
+        Interval(Fraction(1, 3), Fraction(1, 10**8)).rounded(9)

@@ -1,30 +1,108 @@
-"""What leaves an exact number: balls, mpmath numbers and doubles, against mpmath far beyond."""
+"""Exact numbers against fractions, and what leaves them, balls and doubles, against mpmath."""
 
 import math
+import pickle
 import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from decimal import Decimal
 from fractions import Fraction
 
+import numpy as np
 import pytest
-from flint import arb, ctx
+from flint import arb
 from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import MPContext, libmp
 
 from heavytop.errors import NotANumber
 from heavytop.numbers import PI, Exact, cos, sin, sqrt
-from heavytop.numbers.intervals import working
 
 rationals = st.fractions() | st.fractions(-1000, 1000, max_denominator=1000)
-EXACT = {"n": Exact.of, "pi": PI, "sqrt": sqrt, "cos": cos, "sin": sin}
+doubles = st.floats(1e-290, 1e290) | st.floats(-1e290, -1e-290) | st.just(0.0)
+UNPROVED = sqrt(5 + 2 * sqrt(6)) - sqrt(2) - sqrt(3)  # zero, for all that 4096 bits say
 
 
 def context(bits: int) -> MPContext:
     mp = MPContext()
     mp.prec = bits
     return mp
+
+
+@given(rationals, rationals)
+def test_rational_arithmetic_is_that_of_fractions(p: Fraction, q: Fraction) -> None:
+    one = Exact.of(1)
+    a, b = one * p, one * q
+    assert (a + b).fraction == p + q
+    assert (a - b).fraction == p - q
+    assert (a * b).fraction == p * q
+    assert q == 0 or (a / b).fraction == p / q
+    assert float(a) == float(p)
+
+
+@given(doubles)
+def test_float_means_its_binary_value(x: float) -> None:
+    exact = Exact.of(x)
+    assert exact.fraction == Fraction(x)
+    assert float(exact) == x
+    assert Exact.of(str(exact)) == exact
+
+
+@pytest.mark.parametrize(
+    ("x", "expected"),
+    [
+        (3, 3),
+        (Decimal("0.1"), Fraction(1, 10)),
+        (np.float32(0.1), Fraction(float(np.float32(0.1)))),
+        (np.float64(0.1), Fraction(0.1)),
+        (np.int64(-7), -7),
+        (np.longdouble(1) / 3, Fraction(*(np.longdouble(1) / 3).as_integer_ratio())),
+    ],
+)
+def test_what_a_number_may_be(x: object, expected: object) -> None:
+    assert Exact.of(x).fraction == expected
+
+
+REFUSED = {
+    "true or false": [True, np.True_],
+    "nothing": [None],
+    "not a list": [[1]],
+    "not a complex": [1j],
+    "finite": [math.nan, -math.inf, np.float64("nan"), Decimal("nan"), Decimal("-inf")],
+    "1e300": [Decimal("1e999999999"), Decimal("1e-999999999"), 10**301, 5e-324],
+}
+
+
+@pytest.mark.parametrize(("rule", "x"), [(rule, x) for rule in REFUSED for x in REFUSED[rule]])
+def test_what_is_no_number_is_refused(x: object, rule: str) -> None:
+    with pytest.raises(NotANumber, match=rule):
+        Exact.of(x)
+
+
+def test_equal_numbers_hash_alike_and_survive_pickling() -> None:
+    for x in (sqrt(8), Exact.of("pi/3"), Exact.of(0.5), cos(0.3)):
+        assert pickle.loads(pickle.dumps(x)) == x
+        assert hash(x * 2 / 2) == hash(x)
+    assert hash(Exact.of(0.5)) == hash(0.5)
+    assert len({sqrt(8), 2 * sqrt(2)}) == 1
+
+
+def test_an_exact_number_cannot_be_changed() -> None:
+    with pytest.raises(AttributeError):
+        PI.text = "3"  # type: ignore[misc]
+
+
+def test_arithmetic_takes_python_and_numpy_numbers_and_refuses_texts() -> None:
+    assert 1 - Exact.of(0.25) == 0.75
+    assert 1 / Exact.of(4) == np.float64(2) * Exact.of("0.125")
+    with pytest.raises(TypeError):
+        PI + "1"  # type: ignore[operator]
+    with pytest.raises(NotANumber, match="finite"):
+        PI + math.nan
+
+
+EXACT = {"n": Exact.of, "pi": PI, "sqrt": sqrt, "cos": cos, "sin": sin}
 
 
 @st.composite
@@ -59,19 +137,16 @@ def bounds(ball: arb) -> tuple[Fraction, Fraction]:
 
 
 @given(formulas(), st.integers(2, 400))
-def test_a_ball_holds_the_number(formula: str, bits: int) -> None:
-    ball = by_us(formula).ball(bits)
-    value = by_mpmath(formula, 2000)
-    slack = Fraction(1, 2**1500)
+def test_balls_hold_the_number_and_values_are_rounded_to_nearest(formula: str, bits: int) -> None:
+    exact, value, slack = by_us(formula), by_mpmath(formula, 2000), Fraction(1, 2**1500)
+    ball = exact.ball(bits)
     if ball.is_finite():
         low, high = bounds(ball)
         assert low - slack <= value <= high + slack
-
-
-@given(formulas())
-def test_a_ball_narrows_to_the_number(formula: str) -> None:
-    low, high = bounds(by_us(formula).ball(1000))
+    low, high = bounds(exact.ball(1000))
     assert high - low <= Fraction(1, 2**900)
+    assert exact.mpf(context(bits)) == libmp_rounded(value, bits)
+    assert float(exact) == float(value)
 
 
 @given(rationals, st.integers(2, 300))
@@ -79,16 +154,6 @@ def test_the_ball_of_a_rational_is_good_to_an_ulp(q: Fraction, bits: int) -> Non
     low, high = bounds(Exact.of(q).ball(bits))
     assert low <= q <= high
     assert high - low <= 2 * abs(q) / 2 ** (bits - 1)
-
-
-def test_a_ball_that_cannot_be_told_is_not_finite() -> None:
-    steep = 1 / (sqrt(Exact.of("1 + 1e-200")) - 1)
-    assert not steep.ball(64).is_finite()
-    low, high = bounds(steep.ball(2000))
-    series = 2 * 10**200 + Fraction(1, 2)  # less x/8 and more
-    assert low <= series <= high + Fraction(1, 10**199)
-    assert high - low < Fraction(1, 10**100)
-    assert float(steep) == 2e200
 
 
 @pytest.mark.parametrize("bits", range(20, 100, 7))
@@ -99,56 +164,8 @@ def test_the_ball_of_a_root_of_what_cancels_holds_the_root(bits: int) -> None:
     assert max(low, 0) ** 2 <= value <= high**2
 
 
-def test_the_ball_of_a_root_of_what_may_be_zero_holds_zero() -> None:
-    zero = sqrt(5 + 2 * sqrt(6)) - sqrt(2) - sqrt(3)  # not proved to be
-    assert zero.sign() is None
-    low, high = bounds(sqrt(zero).ball(300))
-    assert low <= 0 <= high <= Fraction(1, 2**90)
-
-
-@pytest.mark.parametrize("n", [1, 2, 3])
-def test_the_ball_of_a_power_of_what_may_be_zero_is_narrow(n: int) -> None:
-    zero = sqrt(5 + 2 * sqrt(6)) - sqrt(2) - sqrt(3)  # not proved to be
-    low, high = bounds((zero**n * cos("0.1")).ball(300))
-    assert low <= 0 <= high <= Fraction(1, 2 ** (280 * n))
-
-
-@given(formulas(), st.integers(30, 200))
-def test_values_are_rounded_to_nearest(formula: str, bits: int) -> None:
-    exact = by_us(formula)
-    value = by_mpmath(formula, 2000)
-    rounded = exact.mpf(context(bits))
-    assert rounded == libmp_rounded(value, bits)
-    assert float(exact) == float(value)
-
-
-@given(rationals, st.integers(2, 200))
-def test_rationals_are_rounded_to_nearest(q: Fraction, bits: int) -> None:
-    assert Exact.of(q).mpf(context(bits)) == libmp_rounded(q, bits)
-
-
-@given(st.integers(-(2**60), 2**60), st.integers(2, 50), st.integers(-80, 80))
-def test_ties_go_to_even(m: int, bits: int, e: int) -> None:
-    tie = (2 * m + 1) * Fraction(2) ** e
-    assert Exact.of(tie).mpf(context(bits)) == libmp_rounded(tie, bits)
-
-
 def libmp_rounded(q: Fraction, bits: int) -> object:
     return context(bits).make_mpf(libmp.from_rational(q.numerator, q.denominator, bits, "n"))
-
-
-def test_cancellation_inside_costs_no_digits() -> None:
-    """√(1+x) − 1 for x = 1e-200: half its digits and more cancel, and yet 30 are right."""
-    x = sqrt(Exact.of("1 + 1e-200")) - 1
-    series = context(400).mpf(10) ** -200 / 2
-    assert abs(x.mpf(context(100)) / series - 1) < 1e-29
-    assert float(x) == 5e-201
-
-
-def test_double_is_the_nearest_even_at_a_tie() -> None:
-    tie = Exact.of(Fraction(2**53 + 1))
-    assert float(tie) == 2.0**53
-    assert float(tie + sqrt(2) / 10**100) == 2.0**53 + 2
 
 
 def test_a_number_beyond_the_doubles_is_said_so() -> None:
@@ -158,19 +175,10 @@ def test_a_number_beyond_the_doubles_is_said_so() -> None:
         float(Exact.of("1e300") ** 2 * PI)
 
 
-def test_a_zero_that_is_not_proved_is_a_plain_zero() -> None:
-    zero = sqrt(5 + 2 * sqrt(6)) - sqrt(2) - sqrt(3)
-    assert str(float(zero)) == "0.0"
-    assert zero.mpf(context(100)) == 0
-
-
 def test_the_square_of_a_negative_cosine_keeps_its_sign_out_of_the_root() -> None:
     """√(cos²2) = |cos 2| = −cos 2, not cos 2."""
     assert float(sqrt(cos(2) ** 2)) == pytest.approx(-math.cos(2), rel=1e-15)
     assert (sqrt(cos(2) ** 2) + cos(2)).mpf(context(200)) == 0
-
-
-# --- the precision of a process, and its threads ------------------------------------------------
 
 
 @pytest.fixture
@@ -201,17 +209,6 @@ def test_threads_at_different_precisions_get_what_each_gets_alone() -> None:
     assert different == []
 
 
-def test_the_precision_is_put_back() -> None:
-    before = ctx.prec
-    with working(200):
-        with working(80):
-            assert ctx.prec == 80
-        with pytest.raises(ZeroDivisionError), working(90):
-            raise ZeroDivisionError
-        assert ctx.prec == 200
-    assert ctx.prec == before
-
-
 def test_a_precision_that_is_none_is_refused_and_leaves_the_lock_open() -> None:
     with pytest.raises(ValueError, match="prec"):
         PI.ball(1)
@@ -222,22 +219,7 @@ def test_a_precision_that_is_none_is_refused_and_leaves_the_lock_open() -> None:
     assert signs == [-1]
 
 
-@pytest.mark.parametrize(
-    ("text", "sign"),
-    [
-        ("pi", 1), ("-2*pi", -1), ("pi - 3.14159265358979323846", 1), ("3/pi - 1", -1),
-        ("3.14159265358979323847 - pi", 1), ("3.141592653589793238462 - pi", -1),
-        ("pi**2 - 10", -1),
-        ("-sqrt(2)", -1), ("pi/sqrt(3)", 1), ("3.141592653589793238463 - pi", 1), ("1/pi", 1),
-    ],
-)  # fmt: skip
-def test_signs_told_without_balls_are_those_that_balls_tell(text: str, sign: int) -> None:
-    x = Exact.of(text)
-    assert x.sign() == sign
-    ball = x.ball(200)
-    assert (ball > 0) - (ball < 0) == sign
-
-
+@pytest.mark.processes
 def test_neither_flint_nor_mpmath_is_imported_for_rationals_and_pi() -> None:
     code = (
         "import sys; from heavytop.numbers import Exact, PI, cos, sqrt;"
@@ -246,3 +228,46 @@ def test_neither_flint_nor_mpmath_is_imported_for_rationals_and_pi() -> None:
         "assert not {'flint', 'mpmath'} & set(sys.modules), 'imported'"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+@given(st.integers(-(2**60), 2**60), st.integers(2, 50), st.integers(-80, 80))
+def test_ties_go_to_even(m: int, bits: int, e: int) -> None:
+    tie = (2 * m + 1) * Fraction(2) ** e
+    assert Exact.of(tie).mpf(context(bits)) == libmp_rounded(tie, bits)
+    double = Exact.of(Fraction(2**53 + 1))
+    assert float(double) == 2.0**53
+    assert float(double + sqrt(2) / 10**100) == 2.0**53 + 2
+
+
+def test_cancellation_inside_costs_no_digits() -> None:
+    """x = √(1 + 1e-200) − 1: 64 bits do not tell 1/x, and all digits are right."""
+    x, inverse = sqrt(Exact.of("1 + 1e-200")) - 1, 2 * 10**200 + Fraction(1, 2)
+    assert not (1 / x).ball(64).is_finite()
+    low, high = bounds((1 / x).ball(2000))
+    assert low <= inverse <= high + Fraction(1, 10**199)
+    assert high - low < Fraction(1, 10**100)
+    assert abs(x.mpf(context(100)) * (context(900).mpf(10) ** 200 * 2) - 1) < 1e-29
+    assert (float(x), float(1 / x)) == (5e-201, 2e200)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_what_may_be_zero_is_a_narrow_ball_and_a_plain_zero(n: int) -> None:
+    for ball, bits in (
+        ((UNPROVED**n * cos("0.1")).ball(300), 280 * n),
+        (sqrt(UNPROVED).ball(300), 90),
+    ):
+        low, high = bounds(ball)
+        assert low <= 0 <= high <= Fraction(1, 2**bits)
+    assert UNPROVED.sign() is None
+    assert (str(float(UNPROVED)), UNPROVED.mpf(context(100))) == ("0.0", 0)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["pi - 3.14159265358979323846", "3/pi - 1", "3.14159265358979323847 - pi", "pi**2 - 10",
+     "3.141592653589793238462 - pi", "-2*pi", "-sqrt(2)", "pi/sqrt(3)", "1/pi"],
+)  # fmt: skip
+def test_signs_told_without_balls_are_those_that_balls_tell(text: str) -> None:
+    x = Exact.of(text)
+    ball = x.ball(200)
+    assert x.sign() == (ball > 0) - (ball < 0) != 0

@@ -1,4 +1,4 @@
-"""The closed form next to the special kinds, against the equations of motion and mpmath.
+"""The solution next to special motions and through poles, against the equations of motion.
 
 Steady, sleeping, asymptotic and passing motions are limits, in which roots of the cubic meet. Here
 motions come as near to them as 1e-150. What is asked of the closed form shares no code with it:
@@ -6,10 +6,14 @@ motions come as near to them as 1e-150. What is asked of the closed form shares 
 - θ, φ, ψ, differentiated numerically with more than twice the digits, satisfy Lagrange's equation
   for θ and keep p_φ ∓ p_ψ, E' and ω3, and nothing jumps where its pieces meet;
 - T and Δφ are those of mpmath's polynomial roots and complete integrals at five times the digits.
+
+Exactly through a pole φ and ψ are not defined apart. φ jumps by +π as time goes forward, ψ by −π at
+the top, where φ + ψ is what is defined, and by +π at the bottom, where φ − ψ is. The rotation from
+body to space turns with ω on either side and at the pass itself.
 """
 
-from dataclasses import replace
 from fractions import Fraction
+from itertools import pairwise
 from typing import NamedTuple
 
 import mpmath
@@ -25,6 +29,8 @@ from heavytop.classification.reduced import FromScene, Through
 from heavytop.errors import NoClosedForm
 from heavytop.numbers import Exact, cos
 from heavytop.numbers.intervals import working
+
+from ..by_hand import ByHand
 
 X = Exact.of
 BETSCH = (Fraction("6.375e-3"), Fraction("7.5e-4"), Fraction("0.73575"))
@@ -186,48 +192,19 @@ def test_the_start_and_the_seams(name, e):
             assert abs(moved) <= 3 * step * abs(getattr(before, angle + "dot")) + ctx.mpf("1e-60")
 
 
-def period_by_mpmath(start, digits):
-    """T from polynomial roots and a complete integral, all of them mpmath's own, and the roots."""
-    ctx = mpmath.MPContext()
-    ctx.dps = digits
-    A, C, gMR, theta, phidot, omega3, thetadot = start.given(ctx)
-    g, b, u = gMR / A, C * omega3 / A, ctx.cos(theta)
-    if g < 0:  # the mirrored top
-        g, b, u = -g, -b, -u
-    sin2 = ctx.sin(theta) ** 2
-    a, h = phidot * sin2 + b * u, (thetadot**2 + phidot**2 * sin2) / 2 + g * u
-    cubic = [2 * g, -(2 * h + b * b), 2 * a * b - 2 * g, 2 * h - a * a]
-    found = ctx.polyroots(cubic, maxsteps=2000, extraprec=20 * digits, error=False)
-    u1, u2, u3 = sorted(ctx.re(root) for root in found)
-    w, m = ctx.sqrt(g * (u3 - u1) / 2), (u2 - u1) / (u3 - u1)
-    return 2 * ctx.ellipk(m) / w, (a, b, u1, u2, m, w)
-
-
-def turn_by_mpmath(ctx, a, b, u1, u2, m, w):
-    """Δφ, likewise."""
-    fall = (a - b) / (1 - u1) * ctx.ellippi((u2 - u1) / (1 - u1), m)
-    return (fall + (a + b) / (1 + u1) * ctx.ellippi(-(u2 - u1) / (1 + u1), m)) / w
-
-
 @pytest.mark.parametrize("e", ["1e-3", "1e-10", "1e-30"])
-@pytest.mark.parametrize("name", [n for n in NAMES if "top of" not in n and "pushed" not in n])
+@pytest.mark.parametrize("name", [n for n in NAMES if "top of" not in n])
 def test_periods_and_turns(name, e):
     """T and Δφ to 35 digits; the polynomial loses two thirds of its digits in a triple root."""
-    start = near(e)[name]
-    form = ClosedForm(start.rising, 40)
-    T, rest = period_by_mpmath(start, 400)
-    turn = turn_by_mpmath(T.context, *rest)
-    assert abs(form.ctx.make_mpf(T._mpf_) / form.period - 1) < form.ctx.mpf("1e-35")
-    assert abs(form.ctx.make_mpf(turn._mpf_) - form.precession) < form.ctx.mpf("1e-35")
-
-
-@pytest.mark.parametrize("e", ["1e-25", "3e-37"])
-def test_the_period_of_a_sleeper_that_is_pushed(e):
-    """1 − m is the square of the push: 1e-74 is lost at 60 digits, where the push is seen."""
-    start = near(e)["unstable sleeper, pushed"]
-    form = ClosedForm(start.rising, 40)
-    T, _ = period_by_mpmath(start, 400)
-    assert abs(form.ctx.make_mpf(T._mpf_) / form.period - 1) < form.ctx.mpf("1e-35")
+    rising = near(e)[name].rising
+    form, truth = ClosedForm(rising, 40), ByHand(rising.source.top, rising.source.start, 400, True)
+    mp, a, b, (u1, u2, u3) = truth.mp, truth.a, truth.b, truth.roots
+    w, m = mp.sqrt(truth.g * (u3 - u1) / 2), (u2 - u1) / (u3 - u1)
+    assert abs(mp.mpf(form.period) / (2 * mp.ellipk(m) / w) - 1) < 1e-35
+    if "pushed" not in name:
+        turn = (a - b) / (1 - u1) * mp.ellippi((u2 - u1) / (1 - u1), m)
+        turn += (a + b) / (1 + u1) * mp.ellippi(-(u2 - u1) / (1 + u1), m)
+        assert abs(mp.mpf(form.precession) - turn / w) < 1e-35
 
 
 @pytest.mark.parametrize("e", TINY)
@@ -253,25 +230,6 @@ def test_doubles_keep_all_their_digits(name, e):
             assert abs(float(got - want)) <= 1e-15 * float(size), (angle, t)
 
 
-class Rough(FromScene):
-    """The same numbers, of which cos θ₀ is known no better than by itself."""
-
-    def reduced(self, bits):
-        return replace(super().reduced(bits), u0=self.start.theta.ball(bits).cos())
-
-
-@pytest.mark.parametrize("e", ["1e-30", "1e-150"])
-@pytest.mark.parametrize("name", NAMES)
-def test_doubles_take_as_many_bits_as_their_angles_need(name, e):
-    """However wide the balls are that a motion is given in."""
-    source = near(e)[name].rising.source
-    rough = DoubleForm(Rising(Rough(source.top, source.start)))
-    plain, t = DoubleForm(Rising(source)), [0.0, 1e-3, 2.0]
-    for angle in ("theta", "phi", "psi"):
-        one, other = getattr(rough(t), angle), getattr(plain(t), angle)
-        assert one == pytest.approx(other, rel=1e-15, abs=1e-15)
-
-
 @pytest.mark.parametrize("e", ["1e-1", "1e-8", "1e-20", "1e-45"])
 def test_the_separatrix_of_a_top_that_hardly_falls(e):
     """From its lowest point θ₁ = e: sin(θ/2) = sin(θ₁/2) sech(√(gMR/A) sin(θ₁/2) t), m = 1."""
@@ -292,19 +250,6 @@ def test_the_separatrix_of_a_top_that_hardly_falls(e):
         assert abs(form(t).phi - exact_phi) < ctx.mpf("1e-38") * (1 + abs(exact_phi))
         off = abs(float(ctx.mpf(float(double(high, low).phi)) - exact_phi))
         assert off <= 1e-15 * max(1, abs(exact_phi))
-
-
-@pytest.mark.parametrize(
-    "name", ["marginal top, tilted", "faster than steady", "over the top of the separatrix"]
-)
-def test_what_is_no_special_motion_is_not_taken_for_one(name):
-    """1e-70 from a special motion, at 30 digits: the exact numbers tell that it nutates."""
-    start = near("1e-70")[name]
-    assert start.rising.regime.name == "nutating"
-    form = ClosedForm(start.rising, 30)
-    finer = ClosedForm(start.rising, 100)
-    assert abs(form.period / finer.period - 1) < form.ctx.mpf("1e-30")
-    assert DoubleForm(start.rising).period == pytest.approx(float(form.period), rel=1e-15)
 
 
 def turns(source):
@@ -382,3 +327,126 @@ def test_the_limit_of_bits_is_named():
         DoubleForm(told)
     with pytest.raises(NoClosedForm, match="1024 bits"):
         ClosedForm(told, 30)(1)
+
+
+# --- exactly through a pole ----------------------------------------------------------------------
+
+
+# a start, the pole that is passed (1 top, −1 bottom), and half periods from u₁ to there
+GIVEN = {
+    "the top, from it": (((2, 1, 3), 0, 0, 2, 3), 1, 1),
+    "the top, into it": (((2, 1, 3), 0, 0, 2, -3), 1, 1),
+    "the top, from afar": (((2, 1, 2), "pi/3", 4, 10, -1), 1, 1),
+    "the bottom": (((2, 1, 3), "pi", 0, 2, 3), -1, 0),
+    "the bottom, from afar": (((2, 1, 2), "2*pi/3", -4, 10, 1), -1, 0),
+    "the top, hanging from it": (((2, 1, -3), 0, 0, 2, 1), 1, 0),
+    "the bottom, standing on it": (((2, 1, -3), "pi", 0, 2, 3), -1, 1),
+    "a swing": (((2, 1, 3), "2.5", 0, 0, 0.5), -1, 0),
+    "turning over, the top": (((2, 1, 3), "2.5", 0, 0, 5), 1, 1),
+    "turning over, the bottom": (((2, 1, 3), "2.5", 0, 0, -5), -1, 0),
+    "weightless, the top": (((2, 1, 0), 0, 0, 2, 3), 1, 1),
+}
+
+
+def rising_of(top, theta, phidot, psidot, thetadot):
+    rates = {"thetadot": thetadot, "phidot": phidot, "psidot": psidot}
+    return Rising(FromScene(ht.Top(*top), ht.State(theta, phi="0.3", psi="-0.7", **rates)))
+
+
+PASSES = {name: (rising_of(*given), pole, half) for name, (given, pole, half) in GIVEN.items()}
+
+
+def passing(form, half):
+    return half * form.period / 2 + form.lower_turning + 2 * form.period
+
+
+def attitude(ctx, at):
+    """The unit quaternion of Rz(φ) Rx(θ) Rz(ψ), scalar first."""
+    half, plus, minus = at.theta / 2, (at.phi + at.psi) / 2, (at.phi - at.psi) / 2
+    c, s = ctx.cos(half), ctx.sin(half)
+    return [c * ctx.cos(plus), s * ctx.cos(minus), s * ctx.sin(minus), c * ctx.sin(plus)]
+
+
+def product(p, q):
+    a, (x, y, z), b, (u, v, w) = p[0], p[1:], q[0], q[1:]
+    return [
+        a * b - x * u - y * v - z * w,
+        a * u + b * x + y * w - z * v,
+        a * v + b * y + z * u - x * w,
+        a * w + b * z + x * v - y * u,
+    ]
+
+
+@pytest.mark.parametrize("name", PASSES)
+def test_angles_jump_and_the_axis_does_not(name):
+    """ė at the pass is θ̇ across the vertical, and the same just before and just after."""
+    rising, pole, half = PASSES[name]
+    form = ClosedForm(rising, 60)
+    ctx, h, r = form.ctx, form.ctx.mpf("1e-15"), form.reduced
+    t = passing(form, half)
+    before, at, after = (form(t + k * h) for k in (-1, 0, 1))
+    speed = ctx.sqrt(2 * (r.kinetic0 + r.g * (r.u0 - pole)))
+    slack = 10 * h * (1 + abs(r.kappa) + abs(r.b) + speed)
+    assert abs(after.phi - before.phi - ctx.pi) < slack
+    assert abs(after.psi - before.psi + pole * ctx.pi) < slack
+    # the time of the pass is rounded: it is before the pass or after it
+    assert min(abs(at.phi - after.phi), abs(at.phi - before.phi)) < slack
+    assert min(at.theta, ctx.pi - at.theta) < ctx.mpf("1e-30")
+    assert abs(at.axis[2] - pole) < ctx.mpf("1e-50")
+    leaving, coming = (
+        [(b - a) / h for a, b in zip(one.axis, two.axis, strict=True)]
+        for one, two in ((at, after), (before, at))
+    )
+    assert abs(ctx.hypot(*leaving[:2]) / speed - 1) < ctx.mpf("1e-12")
+    assert max(abs(a - b) for a, b in zip(leaving, coming, strict=True)) < 1e-12 * speed
+
+
+@pytest.mark.parametrize("name", PASSES)
+def test_the_attitude_turns_on_smoothly(name):
+    """q̇ = ½ ω q with |ω|² = ω3² + 2 (E' − V)/A, and ω3 about the axis, on both sides and at it."""
+    rising, pole, half = PASSES[name]
+    form = ClosedForm(rising, 60)
+    ctx, h = form.ctx, form.ctx.mpf("1e-12")
+    t, r = passing(form, half), form.reduced
+    places = [attitude(ctx, form(t + k * h)) for k in (-3, -1, 0, 1, 3)]
+    for one, other in pairwise(places):  # one branch of ±q
+        if sum(a * b for a, b in zip(one, other, strict=True)) < 0:
+            other[:] = [-x for x in other]
+    far, near = (
+        [(b - a) / (2 * k * h) for a, b in zip(places[i], places[4 - i], strict=True)]
+        for i, k in ((0, 3), (1, 1))
+    )
+    rate = [(9 * b - a) / 8 for a, b in zip(far, near, strict=True)]
+    here = places[2]
+    omega = [2 * x for x in product(rate, [here[0], *(-x for x in here[1:])])]
+    squared = (r.kappa + r.b) ** 2 + 2 * (r.kinetic0 + r.g * (r.u0 - pole))
+    assert abs(omega[0]) < ctx.mpf("1e-40")
+    assert abs(sum(x * x for x in omega[1:]) / squared - 1) < ctx.mpf("1e-40")
+    assert abs(omega[3] - pole * (r.kappa + r.b)) < ctx.mpf("1e-40") * ctx.sqrt(squared)
+    for k, q in zip((-3, -1, 1, 3), places[:2] + places[3:], strict=True):
+        ahead = [a + k * h * b for a, b in zip(here, rate, strict=True)]
+        assert max(abs(a - b) for a, b in zip(q, ahead, strict=True)) < 40 * squared * h**2
+
+
+@pytest.mark.parametrize("name", PASSES)
+def test_doubles_pass_smoothly_too(name):
+    """Sampled every 1e-6 s through five passes, axis and attitude move as far as ω lets them."""
+    rising, _, half = PASSES[name]
+    form = DoubleForm(rising)
+    lower, T = rising.settled("T", lambda found, bits: (found.lower_turning, found.path.period), 30)
+    pole = float(lower + (half / 2 + 2) * T)
+    t = (pole + np.arange(-2, 3)[:, None] * form.period + np.arange(-50, 51) * 1e-6).ravel()
+    at = form(np.append(t, pole))
+    half_angles = at.theta / 2, (at.phi + at.psi) / 2, (at.phi - at.psi) / 2
+    (c, s), (cp, sp), (cm, sm) = ((np.cos(x), np.sin(x)) for x in half_angles)
+    q = np.stack((c * cp, s * cm, s * sm, c * sp), axis=-1)
+    r = ClosedForm(rising).reduced
+    size = float((r.kappa + r.b) ** 2 + 2 * (r.kinetic0 + abs(r.g) * (1 + abs(r.u0)))) ** 0.5
+    apart = np.diff(t) < 2e-6
+    turned = 1 - abs(np.sum(q[1:-1] * q[:-2], axis=-1))  # 1 − cos of half the angle
+    assert np.all(turned[apart] < (1.001e-6 * size) ** 2 / 8 + 1e-15)
+    moved = np.linalg.norm(np.diff(at.axis[:-1], axis=0), axis=-1)
+    assert np.all(moved[apart] < 1.001e-6 * size + 1e-15)
+    jumps = np.diff(at.phi[:-1])[apart]
+    assert np.sum(jumps > 3.1) == 5
+    assert np.all((jumps > 3.1) | (abs(jumps) < 1e-4))

@@ -11,7 +11,6 @@ from heavytop.numbers import PI, Exact, cos, sin, sqrt
 from heavytop.numbers.normal_form import proved_zero
 
 HALF, FOURTH = Fraction(1, 2), sqrt(sqrt(2))
-ANGLES = ["0.1", 0.1, "pi/3", "pi/5", "sqrt(2)", "2.9"]
 
 
 @pytest.mark.parametrize(
@@ -80,46 +79,6 @@ def test_zeros_that_are_proved_by_expansion(zero: Exact) -> None:
     assert (zero - Exact.of(10) ** -1000).sign() == -1
 
 
-@pytest.mark.parametrize("theta", ANGLES)
-def test_what_holds_of_every_tilt_is_proved(theta: object) -> None:
-    c, s = cos(theta), sin(theta)  # type: ignore[arg-type]
-    A, p_psi, p_phi = Exact.of("6.375e-3"), Exact.of(0.18), Exact.of("0.21")
-    phidot = (p_phi - p_psi * c) / (A * s**2)
-    for zero in (
-        (1 + c) * (1 - c) - (1 - c**2),
-        A * s**2 * phidot + p_psi * c - p_phi,
-        phidot * (1 - c) * (1 + c) - phidot * (1 - c**2),
-        A * (phidot * s) ** 2 - (p_phi - p_psi * c) ** 2 / (A * (1 - c**2)),
-    ):
-        assert zero.sign() == 0
-        assert not proved_zero((zero + Exact.of(10) ** -400).terms)
-
-
-@pytest.mark.parametrize("theta", ANGLES)
-@pytest.mark.parametrize("numbers", [("6.375e-3", "0.73575", "0.18"), (6.375e-3, 0.73575, 0.18)])
-def test_a_steady_rate_is_proved_to_solve_its_equation(
-    theta: object, numbers: tuple[str | float, ...]
-) -> None:
-    """A cosθ Ω² − p_ψ Ω + gMR = 0 for the slow rate, 2gMR/(p_ψ + √(p_ψ² − 4 A gMR cosθ))."""
-    (A, gMR, p_psi), c = map(Exact.of, numbers), cos(theta)  # type: ignore[arg-type]
-    rate = 2 * gMR / (p_psi + sqrt(p_psi**2 - 4 * A * gMR * c))
-    assert (A * c * rate**2 - p_psi * rate + gMR).sign() == 0
-    assert (A * c * rate**2 - p_psi * rate + gMR * (1 + Exact.of(10) ** -300)).sign() == 1
-
-
-@pytest.mark.parametrize(
-    "numbers", [("0.0123", "0.0071", "0.617"), ("3.28e-4", "6.6e-5", "0.0456")]
-)
-def test_the_sum_of_whittakers_case_is_proved(numbers: tuple[str, ...]) -> None:
-    A, C, gMR = map(Exact.of, numbers)
-    rate = sqrt(gMR / A)
-    phidot = 2 * rate / sqrt(3)
-    omega3, c = (3 * A - C) * rate / (C * sqrt(3)) + phidot / 2, cos("pi/3")
-    assert (A * phidot * (1 + c) - C * omega3).sign() == 0
-    assert (A * phidot**2 * (1 - c**2) - 2 * gMR * (1 - c)).sign() == 0
-    assert ((2 * sqrt(A * gMR)) ** 2 - 4 * A * gMR).sign() == 0
-
-
 @pytest.mark.parametrize(
     ("x", "sign"),
     [
@@ -171,8 +130,6 @@ def test_a_proof_that_takes_too_much_work_is_given_up() -> None:
     many = sum((sqrt(PI + n) for n in range(40)), PI)
     assert not proved_zero(((many + 1) * (many - 1) - many**2 + 1).terms)
 
-
-# --- numbers drawn ------------------------------------------------------------------------------
 
 rationals_and_roots = [Exact.of(2), Exact.of("-7/3"), PI, sqrt(6), sqrt(2), FOURTH]
 waves = [cos("0.1"), sin("0.1"), cos("0.2"), sin("0.05"), cos(PI / 5), cos(PI * 2 / 5), cos(2)]

@@ -1,12 +1,15 @@
-"""Tops built backwards from chosen roots u₁ ≤ u₂ ≤ u₃, so that each kind is hit exactly.
+"""Kinds by definition over the whole space, of tops built to have them, and of their neighbours.
 
-From f(∓1) = −P±²: P₊² = 2g (1 + u₁)(1 + u₂)(1 + u₃) and P₋² = 2g (1 − u₁)(1 − u₂)(u₃ − 1). The
-start is a turning point, where φ̇ = (a − b u)/(1 − u²).
+Tops are built backwards from chosen roots u₁ ≤ u₂ ≤ u₃, so that each kind is hit exactly: from
+f(∓1) = −P±², P₊² = 2g (1 + u₁)(1 + u₂)(1 + u₃) and P₋² = 2g (1 − u₁)(1 − u₂)(u₃ − 1). The start is
+a turning point, where φ̇ = (a − b u)/(1 − u²).
 """
 
 import itertools
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from heavytop.analytic.enclosure import enclose
 from heavytop.analytic.motion import Motion
@@ -16,6 +19,95 @@ from heavytop.errors import Unseparated
 from heavytop.numbers import Exact, sqrt
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
+
+from ..by_hand import ByHand
+
+ZERO = 1e-250
+numbers = st.one_of(
+    st.floats(-50, 50).map(lambda x: x if abs(x) > 1e-20 else 0.0),
+    st.sampled_from([0.0, 1.0, -1.0, 2.0, 1e-12, -1e-9, 1e-30, 0.5, 1e6]),
+)
+tilts = st.one_of(
+    st.floats(1e-20, 3.1415926),
+    st.sampled_from(["0", "pi", "pi/2", "pi/3", "1e-8", "1e-30", "0.1"]),
+)
+moments = st.sampled_from(
+    [("1", "1"), ("2", "1"), ("3.28e-4", "6.6e-5"), ("1", "2"), ("1", "0.01")]
+)
+
+
+def holds(kind, x):
+    """Whether the definition of a kind holds, equalities to 1e-250 of what they are part of.
+
+    All is over A: p_φ is a, p_ψ is b and E' is h.
+    """
+
+    def none(value, *terms):
+        return abs(value) <= ZERO * max(map(abs, terms), default=1) or value == 0
+
+    on_pole = abs(x.sine) < ZERO
+    turning = x.turn != 0 and not on_pole
+    up = x.g * x.u0 > 0
+    top, bottom = (none(x.a - side * x.b, x.a, x.b) for side in (1, -1))
+    match kind:
+        case Kind.AT_REST:
+            return not (x.rate or turning or x.omega3) and (x.g == 0 or on_pole)
+        case Kind.FORCE_FREE:
+            return x.g == 0
+        case Kind.SLEEPING | Kind.HANGING:
+            return on_pole and x.rate == 0 and up is (kind is Kind.SLEEPING)
+        case Kind.PLANAR_PENDULUM:
+            return x.b == 0 and not turning
+        case Kind.SEPARATRIX:
+            return (top if x.g > 0 else bottom) and none(x.h - abs(x.g), x.h, x.g)
+        case Kind.THROUGH_TOP:
+            return top and x.h > x.g
+        case Kind.THROUGH_BOTTOM:
+            return bottom and x.h > -x.g
+        case Kind.UNIFORM_PRECESSION:
+            terms = (x.u0 * x.turn**2, -x.b * x.turn, x.g)
+            return x.rate == 0 and none(sum(terms), *terms)
+    low, high = x.roots[:2] if x.g > 0 else x.roots[1:]
+    if x.b == 0:
+        return kind is Kind.WAVES
+    turn = x.a / x.b
+    # a turning point is a root, good to half the digits
+    near = min(abs(turn - low), abs(turn - high)) < 1e-40
+    return near if kind is Kind.CUSPS else (low < turn < high) is (kind is Kind.LOOPS) or near
+
+
+@settings(max_examples=400, deadline=None)
+@given(moments, numbers, tilts, numbers, numbers, numbers, st.booleans())
+def test_the_first_kind_that_fits(moments, gMR, theta, thetadot, phidot, spin, held):
+    """The verdict's definition holds, and that of no kind before it."""
+    top = Top(*moments, gMR)
+    start = State(theta, thetadot=thetadot, phidot=phidot, **{"omega3" if held else "psidot": spin})
+    found = classify(top, start)
+    assert found.certified
+    assert 0 < found.margin <= 1
+    low, high = found.margin_enclosure
+    assert low <= found.margin <= high
+    assert high - low <= 1e-14 * found.margin + 1e-300
+    x = ByHand(top, start, 300)
+    assert holds(found.kind, x)
+    order = list(Kind)
+    for earlier in order[: min(order.index(found.kind), order.index(Kind.LOOPS))]:
+        assert not holds(earlier, x), earlier
+
+
+@pytest.mark.parametrize("exponent", [1, 3, 6, 9, 12])
+def test_around_the_sleeping_threshold(exponent):
+    """C ω3 = 2 √(A gMR), an irrational number: on it marginal, beside it stable or unstable."""
+    top = Top("3.28e-4", "6.60e-5", "0.0456")
+    threshold = 2 * (top.A * top.gMR) ** Exact.of("1/2").fraction / top.C
+    off = Exact.of(f"1e-{exponent}")
+    for way, tag in ((-1, "unstable"), (0, "marginal"), (1, "stable")):
+        found = classify(top, State(0, omega3=threshold * (1 + way * off)))
+        assert (found.kind, found.tags) == (Kind.SLEEPING, (tag,))
+
+
+# --- built from their roots ----------------------------------------------------------------------
+
 
 X = Exact.of
 ANGLES = {  # cosines of angles that a scene can say exactly
@@ -118,27 +210,6 @@ def test_double_root_at_the_start(theta):
         assert found.tags[0] in (("single",) if theta == "pi/2" else ("slow", "fast"))
 
 
-SPECIAL = [
-    ("through-top", "pi/3", X(1), X(2), ()),
-    ("through-bottom", "pi/3", X(-1), X(2), ()),
-    ("separatrix", "pi/3", X(1), X(1), ()),
-    ("planar-pendulum", "pi/3", X(-1), X(1), ("swinging", "closed-orbit", "start-at-rest")),
-    ("sleeping", "0", X(1), X(1), ("marginal",)),
-    ("sleeping", "0", X("1/2"), X(1), ("unstable",)),
-    ("sleeping", "0", X(1), X("1.5"), ("stable",)),
-    ("hanging", "pi", X(-1), X("1.5"), ()),
-]
-
-
-@pytest.mark.parametrize(("kind", "theta", "other", "third", "tags"), SPECIAL)
-def test_special(kind, theta, other, third, tags):
-    """Roots on the poles."""
-    found = classify(*built(theta, other, third))
-    assert found.kind == kind
-    assert found.tags == tags
-    assert found.certified
-
-
 @pytest.mark.parametrize("exponent", [4, 8, 15, 30, 60])
 def test_next_to_the_poles(exponent):
     """With a root 1e-4 … 1e-60 off a pole nothing passes it, and the margin knows."""
@@ -173,3 +244,45 @@ def test_zeros_that_only_a_proof_sees():
     assert (motion.certified, motion.regime) == (False, "steady")
     with pytest.raises(Unseparated, match="could not be proved to be 0"):
         enclose(top, unseen)
+
+
+@pytest.mark.parametrize(
+    ("kind", "theta", "other", "third", "tags"),
+    [
+        ("through-top", "pi/3", X(1), X(2), ()),
+        ("through-bottom", "pi/3", X(-1), X(2), ()),
+        ("separatrix", "pi/3", X(1), X(1), ()),
+        ("planar-pendulum", "pi/3", X(-1), X(1), ("swinging", "closed-orbit", "start-at-rest")),
+        ("sleeping", "0", X(1), X(1), ("marginal",)),
+        ("sleeping", "0", X("1/2"), X(1), ("unstable",)),
+        ("sleeping", "0", X(1), X("1.5"), ("stable",)),
+        ("hanging", "pi", X(-1), X("1.5"), ()),
+    ],
+)
+def test_special(kind, theta, other, third, tags):
+    """Roots on the poles."""
+    found = classify(*built(theta, other, third))
+    assert (found.kind, found.tags, found.certified) == (kind, tags, True)
+
+
+# --- others, beside those that ship --------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("top", "start", "kind", "tags"),
+    [
+        ((2, 1, 3), State("pi"), "at-rest", ()),
+        ((2, 1, 3), State(0), "at-rest", ()),
+        ((2, 1, 0), State(1), "at-rest", ()),
+        ((2, 1, -3), State("pi", psidot=20), "sleeping", ("stable", "inverted-gravity")),
+        ((2, 1, -3), State(0, psidot=1), "hanging", ("inverted-gravity",)),
+        ((1, 1, 2), State("pi/2", phidot=1, psidot=2), "uniform-precession",
+         ("single", "spherical-top", "closed-orbit")),
+        ((2, 1, -2), State("pi/3", phidot="sqrt(2)", psidot="-sqrt(2)/2"), "uniform-precession",
+         ("single", "spherical-pendulum", "closed-orbit", "inverted-gravity")),
+    ],
+)  # fmt: skip
+def test_kinds(top, start, kind, tags):
+    found = classify(Top(*top), start)
+    assert (found.kind, found.tags, found.certified, found.open_tags) == (kind, tags, True, ())
+    assert found.why

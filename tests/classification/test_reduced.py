@@ -1,10 +1,10 @@
-"""The constants of the motion and the reduced motion, against the textbook definitions."""
+"""The reduced motion of a start, however it is given, and which special motion it is."""
 
 from fractions import Fraction
 
 import pytest
 
-from heavytop.analytic.closed_form import constants, midpoint
+from heavytop.analytic.closed_form import midpoint
 from heavytop.classification.reduced import (
     FromAxis,
     FromConstants,
@@ -13,11 +13,13 @@ from heavytop.classification.reduced import (
     Regime,
     Through,
 )
-from heavytop.errors import NotANumber
-from heavytop.numbers.decimals import context, number
+from heavytop.numbers import Exact
+from heavytop.numbers.decimals import context
 from heavytop.numbers.intervals import Interval, rational, working
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
+
+from ..motions import CONE, MARGINAL, WEIGHTLESS, WHITTAKER
 
 CTX = context(60)
 BITS = 300
@@ -37,62 +39,6 @@ def reduced(source, bits=BITS, names=NAMES):
         numbers = {name: midpoint(CTX, getattr(found, name)) for name in names}
         phi0, psi0 = (midpoint(CTX, ball) for ball in source.angles(bits))
     return numbers | {"phi0": phi0, "psi0": psi0}
-
-
-def test_definitions():
-    """E = ½A(θ̇² + φ̇² sin²θ) + p_ψ²/2C + gMR cosθ and the momenta, written out."""
-    top, start = (
-        Top("3.28e-4", "6.6e-5", "0.0456"),
-        State("0.1", thetadot="0.7", phidot=-15, psidot=140),
-    )
-    A, C, gMR, th, thd, phd, psd = map(
-        CTX.mpf, ("3.28e-4", "6.6e-5", "0.0456", "0.1", "0.7", "-15", "140")
-    )
-    omega3 = psd + phd * CTX.cos(th)
-    p_psi = C * omega3
-    E_prime = A / 2 * (thd**2 + (phd * CTX.sin(th)) ** 2) + gMR * CTX.cos(th)
-    found = constants(top, start)
-    assert close(found.E_prime, E_prime)
-    assert close(found.E, E_prime + p_psi**2 / (2 * C))
-    assert close(found.p_psi, p_psi)
-    assert close(found.p_phi, A * phd * CTX.sin(th) ** 2 + p_psi * CTX.cos(th))
-    assert found.floats["p_psi"] == float(p_psi)
-    exact = reduced(FromScene(top, start))
-    assert close(exact["a"], found.p_phi / A)
-    assert close(exact["h"], E_prime / A)
-    assert close(exact["kappa"], omega3 - p_psi / A)
-
-
-@pytest.mark.parametrize("digits", [20, 60, 300])
-def test_constants_have_the_digits(digits):
-    top, start = Top("3.28e-4", "6.6e-5", "0.0456"), State("0.1", phidot=-15, psidot=140)
-    ctx = context(2 * digits)
-    A, C, gMR, u = (x.mpf(ctx) for x in (top.A, top.C, top.gMR, start.theta))
-    u, sin2 = ctx.cos(u), ctx.sin(u) ** 2
-    p_psi = C * (140 - 15 * u)
-    found = constants(top, start, digits)
-    for value, want in (
-        (found.E_prime, A / 2 * 225 * sin2 + gMR * u),
-        (found.p_phi, -15 * A * sin2 + p_psi * u),
-        (found.p_psi, p_psi),
-        (found.E, A / 2 * 225 * sin2 + gMR * u + p_psi**2 / (2 * C)),
-    ):
-        assert abs(ctx.mpf(value) / want - 1) < ctx.mpf(10) ** (1 - digits)
-
-
-def test_lie_group_benchmark_constants():
-    """E, p_φ, p_ψ as the benchmark's decimals give them (Brüls, Cardona & Arnold 2012)."""
-    top = Top("15.234375", "0.46875", "147.15")
-    found = constants(top, State("pi/2", phi="pi", phidot="-4.61538", psidot=150))
-    assert close(found.E, CTX.mpf("5435.696790865546875"))
-    assert close(found.p_phi, CTX.mpf("-70.3124296875"))
-    assert close(found.p_psi, CTX.mpf("70.3125"))
-
-
-def test_held_spin_is_used_as_given():
-    """A kick that holds ω3 has p_ψ = C ω3 exactly."""
-    start = State.kicked(theta="0.1", omega3=140, phidot=15)
-    assert close(constants(Top(2, 1, 3), start).p_psi, 140)
 
 
 ARGS = (2.0, 1.25, 3.0, 0.7, -1.1, 0.4, 0.3, -0.8, 5.0)
@@ -170,30 +116,6 @@ def test_through_a_pole_moves_no_more_than_it_must():
     assert close(f, after["udot0"] ** 2)
 
 
-def test_a_long_axis_is_a_unit_axis_with_more_gravity():
-    """|e| = ρ: e/ρ obeys the same equations with g ρ; here ρ = 2."""
-    l = (0.5, -1.0, 3.0)  # noqa: E741
-    double = reduced(FromAxis((1.2, 0.0, 1.6), l, 1.5))
-    unit = reduced(FromAxis((Fraction(1.2) / 2, 0, Fraction(1.6) / 2), l, 3.0))
-    assert abs(double["u0"] - 0.8) < 1e-15
-    rho = CTX.sqrt(CTX.mpf(1.2) ** 2 + CTX.mpf(1.6) ** 2)
-    assert close(double["g"], CTX.mpf(1.5) * rho)
-    for name in ("a", "b", "u0", "udot0", "kinetic0"):
-        assert close(double[name], unit[name], 15), name
-
-
-def test_expansion_about_the_start_is_the_cubic():
-    """f(u₀ + d) by its Taylor coefficients against f as it is defined."""
-    source = scene_of(2, 1, 3, 0.7, 0, 0, 0.3, -0.8, 5)
-    with working(BITS):
-        f3, f2, f1, f0 = (midpoint(CTX, x) for x in source.reduced(BITS).cubic)
-    at = reduced(source)
-    for d in (CTX.mpf("0.1"), CTX.mpf("-0.4")):
-        u = at["u0"] + d
-        f = 2 * (at["h"] - at["g"] * u) * (1 - u * u) - (at["a"] - at["b"] * u) ** 2
-        assert close(f0 + d * (f1 + d * (f2 + d * f3)), f)
-
-
 def test_sums_keep_their_digits_near_a_pole():
     """P₋ of a start 1e-25 from the top has its digits: a − b as a difference has none."""
     source = scene_of(2, 1, 3, Fraction(1, 10**25), 0, 0, 0, 7, 5)
@@ -240,7 +162,52 @@ def test_pi_starts_on_the_pole():
         assert found.u0.is_exact()
 
 
-@pytest.mark.parametrize("value", [float("nan"), float("inf"), "a tenth", None, True])
-def test_refusals(value):
-    with pytest.raises(NotANumber):
-        number(CTX, value)
+# --- which special motion it is ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("exponent", [30, 290])
+@pytest.mark.parametrize("side", [1, -1])
+def test_no_threshold_decides_the_regime(exponent, side):
+    """However near a special motion is, what differs from it nutates: 1e-290 is not nothing."""
+    off = Exact.of(Fraction(side, 10**exponent))
+    rate, spin = Exact.of("2/sqrt(3)"), Exact.of("2*sqrt(3)")
+    near = (
+        (CONE, State("pi/3", thetadot=off, phidot=10, psidot="135.6")),
+        (CONE, State("pi/3", phidot=10 + off, psidot="135.6")),
+        (MARGINAL, State("pi/3", phidot=rate, omega3=spin + off)),
+        (MARGINAL, State("pi/3", phidot=rate, omega3=spin, thetadot=off)),
+        (MARGINAL, State(0, omega3=3, thetadot=off)),
+        (Top(2, 1, off), State("pi/2", phidot=1)),
+    )
+    found = [Regime.of(FromScene(*each)) for each in near]
+    assert {regime.name for regime in found} == {"nutating"}
+    assert found[2].misses_top != found[3].misses_top
+    assert found[5].mirrored == (side < 0)
+    assert not found[5].weightless
+    exact = FromScene(*near[0][:1], State("pi/3", phidot=10, psidot="135.6"))
+    assert Regime.of(exact).name == "steady"
+    assert Regime.of(FromScene(MARGINAL, WHITTAKER)).name == "asymptotic"
+
+
+@pytest.mark.parametrize(("theta", "misses"), [(0, (False, True)), ("pi", (True, False))])
+def test_a_start_on_a_pole_passes_through_it(theta, misses):
+    """Seen with g ≥ 0: with g < 0 top and bottom change places."""
+    for gMR in (3, -3):
+        regime = Regime.of(FromScene(Top(2, 1, gMR), State(theta, thetadot=1, psidot=4)))
+        assert (regime.misses_top, regime.misses_bottom) == misses[:: 1 if gMR > 0 else -1]
+        assert regime.mirrored == (gMR < 0)
+        assert regime.resting
+        assert not regime.steady
+
+
+def test_rounding_is_no_motion():
+    """An axis along its momentum, or round the equator, without weight: steady at any precision.
+
+    One unit in the last place of an axis is no rounding: doubles are exact.
+    """
+    axes = ((0.375, -0.5, 0.75), (0.375, -0.625, 0.75), (-0.9375, 0.21875, -0.25))
+    along = [FromAxis(e, [3 * x for x in e], 0) for e in axes]
+    assert all(Regime.of(source).steady for source in along)
+    assert Regime.of(FromScene(WEIGHTLESS, State("pi/2", phidot=1))).steady
+    aside = (1.125, -1.5, 2.25 * (1 + 2**-52))
+    assert Regime.of(FromAxis(axes[0], aside, 0)).name == "nutating"

@@ -19,9 +19,6 @@ ZERO = CTX.mpf(10) ** -115  # beside its terms: a sum of doubles' products that 
 SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
 
 
-# --- the truth, from the constants of the motion --------------------------------------------------
-
-
 def sign(*terms):
     total = CTX.fsum(terms)
     scale = CTX.fsum(map(abs, terms))
@@ -59,9 +56,6 @@ def told(A, C, gMR, theta, thetadot, phidot, spin, held):
         side = sign(p_psi * K2 / 2, p_psi * g * u, -g * drift, -g * p_psi * u) * CTX.sign(p_psi)
         return (("cusps", "loops", "waves")[int(side)]), ""
     return "waves", ""
-
-
-# --- tops and starts beside every boundary -------------------------------------------------------
 
 
 def off(random, n):
@@ -118,7 +112,7 @@ def rows(numbers):
 
 
 @pytest.mark.parametrize("held", ["psidot", "omega3"])
-@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_what_doubles_tell_is_true(held, seed):
     """Of 1e5 starts beside the boundaries most are told, and no kind or detail is wrong."""
     numbers = nasty(np.random.default_rng(seed), 12_500, held)
@@ -145,12 +139,8 @@ def top_and_state(numbers):
     return ht.Top(*(numbers[name] for name in SICM)), ht.State(**start)
 
 
-@pytest.mark.parametrize("held", ["psidot", "omega3"])
-def test_many_are_what_they_are_one_by_one(held):
+def assert_one_by_one(numbers, found):
     """Kind, detail, tags and proof are those of `classify`; the margin is at most its margin."""
-    numbers = nasty(np.random.default_rng(7), 800, held)
-    found = classify_many(**numbers, tags=True)
-    assert found.certified.all()
     for at, row in enumerate(rows(numbers)):
         verdict = ht.classify(*top_and_state(dict(zip(numbers, row, strict=True))))
         assert found.names[found.kind[at]] == verdict.kind, row
@@ -163,6 +153,14 @@ def test_many_are_what_they_are_one_by_one(held):
             assert found.margin[at] > 0.999 * verdict.margin, row
 
 
+@pytest.mark.parametrize("held", ["psidot", "omega3"])
+def test_many_are_what_they_are_one_by_one(held):
+    numbers = nasty(np.random.default_rng(7), 800, held)
+    found = classify_many(**numbers, tags=True)
+    assert found.certified.all()
+    assert_one_by_one(numbers, found)
+
+
 def regular(random, n):
     """Tops and starts well away from every boundary, nearly always."""
     A, g = np.exp(random.uniform(-2, 2, n)), np.exp(random.uniform(-2, 2, n))
@@ -173,18 +171,19 @@ def regular(random, n):
     }  # fmt: skip
 
 
-def test_tags_are_those_told_one_by_one():
-    """Away from the boundaries doubles tell the tags too, spin reversal among them."""
+def test_away_from_the_boundaries_none_is_sent():
+    """Doubles tell the tags too, spin reversal among them, and of a pole that is passed."""
     numbers = regular(np.random.default_rng(3), 1000)
     numbers["C"][::5] = numbers["A"][::5]
     numbers["omega3"][::7] = 0.0
     found = classify_many(**numbers, tags=True)
     assert found.sent == 0
-    for at, row in enumerate(rows(numbers)):
-        verdict = ht.classify(*top_and_state(dict(zip(numbers, row, strict=True))))
-        assert found.tags[at] == bits(verdict.tags), row
+    assert_one_by_one(numbers, found)
     both = [(found.tags & bits((name,)) > 0).mean() for name in TAG_NAMES[:3]]
     assert 0.1 < min(both) <= max(both) < 0.9
+    passing = {"A": 2, "C": 1.5, "gMR": 3, "theta": 0, "thetadot": 2, "phidot": 9}
+    found = classify_many(**passing, omega3=np.linspace(-5, 5, 40), tags=True)
+    assert (found.counts, found.sent, found.tags.any()) == ({"through-top": 40}, 0, False)
 
 
 def test_near_the_separatrix():
@@ -212,14 +211,11 @@ def test_spin_reversal_beside_a_turning_point():
     numbers["psidot"] = 10.0 ** random.uniform(-17, -9, n) * random.choice((-1, 0, 1), n)
     numbers["thetadot"] = 10.0 ** random.uniform(-17, -5, n) * random.choice((-1, 0, 1), n)
     found = classify_many(**numbers, tags=True)
-    for at, row in enumerate(rows(numbers)):
-        verdict = ht.classify(*top_and_state(dict(zip(numbers, row, strict=True))))
-        assert found.tags[at] == bits(verdict.tags), row
+    assert_one_by_one(numbers, found)
     assert 0.05 < (found.tags & bits(("spin-reversal",)) > 0).mean() < 0.95
     still = (numbers["psidot"] == 0) & (numbers["thetadot"] == 0) & ~flat
-    standing = {name: x[still] for name, x in numbers.items()}
     assert still.sum() > 20
-    assert classify_many(**standing, tags=True).sent == 0
+    assert classify_many(**{name: x[still] for name, x in numbers.items()}, tags=True).sent == 0
 
 
 def test_far_from_the_separatrix_by_two_numbers():
@@ -243,17 +239,6 @@ def test_far_from_the_separatrix_by_two_numbers():
                 assert (kinds.FAR * minus) ** 2 < 10
                 seen += 1
     assert seen > 500
-
-
-def test_tags_from_the_top_need_no_balls():
-    """p_φ = p_ψ puts a zero of ψ̇ sin²θ on the pole; it is known to be no reversal."""
-    omega3 = np.linspace(-5, 5, 40)
-    found = classify_many(
-        A=2, C=1.5, gMR=3, theta=0, thetadot=2, phidot=9, omega3=omega3, tags=True
-    )
-    assert found.counts == {"through-top": 40}
-    assert found.sent == 0
-    assert not found.tags.any()
 
 
 # --- who is sent to balls -------------------------------------------------------------------------
@@ -372,17 +357,6 @@ def test_kinds(held):
             assert names(one) == [kind]
 
 
-def test_the_margin_shrinks_to_the_boundary():
-    """Beside the fastest kick that loops the margin is the distance to it, in proportion."""
-    edge = 15.695837998076
-    aside = 10.0 ** -np.arange(2, 12)
-    found = classify_many(**SICM, theta=0.1, phidot=edge * (1 + aside), psidot=140)
-    assert set(names(found)) == {"waves"}
-    ratio = found.margin / aside
-    assert 0.05 < ratio.min() <= ratio.max() < 1
-    assert ratio.max() / ratio.min() < 1.1
-
-
 # --- shapes, and what is impossible ---------------------------------------------------------------
 
 
@@ -407,17 +381,13 @@ def test_arrays_are_broadcast_whatever_their_order(monkeypatch):
         assert one.margin == found.margin[at]
 
 
-def test_nothing_is_nothing():
-    found = classify_many(A=1, C=1, gMR=1, theta=np.zeros((0, 3)))
-    assert found.kind.shape == (0, 3)
-    assert found.counts == {}
-
-
 GOOD = {"A": 2.0, "C": 1.0, "gMR": 3.0, "theta": 1.0, "thetadot": 0.5, "phidot": 1.0, "omega3": 2.0}
 BAD = [
     ("A", 0.0), ("A", -1.0), ("C", 0.0), ("C", -1.0), ("C", math.nextafter(4.0, 5)),
     ("theta", -1e-9), ("theta", -5e-324), ("theta", math.nextafter(math.pi, 4)), ("A", 1e308),
 ]  # fmt: skip
+
+
 BAD += [(name, x) for name in GOOD for x in (math.nan, math.inf, -math.inf, 1e301, 1e-310)]
 
 
@@ -449,24 +419,6 @@ def test_what_is_impossible_is_not_looked_at_one_by_one(monkeypatch):
         assert classify_many(**(GOOD | {name: x})).counts == {"impossible": 1}
 
 
-def test_the_largest_and_the_smallest_numbers_are_decided():
-    """Outside the range of the filter, and within that of exact numbers, balls decide."""
-    found = classify_many(**(GOOD | {"A": [1e290, 1e-290], "C": 1e-300, "gMR": [1e299, -1e-299]}))
-    assert found.certified.all()
-    assert found.sent == 2
-    assert names(found) == ["waves", "waves"]
-
-
-def test_both_spins_are_refused():
-    with pytest.raises(ImpossibleStart, match="not both"):
-        classify_many(A=1, C=1, gMR=1, theta=1, psidot=1, omega3=1)
-
-
-def test_shapes_that_do_not_broadcast_are_refused():
-    with pytest.raises(Impossible, match=r"theta \(2,\), phidot \(3,\)"):
-        classify_many(A=1, C=1, gMR=1, theta=[1, 2], phidot=[1, 2, 3])
-
-
 @pytest.mark.parametrize(
     "theta", ["pi/3", [1, "x"], 1j, True, None, [[1, 2], [3]], np.longdouble(1), object()]
 )
@@ -476,14 +428,17 @@ def test_what_is_no_array_of_numbers_is_refused(theta):
     assert issubclass(NotANumber, HeavyTopError)
 
 
-def test_verdicts_do_not_change():
+def test_refusals_and_results_that_do_not_change():
+    with pytest.raises(ImpossibleStart, match="not both"):
+        classify_many(A=1, C=1, gMR=1, theta=1, psidot=1, omega3=1)
+    with pytest.raises(Impossible, match=r"theta \(2,\), phidot \(3,\)"):
+        classify_many(A=1, C=1, gMR=1, theta=[1, 2], phidot=[1, 2, 3])
+    k = 2**27 + 1
+    with pytest.raises(NotANumber, match=r"2\^53"):
+        classify_many(A=1, C=1, gMR=np.int64(k * k), theta=0, omega3=2 * k)
+    none = classify_many(A=1, C=1, gMR=1, theta=np.zeros((0, 3)))
+    assert (none.kind.shape, none.counts) == ((0, 3), {})
     found = classify_many(**SICM, theta=[0.1, 0.2])
     for array in (found.kind, found.detail, found.certified, found.margin):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0
-
-
-def test_integers_that_doubles_do_not_hold_are_refused():
-    k = 2**27 + 1
-    with pytest.raises(NotANumber, match=r"2\^53"):
-        classify_many(A=1, C=1, gMR=np.int64(k * k), theta=0, omega3=2 * k)
