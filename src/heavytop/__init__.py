@@ -14,6 +14,7 @@ __version__ = "0.1.0"
 _HOMES = {
     "Atlas": "studies.atlas",
     "BadScene": "errors",
+    "Check": "checking.judge",
     "Circuit": "analytic.monodromy",
     "Drift": "studies.drift_result",
     "Enclosure": "analytic.enclosure",
@@ -55,6 +56,7 @@ _HOMES = {
     "WorkPrecision": "studies.work_precision",
     "WrongType": "errors",
     "atlas": "studies.atlas",
+    "check": "checking.judge",
     "classify": "classification.classify",
     "classify_many": "classification.many",
     "drift": "studies.drift",
@@ -84,6 +86,7 @@ _HOMES = {
 __all__ = [
     "Atlas",
     "BadScene",
+    "Check",
     "Circuit",
     "DoubtfulWarning",
     "Drift",
@@ -125,6 +128,7 @@ __all__ = [
     "WorkPrecision",
     "WrongType",
     "atlas",
+    "check",
     "classify",
     "classify_many",
     "drift",
@@ -159,6 +163,7 @@ if TYPE_CHECKING:
     from heavytop.analytic.monodromy import Circuit
     from heavytop.analytic.motion import Motion
     from heavytop.analytic.reference import Reference, reference
+    from heavytop.checking.judge import Check, check
     from heavytop.claims.validate import Validation, validate
     from heavytop.classification import Kind, Verdict
     from heavytop.classification.classify import classify

@@ -12,6 +12,7 @@ import typer
 from typer.core import TyperGroup
 
 from heavytop.cli.atlas import atlas
+from heavytop.cli.check import check
 from heavytop.cli.classify import classify
 from heavytop.cli.derive import derive
 from heavytop.cli.doctor import doctor
@@ -90,6 +91,7 @@ app.command(epilog=EXIT_CODES)(stress)
 app.command(epilog=EXIT_CODES)(workprec)
 app.command(epilog=EXIT_CODES)(validate)
 app.command(epilog=EXIT_CODES)(reference)
+app.command(epilog=EXIT_CODES)(check)
 app.command(epilog=EXIT_CODES)(report)
 app.command()(scenes)
 app.command()(derive)
