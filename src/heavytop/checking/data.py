@@ -150,11 +150,9 @@ class Data:
             omega3 = (self.omega * self.axis).sum(axis=1)
             speed = np.cross(self.omega, self.axis)
             return self.axis[:, 2], (speed * speed).sum(axis=1), omega3, self.omega[:, 2]
-        if not {"theta", *RATES} <= self.told.keys():
-            return None
-        thetadot, phidot, psidot = (self.told[rate] for rate in RATES)
-        u, sine = np.cos(self.told["theta"]), np.sin(self.told["theta"])
-        return u, thetadot**2 + (phidot * sine) ** 2, psidot + phidot * u, phidot + psidot * u
+        if {"theta", *RATES} <= self.told.keys() and "phi" not in self.told:  # which plays no part
+            return self.with_(phi=np.zeros_like(self.t)).spinning
+        return None
 
 
 def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
@@ -176,14 +174,11 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
     found = _gathered(table, chosen, faults)
     told = _checked(found, faults)
     if not (told.keys() & {*ANGLES, *_SHAPES} or faults):
-        faults.append(f"nothing tells where the axis is: {TELLING} (columns: {_list(table)})")
+        names = harmless(", ".join(table)[:200])
+        faults.append(f"nothing tells where the axis is: {TELLING} (columns: {names})")
     if faults:
         raise ForeignFile("\n".join(f"{name}: {fault}" for fault in faults[:MOST_FAULTS]))
     return Data(name, told.pop("t"), told, scene)
-
-
-def _list(names: Mapping[str, Any]) -> str:
-    return harmless(", ".join(names)[:200])
 
 
 def _gathered(

@@ -12,6 +12,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from heavytop.analytic.enclosure import EVENTS, Enclosure, enclose
+from heavytop.analytic.many_times import DoubleRecord
 from heavytop.analytic.motion import Motion
 from heavytop.checking.data import ANGLES, RATES, Array, Data, read
 from heavytop.checking.problem import Origin, Problem, wrapped
@@ -333,20 +334,13 @@ def _curves(problem: Problem) -> dict[str, Array]:
                 off[told], off[~told] = np.unwrap(off[told]), np.nan
                 found[name] = off
     if data.spinning is not None:
-        motion = problem.motion
         A, C, gMR = (float(getattr(problem.top, name)) for name in ("A", "C", "gMR"))
+        _, E0, p_phi, p_psi = problem.motion.constants.floats.values()
         u, speed, omega3, upright = data.spinning
-        values = {
-            "E_prime": A * speed / 2 + gMR * u,
-            "p_phi": A * (upright - omega3 * u) + C * omega3 * u,
-            "p_psi": C * omega3,
-        }
-        true = {name: float(x) for name, x in motion.constants.items()}
-        size = max(abs(true["p_phi"]), abs(true["p_psi"])) or 1.0
-        scales = {"E_prime": max(abs(true["E_prime"]), abs(gMR)) or 1.0}
-        for name, value in values.items():
-            key = "energy" if name == "E_prime" else name
-            found[key] = (value - true[name]) / scales.get(name, size)
+        momentum = max(abs(p_phi), abs(p_psi)) or 1.0
+        found["energy"] = (A * speed / 2 + gMR * u - E0) / (max(abs(E0), abs(gMR)) or 1.0)
+        found["p_phi"] = (A * (upright - omega3 * u) + C * omega3 * u - p_phi) / momentum
+        found["p_psi"] = (C * omega3 - p_psi) / momentum
     return found
 
 
@@ -430,28 +424,25 @@ def _events(problem: Problem) -> dict[str, Count]:
 def _proved(motion: Enclosure, event: str, t: Array) -> tuple[int, int]:
     """The least and the most events from the first time to the last, give or take a row."""
     (a, b), (c, d) = t[:2], t[-2:]
-
-    def until(time: float) -> int:
-        return motion.count(event, time) if time >= 0 else -motion.count(event, time)
-
-    before = max(0.0, a - (b - a)) if a >= 0 else a - (b - a)
-    outside = until(before) if before else 0
-    return max(0, until(c) - until(b)), until(d + (d - c)) - outside
+    before = 2 * a - b if a < 0 else max(0.0, 2 * a - b)
+    until = {x: int(np.sign(x)) * motion.count(event, x) for x in (before, b, c, 2 * d - c)}
+    return max(0, until[c] - until[b]), until[2 * d - c] - until[before]
 
 
-def _counted(t: Array, theta: Array | None, phi: Array | None, exact: Any) -> dict[str, int | None]:
+def _counted(t: Array, theta: Any, phi: Any, exact: DoubleRecord) -> dict[str, int | None]:
     """Turns of θ and of φ; a turn of θ at which the axis rests is a cusp."""
-    tops = None if theta is None else _turns(theta, FAINT * np.ptp(exact.theta) + NOISE)
-    if phi is None:
-        return {"turning": None if tops is None else len(tops), "reversal": None, "cusp": None}
-    phi = np.unwrap(phi)
-    swing = np.ptp(exact.phi - np.polyval(np.polyfit(t, exact.phi, 1), t))
-    turns = {"reversal": len(_turns(phi, FAINT * swing + NOISE)), "cusp": None, "turning": None}
-    if tops is not None:
+    found: dict[str, int | None] = dict.fromkeys(EVENTS)
+    if theta is not None:
+        tops = _turns(theta, FAINT * np.ptp(exact.theta) + NOISE)
+        found["turning"] = len(tops)
+    if phi is not None:
+        phi = np.unwrap(phi)
+        swing = np.ptp(exact.phi - np.polyval(np.polyfit(t, exact.phi, 1), t))
+        found["reversal"] = len(_turns(phi, FAINT * swing + NOISE))
+    if phi is not None and theta is not None:
         rate = abs(np.gradient(phi, t)[tops])
-        turns["turning"] = len(tops)
-        turns["cusp"] = int((rate < AT_REST * abs(exact.phidot).max()).sum())
-    return turns
+        found["cusp"] = int((rate < AT_REST * abs(exact.phidot).max()).sum())
+    return found
 
 
 def _turns(x: Array, least: float) -> list[int]:
