@@ -148,3 +148,11 @@ def test_no_slip_is_named_in_good_data(seed):
     problem = good(seed)
     assert problem.misfit < 0.3
     assert find_slip(problem) is None
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_a_world_is_right_handed_and_named_after_its_vertical(name):
+    space, (letter, way) = world(WORLDS[name]), name.split("-")
+    assert round(np.linalg.det(space)) == 1
+    vertical = space["xyz".index(letter)]
+    assert vertical.tolist() == [0, 0, 1 if way == "up" else -1]
