@@ -26,6 +26,7 @@ from .claims.validate import (
     Validation as Validation,
     validate as validate,
 )
+from .checking.judge import Check as Check, check as check
 from .classification import (
     Kind as Kind,
     Verdict as Verdict,

@@ -43,7 +43,7 @@ time = 0.5
 
 VERBS = (
     "run", "classify", "plan", "drift", "resume", "atlas", "workprec", "stress", "report",
-    "reference", "validate", "scenes", "derive", "doctor",
+    "reference", "check", "validate", "scenes", "derive", "doctor",
 )  # fmt: skip
 
 

@@ -27,7 +27,8 @@ PLAIN = {"Exact", "Kind"}  # a number with its operations, and an enumeration
 NO_ACCURACY = {
     **dict.fromkeys(["Exact", "Scene", "State", "Top", "load_scene"], "exact numbers"),
     **dict.fromkeys(["Kind", "Plan", "Sample", "Trajectory", "Transition"], "as its maker says"),
-    **dict.fromkeys(["Circuit", "Errors", "Folded", "Motions", "Sensitivities"], "likewise"),
+    **dict.fromkeys(["Check", "Circuit", "Errors", "Folded", "Motions"], "likewise"),
+    **dict.fromkeys(["Sensitivities"], "likewise"),
     **dict.fromkeys(["Drift", "Stress", "Verdict", "WorkPrecision", "Atlas"], "likewise"),
     **dict.fromkeys(["Validation", "validate"], "each claim has its own bound, and its reason"),
 }
@@ -38,10 +39,12 @@ NO_REFERENCE = {
     **dict.fromkeys(["Folded", "Kind", "Sensitivities", "Transition", "Verdict"], "as its maker"),
     **dict.fromkeys(["load_atlas", "load_scene", "load_trajectory", "resume"], "files"),
     **dict.fromkeys(["merge_atlases", "atlas", "extend", "plan", "propagate_many"], "ours"),
+    **dict.fromkeys(["check", "Check"], "ours"),
     **dict.fromkeys(["run_errors", "stress", "work_precision", "classify_many"], "ours"),
     **dict.fromkeys(["Validation", "validate"], "each claim names its authority"),
 }
 NO_UNIT = {  # numbers that count, compare or have the unit of what they are of
+    "Check": {"digits"},
     "Circuit": {"s", "turns", "spin_turns"},
     "Errors": {"energy", "invariants", "input_rounding"},
     "Facts": {"rotation_number", "nutation_amplitude", "fast_top_ratio", "fast_top_amplitude_error",

@@ -208,6 +208,7 @@ PLACES = {
     "atlas": {"scene": KICKED, "x": "phidot=-20:20:5", "y": "psidot=1:2:3"},
     "classify": {"top": TOP, "start": START},
     "classify_many": NUMBERS,
+    "check": {"data": {"t": range(5), "theta": [0.1] * 5}, "scene": KICKED},
     "drift": {"scene": KICKED},
     "enclose": {"top": TOP, "start": START},
     "energy_momentum": {"top": TOP, "p_psi": "0.004"},
@@ -237,7 +238,7 @@ PLACES = {
     "Top.from_solids": {"parts": [], "gravity": 1},
 }
 NOT_IT = [object(), "of no use", None, 1j, {}]
-A_PATH = {"folder", "name_or_path", "path"}  # which a text can be: it names no file
+A_PATH = {"data", "folder", "name_or_path", "path"}  # which a text can be: it names no file
 
 
 def named(name):

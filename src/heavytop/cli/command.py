@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+from heavytop.cli.check import check
 from heavytop.cli.inspect import classify, derive, doctor, plan, reference, scenes
 from heavytop.cli.messages import EXIT_CODES, Exit, say
 from heavytop.cli.report import report
@@ -54,7 +55,7 @@ app = typer.Typer(
 )
 for each in (
     *(run, classify, plan, drift, resume, atlas, stress, workprec, validate),
-    *(reference, report, scenes, derive, doctor),
+    *(reference, check, report, scenes, derive, doctor),
 ):
     app.command(cls=Verb, epilog=EXIT_CODES)(each)
 
