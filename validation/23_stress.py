@@ -13,7 +13,8 @@ from claim import claim, finish, most
 from page import DOCS, rewrite
 
 import heavytop as ht
-from heavytop.report.stress import UNTOLD_RULE, cell
+from heavytop.report.parts import Table
+from heavytop.report.studies import UNTOLD_RULE, cell
 from heavytop.report.study_files import write_stress
 from heavytop.results.stress_marks import MARKS, UNTOLD, heading
 
@@ -32,20 +33,18 @@ def table(found):
     runs = {(run["case"], run["method"]): run for run in document["cases"]}
     names = list(document["methods"])
     common = [name for name in names if not name.endswith("first-order")]
-    rows = [["case", *(heading(document, name) for name in common)],
-            ["--", *["--:"] * len(common)]]  # fmt: skip
-    rows += [
-        [f"`{case}`", *(cell(runs.get((case, name))) for name in common)]
-        for case in document["hard"]
-    ]
+    head = ("case", *(heading(document, name) for name in common))
+    rows = [(f"`{case}`", *(cell(runs.get((case, name))) for name in common))
+            for case in document["hard"]]  # fmt: skip
     marks = [f"- {MARKS.get(word, '')} **{word}**: {rule}." for word, rule in
              document["rules"].items()]  # fmt: skip
     marks.append(f"- {UNTOLD} **nothing to tell**: {UNTOLD_RULE.partition(': ')[2]}.")
     counts = found.counts()
     words = list(next(iter(counts.values())))
-    sums = [["method", *words], ["--", *["--:"] * len(words)]]
-    sums += [[f"`{name}`", *(str(counts[name][word] or "") for word in words)] for name in names]
-    return "\n\n".join([lines(rows), "\n".join(marks), lines(sums), measured(found)])
+    sums = [(f"`{name}`", *(str(counts[name][word] or "") for word in words)) for name in names]
+    tables = (Table(head, tuple(rows)), Table(("method", *words), tuple(sums)))
+    shown, counted = (each.markdown for each in tables)
+    return "\n\n".join([shown, "\n".join(marks), counted, measured(found)])
 
 
 def measured(found):
@@ -63,10 +62,6 @@ def measured(found):
         + ", ".join(f"{name} {1e3 * seconds / PERIODS:.2g}" for name, seconds in took.items()
                     if seconds is not None) + ".",
     ])  # fmt: skip
-
-
-def lines(rows):
-    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
 began = perf_counter()

@@ -318,7 +318,11 @@ def test_circles_of_equal_tilt_are_where_they_can_be_seen(view):
     tilts = np.degrees(np.arccos(heights))
     assert np.allclose(tilts, view.spacing * np.round(tilts / view.spacing), atol=1e-5)
     side = np.sign(view.towards[2])
-    lowest = 90 if abs(view.towards[2]) == 1 else 155  # as far as can be seen from 25 degrees
+    from_above = np.degrees(np.arcsin(min(view.reach, 1)))
+    lowest = from_above if abs(view.towards[2]) == 1 else 155  # as far as is seen from 25 degrees
     from_pole = tilts if side > 0 else 180 - tilts
     inside = from_pole[from_pole < lowest - 0.1]  # the outline may be drawn twice
-    assert sorted(np.round(inside)) == list(range(view.spacing, lowest, view.spacing))
+    assert sorted(np.round(inside)) == list(np.arange(view.spacing, lowest, view.spacing))
+    words = {text.get_text() for text in ax.texts}
+    assert words
+    assert words <= {f"{tilt:.0f}°" for tilt in tilts}

@@ -32,7 +32,7 @@ def _list(json: bool) -> None:
     if json:
         print_json({"schema": SCHEMA, "scenes": dict(titles)})
         return
-    from heavytop.report.rich_tables import two_columns
+    from heavytop.report.terminal import two_columns
 
     print_table(two_columns(titles.items()))
 

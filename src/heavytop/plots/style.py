@@ -1,4 +1,4 @@
-"""What all figures share: colours (of Okabe and Ito), markers, titles, legends, and saving."""
+"""What all figures share: how kinds and events look, titles, legends, degrees, and saving."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ import os
 import re
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from typing import Any, Final, Literal, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.transforms import Bbox
@@ -20,6 +21,7 @@ from heavytop.scene.arguments import path_of
 
 Array = NDArray[np.float64]
 
+# Okabe and Ito's colours, which the colour-blind tell apart.
 BLUE: Final = "#0072B2"
 ORANGE: Final = "#D55E00"
 GREEN: Final = "#009E73"
@@ -31,6 +33,50 @@ FAINT: Final = "#BBBBBB"
 COLOURS: Final = (BLUE, ORANGE, GREEN, PURPLE, YELLOW, SKY, BLACK)
 MARKERS: Final = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*", "p")
 PATH, OTHER = BLUE, ORANGE
+
+
+class Kind(NamedTuple):
+    """How a kind of motion is drawn in every figure: as an area, or as a boundary of areas."""
+
+    label: str
+    colour: str
+    line: Any = "-"
+
+
+KINDS: Final = {
+    "at-rest": Kind("at rest", "#FFFFFF"),
+    "force-free": Kind("force-free", "#DDCC77"),
+    "sleeping": Kind("sleeping", "#B87A00"),
+    "hanging": Kind("hanging", "#999933"),
+    "planar-pendulum": Kind("planar pendulum", "#B8E0F5"),
+    "separatrix": Kind("separatrix", "#882255", (0, (3, 1, 1, 1, 1, 1))),
+    "through-top": Kind("through the top", ORANGE, (0, (5, 2))),
+    "through-bottom": Kind("through the bottom", PURPLE, (0, (5, 2, 1, 2))),
+    "uniform-precession": Kind("steady precession", GREEN, (0, (1, 1.5))),
+    "loops": Kind("loops", "#5AA9D6"),
+    "cusps": Kind("cusps", BLACK),
+    "waves": Kind("waves", "#F8EFA4"),
+    "undecided": Kind("undecided", "#FF00FF"),
+    "impossible": Kind("impossible", "#B9B9B9"),
+}
+UNKNOWN: Final = Kind("", "#FFFFFF")  # of files that others wrote
+
+
+class Event(NamedTuple):
+    """How one kind of event is drawn in every figure."""
+
+    label: str
+    marker: str
+    colour: str
+
+
+# Every kind of event has its own marker, so that nothing rests on telling colours apart.
+EVENTS: Final = {
+    "theta_min": Event("turning point, axis highest", "^", GREEN),
+    "theta_max": Event("turning point, axis lowest", "v", ORANGE),
+    "reversal": Event("reversal of precession", "o", PURPLE),
+    "cusp": Event("cusp", "D", BLACK),
+}
 
 STYLE: Final[Any] = {
     "svg.hashsalt": "heavytop",
@@ -45,7 +91,6 @@ _METADATA: Final[dict[str, dict[str, Any]]] = {
     "png": {"Software": None},
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
-
 
 MOST_LETTERS: Final = 90  # of a text that somebody else wrote
 _NO_LETTER: Final = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # in XML 1.0
@@ -85,6 +130,21 @@ def legend(
         figure.legend(
             handles, names, loc="outside lower center", ncols=columns, frameon=False, **looks
         )
+
+
+def gridded(ax: Axes, xlabel: str, ylabel: str) -> None:
+    """Label both axes, and draw faint lines at their ticks."""
+    ax.set(xlabel=xlabel, ylabel=ylabel)
+    ax.grid(True, which="major", linewidth=0.3, color=FAINT)
+
+
+def in_degrees(ax: Axes, side: Literal["x", "y"]) -> None:
+    """Show degrees on the other side of axes whose x or y is in radians."""
+    functions = (np.degrees, np.radians)
+    if side == "x":
+        ax.secondary_xaxis("top", functions=functions).set_xlabel("[°]")
+    else:
+        ax.secondary_yaxis("right", functions=functions).set_ylabel("[°]")
 
 
 class _SettledLayout(ConstrainedLayoutEngine):

@@ -108,6 +108,7 @@ class Trace(TypedDict):
     kind: Text
     tags: list[Text]
     seconds: Number
+    pushed: NotRequired[Number]
     axis: list[list[Number]]
 
 

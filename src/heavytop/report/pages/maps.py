@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from heavytop.hdf5 import attribute, dataset, opened
 from heavytop.report.pages.section import Picture, Section, drawn
-from heavytop.report.parts import FactRows, Table, called, headed
+from heavytop.report.parts import Table, called, headed
+from heavytop.report.studies import atlas_parts
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,14 +34,7 @@ def atlas_section(result: Result, ident: str) -> Section:
     ForeignFile
         The map is damaged, or is not the one that the document tells of.
     """
-    document = result.document
-    counts, pixels = document["counts"], sum(document["counts"].values())
-    proved = pixels - document["uncertified"]
-    rows = [
-        {"kind": name, "pixels": counts[name], "share": f"{100 * share:.2f} %"}
-        for name, share in _shares(counts)
-    ]
-    said = (FactRows((("tops", f"{pixels}, {proved} of them with a proved kind"),)), Table.of(rows))
+    document, said = result.document, atlas_parts(result.document)
     pictures = tuple(_map(result))
     notes = () if pictures else ("There is no whole map beside atlas.json: no figure.",)
     return Section(result, ident, f"Atlas: {called(document)}", (*notes, *said), pictures)
@@ -68,13 +62,6 @@ def _map(result: Result) -> Sequence[Picture]:
             listed="curves",
         )
     ]  # fmt: skip
-
-
-def _shares(counts: Mapping[str, float]) -> list[tuple[str, float]]:
-    """The kinds with their parts of the area, the largest first."""
-    pixels = sum(counts.values()) or 1
-    order = sorted(counts.items(), key=lambda each: -each[1])
-    return [(name, count / pixels) for name, count in order]
 
 
 def _boundaries(curves: Sequence[Known], heads: Mapping[str, str]) -> Table:

@@ -17,7 +17,7 @@ from heavytop.files import as_json, write_text
 from heavytop.machine import version
 from heavytop.report.pages.sections import SECTIONS
 from heavytop.report.parts import called
-from heavytop.report.validation import summary
+from heavytop.report.studies import summary
 from heavytop.results.command import typed
 from heavytop.spelling import harmless
 

@@ -9,16 +9,18 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from heavytop.report.drift import drift_parts
-from heavytop.report.energy_momentum import energy_momentum_parts
 from heavytop.report.pages.maps import atlas_section
 from heavytop.report.pages.run_section import run_section
 from heavytop.report.pages.section import Picture, Section, drawn
 from heavytop.report.parts import Part, Table, called
-from heavytop.report.stress import stress_parts
+from heavytop.report.studies import (
+    drift_parts,
+    energy_momentum_parts,
+    stress_parts,
+    validate_parts,
+    work_precision_parts,
+)
 from heavytop.report.study_files import charted
-from heavytop.report.validation import validate_parts
-from heavytop.report.work_precision import work_precision_parts
 
 if TYPE_CHECKING:
     from heavytop.analytic.motion import Motion
@@ -107,22 +109,28 @@ def _section(result: Result, ident: str, what: str, parts: Iterable[Part], *char
 def traces_document() -> dict[str, Any]:
     """Return the axis of every shipped scene over a few nutations; nothing is integrated.
 
+    Of a top that rests, sleeps or hangs it is what it does after a push, ``pushed`` [rad/s].
+
     Examples
     --------
     >>> first = traces_document()["traces"][0]
-    >>> first["name"], first["kind"], first["axis"][0]
-    ('at-rest', 'at-rest', [0.0, 0.0, 1.0])
+    >>> first["name"], first["kind"], first["axis"][0], first["pushed"]
+    ('at-rest', 'at-rest', [0.0, 0.0, 1.0], 1.0)
     """
     from heavytop.analytic.motion import Motion
+    from heavytop.plots.sphere import PUSH, touched
     from heavytop.scene.scene import load_scene, shipped_scenes
 
     found = []
     for name, title in shipped_scenes().items():
         scene = load_scene(name)
         motion = Motion(scene.top, scene.start)
+        known: dict[str, Any] = {"name": name, "title": title}
+        known |= {"kind": str(motion.kind), "tags": list(motion.tags)}
+        if neighbour := touched(motion):
+            motion, known["pushed"] = neighbour, PUSH
         seconds = _seconds(motion, scene)
         axis = motion.at(np.linspace(0.0, seconds, TRACE_POINTS)).axis
-        known = {"name": name, "title": title, "kind": str(motion.kind), "tags": list(motion.tags)}
         places = [[round(x, 6) + 0.0 for x in place] for place in axis.tolist()]
         found.append(known | {"seconds": seconds, "axis": places})
     return {"schema": "heavytop/traces/1", "traces": found}
