@@ -69,14 +69,13 @@ def atlas_figure(atlas: Atlas) -> Figure:
     for panel in panels:
         panel.axis("off")
     box = {"boxstyle": "circle", "facecolor": "white", "edgecolor": "black", "linewidth": 0.7}
-    for number, (panel, each) in enumerate(zip(panels, examples, strict=False), start=1):
-        ax.text(each.x, each.y, str(number), ha="center", va="center", fontsize=8, zorder=6,
-                bbox=box)  # fmt: skip
-        motion = touched(each.motion) or each.motion
+    for number, (panel, (name, x, y)) in enumerate(zip(panels, examples, strict=False), start=1):
+        ax.text(x, y, str(number), ha="center", va="center", fontsize=8, zorder=6, bbox=box)
+        own = _motion(atlas, x, y)
+        motion = touched(own) or own
         path = axis_path(motion, PERIODS * motion.period if motion.period else SECONDS)
-        pushed = motion is not each.motion
-        kind_panel(panel, path, View.of(path), each.kind, pushed=pushed)
-        words = f"{number}: {KINDS[each.kind].label}{', touched' * pushed}"
+        kind_panel(panel, path, View.of(path), name, pushed=motion is not own)
+        words = f"{number}: {KINDS[name].label}{', touched' * (motion is not own)}"
         panel.set_title(words, fontsize=7.5)
     return figure
 
@@ -162,17 +161,10 @@ def _edges(axis: Known, count: int) -> NDArray[np.float64]:
     return np.asarray(low + (high - low) * share)
 
 
-class Example(NamedTuple):
-    """A region: its kind, and the motion at a pixel in its midst."""
-
-    kind: str
-    x: float
-    y: float
-    motion: Motion
-
-
-def _examples(atlas: Atlas, kind: Codes, columns: Any, rows: Any) -> Iterator[Example]:
-    """The largest regions of what can be, and the largest of each kind."""
+def _examples(
+    atlas: Atlas, kind: Codes, columns: Any, rows: Any
+) -> Iterator[tuple[str, float, float]]:
+    """The largest regions of what can be, and the largest of each kind: kind, and a place in it."""
     coarse = [np.linspace(0, n - 1, min(n, CELLS)).astype(int) for n in kind.shape]
     cells = kind[np.ix_(*coarse)]
     seen: set[int] = set()
@@ -186,7 +178,7 @@ def _examples(atlas: Atlas, kind: Codes, columns: Any, rows: Any) -> Iterator[Ex
     for region in large[:TRACED]:
         row, column = (int(places[k]) for places, k in zip(coarse, region.middle, strict=True))
         x, y = atlas.plane.x.values[columns[column]], atlas.plane.y.values[rows[row]]
-        yield Example(atlas.names[region.code], float(x), float(y), _motion(atlas, x, y))
+        yield atlas.names[region.code], float(x), float(y)
 
 
 class Region(NamedTuple):

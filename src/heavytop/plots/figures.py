@@ -17,45 +17,17 @@ from matplotlib.figure import Figure
 from heavytop.analytic.potential import Curve, Potential
 from heavytop.classification import Kind
 from heavytop.errors import NoClosedForm
-from heavytop.plots.sphere import PUSH, View, axis_path, touched
-from heavytop.plots.style import (
-    BLACK,
-    BLUE,
-    EVENTS,
-    FAINT,
-    GREEN,
-    ORANGE,
-    OTHER,
-    PATH,
-    PURPLE,
-    STYLE,
-    Array,
-    in_degrees,
-    legend,
-    literal,
-    save,
-)
+from heavytop.plots import style
+from heavytop.plots.sphere import PUSH, axis_path, touched
+from heavytop.plots.sphere import View as View
+from heavytop.plots.style import Array, in_degrees, legend, literal
+from heavytop.plots.style import save as save
 from heavytop.run.verify import deviations
 from heavytop.scene.arguments import expect
 
 if TYPE_CHECKING:
     from heavytop.integration.outputs import Sample
     from heavytop.run.trajectory import Trajectory
-
-__all__ = [
-    "FIGURES",
-    "View",
-    "axis_on_sphere",
-    "effective_potential",
-    "errors",
-    "loop",
-    "nutation",
-    "overview",
-    "phase_plane",
-    "precession",
-    "save",
-    "spin_rate",
-]
 
 MOST_PERIODS: Final = 12  # more would only blacken the paper
 POINTS: Final = 4001
@@ -69,10 +41,10 @@ LABELS: Final = {
     "thetadot": "tilt rate θ̇ [rad/s]", "psidot": "spin rate ψ̇ [rad/s]",
 }  # fmt: skip
 ERRORS: Final = {
-    "theta": ("tilt θ", BLUE, "o"),
-    "phi": ("precession φ", ORANGE, "s"),
-    "psi": ("spin ψ", GREEN, "^"),
-    "axis": ("axis, as a length", PURPLE, "D"),
+    "theta": ("tilt θ", style.BLUE, "o"),
+    "phi": ("precession φ", style.ORANGE, "s"),
+    "psi": ("spin ψ", style.GREEN, "^"),
+    "axis": ("axis, as a length", style.PURPLE, "D"),
 }
 
 
@@ -112,16 +84,16 @@ def _mark_events(ax: Axes, trajectory: Trajectory, shown: float, places: Array) 
     """Mark the events up to the time `shown` at the given places, shape (k, 2)."""
     kinds = np.asarray(trajectory.events.kind, dtype=object)
     drawn = np.abs(np.asarray(trajectory.events.t)) <= abs(shown)
-    for kind in EVENTS:
+    for kind in style.EVENTS:
         if len(here := places[drawn & (kinds == kind)]):
             _mark(ax, kind, here[:, 0], here[:, 1])
 
 
 def _mark(ax: Axes, kind: str, x: Any, y: Any) -> None:
-    label, marker, colour = EVENTS[kind]
+    label, marker, colour = style.EVENTS[kind]
     ax.plot(
         x, y, marker, label=label, color=colour, markersize=5, markerfacecolor="white",
-        linestyle="none", zorder=5,
+        linestyle="none", zorder=3,
     )  # fmt: skip
 
 
@@ -130,7 +102,7 @@ def _against(ax: Axes, trajectory: Trajectory, x: str, y: str) -> tuple[Sample, 
     drawn, shown = _path(trajectory)
     if "phi" in (x, y) and trajectory.phi is None:
         raise ValueError("phi: not followed by this trajectory")
-    ax.plot(getattr(drawn, x), getattr(drawn, y), color=PATH, linewidth=1.0)
+    ax.plot(getattr(drawn, x), getattr(drawn, y), color=style.PATH, linewidth=1.0)
     events = trajectory.events
     _mark_events(ax, trajectory, shown, np.column_stack((getattr(events, x), getattr(events, y))))
     ax.set(xlabel=LABELS[x], ylabel=LABELS[y])
@@ -161,7 +133,7 @@ def loop(ax: Axes, trajectory: Trajectory) -> None:
         The trajectory did not follow phi; `nutation` draws theta over time.
     """
     drawn, shown = _against(ax, trajectory, "phi", "theta")
-    ax.plot(drawn.phi[0], drawn.theta[0], "o", color=PATH, markersize=2.5, zorder=4)
+    ax.plot(drawn.phi[0], drawn.theta[0], "o", color=style.PATH, markersize=3, zorder=4)
     _upright(ax, drawn.theta, trajectory, shown)
 
 
@@ -177,7 +149,7 @@ def nutation(ax: Axes, trajectory: Trajectory) -> None:
     theta = drawn.theta
     if neighbour := touched(trajectory.motion):
         theta = neighbour.at(drawn.t).theta
-        ax.plot(drawn.t, theta, "--", color=OTHER, linewidth=1.0, label=_pushed())
+        ax.plot(drawn.t, theta, "--", color=style.OTHER, linewidth=1.0, label=_pushed())
     _upright(ax, theta, trajectory, shown)
 
 
@@ -210,7 +182,7 @@ def spin_rate(ax: Axes, trajectory: Trajectory) -> None:
     trajectory : Trajectory
     """
     drawn, _ = _path(trajectory)
-    ax.plot(drawn.t, drawn.psidot, color=PATH, linewidth=1.0)
+    ax.plot(drawn.t, drawn.psidot, color=style.PATH, linewidth=1.0)
     _cut_peaks(ax, drawn.psidot)
     ax.set(xlabel=LABELS["t"], ylabel=LABELS["psidot"])
 
@@ -255,10 +227,10 @@ def axis_on_sphere(ax: Axes, trajectory: Trajectory) -> None:
     trajectory : Trajectory
     """
     drawn, shown = _path(trajectory)
-    path, colour, words = drawn.axis, PATH, ""
+    path, colour, words = drawn.axis, style.PATH, ""
     if neighbour := touched(trajectory.motion):
         time = MOST_PERIODS * neighbour.period if neighbour.period else TOUCHED_S
-        path, colour, words = axis_path(neighbour, time), OTHER, f",\n{_pushed()}"
+        path, colour, words = axis_path(neighbour, time), style.OTHER, f",\n{_pushed()}"
     view = View.of(path)
     view.draw_graticule(ax)
     view.draw_path(ax, path, colour)
@@ -282,8 +254,8 @@ def effective_potential(ax: Axes, trajectory: Trajectory) -> None:
     V = Potential(trajectory.motion.rising.source)
     A, E_prime = float(trajectory.scene.top.A), float(trajectory.motion.constants.E_prime)
     theta = np.linspace(*tilts_shown(V), 801)
-    ax.plot(theta, A * V(theta), color=PATH, linewidth=1.4, label="V$_{eff}$ − $p_ψ^2/2C$")
-    ax.axhline(E_prime, color=OTHER, linewidth=1.0, linestyle="--", label="energy E′")
+    ax.plot(theta, A * V(theta), color=style.PATH, linewidth=1.4, label="V$_{eff}$ − $p_ψ^2/2C$")
+    ax.axhline(E_prime, color=style.OTHER, linewidth=1.0, linestyle="--", label="energy E′")
     _allowed(ax, V, A, E_prime, trajectory)
     margin = 0.06 * BEYOND * V.spread * A
     floor, ceiling = A * float(V.least), A * (float(V.least) + BEYOND * V.spread)
@@ -300,7 +272,7 @@ def _allowed(ax: Axes, V: Potential, A: float, E_prime: float, trajectory: Traje
     if ends[1] > ends[0]:
         theta = np.linspace(*ends, 401)
         below = np.minimum(A * V(theta), E_prime)
-        ax.fill_between(theta, below, E_prime, color=PATH, alpha=0.15, linewidth=0)
+        ax.fill_between(theta, below, E_prime, color=style.PATH, alpha=0.15, linewidth=0)
     if motion.nutates:
         for name, tilt in zip(("theta_min", "theta_max"), ends, strict=True):
             _mark(ax, name, tilt, E_prime)
@@ -309,7 +281,7 @@ def _allowed(ax: Axes, V: Potential, A: float, E_prime: float, trajectory: Traje
 
 
 def _start(ax: Axes, x: Any, y: Any) -> None:
-    ax.plot(x, y, "o", color=BLACK, markersize=4, linestyle="none", label="start", zorder=4)
+    ax.plot(x, y, "o", color=style.BLACK, markersize=4, linestyle="none", label="start", zorder=4)
 
 
 def phase_plane(ax: Axes, trajectory: Trajectory) -> None:
@@ -327,15 +299,15 @@ def phase_plane(ax: Axes, trajectory: Trajectory) -> None:
     motion = trajectory.motion
     V = Potential(motion.rising.source)
     for k, curve in enumerate(V.family()):
-        _energy_curve(ax, curve, FAINT, 0.8, "-", "other energies" if k == 0 else None)
+        _energy_curve(ax, curve, style.FAINT, 0.8, "-", "other energies" if k == 0 else None)
     if motion.nutates and (own := V.curve(V.excess)) is not None:
-        _energy_curve(ax, own, PATH, 1.8, "-", "the motion")
+        _energy_curve(ax, own, style.PATH, 1.8, "-", "the motion")
     if (separatrix := V.separatrix()) is not None:
         label = "separatrix, and the motion" if motion.kind is Kind.SEPARATRIX else "separatrix"
-        _energy_curve(ax, separatrix, OTHER, 1.2, "--", label)
+        _energy_curve(ax, separatrix, style.OTHER, 1.2, "--", label)
     start = trajectory.samples.at(slice(0, 1))
     _start(ax, start.theta, start.thetadot)
-    ax.axhline(0.0, color=FAINT, linewidth=0.5, zorder=0)
+    ax.axhline(0.0, color=style.FAINT, linewidth=0.5, zorder=0)
     ax.set(xlabel=LABELS["theta"], ylabel=LABELS["thetadot"])
     in_degrees(ax, "x")
 
@@ -407,7 +379,7 @@ def _draw_errors(ax: Axes, t: Array, **found: Array) -> None:
 Panel = Callable[[Axes, "Trajectory"], None]
 
 
-@mpl.rc_context(STYLE)
+@mpl.rc_context(style.STYLE)
 def _page(
     trajectory: Trajectory, *panels: Panel, size: tuple[float, float] = (7.2, 4.8), **grid: Any
 ) -> Figure:

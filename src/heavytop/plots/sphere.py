@@ -104,7 +104,7 @@ class View(NamedTuple):
             if np.isfinite(part).any():
                 ax.plot(part[:, 0], part[:, 1], color=colour, linewidth=1.0, alpha=strength,
                         solid_joinstyle="round", zorder=2 if behind else 3)  # fmt: skip
-        ax.plot(*seen[0], "o", color=colour, markersize=4, zorder=4)
+        ax.plot(*seen[0], "o", color=colour, markersize=3, zorder=4)
         away = np.flatnonzero(np.hypot(*(seen - seen[-1]).T) > 0.02 * self.reach)
         if away.size:
             looks = {"arrowstyle": "-|>", "color": colour, "alpha": opacity, "shrinkB": 0}

@@ -12,23 +12,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from heavytop.plots.style import (
-    BLACK,
-    BLUE,
-    COLOURS,
-    FAINT,
-    GREEN,
-    MARKERS,
-    ORANGE,
-    PURPLE,
-    SKY,
-    STYLE,
-    YELLOW,
-    gridded,
-    legend,
-    literal,
-    title_of,
-)
+from heavytop.plots import style
+from heavytop.plots.style import gridded, legend, literal, title_of
 from heavytop.results.stress_marks import MARKS, UNTOLD, heading
 
 Known = Mapping[str, Any]
@@ -50,7 +35,7 @@ Series = dict[str, list[tuple[float, float]]]
 """By method: nutation periods and errors."""
 
 
-@mpl.rc_context(STYLE)
+@mpl.rc_context(style.STYLE)
 def drift_figure(document: Known) -> Figure:
     """The chart of a drift study.
 
@@ -74,8 +59,9 @@ def drift_figure(document: Known) -> Figure:
     axes = figure.subplots(rows, columns, squeeze=False).ravel()
     looks: Looks = {  # no two are alike
         each["name"]: {
-            "color": COLOURS[k % len(COLOURS)], "marker": MARKERS[k % len(MARKERS)],
-            "linestyle": DASHES[k // len(COLOURS) % len(DASHES)],
+            "color": style.COLOURS[k % len(style.COLOURS)],
+            "marker": style.MARKERS[k % len(style.MARKERS)],
+            "linestyle": DASHES[k // len(style.COLOURS) % len(DASHES)],
         }
         for k, each in enumerate(methods)
     }  # fmt: skip
@@ -117,7 +103,9 @@ def _guides(ax: Axes, periods: Sequence[float]) -> None:
         return
     for power, label in GUIDES:
         end = min(last, first * (high / low) ** (1 / power))
-        ax.plot([first, end], [low, low * (end / first) ** power], color=FAINT, lw=0.8, zorder=0)
+        ax.plot(
+            [first, end], [low, low * (end / first) ** power], color=style.FAINT, lw=0.8, zorder=0
+        )
         at = first * (end / first) ** 0.93
         place = (at, low * (at / first) ** power)
         ax.annotate(label, place, color="#777777", fontsize=7, ha="right", va="bottom", zorder=0)
@@ -128,11 +116,11 @@ def _guides(ax: Axes, periods: Sequence[float]) -> None:
 
 DOUBLE: Final = 53  # bits
 FORMS: Final = {
-    "cubic": BLUE, "axis": GREEN, "attitude": SKY, "routh": PURPLE, "subsystem": YELLOW,
-    "lagrange": BLACK,
+    "cubic": style.BLUE, "axis": style.GREEN, "attitude": style.SKY, "routh": style.PURPLE,
+    "subsystem": style.YELLOW, "lagrange": style.BLACK,
 }  # fmt: skip
 OURS: Final = {"": "o", "-projected": "s", "-longdouble": "^", "-mpfr": "D"}
-COLLOCATION, SPLITTING, ADAPTIVE = "#8C510A", ORANGE, "#808080"
+COLLOCATION, SPLITTING, ADAPTIVE = "#8C510A", style.ORANGE, "#808080"
 FAMILIES: Final = {"numba": SPLITTING, "implicit-midpoint": COLLOCATION, "gauss8": COLLOCATION}
 ERRORS: Final = {  # the front of each, what auto wants for it, and the label of its axis
     "error": ("front", "axis", "error of the axis"),
@@ -140,7 +128,7 @@ ERRORS: Final = {  # the front of each, what auto wants for it, and the label of
 }
 
 
-@mpl.rc_context(STYLE)
+@mpl.rc_context(style.STYLE)
 def workprec_figure(document: Known) -> Figure:
     """The chart of a work–precision diagram.
 
@@ -182,7 +170,7 @@ def workprec_figure(document: Known) -> Figure:
 
 def _looks(points: Sequence[Known]) -> Looks:
     """How each method is drawn: ours by formulation and precision, theirs hollow, by family."""
-    markers = {colour: cycle(MARKERS[:7]) for colour in (COLLOCATION, SPLITTING, ADAPTIVE)}
+    markers = {colour: cycle(style.MARKERS[:7]) for colour in (COLLOCATION, SPLITTING, ADAPTIVE)}
     found: Looks = {}
     for point in points:
         name = point["method"]
@@ -237,7 +225,7 @@ READING: Final = (
 )
 
 
-@mpl.rc_context(STYLE)
+@mpl.rc_context(style.STYLE)
 def stress_figure(document: Known) -> Figure:
     """The chart of a stress test.
 

@@ -14,30 +14,18 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 from numpy.typing import ArrayLike
 
-from heavytop.plots.style import (
-    BLACK,
-    COLOURS,
-    FAINT,
-    KINDS,
-    MARKERS,
-    OTHER,
-    PATH,
-    STYLE,
-    gridded,
-    legend,
-    literal,
-    title_of,
-)
+from heavytop.plots import style
+from heavytop.plots.style import gridded, legend, literal, title_of
 
 Known = Mapping[str, Any]
-STEADY: Final = KINDS["uniform-precession"].colour
+STEADY: Final = style.KINDS["uniform-precession"].colour
 THREAD: Final = "standing, falls: the thread"
 RATIO: Final = r"$p_\psi^2/4A\,gMR$"
 
 # --- energy and momentum at one p_ψ, and Δφ around the thread ------------------------------------
 
 
-@mpl.rc_context(STYLE)
+@mpl.rc_context(style.STYLE)
 def energy_momentum_figure(document: Known) -> Figure:
     """The chart of an energy–momentum diagram.
 
@@ -83,21 +71,21 @@ def _diagram(ax: Axes, document: Known) -> None:
         ax.plot(p, np.where(drawn, least, np.nan), color=STEADY, linewidth=width,
                 label=f"steady precession, {words}")  # fmt: skip
     for kind, sign in (("through-top", ""), ("through-bottom", "−")):
-        places, look = document[kind.replace("-", "_")], KINDS[kind]
+        places, look = document[kind.replace("-", "_")], style.KINDS[kind]
         ax.plot([place["p_phi"] for place in places], [place["E_prime"] for place in places],
                 color=look.colour, lw=1.4, ls=look.line,
                 label=rf"{look.label}: $p_\varphi$ = {sign}$p_\psi$")  # fmt: skip
     if circuit := document["circuit"]:
         around = circuit["p_phi"], circuit["E_prime"]
-        ax.plot(*around, color=BLACK, linewidth=0.9, label="the way around")
-        ax.plot(around[0][0], around[1][0], "^", color=BLACK, markersize=4)
+        ax.plot(*around, color=style.BLACK, linewidth=0.9, label="the way around")
+        ax.plot(around[0][0], around[1][0], "^", color=style.BLACK, markersize=4)
     for place, marker, face, label in (
-        (document["hanging"], "v", KINDS["hanging"].colour, "hanging"),
+        (document["hanging"], "v", style.KINDS["hanging"].colour, "hanging"),
         (document["standing"], "*", "white", THREAD) if document["thread"]
-        else (document["standing"], "^", KINDS["sleeping"].colour, "sleeping"),
-        (document["start"], "o", OTHER, f"the scene: {literal(document['start']['kind'])}"),
+        else (document["standing"], "^", style.KINDS["sleeping"].colour, "sleeping"),
+        (document["start"], "o", style.OTHER, f"the scene: {literal(document['start']['kind'])}"),
     ):  # fmt: skip
-        ax.plot(place["p_phi"], place["E_prime"], marker, color=BLACK, markerfacecolor=face,
+        ax.plot(place["p_phi"], place["E_prime"], marker, color=style.BLACK, markerfacecolor=face,
                 markersize=12 if marker == "*" else 6, linestyle="none", zorder=4,
                 label=label)  # fmt: skip
     ax.set(xlim=window["p_phi"], ylim=window["E_prime"], xlabel=r"$p_\varphi$ [kg m² s⁻¹]",
@@ -106,20 +94,22 @@ def _diagram(ax: Axes, document: Known) -> None:
 
 
 def _area(kind: str) -> dict[str, Any]:
-    return {"color": KINDS[kind].colour, "label": KINDS[kind].label}
+    return {"color": style.KINDS[kind].colour, "label": style.KINDS[kind].label}
 
 
 def _around(ax: Axes, circuit: Known) -> None:
     """Δφ in turns along the circuit, continuous and as it is defined; Δψ loses what Δφ gains."""
     s, turn = np.array(circuit["s"]), 2 * np.pi
     lifted, jumping = (np.array(circuit[f"{name}precession"]) / turn for name in ("", "principal_"))
-    ax.plot(s, lifted, color=PATH, linewidth=1.8, label="Δφ, followed")
-    ax.plot(s, jumping, ".", color=OTHER, markersize=3, label="Δφ as it is defined, which jumps")
+    ax.plot(s, lifted, color=style.PATH, linewidth=1.8, label="Δφ, followed")
+    ax.plot(
+        s, jumping, ".", color=style.OTHER, markersize=3, label="Δφ as it is defined, which jumps"
+    )
     ends = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0}
     ax.annotate("", (1.0, lifted[-1]), (1.0, lifted[0]), arrowprops=ends)
     whole = f"{circuit['winding']:+d} turn" if abs(circuit["winding"]) == 1 else "turns"
     ax.text(0.985, (lifted[0] + lifted[-1]) / 2, whole, ha="right", va="center")
-    ax.axhline(lifted[0], color=FAINT, linewidth=0.8, zorder=0)
+    ax.axhline(lifted[0], color=style.FAINT, linewidth=0.8, zorder=0)
     ax.set(xlim=(-0.02, 1.03), xlabel="once around the thread",
            ylabel="Δφ in a nutation, in turns")  # fmt: skip
 
@@ -127,15 +117,15 @@ def _around(ax: Axes, circuit: Known) -> None:
 # --- the critical set over all p_ψ, in three dimensions ------------------------------------------
 
 CURVES: Final = {
-    "hanging": (KINDS["hanging"].colour, 1.8, "hanging"),
-    "sleeping": (KINDS["sleeping"].colour, 1.8, "sleeping, stable"),
-    "thread": (BLACK, 2.6, THREAD),
+    "hanging": (style.KINDS["hanging"].colour, 1.8, "hanging"),
+    "sleeping": (style.KINDS["sleeping"].colour, 1.8, "sleeping, stable"),
+    "thread": (style.BLACK, 2.6, THREAD),
 }
 SHEETS: Final = ((STEADY, "Ω > 0"), ("#66C5AB", "Ω < 0"))
 SEEN: Final = (24.0, -68.0)  # from where [°]
 
 
-@mpl.rc_context(STYLE)
+@mpl.rc_context(style.STYLE)
 def critical_set_figure(document: Known) -> Figure:
     """The picture of the critical set over all p_ψ.
 
@@ -188,7 +178,7 @@ def critical_set_figure(document: Known) -> Figure:
 Points = Sequence[tuple[float, float]]
 ON: Final = 1e-9  # so near the circle a modulus counts as on it,
 BESIDE: Final = 1e-2  # and a swing as the small one that it should be
-SERIES: Final = (*COLOURS[:4], BLACK)
+SERIES: Final = (*style.COLOURS[:4], style.BLACK)
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,7 +204,7 @@ class Cone:
     strayed: float
 
 
-@mpl.rc_context(STYLE)
+@mpl.rc_context(style.STYLE)
 def stability_figure(
     cones: Sequence[Cone], theory: Points, multipliers: Points, runs: Points
 ) -> Figure:
@@ -230,32 +220,36 @@ def stability_figure(
     figure = Figure(figsize=(6.4, 6.4), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
     tilts = np.linspace(0.0, np.pi / 2, 181)
-    above.plot(np.cos(tilts), np.degrees(tilts), color=PATH, linewidth=1.2)
-    above.fill_betweenx(np.degrees(tilts), 0, np.cos(tilts), color=FAINT, alpha=0.4, linewidth=0)
+    above.plot(np.cos(tilts), np.degrees(tilts), color=style.PATH, linewidth=1.2)
+    above.fill_betweenx(
+        np.degrees(tilts), 0, np.cos(tilts), color=style.FAINT, alpha=0.4, linewidth=0
+    )
     above.text(0.3, 25, "no steady\nprecession", ha="center", fontsize=8)
     on = [c for c in cones if abs(c.off) <= ON]
     stayed = [c for c in cones if c.strayed <= BESIDE]
     for label, marker, colour, some in (
-        ("slow: multipliers on the circle", "o", PATH, [c for c in on if not c.fast]),
-        ("fast: multipliers on the circle", "x", BLACK, [c for c in on if c.fast]),
-        ("multipliers off the circle", "D", OTHER, [c for c in cones if c not in on]),
-        ("pushed runs that stay beside it", "_", OTHER, stayed),
-        ("pushed runs that leave it", "s", OTHER, [c for c in cones if c not in stayed]),
+        ("slow: multipliers on the circle", "o", style.PATH, [c for c in on if not c.fast]),
+        ("fast: multipliers on the circle", "x", style.BLACK, [c for c in on if c.fast]),
+        ("multipliers off the circle", "D", style.OTHER, [c for c in cones if c not in on]),
+        ("pushed runs that stay beside it", "_", style.OTHER, stayed),
+        ("pushed runs that leave it", "s", style.OTHER, [c for c in cones if c not in stayed]),
     ):
         if some:
             _marked(above, [(c.ratio, math.degrees(c.tilt)) for c in some], marker, colour, label)
     for ends, colour, label in (
-        ((0, 1), OTHER, "upright, falls"),
-        ((1, 2), PATH, "upright, sleeps"),
+        ((0, 1), style.OTHER, "upright, falls"),
+        ((1, 2), style.PATH, "upright, sleeps"),
     ):
         above.plot(ends, (0, 0), color=colour, lw=3, solid_capstyle="butt", label=label)
     above.set_ylabel("tilt [°]")
     above.legend(
         frameon=False, fontsize=7.5, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2
     )
-    below.plot(*zip(*theory, strict=True), color=PATH, lw=1.2, label=r"$\sqrt{1-p_\psi^2/4A\,gMR}$")
-    _marked(below, multipliers, "o", PATH, "Floquet multipliers")
-    _marked(below, runs, "x", OTHER, "perturbed runs")
+    below.plot(
+        *zip(*theory, strict=True), color=style.PATH, lw=1.2, label=r"$\sqrt{1-p_\psi^2/4A\,gMR}$"
+    )
+    _marked(below, multipliers, "o", style.PATH, "Floquet multipliers")
+    _marked(below, runs, "x", style.OTHER, "perturbed runs")
     gridded(below, RATIO, "growth of a small tilt, over √(gMR/A)")
     below.set_xlim(0, 2)
     below.legend(frameon=False, fontsize=7.5)
@@ -267,7 +261,7 @@ def _marked(ax: Axes, points: Points, marker: str, colour: str, label: str) -> N
             markerfacecolor="none", linestyle="none", label=label)  # fmt: skip
 
 
-@mpl.rc_context(STYLE)
+@mpl.rc_context(style.STYLE)
 def spin_figure(steps: Mapping[str, Points]) -> Figure:
     """Steps in a nutation period against ω3 at the same p_ψ, for every form.
 
@@ -279,7 +273,7 @@ def spin_figure(steps: Mapping[str, Points]) -> Figure:
     figure = Figure(figsize=(6.4, 4.0), layout="constrained")
     ax = figure.subplots()
     for i, (name, points) in enumerate(steps.items()):
-        ax.loglog(*zip(*points, strict=True), marker=MARKERS[i % 5], markersize=4,
+        ax.loglog(*zip(*points, strict=True), marker=style.MARKERS[i % 5], markersize=4,
                   color=SERIES[i % 5], linewidth=1.0, label=name,
                   linestyle="-" if i < 5 else "--")  # fmt: skip
     gridded(ax, r"spin rate ω₃ [rad/s] at the same $p_\psi$", "steps in a nutation period")
@@ -298,7 +292,7 @@ def steady_errors(ax: Axes, omega3: ArrayLike, errors: Mapping[str, ArrayLike]) 
         Relative errors by the name of the formula; a zero is drawn as the rounding of doubles.
     """
     rounding = np.finfo(np.float64).eps / 2
-    for (name, values), marker, colour in zip(errors.items(), MARKERS, SERIES, strict=False):
+    for (name, values), marker, colour in zip(errors.items(), style.MARKERS, SERIES, strict=False):
         sizes = np.maximum(np.abs(np.asarray(values, dtype=np.float64)), rounding)
         ax.loglog(omega3, sizes, marker=marker, color=colour, linewidth=1.0, label=name)
     gridded(ax, "spin ω₃ [rad/s]", "relative error of the precession")

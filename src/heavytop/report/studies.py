@@ -138,9 +138,7 @@ def summaries(points: Sequence[Known]) -> Iterator[Summary]:
     """
     for same in grouped(points, "method", "measures", "stands_for", "wants").values():
         name = same[0]["method"]
-        if (
-            same[0].get("digits") is not None
-        ):  # of auto: with what was asked
+        if same[0].get("digits") is not None:
             sign = "θ" if same[0]["wants"] == "theta" else "axis"
             name = f"auto, {_digits(same)} of {sign}"
         met = ([p for p in same if p["error"] <= float(target)] for target in TARGETS)
