@@ -90,7 +90,7 @@ def _mark_events(ax: Axes, trajectory: Trajectory, shown: float, places: Array) 
 
 
 def _mark(ax: Axes, kind: str, x: Any, y: Any) -> None:
-    label, marker, colour = style.EVENTS[kind]
+    label, colour, marker = style.EVENTS[kind]
     ax.plot(
         x, y, marker, label=label, color=colour, markersize=5, markerfacecolor="white",
         linestyle="none", zorder=3,

@@ -35,47 +35,46 @@ MARKERS: Final = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*", "p")
 PATH, OTHER = BLUE, ORANGE
 
 
-class Kind(NamedTuple):
-    """How a kind of motion is drawn in every figure: as an area, or as a boundary of areas."""
+class Look(NamedTuple):
+    """How a kind of motion or of event is drawn in every figure.
+
+    Attributes
+    ----------
+    label, colour : str
+    mark : str or tuple
+        Of a kind the line style of its boundary, of an event its marker.
+    """
 
     label: str
     colour: str
-    line: Any = "-"
+    mark: Any = "-"
 
 
 KINDS: Final = {
-    "at-rest": Kind("at rest", "#FFFFFF"),
-    "force-free": Kind("force-free", "#DDCC77"),
-    "sleeping": Kind("sleeping", "#B87A00"),
-    "hanging": Kind("hanging", "#999933"),
-    "planar-pendulum": Kind("planar pendulum", "#B8E0F5"),
-    "separatrix": Kind("separatrix", "#882255", (0, (3, 1, 1, 1, 1, 1))),
-    "through-top": Kind("through the top", ORANGE, (0, (5, 2))),
-    "through-bottom": Kind("through the bottom", PURPLE, (0, (5, 2, 1, 2))),
-    "uniform-precession": Kind("steady precession", GREEN, (0, (1, 1.5))),
-    "loops": Kind("loops", "#5AA9D6"),
-    "cusps": Kind("cusps", BLACK),
-    "waves": Kind("waves", "#F8EFA4"),
-    "undecided": Kind("undecided", "#FF00FF"),
-    "impossible": Kind("impossible", "#B9B9B9"),
+    "at-rest": Look("at rest", "#FFFFFF"),
+    "force-free": Look("force-free", "#DDCC77"),
+    "sleeping": Look("sleeping", "#B87A00"),
+    "hanging": Look("hanging", "#999933"),
+    "planar-pendulum": Look("planar pendulum", "#B8E0F5"),
+    "separatrix": Look("separatrix", "#882255", (0, (3, 1, 1, 1, 1, 1))),
+    "through-top": Look("through the top", ORANGE, (0, (5, 2))),
+    "through-bottom": Look("through the bottom", PURPLE, (0, (5, 2, 1, 2))),
+    "uniform-precession": Look("steady precession", GREEN, (0, (1, 1.5))),
+    "loops": Look("loops", "#5AA9D6"),
+    "cusps": Look("cusps", BLACK),
+    "waves": Look("waves", "#F8EFA4"),
+    "undecided": Look("undecided", "#FF00FF"),
+    "impossible": Look("impossible", "#B9B9B9"),
 }
-UNKNOWN: Final = Kind("", "#FFFFFF")  # of files that others wrote
-
-
-class Event(NamedTuple):
-    """How one kind of event is drawn in every figure."""
-
-    label: str
-    marker: str
-    colour: str
+UNKNOWN: Final = Look("", "#FFFFFF")  # of files that others wrote
 
 
 # Every kind of event has its own marker, so that nothing rests on telling colours apart.
 EVENTS: Final = {
-    "theta_min": Event("turning point, axis highest", "^", GREEN),
-    "theta_max": Event("turning point, axis lowest", "v", ORANGE),
-    "reversal": Event("reversal of precession", "o", PURPLE),
-    "cusp": Event("cusp", "D", BLACK),
+    "theta_min": Look("turning point, axis highest", GREEN, "^"),
+    "theta_max": Look("turning point, axis lowest", ORANGE, "v"),
+    "reversal": Look("reversal of precession", PURPLE, "o"),
+    "cusp": Look("cusp", BLACK, "D"),
 }
 
 STYLE: Final[Any] = {
