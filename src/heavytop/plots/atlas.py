@@ -139,7 +139,7 @@ def _map(ax: Axes, document: Known, kind: Codes, names: Sequence[str]) -> list[A
                     markeredgecolor="white", markeredgewidth=0.6)  # fmt: skip
         else:
             ax.plot(x, y, "-", color="white", linewidth=2.6, alpha=0.7, zorder=2)
-            ax.plot(x, y, linestyle=look.mark, color=look.colour, linewidth=1.5, zorder=3,
+            ax.plot(x, y, linestyle=look.marker, color=look.colour, linewidth=1.5, zorder=3,
                     label=look.label)  # fmt: skip
     whole = sum(document["counts"].values()) or 1
     counts = sorted(document["counts"].items(), key=lambda each: -each[1])

@@ -41,13 +41,13 @@ class Look(NamedTuple):
     Attributes
     ----------
     label, colour : str
-    mark : str or tuple
-        Of a kind the line style of its boundary, of an event its marker.
+    marker : str or tuple
+        Of an event its marker, of a kind the line style of its boundary.
     """
 
     label: str
     colour: str
-    mark: Any = "-"
+    marker: Any = "-"
 
 
 KINDS: Final = {

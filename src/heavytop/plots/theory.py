@@ -73,7 +73,7 @@ def _diagram(ax: Axes, document: Known) -> None:
     for kind, sign in (("through-top", ""), ("through-bottom", "−")):
         places, look = document[kind.replace("-", "_")], style.KINDS[kind]
         ax.plot([place["p_phi"] for place in places], [place["E_prime"] for place in places],
-                color=look.colour, lw=1.4, ls=look.mark,
+                color=look.colour, lw=1.4, ls=look.marker,
                 label=rf"{look.label}: $p_\varphi$ = {sign}$p_\psi$")  # fmt: skip
     if circuit := document["circuit"]:
         around = circuit["p_phi"], circuit["E_prime"]
