@@ -7,11 +7,13 @@ that it can be killed and goes on. With the word `write`, table and chart go to 
 import sys
 
 from claim import claim, finish
-from page import DOCS, drift_rows, rewrite
+from page import DOCS, rewrite
 
 import heavytop as ht
-from heavytop.plots.drift import drift_figure
 from heavytop.plots.figures import save
+from heavytop.plots.studies import drift_figure
+from heavytop.report.parts import Table
+from heavytop.report.studies import drift_parts
 from heavytop.report.study_files import write_drift
 from heavytop.results.drift import growth
 
@@ -32,7 +34,7 @@ DRAWN = (
 scene = ht.load_scene("sicm-kicked")
 found = ht.drift(scene, methods=(*COMPILED, *PYTHON), periods=PERIODS, folder=FOLDER)
 write_drift(found, FOLDER)
-table = drift_rows(found)
+table = next(part for part in drift_parts(found.document()) if isinstance(part, Table)).markdown
 print(table)
 if "write" in sys.argv:
     rewrite("drift.md", "long runs", table)

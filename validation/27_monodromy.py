@@ -17,9 +17,8 @@ import heavytop as ht
 from heavytop.analytic.energy_momentum import energy_momentum
 from heavytop.analytic.monodromy import ellipse
 from heavytop.numbers.decimals import context
-from heavytop.plots.critical_set import critical_set_figure
-from heavytop.plots.energy_momentum import energy_momentum_figure
 from heavytop.plots.figures import save
+from heavytop.plots.theory import critical_set_figure, energy_momentum_figure
 from heavytop.results.energy_momentum import diagram_of
 
 IMAGES = Path(__file__).parents[1] / "docs" / "images"

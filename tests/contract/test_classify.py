@@ -15,7 +15,7 @@ from typer.testing import CliRunner, Result
 import heavytop as ht
 import heavytop.results.classification
 from heavytop.cli import Exit, app
-from heavytop.report.classification import between
+from heavytop.report.run import between
 from heavytop.scene.scene import shipped_scenes
 
 # This is 0, as the square of √2 + √3 is 5 + 2√6, and no identity that the package knows shows it.

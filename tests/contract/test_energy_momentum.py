@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from heavytop.plots.critical_set import critical_set_figure
-from heavytop.plots.energy_momentum import LOOPS, energy_momentum_figure
 from heavytop.plots.figures import save
+from heavytop.plots.style import KINDS
+from heavytop.plots.theory import critical_set_figure, energy_momentum_figure
 from heavytop.results.energy_momentum import diagram_of
 from heavytop.scene.scene import load_scene
 
@@ -104,7 +104,9 @@ def test_the_chart_shows_what_the_document_says(falling, tmp_path):
     assert place.tolist() == [falling["start"]["p_phi"], falling["start"]["E_prime"]]
     assert any("+1 turn" in text.get_text() for text in right.texts)
     loops = next(
-        area for area in left.collections if to_hex(area.get_facecolor()[0]) == LOOPS.lower()
+        area
+        for area in left.collections
+        if to_hex(area.get_facecolor()[0]) == KINDS["loops"].colour.lower()
     )
     spread = loops.get_paths()[0].vertices[:, 0]
     assert abs(spread).max() == pytest.approx(abs(falling["p_psi"]))

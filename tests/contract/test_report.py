@@ -221,8 +221,8 @@ def test_numbers_behind_a_picture_are_the_trajectorys(page):
 def test_shares_and_boundaries_of_an_atlas_are_those_of_its_map(page):
     section = next(each for each in page.sections if each.ident == "atlas-1")
     counts, curves = (section.result.document[name] for name in ("counts", "curves"))
-    _, table = section.shown
-    shares = [float(share.removesuffix(" %")) for _, _, share in table.rows]
+    table, _ = section.shown
+    shares = [float(share.removesuffix("%")) for _, _, share in table.rows]
     kinds = [kind for kind, _, _ in table.rows]
     whole = sum(counts.values())
     assert shares == pytest.approx([100 * counts[kind] / whole for kind in kinds], abs=0.006)

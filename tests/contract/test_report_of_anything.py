@@ -16,10 +16,8 @@ from typer.testing import CliRunner
 from heavytop.cli.command import app
 from heavytop.errors import ForeignFile
 from heavytop.files import as_json, write_document
-from heavytop.plots.drift import drift_figure
-from heavytop.plots.stress import stress_figure
+from heavytop.plots.studies import drift_figure, stress_figure, workprec_figure
 from heavytop.plots.style import literal
-from heavytop.plots.workprec import workprec_figure
 from heavytop.report.pages import page as pages
 from heavytop.report.pages import quick, sections
 from heavytop.report.pages.page import load_results, page_of

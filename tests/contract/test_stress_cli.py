@@ -14,8 +14,8 @@ import pytest
 from typer.testing import CliRunner
 
 from heavytop.cli import app
-from heavytop.plots.stability import Cone, stability_figure
-from heavytop.plots.stress import stress_figure
+from heavytop.plots.studies import stress_figure
+from heavytop.plots.theory import Cone, stability_figure
 from heavytop.results.stress import MARKS, RULES, UNTOLD, Outcome, Run, SkippedRun, Stress
 from heavytop.studies import stress as stressing
 from heavytop.studies.methods import stress_methods

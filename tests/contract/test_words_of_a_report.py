@@ -10,12 +10,11 @@ import pytest
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.potential import Potential
 from heavytop.plots.figures import MOST_PERIODS
-from heavytop.report.drift import drift_parts
 from heavytop.report.pages.page import Page, Result
 from heavytop.report.pages.sections import Section, run_data
 from heavytop.report.parts import MISSING, SYMBOLS, Fitting, Table, cell, given, headed
 from heavytop.report.run import events
-from heavytop.report.validation import summary
+from heavytop.report.studies import drift_parts, summary
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
 from heavytop.studies.atlas_plane import ROLES

@@ -56,7 +56,7 @@ def test_the_files(written):
 
 
 def test_every_method_stands_in_the_chart_and_so_does_the_front(written):
-    from heavytop.plots.workprec import workprec_figure
+    from heavytop.plots.studies import workprec_figure
 
     folder, _ = written
     document = json.loads((folder / "workprec.json").read_text())
@@ -195,7 +195,7 @@ def test_a_chart_that_cannot_be_written_leaves_the_document(tmp_path, monkeypatc
     def full(figure, path):
         raise OSError(errno.ENOSPC, "No space left on device", str(path))
 
-    monkeypatch.setattr("heavytop.plots.figures.save", full)
+    monkeypatch.setattr("heavytop.plots.style.save", full)
     done = heavytop_(*QUICK, "taylor-axis=1e-9", "-o", tmp_path)
     assert done.exit_code == 4
     assert f"cannot write {tmp_path}/workprec.svg: No space left" in done.stderr

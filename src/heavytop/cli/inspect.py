@@ -56,7 +56,7 @@ def scenes(
         if common.json:
             print_json({"schema": SCENES_SCHEMA, "scenes": dict(titles)})
             return
-        from heavytop.report.rich_tables import two_columns
+        from heavytop.report.terminal import two_columns
 
         print_table(two_columns(titles.items()))
         return

@@ -10,7 +10,7 @@ import json
 import os
 import re
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -106,30 +106,29 @@ def begun(folder: Path, asked: Request, *, force: bool = False) -> Iterator[None
 
     if (folder / STUDY).exists():
         raise ForeignRun(folder, ())
-    mine, lock = False, ExitStack()
-    lock.enter_context(locked(folder / LOCK))
-    try:
-        if not force:
-            _expect_same(folder, asked)
-        for path in folder.glob(".*"):  # of a writer that was killed
-            if (name := re.fullmatch(r"\.\d+\.(.+)", path.name)) and name[1] in OWN:
-                path.unlink(missing_ok=True)
-        unfinished = (folder / REQUEST).exists()
-        if force or not unfinished:
-            _replace(folder, unfinished=unfinished)
-            asked.write(folder)
-        mine = True
-        yield
-    except (KeyboardInterrupt, OSError, StoppedEarly):
-        raise
-    except BaseException:
-        if mine and not (folder / TRAJECTORY).exists():  # nothing is done: it would fail again
-            (folder / REQUEST).unlink(missing_ok=True)
-        raise
-    finally:
-        if not (folder / REQUEST).exists():
-            (folder / LOCK).unlink(missing_ok=True)
-        lock.close()
+    mine = False
+    with locked(folder / LOCK):
+        try:
+            if not force:
+                _expect_same(folder, asked)
+            for path in folder.glob(".*"):  # of a writer that was killed
+                if (name := re.fullmatch(r"\.\d+\.(.+)", path.name)) and name[1] in OWN:
+                    path.unlink(missing_ok=True)
+            unfinished = (folder / REQUEST).exists()
+            if force or not unfinished:
+                _replace(folder, unfinished=unfinished)
+                asked.write(folder)
+            mine = True
+            yield
+        except (KeyboardInterrupt, OSError, StoppedEarly):
+            raise
+        except BaseException:
+            if mine and not (folder / TRAJECTORY).exists():  # nothing is done: it would fail again
+                (folder / REQUEST).unlink(missing_ok=True)
+            raise
+        finally:
+            if not (folder / REQUEST).exists():
+                (folder / LOCK).unlink(missing_ok=True)
 
 
 def _replace(folder: Path, *, unfinished: bool) -> None:
@@ -226,11 +225,17 @@ def write_results(trajectory: Trajectory, folder: Path, *, figures: bool = True)
     """
     files = {"document": DOCUMENT, "trajectory": TRAJECTORY}
     clear(folder)
-    trajectory.save(folder / files["trajectory"])
+    trajectory.save(folder / TRAJECTORY)
     if figures:
-        files |= _write_figures(trajectory, folder)
+        from heavytop.plots.figures import FIGURES, save
+
+        for name, draw in FIGURES.items():
+            figure = draw(trajectory)
+            for form in FORMS:
+                files[f"{name}_{form}"] = f"{name}.{form}"
+                save(figure, folder / f"{name}.{form}")
     result = run_result(trajectory, files=files)
-    result.save(folder / files["document"])
+    result.save(folder / DOCUMENT)
     return result
 
 
@@ -248,28 +253,7 @@ def clear(folder: Path) -> None:
     OSError
         A file cannot be removed.
     """
-    for name in _figures_told(folder / DOCUMENT):
-        (folder / name).unlink(missing_ok=True)
+    with suppress(ForeignFile):  # there is no document, or it is no run's
+        for name in OWN_FIGURES & {*RunResult.load(folder / DOCUMENT).files.values()}:
+            (folder / name).unlink(missing_ok=True)
     (folder / DOCUMENT).unlink(missing_ok=True)
-
-
-def _figures_told(document: Path) -> frozenset[str]:
-    try:
-        with regular(document) as file:
-            told = json.loads(file.read())["files"].values()
-        return OWN_FIGURES & {name for name in told if isinstance(name, str)}
-    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
-        return frozenset()  # there is no document, or it is no run's
-
-
-def _write_figures(trajectory: Trajectory, folder: Path) -> dict[str, str]:
-    """Write every figure of a run; return their names by what they are."""
-    from heavytop.plots.figures import FIGURES, save
-
-    files = {}
-    for name, draw in FIGURES.items():
-        figure = draw(trajectory)
-        for form in FORMS:
-            files[f"{name}_{form}"] = f"{name}.{form}"
-            save(figure, folder / f"{name}.{form}")
-    return files

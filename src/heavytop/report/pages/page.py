@@ -17,7 +17,7 @@ from heavytop.report.pages.markup import rendered
 from heavytop.report.pages.player import tops
 from heavytop.report.pages.sections import Section, section_of
 from heavytop.report.parts import SYMBOLS, called, headed
-from heavytop.report.validation import summary
+from heavytop.report.studies import summary
 from heavytop.results.base import typed
 from heavytop.results.documents import FILES, read_document
 from heavytop.spelling import harmless

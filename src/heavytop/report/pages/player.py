@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from heavytop.analytic.motion import Motion
-from heavytop.classification import Kind
-from heavytop.plots.figures import MARKS
-from heavytop.plots.style import PATH
+from heavytop.plots.sphere import PUSH, touched
+from heavytop.plots.style import EVENTS, PATH
 from heavytop.report.pages.markup import rendered
-from heavytop.scene.state import State
 
 if TYPE_CHECKING:
     from heavytop.analytic.many_times import DoubleRecord
@@ -24,7 +22,6 @@ TURN: Final = 360.0  # rad of spin that are played: more would take too long
 PERIODS: Final = 12
 MOST_EVENTS: Final = 200
 BLURRED: Final = 2.0  # rad of spin from frame to frame: more is not seen as a turning
-PUSH: Final = 1.0  # rad/s, across the axis
 
 
 def player_html(trajectory: Trajectory) -> str:
@@ -57,7 +54,7 @@ def player_html(trajectory: Trajectory) -> str:
 
 def tops(runs: list[dict[str, Any]]) -> dict[str, Any]:
     """What a player takes: runs, and how their events and paths are drawn in every figure."""
-    marks = {kind: mark._asdict() for kind, mark in MARKS.items()}
+    marks = {kind: mark._asdict() for kind, mark in EVENTS.items()}
     return {"runs": runs, "marks": marks, "path": PATH}
 
 
@@ -99,14 +96,6 @@ def frames(trajectory: Trajectory) -> dict[str, Any]:
         "theta": [float(motion.theta_min), float(motion.theta_max)], "events": events[:MOST_EVENTS],
         "quaternion": _packed(seen.quaternion), "momentum": _packed(momentum / largest),
     }  # fmt: skip
-
-
-def touched(motion: Motion) -> Motion | None:
-    """What a top does that rests, sleeps or hangs, after a push; None for a top that moves."""
-    if motion.kind not in (Kind.AT_REST, Kind.SLEEPING, Kind.HANGING):
-        return None
-    start = motion.start
-    return Motion(motion.top, State(start.theta, thetadot=PUSH, omega3=start.omega3))
 
 
 def _longest(motion: Motion) -> float:

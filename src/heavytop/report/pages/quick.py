@@ -15,7 +15,7 @@ import numpy as np
 
 from heavytop.analytic.motion import Motion
 from heavytop.files import write_document
-from heavytop.report.pages.player import PUSH, touched
+from heavytop.plots.sphere import PUSH, touched
 from heavytop.results.base import spelt
 from heavytop.results.documents import FILES
 from heavytop.scene.scene import load_scene, shipped_scenes

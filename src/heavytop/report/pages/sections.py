@@ -16,13 +16,16 @@ from numpy.typing import NDArray
 
 from heavytop.errors import ForeignFile, NoClosedForm
 from heavytop.hdf5 import attribute, dataset, opened
-from heavytop.report.drift import drift_parts
-from heavytop.report.energy_momentum import energy_momentum_parts
 from heavytop.report.parts import FactRows, Fitting, Known, Part, Table, called, given, headed
 from heavytop.report.run import run_parts
-from heavytop.report.stress import stress_parts
-from heavytop.report.validation import validate_parts
-from heavytop.report.work_precision import work_precision_parts
+from heavytop.report.studies import (
+    atlas_parts,
+    drift_parts,
+    energy_momentum_parts,
+    stress_parts,
+    validate_parts,
+    work_precision_parts,
+)
 from heavytop.scene.scene_file import written
 from heavytop.spelling import harmless
 
@@ -222,17 +225,6 @@ def stored_map(path: Path, shape: list[int]) -> tuple[Codes, tuple[str, ...]]:
         return np.asarray(codes), tuple(attribute(kind, "flag_meanings").split())
 
 
-def _atlas_parts(document: Known) -> Iterator[Part]:
-    """How many of its tops are of each kind."""
-    pixels = sum(document["counts"].values())
-    proved = pixels - document["uncertified"]
-    yield FactRows((("tops", f"{pixels}, {proved} of them with a proved kind"),))
-    yield Table.of([
-        {"kind": name, "pixels": count, "share": f"{100 * count / (pixels or 1):.2f} %"}
-        for name, count in sorted(document["counts"].items(), key=lambda each: -each[1])
-    ])  # fmt: skip
-
-
 # --- a run: its trajectory is drawn ------------------------------------------------------------
 
 RUN_PICTURES: Final = {
@@ -357,23 +349,23 @@ STUDIES: Final = {
                                  "dot: start, cross: vertical", "traces"),
     }),
     "drift.json": Study("drift", "Drift", drift_parts, {
-        "drift.drift_figure": ("errors over nutation periods, both logarithmic", "methods"),
+        "studies.drift_figure": ("errors over nutation periods, both logarithmic", "methods"),
     }),
     "workprec.json": Study("workprec", "Work and precision", work_precision_parts, {
-        "workprec.workprec_figure": ("time of a period over error, both logarithmic",
+        "studies.workprec_figure": ("time of a period over error, both logarithmic",
                                      "points front front_theta"),
     }),
     "stress.json": Study("stress", "Where methods fail", stress_parts, {
-        "stress.stress_figure": ("digits lost at every case by every method", "cases hard"),
+        "studies.stress_figure": ("digits lost at every case by every method", "cases hard"),
     }),
-    "atlas.json": Study("atlas", "Atlas", _atlas_parts,
+    "atlas.json": Study("atlas", "Atlas", atlas_parts,
                         absent="There is no whole map beside atlas.json: no figure."),
     "energy_momentum.json": Study(
         "energy-momentum", "Energy and momentum", energy_momentum_parts, {
-        "energy_momentum.energy_momentum_figure": (
+        "theory.energy_momentum_figure": (
             "energy over momentum at the p_ψ of the scene: kinds, and the edge of steady "
             "precession", "edge start standing hanging thread window circuit"),
-        "critical_set.critical_set_figure": (
+        "theory.critical_set_figure": (
             "the critical set over all p_ψ: two sheets of steady precession, and the thread",
             "critical_set.sheets critical_set.thread critical_set.sleeping critical_set.hanging"),
     }),
