@@ -17,10 +17,16 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import (
+    BrokenExecutor,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+    wait,
+)
 from contextlib import contextmanager, suppress
 from importlib.util import find_spec
-from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from types import ModuleType
@@ -73,6 +79,11 @@ class Processes(Executor):
         with starting():
             return self._pool.submit(fn, *args, **kwargs)
 
+    @property
+    def processes(self) -> list[BaseProcess]:
+        """The processes that there are."""
+        return list((self._pool._processes or {}).values())
+
     def replace(self) -> None:
         """Take new workers."""
         self.shutdown()
@@ -80,7 +91,7 @@ class Processes(Executor):
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End all workers at once, whatever they are at."""
-        for process in list((self._pool._processes or {}).values()):
+        for process in self.processes:
             process.kill()
         self._pool.shutdown(wait, cancel_futures=True)
 
@@ -116,8 +127,7 @@ class Worker:
     """One process for calls; after one that had to be killed, or died, the next call starts one."""
 
     def __init__(self) -> None:
-        self._process: BaseProcess | None = None
-        self._pipe: Connection
+        self._pool: Processes | None = None
 
     def __enter__(self) -> Self:
         """Return the worker."""
@@ -139,58 +149,31 @@ class Worker:
         Lost
             The process died of it, or it raised something.
         """
-        try:
-            if self._process is None:
-                self._start()
-            self._pipe.send((function, args))
-            if not self._pipe.poll(timeout):
-                self.close()
-                raise TimedOut
-            fault, value = self._pipe.recv()
-        except (EOFError, OSError):
-            raise Lost(self._fate()) from None
+        if self._pool is None:
+            self._pool = Processes(1)
+            self._pool.submit(os.getpid).result()  # it is ready
+        [process] = self._pool.processes
+        future = self._pool.submit(function, *args)
+        if not wait([future], timeout).done:
+            self.close()
+            raise TimedOut
+        fault = future.exception()
+        if isinstance(fault, BrokenExecutor):
+            self.close()
+            code = process.exitcode or 0
+            how = (
+                f"killed by {signal.Signals(-code).name}" if code < 0 else f"left with code {code}"
+            )
+            raise Lost(how)
         if fault is not None:
-            raise Lost(fault)
-        return value  # type: ignore[no-any-return]
+            raise Lost(f"{type(fault).__name__}: {fault}")
+        return future.result()  # type: ignore[no-any-return]
 
     def close(self) -> None:
         """End the process, at once."""
-        if self._process is not None:
-            self._process.kill()
-            self._process.join()
-            self._pipe.close()
-            self._process = None
-
-    def _start(self) -> None:
-        self._pipe, theirs = SPAWN.Pipe()
-        self._process = SPAWN.Process(target=_serve, args=(theirs,), daemon=True)
-        with starting():
-            self._process.start()
-        theirs.close()
-        self._pipe.recv()  # it is ready
-
-    def _fate(self) -> str:
-        """Say how the process ended."""
-        assert self._process is not None
-        self._process.join(1)
-        code = self._process.exitcode
-        self.close()
-        return (
-            f"killed by {signal.Signals(-code).name}"
-            if code and code < 0
-            else f"it left with code {code}"
-        )
-
-
-def _serve(pipe: Connection) -> None:
-    follow_parent()
-    pipe.send("ready")
-    while True:
-        function, args = pipe.recv()
-        try:
-            pipe.send((None, function(*args)))
-        except Exception as fault:
-            pipe.send((f"{type(fault).__name__}: {fault}", None))
+        if self._pool is not None:
+            self._pool.shutdown()
+            self._pool = None
 
 
 # --- a dask cluster ---------------------------------------------------------------------------
