@@ -205,7 +205,7 @@ def test_numbers_of_any_kind_are_the_numbers_they_are(kind):
     whole = {"ensemble": np.int64(2), "samples": np.int64(3), "seed": np.int64(7)}
     assert json.dumps(parameters(periods=kind(20), **whole)) == json.dumps(known)
     found = ht.drift(scene, periods=kind(20), jobs=np.int64(1), **plain)
-    assert found.parameters["periods"] == 20
+    assert found.periods == 20
 
 
 def test_every_option_of_the_wrong_kind_is_named_at_once():

@@ -23,6 +23,7 @@ from heavytop.results.stress import Outcome, Run
 from heavytop.run.events import differences, tally
 from heavytop.run.planning import Plan, closed_form_of, plan
 from heavytop.run.propagation import binary_start
+from heavytop.studies.executors import Lost, TimedOut, Worker
 from heavytop.studies.methods import stress_methods
 from heavytop.studies.stress import Attempt, judged, missed_events, run, stress
 from heavytop.studies.stress_cases import (
@@ -33,7 +34,6 @@ from heavytop.studies.stress_cases import (
     cases,
     reference,
 )
-from heavytop.studies.timed import Lost, TimedOut, Worker
 
 LONG = ("1e5-periods",)
 TURNING = ("through-", "planar", "near-", "start-", "falling-", "separatrix-", "spin-1e7")

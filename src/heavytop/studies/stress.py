@@ -39,10 +39,10 @@ from heavytop.run.propagation import binary_start, propagate
 from heavytop.run.verify import energy_error
 from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
 from heavytop.studies import runner
+from heavytop.studies.executors import Lost, TimedOut, Worker
 from heavytop.studies.methods import ANGLES, TOLERANCE, Method, stress_methods
 from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store, reading
 from heavytop.studies.stress_cases import Case, CaseReference, cases, reference
-from heavytop.studies.timed import Lost, TimedOut, Worker
 
 KIND: Final = "stress"
 LISTED: Final = "heavytop/stress-cases/1"
