@@ -42,10 +42,7 @@ _precession = l_z * _horizontal - e_z * _along  # phidot sin^2(theta); l_z - n e
 
 @cache
 def axis_form(variant: str | None = None) -> Formulation:
-    """Return the axis formulation; with ``"phi"`` and its turns, with psi by a quadrature too.
-
-    That is of ``"sigma"`` or ``"delta"``.
-    """
+    """Return the axis formulation: ``"phi"`` adds phi, ``"sigma"`` and ``"delta"`` psi as well."""
     if variant is not None:
         return _with_angles(axis_form(), variant)
     axis = sp.Matrix(lag.axis())
@@ -69,6 +66,7 @@ def axis_form(variant: str | None = None) -> Formulation:
 
 
 def _with_angles(form: Formulation, variant: str) -> Formulation:
+    """Add phi, whose turns are counted, and by a quadrature psi, which is known beside it."""
     outputs = {**form.outputs, "phi": turned_phi}
     phi_mod = outputs.pop("phi_mod")
     if variant != "phi":

@@ -99,7 +99,15 @@ class Decimals:
 
     @classmethod
     def of(cls, scene: Scene, chosen: Plan, orbit: Orbit) -> Decimals:
-        """Return the start of the run of a scene's plan; `orbit` is that in doubles."""
+        """Return the start of the run of a scene's plan.
+
+        Parameters
+        ----------
+        scene : Scene
+        chosen : Plan
+        orbit : Orbit
+            The run in doubles.
+        """
         own, bits = chosen.integrated, bits_of(chosen.precision)
         ctx = context(digits_of(bits))
         constants, state = rounded_start(chosen, start_values(scene), ctx)
@@ -134,9 +142,16 @@ class Decimals:
         on_mark: Callable[[float], None] | None = None,
         first: int = 0,
     ) -> tuple[tuple[Mark | None, ...], tuple[Mark, ...]]:
-        """Take natural steps from a mark, the start for one, until everything wanted is found.
+        """Take natural steps from a mark until everything wanted is found.
 
-        That is the motion at times, or at zeros of event functions close to them.
+        Parameters
+        ----------
+        wanted : sequence of (number, str or None)
+            Times [s]; with the name of an event function, the zero of that close to the time.
+        on_mark : callable, optional
+            Called with the time reached [s], at every mark but the last.
+        first : int
+            Which of the marks; the start for one.
         """
         ctx = self.ctx
         texts = [(ctx.nstr(ctx.mpf(t), ctx.dps), event) for t, event in wanted]
@@ -161,27 +176,55 @@ class Decimals:
         return self.numbers(self.sampled([found[i] for i in range(len(times))]))
 
     def sampled(self, found: Sequence[Mark]) -> Sample:
-        """Return the motion at states of the run, in reals."""
+        """Return the motion at states of the run, in reals.
+
+        Parameters
+        ----------
+        found : sequence of Mark
+            The states.
+        """
         return self.engine.sample(self.form, found, self.ctx.prec)
 
     def numbers(self, sample: Sample) -> tuple[Sample, ...]:
-        """Return a sample in reals one by one, in numbers of `ctx`."""
+        """Return a sample in reals one by one, in numbers of `ctx`.
+
+        Parameters
+        ----------
+        sample : Sample
+            As `sampled` returns it.
+        """
         converted = np.frompyfunc(lambda x: self.ctx.mpf(str(x)), 1, 1)
         columns = (converted(getattr(sample, name)).tolist() for name in Sample.__slots__)
         return tuple(Sample(*row) for row in zip(*columns, strict=True))
 
     def invariants(self, sample: Sample) -> dict[str, Number]:
-        """Return the invariants of the formulation at a sample, by name."""
+        """Return the invariants of the formulation at a sample, by name.
+
+        Parameters
+        ----------
+        sample : Sample
+            One of `samples`.
+        """
         rows = np.array([[self.real(x) for x in sample.states]])
         found = outputs.invariants(self.form, rows, self.constants, rows[:, 0])
         return {name: self.ctx.mpf(str(x)) for name, (x,) in found.items()}
 
     def real(self, x: Any) -> Any:
-        """Return the real of a number of any kind."""
+        """Return the real of a number of any kind.
+
+        Parameters
+        ----------
+        x : number
+        """
         return self.engine.wide(self.whole(x))
 
     def whole(self, x: Any) -> str:
-        """Return a text by which every bit comes back."""
+        """Return a text by which every bit comes back.
+
+        Parameters
+        ----------
+        x : number
+        """
         return str(self.ctx.nstr(number(self.ctx, x), self.ctx.dps + 3))
 
     def rounded(self, samples: Sequence[Sample]) -> Sample:

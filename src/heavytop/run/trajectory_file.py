@@ -35,7 +35,7 @@ from heavytop.scene.scene import read_scene
 if TYPE_CHECKING:
     import xarray
 
-SCHEMA: Final = "heavytop/trajectory/1"
+SCHEMA: Final = "heavytop/trajectory/2"
 # of every variable, by the last word of its name: what it is, its unit, and a second dimension
 QUANTITIES: Final[Mapping[str, tuple[str, ...]]] = {
     "t": ("time since the start", "s"),
