@@ -13,7 +13,7 @@ import typer
 from heavytop.cli.ending import ending
 from heavytop.cli.exits import FULL, Exit
 from heavytop.cli.options import Debug, Json, Quiet, Set, Verbose, blaming, named_folder, overrides
-from heavytop.cli.output import print_json, results_folder, unwritable
+from heavytop.cli.output import results_folder, unwritable
 from heavytop.cli.voice import Voice, say
 from heavytop.spelling import harmless
 
@@ -78,7 +78,7 @@ def report(
         page = _page(folders, about, voice, stack)
         files = {} if html is None else _written(page, html)
     if json:
-        print_json(page.document(files))
+        typer.echo(page.json(files))
     elif html is not None:
         typer.echo(f"{harmless(html)}: {_size(page)}")
     for name, why in () if quiet else page.missing:
@@ -88,10 +88,7 @@ def report(
 
 
 def _size(page: Page) -> str:
-    counts = {
-        "result": len(page.sections),
-        "figure": sum(len(s.drawn.pictures) for s in page.sections),
-    }
+    counts = {"result": len(page.sections), "figure": sum(len(s.pictures) for s in page.sections)}
     return ", ".join(f"{n} {thing}{'s'[: n != 1]}" for thing, n in counts.items())
 
 
