@@ -158,9 +158,9 @@ def test_nothing_is_asked_of_a_network(written, seen):
 def test_no_text_is_taken_for_markup(page, seen):
     assert not [attrs for _, attrs in seen.tags for name in attrs if name.startswith("on")]
     assert not seen.all("svg")
-    pictures = [p for section in page.sections for p in section.drawn.pictures]
+    pictures = [p for section in page.sections for p in section.pictures]
     assert len(seen.all("img")) == len(pictures)
-    with_data = [section for section in page.sections if section.drawn.data]
+    with_data = [section for section in page.sections if section.data]
     # of the sections their numbers; headings and the player's data; two scripts that run
     assert len(seen.all("script")) == len(with_data) + 4
     said = "".join(seen.texts)
@@ -194,7 +194,7 @@ def test_it_can_be_read_without_eyes_and_on_a_phone(seen):
 def test_every_figure_has_its_numbers_which_stand_on_the_page_once(page, seen, written):
     document = json.loads(written.with_suffix(".json").read_text("utf-8"))
     assert document["schema"] == "heavytop/report/1"
-    idents = [f"{s.ident}-{p.name}" for s in page.sections for p in s.drawn.pictures]
+    idents = [f"{s.ident}-{p.name}" for s in page.sections for p in s.pictures]
     figures = [figure["id"] for result in document["results"] for figure in result["figures"]]
     assert figures == idents
     assert {"run-1-overview", "drift-1-drift", "workprec-1-workprec", "stress-1-stress",
@@ -211,7 +211,7 @@ def test_every_figure_has_its_numbers_which_stand_on_the_page_once(page, seen, w
 
 
 def test_numbers_behind_a_picture_are_the_trajectorys(page):
-    columns = page.sections[0].drawn.data["motion"]
+    columns = page.sections[0].data["motion"]
     trajectory = propagate(load_scene("sicm-kicked"))
     there = trajectory(np.array(columns["t"]))
     for name in ("theta", "phi", "psi", "psidot"):
@@ -227,10 +227,10 @@ def test_shares_and_boundaries_of_an_atlas_are_those_of_its_map(page):
     whole = sum(counts.values())
     assert shares == pytest.approx([100 * counts[kind] / whole for kind in kinds], abs=0.006)
     assert (len(kinds), shares) == (len(counts), sorted(shares, reverse=True))
-    (picture,) = section.drawn.pictures
+    (picture,) = section.pictures
     assert picture.title == "kinds of motion over φ̇ [rad/s] and θ [rad], and their boundaries"
     assert picture.data[0] == "curves"
-    assert section.drawn.data["curves"] == curves != []
+    assert section.data["curves"] == curves != []
 
 
 def test_a_small_picture_is_the_same_picture():
@@ -247,6 +247,17 @@ def test_a_small_picture_is_the_same_picture():
         "<style>.c0{fill: none; stroke: #0072b2}</style></svg>"
     )
     assert not set(html) & set('"<>&#')
+
+
+def test_four_runs_and_all_traces_leave_the_studies_a_megabyte_of_three(tmp_path):
+    for name in studies.BOOK:
+        (tmp_path / name).mkdir()
+        write_results(propagate(load_scene(name)), tmp_path / name, figures=False)
+    (tmp_path / "traces").mkdir()
+    write_document(tmp_path / "traces" / "traces.json", studies.traces_document())
+    html = page_of(load_results([tmp_path])).html()
+    assert html.count("<figure") == 21
+    assert len(html.encode("utf-8")) < 2_000_000
 
 
 def test_runs_of_one_title_are_told_apart_everywhere(place, tmp_path):

@@ -14,6 +14,7 @@ import shutil
 import subprocess
 import sys
 import time
+from html import escape
 from unittest.mock import patch
 
 import pytest
@@ -21,6 +22,7 @@ import pytest
 from heavytop.files import write_document
 from heavytop.plots.figures import FIGURES
 from heavytop.report.pages.page import load_results, page_of, write_page
+from heavytop.report.pages.player import player_html
 from heavytop.report.run_files import write_results
 from heavytop.results.energy_momentum import diagram_of
 from heavytop.run.propagation import propagate
@@ -575,6 +577,17 @@ def lightness(path):
     from matplotlib.image import imread
 
     return float(imread(path)[..., :3].mean())
+
+
+def test_the_player_alone_plays_in_a_frame_of_a_notebook(browser, html, tmp_path):
+    run = player_html(propagate(load_scene("sicm-dropped")))
+    page = tmp_path / "notebook.html"
+    page.write_text(f'<iframe srcdoc="{escape(run)}" width="600" height="700"></iframe>', "utf-8")
+    browser.ask("Page.navigate", url=page.as_uri())
+    inside = "document.querySelector('iframe')?.contentDocument"
+    browser.until(f"{inside}?.querySelector('.player')?.player?.state().at > 1")
+    assert browser.value(f"{inside}.documentElement.scrollWidth") <= 600
+    opened(browser, html)
 
 
 TIMES = """JSON.parse(JSON.stringify({

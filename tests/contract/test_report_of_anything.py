@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 from heavytop.cli.command import app
 from heavytop.errors import ForeignFile
-from heavytop.files import as_json, write_document
+from heavytop.files import write_document
 from heavytop.plots.studies import drift_figure, stress_figure, workprec_figure
 from heavytop.plots.style import literal
 from heavytop.report.pages import page as pages
@@ -189,7 +189,7 @@ def test_keys_that_nobody_reads_are_not_on_the_page(place, undrawn, name, tmp_pa
     found = load_results([put(place, name, whole, tmp_path / "a")])
     page = page_of(found)
     assert "planted" not in page.html()
-    assert "planted" not in as_json(page.document())
+    assert "planted" not in page.json()
 
 
 # --- texts in pictures ---------------------------------------------------------------------
@@ -244,7 +244,7 @@ def test_no_name_in_a_picture_breaks_it(place, text, tmp_path):
     moving["traces"][0] |= {"title": text, "kind": text, "tags": [text]}
     put(place, "traces", moving, tmp_path / "traces")
     page = page_of(load_results([tmp_path]))
-    assert len([p for section in page.sections for p in section.drawn.pictures]) == 7
+    assert len([p for section in page.sections for p in section.pictures]) == 7
     assert len(stress_figure(hard).axes[0].get_yticklabels()) == 1
 
 
@@ -264,7 +264,7 @@ def test_no_name_in_a_picture_breaks_it(place, text, tmp_path):
 def test_a_result_with_nothing_in_it_has_a_section_that_says_so(place, name, nothing, tmp_path):
     folder = put(place, name, document(place, name) | nothing, tmp_path / "a")
     (section,) = page_of(load_results([folder])).sections
-    assert not section.drawn.pictures
+    assert not section.pictures
     assert section.parts[0].startswith(("Nothing was measured", "There is no whole map",
                                         "trajectory.nc is not"))  # fmt: skip
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 from typer import Argument, BadParameter, Option
 
-from heavytop.cli.messages import FULL, Exit, leave, print_json
+from heavytop.cli.messages import FULL, Exit, leave
 from heavytop.cli.options import (
     Common,
     named_folder,
@@ -75,9 +75,9 @@ def report(
         page = _page(folders, about, common, stack)
         files = {} if html is None else _written(page, html)
     if common.json:
-        print_json(page.document(files))
+        typer.echo(page.json(files))
     elif html is not None:
-        figures = sum(len(section.drawn.pictures) for section in page.sections)
+        figures = sum(len(section.pictures) for section in page.sections)
         counts = {"result": len(page.sections), "figure": figures}
         told = ", ".join(f"{n} {thing}{'s'[: n != 1]}" for thing, n in counts.items())
         typer.echo(f"{harmless(html)}: {told}")

@@ -147,8 +147,8 @@ class Page:
 
     def html(self) -> str:
         """The page: one file, which asks no network for anything."""
-        played = [{**each.drawn.top, "title": each.heading} for each in self.sections
-                  if each.drawn.top is not None]  # fmt: skip
+        played = [{**each.top, "title": each.heading} for each in self.sections
+                  if each.top is not None]  # fmt: skip
         return rendered(
             "page.html",
             page=self,
@@ -156,6 +156,16 @@ class Page:
             headings={name: headed(name) for name in SYMBOLS},
             versions={name: version(name) for name in LIBRARIES},
         )
+
+    def json(self, files: Mapping[str, str] | None = None) -> str:
+        """The document as a text.
+
+        Parameters
+        ----------
+        files : mapping, optional
+            Names of the files that are written, by what they are.
+        """
+        return as_json(self.document(files))
 
     def document(self, files: Mapping[str, str] | None = None) -> dict[str, Any]:
         """Return the document heavytop/report/1.
@@ -242,6 +252,6 @@ def write_page(page: Page, html: Path) -> dict[str, str]:
     """
     files = {"page": html.name, "document": html.with_suffix(".json").name}
     text = page.html()
-    write_text(html.with_name(files["document"]), as_json(page.document(files)) + "\n")
+    write_text(html.with_name(files["document"]), page.json(files) + "\n")
     write_text(html, text)
     return files

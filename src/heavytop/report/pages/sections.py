@@ -85,14 +85,20 @@ class Section:
     ident, heading : str
     parts : tuple of Part
         What it says.
-    drawn : Drawn
+    pictures : tuple of Picture
+    data : mapping
+        The numbers in the pictures.
+    top : mapping or None
+        The frames of its top.
     """
 
     result: Result
     ident: str
     heading: str
     parts: tuple[Part, ...]
-    drawn: Drawn = field(default_factory=Drawn)
+    pictures: tuple[Picture, ...] = ()
+    data: Mapping[str, Any] = field(default_factory=dict)
+    top: Mapping[str, Any] | None = None
 
     @property
     def command(self) -> str:
@@ -128,9 +134,9 @@ class Section:
             "parts": [part if isinstance(part, str) else part._asdict() for part in self.shown],
             "figures": [
                 {"id": f"{self.ident}-{name}", "title": title, "data": list(data)}
-                for name, title, _, data in self.drawn.pictures
+                for name, title, _, data in self.pictures
             ],
-            "data": self.drawn.data,
+            "data": self.data,
         }
 
 
@@ -147,7 +153,7 @@ def section_of(result: Result, number: int) -> Section:
     notes = () if drawn.pictures or not study.absent else (study.absent,)
     head = f"{study.heading}: {called(document)}" if "scene" in document else study.heading
     parts = (*notes, *study.parts(document))
-    return Section(result, f"{study.name}-{number}", head, parts, drawn)
+    return Section(result, f"{study.name}-{number}", head, parts, *drawn)
 
 
 def _charts(result: Result) -> Drawn:
