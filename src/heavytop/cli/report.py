@@ -111,15 +111,17 @@ def _expect_replaceable(html: Path) -> None:
     """Refuse to replace anything but a report, by the page or by the document beside it."""
     for suffix, mark in MARKS.items():
         path = html if suffix == ".html" else html.with_suffix(suffix)
-        if not path.exists():
-            continue
-        try:
-            ours = path.is_file() and mark in path.open("rb").read(2000)
-        except OSError as error:
-            raise unwritable(path, error) from None
-        if not ours:
+        if path.exists() and not (path.is_file() and mark in _beginning(path)):
             rule = f"{harmless(path)} is there, and is no report: say where"
             raise BadParameter(rule, param_hint="-o")
+
+
+def _beginning(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            return file.read(2000)
+    except OSError as error:
+        raise unwritable(path, error) from None
 
 
 def _page(folders: list[Path], about: list[str], common: Common, stack: ExitStack) -> Page:
