@@ -189,12 +189,17 @@ def test_a_start_is_fitted_where_there_are_no_rates(seed):
     assert "fitted" in str(found)
     assert found.digits > 10
     assert abs(float(found.start.theta) - mine.theta[0]) < 1e-9
+    with_spin = check({"t": t, "quaternion": mine.quaternion}, scene.top)
+    assert with_spin.errors["psi"].largest < 1e-9
     assert abs(float(found.start.omega3) - mine.omega3[0]) < 1e-6
 
 
 def test_what_no_start_fits_is_refused():
     with pytest.raises(Impossible, match="start: a start, or data with rates or with the axis"):
         check({"t": TIMES, "theta": exact().theta}, TOP)
+    upright = np.tile([0.0, 0.0, 1.0], (TIMES.size, 1))
+    with pytest.raises(Impossible, match="a first row whose axis is not vertical"):
+        check({"t": TIMES, "axis": upright}, TOP)
     other = exact(TIMES, Top("4e-4", "6.6e-5", "0.0456"))
     with pytest.raises(Impossible, match="no start fits these"):
         check({"t": TIMES, "axis": other.axis}, TOP)

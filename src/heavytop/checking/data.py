@@ -80,7 +80,7 @@ class Data:
     told: Mapping[str, Array]
     scene: str | None = None
 
-    def with_(self, **told: Array | None) -> Data:
+    def telling(self, **told: Array | None) -> Data:
         """The same, with other values; None takes one away."""
         values = {k: v for k, v in (dict(self.told) | told).items() if v is not None}
         return replace(self, told=values)
@@ -151,7 +151,7 @@ class Data:
             speed = np.cross(self.omega, self.axis)
             return self.axis[:, 2], (speed * speed).sum(axis=1), omega3, self.omega[:, 2]
         if {"theta", *RATES} <= self.told.keys() and "phi" not in self.told:  # which plays no part
-            return self.with_(phi=np.zeros_like(self.t)).spinning
+            return self.telling(phi=np.zeros_like(self.t)).spinning
         return None
 
 

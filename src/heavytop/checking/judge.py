@@ -17,13 +17,7 @@ from heavytop.analytic.motion import Motion
 from heavytop.checking.data import ANGLES, RATES, Array, Data, read
 from heavytop.checking.problem import Origin, Problem, wrapped
 from heavytop.checking.slips import Slip, find_slip
-from heavytop.errors import (
-    BadScene,
-    Fault,
-    ForeignFile,
-    HeavyTopError,
-    Unseparated,
-)
+from heavytop.errors import BadScene, Fault, ForeignFile, HeavyTopError, Unseparated
 from heavytop.scene.scene import Scene, load_scene, no_scene, read_scene
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -109,10 +103,6 @@ class Check:
     ----------
     name : str
         Where it is from.
-    rows : int
-        How many times there are.
-    span : (float, float)
-        The first and the last [s].
     top : Top
         What spins.
     start : State
@@ -138,8 +128,6 @@ class Check:
     """
 
     name: str
-    rows: int
-    span: tuple[float, float]
     top: Top
     start: State
     origin: Origin
@@ -152,11 +140,11 @@ class Check:
     curves: Mapping[str, Array] = field(repr=False)
 
     def __str__(self) -> str:
-        first, last = self.span
+        times = self.curves["t"]
         origins = {"scene": "of the scene", "first row": "of the first row", "fitted": "fitted"}
         start = [f"{name} = {value:.10g}" for name, value in self._start().items() if value]
         lines = [
-            ("data", f"{self.name}: {self.rows} rows from {first:g} s to {last:g} s"),
+            ("data", f"{self.name}: {times.size} rows from {times[0]:g} s to {times[-1]:g} s"),
             ("start", f"{origins[self.origin]}: {', '.join(start)}"),
             ("digits", f"{self.digits:.1f}"),
         ]
@@ -184,17 +172,11 @@ class Check:
 
     def document(self) -> dict[str, Any]:
         """The document of the schema ``heavytop/check/1``; of long curves some rows."""
-        thin = {
-            name: [
-                None if x != x else x for x in values[:: -(-values.size // CHARTED) or 1].tolist()
-            ]
-            for name, values in self.curves.items()
-        }
+        some = {n: x[:: -(-x.size // CHARTED) or 1].tolist() for n, x in self.curves.items()}
         return {
             "schema": SCHEMA,
             "data": self.name,
-            "rows": self.rows,
-            "span": list(self.span),
+            "rows": self.curves["t"].size,
             "top": {name: float(getattr(self.top, name)) for name in ("A", "C", "gMR")},
             "start": self._start(),
             "origin": self.origin,
@@ -204,7 +186,7 @@ class Check:
             "events": {name: count._asdict() for name, count in self.events.items()},
             "condition": self.condition,
             "slip": None if self.slip is None else self.slip._asdict(),
-            "curves": thin,
+            "curves": {n: [None if x != x else x for x in curve] for n, curve in some.items()},
         }
 
 
@@ -278,8 +260,6 @@ def check(
     phase_t, shifts, phase = _phase(problem, curves)
     return Check(
         name=told.name,
-        rows=told.t.size,
-        span=(float(told.t[0]), float(told.t[-1])),
         top=problem.top,
         start=problem.start,
         origin=problem.origin,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 import numpy as np
 
@@ -21,6 +21,7 @@ FITTED: Final = 1000  # rows that it ends with
 FITS: Final = 1e-3  # rad: a fit that is farther off, RMS, is none
 STEP: Final = 1e-7  # of a difference quotient
 ROUNDS: Final = 30
+START: Final = ("theta", "phi", "thetadot", "phidot", "omega3")  # what is fitted
 
 Origin = Literal["scene", "first row", "fitted"]
 
@@ -95,14 +96,10 @@ def _first_row(data: Data) -> State:
     sine = np.hypot(*axis[:2])
     if not sine:
         raise Impossible([("start", "a first row whose axis is not vertical")])
-    moving = np.cross(omega, axis)
-    phidot = float(axis[0] * moving[1] - axis[1] * moving[0]) / sine**2
-    return State(
-        **angles,
-        thetadot=-float(moving[2]) / sine,
-        phidot=phidot,
-        omega3=float(omega @ axis),
-    )
+    speed = np.cross(omega, axis)
+    phidot = float(axis[0] * speed[1] - axis[1] * speed[0]) / sine**2
+    thetadot = -float(speed[2]) / sine
+    return State(**angles, thetadot=thetadot, phidot=phidot, omega3=float(omega @ axis))
 
 
 def _fitted(problem: Problem) -> State:
@@ -112,33 +109,34 @@ def _fitted(problem: Problem) -> State:
         raise Impossible([("start", "a start, or data with rates or with the axis")])
     first = replace(data, t=data.t - data.t[0])
     some = first.some(slice(None, None, -(-data.t.size // FITTED)))
+    guess = _first_row(first.telling(omega=_omega(problem.top, first)))
 
     def state(p: Array) -> State:
-        return State(p[0], phi=p[1], thetadot=p[2], phidot=p[3], omega3=p[4])
+        return State(**dict(zip(START, p, strict=True)), psi=guess.psi)
 
     def tried(p: Array, rows: int) -> Problem:
         return Problem(some.some(slice(0, rows)), problem.top, state(p))
 
-    best = fit(tried, _guess(problem.top, first), some.t.size)
+    best = fit(tried, np.array([float(getattr(guess, name)) for name in START]), some.t.size)
     if not tried(best, some.t.size).misfit < FITS:
         raise Impossible([("start", "a start, or data with rates: no start fits these")])
     return state(best)
 
 
-def _guess(top: Top, data: Data) -> Array:
-    """A start from differences of the first rows: A e × ë + C ω₃ ė = −gMR e × ẑ gives ω₃."""
+def _omega(top: Top, data: Data) -> Array:
+    """The angular velocity by differences of the first rows, at these alone.
+
+    A e × ë + C ω₃ ė = −gMR e × ẑ gives ω₃.
+    """
     A, C, gMR = float(top.A), float(top.C), float(top.gMR)
     t, axis = data.t[:FIRST_FITTED], data.axis[:FIRST_FITTED]
     speed = np.gradient(axis, t, axis=0, edge_order=2)
     faster = np.gradient(speed, t, axis=0, edge_order=2)
-    inner = slice(2, -2)
     torque = A * np.cross(axis, faster) + gMR * np.cross(axis, [0.0, 0.0, 1.0])
-    omega3 = -(speed * torque)[inner].sum() / (C * (speed * speed)[inner].sum())
-    (x, y, z), (dx, dy, dz) = axis[0], speed[0]
-    sine = np.hypot(x, y)
-    return np.array(
-        [np.arctan2(sine, z), np.arctan2(x, -y), -dz / sine, (x * dy - y * dx) / sine**2, omega3]
-    )
+    inner = slice(2, -2)
+    omega3 = -(speed * torque)[inner].sum() / (C * (speed * speed)[inner].sum() or 1.0)
+    omega: Array = np.cross(axis, speed) + omega3 * axis
+    return omega
 
 
 def fit(tried: Callable[[Array, int], Problem], p: Array, rows: int) -> Array:
@@ -150,27 +148,15 @@ def fit(tried: Callable[[Array, int], Problem], p: Array, rows: int) -> Array:
             here = tried(p, many)
             if not np.isfinite(here.misfit):
                 return p
-            moved = [_moved(p, k) for k in range(p.size)]
-            slopes = [(tried(q, many).off() - here.off()).ravel() / STEP for q in moved]
-            step = np.linalg.lstsq(np.array(slopes).T, -here.off().ravel(), rcond=None)[0]
-            step *= _size(p)
-            better = next(
-                (q for k in range(8) if tried(q := p + step / 4**k, many).misfit < here.misfit),
-                None,
-            )
+            off, size = here.off().ravel(), np.maximum(abs(p), 1e-3)
+            moved = p + STEP * np.diag(size)
+            slopes = np.array([tried(q, many).off().ravel() - off for q in moved]) / STEP
+            step = size * np.linalg.lstsq(slopes.T, -off, rcond=None)[0]
+            shorter = (p + step / 4**k for k in range(8))
+            better = next((q for q in shorter if tried(q, many).misfit < here.misfit), None)
             if better is None:
                 break
             p = better
         if many == rows or not tried(p, many).misfit < FITS:
             return p
         many *= 2
-
-
-def _size(p: Array) -> Any:
-    return np.maximum(abs(p), 1e-3)
-
-
-def _moved(p: Array, k: int) -> Array:
-    q = p.copy()
-    q[k] += STEP * _size(p)[k]
-    return q

@@ -81,7 +81,7 @@ def find_slip(problem: Problem) -> Slip | None:
 
 
 def _told(problem: Problem, **told: Array | None) -> Problem:
-    return replace(problem, data=problem.data.with_(**told))
+    return replace(problem, data=problem.data.telling(**told))
 
 
 def _degrees(problem: Problem) -> Iterator[_Tried]:
@@ -180,8 +180,10 @@ def _azimuth(problem: Problem) -> float:
 
 def _inertia(problem: Problem) -> Iterator[_Tried]:
     """A smaller A, as that about the centre of mass is: tried on the first period, then fitted."""
-    top = problem.top
-    A, data = float(top.A), problem.data
+    if problem.origin == "fitted":
+        return
+    top, data = problem.top, problem.data
+    A = float(top.A)
     period = problem.motion.period or np.inf
     rows = max(20, int(np.searchsorted(abs(problem.since), period)))
 
