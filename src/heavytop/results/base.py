@@ -108,7 +108,14 @@ class Part:
 
 @dataclass(frozen=True, kw_only=True)
 class Problem(Part):
-    """The top of a study and its start, as `heavytop.Scene.problem` gives them."""
+    """The top of a study and its start, as `heavytop.Scene.problem` gives them.
+
+    Attributes
+    ----------
+    name, title, source : str
+    top, start : mapping from str to (float or str)
+        Beyond 15 digits a number is a decimal text.
+    """
 
     name: Text
     title: Text
@@ -173,12 +180,21 @@ class Result(Answer):
         return super().document() | ({"files": dict(files)} if files else {})
 
     def save(self, path: Path) -> None:
-        """Write the result as JSON; `load` reads it."""
+        """Write the result as JSON; `load` reads it.
+
+        Parameters
+        ----------
+        path : Path
+        """
         write_document(path, self.document())
 
     @classmethod
     def load(cls, path: Path) -> Self:
         """Return the result that a file holds.
+
+        Parameters
+        ----------
+        path : Path
 
         Raises
         ------

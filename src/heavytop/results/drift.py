@@ -172,7 +172,7 @@ class Drift(Result):
     spread : float
         How far the starts lie apart at most, relative.
     starts : tuple of mapping from str to float
-        The initial conditions of every start, as doubles; the first is the scene's own.
+        The initial conditions of every start, as doubles [rad, rad/s]; first the scene's own.
     methods : tuple of MethodDrift
         What was found of each, in the order asked.
     """
