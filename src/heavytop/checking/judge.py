@@ -264,7 +264,7 @@ def check(
         start=problem.start,
         origin=problem.origin,
         errors={name: _size(told.t, curve) for name, curve in curves.items()},
-        digits=float(-np.log10(max(sizes.max(), float(ULP)))),
+        digits=-float(np.log10(np.clip(sizes.max(), float(ULP), 1.0))),
         phase=phase,
         events=_events(problem),
         condition=_condition(problem),
