@@ -10,7 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 from heavytop.analytic.motion import Motion
-from heavytop.cli import Exit, app
+from heavytop.cli import app, exit_code
+from heavytop.errors import ForeignFile
 from heavytop.plots.check import check_figure
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
@@ -20,6 +21,7 @@ from .test_transcript import follows, lines, steps
 
 PAGE = (Path(__file__).parents[2] / "docs" / "check-a-trajectory.md").read_text("utf-8")
 KICKED = load_scene("sicm-kicked")
+FOREIGN = exit_code(ForeignFile("x"))
 
 
 def heavytop_(*words):
@@ -46,13 +48,13 @@ def test_the_session_of_the_page(tmp_path, monkeypatch):
     for command, shown in session:
         found = heavytop_(*shlex.split(command)[1:])
         assert follows(lines(shown), lines(found.output)), found.output
-    assert found.exit_code == Exit.OUT_OF_BOUND
+    assert found.exit_code == 5
     assert (tmp_path / "errors.svg").read_text("utf-8").startswith("<?xml")
 
 
 def test_columns_have_their_names_told(mine):
     refused = heavytop_("check", mine, "--scene", "sicm-kicked")
-    assert refused.exit_code == Exit.FOREIGN_FILE
+    assert refused.exit_code == FOREIGN
     assert "t: a column of at least 5 times" in refused.stderr
     words = ("check", mine, "--scene", "sicm-kicked", "--columns", "t=Zeit")
     found = heavytop_(*words, "--json", "--digits", 13)
@@ -60,7 +62,7 @@ def test_columns_have_their_names_told(mine):
     document = json.loads(found.stdout)
     assert document["schema"] == "heavytop/check/1"
     assert (document["digits"] > 14, document["slip"]) == (True, None)
-    assert heavytop_(*words[:-1], "Zeit").exit_code == Exit.USAGE
+    assert heavytop_(*words[:-1], "Zeit").exit_code == 2
 
 
 def test_a_run_of_ours_knows_its_scene(tmp_path):
@@ -72,12 +74,12 @@ def test_a_run_of_ours_knows_its_scene(tmp_path):
 
 def test_what_it_cannot_do_is_told(mine, tmp_path):
     needed = heavytop_("check", mine, "--columns", "t=Zeit")
-    assert needed.exit_code == Exit.BAD_SCENE
+    assert needed.exit_code == 3
     assert "a scene, or its top alone, has to say what the data are of" in needed.stderr
-    assert heavytop_("check", tmp_path / "none.csv").exit_code == Exit.FOREIGN_FILE
+    assert heavytop_("check", tmp_path / "none.csv").exit_code == FOREIGN
     words = ("check", mine, "--scene", "sicm-kicked", "--columns", "t=Zeit", "-o")
-    assert heavytop_(*words, "errors.txt").exit_code == Exit.USAGE
-    assert heavytop_(*words, tmp_path / "no" / "x.svg").exit_code == Exit.USAGE
+    assert heavytop_(*words, "errors.txt").exit_code == 2
+    assert heavytop_(*words, tmp_path / "no" / "x.svg").exit_code == 2
 
 
 def test_the_chart_shows_what_the_document_holds(mine):

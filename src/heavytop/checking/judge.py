@@ -264,7 +264,7 @@ def check(
         start=problem.start,
         origin=problem.origin,
         errors={name: _size(told.t, curve) for name, curve in curves.items()},
-        digits=float(-np.log10(max(sizes.max(), float(ULP)))),
+        digits=max(0.0, float(-np.log10(max(sizes.max(), float(ULP))))),
         phase=phase,
         events=_events(problem),
         condition=_condition(problem),
