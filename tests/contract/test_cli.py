@@ -171,7 +171,7 @@ class TestRun:
     def test_prints_a_table(self, scene):
         result = heavytop_("run", scene)
         assert result.exit_code == 0, result.stderr
-        for word in ("kind", "E'", "period", "plan", "events", "theta_min", "closed form"):
+        for word in ("kind", "E′", "period", "plan", "events", "theta_min", "closed form"):
             assert word in result.stdout
         assert result.stderr == ""
 

@@ -10,7 +10,7 @@ import json
 import os
 import re
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -253,7 +253,15 @@ def clear(folder: Path) -> None:
     OSError
         A file cannot be removed.
     """
-    with suppress(ForeignFile):  # there is no document, or it is no run's
-        for name in OWN_FIGURES & {*RunResult.load(folder / DOCUMENT).files.values()}:
-            (folder / name).unlink(missing_ok=True)
+    for name in OWN_FIGURES & _told(folder / DOCUMENT):
+        (folder / name).unlink(missing_ok=True)
     (folder / DOCUMENT).unlink(missing_ok=True)
+
+
+def _told(document: Path) -> set[str]:
+    """The files of which a document tells, which need not be whole."""
+    try:
+        with regular(document) as file:
+            return {name for name in json.loads(file.read())["files"].values() if name == str(name)}
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
+        return set()  # there is no document, or it is no run's
