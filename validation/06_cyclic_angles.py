@@ -36,7 +36,7 @@ def power(method):
 
 def row(method):
     errors = f"{method.phase_s[-1]:.1e} | {method.energy[-1]:.1e} | {power(method):.2f}"
-    return f"| `{method.method.text}` | {errors} | {method.us_per_period:.3g} |"
+    return f"| `{method.name}` | {errors} | {method.us_per_period:.3g} |"
 
 
 head = "| | phase [s] | energy | phase grows as t^ | µs a period |\n|---|--:|--:|--:|--:|"

@@ -38,7 +38,7 @@ def off_energy(trajectory):
     form, constants = trajectory.orbit.integrator.formulation, trajectory.orbit.parameters
     used = [p for p in form.parameters if p in form.invariants["energy"].free_symbols]
     function = lambdified([form.invariants["energy"]], [*form.states, *used], np.longdouble, {})
-    columns = trajectory.orbit.samples.rows.T.astype(np.longdouble)
+    columns = trajectory.orbit.samples.states.T.astype(np.longdouble)
     (energy,) = function(*columns, *(np.longdouble(constants[p.name]) for p in used))
     return (energy / energy[0] - 1).astype(float)  # E' of the kicked top is about gMR
 

@@ -7,13 +7,15 @@ that it can be killed and goes on. With the word `write`, table and chart go to 
 import sys
 
 from claim import claim, finish
-from page import DOCS, drift_rows, rewrite
+from page import DOCS, rewrite
 
 import heavytop as ht
-from heavytop.plots.drift import drift_figure
 from heavytop.plots.figures import save
+from heavytop.plots.studies import drift_figure
+from heavytop.report.parts import Table
+from heavytop.report.studies import drift_parts
 from heavytop.report.study_files import write_drift
-from heavytop.studies.drift_result import growth
+from heavytop.results.drift import growth
 
 PERIODS = next((float(x) for x in sys.argv[1:] if x != "write"), 1e6)  # fewer, for a look
 FOLDER = f"out/long-runs-{PERIODS:g}"
@@ -32,7 +34,7 @@ DRAWN = (
 scene = ht.load_scene("sicm-kicked")
 found = ht.drift(scene, methods=(*COMPILED, *PYTHON), periods=PERIODS, folder=FOLDER)
 write_drift(found, FOLDER)
-table = drift_rows(found)
+table = next(part for part in drift_parts(found.document()) if isinstance(part, Table)).markdown
 print(table)
 if "write" in sys.argv:
     rewrite("drift.md", "long runs", table)
@@ -40,7 +42,7 @@ if "write" in sys.argv:
     document["methods"] = [each for each in document["methods"] if each["name"] in DRAWN]
     save(drift_figure(document), DOCS / "images" / "drift.svg")
 
-done = [m for m in found.methods if not m.skipped and m.method.text in COMPILED]
+done = [m for m in found.methods if not m.skipped and m.name in COMPILED]
 claim("compiled methods that went all the way, off 14", 14 - len(done), 0)
 projected, composed = found["taylor-axis-projected"], found["sofroniou-spaletta10=20"]
 claim("phase of the projected axis form [s]", projected.phase_s[-1], 1e-11)

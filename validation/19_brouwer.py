@@ -23,7 +23,7 @@ found = ht.drift(
 for each in found.methods:
     energy, phase = each.energy_growth, each.phase_growth
     print(
-        f"     {each.method.text}: energy {each.energy[-1]:.2e}, t^{energy.exponent:.2f} "
+        f"     {each.name}: energy {each.energy[-1]:.2e}, t^{energy.exponent:.2f} "
         f"+- {energy.stderr:.2f}; phase {each.phase_s[-1]:.2e} s, t^{phase.exponent:.2f} "
         f"+- {phase.stderr:.2f}; {each.us_per_period:.2f} us a period"
     )

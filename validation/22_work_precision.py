@@ -18,7 +18,8 @@ from claim import claim, finish
 from page import DOCS, rewrite
 
 import heavytop as ht
-from heavytop.report.work_precision import TARGETS, error, setting, summaries, time
+from heavytop.report.parts import Table
+from heavytop.report.studies import TARGETS, error, setting, summaries, time
 
 BUDGET = next((float(x) for x in sys.argv[1:] if x != "write"), 240.0)
 FOLDER = Path(__file__).parent / "out" / "work-precision"
@@ -39,12 +40,9 @@ COMPARED = {
 
 def table(document):
     """A row for each method, then who is cheapest, and how much slower the others are."""
-    left = (HEADINGS[0], HEADINGS[-1])
-    rules = ["--" if name in left else "--:" for name in HEADINGS]
-    rows = [HEADINGS, rules, *map(row, summaries(document["points"]))]
-    lines = [f"| {' | '.join(cell.strip() for cell in each)} |" for each in rows]
+    rows = tuple(map(row, summaries(document["points"])))
     notes = (*leaders(document), *slower(document), *where_rivals_lead(document), *others(document))
-    return "\n".join([*lines, "", *notes])
+    return "\n".join([Table(HEADINGS, rows).markdown, "", *notes])
 
 
 def row(each):

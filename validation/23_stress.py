@@ -13,9 +13,10 @@ from claim import claim, finish, most
 from page import DOCS, rewrite
 
 import heavytop as ht
-from heavytop.report.stress import UNTOLD_RULE, cell
+from heavytop.report.parts import Table
+from heavytop.report.studies import UNTOLD_RULE, cell
 from heavytop.report.study_files import write_stress
-from heavytop.results.stress import MARKS, UNTOLD, heading
+from heavytop.results.stress import MARKS, UNTOLD
 
 BUDGET = next((float(x) for x in sys.argv[1:] if x != "write"), 240.0)
 FOLDER = "out/stress"
@@ -29,20 +30,18 @@ def table(found):
     document = found.document()
     runs = {(run["case"], run["method"]): run for run in document["cases"]}
     names = list(document["methods"])
-    rows = [["case", *(heading(document, name) for name in names)],
-            ["--", *["--:"] * len(names)]]  # fmt: skip
-    rows += [
-        [f"`{case}`", *(cell(runs.get((case, name))) for name in names)]
-        for case in document["hard"]
-    ]
+    head = ("case", *document["methods"].values())
+    rows = [(f"`{case}`", *(cell(runs.get((case, name))) for name in names))
+            for case in document["hard"]]  # fmt: skip
     marks = [f"- {MARKS.get(word, '')} **{word}**: {rule}." for word, rule in
              document["rules"].items()]  # fmt: skip
     marks.append(f"- {UNTOLD} **nothing to tell**: {UNTOLD_RULE.partition(': ')[2]}.")
     counts = found.counts()
     words = list(next(iter(counts.values())))
-    sums = [["method", *words], ["--", *["--:"] * len(words)]]
-    sums += [[f"`{name}`", *(str(counts[name][word] or "") for word in words)] for name in names]
-    return "\n\n".join([lines(rows), "\n".join(marks), lines(sums), measured(found)])
+    sums = [(f"`{name}`", *(str(counts[name][word] or "") for word in words)) for name in names]
+    tables = (Table(head, tuple(rows)), Table(("method", *words), tuple(sums)))
+    shown, counted = (each.markdown for each in tables)
+    return "\n\n".join([shown, "\n".join(marks), counted, measured(found)])
 
 
 def measured(found):
@@ -55,10 +54,6 @@ def measured(found):
         f"{max(top, default=math.nan):.0e} at the top, by {min(bottom, default=math.nan):.0e} to "
         f"{max(bottom, default=math.nan):.0e} at the bottom."
     )
-
-
-def lines(rows):
-    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
 began = perf_counter()

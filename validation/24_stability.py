@@ -18,7 +18,7 @@ import heavytop as ht
 from heavytop.analytic import steady
 from heavytop.comparison.adaptive import textbook_solve
 from heavytop.plots.figures import save
-from heavytop.plots.stability import Cone, spin_figure, stability_figure
+from heavytop.plots.theory import Cone, spin_figure, stability_figure
 
 IMAGES = Path(__file__).parents[1] / "docs" / "images"
 TOP = ht.Top(1, "0.5", 1)  # p_psi^2/4A gMR = omega3^2/16

@@ -17,10 +17,9 @@ import heavytop as ht
 from heavytop.analytic.energy_momentum import energy_momentum
 from heavytop.analytic.monodromy import ellipse
 from heavytop.numbers.decimals import context
-from heavytop.plots.critical_set import critical_set_figure
-from heavytop.plots.energy_momentum import energy_momentum_figure
 from heavytop.plots.figures import save
-from heavytop.results.energy_momentum_document import energy_momentum_document
+from heavytop.plots.theory import critical_set_figure, energy_momentum_figure
+from heavytop.results.energy_momentum import diagram_of
 
 IMAGES = Path(__file__).parents[1] / "docs" / "images"
 BOOK = ("3.28e-4", "6.60e-5", "0.0456")
@@ -145,7 +144,7 @@ circuit = diagram(2.2 * UNIT).circuit(ellipse((0.0, 5 * WEIGHT), (1.5 * UNIT, 2.
 claim("above the threshold: winding", abs(circuit.winding) + abs(circuit.spin_winding), 0)
 
 if "write" in sys.argv:
-    document = energy_momentum_document(DRAWN)
+    document = diagram_of(DRAWN).document()
     save(energy_momentum_figure(document), IMAGES / "energy-momentum.svg")
     save(critical_set_figure(document), IMAGES / "critical-set.svg")
 finish()

@@ -8,30 +8,26 @@ import sys
 
 from page import rewrite
 
+from heavytop.report.parts import Table, grouped, size
+
 SKIPPED = "skipped"
 
 
+HEAD = ("claim", "what is measured", "held", "whose numbers", "measured", "bound")
+
+
 def row(claim):
-    measured = SKIPPED if claim["measured"] is None else f"{claim['measured']:.1e}"
-    bound = f"{claim['bound']:.2g}" if claim["bound"] else "0"
-    holds = ", ".join(claim["holds"])
-    statement = claim["statement"].replace("|", "\\|")
-    numbers = claim["numbers"]
-    return f"| `{claim['id']}` | {statement} | {holds} | {numbers} | {measured} | {bound} |"
+    measured = SKIPPED if claim["measured"] is None else size(claim["measured"])
+    return (f"`{claim['id']}`", claim["statement"], ", ".join(claim["holds"]), claim["numbers"],
+            measured, f"{claim['bound']:.2g}")  # fmt: skip
 
 
 def table(document):
     """A heading and a table for each authority."""
-    claims = document["claims"]
-    parts = []
-    for authority in dict.fromkeys(claim["authority"] for claim in claims):
-        rows = [row(claim) for claim in claims if claim["authority"] == authority]
-        head = (
-            "| claim | what is measured | held | whose numbers | measured | bound |\n"
-            "|---|---|---|---|--:|--:|"
-        )
-        parts.append("\n".join([f"**{authority}**\n", head, *rows]))
-    return "\n\n".join(parts)
+    return "\n\n".join(
+        f"**{authority}**\n\n{Table(HEAD, tuple(map(row, claims)), left=4).markdown}"
+        for (authority,), claims in grouped(document["claims"], "authority").items()
+    )
 
 
 rewrite("validation.md", "claims", table(json.load(sys.stdin)))

@@ -16,7 +16,7 @@ import h5py
 
 import heavytop as ht
 from heavytop.hdf5 import opened
-from heavytop.report.pages.maps import stored_map
+from heavytop.report.pages.sections import stored_map
 
 SHAPE = (12, 12)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import platform
 import re
 from pathlib import Path
-from typing import Any
 
 from heavytop.machine import cpu_model, version
 
@@ -31,31 +30,3 @@ def foot() -> str:
     packages = ("heavytop", "heyoka", "numpy", "scipy", "numba", "CyRK")
     versions = ", ".join(f"{name} {version(name)}" for name in packages if version(name))
     return f"*{cpu_model() or platform.machine()}, Python {platform.python_version()}; {versions}.*"
-
-
-def drift_rows(found: Any) -> str:
-    """A drift study as a table: a row for each method, its errors at the last time."""
-    head = (
-        "| method | periods | µs a period | energy | as t^ | phase [s] | as t^ | axis |\n"
-        "|---|--:|--:|--:|--:|--:|--:|--:|"
-    )
-    return "\n".join([head, *map(_drift_row, found.methods)])
-
-
-def _drift_row(each: Any) -> str:
-    if each.skipped:
-        return f"| `{each.method.text}` | skipped: {each.skipped} | | | | | | |"
-    cells = (
-        f"{each.periods[-1]:.3g}",
-        f"{each.us_per_period:.3g}",
-        f"{each.energy[-1]:.1e}",
-        _power(each.energy_growth),
-        "lost" if each.phase_s[-1] is None else f"{each.phase_s[-1]:.1e}",
-        _power(each.phase_growth),
-        "–" if each.axis[-1] is None else f"{each.axis[-1]:.1e}",
-    )
-    return f"| `{each.method.text}` | {' | '.join(cells)} |"
-
-
-def _power(growth: Any) -> str:
-    return "–" if growth is None else f"{growth.exponent:.2f}"

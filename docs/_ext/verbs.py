@@ -32,6 +32,7 @@ PAGES = {
     "workprec": "work-precision.md",
     "validate": "validation.md",
     "reference": "reference-values.md",
+    "check": "check-a-trajectory.md",
     "report": "report.md",
     "scenes": "scenes.md",
     "derive": "theory/lagrangian.md",

@@ -1,4 +1,4 @@
-"""The rigid-body equations by their own Taylor series at 40 digits, and motions of every kind.
+"""The rigid-body equations by their own Taylor series at 40 digits.
 
 The equations are integrated in the form that has no pole: the axis e, the momentum ℓ = L/A and
 one more body vector v,
@@ -10,55 +10,10 @@ Nothing here knows roots, elliptic functions or the package's closed form.
 
 from functools import cache
 
-import heavytop as ht
-from heavytop.numbers import Exact, cos
+from heavytop.numbers import Exact
 from heavytop.numbers.decimals import context
 
 WORK = context(45)
-
-# A, C, gMR, θ, φ, ψ, θ̇, φ̇, ψ̇
-MOTIONS = {
-    "loops": (2, 1, 3, "0.5", "0.3", "-0.7", 0, -2, 5),
-    "rising": (2, 1, 3, "1.5", "0.3", "-0.7", -1, "0.5", 3),
-    "falling": (2, "1.5", 3, "1.5", "0.3", "-0.7", 1, "0.5", 3),
-    "cusps": (2, 1, 3, "0.5", 0, 0, 0, 0, 7),
-    "prolate to the limit": (1, 2, 3, 1, 1, 2, "0.5", 1, 3),
-    "spherical top": (2, 2, 3, 1, 1, 2, "0.5", 1, 3),
-    "slender": (1, "0.001", 3, 1, 1, 2, "0.5", 1, 300),
-    "spherical pendulum": (2, 1, 3, 1, "0.2", "0.1", "0.4", "1.25", cos(1) * Exact.of("-1.25")),
-    "past the bottom": (2, 1, 3, "2.5", 0, 0, 1, "0.01", "0.02"),
-    "past the top": (2, 1, 3, "0.01", 0, 0, 2, "0.5", "0.7"),
-    "hanging upside down": (2, 1, -3, "0.5", "0.3", "-0.7", "0.25", -2, 5),
-    "upside down, from its lower turning point": (2, 1, -3, "0.5", "0.3", "-0.7", 0, 3, 5),
-    "reversing at the start, rising": (2, 1, 3, "0.8", "0.3", "-0.7", -1, 0, 5),
-    "reversing at the start, falling": (2, 1, 3, "0.8", "0.3", "-0.7", 1, 0, 5),
-    "force-free": (2, 1, 0, "0.5", "0.3", "-0.7", "0.25", -2, 5),
-    "through the top": (2, 1, 3, 0, "0.3", "-0.7", 3, 0, 2),
-    "through the top, backwards": (2, 1, 3, 0, "0.3", "-0.7", -3, 0, 2),
-    "through the top, upside down": (2, 1, -3, 0, "0.3", "-0.7", 1, 0, 2),
-    "through the top, from its side": (2, 1, 3, "pi/3", "0.3", "-0.7", 2, 2, 5),
-    "through the bottom, from its side": (2, 1, 3, "pi/3", "0.3", "-0.7", 2, 2, -3),
-    "through the bottom, upside down": (2, 1, -3, "pi/3", "0.3", "-0.7", -3, 2, -3),
-    "planar swing": (2, 1, 3, "2.5", "0.3", "-0.7", "0.5", 0, 0),
-    "planar from rest": (2, 1, 3, "0.5", "0.3", "-0.7", 0, 0, 0),
-    "planar rotation": (2, 1, 3, "2.5", "0.3", "-0.7", 5, 0, 0),
-    "planar rotation, backwards": (2, 1, 3, "2.5", "0.3", "-0.7", -5, 0, 0),
-    "planar separatrix": (2, 1, 2, "pi/2", "0.3", "-0.7", "sqrt(2)", 0, 0),
-    "sleeping": (2, 1, 3, 0, "0.3", "-0.7", 0, 0, 2),
-    "separatrix": (2, 1, 2, "pi/3", "0.3", "-0.7", 0, "2/sqrt(3)", "5/sqrt(3)"),
-    "separatrix, leaving": (2, 1, 2, "pi/3", "0.3", "-0.7", "0.5", 1, "2.5"),
-    "separatrix, arriving": (2, 1, 2, "pi/3", "0.3", "-0.7", "-0.5", 1, "2.5"),
-    "separatrix, upside down": (2, 1, -2, "2*pi/3", "0.3", "-0.7", "0.5", 1, "-2.5"),
-    "within 1e-9 of the separatrix": (2, 1, 2, "pi/3", "0.3", "-0.7", "0.5", 1, "2.499999999"),
-    "uniform": ("6.375e-3", "7.5e-4", "0.73575", "pi/3", "0.3", "-0.7", 0, 10, "135.6"),
-    "1e-9 off uniform": ("6.375e-3", "7.5e-4", "0.73575", "pi/3", 0, 0, "1e-9", 10, "135.6"),
-}
-
-
-def motion(A, C, gMR, theta, phi=0, psi=0, thetadot=0, phidot=0, psidot=0):
-    """The motion of a top from its angles and their rates."""
-    rates = {"thetadot": thetadot, "phidot": phidot, "psidot": psidot}
-    return ht.Motion(ht.Top(A, C, gMR), ht.State(theta, phi=phi, psi=psi, **rates))
 
 
 def cross(one, other):

@@ -1,69 +1,45 @@
 """The solution's elliptic integrals and functions against mpmath's own, at 50 and 100 digits.
 
 mpmath shares no line with FLINT, of which the solution is made. Its functions get the roots that
-mpmath finds of the cubic (`test_cubic`) from the numbers of the scene.
+mpmath finds of the cubic (`test_cubic`) from the numbers of the scene. Jacobi's functions as such
+are held against Arb's own theta functions.
 """
 
 from fractions import Fraction
 from functools import cache
 
-import mpmath
 import pytest
+from flint import acb, arb
 
 import heavytop as ht
-from heavytop.numbers.intervals import Interval
+from heavytop.analytic.cubic import TooFewBits
+from heavytop.analytic.elliptic import Jacobi
+from heavytop.numbers.intervals import Interval, working
 
-from .rigid_series import motion
+from ..by_hand import ByHand
+from ..motions import named
+
+pytestmark = pytest.mark.reference
 
 # g ≥ 0, released at a turning point or anywhere between; both sides of the poles and close to them
-NUTATIONS = {
-    "kicked": ("3.28e-4", "6.6e-5", "0.0456", "0.1", 0, 0, 0, -15, 140),
-    "loops": (2, 1, 3, "0.5", "0.3", "-0.7", 0, -2, 5),
-    "rising": (2, 1, 3, "1.5", "0.3", "-0.7", -1, "0.5", 3),
-    "falling": (2, "1.5", 3, "1.5", "0.3", "-0.7", 1, "0.5", 3),
-    "cusps": (2, 1, 3, "0.5", 0, 0, 0, 0, 7),
-    "negative momenta": (2, 1, 3, "1.2", "0.3", "-0.7", "0.4", -2, -5),
-    "spherical pendulum, almost": (2, 1, 3, 1, "0.2", "0.1", "0.4", "1.25", "1e-3"),
-    "1e-3 past the bottom": (2, 1, 3, "2.5", 0, 0, 1, "0.001", "0.002"),
-    "1e-3 past the top": (2, 1, 3, "0.001", 0, 0, 2, "0.5", "0.7"),
-    "1e-20 past the top": (2, 1, 3, "1e-20", 0, 0, 2, "0.5", "0.7"),
-    "1e-20 off uniform": ("6.375e-3", "7.5e-4", "0.73575", "pi/3", 0, 0, "1e-20", 10, "135.6"),
-    "within 1e-9 of the separatrix": (2, 1, 2, "pi/3", 0, 0, "0.5", 1, "2.499999999"),
-    "1e-30 beyond the separatrix": (
-        2, 1, 2, "pi/3", 0, 0, "0.5", 1, Fraction(5, 2) + Fraction(1, 10**30)
-    ),
-    "1e-9 of weight": (2, 1, "1e-9", "0.7", 0, 0, "0.3", 2, 5),
-    "slender and fast": (1, "0.001", 3, 1, 1, 2, "0.5", 1, 3000),
-}  # fmt: skip
+NUTATIONS = (
+    "kicked", "loops", "rising", "falling", "cusps", "negative momenta",
+    "spherical pendulum, almost", "1e-3 past the bottom", "1e-3 past the top", "1e-20 past the top",
+    "1e-20 off uniform", "within 1e-9 of the separatrix", "1e-30 beyond the separatrix",
+    "1e-9 of weight", "slender and fast",
+)  # fmt: skip
 SPARE = 260  # digits that Π(n|m) next to a pole and the roots may lose
 
 
-class Textbook:
+class Textbook(ByHand):
     """The closed form by mpmath alone: roots by `polyroots`, K, Π and sn by its own functions."""
 
     def __init__(self, begun, digits):
-        self.mp = mp = mpmath.MPContext()
-        mp.dps = digits + SPARE
-        top, start = begun.top, begun.start
-        A, C, gMR = (x.mpf(mp) for x in (top.A, top.C, top.gMR))
-        theta, rate, turn, omega3 = (
-            x.mpf(mp) for x in (start.theta, start.thetadot, start.phidot, start.omega3)
-        )
-        self.u0, sine = mp.cos(theta), mp.sin(theta)
-        self.g, self.b, self.omega3 = gMR / A, C * omega3 / A, omega3
-        self.a = turn * sine**2 + self.b * self.u0
-        h = (rate**2 + (turn * sine) ** 2) / 2 + self.g * self.u0
-        cubic = [
-            2 * self.g,
-            -(2 * h + self.b**2),
-            2 * (self.a * self.b - self.g),
-            2 * h - self.a**2,
-        ]
-        found = mp.polyroots(cubic, maxsteps=2000, extraprec=4 * mp.prec, error=False)
-        self.low, self.middle, self.high = sorted(mp.re(u) for u in found)
+        super().__init__(begun.top, begun.start, digits + SPARE)
+        self.low, self.middle, self.high = self.roots
         self.m = (self.middle - self.low) / (self.high - self.low)
-        self.w = mp.sqrt(self.g * (self.high - self.low) / 2)
-        self.falls = mp.sign(rate)  # at a turning point 0
+        self.w = self.mp.sqrt(self.g * (self.high - self.low) / 2)
+        self.falls = self.mp.sign(self.rate)  # at a turning point 0
         self.upper = abs(self.u0 - self.middle) < abs(self.u0 - self.low)
 
     @property
@@ -97,7 +73,7 @@ class Textbook:
 
 @cache
 def textbook(name, digits):
-    return Textbook(motion(*NUTATIONS[name]), digits)
+    return Textbook(named(name), digits)
 
 
 def holds(ball, value, digits):
@@ -111,7 +87,7 @@ def holds(ball, value, digits):
 @pytest.mark.parametrize("name", NUTATIONS)
 def test_periods_and_turns(name, digits):
     """T is 2K/w, Δφ the sum of the turns, and Δψ − κT their difference, by K and Π of mpmath."""
-    begun, truth = motion(*NUTATIONS[name]), textbook(name, digits)
+    begun, truth = named(name), textbook(name, digits)
     found = ht.enclose(begun.top, begun.start, digits)
     form, T = begun.form(digits), 2 * truth.K / truth.w
     plus, minus = truth.turns
@@ -134,7 +110,7 @@ def test_periods_and_turns(name, digits):
 @pytest.mark.parametrize("name", NUTATIONS)
 def test_tilts_and_their_rates(name, digits):
     """u and u̇ by sn, cn and dn of mpmath, begun where the start is by its incomplete F."""
-    begun, truth = motion(*NUTATIONS[name]), textbook(name, digits)
+    begun, truth = named(name), textbook(name, digits)
     found, form, mp = ht.enclose(begun.top, begun.start, digits), begun.form(digits), truth.mp
     # (t − start)/T half way between turning points, just past one, and some periods later
     for part in ("0.25", "0.5000001", "-0.7", "3.1"):
@@ -154,37 +130,27 @@ def test_tilts_and_their_rates(name, digits):
 
 @pytest.mark.parametrize("digits", [50, 100])
 @pytest.mark.parametrize("name", NUTATIONS)
-def test_times_of_turning_points(name, digits):
-    """The lower turning point nearest the start by F, which is also R_F."""
-    begun, truth = motion(*NUTATIONS[name]), textbook(name, digits)
-    form, mp = begun.form(digits), truth.mp
-    want = -truth.start / truth.w
-    assert abs(mp.mpf(form.lower_turning) - want) <= mp.mpf(10) ** -digits * max(1, abs(want))
+def test_by_carlson(name, digits):
+    """The lower turning point nearest the start by R_F, the turns by R_F and R_J."""
+    begun, truth = named(name), textbook(name, digits)
+    mp, form = truth.mp, begun.form(digits)
+    mc = (truth.high - truth.middle) / (truth.high - truth.low)
+    K, lower = mp.elliprf(0, mc, 1), -truth.start / truth.w
     if truth.falls:
         s2 = (truth.u0 - truth.low) / (truth.middle - truth.low)
         carlson = mp.sqrt(s2) * mp.elliprf(1 - s2, 1 - truth.m * s2, 1)
         assert abs(carlson / abs(truth.start) - 1) < mp.mpf(10) ** (-digits - 50)
-
-
-@pytest.mark.parametrize("digits", [50, 100])
-@pytest.mark.parametrize("name", NUTATIONS)
-def test_complete_integrals_by_carlson(name, digits):
-    """The same turns by R_F and R_J of mpmath, whose Π takes another way."""
-    begun, truth = motion(*NUTATIONS[name]), textbook(name, digits)
-    mp, form = truth.mp, begun.form(digits)
-    mc = (truth.high - truth.middle) / (truth.high - truth.low)
-    K = mp.elliprf(0, mc, 1)
     turned = []
     for momentum, side in ((truth.a + truth.b, 1), (truth.a - truth.b, -1)):
         p = (1 + side * truth.middle) / (1 + side * truth.low)
         third = K + (1 - p) / 3 * mp.elliprj(0, mc, 1, p)
         turned.append(momentum / (1 + side * truth.low) * third / truth.w)
-    bound = mp.mpf(10) ** -digits
-    assert abs(mp.mpf(form.period) - 2 * K / truth.w) <= bound * max(1, form.period)
-    assert abs(mp.mpf(form.precession) - sum(turned)) <= bound * max(1, abs(sum(turned)))
-    assert abs(mp.mpf(form.relative_spin) - turned[0] + turned[1]) <= bound * max(
-        1, *map(abs, turned)
-    )
+    for got, want in (
+        (form.lower_turning, lower), (form.period, 2 * K / truth.w),
+        (form.precession, sum(turned)), (form.relative_spin, turned[0] - turned[1]),
+    ):  # fmt: skip
+        size = max(1, abs(want), *map(abs, turned))
+        assert abs(mp.mpf(got) - want) <= mp.mpf(10) ** -digits * size
 
 
 @pytest.mark.parametrize("digits", [50, 100])
@@ -195,7 +161,7 @@ def test_angles_by_theta_functions_of_mpmath(name, digits):
     Each half turns by a rate of its own and by twice the argument of θ₁(z − iβ), which is what
     mpmath's theta functions say here of a whole and of a part of a period.
     """
-    begun, truth = motion(*NUTATIONS[name]), textbook(name, digits)
+    begun, truth = named(name), textbook(name, digits)
     mp, form = truth.mp, begun.form(digits)
     q = mp.exp(-mp.pi * mp.ellipk(1 - truth.m) / truth.K)
     low, reach = truth.low, truth.middle - truth.low
@@ -233,8 +199,71 @@ def test_angles_by_theta_functions_of_mpmath(name, digits):
 
 def test_other_turns_are_told_apart():
     """A modulus or a root off by 1e-45 is seen at 50 digits: no bound here is too wide."""
-    begun, truth = motion(*NUTATIONS["loops"]), textbook("loops", 50)
+    begun, truth = named("loops"), textbook("loops", 50)
     mp, found = truth.mp, ht.enclose(begun.top, begun.start, 50)
     wrong = mp.ellipk(truth.m * (1 + mp.mpf(10) ** -45))
     assert holds(found.period, 2 * truth.K / truth.w, 50)
     assert not holds(found.period, 2 * wrong / truth.w, 50)
+
+
+# --- the functions as such -----------------------------------------------------------------------
+
+
+TAUS = ("0.005", "0.1", "0.999", "1", "1.31", "4.3", "60")
+PLACES = ("-0.5", "-0.47", "-1e-30", "0.2", "0.4999", "0.5", "0.6")
+BITS = (64, 150, 380)
+
+
+def thetas(z, tau):
+    return acb.modular_theta(z, acb(0, tau))
+
+
+@pytest.mark.parametrize("bits", BITS)
+@pytest.mark.parametrize("tau", TAUS)
+def test_functions_hold_what_arb_says(tau, bits):
+    """sn = θ₃θ₁/θ₂θ₄, and likewise cn and dn; each ball is about as small as the bits allow."""
+    with working(2 * bits + 400):
+        _, two, three, four = (theta.real for theta in thetas(acb(0), arb(tau)))
+        scales = three / two, four / two, four / three
+        wants = []
+        for x in PLACES:
+            one_x, two_x, three_x, four_x = (th.real for th in thetas(acb(arb(x)), arb(tau)))
+            over = (one_x, two_x, three_x)
+            wants.append([k * th / four_x for k, th in zip(scales, over, strict=True)])
+    with working(bits):
+        jacobi = Jacobi(arb(tau))
+        for x, want in zip(PLACES, wants, strict=True):
+            for ball, truth in zip(jacobi.functions(arb(x)), want, strict=True):
+                assert ball.overlaps(truth)
+                assert ball.rad() < arb(2) ** (12 - bits) / min(arb(tau), arb(1))
+
+
+@pytest.mark.parametrize("bits", BITS)
+@pytest.mark.parametrize("tau", TAUS)
+def test_the_argument_holds_what_arb_says(tau, bits):
+    for x in PLACES:
+        for part in ("1e-20", "0.2", "0.4999"):
+            with working(2 * bits + 400):
+                beta = arb(tau) * arb(part)
+                truth = (acb(0, 1) * thetas(acb(arb(x), -beta), arb(tau))[0]).arg()
+            with working(bits):
+                ball = Jacobi(arb(tau)).argument(arb(x), arb(tau) * arb(part))
+                assert ball.overlaps(truth), (x, part)
+                assert ball.rad() < arb(2) ** (12 - bits) / min(arb(tau), arb(1)) ** 2
+
+
+def test_without_a_modulus_they_are_circular():
+    with working(100):
+        sn, cn, dn = Jacobi(None).functions(arb("0.1"))
+        for ball, want in zip((sn, cn, dn), (*arb("0.1").sin_cos_pi(), arb(1)), strict=True):
+            assert ball.overlaps(want)
+            assert ball.rad() < arb(2) ** -95
+
+
+def test_what_is_not_known_well_enough_is_refused():
+    """A number of periods known to no better than one, and a modulus that is not known."""
+    with working(100):
+        with pytest.raises(TooFewBits):
+            Jacobi(arb(2)).functions(arb(0, 1))
+        with pytest.raises(TooFewBits):
+            Jacobi(arb(2, 1.9))

@@ -4,7 +4,6 @@ import math
 import os
 import subprocess
 import sys
-from importlib.resources import files
 
 import mpmath
 import numpy as np
@@ -17,19 +16,13 @@ from heavytop.analytic.motion import Motion
 from heavytop.classification.arrays import InputArrays
 from heavytop.errors import Impossible, ImpossibleStart, NotANumber
 
+from ..motions import SCENES
+
 CTX = mpmath.mp.clone()
 CTX.dps = 60
 TOPS = ("A", "C", "gMR")
 SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
 BOUND = 1e-14
-SCENES = sorted(
-    each.name.removesuffix(".toml")
-    for each in files("heavytop").joinpath("scenes").iterdir()
-    if each.name.endswith(".toml")
-)
-
-
-# --- tops all over, and beside every special motion -----------------------------------------------
 
 
 def tops(random, n):
@@ -116,16 +109,22 @@ def test_each_row_is_that_of_a_motion_at_fifty_digits(drawn, most_sent, held):
     assert not np.isnan(errors).any()
 
 
+def same_as_motions(numbers, found):
+    """The largest error of rows against motions one by one."""
+    given = dict(zip(numbers, np.broadcast_arrays(*numbers.values()), strict=True))
+    size = found.period.size
+    return max(off_by(row_of(found, at), told(one(given, at))) for at in range(size))
+
+
 @pytest.mark.parametrize("name", SCENES)
 def test_shipped_scenes(name):
     scene = ht.load_scene(name)
     numbers = {each: np.array([float(getattr(scene.top, each))]) for each in TOPS}
     for each in ("theta", "thetadot", "phidot", "omega3"):
         numbers[each] = np.array([float(getattr(scene.start, each))])
-    motion = one(numbers, 0)
     found = motions_many(**numbers)
-    assert off_by(row_of(found, 0), told(motion)) < BOUND
-    assert found.verdicts.names[found.verdicts.kind[0]] == motion.kind
+    assert same_as_motions(numbers, found) < BOUND
+    assert found.verdicts.names[found.verdicts.kind[0]] == one(numbers, 0).kind
 
 
 @pytest.mark.parametrize("scale", [1e-25, 1e25])
@@ -139,9 +138,6 @@ def test_units_do_not_matter(scale):
         a, b = getattr(here, name), getattr(found, name)
         assert np.array_equal(np.isnan(a), np.isnan(b))
         np.testing.assert_allclose(b, a, rtol=1e-9, atol=1e-9)
-
-
-# --- truth that is not ours -----------------------------------------------------------------------
 
 
 def exactly(value):
@@ -210,16 +206,6 @@ def test_integrals_are_those_of_mpmath():
             assert abs(third[i] / mpmath.ellippi(n, m) - 1) < 3e-15
 
 
-def test_a_planar_pendulum_has_its_textbook_period():
-    theta = np.array([0.001, 0.3, 1.0, 2.0, 3.0, 3.14])
-    found = motions_many(A=2.0, C=1.0, gMR=3.0, theta=theta)
-    for i, T in enumerate(found.period):
-        swing = CTX.ellipk(CTX.cos(CTX.mpf(theta[i]) / 2) ** 2)  # sin² of half the amplitude
-        assert abs(T / (2 * swing / CTX.sqrt(CTX.mpf(1.5))) - 1) < 2e-15
-    np.testing.assert_allclose(found.precession, math.pi, rtol=1e-15)  # through the bottom
-    np.testing.assert_allclose(found.theta_max, math.pi, rtol=1e-15)
-
-
 def test_without_gravity_the_axis_goes_round_the_angular_momentum():
     random = np.random.default_rng(6)
     theta, thetadot, phidot, omega3 = random.uniform(0.1, 3, (4, 50))
@@ -230,9 +216,6 @@ def test_without_gravity_the_axis_goes_round_the_angular_momentum():
     upward = phidot * np.sin(theta) ** 2 + omega3 / 2 * np.cos(theta)
     turned = np.where(abs(upward) > omega3 / 2, 2 * np.pi * np.sign(upward), 0)
     np.testing.assert_allclose(found.precession, turned, atol=1e-14)
-
-
-# --- a row is its own -----------------------------------------------------------------------------
 
 
 def columns(found):
@@ -266,6 +249,7 @@ print(found.sent, hashlib.sha256(columns.tobytes()).hexdigest())
 """
 
 
+@pytest.mark.processes
 def test_a_row_is_the_same_bits_whatever_the_processor_can():
     found = np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])
     if not found:
@@ -280,18 +264,6 @@ def test_a_row_is_the_same_bits_whatever_the_processor_can():
     assert told_[0] == told_[1]
     assert int(told_[0].split()[0]) < 100 or not EXTENDED
 
-
-def test_what_is_the_same_for_all_may_be_one_number():
-    psidot = np.linspace(-150, 150, 41)
-    brief = motions_many(**SICM, theta=0.1, phidot=-15.0, psidot=psidot)
-    long = {
-        name: np.full(41, each) for name, each in (SICM | {"theta": 0.1, "phidot": -15}).items()
-    }
-    full = motions_many(**long, thetadot=np.zeros(41), psidot=psidot)
-    assert columns(brief).tobytes() == columns(full).tobytes()
-
-
-# --- where nothing nutates, and what is sent ------------------------------------------------------
 
 STEADY = {
     "asleep": {"gMR": 0.0456, "theta": 0.0, "omega3": 140.0},
@@ -320,57 +292,45 @@ def test_what_tends_to_the_vertical_has_bounds_and_no_period():
     assert np.isnan(columns(found)[2:]).all()
 
 
-def test_passes_jump_by_pi_as_those_of_a_motion_do():
-    cases = {"C": [3.28e-4] * 4, "phidot": [9.0, 9.0, -9.0, 9.0], "psidot": [9.0, 9.0, 9.0, -9.0],
-             "thetadot": [0.0, 30.0, 30.0, 30.0], "theta": [1.0] * 4}  # fmt: skip
-    found = motions_many(A=3.28e-4, gMR=0.0456, **cases)
-    numbers = {name: np.broadcast_to(each, 4) for name, each in (SICM | cases).items()}
-    names = [found.verdicts.names[kind] for kind in found.verdicts.kind]
-    assert names == ["waves", "through-top", "through-bottom", "through-bottom"]
-    for at in range(4):
-        assert off_by(row_of(found, at), told(one(numbers, at))) < BOUND
-    assert found.sent == 0 or not EXTENDED
+GAP = 2 / 2.6 * (1 - math.cos(1.0))  # θ̇² that leads to the top, to rounding
+OFF = np.repeat(10.0 ** -np.arange(1, 16), 2)
+# name: kinds, how many are sent to a motion each, and the tops
+GROUPS = {
+    "passes jump by π": (
+        ["waves", "through-top", "through-bottom", "through-bottom"], 0,
+        {"A": 3.28e-4, "C": 3.28e-4, "gMR": 0.0456, "theta": 1.0, "phidot": [9.0, 9.0, -9.0, 9.0],
+         "psidot": [9.0, 9.0, 9.0, -9.0], "thetadot": [0.0, 30.0, 30.0, 30.0]},
+    ),
+    "a spherical top passes from every tilt": (
+        ["through-top"] * 50, 0,
+        {"A": 2.0, "C": 2.0, "gMR": 1.0, "theta": np.linspace(0.05, 3.1, 50), "thetadot": 3.0,
+         "phidot": 0.7, "psidot": 0.7},
+    ),
+    "what doubles cannot do": (
+        None, 2,
+        {"A": 2.6, "C": 5.2, "gMR": [1.0, 1e-200], "theta": [1.0, 0.5], "phidot": [0.0, 1.0],
+         "thetadot": [math.sqrt(GAP), 2.0], "psidot": [0.0, 1.0]},
+    ),
+    "a momentum that is all rounding": (
+        None, 2,
+        {"A": 1.0, "C": 2.0, "gMR": 1.0, "theta": math.pi, "thetadot": [0.3, -0.3], "phidot": 0.2,
+         "psidot": 0.0},
+    ),
+    "a fast and nearly spherical top": (
+        None, 0,
+        {"A": 1.1, "C": 1.1 * (1 + OFF), "gMR": 0.9, "theta": 1.2, "thetadot": 0.3, "phidot": 2.0,
+         "psidot": np.tile([1e6, 3e7], 15)},
+    ),
+}  # fmt: skip
 
 
-def test_the_spherical_top_passes_exactly_from_every_tilt():
-    theta = np.linspace(0.05, 3.1, 200)
-    for side, name in ((1, "through-top"), (-1, "through-bottom")):
-        found = motions_many(
-            A=2.0, C=2.0, gMR=1.0, theta=theta, thetadot=3.0, phidot=0.7, psidot=0.7 * side
-        )
-        assert set(found.verdicts.counts) == {name}
-        assert found.sent == 0 or not EXTENDED
-        assert np.all((found.theta_min == 0) if side > 0 else (found.theta_max == math.pi))
-
-
-def test_what_doubles_cannot_do_is_sent_and_is_that_of_a_motion():
-    numbers = {"A": 2.6, "C": 5.2, "gMR": [1.0, 1e-200], "theta": [1.0, 0.5], "phidot": [0.0, 1.0],
-               "thetadot": [0.0, 2.0], "psidot": [0.0, 1.0]}  # fmt: skip
-    gap = 2 / 2.6 * (1 - math.cos(1.0))  # θ̇² that leads to the top, to rounding
-    numbers["thetadot"][0] = math.sqrt(gap)
+@pytest.mark.parametrize("name", GROUPS)
+def test_groups_of_tops(name):
+    names, sent, numbers = GROUPS[name]
     found = motions_many(**numbers)
-    assert found.sent == 2
-    given = {name: np.broadcast_to(each, 2) for name, each in numbers.items()}
-    assert all(row_of(found, at) == told(one(given, at)) for at in range(2))
-
-
-def test_a_momentum_that_is_all_rounding_is_sent():
-    numbers = {"A": 1.0, "C": 2.0, "gMR": 1.0, "theta": math.pi, "thetadot": [0.3, -0.3],
-               "phidot": 0.2, "psidot": 0.0}  # fmt: skip
-    found = motions_many(**numbers)
-    assert found.sent == 2
-    given = {name: np.broadcast_to(each, 2) for name, each in numbers.items()}
-    assert all(row_of(found, at) == told(one(given, at)) for at in range(2))
-
-
-def test_a_fast_and_nearly_spherical_top_keeps_the_digits_of_its_spin():
-    off = np.repeat(10.0 ** -np.arange(1, 16), 2)
-    numbers = {"A": np.full(30, 1.1), "C": 1.1 * (1 + off), "gMR": np.full(30, 0.9),
-               "theta": np.full(30, 1.2), "thetadot": np.full(30, 0.3), "phidot": np.full(30, 2.0),
-               "psidot": np.tile([1e6, 3e7], 15)}  # fmt: skip
-    found = motions_many(**numbers)
-    assert found.sent == 0 or not EXTENDED
-    assert max(off_by(row_of(found, at), told(one(numbers, at))) for at in range(30)) < BOUND
+    assert names is None or [found.verdicts.names[k] for k in found.verdicts.kind] == names
+    assert found.sent == sent or not EXTENDED
+    assert same_as_motions(numbers, found) < BOUND
 
 
 @pytest.mark.skipif(not EXTENDED, reason="long doubles are doubles here, and no row is reliable")
@@ -404,15 +364,9 @@ def test_where_long_doubles_are_doubles_all_are_sent_and_found_the_same(monkeypa
     here = motions_many(**numbers)
     monkeypatch.setattr(many_motions, "EXTENDED", False)
     there = motions_many(**numbers)
-    nutating = ~np.isnan(there.period)
-    assert there.sent == nutating.sum() > 70
-    for at in range(80):
-        assert off_by(row_of(here, at), row_of(there, at)) < BOUND
-        if nutating[at]:
-            assert row_of(there, at) == told(one(numbers, at))
-
-
-# --- the door -------------------------------------------------------------------------------------
+    assert there.sent == (~np.isnan(there.period)).sum() > 70
+    assert max(off_by(row_of(here, at), row_of(there, at)) for at in range(80)) < BOUND
+    assert same_as_motions(numbers, there) < BOUND
 
 
 def test_shapes_broadcast_and_the_impossible_is_nan():
@@ -423,14 +377,8 @@ def test_shapes_broadcast_and_the_impossible_is_nan():
     assert found.verdicts.impossible[1].all()
     assert found.sent == 0 or not EXTENDED
     assert not found.period.flags.writeable
-
-
-def test_tags_are_found_when_asked_for():
-    assert motions_many(**SICM, theta=0.1).verdicts.tags is None
+    assert found.verdicts.tags is None
     assert motions_many(**SICM, theta=0.1, tags=True).verdicts.tags is not None
-
-
-def test_nothing_at_all_is_no_rows():
     assert motions_many(**SICM, theta=np.empty(0), omega3=1.0).period.shape == (0,)
 
 

@@ -1,47 +1,40 @@
-"""The effective potential of the tilt, against the Routhian's, and curves of constant energy."""
+"""The effective potential against the Routhian's, its curves, and times by quadrature."""
 
 import numpy as np
 import pytest
 import sympy as sp
 
+import heavytop as ht
 from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.motion import Motion
-from heavytop.analytic.potential import Potential
+from heavytop.analytic.potential import Potential, quadrature_period, quadrature_time
 from heavytop.classification.reduced import FromScene
 from heavytop.equations import lagrangian as lag
+from heavytop.errors import NoClosedForm
 from heavytop.numbers.decimals import context
-from heavytop.scene.scene import load_scene, shipped_scenes
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-BOOK = Top("3.28e-4", "6.60e-5", "0.0456")
-HANGING = Top("3.28e-4", "6.60e-5", "-0.0456")
+from ..motions import BOOK, INVERTED, KICKED, SCENES, WEIGHTLESS, motion, named, shipped
+
 STARTS = {
-    "loops": (BOOK, State(theta="0.1", phidot=-15, psidot=140)),
+    "loops": (BOOK, KICKED),
     "fast": (BOOK, State(theta="0.1", phidot=3, psidot=40000)),
     "near the top": (BOOK, State(theta="1e-7", thetadot=1, psidot=140)),
     "through the top": (BOOK, State(theta=0, thetadot=3, psidot=140)),
     "over an unstable top": (BOOK, State(theta=0, thetadot=3, psidot=60)),
     "through the bottom": (BOOK, State(theta="pi", thetadot=3, psidot=60)),
-    "inverted": (HANGING, State(theta="2", phidot=5, psidot=60)),
-    "inverted, over the bottom": (HANGING, State(theta="pi", thetadot=3, psidot=60)),
+    "inverted": (INVERTED, State(theta="2", phidot=5, psidot=60)),
+    "inverted, over the bottom": (INVERTED, State(theta="pi", thetadot=3, psidot=60)),
     "swinging": (BOOK, State(theta="2", thetadot=1)),
     "rotating": (BOOK, State(theta="2", thetadot=40)),
     "spherical pendulum": (BOOK, State(theta="2", phidot=4)),
-    "force-free": (Top(2, 1, 0), State(theta="0.3", phidot=4, thetadot=2, psidot=30)),
+    "force-free": (WEIGHTLESS, State(theta="0.3", phidot=4, thetadot=2, psidot=30)),
 }
 
 
 def potential(top, start):
     return Potential(FromScene(top, start))
-
-
-def inside():
-    """A start below the separatrix: p_phi = p_psi exactly, theta swinging short of the top."""
-    return State.from_constants(
-        BOOK, E="0.0456 * 9/10 + 6.60e-5*60**2/2", p_phi="6.60e-5*60", p_psi="6.60e-5*60",
-        theta="0.9", branch="falling",
-    )  # fmt: skip
 
 
 def test_is_the_routhians_at_random_points():
@@ -85,25 +78,29 @@ def test_keeps_its_digits_at_the_top():
 @pytest.mark.parametrize("name", STARTS)
 def test_the_curve_has_one_energy_and_the_turning_points(name):
     top, start = STARTS[name]
-    V = potential(top, start)
+    V, motion = potential(top, start), Motion(top, start)
     curve = V.curve(V.excess)
     energy = curve.speed**2 / 2 + V(curve.theta)
-    h = float(V.h)
-    scale = max(abs(h), abs(float(V.g)), V.excess)
-    assert np.abs(energy - h).max() < 2e-12 * scale
-    motion = Motion(top, start)
+    scale = max(abs(float(V.h)), abs(float(V.g)), V.excess)
+    assert np.abs(energy - float(V.h)).max() < 2e-12 * scale
     assert curve.theta[0] == pytest.approx(motion.theta_min, rel=1e-12, abs=1e-14)
     assert curve.theta[-1] == pytest.approx(motion.theta_max, rel=1e-12)
     assert (np.diff(curve.theta) >= 0).all()
-
-
-@pytest.mark.parametrize("name", STARTS)
-def test_the_least_is_the_least(name):
-    V = potential(*STARTS[name])
     around = np.clip(V.bottom + np.linspace(-1, 1, 2001) * 0.01, 1e-12, np.pi - 1e-12)
     assert float(V.least) <= V(around).min() + 1e-13 * abs(V(around)).max()
     assert V.excess > 0
     assert V.curve(0.0) is None
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_raised_to_its_own_energy_it_is_the_motion(name):
+    motion = shipped(name)
+    V = potential(motion.top, motion.start)
+    assert 0 <= V.bottom <= np.pi
+    again = V.raised(V.excess)
+    if motion.nutates and again is not None:
+        tilts, exact = (map(float, form.tilts) for form in (ClosedForm(again), motion.exact))
+        assert list(tilts) == pytest.approx(list(exact), rel=1e-12)
 
 
 G, B60, B140 = 0.0456 / 3.28e-4, 6.60e-5 * 60 / 3.28e-4, 6.60e-5 * 140 / 3.28e-4
@@ -127,70 +124,74 @@ def test_the_lowest_tilt(name, tilt):
     assert potential(*STARTS[name]).bottom == pytest.approx(tilt, rel=1e-13, abs=0)
 
 
-@pytest.mark.parametrize("theta", ["1e-160", "1e-200"])
-def test_beside_a_pole_by_less_than_doubles_hold(theta):
-    V = potential(BOOK, State(theta, thetadot=1, psidot=140))
-    assert V.bottom < 1e-100
-    assert V.curve(V.excess).speed.max() == pytest.approx(1, rel=1e-12)
+@pytest.mark.parametrize(
+    "name", ["over an unstable top", "swinging", "rotating", "inverted, over the bottom"]
+)
+def test_the_separatrix_has_the_energy_of_the_upright_top(name):
+    V = potential(*STARTS[name])
+    curve, end = V.separatrix(), -1 if "inverted" in name else 0
+    energy = curve.speed**2 / 2 + V(curve.theta)
+    np.testing.assert_allclose(energy, abs(float(V.g)), rtol=1e-12)
+    assert (curve.theta[end], curve.speed[end]) == (np.pi if end else 0, 0)
 
 
-def test_a_curve_of_another_energy_keeps_the_momenta():
-    V = potential(*STARTS["loops"])
-    low, high = V.curve(V.excess / 4), V.curve(4 * V.excess)
-    assert high.theta[0] < low.theta[0] < low.theta[-1] < high.theta[-1]
-    for curve, factor in ((low, 0.25), (high, 4.0)):
-        energy = curve.speed**2 / 2 + V(curve.theta) - float(V.least)
-        np.testing.assert_allclose(energy, factor * V.excess, rtol=1e-10)
+def test_the_separatrix_is_between_the_swinging_and_the_passing():
+    """p_phi = p_psi exactly, θ swinging short of the top."""
+    start = State.from_constants(
+        BOOK, E="0.0456 * 9/10 + 6.60e-5*60**2/2", p_phi="6.60e-5*60", p_psi="6.60e-5*60",
+        theta="0.9", branch="falling",
+    )  # fmt: skip
+    V = potential(BOOK, start)
+    own, separatrix = V.curve(V.excess), V.separatrix()
+    assert own.theta[0] > 0
+    assert own.theta[-1] < separatrix.theta[-1]
+    assert own.speed.max() < separatrix.speed.max()
 
 
-def test_the_curve_runs_into_a_pole_that_is_passed():
-    V = potential(*STARTS["through the top"])
-    curve = V.curve(V.excess)
-    assert curve.theta[0] == 0
-    assert curve.speed[0] == pytest.approx(3, rel=1e-14)
-
-
-class TestSeparatrix:
-    @pytest.mark.parametrize("name", ["over an unstable top", "swinging", "rotating"])
-    def test_has_the_energy_of_the_upright_top(self, name):
-        V = potential(*STARTS[name])
-        curve = V.separatrix()
-        energy = curve.speed**2 / 2 + V(curve.theta)
-        np.testing.assert_allclose(energy, float(V.g), rtol=1e-12)
-        assert curve.theta[0] == 0 == curve.speed[0]
-
-    def test_is_between_the_swinging_and_the_passing(self):
-        V = potential(BOOK, inside())
-        own, separatrix = V.curve(V.excess), V.separatrix()
-        assert own.theta[0] > 0
-        assert own.theta[-1] < separatrix.theta[-1]
-        assert own.speed.max() < separatrix.speed.max()
-
-    def test_of_an_inverted_top_leads_to_the_bottom(self):
-        V = potential(*STARTS["inverted, over the bottom"])
-        curve = V.separatrix()
-        assert curve.theta[-1] == np.pi
-        energy = curve.speed**2 / 2 + V(curve.theta)
-        np.testing.assert_allclose(energy, -float(V.g), rtol=1e-12)
-
-    def test_is_none_where_the_upright_top_is_just_stable(self):
-        threshold = State(0, thetadot=3, omega3="2*sqrt(3.28e-4*0.0456)/6.60e-5")
-        V = potential(BOOK, threshold)
-        assert V.separatrix() is None
-        assert V.bottom < 1e-7
-
-    @pytest.mark.parametrize("name", ["loops", "through the top", "through the bottom", "inverted"])
-    def test_is_none_where_nothing_tends_to_the_vertical(self, name):
+def test_there_is_no_separatrix_where_nothing_tends_to_the_vertical():
+    V = potential(BOOK, State(0, thetadot=3, omega3="2*sqrt(3.28e-4*0.0456)/6.60e-5"))
+    assert V.separatrix() is None
+    assert V.bottom < 1e-7
+    for name in ("loops", "through the top", "through the bottom", "inverted"):
         assert potential(*STARTS[name]).separatrix() is None
 
 
-@pytest.mark.parametrize("name", shipped_scenes())
-def test_every_shipped_scene_has_a_potential(name):
-    scene = load_scene(name)
-    V = potential(scene.top, scene.start)
-    assert 0 <= V.bottom <= np.pi
-    motion = Motion(scene.top, scene.start)
-    again = V.raised(V.excess)
-    if motion.nutates and again is not None:
-        tilts, exact = (map(float, form.tilts) for form in (ClosedForm(again), motion.exact))
-        assert list(tilts) == pytest.approx(list(exact), rel=1e-12)
+# --- plain quadrature of u̇² = f(u): two ways to the same times ----------------------------------
+
+NEAR = (2, 1, 2, "pi/3", 0, 0, 0, "2/sqrt(3)", "5/sqrt(3) + 1e-24")  # 1 − m = 1e-24
+TIMED = ("kicked", "dropped", "lie", "rising", "hanging upside down", "force-free", "planar swing",
+         "near a separatrix")  # fmt: skip
+PUBLISHED = {
+    "kicked": "0.54289551818821995785",
+    "dropped": "0.40140587019470118608",
+    "lie": "0.74520694761676905573",
+}
+
+
+@pytest.mark.parametrize("name", TIMED)
+def test_quadrature(name):
+    """T is that of K(m) to 48 digits; t(θ) from u₁ that of θ(t), to 38."""
+    known = motion(*NEAR) if name == "near a separatrix" else named(name)
+    form, found = known.form(60), quadrature_period(known.rising)
+    ctx = form.ctx
+    assert abs(ctx.mpf(found) / form.period - 1) < 1e-48
+    if name in PUBLISHED:
+        assert abs(found - found.context.mpf(PUBLISHED[name])) < 1e-20
+    for part in ("0.07", "0.31"):
+        age = ctx.mpf(part) * form.period
+        theta = form(age + form.lower_turning).theta
+        assert abs(ctx.mpf(quadrature_time(known.rising, theta, 50)) / age - 1) < 1e-38
+    age = np.linspace(0.03, 0.47, 6) * known.period
+    at = known.at(age + float(known.exact.lower_turning))
+    spent = [float(quadrature_time(known.rising, theta)) for theta in at.theta]
+    # near a separatrix θ̇ is small, and rounding of θ matters
+    near = name == "near a separatrix"
+    slack = 1e-14 * (age + 1 / abs(at.thetadot)) if near else 2e-14 * known.period
+    assert np.all(abs(spent - age) < slack)
+
+
+def test_what_does_not_nutate_has_no_period():
+    for top, start in ((BOOK, {"theta": 0, "psidot": 140}), (BOOK, {"theta": 0, "psidot": 10})):
+        steady = ht.Motion(top, ht.State(**start))
+        with pytest.raises(NoClosedForm, match="no nutation"):
+            quadrature_period(steady.rising)

@@ -1,4 +1,4 @@
-"""Steady precession: its rates in doubles, and its facts, against values from outside."""
+"""Steady and sleeping tops: against values from outside and linearised motions."""
 
 from fractions import Fraction
 
@@ -9,10 +9,17 @@ from hypothesis import strategies as st
 
 import heavytop as ht
 from heavytop.analytic import steady
+from heavytop.errors import NotANumber
 from heavytop.numbers import Exact, cos
 
-BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")
-CONE = ht.Top("6.375e-3", "7.5e-4", "0.73575")
+from ..motions import BOOK, CONE, INVERTED, WEIGHTLESS
+
+
+def of(top, theta=None, omega3=1, which="slow"):
+    """The facts of a steady precession; without a tilt, where it stands and V is highest."""
+    if theta is None:
+        return ht.facts(top, ht.State(0 if top.gMR.sign() == 1 else "pi", omega3=omega3))
+    return ht.facts(top, ht.State.steady(top, theta, omega3, which))
 
 
 def rates(top, theta, omega3):
@@ -20,100 +27,54 @@ def rates(top, theta, omega3):
     return steady.rates(top, float(top.C) * np.asarray(omega3), float(cos(Exact.of(theta))))
 
 
-def known(top, theta, omega3, which="slow"):
-    """The facts of a steady precession."""
-    return ht.facts(top, ht.State.steady(top, theta, omega3, which))
-
-
-def test_the_books_top_at_a_tenth():
-    """SICM exercise 2.13: the closed form at 50 digits by another program (14 digits printed)."""
+@pytest.mark.reference
+def test_published_rates_and_thresholds():
+    """SICM exercise 2.13 by another program (14 digits printed), and Betsch & Steinmann 2002."""
     slow, fast = rates(BOOK, "0.1", 140)
     assert slow == pytest.approx(6.3668390938832, rel=2e-14)
     assert fast == pytest.approx(21.945335558617, rel=3e-14)
     assert steady.least_spin(BOOK, 0) == pytest.approx(117.194006935969, rel=1e-14)
-
-
-def test_the_cone_of_betsch():
-    """Betsch & Steinmann 2002: precession 10 rad/s at p_psi/C = 140.6, exactly."""
     slow, fast = rates(CONE, "pi/3", 140.6)
     assert slow == pytest.approx(10, rel=1e-15)
     assert fast == pytest.approx(23.082352941176471, rel=1e-15)
-    nodding = known(CONE, "pi/3", "140.6").small_nutation_frequency
+    nodding = of(CONE, "pi/3", "140.6").small_nutation_frequency
     assert nodding == pytest.approx(10.852971464966503, rel=1e-15)
     assert 2 * np.pi / nodding == pytest.approx(0.57893686788560806, rel=1e-15)
+    thresholds = [of(ht.Top(5, 1, gMR)).sleeping_threshold for gMR in (20, -20, 0)]
+    assert thresholds == [20, 20, None]
+    assert of(BOOK).sleeping_threshold == steady.least_spin(BOOK, 0)
 
 
-@pytest.mark.parametrize("gMR", ["0.0456", "-0.0456"])
-@pytest.mark.parametrize("theta", ["0.1", "1", "pi/2", "2", "3"])
-@pytest.mark.parametrize("omega3", [150, -150, 1e4, 1e9])
-def test_the_exact_start_has_the_same_rates(gMR, theta, omega3):
-    top = ht.Top("3.28e-4", "6.60e-5", gMR)
+@pytest.mark.parametrize("top", [BOOK, INVERTED])
+@pytest.mark.parametrize("theta", ["0.1", "1", "pi/2", "2.8"])
+@pytest.mark.parametrize("omega3", [150, -150, 1e9])
+def test_the_exact_start_has_the_same_rates(top, theta, omega3):
+    """And, pushed by 1e-6 at unchanged rates, the closed form nods with the frequency told."""
     for name, rate in zip(("slow", "fast"), rates(top, theta, omega3), strict=True):
         if (name, theta) == ("fast", "pi/2"):
             assert np.isinf(rate)
             continue
-        exact = float(ht.State.steady(top, theta, omega3, name).phidot)
-        assert rate == pytest.approx(exact, rel=2e-15)
+        start = ht.State.steady(top, theta, omega3, name)
+        assert rate == pytest.approx(float(start.phidot), rel=2e-15)
+        if omega3 == 150 and theta != "0.1":
+            pushed = ht.State(theta, thetadot="1e-6", phidot=start.phidot, omega3=150)
+            expected = 2 * np.pi / ht.facts(top, start).small_nutation_frequency
+            assert ht.Motion(top, pushed).period == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.parametrize("gMR", ["0.0456", "-0.0456"])
-@pytest.mark.parametrize("theta", ["0.3", "1", "2", "2.8"])
-@pytest.mark.parametrize("name", ["slow", "fast"])
-def test_a_small_nodding_has_the_frequency(gMR, theta, name):
-    """The period of the closed form, when theta is pushed by 1e-6 at unchanged rates."""
-    top = ht.Top("3.28e-4", "6.60e-5", gMR)
-    start = ht.State.steady(top, theta, 150, name)
-    pushed = ht.State(theta, thetadot="1e-6", phidot=start.phidot, omega3=150)
-    period = ht.Motion(top, pushed).period
-    expected = 2 * np.pi / ht.facts(top, start).small_nutation_frequency
-    assert period == pytest.approx(expected, rel=1e-9)
-
-
-def test_an_array_of_spins_gives_an_array_of_rates():
+def test_arrays_of_spins_and_where_there_is_no_rate():
     spins = np.array([118.0, 140.0, 500.0])
     slow, fast = rates(BOOK, "0.1", spins)
     assert slow.shape == (3,)
     assert slow[1] == rates(BOOK, "0.1", 140)[0]
     assert np.all(fast > slow)
-
-
-def test_no_gravity_no_slow_precession():
-    assert rates(ht.Top(1, 1, 0), 1, 10)[0] == 0
-
-
-def test_below_the_least_spin_there_is_no_rate():
+    assert rates(WEIGHTLESS, 1, 10)[0] == 0
     assert np.isnan(rates(BOOK, 0, [140, 117])).tolist() == [[False, True], [False, True]]
     least = steady.least_spin(BOOK, 0)
     assert np.all(np.isfinite(rates(BOOK, 0, np.nextafter(least, 200))))
     assert np.all(np.isnan(rates(BOOK, 0, least * (1 - 1e-14))))
     assert steady.least_spin(BOOK, 2) == 0
     assert not np.any(np.isfinite(rates(BOOK, "pi/2", 0)))  # nothing holds it up
-
-
-def test_the_facts_of_a_cone():
-    """The cone of Betsch: 10 and 23.082352941176471 rad/s, nodding with 10.852971464966503."""
-    cone = known(CONE, "pi/3", "140.6")
-    assert cone.mean_precession_rate == 10
-    assert cone.other_precession_rate == pytest.approx(23.082352941176471, rel=1e-16)
-    assert cone.small_nutation_frequency == pytest.approx(10.852971464966503, rel=1e-16)
-
-
-@pytest.mark.parametrize(
-    ("top", "start", "expected"),
-    [
-        (BOOK, {"theta": "pi/2", "omega3": 140}, (0.0456 / (6.6e-5 * 140), None)),
-        (ht.Top(1, 1, 1), {"theta": "pi/3", "omega3": "sqrt(2)"}, (np.sqrt(2), None)),
-        (ht.Top(1, 1, 1), {"theta": "2*pi/3", "omega3": 0}, (np.sqrt(2), -np.sqrt(2))),
-        (ht.Top(1, 1, 0), {"theta": "pi/3", "omega3": 3}, (0.0, 6.0)),
-        (ht.Top(1, 1, -4), {"theta": "pi/3", "omega3": 1}, (-2.0, 4.0)),
-    ],
-    ids=["level", "double", "no spin", "no weight", "inverted"],
-)
-def test_which_rates_there_are(top, start, expected):
-    found = known(top, **start)
-    pair = found.mean_precession_rate, found.other_precession_rate
-    for rate, value in zip(pair, expected, strict=True):
-        assert rate == (None if value is None else pytest.approx(value, rel=1e-15))
 
 
 def linearised(g, b, theta, precession):
@@ -149,7 +110,7 @@ def fractions(low, high):
 def test_nodding_is_an_eigenvalue_of_the_linearised_motion(gMR, omega3, theta, A):
     """Of six, four are zero (|e|, e·ℓ, ℓ_z and where φ starts) and two are ± i ω."""
     assume(omega3**2 > 4 * gMR / A * Fraction(np.cos(float(theta))))
-    found = known(ht.Top(A, A, gMR), theta, omega3)
+    found = of(ht.Top(A, A, gMR), theta, omega3)
     slow, fast = found.mean_precession_rate, found.other_precession_rate
     frequencies = found.small_nutation_frequency, found.other_nutation_frequency
     assert fast is None or abs(slow) <= abs(fast) * (1 + 1e-15)
@@ -159,3 +120,65 @@ def test_nodding_is_an_eigenvalue_of_the_linearised_motion(gMR, omega3, theta, A
             scale = 1 + abs(rate) + abs(float(omega3))
             assert np.min(np.abs(values - 1j * nodding)) < 1e-6 * scale or nodding < 0.1
             assert np.max(np.abs(values)) == pytest.approx(nodding, abs=1e-3 * scale)
+
+
+def modes(top, omega3):
+    """Eigenvalues about the vertical where V is highest, e = (x, y, ±1): Newton's equations.
+
+    With x, y ≪ 1 the axis form gives ë_x = −s b ė_y + |g| e_x and ë_y = s b ė_x + |g| e_y, where
+    s = ±1 says which vertical it is.
+    """
+    b = float(top.C) * float(omega3) / float(top.A)
+    g = float(top.gMR) / float(top.A)
+    s = -1 if g < 0 else 1
+    first = np.array([[0, 0, 1, 0], [0, 0, 0, 1]])
+    second = np.array([[abs(g), 0, 0, -s * b], [0, abs(g), s * b, 0]])
+    return np.linalg.eigvals(np.vstack([first, second]))
+
+
+@settings(max_examples=100, deadline=None)
+@given(fractions("0.1", 4), fractions("0.05", 2), fractions(-4, 4), fractions(-9, 9))
+def test_rates_are_eigenvalues(A, flat, gMR, omega3):
+    """Real parts are the growth, and the imaginary parts differ by the frequency of θ."""
+    assume(gMR or omega3)  # else a tilt grows as time
+    top = ht.Top(A, A * flat, gMR)
+    values = modes(top, omega3)
+    known = of(top, omega3=omega3)
+    growth, frequency = known.growth_rate, known.small_nutation_frequency
+    assert (growth is None) == known.stable == (frequency is not None)
+    if growth is None:
+        apart = np.ptp(np.abs(values.imag))  # both go round the same way
+        assert apart == pytest.approx(frequency, rel=1e-6, abs=1e-6)
+        assert np.max(values.real) < 1e-5
+    else:
+        assert np.max(values.real) == pytest.approx(growth, rel=1e-5, abs=1e-5)
+
+
+def test_at_the_threshold():
+    """There nothing grows and nothing swings back; with the last digit less, something grows."""
+    top = ht.Top(2, 1, 2)
+    assert of(top, omega3=4).growth_rate is None
+    assert of(top, omega3=4).small_nutation_frequency == 0
+    assert of(BOOK, omega3="2*sqrt(3.28e-4*0.0456)/6.6e-5").growth_rate is None
+    assert of(BOOK, omega3="2*sqrt(3.28e-4*0.0456)/6.6e-5").small_nutation_frequency == 0
+    assert of(top, omega3=np.nextafter(4, 0)).growth_rate == pytest.approx(
+        np.sqrt(2**-51 / 2), rel=1e-9
+    )
+    assert of(top, omega3=np.nextafter(4, 0)).small_nutation_frequency is None
+    assert of(top, omega3="4 - 1e-30").growth_rate == pytest.approx(np.sqrt(0.5e-30), rel=1e-15)
+
+
+@pytest.mark.parametrize("push", ["1e-8", "1e-4", "0.01", "0.5", "3", "1000"])
+def test_the_tilt_of_a_push_at_the_threshold(push):
+    """The closed form's turning point, for gMR/A = 1; for a small push δ it is √(2δ)."""
+    motion = ht.Motion(ht.Top(2, 1, 2), ht.State(0, thetadot=push, psidot=4))
+    tilt = steady.tilt_at_threshold(float(push))
+    assert tilt == pytest.approx(motion.theta_max, rel=1e-14)
+    assert steady.tilt_at_threshold(-float(push)) == tilt
+    if float(push) < 1e-3:
+        assert tilt == pytest.approx(np.sqrt(2 * float(push)), rel=float(push))
+
+
+def test_no_number_is_refused():
+    with pytest.raises(NotANumber):
+        steady.tilt_at_threshold(np.inf)

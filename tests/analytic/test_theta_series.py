@@ -9,6 +9,8 @@ from heavytop.analytic.theta_series import ThetaSeries
 from heavytop.numbers.double_double import double_double
 from heavytop.numbers.intervals import working
 
+pytestmark = pytest.mark.reference
+
 CTX = mpmath.MPContext()
 CTX.dps = 40
 PARAMETERS = ("0", "1e-20", "0.01", "0.3", "0.4999", "0.5001", "0.9", "0.999999", "1-1e-30")

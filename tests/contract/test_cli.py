@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import re
 import subprocess
 import sys
 import warnings
@@ -17,6 +18,12 @@ from typer.testing import CliRunner, Result
 import heavytop.run.propagation
 from heavytop import errors
 from heavytop.cli import Exit, app, exit_code
+from heavytop.cli.options import Formulation
+from heavytop.comparison import METHODS
+from heavytop.equations.formulation import FORMULATIONS
+from heavytop.studies.atlas_plane import ROLES
+from heavytop.studies.methods import stress_methods, taylor_methods
+from heavytop.studies.stress_cases import cases
 
 SCENE = """\
 format = 1
@@ -36,7 +43,7 @@ time = 0.5
 
 VERBS = (
     "run", "classify", "plan", "drift", "resume", "atlas", "workprec", "stress", "report",
-    "reference", "validate", "scenes", "derive", "doctor",
+    "reference", "check", "validate", "scenes", "derive", "doctor",
 )  # fmt: skip
 
 
@@ -106,6 +113,48 @@ class TestHelp:
     def test_python_m_is_the_command(self):
         assert process("--version").stdout == f"heavytop {heavytop.__version__}\n"
 
+    @pytest.mark.parametrize("verb", VERBS)
+    def test_every_option_says_what_it_is(self, verb):
+        for each in typer.main.get_command(app).commands[verb].params:
+            assert len(each.help) > 10, each.name
+
+    def test_the_equations_that_can_be_asked_for_are_those_there_are(self):
+        assert sorted(Formulation) == sorted(["auto", *FORMULATIONS])
+        assert ", ".join(Formulation) in " ".join(heavytop_("run", "--help").stdout.split())
+
+    @pytest.mark.parametrize(
+        ("verb", "known"),
+        [
+            ("drift", ["auto", *taylor_methods(), *METHODS]),
+            ("workprec", ["auto", *taylor_methods(), *METHODS]),
+            ("stress", [*cases(), *stress_methods()]),
+            ("atlas", list(ROLES)),
+        ],
+    )
+    def test_names_are_listed(self, verb, known):
+        text = "".join(heavytop_(verb, "--help").stdout.partition("Names for")[2].split())
+        assert set(known) <= set(re.split(r"[,.:]|Namesfor", text))
+
+    @pytest.mark.parametrize(
+        ("words", "completed"),
+        [
+            ("plan sicm-k", "sicm-kicked"),
+            ("plan sicm-kicked --formulation cu", "cubic"),
+            ("drift sicm-kicked --methods auto,stra", "auto,strang"),
+            ("stress --cases cusp,through-b", "cusp,through-bottom"),
+            ("atlas sicm-kicked --x om", "omega3="),
+        ],
+    )
+    def test_names_are_completed(self, words, completed):
+        line = f"heavytop {words}"
+        asked = {"_HEAVYTOP_COMPLETE": "complete_bash", "COMP_WORDS": line}
+        code = "import sys; from heavytop.cli import main; sys.argv = ['heavytop']; main()"
+        done = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True,
+            env=os.environ | asked | {"COMP_CWORD": str(len(line.split()) - 1)},
+        )  # fmt: skip
+        assert done.stdout.split() == [completed]
+
 
 class TestSummaries:
     def test_each_fits_a_line_of_80_letters(self):
@@ -122,7 +171,7 @@ class TestRun:
     def test_prints_a_table(self, scene):
         result = heavytop_("run", scene)
         assert result.exit_code == 0, result.stderr
-        for word in ("kind", "E'", "period", "plan", "events", "theta_min", "closed form"):
+        for word in ("kind", "E′", "period", "plan", "events", "theta_min", "closed form"):
             assert word in result.stdout
         assert result.stderr == ""
 
@@ -353,7 +402,7 @@ class TestStreams:
 
     @pytest.mark.parametrize(
         ("words", "code"),
-        [("run no-such-scene", 3), ("run --no-such", 2), ("resume nowhere", 6), ("scenes", 0)],
+        [("run no-such-scene", 3), ("run --no-such", 2), ("resume nowhere", 3), ("scenes", 0)],
     )
     def test_what_is_wrong_cannot_be_said(self, words, code):
         with self.FULL.open("w") as full:
@@ -402,8 +451,10 @@ class TestStreams:
         (errors.NotANumber("x"), 3),
         (errors.NoClosedForm("x"), 3),
         (errors.EndedEarly("singular", None), 4),
-        (errors.ForeignFile("x"), 6),
-        (errors.MissingPackage("strang", ["numba"]), 7),
+        (errors.ForeignFile("x"), 3),
+        (errors.MissingPackage("strang", ["numba"]), 2),
+        (errors.NoScheduler("x"), 2),
+        (errors.WrongType("x"), 1),
         (errors.InUse("x", "y"), 2),
         (OSError(errno.ENOSPC, "No space left on device"), 4),
         (OSError(errno.ENOENT, "No such file"), 1),

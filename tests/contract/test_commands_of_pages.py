@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 import typer
 
-from heavytop.cli import app
-from heavytop.cli.exits import EXIT_CODES
+from heavytop.cli import EXIT_CODES, app
 from heavytop.report.pages import quick
 
 EXTENSIONS = Path(__file__).parents[2] / "docs" / "_ext"
@@ -107,9 +106,10 @@ def test_the_reference_says_what_is_typed_and_what_holds_else(extension):
     reference = extension("verbs").reference()
     assert "heavytop run SCENE [OPTION…]" in reference
     assert "heavytop report [DIR…|SCENE] [OPTION…]" in reference
-    assert "| `-j J`, `--jobs J` | Processes. From 1 to 1024. | `1` |" in reference
-    assert "| Change the scene: `--set start.phidot=-14`. |" in reference
-    assert "| `SCENE` | A shipped scene or the path of a TOML file. | needed |" in reference
+    assert "| `-j J`, `--jobs J` | Processes to work in. From 1 to 1024. | `1` |" in reference
+    assert "as often as it is given: `--set start.phidot=-14`. |" in reference
+    assert "| `SCENE` | A shipped scene (heavytop scenes lists them), or " in reference
+    assert "the path of a TOML file. | needed |" in reference
 
 
 def test_the_built_page_has_it_in_place_of_a_word_to_those_who_read_it_unbuilt(extension):

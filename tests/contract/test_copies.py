@@ -3,12 +3,10 @@
 import copy
 import pickle
 
-import mpmath
 import pytest
 
 import heavytop as ht
 from heavytop.analytic.enclosure import enclose_axis
-from heavytop.numbers.decimals import context
 
 TOP = ht.Top("3.28e-4", "6.60e-5", "0.0456")
 START = ht.State("0.1", phidot=-15, psidot=140)
@@ -64,12 +62,3 @@ def test_a_copy_says_what_its_original_says(name, used, how):
     if used:
         said(original)
     assert repr(said(COPIES[how](original))) == repr(said(original))
-
-
-def test_a_copied_number_is_exact_and_of_its_own_precision():
-    ctx = context(50)
-    for value in (ctx.mpf(1) / 3, ctx.mpf(0), -ctx.ldexp(7, -3000), ctx.inf, +ctx.pi):
-        for again in (pickle.loads(pickle.dumps(value)), copy.deepcopy(value)):
-            assert again == value
-            assert again.context is ctx
-    assert abs(pickle.loads(pickle.dumps(ctx.pi)) - mpmath.mpf(mpmath.pi)) < 1e-15

@@ -27,7 +27,8 @@ PLAIN = {"Exact", "Kind"}  # a number with its operations, and an enumeration
 NO_ACCURACY = {
     **dict.fromkeys(["Exact", "Scene", "State", "Top", "load_scene"], "exact numbers"),
     **dict.fromkeys(["Kind", "Plan", "Sample", "Trajectory", "Transition"], "as its maker says"),
-    **dict.fromkeys(["Circuit", "Errors", "Folded", "Motions", "Sensitivities"], "likewise"),
+    **dict.fromkeys(["Check", "Circuit", "Errors", "Folded", "Motions"], "likewise"),
+    **dict.fromkeys(["Sensitivities"], "likewise"),
     **dict.fromkeys(["Drift", "Stress", "Verdict", "WorkPrecision", "Atlas"], "likewise"),
     **dict.fromkeys(["Validation", "validate"], "each claim has its own bound, and its reason"),
 }
@@ -38,11 +39,14 @@ NO_REFERENCE = {
     **dict.fromkeys(["Folded", "Kind", "Sensitivities", "Transition", "Verdict"], "as its maker"),
     **dict.fromkeys(["load_atlas", "load_scene", "load_trajectory", "resume"], "files"),
     **dict.fromkeys(["merge_atlases", "atlas", "extend", "plan", "propagate_many"], "ours"),
+    **dict.fromkeys(["check", "Check"], "ours"),
     **dict.fromkeys(["run_errors", "stress", "work_precision", "classify_many"], "ours"),
     **dict.fromkeys(["Validation", "validate"], "each claim names its authority"),
 }
 NO_UNIT = {  # numbers that count, compare or have the unit of what they are of
+    "Check": {"digits"},
     "Circuit": {"s", "turns", "spin_turns"},
+    "Drift": {"periods", "spread"},
     "Errors": {"energy", "invariants", "input_rounding"},
     "Facts": {"rotation_number", "nutation_amplitude", "fast_top_ratio", "fast_top_amplitude_error",
               "fast_top_precession_error", "fast_top_period_error"},
@@ -52,7 +56,7 @@ NO_UNIT = {  # numbers that count, compare or have the unit of what they are of
     "Sensitivities": {"error"},
     "Transition": {"states", "matrix", "by_parameters"},
     "Verdict": {"margin", "margin_enclosure"},
-    "WorkPrecision": {"periods"},
+    "WorkPrecision": {"periods", "phase"},
     "drift": {"periods"},
     "work_precision": {"periods"},
 }  # fmt: skip
@@ -96,6 +100,14 @@ def taken(function):
     return names
 
 
+def told(thing):
+    """Return the names that a docstring describes, those of what a class inherits among them."""
+    every = thing.__mro__[:-1] if inspect.isclass(thing) else (thing,)
+    found = [sections(each) for each in every if each.__doc__]
+    return set().union(*(named(each.get(part, "")) for each in found
+                         for part in ("Attributes", "Parameters")))  # fmt: skip
+
+
 def plain(member):
     """Return the function behind a method, a property or a class method."""
     found = getattr(member, "fget", None) or getattr(member, "func", member)
@@ -128,8 +140,7 @@ def test_a_function_says_what_it_takes_returns_and_raises(name):
 @pytest.mark.parametrize("name", [name for name in VALUES if name not in PLAIN])
 def test_a_value_says_what_it_holds(name):
     thing = getattr(ht, name)
-    found = sections(thing)
-    held = named(found.get("Attributes", "")) | named(found.get("Parameters", ""))
+    held = told(thing)
     fields = getattr(thing, "__dataclass_fields__", {})
     public = {field for field, each in fields.items() if field[0] != "_" and each.repr}
     assert public <= held
@@ -202,7 +213,7 @@ def test_what_stands_beside_them_says_what_it_is(path):
     module, _, name = path.rpartition(".")
     thing = getattr(import_module(f"heavytop.{module}"), name)
     found = sections(thing)
-    held = named(found.get("Attributes", "")) | named(found.get("Parameters", ""))
+    held = told(thing)
     if inspect.isclass(thing):
         fields = getattr(thing, "__dataclass_fields__", None) or getattr(thing, "_fields", ())
         asked = {each for each in fields if each[0] != "_"}

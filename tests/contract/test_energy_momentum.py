@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from heavytop.plots.critical_set import critical_set_figure
-from heavytop.plots.energy_momentum import LOOPS, energy_momentum_figure
 from heavytop.plots.figures import save
-from heavytop.results.energy_momentum_document import SCHEMA, energy_momentum_document
+from heavytop.plots.style import KINDS
+from heavytop.plots.theory import critical_set_figure, energy_momentum_figure
+from heavytop.results.energy_momentum import diagram_of
 from heavytop.scene.scene import load_scene
 
 SCENES = ("spherical-pendulum", "sicm-kicked", "inverted-gravity", "separatrix", "force-free",
@@ -22,7 +22,7 @@ ADVENTURES = {
 
 
 def document_of(name, *overrides):
-    return json.loads(json.dumps(energy_momentum_document(load_scene(name, overrides)),
+    return json.loads(json.dumps(diagram_of(load_scene(name, overrides)).document(),
                                  allow_nan=False))  # fmt: skip
 
 
@@ -34,7 +34,7 @@ def falling():
 @pytest.mark.parametrize("name", SCENES)
 def test_a_document_holds_the_diagram_of_any_scene(name):
     document = document_of(name)
-    assert document["schema"] == SCHEMA
+    assert document["schema"] == "heavytop/energy-momentum/1"
     assert document["scene"]["name"] == name
     edge, window, start = document["edge"], document["window"], document["start"]
     p, energy = np.array(edge["p_phi"]), np.array(edge["E_prime"])
@@ -104,7 +104,9 @@ def test_the_chart_shows_what_the_document_says(falling, tmp_path):
     assert place.tolist() == [falling["start"]["p_phi"], falling["start"]["E_prime"]]
     assert any("+1 turn" in text.get_text() for text in right.texts)
     loops = next(
-        area for area in left.collections if to_hex(area.get_facecolor()[0]) == LOOPS.lower()
+        area
+        for area in left.collections
+        if to_hex(area.get_facecolor()[0]) == KINDS["loops"].colour.lower()
     )
     spread = loops.get_paths()[0].vertices[:, 0]
     assert abs(spread).max() == pytest.approx(abs(falling["p_psi"]))

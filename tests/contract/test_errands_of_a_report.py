@@ -78,12 +78,12 @@ def test_nothing_outlives_a_report_that_is_ended(number, tmp_path, monkeypatch):
         import signal, sys
         from pathlib import Path
         signal.signal(signal.SIGINT, signal.default_int_handler)
-        from heavytop.cli.ending import ending
+        from heavytop.cli.command import stop_when_ended
         from heavytop.report.pages import quick
         quick.GRACE = 0.2
         sys.path.insert(0, {str(tmp_path)!r})
-        with ending():
-            quick.run([{str(pids)!r}], Path({str(tmp_path)!r}), 60.0)
+        stop_when_ended()
+        quick.run([{str(pids)!r}], Path({str(tmp_path)!r}), 60.0)
     """
     command = [sys.executable, "-c", textwrap.dedent(source)]
     with subprocess.Popen(command, stderr=subprocess.DEVNULL) as report:
@@ -145,7 +145,7 @@ def test_a_slow_study_leaves_the_others_their_time(about, tmp_path, monkeypatch)
 def test_a_scene_of_ones_own_is_found_from_anywhere(tmp_path, monkeypatch):
     (tmp_path / "my scene.toml").write_text(load_scene("sicm-kicked").to_toml())
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(studies, "_run", lambda *study: said.append(study[0].words) or "no")
+    monkeypatch.setattr(studies, "run", lambda words, *_: said.append(words) or (3, "no"))
     monkeypatch.setattr(studies, "traces_document", dict)
     said = []
     done = CliRunner().invoke(app, ["report", "my scene.toml", "--set", "start.phidot=3"])

@@ -7,10 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb, to_rgba
 from matplotlib.figure import Figure
 
 from heavytop.analytic.motion import Motion
 from heavytop.files import as_json, write_whole
+from heavytop.plots.atlas import map_figure
 from heavytop.plots.figures import (
     FIGURES,
     View,
@@ -25,6 +27,8 @@ from heavytop.plots.figures import (
     save,
     spin_rate,
 )
+from heavytop.plots.sphere import TINT, kind_panel
+from heavytop.plots.style import KINDS
 from heavytop.run.propagation import propagate
 from heavytop.run.verify import run_errors
 from heavytop.scene.scene import load_scene, shipped_scenes
@@ -83,6 +87,46 @@ def test_loop_stands_upright(kicked):
     loop(ax, kicked)
     bottom, top = ax.get_ylim()
     assert top < bottom
+
+
+def test_angles_have_degrees_on_the_other_side(kicked):
+    for draw, sides in ((loop, "yx"), (nutation, "y"), (effective_potential, "x")):
+        ax = drawn(draw, kicked)
+        ax.figure.draw_without_rendering()
+        assert len(ax.child_axes) == len(sides)
+        for side, other in zip(sides, ax.child_axes, strict=True):
+            ends = (getattr(each, f"get_{side}lim")() for each in (ax, other))
+            np.testing.assert_allclose(*(sorted(x) for x in (np.degrees(next(ends)), next(ends))))
+            assert getattr(other, f"get_{side}label")() == "[°]"
+
+
+@pytest.mark.parametrize("name", ["sleeping", "sleeping, unstable", "hanging", "at rest"])
+def test_a_top_that_stands_still_is_drawn_as_it_goes_when_it_is_touched(name):
+    run = changed(*DEGENERATE[name])
+    tilt = lines(drawn(nutation, run), "after a push of 1 rad/s").get_ydata()
+    assert np.ptp(tilt) > 0.01
+    ax = drawn(axis_on_sphere, run)
+    path = next(line for line in ax.lines if len(line.get_xdata()) > 100)
+    assert np.nanmax(np.abs(path.get_xydata() - path.get_xydata()[0])) > 0.1 * ax.get_xlim()[1]
+    assert "after a push of 1 rad/s" in ax.get_title()
+
+
+def test_a_kind_has_one_colour_on_maps_and_spheres():
+    for kind in ("loops", "cusps"):
+        ax = Figure().subplots()
+        kind_panel(ax, np.eye(3), View.from_pole(1.0, 0.5), kind)
+        tint = 1 - TINT * (1 - np.array(to_rgb(KINDS[kind].colour)))
+        np.testing.assert_allclose(ax.patches[0].get_facecolor()[:3], tint)
+    counts = {"loops": 3, "cusps": 1}
+    axis = {"name": "phidot", "low": 0.0, "high": 1.0, "log": False}
+    document = {"axes": {"x": axis, "y": axis | {"name": "psidot"}}, "counts": counts,
+                "curves": [], "scene": {"title": "", "name": "x"}}  # fmt: skip
+    figure = map_figure(document, np.zeros((2, 2), np.uint8), list(counts))
+    [legend] = figure.legends
+    words = [text.get_text() for text in legend.get_texts()]
+    assert words == ["loops 75.00%", "cusps 25.00%"]
+    shown = [patch.get_facecolor() for patch in legend.get_patches()]
+    assert shown == [to_rgba(KINDS[kind].colour) for kind in counts]
 
 
 def test_nutation_has_units(kicked):
@@ -318,7 +362,11 @@ def test_circles_of_equal_tilt_are_where_they_can_be_seen(view):
     tilts = np.degrees(np.arccos(heights))
     assert np.allclose(tilts, view.spacing * np.round(tilts / view.spacing), atol=1e-5)
     side = np.sign(view.towards[2])
-    lowest = 90 if abs(view.towards[2]) == 1 else 155  # as far as can be seen from 25 degrees
+    from_above = np.degrees(np.arcsin(min(view.reach, 1)))
+    lowest = from_above if abs(view.towards[2]) == 1 else 155  # as far as is seen from 25 degrees
     from_pole = tilts if side > 0 else 180 - tilts
     inside = from_pole[from_pole < lowest - 0.1]  # the outline may be drawn twice
-    assert sorted(np.round(inside)) == list(range(view.spacing, lowest, view.spacing))
+    assert sorted(np.round(inside)) == list(np.arange(view.spacing, lowest, view.spacing))
+    words = {text.get_text() for text in ax.texts}
+    assert words
+    assert words <= {f"{tilt:.0f}°" for tilt in tilts}

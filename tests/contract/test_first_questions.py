@@ -115,7 +115,7 @@ def test_what_is_no_run_is_not_drawn(draw):
 def test_the_dot_at_the_start_is_not_hidden_by_a_mark():
     axes = FIGURES["overview"](ht.propagate(KICKED)).axes
     for ax in axes:
-        [dot] = [line for line in ax.lines if line.get_markersize() == 2.5]
+        [dot] = [line for line in ax.lines if line.get_markersize() == 3]
         marks = [line for line in ax.lines if line.get_label().startswith("turning point")]
         assert all(dot.get_zorder() > mark.get_zorder() for mark in marks)
         assert marks

@@ -49,7 +49,7 @@ AT_LAST = "heavytop.run.propagation:orbit_events"
 SAVED = "heavytop.run.trajectory:Trajectory.save"
 DRAWN = "heavytop.plots.figures:save"
 TOLD = "heavytop.report.run_files:write_document"
-PRECISE = "heavytop.run.high_precision:precise_events"
+PRECISE = "heavytop.run.propagation:precise_events"
 FOLDED = "heavytop.run.periodic:nutating"
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 
@@ -258,8 +258,8 @@ def test_what_is_no_run_is_refused_and_forced(tmp_path):
     (tmp_path / "run.json").write_text("{}")
     words = ("sicm-kicked", "-o", tmp_path, "--no-figures")
     refused = heavytop_("run", *words)
-    assert refused.exit_code == 6
-    assert "run.json: not a document heavytop/run/1 (--force replaces it)" in refused.stderr
+    assert refused.exit_code == 3
+    assert "run.json: scene: Field required (--force replaces it)" in refused.stderr
     assert (tmp_path / "run.json").read_text() == "{}"
     assert heavytop_("run", *words, "--force").exit_code == 0
 
@@ -285,7 +285,7 @@ def test_a_damaged_file_of_a_run_is_named(tmp_path, name):
     struck(DRAWN, 1, signal.SIGKILL, "run", "sicm-kicked", "-o", folder)
     (folder / name).write_bytes((folder / name).read_bytes()[:100])
     refused = heavytop_("resume", folder)
-    assert refused.exit_code == 6
+    assert refused.exit_code == 3
     assert name in refused.stderr
     assert heavytop_("run", "sicm-kicked", "-o", folder, "--force", "--no-figures").exit_code == 0
 
@@ -335,7 +335,7 @@ def test_a_refusal_takes_nothing_away(tmp_path):
     ):  # fmt: skip
         before = (folder / name).read_bytes()
         done = heavytop_("run", "sicm-dropped", "--set", "span.time=1", "-q", "-o", folder)
-        assert done.exit_code in (Exit.BAD_SCENE, Exit.FOREIGN_FILE)
+        assert done.exit_code == Exit.BAD_SCENE
         assert (folder / name).read_bytes() == before
 
 
@@ -344,7 +344,7 @@ def test_a_refusal_takes_nothing_away(tmp_path):
 def test_a_folder_in_the_place_of_a_file_is_refused(tmp_path, name, force):
     _made(tmp_path / "out" / name)
     done = heavytop_("run", "sicm-dropped", "--no-figures", "-q", "-o", tmp_path / "out", *force)
-    assert done.exit_code == Exit.FOREIGN_FILE
+    assert done.exit_code == Exit.BAD_SCENE
     assert name in done.stderr
     assert "a bug" not in done.stderr
 

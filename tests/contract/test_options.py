@@ -13,7 +13,7 @@ from heavytop.names import nearest
 from heavytop.run.planning import plan
 from heavytop.scene.arguments import Range, Refused, one_of, parse_names, parse_options
 from heavytop.studies.drift import drift_parameters
-from heavytop.studies.work_precision import _asked
+from heavytop.studies.work_precision import diagram_parameters, settings
 
 KICKED = ht.load_scene("sicm-kicked")
 REAL, WHOLE = Range(0.5, 1e6), Range(1, 2**63 - 1, whole=True)
@@ -32,7 +32,8 @@ def drift(**options):
 
 
 def work_precision(*, scene=KICKED, methods=("auto",), periods=100, budget=10):
-    return _asked(scene, methods, {"periods": periods, "budget": budget})[1]
+    asked = diagram_parameters(scene, methods, periods=periods, budget=budget)["methods"]
+    return {each for text in asked for each in settings(text, scene, periods)}
 
 
 STUDIES = {"drift": drift, "work_precision": work_precision, "stress": ht.stress}

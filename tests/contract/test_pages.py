@@ -27,6 +27,7 @@ PAGES = {  # and how many blocks of each are run
     "folding.md": 4,
     "enclosures.md": 6,
     "reference-values.md": 1,
+    "check-a-trajectory.md": 2,
     "sensitivity.md": 7,
     "rivals.md": 4,
     "where-methods-fail.md": 4,

@@ -14,16 +14,17 @@ import shutil
 import subprocess
 import sys
 import time
+from html import escape
 from unittest.mock import patch
 
 import pytest
 
 from heavytop.files import write_document
 from heavytop.plots.figures import FIGURES
-from heavytop.report.pages.load import load_results
-from heavytop.report.pages.page import page_of, write_page
+from heavytop.report.pages.page import load_results, page_of, write_page
+from heavytop.report.pages.player import player_html
 from heavytop.report.run_files import write_results
-from heavytop.results.energy_momentum_document import energy_momentum_document
+from heavytop.results.energy_momentum import diagram_of
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
 
@@ -131,20 +132,21 @@ class Browser:
 def html(tmp_path_factory):
     place = tmp_path_factory.mktemp("results")
     title = 'title="<img src=x onerror=alert(1)><b>kicked"'
-    for name, options in (("sicm-kicked", [title]), ("sicm-dropped", [])):
-        (place / name).mkdir()
+    runs = (("sicm-kicked", [title]), ("sicm-dropped", []), ("sleeping", []))
+    for k, (name, options) in enumerate(runs):
+        (place / f"{k}-{name}").mkdir()
         scene = load_scene(name, overrides=options)
-        write_results(propagate(scene), place / name, figures=False)
+        write_results(propagate(scene), place / f"{k}-{name}", figures=False)
     claim = {"id": "c", "statement": "<script>alert(1)</script>", "authority": "a", "bound": 1.0,
              "measured": 0.5, "passed": True, "skipped": None, "numbers": "ours",
              "failure": None}  # fmt: skip
     failing = claim | {"id": "that-fails", "authority": "another", "passed": False}
     write_document(
-        place / "sicm-kicked" / "validate.json",
+        place / "0-sicm-kicked" / "validate.json",
         {"schema": "heavytop/validate/1", "claims": [claim, failing]},
     )
-    thread = energy_momentum_document(load_scene("sleeping-unstable"))
-    write_document(place / "sicm-kicked" / "energy_momentum.json", thread)
+    thread = diagram_of(load_scene("sleeping-unstable"))
+    thread.save(place / "0-sicm-kicked" / "energy_momentum.json")
     one = {"overview": FIGURES["overview"]}  # that one picture is drawn shows that all are
     with patch.dict(FIGURES, one, clear=True):
         write_page(page_of(load_results([place])), place / "report.html")
@@ -156,7 +158,7 @@ def browser(tmp_path_factory, html):
     found = Browser(tmp_path_factory.mktemp("profile"))
     found.ask("Page.navigate", url=html.as_uri())
     found.until("document.readyState === 'complete'")
-    found.until("Boolean(document.querySelector('#player-plot canvas'))")
+    found.until(f"Boolean({PLAYER})")
     yield found
     found.close()
 
@@ -166,129 +168,192 @@ def document(html):
     return json.loads(html.with_suffix(".json").read_text("utf-8"))
 
 
-PLOT = "document.getElementById('player-plot')"
-FRAME = "Number(document.getElementById('player-frame').value)"
-WORDS = "document.getElementById('player-words').textContent"
-AXIS = "JSON.stringify(document.getElementById('player-plot').data[1])"
-
-
-def axis(browser):
-    """Where the tip of the axis is drawn."""
-    line = json.loads(browser.value(AXIS))
-    return [line[name][1] for name in "xyz"]
+PLAYER = "document.querySelector('.player').player"
+STATE = f"{PLAYER}.state()"
+CANVAS = "document.querySelector('.player > canvas')"
+WORDS = "document.querySelector('.player output').textContent"
+LEGEND = "document.querySelector('.player .legend').innerText"
+PRESSED = "document.querySelector('[data-do=play]').getAttribute('aria-pressed')"
 
 
 def click(browser, name):
-    browser.value(f"document.getElementById('player-{name}').click()")
+    browser.value(f"document.querySelector('[data-do={name}]').click()")
 
 
-def test_the_top_moves_when_it_is_played_and_rests_when_it_is_not(browser):
-    before = axis(browser)
-    click(browser, "play")
-    browser.until("Number(document.getElementById('player-frame').value) > 3")
-    click(browser, "play")
-    resting = browser.value("document.getElementById('player-frame').value")
-    time.sleep(3 * SECOND)
-    assert browser.value("document.getElementById('player-frame').value") == resting
-    after = axis(browser)
-    assert before != after
-    assert sum(x * x for x in after) == pytest.approx(1.0, abs=1e-4)
+def key(browser, name):
+    browser.value(f"{CANVAS}.focus()")
+    text = {"text": name} if len(name) == 1 else {}
+    browser.ask("Input.dispatchKeyEvent", type="keyDown", key=name, **text)
+    browser.ask("Input.dispatchKeyEvent", type="keyUp", key=name)
 
 
-def test_the_first_tilt_is_seen_from_the_side(browser):
-    eye = browser.value(f"{PLOT}.layout.scene.camera.eye")
-    x, y, _ = axis(browser)
-    across = abs(eye["x"] * x + eye["y"] * y) / math.hypot(eye["x"], eye["y"]) / math.hypot(x, y)
-    assert across < 0.5  # 0 where the tilt is all seen, 1 where it is towards the eye, or away
-    assert 0 < eye["z"] < math.hypot(eye["x"], eye["y"])
-
-
-def test_what_is_drawn_is_told_apart_by_colours(browser):
-    lines = browser.value(
-        f"{PLOT}.data.filter((e) => e.type === 'scatter3d')"
-        ".map((e) => [e.name, (e.line && e.line.color) || e.marker.color])"
-    )
-    seen = {name: colour for name, colour in lines if name not in ("sphere", "vertical")}
-    assert {"axis", "path of the axis so far", "angular momentum", "path to come"} <= set(seen)
-    assert len(set(seen.values())) == len(seen)
-
-
-def test_it_says_by_how_much_time_is_slowed(browser):
-    """600 frames take 20 s, and the run is one of 2 s."""
-    assert "Time is slowed 10 times." in browser.value(WORDS)
-
-
-def test_the_pace_that_is_told_is_the_one_that_is_kept(browser):
-    """Whatever this machine manages: the run is one of 2 s in 600 frames."""
-    click(browser, "play")
-    browser.until(f"{FRAME} > 2")
-    begun = browser.value(f"[performance.now(), {FRAME}]")
-    time.sleep(25 * SECOND)
-    ended = browser.value(f"[performance.now(), {FRAME}, {WORDS}]")
-    click(browser, "play")
-    shown = (ended[1] - begun[1]) * 2 / 599
-    told = float(re.search(r"Time is slowed (\d+) times", ended[2])[1])
-    assert told == pytest.approx((ended[0] - begun[0]) / 1000 / shown, rel=0.4)
-
-
-def test_it_steps_forward_and_back_to_the_same_place(browser):
-    before = axis(browser)
-    click(browser, "forward")
-    assert axis(browser) != before
-    click(browser, "back")
-    browser.until(f"{AXIS}.includes({json.dumps(str(before[0]))})")
-    assert axis(browser) == before
-
-
-def test_the_keys_step_too(browser):
-    frame = "Number(document.getElementById('player-frame').value)"
-    at = browser.value(frame)
-    browser.value("document.getElementById('player-plot').focus()")
-    browser.ask("Input.dispatchKeyEvent", type="keyDown", key="ArrowRight")
-    assert browser.value(frame) == at + 1
-
-
-def test_space_plays_and_pauses(browser):
-    pressed = "document.getElementById('player-play').getAttribute('aria-pressed')"
-    for state in ("true", "false"):
-        browser.value(f"{PLOT}.focus()")
-        browser.ask("Input.dispatchKeyEvent", type="keyDown", key=" ", text=" ")
-        browser.ask("Input.dispatchKeyEvent", type="keyUp", key=" ")
-        assert browser.value(pressed) == state
-
-
-def test_where_less_motion_is_asked_for_it_goes_by_stills(browser):
-    calm = {"name": "prefers-reduced-motion", "value": "reduce"}
-    browser.ask("Emulation.setEmulatedMedia", features=[calm])
-    browser.value("document.getElementById('player-back').click()")
-    at = browser.value(FRAME)
-    click(browser, "play")
-    browser.until(f"{FRAME} > {at}")
-    assert browser.value(FRAME) >= at + 25  # 30 frames, less what is between two pictures
-    click(browser, "play")
-    browser.ask("Emulation.setEmulatedMedia", features=[])
-
-
-CAMERA = f"Object.values({PLOT}._fullLayout.scene._scene.getCamera().eye)"
-FAR = f"Math.hypot(...{CAMERA})"
+def camera(browser):
+    return browser.value(STATE)["camera"]
 
 
 @pytest.fixture
-def phone(browser):
+def resting(browser):
+    """The first run at its start, at rest, in the middle of a large screen, as it is first seen."""
+    browser.ask("Emulation.setEmulatedMedia", features=[])
+    browser.value(f"{CANVAS}.scrollIntoView({{ block: 'center' }})")
+    browser.value(f"{PLAYER}.choose(0)")
+    browser.value(f"{PLAYER}.to(0)")
+    return browser
+
+
+def opened(browser, html, *features):
+    """The page as somebody with these preferences opens it; the browser is at its top."""
+    browser.ask("Emulation.setEmulatedMedia", features=list(features))
+    browser.ask("Page.navigate", url=html.as_uri() + f"?{time.monotonic()}")
+    browser.until("document.readyState === 'complete'")
+    browser.until(f"Boolean({PLAYER})")
+
+
+CALM = {"name": "prefers-reduced-motion", "value": "reduce"}
+LOW = "document.querySelector('#player').style.marginTop = '3000px'"
+
+
+def test_it_starts_when_it_is_scrolled_to_and_waits_while_it_is_out_of_sight(browser, html):
+    opened(browser, html)
+    browser.value(f"{PLAYER}.to(0)")  # whatever was on the screen at first
+    opened(browser, html)
+    browser.value(LOW)
+    browser.value("scrollTo(0, 0)")
+    browser.until(f"!{STATE}.playing")
+    at = browser.value(STATE)["at"]
+    time.sleep(5 * SECOND)
+    assert browser.value(STATE)["at"] == at
+    browser.value(f"{CANVAS}.scrollIntoView({{ block: 'center' }})")
+    browser.until(f"{STATE}.playing && {STATE}.at > {at}")
+    assert browser.value(PRESSED) == "true"
+    browser.value("scrollTo(0, 0)")
+    browser.until(f"!{STATE}.playing")
+
+
+def test_where_less_motion_is_asked_for_it_starts_when_it_is_told_to(browser, html):
+    opened(browser, html, CALM)
+    browser.value(f"{CANVAS}.scrollIntoView({{ block: 'center' }})")
+    time.sleep(5 * SECOND)
+    assert browser.value(STATE)["at"] == 0
+    click(browser, "play")
+    browser.until(f"{STATE}.at > 1")
+    click(browser, "play")
+
+
+def test_the_top_moves_when_it_is_played_and_rests_when_it_is_not(resting):
+    before = resting.value(STATE)["axis"]
+    click(resting, "play")
+    resting.until(f"{STATE}.at > 20")
+    click(resting, "play")
+    after = resting.value(STATE)
+    time.sleep(3 * SECOND)
+    assert resting.value(STATE) == after
+    assert before != after["axis"]
+    assert sum(x * x for x in after["axis"]) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_what_it_says_is_where_the_top_is(resting, document):
+    motion = document["results"][0]["data"]["motion"]
+    resting.until(f"{WORDS}.startsWith('t = 0.0000 s, θ = 5.73° = 0.1000 rad')")
+    last = resting.value(f"{STATE}.count - 1")
+    resting.value(f"{PLAYER}.to({last})")
+    resting.until(f"{WORDS}.startsWith('t = 2.0000 s')")
+    theta = motion["theta"][-1]
+    assert f"θ = {math.degrees(theta):.2f}° = {theta:.4f} rad" in resting.value(WORDS)
+
+
+def test_it_says_by_how_much_time_is_slowed(resting):
+    """The run is one of 2 s in which the spin is 236.6 rad, played at 9 rad a second."""
+    assert "Time is slowed 13 times." in resting.value(
+        "document.querySelector('.player').innerText"
+    )
+
+
+def test_the_first_tilt_is_seen_from_the_side(resting):
+    turn, (x, y, _) = camera(resting)["turn"], resting.value(STATE)["axis"]
+    across = abs(math.cos(turn) * x + math.sin(turn) * y) / math.hypot(x, y)
+    assert across < 0.5  # 0 where the tilt is all seen, 1 where it is towards the eye, or away
+    assert 0 < camera(resting)["lift"] < 0.5
+
+
+def test_above_side_and_reset_are_where_they_say(resting):
+    first = camera(resting)
+    click(resting, "above")
+    assert camera(resting)["lift"] == pytest.approx(math.pi / 2)
+    click(resting, "side")
+    assert camera(resting) == first
+    for name in ("+", "ArrowLeft", "ArrowUp"):
+        key(resting, name)
+    changed = camera(resting)
+    assert changed["zoom"] > 1
+    assert changed["turn"] > first["turn"]
+    assert changed["lift"] > first["lift"]
+    click(resting, "reset")
+    assert camera(resting) == first
+
+
+def test_everything_can_be_done_with_keys(resting):
+    for state in ("true", "false"):
+        key(resting, " ")
+        assert resting.value(PRESSED) == state
+    key(resting, "Home")
+    key(resting, ".")
+    assert resting.value(STATE)["at"] == 1
+    key(resting, ",")
+    assert resting.value(STATE)["at"] == 0
+    key(resting, "e")
+    assert resting.value(STATE)["at"] > 0
+    key(resting, "End")
+    assert resting.value(f"{STATE}.at === {STATE}.count - 1")
+    first = camera(resting)["zoom"]
+    key(resting, "-")
+    assert camera(resting)["zoom"] < first
+    key(resting, "a")
+    assert camera(resting)["lift"] == pytest.approx(math.pi / 2)
+
+
+PAINTED = f"""(() => {{
+  const pixels = {CANVAS}.getContext('2d').getImageData(0, 0, {CANVAS}.width, {CANVAS}.height).data;
+  let [count, left, right, low, high] = [0, 1e9, -1, 1e9, -1];
+  for (let k = 3; k < pixels.length; k += 4) {{
+    if (!pixels[k]) continue;
+    const at = (k - 3) / 4, x = at % {CANVAS}.width, y = Math.floor(at / {CANVAS}.width);
+    count += 1;
+    [left, right, low, high] = [Math.min(left, x), Math.max(right, x), Math.min(low, y),
+      Math.max(high, y)];
+  }}
+  return [count / ({CANVAS}.width * {CANVAS}.height), (right - left) / {CANVAS}.width,
+    (high - low) / {CANVAS}.height];
+}})()"""
+
+
+def test_no_frame_of_any_run_from_any_side_is_empty(resting):
+    for k in range(3):
+        resting.value(f"{PLAYER}.choose({k})")
+        for view in ("above", "side"):
+            click(resting, view)
+            time.sleep(2 * SECOND)
+            share, wide, high = resting.value(PAINTED)
+            assert share > 0.03
+            assert min(wide, high) > 0.5
+
+
+@pytest.fixture
+def phone(resting):
     """The screen of a phone, and fingers."""
     on = {"deviceScaleFactor": 1, "mobile": True}
-    browser.ask("Emulation.setDeviceMetricsOverride", width=390, height=844, **on)
-    browser.ask("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
-    browser.until(f"{PLOT}.querySelector('canvas').getBoundingClientRect().width < 390")
-    yield browser
-    browser.ask("Emulation.setTouchEmulationEnabled", enabled=False)
-    browser.ask("Emulation.clearDeviceMetricsOverride")
+    resting.ask("Emulation.setDeviceMetricsOverride", width=390, height=844, **on)
+    resting.ask("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
+    resting.until(f"{CANVAS}.getBoundingClientRect().width < 390")
+    yield resting
+    resting.ask("Emulation.setTouchEmulationEnabled", enabled=False)
+    resting.ask("Emulation.clearDeviceMetricsOverride")
 
 
-def middle(browser):
-    """Where the player is on the screen."""
-    browser.value(f"{PLOT}.scrollIntoView({{ block: 'center' }})")
-    box = browser.value(f"JSON.parse(JSON.stringify({PLOT}.getBoundingClientRect()))")
+def middle(browser, what=CANVAS):
+    """Where something is on the screen."""
+    browser.value(f"{what}.scrollIntoView({{ block: 'center' }})")
+    box = browser.value(f"JSON.parse(JSON.stringify({what}.getBoundingClientRect()))")
     return box["left"] + box["width"] / 2, box["top"] + box["height"] / 2
 
 
@@ -313,59 +378,72 @@ def again(browser, act, expression):
 
 
 def test_a_finger_turns_it(phone):
-    (x, y, _), far = phone.value(CAMERA), phone.value(FAR)
-    moved = f"Math.hypot({CAMERA}[0] - {x}, {CAMERA}[1] - {y}) > 0.3"
+    first = camera(phone)
+    moved = f"Math.abs({STATE}.camera.turn - {first['turn']}) > 0.3"
     again(phone, lambda: drag(phone, *([20 * k] for k in range(6))), moved)
-    assert phone.value(FAR) == pytest.approx(far)
+    assert camera(phone)["zoom"] == first["zoom"]
 
 
 def test_two_fingers_zoom_it(phone):
-    nearer = f"{FAR} < {0.7 * phone.value(FAR)}"
+    nearer = f"{STATE}.camera.zoom > {1.4 * camera(phone)['zoom']}"
     again(phone, lambda: drag(phone, *([-20 * k, 20 * k] for k in (2, 3, 4))), nearer)
 
 
-def test_rolling_over_it_rolls_the_page_until_it_is_clicked_on(browser):
-    browser.value("document.activeElement.blur()")
-    x, y = middle(browser)
-    place, far = {"x": x, "y": y}, browser.value(FAR)
+def rolling(browser, what):
+    place = dict(zip("xy", middle(browser, what), strict=True))
+    return place, lambda: browser.ask(
+        "Input.dispatchMouseEvent", type="mouseWheel", deltaX=0, deltaY=-30, **place
+    )
 
-    def roll():
-        browser.ask("Input.dispatchMouseEvent", type="mouseWheel", deltaX=0, deltaY=30, **place)
 
-    again(browser, roll, f"scrollY > {browser.value('scrollY')}")
-    assert browser.value(FAR) == pytest.approx(far)
-    place["x"], place["y"] = middle(browser)
+def press(browser, place, count=1):
     for kind in ("mousePressed", "mouseReleased"):
-        browser.ask("Input.dispatchMouseEvent", type=kind, button="left", clickCount=1, **place)
-    again(browser, roll, f"Math.abs({FAR} - {far}) > 0.01")
+        browser.ask("Input.dispatchMouseEvent", type=kind, button="left", clickCount=count, **place)
+
+
+def test_rolling_over_it_rolls_the_page_until_it_is_clicked_on(resting):
+    resting.value("document.activeElement.blur()")
+    place, roll = rolling(resting, CANVAS)
+    again(resting, roll, f"scrollY < {resting.value('scrollY')}")
+    assert camera(resting)["zoom"] == 1
+    place, roll = rolling(resting, CANVAS)
+    press(resting, place)
+    again(resting, roll, f"{STATE}.camera.zoom > 1.01")
+
+
+def test_a_chart_zooms_once_it_is_clicked_on_and_a_double_click_puts_it_back(browser):
+    chart = "document.querySelector('.chart')"
+    wide = f"{chart}.firstElementChild.getBoundingClientRect().width"
+    first = browser.value(wide)
+    place, roll = rolling(browser, chart)
+    press(browser, place)
+    again(browser, roll, f"{wide} > {1.05 * first}")
+    assert browser.value("document.documentElement.scrollWidth <= innerWidth")
+    place["x"], place["y"] = middle(browser, chart)
+    press(browser, place)
+    press(browser, place, 2)
+    browser.until(f"Math.abs({wide} - {first}) < 1")
 
 
 def test_another_run_can_be_chosen_and_its_events_are_marked(browser):
-    names = "document.getElementById('player-plot').data.map((each) => each.name).join()"
-    assert "cusp" in browser.value(names)
     browser.value(
-        "(() => { const c = document.getElementById('player-run'); c.selectedIndex = 1;"
+        "(() => { const c = document.querySelector('.player select');"
+        " c.selectedIndex = [...c.options].findIndex((o) => o.text.includes('cusps'));"
         " c.dispatchEvent(new Event('change')); })()"
     )
-    browser.until(f"{names}.includes('precession reverses')")
-    assert "cusp" not in browser.value(names)
+    assert "cusp" in browser.value(LEGEND)
+    assert "reversal" not in browser.value(LEGEND)
+    browser.value(f"{PLAYER}.choose(0)")
+    assert "reversal of precession" in browser.value(LEGEND)
+    assert "cusp" not in browser.value(LEGEND)
     click(browser, "event")
-    browser.until("document.getElementById('player-words').textContent.includes('Event: ')")
-
-
-def test_the_critical_set_can_be_turned(browser):
-    browser.value("document.querySelector('button.turn').click()")
-    browser.until("document.querySelectorAll('.plot canvas').length >= 2")
-    names = "[...document.querySelectorAll('.plot')].at(-1).data.map((each) => each.name).join()"
-    assert browser.value(names).endswith("sleeping,thread,hanging")
+    browser.until(f"{WORDS}.includes('reversal of precession')")
 
 
 def test_titles_are_texts(browser):
-    shown = browser.value("document.getElementById('player-run').options[1].textContent")
     options = browser.value(
-        "[...document.getElementById('player-run').options].map((o) => o.textContent).join('|')"
+        "[...document.querySelector('.player select').options].map((o) => o.textContent).join('|')"
     )
-    assert shown
     assert "<img src=x onerror=alert(1)><b>kicked" in options
     assert browser.value("document.querySelectorAll('main b').length") == 0
 
@@ -380,26 +458,40 @@ def test_claims_that_fail_are_open_and_named_at_the_top(browser):
 
 def test_every_button_that_saves_saves_the_numbers(browser, document, tmp_path):
     browser.ask("Page.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
-    buttons = "document.querySelectorAll('button.save')"
-    assert browser.value(f"{buttons}.length") == 2 * len(document["figures"])
+    buttons = "document.querySelectorAll('button[data-as]')"
+    figures = [(each, result) for result in document["results"] for each in result["figures"]]
+    assert browser.value(f"{buttons}.length") == 2 * len(figures)
     browser.value(f"{buttons}.forEach((each) => each.click())")
-    for figure in document["figures"]:
+    for figure, result in figures:
         name = f"{figure['id']}-data"
-        assert json.loads(saved(tmp_path / f"{name}.json")) == figure["data"]
+        own = {key: result["data"][key] for key in figure["data"]}
+        assert json.loads(saved(tmp_path / f"{name}.json")) == own
         rows = list(csv.DictReader(io.StringIO(saved(tmp_path / f"{name}.csv"))))
-        lists = next(of for end, of in LISTED.items() if figure["id"].endswith(end))(figure["data"])
+        lists = next(of for end, of in LISTED.items() if figure["id"].endswith(end))(own)
         for head, values in lists.items():
             assert [float(row[head]) for row in rows] == values
 
 
 LISTED = {
-    "overview": lambda data: data,
+    "overview": lambda data: data["motion"],
     "energy-momentum": lambda data: {"p_phi": data["edge"]["p_phi"]},
     "critical-set": lambda data: {
-        "p_psi_2": [line[1] for sheet in data["sheets"] for line in sheet["p_psi"]]
+        "p_psi_2": [line[1] for sheet in data["critical_set.sheets"] for line in sheet["p_psi"]]
     },
 }
 """By the end of a figure's name, columns that its CSV must have."""
+
+
+def test_the_table_of_numbers_has_signs_and_units_and_says_what_it_leaves_out(browser):
+    part = "document.querySelector('#run-1-overview details')"
+    browser.value(f"{part}.open = true")
+    browser.until(f"{part}.querySelector('table').rows.length > 0")
+    heads = browser.value(f"[...{part}.querySelectorAll('th')].map((e) => e.textContent)")
+    assert heads[:3] == ["t [s]", "θ [rad]", "φ [rad]"]
+    rows = browser.value(f"{part}.querySelectorAll('tbody tr').length")
+    assert browser.value(f"{part}.querySelector('caption').textContent") == (
+        f"{401 - rows} more rows are in the files."
+    )
 
 
 def saved(path):
@@ -421,7 +513,7 @@ CONTRAST = """(() => {
       : ground(each.parentElement);
   };
   const texts = [...document.querySelectorAll("h1, h2, p, a, li, th, td, dt, dd, summary, code, "
-    + "figcaption, button, select, label")].filter((each) => !each.closest(".plot, :disabled"));
+    + "figcaption, button, select, label")].filter((each) => !each.closest(":disabled"));
   return Math.min(...texts.map((each) => {
     const [one, two] = [parsed(getComputedStyle(each).color), ground(each)].map(light);
     return (Math.max(one, two) + 0.05) / (Math.min(one, two) + 0.05);
@@ -446,6 +538,7 @@ def test_it_fits_the_screen_and_is_painted(browser, width, tmp_path):
         mobile=width < 500,
     )  # fmt: skip
     browser.value("document.getElementById('player').scrollIntoView()")
+    browser.value("document.querySelectorAll('.chart').forEach((e) => { e.scrollLeft = 9999; })")
     time.sleep(5 * SECOND)
     assert browser.value("document.documentElement.scrollWidth") <= width
     assert browser.value(
@@ -462,6 +555,62 @@ def colours(path):
 
     rows = imread(path)[..., :3]
     return len({tuple(each) for each in (255 * rows.reshape(-1, 3)).astype(int)[::7].tolist()})
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_figures_and_the_player_are_on_the_ground_of_the_page(browser, scheme, tmp_path):
+    """The mean lightness of what is on the screen when a figure fills it."""
+    wanted = {"name": "prefers-color-scheme", "value": scheme}
+    browser.ask("Emulation.clearDeviceMetricsOverride")
+    browser.ask("Emulation.setEmulatedMedia", features=[wanted])
+    for what in ("document.querySelector('.chart img')", CANVAS):
+        browser.value(f"{what}.scrollIntoView({{ block: 'center' }})")
+        time.sleep(3 * SECOND)
+        picture = base64.b64decode(browser.ask("Page.captureScreenshot", format="png")["data"])
+        (tmp_path / "page.png").write_bytes(picture)
+        light = lightness(tmp_path / "page.png")
+        assert light < 0.3 if scheme == "dark" else light > 0.8
+    browser.ask("Emulation.setEmulatedMedia", features=[])
+
+
+def lightness(path):
+    from matplotlib.image import imread
+
+    return float(imread(path)[..., :3].mean())
+
+
+def test_the_player_alone_plays_in_a_frame_of_a_notebook(browser, html, tmp_path):
+    run = player_html(propagate(load_scene("sicm-dropped")))
+    page = tmp_path / "notebook.html"
+    page.write_text(f'<iframe srcdoc="{escape(run)}" width="600" height="700"></iframe>', "utf-8")
+    browser.ask("Page.navigate", url=page.as_uri())
+    inside = "document.querySelector('iframe')?.contentDocument"
+    browser.until(f"{inside}?.querySelector('.player')?.player?.state().at > 1")
+    assert browser.value(f"{inside}.documentElement.scrollWidth") <= 600
+    opened(browser, html)
+
+
+TIMES = """JSON.parse(JSON.stringify({
+  painted: performance.getEntriesByName('first-contentful-paint')[0].startTime,
+  loaded: performance.getEntriesByType('navigation')[0].loadEventEnd,
+}))"""
+
+
+def test_a_page_as_large_as_may_be_is_soon_there(browser, html, tmp_path):
+    """Five times as long as a quiet machine may take, with a page of as many pictures as
+    fill 3 MB."""
+    text = html.read_text("utf-8")
+    figure = re.search(r"<figure.*?</figure>", text, re.DOTALL)[0]
+    more = (3_000_000 - len(text)) // len(figure)
+    figures = "".join(figure.replace('id="', f'id="copy-{k}-') for k in range(more))
+    large = tmp_path / "large.html"
+    large.write_text(text.replace("</main>", f"{figures}</main>"), "utf-8")
+    opened(browser, large)
+    browser.until("performance.getEntriesByName('first-contentful-paint').length > 0")
+    times = browser.value(TIMES)
+    assert times["painted"] < 5000
+    assert times["loaded"] < 10000
+    opened(browser, html)
 
 
 def test_nothing_complained_and_nothing_was_asked_for(browser):

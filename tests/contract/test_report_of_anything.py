@@ -16,18 +16,15 @@ from typer.testing import CliRunner
 from heavytop.cli.command import app
 from heavytop.errors import ForeignFile
 from heavytop.files import write_document
-from heavytop.plots.drift import drift_figure
-from heavytop.plots.stress import stress_figure
+from heavytop.plots.studies import drift_figure, stress_figure, workprec_figure
 from heavytop.plots.style import literal
-from heavytop.plots.workprec import workprec_figure
-from heavytop.report.pages import maps, run_section, sections
 from heavytop.report.pages import page as pages
-from heavytop.report.pages.load import load_results
-from heavytop.report.pages.page import page_of
+from heavytop.report.pages import quick, sections
+from heavytop.report.pages.page import load_results, page_of
 from heavytop.report.run_files import write_results
 from heavytop.report.study_files import write_atlas, write_drift, write_energy_momentum
 from heavytop.results.documents import FILES
-from heavytop.results.energy_momentum_document import energy_momentum_document
+from heavytop.results.energy_momentum import diagram_of
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
 from heavytop.studies.atlas import atlas
@@ -80,7 +77,7 @@ def stress():
            "note": "", "untold": False, "turns": None}  # fmt: skip
     return {
         "schema": "heavytop/stress/1", "limits": {"time_s": 3.0}, "hard": {"cusp": "it stops"},
-        "methods": {"auto": "auto"}, "settings": {"auto": ""}, "skipped": [],
+        "methods": {"auto": "auto"}, "skipped": [],
         "cases": [run], "files": {}, "rules": {"ok": "it held"},
         "auto": {"run": True, "silently_wrong": []},
     }  # fmt: skip
@@ -101,10 +98,10 @@ def place(tmp_path_factory):
     there = folders["atlas.json"]
     found = atlas(scene, "phidot=-30:40:12", "theta=0.1:1.5:8", jobs=1, folder=there)
     write_atlas(found, there, figures=False)
-    upright = energy_momentum_document(load_scene("sleeping-unstable"))
+    upright = diagram_of(load_scene("sleeping-unstable"))
     write_energy_momentum(upright, folders["energy_momentum.json"], figures=False)
     made = {"validate": validate(), "workprec": workprec(scene.document()), "stress": stress()}
-    known = sections.traces_document()
+    known = quick.traces_document()
     made["traces"] = known | {"traces": known["traces"][:2]}
     for name, document in made.items():
         write_document(root / name / f"{name}.json", document)
@@ -114,8 +111,7 @@ def place(tmp_path_factory):
 @pytest.fixture
 def undrawn(monkeypatch):
     """Figures are made, and not drawn."""
-    for module in (run_section, sections, maps):
-        monkeypatch.setattr(module, "drawn", lambda figure: b"<svg/>")
+    monkeypatch.setattr(sections, "_svg", lambda draw, *arguments: draw(*arguments) and "<svg/>")
 
 
 def document(place, name):
@@ -241,7 +237,7 @@ def test_no_name_in_a_picture_breaks_it(place, text, tmp_path):
             changed["start"]["kind"] = text
         put(place, name, changed, tmp_path / name)
     hard = document(place, "stress")
-    hard |= {"hard": {"cusp": text}, "methods": {"auto": text}, "settings": {"auto": text}}
+    hard |= {"hard": {"cusp": text}, "methods": {"auto": text}}
     hard["cases"][0]["note"] = text
     put(place, "stress", hard, tmp_path / "stress")
     moving = document(place, "traces")
@@ -260,7 +256,7 @@ def test_no_name_in_a_picture_breaks_it(place, text, tmp_path):
     [
         ("workprec", {"points": [], "front": [], "front_theta": [], "auto": []}),
         ("drift", {"methods": []}),
-        ("stress", {"cases": [], "hard": {}, "methods": {}, "settings": {}}),
+        ("stress", {"cases": [], "hard": {}, "methods": {}}),
         ("atlas", {"counts": {}, "curves": [], "uncertified": 0, "files": {}}),
         ("run", {"files": {}}),
     ],
@@ -281,7 +277,7 @@ def test_all_faults_of_all_folders_are_told_at_once(place, tmp_path):
     put(place, "drift", {"schema": "other"}, tmp_path / "a" / "b")
     (tmp_path / "empty").mkdir()
     done = report(tmp_path / "a", tmp_path / "empty", place, "-o", tmp_path / "page")
-    assert done.exit_code == 6
+    assert done.exit_code == 3
     (empty, drifted, hard) = done.stderr.splitlines()
     assert "empty: holds no results" in empty
     assert hard.endswith("a/stress.json: limits: Field required")
@@ -333,7 +329,7 @@ def test_a_folder_may_have_any_name(place, undrawn, name, tmp_path):
     assert told["command"].isprintable()
     put(place, "drift", {"schema": "heavytop/drift/1"}, folder / "b")
     done = report(folder, "-o", tmp_path / "page")
-    assert done.exit_code == 6
+    assert done.exit_code == 3
     assert done.stderr.count("\n") == 1
     assert "\x1b" not in done.stderr
 

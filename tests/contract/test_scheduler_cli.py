@@ -58,14 +58,14 @@ def test_nobody_there(monkeypatch, tmp_path):
     monkeypatch.setattr(executors, "executor_at", nobody)
     found = heavytop(*ASKED, "-o", tmp_path / "study", "--scheduler", ADDRESS)
     assert found.exit_code == 2
-    assert f"--scheduler: {ADDRESS}: no dask scheduler answers there" in found.stderr
+    assert f"heavytop: {ADDRESS}: no dask scheduler answers there" in found.stderr
     assert not (tmp_path / "study").exists()
 
 
 def test_without_dask(monkeypatch):
     monkeypatch.setattr(executors, "find_spec", lambda name: None)
     found = heavytop(*ASKED, "--scheduler", ADDRESS)
-    assert found.exit_code == 7
+    assert found.exit_code == 2
     assert "a cluster needs distributed: pip install 'heavytop[cluster]'" in found.stderr
 
 

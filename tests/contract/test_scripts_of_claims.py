@@ -11,7 +11,6 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from heavytop.claims import running
 from heavytop.claims import validate as validating
 from heavytop.claims.validate import validate
 
@@ -78,7 +77,7 @@ def test_of_what_a_script_says_at_length_the_last_line_is_told(tmp_path):
 def test_a_script_that_is_not_done_is_killed_with_what_it_started(tmp_path, monkeypatch):
     monkeypatch.setattr(validating, "LIMIT", 1.0)
     deaf = "import signal\nsignal.signal(signal.SIGTERM, signal.SIG_IGN)\n"
-    monkeypatch.setattr(running, "GRACE", 0.3)
+    monkeypatch.setattr(validating, "GRACE", 0.3)
     body = deaf + SLEEPING + noting(tmp_path / "pids", "os.getpid(), child.pid") + WAIT
     assert validate(register=one(tmp_path, body)).failed
     assert all(gone(int(pid)) for pid in soon(tmp_path / "pids").split())
@@ -110,7 +109,7 @@ def alone(folder):
         "from heavytop.claims import validate as validating\n"
         f"known = register.load_register(Path({str(folder)!r}))\n"
         "validating.load_register = lambda: known\n"
-        "from heavytop.cli import app\nsys.argv = ['heavytop', 'validate', '-q']\napp()\n"
+        "from heavytop.cli import main\nsys.argv = ['heavytop', 'validate', '-q']\nmain()\n"
     )
     here = os.environ | {"TMPDIR": str(folder)}
     return subprocess.Popen([sys.executable, "-c", program], stderr=subprocess.DEVNULL, env=here)

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import heavytop as ht
 from heavytop.cli import app
 from heavytop.plots.atlas import atlas_figure
-from heavytop.plots.stress import stress_figure
+from heavytop.plots.studies import stress_figure
 
 SCENE = ht.load_scene("sicm-kicked", ["span.time=1"])
 

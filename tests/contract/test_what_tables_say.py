@@ -121,7 +121,9 @@ def test_only_figures_of_a_run_are_removed(tmp_path, text):
 
 
 def test_a_run_that_needs_no_integration_leaves_no_figures_of_another(tmp_path):
-    (tmp_path / "run.json").write_text(json.dumps({"files": {n: n for n in sorted(OWN_FIGURES)}}))
+    (tmp_path / "run.json").write_text(
+        json.dumps({"schema": "heavytop/run/1", "files": {n: n for n in sorted(OWN_FIGURES)}})
+    )
     for name in OWN_FIGURES:
         (tmp_path / name).write_text("another's")
     folded = ("--set", "span.periods=1e9", "--set", "want.events=[]")

@@ -10,14 +10,11 @@ import pytest
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.potential import Potential
 from heavytop.plots.figures import MOST_PERIODS
-from heavytop.report.drift import drift_parts
-from heavytop.report.pages.figure_data import figure_data
-from heavytop.report.pages.load import Result
-from heavytop.report.pages.page import Page
-from heavytop.report.pages.section import Section
+from heavytop.report.pages.page import Page, Result
+from heavytop.report.pages.sections import Section, run_data
 from heavytop.report.parts import MISSING, SYMBOLS, Fitting, Table, cell, given, headed
 from heavytop.report.run import events
-from heavytop.report.validation import summary
+from heavytop.report.studies import drift_parts, summary
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
 from heavytop.studies.atlas_plane import ROLES
@@ -27,12 +24,12 @@ from heavytop.studies.atlas_plane import ROLES
 def test_the_numbers_beside_a_potential_are_those_of_the_motion(name):
     scene = load_scene(name)
     motion = Motion(scene.top, scene.start)
-    columns = figure_data("potential", propagate(scene))
+    columns = run_data(propagate(scene))["potential"]
     potential = Potential(motion.rising.source)
     energies = float(scene.top.A) * potential(np.array(columns["theta"]))
     assert columns["potential"] == pytest.approx(energies, rel=1e-9)
-    assert columns["E_prime"][0] == pytest.approx(float(motion.constants.E_prime), rel=1e-11)
-    ends = [columns[name][0] for name in ("theta_min", "theta_max")]
+    assert columns["E_prime"] == pytest.approx(float(motion.constants.E_prime), rel=1e-11)
+    ends = [columns[name] for name in ("theta_min", "theta_max")]
     assert ends == pytest.approx([float(motion.theta_min), float(motion.theta_max)], abs=1e-11)
     inside = [ends[0] < tilt < ends[1] for tilt in columns["theta"]]
     assert sum(inside) > 50 or not motion.nutates
@@ -40,7 +37,7 @@ def test_the_numbers_beside_a_potential_are_those_of_the_motion(name):
 
 def test_a_long_run_without_events_is_shown_for_so_long_as_its_turns_are_seen():
     long = load_scene("sicm-kicked", overrides=["span.time=60", "want.events=[]"])
-    columns = figure_data("overview", propagate(long))
+    columns = run_data(propagate(long))["motion"]
     period = Motion(long.top, long.start).period
     assert columns["t"][-1] == pytest.approx(MOST_PERIODS * period)
 

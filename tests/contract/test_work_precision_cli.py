@@ -56,7 +56,7 @@ def test_the_files(written):
 
 
 def test_every_method_stands_in_the_chart_and_so_does_the_front(written):
-    from heavytop.plots.workprec import workprec_figure
+    from heavytop.plots.studies import workprec_figure
 
     folder, _ = written
     document = json.loads((folder / "workprec.json").read_text())
@@ -195,7 +195,7 @@ def test_a_chart_that_cannot_be_written_leaves_the_document(tmp_path, monkeypatc
     def full(figure, path):
         raise OSError(errno.ENOSPC, "No space left on device", str(path))
 
-    monkeypatch.setattr("heavytop.plots.figures.save", full)
+    monkeypatch.setattr("heavytop.plots.style.save", full)
     done = heavytop_(*QUICK, "taylor-axis=1e-9", "-o", tmp_path)
     assert done.exit_code == 4
     assert f"cannot write {tmp_path}/workprec.svg: No space left" in done.stderr
@@ -231,9 +231,9 @@ def test_the_budget_is_kept_and_what_it_left_out_is_named():
         (["--methods", "dop854-scipy"], 'did you mean "dop853-scipy"?'),
         (["--methods", "strang=-1"], "steps a period from"),
         (["--methods", ""], "a name is empty"),
-        (["--periods", "0"], "--periods"),
+        (["--periods", "0"], "periods = 0.0: a number from 1 to"),
         (["--periods", "nan"], "periods"),
-        (["--budget", "0"], "--budget"),
+        (["--budget", "0"], "budget = 0.0: a number from 1 to"),
         (["--budget", "inf"], "budget"),
         (["--methods", "taylor-axis=1e-9", "-o", "/proc/nowhere"], "cannot write"),
     ],
@@ -253,7 +253,7 @@ def test_a_missing_package_has_an_exit_code_and_the_pip_line(monkeypatch):
 
     monkeypatch.setattr(methods, "find_spec", lambda name: None if name == "numba" else name)
     missing = heavytop_(*QUICK, "strang")
-    assert missing.exit_code == 7
+    assert missing.exit_code == 2
     assert "pip install 'heavytop[rivals]'" in missing.stderr
 
 

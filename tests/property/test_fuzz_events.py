@@ -30,8 +30,6 @@ def test_runs_that_nobody_checks_are_found(fuzz_events, monkeypatch):
 def test_an_event_that_is_left_out_is_found(fuzz_events, monkeypatch):
     """Planted: the last event is never looked for, and nobody counts."""
     schedule = import_module("heavytop.run.events").schedule
-    monkeypatch.setattr(
-        "heavytop.run.high_precision.schedule", lambda *given: schedule(*given)[:-1]
-    )
+    monkeypatch.setattr("heavytop.run.propagation.schedule", lambda *given: schedule(*given)[:-1])
     monkeypatch.setattr("heavytop.run.propagation.checked", lambda run: run)
     assert len(fuzz_events.misses(3, 16, ("more",))) > 4

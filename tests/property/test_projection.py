@@ -154,7 +154,6 @@ def assert_same_run(one, other):
     for a, b in zip(one.orbit.checkpoints, other.orbit.checkpoints, strict=True):
         assert a.time == b.time
         assert same(a.state, b.state)
-        assert same(a.phi, b.phi)
     assert one.events.kind == other.events.kind
     for name in ("t", "t_low", "phi", "states", "residual"):
         assert same(getattr(one.events, name), getattr(other.events, name)), name
@@ -215,7 +214,7 @@ def legs_of(run):
 
 def test_legs_lose_no_time(whole):
     """Samples and events of a late leg are those of a leg run by itself, low words and all."""
-    projected, start = legs_of(whole), whole.orbit.checkpoints[0].state
+    projected, start = legs_of(whole), whole.orbit.checkpoints[0].state[:6]
     stride = projected.stride
     first = projected.block(start, 20 * stride, 1e4)
     wanted = first.elapsed[0] + np.array([1.0, 1.7])

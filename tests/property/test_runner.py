@@ -377,15 +377,15 @@ def test_a_kind_that_is_not_known_is_refused():
         run(MemoryStore({"kind": "unheard"}))
 
 
-def test_progress_grows_and_knows_what_is_left():
+def test_progress_grows_and_knows_its_rate():
     seen = []
     run(MemoryStore(PARAMETERS), jobs=2, on_progress=seen.append)
     fractions = [p.fraction for p in seen]
     assert fractions == sorted(fractions)
-    assert (seen[0].fraction, seen[0].left_s) == (0, None)
-    assert (seen[-1].fraction, seen[-1].ended, seen[-1].left_s) == (1, 3, 0)
+    assert (seen[0].fraction, seen[0].per_s) == (0, 0)
+    assert (seen[-1].fraction, seen[-1].ended, seen[-1].tasks) == (1, 3, 3)
     half = next(p for p in seen if p.fraction > 0.5)
-    assert half.left_s == pytest.approx(half.elapsed_s / half.gained * (1 - half.fraction))
+    assert half.per_s == pytest.approx(half.gained / half.elapsed_s)
 
 
 def test_the_rate_is_that_of_this_process(monkeypatch):

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from heavytop.cli.exits import exit_code
+from heavytop.cli import exit_code
 from heavytop.errors import ForeignWorker, NoWorkerWarning, Stop, StoppedEarly
 from heavytop.machine import versions
 from heavytop.studies import runner
@@ -196,7 +196,7 @@ def test_a_worker_with_other_versions_is_refused_by_name(tmp_path):
     found = f'versions.heyoka: "{versions()["heyoka"]}" there, "7.0.0" here'
     assert refusal.value.differences == (found,)
     assert str(refusal.value).endswith(f"a worker unlike this study: {found}")
-    assert exit_code(refusal.value) == 6
+    assert exit_code(refusal.value) == 3
     assert list(results(tmp_path / "study")) == ["study.json"]
 
 

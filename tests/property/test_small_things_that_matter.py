@@ -8,7 +8,7 @@ from heavytop.integration.integrator import Checkpoint
 
 
 def test_times_within_a_block_keep_the_low_word_of_its_start():
-    start = Checkpoint((1e5, 3e-12), np.zeros(5), 0.0, 0)
+    start = Checkpoint((1e5, 3e-12), np.zeros(5), 0)
     assert start.local(np.array([1e5 + 1.0]))[0] == 1.0 - 3e-12
 
 
@@ -21,7 +21,7 @@ def test_the_motion_can_be_asked_for_where_a_block_starts(formulation):
     checkpoints = run.orbit.checkpoints
     assert any(c.time[1] > 0 for c in checkpoints)
     there = run.orbit.at(np.array([c.time[0] for c in checkpoints]))
-    for row, checkpoint in zip(there.rows, checkpoints, strict=True):
+    for row, checkpoint in zip(there.states, checkpoints, strict=True):
         assert np.max(np.abs(row - checkpoint.state)) < 1e-12
 
 

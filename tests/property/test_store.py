@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from heavytop.cli.exits import exit_code
+from heavytop.cli import exit_code
 from heavytop.errors import ForeignFile, ForeignStudy
 from heavytop.studies import runner
 from heavytop.studies.store import Chunk, MemoryStore, Record, Store, differences
@@ -92,7 +92,7 @@ def test_every_difference_is_named(tmp_path):
         'scene.title: "top" there, nothing here',
     )
     assert str(error.value).startswith(f"{tmp_path}: holds another study: options.names[1]")
-    assert exit_code(error.value) == 6
+    assert exit_code(error.value) == 3
     with Store.open(tmp_path, PARAMETERS):  # and it is free again
         pass
 
@@ -109,7 +109,7 @@ def test_nothing_is_another_value_than_null_and_an_empty_list():
     [
         ("", "not readable"),
         ('{"kind"', "not readable"),
-        ("[]", "not a JSON object"),
+        ("[]", "Input should be an object"),
         ('{"schema": "heavytop/study/1", "identity": {}}', "not a study of this version"),
         ('{"kind": "drift"}', "not a study of this version"),
     ],

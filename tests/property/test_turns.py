@@ -200,9 +200,9 @@ def test_a_step_of_any_length_is_seen_at_no_more_points_than_memory_holds():
             return Block(state, (far / 2, 0.0), 1, rows, (), singular=False)
 
     engine, state = Leap(), np.array([0.6, 0.8, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    start = Checkpoint((0.0, 0.0), state, np.nan, 0)
+    start = Checkpoint((0.0, 0.0), state, 0)
     still = {"g": 1.0, "l_z": 0.0, "P_plus": 0.0, "P_minus": 0.0}
-    Integrator.of(attitude_form("angles"), engine, still, state).block(start, 1, 1e9, reach=1e8)
+    Integrator(attitude_form("angles"), engine, still, state).block(start, 1, 1e9, reach=1e8)
     assert engine.asked == MOST_POINTS
 
 

@@ -128,10 +128,10 @@ def test_whole_turns_are_errors_through_a_pole_too():
     scene = ht.Scene(ht.Top(2, 1, 3), start, time=3, quantities=ANGLES)
     good = ht.propagate(scene)
     assert max(ht.run_errors(good).phi, ht.run_errors(good).psi) < 1e-11
-    rows = good.orbit.samples.rows.copy()
+    rows = good.orbit.samples.states.copy()
     rows[200:, -2] += 2 * np.pi
     rows[200:, -1] -= 2 * np.pi
-    orbit = replace(good.orbit, samples=replace(good.orbit.samples, rows=rows))
+    orbit = replace(good.orbit, samples=good.orbit.samples._replace(states=rows))
     errors = ht.run_errors(replace(good, orbit=orbit))
     assert abs(errors.phi - 2 * np.pi) < 1e-9
     assert abs(errors.psi - 2 * np.pi) < 1e-9

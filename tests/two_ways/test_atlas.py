@@ -269,7 +269,7 @@ def test_a_record_of_something_else_is_refused(rows, tmp_path):
     ht.atlas(KICKED, **AXES, only="kind", jobs=1, folder=tmp_path)
     [path] = (tmp_path / "tasks").iterdir()
     path.write_text(json.dumps(json.loads(path.read_text()) | {"rows": rows}))
-    with pytest.raises(ht.ForeignFile, match="damaged"):
+    with pytest.raises(ht.ForeignFile, match=r"damaged|rows: Input should be a valid array"):
         ht.load_atlas(tmp_path)
 
 

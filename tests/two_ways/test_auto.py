@@ -153,8 +153,8 @@ def test_no_more_model_than_is_wanted():
     assert want("class", "period").formulation == "none"
     assert (want("theta").formulation, want("theta").states) == ("cubic", 2)
     assert (want("axis").formulation, want("axis").states) == ("axis", 5)
-    assert not want("axis").follows_phi
-    assert want("theta", "phi").follows_phi
+    assert want("axis").variant is None
+    assert want("theta", "phi").variant == "phi"
     assert want("psi").states == 6
 
 

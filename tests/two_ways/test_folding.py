@@ -11,19 +11,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import heavytop as ht
-from heavytop.equations.lambdify import exact_values
 from heavytop.equations.quaternion import attitude_form
 from heavytop.errors import BadScene, Impossible, NotANumber
 from heavytop.integration import half_nutation
-from heavytop.integration.compiled import System
 from heavytop.integration.half_nutation import HalfNutation
-from heavytop.integration.high_precision import Precise, PreciseIntegrator
+from heavytop.integration.high_precision import PreciseIntegrator
 from heavytop.numbers import Exact
 from heavytop.numbers.decimals import context
 from heavytop.numbers.double_double import less_multiples, whole_multiples
 from heavytop.run import periodic
-from heavytop.run.periodic import exact_start, fold
-from heavytop.run.planning import start_values
+from heavytop.run.periodic import fold
+from heavytop.run.planning import Plan, rounded_start, start_values
 from heavytop.scene.scene import shipped_scenes
 
 DIGITS = 60  # of the closed form
@@ -487,40 +485,12 @@ def test_the_second_swing_measures_the_error(digits, bits):
     assert 0 < abs(folded.period / true - 1) < 2 * folded.cost.closure
 
 
-# --- what is written out for a fold, against what is derived ----------------------------------
-
-
-@pytest.mark.parametrize("bits", [64, 128, 1024])
-def test_the_equations_are_those_derived(bits):
-    written, derived = System.of_attitude(bits), System.of(attitude_form(), bits)
-    assert written.equations == derived.equations
-    assert written.loaded == derived.loaded
-
-
-AT_ONCE = {"theta": "0.3", "phi": "-100.7", "psi": 1000, "thetadot": 2, "phidot": -7}
-
-
-@pytest.mark.parametrize("name", [*shipped_scenes(), "everything at once"])
-def test_the_start_is_that_derived(name):
-    every = ht.Scene(BOOK, ht.State(**AT_ONCE, psidot="90.1"), time=1)
-    scene = ht.load_scene(name) if name in shipped_scenes() else every
-    form, ctx = attitude_form(), context(DIGITS)
-    expressions = (*form.parameters.values(), *form.start)
-    values = start_values(scene) | {"phi": Exact.of(0), "psi": Exact.of(0)}
-    derived = [x.mpf(ctx) for x in exact_values(expressions, values)]
-    constants, states = exact_start(scene)
-    assert list(constants) == [p.name for p in form.parameters][: len(constants)]
-    written = [x.mpf(ctx) for x in (*constants.values(), *states)]
-    assert written == [*derived[: len(constants)], *derived[-len(states) :]]
-
-
 @pytest.mark.parametrize("bits", [64, 128])
 def test_compiled_quickly_the_steps_are_the_same_to_the_last_bit(bits):
     scene, ctx = ht.load_scene("sicm-kicked"), context(DIGITS)
-    exact, exact_states = exact_start(scene)
-    constants = {name: ctx.nstr(x.mpf(ctx), DIGITS) for name, x in exact.items()}
-    state = [ctx.nstr(x.mpf(ctx), DIGITS) for x in exact_states]
-    quickly = Precise(System.of_attitude(bits), bits, constants, quick=True)
-    engines = quickly, PreciseIntegrator(attitude_form(), bits, constants)
+    form = attitude_form()
+    constants, state = rounded_start(Plan("attitude"), start_values(scene), ctx)
+    quickly = PreciseIntegrator(form, bits, constants, quick=True)
+    engines = quickly, PreciseIntegrator(form, bits, constants)
     quick, thorough = (engine.onward(engine.start(state), 1e9) for engine in engines)
     assert (quick.t, quick.state) == (thorough.t, thorough.state)

@@ -13,7 +13,7 @@ import pytest
 import heavytop as ht
 from heavytop.errors import BadScene, DoubtfulWarning, EndedEarly, MissedDigitsWarning, Outcome
 from heavytop.integration.high_precision import Unfinished
-from heavytop.run.high_precision import PreciseRun
+from heavytop.run.trajectory import Decimals
 from heavytop.run.verify import doubtful_digits
 from heavytop.studies.methods import method
 from heavytop.studies.steppers import set_up
@@ -90,7 +90,7 @@ def test_turns_in_long_doubles_over_many_strides():
         start = {"theta": theta, "thetadot": "0.01", "phidot": "0.3", "omega3": "3"}
         trajectory = ht.propagate(_scene(start, "30"), formulation="axis")
         assert trajectory.plan.precision == "long double"
-        assert len(trajectory.decimals.run.marks) > 2
+        assert len(trajectory.decimals.marks) > 2
         _held(trajectory)
 
 
@@ -116,7 +116,8 @@ def test_a_wrong_turn_is_known_in_decimals_and_in_doubles():
     assert doubtful_digits(double) == ""
     seen = double.orbit.samples
     late = np.where(np.arange(50) == 49, 2 * np.pi, 0.0)
-    orbit = replace(double.orbit, samples=replace(seen, phi=seen.phi + late))
+    states = np.column_stack((seen.states[:, :-1], seen.states[:, -1] + late))
+    orbit = replace(double.orbit, samples=seen._replace(states=states))
     assert "phi 6.3e+00" in doubtful_digits(replace(double, orbit=orbit))
 
 
@@ -141,7 +142,7 @@ def test_a_singular_precise_run_ends_early(monkeypatch):
     def singular(*_):
         raise Unfinished("beyond the finite numbers")
 
-    monkeypatch.setattr(PreciseRun, "walk", singular)
+    monkeypatch.setattr(Decimals, "walk", singular)
     with pytest.raises(EndedEarly) as early:
         ht.propagate(_scene({"theta": "1", "omega3": "3"}, "2"))
     assert early.value.outcome is Outcome.SINGULAR

@@ -168,7 +168,7 @@ def test_released_at_rest_there_are_cusps_and_no_reversals():
     assert not found.count("reversal").any()
 
 
-def test_lost_digits_are_marked_and_recomputed():
+def test_lost_digits_are_marked():
     """The unstable sleeper, 1e-7 rad off the vertical: 1.5 % off, in doubles."""
     start = {"theta": np.array([0.1, 1e-7]), "psidot": np.array([140.0, 90.0])}
     asked = {"time": 10.0, "events": ("turning", "reversal")}
@@ -181,10 +181,6 @@ def test_lost_digits_are_marked_and_recomputed():
     assert off[1] > 1e-9  # or there would be nothing to see
     assert (off <= found.error).all()
     assert found.missed.tolist() == [False, True]
-    mended = ht.propagate_many(**SICM, **start, **asked, recompute=True)
-    assert mended.final.theta == pytest.approx(exact, abs=2e-12)
-    assert not mended.missed.any()
-    assert (mended.states[0] == found.states[0]).all()
 
 
 def test_digits_that_doubles_cannot_have():
@@ -193,10 +189,8 @@ def test_digits_that_doubles_cannot_have():
 
 
 @pytest.mark.parametrize("junk", [-1, 1.5, True, np.nan, "x", 10**400, [1, 2], np.array([1.0, 2])])
-@pytest.mark.parametrize("name", ["step_limit", "jobs", "events", "digits", "recompute"])
+@pytest.mark.parametrize("name", ["step_limit", "jobs", "events", "digits"])
 def test_junk_options_are_named(name, junk):
-    if name == "recompute" and junk is True:
-        return
     with pytest.raises(HeavyTopError, match=name):
         ht.propagate_many(**SICM, theta=0.1, time=1.0, **{name: junk})
 

@@ -9,9 +9,9 @@ import heavytop as ht
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.integration import outputs
 from heavytop.integration.bits import LONG_DOUBLE
-from heavytop.integration.high_precision import PreciseIntegrator, Unfinished, Wanted
+from heavytop.integration.high_precision import PreciseIntegrator, Unfinished
 from heavytop.numbers import Exact
-from heavytop.results.document import run_document
+from heavytop.results.run import RunResult, run_result
 from heavytop.run.estimates import Forecast
 from heavytop.run.planning import plan
 from heavytop.run.verify import deviations, missed_digits
@@ -115,8 +115,8 @@ def test_what_a_formulation_does_not_give_is_nan_as_in_doubles():
     for numbers in (end.phi, end.psi, *end.axis[:2], *end.omega, *end.quaternion):
         assert numbers != numbers
         assert run.decimals.text(numbers) is None
-    assert abs(end.axis[2] - run.decimals.run.ctx.cos(end.theta)) < 1e-45
-    final = run_document(run)["final"]
+    assert abs(end.axis[2] - run.decimals.ctx.cos(end.theta)) < 1e-45
+    final = run_result(run).final
     assert final["phi"] is final["phi_turns"] is final["axis"][0] is None
     assert run.to_xarray()["phi_text"].to_numpy().tolist() == [""] * 7
     assert run(np.array([])).axis.shape == (0, 3)
@@ -127,7 +127,7 @@ def test_samples_in_more_digits_are_those_of_the_same_formulas_in_doubles(formul
     """Every column, vectors and attitude too, from the states of the run, rounded or not."""
     run = ht.propagate(scene(30, "span.time=1", ALL), formulation=formulation)
     form, states = run.orbit.integrator.formulation, run.samples.states
-    again = outputs.sample(form, states, run.orbit.parameters, run.t, run.phi)
+    again = outputs.sample(form, states, run.orbit.parameters, run.t)
     for name in ht.Sample.__slots__:
         assert getattr(again, name) == pytest.approx(getattr(run.samples, name), abs=1e-11), name
 
@@ -239,7 +239,7 @@ def test_a_stored_run_is_the_run(whole, tmp_path):
     assert same(loaded.decimals, whole.decimals)
     assert repr(loaded.decimals.samples) == repr(whole.decimals.samples)
     assert repr(loaded.decimals.events) == repr(whole.decimals.events)
-    assert loaded.decimals.run.longest == whole.decimals.run.longest
+    assert loaded.decimals.longest == whole.decimals.longest
     for name in ("theta", "phi", "psi"):
         mine, others = ([getattr(s, name) for s in run.decimals.samples] for run in (loaded, whole))
         assert mine == others
@@ -265,7 +265,7 @@ def test_extending_changes_nothing(whole):
 
 
 def test_documents_spell_decimals_out(whole):
-    document = run_document(whole)
+    document = run_result(whole).document()
     theta = document["final"]["theta"]
     assert isinstance(theta, str)
     truth, ctx = exactly(whole, 50)
@@ -276,8 +276,14 @@ def test_documents_spell_decimals_out(whole):
     assert isinstance(document["events"]["table"][1]["t"], str)
     assert isinstance(document["errors"]["theta"], float)
     assert document["plan"]["precision"] == "128 bits"
-    fifteen = run_document(ht.propagate(replace(whole.scene, digits=15, time=Exact.of(1))))
-    assert isinstance(fifteen["final"]["theta"], float)
+    fifteen = run_result(ht.propagate(replace(whole.scene, digits=15, time=Exact.of(1))))
+    assert isinstance(fifteen.final["theta"], float)
+
+
+def test_a_result_is_read_back_as_it_was(whole, tmp_path):
+    found = run_result(whole, files={"document": "run.json"})
+    found.save(tmp_path / "run.json")
+    assert RunResult.load(tmp_path / "run.json").document() == found.document()
 
 
 def test_projection_is_for_doubles():
@@ -290,7 +296,7 @@ def test_leaving_the_finite_numbers_is_said():
     constants = dict.fromkeys((p.name for p in form.parameters), "1")
     engine = PreciseIntegrator(form, 128, constants)
     with pytest.raises(Unfinished):
-        engine.walk(engine.start(["0", "0"]), [Wanted("1")], 10.0)
+        engine.walk(engine.start(["0", "0"]), [("1", None)], 10.0)
 
 
 def test_an_event_that_is_none_is_not_found():
@@ -298,9 +304,9 @@ def test_an_event_that_is_none_is_not_found():
     constants = {p.name: "1" for p in form.parameters} | {"g": "0"}
     engine = PreciseIntegrator(form, 128, constants, ["reversal"])
     start = engine.start(["0", "-0.6", "0.8", "0", "0"])  # l along the vertical: theta is constant
-    walk = engine.walk(start, [Wanted("0.5", "reversal"), Wanted("0.5")], 10.0)
-    assert walk.found[0] is None
-    assert np.isclose(float(walk.found[1].state[0]), 0.6 * np.sin(0.5))
+    found, _ = engine.walk(start, [("0.5", "reversal"), ("0.5", None)], 10.0)
+    assert found[0] is None
+    assert np.isclose(float(found[1].state[0]), 0.6 * np.sin(0.5))
 
 
 def test_steps_do_not_go_back():
@@ -310,7 +316,7 @@ def test_steps_do_not_go_back():
     start = engine.start(["0.1", "0"])
     for t, far in (("-0.5", 10.0), ("0.5", -10.0)):
         with pytest.raises(ValueError, match="before the mark"):
-            engine.walk(start, [Wanted(t)], far)
+            engine.walk(start, [(t, None)], far)
 
 
 @pytest.mark.parametrize("bits", [LONG_DOUBLE, 128])

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.cli.exits import Exit, exit_code
+from heavytop.cli import Exit, exit_code
 from heavytop.comparison import METHODS, IntegrationFailed, absent, make_stepper, named, symplectic
 from heavytop.comparison.adaptive import AdaptiveStepper, Singular, Taken, right_hand_side
 from heavytop.comparison.collocation import coefficients
@@ -111,7 +111,7 @@ def test_a_missing_package_is_named_with_the_pip_line(name, monkeypatch):
     with pytest.raises(MissingPackage, match=rf"pip install 'heavytop\[{extra}\]'") as refusal:
         make_stepper(name, *started(), None, 1.0)
     assert method.needs[0] in str(refusal.value)
-    assert exit_code(refusal.value) is Exit.MISSING_PACKAGE
+    assert exit_code(refusal.value) is Exit.USAGE
 
 
 def test_settings_out_of_bounds_are_refused():

@@ -12,7 +12,7 @@ from heavytop.integration import compiled as paces
 from heavytop.integration.compiled import FAST, SLOW, Compiled, in_units, paces_of
 from heavytop.integration.integrator import continued, not_begun
 from heavytop.run.planning import plan
-from heavytop.run.propagation import binary_start, compiled_for, integrator_of
+from heavytop.run.propagation import binary_start, integrator_of
 
 ROUNDING = 2.0**-53
 KICKED = {"theta": "0.5", "thetadot": "1", "phidot": "-1"}
@@ -64,10 +64,10 @@ def test_one_number_for_all_states_would_lose_it(spin, least, most, monkeypatch)
     chosen = plan(scene, "axis")
     parameters, start = binary_start(scene, chosen)
     end = 99.618 * ht.Motion(scene.top, scene.start).period
-    engine = integrator_of(chosen, compiled_for(chosen), parameters, start)
+    engine = integrator_of(chosen, parameters, start)
     orbit = continued(not_begun(engine, start), np.array([end]))
     exact = ht.Motion(scene.top, scene.start).at(end, digits=30)
-    error = math.dist(orbit.samples.rows[-1, :3], [float(x) for x in exact.axis])
+    error = math.dist(orbit.samples.states[-1, :3], [float(x) for x in exact.axis])
     assert least < error < most
 
 
@@ -166,7 +166,7 @@ class TestExactness:
         """One step of a given length, in units of time from 2^-9 to 2^9 s."""
         scene = ht.load_scene("sicm-kicked", ['want.quantities=["theta"]'])
         chosen = plan(scene, formulation)
-        form = compiled_for(chosen).formulation
+        form = chosen.equations
         parameters, start = binary_start(scene, chosen)
         compiled = Compiled(form, ("turning",), 2.0**-52)
         ends = {}
@@ -233,16 +233,16 @@ class TestBits:
             formulation="axis", projected=projected,
         )  # fmt: skip
         orbit = whole.orbit
-        assert np.array_equal(orbit.samples.rows[-1], sampled.orbit.samples.rows[-1])
+        assert np.array_equal(orbit.samples.states[-1, :5], sampled.orbit.samples.states[-1, :5])
         engine = orbit.integrator
         first = orbit.checkpoints[0]
         half = continued(not_begun(engine, first), np.array([orbit.end / 3]))
         rest = continued(half, np.array([orbit.end]))
-        assert np.array_equal(rest.samples.rows[-1], orbit.samples.rows[-1])
+        assert np.array_equal(rest.samples.states[-1], orbit.samples.states[-1])
         assert np.array_equal(rest.hits[0].t, orbit.hits[0].t)
-        assert np.array_equal(rest.hits[0].rows, orbit.hits[0].rows)
+        assert np.array_equal(rest.hits[0].states, orbit.hits[0].states)
         middle = orbit.at(np.array([orbit.end / 3]))
-        assert np.array_equal(middle.rows, half.samples.rows)
+        assert np.array_equal(middle.states, half.samples.states)
 
     def test_time_of_an_ordinary_top_is_in_seconds(self):
         assert ht.propagate(ht.load_scene("sicm-kicked")).orbit.integrator.pace == 1

@@ -23,8 +23,9 @@ from heavytop.results.stress import Outcome, Run
 from heavytop.run.events import differences, tally
 from heavytop.run.planning import Plan, closed_form_of, plan
 from heavytop.run.propagation import binary_start
+from heavytop.studies.executors import Lost, TimedOut, Worker
 from heavytop.studies.methods import stress_methods
-from heavytop.studies.stress import RunResult, judged, missed_events, run, stress
+from heavytop.studies.stress import Attempt, judged, missed_events, run, stress
 from heavytop.studies.stress_cases import (
     BOOK,
     ROUNDINGS,
@@ -33,7 +34,6 @@ from heavytop.studies.stress_cases import (
     cases,
     reference,
 )
-from heavytop.studies.timed import Lost, TimedOut, Worker
 
 LONG = ("1e5-periods",)
 TURNING = ("through-", "planar", "near-", "start-", "falling-", "separatrix-", "spin-1e7")
@@ -83,7 +83,7 @@ def test_the_condition_grows_with_the_time_beyond_what_is_followed():
 
 
 def test_digits_lost_are_decades_beyond_what_is_allowed():
-    truth = CaseReference(1.0, 0.1, (0.0, 0.1, 1.0), 50.0, 1.0, None, None)
+    truth = CaseReference(1.0, 0.1, (0.0, 0.1, 1.0), 50.0, None, None)
     assert truth.allowed == 50 * ROUNDINGS * UNIT
     assert truth.digits_lost(truth.allowed) == 0.0 == truth.digits_lost(0.0)
     assert truth.digits_lost(1e5 * truth.allowed) == pytest.approx(5)
@@ -146,12 +146,12 @@ def test_nothing_is_said_of_what_does_not_nutate_and_only_what_differs_is():
 
 # --- how a run is judged ---------------------------------------------------------------------
 
-HERE = CaseReference(1.0, 0.6, (0.0, -0.6, 0.8), 10.0, 0.5, {"turning": (3, 3)}, None)
+HERE = CaseReference(1.0, 0.6, (0.0, -0.6, 0.8), 10.0, {"turning": (3, 3)}, None)
 
 
 def arrived(off=0.0, **more):
     axis = (off, -0.6, 0.8)
-    return RunResult(axis=axis, **({"moved": 0.5, "counted": {"turning": 3}} | more))
+    return Attempt(axis=axis, **({"counted": {"turning": 3}} | more))
 
 
 @pytest.mark.parametrize(
@@ -162,15 +162,14 @@ def arrived(off=0.0, **more):
         (arrived(1e-6), Outcome.INACCURATE, False),
         (arrived(0.3), Outcome.DIVERGED, False),
         (arrived(math.nan), Outcome.DIVERGED, False),
-        (arrived(1e-3, moved=0.0), Outcome.STALLED, False),
         (arrived(counted={"turning": 2}), Outcome.MISSED_EVENTS, False),
         (arrived(said="a doubt"), Outcome.OK, True),
-        (RunResult(Outcome.REFUSED, "no"), Outcome.REFUSED, True),
-        (RunResult(Outcome.SINGULAR, "here"), Outcome.SINGULAR, True),
-        (RunResult(Outcome.STALLED, "tiny steps"), Outcome.STALLED, True),
-        (RunResult(Outcome.STEP_LIMIT), Outcome.STEP_LIMIT, True),
-        (RunResult(theta=0.6 + 1e-12, moved=0.4), Outcome.OK, False),
-        (RunResult(theta=0.7 + 1e-12, moved=0.4), Outcome.DIVERGED, False),
+        (Attempt(Outcome.REFUSED, "no"), Outcome.REFUSED, True),
+        (Attempt(Outcome.SINGULAR, "here"), Outcome.SINGULAR, True),
+        (Attempt(Outcome.STALLED, "tiny steps"), Outcome.STALLED, True),
+        (Attempt(Outcome.STEP_LIMIT), Outcome.STEP_LIMIT, True),
+        (Attempt(theta=0.6 + 1e-12), Outcome.OK, False),
+        (Attempt(theta=0.7 + 1e-12), Outcome.DIVERGED, False),
     ],
 )
 def test_every_outcome_has_one_rule(raw, word, named):
@@ -180,17 +179,17 @@ def test_every_outcome_has_one_rule(raw, word, named):
 
 
 def test_where_nothing_is_left_no_digits_are_lost():
-    hopeless = CaseReference(80.0, 0.0, (0.0, 0.0, 1.0), 1e16, 1.0, None, None)
-    finding = verdict(RunResult(axis=(0.6, 0.0, 0.8), moved=1.0), hopeless)
+    hopeless = CaseReference(80.0, 0.0, (0.0, 0.0, 1.0), 1e16, None, None)
+    finding = verdict(Attempt(axis=(0.6, 0.0, 0.8)), hopeless)
     assert finding.digits_lost == 0.0
     assert finding.outcome is Outcome.DIVERGED
 
 
 def test_what_is_right_where_no_digits_are_left_is_chance_unless_there_are_more_bits():
-    hopeless = CaseReference(80.0, 0.0, (0.0, 0.0, 1.0), 1e16, 1.0, None, None)
+    hopeless = CaseReference(80.0, 0.0, (0.0, 0.0, 1.0), 1e16, None, None)
     assert hopeless.hopeless
     assert not HERE.hopeless
-    lucky = RunResult(axis=(1e-9, 0.0, 1.0), moved=1.0)
+    lucky = Attempt(axis=(1e-9, 0.0, 1.0))
     finding = verdict(lucky, hopeless)
     assert (finding.outcome, finding.untold) == (Outcome.OK, True)
     assert "nothing to tell: no digits left" in finding.note
@@ -304,7 +303,7 @@ def test_a_textbooks_run_is_that_of_solve_ivp(solver):
     from scipy.integrate import solve_ivp
 
     scene = cases()["cusp"].scene
-    parameters, start = binary_start(scene, Plan("lagrange", None, False, (), (), 0))
+    parameters, start = binary_start(scene, Plan("lagrange"))
     rates = textbook_right_hand_side(FORMULATIONS["lagrange"].build(), parameters)
     told = textbook_solve(rates, start.state, 0.9, solver, 1e-6, 1e-9, 10**6, [lambda y: y[3]])
     ours = solve_ivp(rates, (0, 0.9), start.state, method=TEXTBOOK_SOLVERS[solver],

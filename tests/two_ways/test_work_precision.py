@@ -19,11 +19,23 @@ from heavytop.integration.bits import bits_of
 from heavytop.report.terminal import rendered
 from heavytop.results.base import Problem
 from heavytop.results.work_precision import Point, SkippedSetting, WorkPrecision, front
-from heavytop.studies import timing
+from heavytop.studies import work_precision as timing
+from heavytop.studies.drift import neighbour
 from heavytop.studies.methods import method
-from heavytop.studies.steppers import neighbour, set_up
-from heavytop.studies.timing import BEFORE, ROUNDS, TooSlow, first_run, repeat
-from heavytop.studies.work_precision import DEFAULT, FOLDED, STARTS, STEPS, grid, settings
+from heavytop.studies.steppers import set_up
+from heavytop.studies.work_precision import (
+    BEFORE,
+    DEFAULT,
+    FOLDED,
+    REPEATS,
+    STARTS,
+    STEPS,
+    TooSlow,
+    first_run,
+    grid,
+    repeat,
+    settings,
+)
 
 KICKED = ht.load_scene("sicm-kicked")
 
@@ -316,6 +328,13 @@ def test_the_document_holds_what_the_contract_says(found):
     assert document["skipped"] == []
 
 
+def test_a_diagram_is_read_back_as_it_was(found, tmp_path):
+    found.save(tmp_path / "workprec.json")
+    again = WorkPrecision.load(tmp_path / "workprec.json")
+    assert again == found
+    assert again.document() == found.document()
+
+
 # --- time ------------------------------------------------------------------------------------
 
 
@@ -405,7 +424,7 @@ def test_fast_settings_are_in_more_rounds(toys):
                    for _ in range(8)] for cost in (1e-3, 0.05))  # fmt: skip
     shown = []
     repeat([fast, slow], math.inf, shown.append)
-    assert {len(one.seconds) for one in fast} == {1 + 2 * ROUNDS}  # short: two at a time
+    assert {len(one.seconds) for one in fast} == {1 + 2 * REPEATS}  # short: two at a time
     assert {len(one.seconds) for one in slow} == {1 + 2}  # 0.4 s a round: 0 and 0.4 are within
     assert shown == sorted(shown)
     assert shown[-1] == 1.0
@@ -487,7 +506,7 @@ def test_that_no_rival_was_run_is_said_and_a_method_is_left_out_in_one_line():
     told = console.export_text()
     assert "NO RIVAL WAS RUN" in told
     assert told.count("strang") == told.count("gauss8") == 1
-    assert "all settings left out: for a test (at 4 steps a period)" in told
+    assert "for a test: gauss8 (1 of 1 settings, first 4 steps a period)" in told
 
 
 def test_every_row_of_the_table_is_one_line_of_80_columns(found):

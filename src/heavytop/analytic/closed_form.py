@@ -73,7 +73,7 @@ class ClosedForm(MotionNumbers[Number]):
     Notes
     -----
     Accuracy: each number is the midpoint of a ball that contains the true one and has the digits
-    asked for, by proof. ``tests/analytic/test_scene_accuracy.py`` holds them to ten times as many.
+    asked for, by proof. ``tests/analytic/test_motion.py`` holds them to ten times as many.
 
     Examples
     --------

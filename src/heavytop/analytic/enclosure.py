@@ -61,7 +61,7 @@ class Enclosure(MotionNumbers[Interval]):
     Notes
     -----
     Accuracy: every interval contains the truth, by proof.
-    ``tests/analytic/test_balls_published.py`` finds in them what others printed.
+    ``tests/analytic/test_published.py`` finds in them what others printed.
 
     References
     ----------

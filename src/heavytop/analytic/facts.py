@@ -101,8 +101,8 @@ class Facts:
 
     Notes
     -----
-    Accuracy: ``tests/analytic/test_rates.py`` holds extremes of rates and their tilts to an ulp,
-    ``tests/analytic/test_facts.py`` means to 1e-10 of sums over the motion.
+    Accuracy: ``tests/analytic/test_facts.py`` holds extremes of rates and their tilts to an ulp,
+    and means to 1e-10 of sums over the motion.
 
     References
     ----------
@@ -182,8 +182,8 @@ def facts(motion: Motion | Top, start: State | None = None) -> Facts:
 
     Notes
     -----
-    Accuracy: ``tests/analytic/test_rates.py`` holds extremes of rates and their tilts to an ulp,
-    ``tests/analytic/test_facts.py`` means to 1e-10 of sums over the motion.
+    Accuracy: ``tests/analytic/test_facts.py`` holds extremes of rates and their tilts to an ulp,
+    and means to 1e-10 of sums over the motion.
 
     References
     ----------

@@ -142,11 +142,10 @@ class DoubleForm:
     Notes
     -----
     Accuracy: θ and 1 ∓ cos θ are within 2e-15 of themselves, and φ and ψ within 1e-15 max(1, |x|),
-    over the span of every shipped scene, by ``tests/analytic/test_scene_accuracy.py``; so are θ, φ
-    and ψ as near as 1e-150 to steady, sleeping, asymptotic and passing motions, by
-    ``tests/analytic/test_near_special_motions.py``. Times and start are exact, so that being
-    ill-conditioned costs nothing. Rates are within 4e-15 of the largest, by
-    ``tests/analytic/test_double_form.py``.
+    over the span of every shipped scene, and rates within 4e-15 of the largest, by
+    ``tests/analytic/test_many_times.py``; so are θ, φ and ψ as near as 1e-150 to steady, sleeping,
+    asymptotic and passing motions, by ``tests/analytic/test_solution.py``. Times and start are
+    exact, so that being ill-conditioned costs nothing.
 
     Examples
     --------

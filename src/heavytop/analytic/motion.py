@@ -54,10 +54,9 @@ class Motion(MotionNumbers[float]):
 
     Notes
     -----
-    Accuracy: ``tests/analytic/test_scene_accuracy.py`` holds θ in doubles to 2e-15 of itself, φ and
-    ψ to 1e-15 max(1, |x|), over every shipped scene, and 100 digits to 1000;
-    ``tests/analytic/test_double_form.py`` the axis, and φ and ψ modulo 2π, to 4e-15 a million
-    periods away.
+    Accuracy: ``tests/analytic/test_many_times.py`` holds θ in doubles to 2e-15 of itself, φ and
+    ψ to 1e-15 max(1, |x|), over every shipped scene, and the axis, and φ and ψ modulo 2π, to 4e-15
+    a million periods away; ``tests/analytic/test_motion.py`` holds 100 digits to 1000.
 
     References
     ----------

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -28,7 +28,9 @@ NUMBERS: Final = {
 }
 """Whose numbers a claim is held against."""
 
-Line = Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f]*[^\s\x00-\x1f\x7f][^\x00-\x1f\x7f]*$")]
+Line: TypeAlias = Annotated[
+    str, Field(pattern=r"^[^\x00-\x1f\x7f]*[^\s\x00-\x1f\x7f][^\x00-\x1f\x7f]*$")
+]
 """A text of one line, without escape codes."""
 
 
@@ -99,17 +101,16 @@ class Register:
 
     @cached_property
     def scripts(self) -> dict[str, tuple[Claim, ...]]:
-        """The scripts of registered claims, with what each measures, in the order of the file."""
+        """Every script with the registered claims that it measures, in the order of the file."""
         found: dict[str, tuple[Claim, ...]] = {}
         for claim in self.claims:
             found[claim.script] = (*found.get(claim.script, ()), claim)
-        return found
+        return found | dict.fromkeys(self.proofs, ())
 
     @property
     def names(self) -> tuple[str, ...]:
         """What can be asked for: claims, and scripts without their ending."""
-        scripts = (*self.scripts, *self.proofs)
-        return (*(claim.id for claim in self.claims), *(stem(script) for script in scripts))
+        return (*(claim.id for claim in self.claims), *map(stem, self.scripts))
 
 
 def stem(script: str) -> str:
@@ -141,35 +142,30 @@ def load_register(folder: Path | None = None) -> Register:
     path = place / NAME
     try:
         found = _File.model_validate(tomllib.loads(path.read_text("utf-8")))
+        claims = tuple(_whole(claim, found.authorities, place) for claim in found.claim)
+        measured = {claim.script for claim in claims}
+        others = (each for each in sorted(place.glob("[0-9]*.py")) if each.name not in measured)
+        register = Register(place, claims, {each.name: _about(each) for each in others})
+        if twice := [name for name, n in Counter(register.names).items() if n > 1]:
+            raise ValueError(f"{twice[0]!r}: the name of two claims, or of a claim and a script")
     except FileNotFoundError:
         raise HeavyTopError(f"{path} is not there: installed without its claims") from None
-    except ValidationError as wrong:
-        raise ForeignFile(f"{path}: {_said(wrong)}") from None
-    except (ValueError, OSError) as fault:  # of TOML, of letters, of the file
+    except ValidationError as wrong:  # every fault with its place: claims are counted from 0
+        faults = ((".".join(map(str, each["loc"])), each) for each in wrong.errors())
+        told = (f"{where} = {each['input']!r:.60}: {each['msg']}" for where, each in faults)
+        raise ForeignFile(f"{path}: {'; '.join(told)}") from None
+    except (ValueError, OSError) as fault:  # of TOML, of letters, of the file, or ours
         raise ForeignFile(f"{path}: {fault}") from None
-    claims = tuple(_named(claim, found.authorities, path) for claim in found.claim)
-    registered = {claim.script for claim in claims}
-    others = (each for each in sorted(place.glob("[0-9]*.py")) if each.name not in registered)
-    register = Register(place, claims, {each.name: _about(each) for each in others})
-    if twice := next((name for name, n in Counter(register.names).items() if n > 1), None):
-        raise ForeignFile(f"{path}: {twice!r}: the name of two claims, or of a claim and a script")
     return register
 
 
-def _said(wrong: ValidationError) -> str:
-    """Every fault of a register, each with its place: claims are counted from 0."""
-    faults = ((".".join(map(str, each["loc"])), each) for each in wrong.errors())
-    return "; ".join(f"{place} = {each['input']!r:.60}: {each['msg']}" for place, each in faults)
-
-
-def _named(claim: Claim, authorities: Mapping[str, str], path: Path) -> Claim:
+def _whole(claim: Claim, authorities: Mapping[str, str], place: Path) -> Claim:
     """The claim with its authority in full, if that and its script are there."""
     if claim.authority not in authorities:
         known = ", ".join(authorities)
-        rule = f"authority = {claim.authority!r}: none of {known}"
-        raise ForeignFile(f"{path}: claim {claim.id!r}: {rule}")
-    if not path.with_name(claim.script).is_file():
-        raise ForeignFile(f"{path}: claim {claim.id!r}: script = {claim.script!r}: not there")
+        raise ValueError(f"claim {claim.id!r}: authority = {claim.authority!r}: none of {known}")
+    if not (place / claim.script).is_file():
+        raise ValueError(f"claim {claim.id!r}: script = {claim.script!r}: not there")
     return claim.model_copy(update={"authority": authorities[claim.authority]})
 
 
@@ -177,6 +173,6 @@ def _about(path: Path) -> str:
     """The first line of what a script says of itself."""
     try:
         said = ast.get_docstring(ast.parse(path.read_text("utf-8")))
-    except (SyntaxError, ValueError, OSError) as fault:
-        raise ForeignFile(f"{path}: not readable as Python ({fault})") from None
+    except (SyntaxError, ValueError) as fault:
+        raise ValueError(f"{path.name}: not readable as Python ({fault})") from None
     return (said or path.stem).partition("\n")[0]

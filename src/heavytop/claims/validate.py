@@ -1,31 +1,51 @@
-"""Measuring claims: their scripts are run, and what they measure is held to the register."""
+"""Measuring claims: their scripts are run, and what they measure is held to the register.
+
+Each script runs in a process of its own under a limit of time, a few at a time. It is told by its
+environment which claims to measure and where to tell what it found, as ``validation/claim.py``
+does; no script judges itself.
+"""
 
 from __future__ import annotations
 
 import json
 import math
+import os
 import shutil
+import signal
+import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
 
-from heavytop.claims.register import NAME, OURS, PACKED, Claim, Register, load_register, stem
-from heavytop.claims.running import Ended, Script, run_scripts
+from heavytop.claims.register import (
+    NAME,
+    OURS,
+    PACKAGE,
+    PACKED,
+    Claim,
+    Register,
+    load_register,
+    stem,
+)
 from heavytop.errors import ForeignFile, HeavyTopError
 from heavytop.machine import versions
 from heavytop.names import LONGEST, nearest
 from heavytop.scene.arguments import wrong_type
+from heavytop.studies.executors import LETTERS, begin, end, tail
 
 SCHEMA: Final = "heavytop/validate/1"
 LIMIT: Final = 120.0  # s for a script of registered claims
 PROOF_LIMIT: Final = 7200.0  # s for any other: some of them time what takes minutes
-UNTOLD: Final = "nothing was measured"
+LOOK: Final = 0.05  # s between two looks at what is running
+GRACE: Final = 2.0  # s from SIGTERM to SIGKILL
+TAIL: Final = 65536  # bytes of what a script said: its last line is in them
 FAILED: Final = 5  # the code of a script one of whose claims does not hold
+ASKED, TOLD, OF = (f"HEAVYTOP_CLAIMS_{name}" for name in ("ASKED", "TOLD", "OF"))
+FOREIGN: Final = (ASKED, TOLD, OF, "PYTHONSAFEPATH")  # with the last, no script finds its helpers
 
 
 class UnknownClaim(HeavyTopError, ValueError):
@@ -59,8 +79,8 @@ class Measured:
     @property
     def row(self) -> dict[str, Any]:
         """The claim as a table of the document."""
-        names = ("measured", "passed", "skipped", "failure")
-        return self.claim.model_dump(mode="json") | {name: getattr(self, name) for name in names}
+        found = {"measured": self.measured, "passed": self.passed, "skipped": self.skipped}
+        return self.claim.model_dump(mode="json") | found | {"failure": self.failure}
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,8 +150,8 @@ def validate(
     Each script of claims runs in a group of processes of its own, which does not outlive this one,
     however it ends; only what leaves for a session of its own may. None of the claims of a script
     holds that ends otherwise than by code 0 or 5, that is not done in its time (two minutes; two
-    hours for those of `proofs`), or that tells of claims that are not its own. What an interrupt
-    leaves is nothing: scripts are asked to end, and after two seconds killed.
+    hours for those of `proofs`). What an interrupt leaves is nothing: scripts are asked to end, and
+    after two seconds killed.
 
     Parameters
     ----------
@@ -178,22 +198,29 @@ def validate(
     known = register or load_register()
     asked = _asked(names, known)
     tell, show = note or (lambda _: None), progress or (lambda _: None)
+    claims = _scripts(known, asked, proofs=proofs)
+    if not claims:
+        raise ForeignFile(f"{known.folder / NAME}: no claims")
     found: dict[str, tuple[Measured, ...]] = {}
-    with _runnable(known) as place:
-        quick, slow = _registered(known, place, asked), _others(known, place, asked, proofs)
-        if not (quick or slow):
-            raise ForeignFile(f"{known.folder / NAME}: no claims")
-        for scripts, at_once in ((quick, jobs), (slow, 1)):
-            with closing(run_scripts(scripts, at_once, tell)) as running:
-                for ended in running:
-                    results = verdicts(ended, known.proofs)
-                    said = ", ".join(f"{n} {word}" for word, n in _counts(results).items() if n)
-                    tell(f"{ended.script.path.name}: {said} in {ended.seconds:.1f} s")
-                    found[ended.script.path.name] = results
-                    show(len(found) / len((*quick, *slow)))
-    order = (*known.scripts, *known.proofs)
-    results = tuple(each for script in order for each in found.get(script, ()))
-    return Validation(results, proofs, asked)
+
+    def ended(script: _Script) -> None:
+        results = found[script.path.name] = _verdicts(script)
+        said = ", ".join(f"{n} {word}" for word, n in _counts(results).items() if n)
+        tell(f"{script.path.name}: {said} in {time.monotonic() - script.began:.1f} s")
+        show(len(found) / len(claims))
+
+    # What a script that is killed leaves in the folder for what is temporary goes with ours; what
+    # dies may still write in it.
+    with TemporaryDirectory(prefix="heavytop-", ignore_cleanup_errors=True) as place:
+        folder = _runnable(known.folder, Path(place))
+
+        def started(name: str) -> _Script:
+            tell(f"running {name}")
+            return _Script(folder / name, claims[name], known.proofs.get(name, ""), Path(place))
+
+        for slow, at_once in ((False, jobs), (True, 1)):
+            _run([n for n in claims if (n in known.proofs) is slow], at_once, started, ended)
+    return Validation(tuple(m for n in claims for m in found[n]), proofs, asked)
 
 
 def _asked(names: Sequence[str], known: Register) -> tuple[str, ...]:
@@ -208,89 +235,133 @@ def _asked(names: Sequence[str], known: Register) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-@contextmanager
-def _runnable(known: Register) -> Iterator[Path]:
-    """The folder to run scripts in: some write beside themselves, which installed ones must not."""
-    if known.folder != PACKED:
-        yield known.folder
-        return
-    with TemporaryDirectory(prefix="heavytop-", ignore_cleanup_errors=True) as place:
-        copy = Path(place) / "validation"
-        shutil.copytree(known.folder, copy, copy_function=shutil.copyfile)
-        for path in (copy, *copy.rglob("*/")):
-            path.chmod(0o700)  # a package may be installed read-only
-        yield copy
-
-
-def _registered(known: Register, place: Path, names: tuple[str, ...]) -> list[Script]:
-    """The scripts of the registered claims that are asked for."""
-    found = []
+def _scripts(
+    known: Register, names: tuple[str, ...], *, proofs: bool
+) -> dict[str, tuple[Claim, ...]]:
+    """The scripts to run, with the registered claims that each is asked for."""
+    found = {}
     for script, claims in known.scripts.items():
-        whole = not names or stem(script) in names
-        if asked := tuple(claim for claim in claims if whole or claim.id in names):
-            found.append(Script(place / script, asked, LIMIT))
+        whole = stem(script) in names or (proofs if script in known.proofs else not names)
+        some = tuple(claim for claim in claims if whole or claim.id in names)
+        if some or (whole and script in known.proofs):
+            found[script] = some
     return found
 
 
-def _others(known: Register, place: Path, names: tuple[str, ...], proofs: bool) -> list[Script]:
-    """The scripts that state their own claims, where they are asked for."""
-    asked = (script for script in known.proofs if proofs or stem(script) in names)
-    return [Script(place / script, (), PROOF_LIMIT) for script in asked]
+def _runnable(folder: Path, place: Path) -> Path:
+    """The folder to run scripts in: some write beside themselves, which installed ones must not."""
+    if folder != PACKED:
+        return folder
+    copy = place / "validation"
+    shutil.copytree(folder, copy, copy_function=shutil.copyfile)
+    for path in (copy, *copy.rglob("*/")):
+        path.chmod(0o700)  # a package may be installed read-only
+    return copy
 
 
-# --- verdicts: what a script measured beside what is claimed; no script judges itself ------------
+# --- running: what a script begins goes with it, unless that leaves for a session of its own -----
 
 
-def verdicts(ended: Ended, about: Mapping[str, str]) -> tuple[Measured, ...]:
-    """What came of the claims of one script.
+class _Script:
+    """A script that runs, for registered claims or for its own, and how it ended."""
 
-    Where the script did not come to its end, or told what is not its own, none of its claims
-    holds; what it measured is kept. `about` says what the scripts are about that have none.
+    def __init__(self, path: Path, claims: tuple[Claim, ...], about: str, place: Path) -> None:
+        self.path, self.claims, self.about = path, claims, about
+        self.limit = LIMIT if claims else PROOF_LIMIT
+        self.folder = place / path.stem
+        self.folder.mkdir()
+        here = {name: value for name, value in os.environ.items() if name not in FOREIGN} | LETTERS
+        here |= {TOLD: str(self.folder / "told"), OF: str(PACKAGE), "TMPDIR": str(place)}
+        if claims:
+            here[ASKED] = ",".join(claim.id for claim in claims)
+        self.began = time.monotonic()
+        self.code: int | None = None
+        self.process = begin([str(path)], self.folder / "said", here, Path.cwd())
+
+    def over(self) -> bool:
+        """Whether it has ended, or has no time left; then what it began is ended too."""
+        self.code = self.process.poll()
+        if self.code is None and time.monotonic() - self.began < self.limit:
+            return False
+        end([self.process], GRACE)
+        return True
+
+    @property
+    def trouble(self) -> str:
+        """Why it did not come to its end; empty where it did."""
+        if self.code is None:
+            return f"not done in {self.limit:g} s"
+        if self.code in (0, FAILED):
+            return ""
+        by = -self.code in list(signal.Signals)
+        how = f"by {signal.Signals(-self.code).name}" if by else f"with code {self.code}"
+        said = [line.strip() for line in tail(self.folder / "said", TAIL).split("\n")]
+        return f"ended {how}: {next(filter(None, reversed(said)), 'it said nothing')}"
+
+    def told(self) -> tuple[dict[str, Mapping[str, Any]], str]:
+        """What it told of each claim by its name, or the number of its line; and a fault."""
+        path, found, fault = self.folder / "told", {}, ""
+        text = path.read_text("utf-8", "replace") if path.is_file() else ""
+        for n, line in enumerate(text.splitlines(), 1):
+            try:
+                table = json.loads(line)
+                found[str(table.get("id") or n)] = table
+            except (ValueError, AttributeError):
+                fault = f"line {n} of what it told is no JSON object"
+        return found, fault
+
+
+def _run(
+    waiting: list[str],
+    at_once: int,
+    started: Callable[[str], _Script],
+    ended: Callable[[_Script], None],
+) -> None:
+    """Run scripts, some at once; what still runs when this is left is ended."""
+    running: list[_Script] = []
+    try:
+        while waiting or running:
+            while waiting and len(running) < at_once:
+                running.append(started(waiting.pop(0)))
+            time.sleep(LOOK)
+            for script in [each for each in running if each.over()]:
+                running.remove(script)
+                ended(script)
+    finally:
+        end([each.process for each in running], GRACE)
+
+
+# --- verdicts: what a script measured beside what is claimed -------------------------------------
+
+
+def _verdicts(script: _Script) -> tuple[Measured, ...]:
+    """What came of the claims of a script.
+
+    Where it did not come to its end, none of them holds; what it measured is kept.
     """
-    name = ended.script.path.name
-    told, trouble = _told(ended.told)
-    if ended.script.claims:
-        found = [_judged(claim, told.pop(claim.id, None)) for claim in ended.script.claims]
-        strange = f"it told of {next(iter(told))}, which it was not asked for" if told else ""
+    told, fault = script.told()
+    trouble = script.trouble or fault
+    if not (script.claims or told):
+        trouble = trouble or "it claims nothing"
+    if script.code == FAILED and all(line.get("passed") is not False for line in told.values()):
+        trouble = trouble or f"ended with code {FAILED}, but nothing that it told fails"
+    if script.claims:
+        found = [_judged(each, told.get(each.id), trouble) for each in script.claims]
     else:
-        found = [_judged(_own(name, about[name], n, line), line) for n, line in told.items()]
-        strange = "" if told else "it claims nothing"
-    trouble = ended.trouble or trouble or strange
-    if not trouble and ended.code == FAILED and all(each.passed is not False for each in found):
-        trouble = f"ended with code {FAILED}, but nothing that it told fails"
-    if not trouble:
-        return tuple(found)
-    if not ended.script.claims:
-        found.append(Measured(_own(name, about[name], "end", {})))
-    return tuple(
-        replace(each, passed=False, skipped=None, failure=_why(each, trouble)) for each in found
-    )
+        found = [_judged(_own(script, n, line), line, trouble) for n, line in told.items()]
+        found += [_judged(_own(script, "end", {}), None, trouble)] * bool(trouble)
+    if trouble:
+        found = [
+            replace(each, passed=False, skipped=None, failure=each.failure or trouble)
+            for each in found
+        ]
+    return tuple(found)
 
 
-def _why(each: Measured, trouble: str) -> str:
-    """Its own reason why a claim does not hold, else that of its script."""
-    return trouble if each.failure in (None, UNTOLD) else each.failure
-
-
-def _told(text: str) -> tuple[dict[str, Mapping[str, Any]], str]:
-    """The lines of what a script told by the claim's name, or by their number, and a fault."""
-    found: dict[str, Mapping[str, Any]] = {}
-    for n, line in enumerate(text.splitlines(), 1):
-        try:
-            table = json.loads(line)
-            name = str(table.get("id") or n)
-        except (ValueError, AttributeError):
-            return found, f"line {n} of what it told is no JSON object"
-        if name in found:
-            return found, f"it told of {name} twice"
-        found[name] = table
-    return found, ""
-
-
-def _judged(claim: Claim, line: Mapping[str, Any] | None) -> Measured:
+def _judged(claim: Claim, line: Mapping[str, Any] | None, trouble: str) -> Measured:
     """Hold what was measured to the bound, whatever the script has made of it."""
     if line is None:
-        return Measured(claim, passed=False, failure=UNTOLD)
+        return Measured(claim, passed=False, failure=trouble or "nothing was measured")
     if "skipped" in line:
         if claim.needs is None or find_spec(claim.needs.partition(".")[0]) is not None:
             why = "skipped, but what it needs is there"
@@ -299,16 +370,15 @@ def _judged(claim: Claim, line: Mapping[str, Any] | None) -> Measured:
     measured, failure = line.get("measured"), line.get("failure")
     if not isinstance(measured, float | int) or not math.isfinite(measured):
         return Measured(claim, passed=False, failure=failure or "no finite number")
-    signed = measured < 0 and claim.authority != OURS  # of registered claims: no distance is
-    failure = failure or ("negative, as no distance is" if signed else None)
+    if measured < 0 and claim.authority != OURS:  # of registered claims
+        failure = failure or "negative, as no distance is"
     return Measured(claim, measured, measured <= claim.bound and not failure, failure=failure)
 
 
-def _own(script: str, about: str, name: str, line: Mapping[str, Any]) -> Claim:
+def _own(script: _Script, name: str, line: Mapping[str, Any]) -> Claim:
     """The claim that a script states of itself."""
-    bound = line.get("bound")
     return Claim.model_construct(
-        id=f"{stem(script)}/{name}", statement=line.get("statement", about), authority=OURS,
-        numbers="ours", bound=0.0 if bound is None else bound, reason="as the script says",
-        script=script, holds=(), needs=None,
+        id=f"{script.path.stem}/{name}", statement=line.get("statement", script.about),
+        authority=OURS, numbers="ours", bound=line.get("bound", 0.0), reason="as the script says",
+        script=script.path.name, holds=(), needs=None,
     )  # fmt: skip

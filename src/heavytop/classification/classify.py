@@ -62,7 +62,7 @@ def classify(top: Top, start: State) -> Verdict:
     Every sign is decided by real balls or by an algebraic proof that the number is zero:
     no threshold enters.
 
-    Accuracy: ``tests/property/test_verdicts.py`` holds verdicts over the whole space to the
+    Accuracy: ``tests/classification/test_classify.py`` holds verdicts over the whole space to the
     definitions at 300 digits, ``validation/11_certified_verdicts.py`` 1e5 of them to integrated
     motions.
 

@@ -125,7 +125,7 @@ def classify_many(
     tell is left to `heavytop.classify`. ``validation/07_kinds_per_second.py`` measures how fast
     this is.
 
-    Accuracy: ``tests/analytic/test_kinds_many.py`` holds kinds and tags to those of
+    Accuracy: ``tests/classification/test_many.py`` holds kinds and tags to those of
     `heavytop.classify`, one by one.
 
     Examples

@@ -1,14 +1,13 @@
 """The command line: reads options, calls the package, prints. It computes nothing.
 
-Results go to stdout; progress, notes, warnings and errors to stderr. Each verb is a module, and
-what is slow to import is imported by the verb that needs it, so that ``heavytop --help`` answers
-at once.
+Results go to stdout; progress, notes, warnings and errors to stderr. What is slow to import is
+imported by the verb that needs it, so that ``heavytop --help`` answers at once.
 """
 
 try:
     from heavytop.cli.command import app, main
 except KeyboardInterrupt:  # before there is a command that could say so
     raise SystemExit(130) from None
-from heavytop.cli.exits import Exit, exit_code
+from heavytop.cli.messages import EXIT_CODES, Exit, exit_code
 
-__all__ = ["Exit", "app", "exit_code", "main"]
+__all__ = ["EXIT_CODES", "Exit", "app", "exit_code", "main"]

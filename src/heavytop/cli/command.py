@@ -1,73 +1,46 @@
-"""The command and its verbs; every exception becomes a message and an exit code here."""
+"""The command ``heavytop`` and its verbs."""
 
 from __future__ import annotations
 
 import logging
 import os
+import signal
 import sys
-import traceback
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
-from heavytop.cli.atlas import atlas
-from heavytop.cli.classify import classify
-from heavytop.cli.derive import derive
-from heavytop.cli.doctor import doctor
-from heavytop.cli.drift import drift
-from heavytop.cli.exits import EXIT_CODES, Exit, exit_code, explain
-from heavytop.cli.hints import Usage, hinted
-from heavytop.cli.options import DEBUG
-from heavytop.cli.plan import plan
-from heavytop.cli.reference import reference
+from heavytop.cli.check import check
+from heavytop.cli.inspect import classify, derive, doctor, plan, reference, scenes
+from heavytop.cli.messages import EXIT_CODES, Exit, say
 from heavytop.cli.report import report
-from heavytop.cli.resume import resume
 from heavytop.cli.run import run
-from heavytop.cli.scenes import scenes
-from heavytop.cli.stress import stress
-from heavytop.cli.validate import validate
-from heavytop.cli.voice import say
-from heavytop.cli.workprec import workprec
+from heavytop.cli.studies import NAMES, atlas, drift, resume, stress, validate, workprec
 from heavytop.results.base import spelt, typing
-
-WORDS = "heavytop.words"  # key in the context: all that stands behind the name of the command
 
 
 class Verbs(TyperGroup):
-    """The command group, where every exception becomes a message and an exit code."""
+    """The group of all verbs; what each finds names the command line that asked for it."""
 
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read what stands before the verb, and remember all that was said."""
-        ctx.meta[WORDS] = tuple(args)
-        try:
-            return super().parse_args(ctx, args)
-        except Usage as error:
-            hinted(error, ctx.meta[WORDS])
-            raise
-
-    def invoke(self, ctx: Any) -> Any:
-        """Run a verb; what it raises is explained without a traceback, unless asked for one."""
-        try:
-            with typing(spelt(ctx.meta[WORDS])):
-                return super().invoke(ctx)
-        except Usage as error:
-            hinted(error, ctx.meta[WORDS])
-            raise
-        except (Exception, KeyboardInterrupt) as error:
-            if belongs_to_typer(error):
-                raise
-            if ctx.meta.get(DEBUG):
-                traceback.print_exc()
-            code = exit_code(error)
-            say(explain(error, code))
-            raise typer.Exit(code) from None
+    def main(self, args: Sequence[str] | None = None, *rest: Any, **options: Any) -> Any:
+        """Run a command line."""
+        words = sys.argv[1:] if args is None else list(args)
+        with typing(spelt(words)):
+            return super().main(words, *rest, **options)
 
 
-def belongs_to_typer(error: BaseException) -> bool:
-    """Whether typer itself turns this exception into a message and an exit code."""
-    home = type(error).__module__.partition(".")[0]
-    return isinstance(error, BrokenPipeError) or home in ("typer", "click")
+class Verb(TyperCommand):
+    """A verb, whose help lists names that are too slow to import for any other."""
+
+    def format_epilog(self, ctx: Any, formatter: Any) -> None:
+        """Write the names, then the exit codes."""
+        for option, known in NAMES.get(self.name or "", {}).items():
+            formatter.write_paragraph()
+            with formatter.indentation():
+                formatter.write_text(f"Names for {option}: {', '.join(known())}.")
+        super().format_epilog(ctx, formatter)
 
 
 app = typer.Typer(
@@ -80,20 +53,11 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command(epilog=EXIT_CODES)(run)
-app.command(epilog=EXIT_CODES)(classify)
-app.command(epilog=EXIT_CODES)(plan)
-app.command(epilog=EXIT_CODES)(drift)
-app.command(epilog=EXIT_CODES)(resume)
-app.command(epilog=EXIT_CODES)(atlas)
-app.command(epilog=EXIT_CODES)(stress)
-app.command(epilog=EXIT_CODES)(workprec)
-app.command(epilog=EXIT_CODES)(validate)
-app.command(epilog=EXIT_CODES)(reference)
-app.command(epilog=EXIT_CODES)(report)
-app.command()(scenes)
-app.command()(derive)
-app.command()(doctor)
+for each in (
+    *(run, classify, plan, drift, resume, atlas, stress, workprec, validate),
+    *(reference, check, report, scenes, derive, doctor),
+):
+    app.command(cls=Verb, epilog=EXIT_CODES)(each)
 
 
 def _show_version(wanted: bool) -> None:
@@ -124,9 +88,18 @@ def _fill_closed() -> None:
             os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)
 
 
+def stop_when_ended() -> None:
+    """Let SIGTERM and SIGHUP do what Ctrl-C does, so that no process is left behind."""
+    for name in {"SIGTERM", "SIGHUP"} & set(dir(signal)):  # the second is not on Windows
+        number = getattr(signal, name)
+        if signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, signal.default_int_handler)
+
+
 def main() -> None:
     """Run the command line."""
     _fill_closed()
+    stop_when_ended()
     os.environ["MPLBACKEND"] = "agg"  # figures are files; a name it does not know stops matplotlib
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it tells of caches it cannot make
     for stream in (sys.stdout, sys.stderr):

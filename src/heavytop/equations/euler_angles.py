@@ -41,7 +41,6 @@ def lagrange_form(_: str | None = None) -> Formulation:
     return replace(
         subsystem_form(),
         name="lagrange",
-        summary="theta, phi, psi and their rates, as a textbook writes them",
         states=both,
         derivatives=lag.VELOCITIES + lag.accelerations(),
         start=both,
@@ -59,7 +58,6 @@ def subsystem_form(variant: str | None = None) -> Formulation:
     states = (theta, *lag.VELOCITIES)
     return Formulation(
         name="subsystem",
-        summary="theta and the three rates; phi and psi by quadrature",
         states=states,
         derivatives=(thetadot, *lag.accelerations()),
         start=states,
@@ -86,7 +84,6 @@ def routh_form(variant: str | None = None) -> Formulation:
     energy = (lag.reduced_energy() - p_psi**2 / (2 * C)) / A
     return Formulation(
         name="routh",
-        summary="theta in an effective potential, with p_phi and p_psi as parameters",
         states=(theta, thetadot),
         derivatives=(thetadot, _without_cancellation(lag.nutation_acceleration())),
         start=(theta, thetadot),

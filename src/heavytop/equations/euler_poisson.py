@@ -24,12 +24,12 @@ from typing import Any
 import sympy as sp
 
 from heavytop.equations import lagrangian as lag
-from heavytop.equations.formulation import Formulation, components, time, turned_phi
+from heavytop.equations.formulation import Formulation, components, time
 
 e_x, e_y, e_z, l_x, l_y, deviation = sp.symbols("e_x e_y e_z l_x l_y deviation", real=True)
 g, l_z, n, kappa = sp.symbols("g l_z n kappa", real=True)
 P_plus, P_minus, omega3, frame_rate = sp.symbols("P_plus P_minus omega3 frame_rate", real=True)
-phi_0, psi_0 = sp.symbols("phi_0 psi_0", real=True)
+phi_0, psi_0, turned_phi = sp.symbols("phi_0 psi_0 turned_phi", real=True)
 
 e = sp.Matrix([e_x, e_y, e_z])
 ell = sp.Matrix([l_x, l_y, l_z])
@@ -41,14 +41,15 @@ _precession = l_z * _horizontal - e_z * _along  # phidot sin^2(theta); l_z - n e
 
 
 @cache
-def axis_form(psi: str | None = None) -> Formulation:
-    """Return the axis formulation, with psi carried by ``"sigma"``, ``"delta"`` or not at all."""
+def axis_form(variant: str | None = None) -> Formulation:
+    """Return the axis formulation: ``"phi"`` adds phi, ``"sigma"`` and ``"delta"`` psi as well."""
+    if variant is not None:
+        return _with_angles(axis_form(), variant)
     axis = sp.Matrix(lag.axis())
     momentum = axis.cross(axis.applyfunc(lag.time_derivative)) + lag.momenta()[2] / lag.A * axis
     torque = -g * e.cross(sp.Matrix([0, 0, 1]))  # of V = gMR e_z, divided by A
-    form = Formulation(
+    return Formulation(
         name="axis",
-        summary="the axis and the angular momentum in space; sees no spin and no pole",
         states=(e_x, e_y, e_z, l_x, l_y),
         derivatives=(*ell.cross(e), *torque[:2]),
         start=(*axis, *(lag.normal_form(momentum[i]) for i in range(2))),
@@ -62,19 +63,31 @@ def axis_form(psi: str | None = None) -> Formulation:
         },
         spin=ell.dot(e),
     )
-    return form if psi is None else _with_psi(form, psi)
 
 
-def _with_psi(form: Formulation, psi: str) -> Formulation:
-    side, momentum = (1, P_plus) if psi == "sigma" else (-1, P_minus)
-    uniform = psi_0 + (kappa + side * frame_rate) * time
+def _with_angles(form: Formulation, variant: str) -> Formulation:
+    """Add phi, whose turns are counted, and by a quadrature psi, which is known beside it."""
+    outputs = {**form.outputs, "phi": turned_phi}
+    phi_mod = outputs.pop("phi_mod")
+    if variant != "phi":
+        side, momentum = (1, P_plus) if variant == "sigma" else (-1, P_minus)
+        form = replace(
+            form,
+            states=(*form.states, deviation),
+            derivatives=(*form.derivatives, momentum / (1 + side * e_z) - frame_rate),
+            start=(*form.start, sp.Integer(0)),
+            given=(frame_rate,),
+        )
+        uniform = psi_0 + (kappa + side * frame_rate) * time
+        outputs["psi"] = psi = uniform + side * (deviation - turned_phi + phi_0)
+        form = replace(form, outputs={**form.outputs, "psi_mod": psi.subs(turned_phi, phi_mod)})
     return replace(
         form,
-        states=(*form.states, deviation),
-        derivatives=(*form.derivatives, momentum / (1 + side * e_z) - frame_rate),
-        start=(*form.start, sp.Integer(0)),
-        given=(frame_rate,),
-        outputs={**form.outputs, "psi": uniform + side * (deviation - turned_phi + phi_0)},
+        states=(*form.states, turned_phi),
+        derivatives=(*form.derivatives, form.outputs["phidot"]),
+        start=(*form.start, lag.phi),
+        outputs=outputs,
+        integrated=form,
     )
 
 

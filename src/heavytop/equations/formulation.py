@@ -16,7 +16,6 @@ import sympy as sp
 from numpy.typing import NDArray
 
 time = sp.Symbol("t", real=True)
-turned_phi = sp.Symbol("turned_phi", real=True)
 spin = sp.symbols("spin_cos spin_sin", real=True)  # of kappa t / 2, to their own digits
 
 _RATES = "thetadot phidot psidot wdot l_x l_y l_z n kappa omega3 P P_plus P_minus p_psi p_minus"
@@ -44,8 +43,6 @@ class Formulation:
     ----------
     name : str
         The name users hold (``axis``, ``lagrange``).
-    summary : str
-        One line of words.
     states, derivatives : tuple of sympy expressions, equal length
         The states and their time derivatives, functions of states and parameters alone.
     start : tuple of sympy expressions
@@ -53,10 +50,8 @@ class Formulation:
     parameters : mapping from symbol to expression
         Constants of a run, functions of A, C, gMR and the start.
     outputs : mapping from str to expression
-        Physical quantities as functions of states, parameters and the time t. Where phi is not
-        among the states, ``phi_mod`` is its value modulo 2 pi and the winding is counted
-        elsewhere; the symbol `turned_phi` then stands for phi counted from the start. The
-        symbols `spin` stand for cosine and sine of half the uniform rotation kappa t.
+        Physical quantities as functions of states, parameters and the time t. The symbols `spin`
+        stand for cosine and sine of half the uniform rotation kappa t.
     events : mapping from str to expression
         Functions whose zeros are the events: ``turning`` has the sign of thetadot, ``reversal``
         that of phidot.
@@ -68,12 +63,11 @@ class Formulation:
     given : tuple of symbols
         Parameters that are free: the motion is the same for any value (a frame's rate).
     integrated : Formulation, optional
-        This one without its last two states, where these are angles that the others give modulo
+        This one without its last states, phi or phi and psi, where the others give them modulo
         2 pi: they are not integrated, but read off, and their turns counted.
     """
 
     name: str
-    summary: str
     states: tuple[Any, ...]
     derivatives: tuple[Any, ...]
     start: tuple[Any, ...]
@@ -120,6 +114,10 @@ def components(name: str, vector: Iterable[Any]) -> dict[str, Any]:
     return {f"{name}_{x}": component for x, component in zip("xyz", vector, strict=True)}
 
 
+_TILT = frozenset({"class", "period", "theta", "rates"})
+_ALL = _TILT | {"axis", "phi", "psi", "attitude"}
+
+
 @dataclass(frozen=True, slots=True)
 class FormulationEntry:
     """A formulation's line in the table, which can be read without deriving any of them.
@@ -138,8 +136,8 @@ class FormulationEntry:
 
     builder: str
     variants: tuple[str | None, ...]
-    gives: frozenset[str]
-    starts_at_pole: bool
+    gives: frozenset[str] = _ALL
+    starts_at_pole: bool = True
 
     def build(self, variant: str | None = None) -> Formulation:
         """Return the formulation, derived once."""
@@ -148,24 +146,13 @@ class FormulationEntry:
         return found
 
 
-_TILT = frozenset({"class", "period", "theta", "rates"})
-_ALL = _TILT | {"axis", "phi", "psi", "attitude"}
+_ANGLES = (None, "angles")
 
 FORMULATIONS: Mapping[str, FormulationEntry] = {
-    "cubic": FormulationEntry(
-        "reduced_cubic.cubic_form", ("top", "bottom"), _TILT, starts_at_pole=True
-    ),
-    "routh": FormulationEntry(
-        "euler_angles.routh_form", (None, "angles"), _ALL, starts_at_pole=False
-    ),
-    "subsystem": FormulationEntry(
-        "euler_angles.subsystem_form", (None, "angles"), _ALL, starts_at_pole=False
-    ),
-    "axis": FormulationEntry(
-        "euler_poisson.axis_form", (None, "sigma", "delta"), _ALL, starts_at_pole=True
-    ),
-    "attitude": FormulationEntry(
-        "quaternion.attitude_form", (None, "angles"), _ALL, starts_at_pole=True
-    ),
-    "lagrange": FormulationEntry("euler_angles.lagrange_form", (None,), _ALL, starts_at_pole=False),
+    "cubic": FormulationEntry("reduced_cubic.cubic_form", ("top", "bottom"), _TILT),
+    "routh": FormulationEntry("euler_angles.routh_form", _ANGLES, starts_at_pole=False),
+    "subsystem": FormulationEntry("euler_angles.subsystem_form", _ANGLES, starts_at_pole=False),
+    "axis": FormulationEntry("euler_poisson.axis_form", (None, "phi", "sigma", "delta")),
+    "attitude": FormulationEntry("quaternion.attitude_form", _ANGLES),
+    "lagrange": FormulationEntry("euler_angles.lagrange_form", (None,), starts_at_pole=False),
 }

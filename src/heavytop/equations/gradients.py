@@ -9,7 +9,7 @@ from typing import Any
 
 import sympy as sp
 
-from heavytop.equations.formulation import Formulation, spin, time, turned_phi
+from heavytop.equations.formulation import Formulation, spin, time
 from heavytop.equations.lambdify import Functions, lambdified
 
 theta, phidot, psidot, omega3, kappa = sp.symbols("theta phidot psidot omega3 kappa", real=True)
@@ -132,8 +132,7 @@ def _angles(formulation: Formulation) -> tuple[Any, Any]:
     """Return phi and psi, of the attitude form smooth where it moves through a pole."""
     outputs = formulation.outputs
     if "quaternion_0" not in outputs:
-        phi = outputs.get("phi", outputs.get("phi_mod"))
-        return phi, outputs["psi"].subs(turned_phi, phi)
+        return tuple(outputs[x] if x in outputs else outputs[f"{x}_mod"] for x in ("phi", "psi"))
     half = kappa * time / 2
     turns = dict(zip(spin, (sp.cos(half), sp.sin(half)), strict=True))
     w, x, y, z = (outputs[f"quaternion_{i}"].subs(turns) for i in range(4))

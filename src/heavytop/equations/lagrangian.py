@@ -58,8 +58,8 @@ def rotation() -> Any:
 @cache
 def angular_velocity() -> Any:
     """Return the body components of the angular velocity, from the antisymmetric R^T dR/dt."""
-    turning = rotation().T * rotation().applyfunc(time_derivative)
-    entries = (turning[2, 1], turning[0, 2], turning[1, 0])
+    R, rate = rotation(), rotation().applyfunc(time_derivative)
+    entries = (R.col(i).dot(rate.col(j)) for i, j in ((2, 1), (0, 2), (1, 0)))
     return sp.ImmutableMatrix([normal_form(entry) for entry in entries])
 
 

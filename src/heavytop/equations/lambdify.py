@@ -20,6 +20,7 @@ from sympy.printing.pycode import PythonCodePrinter
 from heavytop import numbers as exact
 from heavytop.errors import UntranslatableExpression
 from heavytop.numbers import Exact
+from heavytop.numbers.decimals import Context
 from heavytop.numbers.intervals import working
 
 Functions = Mapping[str, Callable[..., Any]]
@@ -158,6 +159,11 @@ def exact_values(expressions: Sequence[Any], named: Mapping[str, Exact]) -> list
     0.25
     """
     return evaluated(expressions, named, Exact.of, {"sin": exact.sin, "cos": exact.cos})
+
+
+def exact_texts(expressions: Sequence[Any], named: Mapping[str, Exact], ctx: Context) -> list[str]:
+    """Return the exact values of expressions, each rounded once to a text of `ctx`'s digits."""
+    return [ctx.nstr(x.mpf(ctx), ctx.dps) for x in exact_values(expressions, named)]
 
 
 class Rounded:

@@ -42,7 +42,6 @@ def attitude_form(variant: str | None = None) -> Formulation:
     return replace(
         seen,
         name="attitude",
-        summary="the attitude, freed from the spin, and the angular momentum in space",
         states=(*q, l_x, l_y),
         derivatives=(*product(half, q), *map(_of_quaternion, seen.derivatives[3:])),
         start=(*start_attitude(), *seen.start[3:]),
@@ -91,7 +90,7 @@ def _axis() -> dict[Any, Any]:
 
 def _of_quaternion(expression: Any) -> Any:
     """Write what the axis form says of e as a function of q."""
-    return expression.subs(_axis())
+    return expression.xreplace(_axis())
 
 
 def _outputs(seen: Formulation) -> dict[str, Any]:

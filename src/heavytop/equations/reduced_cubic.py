@@ -34,7 +34,6 @@ def cubic_form(variant: str | None = None) -> Formulation:
     wdot_squared = 2 * sp.integrate(k_0 + k_1 * w + k_2 * w**2, w) - P**2
     return Formulation(
         name="cubic",
-        summary="cos(theta) in the potential of a cubic; gives theta and the rates",
         states=(w, wdot),
         derivatives=(wdot, k_0 + w * (k_1 + k_2 * w)),
         start=(1 - side * sp.cos(lag.theta), side * sp.sin(lag.theta) * lag.thetadot),

@@ -12,8 +12,7 @@ import os
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from enum import IntEnum
-from functools import cache
-from threading import Event, Lock, get_ident
+from threading import Event, Lock
 from typing import Any, NamedTuple
 
 import heyoka as hy
@@ -22,7 +21,7 @@ from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.integration.bits import DOUBLE
-from heavytop.integration.compiled import Array, System, in_units, paces_of
+from heavytop.integration.compiled import Array, System, in_units, paces_of, per_thread
 
 Indices = NDArray[np.int64]
 TOLERANCE = 2.0**-52
@@ -140,7 +139,7 @@ class Journey:
 
     def _advance(self, tops: Indices) -> None:
         """Integrate tops in full batches; those of a batch that was stopped go one by one."""
-        engine = _engine(self.form, self.events, get_ident())
+        engine = _engine(self.form, self.events)
         width = engine.taylor.batch_size
         spare = np.repeat(tops[-1:], -tops.size % width)  # copies of the last fill up its batch
         lanes = np.append(tops, spare).reshape(-1, width)
@@ -203,8 +202,8 @@ class _Engine(NamedTuple):
     found: list[tuple[int, int, float, bytes]]  # zeros: event, lane, time, state
 
 
-@cache
-def _engine(form: Formulation, events: tuple[str, ...], _thread: int) -> _Engine:
+@per_thread
+def _engine(form: Formulation, events: tuple[str, ...]) -> _Engine:
     """What a thread integrates with."""
     with _BUILDING:
         system, width = System.of(form, DOUBLE, events), hy.recommended_simd_size()

@@ -26,7 +26,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache
 from threading import get_ident
-from typing import Any, Self
+from typing import Any, NamedTuple, Self, TypeVar
 
 import heyoka as hy
 import numpy as np
@@ -37,6 +37,7 @@ from heavytop.equations.lambdify import evaluated
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE
 from heavytop.numbers.double_double import DoubleDouble, add
 
+T = TypeVar("T")
 Array = NDArray[np.float64]  # or of numbers of other bits
 
 MOST_CACHED = 256 * 2**20  # bytes of compiled code that heyoka keeps on disk: some hundred programs
@@ -52,6 +53,12 @@ hy.set_logger_level_critical()  # heyoka logs to stdout, which belongs to the re
 with suppress(RuntimeError):  # its folder cannot be made: heyoka works without
     if hy.llvm_state.get_diskcache_limit() == _HEYOKAS_OWN:
         hy.llvm_state.set_diskcache_limit(MOST_CACHED)
+
+
+def per_thread(build: Callable[..., T]) -> Callable[..., T]:
+    """Return a function that builds each thing once for each thread: it serves one at a time."""
+    built = cache(lambda _thread, *given: build(*given))
+    return lambda *given: built(get_ident(), *given)
 
 
 def number_type(bits: int) -> dict[str, Any]:
@@ -130,49 +137,27 @@ class System:
             translated(watched, names, bits),
         )
 
-    @classmethod
-    def of_attitude(cls, bits: int) -> Self:
-        """Return that of the attitude form, written out: deriving it takes a tenth of a second.
 
-        dq/dt = l q / 2 and dl/dt = g (-e_y, e_x, 0), with e = q z q*.
-        """
-        states = hy.make_vars("q_0", "q_1", "q_2", "q_3", "l_x", "l_y")
-        q_0, q_1, q_2, q_3, l_x, l_y = states
-        g, l_z = hy.par[0], hy.par[1]
-        half, two = (hy.expression(hy.real(text, bits)) for text in ("0.5", "2"))
-        x, y, z = half * l_x, half * l_y, half * l_z
-        derivatives = (
-            -(x * q_1) - y * q_2 - z * q_3,
-            x * q_0 + y * q_3 - z * q_2,
-            y * q_0 + z * q_1 - x * q_3,
-            x * q_2 + z * q_0 - y * q_1,
-            -(g * (two * q_2 * q_3 - two * q_0 * q_1)),
-            g * (two * q_0 * q_2 + two * q_1 * q_3),
-        )
-        return cls(list(zip(states, derivatives, strict=True)), ("g", "l_z"))
-
-
-@dataclass(frozen=True, slots=True)
-class Hits:
-    """Zeros of one event function: times since the block's start and full states there.
-
-    The times [s] are high and low words: a block's start may itself be a sum.
-    """
+class Seen(NamedTuple):
+    """States at given times: times [s] as high and low words, states (k, n)."""
 
     t: Array
     t_low: Array
     states: Array
 
     @classmethod
-    def join(cls, parts: Sequence[Hits]) -> Hits:
+    def join(cls, parts: Iterable[Seen]) -> Seen:
         """Return the parts one after the other."""
-        columns = (np.concatenate([getattr(p, name) for p in parts]) for name in cls.__slots__)
-        return cls(*columns)
+        return cls(*map(np.concatenate, zip(*parts, strict=True)))
 
-    def after(self, begun: DoubleDouble) -> Hits:
-        """Return them with times since what was so long before the block's start [s]."""
+    def where(self, index: Any) -> Seen:
+        """Return those for which a mask holds, or those of given places."""
+        return Seen(*(column[index] for column in self))
+
+    def after(self, begun: DoubleDouble) -> Seen:
+        """Return them with times since what was so long before [s]."""
         high, low = (np.full(self.t.size, word) for word in begun)
-        return Hits(*add((high, low), (self.t, self.t_low)), self.states)
+        return Seen(*add((high, low), (self.t, self.t_low)), self.states)
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,7 +174,8 @@ class Block:
         Steps taken.
     rows : ndarray, shape (k, n)
         States at those of the sample times that the block reached.
-    hits : tuple of Hits, one per event function
+    hits : tuple of Seen, one per event function
+        Its zeros, with times since the block's start.
     singular : bool
         Whether the next step would have left the finite numbers.
     """
@@ -198,11 +184,10 @@ class Block:
     elapsed: DoubleDouble
     steps: int
     rows: Array
-    hits: tuple[Hits, ...] = ()
+    hits: tuple[Seen, ...] = ()
     singular: bool = False
 
 
-@dataclass(eq=False)
 class Compiled:
     """A compiled formulation; parameters are loaded, never compiled in.
 
@@ -217,33 +202,24 @@ class Compiled:
         sums, as heyoka's documentation advises for Brouwer's law.
     """
 
-    formulation: Formulation
-    events: tuple[str, ...]
-    tolerance: float
-    compile_s: float = field(init=False)
-    order: int = field(init=False)
-    nothing: Array = field(init=False, repr=False)  # no rows of states
-    _taylor: Any = field(init=False, repr=False)
-    _own: Array = field(init=False, repr=False)  # heyoka's state: looking it up takes time
-    _loaded: tuple[str, ...] = field(init=False)
-    _zeros: list[tuple[int, float, bytes]] = field(init=False)  # event function, time, state
-
-    def __post_init__(self) -> None:
+    def __init__(self, formulation: Formulation, events: tuple[str, ...], tolerance: float) -> None:
         began = time.perf_counter()
-        system = System.of(self.formulation, DOUBLE, self.events)
-        self._loaded, self._zeros = system.loaded, []
+        self.formulation, self.events, self.tolerance = formulation, events, tolerance
+        system = System.of(formulation, DOUBLE, events)
+        self._loaded = system.loaded
+        self._zeros: list[tuple[int, float, bytes]] = []  # event function, time, state
         self._taylor = hy.taylor_adaptive(
             system.equations,
             [0.0] * len(system.equations),
             pars=[0.0] * len(system.loaded),
-            tol=self.tolerance,
-            high_accuracy=self.tolerance < np.finfo(float).eps,
+            tol=tolerance,
+            high_accuracy=tolerance < np.finfo(float).eps,
             nt_events=[
                 hy.nt_event(zero, _recorder(self._zeros, i)) for i, zero in enumerate(system.zeros)
             ],
         )
-        self._own = self._taylor.state
-        self.nothing = np.empty((0, self._own.size))
+        self._own: Array = self._taylor.state  # looking it up takes time
+        self.nothing: Array = np.empty((0, self._own.size))  # no rows of states
         self.order = int(self._taylor.order)
         self.compile_s = time.perf_counter() - began
 
@@ -341,14 +317,14 @@ class Compiled:
         result = self._taylor.propagate_grid(grid, **bound)
         return result[0], result[3], result[5][1 : 1 + samples.size]
 
-    def _hits(self) -> tuple[Hits, ...]:
+    def _hits(self) -> tuple[Seen, ...]:
         return tuple([self._hits_of(event) for event in range(len(self.events))])
 
-    def _hits_of(self, event: int) -> Hits:
+    def _hits_of(self, event: int) -> Seen:
         found = [zero for zero in self._zeros if zero[0] == event]
         t = np.array([t for _, t, _ in found], dtype=float)
         states = np.frombuffer(b"".join([state for _, _, state in found]))
-        return Hits(t, np.zeros_like(t), states.reshape(-1, self._own.size))
+        return Seen(t, np.zeros_like(t), states.reshape(-1, self._own.size))
 
     def _without_echo(self, state: Array, bound: float) -> float:
         """Return the size of a bound, halved until the first step loses no zero to its start [s].
@@ -377,16 +353,7 @@ def _recorder(found: list[tuple[int, float, bytes]], event: int) -> Callable[...
     return record
 
 
-def compiled(formulation: Formulation, events: tuple[str, ...], tolerance: float) -> Compiled:
-    """Return a formulation compiled, once per thread and process."""
-    return _compiled(formulation, events, tolerance, get_ident())
-
-
-@cache
-def _compiled(
-    formulation: Formulation, events: tuple[str, ...], tolerance: float, _thread: int
-) -> Compiled:
-    return Compiled(formulation, events, tolerance)
+compiled = per_thread(Compiled)
 
 
 # --- the unit of time of a motion ----------------------------------------------------------------
@@ -439,7 +406,7 @@ class VariedRun:
     @property
     def parameters(self) -> tuple[str, ...]:
         """The parameters that stand in the equations, by which they are varied."""
-        return _varied(self.formulation, self.bits, get_ident())[1]
+        return _varied(self.formulation, self.bits)[1]
 
     def __call__(self, times: Iterable[str | float], most_steps: int = 0) -> Array:
         """The run at k times since its start [s], of either sign, in any order.
@@ -449,7 +416,7 @@ class VariedRun:
         them the equations become singular, or more steps were needed, each way; 0 is no limit.
         """
         form, bits, n = self.formulation, self.bits, self.state.size
-        taylor, parameters, loaded = _varied(form, bits, get_ident())
+        taylor, parameters, loaded = _varied(form, bits)
         moments, (zero, nan) = rounded(times, bits), rounded([0.0, np.nan], bits)
         unit = rounded(np.eye(n, n + len(parameters)).ravel(), bits)
         rows = np.full((moments.size, n + unit.size), nan)
@@ -477,8 +444,8 @@ def rounded(numbers: Iterable[str | float], bits: int) -> Array:
     return np.array([number(x, bits) for x in numbers], dtype=_HARDWARE.get(bits, hy.real))
 
 
-@cache
-def _varied(form: Formulation, bits: int, _thread: int) -> tuple[Any, tuple[str, ...], list[str]]:
+@per_thread
+def _varied(form: Formulation, bits: int) -> tuple[Any, tuple[str, ...], list[str]]:
     """The integrator of a thread, the parameters that it varies by, and all constants it loads.
 
     Its tolerance is the last place of its numbers, relative to the largest of states and

@@ -36,8 +36,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.alone import Alone
-from heavytop.integration.compiled import System
-from heavytop.integration.high_precision import Precise, Unfinished
+from heavytop.equations.formulation import FORMULATIONS
+from heavytop.integration.high_precision import PreciseIntegrator, Unfinished
 from heavytop.integration.turns import AttitudeTurns, Pair, Real, arm_rates
 
 Array = NDArray[np.float64]
@@ -105,14 +105,14 @@ class Swing:
     steps: tuple[SwingStep, ...]
 
 
-class HalfNutation(Precise):
+class HalfNutation(PreciseIntegrator):
     """Half a nutation, integrated in numbers of so many bits.
 
     Parameters
     ----------
     bits : int
     constants : mapping from str to str
-        g, l_z, n, P_plus and P_minus as decimal texts.
+        Those of the attitude form, as decimal texts.
     state : sequence of str
         The start with phi = psi = 0, where alpha and beta are real, as decimal texts.
 
@@ -138,7 +138,8 @@ class HalfNutation(Precise):
     """
 
     def __init__(self, bits: int, constants: Mapping[str, str], state: Sequence[str]) -> None:
-        super().__init__(System.of_attitude(bits), bits, constants, quick=bits <= QUICK)
+        super().__init__(FORMULATIONS["attitude"].build(), bits, constants, quick=bits <= QUICK)
+        self._asked = bits, constants, state
         began = time.perf_counter()
         self._alone, self._none = Alone(), self.number("0")
         start = tuple(map(self.number, state))

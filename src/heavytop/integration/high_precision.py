@@ -25,10 +25,12 @@ from heavytop.equations.lambdify import NUMPY, lambdified
 from heavytop.integration.bits import LONG_DOUBLE
 from heavytop.integration.compiled import System, in_units, number, number_type, paces_of
 from heavytop.integration.outputs import Sample, sample
-from heavytop.integration.turns import GRAIN_BITS, NOT_TOLD, More, Told, Turns, distinct
+from heavytop.integration.turns import GRAIN_BITS, More, Turns, distinct
 
 HEAVY = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000
 Row = Sequence[Any]
+Told = tuple[float, ...]
+Wanted = tuple[Any, str | None]  # a time, and perhaps an event
 
 DONE = frozenset(
     getattr(hy.taylor_outcome, name) for name in ("success", "time_limit", "step_limit")
@@ -58,14 +60,6 @@ class Unfinished(ArithmeticError):
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
-    """A state that is wanted: at a time [s], or at the zero of an event function close to it."""
-
-    t: Any  # a text, or a wide number
-    event: str | None = None
-
-
-@dataclass(frozen=True, slots=True)
 class Mark:
     """A state of a run, enough to go on from.
 
@@ -77,71 +71,58 @@ class Mark:
     steps : int
         Natural steps taken before.
     turned : tuple of float
-        phi and psi, followed from the start to double precision [rad]; nan where they are not,
-        and psi less its uniform part.
+        The angles that are counted, to double precision [rad].
     """
 
     t: Any
     state: tuple[Any, ...]
     steps: int = 0
-    turned: Told = NOT_TOLD
+    turned: Told = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Walk:
-    """What a run of natural steps left behind.
-
-    Attributes
-    ----------
-    found : tuple of (Mark or None)
-        What was wanted, in that order; None for an event that is none at this precision.
-    marks : tuple of Mark
-        The states kept on the way, the first one included.
-    steps : int
-        Natural steps taken.
-    """
-
-    found: tuple[Mark | None, ...]
-    marks: tuple[Mark, ...]
-    steps: int
-
-
-class Precise:
-    """Equations compiled for numbers of so many bits.
+class PreciseIntegrator:
+    """A formulation compiled for numbers of so many bits.
 
     Parameters
     ----------
-    system : System
-        With constants of as many bits.
+    formulation : Formulation
     bits : int
         Of the significand; `LONG_DOUBLE` means the machine's own.
     parameters : mapping from str to str
         Constants of the run, by symbol name, as decimal texts.
+    events : sequence of str
+        Names of the event functions whose zeros may be wanted.
+    start : sequence of str
+        The states at the start of the run, as decimal texts, in whose unit of time steps are taken;
+        in seconds without them.
     quick : bool
         Whether compiling is to be quick rather than the steps, which are the same bit for bit.
-    pace : float
-        In whose unit of time steps are taken [1/s].
     """
 
     def __init__(
         self,
-        system: System,
+        formulation: Formulation,
         bits: int,
         parameters: Mapping[str, str],
+        events: Sequence[str] = (),
+        start: Sequence[str] = (),
         *,
         quick: bool = False,
-        pace: float = 1.0,
     ) -> None:
         began = time.perf_counter()
-        self.bits, self.hardware = bits, bits == LONG_DOUBLE
+        self._asked: tuple[Any, ...] = formulation, bits, dict(parameters), events, start
+        self.formulation, self.bits, self.hardware = formulation, bits, bits == LONG_DOUBLE
         self._constants = {name: self.number(text) for name, text in parameters.items()}
-        self._events: dict[str, Callable[..., Any]] = {}
+        self._events = {name: self._event(name) for name in events}
         self.turns: Turns | None = None  # tells phi and psi along the way
-        self._pace = pace
-        self._units = [self._pace ** power_of_rate(str(state)) for state, _ in system.equations]
-        self._taylor = self._compiled(system, 0 if quick else 3)
+        self._pace = _pace(formulation, parameters, start)
+        self._units = [self._pace ** power_of_rate(state.name) for state in formulation.states]
+        self._taylor = self._compiled(0 if quick else 3)
         self.order = int(self._taylor.order)
         self.compile_s = time.perf_counter() - began
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), self._asked, {"turns": self.turns}  # compiled anew
 
     def number(self, x: str | float) -> Any:
         """Return the number of so many bits that is nearest to a decimal text, or to a double."""
@@ -176,20 +157,28 @@ class Precise:
         far: float,
         longest: float | None = None,
         on_mark: Callable[[float], None] | None = None,
-    ) -> Walk:
+    ) -> tuple[tuple[Mark | None, ...], tuple[Mark, ...]]:
         """Take natural steps from a mark until everything wanted is found.
 
         Parameters
         ----------
         mark : Mark
-        wanted : sequence of Wanted
-            In any order, none of them before the mark.
+        wanted : sequence of (time, str or None)
+            Times [s], as texts or wide numbers, in any order, none of them before the mark; with
+            the name of an event function, the zero of that close to the time.
         far : float
             A time longer than any step of interest, with the sign of the direction [s].
         longest : float, optional
             The longest of the first steps [s].
         on_mark : callable, optional
-            Called with the time reached [s], at every mark.
+            Called with the time reached [s], at every mark but the last.
+
+        Returns
+        -------
+        tuple of (Mark or None)
+            What was wanted, in that order; None for an event that is none at this precision.
+        tuple of Mark
+            States kept on the way, the first one and the last included.
 
         Raises
         ------
@@ -198,20 +187,18 @@ class Precise:
         Unfinished
             The equations are singular where the motion went.
         """
-        times = [self.wide(each.t) for each in wanted]
+        times = [self.wide(t) for t, _ in wanted]
         if any((t - mark.t) * math.copysign(1.0, far) < 0 for t in times):
             raise ValueError("a time before the mark from which the steps go on")
         order = sorted(range(len(wanted)), key=lambda i: abs(times[i] - mark.t))
-        waiting = deque((i, times[i], wanted[i].event) for i in order)
+        waiting = deque((i, times[i], wanted[i][1]) for i in order)
         found: list[Mark | None] = [None] * len(wanted)
-        marks, reached = [mark], mark
+        marks = [mark]
         while waiting:
-            reached = self._stride(reached, waiting, found, far, longest)
-            if waiting:
-                marks.append(reached)
-                if on_mark is not None:
-                    on_mark(float(reached.t))
-        return Walk(tuple(found), tuple(marks), reached.steps - mark.steps)
+            marks.append(self._stride(marks[-1], waiting, found, far, longest))
+            if waiting and on_mark is not None:
+                on_mark(float(marks[-1].t))
+        return tuple(found), tuple(marks)
 
     def onward(self, mark: Mark, far: float, longest: float | None = None) -> Mark:
         """Return the next mark, a fixed number of natural steps later; arguments as in `walk`.
@@ -223,7 +210,8 @@ class Precise:
         """
         return self._stride(mark, deque([(0, mark.t + self.wide(far), None)]), [None], far, longest)
 
-    def _compiled(self, system: System, opt_level: int) -> Any:
+    def _compiled(self, opt_level: int) -> Any:
+        system = System.of(self.formulation, self.bits)
         # without compact mode compiling takes minutes
         kind = {**number_type(self.bits), "compact_mode": not self.hardware}
         constants = in_units(self._pace, self._constants)
@@ -325,40 +313,6 @@ class Precise:
                 return since
         return None
 
-
-class PreciseIntegrator(Precise):
-    """A formulation compiled for numbers of so many bits.
-
-    Parameters
-    ----------
-    formulation : Formulation
-    bits, parameters
-        As for `Precise`.
-    events : sequence of str
-        Names of the event functions whose zeros may be wanted.
-    start : sequence of str
-        The states at the start of the run, as decimal texts: they tell its pace.
-    """
-
-    def __init__(
-        self,
-        formulation: Formulation,
-        bits: int,
-        parameters: Mapping[str, str],
-        events: Sequence[str] = (),
-        start: Sequence[str] = (),
-    ) -> None:
-        began = time.perf_counter()
-        self._asked = formulation, bits, dict(parameters), tuple(events), tuple(start)
-        self.formulation = formulation
-        pace = _pace(formulation, parameters, start)
-        super().__init__(System.of(formulation, bits), bits, parameters, pace=pace)
-        self._events |= {name: self._event(name) for name in events}
-        self.compile_s = time.perf_counter() - began
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return PreciseIntegrator, self._asked, {"turns": self.turns}  # compiled anew
-
     def sample(self, form: Formulation, found: Sequence[Mark], bits: int) -> Sample:
         """Return the motion at states of a run, in reals of more bits than it has itself.
 
@@ -368,14 +322,11 @@ class PreciseIntegrator(Precise):
         t = np.array([hy.real(one.t, bits) for one in found], dtype=hy.real)
         rows = [[hy.real(x, bits) for x in one.state] for one in found]
         states = np.array(rows, dtype=hy.real).reshape(len(found), width)
-        phi = np.full(len(found), np.nan)
         if self.turns is not None:
-            told = np.array([one.turned for one in found]).reshape(-1, 2)
+            told = np.array([one.turned for one in found]).reshape(-1, len(form.states) - width)
             grain = hy.real(2, bits) ** (GRAIN_BITS - self.bits)
-            phi, *psi = self.turns.read(states, told, known, grain)
-            if psi:
-                states = np.column_stack((states, phi, *psi))
-        return sample(form, states, known, t, phi)
+            states = np.column_stack((states, *self.turns.read(states, told, known, grain)))
+        return sample(form, states, known, t)
 
     def _event(self, event: str) -> Callable[..., Any]:
         """Return an event function and its time derivative, as a function of the states."""
@@ -436,10 +387,8 @@ class Trail:
         rows = np.array(self._rows)[where]
         angles = self.turns.followed(forward * unique, rows, self.last, more)
         for key, t in self._seen:
-            phi, psi = angles[np.searchsorted(unique, forward * t)].tolist()
-            self.told[key] = (phi, psi)
-        phi, psi = angles[-1].tolist()
-        self.last, self._seen = (phi, psi), []
+            self.told[key] = tuple(angles[np.searchsorted(unique, forward * t)].tolist())
+        self.last, self._seen = tuple(angles[-1].tolist()), []
         self._t, self._rows = [forward * float(unique[-1])], [rows[-1].tolist()]
 
     def _add(self, t: float, row: Row) -> None:

@@ -18,16 +18,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass, replace
-from typing import Any, Self
 
 import numpy as np
 
 from heavytop.equations.formulation import Formulation
 from heavytop.errors import Outcome
-from heavytop.integration.compiled import Array, Block, Compiled, Hits, in_units, paces_of
+from heavytop.integration.compiled import Array, Block, Compiled, Seen, in_units, paces_of
 from heavytop.integration.projection import Projected, Projection
-from heavytop.integration.turns import AttitudeTurns, AxisTurns, Turns, distinct
+from heavytop.integration.turns import distinct, turns_of
 from heavytop.numbers.double_double import DoubleDouble, add
 
 FIRST_BLOCK = 256  # steps; each block is four times as long as the last, up to the longest
@@ -46,15 +46,13 @@ class Checkpoint:
     time : tuple of float
         Time as a double-double [s].
     state : ndarray, shape (n,)
-    phi : float
-        Continuous phi [rad]; nan where it is not followed.
+        With the angles that are counted.
     steps : int
         Natural steps taken before.
     """
 
     time: DoubleDouble
     state: Array
-    phi: float
     steps: int
 
     @property
@@ -68,27 +66,6 @@ class Checkpoint:
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
-    """States at given times: times [s] as high and low words, rows (k, n), phi [rad] (k,)."""
-
-    t: Array
-    t_low: Array
-    rows: Array
-    phi: Array
-
-    def where(self, mask: Any) -> Seen:
-        """Return those for which a mask holds, or those of given places."""
-        return Seen(self.t[mask], self.t_low[mask], self.rows[mask], self.phi[mask])
-
-    @classmethod
-    def join(cls, parts: list[Seen]) -> Seen:
-        """Return the parts one after the other."""
-        return cls(
-            *(np.concatenate([getattr(p, f) for p in parts]) for f in ("t", "t_low", "rows", "phi"))
-        )
-
-
-@dataclass(frozen=True, slots=True)
 class Observed:
     """A block of steps, what was seen on the way at samples and at zeros of events, and its end."""
 
@@ -98,14 +75,13 @@ class Observed:
     end: Checkpoint
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class Integrator:
-    """What takes the steps of one run.
+    """What takes the steps of the run from a start, shape (n,), and counts angles.
 
     Attributes
     ----------
     formulation : Formulation
-        Where its last two states are angles that are followed, `compiled` is without them.
+        Where its last states are angles that are counted, `compiled` is without them.
     compiled : Compiled
     parameters : dict from str to float
         Constants of the run, by symbol name.
@@ -114,51 +90,39 @@ class Integrator:
     projection : Projection or None
         In that unit of time.
     turns : Turns or None
-        What counts those of phi, or of phi and psi.
+        What counts these angles.
     """
 
-    formulation: Formulation
-    compiled: Compiled
-    parameters: dict[str, float]
-    pace: float
-    projection: Projection | None
-    turns: Turns | None
-    _units: Array
-    _constants: dict[str, float]
-
-    @classmethod
-    def of(
-        cls,
+    def __init__(
+        self,
         formulation: Formulation,
         compiled: Compiled,
         parameters: dict[str, float],
         start: Array,
         *,
         projected: bool = False,
-        follows_phi: bool = False,
-    ) -> Self:
-        """Return what takes the steps of the run from a start, shape (n,), and follows angles."""
+    ) -> None:
         own = compiled.formulation
         state = start[: len(own.states)]
-        pace = float(paces_of(own, state, parameters))
-        units, constants = np.where(own.is_rate, pace, 1.0), in_units(pace, parameters)
-        projection = Projection.of(own, constants, state / units) if projected else None
-        turns: Turns | None = None
-        if follows_phi:
-            turns = AxisTurns.of(parameters, state)
-        elif formulation.integrated:
-            turns = AttitudeTurns.of(parameters, state)
-        return cls(formulation, compiled, parameters, pace, projection, turns, units, constants)
+        self.formulation, self.compiled, self.parameters = formulation, compiled, parameters
+        self.pace = float(paces_of(own, state, parameters))
+        self._units = np.where(own.is_rate, self.pace, 1.0)
+        self._constants = in_units(self.pace, parameters)
+        started = state / self._units
+        self.projection = Projection.of(own, self._constants, started) if projected else None
+        self.turns = turns_of(formulation, parameters, state)
 
     @property
     def compile_s(self) -> float:
         """Time spent in compiling [s]."""
         return self.compiled.compile_s
 
-    def for_this_thread(self) -> Self:
+    def for_this_thread(self) -> Integrator:
         """Return the one like this that belongs to the calling thread."""
-        projection = self.projection and self.projection.for_this_thread()
-        return replace(self, compiled=self.compiled.for_this_thread(), projection=projection)
+        found = copy(self)
+        found.compiled = self.compiled.for_this_thread()
+        found.projection = self.projection and self.projection.for_this_thread()
+        return found
 
     def cautious_step(self, start: Checkpoint, far: float) -> float | None:
         """Return a bound for the first steps of a run, as `Compiled` does [s]; later none."""
@@ -211,10 +175,7 @@ class Integrator:
         told = self._told(start, block, far, longest, [(t, rows), (end, block.state[None])])
 
         def seen(since: Array, rows: Array, t: Array, t_low: Array) -> Seen:
-            angles = told(since)
-            if self.formulation.integrated is None:
-                return Seen(t, t_low, rows, angles[:, 0])
-            return Seen(t, t_low, np.concatenate((rows, angles), axis=1), np.full(t.size, np.nan))
+            return Seen(t, t_low, np.concatenate((rows, told(since)), axis=1))
 
         last = seen(end, block.state[None], end, end)
         late = [h.after(start.time) for h in block.hits]
@@ -226,10 +187,7 @@ class Integrator:
                 seen(h.t, h.states, x.t, x.t_low) for h, x in zip(block.hits, late, strict=True)
             ),
             end=Checkpoint(
-                add(start.time, block.elapsed),
-                last.rows[0],
-                float(last.phi[0]),
-                start.steps + block.steps,
+                add(start.time, block.elapsed), last.states[0], start.steps + block.steps
             ),
         )
 
@@ -241,10 +199,10 @@ class Integrator:
         longest: float | None,
         seen: list[tuple[Array, Array]],
     ) -> Callable[[Array], Array]:
-        """Return the angles, shape (k, 2), as a function of the times at which a block was seen."""
+        """Return the angles, shape (k, c), as a function of the times at which a block was seen."""
         turns, own = self.turns, start.state[: self._units.size]
         if turns is None:
-            return lambda t: np.full((t.size, 2), np.nan)
+            return lambda t: np.empty((t.size, 0))
 
         def more(t: Array) -> Array:
             return self._taken(own, block.steps, far, t, longest).rows
@@ -253,7 +211,7 @@ class Integrator:
         seen = [*seen, *((h.t, h.states) for h in block.hits)]
         times, rows = (np.concatenate(column) for column in zip(*seen, strict=True))
         unique, where = distinct(forward * times)
-        first = tuple(start.state[own.size :].tolist()) or (start.phi, math.nan)
+        first = start.state[own.size :].tolist()
         angles = turns.followed(forward * unique, rows[where], first, more)
         return lambda t: angles[np.searchsorted(unique, forward * t)]
 
@@ -268,8 +226,6 @@ class Integrator:
         compiled, pace, units = self.compiled, self.pace, self._units
         compiled.load(self._constants)
         taking = Projected(compiled, self.projection) if self.projection else compiled
-        if pace == 1:
-            return taking.block(state, steps, far, samples, longest)
         done = taking.block(
             state / units,
             steps,
@@ -283,7 +239,7 @@ class Integrator:
             state=done.state * units,
             elapsed=(high / pace, low / pace),
             rows=done.rows * units,
-            hits=tuple(Hits(h.t / pace, h.t_low / pace, h.states * units) for h in done.hits),
+            hits=tuple(Seen(h.t / pace, h.t_low / pace, h.states * units) for h in done.hits),
         )
 
 
@@ -310,7 +266,7 @@ class Orbit:
     def at(self, t: Array) -> Seen:
         """Return the states at times between start and end, in any order, shape (k,)."""
         if t.size == 0:
-            return Seen(t, t, self.samples.rows[:0], t)
+            return Seen(t, t, self.samples.states[:0])
         engine, far = self.integrator.for_this_thread(), _far(self.checkpoints[0], self.end)
         forward = math.copysign(1.0, far)
         order = np.argsort(forward * t, kind="stable")
@@ -327,7 +283,7 @@ class Orbit:
 
 def not_begun(integrator: Integrator, start: Checkpoint) -> Orbit:
     """Return an orbit that is nothing yet but its start."""
-    nothing = Seen(NEVER, NEVER, np.empty((0, start.state.size)), NEVER)
+    nothing = Seen(NEVER, NEVER, np.empty((0, start.state.size)))
     hits, outcome = (nothing,) * len(integrator.compiled.events), Outcome.INTERRUPTED
     return Orbit(integrator, (start,), nothing, hits, start.time[0], start.steps, outcome)
 

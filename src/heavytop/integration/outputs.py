@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.equations.formulation import Formulation, spin, turned_phi
+from heavytop.equations.formulation import Formulation, spin
 from heavytop.equations.lambdify import lambdified
 from heavytop.integration.bits import DOUBLE
 from heavytop.numbers.double_double import two_product
@@ -78,7 +78,7 @@ def _function(form: Formulation, what: str, bits: int) -> Any:
     else:
         expressions = tuple(getattr(form, what).values())
     if what == "outputs":
-        arguments = (*arguments, turned_phi, *spin)
+        arguments = (*arguments, *spin)
     if bits == DOUBLE:
         return lambdified(expressions, arguments)
     from heyoka import real
@@ -87,21 +87,21 @@ def _function(form: Formulation, what: str, bits: int) -> Any:
 
 
 def _values(
-    form: Formulation, what: str, rows: Array, parameters: Parameters, t: Array, *followed: Array
+    form: Formulation, what: str, rows: Array, parameters: Parameters, t: Array, *spun: Array
 ) -> list[Array]:
     bits = getattr(next(iter(parameters.values())), "prec", DOUBLE)
     known = (parameters[p.name] for p in (*form.parameters, *form.given))
     with np.errstate(divide="ignore", invalid="ignore"):
-        values = _function(form, what, bits)(*rows.T, *known, t, *followed)
+        values = _function(form, what, bits)(*rows.T, *known, t, *spun)
     return [np.broadcast_to(value, t.shape) for value in values]
 
 
 @np.errstate(divide="ignore", invalid="ignore")  # nan, and 0/0 at a pole
-def sample(form: Formulation, rows: Array, parameters: Parameters, t: Array, phi: Array) -> Sample:
+def sample(form: Formulation, rows: Array, parameters: Parameters, t: Array) -> Sample:
     """Return the physical quantities at states of a formulation."""
-    values = _values(form, "outputs", rows, parameters, t, phi, *_spun(parameters, t))
+    values = _values(form, "outputs", rows, parameters, t, *_spun(parameters, t))
     unknown = np.full(t.shape, np.nan)
-    full = {"phi": phi, "psi": unknown} | dict(zip(form.outputs, values, strict=True))
+    full = dict.fromkeys(ANGLES, unknown) | dict(zip(form.outputs, values, strict=True))
     full |= _limits_at_poles(full, parameters)
     full |= _attitude(full)
     scalars = {name: full[name] for name in (*ANGLES, *RATES)}

@@ -26,8 +26,6 @@ import math
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
-from threading import get_ident
 from typing import Any
 
 import heyoka as hy
@@ -37,7 +35,7 @@ from numpy.typing import NDArray
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import invariants_of
 from heavytop.integration.bits import LONG_DOUBLE
-from heavytop.integration.compiled import Array, Block, Compiled, Hits, translated
+from heavytop.integration.compiled import Array, Block, Compiled, Seen, per_thread, translated
 from heavytop.numbers.double_double import DoubleDouble, add
 
 DOUBLE = float(np.finfo(float).eps)
@@ -80,7 +78,7 @@ class Projection:
 
     def __init__(self, formulation: Formulation, fixed: Any) -> None:
         width, count = len(formulation.states), len(formulation.invariants)
-        self.formulation, self._nearest = formulation, _nearest(formulation, get_ident())
+        self.formulation, self._nearest = formulation, _nearest(formulation)
         self.inside: Any = np.concatenate((np.zeros(width), fixed)).astype(np.longdouble)
         self.outside: Any = np.zeros(width + count, np.longdouble)
         self.fixed, self._given = self.inside[width:], self.inside[:width]
@@ -121,8 +119,8 @@ class Projection:
         return found
 
 
-@cache
-def _nearest(formulation: Formulation, _thread: int) -> Any:
+@per_thread
+def _nearest(formulation: Formulation) -> Any:
     """Compile x - J^+ (I(x) - target) and I(x), all of it in long double.
 
     What is fixed is handed over like the states: heyoka takes as long again for parameters.
@@ -212,7 +210,7 @@ class Projected:
             elapsed=begun,
             steps=taken,
             rows=np.concatenate([self.compiled.nothing, *(leg.rows for _, leg in legs)]),
-            hits=tuple(Hits.join(list(each)) for each in hits),
+            hits=tuple(map(Seen.join, hits)),
             singular=bool(legs) and legs[-1][1].singular,
         )
 

@@ -52,6 +52,7 @@ from typing import Any, Final, Self, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from heavytop.equations.formulation import Formulation
 from heavytop.integration.outputs import hypot
 
 Array = NDArray[np.float64]
@@ -60,9 +61,7 @@ Real = Any  # of heyoka, or any type that has arithmetic and numpy's functions
 Reals: TypeAlias = Any  # an array of doubles, or of heyoka's reals
 Pair = tuple[Reals, Reals]  # a real and an imaginary part, or phi and psi
 More = Callable[[Array], Array]
-Told = tuple[float, float]
 
-NOT_TOLD: Final = (math.nan, math.nan)
 PARTS = 8  # into how many parts an undecided interval is divided
 FINEST = 16 * np.finfo(float).eps  # relative to the largest time: no time lies between
 WIDENING = 1e-7  # of the roots of a cubic in double precision, a double root included
@@ -198,12 +197,11 @@ class AxisTurns:
         parts = (self.fastest - self.slowest) * abs(length) / FITTING
         return max(1, math.ceil(parts)) if parts < (most or MOST_PARTS) else most or 0
 
-    def followed(self, t: Array, rows: Array, first: Told, more: More | None) -> Array:
-        """Return phi and nan at some times, shape (k, 2), from phi at the first [rad]."""
-        phi = self.started(rows[0], first[0]) + self._turned(t, rows, more)
+    def followed(self, t: Array, rows: Array, first: Sequence[float], more: More | None) -> Array:
+        """Return phi at some times, shape (k, 1), from that at the first [rad]."""
+        phi = first[0] + self._turned(t, rows, more)
         upright = ~rows[:, (0, 1, 3, 4)].any(axis=1)
-        phi = np.where(upright, phi, nearest(azimuth(rows), phi))
-        return np.stack((phi, np.full(t.size, math.nan)), axis=-1)
+        return np.where(upright, phi, nearest(azimuth(rows), phi))[:, None]
 
     def read(self, rows: Reals, told: Array, known: Mapping[str, Any], grain: Any) -> list[Reals]:
         """Return phi, to the digits of the states; where the axis stays on a pole, the start's."""
@@ -243,12 +241,12 @@ class AxisTurns:
         total = np.concatenate(([0.0], np.cumsum(change)))
         return total[np.searchsorted(forward * t, forward * asked)]
 
-    def started(self, state: Array, phi: float) -> float:
+    def started(self, state: Array, phi: float) -> tuple[float]:
         """Return phi at a start; on a pole that in which the axis leaves, phi or phi + pi."""
         if state[0] != 0 or state[1] != 0 or not state[3:5].any():
-            return phi
+            return (phi,)
         leaving = float(azimuth(state[None])[0])
-        return leaving + turns_behind(leaving - phi)
+        return (leaving + turns_behind(leaving - phi),)
 
     def _changes(self, t: Array, rows: Array) -> tuple[Array, Mask]:
         """Return the change of phi over each interval, and whether it is proved."""
@@ -426,7 +424,9 @@ class AttitudeTurns:
         """Return into how many parts a time is divided [s]."""
         return max(1, math.ceil(min(abs(length) / self.apart, MOST_POINTS)))
 
-    def followed(self, t: Array, rows: Array, first: Told, more: More | None = None) -> Array:
+    def followed(
+        self, t: Array, rows: Array, first: Sequence[float], more: More | None = None
+    ) -> Array:
         """Return phi and psi at times no farther apart than is decided, shape (k, 2) [rad].
 
         Parameters
@@ -435,7 +435,7 @@ class AttitudeTurns:
             Times, monotonic [s].
         rows : ndarray, shape (k, n)
             States there.
-        first : tuple of float
+        first : sequence of float
             phi and psi at the first of them [rad].
         """
         forward = 1.0 if t[-1] >= t[0] else -1.0
@@ -486,6 +486,15 @@ class AttitudeTurns:
 
 
 Turns: TypeAlias = AxisTurns | AttitudeTurns
+
+
+def turns_of(
+    formulation: Formulation, parameters: Mapping[str, float], state: Array
+) -> Turns | None:
+    """Return what counts the angles that a formulation reads off its states, if it does."""
+    if formulation.integrated is None:
+        return None
+    return (AxisTurns if formulation.name == "axis" else AttitudeTurns).of(parameters, state)
 
 
 def in_bits(turns: Turns, bits: int) -> Turns:

@@ -14,15 +14,14 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
-from heavytop.plots.sphere import View, axis_path, kind_panel
-from heavytop.plots.style import STYLE, literal, title_of
+from heavytop.plots.sphere import View, axis_path, kind_panel, touched
+from heavytop.plots.style import KINDS, STYLE, UNKNOWN, literal, title_of
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 from heavytop.studies.atlas_plane import ROLES
 
 if TYPE_CHECKING:
     from heavytop.studies.atlas import Atlas
-    from heavytop.studies.atlas_plane import Plane
 
 Codes = NDArray[np.uint8]
 Known = Mapping[str, Any]
@@ -32,36 +31,11 @@ TRACED: Final = 8  # regions with a path of the axis: the largest
 CELLS: Final = 80  # along an axis of the mesh on which regions are told
 PERIODS: Final = 3
 SECONDS: Final = 2.0  # of a path, where nothing nutates
-NOTHING: Final = "#FFFFFF"  # of kinds without a colour
 LEAST: Final = 0.005  # of the map: smaller regions have no number, unless their kind has no other
-
-# Tints of Okabe and Ito's colours, each of another lightness than its neighbours on any map.
-COLOURS: Final = {
-    "at-rest": "#FFFFFF", "force-free": "#DDCC77", "sleeping": "#E69F00", "hanging": "#999933",
-    "planar-pendulum": "#B8E0F5", "separatrix": "#882255", "through-top": "#D55E00",
-    "through-bottom": "#CC79A7", "uniform-precession": "#009E73", "loops": "#5AA9D6",
-    "cusps": "#000000", "waves": "#F8EFA4", "undecided": "#FF00FF", "impossible": "#B9B9B9",
-}  # fmt: skip
+BOUNDS: Final = {"cusp": "cusps", "steady": "uniform-precession"}  # the others are named as kinds
 
 
-class Stroke(NamedTuple):
-    """How a boundary is drawn, and what it is called."""
-
-    style: Any
-    colour: str
-    words: str
-
-
-STROKES: Final = {
-    "cusp": Stroke("-", "#000000", "cusps"),
-    "through-top": Stroke((0, (5, 2)), "#9C3A00", "through the top"),
-    "through-bottom": Stroke((0, (5, 2, 1, 2)), "#8E3B6E", "through the bottom"),
-    "steady": Stroke((0, (1, 1.5)), "#00523B", "steady precession"),
-    "sleeping": Stroke("-", "#7A4F00", "threshold of sleep"),
-    "separatrix": Stroke((0, (3, 1, 1, 1, 1, 1)), "#882255", "separatrix"),
-}
-
-
+@mpl.rc_context(STYLE)
 def atlas_figure(atlas: Atlas) -> Figure:
     """The picture of an atlas.
 
@@ -77,26 +51,36 @@ def atlas_figure(atlas: Atlas) -> Figure:
         midst, whose place on the map has the same number.
     """
     kind, columns, rows = _thinned(atlas)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.6, 6.0), layout="constrained")
-        parts: Any = figure.subfigures(1, 2, width_ratios=(2.6, 1.0))
-        left, right = parts
-        plane = atlas.plane
-        held = (f"{ROLES[name].sign} = {value:.6g}" for name, value in plane.held.items())
-        left.suptitle(f"{literal(plane.scene.name, 60)}; held: {', '.join(held)}", fontsize=10)
-        ax = left.subplots()
-        _map(ax, atlas.document(costs=False), kind, atlas.names)
-        _own(ax, plane)
-        handles = [*_shares(atlas.counts), *ax.get_legend_handles_labels()[0]]
-        ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.11), ncols=3,
-                  frameon=False, fontsize=8)  # fmt: skip
-        shown = list(_examples(atlas, kind, columns, rows))
-        for number, example in enumerate(shown, start=1):
-            _number(ax, example.x, example.y, number)
-        _legend(right, shown)
+    plane = atlas.plane
+    figure = Figure(figsize=(9.6, 6.0), layout="constrained")
+    parts: Any = figure.subfigures(1, 2, width_ratios=(2.6, 1.0))
+    held = (f"{ROLES[name].sign} = {value:.6g}" for name, value in plane.held.items())
+    parts[0].suptitle(f"{literal(plane.scene.name, 60)}; held: {', '.join(held)}", fontsize=10)
+    ax = parts[0].subplots()
+    handles = _map(ax, atlas.document(costs=False), kind, atlas.names)
+    (x, y), name = plane.place, literal(plane.scene.name, 30)
+    if all(low <= at <= high for at, (low, high) in ((x, ax.get_xlim()), (y, ax.get_ylim()))):
+        handles += ax.plot(x, y, "P", color="black", markersize=9, markeredgecolor="white",
+                           zorder=7, label=name, linestyle="none")  # fmt: skip
+    ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.11), ncols=3,
+              frameon=False, fontsize=8)  # fmt: skip
+    examples = list(_examples(atlas, kind, columns, rows))
+    panels = parts[1].subplots(max(3, -(-len(examples) // 2)), 2).ravel()
+    for panel in panels:
+        panel.axis("off")
+    box = {"boxstyle": "circle", "facecolor": "white", "edgecolor": "black", "linewidth": 0.7}
+    for number, (panel, (name, x, y)) in enumerate(zip(panels, examples, strict=False), start=1):
+        ax.text(x, y, str(number), ha="center", va="center", fontsize=8, zorder=6, bbox=box)
+        own = _motion(atlas, x, y)
+        motion = touched(own) or own
+        path = axis_path(motion, PERIODS * motion.period if motion.period else SECONDS)
+        kind_panel(panel, path, View.of(path), name, pushed=motion is not own)
+        words = f"{number}: {KINDS[name].label}{', touched' * (motion is not own)}"
+        panel.set_title(words, fontsize=7.5)
     return figure
 
 
+@mpl.rc_context(STYLE)
 def map_figure(document: Known, kind: Codes, names: Sequence[str]) -> Figure:
     """The picture of a stored atlas.
 
@@ -114,23 +98,11 @@ def map_figure(document: Known, kind: Codes, names: Sequence[str]) -> Figure:
     matplotlib.figure.Figure
         The map; under it the kinds that occur, with their shares.
     """
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.2, 6.2), layout="constrained")
-        ax = figure.subplots()
-        _map(ax, document, kind, names)
-        figure.suptitle(title_of(document["scene"]))
-        handles = [*_shares(document["counts"]), *ax.get_legend_handles_labels()[0]]
-        figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
+    figure = Figure(figsize=(7.2, 6.2), layout="constrained")
+    handles = _map(figure.subplots(), document, kind, names)
+    figure.suptitle(title_of(document["scene"]))
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
     return figure
-
-
-class Example(NamedTuple):
-    """A region: its kind, and the motion at a pixel in its midst."""
-
-    name: str
-    x: float
-    y: float
-    motion: Motion
 
 
 def _thinned(atlas: Atlas) -> tuple[Codes, Any, Any]:
@@ -147,9 +119,9 @@ def _thinned(atlas: Atlas) -> tuple[Codes, Any, Any]:
     return kind, columns, rows
 
 
-def _map(ax: Axes, document: Known, kind: Codes, names: Sequence[str]) -> None:
-    """Kinds as areas; the boundaries of a document as lines, each named once."""
-    colours = ListedColormap([COLOURS.get(name, NOTHING) for name in names])
+def _map(ax: Axes, document: Known, kind: Codes, names: Sequence[str]) -> list[Any]:
+    """Draw kinds as areas, boundaries as lines; return what a legend has, kinds with shares."""
+    colours = ListedColormap([KINDS.get(name, UNKNOWN).colour for name in names])
     norm = BoundaryNorm(np.arange(len(names) + 1) - 0.5, len(names))
     axes = [document["axes"][side] for side in "xy"]
     edges = [_edges(axis, n) for axis, n in zip(axes, kind.shape[::-1], strict=True)]
@@ -160,18 +132,25 @@ def _map(ax: Axes, document: Known, kind: Codes, names: Sequence[str]) -> None:
             ax.set(**{f"{side}scale": "log" if axis["low"] > 0 else "symlog"})
         role = ROLES[axis["name"]]
         ax.set(**{f"{side}label": f"{role.sign} [{role.unit}]", f"{side}lim": (ends[0], ends[-1])})
-    named: set[str] = set()
     for curve in document["curves"]:
-        x, y, stroke = curve["x"], curve["y"], STROKES[curve["name"]]
-        label = None if curve["name"] in named else stroke.words
-        named.add(curve["name"])
+        x, y, look = curve["x"], curve["y"], KINDS[BOUNDS.get(curve["name"], curve["name"])]
         if len(x) == 1:
-            ax.plot(x, y, "*", color=stroke.colour, markersize=9, label=label, zorder=4,
+            ax.plot(x, y, "*", color=look.colour, markersize=9, zorder=4, label=look.label,
                     markeredgecolor="white", markeredgewidth=0.6)  # fmt: skip
-            continue
-        ax.plot(x, y, "-", color="white", linewidth=2.6, alpha=0.7, zorder=2)
-        ax.plot(x, y, linestyle=stroke.style, color=stroke.colour, linewidth=1.3, label=label,
-                zorder=3)  # fmt: skip
+        else:
+            ax.plot(x, y, "-", color="white", linewidth=2.6, alpha=0.7, zorder=2)
+            ax.plot(x, y, linestyle=look.marker, color=look.colour, linewidth=1.5, zorder=3,
+                    label=look.label)  # fmt: skip
+    whole = sum(document["counts"].values()) or 1
+    counts = sorted(document["counts"].items(), key=lambda each: -each[1])
+    areas = [
+        Patch(facecolor=look.colour, edgecolor="#555555", linewidth=0.5,
+              label=f"{look.label or literal(name)} {count / whole:.2%}")
+        for name, count in counts
+        for look in [KINDS.get(name, UNKNOWN)]
+    ]  # fmt: skip
+    lines, labels = ax.get_legend_handles_labels()
+    return [*areas, *dict(zip(labels, lines, strict=True)).values()]
 
 
 def _edges(axis: Known, count: int) -> NDArray[np.float64]:
@@ -182,42 +161,24 @@ def _edges(axis: Known, count: int) -> NDArray[np.float64]:
     return np.asarray(low + (high - low) * share)
 
 
-def _shares(counts: Mapping[str, int]) -> list[Patch]:
-    """The kinds that occur with their shares, the most frequent first, for a legend."""
-    whole = sum(counts.values()) or 1
-    return [
-        Patch(facecolor=COLOURS.get(name, NOTHING), edgecolor="#555555", linewidth=0.5,
-              label=f"{literal(name)} {count / whole:.2%}")
-        for name, count in sorted(counts.items(), key=lambda each: -each[1])
-    ]  # fmt: skip
-
-
-def _own(ax: Axes, plane: Plane) -> None:
-    """Mark where the scene itself lies, if that is on the map."""
-    x, y = plane.place
-    if all(low <= at <= high for at, (low, high) in ((x, ax.get_xlim()), (y, ax.get_ylim()))):
-        ax.plot(x, y, "P", color="black", markersize=9, markeredgecolor="white", zorder=7,
-                label=literal(plane.scene.name, 30))  # fmt: skip
-
-
-def _examples(atlas: Atlas, kind: Codes, columns: Any, rows: Any) -> Iterator[Example]:
-    """The largest regions in which something moves."""
-    x, y = atlas.plane.x.values, atlas.plane.y.values
+def _examples(
+    atlas: Atlas, kind: Codes, columns: Any, rows: Any
+) -> Iterator[tuple[str, float, float]]:
+    """The largest regions of what can be, and the largest of each kind: kind, and a place in it."""
     coarse = [np.linspace(0, n - 1, min(n, CELLS)).astype(int) for n in kind.shape]
     cells = kind[np.ix_(*coarse)]
-    found = [
-        each for each in regions(cells) if atlas.names[each.code] not in ("impossible", "at-rest")
-    ]
     seen: set[int] = set()
     large: list[Region] = []
-    for region in sorted(found, key=lambda each: -each.size):
-        if region.size >= LEAST * cells.size or region.code not in seen:
+    for region in sorted(regions(cells), key=lambda each: -each.size):
+        if atlas.names[region.code] != "impossible" and (
+            region.size >= LEAST * cells.size or region.code not in seen
+        ):
             large.append(region)
         seen.add(region.code)
     for region in large[:TRACED]:
         row, column = (int(places[k]) for places, k in zip(coarse, region.middle, strict=True))
-        at = float(x[columns[column]]), float(y[rows[row]])
-        yield Example(atlas.names[region.code], *at, _motion(atlas, *at))
+        x, y = atlas.plane.x.values[columns[column]], atlas.plane.y.values[rows[row]]
+        yield atlas.names[region.code], float(x), float(y)
 
 
 class Region(NamedTuple):
@@ -253,24 +214,3 @@ def _motion(atlas: Atlas, x: float, y: float) -> Motion:
     numbers = {name: float(np.ravel(each)[0]) for name, each in tops.items()}
     moments = {name: numbers.pop(name) for name in ("A", "C", "gMR")}
     return Motion(Top(**moments), State(**numbers))
-
-
-def _number(ax: Axes, x: float, y: float, number: int) -> None:
-    ax.text(x, y, str(number), ha="center", va="center", fontsize=8, zorder=6,
-            bbox={"boxstyle": "circle", "facecolor": "white", "edgecolor": "black",
-                  "linewidth": 0.7})  # fmt: skip
-
-
-def _legend(figure: Any, shown: list[Example]) -> None:
-    """Small paths of the axis over a few nutations, each under the name of its kind."""
-    panels = figure.subplots(max(3, -(-len(shown) // 2)), 2).ravel()
-    for ax in panels:
-        ax.axis("off")
-    for number, (ax, example) in enumerate(zip(panels, shown, strict=False), start=1):
-        period = example.motion.period
-        path = axis_path(example.motion, SECONDS if period is None else PERIODS * period)
-        kind_panel(ax, path, View.of(path), "#333333")
-        ax.set_title(f"{number}: {example.name}", fontsize=7.5)
-        colour = COLOURS[example.name]
-        swatch = {"boxstyle": "round,pad=0.25", "facecolor": colour, "linewidth": 0.5}
-        ax.text(0.02, 0.02, "  ", transform=ax.transAxes, fontsize=6, bbox=swatch)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final
 
 import matplotlib as mpl
 import numpy as np
@@ -17,22 +17,11 @@ from matplotlib.figure import Figure
 from heavytop.analytic.potential import Curve, Potential
 from heavytop.classification import Kind
 from heavytop.errors import NoClosedForm
-from heavytop.plots.sphere import View
-from heavytop.plots.style import (
-    BLACK,
-    BLUE,
-    FAINT,
-    GREEN,
-    ORANGE,
-    OTHER,
-    PATH,
-    PURPLE,
-    STYLE,
-    Array,
-    legend,
-    literal,
-    save,
-)
+from heavytop.plots import style
+from heavytop.plots.sphere import PUSH, axis_path, touched
+from heavytop.plots.sphere import View as View
+from heavytop.plots.style import Array, in_degrees, legend, literal
+from heavytop.plots.style import save as save
 from heavytop.run.verify import deviations
 from heavytop.scene.arguments import expect
 
@@ -40,48 +29,22 @@ if TYPE_CHECKING:
     from heavytop.integration.outputs import Sample
     from heavytop.run.trajectory import Trajectory
 
-__all__ = [
-    "FIGURES",
-    "View",
-    "axis_on_sphere",
-    "effective_potential",
-    "errors",
-    "loop",
-    "nutation",
-    "overview",
-    "phase_plane",
-    "precession",
-    "save",
-    "spin_rate",
-]
-
 MOST_PERIODS: Final = 12  # more would only blacken the paper
 POINTS: Final = 4001
 CONSTANT: Final = 1e-9  # a range below this [rad] is rounding, and not worth a scale of its own
 PEAK: Final = 20.0  # times the usual range: beyond, a peak would leave nothing else to see
 BEYOND: Final = 1.5**2  # how far above its least the potential is drawn, in units of its spread
+TOUCHED_S: Final = 2.0  # of a top that nothing moves, where it does not nutate when touched
 
-
-class EventMark(NamedTuple):
-    """How one kind of event is drawn."""
-
-    label: str
-    marker: str
-    colour: str
-
-
-# Every kind of event has its own marker, so that nothing rests on telling colours apart.
-MARKS: Final = {
-    "theta_min": EventMark("turning point, axis highest", "^", GREEN),
-    "theta_max": EventMark("turning point, axis lowest", "v", ORANGE),
-    "reversal": EventMark("reversal of precession", "o", PURPLE),
-    "cusp": EventMark("cusp", "D", BLACK),
-}
+LABELS: Final = {
+    "t": "time t [s]", "theta": "tilt θ [rad]", "phi": "precession φ [rad]",
+    "thetadot": "tilt rate θ̇ [rad/s]", "psidot": "spin rate ψ̇ [rad/s]",
+}  # fmt: skip
 ERRORS: Final = {
-    "theta": ("tilt θ", BLUE, "o"),
-    "phi": ("precession φ", ORANGE, "s"),
-    "psi": ("spin ψ", GREEN, "^"),
-    "axis": ("axis, as a length", PURPLE, "D"),
+    "theta": ("tilt θ", style.BLUE, "o"),
+    "phi": ("precession φ", style.ORANGE, "s"),
+    "psi": ("spin ψ", style.GREEN, "^"),
+    "axis": ("axis, as a length", style.PURPLE, "D"),
 }
 
 
@@ -121,23 +84,31 @@ def _mark_events(ax: Axes, trajectory: Trajectory, shown: float, places: Array) 
     """Mark the events up to the time `shown` at the given places, shape (k, 2)."""
     kinds = np.asarray(trajectory.events.kind, dtype=object)
     drawn = np.abs(np.asarray(trajectory.events.t)) <= abs(shown)
-    for kind, mark in MARKS.items():
-        here = places[drawn & (kinds == kind)]
-        if len(here):
-            ax.plot(
-                here[:, 0], here[:, 1], mark.marker, label=mark.label, color=mark.colour,
-                markersize=5, markerfacecolor="white", linestyle="none", zorder=3,
-            )  # fmt: skip
+    for kind in style.EVENTS:
+        if len(here := places[drawn & (kinds == kind)]):
+            _mark(ax, kind, here[:, 0], here[:, 1])
+
+
+def _mark(ax: Axes, kind: str, x: Any, y: Any) -> None:
+    label, colour, marker = style.EVENTS[kind]
+    ax.plot(
+        x, y, marker, label=label, color=colour, markersize=5, markerfacecolor="white",
+        linestyle="none", zorder=3,
+    )  # fmt: skip
 
 
 def _against(ax: Axes, trajectory: Trajectory, x: str, y: str) -> tuple[Sample, float]:
-    """Draw one quantity of a run against another, with its events."""
+    """Draw one quantity of a run against another, with its events, and angles in degrees too."""
     drawn, shown = _path(trajectory)
     if "phi" in (x, y) and trajectory.phi is None:
         raise ValueError("phi: not followed by this trajectory")
-    ax.plot(getattr(drawn, x), getattr(drawn, y), color=PATH, linewidth=1.0)
+    ax.plot(getattr(drawn, x), getattr(drawn, y), color=style.PATH, linewidth=1.0)
     events = trajectory.events
     _mark_events(ax, trajectory, shown, np.column_stack((getattr(events, x), getattr(events, y))))
+    ax.set(xlabel=LABELS[x], ylabel=LABELS[y])
+    in_degrees(ax, "y")
+    if x == "phi":
+        in_degrees(ax, "x")
     return drawn, shown
 
 
@@ -162,13 +133,12 @@ def loop(ax: Axes, trajectory: Trajectory) -> None:
         The trajectory did not follow phi; `nutation` draws theta over time.
     """
     drawn, shown = _against(ax, trajectory, "phi", "theta")
-    ax.plot(drawn.phi[0], drawn.theta[0], "o", color=PATH, markersize=2.5, zorder=4)
+    ax.plot(drawn.phi[0], drawn.theta[0], "o", color=style.PATH, markersize=3, zorder=4)
     _upright(ax, drawn.theta, trajectory, shown)
-    ax.set(xlabel="precession φ [rad]", ylabel="tilt θ [rad]")
 
 
 def nutation(ax: Axes, trajectory: Trajectory) -> None:
-    """Draw theta [rad] against time [s], upright.
+    """Draw theta [rad] against time [s], upright; of a still top, what it does when touched too.
 
     Parameters
     ----------
@@ -176,8 +146,15 @@ def nutation(ax: Axes, trajectory: Trajectory) -> None:
     trajectory : Trajectory
     """
     drawn, shown = _against(ax, trajectory, "t", "theta")
-    _upright(ax, drawn.theta, trajectory, shown)
-    ax.set(xlabel="time t [s]", ylabel="tilt θ [rad]")
+    theta = drawn.theta
+    if neighbour := touched(trajectory.motion):
+        theta = neighbour.at(drawn.t).theta
+        ax.plot(drawn.t, theta, "--", color=style.OTHER, linewidth=1.0, label=_pushed())
+    _upright(ax, theta, trajectory, shown)
+
+
+def _pushed() -> str:
+    return f"after a push of {PUSH:g} rad/s"
 
 
 def precession(ax: Axes, trajectory: Trajectory) -> None:
@@ -194,7 +171,6 @@ def precession(ax: Axes, trajectory: Trajectory) -> None:
         The trajectory did not follow phi.
     """
     _against(ax, trajectory, "t", "phi")
-    ax.set(xlabel="time t [s]", ylabel="precession φ [rad]")
 
 
 def spin_rate(ax: Axes, trajectory: Trajectory) -> None:
@@ -206,9 +182,9 @@ def spin_rate(ax: Axes, trajectory: Trajectory) -> None:
     trajectory : Trajectory
     """
     drawn, _ = _path(trajectory)
-    ax.plot(drawn.t, drawn.psidot, color=PATH, linewidth=1.0)
+    ax.plot(drawn.t, drawn.psidot, color=style.PATH, linewidth=1.0)
     _cut_peaks(ax, drawn.psidot)
-    ax.set(xlabel="time t [s]", ylabel="spin rate ψ̇ [rad/s]")
+    ax.set(xlabel=LABELS["t"], ylabel=LABELS["psidot"])
 
 
 def _upright(ax: Axes, theta: Array, trajectory: Trajectory, shown: float) -> None:
@@ -242,7 +218,8 @@ def axis_on_sphere(ax: Axes, trajectory: Trajectory) -> None:
 
     A path that keeps near the vertical is seen from straight above (or below), and the view
     closes in on it; any other from 25 degrees above or below the horizon, on the side where it
-    mostly is, and dotted where it runs behind. The dot is the start.
+    mostly is, and paler where it runs behind. The dot is the start. Of a top that rests, sleeps or
+    hangs the path is the one that it takes when it is touched.
 
     Parameters
     ----------
@@ -250,15 +227,16 @@ def axis_on_sphere(ax: Axes, trajectory: Trajectory) -> None:
     trajectory : Trajectory
     """
     drawn, shown = _path(trajectory)
-    view = View.of(drawn.axis)
+    path, colour, words = drawn.axis, style.PATH, ""
+    if neighbour := touched(trajectory.motion):
+        time = MOST_PERIODS * neighbour.period if neighbour.period else TOUCHED_S
+        path, colour, words = axis_path(neighbour, time), style.OTHER, f",\n{_pushed()}"
+    view = View.of(path)
     view.draw_graticule(ax)
-    for part, behind in view.parts(drawn.axis):
-        ax.plot(part[:, 0], part[:, 1], ":" if behind else "-", color=PATH, linewidth=1.0)
-    start = view.project(drawn.axis[:1])[0]
-    ax.plot(start[:, 0], start[:, 1], "o", color=PATH, markersize=2.5, zorder=4)
+    view.draw_path(ax, path, colour)
     _mark_events(ax, trajectory, shown, view.project(trajectory.events.axis)[0])
     view.frame(ax)
-    ax.set_title(f"the axis on the unit sphere,\n{view.words}", fontsize="medium")
+    ax.set_title(f"the axis on the unit sphere,\n{view.words}{words}", fontsize="medium")
 
 
 # --- the tilt by itself: its effective potential, and its phase plane ---------------------------
@@ -276,36 +254,34 @@ def effective_potential(ax: Axes, trajectory: Trajectory) -> None:
     V = Potential(trajectory.motion.rising.source)
     A, E_prime = float(trajectory.scene.top.A), float(trajectory.motion.constants.E_prime)
     theta = np.linspace(*tilts_shown(V), 801)
-    ax.plot(theta, A * V(theta), color=PATH, linewidth=1.4, label="V$_{eff}$ − p$_ψ$²/2C")
-    ax.axhline(E_prime, color=OTHER, linewidth=1.0, linestyle="--", label="energy E′")
+    ax.plot(theta, A * V(theta), color=style.PATH, linewidth=1.4, label="V$_{eff}$ − $p_ψ^2/2C$")
+    ax.axhline(E_prime, color=style.OTHER, linewidth=1.0, linestyle="--", label="energy E′")
     _allowed(ax, V, A, E_prime, trajectory)
     margin = 0.06 * BEYOND * V.spread * A
     floor, ceiling = A * float(V.least), A * (float(V.least) + BEYOND * V.spread)
     if margin:
         ax.set_ylim(floor - margin, max(ceiling, E_prime) + margin)
-    ax.set(xlabel="tilt θ [rad]", ylabel="energy without that of the spin [J]")
+    ax.set(xlabel=LABELS["theta"], ylabel="energy without that of the spin [J]")
+    in_degrees(ax, "x")
 
 
 def _allowed(ax: Axes, V: Potential, A: float, E_prime: float, trajectory: Trajectory) -> None:
     """Fill between potential and energy, and mark where they meet."""
     motion = trajectory.motion
     ends = (motion.theta_min, motion.theta_max)
-    theta = np.linspace(*ends, 401)
     if ends[1] > ends[0]:
+        theta = np.linspace(*ends, 401)
         below = np.minimum(A * V(theta), E_prime)
-        ax.fill_between(theta, below, E_prime, color=PATH, alpha=0.15, linewidth=0)
-    if not motion.nutates:
-        ax.plot(
-            trajectory.theta[0], E_prime, "o", color=BLACK, markersize=4, linestyle="none",
-            label="start",
-        )  # fmt: skip
-        return
-    for name, tilt in zip(("theta_min", "theta_max"), ends, strict=True):
-        mark = MARKS[name]
-        ax.plot(
-            tilt, E_prime, mark.marker, color=mark.colour, markerfacecolor="white", markersize=6,
-            linestyle="none", label=mark.label,
-        )  # fmt: skip
+        ax.fill_between(theta, below, E_prime, color=style.PATH, alpha=0.15, linewidth=0)
+    if motion.nutates:
+        for name, tilt in zip(("theta_min", "theta_max"), ends, strict=True):
+            _mark(ax, name, tilt, E_prime)
+    else:
+        _start(ax, trajectory.theta[0], E_prime)
+
+
+def _start(ax: Axes, x: Any, y: Any) -> None:
+    ax.plot(x, y, "o", color=style.BLACK, markersize=4, linestyle="none", label="start", zorder=4)
 
 
 def phase_plane(ax: Axes, trajectory: Trajectory) -> None:
@@ -323,18 +299,17 @@ def phase_plane(ax: Axes, trajectory: Trajectory) -> None:
     motion = trajectory.motion
     V = Potential(motion.rising.source)
     for k, curve in enumerate(V.family()):
-        _energy_curve(ax, curve, FAINT, 0.8, "-", "other energies" if k == 0 else None)
+        _energy_curve(ax, curve, style.FAINT, 0.8, "-", "other energies" if k == 0 else None)
     if motion.nutates and (own := V.curve(V.excess)) is not None:
-        _energy_curve(ax, own, PATH, 1.8, "-", "the motion")
+        _energy_curve(ax, own, style.PATH, 1.8, "-", "the motion")
     if (separatrix := V.separatrix()) is not None:
         label = "separatrix, and the motion" if motion.kind is Kind.SEPARATRIX else "separatrix"
-        _energy_curve(ax, separatrix, OTHER, 1.2, "--", label)
+        _energy_curve(ax, separatrix, style.OTHER, 1.2, "--", label)
     start = trajectory.samples.at(slice(0, 1))
-    ax.plot(
-        start.theta, start.thetadot, "ko", markersize=4, linestyle="none", label="start", zorder=4
-    )
-    ax.axhline(0.0, color=FAINT, linewidth=0.5, zorder=0)
-    ax.set(xlabel="tilt θ [rad]", ylabel="tilt rate θ̇ [rad/s]")
+    _start(ax, start.theta, start.thetadot)
+    ax.axhline(0.0, color=style.FAINT, linewidth=0.5, zorder=0)
+    ax.set(xlabel=LABELS["theta"], ylabel=LABELS["thetadot"])
+    in_degrees(ax, "x")
 
 
 def _energy_curve(
@@ -371,7 +346,7 @@ def errors(ax: Axes, trajectory: Trajectory) -> None:
         _draw_errors(ax, **deviations(trajectory))
     except NoClosedForm as reason:
         ax.text(0.5, 0.5, str(reason), transform=ax.transAxes, ha="center", wrap=True)
-    ax.set(xlabel="time t [s]", ylabel="|run − closed form| [rad]")
+    ax.set(xlabel=LABELS["t"], ylabel="|run − closed form| [rad]")
 
 
 def _draw_errors(ax: Axes, t: Array, **found: Array) -> None:
@@ -401,6 +376,22 @@ def _draw_errors(ax: Axes, t: Array, **found: Array) -> None:
 
 # --- the figures of a run, each on a page of its own --------------------------------------------
 
+Panel = Callable[[Axes, "Trajectory"], None]
+
+
+@mpl.rc_context(style.STYLE)
+def _page(
+    trajectory: Trajectory, *panels: Panel, size: tuple[float, float] = (7.2, 4.8), **grid: Any
+) -> Figure:
+    """The figure of some pictures, with its title and its legend."""
+    figure = Figure(figsize=size, layout="constrained")
+    for ax, draw in zip(np.ravel(figure.subplots(**grid)), panels, strict=True):
+        draw(ax, trajectory)
+        ax.label_outer()
+    figure.suptitle(literal(trajectory.scene.title or trajectory.scene.name))
+    legend(figure, 4 if grid else 2)
+    return figure
+
 
 def overview(trajectory: Trajectory) -> Figure:
     """The picture of a run: the tilt against the precession, and the axis on the sphere.
@@ -412,56 +403,33 @@ def overview(trajectory: Trajectory) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Where phi was not followed, the tilt is drawn against time instead.
+        Where phi was not followed, and of a top that stands still, the tilt is drawn against time
+        instead.
     """
     _expect_run(trajectory)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.6, 5.2), layout="constrained")
-        left, right = figure.subplots(1, 2, width_ratios=(1.15, 1.0))
-        (nutation if trajectory.phi is None else loop)(left, trajectory)
-        axis_on_sphere(right, trajectory)
-    return _finished(figure, trajectory)
+    over_time = trajectory.phi is None or touched(trajectory.motion) is not None
+    left: Panel = nutation if over_time else loop
+    return _page(
+        trajectory, left, axis_on_sphere, size=(9.6, 5.2), ncols=2, width_ratios=(1.15, 1.0)
+    )
 
 
 def angles(trajectory: Trajectory) -> Figure:
     """The angles against time: theta, phi where it was followed, and psidot."""
     _expect_run(trajectory)
     panels = [nutation, *([precession] if trajectory.phi is not None else []), spin_rate]
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(8.0, 2.3 * len(panels)), layout="constrained")
-        axes = figure.subplots(len(panels), 1, sharex=True)
-        for ax, draw in zip(axes, panels, strict=True):
-            draw(ax, trajectory)
-        for ax in axes[:-1]:
-            ax.set_xlabel("")
-    return _finished(figure, trajectory)
+    return _page(trajectory, *panels, size=(8.0, 2.3 * len(panels)), nrows=len(panels), sharex=True)
 
 
-def _page(draw: Callable[[Axes, Trajectory], None]) -> Callable[[Trajectory], Figure]:
-    """The figure that has one picture."""
-
-    def figure_of(trajectory: Trajectory) -> Figure:
-        with mpl.rc_context(STYLE):
-            figure = Figure(figsize=(7.2, 4.8), layout="constrained")
-            draw(figure.subplots(), trajectory)
-        return _finished(figure, trajectory, 2)
-
-    return figure_of
-
-
-def _finished(figure: Figure, trajectory: Trajectory, columns: int = 4) -> Figure:
-    """The figure with its title and its legend."""
-    with mpl.rc_context(STYLE):
-        figure.suptitle(literal(trajectory.scene.title or trajectory.scene.name))
-        legend(figure, columns)
-    return figure
+def _single(draw: Panel) -> Callable[[Trajectory], Figure]:
+    return lambda trajectory: _page(trajectory, draw)
 
 
 FIGURES: Final[Mapping[str, Callable[[Trajectory], Figure]]] = {
     "overview": overview,
     "angles": angles,
-    "potential": _page(effective_potential),
-    "phase": _page(phase_plane),
-    "errors": _page(errors),
+    "potential": _single(effective_potential),
+    "phase": _single(phase_plane),
+    "errors": _single(errors),
 }
 """The figures that a run writes, by the name of the file."""

@@ -1,4 +1,4 @@
-"""What all figures share: colours (of Okabe and Ito), markers, titles, legends, and saving."""
+"""What all figures share: how kinds and events look, titles, legends, degrees, and saving."""
 
 from __future__ import annotations
 
@@ -6,10 +6,13 @@ import os
 import re
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Final, Literal, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.transforms import Bbox
@@ -20,6 +23,7 @@ from heavytop.scene.arguments import path_of
 
 Array = NDArray[np.float64]
 
+# Okabe and Ito's colours, which the colour-blind tell apart.
 BLUE: Final = "#0072B2"
 ORANGE: Final = "#D55E00"
 GREEN: Final = "#009E73"
@@ -31,6 +35,49 @@ FAINT: Final = "#BBBBBB"
 COLOURS: Final = (BLUE, ORANGE, GREEN, PURPLE, YELLOW, SKY, BLACK)
 MARKERS: Final = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*", "p")
 PATH, OTHER = BLUE, ORANGE
+
+
+class Look(NamedTuple):
+    """How a kind of motion or of event is drawn in every figure.
+
+    Attributes
+    ----------
+    label, colour : str
+    marker : str or tuple
+        Of an event its marker, of a kind the line style of its boundary.
+    """
+
+    label: str
+    colour: str
+    marker: Any = "-"
+
+
+KINDS: Final = {
+    "at-rest": Look("at rest", "#FFFFFF"),
+    "force-free": Look("force-free", "#DDCC77"),
+    "sleeping": Look("sleeping", "#B87A00"),
+    "hanging": Look("hanging", "#999933"),
+    "planar-pendulum": Look("planar pendulum", "#B8E0F5"),
+    "separatrix": Look("separatrix", "#882255", (0, (3, 1, 1, 1, 1, 1))),
+    "through-top": Look("through the top", ORANGE, (0, (5, 2))),
+    "through-bottom": Look("through the bottom", PURPLE, (0, (5, 2, 1, 2))),
+    "uniform-precession": Look("steady precession", GREEN, (0, (1, 1.5))),
+    "loops": Look("loops", "#5AA9D6"),
+    "cusps": Look("cusps", BLACK),
+    "waves": Look("waves", "#F8EFA4"),
+    "undecided": Look("undecided", "#FF00FF"),
+    "impossible": Look("impossible", "#B9B9B9"),
+}
+UNKNOWN: Final = Look("", "#FFFFFF")  # of files that others wrote
+
+
+# Every kind of event has its own marker, so that nothing rests on telling colours apart.
+EVENTS: Final = {
+    "theta_min": Look("turning point, axis highest", GREEN, "^"),
+    "theta_max": Look("turning point, axis lowest", ORANGE, "v"),
+    "reversal": Look("reversal of precession", PURPLE, "o"),
+    "cusp": Look("cusp", BLACK, "D"),
+}
 
 STYLE: Final[Any] = {
     "svg.hashsalt": "heavytop",
@@ -45,7 +92,6 @@ _METADATA: Final[dict[str, dict[str, Any]]] = {
     "png": {"Software": None},
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
-
 
 MOST_LETTERS: Final = 90  # of a text that somebody else wrote
 _NO_LETTER: Final = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # in XML 1.0
@@ -85,6 +131,21 @@ def legend(
         figure.legend(
             handles, names, loc="outside lower center", ncols=columns, frameon=False, **looks
         )
+
+
+def gridded(ax: Axes, xlabel: str, ylabel: str) -> None:
+    """Label both axes, and draw faint lines at their ticks."""
+    ax.set(xlabel=xlabel, ylabel=ylabel)
+    ax.grid(True, which="major", linewidth=0.3, color=FAINT)
+
+
+def in_degrees(ax: Axes, side: Literal["x", "y"]) -> None:
+    """Show degrees on the other side of axes whose x or y is in radians."""
+    functions = (np.degrees, np.radians)
+    if side == "x":
+        ax.secondary_xaxis("top", functions=functions).set_xlabel("[°]")
+    else:
+        ax.secondary_yaxis("right", functions=functions).set_ylabel("[°]")
 
 
 class _SettledLayout(ConstrainedLayoutEngine):
@@ -128,3 +189,11 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
         write_whole(
             place, lambda part: figure.savefig(part, format=form, dpi=160, metadata=metadata)
         )
+
+
+def svg(figure: Figure) -> str:
+    """The SVG of a figure, its texts in the font of the reader: small, as a page takes it."""
+    with TemporaryDirectory(prefix="heavytop-") as place, mpl.rc_context({"svg.fonttype": "none"}):
+        path = Path(place) / "figure.svg"
+        save(figure, path)
+        return path.read_text("utf-8")

@@ -1,14 +1,14 @@
-"""What a result says, as facts and tables of texts: the terminal and the page both render these."""
+"""What a result says, as facts and tables of texts: terminal, page and Markdown render these."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final, NamedTuple, Self, TypeAlias
 
 from heavytop.numbers.parse import UNITS
 
 Known: TypeAlias = Mapping[str, Any]
-Rows: TypeAlias = Iterable[tuple[str, str]]
+Row: TypeAlias = tuple[str, str]
 
 MISSING: Final = "–"
 FAIL: Final = "FAIL"  # how the row of a claim begins that does not hold
@@ -22,6 +22,8 @@ SYMBOLS: Final = {
     "E": ("E", "J"), "E_prime": ("E′", "J"), "potential": ("potential", "J"),
     "theta_min": ("least θ", "rad"), "theta_max": ("greatest θ", "rad"), "phase_s": ("phase", "s"),
     "axis": ("axis", "rad"), "us_per_period": ("time of a period", "µs"),
+    "period": ("period", "s"), "precession": ("Δφ per period", "rad"),
+    "spin": ("Δψ per period", "rad"), "residual": ("residual", "rad/s"),
 }  # fmt: skip
 """By the name of a quantity in a document: its symbol, and its unit."""
 
@@ -29,10 +31,10 @@ SYMBOLS: Final = {
 class FactRows(NamedTuple):
     """Labels and texts side by side."""
 
-    rows: tuple[tuple[str, str], ...]
+    rows: tuple[Row, ...]
 
     @classmethod
-    def of(cls, rows: Rows) -> Self:
+    def of(cls, rows: Iterable[Row]) -> Self:
         """The facts of any rows."""
         return cls(tuple(rows))
 
@@ -87,6 +89,24 @@ class Table(NamedTuple):
         """Whether a row begins with FAIL."""
         return any(row[0] == FAIL for row in self.rows)
 
+    @property
+    def markdown(self) -> str:
+        r"""The table in Markdown.
+
+        Examples
+        --------
+        >>> print(Table(("kind", "n"), (("a|b", "2"),)).markdown)
+        | kind | n |
+        | -- | --: |
+        | a\|b | 2 |
+        """
+        rules = ["--" if k < self.left else "--:" for k in range(len(self.head))]
+        rows = (
+            [" ".join(text.replace("|", "\\|").split()) for text in row]
+            for row in (self.head, rules, *self.rows)
+        )
+        return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
 
 class Fitting(NamedTuple):
     """Forms of the same tables, the best first: at a terminal the first one that fits it."""
@@ -115,6 +135,11 @@ def short(value: Any) -> str:
     return MISSING if value is None else f"{float(value):.3g}"
 
 
+def size(error: float | None) -> str:
+    """An error to two digits."""
+    return MISSING if error is None else f"{error:.1e}"
+
+
 def cell(value: Any, digits: int = 6) -> str:
     """A value of a document as a table has it.
 
@@ -137,7 +162,20 @@ def headed(name: str) -> str:
     return name.replace("_", " ") if name.isidentifier() and name.isascii() else name
 
 
-def given(values: Known) -> str:
+def with_unit(name: str, text: str) -> str:
+    """The value of a quantity with its unit, if it does not bring one of its own."""
+    unit = "" if name not in SYMBOLS or text.endswith(tuple(UNITS)) else SYMBOLS[name][1]
+    return f"{text} {unit}".rstrip()
+
+
+def quantities(values: Known, *names: str) -> Iterator[Row]:
+    """Quantities that are known, by their symbols, with their units."""
+    for name in names:
+        if values[name] is not None:
+            yield SYMBOLS[name][0], with_unit(name, number(values[name]))
+
+
+def given(values: Known, digits: int = 6) -> str:
     """What a scene gives of a top or of its start, zeros left out.
 
     Examples
@@ -145,16 +183,11 @@ def given(values: Known) -> str:
     >>> given({"theta": 0.1, "phi": 0, "phidot": -15, "omega3": "30 rpm"})
     'θ = 0.1 rad, φ̇ = -15 rad/s, ω₃ = 30 rpm'
     """
-    known = (
-        (*SYMBOLS.get(name, (name, "")), cell(x)) for name, x in values.items()
-        if x not in (0, None)
-    )  # fmt: skip
-    words = [
-        f"{symbol} = {text}"
-        if text.endswith(tuple(UNITS))
-        else f"{symbol} = {text} {unit}".rstrip()
-        for symbol, unit, text in known
-    ]
+    words = (
+        f"{SYMBOLS.get(name, (name,))[0]} = {with_unit(name, cell(value, digits))}"
+        for name, value in values.items()
+        if value not in (0, None)
+    )
     return ", ".join(words) or "all zero"
 
 
@@ -168,7 +201,7 @@ def called(document: Known) -> str:
     return str(document["scene"]["title"] or document["scene"]["name"])
 
 
-def files(document: Known) -> Iterable[tuple[str, str]]:
+def files(document: Known) -> Iterable[Row]:
     """The files of a result, where it has any."""
     return [("files", ", ".join(document["files"].values()))] if document.get("files") else []
 

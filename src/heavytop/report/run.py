@@ -1,23 +1,29 @@
-"""A run, a plan and what is known of a motion without integrating: as facts and tables."""
+"""A run, a plan, and what is known of a motion without integrating: as facts and tables."""
 
 from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from decimal import Decimal
 from typing import Any, Final
 
 from heavytop.report.parts import (
     MISSING,
+    SYMBOLS,
     FactRows,
     Fitting,
     Known,
     Part,
+    Row,
     Table,
     files,
     headed,
     number,
+    quantities,
     short,
+    size,
 )
 from heavytop.run.estimates import duration
 
@@ -25,27 +31,48 @@ ROUNDING: Final = 8 * sys.float_info.epsilon  # of the largest in a column
 MANY_TURNS: Final = 1000  # from which on an angle is also told as turns and a rest
 FIRST_EVENTS: Final = 8  # rows shown at a terminal; the rest is counted
 MOST_DIGITS, FEWEST_DIGITS = 12, 3  # of the numbers of an event
-MEANS: Final = (
-    ("period", "period", "s"),
-    ("Δφ per period", "precession", "rad"),
-    ("Δψ per period", "spin", "rad"),
-)
+PROVED_DIGITS: Final = 17  # shown of what is enclosed
+CONSTANTS: Final = ("E", "E_prime", "p_phi", "p_psi")
+COURSE: Final = ("theta_min", "theta_max", "period", "precession", "spin")
 OFF: Final = {  # what distances from the closed form are measured in
     "axis": "(a length)", "energy": "(relative)", "event_time": "s",
 }  # fmt: skip
+FACTS: Final = (
+    ("nutation", "{nutation_frequency} rad/s"),
+    ("", "range of cos θ {nutation_amplitude}"),
+    ("", "turns of φ in one: {rotation_number}"),
+    ("small nutation", "{small_nutation_frequency} rad/s about this motion"),
+    ("the other rate", "{other}"),
+    ("a small tilt", "grows by e in {growth_time} s"),
+    ("a small tilt", "precesses between {slow_cone_rate} and {fast_cone_rate} rad/s"),
+    ("sleeps", "from |ω₃| = {sleeping_threshold} rad/s on"),
+    ("p_ψ²/4A|gMR|", "{fast_top_ratio}"),
+    ("", "as a fast top: mean φ̇ {fast_top_precession_rate} rad/s{fast_top_precession_error}"),
+    ("", "as a fast top: period {fast_top_nutation_period} s{fast_top_period_error}"),
+    ("", "as a fast top: range of cos θ {fast_top_amplitude}{fast_top_amplitude_error}"),
+)
+"""Of a classification: labels and words, with the names of facts."""
 
 
 def run_parts(document: Known) -> Iterator[Part]:
     """A run: what is known without integrating, the plan, the end, the events, the errors."""
-    motion, rows = document["motion"], document["events"]["table"]
-    yield FactRows.of(_facts(document))
+    motion, rows, cost = document["motion"], document["events"]["table"], document["cost"]
+    proved = f", proved, margin {short(motion['margin'])}" if motion["certified"] else ""
+    tags = f" ({', '.join(motion['tags'])})" if motion["tags"] else ""
+    yield FactRows.of([
+        ("kind", f"{motion['kind']}{tags}{proved}"),
+        *_course(motion, motion),
+        *quantities(document["constants"], *CONSTANTS),
+        *_plan(document["plan"]),
+        *_end(document),
+    ])  # fmt: skip
     if rows:
         yield events(rows, document["events"]["omitted"])
     bounds = [("off the closed form", _errors(document["errors"]))]
     if rows and motion["kind"].startswith("through-"):
         bounds.append(("at the pole", "φ is that before or after, π apart; φ̇ is its limit"))
-    cost = [("cost", _cost(document["cost"]))] if "derive_s" in document["cost"] else []
-    yield FactRows.of([*bounds, *cost, *files(document)])
+    known = [("cost", _cost(cost))] if "derive_s" in cost else []
+    yield FactRows.of([*bounds, *known, *files(document)])
 
 
 def plan_parts(document: Known) -> Iterator[Part]:
@@ -58,61 +85,38 @@ def plan_parts(document: Known) -> Iterator[Part]:
     yield FactRows.of([*_plan(plan), *expected])
 
 
-def _facts(document: Known) -> Iterator[tuple[str, str]]:
-    yield "kind", _kind(document["motion"])
-    yield from course(document["motion"], document["motion"])
-    yield from constants(document["constants"])
-    yield from _plan(document["plan"])
-    if document["final"] is not None:
-        yield from _final(document["final"])
-        yield "events", _counts(document["events"])
-    if missed := document["missed_digits"]:
-        yield "digits missed", ", ".join(f"{name} {size:.1e}" for name, size in missed.items())
-    if document["outcome"] != "finished":
-        yield "outcome", document["outcome"]
+def classify_parts(document: Known) -> Iterator[Part]:
+    """A classification: kind and why, range of tilt and means per period, constants, rates."""
+    motion, enclosure = document["motion"], document["enclosure"]
+    proved = {
+        name: motion[name] if enclosure[name] is None else between(*enclosure[name])
+        for name in COURSE
+    }
+    yield FactRows.of([
+        *_verdict(motion),
+        *_course(motion, proved),
+        *quantities(document["constants"], *CONSTANTS),
+        *_facts(document["facts"]),
+    ])  # fmt: skip
 
 
-def _kind(motion: Known) -> str:
-    """Kind and tags of a motion, whether they are proved, and the margin."""
-    tags = f" ({', '.join(motion['tags'])})" if motion["tags"] else ""
-    proved = f", proved, margin {short(motion['margin'])}" if motion["certified"] else ""
-    return f"{motion['kind']}{tags}{proved}"
-
-
-def course(motion: Known, values: Known) -> Iterator[tuple[str, str]]:
+def _course(motion: Known, values: Known) -> Iterator[Row]:
     """Range of tilt, period, and means per period, of those there are, with their values."""
-    low, high = (number(values[name]) for name in ("theta_min", "theta_max"))
+    low, high = (number(values[name]) for name in COURSE[:2])
     if MISSING not in (low, high):
         least, greatest = (f"{math.degrees(float(end)):.2f}°" for end in (low, high))
         if low == high:
             yield "θ", f"{low} rad ({least}), constant"
         else:
             yield "θ between", f"{low} and {high} rad ({least} to {greatest})"
-    for label, name, unit in MEANS:
-        if values[name] is not None:
-            yield label, f"{number(values[name])} {unit}"
-        if (
-            name == "period"
-            and motion["kind"] == "planar-pendulum"
-            and "swinging" in motion["tags"]
-        ):
-            twice = number(2 * float(motion["period"]))
-            yield "", f"the swing there and back {twice} s; φ jumps by π at the vertical"
+    yield from quantities(values, "period")
+    if motion["kind"] == "planar-pendulum" and "swinging" in motion["tags"]:
+        twice = number(2 * float(motion["period"]))
+        yield "", f"the swing there and back {twice} s; φ jumps by π at the vertical"
+    yield from quantities(values, "precession", "spin")
 
 
-def constants(values: Known) -> Iterator[tuple[str, str]]:
-    """The constants of the motion, of those there are."""
-    for label, name, unit in (
-        ("E", "E", "J"),
-        ("E'", "E_prime", "J"),
-        ("p_φ", "p_phi", "kg m²/s"),
-        ("p_ψ", "p_psi", "kg m²/s"),
-    ):
-        if values[name] is not None:
-            yield label, f"{number(values[name])} {unit}"
-
-
-def _plan(plan: Known) -> Iterator[tuple[str, str]]:
+def _plan(plan: Known) -> Iterator[Row]:
     marks = [mark for mark in ("projected", "folded") if plan[mark]]
     tolerance = f"tolerance {short(plan['tolerance'])}"
     how = (plan["precision"], f"{plan['states']} states", tolerance) if plan["states"] else ()
@@ -121,28 +125,29 @@ def _plan(plan: Known) -> Iterator[tuple[str, str]]:
         yield "", f"· {reason}"
 
 
-def _final(final: Known) -> Iterator[tuple[str, str]]:
-    angles = (("θ", "theta"), ("φ", "phi"), ("ψ", "psi"))
-    known = [
-        f"{label} = {number(final[name])}" for label, name in angles if final.get(name) is not None
-    ]
-    yield f"at t = {number(final['t'])} s", ", ".join(known) + " rad" if known else MISSING
-    for label, name in angles[1:]:
-        if abs(final.get(f"{name}_turns") or 0) >= MANY_TURNS:
-            rest = number(final[f"{name}_mod"])
-            yield "", f"{label} = {final[f'{name}_turns']} turns and {rest} rad"
-
-
-def _counts(found: Known) -> str:
-    counts = ((name, found[name]) for name in ("turning", "reversal", "cusp"))
-    asked = [f"{count} {name}" for name, count in counts if count is not None]
-    return ", ".join(asked) or "none asked for"
+def _end(document: Known) -> Iterator[Row]:
+    """The state at the end, the events that were counted, and what went wrong."""
+    if final := document["final"]:
+        angles = [name for name in ("theta", "phi", "psi") if final.get(name) is not None]
+        known = ", ".join(f"{SYMBOLS[name][0]} = {number(final[name])}" for name in angles)
+        yield f"at t = {number(final['t'])} s", f"{known} rad" if known else MISSING
+        for name in ("phi", "psi"):
+            if abs(turns := final.get(f"{name}_turns") or 0) >= MANY_TURNS:
+                rest = number(final[f"{name}_mod"])
+                yield "", f"{SYMBOLS[name][0]} = {turns} turns and {rest} rad"
+        counts = ((document["events"][name], name) for name in ("turning", "reversal", "cusp"))
+        asked = [f"{count} {name}" for count, name in counts if count is not None]
+        yield "events", ", ".join(asked) or "none asked for"
+    if missed := document["missed_digits"]:
+        yield "digits missed", ", ".join(f"{name} {size(off)}" for name, off in missed.items())
+    if document["outcome"] != "finished":
+        yield "outcome", document["outcome"]
 
 
 def events(rows: list[Known], omitted: int) -> Fitting:
     """The events, with as many digits as fit; units below the headings where it is narrow."""
     columns = {name: settled(row[name] for row in rows) for name in ("t", "theta", "phi", "phidot")}
-    heads = ("event", *map(headed, columns), "residual [rad/s]")
+    heads = ("event", *map(headed, (*columns, "residual")))
 
     def table(digits: int) -> Table:
         below = "\n" if digits < MOST_DIGITS else " "
@@ -173,11 +178,11 @@ def settled(values: Iterable[Any]) -> list[float | None]:
     return [0.0 if value is not None and abs(value) < least else value for value in found]
 
 
-def _errors(found: Mapping[str, Any]) -> str:
+def _errors(found: Known) -> str:
     known = (
-        f"{name.replace('_', ' ')} {short(size)} {OFF.get(name, 'rad')}"
-        for name, size in found.items()
-        if isinstance(size, int | float)
+        f"{name.replace('_', ' ')} {short(off)} {OFF.get(name, 'rad')}"
+        for name, off in found.items()
+        if isinstance(off, int | float)
     )
     return ", ".join(filter(None, (*known, found.get("why_not"))))
 
@@ -190,3 +195,78 @@ def _cost(cost: Known) -> str:
     if cost["us_per_period"] is not None:
         parts.append(f"{cost['us_per_period']:.1f} µs a period")
     return ", ".join(parts)
+
+
+# --- what is known without integrating -----------------------------------------------------------
+
+
+def _verdict(motion: Known) -> Iterator[Row]:
+    proof = "proved" if motion["certified"] else f"|x| < {number(motion['bound'])}"
+    yield "kind", f"{motion['kind']}, {proof}"
+    if motion["tags"]:
+        yield "tags", ", ".join(motion["tags"])
+    if motion["open_tags"]:
+        yield "tags undecided", ", ".join(motion["open_tags"])
+    yield "why", motion["why"]
+    if motion["certified"]:
+        low, high = motion["margin_enclosure"]
+        within = f", to {high - low:.0e}" if high > low else ""
+        yield "margin", f"{number(motion['margin'])}{within}"
+
+
+def between(low: str, high: str) -> str:
+    """A number between two bounds, of 17 digits or as many as are certain to a unit of the last.
+
+    Examples
+    --------
+    >>> between("0.09999999999999999999", "0.10000000000000000001"), between("0.1234", "0.1240")
+    ('0.1', '0.124')
+    """
+    least, most = Decimal(low), Decimal(high)
+    middle, radius = (least + most) / 2, (most - least) / 2
+    last = middle.adjusted() - PROVED_DIGITS + 1
+    if radius:
+        last = max(last, radius.adjusted() + 1)
+    text = round(middle, -last).normalize()
+    return f"{text:f}" if -6 < text.adjusted() < PROVED_DIGITS else f"{text:e}"
+
+
+def _facts(facts: Known) -> Iterator[Row]:
+    """The facts that are known, each in the words of `FACTS`."""
+    shown = {name: number(x) for name, x in facts.items() if x is not None}
+    for name, x in facts.items():
+        if name.startswith("fast_top") and name.endswith("error"):
+            shown[name] = "" if x is None else f", off by {100 * x:+.3g} %"
+        elif name.startswith("fast_top") and x is not None:
+            shown[name] = short(x)
+    if facts["steady_branch"] is None:
+        shown.pop("small_nutation_frequency", None)
+    if rate := facts["growth_rate"]:
+        shown["growth_time"] = number(1 / rate)
+    if (other := facts["other_precession_rate"]) is not None:
+        about = facts["other_nutation_frequency"]
+        nods = "" if about is None else f", with a small nutation of {number(about)} rad/s"
+        shown["other"] = f"{number(other)} rad/s{nods}"
+    yield from quantities(facts, "omega3")
+    yield from _range(facts, "phidot", "mean_precession_rate")
+    yield from _range(facts, "psidot", "mean_spin_rate")
+    for label, words in FACTS:
+        with suppress(KeyError):  # of what is not known
+            yield label, words.format_map(shown)
+
+
+def _range(facts: Known, name: str, mean: str) -> Iterator[Row]:
+    label, (low, high) = SYMBOLS[name][0], (facts[f"{name}_{end}"] for end in ("min", "max"))
+    if low is None or high is None:
+        return
+    if low == high:
+        yield label, f"{number(low)} rad/s"
+        return
+    text = f"{number(low)} to {number(high)} rad/s"
+    if facts[mean] is not None:
+        text += f", in the mean {number(facts[mean])}"
+        if not low <= facts[mean] <= high:  # the angle jumps in passing a pole, and is counted so
+            text += " with its jumps by π at the pole"
+    yield label, text
+    if facts[f"{name}_reverses"]:
+        yield "", f"reverses at θ = {number(facts[f'{name}_reversal_theta'])} rad"

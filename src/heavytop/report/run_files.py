@@ -10,16 +10,16 @@ import json
 import os
 import re
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
 from heavytop.errors import ForeignFile, ForeignRun, StoppedEarly
-from heavytop.files import as_json, locked, regular, write_document, write_text
-from heavytop.results.base import typed, with_command
-from heavytop.results.document import SCHEMA, run_document
-from heavytop.results.plan_document import asked_form, chosen_document
+from heavytop.files import as_json, locked, regular, write_text
+from heavytop.results.base import typed
+from heavytop.results.classification import PlanSummary
+from heavytop.results.run import RunResult, run_result
 from heavytop.run.planning import Plan
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.scene import Scene, read_scene
@@ -73,7 +73,7 @@ class Request:
 
         if not (folder / REQUEST).exists():
             found = load_interrupted(folder / TRAJECTORY)
-            return cls(found.scene, asked_form(chosen_document(found.plan)))
+            return cls(found.scene, PlanSummary.of(found.plan).asked)
         told = _read(folder / REQUEST, REQUEST_SCHEMA)
         scene = read_scene(told["scene"], where=f"{told['name']}.toml")
         return cls(scene, told["formulation"], told["figures"])
@@ -106,30 +106,29 @@ def begun(folder: Path, asked: Request, *, force: bool = False) -> Iterator[None
 
     if (folder / STUDY).exists():
         raise ForeignRun(folder, ())
-    mine, lock = False, ExitStack()
-    lock.enter_context(locked(folder / LOCK))
-    try:
-        if not force:
-            _expect_same(folder, asked)
-        for path in folder.glob(".*"):  # of a writer that was killed
-            if (name := re.fullmatch(r"\.\d+\.(.+)", path.name)) and name[1] in OWN:
-                path.unlink(missing_ok=True)
-        unfinished = (folder / REQUEST).exists()
-        if force or not unfinished:
-            _replace(folder, unfinished=unfinished)
-            asked.write(folder)
-        mine = True
-        yield
-    except (KeyboardInterrupt, OSError, StoppedEarly):
-        raise
-    except BaseException:
-        if mine and not (folder / TRAJECTORY).exists():  # nothing is done: it would fail again
-            (folder / REQUEST).unlink(missing_ok=True)
-        raise
-    finally:
-        if not (folder / REQUEST).exists():
-            (folder / LOCK).unlink(missing_ok=True)
-        lock.close()
+    mine = False
+    with locked(folder / LOCK):
+        try:
+            if not force:
+                _expect_same(folder, asked)
+            for path in folder.glob(".*"):  # of a writer that was killed
+                if (name := re.fullmatch(r"\.\d+\.(.+)", path.name)) and name[1] in OWN:
+                    path.unlink(missing_ok=True)
+            unfinished = (folder / REQUEST).exists()
+            if force or not unfinished:
+                _replace(folder, unfinished=unfinished)
+                asked.write(folder)
+            mine = True
+            yield
+        except (KeyboardInterrupt, OSError, StoppedEarly):
+            raise
+        except BaseException:
+            if mine and not (folder / TRAJECTORY).exists():  # nothing is done: it would fail again
+                (folder / REQUEST).unlink(missing_ok=True)
+            raise
+        finally:
+            if not (folder / REQUEST).exists():
+                (folder / LOCK).unlink(missing_ok=True)
 
 
 def _replace(folder: Path, *, unfinished: bool) -> None:
@@ -157,8 +156,8 @@ def _expect_same(folder: Path, asked: Request) -> None:
         if (folder / REQUEST).exists():
             there = Request.read(folder).question
         elif (folder / DOCUMENT).exists():
-            found = document_of(folder)
-            there = _question(found["scene"], asked_form(found["plan"]))
+            found = RunResult.load(folder / DOCUMENT)
+            there = _question(found.scene.document(), found.plan.asked)
         elif (folder / TRAJECTORY).exists():
             there = Request.read(folder).question
         else:
@@ -191,17 +190,6 @@ def part_of(folder: Path, scene: Scene, chosen: Plan) -> Trajectory | None:
     return replace(part, scene=scene, plan=replace(part.plan, estimate=chosen.estimate))
 
 
-def document_of(folder: Path) -> dict[str, Any]:
-    """The document of a run, as it was written.
-
-    Raises
-    ------
-    ForeignFile
-        There is none, or it is damaged.
-    """
-    return _read(folder / DOCUMENT, SCHEMA)
-
-
 def _read(path: Path, schema: str) -> dict[str, Any]:
     """The document of a schema in a file."""
     try:
@@ -214,7 +202,7 @@ def _read(path: Path, schema: str) -> dict[str, Any]:
     return found
 
 
-def write_results(trajectory: Trajectory, folder: Path, *, figures: bool = True) -> dict[str, Any]:
+def write_results(trajectory: Trajectory, folder: Path, *, figures: bool = True) -> RunResult:
     """Write a run; the document comes last, so that where it stands the rest is whole.
 
     Parameters
@@ -227,8 +215,8 @@ def write_results(trajectory: Trajectory, folder: Path, *, figures: bool = True)
 
     Returns
     -------
-    dict
-        The document, schema ``heavytop/run/1``; its ``files`` are the names of what was written.
+    RunResult
+        Its ``files`` are the names of what was written.
 
     Raises
     ------
@@ -237,12 +225,18 @@ def write_results(trajectory: Trajectory, folder: Path, *, figures: bool = True)
     """
     files = {"document": DOCUMENT, "trajectory": TRAJECTORY}
     clear(folder)
-    trajectory.save(folder / files["trajectory"])
+    trajectory.save(folder / TRAJECTORY)
     if figures:
-        files |= _write_figures(trajectory, folder)
-    document = with_command(run_document(trajectory, files=files))
-    write_document(folder / files["document"], document)
-    return document
+        from heavytop.plots.figures import FIGURES, save
+
+        for name, draw in FIGURES.items():
+            figure = draw(trajectory)
+            for form in FORMS:
+                files[f"{name}_{form}"] = f"{name}.{form}"
+                save(figure, folder / f"{name}.{form}")
+    result = run_result(trajectory, files=files)
+    result.save(folder / DOCUMENT)
+    return result
 
 
 def clear(folder: Path) -> None:
@@ -259,28 +253,15 @@ def clear(folder: Path) -> None:
     OSError
         A file cannot be removed.
     """
-    for name in _figures_told(folder / DOCUMENT):
+    for name in OWN_FIGURES & _told(folder / DOCUMENT):
         (folder / name).unlink(missing_ok=True)
     (folder / DOCUMENT).unlink(missing_ok=True)
 
 
-def _figures_told(document: Path) -> frozenset[str]:
+def _told(document: Path) -> set[str]:
+    """The files of which a document tells, which need not be whole."""
     try:
         with regular(document) as file:
-            told = json.loads(file.read())["files"].values()
-        return OWN_FIGURES & {name for name in told if isinstance(name, str)}
+            return {name for name in json.loads(file.read())["files"].values() if name == str(name)}
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
-        return frozenset()  # there is no document, or it is no run's
-
-
-def _write_figures(trajectory: Trajectory, folder: Path) -> dict[str, str]:
-    """Write every figure of a run; return their names by what they are."""
-    from heavytop.plots.figures import FIGURES, save
-
-    files = {}
-    for name, draw in FIGURES.items():
-        figure = draw(trajectory)
-        for form in FORMS:
-            files[f"{name}_{form}"] = f"{name}.{form}"
-            save(figure, folder / f"{name}.{form}")
-    return files
+        return set()  # there is no document, or it is no run's

@@ -1,11 +1,10 @@
-"""The files of studies: what each found, as a document and a chart, in its folder."""
+"""The files of studies: what each found, as a document and charts, in its folder."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
@@ -17,18 +16,22 @@ from heavytop.results.base import with_command
 
 if TYPE_CHECKING:
     from heavytop.claims.validate import Validation
+    from heavytop.results.drift import Drift
+    from heavytop.results.energy_momentum import Diagram
     from heavytop.results.stress import Stress
     from heavytop.results.work_precision import WorkPrecision
     from heavytop.studies.atlas import Atlas
-    from heavytop.studies.drift_result import Drift
 
 Folder: TypeAlias = str | os.PathLike[str]
 Written: TypeAlias = dict[str, str]
 """Names of files, by what they are."""
 
-Document: TypeAlias = Callable[..., dict[str, Any]]
-
 FORMS: Final = ("svg", "png")
+DRAWN_IN: Final = {
+    "drift": "studies", "workprec": "studies", "stress": "studies", "atlas": "atlas",
+    "energy_momentum": "theory", "critical_set": "theory",
+}  # fmt: skip
+"""The module of `heavytop.plots` that draws a chart."""
 
 
 class Unwritten(StoppedEarly):
@@ -59,12 +62,12 @@ def write_drift(drift: Drift, folder: Folder, *, figures: bool = True) -> Writte
     StoppedEarly
         A file cannot be written.
     """
-    place, errors = Path(folder), "drift.nc"
-    with _stopping(place, kept=place):
+    with _writing(folder, kept=True) as place:
         data = bytes(drift.to_xarray().to_netcdf(engine="h5netcdf"))  # whole before it is on disk
-        write_sealed(place / errors, lambda part: part.write_bytes(data))
-        document = partial(drift.document, costs=False)
-        return _written("drift", document, place, figures, {"errors": errors})
+        write_sealed(place / "drift.nc", lambda part: part.write_bytes(data))
+        document = drift.document(costs=False)
+        return _written(place, "drift", document, {"drift": document} if figures else {},
+                        errors="drift.nc")  # fmt: skip
 
 
 def write_stress(stress: Stress, folder: Folder, *, figures: bool = True) -> Written:
@@ -88,7 +91,9 @@ def write_stress(stress: Stress, folder: Folder, *, figures: bool = True) -> Wri
     Unwritten
         A file cannot be written. The document is written first, and again once the chart is there.
     """
-    return _afresh("stress", stress.document, folder, figures)
+    with _writing(folder) as place:
+        document = stress.document()
+        return _written(place, "stress", document, {"stress": document} if figures else {})
 
 
 def write_work_precision(found: WorkPrecision, folder: Folder, *, figures: bool = True) -> Written:
@@ -112,7 +117,10 @@ def write_work_precision(found: WorkPrecision, folder: Folder, *, figures: bool 
     Unwritten
         A file cannot be written. The document is written first, and again once the chart is there.
     """
-    return _afresh("workprec", found.document, folder, figures and bool(found.points))
+    with _writing(folder) as place:
+        document = found.document()
+        charts = {"workprec": document} if figures and found.points else {}
+        return _written(place, "workprec", document, charts)
 
 
 def write_atlas(found: Atlas, folder: Folder, *, figures: bool = True) -> Written:
@@ -136,29 +144,21 @@ def write_atlas(found: Atlas, folder: Folder, *, figures: bool = True) -> Writte
     StoppedEarly
         A file cannot be written.
     """
-    place, files = Path(folder), {"document": "atlas.json"}
-    with _stopping(place, kept=place):
+    with _writing(folder, kept=True) as place:
+        others = {}
         if found.whole:
-            files["map"] = "atlas.nc"
-            found.save_map(place / files["map"])
-        if found.whole and figures:
-            from heavytop.plots.atlas import atlas_figure
-
-            files |= _saved("atlas", atlas_figure(found), place)
-        document = with_command(found.document(costs=False, files=files))
-        write_document(place / files["document"], document)
-    return files
+            others["map"] = "atlas.nc"
+            found.save_map(place / others["map"])
+        charts = {"atlas": found} if found.whole and figures else {}
+        return _written(place, "atlas", found.document(costs=False), charts, **others)
 
 
-def write_energy_momentum(
-    document: Mapping[str, Any], folder: Folder, *, figures: bool = True
-) -> Written:
+def write_energy_momentum(found: Diagram, folder: Folder, *, figures: bool = True) -> Written:
     """Write ``energy_momentum.json`` and the pictures: the diagram, and the critical set.
 
     Parameters
     ----------
-    document : mapping
-        Of the schema ``heavytop/energy-momentum/1``.
+    found : Diagram
     folder : path
         It exists.
     figures : bool
@@ -174,15 +174,12 @@ def write_energy_momentum(
     StoppedEarly
         A file cannot be written.
     """
-    place, files = Path(folder), {"document": "energy_momentum.json"}
-    with _stopping(place, kept=None):
-        if figures:
-            files |= _saved("energy_momentum", charted("energy_momentum", document), place)
+    with _writing(folder) as place:
+        document = found.document()
+        charts = {"energy_momentum": document} if figures else {}
         if figures and document["critical_set"] is not None:
-            drawn = _saved("critical_set", charted("critical_set", document), place)
-            files |= {f"critical_set_{form}": drawn[f"chart_{form}"] for form in FORMS}
-        write_document(place / files["document"], with_command({**document, "files": files}))
-    return files
+            charts["critical_set"] = document
+        return _written(place, "energy_momentum", document, charts)
 
 
 def write_validation(found: Validation, folder: Folder) -> Written:
@@ -204,67 +201,54 @@ def write_validation(found: Validation, folder: Folder) -> Written:
     Unwritten
         The file cannot be written.
     """
-    return _afresh("validate", found.document, folder, figures=False)
+    with _writing(folder) as place:
+        return _written(place, "validate", found.document(), {})
 
 
 @contextmanager
-def _stopping(place: Path, *, kept: Path | None) -> Iterator[None]:
-    """Let files be written; where one cannot, a long study has ended early, and no option is bad.
+def _writing(folder: Folder, *, kept: bool = False) -> Iterator[Path]:
+    """The folder of a study; where a file of it cannot be written, the study has ended early.
 
-    `kept` is the folder from which the study can be taken up again, where there is one.
+    `kept` says that the study can be taken up again from there.
     """
-    try:
-        yield
-    except OSError as fault:
-        why = f"cannot write {_meant(fault, place)}: {fault.strerror or fault}"
-        kind = Unwritten if kept is None else StoppedEarly
-        raise kind(Stop.UNWRITABLE, why, kept) from fault
-
-
-def _meant(fault: OSError, place: Path) -> Path:
-    """Return the file that could not be written, by the name that it would have had at last."""
-    path = Path(os.fsdecode(fault.filename or place))
-    return path.with_name(path.name.removeprefix(f".{os.getpid()}."))
-
-
-def _afresh(name: str, document: Document, folder: Folder, figures: bool) -> Written:
-    """Write a study that kept no folder of its own while it went."""
     place = Path(folder)
-    with _stopping(place, kept=None):
+    try:
         place.mkdir(parents=True, exist_ok=True)
-        return _written(name, document, place, figures, {})
+        yield place
+    except OSError as fault:
+        path = Path(os.fsdecode(fault.filename or place))
+        path = path.with_name(path.name.removeprefix(f".{os.getpid()}."))  # as it is named at last
+        why = f"cannot write {path}: {fault.strerror or fault}"
+        kind = StoppedEarly if kept else Unwritten
+        raise kind(Stop.UNWRITABLE, why, place if kept else None) from fault
 
 
 def _written(
-    name: str, document: Document, place: Path, figures: bool, others: Mapping[str, str]
+    place: Path, name: str, document: Mapping[str, Any], charts: Mapping[str, Any], **others: str
 ) -> Written:
-    """Write the document, then the chart, then the document that names the chart too.
+    """Write the document, then its charts, then the document that names these too.
 
     What was computed is on the disk before anything is drawn; charts of another study of the same
-    name go as soon as its document is replaced.
+    name go as soon as its document is replaced. `charts` has what each of them draws.
     """
     files = {"document": f"{name}.json", **others}
-    plain = with_command(document(files=files))
+    plain = with_command({**document, "files": files})
     write_document(place / files["document"], plain)
-    for form in FORMS:
-        (place / f"{name}.{form}").unlink(missing_ok=True)
-    if figures:
-        files |= _saved(name, charted(name, plain), place)
+    for chart in {name: None, **charts}:
+        for form in FORMS:
+            (place / f"{chart}.{form}").unlink(missing_ok=True)
+    if charts:
+        from heavytop.plots.style import save
+
+        for chart, of in charts.items():
+            figure = charted(chart, of)
+            for form in FORMS:
+                files[f"{'chart' if chart == name else chart}_{form}"] = f"{chart}.{form}"
+                save(figure, place / f"{chart}.{form}")
         write_document(place / files["document"], plain | {"files": files})
     return files
 
 
-def charted(name: str, document: Mapping[str, Any]) -> Any:
-    """The figure of a document, as ``heavytop.plots.NAME`` draws it."""
-    draw = getattr(import_module(f"heavytop.plots.{name}"), f"{name}_figure")
-    return draw(document)
-
-
-def _saved(name: str, figure: Any, place: Path) -> Written:
-    """Save a figure in every form."""
-    from heavytop.plots.figures import save
-
-    files = {f"chart_{form}": f"{name}.{form}" for form in FORMS}
-    for file in files.values():
-        save(figure, place / file)
-    return files
+def charted(name: str, of: Any) -> Any:
+    """The chart of a document, or of an atlas."""
+    return getattr(import_module(f"heavytop.plots.{DRAWN_IN[name]}"), f"{name}_figure")(of)

@@ -8,6 +8,7 @@ what a terminal would act on is spelled out.
 from __future__ import annotations
 
 import json
+import math
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -15,7 +16,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field, fields
 from hashlib import sha256
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeAlias
+from typing import Annotated, Any, NamedTuple, Self, TypeAlias
 
 from heavytop.errors import ForeignFile
 from heavytop.files import regular, write_document
@@ -31,8 +32,15 @@ class _Harmless:
         return no_info_after_validator_function(harmless, handler(source))
 
 
+class _Finite:
+    """Refuses what is no number of JSON, though Python reads it."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        return handler(source) | {"allow_inf_nan": False}
+
+
 Text: TypeAlias = Annotated[str, _Harmless()]
-Number: TypeAlias = int | float
+Number: TypeAlias = int | Annotated[float, _Finite()]
 Value: TypeAlias = Number | Text | None  # more than 15 digits are a text
 Values: TypeAlias = Mapping[Text, Value]
 Column: TypeAlias = tuple[Number | None, ...]
@@ -93,8 +101,6 @@ class Part:
     Keys without a field are left out when it is read: they follow from the fields.
     """
 
-    __pydantic_config__: ClassVar[Mapping[str, bool]] = {"allow_inf_nan": False}
-
     def document(self) -> dict[str, Any]:
         """Return the part for JSON."""
         return {each.name: plain(getattr(self, each.name)) for each in fields(self)}
@@ -102,7 +108,14 @@ class Part:
 
 @dataclass(frozen=True, kw_only=True)
 class Problem(Part):
-    """The top of a study and its start, as `heavytop.Scene.problem` gives them."""
+    """The top of a study and its start, as `heavytop.Scene.problem` gives them.
+
+    Attributes
+    ----------
+    name, title, source : str
+    top, start : mapping from str to (float or str)
+        Beyond 15 digits a number is a decimal text.
+    """
 
     name: Text
     title: Text
@@ -112,8 +125,22 @@ class Problem(Part):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Result(Part):
-    """What a command makes, and a file holds; a subclass gives `schema` its one value.
+class SceneTables(Part):
+    """A scene, as `heavytop.Scene.document` gives it: in the order of a scene file."""
+
+    name: Text
+    format: int
+    title: Text
+    source: Text
+    top: Values
+    start: Values
+    span: Values
+    want: Mapping[Text, Value | tuple[Value, ...]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Answer(Part):
+    """What a command prints; a subclass gives `schema` its one value.
 
     Attributes
     ----------
@@ -121,14 +148,24 @@ class Result(Part):
         What the fields mean: a name and the number of its edition.
     command : str or None
         What was typed, as a text that is never executed; None where Python was used.
+    """
+
+    schema: Text
+    command: Text | None = field(default_factory=typed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Result(Answer):
+    """What a file holds: an answer with the names of its files, and versions.
+
+    Attributes
+    ----------
     files : mapping from str to str
         Names of the files that were written, by what they are.
     versions : mapping from str to (str or None)
         Of what the last bits depend on.
     """
 
-    schema: Text
-    command: Text | None = field(default_factory=typed)
     files: Mapping[Text, Text] = field(default_factory=dict)
     versions: Mapping[Text, Text | None] = field(default_factory=dict)
 
@@ -143,12 +180,21 @@ class Result(Part):
         return super().document() | ({"files": dict(files)} if files else {})
 
     def save(self, path: Path) -> None:
-        """Write the result as JSON; `load` reads it."""
+        """Write the result as JSON; `load` reads it.
+
+        Parameters
+        ----------
+        path : Path
+        """
         write_document(path, self.document())
 
     @classmethod
     def load(cls, path: Path) -> Self:
         """Return the result that a file holds.
+
+        Parameters
+        ----------
+        path : Path
 
         Raises
         ------
@@ -166,6 +212,16 @@ def plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {name: plain(each) for name, each in value.items()}
     return [plain(each) for each in value] if isinstance(value, tuple | list) else value
+
+
+def finite(value: Any) -> Any:
+    """Return a number as JSON holds it: None for what is not finite; of a mapping each."""
+    if value is None or isinstance(value, str | bool | int):
+        return value
+    if isinstance(value, Mapping):
+        return {name: finite(each) for name, each in value.items()}
+    number = float(value)
+    return number if math.isfinite(number) else None
 
 
 class Stored(NamedTuple):
@@ -195,6 +251,8 @@ def read(path: Path, kind: Any) -> Stored:
     except ValidationError as wrong:
         first = wrong.errors()[0]
         place = harmless(": ".join(map(str, first["loc"])))[:200]
+        if first["type"] == "json_invalid":
+            place = "not readable"
         said = [harmless(path), *[place] * bool(place), harmless(first["msg"])[:200]]
         raise ForeignFile(": ".join(said)) from None
     return Stored(found, sha256(data).hexdigest())

@@ -1,24 +1,138 @@
-"""The classify document, schema heavytop/classify/1: what is known without integrating."""
+"""What is known of a scene without integrating it: its motion, and how it would be integrated."""
 
 from __future__ import annotations
 
-import math
-from typing import Any, Final
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, Literal, Self
 
 from heavytop.analytic.enclosure import Enclosure, enclose
 from heavytop.analytic.facts import facts
 from heavytop.analytic.motion import Motion
 from heavytop.errors import Unseparated
+from heavytop.results.base import Answer, Part, SceneTables, Text, Value, Values, finite
 from heavytop.scene.scene import Scene
 
-SCHEMA: Final = "heavytop/classify/1"
+if TYPE_CHECKING:
+    from heavytop.run.planning import Plan
+
 COURSE: Final = ("theta_min", "theta_max", "period", "precession", "spin")
 ENCLOSED: Final = ("roots", *COURSE)
 DIGITS: Final = 18  # of the balls around them
 SHOWN: Final = 22  # significant digits of the decimals around a ball
 
 
-def classify_document(scene: Scene) -> dict[str, Any]:
+@dataclass(frozen=True, kw_only=True)
+class MotionSummary(Part):
+    """Kind, tags, whether they are proved, margin, range of tilt, and means per period."""
+
+    kind: Text
+    tags: tuple[Text, ...]
+    certified: bool
+    margin: Value
+    theta_min: Value
+    theta_max: Value
+    period: Value
+    precession: Value
+    spin: Value
+
+    @classmethod
+    def of(cls, motion: Motion, **more: Any) -> Self:
+        """Return the summary of a motion."""
+        verdict = motion.verdict
+        return cls(
+            kind=str(verdict.kind),
+            tags=tuple(str(tag) for tag in verdict.tags),
+            certified=verdict.certified,
+            margin=finite(verdict.margin),
+            **{name: finite(getattr(motion, name)) for name in COURSE},
+            **more,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClassifiedMotion(MotionSummary):
+    """A motion with the reasons for its kind, which tags are open, and to which bound."""
+
+    why: Text
+    margin_enclosure: tuple[Value, ...]
+    open_tags: tuple[Text, ...]
+    bound: Value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Classification(Answer):
+    """What can be said of a scene without integrating it.
+
+    Attributes
+    ----------
+    scene : SceneTables
+    motion : ClassifiedMotion
+    constants : mapping from str to float
+        E, E_prime, p_phi and p_psi.
+    facts : mapping
+        Those of `heavytop.Facts`.
+    enclosure : mapping
+        ``roots`` (cos θ), ``theta_min``, ``theta_max``, ``period``, ``precession`` and ``spin``,
+        each as two decimals with the true value between them; None where there is no such value,
+        or none could be enclosed.
+    """
+
+    schema: Literal["heavytop/classify/1"] = "heavytop/classify/1"
+    scene: SceneTables
+    motion: ClassifiedMotion
+    constants: Values
+    facts: Mapping[Text, Any]
+    enclosure: Mapping[Text, Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanSummary(Part):
+    """How a scene is integrated, and why; ``cost_s`` and ``error`` are expected, not measured."""
+
+    formulation: Text
+    precision: Text
+    tolerance: Value
+    states: int
+    projected: bool
+    folded: bool
+    events: tuple[Text, ...]
+    reasons: tuple[Text, ...]
+    warnings: tuple[Text, ...]
+    cost_s: Value
+    error: Value
+
+    @classmethod
+    def of(cls, chosen: Plan) -> Self:
+        """Return the summary of a plan."""
+        names = ("formulation", "precision", "tolerance", "states", "projected", "folded")
+        expected = chosen.estimate
+        return cls(
+            **{name: finite(getattr(chosen, name)) for name in names},
+            events=tuple(chosen.watched),
+            reasons=tuple(chosen.reasons),
+            warnings=tuple(chosen.warnings),
+            cost_s=finite(expected.seconds) if expected else None,
+            error=finite(expected.error) if expected else None,
+        )
+
+    @property
+    def asked(self) -> str:
+        """The equations that were asked for, ``auto`` where it chose."""
+        form = self.formulation
+        return form if f"{form}: asked for by name" in self.reasons else "auto"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Planned(Answer):
+    """How a scene would be integrated; nothing is."""
+
+    schema: Literal["heavytop/plan/1"] = "heavytop/plan/1"
+    scene: SceneTables
+    plan: PlanSummary
+
+
+def classified(scene: Scene) -> Classification:
     """Return what can be said of a scene without integrating it.
 
     Parameters
@@ -26,41 +140,57 @@ def classify_document(scene: Scene) -> dict[str, Any]:
     scene : Scene
         Its top and its start; span and wants play no part.
 
-    Returns
-    -------
-    dict
-        ``scene``, ``motion`` and ``constants`` as in a run's document; the motion has ``why``,
-        ``margin_enclosure``, ``open_tags`` and ``bound`` besides. ``facts`` are those of
-        `heavytop.Facts`. ``enclosure`` has ``roots`` (cos θ), ``theta_min``, ``theta_max``,
-        ``period``, ``precession`` and ``spin``, each as two decimals with the true value between
-        them; None where there is no such value, or none could be enclosed.
-
     Examples
     --------
     >>> from heavytop.scene.scene import load_scene
-    >>> document = classify_document(load_scene("sicm-dropped"))
-    >>> document["motion"]["kind"], round(document["motion"]["period"], 6)
+    >>> motion = classified(load_scene("sicm-dropped")).motion
+    >>> motion.kind, round(motion.period, 6)
     ('cusps', 0.401406)
     """
     motion = Motion(scene.top, scene.start)
     verdict = motion.verdict
-    reasons = {
-        "why": verdict.why,
-        "margin_enclosure": [finite(bound) for bound in verdict.margin_enclosure],
-        "open_tags": list(verdict.open_tags),
-        "bound": finite(verdict.bound),
-    }
-    return {
-        "schema": SCHEMA,
-        "scene": scene.document(),
-        "motion": motion_document(motion) | reasons,
-        "constants": constants_document(motion),
-        "facts": finite(facts(motion).document()),
-        "enclosure": _enclosure_document(scene),
-    }
+    return Classification(
+        scene=SceneTables(**scene.document()),
+        motion=ClassifiedMotion.of(
+            motion,
+            why=verdict.why,
+            margin_enclosure=tuple(map(finite, verdict.margin_enclosure)),
+            open_tags=tuple(verdict.open_tags),
+            bound=finite(verdict.bound),
+        ),
+        constants=finite(dict(motion.constants.items())),
+        facts=finite(facts(motion).document()),
+        enclosure=_enclosure(scene),
+    )
 
 
-def _enclosure_document(scene: Scene) -> dict[str, Any]:
+def planned(scene: Scene, formulation: str = "auto") -> Planned:
+    """Return how a scene would be integrated, and why.
+
+    Parameters
+    ----------
+    scene : Scene
+    formulation : str
+        ``auto`` or the name of a formulation.
+
+    Raises
+    ------
+    BadScene
+        The scene wants what the formulation cannot give.
+
+    Examples
+    --------
+    >>> from heavytop.scene.scene import load_scene
+    >>> planned(load_scene("sicm-kicked", ['want.quantities=["theta"]'])).plan.states
+    2
+    """
+    from heavytop.run.planning import plan
+
+    chosen = plan(scene, formulation)
+    return Planned(scene=SceneTables(**scene.document()), plan=PlanSummary.of(chosen))
+
+
+def _enclosure(scene: Scene) -> dict[str, Any]:
     try:
         enclosure = enclose(scene.top, scene.start, digits=DIGITS)
     except Unseparated:
@@ -76,29 +206,3 @@ def _bounds(enclosure: Enclosure, name: str) -> list[Any] | None:
     if isinstance(found, tuple):
         return [list(ball.bounds(SHOWN)) for ball in found]
     return None if found is None else list(found.bounds(SHOWN))
-
-
-def motion_document(motion: Motion) -> dict[str, Any]:
-    """Return kind, tags, whether they are proved, margin, range of tilt, and means per period."""
-    verdict = motion.verdict
-    return {
-        "kind": str(verdict.kind),
-        "tags": [str(tag) for tag in verdict.tags],
-        "certified": verdict.certified,
-        "margin": finite(verdict.margin),
-    } | {name: finite(getattr(motion, name)) for name in COURSE}
-
-
-def constants_document(motion: Motion) -> dict[str, Any]:
-    """Return E, E_prime, p_phi and p_psi."""
-    return {name: finite(value) for name, value in motion.constants.items()}
-
-
-def finite(value: Any) -> Any:
-    """Return a value as JSON holds it: None for what is not a finite number."""
-    if value is None or isinstance(value, str | bool | int):
-        return value
-    if isinstance(value, dict):
-        return {name: finite(each) for name, each in value.items()}
-    number = float(value)
-    return number if math.isfinite(number) else None

@@ -35,7 +35,7 @@ RULES: Final = {
     Outcome.TIME_LIMIT: "it had not come back at its time limit",
     Outcome.STEP_LIMIT: "it had taken all the steps it may take, or more",
     Outcome.SINGULAR: "it stopped on the way: the equations gave no finite numbers",
-    Outcome.STALLED: "its steps vanished or have no solution; or it rests where the axis moves",
+    Outcome.STALLED: "its steps vanished or have no solution",
     Outcome.DIVERGED: f"it says it has arrived, {ASTRAY:g} or more from the axis (where they are "
     "judged, from φ or ψ), or with no numbers",
     Outcome.INACCURATE: "it says it has arrived, without half of the digits that conditioning "
@@ -73,8 +73,6 @@ class Run(Part):
     condition : float or None
     energy_error : float or None
     steps : int or None
-    smallest_step : float or None
-        [s]
     named : bool
         Whether the run itself said, by an error or a warning, that something is wrong.
     untold : bool
@@ -94,7 +92,6 @@ class Run(Part):
     condition: Number | None = None
     energy_error: Number | None = None
     steps: int | None = None
-    smallest_step: Number | None = None
     named: bool = False
     untold: bool = False
     turns: tuple[int, int] | None = None
@@ -128,8 +125,8 @@ class Stress(Result):
         ``time_s`` [s] and ``steps`` of a run, and the ``budget_s`` of all [s].
     hard : dict from str to str
         The cases, and why each is hard.
-    methods, settings : dict from str to str
-        The methods with their headings, and with what they are set to.
+    methods : dict from str to str
+        The methods with their headings: a short name, and a tolerance or steps in a period.
     cases : tuple of Run
         What became of each pair; ``stress["cusp", "auto"]`` is one.
     skipped : tuple of SkippedRun
@@ -140,7 +137,6 @@ class Stress(Result):
     limits: Mapping[Text, Number]
     hard: Mapping[Text, Text]
     methods: Mapping[Text, Text]
-    settings: Mapping[Text, Text]
     cases: tuple[Run, ...]
     skipped: tuple[SkippedRun, ...] = ()
 
@@ -186,14 +182,3 @@ class Stress(Result):
                 "silently_wrong": [run.case for run in self.silently_wrong],
             },
         }
-
-
-def heading(document: Mapping[str, Any], method: str) -> str:
-    """A method's short name and its tolerance, or its steps in a period.
-
-    Examples
-    --------
-    >>> heading({"methods": {"m": "lsoda:a"}, "settings": {"m": "1e-11"}}, "m")
-    'lsoda:a 1e-11'
-    """
-    return f"{document['methods'][method]} {document['settings'][method]}".rstrip()

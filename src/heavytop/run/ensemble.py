@@ -12,9 +12,8 @@ The error at the end is about δ (1 + N) G. ``validation/fuzz_many.py`` holds it
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Any, Final, NamedTuple, cast
 
@@ -26,17 +25,12 @@ from heavytop.equations import lagrangian as lag
 from heavytop.equations.formulation import FORMULATIONS, Formulation
 from heavytop.equations.gradients import invariants_of
 from heavytop.equations.lambdify import lambdified
-from heavytop.errors import BadScene, HeavyTopError, Outcome
+from heavytop.errors import BadScene, Outcome
 from heavytop.integration.batch import Journey, Lane, Zeros, joined
 from heavytop.integration.outputs import Sample, event_function, invariants, sample
 from heavytop.run.estimates import MOST_DIGITS
 from heavytop.run.planning import EPSILON
-from heavytop.run.propagation import propagate
-from heavytop.run.trajectory import Trajectory
-from heavytop.scene.arguments import expect, one_of, parse_names, parse_options, whole, wrong_type
-from heavytop.scene.scene import Scene
-from heavytop.scene.state import State
-from heavytop.scene.top import Top
+from heavytop.scene.arguments import one_of, parse_names, parse_options, whole, wrong_type
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -84,8 +78,6 @@ class Ensemble:
         How many are asked for.
     start : mapping from str to ndarray
         The starts, by name, each of shape (k,).
-    recomputed : mapping from int to float
-        Tops that were recomputed by `propagate`, and by how much they are off the closed form.
     """
 
     shape: tuple[int, ...]
@@ -98,7 +90,6 @@ class Ensemble:
     zeros: Zeros
     digits: int
     start: Columns
-    recomputed: Mapping[int, float] = field(default_factory=dict)
 
     @cached_property
     def error(self) -> Array:
@@ -118,7 +109,6 @@ class Ensemble:
         theta = self.final.theta
         error = np.where((theta < 0) | (theta > np.pi), np.inf, np.fmin(error, np.pi))
         error[self.ending != Lane.REACHED] = np.nan
-        error[list(self.recomputed)] = list(self.recomputed.values())
         return error
 
     @cached_property
@@ -132,7 +122,6 @@ class Ensemble:
         for event in self.events:
             clear = abs(_clear(event, self._ahead))
             unsure |= (clear != 0) & ~(clear > TOLD * self._ahead.rounding)
-        unsure[list(self.recomputed)] = False
         return unsure | ~(self.error <= 10.0**-self.digits * np.fmax(1.0, self.final.theta))
 
     @cached_property
@@ -179,7 +168,7 @@ class Ensemble:
 
     def _sampled(self, which: Any, states: Array, t: Array) -> Sample:
         parameters: Any = {name: values[which] for name, values in self.parameters.items()}
-        return sample(self.formulation, states, parameters, t, np.full(t.shape, np.nan))
+        return sample(self.formulation, states, parameters, t)
 
 
 def propagate_many(
@@ -200,7 +189,6 @@ def propagate_many(
     step_limit: int = MOST_STEPS,
     longest: ArrayLike = np.inf,
     digits: int = 12,
-    recompute: bool = False,
     jobs: int | None = None,
 ) -> Ensemble:
     """Integrate many tops in double precision, each over its own span.
@@ -226,10 +214,8 @@ def propagate_many(
         point next to a start on one.
     digits : int
         Decimal digits of θ and the axis that are wanted at the ends: those that miss them, or may
-        have a wrong number of events, are marked in `Ensemble.missed`.
-    recompute : bool
-        Whether these are computed again, one by one, by `propagate`, in as many bits as it takes:
-        milliseconds each, or seconds.
+        have a wrong number of events, are marked in `Ensemble.missed`; `propagate` computes one
+        such top in as many bits as it takes.
     jobs : int, optional
         Threads; by default one per processor. The results do not depend on it.
 
@@ -247,7 +233,7 @@ def propagate_many(
     Impossible
         The shapes do not broadcast; digits that doubles cannot have, no steps, or no threads.
     WrongType
-        `events` are no names in a row, or `recompute` is neither True nor False.
+        `events` are no names in a row.
     BadScene
         No formulation has this name, or it has no such event.
 
@@ -274,7 +260,6 @@ def propagate_many(
     >>> found.missed
     array([False, False,  True])
     """
-    expect("recompute", recompute, bool)
     digits = whole("digits", digits, 1, MOST_DIGITS)
     step_limit = whole("step_limit", step_limit, 1, 10**15)
     jobs = None if jobs is None else whole("jobs", jobs, 1, MOST_JOBS)
@@ -299,7 +284,7 @@ def propagate_many(
     if ahead:
         margin = ahead.rounding * ahead.growth / ahead.rate
         run = replace(run, zeros=_counted(run, states, zeros, margin))
-    return _recomputed(run) if recompute else run
+    return run
 
 
 def _asked(formulation: str, events: Sequence[str]) -> tuple[Formulation, tuple[str, ...]]:
@@ -396,52 +381,6 @@ def _counted(run: Ensemble, states: Array, expected: list[_Expected], margin: Ar
     return joined(parts)
 
 
-# --- one by one --------------------------------------------------------------------------------
-
-
-def _recomputed(run: Ensemble) -> Ensemble:
-    """The run, with tops that miss what is asked computed one by one as far as `propagate` can."""
-    states, ending, off, parts = run.states.copy(), run.ending.copy(), {}, []
-    for i in np.flatnonzero(run.missed).tolist():
-        try:
-            one = _alone(run, i)
-            exact = one.motion.double(run.end[i : i + 1])
-        except HeavyTopError:
-            continue
-        states[i] = _states(run, i, one.samples)[-1]
-        ending[i] = Lane.REACHED
-        off[i] = float(np.linalg.norm(one.samples.axis[-1] - exact.axis[-1])) + EPSILON
-        for code, event in enumerate(run.events):
-            t = one.events.of(event).t
-            if t.size:
-                which, what = (np.full(t.size, number) for number in (i, code))
-                parts.append(Zeros(which, what, t, _states(run, i, one(t))))
-    kept = run.zeros.at(~np.isin(run.zeros.which, list(off)))
-    zeros = joined([kept, *parts])
-    return replace(run, states=states, ending=ending, zeros=zeros, recomputed=off)
-
-
-def _alone(run: Ensemble, i: int) -> Trajectory:
-    """The top with a number by itself, in as many bits as it takes."""
-    given = {name: float(each[i]) for name, each in run.start.items()}
-    top = Top(*(given.pop(name) for name in ("A", "C", "gMR")))
-    scene = Scene(
-        top, State(**given), float(run.end[i]), quantities=("theta", "axis", "rates"),
-        events=run.events, samples=2, digits=run.digits,
-    )  # fmt: skip
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # `error` tells what is off all the same
-        return propagate(scene)
-
-
-def _states(run: Ensemble, i: int, at: Sample) -> Array:
-    """States of the run's formulation, of the top with a number, where another one has been."""
-    top = {name: np.full(at.t.shape, run.start[name][i]) for name in ("A", "C", "gMR")}
-    seen = {s.name: getattr(at, s.name) for s in (lag.theta, *lag.VELOCITIES)}
-    phi = np.arctan2(at.axis[:, 0], -at.axis[:, 1])
-    return _binary(run.formulation, {**top, **seen, "phi": phi, "psi": 0 * phi})[0]
-
-
 # --- how errors grow -----------------------------------------------------------------------------
 
 
@@ -474,15 +413,6 @@ class Outlook:
     turns_back: Array
 
 
-@np.errstate(all="ignore")
-def fastest(start: Mapping[str, Array]) -> Array:
-    """Return about the largest rate in motions, by their starts as for `outlook` [1/s]."""
-    theta, phidot = start["theta"], start["phidot"]
-    tilting = np.hypot(start["thetadot"], phidot * np.sin(theta))
-    b = start["C"] / start["A"] * (start["psidot"] + phidot * np.cos(theta))
-    return np.asarray(abs(b) + 2 * np.sqrt(abs(start["gMR"] / start["A"])) + tilting)
-
-
 @np.errstate(all="ignore")  # what is no number has no outlook either
 def outlook(start: Mapping[str, Array], time: Array) -> Outlook:
     """Return what is to be expected of runs, by their starts.
@@ -500,7 +430,7 @@ def outlook(start: Mapping[str, Array], time: Array) -> Outlook:
     b = start["C"] / start["A"] * (start["psidot"] + phidot * cosine)
     above, below = 2 * np.sin(theta / 2) ** 2, 2 * np.cos(theta / 2) ** 2
     speed2, drift = thetadot**2 + (phidot * sine) ** 2, phidot * sine**2
-    rate = fastest(start)
+    rate = abs(b) + 2 * np.sqrt(abs(g)) + np.hypot(thetadot, phidot * sine)
     nutations = time * rate / (2 * np.pi)
     growth = (1 + nutations) * _growth(abs(g), np.where(g < 0, -b, b), drift, speed2,
                                        np.where(g < 0, below, above), time)  # fmt: skip

@@ -25,7 +25,8 @@ from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
 from heavytop.equations.formulation import Formulation
-from heavytop.integration.integrator import Orbit, Seen
+from heavytop.integration.compiled import Seen
+from heavytop.integration.integrator import Orbit
 from heavytop.integration.outputs import (
     Parameters,
     Sample,
@@ -40,7 +41,7 @@ from heavytop.scene.scene import Scene
 
 if TYPE_CHECKING:
     from heavytop.integration.high_precision import Mark
-    from heavytop.run.high_precision import PreciseRun
+    from heavytop.run.trajectory import Decimals
 
 Array = NDArray[np.float64]
 Zeros = dict[str, Array]
@@ -178,7 +179,7 @@ class Event:
 
 def no_events(scene: Scene, orbit: Orbit) -> Events:
     """Return none, as of an orbit on its way: they are found at its end."""
-    none, states = np.empty(0), orbit.samples.rows[:0]
+    none, states = np.empty(0), orbit.samples.states[:0]
     return Events((), none, none, none, none, none, none, np.empty((0, 3)), states, scene.events)
 
 
@@ -195,7 +196,7 @@ def orbit_events(scene: Scene, motion: Motion, chosen: Plan, orbit: Orbit) -> Ev
 def precise_events(
     scene: Scene,
     motion: Motion,
-    run: PreciseRun,
+    run: Decimals,
     expected: Sequence[str],
     found: Sequence[Mark | None],
     end: float,
@@ -266,11 +267,11 @@ def _orbit_zeros(scene: Scene, orbit: Orbit, event: str, seen: Seen | None) -> Z
     the steps. Where it is not small against b itself, near a pole, it decides nothing: nan.
     """
     form, known, first = orbit.integrator.formulation, orbit.parameters, orbit.checkpoints[0]
-    begun = Seen(np.zeros(1), np.zeros(1), first.state[None], np.array([first.phi]))
+    begun = Seen(np.zeros(1), np.zeros(1), first.state[None])
     begins = seen is not None and _begins(scene, event)
     seen = Seen.join([begun.where(slice(begins)), begun.where(slice(0)) if seen is None else seen])
-    at = sample(form, seen.rows, known, seen.t, seen.phi)
-    b = abs(float(spin_momentum(form, begun.rows, known, begun.t)[0]))
+    at = sample(form, seen.states, known, seen.t)
+    b = abs(float(spin_momentum(form, begun.states, known, begun.t)[0]))
     with np.errstate(divide="ignore", invalid="ignore"):
         noise = EPSILON * (np.abs(at.phidot) + 2 * b / np.abs(np.sin(at.theta)))
     level = np.where(noise < 1e-6 * b, np.sqrt(1.0 + orbit.steps) * noise, np.nan)

@@ -19,11 +19,19 @@ from heavytop.errors import BadScene, Fault, Impossible, NotANumber
 from heavytop.integration.bits import SPARE_DIGITS, digits_of, enough
 from heavytop.integration.half_nutation import HalfNutation
 from heavytop.integration.high_precision import Unfinished
-from heavytop.numbers import PI, Exact, cos, sin
+from heavytop.numbers import PI, Exact
 from heavytop.numbers.decimals import Context, Number, context, number
 from heavytop.numbers.double_double import less_multiples, whole_multiples
 from heavytop.run.estimates import FOLDED_REACH, LEAST_FOLDED, MOST_TURNS, needed_to_fold
-from heavytop.run.planning import closed_form_of, refusal, span, span_fault
+from heavytop.run.planning import (
+    Plan,
+    closed_form_of,
+    refusal,
+    rounded_start,
+    span,
+    span_fault,
+    start_values,
+)
 from heavytop.scene.arguments import whole
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import MAX_DIGITS
@@ -551,34 +559,12 @@ def _end(scene: Scene, course: PeriodicMotion) -> Number:
 
 def integrated(scene: Scene, bits: int) -> tuple[HalfNutation, PeriodicMotion]:
     """Return half a nutation of a scene in numbers of so many bits, and the motion it tells."""
-    ctx = context(digits_of(bits))
-    constants, state = exact_start(scene)
-    texts = {name: ctx.nstr(x.mpf(ctx), ctx.dps) for name, x in constants.items()}
+    ctx, turned_back = context(digits_of(bits)), dict.fromkeys(("phi", "psi"), Exact.of(0))
+    constants, state = rounded_start(Plan("attitude"), start_values(scene) | turned_back, ctx)
     try:
-        nutation = HalfNutation(bits, texts, [ctx.nstr(x.mpf(ctx), ctx.dps) for x in state])
+        nutation = HalfNutation(bits, constants, state)
     except Unfinished as reason:
         raise refusal(scene, "fold", "", str(reason)) from None
     start = scene.start.phi.mpf(ctx), scene.start.psi.mpf(ctx)
-    own = [constants[name].mpf(ctx) for name in ("kappa", "P_plus", "P_minus", "omega3")]
+    own = (ctx.mpf(constants[name]) for name in ("kappa", "P_plus", "P_minus", "omega3"))
     return nutation, PeriodicMotion(ctx, nutation, start, (ctx.zero, *own))
-
-
-def exact_start(scene: Scene) -> tuple[dict[str, Exact], tuple[Exact, ...]]:
-    """Return the constants and the states of the attitude form where phi = psi = 0.
-
-    They are written out, as the form's derivation would take longer than the integration.
-    """
-    top, start, half, none = scene.top, scene.start, scene.start.theta / 2, Exact.of(0)
-    c, s = cos(start.theta), sin(start.theta)
-    n, across = top.C * start.omega3 / top.A, start.phidot * s**2
-    constants = {
-        "g": top.gMR / top.A,
-        "l_z": across + n * c,
-        "n": n,
-        "kappa": start.omega3 - n,
-        "P_plus": across + n * (c + 1),
-        "P_minus": across + n * (c - 1),
-        "omega3": start.omega3,
-    }
-    lean = (start.phidot * c - n) * s
-    return constants, (cos(half), sin(half), none, none, start.thetadot, lean)

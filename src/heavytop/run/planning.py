@@ -7,18 +7,20 @@ more bits than doubles have; or one nutation folded, where the span is very long
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import log, log2, tau
 from typing import Final
 
 from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import FORMULATIONS, Formulation
+from heavytop.equations.lambdify import exact_texts
 from heavytop.errors import BadScene, Fault
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, bits_of, enough, named
 from heavytop.integration.projection import why_not
 from heavytop.names import LONGEST, nearest
 from heavytop.numbers import PI, Exact
+from heavytop.numbers.decimals import Context
 from heavytop.run.estimates import MOST_TURNS, SPARE, Estimate, Forecast, duration, needed_to_fold
 from heavytop.scene.arguments import expect, shown
 from heavytop.scene.scene import Scene, no_scene
@@ -53,11 +55,9 @@ class Plan:
     formulation : str
         Name of the equations; ``none`` where nothing has to be integrated.
     variant : str or None
-        How the formulation has phi and psi: in the axis form psi by ``sigma`` or ``delta``, in
-        the subsystem, Routh's and the attitude form both as ``angles``; in the cubic form the
-        pole from which heights are measured.
-    follows_phi : bool
-        Whether the winding of phi is counted.
+        How the formulation has phi and psi: the axis form ``phi`` alone, or with psi by ``sigma``
+        or ``delta``; the subsystem, Routh's and the attitude form both as ``angles``. In the cubic
+        form the pole from which heights are measured.
     frame : tuple of (str, float)
         Rates subtracted from quadratures, by parameter, to keep them bounded [rad/s].
     watched : tuple of str
@@ -80,7 +80,6 @@ class Plan:
 
     formulation: str
     variant: str | None = None
-    follows_phi: bool = False
     frame: tuple[tuple[str, float], ...] = ()
     watched: Words = ()
     states: int = 0
@@ -96,6 +95,11 @@ class Plan:
     def equations(self) -> Formulation:
         """The formulation itself, with the angles it counts."""
         return FORMULATIONS[self.formulation].build(self.variant)
+
+    @property
+    def integrated(self) -> Formulation:
+        """The formulation without these angles."""
+        return self.equations.integrated or self.equations
 
 
 def plan(scene: Scene, formulation: str = "auto", *, projected: bool = False) -> Plan:
@@ -152,6 +156,17 @@ def start_values(scene: Scene) -> dict[str, Exact]:
     of_top = {name: getattr(scene.top, name) for name in ("A", "C", "gMR")}
     names = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
     return of_top | {name: getattr(scene.start, name) for name in names}
+
+
+def rounded_start(
+    chosen: Plan, named: Mapping[str, Exact], ctx: Context
+) -> tuple[dict[str, str], list[str]]:
+    """The constants of a plan's run and its states at the start, as texts, each rounded once."""
+    form = chosen.integrated
+    texts = exact_texts((*form.parameters.values(), *form.start), named, ctx)
+    constants = {symbol.name: text for symbol, text in zip(form.parameters, texts, strict=False)}
+    frame = {name: ctx.nstr(ctx.mpf(rate), ctx.dps) for name, rate in chosen.frame}
+    return constants | frame, texts[len(constants) :]
 
 
 def planned(
@@ -274,7 +289,7 @@ def _least_formulation(expected: Forecast) -> tuple[str, str]:
 def _formulated(expected: Forecast, name: str, why: str) -> Plan:
     """A formulation with the angles and events that are wanted, and how it has them."""
     scene, motion, wants = expected.scene, expected.motion, set(expected.scene.quantities)
-    variant, frame, follows_phi, reasons = None, {}, False, []
+    variant, frame, reasons = None, {}, []
     if name == "cubic":
         variant = "top" if motion.from_top <= motion.from_bottom else "bottom"
         reasons = [f"heights from the {variant}, the nearer pole"]
@@ -287,11 +302,12 @@ def _formulated(expected: Forecast, name: str, why: str) -> Plan:
         if wants & NEEDS_PSI:
             variant, reason = _quadrature(scene, motion)
             frame, reasons = {"frame_rate": motion.mean_rate(variant)}, [reason]
-        if follows_phi := bool(wants & NEEDS_PHI):
+        if wants & NEEDS_PHI:
+            variant = variant or "phi"
             reasons.append("phi from the axis, its turns counted between bounds of its rate")
     watched, why_watched = _watched(scene, motion, expected.span)
     reasons, states = [why, *reasons, *why_watched], STATES[name] + len(frame)
-    return Plan(name, variant, follows_phi, (*frame.items(),), watched, states, reasons=(*reasons,))
+    return Plan(name, variant, (*frame.items(),), watched, states, reasons=(*reasons,))
 
 
 def _quadrature(scene: Scene, motion: Motion) -> tuple[str, str]:

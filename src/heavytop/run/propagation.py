@@ -11,7 +11,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,20 +19,21 @@ from heavytop.analytic.motion import Motion
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import Rounded
 from heavytop.errors import BadScene, EndedEarly, Outcome
-from heavytop.integration.bits import DOUBLE, bits_of, named
-from heavytop.integration.compiled import Compiled, compiled
+from heavytop.integration.bits import bits_of, named
+from heavytop.integration.compiled import Seen, compiled
+from heavytop.integration.high_precision import Unfinished
 from heavytop.integration.integrator import (
     Checkpoint,
     Integrator,
     Orbit,
-    Seen,
     continued,
     not_begun,
 )
-from heavytop.integration.turns import AttitudeTurns
+from heavytop.integration.turns import turns_of
 from heavytop.numbers import Number
+from heavytop.numbers.decimals import Context
 from heavytop.run.estimates import SINGULAR, Forecast, most_steps
-from heavytop.run.events import no_events, orbit_events
+from heavytop.run.events import Events, no_events, orbit_events, precise_events, schedule
 from heavytop.run.planning import (
     EPSILON,
     Plan,
@@ -46,18 +46,16 @@ from heavytop.run.planning import (
     span_fault,
     start_values,
 )
-from heavytop.run.trajectory import Statistics, Trajectory
+from heavytop.run.trajectory import Decimals, Statistics, Trajectory
 from heavytop.run.verify import checked, forewarned
 from heavytop.scene.arguments import expect, heard, number_of, whole
 from heavytop.scene.scene import Scene
 from heavytop.scene.scene_file import MAX_SAMPLES
 
-if TYPE_CHECKING:
-    from heavytop.run.high_precision import Decimals
-
 Progress = Callable[[float], None]
 EVERY_S = 10.0  # between two saves of a trajectory on its way
 SHARE = 20.0  # times as long as a save takes, until the next one
+SPARE_IN_TIME = 20  # digits of the times at which events are looked for
 UNSAVED_S = 1.0  # at the end of the steps; less is not worth a file
 
 
@@ -114,7 +112,7 @@ def propagate(
 
     Notes
     -----
-    Accuracy: ``tests/analytic/test_book.py`` holds theta, phi, psi of the book's scenes at 2 s
+    Accuracy: ``tests/analytic/test_published.py`` holds theta, phi, psi of the book's scenes at 2 s
     to 1e-12 of the exact solution.
 
     References
@@ -158,8 +156,8 @@ def carried_out(
     end, began = span(scene, motion), time.perf_counter()
     _ = chosen.equations
     cost = Statistics(0, 0, time.perf_counter() - began, 0.0, 0.0)
-    engine, start = compiled_for(chosen), binary_start(scene, chosen)
-    orbit = not_begun(integrator_of(chosen, engine, *start), start[1])
+    parameters, start = binary_start(scene, chosen)
+    orbit = not_begun(integrator_of(chosen, parameters, start), start)
     events = no_events(scene, orbit)
     part = Trajectory(scene, motion, chosen, orbit, events, Outcome.INTERRUPTED, cost)
     times = np.linspace(0.0, end, scene.samples)
@@ -315,7 +313,7 @@ def _left_the_chart(orbit: Orbit) -> bool:
     """Tell whether a form that is singular at the poles stepped over one, theta leaving 0 to pi."""
     if orbit.integrator.formulation.starts_at_pole:
         return False
-    theta = orbit.samples.rows[:, 0]  # of these forms it is the first state
+    theta = orbit.samples.states[:, 0]  # of these forms it is the first state
     return bool(np.any((theta < 0) | (theta > np.pi)))
 
 
@@ -341,26 +339,58 @@ def _in_decimals(
     EndedEarly
         An interrupt or a singularity; it carries the trajectory in doubles.
     """
-    from heavytop.integration.high_precision import Unfinished
-    from heavytop.run import high_precision
-
+    orbit, began = trajectory.orbit, time.perf_counter()
     try:
-        decimals, events = high_precision.in_decimals(trajectory, before, progress)
+        run, events = _walked(trajectory, progress, before)
     except (KeyboardInterrupt, Unfinished) as stop:
         outcome = Outcome.SINGULAR if isinstance(stop, Unfinished) else Outcome.INTERRUPTED
         raise EndedEarly(outcome, replace(trajectory, outcome=outcome)) from None
-    engine, orbit = decimals.run.engine, trajectory.orbit
-    if orbit.samples.t.size != len(decimals.samples):  # doubles ended before
-        run = decimals.rounded(decimals.samples)
-        orbit = replace(orbit, samples=Seen(run.t, 0 * run.t, run.states, run.phi))
+    spent, engine = time.perf_counter() - began, run.engine
+    if orbit.samples.t.size != len(run.samples):  # doubles ended before
+        doubles = run.rounded(run.samples)
+        orbit = replace(orbit, samples=Seen(doubles.t, 0 * doubles.t, doubles.states))
     cost = replace(
         trajectory.statistics,
-        steps=decimals.steps,
+        steps=run.marks[-1].steps,
         order=engine.order,
         compile_s=engine.compile_s,
-        integrate_s=trajectory.statistics.integrate_s + decimals.integrate_s,
+        integrate_s=trajectory.statistics.integrate_s + spent - engine.compile_s,
     )
-    return replace(trajectory, orbit=orbit, events=events, statistics=cost, decimals=decimals)
+    return replace(trajectory, orbit=orbit, events=events, statistics=cost, decimals=run)
+
+
+def _walked(
+    trajectory: Trajectory, progress: Progress | None, before: Decimals | None
+) -> tuple[Decimals, Events]:
+    """Return the run in more digits, and its events rounded to double."""
+    scene, motion, orbit = trajectory.scene, trajectory.motion, trajectory.orbit
+    run = Decimals.of(scene, trajectory.plan, orbit)
+    times = _sample_times(scene, motion, run.ctx, before)
+    expected = schedule(motion, times[-1], scene.events, scene.digits + SPARE_IN_TIME)
+    wanted: list[tuple[Number, str | None]] = [(t, None) for t in times]
+    for kind, t in expected:  # a zero near each event, or the start where that is one
+        event = "reversal" if kind == "reversal" else "turning"
+        wanted.append((t, event if t else None))
+    found, marks = run.walk(wanted, progress and (lambda t: progress(t / orbit.end)))
+    seen = [one for one in found[: len(times)] if one is not None]
+    kinds, met = [kind for kind, _ in expected], found[len(times) :]
+    precise, events = precise_events(scene, motion, run, kinds, met, orbit.end)
+    samples = run.numbers(run.sampled(seen))
+    return replace(run, marks=marks, samples=samples, events=precise), events
+
+
+def _sample_times(
+    scene: Scene, motion: Motion, ctx: Context, before: Decimals | None
+) -> list[Number]:
+    """Return the times of the samples: evenly from zero, or from the old end, to the exact end."""
+    if scene.time is not None:
+        end = scene.time.mpf(ctx)
+    else:
+        assert scene.periods is not None
+        end = scene.periods.mpf(ctx) * ctx.mpf(motion.form(ctx.dps).period)
+    old = [ctx.zero] if before is None else [ctx.mpf(s.t) for s in before.samples]
+    count = scene.samples - len(old)
+    return old + [old[-1] + (end - old[-1]) * k / count for k in range(1, count + 1)]
 
 
 def _longer(trajectory: Trajectory, scene: Scene) -> Plan:
@@ -393,26 +423,11 @@ def _as_before(trajectory: Trajectory, end: float) -> int:
     return max(1, round(count))
 
 
-def compiled_for(chosen: Plan) -> Compiled:
-    """Return the compiled equations of a plan."""
-    form = chosen.equations
-    in_doubles = bits_of(chosen.precision) == DOUBLE  # more digits are the matter of `decimals`
-    tolerance = chosen.tolerance if in_doubles else EPSILON
-    return compiled(form.integrated or form, chosen.watched, tolerance)
-
-
-def integrator_of(
-    chosen: Plan, equations: Compiled, parameters: dict[str, float], start: Checkpoint
-) -> Integrator:
-    """Return what takes the steps of a plan's run from a start."""
-    return Integrator.of(
-        chosen.equations,
-        equations,
-        parameters,
-        start.state,
-        projected=chosen.projected,
-        follows_phi=chosen.follows_phi,
-    )
+def integrator_of(chosen: Plan, parameters: dict[str, float], start: Checkpoint) -> Integrator:
+    """Return what takes the steps of a plan's run in doubles, from a start."""
+    tolerance = chosen.tolerance if chosen.precision == "double" else EPSILON
+    equations, pinned = compiled(chosen.integrated, chosen.watched, tolerance), chosen.projected
+    return Integrator(chosen.equations, equations, parameters, start.state, projected=pinned)
 
 
 def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, float], Checkpoint]:
@@ -422,10 +437,10 @@ def binary_start(scene: Scene, chosen: Plan) -> tuple[dict[str, float], Checkpoi
     parameters = {p.name: v for p, v in zip(form.parameters, values, strict=False)}
     parameters |= dict(chosen.frame)
     state = np.array(values[len(form.parameters) :])
-    if form.integrated is not None:
-        state[-2:] = AttitudeTurns.of(parameters, state).started(state, *state[-2:].tolist())
-    phi = float(scene.start.phi) if chosen.follows_phi else np.nan
-    return parameters, Checkpoint((0.0, 0.0), state, phi, 0)
+    if turns := turns_of(form, parameters, state):
+        angles = state[len(chosen.integrated.states) :]
+        angles[:] = turns.started(state, *angles.tolist())
+    return parameters, Checkpoint((0.0, 0.0), state, 0)
 
 
 @cache

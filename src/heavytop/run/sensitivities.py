@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 from heavytop.analytic.motion import Motion
 from heavytop.equations import gradients
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.equations.lambdify import exact_values
-from heavytop.errors import DoubtfulWarning, EndedEarly, Impossible, NotANumber, Outcome
+from heavytop.equations.lambdify import exact_texts
+from heavytop.errors import DoubtfulWarning, EndedEarly, Impossible, Outcome
 from heavytop.integration.bits import DOUBLE, digits_of, enough
 from heavytop.integration.compiled import VariedRun, rounded
 from heavytop.numbers import Exact
@@ -32,9 +32,11 @@ from heavytop.run.planning import (
     closed_form_of,
     planned,
     refusal,
+    rounded_start,
     span,
     start_values,
 )
+from heavytop.run.trajectory import times_of
 from heavytop.scene.arguments import text_of
 from heavytop.scene.scene import Scene
 
@@ -299,20 +301,17 @@ def state_transition(
 
 def varied_run(scene: Scene, chosen: Plan, bits: int = DOUBLE) -> VariedRun:
     """A plan's run with its variational equations, every number rounded once from the exact one."""
-    form = chosen.equations
-    form = form.integrated or form  # angles that are read off and counted are not varied
-    constants = {**form.parameters, **{rate: rate for rate in form.given}}
-    values = at_start(scene, chosen, (*constants.values(), *form.start), bits)
-    named = dict(zip((p.name for p in constants), values, strict=False))
-    return VariedRun(form, named, values[len(named) :], bits)
+    constants, state = rounded_start(chosen, start_values(scene), context(digits_of(bits)))
+    known = dict(zip(constants, rounded(constants.values(), bits), strict=True))
+    # angles that are read off and counted are not varied
+    return VariedRun(chosen.integrated, known, rounded(state, bits), bits)
 
 
 def at_start(scene: Scene, chosen: Plan, expressions: Iterable[Any], bits: int = DOUBLE) -> Array:
     """The values at the start of a plan's run, each rounded once from the exact one."""
     frame = {name: Exact.of(rate) for name, rate in chosen.frame}
-    values = exact_values(tuple(expressions), _start(scene) | frame)
     ctx = context(digits_of(bits))
-    return rounded((ctx.nstr(x.mpf(ctx), ctx.dps) for x in values), bits)
+    return rounded(exact_texts(tuple(expressions), _start(scene) | frame, ctx), bits)
 
 
 def _start(scene: Scene) -> dict[str, Exact]:
@@ -399,13 +398,8 @@ def _likely_error(apart: Any, gained: int) -> Array:
 
 
 def _times(motion: Motion, t: ArrayLike) -> Array:
-    """Times, if they are finite and none would take hours, or for ever."""
-    try:
-        times = np.atleast_1d(np.asarray(t, dtype=np.float64))
-    except (TypeError, ValueError, OverflowError):
-        raise NotANumber("t: times, in seconds") from None
-    if times.ndim != 1 or not np.isfinite(times).all():
-        raise NotANumber("t: finite times, in one row, in seconds")
+    """Times in a row, if none would take hours, or for ever."""
+    times = np.atleast_1d(times_of(t))
     each = periods_of(motion, 1.0)
     if times.size and abs(times).max() * each > MOST_PERIODS:
         rule = f"at most {MOST_PERIODS / each:.3g} s here, a million nutation periods"

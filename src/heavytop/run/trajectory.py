@@ -1,27 +1,38 @@
-"""A trajectory: the scene, the plan, what was seen, and the motion at any time between."""
+"""A trajectory: the scene, the plan, what was seen, and the motion at any time between.
+
+Beside a run in doubles there may be one in more digits, `Decimals`.
+"""
 
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, replace
+from bisect import bisect_left
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from heavytop.alone import Alone
 from heavytop.analytic.motion import Motion
+from heavytop.equations.formulation import Formulation
 from heavytop.errors import Impossible, NotANumber, Outcome
-from heavytop.integration.integrator import Orbit, Seen
-from heavytop.integration.outputs import ANGLES, RATES, Sample, invariants, sample
-from heavytop.run.events import Events
-from heavytop.run.planning import Plan
+from heavytop.integration import outputs
+from heavytop.integration.bits import bits_of, digits_of
+from heavytop.integration.compiled import Seen
+from heavytop.integration.high_precision import Mark, PreciseIntegrator
+from heavytop.integration.integrator import Orbit
+from heavytop.integration.outputs import ANGLES, RATES, VECTORS, Sample, sample
+from heavytop.integration.turns import GRAIN_BITS, in_bits
+from heavytop.numbers.decimals import Context, Number, context, number
+from heavytop.run.events import Event, Events
+from heavytop.run.planning import Plan, rounded_start, start_values
 from heavytop.scene.scene import Scene
 
 if TYPE_CHECKING:
     import xarray
-
-    from heavytop.run.high_precision import Decimals
 
 Array = NDArray[np.float64]
 ROUNDED = 4 * np.finfo(float).eps
@@ -49,6 +60,199 @@ class Statistics:
     compile_s: float
     integrate_s: float
     whole: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Decimals:
+    """A run in more than double precision, which can be asked for the motion at any time.
+
+    Attributes
+    ----------
+    digits : int
+        Decimal digits wanted.
+    form : Formulation
+        The equations.
+    engine : PreciseIntegrator
+        What takes the steps.
+    ctx : Context
+        Of more digits than the states.
+    far, longest : float, float or None
+        Bounds of a step, and of the first ones [s].
+    marks : tuple of Mark
+        States from which it can go on.
+    samples : tuple of Sample
+        At the sample times of the scene, in mpmath numbers; the last one is the end.
+    events : tuple of Event
+        In the order of the run, each with its ``kind``, the ``sample`` there and the ``residual``.
+    """
+
+    digits: int
+    form: Formulation
+    engine: PreciseIntegrator
+    ctx: Context
+    far: float
+    longest: float | None
+    marks: tuple[Mark, ...]
+    samples: tuple[Sample, ...] = ()
+    events: tuple[Event, ...] = ()
+    _alone: Alone = field(default_factory=Alone, repr=False)
+
+    @classmethod
+    def of(cls, scene: Scene, chosen: Plan, orbit: Orbit) -> Decimals:
+        """Return the start of the run of a scene's plan.
+
+        Parameters
+        ----------
+        scene : Scene
+        chosen : Plan
+        orbit : Orbit
+            The run in doubles.
+        """
+        own, bits = chosen.integrated, bits_of(chosen.precision)
+        ctx = context(digits_of(bits))
+        constants, state = rounded_start(chosen, start_values(scene), ctx)
+        events = tuple(own.events) if chosen.watched else ()
+        engine = PreciseIntegrator(own, bits, constants, events, state)
+        first = orbit.checkpoints[0]
+        far = 4.0 * (orbit.end - first.time[0])
+        longest = orbit.integrator.for_this_thread().cautious_step(first, far)
+        turns, angles = orbit.integrator.turns, tuple(first.state[len(own.states) :].tolist())
+        engine.turns = turns and in_bits(turns, bits)
+        start = replace(engine.start(state), turned=angles)
+        return cls(scene.digits, chosen.equations, engine, ctx, far, longest, (start,))
+
+    @cached_property
+    def constants(self) -> dict[str, Any]:
+        """The constants of the run as they are used, by symbol name, as reals of `ctx`."""
+        return self.engine.constants(self.ctx.prec)
+
+    @property
+    def parameters(self) -> dict[str, Number]:
+        """The same, as numbers of `ctx`."""
+        return {name: self.ctx.mpf(str(x)) for name, x in self.constants.items()}
+
+    @property
+    def grain(self) -> Number:
+        """How well a state is known, once it may have drifted."""
+        return self.ctx.ldexp(1, GRAIN_BITS - self.engine.bits)
+
+    def walk(
+        self,
+        wanted: Sequence[tuple[Number, str | None]],
+        on_mark: Callable[[float], None] | None = None,
+        first: int = 0,
+    ) -> tuple[tuple[Mark | None, ...], tuple[Mark, ...]]:
+        """Take natural steps from a mark until everything wanted is found.
+
+        Parameters
+        ----------
+        wanted : sequence of (number, str or None)
+            Times [s]; with the name of an event function, the zero of that close to the time.
+        on_mark : callable, optional
+            Called with the time reached [s], at every mark but the last.
+        first : int
+            Which of the marks; the start for one.
+        """
+        ctx = self.ctx
+        texts = [(ctx.nstr(ctx.mpf(t), ctx.dps), event) for t, event in wanted]
+        with self._alone:
+            return self.engine.walk(self.marks[first], texts, self.far, self.longest, on_mark)
+
+    def at(self, times: Sequence[Number]) -> tuple[Sample, ...]:
+        """Return the motion at times between start and end, to all digits.
+
+        Parameters
+        ----------
+        times : sequence of number
+            Times [s], of any kind of number, in any order.
+        """
+        known = [abs(float(mark.t)) for mark in self.marks]
+        before = [max(bisect_left(known, abs(float(t))) - 1, 0) for t in times]
+        found: dict[int, Any] = {}
+        for first in set(before):
+            here = [i for i, mark in enumerate(before) if mark == first]
+            seen, _ = self.walk([(times[i], None) for i in here], first=first)
+            found |= zip(here, seen, strict=True)
+        return self.numbers(self.sampled([found[i] for i in range(len(times))]))
+
+    def sampled(self, found: Sequence[Mark]) -> Sample:
+        """Return the motion at states of the run, in reals.
+
+        Parameters
+        ----------
+        found : sequence of Mark
+            The states.
+        """
+        return self.engine.sample(self.form, found, self.ctx.prec)
+
+    def numbers(self, sample: Sample) -> tuple[Sample, ...]:
+        """Return a sample in reals one by one, in numbers of `ctx`.
+
+        Parameters
+        ----------
+        sample : Sample
+            As `sampled` returns it.
+        """
+        converted = np.frompyfunc(lambda x: self.ctx.mpf(str(x)), 1, 1)
+        columns = (converted(getattr(sample, name)).tolist() for name in Sample.__slots__)
+        return tuple(Sample(*row) for row in zip(*columns, strict=True))
+
+    def invariants(self, sample: Sample) -> dict[str, Number]:
+        """Return the invariants of the formulation at a sample, by name.
+
+        Parameters
+        ----------
+        sample : Sample
+            One of `samples`.
+        """
+        rows = np.array([[self.real(x) for x in sample.states]])
+        found = outputs.invariants(self.form, rows, self.constants, rows[:, 0])
+        return {name: self.ctx.mpf(str(x)) for name, (x,) in found.items()}
+
+    def real(self, x: Any) -> Any:
+        """Return the real of a number of any kind.
+
+        Parameters
+        ----------
+        x : number
+        """
+        return self.engine.wide(self.whole(x))
+
+    def whole(self, x: Any) -> str:
+        """Return a text by which every bit comes back.
+
+        Parameters
+        ----------
+        x : number
+        """
+        return str(self.ctx.nstr(number(self.ctx, x), self.ctx.dps + 3))
+
+    def rounded(self, samples: Sequence[Sample]) -> Sample:
+        """Return the motion at several times, every number rounded to double.
+
+        Parameters
+        ----------
+        samples : sequence of Sample
+            As `at` returns them.
+        """
+        widths = {name: len(indices) for name, indices in VECTORS.items()}
+        widths["states"] = len(self.samples[0].states)
+
+        def column(name: str) -> Any:
+            values = np.array([getattr(s, name) for s in samples], dtype=np.float64)
+            return values.reshape(-1, widths[name]) if name in widths else values
+
+        return Sample(*map(column, Sample.__slots__))
+
+    def text(self, x: Number) -> str | None:
+        """Return a number with the digits that are wanted; None for nan.
+
+        Parameters
+        ----------
+        x : number
+            One of a Sample, in its own unit.
+        """
+        return None if x != x else str(self.ctx.nstr(x, self.digits))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -113,9 +317,7 @@ class Trajectory:
         Impossible
             A time that is not between start and end.
         """
-        times = _doubles(t)
-        if times.ndim > 1 or not np.isfinite(times).all():
-            raise NotANumber("t: a finite time or a one-dimensional array of them")
+        times = times_of(t)
         low, high = sorted((0.0, self._end))
         if times.size and (times.min() < low or times.max() > high):
             rule = f"between {low} and {high}, where the trajectory was integrated"
@@ -136,7 +338,7 @@ class Trajectory:
 
     def _sampled(self, seen: Seen) -> Sample:
         formulation = self.orbit.integrator.formulation
-        found = sample(formulation, seen.rows, self.orbit.parameters, seen.t, seen.phi)
+        found = sample(formulation, seen.states, self.orbit.parameters, seen.t)
         begun = seen.t == 0
         if not begun.any():
             return found
@@ -191,7 +393,7 @@ class Trajectory:
         and p_psi elsewhere is in J and kg m^2/s: A times these.
         """
         run, formulation = self.samples, self.orbit.integrator.formulation
-        return invariants(formulation, run.states, self.orbit.parameters, run.t)
+        return outputs.invariants(formulation, run.states, self.orbit.parameters, run.t)
 
     def to_xarray(self) -> xarray.Dataset:
         """Return samples and events as an xarray Dataset that holds the scene itself."""
@@ -217,11 +419,15 @@ class Trajectory:
         write(self, path)
 
 
-def _doubles(t: ArrayLike) -> Array:
+def times_of(t: ArrayLike) -> Array:
+    """Return a time, or a row of them, as doubles, if they are finite [s]."""
     try:
-        return np.asarray(t, dtype=np.float64)
+        times = np.asarray(t, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        raise NotANumber("t: a finite time or a one-dimensional array of them") from None
+        times = np.array(np.nan)
+    if times.ndim > 1 or not np.isfinite(times).all():
+        raise NotANumber("t: a finite time or a one-dimensional array of them")
+    return times
 
 
 def _known(values: Array) -> Array | None:

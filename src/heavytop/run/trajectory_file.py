@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -20,22 +20,22 @@ from pydantic import TypeAdapter
 from heavytop import __version__
 from heavytop.errors import ForeignFile, Outcome
 from heavytop.hdf5 import array, attribute, opened, write_sealed
+from heavytop.integration.compiled import Seen
 from heavytop.integration.high_precision import Mark
-from heavytop.integration.integrator import Checkpoint, Orbit, Seen
+from heavytop.integration.integrator import Checkpoint, Orbit
 from heavytop.integration.outputs import ANGLES, RATES, Sample
 from heavytop.machine import versions
 from heavytop.run.events import STORED, Events, precise_events
-from heavytop.run.high_precision import Decimals, PreciseRun
-from heavytop.run.planning import Plan, closed_form_of, start_values
-from heavytop.run.propagation import compiled_for, integrator_of
-from heavytop.run.trajectory import Statistics, Trajectory
+from heavytop.run.planning import Plan, closed_form_of
+from heavytop.run.propagation import integrator_of
+from heavytop.run.trajectory import Decimals, Statistics, Trajectory
 from heavytop.scene.arguments import path_of
 from heavytop.scene.scene import read_scene
 
 if TYPE_CHECKING:
     import xarray
 
-SCHEMA: Final = "heavytop/trajectory/1"
+SCHEMA: Final = "heavytop/trajectory/2"
 # of every variable, by the last word of its name: what it is, its unit, and a second dimension
 QUANTITIES: Final[Mapping[str, tuple[str, ...]]] = {
     "t": ("time since the start", "s"),
@@ -56,10 +56,9 @@ QUANTITIES: Final[Mapping[str, tuple[str, ...]]] = {
     "residual": ("value of the event function where it was found", "s-1"),
     "steps": ("natural steps taken", "1"),
 }
-SEEN: Final = ("t", "t_low", "states", "phi")  # the columns of `Seen`
-POINTS: Final = ("time", "states", "phi", "steps")  # and of checkpoints
-MARKS: Final = ("time", "states", "phi")  # and of what was seen in more digits
-TEXTS: Final = ("event_kind", *(f"decimal_{x}_{y}" for x in ("t", "event") for y in MARKS[:2]))
+POINTS: Final = ("time", "states", "steps")  # the columns of checkpoints,
+MARKS: Final = ("time", "states")  # and of what was seen in more digits
+TEXTS: Final = ("event_kind", *(f"decimal_{x}_{y}" for x in ("t", "event") for y in MARKS))
 """Variables that are read back as texts."""
 
 Variables = dict[str, Any]
@@ -132,16 +131,15 @@ def _texts(decimals: Decimals, samples: Iterable[Sample]) -> Variables:
 def _kept(trajectory: Trajectory) -> Variables:
     """Return what it takes to run any block again, and to go on: block starts and all zeros."""
     orbit, decimals = trajectory.orbit, trajectory.decimals
-    rows = zip(*((c.time, c.state, c.phi, c.steps) for c in orbit.checkpoints), strict=True)
+    rows = zip(*((c.time, c.state, c.steps) for c in orbit.checkpoints), strict=True)
     points = dict(zip(POINTS, map(np.array, rows), strict=True))
     kept = _over("t", {"t_low": orbit.samples.t_low})
     kept |= _over("checkpoint", points, "checkpoint_", "at the start of a block")
     for i, seen in enumerate(orbit.hits):
-        zeros = dict(zip(SEEN, (seen.t, seen.t_low, seen.rows, seen.phi), strict=True))
-        kept |= _over(f"zero_{i}", zeros, f"zeros_{i}_", "at a zero of an event function")
+        kept |= _over(f"zero_{i}", seen._asdict(), f"zeros_{i}_", "at a zero of an event function")
     if decimals is not None:
         more = "of the run in more than doubles"
-        kept |= _over("", {"steps": decimals.steps}, "decimal_", more)
+        kept |= _over("", {"steps": trajectory.statistics.steps}, "decimal_", more)
         met = tuple(event.sample for event in decimals.events)
         for over, samples in {"t": decimals.samples, "event": met}.items():
             kept |= _over(over, _marks_of(decimals, samples), f"decimal_{over}_", more)
@@ -149,12 +147,11 @@ def _kept(trajectory: Trajectory) -> Variables:
 
 
 def _marks_of(decimals: Decimals, samples: tuple[Sample, ...]) -> Variables:
-    """Return times and states with all their bits; phi is counted, the states hold its digits."""
-    whole, width = decimals.run.whole, len(decimals.run.form.states)
+    """Return times and states with all their bits."""
+    whole, width = decimals.whole, len(decimals.form.states)
     rows = np.array([[whole(x) for x in (s.t, *s.states)] for s in samples], dtype=str)
     rows = rows.reshape(-1, 1 + width)
-    phi = np.array([s.phi for s in samples], dtype=np.float64)
-    return dict(zip(MARKS, (rows[:, 0], rows[:, 1:], phi), strict=True))
+    return dict(zip(MARKS, (rows[:, 0], rows[:, 1:]), strict=True))
 
 
 def _attributes(trajectory: Trajectory) -> dict[str, Any]:
@@ -250,11 +247,11 @@ def _trajectory(file: Any) -> Trajectory:
     kinds = tuple(map(str, array(file, "event_kind")))
     steps = orbit.steps
     if "decimal_steps" in file:
-        run = PreciseRun.of(chosen, start_values(scene), orbit)
+        run = Decimals.of(scene, chosen, orbit)
         met = precise_events(scene, motion, run, kinds, _marks(file, "event", run), orbit.end)[0]
         samples = run.numbers(run.sampled(_marks(file, "t", run)))
         steps = int(array(file, "decimal_steps"))
-        decimals = Decimals(scene.digits, run, samples, met, steps, 0.0)
+        decimals = replace(run, samples=samples, events=met)
     return Trajectory(
         scene=scene,
         motion=motion,
@@ -270,29 +267,30 @@ def _trajectory(file: Any) -> Trajectory:
 def _orbit(file: Any, chosen: Plan, outcome: Outcome) -> Orbit:
     rows = zip(*(array(file, f"checkpoint_{name}") for name in POINTS), strict=True)
     points = tuple(
-        Checkpoint((float(t), float(t_low)), state.copy(), float(phi), int(steps))
-        for (t, t_low), state, phi, steps in rows
+        Checkpoint((float(t), float(t_low)), state.copy(), int(steps))
+        for (t, t_low), state, steps in rows
     )
-    t, t_low, states = (array(file, name) for name in SEEN[:3])
-    phi = array(file, "phi") if chosen.follows_phi else np.full(t.size, np.nan)
-    hits = ((array(file, f"zeros_{i}_{name}") for name in SEEN) for i in range(len(chosen.watched)))
+
+    def seen(prefix: str = "") -> Seen:
+        return Seen(*(array(file, f"{prefix}{name}") for name in Seen._fields))
+
     parameters = json.loads(attribute(file, "parameters"))
     return Orbit(
-        integrator=integrator_of(chosen, compiled_for(chosen), parameters, points[0]),
+        integrator=integrator_of(chosen, parameters, points[0]),
         checkpoints=points,
-        samples=Seen(t, t_low, states, phi),
-        hits=tuple(Seen(*columns) for columns in hits),
+        samples=seen(),
+        hits=tuple(seen(f"zeros_{i}_") for i in range(len(chosen.watched))),
         end=float(attribute(file, "end")),
         steps=int(attribute(file, "steps")),
         outcome=outcome,
     )
 
 
-def _marks(file: Any, over: str, run: PreciseRun) -> list[Mark]:
+def _marks(file: Any, over: str, run: Decimals) -> list[Mark]:
     """Return the states of a run in more digits, with the turns that were counted."""
     columns = (array(file, f"decimal_{over}_{name}").tolist() for name in MARKS)
     width = len(run.engine.formulation.states)
     return [
-        Mark(t, tuple(row[:width]), turned=(phi, float(row[-1])))
-        for t, row, phi in zip(*columns, strict=True)
+        Mark(t, tuple(row[:width]), turned=tuple(map(float, row[width:])))
+        for t, row in zip(*columns, strict=True)
     ]

@@ -313,7 +313,7 @@ def _invariants(trajectory: Trajectory) -> tuple[Mapping[str, Array], Mapping[st
     """The invariants, at the start first; the constants; and how well a state is known."""
     if trajectory.decimals is None:
         return trajectory.invariants, trajectory.orbit.parameters, 0.0
-    samples, run = trajectory.decimals.samples, trajectory.decimals.run
+    run, samples = trajectory.decimals, trajectory.decimals.samples
     some = (samples[0], *samples[_some(len(samples), FEW)])
     each = [run.invariants(sample) for sample in some]
     columns = {name: np.array([values[name] for values in each]) for name in each[0]}
@@ -389,8 +389,8 @@ def own_motion(trajectory: Trajectory) -> Rising:
     if decimals is None:
         own = DIGITS, orbit.checkpoints[0].state.tolist(), orbit.parameters
     else:
-        start, run = list(decimals.samples[0].states), decimals.run
-        own = run.ctx.dps + SPARE_DIGITS, start, run.parameters
+        start = list(decimals.samples[0].states)
+        own = decimals.ctx.dps + SPARE_DIGITS, start, decimals.parameters
     source = motion_of(trajectory.plan, *own)
     regime = trajectory.motion.rising.regime
     passed = not regime.misses_top, not regime.misses_bottom

@@ -37,7 +37,6 @@ from heavytop.run.ensemble import Ensemble, propagate_many
 from heavytop.scene import arguments
 from heavytop.scene.arguments import Range, Refused
 from heavytop.scene.scene import Scene, no_scene, scene_of
-from heavytop.studies.atlas_boundaries import curves
 from heavytop.studies.atlas_plane import (
     ROLES,
     Array,
@@ -47,6 +46,7 @@ from heavytop.studies.atlas_plane import (
     Plane,
     Tile,
     constants,
+    curves,
     mirrored,
     restored,
 )
@@ -73,8 +73,6 @@ ROUNDING: Final = 1e-10
 LISTED: Final = 1000  # pixels whose kinds differ, in the document
 SHARD: Final = "shard"
 """The name of a record without rows: its checkpoint is (i, n) where a folder is for a shard."""
-
-
 COSTS: Final = ("kinds_per_s", "rows_per_s", "tops_per_s", "jobs")
 
 SPAN: Final = 1.55  # nutation periods: one turning point at least is met twice
@@ -410,8 +408,8 @@ def _axis_attributes(axis: Axis) -> dict[str, str]:
 
 def atlas(
     scene: Scene,
-    x: object,
-    y: object,
+    x: str,
+    y: str,
     *,
     only: str | None = None,
     integrate: bool = False,
@@ -427,9 +425,9 @@ def atlas(
     ----------
     scene : Scene
         Its top and its start say every number that no axis changes.
-    x, y : str, tuple or Axis
-        ``"phidot=-20:20:2000"`` or ``("phidot", -20, 20, 2000)``: start values, constants (p_phi,
-        p_psi, E) or parameters (A, C, gMR), with a last ``:log`` on a logarithmic axis.
+    x, y : str
+        ``"phidot=-20:20:2000"``: start values, constants (p_phi, p_psi, E) or parameters (A, C,
+        gMR), with a last ``:log`` on a logarithmic axis.
     only : {"kind"}, optional
         Only kinds are found, many times as fast.
     integrate : bool
@@ -475,25 +473,23 @@ def atlas(
     and their kinds to integrated ones.
     """
     arguments.heard("progress", progress)
-    place = None if folder is None else arguments.path_of("folder", folder)
     if not isinstance(scene, Scene):
         raise no_scene(scene, KIND)
-    optional = {"only": only, "shard": shard, "jobs": jobs, "executor": executor}
-    given = {"x": x, "y": y, "integrate": integrate}
-    given |= {name: each for name, each in optional.items() if each is not None}
+    given = {"x": x, "y": y, "integrate": integrate, "only": only, "shard": shard, "jobs": jobs,
+             "executor": executor}  # fmt: skip
+    given = {name: each for name, each in given.items() if each is not None or name in "xy"}
     values, faults = arguments.parse_options(scene.name, given, _OPTIONS)
     if only is not None and integrate is True:
         faults.append(Fault(scene.name, None, "only", "", "not together with integrate"))
     if not faults:
         what = "kind" if only else "integrate" if integrate else "rows"
         plane = Plane(scene, values["x"], values["y"])
-        faults += _impossible(plane, what, place is None)
+        faults += _impossible(plane, what, folder is None)
     if faults:
         raise BadScene(tuple(faults))
-    parameters = _parameters(plane, what)
-    jobs = values.get("jobs", usable_cpus())
-    with open_store(place, parameters) as store:
-        return _run(store, values.get("shard"), jobs, executor=executor, on_progress=progress)
+    how = {"executor": executor, "on_progress": progress}
+    with open_store(folder, _parameters(plane, what)) as store:
+        return _run(store, values.get("shard"), values.get("jobs", usable_cpus()), **how)
 
 
 def renewed(parameters: Parameters) -> Parameters:
@@ -628,11 +624,9 @@ def _run(store: MemoryStore, shard: list[int] | None, jobs: int, **how: Any) -> 
 
 def _shard(given: Any) -> list[int]:
     """[i, n] of ``i/n``."""
-    number = Range(1, 10_000, whole=True)
     with suppress(TypeError, ValueError):
-        words = given.split("/") if isinstance(given, str) else given
-        i, n = (number(int(word) if isinstance(word, str) else word) for word in words)
-        if i <= n:
+        i, n = map(int, given.split("/") if isinstance(given, str) else given)
+        if 1 <= i <= n <= 10_000:
             return [i, n]
     raise Refused("i/n, whole numbers with 1 <= i <= n <= 10000")
 

@@ -1,9 +1,14 @@
-"""The plane of an atlas: two axes through a scene, its tiles, and the top of every pixel."""
+"""The plane of an atlas: two axes through a scene, the top of every pixel, and where kinds meet.
+
+The boundaries between kinds are the zeros of the functions whose signs tell the kinds apart. Each
+function is looked at on a mesh of its own, and every place where it changes its sign along an edge
+of the mesh is then found to the last digits, so that a curve does not depend on the pixels.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -19,7 +24,7 @@ from heavytop.classification.kinds import Kind
 from heavytop.names import nearest
 from heavytop.numbers import Exact
 from heavytop.results.atlas import AxisRange
-from heavytop.scene.arguments import PLAIN, STATE, Refused, set_fields
+from heavytop.scene.arguments import PLAIN, STATE, Refused
 from heavytop.scene.scene import Scene
 
 Array = NDArray[np.float64]
@@ -29,6 +34,11 @@ Columns = dict[str, NDArray[Any]]
 MOST_VALUES: Final = 1_000_000  # along one axis
 WIDEST: Final = 4096  # pixels in a row of a tile
 UPRIGHT: Final = 1e-12  # sinθ of an axis on the vertical
+MESH: Final = 401  # points along either axis, at which boundaries are looked for
+HALVINGS: Final = 60
+ROUNDING: Final = (
+    1e-9  # of its terms: a function as small as that everywhere has no zero of its own
+)
 
 # --- axes -----------------------------------------------------------------------------------------
 
@@ -66,22 +76,16 @@ _TEXT: Final = re.compile(
 class Axis:
     """The values of one number of a scene along an axis; a pixel is the top at its middle.
 
-    Parameters
+    Attributes
     ----------
     name : str
         One of `ROLES`.
     low, high : Exact
-        The first and the last value, the first the smaller; what a scene takes for such a number
-        is read.
+        The first and the last value, the first the smaller.
     count : int
         How many there are, both ends among them.
     log : bool
         Whether neighbours have the same ratio and not the same difference.
-
-    Raises
-    ------
-    Refused, NotANumber
-        It has no name of a number, no range, or too many pixels or too few.
     """
 
     name: str
@@ -90,43 +94,34 @@ class Axis:
     count: int
     log: bool = False
 
-    def __post_init__(self) -> None:
-        if self.name not in ROLES:
-            raise Refused(f"one of {', '.join(ROLES)}", nearest(self.name, ROLES))
-        read = STATE.get(self.name, PLAIN)
-        set_fields(self, {"low": read(self.low), "high": read(self.high)})
-        if not 2 <= self.count <= MOST_VALUES:
-            raise Refused(f"from 2 to {MOST_VALUES} pixels")
-        if not float(self.low) < float(self.high):
-            raise Refused("FROM is to be less than TO, as doubles")
-        if self.log and (self.low.sign(), self.high.sign()) not in ((1, 1), (-1, -1)):
-            raise Refused("a logarithmic axis does not reach 0")
-
     @classmethod
-    def of(cls, given: Any) -> Axis:
-        """The axis that a text, or (name, low, high, count), says.
+    def of(cls, text: object) -> Axis:
+        """The axis that a text says; its ends are read as a scene reads such a number.
+
+        Raises
+        ------
+        Refused, NotANumber
+            It has no name of a number, no range, or too many pixels or too few.
 
         Examples
         --------
         >>> Axis.of("phidot=-20:20:5").values
         array([-20., -10.,   0.,  10.,  20.])
-        >>> Axis.of(("C", "1e-6", "1e-4", 3, "log")).text
-        'C=1e-6:1e-4:3:log'
         """
-        if isinstance(given, Axis):
-            return given
-        if isinstance(given, str):
-            match = _TEXT.fullmatch(given)
-            if match is None:
-                raise Refused(FORM)
-            *ends, count, scale = match.groups()
-            given = (*ends, int(count), *([scale] if scale else []))
-        if not isinstance(given, Sequence) or not 4 <= len(given) <= 5:
-            raise Refused(f"a text {FORM}, or (name, low, high, count)")
-        name, low, high, count, *log = given
-        if isinstance(count, bool) or not isinstance(count, int) or log not in ([], ["log"]):
-            raise Refused("(name, low, high, count) or (name, low, high, count, 'log')")
-        return cls(str(name), low, high, count, bool(log))
+        match = _TEXT.fullmatch(text) if isinstance(text, str) else None
+        if match is None:
+            raise Refused(f"a text {FORM}")
+        name, *ends, count, scale = match.groups()
+        if name not in ROLES:
+            raise Refused(f"one of {', '.join(ROLES)}", nearest(name, ROLES))
+        low, high = map(STATE.get(name, PLAIN), ends)
+        if not 2 <= int(count) <= MOST_VALUES:
+            raise Refused(f"from 2 to {MOST_VALUES} pixels")
+        if not float(low) < float(high):
+            raise Refused("FROM is to be less than TO, as doubles")
+        if scale and (low.sign(), high.sign()) not in ((1, 1), (-1, -1)):
+            raise Refused("a logarithmic axis does not reach 0")
+        return cls(name, low, high, int(count), scale == "log")
 
     @property
     def text(self) -> str:
@@ -351,3 +346,144 @@ def restored(columns: Columns, tops: Mapping[str, Any], bottom: Mask) -> Columns
         found["theta_max"] = np.where(bottom, pi - columns["theta_min"], columns["theta_max"])
         found["spin"] = np.where(bottom, -found["spin"], found["spin"])
     return found
+
+
+# --- boundaries -----------------------------------------------------------------------------------
+
+
+class Boundary(NamedTuple):
+    """A piece of a boundary.
+
+    Attributes
+    ----------
+    name : str
+        A key of `boundaries`.
+    x, y : ndarray, shape (k,)
+        Its points; a single one where a boundary is a point of the plane.
+    """
+
+    name: str
+    x: Array
+    y: Array
+
+
+class Terms(NamedTuple):
+    """A function as a sum of two terms, and where its zero is a boundary."""
+
+    one: Array
+    other: Array
+    where: Mask
+
+    @property
+    def value(self) -> Array:
+        """The function."""
+        return np.asarray(self.one + self.other)
+
+
+def boundaries(m: Momenta) -> dict[str, Terms]:
+    """By the name of a boundary, the function whose zeros it is, at some places.
+
+    Where p_φ = p_ψ is itself a curve, the separatrix is the point of it at which E' = gMR.
+    """
+    A, gMR, theta, phidot = (m.top[name] for name in ("A", "gMR", "theta", "phidot"))
+    none, u, still = 0 * m.p_psi, np.cos(theta), m.top["thetadot"] == 0
+    inside = abs(m.p_phi) < abs(m.p_psi)  # gMR p_ψ cosθ is on both sides of E' p_ψ = gMR p_φ
+    cusp = Terms(m.kinetic * m.p_psi, -gMR * m.across, inside)
+    if not np.any(m.across):  # let go without φ̇: what is squared in E′ touches zero
+        cusp = Terms(m.top["thetadot"], none, inside)
+    equal = np.all(abs(m.p_minus) <= ROUNDING * (abs(m.p_psi) + abs(m.p_phi)))
+    falls = m.kinetic + gMR * u > -gMR  # it has the energy to get to θ = π
+    return {
+        "cusp": cusp,
+        "through-top": Terms(m.p_minus, none, (m.lift > 0) & ~m.asleep),
+        "through-bottom": Terms(m.p_phi, m.p_psi, falls & ~m.asleep),
+        "steady": Terms(
+            A * u * phidot**2 + gMR, -m.p_psi * phidot, still & (np.sin(theta) > UPRIGHT)
+        ),
+        "sleeping": Terms(m.p_psi**2, -4 * A * gMR, (theta == 0) & m.asleep),
+        "separatrix": Terms(m.lift, none, equal & ~m.asleep),
+    }
+
+
+def curves(plane: Plane) -> tuple[Boundary, ...]:
+    """Every boundary that crosses a plane; those that are points of it come last.
+
+    Places on the way are counted in steps of the mesh along x and y: arrays of shape (2, k).
+    A boundary that touches a pixel's corner of the mesh twice, or is smaller than a cell of it,
+    is missed; the ends of curves are found to a cell.
+
+    Examples
+    --------
+    Between loops and waves, at a kick of nothing:
+
+    >>> from heavytop.scene.scene import load_scene
+    >>> axes = Axis.of("phidot=-1:2:9"), Axis.of("psidot=100:150:9")
+    >>> plane = Plane(load_scene("sicm-dropped"), *axes)
+    >>> [(each.name, float(abs(each.x).max()) < 1e-12) for each in curves(plane)]
+    [('cusp', True)]
+    """
+    found = []
+    with np.errstate(all="ignore"):
+        mesh = _momenta(plane, np.array(np.meshgrid(*2 * [np.arange(MESH, dtype=np.float64)])))
+        for name, terms in boundaries(mesh).items():
+            for line in _zeros(plane, name, terms, mesh.possible):
+                momenta = _momenta(plane, line)
+                where = boundaries(momenta)[name].where
+                marked = np.ma.array(where, mask=where)
+                for part in np.ma.clump_masked(marked):  # type: ignore[no-untyped-call]
+                    piece = Boundary(name, *_values(plane, line[:, part]))
+                    if piece.x.size > 1 or name == "sleeping":  # the end of a line, where θ = 0
+                        found.append(piece)
+                if name == "through-top":
+                    lift = momenta.lift
+                    for k in np.flatnonzero(lift[1:] * lift[:-1] < 0).tolist():
+                        share = lift[k] / (lift[k] - lift[k + 1])
+                        place = line[:, k] + share * (line[:, k + 1] - line[:, k])
+                        found.append(Boundary("separatrix", *_values(plane, place[:, None])))
+    return tuple(sorted(found, key=lambda each: each.x.size == 1))
+
+
+def _zeros(plane: Plane, name: str, terms: Terms, possible: Mask) -> Iterator[Array]:
+    """The zeros of a function, as lines of places."""
+    from contourpy import contour_generator
+
+    size = abs(terms.one) + abs(terms.other)
+    known = np.isfinite(size)
+    nothing = np.all(abs(terms.value)[known] <= ROUNDING * size[known])
+    if nothing or not terms.where.any():
+        return
+    value = np.ma.masked_invalid(np.where(possible, terms.value, np.nan))
+    for line in contour_generator(z=value).lines(0.0):
+        yield _sharp(plane, name, np.asarray(line).T)
+
+
+def _sharp(plane: Plane, name: str, places: Array) -> Array:
+    """Places on edges of the mesh, moved along them to where the sign changes."""
+    off_x, off_y = abs(places - np.rint(places))
+    along = np.stack((off_y <= off_x, off_y > off_x))
+    start = np.where(along, np.minimum(np.floor(places), MESH - 2), np.rint(places))
+
+    def sign(share: Array) -> Array:
+        momenta = _momenta(plane, start + share * along)
+        return np.asarray(np.sign(boundaries(momenta)[name].value))
+
+    low, high = np.zeros_like(off_x), np.ones_like(off_x)
+    below = sign(low)
+    crossed = below * sign(high) < 0  # not where a zero is at a point of the mesh itself
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        same = sign(middle) == below
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return np.where(along & ~crossed, places, start + high * along)
+
+
+def _momenta(plane: Plane, places: Array) -> Momenta:
+    return constants(plane.at(*_values(plane, places)))
+
+
+def _values(plane: Plane, places: Array) -> tuple[Array, Array]:
+    """The values of x and y at places."""
+    x, y = (
+        axis.at(each / (MESH - 1)) for axis, each in zip((plane.x, plane.y), places, strict=True)
+    )
+    return x, y

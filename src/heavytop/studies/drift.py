@@ -9,23 +9,28 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict
+from itertools import takewhile
 from typing import Any, Final
 
+import numpy as np
+
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
-from heavytop.errors import BadScene
+from heavytop.errors import BadScene, MissingPackage
 from heavytop.machine import versions
 from heavytop.numbers.double_double import DoubleDouble
-from heavytop.run.planning import plan
+from heavytop.results.base import Column, Problem
+from heavytop.results.drift import COLUMNS, STARTS, Drift, ErrorSeries, MemberDrift, MethodDrift
+from heavytop.run.planning import closed_form_of, plan
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options, path_of
 from heavytop.scene.scene import Scene, scene_of
-from heavytop.studies.drift_result import Drift, collect, task_name
+from heavytop.scene.state import State
 from heavytop.studies.methods import DEFAULT, method
 from heavytop.studies.runner import Progress, run
-from heavytop.studies.steppers import MethodRun, neighbour, no_nutation, sample_times, set_up
-from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store
+from heavytop.studies.steppers import MethodRun, no_nutation, set_up
+from heavytop.studies.store import Chunk, MemoryStore, Parameters, Record, open_store
 
 KIND: Final = "drift"
 OPTIONS: Final = {
@@ -37,6 +42,9 @@ OPTIONS: Final = {
 }
 AUTO: Final = "auto"
 CHUNK_S: Final = 0.5  # of integration between two checkpoints
+SPREAD: Final = 1e-2  # relative; of tilt, the smaller of its distances from the poles
+PHASE: Final = 0.6180339887498949  # of a period: no turning point, where a time error is not seen
+LOST: Final = 0.05  # of a period: beyond it what is left of a phase error is no measure of it
 
 
 def drift(
@@ -234,3 +242,143 @@ def _auto(scene: Scene, periods: float) -> str:
                         samples=2, name=scene.name))  # fmt: skip
     form = "axis" if chosen.folded else chosen.formulation
     return f"taylor-{form}-projected" if chosen.projected or chosen.folded else f"taylor-{form}"
+
+
+# --- starts and times ------------------------------------------------------------------------
+
+
+def neighbour(start: State, seed: int, number: int) -> State:
+    """Return a start beside the given one; number 0 is that itself.
+
+    Tilt and rates are changed by one per cent at most, and the spin omega3 stays. A start depends
+    on seed and number alone, so a larger ensemble contains a smaller one.
+
+    Parameters
+    ----------
+    start : State
+    seed, number : int
+
+    Examples
+    --------
+    >>> start = State(theta=0.1, phidot=-15, psidot=140)
+    >>> neighbour(start, 1, 0) is start
+    True
+    >>> beside = neighbour(start, 1, 3)
+    >>> beside == neighbour(start, 1, 3), abs(float(beside.theta) / 0.1 - 1) < 0.01
+    (True, True)
+    """
+    if number == 0:
+        return start
+    drawn = np.random.default_rng([seed, number]).uniform(-SPREAD, SPREAD, 3).tolist()
+    theta = float(start.theta)
+    return State(
+        theta=theta + drawn[0] * min(theta, math.pi - theta),
+        thetadot=float(start.thetadot) * (1 + drawn[1]),
+        phi=start.phi,
+        phidot=float(start.phidot) * (1 + drawn[2]),
+        psi=start.psi,
+        omega3=float(start.omega3),
+    )
+
+
+def sample_times(periods: float, samples: int) -> tuple[float, ...]:
+    """Return numbers of nutation periods, increasing, the last within one of `periods`.
+
+    They are spread evenly over the decades, all at the same phase of the nutation, away from its
+    turning points.
+
+    Parameters
+    ----------
+    periods : float
+        At least 1.
+    samples : int
+        How many; where they would fall into the same period, fewer.
+
+    Examples
+    --------
+    >>> [round(n, 3) for n in sample_times(1000, 4)]
+    [0.618, 9.618, 99.618, 999.618]
+    """
+    whole = np.unique(np.rint(np.geomspace(1, max(1, int(periods)), max(1, samples))))
+    return tuple(float(n - 1 + PHASE) for n in whole)
+
+
+# --- the result ------------------------------------------------------------------------------
+
+
+def collect(store: MemoryStore) -> Drift:
+    """Return the drift that the runs of a study add up to, all at their end."""
+    asked = store.parameters
+    scene = scene_of(asked["scene"])
+    period = float(closed_form_of(scene).period or 0.0)
+    states = [neighbour(scene.start, asked["seed"], k) for k in range(asked["ensemble"])]
+    return Drift(
+        scene=Problem(**asked["scene"]),
+        **{name: asked[name] for name in ("periods", "ensemble", "samples", "seed", "versions")},
+        spread=SPREAD,
+        starts=tuple({name: float(getattr(each, name)) for name in STARTS} for each in states),
+        methods=tuple(_method(store, text, LOST * period) for text in asked["methods"]),
+    )
+
+
+def task_name(text: str, number: int) -> str:
+    """Return the name of a run: its method and the number of its start."""
+    return f"{text}/{number:04d}"
+
+
+def _method(store: MemoryStore, text: str, lost: float) -> MethodDrift:
+    chosen = method(text)
+    known: dict[str, Any] = {
+        "name": chosen.text,
+        "formulation": chosen.formulation,
+        "language": chosen.language,
+        "setting": {chosen.set_by: chosen.setting},
+    }
+    if chosen.absent:
+        return MethodDrift(**known, skipped=str(MissingPackage(chosen.name, chosen.absent)))
+    tasks = [task_name(text, number) for number in range(store.parameters["ensemble"])]
+    records = [store.load(task) for task in tasks]
+    if failed := [record.failed for record in records if record.failed]:
+        return MethodDrift(**known, skipped=failed[0])
+    members = tuple(_member(record, lost) for record in records)
+    gone = sum(record.checkpoint["periods"] for record in records)
+    spent = [store.seconds[task] for task in tasks if task in store.seconds]
+    ended = [record.checkpoint["ended"] for record in records]
+    return MethodDrift(
+        **known,
+        **_over(members, lambda x: np.sqrt(np.mean(np.square(x)))),
+        members=members,
+        spread=ErrorSeries(**_over(members, lambda x: np.sqrt(np.mean(np.square(x - np.mean(x)))))),
+        steps=float(np.mean([each.steps for each in members])),
+        us_per_period=sum(spent) / gone * 1e6 if gone and len(spent) == len(tasks) else None,
+        ended={str(number): why for number, why in enumerate(ended) if why},
+    )
+
+
+def _member(record: Record, lost: float) -> MemberDrift:
+    """The errors of a run, without phases from where the first is lost."""
+    rows = record.rows
+    columns = {name: tuple(row[name] for row in rows) for name in ("periods", "energy", "axis")}
+    phases = [row["phase_s"] for row in rows]
+    known = [*takewhile(lambda phase: abs(phase) < lost, phases)]
+    columns["phase_s"] = (*known, *[None] * (len(rows) - len(known)))
+    for name in rows[0]["invariants"] if rows else ():
+        columns[name] = tuple(row["invariants"][name] for row in rows)
+    return MemberDrift(**_fields(columns), steps=record.checkpoint["state"]["steps"])
+
+
+def _over(members: Sequence[ErrorSeries], mean: Callable[[Any], Any]) -> dict[str, Any]:
+    """Errors over all runs, at the times that all of them reached, as fields of a series."""
+    shortest = min((each.columns for each in members), key=lambda columns: len(columns["periods"]))
+    found = {}
+    for name in shortest:
+        every = zip(*(each.columns[name] for each in members), strict=False)
+        found[name] = tuple(None if None in x else float(mean(np.array(x))) for x in every)
+    return _fields(found | {"periods": shortest["periods"]})
+
+
+def _fields(columns: Mapping[str, Column]) -> dict[str, Any]:
+    """Columns as the fields of a series: None for momenta that cannot change."""
+    none = (None,) * len(columns["periods"])
+    own = {name: columns.get(name, none) for name in COLUMNS}
+    return own | {"invariants": {name: x for name, x in columns.items() if name not in COLUMNS}}

@@ -1,4 +1,4 @@
-"""Who does the work of a study: processes here, the workers of a dask cluster, whole programs.
+"""Who does the work: processes here, the workers of a dask cluster, whole programs.
 
 Worker processes do not run the caller's script and do not outlive their parent. On a cluster only
 this package must be installed where the workers are; a worker does one task at a time, so it is
@@ -17,12 +17,20 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import (
+    BrokenExecutor,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+    wait,
+)
 from contextlib import contextmanager, suppress
 from importlib.util import find_spec
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Final, TypeAlias
+from typing import Any, Final, Self, TypeAlias, TypeVar
 
 from heavytop.errors import MissingPackage, NoScheduler
 
@@ -32,6 +40,7 @@ LETTERS: Final = {"PYTHONUTF8": "1", "PYTHONIOENCODING": "utf-8"}
 """Of an environment: what is printed in it is UTF-8, wherever the person happens to be."""
 _LOUD: Final = ("distributed", "tornado", "asyncio")  # they log what is said here in one sentence
 
+T = TypeVar("T")
 Process: TypeAlias = subprocess.Popen[bytes]
 
 # --- worker processes ------------------------------------------------------------------------
@@ -70,6 +79,11 @@ class Processes(Executor):
         with starting():
             return self._pool.submit(fn, *args, **kwargs)
 
+    @property
+    def processes(self) -> list[BaseProcess]:
+        """The processes that there are."""
+        return list((self._pool._processes or {}).values())
+
     def replace(self) -> None:
         """Take new workers."""
         self.shutdown()
@@ -77,7 +91,7 @@ class Processes(Executor):
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End all workers at once, whatever they are at."""
-        for process in list((self._pool._processes or {}).values()):
+        for process in self.processes:
             process.kill()
         self._pool.shutdown(wait, cancel_futures=True)
 
@@ -94,6 +108,72 @@ def _end_with_parent() -> None:
     assert parent is not None
     parent.join()
     os._exit(1)
+
+
+# --- calls with a limit of time --------------------------------------------------------------
+# In a process that is killed when its time is up: nothing less helps, as a solver that hangs inside
+# its own compiled code hears no signal.
+
+
+class TimedOut(Exception):
+    """A call that did not return in time; its process was killed."""
+
+
+class Lost(Exception):
+    """A process that died of a call, or an exception in it; the message says which."""
+
+
+class Worker:
+    """One process for calls; after one that had to be killed, or died, the next call starts one."""
+
+    def __init__(self) -> None:
+        self._pool: Processes | None = None
+
+    def __enter__(self) -> Self:
+        """Return the worker."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End the process."""
+        self.close()
+
+    def call(self, function: Callable[..., T], *args: Any, timeout: float | None = None) -> T:
+        """Return what a function of a module returns there, within so many seconds.
+
+        Starting the process takes none of them.
+
+        Raises
+        ------
+        TimedOut
+            It did not return in time.
+        Lost
+            The process died of it, or it raised something.
+        """
+        if self._pool is None:
+            self._pool = Processes(1)
+            self._pool.submit(os.getpid).result()  # it is ready
+        [process] = self._pool.processes
+        future = self._pool.submit(function, *args)
+        if not wait([future], timeout).done:
+            self.close()
+            raise TimedOut
+        fault = future.exception()
+        if isinstance(fault, BrokenExecutor):
+            self.close()
+            code = process.exitcode or 0
+            how = (
+                f"killed by {signal.Signals(-code).name}" if code < 0 else f"left with code {code}"
+            )
+            raise Lost(how)
+        if fault is not None:
+            raise Lost(f"{type(fault).__name__}: {fault}")
+        return future.result()  # type: ignore[no-any-return]
+
+    def close(self) -> None:
+        """End the process, at once."""
+        if self._pool is not None:
+            self._pool.shutdown()
+            self._pool = None
 
 
 # --- a dask cluster ---------------------------------------------------------------------------

@@ -52,8 +52,6 @@ class Method:
         ``tolerance`` or ``steps a period``.
     least, most : float
         Bounds of the setting.
-    reach : float
-        Nutation periods it goes to at most, for its slowness.
     needs : tuple of str
         Packages it cannot do without.
     bits : int
@@ -80,7 +78,6 @@ class Method:
     set_by: str
     least: float
     most: float
-    reach: float = float("inf")
     needs: tuple[str, ...] = ()
     bits: int = DOUBLE
     projected: bool = False
@@ -96,6 +93,11 @@ class Method:
     def absent(self) -> tuple[str, ...]:
         """Packages it needs that are not installed."""
         return tuple(package for package in self.needs if find_spec(package) is None)
+
+    @property
+    def reach(self) -> float:
+        """Nutation periods it goes to at most, for its slowness."""
+        return SLOW if self.bits > DOUBLE or self.language == "python" else float("inf")
 
     @property
     def text(self) -> str:
@@ -116,17 +118,15 @@ class Method:
     @property
     def label(self) -> str:
         """The name with the setting, for a person."""
-        if self.digits is None:
-            return f"{self.name}={self.setting:.3g}"
-        return f"auto ({self.digits} digits of {self.wants})"
+        return f"{self.name}={self.setting:.3g}"
 
     @property
-    def heading(self) -> str:
+    def set_to(self) -> str:
         """The setting in a few letters; empty for auto, which chooses.
 
         Examples
         --------
-        >>> method("gauss8=32").heading, method("taylor-axis").heading
+        >>> method("gauss8=32").set_to, method("taylor-axis").set_to
         ('32/period', '2.2e-16')
         """
         if self.formulation == AUTO:
@@ -216,24 +216,15 @@ def _of_formulation(form: str) -> list[Method]:
     found.append(replace(tight, setting=BROUWER, least=BROUWER, most=BROUWER))
     for name, bits in (("longdouble", LONG_DOUBLE), ("mpfr", MPFR_BITS)):
         least = 2.0 ** (1 - bits)
-        precise = replace(plain, name=f"{plain.name}-{name}", bits=bits, reach=SLOW)
+        precise = replace(plain, name=f"{plain.name}-{name}", bits=bits)
         found.append(replace(precise, setting=least, least=least, most=least))
     return found
 
 
 def _of(rival: comparison.Method) -> Method:
-    return Method(
-        name=rival.name,
-        formulation=rival.formulation,
-        language=rival.language,
-        setting=rival.default,
-        set_by=rival.setting,
-        least=rival.least,
-        most=rival.most,
-        reach=SLOW if rival.language == "python" else float("inf"),
-        needs=rival.needs,
-        is_rival=True,
-    )
+    names = ("name", "formulation", "language", "least", "most", "needs")
+    same = {name: getattr(rival, name) for name in names}
+    return Method(setting=rival.default, set_by=rival.setting, is_rival=True, **same)
 
 
 # --- what is put under stress ----------------------------------------------------------------

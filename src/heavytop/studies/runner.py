@@ -39,10 +39,10 @@ from heavytop.studies.store import (
 )
 
 if TYPE_CHECKING:
+    from heavytop.results.drift import Drift
     from heavytop.results.stress import Stress
     from heavytop.results.work_precision import WorkPrecision
     from heavytop.studies.atlas import Atlas
-    from heavytop.studies.drift_result import Drift
 
 KINDS: Final = {
     "drift": "heavytop.studies.drift",
@@ -112,17 +112,6 @@ class Progress:
     def per_s(self) -> float:
         """Part of the whole study done per second; 0 before anything is known [1/s]."""
         return self.gained / self.elapsed_s if self.elapsed_s > 0 else 0.0
-
-    @property
-    def left_s(self) -> float | None:
-        """Time left at this rate [s]; None before anything is known.
-
-        Examples
-        --------
-        >>> Progress(fraction=0.75, ended=1, tasks=2, elapsed_s=10, gained=0.5).left_s
-        5.0
-        """
-        return (1 - self.fraction) / self.per_s if self.per_s > 0 else None
 
 
 def run(

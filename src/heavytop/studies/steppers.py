@@ -26,85 +26,22 @@ from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import observed
 from heavytop.errors import BadScene, Fault
 from heavytop.integration.bits import DOUBLE, named
-from heavytop.integration.high_precision import Mark, PreciseIntegrator, Unfinished, Wanted
+from heavytop.integration.high_precision import Mark, PreciseIntegrator, Unfinished
 from heavytop.integration.integrator import NEVER, Checkpoint, Integrator, Observed
 from heavytop.numbers.decimals import Context, context
 from heavytop.numbers.double_double import Array, DoubleDouble, add
-from heavytop.run.high_precision import rounded_start
-from heavytop.run.planning import EPSILON, closed_form_of, plan, start_values
-from heavytop.run.propagation import binary_start, compiled_for, integrator_of
+from heavytop.run.planning import EPSILON, closed_form_of, plan, rounded_start, start_values
+from heavytop.run.propagation import binary_start, integrator_of
 from heavytop.run.verify import ahead, motion_of
 from heavytop.scene.arguments import shown
 from heavytop.scene.scene import Scene
-from heavytop.scene.state import State
 from heavytop.studies.methods import Method
 
-SPREAD: Final = 1e-2  # relative; of tilt, the smaller of its distances from the poles
-PHASE: Final = 0.6180339887498949  # of a period: no turning point, where a time error is not seen
 DIGITS: Final = 40  # of the reference solution
 EVEN: Final = 0.7  # of |z|, above which x and y determine it better
 SPARE_DIGITS: Final = 12  # of texts and of the reference, beyond those of the run's numbers
 FAR: Final = 1e6  # periods: no step is that long
 LATE_WORDS: Final = 2  # of the time, in `carry`, beside the two of `time`
-
-# --- neighbouring starts, and the times at which their runs are sampled ----------------------
-
-
-def neighbour(start: State, seed: int, number: int) -> State:
-    """Return a start beside the given one; number 0 is that itself.
-
-    Tilt and rates are changed by one per cent at most, and the spin omega3 stays. A start depends
-    on seed and number alone, so a larger ensemble contains a smaller one.
-
-    Parameters
-    ----------
-    start : State
-    seed, number : int
-
-    Examples
-    --------
-    >>> start = State(theta=0.1, phidot=-15, psidot=140)
-    >>> neighbour(start, 1, 0) is start
-    True
-    >>> beside = neighbour(start, 1, 3)
-    >>> beside == neighbour(start, 1, 3), abs(float(beside.theta) / 0.1 - 1) < 0.01
-    (True, True)
-    """
-    if number == 0:
-        return start
-    drawn = np.random.default_rng([seed, number]).uniform(-SPREAD, SPREAD, 3).tolist()
-    theta = float(start.theta)
-    return State(
-        theta=theta + drawn[0] * min(theta, math.pi - theta),
-        thetadot=float(start.thetadot) * (1 + drawn[1]),
-        phi=start.phi,
-        phidot=float(start.phidot) * (1 + drawn[2]),
-        psi=start.psi,
-        omega3=float(start.omega3),
-    )
-
-
-def sample_times(periods: float, samples: int) -> tuple[float, ...]:
-    """Return numbers of nutation periods, increasing, the last within one of `periods`.
-
-    They are spread evenly over the decades, all at the same phase of the nutation, away from its
-    turning points.
-
-    Parameters
-    ----------
-    periods : float
-        At least 1.
-    samples : int
-        How many; where they would fall into the same period, fewer.
-
-    Examples
-    --------
-    >>> [round(n, 3) for n in sample_times(1000, 4)]
-    [0.618, 9.618, 99.618, 999.618]
-    """
-    whole = np.unique(np.rint(np.geomspace(1, max(1, int(periods)), max(1, samples))))
-    return tuple(float(n - 1 + PHASE) for n in whole)
-
 
 # --- one method from one start ---------------------------------------------------------------
 
@@ -145,9 +82,9 @@ def set_up(scene: Scene, method: Method) -> MethodRun:
     parameters, start = binary_start(scene, chosen)
     if method.bits > DOUBLE:
         digits = int(method.bits * math.log10(2)) + SPARE_DIGITS
-        texts, states = rounded_start(form, start_values(scene), context(digits))
+        texts, states = rounded_start(chosen, start_values(scene), context(digits))
         precise = PreciseIntegrator(form, method.bits, texts, start=states)
-        engine = integrator_of(chosen, compiled_for(chosen), parameters, start)
+        engine = integrator_of(chosen, parameters, start)
         stepper = PreciseStepper(precise, tuple(states), engine.cautious_step(start, FAR), FAR)
         known, digits = precise.parameter_texts(), max(DIGITS, digits + SPARE_DIGITS)
         reference = ReferenceSolution(form, known, stepper.words(stepper.begin()), own, digits)
@@ -162,7 +99,7 @@ def set_up(scene: Scene, method: Method) -> MethodRun:
             method.name, start.state, parameters, method.setting, period, formulation=form
         )
         return MethodRun(taken, reference, period)
-    engine = integrator_of(chosen, compiled_for(chosen), parameters, start)
+    engine = integrator_of(chosen, parameters, start)
     return MethodRun(TaylorStepper(engine, np.array(start.state), FAR * period), reference, period)
 
 
@@ -234,20 +171,20 @@ class TaylorStepper:
         """Return the states at times in the block after a state, from its Taylor polynomials."""
         local = [add(t, (-at.time[0], -at.time[1])) for t in times]
         inside = np.array([high + low for high, low in local])
-        return self._block(replace(at, time=(0.0, 0.0)), inside).samples.rows
+        return self._block(replace(at, time=(0.0, 0.0)), inside).samples.states
 
     def output_time(self, t: float) -> DoubleDouble:
         """Return the time itself."""
         return (t, 0.0)
 
     def _block(self, at: StepperState, samples: Array = NEVER) -> Observed:
-        start = Checkpoint(at.time, np.array(at.state), np.nan, at.steps)
+        start = Checkpoint(at.time, np.array(at.state), at.steps)
         longest = None if at.steps else self._first_steps
         return self.engine.block(start, start.block_steps, self.far, samples, longest)
 
     @cached_property
     def _first_steps(self) -> float | None:
-        return self.engine.cautious_step(Checkpoint((0.0, 0.0), self.start, np.nan, 0), self.far)
+        return self.engine.cautious_step(Checkpoint((0.0, 0.0), self.start, 0), self.far)
 
 
 @dataclass(frozen=True, eq=False)
@@ -283,9 +220,9 @@ class PreciseStepper:
 
     def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
         """Return the states at times in the block after a state, laid out as `words`."""
-        wanted = [Wanted(self._sum(t)) for t in times]
-        walk = self.engine.walk(self._mark(at), wanted, self.far, self.longest)
-        return np.array([self._words(one) for one in walk.found if one])
+        wanted = [(self._sum(t), None) for t in times]
+        found, _ = self.engine.walk(self._mark(at), wanted, self.far, self.longest)
+        return np.array([self._words(one) for one in found if one])
 
     def output_time(self, t: float) -> DoubleDouble:
         """Return the time itself."""

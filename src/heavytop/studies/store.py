@@ -16,11 +16,12 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Self
 
-from pydantic import ConfigDict, TypeAdapter, ValidationError
+from pydantic import ConfigDict
 
 from heavytop.errors import ForeignFile, ForeignStudy, StoppedEarly
-from heavytop.files import locked, make_folder, regular, write_text
-from heavytop.results.base import typed
+from heavytop.files import locked, make_folder, write_text
+from heavytop.results.base import read, typed
+from heavytop.scene.arguments import path_of
 
 Parameters = dict[str, Any]
 STUDY, LOCK, TASKS = "study.json", "lock", "tasks"
@@ -154,7 +155,7 @@ class Store(MemoryStore):
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)
-        found = _read(self.path / STUDY)
+        found: Parameters = read(self.path / STUDY, Parameters).found
         found.pop("command", None)
         if not (isinstance(found.get("kind"), str) and isinstance(found.get("versions"), dict)):
             raise ForeignFile(f"{self.path / STUDY}: not a study of this version of heavytop")
@@ -202,7 +203,7 @@ class Store(MemoryStore):
     def load(self, task: str) -> Record:
         """Return the record of a task, an empty one before it began."""
         path = self._file(task)
-        found = _record(path) if path.exists() else Record(task)
+        found: Record = read(path, Record).found if path.exists() else Record(task)
         if found.task != task:
             raise ForeignFile(f"{path}: the record of {found.task!r:.60}, not of {task}")
         return found
@@ -230,7 +231,7 @@ class Store(MemoryStore):
         for other in stores:
             other.expect(self.parameters)
         for path in (path for other in stores for path in sorted(other.path.glob(RECORDS))):
-            theirs = _record(path)
+            theirs: Record = read(path, Record).found
             mine = self.load(theirs.task)
             if theirs.ended and mine.ended and theirs != mine:
                 raise ForeignFile(f"{path}: not the same result as in {self._file(mine.task)}")
@@ -241,11 +242,11 @@ class Store(MemoryStore):
         return self.path / TASKS / f"{sha256(task.encode()).hexdigest()[:24]}.json"
 
 
-def open_store(folder: Path | None, parameters: Parameters) -> AbstractContextManager[MemoryStore]:
+def open_store(folder: object, parameters: Parameters) -> AbstractContextManager[MemoryStore]:
     """Open the store of a study for writing: in a folder, or in memory where there is none."""
-    return (
-        nullcontext(MemoryStore(parameters)) if folder is None else Store.open(folder, parameters)
-    )
+    if folder is None:
+        return nullcontext(MemoryStore(parameters))
+    return Store.open(path_of("folder", folder), parameters)
 
 
 @contextmanager
@@ -313,35 +314,3 @@ def _refuse_others(folder: Path) -> None:
     if found := sorted(others):
         some = ", ".join(found[:3])
         raise ForeignFile(f"{folder}: not empty and not the folder of a study ({some})")
-
-
-def _record(path: Path) -> Record:
-    """The record in a file."""
-    data = _bytes(path)
-    try:
-        return TypeAdapter(Record).validate_json(data, strict=True)
-    except ValidationError as wrong:
-        first = wrong.errors()[0]
-        what = "not readable" if first["type"] == "json_invalid" else "damaged"
-        place = ".".join(map(str, first["loc"])) or "record"
-        raise ForeignFile(f"{path}: {what} ({place}: {first['msg']})") from None
-
-
-def _read(path: Path) -> dict[str, Any]:
-    """The JSON object in a file."""
-    data = _bytes(path)
-    try:
-        found = json.loads(data)
-    except ValueError as fault:
-        raise ForeignFile(f"{path}: not readable ({fault})") from None
-    if not isinstance(found, dict):
-        raise ForeignFile(f"{path}: not a JSON object")
-    return found
-
-
-def _bytes(path: Path) -> bytes:
-    try:
-        with regular(path) as file:
-            return file.read()
-    except OSError as fault:
-        raise ForeignFile(f"{path}: not readable ({fault})") from None

@@ -36,14 +36,13 @@ from heavytop.results.stress import ASTRAY, AUTO, Outcome, Run, SkippedRun, Stre
 from heavytop.run.events import Counts
 from heavytop.run.planning import Plan
 from heavytop.run.propagation import binary_start, propagate
-from heavytop.run.trajectory import Trajectory
 from heavytop.run.verify import energy_error
-from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options, path_of
+from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
 from heavytop.studies import runner
+from heavytop.studies.executors import Lost, TimedOut, Worker
 from heavytop.studies.methods import ANGLES, TOLERANCE, Method, stress_methods
 from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store, reading
 from heavytop.studies.stress_cases import Case, CaseReference, cases, reference
-from heavytop.studies.timed import Lost, TimedOut, Worker
 
 KIND: Final = "stress"
 LISTED: Final = "heavytop/stress-cases/1"
@@ -59,7 +58,6 @@ NUMBERS: Final = {
     "jobs": Range(1, 1024, whole=True),
 }
 KEPT: Final = 0.5  # of the digits that conditioning leaves
-STILL: Final = 1e-3  # of the way the axis went
 BLOCK: Final = 1000  # steps of a fixed step between two looks,
 CALL: Final = 50  # and of CyRK, whose steps are known by whole blocks only
 OWN_WARNINGS: Final = (errors.DoubtfulWarning, errors.UnboundedAngleWarning)
@@ -132,11 +130,10 @@ def stress(
     makes of changed starts.
     """
     heard("progress", progress)
-    place = None if folder is None else path_of("folder", folder)
     limits = {"budget": budget, "time_limit": time_limit, "step_limit": step_limit, "jobs": jobs}
     parameters, values = _parameters(cases, methods, limits)
     how = {"budget": values["budget"], "jobs": values["jobs"], "executor": executor}
-    with open_store(place, parameters) as store:
+    with open_store(folder, parameters) as store:
         return complete(store, on_progress=progress, **how)
 
 
@@ -218,8 +215,7 @@ def collect(store: MemoryStore, budget: float = BUDGET_S) -> Stress:
     return Stress(
         limits={"budget_s": budget, **limits},
         hard={name: cases()[name].hard for name in parameters["cases"]},
-        methods={each.name: each.short for each in methods},
-        settings={each.name: each.heading for each in methods},
+        methods={each.name: f"{each.short} {each.set_to}".rstrip() for each in methods},
         cases=tuple(runs),
         skipped=tuple(skipped),
         versions=versions(),
@@ -271,7 +267,7 @@ def listing() -> dict[str, Any]:
         "schema": LISTED,
         "cases": [case.document() for case in cases().values()],
         "methods": [
-            {"name": m.name, "short": m.short, "formulation": m.formulation, "setting": m.heading}
+            {"name": m.name, "short": m.short, "formulation": m.formulation, "setting": m.set_to}
             for m in methods
         ],
     }
@@ -281,7 +277,7 @@ def listing() -> dict[str, Any]:
 
 
 @dataclass(frozen=True, slots=True)
-class RunResult:
+class Attempt:
     """What one run gave, before it is judged.
 
     Attributes
@@ -291,8 +287,6 @@ class RunResult:
     said : str
         What it said of that, or of a doubt.
     steps : int
-    smallest_step : float or None
-        Its shortest step; of the Taylor integrator, the shortest mean of a block of them [s].
     axis : tuple of 3 float, or None
         At the end; None where the formulation gives the tilt alone.
     theta : float or None
@@ -300,8 +294,6 @@ class RunResult:
         phi and psi at the end, where the run follows them [rad].
     energy_error : float or None
         How far E' is off its start, relative to max(|E'|, gMR).
-    moved : float
-        How far from its start the axis, or the tilt, has gone.
     counted : dict from str to int
         Events.
     plan : str
@@ -313,18 +305,16 @@ class RunResult:
     stopped: Outcome | None = None
     said: str = ""
     steps: int = 0
-    smallest_step: float | None = None
     axis: tuple[float, float, float] | None = None
     theta: float | None = None
     angles: tuple[float, ...] = ()
     energy_error: float | None = None
-    moved: float = 0.0
     counted: Mapping[str, int] = field(default_factory=dict)
     plan: str = ""
     more_bits: bool = False
 
 
-def run(case: Case, method: Method, truth: CaseReference, step_limit: int) -> RunResult:
+def run(case: Case, method: Method, truth: CaseReference, step_limit: int) -> Attempt:
     """Do one run.
 
     Parameters
@@ -347,19 +337,19 @@ def run(case: Case, method: Method, truth: CaseReference, step_limit: int) -> Ru
     return found
 
 
-def _taylor(case: Case, method: Method, step_limit: int) -> RunResult:
+def _taylor(case: Case, method: Method, step_limit: int) -> Attempt:
     scene = replace(case.scene, quantities=WANTED.get(method.name, ("axis",)))
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
         try:
             found = propagate(scene, formulation=method.formulation, step_limit=step_limit)
         except errors.BadScene as refusal:
-            return RunResult(Outcome.REFUSED, "; ".join(fault.rule for fault in refusal.faults))
+            return Attempt(Outcome.REFUSED, "; ".join(fault.rule for fault in refusal.faults))
         except errors.EndedEarly as early:
             found = early.trajectory
     said = "; ".join(str(w.message) for w in heard if issubclass(w.category, OWN_WARNINGS))
     end, chosen = found.orbit.end, found.plan
-    result = RunResult(None, said, found.statistics.steps, _smallest_step(found))
+    result = Attempt(said=said, steps=found.statistics.steps)
     if method.formulation == AUTO:
         parts = (chosen.formulation, chosen.precision, "projected" if chosen.projected else "")
         plan, more_bits = ", ".join(filter(None, parts)), chosen.precision != "double"
@@ -370,14 +360,7 @@ def _taylor(case: Case, method: Method, step_limit: int) -> RunResult:
     with np.errstate(all="ignore"):
         counted = {name: found.events.count(name) or 0 for name in scene.events}
         result = replace(result, energy_error=energy_error(found), counted=counted)
-        return _with_motion(result, found([0.0, end]))
-
-
-def _smallest_step(found: Trajectory) -> float | None:
-    places = [(point.time[0], point.steps) for point in found.orbit.checkpoints]
-    places.append((found.orbit.end, found.statistics.steps))
-    blocks = np.diff(places, axis=0)
-    return min((abs(t) / n for t, n in blocks.tolist() if n), default=None)
+        return _with_motion(result, found([end]))
 
 
 def stepper_of(case: Case, method: Method, truth: CaseReference) -> tuple[Stepper, int]:
@@ -397,28 +380,28 @@ def stepper_of(case: Case, method: Method, truth: CaseReference) -> tuple[Steppe
     return make_stepper(name, start.state, parameters, setting, span, ahead, steps=block), steps
 
 
-def _stepped(case: Case, method: Method, truth: CaseReference, step_limit: int) -> RunResult:
+def _stepped(case: Case, method: Method, truth: CaseReference, step_limit: int) -> Attempt:
     """Let a compiled method go block by block until one holds the end."""
     stepper, steps = stepper_of(case, method, truth)
     if steps > step_limit:
-        return RunResult(Outcome.STEP_LIMIT, f"its steps would be {steps}", steps)
-    end, smallest = stepper.output_time(truth.end), None
+        return Attempt(Outcome.STEP_LIMIT, f"its steps would be {steps}", steps)
+    end = stepper.output_time(truth.end)
     if isinstance(stepper, FixedStep):
-        end, smallest = two_product(stepper.h, float(steps)), abs(stepper.h)
+        end = two_product(stepper.h, float(steps))
     before = after = stepper.begin()
     try:
         while abs(after.time[0]) < abs(end[0]):
             if after.steps >= step_limit:
-                return RunResult(Outcome.STEP_LIMIT, steps=after.steps)
+                return Attempt(Outcome.STEP_LIMIT, steps=after.steps)
             before, after = after, stepper.block(after)
         state = stepper.states_at(before, [end])[0]
     except IntegrationFailed as failure:
-        return RunResult(Outcome.STALLED, str(failure))
-    result = RunResult(steps=steps or after.steps, smallest_step=smallest)
+        return Attempt(Outcome.STALLED, str(failure))
+    result = Attempt(steps=steps or after.steps)
     return _arrived(result, case, Plan("axis"), truth.end, state)
 
 
-def _textbook(case: Case, method: Method, truth: CaseReference, step_limit: int) -> RunResult:
+def _textbook(case: Case, method: Method, truth: CaseReference, step_limit: int) -> Attempt:
     """Let one of scipy's solvers go, from any start: at a pole nothing warns its user either."""
     chosen = Plan(method.formulation)
     form, (parameters, start) = chosen.equations, binary_start(case.scene, chosen)
@@ -433,7 +416,7 @@ def _textbook(case: Case, method: Method, truth: CaseReference, step_limit: int)
         step_limit,
         watched,
     )
-    result = RunResult(None, told.message, told.steps, told.smallest)
+    result = Attempt(said=told.message, steps=told.steps)
     if told.status == "finished":
         counted = dict(zip(WATCHED, told.zeros, strict=False))
         return _arrived(replace(result, counted=counted), case, chosen, told.t, told.state)
@@ -448,43 +431,41 @@ def _zero(form: Formulation, name: str, parameters: dict[str, float]) -> Callabl
     return lambda y: float(function(*y, *known)[0])
 
 
-def _arrived(result: RunResult, case: Case, chosen: Plan, end: float, state: Array) -> RunResult:
+def _arrived(result: Attempt, case: Case, chosen: Plan, end: float, state: Array) -> Attempt:
     """Return a result with what the last state says."""
     form, (parameters, start) = chosen.equations, binary_start(case.scene, chosen)
     rows, times = np.array([start.state, state]), np.array([0.0, end])
     if not np.isfinite(rows).all():
         return result
     with np.errstate(all="ignore"):
-        seen = sample(form, rows, parameters, times, np.full(2, np.nan))
+        seen = sample(form, rows, parameters, times)
         energy = invariants(form, rows, parameters, times)["energy"]
     weight = parameters["g"] if "g" in parameters else parameters["gMR"] / parameters["A"]
     off = abs(float(energy[1] - energy[0])) / max(abs(float(energy[0])), abs(weight))
     return _with_motion(replace(result, energy_error=off), seen)
 
 
-def _with_motion(result: RunResult, seen: Any) -> RunResult:
-    """Return a result with axis and angles, which were seen at the start and at the end."""
-    has_axis = not np.isnan(seen.axis).any()
-    x, y, z = seen.axis[1].tolist()
-    phi, psi = float(seen.phi[1]), float(seen.psi[1])
+def _with_motion(result: Attempt, seen: Any) -> Attempt:
+    """Return a result with axis and angles, as they were seen at the end."""
+    x, y, z = seen.axis[-1].tolist()
+    phi, psi = float(seen.phi[-1]), float(seen.psi[-1])
     return replace(
         result,
-        axis=(x, y, z) if has_axis else None,
-        theta=float(seen.theta[1]),
+        axis=None if math.isnan(x + y + z) else (x, y, z),
+        theta=float(seen.theta[-1]),
         angles=(phi, psi) if math.isfinite(phi + psi) else (),
-        moved=math.dist(*seen.axis) if has_axis else abs(float(np.diff(seen.theta)[0])),
     )
 
 
 # --- how a run is judged ---------------------------------------------------------------------
 
 
-def judged(found: RunResult, truth: CaseReference, case: str, method: Method) -> Run:
+def judged(found: Attempt, truth: CaseReference, case: str, method: Method) -> Run:
     """Return what is said of a run; where its method is to follow φ and ψ, these are judged.
 
     Parameters
     ----------
-    found : RunResult
+    found : Attempt
     truth : CaseReference
     case : str
     method : Method
@@ -497,7 +478,6 @@ def judged(found: RunResult, truth: CaseReference, case: str, method: Method) ->
         condition=min(truth.condition, 1e300),
         energy_error=found.energy_error,
         steps=found.steps,
-        smallest_step=found.smallest_step,
         plan=found.plan,
     )
     if found.stopped:
@@ -537,13 +517,10 @@ def judged(found: RunResult, truth: CaseReference, case: str, method: Method) ->
 
 
 def _outcome(
-    found: RunResult, truth: CaseReference, error: float, lost: float
+    found: Attempt, truth: CaseReference, error: float, lost: float
 ) -> tuple[Outcome, str]:
     """Return the outcome of a run that says it has arrived, and what is wrong with it."""
     poor = lost > (1 - KEPT) * truth.digits
-    if poor and found.moved <= STILL * truth.moved:
-        said = f"at rest after {found.steps} steps, and says that it has arrived"
-        return Outcome.STALLED, said
     if poor or error >= ASTRAY:
         off = found.energy_error
         said = "says that it has arrived" + (

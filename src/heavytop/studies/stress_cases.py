@@ -230,8 +230,6 @@ class CaseReference:
     axis : tuple of 3 float
     condition : float
         How much larger than a relative error on the way that of the axis can be, at least 1.
-    moved : float
-        How far the axis is from where it was, at most 2.
     counts : mapping from str to (int, int), or None
         How many events there are.
     period : float or None
@@ -244,7 +242,6 @@ class CaseReference:
     theta: float
     axis: tuple[float, float, float]
     condition: float
-    moved: float
     counts: Counts | None
     period: float | None
     angles: tuple[float, float] = (0.0, 0.0)
@@ -278,7 +275,7 @@ class CaseReference:
 
         Examples
         --------
-        >>> here = CaseReference(1.0, 0.1, (0.0, 0.1, 1.0), 1.0, 1.0, None, None)
+        >>> here = CaseReference(1.0, 0.1, (0.0, 0.1, 1.0), 1.0, None, None)
         >>> here.digits_lost(0.0), round(here.digits_lost(1.776e-13), 2)
         (0.0, 2.0)
         """
@@ -291,14 +288,13 @@ def reference(name: str) -> CaseReference:
     scene = cases()[name].scene
     motion = closed_form_of(scene)
     end = span(scene, motion)
-    exact, start = motion.exact(end), motion.exact(0)
+    exact = motion.exact(end)
     x, y, z = map(float, exact.axis)
     return CaseReference(
         end=end,
         theta=float(exact.theta),
         axis=(x, y, z),
         condition=max(1.0, _condition(scene, motion, end)),
-        moved=math.dist((x, y, z), tuple(map(float, start.axis))),
         counts=tally(motion, end) if cases()[name].counted else None,
         period=motion.period,
         angles=(float(exact.phi), float(exact.psi)),

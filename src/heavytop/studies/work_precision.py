@@ -2,29 +2,32 @@
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 from statistics import median, quantiles
-from typing import Any, Final, TypeAlias
+from time import perf_counter
+from typing import Any, Final, Self, TypeAlias
 
 from heavytop.comparison.methods import METHODS, imported
 from heavytop.comparison.methods import named as comparison_method
-from heavytop.comparison.steppers import IntegrationFailed
+from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, HeavyTopError, MissingPackage, Stop, StoppedEarly
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, bits_of
 from heavytop.machine import versions
+from heavytop.numbers.double_double import DoubleDouble
 from heavytop.results.base import Problem
 from heavytop.results.work_precision import ERRORS, Point, SkippedSetting, WorkPrecision
 from heavytop.run.planning import EPSILON, Plan, plan
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options, path_of
 from heavytop.scene.scene import Scene, scene_of
-from heavytop.studies import timing
+from heavytop.studies.drift import neighbour
 from heavytop.studies.methods import AUTO, TOLERANCE, Method, NoMethod, method
 from heavytop.studies.runner import Progress
-from heavytop.studies.steppers import neighbour, no_nutation
+from heavytop.studies.steppers import MethodRun, no_nutation, set_up
 from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store
 
 KIND: Final = "work_precision"
@@ -38,6 +41,11 @@ LIMITS: Final = 240  # in a budget, but a second at least: what a run may take
 FOLDED: Final = "the plan is folded: it goes one period, and no steps after it are there to time"
 AUTO_DIGITS: Final = (6, 9, 12)
 AUTO_MOST: Final = 30
+BEFORE: Final = 0.382  # of a period before the last one ends: no turning point
+REPEATS: Final = 3  # rounds of timing again
+REPEATS_S: Final = 0.5  # for one setting: what takes longer is repeated in one round only
+SHORT_S: Final = 0.01  # a run that is shorter is made twice: the first finds caches cold
+clock: Callable[[], float] = perf_counter  # [s]
 
 Asked: TypeAlias = tuple[Method, str]
 """A method at a setting, and why it cannot be timed, if so."""
@@ -232,7 +240,7 @@ def work_precision(
     closed form says of the same state.
     """
     heard("progress", progress)
-    parameters = _parameters(scene, methods, {"periods": periods, "budget": budget})
+    parameters = diagram_parameters(scene, methods, periods=periods, budget=budget)
 
     def told(now: Progress) -> None:
         if progress is not None:
@@ -243,6 +251,36 @@ def work_precision(
         return complete(store, budget=float(budget), on_progress=told)
 
 
+def diagram_parameters(scene: Scene, methods: Sequence[str], **options: float) -> Parameters:
+    """Return what is asked of a diagram, as JSON.
+
+    Raises
+    ------
+    BadScene
+        As of `work_precision`.
+    """
+    file = str(getattr(scene, "name", "workprec"))
+    values, faults = parse_options(file, options, NUMBERS)
+    names, wrong = parse_names(file, "methods", methods, _checked)
+    if faults := [*faults, *no_nutation(file, scene, "a work-precision diagram"), *wrong]:
+        raise BadScene(tuple(faults))
+    return {"kind": KIND, "scene": scene.problem(), "methods": names, "periods": values["periods"],
+            "versions": versions()}  # fmt: skip
+
+
+def renewed(parameters: Parameters) -> Parameters:
+    """Return the parameters that a diagram asked for with these would have."""
+    scene, names = scene_of(parameters["scene"]), parameters["methods"]
+    return diagram_parameters(scene, names, periods=parameters["periods"])
+
+
+def _checked(text: str) -> str:
+    """What asks for settings, unless there are none of it."""
+    if not auto_digits(text):
+        method(text)
+    return text
+
+
 def complete(
     store: MemoryStore,
     *,
@@ -251,16 +289,16 @@ def complete(
     **_: Any,
 ) -> WorkPrecision:
     """Measure what is left and for which there is time, in this process, and return the result."""
-    began, periods = timing.clock(), store.parameters["periods"]
-    scene = scene_of(store.parameters["scene"])
-    asked = _asked(scene, store.parameters["methods"], {"periods": periods})[1]
+    began, periods = clock(), store.parameters["periods"]
+    scene, names = scene_of(store.parameters["scene"]), store.parameters["methods"]
+    asked = dict.fromkeys(each for text in names for each in settings(text, scene, periods))
     tried = [each for each, refused in asked if not refused]
     rounds, whole = store.load(ROUNDS), len(tried)
 
     def show(fraction: float) -> None:
         done = 1.0 if rounds.done else fraction
         if on_progress is not None:
-            on_progress(Progress(done, int(done * whole), whole, timing.clock() - began, done))
+            on_progress(Progress(done, int(done * whole), whole, clock() - began, done))
 
     show(0.0)
     derived = _derived()
@@ -272,7 +310,7 @@ def complete(
                 for one, known in zip(runs, rounds.rows[0].get(each.text, []), strict=False):
                     one.seconds = known
         else:
-            timing.repeat([*timed.values()], began + budget, lambda done: show(0.5 + 0.5 * done))
+            repeat([*timed.values()], began + budget, lambda done: show(0.5 + 0.5 * done))
     except KeyboardInterrupt:
         raise StoppedEarly(Stop.INTERRUPTED, "interrupted", store.path) from None
     if not (rounds.done or any(str(runs).startswith(NO_TIME) for runs in begun.values())):
@@ -287,7 +325,7 @@ def complete(
     return WorkPrecision(
         scene=Problem(**scene.problem()),
         periods=periods,
-        phase=periods - timing.BEFORE,
+        phase=periods - BEFORE,
         budget=budget,
         points=tuple(points),
         skipped=tuple(skipped),
@@ -295,48 +333,13 @@ def complete(
     )
 
 
-def renewed(parameters: Parameters) -> Parameters:
-    """Return the parameters that a diagram asked for with these would have."""
-    scene, options = scene_of(parameters["scene"]), {"periods": parameters["periods"]}
-    return _parameters(scene, parameters["methods"], options)
-
-
-def _parameters(scene: Scene, methods: Sequence[str], options: Mapping[str, float]) -> Parameters:
-    """Return what is asked of a diagram, as JSON, unless something is wrong with it."""
-    names, _ = _asked(scene, methods, options)
-    periods = float(options["periods"])
-    return {"kind": KIND, "scene": scene.problem(), "methods": names, "periods": periods,
-            "versions": versions()}  # fmt: skip
-
-
-def _asked(
-    scene: Scene, methods: Sequence[str], options: Mapping[str, float]
-) -> tuple[list[str], tuple[Asked, ...]]:
-    """Return names and what is to be tried, none of it twice, unless something is wrong."""
-    file = str(getattr(scene, "name", "workprec"))
-    values, faults = parse_options(file, options, NUMBERS)
-    faults += no_nutation(file, scene, "a work-precision diagram")
-
-    def read(text: str) -> tuple[str, tuple[Asked, ...]]:
-        if not faults:
-            return text, settings(text, scene, values["periods"])
-        if not auto_digits(text):  # auto can plan nothing
-            method(text)
-        return text, ()
-
-    found, wrong = parse_names(file, "methods", methods, read)
-    if faults or wrong:
-        raise BadScene((*faults, *wrong))
-    return [text for text, _ in found], tuple(dict.fromkeys(x for _, some in found for x in some))
-
-
 def _derived() -> dict[str, float]:
     """Return how long each formulation takes to derive [s]; next to nothing if it was before."""
     spent = {}
     for name, form in FORMULATIONS.items():
-        began = timing.clock()
+        began = clock()
         form.build()
-        spent[name] = timing.clock() - began
+        spent[name] = clock() - began
     return spent
 
 
@@ -347,7 +350,7 @@ def _first_runs(
     budget: float,
     began: float,
     show: Callable[[float], object],
-) -> dict[Method, list[timing.Timed] | str]:
+) -> dict[Method, list[Timed] | str]:
     """Run every setting once from every start; a text says why one was not.
 
     What is in the store is not run again.
@@ -356,41 +359,40 @@ def _first_runs(
     states = [neighbour(scene.start, 0, k) for k in range(STARTS)]
     starts = [Scene(scene.top, state, periods=1, name=scene.name) for state in states]
     limit, deadline = max(1.0, budget / LIMITS), began + FIRST_RUNS * budget
-    found: dict[Method, list[timing.Timed] | str] = {}
+    found: dict[Method, list[Timed] | str] = {}
     too_slow: dict[str, str] = {}  # by method, its setting that took too long
 
-    def runs(each: Method) -> Iterator[timing.Timed]:
+    def runs(each: Method) -> list[Timed]:
+        record = store.load(each.text)
+        if record.done:
+            rows = zip(starts, record.rows, strict=True)
+            return [Timed.restored(start, each, periods, row) for start, row in rows]
         if each.absent:
             raise MissingPackage(each.name, each.absent)
         if each.is_rival:
             imported(comparison_method(each.name))
         if each.name in too_slow:
             raise IntegrationFailed(f"not begun: {too_slow[each.name]} took too long")
+        ended = []
         for start in starts:
-            if timing.clock() > deadline:
+            if clock() > deadline:
                 raise IntegrationFailed(f"{NO_TIME} in a budget of {budget:g} s")
-            yield timing.first_run(start, each, periods, limit)
+            ended.append(first_run(start, each, periods, limit))
+        store.save(record.after(Chunk(rows=[one.row for one in ended], done=True)))
+        return ended
 
-    for done, each in enumerate(_in_turn(tried), 1):
-        own = each.own  # what auto chose may be on the grid too
-        if own not in found:
-            record = store.load(own.text)
-            try:
-                if record.done:
-                    rows = zip(starts, record.rows, strict=True)
-                    found[own] = [timing.Timed.restored(s, own, periods, row) for s, row in rows]
-                else:
-                    found[own] = ended = list(runs(own))
-                    rows_now = [one.row for one in ended]
-                    store.save(record.after(Chunk(rows=rows_now, done=True)))
-            except timing.TooSlow as slow:
-                too_slow[own.name] = own.label
-                found[own] = f"stopped {slow}: more than {limit:g} s for a run"
-            except StoppedEarly:
-                raise
-            except (IntegrationFailed, HeavyTopError) as refusal:
-                found[own] = " ".join(str(refusal).split())
-        show(done / len(tried))
+    once = dict.fromkeys(each.own for each in _in_turn(tried))  # auto's choice is in the grid too
+    for done, each in enumerate(once, 1):
+        try:
+            found[each] = runs(each)
+        except TooSlow as slow:
+            too_slow[each.name] = each.label
+            found[each] = f"stopped {slow}: more than {limit:g} s for a run"
+        except StoppedEarly:
+            raise
+        except (IntegrationFailed, HeavyTopError) as refusal:
+            found[each] = " ".join(str(refusal).split())
+        show(done / len(once))
     return found
 
 
@@ -403,7 +405,7 @@ def _in_turn(tried: Sequence[Method]) -> Iterator[Method]:
         yield from filter(None, turn)
 
 
-def _point(each: Method, timed: Sequence[timing.Timed], derived_s: float) -> Point:
+def _point(each: Method, timed: Sequence[Timed], derived_s: float) -> Point:
     """Return the medians and spreads over the starts."""
     own, costs = timed[0], [one.us_per_period for one in timed]
     axes = [one.axis_error for one in timed if one.axis_error is not None]
@@ -447,3 +449,120 @@ def _skipped(each: Method, reason: str) -> SkippedSetting:
 def _spread(values: Sequence[float]) -> float:
     lower, _, upper = quantiles(values, n=4, method="inclusive")
     return upper - lower
+
+
+# --- one run -----------------------------------------------------------------------------------
+
+
+class TooSlow(Exception):
+    """A run that was stopped between two blocks."""
+
+
+@dataclass(eq=False)
+class Timed:
+    """A method after a run from one start.
+
+    Attributes
+    ----------
+    run : MethodRun
+    end : (float, float)
+        The time at which it is looked at [s].
+    last : StepperState
+        Where its last block ended.
+    axis_error, theta_error, energy_error : float or None
+        As those of a `Point`.
+    seconds : list of float
+        Time in the blocks of steps, of each run [s].
+    """
+
+    run: MethodRun
+    end: DoubleDouble
+    last: StepperState
+    axis_error: float | None
+    theta_error: float
+    energy_error: float
+    seconds: list[float] = field(default_factory=list)
+
+    @classmethod
+    def restored(cls, scene: Scene, method: Method, periods: float, row: dict[str, Any]) -> Self:
+        """Return what `row` told of, ready to be repeated."""
+        found = set_up(scene, method)
+        end = found.stepper.output_time((periods - BEFORE) * found.period)
+        last = StepperState(
+            tuple(row.pop("time")), (), (), row.pop("steps"), row.pop("evaluations")
+        )
+        return cls(found, end, last, **row)
+
+    @property
+    def row(self) -> dict[str, Any]:
+        """All that was measured, for JSON."""
+        names = ("axis_error", "theta_error", "energy_error", "seconds")
+        last = {name: getattr(self.last, name) for name in ("time", "steps", "evaluations")}
+        return {name: getattr(self, name) for name in names} | last
+
+    @property
+    def periods(self) -> float:
+        """Nutation periods that the blocks covered."""
+        return self.last.time[0] / self.run.period
+
+    @property
+    def us_per_period(self) -> float:
+        """The best of the runs [µs]."""
+        return min(self.seconds) / self.periods * 1e6
+
+
+def first_run(scene: Scene, method: Method, periods: float, limit: float) -> Timed:
+    """Return a method after a run of so many nutation periods, which shows its errors.
+
+    Raises
+    ------
+    TooSlow
+        It is not there yet after `limit` seconds.
+    IntegrationFailed
+        It cannot go on, or its numbers are no longer finite.
+    HeavyTopError
+        It cannot be set up for this start.
+    """
+    found = set_up(scene, method)
+    end = found.stepper.output_time((periods - BEFORE) * found.period)
+    before, last, seconds = _lap(found, end, limit)
+    row = found.stepper.states_at(before, [end])[0].tolist()
+    off, tilt = found.reference(end, row), found.reference.tilt(end, row)
+    if not math.isfinite(off.energy + tilt + (off.axis or 0.0)):
+        raise IntegrationFailed("its numbers are no longer finite")
+    return Timed(found, end, last, off.axis, abs(tilt), abs(off.energy), [seconds])
+
+
+def repeat(
+    settings: Sequence[Sequence[Timed]], deadline: float, show: Callable[[float], object]
+) -> None:
+    """Time what was run, in rounds, so that what disturbs the machine disturbs all alike.
+
+    A round runs every setting once from each start. Slow settings are in the first round only, and
+    nothing is begun after the deadline.
+    """
+    starts = max(map(len, settings), default=0)
+    for turn in range(REPEATS):
+        for start in range(starts):
+            for setting in settings:
+                rare = turn * sum(timed.seconds[0] for timed in setting) > REPEATS_S
+                timed = setting[start]
+                for _ in range(0 if rare else 1 if timed.seconds[0] > SHORT_S else 2):
+                    if clock() < deadline:
+                        timed.seconds.append(_lap(timed.run, timed.end)[2])
+            show((turn + (start + 1) / starts) / REPEATS)
+
+
+def _lap(
+    found: MethodRun, end: DoubleDouble, limit: float = math.inf
+) -> tuple[StepperState, StepperState, float]:
+    """Go from the start past a time: where the last block began and ended, seconds in blocks."""
+    after, seconds = found.stepper.begin(), 0.0
+    while True:
+        before, began = after, clock()
+        after = found.stepper.block(before)
+        seconds += clock() - began
+        if after.time >= end:  # double-doubles compare as their words do
+            return before, after, seconds
+        if seconds > limit:
+            raise TooSlow(f"after {after.time[0] / found.period:.3g} periods in {seconds:.3g} s")

@@ -6,7 +6,7 @@ import resource
 import signal
 import sys
 
-from heavytop.cli.exits import exit_code
+from heavytop.cli import exit_code
 from heavytop.errors import HeavyTopError
 from heavytop.studies import runner
 from heavytop.studies.store import Store

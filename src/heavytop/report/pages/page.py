@@ -1,34 +1,98 @@
-"""One page of results: its sections, as HTML that needs nothing else, and as a document."""
+"""One page of results: what folders hold, as HTML that needs nothing else, and as a document."""
 
 from __future__ import annotations
 
-import json
+import os
 import warnings
-from base64 import b64encode
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final, NamedTuple
 
 from heavytop.errors import ForeignFile
 from heavytop.files import as_json, write_text
 from heavytop.machine import version
-from heavytop.report.pages.sections import SECTIONS
-from heavytop.report.parts import called
-from heavytop.report.validation import summary
+from heavytop.report.pages.markup import rendered
+from heavytop.report.pages.player import tops
+from heavytop.report.pages.sections import Section, section_of
+from heavytop.report.parts import SYMBOLS, called, headed
+from heavytop.report.studies import summary
 from heavytop.results.base import typed
+from heavytop.results.documents import FILES, read_document
 from heavytop.spelling import harmless
 
-if TYPE_CHECKING:
-    from heavytop.report.pages.load import Result
-    from heavytop.report.pages.section import Section
-
 SCHEMA: Final = "heavytop/report/1"
-LIBRARIES: Final = ("heavytop", "heyoka", "numpy", "matplotlib", "plotly")
+LIBRARIES: Final = ("heavytop", "heyoka", "numpy", "matplotlib")
 RAN_ON: Final = ("cpu", "python", "heavytop", "heyoka", "numpy", "scipy", "numba", "CyRK")
-OWN: Final = ("page.css", "player.js", "save.js", "turn.js")
+
+
+class Result(NamedTuple):
+    """One result.
+
+    Attributes
+    ----------
+    path : Path
+        The file of its document.
+    name : str
+        What a page calls it: its path below what all of them lie in.
+    document : dict
+    sha256 : str
+        The fingerprint of the file.
+    """
+
+    path: Path
+    name: str
+    document: dict[str, Any]
+    sha256: str
+
+
+def load_results(folders: Sequence[Path]) -> tuple[Result, ...]:
+    """Return what lies in the folders, in the order of a page.
+
+    Parameters
+    ----------
+    folders : sequence of Path
+        Each holds results itself, or folders that do.
+
+    Returns
+    -------
+    tuple of Result
+
+    Raises
+    ------
+    ForeignFile
+        Folders hold none, or files are not what their names promise. Every fault has a line.
+    """
+    faults: list[str] = []
+    paths: dict[Path, None] = {}
+    for folder in folders:
+        try:
+            found = dict.fromkeys(_within(folder))
+        except OSError as fault:
+            faults.append(f"{harmless(folder)}: {fault.strerror or fault}")
+            continue
+        if not found:
+            faults.append(f"{harmless(folder)}: holds no results ({', '.join(FILES)})")
+        paths |= found
+    root = os.path.commonpath([path.parent.parent for path in paths]) if paths else ""
+    results = []
+    for path in sorted(paths, key=lambda path: list(FILES).index(path.name)):
+        try:
+            results.append(Result(path, harmless(path.relative_to(root)), *read_document(path)))
+        except ForeignFile as fault:
+            faults.append(str(fault))
+    if faults:
+        raise ForeignFile("\n".join(faults))
+    return tuple(results)
+
+
+def _within(folder: Path) -> Iterator[Path]:
+    """The documents in a folder, and in those directly in it; a link keeps its name."""
+    for place in (folder, *sorted(each for each in folder.iterdir() if each.is_dir())):
+        for name in FILES:
+            if os.path.lexists(place / name):
+                yield Path(os.path.abspath(place / name))  # noqa: PTH100
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,41 +145,16 @@ class Page:
         found = {name: dict.fromkeys(filter(None, (v.get(name) for v in named))) for name in RAN_ON}
         return [f"{name} {' and '.join(some)}" for name, some in found.items() if some]
 
-    @property
-    def tops(self) -> list[Mapping[str, Any]]:
-        """What the player plays."""
-        return [section.top for section in self.sections if section.top is not None]
-
-    @property
-    def turns(self) -> bool:
-        """Whether anything on it can be turned."""
-        pictures = (picture for section in self.sections for picture in section.pictures)
-        return bool(self.tops) or any(picture.turns for picture in pictures)
-
     def html(self) -> str:
         """The page: one file, which asks no network for anything."""
-        from jinja2 import Environment, PackageLoader, StrictUndefined
-        from markupsafe import Markup
-
-        jinja = Environment(
-            loader=PackageLoader("heavytop.report.pages"),
-            autoescape=True,
-            undefined=StrictUndefined,
-            trim_blocks=True,
-            lstrip_blocks=True,
-        )
-        plotly = Markup(_plotly() if self.turns else "")
-        folder = Path(__file__).parent / "templates"
-        source = {
-            name.replace(".", "_"): Markup((folder / name).read_text("utf-8")) for name in OWN
-        }
-        return jinja.get_template("page.html").render(
+        played = [{**each.top, "title": each.heading} for each in self.sections
+                  if each.top is not None]  # fmt: skip
+        return rendered(
+            "page.html",
             page=self,
-            plotly=plotly,
-            allowed=_allowed(plotly, *source.values()),
-            data=_script_data,
+            tops=tops(played) if played else None,
+            headings={name: headed(name) for name in SYMBOLS},
             versions={name: version(name) for name in LIBRARIES},
-            **source,
         )
 
     def json(self, files: Mapping[str, str] | None = None) -> str:
@@ -126,9 +165,9 @@ class Page:
         files : mapping, optional
             Names of the files that are written, by what they are.
         """
-        return as_json(self.document(files=files))
+        return as_json(self.document(files))
 
-    def document(self, *, files: Mapping[str, str] | None = None) -> dict[str, Any]:
+    def document(self, files: Mapping[str, str] | None = None) -> dict[str, Any]:
         """Return the document heavytop/report/1.
 
         Parameters
@@ -140,15 +179,10 @@ class Page:
             "schema": SCHEMA,
             "command": self.command,
             "results": [section.document() for section in self.sections],
-            "figures": [
-                {"id": f"{section.ident}-{picture.name}", "title": picture.title,
-                 "command": section.command, "data": picture.data}
-                for section in self.sections for picture in section.pictures
-            ],
             "missing": [{"study": name, "reason": why} for name, why in self.missing],
             "files": dict(files or {}),
             "versions": {name: version(name) for name in LIBRARIES},
-        }  # fmt: skip
+        }
 
 
 def page_of(results: Sequence[Result], *, missing: Sequence[tuple[str, str]] = ()) -> Page:
@@ -157,7 +191,7 @@ def page_of(results: Sequence[Result], *, missing: Sequence[tuple[str, str]] = (
     Parameters
     ----------
     results : sequence of Result
-        As `heavytop.report.pages.load.load_results` returns them.
+        As `load_results` returns them.
     missing : sequence of (str, str)
         What was to be run and was not, and why.
 
@@ -172,32 +206,28 @@ def page_of(results: Sequence[Result], *, missing: Sequence[tuple[str, str]] = (
     """
     sections = list(_sections(results))
     counts = Counter(section.heading for section in sections)
-    apart = (s if counts[s.heading] == 1 else _with_its_file(s) for s in sections)
+    apart = (  # of the same heading: with their files
+        each if counts[each.heading] == 1
+        else replace(each, heading=f"{each.heading} ({each.result.name})")
+        for each in sections
+    )  # fmt: skip
     return Page(tuple(apart), tuple(missing), typed())
 
 
 def _sections(results: Sequence[Result]) -> Iterator[Section]:
     counts: Counter[str] = Counter()
     for result in results:
-        name, section = SECTIONS[result.path.name]
-        counts[name] += 1
+        counts[result.path.name] += 1
         try:
             with warnings.catch_warnings():
                 for kind in (RuntimeWarning, UserWarning):  # of numbers that no picture can show
                     warnings.simplefilter("ignore", kind)
-                made = section(result, f"{name}-{counts[name]}")
+                yield section_of(result, counts[result.path.name])
         except ForeignFile:
             raise
         except (LookupError, TypeError, ValueError, ArithmeticError, RuntimeError) as fault:
             why = harmless(f"{type(fault).__name__}: {fault}")[:200]
             raise ForeignFile(f"{harmless(result.path)}: not what was written ({why})") from fault
-        yield made
-
-
-def _with_its_file(section: Section) -> Section:
-    """A section whose heading is that of another one too: with its file, in the player as well."""
-    heading = f"{section.heading} ({section.result.name})"
-    return replace(section, heading=heading, top=section.top and {**section.top, "title": heading})
 
 
 def write_page(page: Page, html: Path) -> dict[str, str]:
@@ -225,27 +255,3 @@ def write_page(page: Page, html: Path) -> dict[str, str]:
     write_text(html.with_name(files["document"]), page.json(files) + "\n")
     write_text(html, text)
     return files
-
-
-def _script_data(value: Any) -> Any:
-    """JSON for a script element, in which nothing can end that element."""
-    from markupsafe import Markup
-
-    text = json.dumps(value, allow_nan=False, separators=(",", ":"))
-    for letter in "<>&":
-        text = text.replace(letter, f"\\u{ord(letter):04x}")
-    return Markup(text)
-
-
-def _allowed(*scripts: str) -> str:
-    """The scripts that may run on the page, by their fingerprints: no other, whoever wrote it."""
-    prints = (b64encode(sha256(text.encode("utf-8")).digest()) for text in scripts)
-    return " ".join(f"'sha256-{each.decode('ascii')}'" for each in prints)
-
-
-def _plotly() -> str:
-    """The library that draws what can be turned; whole, so that no network is asked for it."""
-    from plotly.offline import get_plotlyjs
-
-    source: str = get_plotlyjs()
-    return source.replace("</script", "<\\/script")

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Any, Final
 
+import numpy as np
+
+from heavytop.analytic.motion import Motion
 from heavytop.files import write_document
-from heavytop.report.pages.sections import traces_document
+from heavytop.plots.sphere import PUSH, touched
 from heavytop.results.base import spelt
+from heavytop.results.documents import FILES
+from heavytop.scene.scene import load_scene, shipped_scenes
 from heavytop.spelling import harmless
 from heavytop.studies.executors import LETTERS, begin, end, tail
 
@@ -32,32 +38,15 @@ STRESSED: Final = (
     "radau-scipy-lagrange", "gauss8", "solve-ivp-defaults",
 )  # fmt: skip
 CLAIMS: Final = ()  # all
+PLANE: Final = ("--x", "phidot=-30:40:300", "--y", "theta=0.02:1.5:300")
 GRACE: Final = 5.0  # s from SIGTERM to SIGKILL: what checks the claims ends its scripts meanwhile
 TAIL: Final = 4096  # bytes of what a command said
-PLANE: Final = ("--x", "phidot=-30:40:300", "--y", "theta=0.02:1.5:300")
 
+TRACE_TIMES, TRACE_POINTS = 3001, 301
+TRACE_PERIODS: Final = 3
+TRACE_S: Final = 2.0  # of a path where nothing nutates, and the scene does not say
 
-class QuickStudy(NamedTuple):
-    """One of them.
-
-    Attributes
-    ----------
-    document : str
-        The file that it writes.
-    words : tuple of str
-        What is run: a verb, and what it is given; the last is the name of the folder.
-    share : float
-        Of the time that is left, its part to that of those after it.
-    """
-
-    document: str
-    words: tuple[str, ...]
-    share: float
-
-    @property
-    def name(self) -> str:
-        """That of its folder."""
-        return self.words[-1]
+Words = tuple[str, ...]
 
 
 def quick(
@@ -87,43 +76,38 @@ def quick(
         write_document(place / "traces" / "traces.json", traces_document())
     missing, waiting = [], list(_studies(tuple(about)))
     while waiting:
-        shares = sum(study.share for study in waiting)
-        study = waiting.pop(0)
-        heard(study.name)
-        limit = (until - time.monotonic()) * study.share / shares
-        if why := _run(study, place, limit):
-            missing.append((study.name, f"{why} ({spelt(study.words)})"))
+        shares = sum(share for share, _ in waiting)
+        share, words = waiting.pop(0)
+        name = words[-1]
+        heard(name)
+        limit = (until - time.monotonic()) * share / shares
+        code, said = run(words, place, limit)
+        if code is None:
+            shutil.rmtree(place / name, ignore_errors=True)  # a run leaves that of its part
+            said = f"not done in {limit:.0f} s"
+        if not any((place / name / file).is_file() for file in FILES):
+            why = harmless(said) or f"it ended with code {code}"
+            missing.append((name, f"{why} ({spelt(words)})"))
     return missing
 
 
-def _studies(about: tuple[str, ...]) -> Iterator[QuickStudy]:
-    def study(document: str, verb: str, *words: str, name: str = "", share: float) -> QuickStudy:
-        plain = () if verb == "validate" else ("--no-figures",)
-        return QuickStudy(f"{document}.json", (verb, *words, *plain, "-o", name or document), share)
-
+def _studies(about: Words) -> Iterator[tuple[float, Words]]:
+    """What is run: its part of the time that is left, and its words; the last names its folder."""
+    plain = ("--no-figures", "-o")
     if about:
-        yield study("run", "run", *about, share=40)
-    for k, name in enumerate(() if about else BOOK, start=1):
-        yield study("run", "run", name, name=f"run-{k}-{name}", share=16)
-    top, upright, budget = about or BOOK[:1], about or (UPRIGHT,), ("--budget", BUDGET)
+        yield 40, ("run", *about, *plain, "run")
+    else:
+        for k, name in enumerate(BOOK, start=1):
+            yield 16, ("run", name, *plain, f"run-{k}-{name}")
+    top, upright = about or BOOK[:1], about or (UPRIGHT,)
     drifting = ("--periods", PERIODS, "--methods", ",".join(DRIFTING))
-    yield study("drift", "drift", *top, *drifting, share=45)
-    yield study("workprec", "workprec", *top, *budget, share=55)
-    hard = ("--cases", ",".join(CASES), "--methods", ",".join(STRESSED))
-    yield study("stress", "stress", *hard, *budget, share=55)
-    yield study("atlas", "atlas", *top, *PLANE, share=25)
-    yield study("energy_momentum", "atlas", *upright, "--energy-momentum", share=10)
-    yield study("validate", "validate", *CLAIMS, share=60)
-
-
-def _run(study: QuickStudy, place: Path, limit_s: float) -> str:
-    """Run one of them; why its document is not there, if so."""
-    code, said = run(study.words, place, limit_s)
-    document = place / study.name / study.document
-    if code is None:
-        document.unlink(missing_ok=True)  # a run leaves that of its part
-        return f"not done in {limit_s:.0f} s"
-    return "" if document.is_file() else harmless(said) or f"it ended with code {code}"
+    yield 45, ("drift", *top, *drifting, *plain, "drift")
+    yield 55, ("workprec", *top, "--budget", BUDGET, *plain, "workprec")
+    hard = ("--cases", ",".join(CASES), "--methods", ",".join(STRESSED), "--budget", BUDGET)
+    yield 55, ("stress", *hard, *plain, "stress")
+    yield 25, ("atlas", *top, *PLANE, *plain, "atlas")
+    yield 10, ("atlas", *upright, "--energy-momentum", *plain, "energy_momentum")
+    yield 60, ("validate", *CLAIMS, "-o", "validate")
 
 
 def run(words: Sequence[str], place: Path, limit_s: float) -> tuple[int | None, str]:
@@ -161,3 +145,36 @@ def run(words: Sequence[str], place: Path, limit_s: float) -> tuple[int | None, 
         end([process], GRACE)
     words_said = " ".join(tail(said, TAIL).split())
     return code, words_said.rpartition("Error: ")[2].removeprefix("heavytop: ")[-300:]
+
+
+def traces_document() -> dict[str, Any]:
+    """Return the axis of every shipped scene over a few nutations; nothing is integrated.
+
+    Of a top that rests, sleeps or hangs it is what it does after a push, ``pushed`` [rad/s].
+
+    Examples
+    --------
+    >>> first = traces_document()["traces"][0]
+    >>> first["name"], first["kind"], first["axis"][0], first["pushed"]
+    ('at-rest', 'at-rest', [0.0, 0.0, 1.0], 1.0)
+    """
+    found = []
+    for name, title in shipped_scenes().items():
+        scene = load_scene(name)
+        motion = Motion(scene.top, scene.start)
+        known: dict[str, Any] = {"name": name, "title": title}
+        known |= {"kind": str(motion.kind), "tags": list(motion.tags)}
+        if pushed := touched(motion):
+            motion, known["pushed"] = pushed, PUSH
+        seconds = motion.period and TRACE_PERIODS * motion.period
+        seconds = float(seconds or scene.time or TRACE_S)
+        axis = _thinned(motion.at(np.linspace(0.0, seconds, TRACE_TIMES)).axis)
+        found.append(known | {"seconds": seconds, "axis": (axis.round(5) + 0.0).tolist()})
+    return {"schema": "heavytop/traces/1", "traces": found}
+
+
+def _thinned(path: Any) -> Any:
+    """Points of a path that are apart in time, as a cusp needs it, and along it, as a bend does."""
+    far = np.cumsum(np.linalg.norm(np.diff(path, axis=0, prepend=path[:1]), axis=1))
+    even = np.linspace(0.0, 1.0, len(path)) + far / (far[-1] or 1.0)
+    return path[np.searchsorted(even, np.linspace(0.0, even[-1], TRACE_POINTS))]

@@ -1,168 +1,383 @@
-"""The sections of studies: what each says, and its pictures with the numbers behind them."""
+"""The sections of a page: of every result what it says, its pictures, and the numbers in them.
+
+Nothing else on the page reads the documents of results.
+"""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from heavytop.report.drift import drift_parts
-from heavytop.report.energy_momentum import energy_momentum_parts
-from heavytop.report.pages.maps import atlas_section
-from heavytop.report.pages.run_section import run_section
-from heavytop.report.pages.section import Picture, Section, drawn
-from heavytop.report.parts import Part, Table, called
-from heavytop.report.stress import stress_parts
-from heavytop.report.study_files import charted
-from heavytop.report.validation import validate_parts
-from heavytop.report.work_precision import work_precision_parts
+from heavytop.errors import ForeignFile, NoClosedForm
+from heavytop.hdf5 import attribute, dataset, opened
+from heavytop.report.parts import FactRows, Fitting, Known, Part, Table, called, given, headed
+from heavytop.report.run import run_parts
+from heavytop.report.studies import (
+    atlas_parts,
+    drift_parts,
+    energy_momentum_parts,
+    stress_parts,
+    validate_parts,
+    work_precision_parts,
+)
+from heavytop.scene.scene_file import written
+from heavytop.spelling import harmless
 
 if TYPE_CHECKING:
-    from heavytop.analytic.motion import Motion
-    from heavytop.report.pages.load import Result
-    from heavytop.scene.scene import Scene
+    from pathlib import Path
 
-NOTHING: Final = "Nothing was measured: there is no figure."
-ERRORS: Final = ("energy", "p_phi", "p_psi", "phase_s", "axis")  # of a drift's numbers
-TIMED: Final = (
-    "method", "tolerance", "steps_a_period", "us_per_period", "error", "theta_error",
-    "rhs_evaluations", "language",
-)  # fmt: skip
-RUN: Final = ("case", "method", "outcome", "error", "digits_lost", "note")
-DIAGRAM: Final = ("start", "standing", "hanging", "thread", "edge", "window", "circuit")
+    from matplotlib.figure import Figure
 
-TRACE_POINTS: Final = 601
-TRACE_PERIODS: Final = 3
-TRACE_S: Final = 2.0  # of a path where nothing nutates, and the scene does not say
+    from heavytop.report.pages.page import Result
+    from heavytop.run.trajectory import Trajectory
 
+Data = dict[str, Any]
+Codes = NDArray[np.uint8]
 
-def drift_section(result: Result, ident: str) -> Section:
-    """Return the section of a drift study."""
-    rows = [
-        {"method": method["name"], "periods": periods} | {c: method[c][k] for c in ERRORS}
-        for method in result.document["methods"]
-        for k, periods in enumerate(method["periods"])
-    ]
-    title = "errors over nutation periods, both logarithmic"
-    chart = rows and _chart(result, "drift", title, Table.of(rows, digits=3), ("methods",))
-    return _section(result, ident, "Drift", drift_parts(result.document), chart)
+POINTS: Final = 401  # times of the numbers of a run
+TILTS: Final = 201
+MARKS: Final = 120  # of a curve: more are not told apart
+UNSEEN: Final = 1e-6  # rad, in a picture
+FINEST: Final = 600  # pixels of a map that are drawn along an axis, and
+KEPT: Final = 100  # those behind the picture
+MOST_PIXELS: Final = 2_000_000_000
 
 
-def work_precision_section(result: Result, ident: str) -> Section:
-    """Return the section of a work–precision diagram."""
-    rows = [{name: point[name] for name in TIMED} for point in result.document["points"]]
-    title = "time of a period over error, both logarithmic"
-    names = ("points", "front", "front_theta")
-    chart = rows and _chart(result, "workprec", title, Table.of(rows, digits=3), names)
-    parts = work_precision_parts(result.document)
-    return _section(result, ident, "Work and precision", parts, chart)
+class Picture(NamedTuple):
+    """A picture.
 
-
-def stress_section(result: Result, ident: str) -> Section:
-    """Return the section of a stress test."""
-    rows = [{name: run[name] for name in RUN} for run in result.document["cases"]]
-    title, names = "digits lost at every case by every method", ("cases", "hard")
-    chart = rows and _chart(result, "stress", title, Table.of(rows, digits=2), names)
-    return _section(result, ident, "Where methods fail", stress_parts(result.document), chart)
-
-
-def energy_momentum_section(result: Result, ident: str) -> Section:
-    """Return the section of a diagram of energy and momentum."""
-    document = result.document
-    title = "energy over momentum at the p_ψ of the scene: kinds, and the edge of steady precession"
-    table = Table.of_columns(document["edge"])
-    pictures = [_chart(result, "energy_momentum", title, table, ("edge", *DIAGRAM))]
-    if found := document.get("critical_set"):
-        title = "the critical set over all p_ψ: two sheets of steady precession, and the thread"
-        table = Table.of_columns(found["thread"])
-        critical = _chart(result, "critical_set", title, table, ("critical_set",))
-        pictures.append(replace(critical, data=found, listed="sheets", turns=True))
-    parts = energy_momentum_parts(document)
-    return _section(result, ident, "Energy and momentum", parts, *pictures)
-
-
-def validate_section(result: Result, ident: str) -> Section:
-    """Return the section of a validation."""
-    return Section(result, ident, "Claims", tuple(validate_parts(result.document)))
-
-
-def _chart(result: Result, name: str, title: str, table: Table, data: Sequence[str]) -> Picture:
-    """The chart that ``heavytop.plots.NAME`` draws; the first of the data is the list of it."""
-    svg = drawn(charted(name, result.document))
-    known = {each: result.document.get(each) for each in data}
-    return Picture(name.replace("_", "-"), title, svg, table, known, listed=data[0])
-
-
-def _section(result: Result, ident: str, what: str, parts: Iterable[Part], *charts: Any) -> Section:
-    """The section of a study, with those of its charts for which there are numbers."""
-    document = result.document
-    heading = f"{what}: {called(document)}" if "scene" in document else what
-    there = tuple(filter(None, charts))
-    return Section(result, ident, heading, (*([] if there else [NOTHING]), *parts), there)
-
-
-def traces_document() -> dict[str, Any]:
-    """Return the axis of every shipped scene over a few nutations; nothing is integrated.
-
-    Examples
-    --------
-    >>> first = traces_document()["traces"][0]
-    >>> first["name"], first["kind"], first["axis"][0]
-    ('at-rest', 'at-rest', [0.0, 0.0, 1.0])
+    Attributes
+    ----------
+    name, title : str
+        The name is unique in its section.
+    svg : str
+    data : tuple of str
+        What of the section's data is in it; the first is a list, or columns.
     """
-    from heavytop.analytic.motion import Motion
-    from heavytop.scene.scene import load_scene, shipped_scenes
 
-    found = []
-    for name, title in shipped_scenes().items():
-        scene = load_scene(name)
-        motion = Motion(scene.top, scene.start)
-        seconds = _seconds(motion, scene)
-        axis = motion.at(np.linspace(0.0, seconds, TRACE_POINTS)).axis
-        known = {"name": name, "title": title, "kind": str(motion.kind), "tags": list(motion.tags)}
-        places = [[round(x, 6) + 0.0 for x in place] for place in axis.tolist()]
-        found.append(known | {"seconds": seconds, "axis": places})
-    return {"schema": "heavytop/traces/1", "traces": found}
+    name: str
+    title: str
+    svg: str
+    data: tuple[str, ...]
 
 
-def _seconds(motion: Motion, scene: Scene) -> float:
-    """How long a path is drawn: some nutations; where nothing nutates, what the scene spans."""
-    return TRACE_PERIODS * motion.period if motion.period else float(scene.time or TRACE_S)
+class Drawn(NamedTuple):
+    """The pictures of a result, the data behind them, and the frames of a top."""
+
+    pictures: tuple[Picture, ...] = ()
+    data: Mapping[str, Any] = {}
+    top: Mapping[str, Any] | None = None
 
 
-def traces_section(result: Result, ident: str) -> Section:
-    """Return the section of axis traces."""
-    from heavytop.plots.sphere import traces_figure
+@dataclass(frozen=True, slots=True)
+class Section:
+    """One result on the page.
 
-    traces = result.document["traces"]
-    rows = [
-        {name: each[name] for name in ("name", "kind", "tags", "seconds")} | _tilts(each["axis"])
-        for each in traces
-    ]
-    title = "the path of the axis on the unit sphere, in closed form; dot: start, cross: vertical"
-    svg, table = drawn(traces_figure(result.document)), Table.of(rows, digits=3)
-    chart = Picture("traces", title, svg, table, {"traces": traces}, listed="traces")
-    return _section(result, ident, "Every kind of motion", (), chart)
+    Attributes
+    ----------
+    result : Result
+    ident, heading : str
+    parts : tuple of Part
+        What it says.
+    pictures : tuple of Picture
+    data : mapping
+        The numbers in the pictures.
+    top : mapping or None
+        The frames of its top.
+    """
+
+    result: Result
+    ident: str
+    heading: str
+    parts: tuple[Part, ...]
+    pictures: tuple[Picture, ...] = ()
+    data: Mapping[str, Any] = field(default_factory=dict)
+    top: Mapping[str, Any] | None = None
+
+    @property
+    def command(self) -> str:
+        """The command that made it; empty where it was made in Python."""
+        return self.result.document.get("command") or ""
+
+    @property
+    def scene(self) -> Known:
+        """Its scene; empty where it is about none."""
+        return self.result.document.get("scene") or {}
+
+    @property
+    def scene_file(self) -> str:
+        """Its scene as TOML."""
+        tables = {name: x for name, x in self.scene.items() if name != "name" and x != ""}
+        return written(tables) if tables else ""
+
+    @property
+    def shown(self) -> Iterator[FactRows | Table | str]:
+        """Its parts; of tables that come in several forms, the best."""
+        for part in self.parts:
+            yield from part.forms[0] if isinstance(part, Fitting) else [part]
+
+    def document(self) -> Data:
+        """What the document of a page has of it."""
+        return {
+            "id": self.ident,
+            "heading": self.heading,
+            "schema": self.result.document["schema"],
+            "file": self.result.name,
+            "sha256": self.result.sha256,
+            "command": self.command,
+            "parts": [part if isinstance(part, str) else part._asdict() for part in self.shown],
+            "figures": [
+                {"id": f"{self.ident}-{name}", "title": title, "data": list(data)}
+                for name, title, _, data in self.pictures
+            ],
+            "data": self.data,
+        }
 
 
-def _tilts(axis: list[list[float]]) -> dict[str, float]:
-    """The tilts between which an axis stays."""
-    heights = [min(1.0, max(-1.0, place[2])) for place in axis]
-    ends = {"theta_min": max(heights), "theta_max": min(heights)}
-    return {name: math.acos(height) for name, height in ends.items()}
+def section_of(result: Result, number: int) -> Section:
+    """The section of a result, which has this number among those of its kind.
+
+    Raises
+    ------
+    ForeignFile
+        A file beside the document is damaged, or belongs to another result.
+    """
+    study, document = STUDIES[result.path.name], result.document
+    drawn = DRAW.get(result.path.name, _charts)(result)
+    notes = () if drawn.pictures or not study.absent else (study.absent,)
+    head = f"{study.heading}: {called(document)}" if "scene" in document else study.heading
+    parts = (*notes, *study.parts(document))
+    return Section(result, f"{study.name}-{number}", head, parts, *drawn)
 
 
-SECTIONS: Final[Mapping[str, tuple[str, Callable[[Result, str], Section]]]] = {
-    "run.json": ("run", run_section),
-    "traces.json": ("traces", traces_section),
-    "drift.json": ("drift", drift_section),
-    "workprec.json": ("workprec", work_precision_section),
-    "stress.json": ("stress", stress_section),
-    "atlas.json": ("atlas", atlas_section),
-    "energy_momentum.json": ("energy-momentum", energy_momentum_section),
-    "validate.json": ("claims", validate_section),
+def _charts(result: Result) -> Drawn:
+    """Those figures of a study for which its document has numbers."""
+    pictures: list[Picture] = []
+    data: Data = {}
+    for figure, (title, names) in STUDIES[result.path.name].figures.items():
+        known = {name: _within(result.document, name) for name in names.split()}
+        if next(iter(known.values())):
+            name = figure.partition(".")[2].removesuffix("_figure").replace("_", "-")
+            svg = _svg(_function(figure), result.document)
+            pictures.append(Picture(name, title, svg, tuple(known)))
+            data |= known
+    return Drawn(tuple(pictures), data)
+
+
+def _within(document: Any, name: str) -> Any:
+    """What stands at a place in a document, by names with points between them."""
+    for key in name.split("."):
+        document = (document or {}).get(key)
+    return document
+
+
+def _function(figure: str) -> Callable[..., Figure]:
+    """A function of `heavytop.plots`, which takes its time to import."""
+    module, _, name = figure.partition(".")
+    function: Callable[..., Figure] = getattr(import_module(f"heavytop.plots.{module}"), name)
+    return function
+
+
+def _svg(draw: Callable[..., Figure], *arguments: Any) -> str:
+    """What is drawn, its curves with as many marks as can be told apart."""
+    from heavytop.plots.style import svg
+
+    drawn = draw(*arguments)
+    for axes in drawn.axes:
+        for curve in axes.lines:
+            curve.set_markevery(max(1, np.size(curve.get_xdata()) // MARKS))
+    with warnings.catch_warnings():
+        # Of names that leave no room the picture is small; the page is none the worse.
+        warnings.filterwarnings("ignore", message="constrained_layout", category=UserWarning)
+        return svg(drawn)
+
+
+def _atlas(result: Result) -> Drawn:
+    """The map of an atlas, which is read from ``atlas.nc``."""
+    document, path = result.document, result.path.with_name("atlas.nc")
+    if "map" not in document.get("files", {}) or not path.is_file():
+        return Drawn()
+    kind, names = stored_map(path, document["shape"])
+    few = kind[:: -(-kind.shape[0] // KEPT), :: -(-kind.shape[1] // KEPT)]
+    data = {name: document[name] for name in ("curves", "axes", "counts")}
+    data |= {"names": list(names), "kind_of_every_so_many_pixels": few.tolist()}
+    svg = _svg(_function("atlas.map_figure"), document, kind, names)
+    x, y = (headed(document["axes"][side]["name"]) for side in "xy")
+    title = f"kinds of motion over {x} and {y}, and their boundaries"
+    return Drawn((Picture("map", title, svg, tuple(data)),), data)
+
+
+def stored_map(path: Path, shape: list[int]) -> tuple[Codes, tuple[str, ...]]:
+    """Return the codes of a stored map, of at most `FINEST` pixels an axis, and their names.
+
+    Raises
+    ------
+    ForeignFile
+        It is damaged, too large, or of another shape.
+    """
+    with opened(path) as file:
+        kind = dataset(file, "kind")
+        if list(kind.shape) != list(shape) or not all(kind.shape):
+            raise ValueError(f"a map of {kind.shape}, not of {tuple(shape)}")
+        if kind.dtype != np.uint8 or kind.size > MOST_PIXELS:
+            raise ValueError("a map of another type, or too large")
+        codes = kind[:: -(-kind.shape[0] // FINEST), :: -(-kind.shape[1] // FINEST)]
+        return np.asarray(codes), tuple(attribute(kind, "flag_meanings").split())
+
+
+# --- a run: its trajectory is drawn ------------------------------------------------------------
+
+RUN_PICTURES: Final = {
+    "overview": ("tilt over precession, and the path of the axis on the unit sphere", "motion"),
+    "angles": ("tilt, precession and rate of spin over time", "motion"),
+    "potential": ("effective potential, energy, and the tilts that they allow", "potential"),
+    "phase": ("the plane of tilt and tilt rate, with neighbouring energies", "motion"),
+    "errors": ("distance of the run from the closed form over time", "errors"),
 }
-"""By the name of a document, the name of its sections and what makes them."""
+"""By picture of a run: its title, and the data in it."""
+
+
+def _run_parts(document: Known) -> Iterator[Part]:
+    yield FactRows.of((name, given(document["scene"][name])) for name in ("top", "start"))
+    yield from run_parts(document)
+
+
+def _run(result: Result) -> Drawn:
+    """The pictures of a run, and its top, where its trajectory is there."""
+    from heavytop.plots.figures import FIGURES
+    from heavytop.report.pages.player import frames
+    from heavytop.run.trajectory_file import load_trajectory
+
+    path, scene = result.path.with_name("trajectory.nc"), result.document["scene"]
+    if "trajectory" not in result.document.get("files", {}) or not path.exists():
+        return Drawn()
+    whole = load_trajectory(path)
+    own = whole.scene.document()
+    if any(own[key] != scene.get(key) for key in ("top", "start", "title", "span")):
+        raise ForeignFile(
+            f"{harmless(path)}: the trajectory of another scene than run.json is about"
+        )
+    quick = _in_doubles(whole)
+    pictures = (
+        Picture(name, title, _svg(draw, whole if of == "errors" else quick), (of,))
+        for name, draw in FIGURES.items()
+        for title, of in (RUN_PICTURES[name],)
+    )
+    try:
+        top = frames(quick)
+    except NoClosedForm:
+        top = None
+    return Drawn(tuple(pictures), run_data(whole), top)
+
+
+def _in_doubles(trajectory: Trajectory) -> Trajectory:
+    """The run in double precision where pictures show no more: many digits take long to draw."""
+    seen = replace(trajectory, decimals=None)
+    ours, theirs = seen.samples.axis, trajectory.samples.axis
+    return seen if np.allclose(ours, theirs, UNSEEN, UNSEEN, equal_nan=True) else trajectory
+
+
+def run_data(trajectory: Trajectory) -> Data:
+    """The numbers behind the pictures of a run: its motion, its potential and its errors."""
+    quick = _in_doubles(trajectory)
+    return {"motion": _motion(quick), "potential": _potential(quick), "errors": _errors(trajectory)}
+
+
+def _motion(trajectory: Trajectory) -> Data:
+    """A run at even times over what is drawn of it; what it does not follow is left out."""
+    from heavytop.plots.figures import last_shown
+
+    seen = trajectory(np.linspace(0.0, last_shown(trajectory), POINTS))
+    names = ("t", "theta", "phi", "psi", "thetadot", "phidot", "psidot")
+    columns = {name: getattr(seen, name) for name in names}
+    columns |= zip(("axis_x", "axis_y", "axis_z"), seen.axis.T, strict=True)
+    return {name: _listed(x) for name, x in columns.items() if np.isfinite(x).any()}
+
+
+def _potential(trajectory: Trajectory) -> Data:
+    from heavytop.analytic.potential import Potential
+    from heavytop.plots.figures import tilts_shown
+
+    motion, A = trajectory.motion, float(trajectory.scene.top.A)
+    potential = Potential(motion.rising.source)
+    theta = np.linspace(*tilts_shown(potential), TILTS + 2)[1:-1]
+    return {
+        "theta": _listed(theta),
+        "potential": _listed(A * potential(theta)),
+        "E_prime": float(motion.constants.E_prime),
+        "theta_min": float(motion.theta_min),
+        "theta_max": float(motion.theta_max),
+    }
+
+
+def _errors(trajectory: Trajectory) -> Data:
+    from heavytop.run.verify import deviations
+
+    try:
+        return {name: _listed(x) for name, x in deviations(trajectory, POINTS).items()}
+    except NoClosedForm:
+        return {"t": []}
+
+
+def _listed(values: Any) -> list[Any]:
+    return [float(f"{x:.12g}") if np.isfinite(x) else None for x in np.asarray(values)]
+
+
+# --- what there is of every kind of result -----------------------------------------------------
+
+
+class Study(NamedTuple):
+    """A kind of result: what it is called on the page, what it says, and what is drawn of it.
+
+    Its figures are functions of `heavytop.plots`, each with a title and the names of what of the
+    document is in it; the first is a list, or columns.
+    """
+
+    name: str
+    heading: str
+    parts: Callable[[Known], Iterable[Part]]
+    figures: Mapping[str, tuple[str, str]] = {}
+    absent: str = "Nothing was measured: there is no figure."
+
+
+STUDIES: Final = {
+    "run.json": Study(
+        "run", "Run", _run_parts, absent="trajectory.nc is not beside run.json: no pictures."
+    ),
+    "traces.json": Study("traces", "Every kind of motion", lambda _: (), {
+        "sphere.traces_figure": ("the path of the axis on the unit sphere, in closed form; "
+                                 "dot: start, cross: vertical", "traces"),
+    }),
+    "drift.json": Study("drift", "Drift", drift_parts, {
+        "studies.drift_figure": ("errors over nutation periods, both logarithmic", "methods"),
+    }),
+    "workprec.json": Study("workprec", "Work and precision", work_precision_parts, {
+        "studies.workprec_figure": ("time of a period over error, both logarithmic",
+                                     "points front front_theta"),
+    }),
+    "stress.json": Study("stress", "Where methods fail", stress_parts, {
+        "studies.stress_figure": ("digits lost at every case by every method", "cases hard"),
+    }),
+    "atlas.json": Study("atlas", "Atlas", atlas_parts,
+                        absent="There is no whole map beside atlas.json: no figure."),
+    "energy_momentum.json": Study(
+        "energy-momentum", "Energy and momentum", energy_momentum_parts, {
+        "theory.energy_momentum_figure": (
+            "energy over momentum at the p_ψ of the scene: kinds, and the edge of steady "
+            "precession", "edge start standing hanging thread window circuit"),
+        "theory.critical_set_figure": (
+            "the critical set over all p_ψ: two sheets of steady precession, and the thread",
+            "critical_set.sheets critical_set.thread critical_set.sleeping critical_set.hanging"),
+    }),
+    "validate.json": Study("claims", "Claims", validate_parts, absent=""),
+}  # fmt: skip
+"""By the name of a document."""
+
+DRAW: Final = {"run.json": _run, "atlas.json": _atlas}
+"""What draws the results whose pictures are of another file than the document."""

@@ -1,254 +1,361 @@
 "use strict";
+// A top in three dimensions on a plain canvas, seen from far away. Every element of class "player"
+// is one: it holds its data as JSON, a canvas and controls. Colours are those of light paper; in
+// the dark the style sheet inverts the canvas as it does every figure.
 (() => {
-  const byId = (name) => document.getElementById("player-" + name);
-  const tops = JSON.parse(byId("data").textContent);
-  const [plot, words, slider, choice, play] = ["plot", "words", "frame", "run", "play"].map(byId);
-  const SECONDS = 20; // all frames take so long
-  const SEEN = 1.3; // rad from picture to picture: a larger turn of the body is not seen as one
-  const STILL = 1; // s from picture to picture where less motion is asked for
-  const SECTORS = 32;
-  const MARKED = SECTORS / 4; // sectors of another colour, so that the spin is seen
-  const RADIUS = 0.42, HEIGHT = 0.72;
-  const EVENTS = {
-    theta_min: ["axis highest", "circle-open", "#009E73"],
-    theta_max: ["axis lowest", "square-open", "#D55E00"],
-    reversal: ["precession reverses", "diamond-open", "#CC79A7"],
-    cusp: ["cusp", "x", "#E69F00"],
-  };
+  const SPIN = 9; // rad of spin in a second on the screen: slow enough to be followed
+  const [SHORTEST, LONGEST] = [10, 40]; // s that playing a run takes
+  const SECTORS = 36, MARKED = SECTORS / 4; // a quarter of the body is orange, so its spin is seen
+  const PROFILE = [[0, 0], [0.2, 0.34], [0.3, 0.5], [0.3, 0.56], [0.12, 0.62], [0.035, 0.65],
+    [0.035, 0.88], [0, 0.88]]; // the body's radius and height; its tip is the pivot
+  const BODY = [150, 166, 181], PATCH = [236, 164, 30], LIGHT = [-0.45, 0.62, 0.64];
+  const INK = "#222222", FAINT = "#9AA4AE", MOMENTUM = "#882255";
+  const SPACINGS = [1, 2, 5, 10, 15, 30].map((degrees) => (degrees * Math.PI) / 180);
+  const APART = 76; // px between rings, at least
   const calm = matchMedia("(prefers-reduced-motion: reduce)");
-  let top = tops[0], places = [], frame = 0, playing = null, drawing = false;
-
-  const hasWebGL = () => {
-    const canvas = document.createElement("canvas");
-    return Boolean(canvas.getContext("webgl2") || canvas.getContext("webgl"));
-  };
-
-  // The body in its own frame: a cone on its tip, closed by a disc; the tip is the pivot.
-  const corners = [[0, 0, 0], [0, 0, HEIGHT]];
-  const faces = { i: [], j: [], k: [], facecolor: [] };
-  for (let s = 0; s < SECTORS; s += 1) {
-    const angle = (2 * Math.PI * s) / SECTORS;
-    corners.push([RADIUS * Math.cos(angle), RADIUS * Math.sin(angle), HEIGHT]);
-    const here = 2 + s, next = 2 + ((s + 1) % SECTORS);
-    for (const tip of [0, 1]) {
-      faces.i.push(tip);
-      faces.j.push(tip ? here : next);
-      faces.k.push(tip ? next : here);
-      const marked = tip ? "#F5B335" : "#E69F00";
-      faces.facecolor.push(s < MARKED ? marked : tip ? "#C9D3DC" : "#9AA8B5");
-    }
-  }
-
-  const count = () => top.t.length;
-  const turned = (at, [x, y, z]) => {
-    const [w, a, b, c] = top.quaternion.slice(4 * at, 4 * at + 4);
-    const u = 2 * (b * z - c * y), v = 2 * (c * x - a * z), r = 2 * (a * y - b * x);
-    return [x + w * u + b * r - c * v, y + w * v + c * u - a * r, z + w * r + a * v - b * u];
-  };
-  const axis = (at) => turned(at, [0, 0, 1]);
-  const columns = (rows) => [0, 1, 2].map((k) => rows.map((row) => row[k]));
-  const momentum = (at) => top.momentum.slice(3 * at, 3 * at + 3).map((x) => 1.15 * x);
-
-  const sphere = () => {
-    const rows = [];
-    const ring = (place) => {
-      for (let k = 0; k <= 72; k += 1) rows.push(place((2 * Math.PI * k) / 72));
-      rows.push([null, null, null]);
-    };
-    for (const tilt of [30, 60, 90, 120, 150].map((d) => (d * Math.PI) / 180)) {
-      ring((a) => [Math.sin(tilt) * Math.cos(a), Math.sin(tilt) * Math.sin(a), Math.cos(tilt)]);
-    }
-    for (const turn of [0, 60, 120].map((d) => (d * Math.PI) / 180)) {
-      ring((a) => [Math.sin(a) * Math.cos(turn), Math.sin(a) * Math.sin(turn), Math.cos(a)]);
-    }
-    return columns(rows);
-  };
-
   const dark = matchMedia("(prefers-color-scheme: dark)");
-  const colours = () => (dark.matches
-    ? { axis: "#FFFFFF", path: "#56B4E9", rest: "#4F7186", momentum: "#E58BC0", faint: "#5D6771" }
-    : { axis: "#111111", path: "#0072B2", rest: "#9CC3DB", momentum: "#A5286F", faint: "#9AA4AE" });
-  const lines = ([x, y, z], name, color, width, more = {}) => ({
-    type: "scatter3d", mode: "lines", x, y, z, name, hoverinfo: "skip",
-    line: { color, width }, ...more,
-  });
-  const moving = (at) => [
-    columns(corners.map((corner) => turned(at, corner))),
-    columns([[0, 0, 0], places[at]]),
-    columns(places.slice(0, at + 1)),
-    columns([[0, 0, 0], momentum(at)]),
-    columns(places.slice(at)),
+
+  const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
+  const degrees = (angle) => (angle * 180) / Math.PI;
+  const times = (m, [x, y, z]) => m.map(([a, b, c]) => a * x + b * y + c * z);
+  const product = (m, n) => m.map(([a, b, c]) =>
+    [0, 1, 2].map((k) => a * n[0][k] + b * n[1][k] + c * n[2][k]));
+  const rotation = ([w, x, y, z]) => [
+    [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+    [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+    [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
   ];
-  const eventTraces = () => Object.entries(EVENTS).flatMap(([kind, [name, symbol, color]]) => {
-    const found = top.events.filter((event) => event.kind === kind);
-    if (!found.length) return [];
-    const [x, y, z] = columns(found.map((event) => event.axis));
-    return [{
-      type: "scatter3d", mode: "markers", x, y, z, name, marker: { symbol, color, size: 5 },
-      text: found.map((event) => "t = " + event.t.toPrecision(6) + " s"), hoverinfo: "text+name",
-    }];
+  const floats = (text) =>
+    new Float32Array(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
+  const ring = (tilt) => Array.from({ length: 91 }, (_, k) => {
+    const angle = (2 * Math.PI * k) / 90;
+    return [Math.sin(tilt) * Math.cos(angle), Math.sin(tilt) * Math.sin(angle), Math.cos(tilt)];
   });
-  const traces = () => {
-    const [body, stick, trail, arrow, rest] = moving(frame), ink = colours();
-    return [
-      { type: "mesh3d", x: body[0], y: body[1], z: body[2], ...faces, flatshading: true,
-        hoverinfo: "skip", lighting: { ambient: 0.85, diffuse: 0.6, specular: 0.05 } },
-      lines(stick, "axis", ink.axis, 8),
-      lines(trail, "path of the axis so far", ink.path, 6),
-      { ...lines(arrow, "angular momentum", ink.momentum, 7), mode: "lines+markers",
-        marker: { color: ink.momentum, size: [0, 7], symbol: "diamond" } },
-      lines(rest, "path to come", ink.rest, 3),
-      lines(sphere(), "sphere", ink.faint, 1, { showlegend: false, opacity: 0.4 }),
-      lines([[0, 0], [0, 0], [-1.1, 1.25]], "vertical", ink.faint, 3,
-        { line: { color: ink.faint, width: 3, dash: "dash" } }),
-      ...eventTraces(),
-    ];
-  };
-  const MOVING = [0, 1, 2, 3, 4];
 
-  // Where the axis first leans to; it is looked at from the side, so that the tilt is seen.
-  const lean = () => {
-    const level = places.map(([x, y]) => [x, y, Math.hypot(x, y)]);
-    const most = level.reduce((one, other) => (other[2] > one[2] ? other : one));
-    const [x, y, far] = level.find((each) => each[2] > 0.05) ?? most;
-    return far > 1e-3 ? [x / far, y / far] : [0, -1];
+  // The marks of events, by the letters that matplotlib has for them; any other is a circle.
+  const SHAPES = { "^": [[-1, 0.8], [1, 0.8], [0, -1]], v: [[-1, -0.8], [1, -0.8], [0, 1]],
+    D: [[0, -1], [1, 0], [0, 1], [-1, 0]], s: [[-1, -1], [1, -1], [1, 1], [-1, 1]] };
+  const drawMark = (pen, x, y, { marker, colour }) => {
+    pen.beginPath();
+    if (SHAPES[marker]) for (const [a, b] of SHAPES[marker]) pen.lineTo(x + 5 * a, y + 5 * b);
+    else pen.arc(x, y, 4.5, 0, 2 * Math.PI);
+    pen.closePath();
+    Object.assign(pen, { fillStyle: "#FFFFFF", strokeStyle: colour, lineWidth: 1.6 });
+    pen.fill();
+    pen.stroke();
   };
-  const camera = () => {
-    const [x, y] = lean(), turn = 0.35; // a little from before, so that the path is no line
-    const mean = places.reduce((sum, place) => sum + place[2], 0) / count();
-    const [a, b] = [y * Math.cos(turn) + x * Math.sin(turn), -x * Math.cos(turn) + y * Math.sin(turn)];
-    const far = 1.42 - 0.25 * mean * mean; // nearer to what stays near a pole
-    return { eye: { x: far * a, y: far * b, z: mean < -0.3 ? 0.15 : 0.55 },
-      center: { x: 0, y: 0, z: 0.18 * mean * Math.abs(mean) } };
-  };
-  const layout = () => {
-    const hidden = { visible: false, range: [-1.2, 1.2] };
-    const ink = getComputedStyle(document.body).color;
-    return {
-      uirevision: top.id, margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "rgba(0,0,0,0)",
-      font: { color: ink, size: 12 }, legend: { orientation: "h", y: 0, yanchor: "top" },
-      modebar: { bgcolor: "rgba(0,0,0,0)", color: ink, activecolor: ink },
-      scene: { xaxis: hidden, yaxis: hidden, zaxis: hidden, aspectmode: "cube", camera: camera() },
+
+  const start = (root) => {
+    const { runs, marks, path: PATH } = JSON.parse(root.querySelector("script").textContent);
+    const [canvas, slider, choice, told, legend] =
+      ["canvas", "input", "select", "output", "ul"].map((name) => root.querySelector(name));
+    const pen = canvas.getContext("2d");
+    let run, at = 0, playing = false, last = 0, waiting = !calm.matches, due = false;
+    const frame = () => Math.round(at);
+    let camera;
+
+    // --- one run: its frames, and where they are looked at from ------------------------------
+    const opened = (given) => {
+      const taken = (values, size) => Array.from({ length: values.length / size }, (_, k) =>
+        values.subarray(size * k, size * (k + 1)));
+      const turned = taken(floats(given.quaternion), 4).map(rotation), count = turned.length;
+      const momentum = taken(floats(given.momentum), 3);
+      const seconds = clamp(Math.abs(given.spin) / SPIN, SHORTEST, LONGEST);
+      const span = Math.abs(given.end) || 1;
+      return { ...given, turned, count, momentum, seconds, slow: seconds / span,
+        axes: turned.map((rows) => rows.map((row) => row[2])),
+        digits: clamp(4 - Math.floor(Math.log10(span)), 0, 12) };
     };
-  };
-  const CONFIG = { responsive: true, displaylogo: false, displayModeBar: true, plotlyServerURL: "",
-    modeBarButtons: [["toImage", "resetCameraDefault3d"]] };
+    const view = () => { // right, up and towards the eye
+      const [s, c] = [Math.sin(camera.turn), Math.cos(camera.turn)];
+      const [up, level] = [Math.sin(camera.lift), Math.cos(camera.lift)];
+      return [[-s, c, 0], [-up * c, -up * s, level], [level * c, level * s, up]];
+    };
+    const look = (turn, lift, least) => { // the path and the pivot fill the picture
+      camera = { turn, lift, zoom: 1 };
+      const rows = view(), seen = [[0, 0, 0], ...run.axes].map((point) => times(rows, point));
+      const ends = [0, 1].map((k) => [Math.min, Math.max].map((end) =>
+        seen.reduce((found, point) => end(found, point[k]), 0)));
+      [camera.wide, camera.high] = ends.map(([low, top]) => 1.25 * Math.max(top - low, least));
+      const [x, y] = ends.map(([low, top]) => (low + top) / 2);
+      camera.centre = [0, 1, 2].map((k) => x * rows[0][k] + y * rows[1][k]);
+      changed();
+    };
+    const side = () => { // across the first lean, so that the tilt shows, and a little from above
+      const far = ([x, y]) => Math.hypot(x, y);
+      const lean = run.axes.find((axis) => far(axis) > 0.05)
+        ?? run.axes.reduce((one, other) => (far(other) > far(one) ? other : one));
+      const mean = run.axes.reduce((sum, axis) => sum + axis[2], 0) / run.count;
+      const turn = far(lean) > 1e-3 ? Math.atan2(-lean[0], lean[1]) + 0.35 : -Math.PI / 2;
+      look(turn, mean < -0.3 ? -0.12 : 0.3, 0.7);
+    };
+    const above = () => look(-Math.PI / 2, Math.PI / 2, 0.3);
 
-  const span = () => Math.abs(top.t[count() - 1] - top.t[0]);
-  const time = (at) => { // digits enough to tell a frame from the next
-    const places = 4 - Math.floor(Math.log10(span() || 1));
-    return top.t[at].toFixed(Math.max(0, Math.min(12, places))) + " s";
-  };
-  const pace = () => { // by how much time is stretched: as asked for, or as this browser manages
-    const asked = span() > 0 ? SECONDS / span() : 1;
-    if (!playing || !(playing.taken > 1)) return asked;
-    const done = Math.abs(top.t[frame] - top.t[playing.first]);
-    return done > 0 ? playing.taken / done : asked;
-  };
-  const paceWords = () => {
-    const slow = pace();
-    if (slow > 0.95 && slow < 1.05) return "Played as fast as it is.";
-    return slow > 1 ? "Time is slowed " + number(slow) + " times."
-      : "Time is run " + number(1 / slow) + " times faster.";
-  };
-  const number = (x) => Number(x.toPrecision(2)).toLocaleString("en", { useGrouping: false });
-  const tell = () => {
-    const near = top.events.filter((event) => event.frame === frame && EVENTS[event.kind]);
-    const tilt = (Math.acos(Math.max(-1, Math.min(1, places[frame][2]))) * 180) / Math.PI;
-    const part = span() < 0.999 * Math.abs(top.end)
-      ? " Shown are the first " + Number(span().toPrecision(3)) + " s of "
-        + Number(Math.abs(top.end).toPrecision(3)) + " s." : "";
-    words.textContent = "t = " + time(frame) + ", θ = " + tilt.toFixed(1) + "°, frame "
-      + (frame + 1) + " of " + count() + ". " + paceWords() + part
-      + " Angle of spin from " + top.spin + "."
-      + (top.per_frame > SEEN ? " It turns too far from frame to frame to be seen as it is." : "")
-      + (near.length ? " Event: " + near.map((event) => EVENTS[event.kind][0]).join(", ") + "." : "");
-  };
-  const show = async (at) => {
-    frame = Math.max(0, Math.min(count() - 1, Math.round(at)));
-    slider.value = String(frame);
-    slider.setAttribute("aria-valuetext", "t = " + time(frame));
-    tell();
-    if (drawing) return;
-    drawing = true;
-    let drawn = -1;
-    while (drawn !== frame) { // the last one asked for is drawn, whatever came between
-      drawn = frame;
-      const parts = moving(drawn);
-      await Plotly.restyle(plot, { x: parts.map((p) => p[0]), y: parts.map((p) => p[1]),
-        z: parts.map((p) => p[2]) }, MOVING);
+    // --- drawing ----------------------------------------------------------------------------
+    const line = (points, colour, width, { from = 0, to = points.length - 1, behind } = {}) => {
+      pen.beginPath();
+      for (let k = from, down = false; k <= to; k += 1) {
+        const [x, y, depth] = points[k], here = behind === undefined || depth < 0 === behind;
+        if (here) pen[down ? "lineTo" : "moveTo"](x, y);
+        down = here;
+      }
+      Object.assign(pen, { strokeStyle: colour, lineWidth: width, lineJoin: "round" });
+      pen.stroke();
+    };
+    const label = (points, text, colour, end, taken) => { // beside the outermost place in front
+      const front = points.filter((point) => point[2] >= -0.01);
+      if (!front.length) return;
+      const [far, y] = front.reduce((one, other) => (end * other[0] > end * one[0] ? other : one));
+      pen.font = "12px sans-serif";
+      const room = pen.measureText(text).width + 6;
+      const x = clamp(far + 5 * end, end < 0 ? room : 0, canvas.clientWidth - (end > 0 ? room : 0));
+      if (taken.some(([a, b]) => Math.abs(a - x) < room && Math.abs(b - y) < 13)) return;
+      taken.push([x, y]);
+      Object.assign(pen, { fillStyle: colour, textAlign: end > 0 ? "left" : "right",
+        textBaseline: "middle", strokeStyle: "#FFFFFF", lineWidth: 3 });
+      pen.strokeText(text, x, y);
+      pen.fillText(text, x, y);
+    };
+    const drawBody = (rows, place) => {
+      const rim = PROFILE.map(([radius, height]) => Array.from({ length: SECTORS }, (_, k) => {
+        const angle = (2 * Math.PI * k) / SECTORS;
+        return times(rows, [radius * Math.cos(angle), radius * Math.sin(angle), height]);
+      }));
+      const faces = [];
+      for (let i = 0; i + 1 < rim.length; i += 1) {
+        for (let k = 0; k < SECTORS; k += 1) {
+          const next = (k + 1) % SECTORS;
+          const corners = [rim[i][k], rim[i][next], rim[i + 1][next], rim[i + 1][k]];
+          const [a, b] = [[corners[2], corners[0]], [corners[3], corners[1]]].map(([p, q]) =>
+            p.map((x, j) => x - q[j]));
+          const normal = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
+            a[0] * b[1] - a[1] * b[0]];
+          if (normal[2] <= 0) continue; // it faces away
+          const lit = clamp(normal.reduce((sum, x, j) => sum + x * LIGHT[j], 0)
+            / Math.hypot(...normal), 0, 1);
+          const shade = 0.6 + 0.4 * (dark.matches ? 1 - lit : lit); // the dark inverts it
+          const colour = (k < MARKED ? PATCH : BODY).map((x) => Math.round(x * shade));
+          const depth = corners.reduce((sum, corner) => sum + corner[2], 0);
+          faces.push({ depth, colour: `rgb(${colour})`, corners: corners.map(place) });
+        }
+      }
+      for (const { corners, colour } of faces.sort((one, other) => one.depth - other.depth)) {
+        pen.beginPath();
+        for (const [x, y] of corners) pen.lineTo(x, y);
+        pen.closePath();
+        Object.assign(pen, { fillStyle: colour, strokeStyle: colour, lineWidth: 0.7 });
+        pen.fill();
+        pen.stroke();
+      }
+    };
+    const draw = () => {
+      due = false;
+      const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+      const fine = window.devicePixelRatio || 1;
+      if (canvas.width !== Math.round(width * fine) || canvas.height !== Math.round(height * fine)) {
+        [canvas.width, canvas.height] = [Math.round(width * fine), Math.round(height * fine)];
+      }
+      pen.setTransform(fine, 0, 0, fine, 0, 0);
+      pen.clearRect(0, 0, width, height);
+      const rows = view(), [left, low] = times(rows, camera.centre);
+      const scale = camera.zoom * Math.min(width / camera.wide, height / camera.high);
+      const place = ([x, y, depth]) =>
+        [width / 2 + scale * (x - left), height / 2 - scale * (y - low), depth];
+      const seen = (point) => place(times(rows, point));
+      const step = SPACINGS.find((spacing) => spacing * scale > APART) ?? SPACINGS.at(-1);
+      const ends = [...new Set(run.theta)];
+      const tilts = Array.from({ length: Math.round(Math.PI / step) - 1 }, (_, k) => (k + 1) * step);
+      const rings = tilts.map((tilt) => ({ tilt, points: ring(tilt).map(seen) }));
+      const limits = ends.map((tilt, k) => ({ tilt, points: ring(tilt).map(seen),
+        colour: marks[k ? "theta_max" : "theta_min"].colour,
+        name: ends.length === 1 ? "θ" : k ? "greatest θ" : "least θ" }));
+      const path = run.axes.map(seen), now = frame(), turned = run.turned[now];
+      const axis = [0, 0.88, 1].map((far) => seen(run.axes[now].map((x) => far * x)));
+
+      const [x, y] = seen([0, 0, 0]);
+      pen.beginPath();
+      pen.arc(x, y, scale, 0, 2 * Math.PI);
+      Object.assign(pen, { strokeStyle: FAINT, lineWidth: 1 });
+      pen.stroke();
+      line([[0, 0, -1], [0, 0, 1.15]].map(seen), FAINT, 1);
+      const half = (behind) => {
+        pen.globalAlpha = behind ? 0.35 : 1;
+        for (const { points } of rings) line(points, "#C9CED6", 0.8, { behind });
+        for (const { points, colour } of limits) line(points, colour, 1, { behind });
+        line(path, "#9CC3DB", 1.2, { from: now, behind });
+        line(path, PATH, 2.4, { to: now, behind });
+        for (const event of run.events) {
+          const [a, b, depth] = seen(event.axis);
+          if (depth < 0 === behind && marks[event.kind]) drawMark(pen, a, b, marks[event.kind]);
+        }
+        pen.globalAlpha = 1;
+      };
+      half(true);
+      if (axis[2][2] < 0) line(axis, INK, 2.5);
+      drawBody(product(rows, turned), place);
+      if (axis[2][2] >= 0) line(axis.slice(1), INK, 2.5); // from the end of the stem
+      half(false);
+      const arrow = [[0, 0, 0], run.momentum[now]].map(seen);
+      line(arrow, MOMENTUM, 2);
+      pen.beginPath();
+      pen.arc(...arrow[1].slice(0, 2), 3, 0, 2 * Math.PI);
+      pen.fillStyle = MOMENTUM;
+      pen.fill();
+      const taken = [];
+      for (const { tilt, points, colour, name } of limits) {
+        label(points, `${name} ${degrees(tilt).toFixed(1)}°`, colour, -1, taken);
+      }
+      for (const { tilt, points } of rings) {
+        label(points, `${Math.round(degrees(tilt))}°`, "#6B7280", 1, taken);
+      }
+      tell();
+    };
+    const time = () => (run.end * frame()) / (run.count - 1);
+    const tell = () => {
+      const theta = Math.acos(clamp(run.axes[frame()][2], -1, 1));
+      const near = run.events.find((event) =>
+        Math.abs(event.t - time()) < Math.abs(run.end) / 60 && marks[event.kind]);
+      const words = `t = ${time().toFixed(run.digits)} s, θ = ${degrees(theta).toFixed(2)}° = `
+        + `${theta.toFixed(4)} rad${near ? `: ${marks[near.kind].label}` : ""}`;
+      told.textContent = words;
+      slider.value = String(at);
+      slider.setAttribute("aria-valuetext", words);
+    };
+    const changed = () => { // drawn once before the next picture, however much has changed
+      if (!due) requestAnimationFrame(draw);
+      due = true;
+    };
+
+    // --- playing ----------------------------------------------------------------------------
+    const button = (name) => root.querySelector(`[data-do=${name}]`);
+    const set = (on) => {
+      if (on && at >= run.count - 1) at = 0;
+      if (on && !playing) {
+        last = performance.now();
+        requestAnimationFrame(tick);
+      }
+      playing = on;
+      button("play").textContent = on ? "Pause" : "Play";
+      button("play").setAttribute("aria-pressed", String(on));
+    };
+    const tick = (now) => {
+      if (!playing) return;
+      // A slow browser takes longer: it leaves out no turn of the body.
+      const gone = clamp((now - last) / 1000, 0, 0.1);
+      last = now;
+      at = Math.min(at + (gone * (run.count - 1)) / run.seconds, run.count - 1);
+      draw();
+      if (at >= run.count - 1) set(false);
+      else requestAnimationFrame(tick);
+    };
+    const to = (place) => {
+      set(false);
+      waiting = false;
+      at = clamp(place, 0, run.count - 1);
+      changed();
+    };
+    const zoom = (by) => {
+      camera.zoom = clamp(camera.zoom * by, 0.4, 30);
+      changed();
+    };
+    const turn = (dx, dy) => {
+      camera.turn -= dx;
+      camera.lift = clamp(camera.lift + dy, -Math.PI / 2, Math.PI / 2);
+      changed();
+    };
+    const DO = {
+      play: () => { waiting = false; set(!playing); },
+      above, side, reset: side,
+      event: () => {
+        const later = run.events.map((each) => (each.t / run.end) * (run.count - 1))
+          .filter((frame) => frame > at + 1e-6);
+        to(later.length ? Math.min(...later) : 0);
+      },
+    };
+    const KEYS = {
+      " ": DO.play, a: above, s: side, r: side, e: DO.event,
+      "+": () => zoom(1.15), "=": () => zoom(1.15), "-": () => zoom(1 / 1.15),
+      ArrowLeft: () => turn(-0.1, 0), ArrowRight: () => turn(0.1, 0),
+      ArrowUp: () => turn(0, 0.1), ArrowDown: () => turn(0, -0.1),
+      ",": () => to(Math.ceil(at) - 1), ".": () => to(Math.floor(at) + 1),
+      Home: () => to(0), End: () => to(Infinity),
+    };
+    const choose = (index) => {
+      run = opened(runs[index]);
+      choice.selectedIndex = index;
+      at = 0;
+      slider.max = String(run.count - 1);
+      const happened = Object.entries(marks).filter(([kind]) =>
+        run.events.some((event) => event.kind === kind)).map(([, mark]) => mark);
+      const strokes = [[PATH, "path of the axis so far"], [MOMENTUM, "angular momentum"]];
+      button("event").disabled = !run.events.length;
+      legend.replaceChildren(...[...strokes, ...happened].map((each) => {
+        const [item, sample] = ["li", "canvas"].map((name) => document.createElement(name));
+        [sample.width, sample.height] = [18, 14];
+        const paper = sample.getContext("2d");
+        if (each.label) drawMark(paper, 9, 7, each);
+        else Object.assign(paper, { fillStyle: each[0] }).fillRect(0, 5, 18, 3);
+        item.append(sample, each.label ?? each[1]);
+        return item;
+      }));
+      const pace = run.slow > 1 ? `slowed ${run.slow.toPrecision(2)} times`
+        : `${(1 / run.slow).toPrecision(2)} times as fast as it is`;
+      root.querySelector("p").textContent = [`Time is ${pace}.`, ...run.notes].join(" ");
+      side();
+    };
+
+    runs.forEach((each, k) => choice.add(new Option(each.title, String(k))));
+    choice.closest("label").hidden = runs.length < 2;
+    choice.addEventListener("change", () => { choose(choice.selectedIndex); set(!calm.matches); });
+    slider.addEventListener("input", () => to(Number(slider.value)));
+    for (const name of Object.keys(DO)) button(name).addEventListener("click", DO[name]);
+    canvas.addEventListener("keydown", (event) => {
+      if (!KEYS[event.key] || event.ctrlKey || event.altKey || event.metaKey) return;
+      event.preventDefault();
+      KEYS[event.key]();
+    });
+    // One pointer turns, two zoom. The wheel zooms once the canvas was clicked on; else the page
+    // is scrolled, as it is by a finger that goes up or down.
+    const fingers = new Map();
+    const apart = () => {
+      const [one, two] = [...fingers.values()];
+      return Math.hypot(one.x - two.x, one.y - two.y);
+    };
+    canvas.addEventListener("pointerdown", (event) => {
+      fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+      canvas.setPointerCapture(event.pointerId);
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      const before = fingers.get(event.pointerId);
+      if (!before) return;
+      const far = fingers.size === 2 ? apart() : 0;
+      fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+      if (far) zoom(apart() / far);
+      else if (fingers.size === 1) {
+        turn((event.clientX - before.x) / 150, (event.clientY - before.y) / 150);
+      }
+    });
+    for (const end of ["pointerup", "pointercancel"]) {
+      canvas.addEventListener(end, (event) => fingers.delete(event.pointerId));
     }
-    drawing = false;
+    canvas.addEventListener("wheel", (event) => {
+      if (document.activeElement !== canvas) return;
+      event.preventDefault();
+      zoom(Math.exp(-event.deltaY / 500));
+    }, { passive: false });
+    dark.addEventListener("change", changed);
+    choose(0);
+    new ResizeObserver(changed).observe(canvas);
+    new IntersectionObserver(([{ isIntersecting: seen }]) => {
+      if (seen && waiting) set(true);
+      else if (!seen && playing) {
+        waiting = true;
+        set(false);
+      }
+    }, { threshold: 0.5 }).observe(canvas);
+    // What a program beside it may ask for and do.
+    root.player = { to, set, choose, state: () => ({ at, playing, camera: { ...camera },
+      axis: run.axes[frame()], time: time(), count: run.count }) };
   };
-  const pause = () => {
-    playing = null;
-    play.textContent = "Play";
-    play.setAttribute("aria-pressed", "false");
-    tell();
-  };
-  // A slow browser leaves frames out, but never so many that the spin is not seen; then it takes
-  // longer, and the pace that is told is what it took.
-  const tick = async (now) => {
-    const run = playing;
-    if (!run) return;
-    const gone = run.last === 0 ? 0 : (now - run.last) / 1000;
-    if (run.last !== 0 && calm.matches && gone < STILL) { requestAnimationFrame(tick); return; }
-    const most = calm.matches ? Infinity : Math.max(1, Math.floor(SEEN / top.per_frame));
-    run.last = now;
-    run.taken += gone;
-    run.at = Math.min(run.at + Math.min(gone * (count() / SECONDS), most), count() - 1);
-    if (Math.round(run.at) !== frame) await show(run.at);
-    if (playing !== run) return;
-    if (frame >= count() - 1) pause();
-    else requestAnimationFrame(tick);
-  };
-  const toggle = () => {
-    if (playing) { pause(); return; }
-    if (frame >= count() - 1) frame = 0;
-    playing = { first: frame, at: frame, last: 0, taken: 0 };
-    play.textContent = "Pause";
-    play.setAttribute("aria-pressed", "true");
-    requestAnimationFrame(tick);
-  };
-  const zoom = (by) => zoomed(plot, plot.layout.scene.camera.eye, by);
-  const to = (at) => { pause(); show(at); };
-  const nextEvent = () => {
-    const later = top.events.filter((event) => event.frame > frame).map((event) => event.frame);
-    to(later.length ? Math.min(...later) : 0);
-  };
-  const choose = async () => {
-    top = tops[choice.selectedIndex];
-    places = top.t.map((_, at) => axis(at));
-    frame = 0;
-    pause();
-    slider.max = String(count() - 1);
-    slider.value = "0";
-    byId("event").disabled = !top.events.length;
-    await Plotly.react(plot, traces(), layout(), CONFIG);
-    tell();
-  };
-
-  for (const each of tops) choice.add(new Option(each.title, each.id));
-  if (!hasWebGL()) {
-    words.textContent = "This browser has no WebGL, which the player needs.";
-    plot.style.display = "none";
-    return;
-  }
-  choice.addEventListener("change", choose);
-  slider.addEventListener("input", () => to(Number(slider.value)));
-  play.addEventListener("click", toggle);
-  byId("back").addEventListener("click", () => to(frame - 1));
-  byId("forward").addEventListener("click", () => to(frame + 1));
-  byId("event").addEventListener("click", nextEvent);
-  plot.addEventListener("keydown", (event) => {
-    const act = { ArrowRight: () => to(frame + 1), ArrowLeft: () => to(frame - 1),
-      PageDown: () => to(frame + 30), PageUp: () => to(frame - 30), Home: () => to(0),
-      End: () => to(count() - 1), e: nextEvent, " ": toggle, "+": () => zoom(0.9),
-      "-": () => zoom(1 / 0.9) }[event.key];
-    if (!act || event.target !== plot || event.ctrlKey || event.altKey || event.metaKey) return;
-    event.preventDefault();
-    act();
-  });
-  dark.addEventListener("change", () => Plotly.react(plot, traces(), layout(), CONFIG));
-  choose();
+  document.querySelectorAll(".player").forEach(start);
 })();

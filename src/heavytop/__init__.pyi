@@ -1,0 +1,102 @@
+"""The public names, and the modules where they live; ``__init__.py`` reads them from here."""
+
+from .analytic.enclosure import (
+    Enclosure as Enclosure,
+    enclose as enclose,
+)
+from .analytic.energy_momentum import (
+    EnergyMomentum as EnergyMomentum,
+    energy_momentum as energy_momentum,
+)
+from .analytic.facts import (
+    Facts as Facts,
+    facts as facts,
+)
+from .analytic.many_motions import (
+    Motions as Motions,
+    motions_many as motions_many,
+)
+from .analytic.monodromy import Circuit as Circuit
+from .analytic.motion import Motion as Motion
+from .analytic.reference import (
+    Reference as Reference,
+    reference as reference,
+)
+from .claims.validate import (
+    Validation as Validation,
+    validate as validate,
+)
+from .checking.judge import Check as Check, check as check
+from .classification import (
+    Kind as Kind,
+    Verdict as Verdict,
+)
+from .classification.classify import classify as classify
+from .classification.many import classify_many as classify_many
+from .errors import (
+    BadScene as BadScene,
+    DoubtfulWarning as DoubtfulWarning,
+    EndedEarly as EndedEarly,
+    ForeignFile as ForeignFile,
+    ForeignStudy as ForeignStudy,
+    ForeignWorker as ForeignWorker,
+    HeavyTopError as HeavyTopError,
+    ImpossibleStart as ImpossibleStart,
+    ImpossibleTop as ImpossibleTop,
+    InUse as InUse,
+    MissedDigitsWarning as MissedDigitsWarning,
+    MissingPackage as MissingPackage,
+    NoClosedForm as NoClosedForm,
+    NoScheduler as NoScheduler,
+    NoWorkerWarning as NoWorkerWarning,
+    StoppedEarly as StoppedEarly,
+    WrongType as WrongType,
+)
+from .integration.outputs import Sample as Sample
+from .numbers import Exact as Exact
+from .results.drift import Drift as Drift
+from .results.stress import Stress as Stress
+from .results.work_precision import WorkPrecision as WorkPrecision
+from .run.ensemble import propagate_many as propagate_many
+from .run.periodic import (
+    Folded as Folded,
+    fold as fold,
+)
+from .run.planning import (
+    Plan as Plan,
+    plan as plan,
+)
+from .run.propagation import (
+    extend as extend,
+    propagate as propagate,
+)
+from .run.sensitivities import (
+    Sensitivities as Sensitivities,
+    Transition as Transition,
+    sensitivities as sensitivities,
+    state_transition as state_transition,
+)
+from .run.trajectory import Trajectory as Trajectory
+from .run.trajectory_file import load_trajectory as load_trajectory
+from .run.verify import (
+    Errors as Errors,
+    run_errors as run_errors,
+)
+from .scene.scene import (
+    Scene as Scene,
+    load_scene as load_scene,
+)
+from .scene.state import State as State
+from .scene.top import Top as Top
+from .studies.atlas import (
+    Atlas as Atlas,
+    atlas as atlas,
+    load_atlas as load_atlas,
+    merge_atlases as merge_atlases,
+)
+from .studies.drift import drift as drift
+from .studies.runner import resume as resume
+from .studies.stress import stress as stress
+from .studies.work_precision import work_precision as work_precision
+
+__version__: str

@@ -1,0 +1,1 @@
+"""Trajectories of others, held against the closed form; nothing is integrated."""

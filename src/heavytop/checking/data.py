@@ -1,0 +1,328 @@
+"""Trajectories of others: what a file or arrays tell of a top, in the package's conventions."""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heavytop.errors import ForeignFile
+from heavytop.files import regular
+from heavytop.hdf5 import dataset
+from heavytop.names import nearest
+from heavytop.scene.arguments import expect, path_of, wrong_type
+from heavytop.spelling import harmless
+
+Array = NDArray[np.float64]
+
+LEAST_ROWS: Final = 5
+MOST_FAULTS: Final = 20  # of a file, told at once
+ANGLES: Final = ("theta", "phi", "psi")
+RATES: Final = ("thetadot", "phidot", "psidot")
+TELLING: Final = "theta, phi, psi, axis, quaternion or matrix"
+
+_SCALARS: Final = {
+    "t": ("time", "seconds"),
+    "theta": ("tilt", "nutation"),
+    "phi": ("precession",),
+    "psi": ("spin",),
+    **{rate: (f"d{rate[:-3]}", f"{rate[:-3]}rate", f"d{rate[:-3]}dt") for rate in RATES},
+}
+# Of every vector: its names, and those of its components.
+_NINE: Final = [f"{i}{j}" for i in "123" for j in "123"]
+_VECTORS: Final[Mapping[str, tuple[tuple[str, ...], tuple[Any, ...]]]] = {
+    "axis": (("axis", "e", "n"), ("xyz", "123")),
+    "quaternion": (("quaternion", "quat", "q", "attitude"), ("wxyz", "0123")),
+    "matrix": (("matrix", "rotation", "rot", "r"), (_NINE,)),
+    "omega": (("omega", "w", "omegaspace"), ("xyz",)),
+    "omega_body": (("omegabody", "bodyomega", "wbody"), ("xyz", "123")),
+}
+_SHAPES: Final = {"axis": (3,), "quaternion": (4,), "matrix": (3, 3)}
+_GREEK: Final = str.maketrans({"θ": "theta", "φ": "phi", "ϕ": "phi", "ψ": "psi", "ω": "omega"})
+
+
+def _plain(name: str) -> str:
+    """The letters of a name, without its unit: ``Theta_dot [rad/s]`` is ``thetadot``."""
+    return re.sub(r"[\[(].*|[^a-z0-9]", "", name.lower().translate(_GREEK))
+
+
+def _names() -> Iterator[tuple[str, tuple[str, int | None]]]:
+    """Every usual name, with the quantity and the component that it stands for."""
+    for quantity, others in _SCALARS.items():
+        yield from ((name, (quantity, None)) for name in (quantity, *others))
+    for quantity, (others, kinds) in _VECTORS.items():
+        yield from ((name, (quantity, None)) for name in others if name not in "enrw")
+        for name in others:
+            yield from ((name + c, (quantity, k)) for each in kinds for k, c in enumerate(each))
+    yield from ((f"omega{k + 1}", ("omega_body", k)) for k in range(3))
+
+
+_USUAL: Final = dict(_names())
+
+
+@dataclass(frozen=True)
+class Data:
+    """A trajectory: times, and what is told at each; what follows from that is computed.
+
+    `told` has arrays by quantity; `scene` is the scene that a file of ours holds.
+    """
+
+    name: str
+    t: Array
+    told: Mapping[str, Array]
+    scene: str | None = None
+
+    def telling(self, **told: Array | None) -> Data:
+        """The same, with other values; None takes one away."""
+        values = {k: v for k, v in (dict(self.told) | told).items() if v is not None}
+        return replace(self, told=values)
+
+    def some(self, rows: slice) -> Data:
+        """Some of the rows."""
+        told = {name: values[rows] for name, values in self.told.items()}
+        return replace(self, t=self.t[rows], told=told)
+
+    @cached_property
+    def matrix(self) -> Any:
+        """The attitude as matrices (n, 3, 3) from body to space, or None."""
+        if "quaternion" not in self.told:
+            return self.told.get("matrix")
+        q = self.told["quaternion"]
+        w, x, y, z = (q / np.linalg.norm(q, axis=1, keepdims=True)).T
+        rows = (
+            (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+            (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+            (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+        )
+        return np.moveaxis(np.array(rows), -1, 0)
+
+    @cached_property
+    def axis(self) -> Any:
+        """The symmetry axis (n, 3) in space, or None."""
+        if "axis" in self.told:
+            return self.told["axis"]
+        if self.matrix is not None:
+            return self.matrix[:, :, 2]
+        if not {"theta", "phi"} <= self.told.keys():
+            return None
+        theta, phi = self.told["theta"], self.told["phi"]
+        sine = np.sin(theta)
+        return np.stack([sine * np.sin(phi), -sine * np.cos(phi), np.cos(theta)], axis=1)
+
+    def angle(self, name: str) -> Any:
+        """An Euler angle [rad], continuous only where it is told, or None."""
+        if name in self.told or self.axis is None:
+            return self.told.get(name)
+        x, y, z = self.axis.T
+        if name == "psi":
+            m = self.matrix
+            return None if m is None else np.arctan2(m[:, 2, 0], m[:, 2, 1])
+        return np.arctan2(np.hypot(x, y), z) if name == "theta" else np.arctan2(x, -y)
+
+    @cached_property
+    def omega(self) -> Any:
+        """The angular velocity (n, 3) in space [rad/s], or None."""
+        if "omega" in self.told:
+            return self.told["omega"]
+        if "omega_body" in self.told and self.matrix is not None:
+            return np.einsum("nij,nj->ni", self.matrix, self.told["omega_body"])
+        if not {"phi", *RATES} <= self.told.keys() or self.axis is None:
+            return None
+        thetadot, phidot, psidot = (self.told[rate] for rate in RATES)
+        node = np.stack([np.cos(self.told["phi"]), np.sin(self.told["phi"])], axis=1)
+        found = psidot[:, None] * self.axis
+        found[:, :2] += thetadot[:, None] * node
+        found[:, 2] += phidot
+        return found
+
+    @cached_property
+    def spinning(self) -> tuple[Array, Array, Array, Array] | None:
+        """Return cosθ, |ė|², ω₃ and ω_z: what energy and momenta are made of."""
+        if self.omega is not None and self.axis is not None:
+            omega3 = (self.omega * self.axis).sum(axis=1)
+            speed = np.cross(self.omega, self.axis)
+            return self.axis[:, 2], (speed * speed).sum(axis=1), omega3, self.omega[:, 2]
+        if {"theta", *RATES} <= self.told.keys() and "phi" not in self.told:  # which plays no part
+            return self.telling(phi=np.zeros_like(self.t)).spinning
+        return None
+
+
+def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
+    """Return what a file, or a mapping of arrays, tells.
+
+    Everything that is wrong with it is raised at once, as `ForeignFile`.
+    """
+    scene = None
+    if isinstance(data, str | os.PathLike):
+        name = harmless(path_of("data", data))
+        table, scene = _file(Path(data))
+    elif hasattr(data, "keys"):
+        name, keys = "data", [*data, *getattr(data, "coords", ())]
+        table = {str(key): data[key] for key in keys}
+    else:
+        raise wrong_type("data", "the path of a file, or arrays by their names", data)
+    chosen = expect("columns", {} if columns is None else columns, dict)
+    faults: list[str] = []
+    found = _gathered(table, chosen, faults)
+    told = _checked(found, faults)
+    if not (told.keys() & {*ANGLES, *_SHAPES} or faults):
+        names = harmless(", ".join(table)[:200])
+        faults.append(f"nothing tells where the axis is: {TELLING} (columns: {names})")
+    if faults:
+        raise ForeignFile("\n".join(f"{name}: {fault}" for fault in faults[:MOST_FAULTS]))
+    return Data(name, told.pop("t"), told, scene)
+
+
+def _gathered(
+    table: Mapping[str, Any], columns: Mapping[str, str], faults: list[str]
+) -> dict[str, Array]:
+    """The arrays of a table by quantity; components are put together."""
+    found: dict[str, Array] = {}
+    parts: dict[str, dict[int, Array]] = {}
+    for key, column in columns.items():
+        if _plain(key) not in _USUAL:
+            faults.append(f"{harmless(key)}: no quantity ({TELLING}, t, rates, omega)")
+        if column not in table:
+            faults.append(f"{harmless(column)}: no such column {nearest(column, table)}".rstrip())
+    renamed = {key: table[column] for key, column in columns.items() if column in table}
+    others = {name: table[name] for name in table if name not in columns.values()}
+    for name, values in (others | renamed).items():
+        quantity, component = _USUAL.get(_plain(name), ("", None))
+        if not quantity:
+            continue
+        try:
+            array = np.squeeze(np.asarray(values, dtype=np.float64))
+        except (TypeError, ValueError):
+            faults.append(f"{harmless(name)}: not numbers")
+            continue
+        if np.isnan(array).all():  # an angle that a run of ours did not follow
+            continue
+        if component is None:
+            found[quantity] = array
+        else:
+            parts.setdefault(quantity, {})[component] = array
+    for quantity, each in parts.items():
+        many = len(_VECTORS[quantity][1][0])
+        if len(each) < many:
+            faults.append(f"{quantity}: {many} components are needed, and {len(each)} are there")
+        elif len({array.shape for array in each.values()}) == 1:
+            found.setdefault(quantity, np.stack([each[k] for k in range(many)], axis=-1))
+        else:
+            faults.append(f"{quantity}: its components are not of one length")
+    return found
+
+
+def _checked(found: dict[str, Array], faults: list[str]) -> dict[str, Array]:
+    """The arrays, of the shapes that they need to have, in the order of time."""
+    t = found.get("t")
+    if t is None or t.ndim != 1 or t.size < LEAST_ROWS:
+        faults.append(f"t: a column of at least {LEAST_ROWS} times [s] is needed")
+        return found
+    way = np.sign(t[-1] - t[0])
+    if not (np.diff(t) * way > 0).all():
+        faults.append("t: times go one way, none twice")
+    checked = {}
+    for name, values in found.items():
+        shape = (t.size, *_SHAPES.get(name, (3,) if name.startswith("omega") else ()))
+        if values.ndim > 1 and values.shape[0] != t.size:  # as MATLAB stores it in HDF5
+            values = np.moveaxis(values, -1, 0)
+        if values.size != np.prod(shape) or values.shape[:1] != (t.size,):
+            faults.append(f"{name}: of shape {values.shape}, not {shape}")
+            continue
+        values = values.reshape(shape)
+        finite = np.isfinite(values).reshape(t.size, -1).all(axis=1)
+        if not finite.all():
+            faults.append(f"{name}: not a finite number in row {int(np.argmin(finite)) + 1}")
+        elif name in ("axis", "quaternion") and not np.linalg.norm(values, axis=1).all():
+            faults.append(f"{name}: of length 0")
+        checked[name] = values[:: int(way) or 1]
+    return checked
+
+
+# --- files ---------------------------------------------------------------------------------------
+
+
+def _file(path: Path) -> tuple[dict[str, Any], str | None]:
+    """The columns of a file by name, and the scene that it holds, if any."""
+    try:
+        match path.suffix.lower():
+            case ".npz":
+                with regular(path) as file, np.load(file, allow_pickle=False) as arrays:
+                    return dict(arrays), None
+            case ".mat":
+                return _matlab(path), None
+            case ".nc" | ".h5" | ".hdf5":
+                return _hdf5(path)
+            case _:
+                return _text(path), None
+    except ForeignFile:
+        raise
+    except Exception as fault:  # of several libraries, on bytes that anybody wrote
+        why = getattr(fault, "strerror", None) or fault
+        raise ForeignFile(f"{harmless(path)}: not readable ({harmless(why)})") from fault
+
+
+def _text(path: Path) -> dict[str, Any]:
+    """The columns of a table with a header, between commas, semicolons, tabs or blanks."""
+    with regular(path) as file:
+        lines = file.read().decode("utf-8-sig").splitlines()
+    there = [(k, line) for k, line in enumerate(lines, start=1) if line.strip()]
+    head = there[0][1].lstrip("#% ") if there else ""
+    between = next((c for c in "\t,;" if c in head), None)
+
+    def cells(line: str) -> list[str]:
+        words = next(csv.reader([line], delimiter=between)) if between else line.split()
+        return [word.strip() for word in words]
+
+    names, rows, faults = cells(head), [], []
+    if not any(_plain(name) in _USUAL for name in names):
+        faults.append("1: a header with the names of the columns is needed, t among them")
+    for number, line in there[1:]:
+        if line.lstrip()[0] in "#%":
+            continue
+        words = cells(line)
+        try:
+            rows.append([float(word) for word in words])
+        except ValueError:
+            faults.append(f"{number}: not numbers alone")
+            continue
+        if len(words) != len(names):
+            faults.append(f"{number}: {len(words)} values under {len(names)} names")
+    if faults:
+        raise ForeignFile("\n".join(f"{harmless(path)}:{each}" for each in faults[:MOST_FAULTS]))
+    return dict(zip(names, np.array(rows).reshape(-1, len(names)).T, strict=True))
+
+
+def _matlab(path: Path) -> dict[str, Any]:
+    from scipy.io import loadmat
+
+    try:
+        with regular(path) as file:
+            arrays = loadmat(file)
+    except NotImplementedError:  # since version 7.3 it is HDF5
+        return _hdf5(path)[0]
+    return {name: x for name, x in arrays.items() if isinstance(x, np.ndarray) and _numeric(x)}
+
+
+def _hdf5(path: Path) -> tuple[dict[str, Any], str | None]:
+    """The arrays of a netCDF-4 or HDF5 file; the trajectory of a run of ours has its scene."""
+    import h5py
+
+    with regular(path) as whole, h5py.File(whole, "r") as file:
+        links = [name for name in file if isinstance(file.get(name, getlink=True), h5py.HardLink)]
+        there = [name for name in links if isinstance(file[name], h5py.Dataset)]
+        arrays = {name: dataset(file, name)[()] for name in there if _numeric(file[name])}
+        scene = file.attrs.get("scene") if "plan" in file.attrs else None
+    return arrays, scene
+
+
+def _numeric(array: Any) -> bool:
+    return array.dtype.kind in "fiu"

@@ -1,0 +1,267 @@
+"""Charts of studies: growth of errors, cost against error, and where methods fail."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import cycle
+from typing import Any, Final
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from heavytop.plots import style
+from heavytop.plots.style import gridded, legend, literal, title_of
+from heavytop.results.stress import MARKS, UNTOLD
+
+Known = Mapping[str, Any]
+Looks = dict[str, dict[str, Any]]
+
+# --- drift: one panel for each quantity, both logarithmic ----------------------------------------
+
+DASHES: Final = ("-", "--", ":", "-.")  # one for every round of the colours
+GUIDES: Final = ((0.5, r"$t^{1/2}$"), (1.0, r"$t$"), (1.5, r"$t^{3/2}$"), (2.0, r"$t^2$"))
+QUANTITIES: Final = {
+    "energy": "energy E′, of max(|E′|, gMR)",
+    "phase_s": "phase of the nutation [s]",
+    "axis": "direction of the axis [rad]",
+    "p_phi": r"momentum $p_\varphi$, relative",
+    "p_psi": r"momentum $p_\psi$, relative",
+    "length": r"length of the axis, $|e|^2$",
+}
+Series = dict[str, list[tuple[float, float]]]
+"""By method: nutation periods and errors."""
+
+
+@mpl.rc_context(style.STYLE)
+def drift_figure(document: Known) -> Figure:
+    """The chart of a drift study.
+
+    Parameters
+    ----------
+    document : mapping
+        A document of the schema ``heavytop/drift/1``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Errors against nutation periods, with guides that grow as t^½, t, t^3/2 and t².
+    """
+    methods, count = document["methods"], document["ensemble"]
+    names = dict.fromkeys([*list(QUANTITIES)[:5], *(n for m in methods for n in m["invariants"])])
+    panels = {name: series for name in names if (series := _series(methods, name))}
+    columns = min(3, max(1, len(panels)))
+    rows = max(1, math.ceil(len(panels) / columns))
+    size = (3.6 * columns + 0.6, 3.2 * rows + 0.7 + 0.2 * math.ceil(len(methods) / 4))
+    figure = Figure(figsize=size, layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    looks: Looks = {  # no two are alike
+        each["name"]: {
+            "color": style.COLOURS[k % len(style.COLOURS)],
+            "marker": style.MARKERS[k % len(style.MARKERS)],
+            "linestyle": DASHES[k // len(style.COLOURS) % len(DASHES)],
+        }
+        for k, each in enumerate(methods)
+    }  # fmt: skip
+    for ax, (name, series) in zip(axes, panels.items(), strict=False):
+        for method, points in series.items():
+            ax.loglog(*zip(*points, strict=True), linewidth=1.0, markersize=3.5,
+                      label=literal(method), **looks[method])  # fmt: skip
+        _guides(ax, [n for points in series.values() for n, _ in points])
+        label = QUANTITIES.get(name, f"{literal(name)}, relative")
+        gridded(ax, "nutation periods", f"error of {label}")
+    for ax in axes[len(panels) :]:
+        ax.set_visible(False)
+    starts = "" if count == 1 else f", RMS of {count} starts"
+    figure.suptitle(
+        f"{title_of(document['scene'])} — {document['periods']:g} nutation periods{starts}"
+    )
+    legend(figure)
+    return figure
+
+
+def _series(methods: Sequence[Known], name: str) -> Series:
+    found = {
+        each["name"]: [
+            (n, error)
+            for n, error in zip(
+                each["periods"], each.get(name, each["invariants"].get(name, ())), strict=False
+            )
+            if error
+        ]
+        for each in methods
+    }
+    return {method: points for method, points in found.items() if points}
+
+
+def _guides(ax: Axes, periods: Sequence[float]) -> None:
+    """Draw powers of time from the lower left corner; only their slopes mean something."""
+    (low, high), first, last = ax.get_ylim(), min(periods), max(periods)
+    if not last > first:
+        return
+    for power, label in GUIDES:
+        end = min(last, first * (high / low) ** (1 / power))
+        ax.plot(
+            [first, end], [low, low * (end / first) ** power], color=style.FAINT, lw=0.8, zorder=0
+        )
+        at = first * (end / first) ** 0.93
+        place = (at, low * (at / first) ** power)
+        ax.annotate(label, place, color="#777777", fontsize=7, ha="right", va="bottom", zorder=0)
+    ax.set_ylim(low, high)
+
+
+# --- work and precision: what a period costs against the error, with the front -------------------
+
+DOUBLE: Final = 53  # bits
+FORMS: Final = {
+    "cubic": style.BLUE, "axis": style.GREEN, "attitude": style.SKY, "routh": style.PURPLE,
+    "subsystem": style.YELLOW, "lagrange": style.BLACK,
+}  # fmt: skip
+OURS: Final = {"": "o", "-projected": "s", "-longdouble": "^", "-mpfr": "D"}
+COLLOCATION, SPLITTING, ADAPTIVE = "#8C510A", style.ORANGE, "#808080"
+FAMILIES: Final = {"numba": SPLITTING, "implicit-midpoint": COLLOCATION, "gauss8": COLLOCATION}
+ERRORS: Final = {  # the front of each, what auto wants for it, and the label of its axis
+    "error": ("front", "axis", "error of the axis"),
+    "theta_error": ("front_theta", "theta", "error of θ [rad]"),
+}
+
+
+@mpl.rc_context(style.STYLE)
+def workprec_figure(document: Known) -> Figure:
+    """The chart of a work–precision diagram.
+
+    Parameters
+    ----------
+    document : mapping
+        A document of the schema ``heavytop/workprec/1``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Time against the error of the axis, of the methods that give it, and against that of θ, of
+        all; doubles above, more bits below. A formulation has one colour; rivals are dashed and
+        hollow, in a colour for each family; what auto chose are stars with the digits asked; the
+        front is a grey staircase.
+    """
+    points = document["points"]
+    doubles = [p for p in points if p["bits"] == DOUBLE]
+    rows = [some for some in (doubles, [p for p in points if p["bits"] > DOUBLE]) if some] or [[]]
+    columns = [e for e in ERRORS if e != "error" or any(p["measures"] == "axis" for p in points)]
+    heights = [1.0, 0.45][: len(rows)]
+    size = (5.6 * len(columns) + 0.4, 6.0 * sum(heights) + 1.8)
+    figure = Figure(figsize=size, layout="constrained")
+    axes = figure.subplots(
+        len(rows), len(columns), squeeze=False, sharey="row", height_ratios=heights
+    )
+    looks = _looks(points)
+    for row, some in zip(axes, rows, strict=True):
+        for ax, error in zip(row, columns, strict=True):
+            shown = [p for p in some if error == "theta_error" or p["measures"] == "axis"]
+            known = [p for p in shown if p[error] > 0]
+            front = [points[i] for i in document[ERRORS[error][0]]]
+            _draw(ax, error, known, [p for p in front if any(p is each for each in known)], looks)
+        row[0].set_ylabel("µs per nutation period")
+    figure.suptitle(f"{title_of(document['scene'])}, {document['periods']:g} periods")
+    legend(figure, order=["front", "auto", *map(literal, looks)], fontsize=8)
+    return figure
+
+
+def _looks(points: Sequence[Known]) -> Looks:
+    """How each method is drawn: ours by formulation and precision, theirs hollow, by family."""
+    markers = {colour: cycle(style.MARKERS[:7]) for colour in (COLLOCATION, SPLITTING, ADAPTIVE)}
+    found: Looks = {}
+    for point in points:
+        name = point["method"]
+        if name in found or name == "auto":
+            continue
+        if point["rival"]:
+            colour = FAMILIES.get(name, FAMILIES.get(point["language"], ADAPTIVE))
+            found[name] = {"color": colour, "marker": next(markers[colour]), "linestyle": "--",
+                           "markerfacecolor": "white"}  # fmt: skip
+        else:
+            precision = name.removeprefix(f"taylor-{point['formulation']}")
+            found[name] = {"color": FORMS[point["formulation"]],
+                           "marker": OURS.get(precision, OURS["-mpfr"]),
+                           "linestyle": ":" if precision == "-projected" else "-"}  # fmt: skip
+    return found
+
+
+def _draw(
+    ax: Axes, error: str, points: Sequence[Known], front: Sequence[Known], looks: Looks
+) -> None:
+    _, wants, label = ERRORS[error]
+    ax.step(*_xy(front, error), where="pre", color="#999999", linewidth=5, alpha=0.5,
+            label="front", zorder=1)  # fmt: skip
+    for method, look in looks.items():
+        if some := [p for p in points if p["method"] == method]:
+            ax.plot(*_xy(some, error), label=literal(method), linewidth=0.9, markersize=4, **look)
+    if chosen := [p for p in points if p["method"] == "auto" and p["wants"] == wants]:
+        ax.plot(*_xy(chosen, error), "*", color="#CC0000", markersize=13, label="auto", zorder=4)
+    for name in dict.fromkeys(p["stands_for"] for p in chosen):
+        same = [p for p in chosen if p["stands_for"] == name]
+        digits = ", ".join(f"{p['digits']:g}" for p in same)
+        ax.annotate(f"auto: {digits} digits", (same[0][error], same[0]["us_per_period"]),
+                    xytext=(8, -15), textcoords="offset points", ha="right", color="#CC0000",
+                    fontsize=8)  # fmt: skip
+    ax.set(xscale="log", yscale="log")
+    ax.invert_xaxis()
+    gridded(ax, label, "")
+
+
+def _xy(points: Sequence[Known], error: str) -> tuple[list[float], list[float]]:
+    return [point[error] for point in points], [point["us_per_period"] for point in points]
+
+
+# --- where methods fail: the digits that every method lost at every case -------------------------
+
+MOST: Final = 14.0  # digits
+ACROSS: Final = 4  # marks explained in a line
+READING: Final = (
+    "columns: one of our formulations, or another solver and its equations (a: the axis form,",
+    "l: Lagrange's, 1: of first order), then the tolerance or the steps in a period",
+    "colours: digits lost beyond what conditioning allows",
+)
+
+
+@mpl.rc_context(style.STYLE)
+def stress_figure(document: Known) -> Figure:
+    """The chart of a stress test.
+
+    Parameters
+    ----------
+    document : mapping
+        A document of the schema ``heavytop/stress/1``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Cases against methods, coloured by digits lost beyond what conditioning allows; below it
+        what columns, colours and marks mean. The marks are the table's.
+    """
+    runs = document["cases"]
+    names = [name for name in document["methods"] if any(name == r["method"] for r in runs)]
+    rows = [case for case in document["hard"] if any(case == r["case"] for r in runs)]
+    heads = [literal(document["methods"][m], 40) for m in names]
+    high = 1.6 + 0.07 * max(map(len, heads)) + 0.19 * len(rows)
+    figure = Figure(figsize=(max(6.4, 3.2 + 0.42 * len(names)), high), layout="constrained")
+    ax = figure.subplots()
+    lost = np.full((max(1, len(rows)), max(1, len(names))), np.nan)
+    for run in runs:
+        i, j, digits = rows.index(run["case"]), names.index(run["method"]), run["digits_lost"]
+        lost[i, j] = np.nan if digits is None else digits
+        if mark := UNTOLD if run["untold"] else MARKS.get(run["outcome"]):
+            colour = "white" if lost[i, j] > MOST / 2 else "black"
+            ax.text(j, i, mark, ha="center", va="center", fontsize=6, color=colour)
+    ax.set_facecolor("#DDDDDD")
+    image = ax.imshow(lost, cmap="YlGnBu", vmin=0.0, vmax=MOST, aspect="auto", interpolation="none")
+    ax.set_xticks(range(len(names)), heads, rotation=90)
+    ax.set_yticks(range(len(rows)), [literal(case, 40) for case in rows])
+    ax.tick_params(length=0, labeltop=True, labelbottom=False)
+    marks = [f"{mark} {word}" for word, mark in MARKS.items()]
+    marks += [f"{UNTOLD} nothing to tell", "grey: no number, or not run"]
+    lines = (", ".join(marks[i : i + ACROSS]) for i in range(0, len(marks), ACROSS))
+    ax.set_xlabel("\n".join([*READING, ",\n".join(lines)]), fontsize=7.5)
+    figure.colorbar(image, ax=ax, fraction=0.04, aspect=40)
+    return figure

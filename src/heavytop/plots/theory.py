@@ -1,0 +1,302 @@
+"""Charts of the theory: energy and momentum, the critical set, stability, steady precession."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
+from numpy.typing import ArrayLike
+
+from heavytop.plots import style
+from heavytop.plots.style import gridded, legend, literal, title_of
+
+Known = Mapping[str, Any]
+STEADY: Final = style.KINDS["uniform-precession"].colour
+THREAD: Final = "standing, falls: the thread"
+RATIO: Final = r"$p_\psi^2/4A\,gMR$"
+
+# --- energy and momentum at one p_ψ, and Δφ around the thread ------------------------------------
+
+
+@mpl.rc_context(style.STYLE)
+def energy_momentum_figure(document: Known) -> Figure:
+    """The chart of an energy–momentum diagram.
+
+    Parameters
+    ----------
+    document : mapping
+        A document of the schema ``heavytop/energy-momentum/1``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The regions of waves and of loops above the edge of steady precession, the lines between
+        them, and the scene's own place; beside it, where there is a thread, Δφ around it.
+    """
+    circuit, ratio = document["circuit"], document["ratio"]
+    figure = Figure(figsize=(10.4 if circuit else 6.6, 5.4), layout="constrained")
+    axes = figure.subplots(1, 2 if circuit else 1, squeeze=False).flat
+    _diagram(axes[0], document)
+    if circuit:
+        _around(axes[1], circuit)
+    words = "" if ratio is None else rf"$p_\psi^2/4A|gMR|$ = {ratio:.4g}"
+    figure.suptitle(f"{title_of(document['scene'])}\n{words}")
+    legend(figure, fontsize=8)
+    return figure
+
+
+def _diagram(ax: Axes, document: Known) -> None:
+    edge, window = document["edge"], document["window"]
+    p, least = np.array(edge["p_phi"]), np.array(edge["E_prime"])
+    high = window["E_prime"][1]
+    ax.fill_between(p, least, np.maximum(high, least), lw=0, **_area("waves"))
+    if document["cusps"]:  # loops are between p_φ = ∓p_ψ, above the line of cusps
+        (low, start), (end, stop) = sorted((c["p_phi"], c["E_prime"]) for c in document["cusps"])
+        inside = (p >= low) & (p <= end)
+        floor = np.maximum(least, start + (stop - start) * (p - low) / (end - low))[inside]
+        ax.fill_between(p[inside], floor, high, lw=0, **_area("loops"))
+        ax.plot([low, end], [start, stop], lw=1.6, **_area("cusps"))
+    turns = np.array([rate is not None for rate in edge["rate"]])
+    fast = np.array(edge["fast"], bool)
+    for which, width, words in ((~fast, 2.6, "slow"), (fast, 1.2, "fast")):
+        drawn = which & turns
+        drawn |= ~turns & (np.roll(drawn, 1) | np.roll(drawn, -1))  # a corner ends both its sides
+        ax.plot(p, np.where(drawn, least, np.nan), color=STEADY, linewidth=width,
+                label=f"steady precession, {words}")  # fmt: skip
+    for kind, sign in (("through-top", ""), ("through-bottom", "−")):
+        places, look = document[kind.replace("-", "_")], style.KINDS[kind]
+        ax.plot([place["p_phi"] for place in places], [place["E_prime"] for place in places],
+                color=look.colour, lw=1.4, ls=look.marker,
+                label=rf"{look.label}: $p_\varphi$ = {sign}$p_\psi$")  # fmt: skip
+    if circuit := document["circuit"]:
+        around = circuit["p_phi"], circuit["E_prime"]
+        ax.plot(*around, color=style.BLACK, linewidth=0.9, label="the way around")
+        ax.plot(around[0][0], around[1][0], "^", color=style.BLACK, markersize=4)
+    for place, marker, face, label in (
+        (document["hanging"], "v", style.KINDS["hanging"].colour, "hanging"),
+        (document["standing"], "*", "white", THREAD) if document["thread"]
+        else (document["standing"], "^", style.KINDS["sleeping"].colour, "sleeping"),
+        (document["start"], "o", style.OTHER, f"the scene: {literal(document['start']['kind'])}"),
+    ):  # fmt: skip
+        ax.plot(place["p_phi"], place["E_prime"], marker, color=style.BLACK, markerfacecolor=face,
+                markersize=12 if marker == "*" else 6, linestyle="none", zorder=4,
+                label=label)  # fmt: skip
+    ax.set(xlim=window["p_phi"], ylim=window["E_prime"], xlabel=r"$p_\varphi$ [kg m² s⁻¹]",
+           ylabel=r"E′ = E − $p_\psi^2/2C$ [J]")  # fmt: skip
+    ax.locator_params(axis="x", nbins=5)
+
+
+def _area(kind: str) -> dict[str, Any]:
+    return {"color": style.KINDS[kind].colour, "label": style.KINDS[kind].label}
+
+
+def _around(ax: Axes, circuit: Known) -> None:
+    """Δφ in turns along the circuit, continuous and as it is defined; Δψ loses what Δφ gains."""
+    s, turn = np.array(circuit["s"]), 2 * np.pi
+    lifted, jumping = (np.array(circuit[f"{name}precession"]) / turn for name in ("", "principal_"))
+    ax.plot(s, lifted, color=style.PATH, linewidth=1.8, label="Δφ, followed")
+    ax.plot(
+        s, jumping, ".", color=style.OTHER, markersize=3, label="Δφ as it is defined, which jumps"
+    )
+    ends = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0}
+    ax.annotate("", (1.0, lifted[-1]), (1.0, lifted[0]), arrowprops=ends)
+    whole = f"{circuit['winding']:+d} turn" if abs(circuit["winding"]) == 1 else "turns"
+    ax.text(0.985, (lifted[0] + lifted[-1]) / 2, whole, ha="right", va="center")
+    ax.axhline(lifted[0], color=style.FAINT, linewidth=0.8, zorder=0)
+    ax.set(xlim=(-0.02, 1.03), xlabel="once around the thread",
+           ylabel="Δφ in a nutation, in turns")  # fmt: skip
+
+
+# --- the critical set over all p_ψ, in three dimensions ------------------------------------------
+
+CURVES: Final = {
+    "hanging": (style.KINDS["hanging"].colour, 1.8, "hanging"),
+    "sleeping": (style.KINDS["sleeping"].colour, 1.8, "sleeping, stable"),
+    "thread": (style.BLACK, 2.6, THREAD),
+}
+SHEETS: Final = ((STEADY, "Ω > 0"), ("#66C5AB", "Ω < 0"))
+SEEN: Final = (24.0, -68.0)  # from where [°]
+
+
+@mpl.rc_context(style.STYLE)
+def critical_set_figure(document: Known) -> Figure:
+    """The picture of the critical set over all p_ψ.
+
+    Parameters
+    ----------
+    document : mapping
+        A document of the schema ``heavytop/energy-momentum/1``, with gravity.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Both sheets of steady precession, which meet where the axis hangs; the tops that sleep, on
+        an edge of one; and off both the thread of the standing tops that fall.
+
+    Raises
+    ------
+    ValueError
+        There is no gravity, and so no thread.
+    """
+    found = document["critical_set"]
+    if found is None:
+        raise ValueError("critical_set: there is none to draw without gravity")
+    momentum = max(found["thread"]["p_psi"]) / 2  # √(A |gMR|)
+    units = {"p_psi": momentum, "p_phi": momentum, "E_prime": abs(found["thread"]["E_prime"][0])}
+    figure = Figure(figsize=(7.0, 6.0), layout="constrained")
+    ax: Any = figure.add_subplot(projection="3d", computed_zorder=False)
+    for sheet, (colour, sign) in zip(found["sheets"], SHEETS, strict=True):
+        x, y, z = (np.array(sheet[name]) / unit for name, unit in units.items())
+        ax.plot_surface(x, y, z, color=colour, alpha=0.2, linewidth=0, shade=False, rcount=99,
+                        ccount=99)  # fmt: skip
+        rows, columns = range(0, x.shape[0], 3), range(0, x.shape[1], 4)
+        for part in [(k, slice(None)) for k in rows] + [(slice(None), k) for k in columns]:
+            label = f"steady precession, {sign}" if part[0] == 0 else None
+            ax.plot(x[part], y[part], z[part], color=colour, linewidth=0.6, label=label)
+    for name, (colour, width, words) in CURVES.items():
+        places = np.array([np.array(found[name][each]) / unit for each, unit in units.items()])
+        apart = np.flatnonzero(np.diff(places[0]) > 1.0)  # sleeping tops: one part on each side
+        for k, some in enumerate(np.split(places, apart + 1, axis=1)):
+            ax.plot(*some, color=colour, linewidth=width, label=None if k else words, zorder=5)
+    ax.view_init(*SEEN)
+    ax.set_box_aspect((1.0, 1.0, 0.8))
+    ax.set(xlabel=r"$p_\psi/\sqrt{A|gMR|}$", ylabel=r"$p_\varphi/\sqrt{A|gMR|}$",
+           zlabel="E′/|gMR|")  # fmt: skip
+    legend(figure, 3, fontsize=8)
+    return figure
+
+
+# --- stability, what a fast spin costs, formulas for steady precession ---------------------------
+
+Points = Sequence[tuple[float, float]]
+ON: Final = 1e-9  # so near the circle a modulus counts as on it,
+BESIDE: Final = 1e-2  # and a swing as the small one that it should be
+SERIES: Final = (*style.COLOURS[:4], style.BLACK)
+
+
+@dataclass(frozen=True, slots=True)
+class Cone:
+    """A steady precession, and what became of it.
+
+    Attributes
+    ----------
+    ratio, tilt : float
+        p_ψ²/4A gMR, and θ [rad].
+    fast : bool
+        Whether it is the fast one of the two.
+    off : float
+        How far the modulus of its multiplier is from 1.
+    strayed : float
+        How far the swing of a pushed run is from the small one, relative.
+    """
+
+    ratio: float
+    tilt: float
+    fast: bool
+    off: float
+    strayed: float
+
+
+@mpl.rc_context(style.STYLE)
+def stability_figure(
+    cones: Sequence[Cone], theory: Points, multipliers: Points, runs: Points
+) -> Figure:
+    """Stability against p_ψ²/4A gMR: of steady precession by tilt, of the sleeping top by growth.
+
+    Parameters
+    ----------
+    cones : sequence of Cone
+        Steady precessions.
+    theory, multipliers, runs : sequence of (ratio, growth)
+        Growth rates of the sleeping top over √(gMR/A), from each source.
+    """
+    figure = Figure(figsize=(6.4, 6.4), layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True)
+    tilts = np.linspace(0.0, np.pi / 2, 181)
+    above.plot(np.cos(tilts), np.degrees(tilts), color=style.PATH, linewidth=1.2)
+    above.fill_betweenx(
+        np.degrees(tilts), 0, np.cos(tilts), color=style.FAINT, alpha=0.4, linewidth=0
+    )
+    above.text(0.3, 25, "no steady\nprecession", ha="center", fontsize=8)
+    on = [c for c in cones if abs(c.off) <= ON]
+    stayed = [c for c in cones if c.strayed <= BESIDE]
+    for label, marker, colour, some in (
+        ("slow: multipliers on the circle", "o", style.PATH, [c for c in on if not c.fast]),
+        ("fast: multipliers on the circle", "x", style.BLACK, [c for c in on if c.fast]),
+        ("multipliers off the circle", "D", style.OTHER, [c for c in cones if c not in on]),
+        ("pushed runs that stay beside it", "_", style.OTHER, stayed),
+        ("pushed runs that leave it", "s", style.OTHER, [c for c in cones if c not in stayed]),
+    ):
+        if some:
+            _marked(above, [(c.ratio, math.degrees(c.tilt)) for c in some], marker, colour, label)
+    for ends, colour, label in (
+        ((0, 1), style.OTHER, "upright, falls"),
+        ((1, 2), style.PATH, "upright, sleeps"),
+    ):
+        above.plot(ends, (0, 0), color=colour, lw=3, solid_capstyle="butt", label=label)
+    above.set_ylabel("tilt [°]")
+    above.legend(
+        frameon=False, fontsize=7.5, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2
+    )
+    below.plot(
+        *zip(*theory, strict=True), color=style.PATH, lw=1.2, label=r"$\sqrt{1-p_\psi^2/4A\,gMR}$"
+    )
+    _marked(below, multipliers, "o", style.PATH, "Floquet multipliers")
+    _marked(below, runs, "x", style.OTHER, "perturbed runs")
+    gridded(below, RATIO, "growth of a small tilt, over √(gMR/A)")
+    below.set_xlim(0, 2)
+    below.legend(frameon=False, fontsize=7.5)
+    return figure
+
+
+def _marked(ax: Axes, points: Points, marker: str, colour: str, label: str) -> None:
+    ax.plot(*zip(*points, strict=True), marker, color=colour, markersize=5.5,
+            markerfacecolor="none", linestyle="none", label=label)  # fmt: skip
+
+
+@mpl.rc_context(style.STYLE)
+def spin_figure(steps: Mapping[str, Points]) -> Figure:
+    """Steps in a nutation period against ω3 at the same p_ψ, for every form.
+
+    Parameters
+    ----------
+    steps : mapping from str to sequence of (spin, steps)
+        By the name of the form; spins in rad/s.
+    """
+    figure = Figure(figsize=(6.4, 4.0), layout="constrained")
+    ax = figure.subplots()
+    for i, (name, points) in enumerate(steps.items()):
+        ax.loglog(*zip(*points, strict=True), marker=style.MARKERS[i % 5], markersize=4,
+                  color=SERIES[i % 5], linewidth=1.0, label=name,
+                  linestyle="-" if i < 5 else "--")  # fmt: skip
+    gridded(ax, r"spin rate ω₃ [rad/s] at the same $p_\psi$", "steps in a nutation period")
+    ax.legend(frameon=False, fontsize=7.5)
+    return figure
+
+
+def steady_errors(ax: Axes, omega3: ArrayLike, errors: Mapping[str, ArrayLike]) -> None:
+    """Draw |relative error| of each formula against the spin ω3 [rad/s], both logarithmic.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    omega3 : array_like, shape (n,)
+    errors : mapping from str to array_like, shape (n,)
+        Relative errors by the name of the formula; a zero is drawn as the rounding of doubles.
+    """
+    rounding = np.finfo(np.float64).eps / 2
+    for (name, values), marker, colour in zip(errors.items(), style.MARKERS, SERIES, strict=False):
+        sizes = np.maximum(np.abs(np.asarray(values, dtype=np.float64)), rounding)
+        ax.loglog(omega3, sizes, marker=marker, color=colour, linewidth=1.0, label=name)
+    gridded(ax, "spin ω₃ [rad/s]", "relative error of the precession")
+    ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    ax.xaxis.set_major_formatter(ScalarFormatter())
+    ax.xaxis.set_minor_formatter(NullFormatter())
+    ax.legend(frameon=False, fontsize="small")

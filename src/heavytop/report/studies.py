@@ -1,0 +1,462 @@
+"""Studies as facts and tables: drift, work–precision, stress, atlas, energy–momentum, claims."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Final, NamedTuple
+
+from heavytop.report.parts import (
+    FAIL,
+    MISSING,
+    FactRows,
+    Fitting,
+    Known,
+    Part,
+    Row,
+    Table,
+    files,
+    given,
+    grouped,
+    number,
+    quantities,
+    size,
+    with_unit,
+)
+from heavytop.report.run import classify_parts, plan_parts, run_parts
+from heavytop.results.stress import MARKS, UNTOLD
+
+# --- drift ---------------------------------------------------------------------------------------
+
+
+def drift_parts(document: Known) -> Iterator[Part]:
+    """What was asked, the errors of every method at the last time, what was skipped and why."""
+    count = document["ensemble"]
+    several = f"{count} starts within {document['spread']:.0%} (seed {document['seed']}), RMS"
+    starts = "its own start" if count == 1 else several
+    yield FactRows((
+        ("drift", f"{document['periods']:g} nutation periods, {starts}"),
+        ("errors", "at the last time; energy relative to max(|E'|, gMR)"),
+        ("as t^", "grows as this power of time, with its standard error: 1.40(2) is 1.40 ± 0.02"),
+        ("lost", "a phase that is off by more than a twentieth of a period"),
+    ))  # fmt: skip
+    head = ("method", "µs/\nperiod", "energy", "as t^", "phase\n[s]", "as t^", "axis")
+    done = (each for each in document["methods"] if each["skipped"] is None)
+    yield Table(head, tuple(map(_drift_row, done)))
+    if notes := [*_drift_notes(document), *files(document)]:
+        yield FactRows.of(notes)
+
+
+def _drift_row(method: Known) -> tuple[str, ...]:
+    energy, phase, axis = (
+        size(method[name][-1] if method[name] else None) for name in ("energy", "phase_s", "axis")
+    )
+    return (
+        method["name"], number(method.get("us_per_period"), 3), energy, _power(method, "energy"),
+        "lost" if method["periods"] and phase == MISSING else phase, _power(method, "phase"), axis,
+    )  # fmt: skip
+
+
+def _power(method: Known, name: str) -> str:
+    """An exponent as physicists write it: 1.40(2) is 1.40 ± 0.02."""
+    exponent, error = method[f"{name}_exponent"], method["stderr"].get(name)
+    if exponent is None:
+        return MISSING
+    hundredths = max(1, round(100 * (error or 0)))
+    return f"{exponent:.2f}({hundredths})" if hundredths < 100 else f"{exponent:.0f}({error:.0f})"
+
+
+def _drift_notes(document: Known) -> Iterator[Row]:
+    for each in document["methods"]:
+        if each["skipped"] is not None:
+            yield each["name"], f"skipped: {each['skipped']}"
+        elif each["periods"] and each["periods"][-1] < 0.5 * document["periods"]:
+            yield each["name"], f"to {each['periods'][-1]:.4g} periods"
+        for start, why in each["ended"].items():
+            yield each["name"], f"start {start} ended early: {why}"
+
+
+# --- work and precision --------------------------------------------------------------------------
+
+TARGETS: Final = ("1e-6", "1e-9", "1e-12")
+BESTS: Final = {"best": ", best", "best_in_doubles": ", best in doubles"}
+
+
+def work_precision_parts(document: Known) -> Iterator[Part]:
+    """A row for each method, the fronts, who is cheapest, what auto did, what was left out."""
+    points = document["points"]
+    theta_alone = all(point["measures"] == "theta" for point in points)
+    yield FactRows((
+        ("runs", f"{document['periods']:g} nutation periods, all methods in turn in one process"),
+        ("times", "µs per period at an error of so much, the best run; setup [s]"),
+        ("errors", "of the axis; θ marks those of θ, of states that do not give the axis"),
+    ))  # fmt: skip
+    yield Table(("method", *TARGETS, "best", "at", "setup"), tuple(map(_row, summaries(points))))
+    for name, words, measured in (
+        ("front", "front", "error"), ("front_theta", "front in θ alone", "theta_error")
+    ):  # fmt: skip
+        if document[name] and not (theta_alone and name == "front_theta"):
+            some = (points[i] for i in document[name])
+            rows = ((who(p), setting(p), time(p), size(p[measured])) for p in some)
+            yield Table((words, "setting", "µs/period", "error"), tuple(rows))
+    sides = {"θ": "cheapest"} if theta_alone else {"axis": "cheapest", "θ alone": "cheapest_theta"}
+    yield FactRows.of(
+        (f"{label}{BESTS.get(target, f' to {target}')}", _leader(found))
+        for label, name in sides.items()
+        for target, found in document[name].items()
+    )
+    if said := [*_auto(document), *_left_out(document), *files(document)]:
+        yield FactRows.of(said)
+
+
+class Summary(NamedTuple):
+    """A method at its cheapest within each of `TARGETS`, and at its best.
+
+    Attributes
+    ----------
+    name : str
+        Of auto, with what was asked.
+    within : tuple of mapping or None
+    best : mapping
+    setup_s : float
+        The longest of all its settings [s].
+    """
+
+    name: str
+    within: tuple[Known | None, ...]
+    best: Known
+    setup_s: float
+
+
+def summaries(points: Sequence[Known]) -> Iterator[Summary]:
+    """A summary for each method, and for each choice of auto.
+
+    Parameters
+    ----------
+    points : sequence of mapping
+        Those of a document of the schema ``heavytop/workprec/1``.
+    """
+    for same in grouped(points, "method", "measures", "stands_for", "wants").values():
+        name = same[0]["method"]
+        if same[0].get("digits") is not None:
+            sign = "θ" if same[0]["wants"] == "theta" else "axis"
+            name = f"auto, {_digits(same)} of {sign}"
+        met = ([p for p in same if p["error"] <= float(target)] for target in TARGETS)
+        yield Summary(
+            name,
+            tuple(min(some, key=lambda p: p["us_per_period"], default=None) for some in met),
+            min(same, key=lambda point: point["error"]),
+            max(point["setup_s"] for point in same),
+        )
+
+
+def _digits(points: Iterable[Known]) -> str:
+    return ", ".join(str(point["digits"]) for point in points)
+
+
+def _row(of: Summary) -> tuple[str, ...]:
+    within = [MISSING if point is None else time(point) for point in of.within]
+    return of.name, *within, error(of.best), time(of.best), f"{of.setup_s:.2g}"
+
+
+def time(point: Known) -> str:
+    """The time of a period to three digits [µs], without an exponent."""
+    rounded = f"{point['us_per_period']:.3g}"
+    return f"{float(rounded):.0f}" if "e" in rounded else rounded
+
+
+def error(point: Known) -> str:
+    """The error of a point, marked where it is that of θ."""
+    return f"{size(point['error'])}{' θ' if point['measures'] == 'theta' else '  '}"
+
+
+def who(point: Known) -> str:
+    """The name of a method, and of auto the method that it chose."""
+    return str(point.get("stands_for") or point["method"])
+
+
+def setting(point: Known) -> str:
+    """The setting of a point in words."""
+    if point["tolerance"] is not None:
+        return f"{point['tolerance']:.2g}"
+    return f"{point['steps_a_period']:g} steps a period"
+
+
+def _leader(found: Known | None) -> str:
+    """Who is cheapest, and who of the other side comes next."""
+    if found is None:
+        return MISSING
+    words = f"{who(found)} ({setting(found)}), {time(found)} µs, error {size(found['error'])}"
+    if (other := found.get("against")) is None:
+        return words
+    whose = "the best rival" if other["rival"] else "the Taylor integrator's best"
+    return f"{words}; {whose}, {who(other)} ({setting(other)}), takes {found['ratio']:.3g} times"
+
+
+def _auto(document: Known) -> Iterator[Row]:
+    """What auto chose, a line for each choice; what misses the digits asked comes by itself."""
+    chosen = [
+        {**document["points"][each["point"]], **each, "first": ", ".join(each["ahead"])}
+        for each in document["auto"]
+    ]
+    for same in grouped(chosen, "stands_for", "wants", "missed", "first").values():
+        first = same[0]
+        words = f"{_digits(same)} digits of {first['wants']}: {first['stands_for']}, "
+        missed = ", which MISSES what was asked" if first["missed"] else ""
+        ahead = f"ahead of it: {first['first']}" if first["ahead"] else "nothing is ahead of it"
+        yield "auto", f"{words}{time(first)} µs, error {size(first['error'])}{missed}; {ahead}"
+
+
+def _left_out(document: Known) -> Iterator[Row]:
+    """What was left out: a line for each reason, with the methods and the first setting of each."""
+    rivals = document["rivals"]
+    if rivals["left_out"] and not rivals["run"]:
+        yield "rivals", "NO RIVAL WAS RUN: nothing here compares with other methods"
+    elif rivals["left_out"]:
+        yield "rivals", f"only these were run: {', '.join(rivals['run'])}"
+    begun = Counter(point["method"] for point in document["points"])
+    every = begun + Counter(each["method"] for each in document["skipped"])
+    for (reason,), same in grouped(document["skipped"], "reason").items():
+        settings = (
+            f"{name} ({len(some)} of {every[name]} settings, first {_setting(some[0])})"
+            for (name,), some in grouped(same, "method").items()
+        )
+        yield "left out", f"{reason}: {', '.join(settings)}"
+
+
+def _setting(skipped: Known) -> str:
+    [(what, value)] = skipped["setting"].items()
+    return f"{value:.3g}{'' if what == 'tolerance' else f' {what}'}"
+
+
+# --- where methods fail --------------------------------------------------------------------------
+
+UNTOLD_RULE: Final = "nothing to tell: conditioning leaves no digits, and what is there is chance"
+
+
+def stress_parts(document: Known) -> Iterator[Part]:
+    """A row for each case with a column for each method; what the marks mean; what failed."""
+    run = {each["method"] for each in document["cases"]}
+    names = [name for name in document["methods"] if name in run]
+    yield "stress: digits lost beyond what conditioning allows"
+    if names:
+        yield Fitting(tuple(_tables(document, names, n) for n in range(len(names), 0, -1)))
+    for facts in (_meanings(document), _failed(document), [*_apart(document), *files(document)]):
+        if rows := tuple(facts):
+            yield FactRows(rows)
+
+
+def stress_cases_parts(document: Known) -> Iterator[Part]:
+    """The cases: top, start, span and why each is hard; and the methods."""
+    yield FactRows.of((case["name"], _described(case)) for case in document["cases"])
+    yield FactRows.of(
+        (each["name"], ", ".join(filter(None, map(each.get, ("short", "formulation", "setting")))))
+        for each in document["methods"]
+    )
+    yield "no case can be added: for a scene of your own there are drift and workprec"
+
+
+def _described(case: Known) -> str:
+    """Why a case is hard; then its top, start and span."""
+    known = (case["top"] | case["start"]).items()
+    return f"{case['why']}\n{given({n: x for n, x in known if x != '0'})}; {case['span']}"
+
+
+def _tables(document: Known, names: Sequence[str], across: int) -> tuple[Table, ...]:
+    """Tables of so many methods side by side."""
+    found = {(run["case"], run["method"]): run for run in document["cases"]}
+    tables = []
+    for first in range(0, len(names), across):
+        some = names[first : first + across]
+        rows = ((case, *(cell(found.get((case, n))) for n in some)) for case in document["hard"])
+        head = ("case", *(document["methods"][name].replace(" ", "\n") for name in some))
+        tables.append(Table(head, tuple(row for row in rows if {*row[1:]} != {MISSING})))
+    return tuple(tables)
+
+
+def cell(run: Known | None) -> str:
+    """One run in a few letters: the digits it lost, and a mark where it failed.
+
+    Examples
+    --------
+    >>> cell({"outcome": "inaccurate", "digits_lost": 9.42, "untold": False, "turns": None})
+    '9.4 !'
+    """
+    if run is None:
+        return MISSING
+    if run["untold"]:
+        return UNTOLD
+    lost = run["digits_lost"]
+    digits = "" if lost is None else f"{lost:.1f}" if lost else "0"
+    return f"{digits} {MARKS.get(run['outcome'], '')}".strip()
+
+
+def _meanings(document: Known) -> Iterator[Row]:
+    seen = {run["outcome"] for run in document["cases"]}
+    for word, rule in document["rules"].items():
+        if word in seen and word in MARKS:
+            yield f"{MARKS[word]} {word}", rule
+    if any(run["untold"] for run in document["cases"]):
+        yield UNTOLD, UNTOLD_RULE
+
+
+def _failed(document: Known) -> Iterator[Row]:
+    """What failed, a line for each case, outcome and note, with the methods it befell."""
+    order = list(document["hard"])
+    failed = [
+        run
+        for run in sorted(document["cases"], key=lambda run: order.index(run["case"]))
+        if run["outcome"] != "ok" or run["untold"] or any(run["turns"] or ())
+    ]
+    for (case, word, note), runs in grouped(failed, "case", "outcome", "note").items():
+        yield case, f"{word}: {', '.join(r['method'] for r in runs)}{note and f': {note}'}"
+
+
+def _apart(document: Known) -> Iterator[Row]:
+    for (reason,), some in grouped(document["skipped"], "reason").items():
+        pairs = ", ".join(f"{each['case']}/{each['method']}" for each in some)
+        yield "skipped", f"{reason}: {pairs}"
+    wrong = ", ".join(document["auto"]["silently_wrong"]) or "nowhere"
+    yield "auto", f"silently wrong: {wrong}" if document["auto"]["run"] else "was not run"
+
+
+# --- atlas ---------------------------------------------------------------------------------------
+
+FIRST_PIXELS: Final = 10  # of those that differ, at a terminal
+
+
+def atlas_parts(document: Known) -> Iterator[Part]:
+    """How many pixels there are of each kind; the axes and boundaries; where two maps differ."""
+    yield Table(("kind", "pixels", "share"), tuple(_kinds(document)))
+    yield FactRows.of([*_map(document), *files(document)])
+    if pixels := document.get("pixels"):
+        rows = (
+            (each["kind"], each["integrated"], number(each["x"], 6), number(each["y"], 6),
+             size(each["margin"]))
+            for each in pixels
+        )  # fmt: skip
+        head, more = ("kind", "integrated", "x", "y", "margin"), document["differing"] - len(pixels)
+        yield Table(head, tuple(rows), left=2, first=FIRST_PIXELS, more=more)
+
+
+def _kinds(document: Known) -> Iterator[tuple[str, ...]]:
+    """The kinds with their shares, the most frequent first, each with what it is made of."""
+    every = sum(document["counts"].values()) or 1
+    details = (document.get("details") or {}).items()
+    for name, count in sorted(document["counts"].items(), key=lambda each: -each[1]):
+        inside = [(f"  {d.partition(', ')[2]}", n) for d, n in details if d.startswith(f"{name}, ")]
+        for label, pixels in [(name, count), *inside]:
+            yield label, str(pixels), f"{pixels / every:.3%}"
+
+
+def _map(document: Known) -> Iterator[Row]:
+    from heavytop.studies.atlas_plane import ROLES  # which takes its time to import
+
+    axes, scene = document["axes"], document["scene"]
+    for side, axis in axes.items():
+        ends = with_unit(axis["name"], f"{axis['low']:.6g} … {axis['high']:.6g}")
+        scale = ", logarithmic" if axis["log"] else ""
+        yield side, f"{axis['name']} = {ends}, {axis['count']} values{scale}"
+    changed = {ROLES[axis["name"]].sets for axis in axes.values()}
+    held = (scene["top"] | scene["start"]).items()
+    yield "held", given({n: x for n, x in held if n in ROLES and ROLES[n].sets not in changed})
+    yield "not proved", str(document["uncertified"])
+    lines = Counter(curve["name"] for curve in document["curves"]).items()
+    yield (
+        "boundaries",
+        ", ".join(f"{name} ({n} line{'s' * (n > 1)})" for name, n in lines) or "none",
+    )
+    for name, label in (
+        ("sent", "decided by intervals"), ("differing", "not as integrated"),
+        ("unexplained", "… by more than rounding"), ("untold", "undecided by integration"),
+        ("kinds_per_s", "pixels per second"),
+    ):  # fmt: skip
+        if document.get(name) is not None:
+            yield label, number(document[name], 3 if name == "kinds_per_s" else 12)
+
+
+# --- energy and momentum -------------------------------------------------------------------------
+
+
+def energy_momentum_parts(document: Known) -> Iterator[Part]:
+    """Where the scene and the verticals lie, and what a circuit around the thread brings."""
+    yield FactRows.of([*_energy_momentum(document), *files(document)])
+
+
+def _energy_momentum(document: Known) -> Iterator[Row]:
+    ratio = document["ratio"]
+    yield from quantities(document, "p_psi")
+    if ratio is not None:
+        yield "p_ψ²/4A|gMR|", number(ratio)
+    yield "the scene", f"{_place(document['start'])}: {document['start']['kind']}"
+    yield "upright", _place(document["standing"])
+    yield "hanging", _place(document["hanging"])
+    if document["thread"] is None:
+        yield "thread", f"none: {'no weight' if ratio is None else 'an upright top sleeps'}"
+    else:
+        yield "thread", f"{_place(document['thread'])}, {document['depth']:.6g} J above the edge"
+    if circuit := document["circuit"]:
+        yield "Δφ around it", f"{circuit['winding']:+d} turn"
+        yield "Δψ around it", f"{circuit['spin_winding']:+d} turn"
+
+
+def _place(place: Known) -> str:
+    return given({name: place[name] for name in ("p_phi", "E_prime")}, digits=9)
+
+
+# --- claims --------------------------------------------------------------------------------------
+
+VERDICTS: Final = {True: "ok", False: FAIL, None: "skip"}
+
+
+def validate_parts(document: Known) -> Iterator[Part]:
+    """For each authority its claims; then what went wrong or was skipped, and why."""
+    yield "validate: what is measured is at most its bound"
+    for (authority,), claims in grouped(document["claims"], "authority").items():
+        rows = (
+            (VERDICTS[each["passed"]], each["statement"], each["numbers"],
+             number(each["measured"], 2), number(each["bound"], 2))
+            for each in claims
+        )  # fmt: skip
+        head = ("", "claim", "numbers", "measured", "bound")
+        yield Table(head, tuple(rows), authority, left=3)
+    if reasons := [*_reasons(document["claims"]), *files(document)]:
+        yield FactRows.of(reasons)
+    yield summary(document["claims"])
+
+
+def _reasons(claims: Sequence[Known]) -> Iterator[Row]:
+    for claim in claims:
+        if claim["skipped"]:
+            yield claim["id"], f"skipped: {claim['skipped']}"
+        elif claim["failure"] or claim["passed"] is False:
+            yield claim["id"], claim["failure"] or "out of its bound"
+
+
+def summary(claims: Sequence[Known]) -> str:
+    """How many claims hold, fail and were skipped.
+
+    Examples
+    --------
+    >>> summary([{"passed": True}, {"passed": None}])
+    '1 holds, none fails, 1 skipped'
+    """
+    count = Counter(claim["passed"] for claim in claims)
+    words = [f"{count[True]} {'holds' if count[True] == 1 else 'hold'}"]
+    words.append(f"{count[False] or 'none'} {'fail' if count[False] > 1 else 'fails'}")
+    return ", ".join([*words, f"{count[None]} skipped"] if count[None] else words)
+
+
+PARTS: Final[Mapping[str, Callable[[Known], Iterable[Part]]]] = {
+    "heavytop/run/1": run_parts,
+    "heavytop/plan/1": plan_parts,
+    "heavytop/classify/1": classify_parts,
+    "heavytop/drift/1": drift_parts,
+    "heavytop/workprec/1": work_precision_parts,
+    "heavytop/stress/1": stress_parts,
+    "heavytop/stress-cases/1": stress_cases_parts,
+    "heavytop/atlas/1": atlas_parts,
+    "heavytop/energy-momentum/1": energy_momentum_parts,
+    "heavytop/validate/1": validate_parts,
+}
+"""What a document says, by its schema."""

@@ -1,0 +1,295 @@
+"""A run: what is known of its motion, the plan, the end, the events, the errors, and the cost."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+from heavytop.analytic.enclosure import EVENTS
+from heavytop.analytic.motion import Motion
+from heavytop.errors import Outcome
+from heavytop.integration.bits import named
+from heavytop.machine import version
+from heavytop.numbers import decimals
+from heavytop.results.base import (
+    Number,
+    Part,
+    Result,
+    SceneTables,
+    Text,
+    Value,
+    Values,
+    finite,
+)
+from heavytop.results.classification import MotionSummary, PlanSummary
+
+if TYPE_CHECKING:  # a report reads results, and loads no integrator
+    from heavytop.run.events import Event
+    from heavytop.run.periodic import Folded
+    from heavytop.run.planning import Plan
+    from heavytop.run.trajectory import Decimals, Trajectory
+    from heavytop.scene.scene import Scene
+
+MOST_ROWS: Final = 10_000  # of the table of events; a saved trajectory has them all
+NUMBER_DIGITS: Final = 15  # what a number of JSON surely holds; beyond them it is a text
+SPARE_DIGITS: Final = 10  # of the closed form at the end, beyond those of the number of periods
+LIBRARIES: Final = ("heavytop", "heyoka", "numpy", "sympy", "mpmath", "python-flint")
+MEASURED: Final = ("theta", "phi", "psi", "axis", "energy", "event_time", "input_rounding")
+NOTHING: Final = dict.fromkeys(MEASURED) | {
+    "invariants": {},
+    "why_not": "nothing was integrated",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class EventTable(Part):
+    """How many events of each kind there are, and the first of them; None is not asked for."""
+
+    turning: int | None = None
+    reversal: int | None = None
+    cusp: int | None = None
+    table: tuple[Values, ...] = ()
+    omitted: int = 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cost(Part):
+    """Steps, and the time that each part of the work took."""
+
+    steps: int = 0
+    derive_s: Number = 0.0
+    compile_s: Number = 0.0
+    integrate_s: Number = 0.0
+    us_per_period: Number | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunResult(Result):
+    """Everything a run has to say; where nothing is integrated, what is known without it.
+
+    Attributes
+    ----------
+    scene : SceneTables
+    motion : MotionSummary
+    constants : mapping from str to float
+        E, E_prime, p_phi and p_psi.
+    plan : PlanSummary
+    final : mapping or None
+        The motion at the end.
+    events : EventTable
+    errors : mapping
+        As in `heavytop.Errors`.
+    missed_digits : mapping from str to float
+        Wanted quantities that are farther off than the scene's digits allow.
+    missed_events : mapping from str to (int, int)
+        The least and the greatest true number of the events that are miscounted.
+    cost : Cost
+    outcome : Outcome
+    """
+
+    schema: Literal["heavytop/run/1"] = "heavytop/run/1"
+    scene: SceneTables
+    motion: MotionSummary
+    constants: Values
+    plan: PlanSummary
+    final: Mapping[Text, Value | tuple[Value, ...]] | None = None
+    events: EventTable = EventTable()
+    errors: Mapping[Text, Value | Values] = field(default_factory=lambda: NOTHING)
+    missed_digits: Values = field(default_factory=dict)
+    missed_events: Mapping[Text, tuple[int, ...]] = field(default_factory=dict)
+    cost: Cost = Cost()
+    outcome: Outcome = Outcome.FINISHED
+
+
+def known_result(scene: Scene, chosen: Plan) -> RunResult:
+    """Return the result of a scene of which nothing has to be integrated.
+
+    Parameters
+    ----------
+    scene : Scene
+        It wants its class and its period at most.
+    chosen : Plan
+    """
+    motion = Motion(scene.top, scene.start)
+    return RunResult(
+        scene=SceneTables(**scene.document()),
+        motion=MotionSummary.of(motion),
+        constants=finite(dict(motion.constants.items())),
+        plan=PlanSummary.of(chosen),
+        versions={name: version(name) for name in LIBRARIES},
+    )
+
+
+def run_result(trajectory: Trajectory, files: Mapping[str, str] | None = None) -> RunResult:
+    """Return the result of a run.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    files : mapping from str to str, optional
+        Names and paths of the files written.
+    """
+    from heavytop.run.verify import missed_digits, missed_events, run_errors
+
+    errors = run_errors(trajectory)
+    return replace(
+        known_result(trajectory.scene, trajectory.plan),
+        final=_final_of(trajectory),
+        events=_events(trajectory),
+        errors=finite(asdict(errors)),
+        missed_digits=missed_digits(trajectory, errors),
+        missed_events=missed_events(trajectory),
+        cost=_cost(trajectory),
+        outcome=trajectory.outcome,
+        files=dict(files or {}),
+    )
+
+
+def folded_result(folded: Folded, chosen: Plan) -> RunResult:
+    """Return the result of a folded motion: the end, held against the closed form there.
+
+    Parameters
+    ----------
+    folded : Folded
+    chosen : Plan
+        The scene's plan.
+
+    Returns
+    -------
+    RunResult
+        Beyond 15 digits its numbers at the end are decimal texts, one digit longer than what is
+        wanted. ``errors`` are theirs, of theta, of what phi and psi are beyond their whole turns,
+        and of the axis.
+    """
+    final, cost, bound = _folded_final(folded), folded.cost, 10.0**-folded.scene.digits
+    errors = _folded_errors(folded, final)
+    bits = folded.cost.bits
+    if bits:  # those that it took in the end; where theta is constant, as planned
+        chosen = replace(chosen, precision=named(bits), tolerance=2.0 ** (1 - bits))
+    return replace(
+        known_result(folded.scene, chosen),
+        final=final,
+        errors=NOTHING | errors | {"why_not": ""},
+        missed_digits={name: error for name, error in errors.items() if error > bound},
+        cost=Cost(steps=cost.steps, compile_s=cost.compile_s, integrate_s=cost.integrate_s),
+    )
+
+
+# --- the end -------------------------------------------------------------------------------------
+
+
+def _final(
+    end: Any,
+    shown: Callable[[Any], Any],
+    turned: Callable[[str], tuple[int | None, Any]],
+    *,
+    attitude: bool,
+) -> dict[str, Any]:
+    """The motion at the end: numbers as `shown` has them, whole turns of an angle and the rest."""
+    final = {name: shown(getattr(end, name)) for name in ("t", "theta")}
+    for angle in ("phi", "psi"):
+        turns, rest = turned(angle)
+        final |= {angle: shown(getattr(end, angle)), f"{angle}_turns": turns}
+        final |= {f"{angle}_mod": shown(rest)}
+    final |= {name: shown(getattr(end, name)) for name in ("thetadot", "phidot", "psidot")}
+    final |= {name: tuple(map(shown, getattr(end, name))) for name in ("axis", "omega")}
+    return final | {"quaternion": tuple(map(shown, end.quaternion)) if attitude else None}
+
+
+def _final_of(trajectory: Trajectory) -> dict[str, Any]:
+    attitude = bool({"attitude", "psi"} & set(trajectory.scene.quantities))
+    if (many := trajectory.decimals) is None:
+        end, told, numbers = trajectory(trajectory.orbit.end), finite, math
+    else:
+        end, told, numbers = many.samples[-1], partial(_shown, many), many.ctx
+    turned = lambda angle: split(getattr(end, angle), numbers)  # noqa: E731
+    return _final(end, told, turned, attitude=attitude)
+
+
+def split(angle: Any, math: Any) -> tuple[int | None, Any]:
+    """Whole turns and the rest, by the pi and the floor of `math`."""
+    if angle != angle:
+        return None, angle
+    turns = int(math.floor(angle / (2 * math.pi)))
+    return turns, angle - turns * 2 * math.pi
+
+
+def _folded_final(folded: Folded) -> dict[str, Any]:
+    end: Any = folded.end
+    many = folded.scene.digits > NUMBER_DIGITS
+    if many:
+        end = folded.decimals(folded.span)
+    digits = folded.scene.digits + 1  # the last one is rounded
+
+    def text(x: decimals.Number, whole: int = 0) -> str:
+        return str(folded.span.context.nstr(x, digits + len(str(abs(whole))) - 1))
+
+    def turned(angle: str) -> tuple[int, Any]:
+        return int(getattr(end, f"{angle}_turns")), getattr(end, f"{angle}_mod")
+
+    final = _final(end, text if many else finite, turned, attitude=True)
+    angles = {name: getattr(end, name) for name in ("phi", "psi")}
+    return final | {name: text(x, int(x)) for name, x in angles.items()} if many else final
+
+
+def _folded_errors(folded: Folded, final: dict[str, Any]) -> dict[str, float]:
+    """How far what the result says is off the closed form."""
+    digits = folded.scene.digits + SPARE_DIGITS + len(str(int(abs(folded.span))))
+    scene = folded.scene
+    truth: Any = Motion(scene.top, scene.start).at(folded.span, digits=digits)
+    ctx = folded.span.context
+    said = {name: ctx.mpf(final[name]) for name in ("theta", "phi_mod", "psi_mod")}
+    turned = {
+        name: abs(_principal(ctx, getattr(truth, name) - said[f"{name}_mod"]))
+        for name in ("phi", "psi")
+    }
+    axis = (ctx.mpf(a) - b for a, b in zip(final["axis"], truth.axis, strict=True))
+    return {
+        "theta": float(abs(said["theta"] - truth.theta)),
+        **{name: float(error) for name, error in turned.items()},
+        "axis": float(ctx.sqrt(sum(x * x for x in axis))),
+    }
+
+
+def _principal(ctx: decimals.Context, angle: decimals.Number) -> decimals.Number:
+    """An angle in (−π, π]: whole turns apart."""
+    return angle - 2 * ctx.pi * ctx.nint(angle / (2 * ctx.pi))
+
+
+# --- events and cost -----------------------------------------------------------------------------
+
+
+def _events(trajectory: Trajectory) -> EventTable:
+    events, many = trajectory.events, trajectory.decimals
+    if many is None:
+        table = tuple(finite(row) for row in events.table(MOST_ROWS))
+    else:
+        table = tuple(_row(many, event) for event in many.events[:MOST_ROWS])
+    counts = {event: events.count(event) for event in EVENTS}
+    return EventTable(**counts, table=table, omitted=len(events) - len(table))
+
+
+def _row(many: Decimals, event: Event) -> dict[str, Any]:
+    numbers = {n: getattr(event.sample, n) for n in ("t", "theta", "phi", "phidot")}
+    row: dict[str, Any] = {name: _shown(many, x) for name, x in numbers.items()}
+    return {"kind": event.kind} | row | {"residual": float(event.residual)}
+
+
+def _shown(many: Decimals, x: decimals.Number) -> float | str | None:
+    """Return a number as JSON has it, None for nan."""
+    text = many.text(x)
+    return text if text is None or many.digits > NUMBER_DIGITS else float(x)
+
+
+def _cost(trajectory: Trajectory) -> Cost:
+    spent = trajectory.statistics
+    period = trajectory.motion.period if spent.whole else None
+    periods = abs(trajectory.orbit.end) / float(period) if period else 0.0
+    names = ("steps", "derive_s", "compile_s", "integrate_s")
+    return Cost(
+        **{name: getattr(spent, name) for name in names},
+        us_per_period=finite(spent.integrate_s / periods * 1e6) if periods else None,
+    )

@@ -1,0 +1,283 @@
+"""Enclosures: within the closed form at many more digits, and where numbers break.
+
+What both may get wrong alike is held against other authorities, by `test_closed_form`,
+`test_elliptic` and `test_reduced_equation`.
+"""
+
+import math
+from fractions import Fraction
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import heavytop as ht
+from heavytop.analytic.closed_form import ClosedForm
+from heavytop.analytic.enclosure import enclose, enclose_axis
+from heavytop.analytic.rising import Rising
+from heavytop.classification.reduced import FromAxis
+from heavytop.errors import Impossible, NotANumber, Unseparated, WrongType
+from heavytop.numbers import cos, sin, sqrt
+from heavytop.numbers.intervals import Interval, rational
+
+from ..motions import BOOK, CONE, KICKED, SCENES, shipped
+
+UNIT = ht.Top(A=1, C=1, gMR=1)
+ONE, ZERO = (Interval(Fraction(n), Fraction(0)) for n in (1, 0))
+TIMES = (0, "1.3", -7.25, "1e5")
+
+
+def holds(ball, value, digits=100):
+    """Whether the ball holds a value that is good to so many digits."""
+    slack = Fraction(1, 10**digits) * max(1, abs(ball.mid))
+    return value in Interval(ball.middle, ball.spread + slack)
+
+
+def compare(enclosure, form, times=TIMES):
+    digits = form.digits - 5
+    found = enclosure.period, enclosure.precession, enclosure.spin
+    true = form.period, form.precession, form.spin
+    for ball, value in zip(found, true, strict=True):
+        assert (ball is None) == (value is None)
+        if ball is not None:
+            assert ball.digits >= enclosure.digits
+            assert holds(ball, value, digits)
+    pairs = [(enclosure.theta_min, min(form.tilts)), (enclosure.theta_max, max(form.tilts))]
+    for t in times:
+        record = form(t)
+        pairs += [(enclosure.theta(t), record.theta), (enclosure.u(t), record.u)]
+        pairs += zip(enclosure.axis(t), record.axis, strict=True)
+        pairs += zip(enclosure.quaternion(t), record.quaternion, strict=True)
+        turned = [(enclosure.phi(t), record.phi), (enclosure.psi(t), record.psi)]
+        rates = record.thetadot, record.phidot, record.psidot
+        for ball, value in (*turned, *zip(enclosure.rates(t), rates, strict=True)):
+            assert ball.digits >= enclosure.digits
+            assert holds(ball, value, digits)
+    for ball, value in pairs:
+        assert ball.decimals >= enclosure.digits
+        assert holds(ball, value, digits)
+
+
+@pytest.mark.parametrize("digits", [15, 50, 200])
+@pytest.mark.parametrize("name", SCENES)
+def test_every_shipped_scene(name, digits):
+    motion = shipped(name)
+    enclosure, form = enclose(motion.top, motion.start, digits), motion.form(digits + 50)
+    compare(enclosure, form)
+    for ball, root in zip(enclosure.roots, form.roots or (), strict=motion.nutates):
+        assert ball.decimals >= digits
+        assert holds(ball, root, digits + 45)
+
+
+NUMBERS = ("period", "precession", "spin", "relative_spin", "theta_min", "theta_max", "nearest",
+           "tilts", "mean_rates", "lower_turning", "reversal", "modulus", "growth")  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_all_three_kinds_of_numbers_are_the_same(name):
+    """An interval of 20 digits holds the number of 60, and the float is the nearest to that."""
+    motion = shipped(name)
+    enclosure, form = enclose(motion.top, motion.start, 20), motion.form(60)
+    for number in NUMBERS:
+        found = [getattr(each, number) for each in (enclosure, form, motion)]
+        if not isinstance(found[0], tuple):
+            found = [(each,) for each in found]
+        for interval, exact, double in zip(*found, strict=True):
+            assert (interval is None) == (exact is None) == (double is None), number
+            if exact is not None:
+                assert holds(interval, exact, 55), number
+                assert double == pytest.approx(float(exact), rel=1e-16, abs=1e-45), number
+
+
+small = st.sampled_from([-5, -2, -1, "-0.3", 0, "0.01", 1, "2.5", 7])
+tops = st.builds(
+    ht.Top,
+    A=st.sampled_from([1, 2, "0.5", "3.28e-4"]),
+    C=st.sampled_from(["1e-6", "6.6e-5", "3.28e-4"]),
+    gMR=st.sampled_from([1, -1, "0.0456", "2.5", -3, 0]),
+)
+spins = st.tuples(st.sampled_from(["psidot", "omega3"]), small | st.integers(-(10**6), 10**6))
+starts = st.builds(
+    lambda spin, **rest: ht.State(**{spin[0]: spin[1]}, **rest),
+    spin=spins,
+    theta=st.sampled_from([0, "pi", "pi/3", "pi/2", "0.1", "1.2", 3, "2*pi/3"]),
+    thetadot=small,
+    phidot=small | st.decimals(-50, 50, places=3),
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(tops, starts, st.sampled_from([15, 50]))
+def test_random_tops_on_and_off_the_poles(top, start, digits):
+    compare(enclose(top, start, digits), ht.Motion(top, start).form(100))
+
+
+doubles = st.floats(-3, 3, allow_subnormal=False).filter(lambda x: abs(x) > 1e-3 or not x)
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    st.tuples(doubles, doubles, doubles).filter(any),
+    st.tuples(doubles, doubles, doubles),
+    doubles,
+    doubles,
+)
+def test_random_axes_of_any_length(e, l, g, kappa):  # noqa: E741
+    form = ClosedForm(Rising(FromAxis(e, l, g, kappa)), 100)
+    compare(enclose_axis(e, l, g, kappa, digits=30), form)
+
+
+def test_angles_of_an_axis_are_counted_from_where_one_says():
+    """φ₀ and ψ₀ are added; without them φ₀ is that of the axis, (sin θ sin φ, −sin θ cos φ)."""
+    given = {"e": (0.6, 0.0, 0.8), "l": (1.0, 3.0, 4.0), "g": 1.0, "kappa": 0.5, "digits": 30}
+    plain, moved = enclose_axis(**given), enclose_axis(**given, phi0=2, psi0="0.25")
+    half_pi = ht.Motion(ht.Top(1, 1, 0), ht.State("pi/2")).exact.ctx.pi / 2
+    assert abs(float(plain.phi(0).middle) - float(half_pi)) < 1e-15
+    for t in (0, 3):
+        change = moved.phi(t).middle - plain.phi(t).middle
+        assert abs(change - 2 + Fraction(rational(half_pi))) < Fraction(1, 10**29)
+        assert abs(moved.psi(t).middle - plain.psi(t).middle - Fraction(1, 4)) < Fraction(1, 10**29)
+
+
+# --- where roots meet ----------------------------------------------------------------------------
+
+# how two roots come near each other, by ε: the top, the start and what is the size of the gap
+
+
+def test_too_few_bits_name_what_is_known():
+    start = ht.State(theta="pi/3", thetadot="1e-40", phidot=10, omega3="140.6")
+    near = enclose(CONE, start, limit=128)
+    for ask in (lambda: near.roots, lambda: near.period):
+        with pytest.raises(Unseparated, match=r"u1 and u2 differ by less than .* 128") as told:
+            ask()
+        assert 1e-40 < told.value.bound < 1e-15
+    late = enclose(BOOK, KICKED, limit=96)
+    assert late.theta(1).decimals >= 15
+    with pytest.raises(Unseparated, match=r"theta is known to .* with 96 bits") as told:
+        late.theta("1e15")
+    assert 1e-15 < told.value.bound < 1
+
+
+@pytest.mark.parametrize("which", ["slow", "fast"])
+def test_steady_is_a_double_root_by_proof(which):
+    """The third root lies where 2 (h − g u)(1 − u²) = (a − b u)²."""
+    start = ht.State.steady(CONE, "pi/3", "150", which)
+    low, middle, high = enclose(CONE, start, digits=40).roots
+    assert low == middle == Interval(Fraction(1, 2), Fraction(0))
+    assert high.lower > 1
+    A, gMR, u = CONE.A, CONE.gMR, high.middle
+    p_psi, across = CONE.C * start.omega3, A * start.phidot * Fraction(3, 4)
+    left = (across * start.phidot + gMR - 2 * gMR * u) * A * (1 - u**2)
+    right = (across + p_psi / 2 - p_psi * u) ** 2
+    assert abs(float(left - right)) < 1e-38 * float(right)
+
+
+def test_late_times():
+    """1e12 seconds are 1.8e12 periods of the kicked top."""
+    ball = enclose(BOOK, KICKED, 50).theta("-1e12")
+    assert ball.decimals >= 50
+    assert holds(ball, ht.Motion(BOOK, KICKED).form(120)("-1e12").theta)
+
+
+def test_what_cannot_be_proved_is_refused_by_name():
+    """√(5 + 2√6) = √2 + √3 is beyond the algebra of exact numbers."""
+    nothing = sqrt(5 + 2 * sqrt(6)) - sqrt(2) - sqrt(3)
+    with pytest.raises(
+        Unseparated, match=r"udot0 is less than .* with 4096 bits, and could not"
+    ) as told:
+        enclose(UNIT, ht.State(theta=1, thetadot=nothing, phidot=1))
+    assert 0 < told.value.bound < 1e-300
+    proved = cos(1) ** 2 + sin(1) ** 2 - 1
+    same = enclose(UNIT, ht.State(theta=1, thetadot=proved, phidot=1, psidot=2), digits=30)
+    plain = enclose(UNIT, ht.State(theta=1, phidot=1, psidot=2), digits=30)
+    assert abs(same.period.middle - plain.period.middle) <= same.period.spread + plain.period.spread
+
+
+@pytest.mark.parametrize("asked", [{"digits": 1}, {"limit": 0}])
+def test_no_digits_and_no_bits_are_refused(asked):
+    with pytest.raises(Impossible, match="a whole number from 2 to"):
+        enclose(UNIT, KICKED, **asked)
+
+
+def test_proofs_on_binary_numbers():
+    """|e| = 5: l ∥ e sleeps, l = (0, 1, 3) with g = 1/2 tends to the top, and so on."""
+    assert enclose_axis((0, 0, 5), (0, 0, 2.0), 1.0).roots[1] == ONE
+    tending = enclose_axis((0, 3, 4), (0, 1, 3), 0.5)
+    assert (tending.period, tending.roots[1:]) == (None, (ONE, ONE))
+    assert enclose_axis((0, 3, 4), (0, 1, 3), np.nextafter(0.5, 0)).roots[1] == ONE
+    assert enclose_axis((0, 3, 4), (0, 1, 3), np.nextafter(0.5, 1)).roots[2] == ONE
+    passing = enclose_axis((1, 1, 0), (1, -1, 1.0), 1.0)
+    assert passing.period is not None
+    assert passing.roots[1] != ONE
+    below = enclose_axis((0, 3, -4), (0, -1, 3), -0.5)
+    assert below.roots[:2] == (Interval(Fraction(-1), Fraction(0)),) * 2
+
+
+def test_an_axis_of_no_length_or_no_number():
+    with pytest.raises(Impossible, match="not the zero vector"):
+        enclose_axis((0, 0, 0), (1, 0, 0), 1)
+    with pytest.raises(Impossible, match="rational"):
+        enclose_axis((0, 0, 1), (1, 0, sqrt(2)), 1)
+    with pytest.raises(NotANumber):
+        enclose_axis((0, 0, math.nan), (1, 0, 0), 1)
+
+
+def test_the_error_of_theta_is_bounded_and_sharp():
+    found = enclose(BOOK, KICKED)
+    true = ht.Motion(BOOK, KICKED).form(60)(2).theta
+    near = float(true)
+    for theta in (near, near + 1e-12, near - 3e-7, 0.0):
+        error = abs(theta - true)
+        assert error <= found.theta_error(2, theta) < error + mpmath.mp.mpf("2e-25") + 1e-15 * error
+    with pytest.raises(NotANumber):
+        found.theta_error(2, math.nan)
+    passing = enclose(UNIT, ht.State(theta=0, thetadot=2, omega3=3))
+    assert 0 < passing.theta_error(0, 0.0) < 1e-25  # θ(0) is known no better
+
+
+@pytest.mark.parametrize("k", [37, 38, 50, 150])
+def test_the_rate_of_a_start_beside_the_bottom_is_finite(k):
+    motion = ht.Motion(ht.Top(1, 1, 0), ht.State(f"pi - 1e-{k}", phidot=1, omega3=0))
+    assert 0 <= motion.rising.rate < 10
+    seen = motion.form(30)(1)
+    assert abs(seen.theta - motion.form(60)(1).theta) < 1e-30
+
+
+def test_heights_keep_their_own_digits_in_a_pass_through_a_pole():
+    top = ht.Top("0.163", "0.037164", "0.088850568120709")
+    motion = ht.Motion(top, ht.State("pi - 1e-40"))
+    few, many = (motion.form(digits)("0.501").one_plus_u for digits in (30, 80))
+    assert 0 < many < 1e-79
+    assert abs(few / many - 1) < 1e-30
+
+
+@pytest.mark.parametrize("tiny", [5e-324, Fraction(1, 10**400)])
+def test_an_axis_may_be_nearer_to_a_pole_than_a_scene_says(tiny):
+    """Runs of many digits pass poles so closely, and doubles are as small."""
+    near, at = (enclose_axis((0, x, 1), (x, 1, 3), 1) for x in (tiny, 0))
+    assert near.u(1).mid == at.u(1).mid
+
+
+@pytest.mark.parametrize("n", [None, "x", 0.5, [1], np.array([1, 2])])
+def test_which_event_is_a_whole_number(n):
+    with pytest.raises(NotANumber, match="n: a whole number"):
+        ht.enclose(BOOK, KICKED).time("turning", n)
+
+
+@pytest.mark.parametrize(
+    ("e", "error"),
+    [
+        (None, WrongType),
+        (1.0, WrongType),
+        ("123", WrongType),
+        ([], Impossible),
+        ((1, 2), Impossible),
+        (np.array(2.0), Impossible),
+    ],
+)
+def test_a_vector_has_three_numbers(e, error):
+    for vectors in ((e, (1, 2, 3)), ((0, 0, 1), e)):
+        with pytest.raises(error, match="three numbers"):
+            enclose_axis(*vectors, 1)

@@ -1,0 +1,283 @@
+"""Intervals, closed form and runs against what others printed, and some that is not so.
+
+The exact values are the closed form of the decimal parameters, evaluated at 50 digits by another
+program and cross-checked there against a 133-bit integration. A printed number stands for all that
+round to it; one that is right holds a whole interval.
+"""
+
+from fractions import Fraction
+
+import mpmath
+import numpy as np
+import pytest
+from mpmath import mp
+
+import heavytop as ht
+from heavytop.numbers.intervals import Interval
+
+from ..motions import BOOK, CONE, LIE, LIE_START, MARGINAL, WHITTAKER, shipped
+
+pytestmark = pytest.mark.reference
+
+# SICM section 2.10, and Simo & Wong 1991; a number is a time, and there θ, φ and ψ
+PRINTED = {
+    "sicm-kicked": {
+        "theta_min": "0.1",
+        "theta_max": "0.51723131823843479801",
+        "period": "0.54289551818821995785",
+        "precession": "3.9741816546440002896",
+        2: ("0.42694370530965690245", "15.116964095456707822", "236.55741389988304583"),
+    },
+    "sicm-dropped": {
+        "theta_min": "0.1",
+        "theta_max": "0.18124330588605412758",
+        "period": "0.40140587019470118608",
+        "precession": "2.5447045765778085269",
+        2: ("0.10034197801825827725", "12.723297224661743492", "267.43844510670482409"),
+    },
+    "sicm-forward-spin-held": {
+        "theta_min": "0.0061062066932874334",
+        "theta_max": "0.1",
+        "period": "0.30707767486330860938",
+        "precession": "1.6506667427855664099",
+        2: ("0.0073402039616035999567", "10.202056212530240399", "299.71994163326388011"),
+    },
+    "sicm-forward": {
+        "theta_min": "0.011325330683010017286",
+        "period": "0.40519342773311807625",
+        "precession": "8.8559785436360372515",
+        2: ("0.097999175790862108505", "43.890088225010207381", "236.1891611362196391"),
+    },
+    "sicm-kicked start.omega3=140": {
+        "theta_max": "0.36359845216327839157",
+        "period": "0.38409493787807131713",
+        "precession": "2.3667982276891160038",
+    },
+    "simo-wong": {
+        "theta_max": "0.054551690224341661691",
+        "period": "0.6854584972896153183",
+        "precession": "0.28610768780066136647",
+        10: ("0.054220099402661058193", "4.1961910407406375175", "495.80979342433535177"),
+    },
+    "simo-wong start.theta=0.3": {
+        "theta_max": "0.32673371464485402109",
+        "period": "0.68225601583118194041",
+        10: ("0.32090876129521087044", "4.1996398174746437151", "496.01365314730270421"),
+    },
+}
+ENDS = [(case, t) for case, known in PRINTED.items() for t in known if isinstance(t, int)]
+# the Lie-group benchmark (Géradin & Cardona; Brüls, Cardona & Arnold 2012): axis and ω in space
+LIE_STATES = {
+    "0.01": ("0.046113597053992541", "0.99893500360930237", "-0.001547491785141019",
+             "6.6076510932350919", "149.84739395407446", "-4.8403614979935789"),
+    "0.2": ("0.60555056137711977", "0.59895768179491916", "-0.52398302743000318",
+            "86.371693257061342", "92.431658122002961", "-80.794450910977386"),
+    "1": ("0.17334396409838604", "0.64008859207056878", "-0.74849079113358131",
+          "20.139786505764021", "96.243343865826055", "-113.43442578788221"),
+    "2": ("-0.15041682274564176", "-0.72416559163689565", "-0.6730222695604441",
+          "-27.658515525823269", "-106.16380414312445", "-102.4624638053261"),
+    "10": ("-0.37014419157311039", "0.033503155579024894", "-0.92836997797803447",
+           "-55.258126364176586", "-1.2241186281995731", "-139.5860921829604"),
+}  # fmt: skip
+
+
+def printed(text):
+    """All numbers that round to the text."""
+    places = len(text.partition(".")[2])
+    return Interval(Fraction(text), Fraction(1, 2 * 10**places))
+
+
+def far(ball, text):
+    """Whether no number that rounds to the text can be meant."""
+    other = printed(text)
+    return abs(ball.middle - other.middle) > ball.spread + other.spread
+
+
+def scene_of(case):
+    name, *changes = case.split()
+    return ht.load_scene(name, changes)
+
+
+@pytest.mark.parametrize("case", PRINTED)
+def test_intervals_lie_in_what_is_printed(case):
+    scene = scene_of(case)
+    found = ht.enclose(scene.top, scene.start, digits=30)
+    for name, text in PRINTED[case].items():
+        if isinstance(name, int):
+            for ball, each in zip(
+                (found.theta(name), found.phi(name), found.psi(name)), text, strict=True
+            ):
+                assert ball in printed(each)
+        else:
+            assert getattr(found, name) in printed(text), name
+
+
+@pytest.mark.parametrize("digits", [(25,), (1000,), ()], ids=str)
+@pytest.mark.parametrize(("case", "t"), ENDS)
+def test_states_to_their_last_digit(case, t, digits):
+    """Of a thousand digits too; and doubles, to the last of theirs."""
+    scene = scene_of(case)
+    at = ht.Motion(scene.top, scene.start).at(t, *digits)
+    for found, text in zip((at.theta, at.phi, at.psi), PRINTED[case][t], strict=True):
+        if digits:
+            assert found in printed(text)
+        else:
+            assert abs(found - float(text)) <= 2.6e-16 * max(1, float(text))
+
+
+BOUND = {"axis": 1e-12, "routh": 1e-12, "subsystem": 1e-12, "lagrange": 1e-11}
+
+
+@pytest.mark.parametrize("formulation", BOUND)
+@pytest.mark.parametrize(("case", "t"), ENDS)
+def test_runs_end_where_is_printed(case, t, formulation):
+    end = ht.propagate(scene_of(case), formulation=formulation)(float(t))
+    exact = np.array(PRINTED[case][t], float)
+    bound = BOUND[formulation] * (np.maximum(1, exact) if t == 10 else 1)
+    assert np.all(abs(np.array([end.theta, end.phi, end.psi]) - exact) < bound)
+
+
+@pytest.mark.parametrize(("case", "t"), ENDS[:4])
+def test_tilts_in_the_cubic_form(case, t):
+    wants = ht.load_scene(case, overrides=['want.quantities=["theta"]'])
+    run = ht.propagate(wants, formulation="cubic")
+    assert abs(run(float(t)).theta - float(PRINTED[case][t][0])) < 1e-12
+    assert run.events.count("turning") == ht.propagate(wants).events.count("turning")
+
+
+def test_events_of_the_books_top():
+    events = ht.propagate(ht.load_scene("sicm-kicked")).events
+    kinds = np.array(events.kind)
+    assert np.max(np.abs(events.theta[kinds == "theta_max"] - 0.51723131823843479801)) < 1e-14
+    assert np.max(np.abs(events.theta[kinds == "reversal"] - 0.148027354547)) < 1e-12
+    assert (events.count("turning"), events.count("reversal"), events.count("cusp")) == (8, 7, 0)
+    events = ht.propagate(ht.load_scene("sicm-dropped")).events
+    lower = np.array(events.kind) == "theta_max"
+    fastest = 2 * 0.0456 / (6.60e-5 * 140)  # 2 gMR / p_psi, exactly
+    assert np.max(np.abs(events.phidot[lower] - fastest)) < 1e-12
+
+
+def test_fast_top_formulas_are_excluded():
+    """Period 2πA/p_ψ and rate gMR/p_ψ, at p_ψ²/4A gMR = 1.43: off by 44 and 22 per cent."""
+    assert far(ht.enclose(BOOK, ht.State("0.1", psidot=140)).period, "0.2230")
+    slow = ht.enclose(BOOK, ht.State("0.1", phidot="4.93506", omega3=140))
+    assert slow.nutates
+    assert slow.theta_max.lower > 0.103
+
+
+# --- the Lie-group benchmark ------------------------------------------------------------------
+
+
+def test_the_lie_group_benchmark():
+    found = ht.enclose(LIE, LIE_START, digits=30)
+    low, middle, high = found.roots
+    assert low in printed("-0.99999999999973779144")
+    assert middle == Interval(Fraction(0), Fraction(0))
+    assert high in printed("3.2053612385329505649")
+    assert found.period in printed("0.74520694761676905573")
+    assert found.precession in printed("0.6810111281938199783")
+    for t, state in LIE_STATES.items():
+        assert found.u(t) in printed(state[2])
+        at = ht.Motion(LIE, LIE_START).at(Fraction(t), 30)
+        for got, want in zip((*at.axis, *at.omega), state, strict=True):
+            assert abs(got - Fraction(want)) < 1e-16 * max(1, abs(got))
+    # the displacement at t = 2 that Kynema tests against was computed with a finite step
+    assert far(found.u(2), "-0.673023460701136")
+    assert not far(found.u(2), "-0.67302")
+
+
+def test_runs_of_the_lie_group_benchmark():
+    states = np.array([LIE_STATES[t] for t in ("0.01", "0.2", "1", "2")], float)
+    at = ht.propagate(ht.load_scene("lie-group-benchmark"))([0.01, 0.2, 1, 2])
+    assert np.max(np.abs(at.axis - states[:, :3])) < 5e-15
+    assert np.max(np.abs(at.omega - states[:, 3:])) < 5e-13
+
+
+@pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
+def test_the_textbook_form_sees_the_benchmark_too_but_less_well():
+    scene = ht.load_scene("lie-group-benchmark")
+    textbook, axis = (ht.propagate(scene, formulation=f) for f in ("lagrange", "axis"))
+    truth = np.array(LIE_STATES["2"][:3], float)
+    errors = [np.max(np.abs(run(2.0).axis - truth)) for run in (textbook, axis)]
+    assert errors[1] < errors[0] < 1e-7
+    assert textbook.statistics.steps > 10 * axis.statistics.steps
+
+
+# --- steady precession, and the separatrix -----------------------------------------------------
+
+
+def test_steady_precession_of_betschs_gyro():
+    """Steady in exact numbers; disturbed by 1e-40 it nutates with the period of small ones."""
+    scene = ht.load_scene("steady-betsch")
+    assert (scene.start.phidot, scene.start.psidot) == (10, Fraction("135.6"))
+    steady = ht.enclose(CONE, scene.start)
+    assert steady.roots[0] == steady.roots[1] == Interval(Fraction(1, 2), Fraction(0))
+    assert steady.period is None
+    start = ht.State("pi/3", phidot="10", thetadot="1e-40", psidot="135.6")
+    assert ht.enclose(CONE, start, digits=20).period in printed("0.57893686788560806")
+    end = ht.propagate(scene)([2.0])
+    assert abs(end.theta[0] - np.pi / 3) < 2e-15
+    assert abs(end.phi[0] / 20.0 - 1) < 1e-14
+    assert abs(end.psi[0] / 271.2 - 1) < 1e-14
+
+
+def test_the_printed_numbers_of_that_gyro_are_not_steady():
+    """A and gMR cut short to 17 digits: θ moves, by less than 1e-14."""
+    top = ht.Top(A="4.5062219624928597e-3", C="5.3014376029327761e-4", gMR="0.52007102884770533")
+    found = ht.enclose(top, ht.State("pi/3", phidot=10, psidot="135.6"), digits=20)
+    assert found.nutates
+    width = found.theta_max.middle - found.theta_min.middle
+    assert found.theta_max.spread + found.theta_min.spread < width < Fraction(1, 10**14)
+
+
+def test_the_energy_of_simo_wong_is_the_published_one():
+    """Solfec's validation page prints H = 1269.975; 1269.9750052078993249 at 20 digits."""
+    assert shipped("simo-wong").constants.floats["E"] == pytest.approx(
+        1269.9750052078993249, rel=1e-15
+    )
+
+
+@pytest.mark.parametrize("gamma_t", ["1/2", "3", "40", "900"])
+def test_the_separatrix_of_whittaker(gamma_t):
+    """1/u = 1 + sech γt (Whittaker §71–73; Woodhouse, problem 5.3)."""
+    found = ht.enclose(MARGINAL, WHITTAKER, digits=50)
+    with mpmath.mp.workdps(80):
+        x = mpmath.mpf(Fraction(gamma_t).numerator) / Fraction(gamma_t).denominator
+        u = 1 / (1 + mpmath.sech(x))
+        assert u in Interval(found.u(gamma_t).middle, found.u(gamma_t).spread + Fraction(1, 10**75))
+        wrong = 1 / (1 + mpmath.sech(x * (1 + mpmath.mpf(10) ** -45)))
+        assert wrong not in found.u(gamma_t) or x == 900
+    assert found.period is None
+    assert [float(root.middle) for root in found.roots] == [0.5, 1, 1]
+    assert (found.theta_min.middle, found.theta_min.spread) == (0, 0)
+
+
+def test_a_run_decays_as_the_separatrix_does():
+    """tan(θ/2)² = sech t/(2 + sech t). Errors grow as exp(t/2), and so do the bounds."""
+    t = np.linspace(0.0, 20.0, 81)
+    sech = 1 / np.cosh(t)
+    exact = 2 * np.arctan(np.sqrt(sech / (2 + sech)))
+    error = np.abs(ht.propagate(ht.load_scene("separatrix"))(t).theta - exact)
+    assert np.max(error[t <= 10]) < 4e-14
+    assert np.max(error) < 6e-12
+    assert exact[-1] < 1e-4  # by then theta has fallen by four orders of magnitude
+
+
+def test_the_spherical_pendulum_is_a_bob_on_a_wire():
+    """Newton's equations of a point in Cartesian coordinates, with the tension of the wire that
+    keeps it at its distance r = A/M R (the length of the equivalent simple pendulum), by mpmath's
+    Taylor method at 25 digits.
+    """
+    scene = ht.load_scene("spherical-pendulum")
+    with mp.workdps(25):
+        g = scene.top.gMR.mpf(mp) / scene.top.A.mpf(mp)  # of a wire of length 1
+
+        def newton(_, y):
+            e, v = y[:3], y[3:]
+            tension = g * e[2] - sum(c * c for c in v)  # (e . e)'' = 0
+            return [*v, tension * e[0], tension * e[1], tension * e[2] - g]
+
+        theta, phidot = scene.start.theta.mpf(mp), scene.start.phidot.mpf(mp)
+        start = [0, -mp.sin(theta), mp.cos(theta), phidot * mp.sin(theta), 0, 0]
+        bob = [float(x) for x in mp.odefun(newton, 0, start)(2)[:3]]
+    assert np.max(np.abs(ht.propagate(scene)([2.0]).axis[0] - bob)) < 1e-14

@@ -1,0 +1,192 @@
+"""What a file or arrays tell: every form is read alike, and every fault is told at once."""
+
+import h5py
+import numpy as np
+import pytest
+import scipy.io
+import xarray
+
+from heavytop.checking.data import read
+from heavytop.errors import ForeignFile, WrongType
+
+from .made import TIMES, angles, exact, matrix, vectors
+
+RECORD = exact()
+FEW = slice(0, 40)
+SPELLED = {
+    "angles": angles(RECORD),
+    "quaternion": vectors(RECORD),
+    "matrix": {"t": TIMES, "matrix": matrix(RECORD), "omega": RECORD.omega},
+    "nine": {"t": TIMES, "R": matrix(RECORD).reshape(-1, 9), "omega": RECORD.omega},
+    "body": {
+        "t": TIMES,
+        "q": RECORD.quaternion,
+        "Omega_body": np.einsum("nji,nj->ni", matrix(RECORD), RECORD.omega),
+    },
+    "axis": {"time": TIMES, "axis": RECORD.axis, "omega": RECORD.omega},
+    "components": {
+        "t [s]": TIMES,
+        **{f"e_{c}": RECORD.axis[:, k] for k, c in enumerate("xyz")},
+        **{f"ω{c} (rad/s)": RECORD.omega[:, k] for k, c in enumerate("xyz")},
+    },
+    "as MATLAB": {"t": TIMES[None], "axis": RECORD.axis.T, "omega": RECORD.omega.T},
+    "backwards": {"t": TIMES[::-1], "axis": RECORD.axis[::-1], "omega": RECORD.omega[::-1]},
+}
+SPELLED["nine"]["rotation"] = SPELLED["nine"].pop("R")
+
+
+@pytest.mark.parametrize("spelled", SPELLED)
+def test_every_way_to_say_it_is_understood(spelled):
+    data = read(SPELLED[spelled])
+    assert np.array_equal(data.t, TIMES)
+    assert abs(data.axis - RECORD.axis).max() < 1e-14
+    assert abs(data.omega - RECORD.omega).max() < 1e-12
+    assert abs(data.angle("theta") - RECORD.theta).max() < 1e-14
+    u, speed, omega3, _ = data.spinning
+    assert abs(u - RECORD.u).max() < 1e-14
+    assert (
+        abs(speed - RECORD.thetadot**2 - (RECORD.phidot * np.sin(RECORD.theta)) ** 2).max() < 1e-10
+    )
+    assert abs(omega3 - RECORD.omega3).max() < 1e-11
+
+
+def test_the_spin_is_read_from_an_attitude():
+    data = read(SPELLED["quaternion"])
+    off = data.angle("psi") - RECORD.psi
+    assert abs(off - 2 * np.pi * np.rint(off / (2 * np.pi))).max() < 1e-12
+
+
+def test_without_an_azimuth_energy_and_momenta_are_known_all_the_same():
+    told = {name: x for name, x in angles(RECORD).items() if name != "phi"}
+    assert read(told).axis is None
+    for mine, other in zip(read(told).spinning, read(angles(RECORD)).spinning, strict=True):
+        assert abs(mine - other).max() < 1e-11
+
+
+def columns():
+    return {name: values[FEW] for name, values in angles(RECORD).items()}
+
+
+def table(path, between=",", first="", header=None):
+    told = columns()
+    lines = [between.join(header or told)]
+    lines += [between.join(map(repr, map(float, row))) for row in zip(*told.values(), strict=True)]
+    path.write_text(first + "\n".join(lines) + "\n")
+
+
+def hdf5(path):
+    with h5py.File(path, "w") as file:
+        for name, values in columns().items():
+            file.create_dataset(name, data=values[:, None], compression="gzip")
+        file.create_dataset("note", data="of somebody")
+
+
+WRITERS = {
+    "mine.csv": lambda path: table(path),
+    "blanks.csv": lambda path: table(path, " ", "# "),
+    "mine.tsv": lambda path: table(path, "\t", "\ufeff"),
+    "semicolons.txt": lambda path: table(path, ";", "\n"),
+    "mine.npz": lambda path: np.savez(path, **columns()),
+    "mine.mat": lambda path: scipy.io.savemat(path, columns() | {"note": "of somebody"}),
+    "mine.h5": hdf5,
+    "new.mat": hdf5,
+    "mine.nc": lambda path: xarray.Dataset(
+        {name: ("t", x) for name, x in columns().items()}
+    ).to_netcdf(path, engine="h5netcdf"),
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_every_kind_of_file_is_read(tmp_path, name):
+    if name == "new.mat":  # with what MATLAB writes before HDF5 begins
+        with h5py.File(tmp_path / name, "w", userblock_size=512) as file:
+            for each, values in columns().items():
+                file[each] = values[None]
+        head = b"MATLAB 7.3 MAT-file".ljust(116) + bytes(8) + b"\x00\x02IM"
+        with (tmp_path / name).open("r+b") as file:
+            file.write(head)
+    else:
+        WRITERS[name](tmp_path / name)
+    data = read(tmp_path / name)
+    assert data.told.keys() == columns().keys() - {"t"}
+    assert all(np.array_equal(data.told[each], columns()[each]) for each in data.told)
+
+
+def test_an_xarray_dataset_is_a_mapping():
+    dataset = xarray.Dataset({"theta": ("t", RECORD.theta)}, {"t": TIMES})
+    assert np.array_equal(read(dataset).told["theta"], RECORD.theta)
+
+
+def test_columns_have_the_names_that_they_are_given():
+    told = {"Zeit": TIMES, "a": RECORD.theta, "theta": RECORD.phi}
+    data = read(told, {"t": "Zeit", "theta": "a"})
+    assert np.array_equal(data.told["theta"], RECORD.theta)
+
+
+def test_an_angle_that_was_not_followed_is_not_told():
+    told = angles(RECORD) | {"psi": np.full(TIMES.size, np.nan)}
+    assert "psi" not in read(told).told
+
+
+FAULTS = {
+    "t: a column of at least 5 times": {"theta": [1, 2]},
+    "t: times go one way": {"t": [0, 1, 1, 2, 3], "theta": [1] * 5},
+    "theta: of shape (4,), not (5,)": {"t": range(5), "theta": [1] * 4},
+    "phi: not a finite number in row 3": {"t": range(5), "phi": [0, 0, np.inf, 0, 0]},
+    "quaternion: 4 components are needed, and 2 are there": {"qx": [1] * 5, "qy": [1] * 5},
+    "axis: its components are not of one length": {"e_x": [1] * 5, "e_y": [1], "e_z": [1] * 5},
+    "theta: not numbers": {"t": range(5), "theta": ["a"] * 5},
+    "axis: of length 0": {"t": range(5), "axis": np.zeros((5, 3))},
+    "nothing tells where the axis is": {"t": range(5), "speed": [1] * 5},
+}
+
+
+@pytest.mark.parametrize("told", FAULTS)
+def test_a_fault_is_told(told):
+    with pytest.raises(ForeignFile) as error:
+        read(FAULTS[told])
+    assert told in str(error.value)
+
+
+def test_every_fault_is_told_at_once(tmp_path):
+    with pytest.raises(ForeignFile) as error:
+        read({"t": [0, 2, 1, 3, 4], "theta": [1], "phi": ["x"]}, {"psy": "a"})
+    told = str(error.value)
+    assert all(x in told for x in ("t: times", "theta: of", "phi: not", "psy: no", "a: no such"))
+    path = tmp_path / "bad.csv"
+    path.write_text("t,theta\n0,1\n1,x\n2\n# a remark\n3,4\n")
+    with pytest.raises(ForeignFile) as error:
+        read(path)
+    assert str(error.value) == f"{path}:3: not numbers alone\n{path}:4: 1 values under 2 names"
+
+
+HEADLESS = "1: a header with the names"
+FOREIGN = {
+    "none.csv": (None, "No such file"),
+    "headless.csv": (b"0,1\n1,2\n", HEADLESS),
+    "empty.csv": (b"", HEADLESS),
+    "bytes.csv": (b"\xff\xfe\x00", "not readable"),
+    "no.npz": (b"PK nothing", "not readable"),
+    "no.mat": (b"nothing at all" * 20, "not readable"),
+    "no.nc": (b"CDF\x01", "not readable"),
+}
+
+
+@pytest.mark.parametrize("name", FOREIGN)
+def test_a_foreign_file_is_refused(tmp_path, name):
+    content, told = FOREIGN[name]
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(ForeignFile, match=told):
+        read(tmp_path / name)
+
+
+def test_no_file_can_execute(tmp_path):
+    np.savez(tmp_path / "mine.npz", t=np.array([object()], dtype=object))
+    with pytest.raises(ForeignFile, match="not readable"):
+        read(tmp_path / "mine.npz")
+
+
+def test_what_is_no_data_is_refused():
+    with pytest.raises(WrongType, match="data: the path of a file, or arrays"):
+        read(3)

@@ -1,0 +1,265 @@
+"""The judge is judged: what was planted in a trajectory is reported, and nothing else."""
+
+import json
+
+import numpy as np
+import pytest
+
+from heavytop.analytic.enclosure import enclose
+from heavytop.analytic.motion import Motion
+from heavytop.checking.judge import check
+from heavytop.errors import BadScene, Impossible
+from heavytop.files import as_json
+from heavytop.scene.scene import Scene, load_scene, shipped_scenes
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
+
+from .made import SCENE, START, TIMES, TOP, angles, exact, random_scene, runge_kutta, vectors
+
+PERIOD = Motion(TOP, START).period
+
+
+def near(value, planted, part=0.02):
+    return abs(value - planted) <= part * abs(planted)
+
+
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_the_closed_form_itself_has_all_its_digits(name):
+    scene = load_scene(name)
+    motion = Motion(scene.top, scene.start)
+    end = float(scene.time) if scene.time is not None else float(scene.periods) * motion.period
+    t = np.linspace(0, end, 801)
+    found = check(
+        {"t": t, "quaternion": motion.at(t).quaternion, "omega": motion.at(t).omega}, scene
+    )
+    assert found.digits > 14
+    assert all(size.largest < 1e-12 for size in found.errors.values())
+    assert found.phase is None or abs(found.phase.ahead) < 1e-14
+    assert found.phase is None or found.phase.growth is None
+    assert found.slip is None
+    assert all(x.data is None or x.least <= x.data <= x.most for x in found.events.values())
+
+
+@pytest.mark.parametrize("told", ["theta", "axis"])
+@pytest.mark.parametrize("ahead", [1e-9, -1e-6, 1e-3, 0.02])
+def test_a_constant_phase_error_is_measured(told, ahead):
+    mine = exact(TIMES + ahead)
+    found = check({"t": TIMES, told: getattr(mine, told)}, SCENE)
+    assert near(found.phase.ahead, ahead)
+    assert found.phase.growth is None or abs(found.phase.growth) < 0.02
+
+
+@pytest.mark.parametrize("power", [1, 2])
+@pytest.mark.parametrize("size", [1e-8, 1e-4, -1e-2])
+def test_the_growth_of_a_phase_error_is_measured(power, size):
+    """Also where it grows beyond a whole period."""
+    t = np.linspace(0, 200 * PERIOD, 8001)
+    ahead = size * t * (t / t[-1]) ** (power - 1)
+    found = check({"t": t, "theta": exact(t + ahead).theta}, SCENE)
+    assert near(found.phase.ahead, np.interp(found.phase.t, t, ahead))
+    assert found.phase.t > 0.98 * t[-1]
+    assert abs(found.phase.growth - power) < 0.05
+
+
+def test_the_phase_of_a_steady_top_is_that_of_its_precession():
+    start = State.steady(TOP, "0.5", 200)
+    found = check(
+        {"t": TIMES, "axis": exact(TIMES + 1e-4, TOP, start).axis}, Scene(TOP, start, time=3)
+    )
+    assert near(found.phase.ahead, 1e-4)
+
+
+def test_a_phase_is_told_from_noise():
+    rng = np.random.default_rng(3)
+    theta = exact(TIMES + 1e-4).theta + rng.normal(0, 1e-3, TIMES.size)
+    assert near(check({"t": TIMES, "theta": theta}, SCENE).phase.ahead, 1e-4, part=0.5)
+    theta = exact().theta + rng.normal(0, 1e-3, TIMES.size)
+    assert check({"t": TIMES, "theta": theta}, SCENE).phase.growth is None
+
+
+@pytest.mark.parametrize("size", [1e-9, 1e-5, 1e-2])
+def test_an_error_of_the_axis_is_measured(size):
+    axis = exact().axis.copy()
+    axis[333] += size * np.cross(axis[333], [0.6, 0, 0.8])
+    planted = size * np.linalg.norm(np.cross(exact().axis[333], [0.6, 0, 0.8]))
+    found = check({"t": TIMES, "axis": axis}, SCENE)
+    assert near(found.errors["axis"].largest, planted)
+    assert near(found.errors["axis"].rms, planted / np.sqrt(TIMES.size))
+    assert found.errors["axis"].t == TIMES[333]
+    assert abs(found.digits + np.log10(planted)) < 0.01
+
+
+@pytest.mark.parametrize("size", [1e-8, 1e-3])
+def test_errors_of_precession_and_spin_are_measured(size):
+    told = angles(exact())
+    told["phi"] = told["phi"] + size * TIMES / 3
+    told["psi"] = told["psi"] - 2 * size * (TIMES / 3) ** 2
+    found = check(told, SCENE)
+    assert near(found.errors["phi"].largest, size)
+    assert near(found.errors["psi"].largest, 2 * size)
+    assert found.errors["theta"].largest < 1e-14
+    reduced = told | {name: np.mod(told[name], 2 * np.pi) for name in ("phi", "psi")}
+    assert near(check(reduced, SCENE).errors["psi"].largest, 2 * size)
+
+
+@pytest.mark.parametrize("size", [1e-9, 1e-4])
+def test_an_error_of_the_energy_is_measured(size):
+    """Rates that are too large by a part change E' and the momenta by what they are made of."""
+    record, motion = exact(), Motion(TOP, START)
+    told = angles(record) | {"thetadot": record.thetadot * (1 + size)}
+    kinetic = float(TOP.A) * (record.thetadot**2).max() / 2
+    scale = max(abs(float(motion.constants.E_prime)), float(TOP.gMR))
+    found = check(told, SCENE)
+    assert near(found.errors["energy"].largest, 2 * size * kinetic / scale)
+    assert found.errors["p_phi"].largest < 1e-13
+    told = angles(record) | {"psidot": record.psidot * (1 + size)}
+    p = float(TOP.C) * size * abs(record.psidot).max()
+    larger = max(abs(float(x)) for x in (motion.constants.p_phi, motion.constants.p_psi))
+    assert near(check(told, SCENE).errors["p_psi"].largest, p / larger)
+
+
+def test_an_integrator_of_order_four_loses_phase_as_its_step():
+    """Halving the step makes the error of the phase sixteen times smaller."""
+    ahead = []
+    for rows in (1001, 2001):
+        found = check(runge_kutta(np.linspace(0, 5, rows)), SCENE)
+        assert found.slip is None
+        assert 0.8 < found.phase.growth < 1.2
+        ahead.append(found.phase.ahead)
+    assert 13 < ahead[0] / ahead[1] < 19
+    fine = check(runge_kutta(np.linspace(0, 3, 24001)), SCENE)
+    assert fine.digits > 10
+    assert fine.errors["energy"].largest < 1e-10
+
+
+# --- events --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["sicm-kicked", "sicm-dropped", "sicm-forward"])
+def test_events_of_the_data_are_counted(name):
+    scene = load_scene(name)
+    t = np.linspace(0, 5, 2001)
+    found = check(vectors(Motion(scene.top, scene.start).at(t), t), scene).events
+    proved = enclose(scene.top, scene.start)
+    for event, count in found.items():
+        assert count.least <= proved.count(event, 5) <= count.most
+        assert count.least <= count.data <= count.most
+
+
+def test_events_that_the_data_lack_are_told():
+    """Cusps are loops in the data where the kick was a little stronger."""
+    scene, other = load_scene("sicm-dropped"), load_scene("sicm-kicked", ["start.phidot=-0.5"])
+    t = np.linspace(0, 5, 2001)
+    found = check(vectors(Motion(other.top, other.start).at(t), t), scene).events
+    assert found["cusp"].data == 0
+    assert found["cusp"].least > 10
+    assert found["reversal"].most == 0
+    assert found["reversal"].data > 20
+    fast = check(vectors(exact(2 * TIMES)), SCENE).events["turning"]
+    assert fast.data > 1.8 * fast.most
+
+
+def test_what_too_few_rows_do_not_tell_is_not_counted():
+    t = np.linspace(0, 30 * PERIOD, 40)
+    found = check({"t": t, "axis": exact(t).axis}, SCENE)
+    assert found.events["turning"].data is None
+    assert "too few rows to count" in str(found)
+
+
+# --- where the start is from ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("told", [angles, vectors])
+def test_the_start_of_a_top_alone_is_that_of_the_first_row(told):
+    t = TIMES + 7
+    found = check(told(exact(t), t), TOP)
+    assert found.origin == "first row"
+    assert found.digits > 11.5
+    later = check(told(exact(t), t), SCENE)
+    assert (later.origin, later.digits > 13) == ("scene", True)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_start_is_fitted_where_there_are_no_rates(seed):
+    scene = random_scene(np.random.default_rng(seed))
+    t = np.linspace(2, 8, 601)
+    mine = Motion(scene.top, scene.start).at(t)
+    found = check({"t": t, "axis": mine.axis}, scene.top)
+    assert found.origin == "fitted"
+    assert "fitted" in str(found)
+    assert found.digits > 10
+    assert abs(float(found.start.theta) - mine.theta[0]) < 1e-9
+    with_spin = check({"t": t, "quaternion": mine.quaternion}, scene.top)
+    assert with_spin.errors["psi"].largest < 1e-9
+    assert abs(float(found.start.omega3) - mine.omega3[0]) < 1e-6
+
+
+def test_what_no_start_fits_is_refused():
+    with pytest.raises(Impossible, match="start: a start, or data with rates or with the axis"):
+        check({"t": TIMES, "theta": exact().theta}, TOP)
+    upright = np.tile([0.0, 0.0, 1.0], (TIMES.size, 1))
+    with pytest.raises(Impossible, match="a first row whose axis is not vertical"):
+        check({"t": TIMES, "axis": upright}, TOP)
+    other = exact(TIMES, Top("4e-4", "6.6e-5", "0.0456"))
+    with pytest.raises(Impossible, match="no start fits these"):
+        check({"t": TIMES, "axis": other.axis}, TOP)
+
+
+def test_a_scene_is_a_file_or_the_table_of_a_top(tmp_path):
+    told = vectors(exact())
+    path = tmp_path / "mine.toml"
+    path.write_text(SCENE.to_toml())
+    assert check(told, path).origin == "scene"
+    path.write_text("[top]\nA = 3.28e-4\nC = 6.6e-5\ngMR = 0.0456\n")
+    assert check(told, str(path)).origin == "first row"
+    path.write_text("[top]\nA = 3.28e-4\nC = 6.6e-5\n")
+    with pytest.raises(BadScene, match=r"top\.gMR"):
+        check(told, path)
+    with pytest.raises(BadScene, match="scene"):
+        check(told)
+
+
+# --- what nobody could do better, and what is written --------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["sicm-kicked", "near-separatrix", "spherical-pendulum"])
+def test_the_condition_is_what_small_changes_do(name):
+    """By plain differences in doubles, from changes a million times as large."""
+    scene = load_scene(name)
+    top, start = scene.top, scene.start
+    body = {name: float(getattr(top, name)) for name in ("A", "C", "gMR")}
+    state = {
+        name: float(getattr(start, name)) for name in ("theta", "thetadot", "phidot", start.held)
+    }
+    t = np.linspace(0, 5, 8)
+
+    def axes(changed):
+        x = body | state | changed
+        motion = Motion(Top(*(x[n] for n in body)), State(**{n: x[n] for n in state}))
+        return motion.at(t).axis
+
+    part = 1e-8
+    moved = sum(
+        (((axes({n: x * (1 + part)}) - axes({n: x * (1 - part)})) / (2 * part)) ** 2).sum(axis=1)
+        for n, x in (body | state).items()
+        if n != "theta" or x < 3
+    )
+    found = check({"t": t, "theta": Motion(top, start).at(t).theta}, scene)
+    assert near(found.condition, 2.0**-53 * np.sqrt(moved.max()), part=0.05)
+
+
+def test_a_document_holds_all_that_is_said():
+    found = check(runge_kutta(TIMES), SCENE)
+    document = json.loads(as_json(found.document()))
+    assert document["schema"] == "heavytop/check/1"
+    assert document["errors"]["axis"]["largest"] == found.errors["axis"].largest
+    assert document["phase"]["ahead"] == found.phase.ahead
+    assert len(document["curves"]["t"]) == len(document["curves"]["axis"]) == TIMES.size
+    assert max(document["curves"]["axis"]) == found.errors["axis"].largest
+    for told in (
+        f"{found.digits:.1f}",
+        f"{-found.phase.ahead:.2e} s behind",
+        "energy",
+        "turning p",
+    ):
+        assert told in str(found)

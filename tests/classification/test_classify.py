@@ -1,0 +1,288 @@
+"""Kinds by definition over the whole space, of tops built to have them, and of their neighbours.
+
+Tops are built backwards from chosen roots u₁ ≤ u₂ ≤ u₃, so that each kind is hit exactly: from
+f(∓1) = −P±², P₊² = 2g (1 + u₁)(1 + u₂)(1 + u₃) and P₋² = 2g (1 − u₁)(1 − u₂)(u₃ − 1). The start is
+a turning point, where φ̇ = (a − b u)/(1 − u²).
+"""
+
+import itertools
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from heavytop.analytic.enclosure import enclose
+from heavytop.analytic.motion import Motion
+from heavytop.classification import Kind
+from heavytop.classification.classify import classify
+from heavytop.errors import Unseparated
+from heavytop.numbers import Exact, sqrt
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
+
+from ..by_hand import ByHand
+
+ZERO = 1e-250
+numbers = st.one_of(
+    st.floats(-50, 50).map(lambda x: x if abs(x) > 1e-20 else 0.0),
+    st.sampled_from([0.0, 1.0, -1.0, 2.0, 1e-12, -1e-9, 1e-30, 0.5, 1e6]),
+)
+tilts = st.one_of(
+    st.floats(1e-20, 3.1415926),
+    st.sampled_from(["0", "pi", "pi/2", "pi/3", "1e-8", "1e-30", "0.1"]),
+)
+moments = st.sampled_from(
+    [("1", "1"), ("2", "1"), ("3.28e-4", "6.6e-5"), ("1", "2"), ("1", "0.01")]
+)
+
+
+def holds(kind, x):
+    """Whether the definition of a kind holds, equalities to 1e-250 of what they are part of.
+
+    All is over A: p_φ is a, p_ψ is b and E' is h.
+    """
+
+    def none(value, *terms):
+        return abs(value) <= ZERO * max(map(abs, terms), default=1) or value == 0
+
+    on_pole = abs(x.sine) < ZERO
+    turning = x.turn != 0 and not on_pole
+    up = x.g * x.u0 > 0
+    top, bottom = (none(x.a - side * x.b, x.a, x.b) for side in (1, -1))
+    match kind:
+        case Kind.AT_REST:
+            return not (x.rate or turning or x.omega3) and (x.g == 0 or on_pole)
+        case Kind.FORCE_FREE:
+            return x.g == 0
+        case Kind.SLEEPING | Kind.HANGING:
+            return on_pole and x.rate == 0 and up is (kind is Kind.SLEEPING)
+        case Kind.PLANAR_PENDULUM:
+            return x.b == 0 and not turning
+        case Kind.SEPARATRIX:
+            return (top if x.g > 0 else bottom) and none(x.h - abs(x.g), x.h, x.g)
+        case Kind.THROUGH_TOP:
+            return top and x.h > x.g
+        case Kind.THROUGH_BOTTOM:
+            return bottom and x.h > -x.g
+        case Kind.UNIFORM_PRECESSION:
+            terms = (x.u0 * x.turn**2, -x.b * x.turn, x.g)
+            return x.rate == 0 and none(sum(terms), *terms)
+    low, high = x.roots[:2] if x.g > 0 else x.roots[1:]
+    if x.b == 0:
+        return kind is Kind.WAVES
+    turn = x.a / x.b
+    # a turning point is a root, good to half the digits
+    near = min(abs(turn - low), abs(turn - high)) < 1e-40
+    return near if kind is Kind.CUSPS else (low < turn < high) is (kind is Kind.LOOPS) or near
+
+
+@settings(max_examples=400, deadline=None)
+@given(moments, numbers, tilts, numbers, numbers, numbers, st.booleans())
+def test_the_first_kind_that_fits(moments, gMR, theta, thetadot, phidot, spin, held):
+    """The verdict's definition holds, and that of no kind before it."""
+    top = Top(*moments, gMR)
+    start = State(theta, thetadot=thetadot, phidot=phidot, **{"omega3" if held else "psidot": spin})
+    found = classify(top, start)
+    assert found.certified
+    assert 0 < found.margin <= 1
+    low, high = found.margin_enclosure
+    assert low <= found.margin <= high
+    assert high - low <= 1e-14 * found.margin + 1e-300
+    x = ByHand(top, start, 300)
+    assert holds(found.kind, x)
+    order = list(Kind)
+    for earlier in order[: min(order.index(found.kind), order.index(Kind.LOOPS))]:
+        assert not holds(earlier, x), earlier
+
+
+@pytest.mark.parametrize("exponent", [1, 3, 6, 9, 12])
+def test_around_the_sleeping_threshold(exponent):
+    """C ω3 = 2 √(A gMR), an irrational number: on it marginal, beside it stable or unstable."""
+    top = Top("3.28e-4", "6.60e-5", "0.0456")
+    threshold = 2 * (top.A * top.gMR) ** Exact.of("1/2").fraction / top.C
+    off = Exact.of(f"1e-{exponent}")
+    for way, tag in ((-1, "unstable"), (0, "marginal"), (1, "stable")):
+        found = classify(top, State(0, omega3=threshold * (1 + way * off)))
+        assert (found.kind, found.tags) == (Kind.SLEEPING, (tag,))
+
+
+# --- built from their roots ----------------------------------------------------------------------
+
+
+X = Exact.of
+ANGLES = {  # cosines of angles that a scene can say exactly
+    "0": X(1),
+    "pi/6": sqrt("3/4"),
+    "pi/4": sqrt("1/2"),
+    "pi/3": X("1/2"),
+    "pi/2": X(0),
+    "2*pi/3": X("-1/2"),
+    "3*pi/4": -sqrt("1/2"),
+    "pi": X(-1),
+}
+
+
+def built(theta, other, third, signs=(1, 1), g="1.25", A="2", C="0.5"):
+    """The top and the start at θ that has the roots cosθ, `other` and `third`."""
+    g, A, C, u = X(g), X(A), X(C), ANGLES[theta]
+    plus = signs[0] * sqrt(2 * g * (1 + u) * (1 + other) * (1 + third))
+    minus = signs[1] * sqrt(2 * g * (1 - u) * (1 - other) * (third - 1))
+    a, b = (plus + minus) / 2, (plus - minus) / 2
+    phidot = (a - b * u) / (1 - u * u) if u not in (1, -1) else X(0)
+    return Top(A, C, g * A), State(theta, phidot=phidot, omega3=b * A / C)
+
+
+PAIRS = [  # of turning points, the higher first, apart and away from the poles
+    (high, low)
+    for high, low in itertools.combinations(ANGLES, 2)
+    if "0" not in (high, low) and "pi" not in (high, low)
+]
+SIGNS = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
+
+
+@pytest.mark.parametrize("signs", SIGNS)
+@pytest.mark.parametrize(("high", "low"), PAIRS)
+def test_generic(high, low, signs):
+    """Loops where φ̇ has opposite signs at the two turning points, waves where it has one."""
+    for third in (X("1.0625"), X(3)):
+        top, start = built(high, ANGLES[low], third, signs)
+        opposite = built(low, ANGLES[high], third, signs)
+        rates = start.phidot.sign() * opposite[1].phidot.sign()
+        for found in (classify(top, start), classify(*opposite)):
+            assert found.kind is (Kind.LOOPS if rates < 0 else Kind.WAVES)
+            assert found.certified
+            assert not found.open_tags
+        roots = Motion(top, start).roots
+        expected = (ANGLES[low], ANGLES[high], third)
+        assert roots == pytest.approx([float(x) for x in expected], abs=1e-15)
+
+
+def with_reversal(low, u1, where, third):
+    """The start at the lower turning point of a motion with p_φ = p_ψ `where`, u₂ left to follow.
+
+    f(u₁) = 0 and the product of (1 + u) over the roots give b² = 2g (1 + u₁)(1 + u₂)(1 + u₃)/
+    (1 + where)²; with where = u₂ that is a cusp.
+    """
+    b = sqrt(2 * (1 + u1) * (1 + third) / (1 + where))
+    return Top(1, X("0.25"), 1), State(
+        low, phidot=b * (where - u1) / (1 - u1 * u1), omega3=b / X("0.25")
+    )
+
+
+@pytest.mark.parametrize(("high", "low"), PAIRS)
+def test_cusps(high, low):
+    """u₃ such that a = b u₂; φ̇ a hair's breadth off, 1e-3 … 1e-30, it is loops or waves."""
+    u1, u2 = ANGLES[low], ANGLES[high]
+    ratio = (1 - u2) * (1 + u1) / ((1 + u2) * (1 - u1))
+    top, start = with_reversal(low, u1, u2, (1 + ratio) / (1 - ratio))
+    assert classify(top, start).kind is Kind.CUSPS
+    released = State(high, omega3=start.omega3)
+    assert classify(top, released).kind is Kind.CUSPS
+    for exponent in (3, 10, 17, 30):
+        for way, kind in ((-1, Kind.WAVES), (1, Kind.LOOPS)):
+            rate = start.phidot + way * X(f"1e-{exponent}")
+            off = classify(top, State(low, phidot=rate, omega3=start.omega3))
+            assert off.kind is kind
+            assert off.margin < 10.0 ** (1 - exponent)
+
+
+def test_what_cannot_be_proved_is_undecided():
+    """A cusp whose P₊ and P₋ are two roots of nested roots: zero, for all that 4096 bits say."""
+    u1, u2 = ANGLES["pi/4"], ANGLES["pi/6"]
+    ratio = (1 - u2) * (1 + u1) / ((1 + u2) * (1 - u1))
+    third = (1 + ratio) / (1 - ratio)
+    found = classify(*built("pi/4", u2, third, (1, -1)))
+    assert found.kind is Kind.UNDECIDED
+    assert not found.certified
+    assert found.tags == ()
+    assert found.bound.endswith("e-1221") or float(found.bound) < 1e-300
+    assert found.bound in found.why
+    off = classify(*built("pi/4", u2, third + X("1e-30"), (1, -1)))
+    assert off.certified
+
+
+@pytest.mark.parametrize("theta", ["pi/6", "pi/3", "pi/2", "3*pi/4"])
+def test_double_root_at_the_start(theta):
+    """u₁ = u₂: uniform precession; with the third root 1e-30 away, still."""
+    for third, signs in itertools.product((X("1.5"), X(1) + X("1e-30")), SIGNS):
+        found = classify(*built(theta, ANGLES[theta], third, signs))
+        assert found.kind is Kind.UNIFORM_PRECESSION
+        assert found.tags[0] in (("single",) if theta == "pi/2" else ("slow", "fast"))
+
+
+@pytest.mark.parametrize("exponent", [4, 8, 15, 30, 60])
+def test_next_to_the_poles(exponent):
+    """With a root 1e-4 … 1e-60 off a pole nothing passes it, and the margin knows."""
+    off = X(f"1e-{exponent}")
+    for other, third in ((1 - off, X(2)), (off - 1, X(2)), (1 - off, 1 + off)):
+        found = classify(*built("pi/3", other, third, (1, -1)))
+        assert found.kind in (Kind.LOOPS, Kind.WAVES)
+        assert found.certified
+        assert 10.0 ** (-exponent - 2) < found.margin < 100 * 10.0 ** (-exponent / 2)
+
+
+def test_near_separatrix():
+    """The tag where 1 − m < 1e-6, on both sides of the separatrix; m = (u₂ − u₁)/(u₃ − u₁)."""
+    for off, near in ((X("4.9e-7"), True), (X("5.1e-7"), True), (X("1.02e-6"), False)):
+        second = 1 - off / 2
+        third = 1 + off / 4
+        mc = (third - second) / (third - X("1/2"))
+        expected = (mc - X("1e-6")).sign() < 0
+        found = classify(*built("pi/3", second, third))
+        assert ("near-separatrix" in found.tags) is expected is (near and expected)
+
+
+def test_zeros_that_only_a_proof_sees():
+    """A rate that is zero by an identity counts as zero; one that no identity shows, as unknown."""
+    top, seen = Top(1, 1, 1), "(1+sqrt(2))*(sqrt(2)-1)-1"
+    found = classify(top, State("0.3", phidot=seen, thetadot="(pi+1)^2-pi^2-2*pi-1", psidot=10))
+    assert (found.kind, found.certified) == (Kind.CUSPS, True)
+    assert 0 < found.margin_enclosure[0] <= found.margin <= found.margin_enclosure[1]
+    unseen = State("sqrt(3+2*sqrt(2))-1-sqrt(2)", psidot=1)  # theta = 0
+    assert classify(top, unseen).kind is Kind.UNDECIDED
+    motion = Motion(top, unseen)  # which counts as zero what is not told from it
+    assert (motion.certified, motion.regime) == (False, "steady")
+    with pytest.raises(Unseparated, match="could not be proved to be 0"):
+        enclose(top, unseen)
+
+
+@pytest.mark.parametrize(
+    ("kind", "theta", "other", "third", "tags"),
+    [
+        ("through-top", "pi/3", X(1), X(2), ()),
+        ("through-bottom", "pi/3", X(-1), X(2), ()),
+        ("separatrix", "pi/3", X(1), X(1), ()),
+        ("planar-pendulum", "pi/3", X(-1), X(1), ("swinging", "closed-orbit", "start-at-rest")),
+        ("sleeping", "0", X(1), X(1), ("marginal",)),
+        ("sleeping", "0", X("1/2"), X(1), ("unstable",)),
+        ("sleeping", "0", X(1), X("1.5"), ("stable",)),
+        ("hanging", "pi", X(-1), X("1.5"), ()),
+    ],
+)
+def test_special(kind, theta, other, third, tags):
+    """Roots on the poles."""
+    found = classify(*built(theta, other, third))
+    assert (found.kind, found.tags, found.certified) == (kind, tags, True)
+
+
+# --- others, beside those that ship --------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("top", "start", "kind", "tags"),
+    [
+        ((2, 1, 3), State("pi"), "at-rest", ()),
+        ((2, 1, 3), State(0), "at-rest", ()),
+        ((2, 1, 0), State(1), "at-rest", ()),
+        ((2, 1, -3), State("pi", psidot=20), "sleeping", ("stable", "inverted-gravity")),
+        ((2, 1, -3), State(0, psidot=1), "hanging", ("inverted-gravity",)),
+        ((1, 1, 2), State("pi/2", phidot=1, psidot=2), "uniform-precession",
+         ("single", "spherical-top", "closed-orbit")),
+        ((2, 1, -2), State("pi/3", phidot="sqrt(2)", psidot="-sqrt(2)/2"), "uniform-precession",
+         ("single", "spherical-pendulum", "closed-orbit", "inverted-gravity")),
+    ],
+)  # fmt: skip
+def test_kinds(top, start, kind, tags):
+    found = classify(Top(*top), start)
+    assert (found.kind, found.tags, found.certified, found.open_tags) == (kind, tags, True, ())
+    assert found.why

@@ -1,0 +1,213 @@
+"""The reduced motion of a start, however it is given, and which special motion it is."""
+
+from fractions import Fraction
+
+import pytest
+
+from heavytop.analytic.closed_form import midpoint
+from heavytop.classification.reduced import (
+    FromAxis,
+    FromConstants,
+    FromScene,
+    Reduced,
+    Regime,
+    Through,
+)
+from heavytop.numbers import Exact
+from heavytop.numbers.decimals import context
+from heavytop.numbers.intervals import Interval, rational, working
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
+
+from ..motions import CONE, MARGINAL, WEIGHTLESS, WHITTAKER
+
+CTX = context(60)
+BITS = 300
+NAMES = ("g", "a", "b", "h", "u0", "udot0", "P_plus", "P_minus", "kinetic0", "drift0",
+         "one_minus_u0", "one_plus_u0", "over_top", "over_bottom", "pull", "looping",
+         "kappa")  # fmt: skip
+
+
+def close(one, other, digits=50):
+    return abs(one - other) <= CTX.mpf(10) ** -digits * max(1, abs(other))
+
+
+def reduced(source, bits=BITS, names=NAMES):
+    """The numbers of a reduced motion, middles of intervals, and φ₀ and ψ₀."""
+    with working(bits):
+        found = source.reduced(bits)
+        numbers = {name: midpoint(CTX, getattr(found, name)) for name in names}
+        phi0, psi0 = (midpoint(CTX, ball) for ball in source.angles(bits))
+    return numbers | {"phi0": phi0, "psi0": psi0}
+
+
+ARGS = (2.0, 1.25, 3.0, 0.7, -1.1, 0.4, 0.3, -0.8, 5.0)
+
+
+def scene_of(A, C, gMR, theta, phi, psi, thetadot, phidot, psidot):
+    rates = {"thetadot": thetadot, "phidot": phidot, "psidot": psidot}
+    return FromScene(Top(A, C, gMR), State(theta, phi=phi, psi=psi, **rates))
+
+
+def test_axis_and_angles_define_the_same_motion():
+    """e, ℓ made from the angles give back every number of the reduced motion, and φ₀, ψ₀."""
+    by_angles = scene_of(*ARGS)
+    A, C, gMR, th, ph, ps, thd, phd, psd = map(CTX.mpf, ARGS)
+    s, c, sp, cp = CTX.sin(th), CTX.cos(th), CTX.sin(ph), CTX.cos(ph)
+    e = (s * sp, -s * cp, c)
+    edot = (
+        c * sp * thd + s * cp * phd,
+        -c * cp * thd + s * sp * phd,
+        -s * thd,
+    )
+    b = C / A * (psd + phd * c)
+    cross = [e[i - 2] * edot[i - 1] - e[i - 1] * edot[i - 2] for i in range(3)]
+    l = [cross[i] + b * e[i] for i in range(3)]  # noqa: E741
+    kappa = reduced(by_angles)["kappa"]
+    by_axis = reduced(
+        FromAxis(
+            map(rational, e), map(rational, l), *map(rational, (gMR / A, kappa)), psi0=rational(ps)
+        )
+    )
+    for name, value in reduced(by_angles).items():
+        assert close(by_axis[name], value), name
+
+
+@pytest.mark.parametrize("falls", [True, False])
+def test_constants_define_the_same_motion(falls):
+    """So do the constants of the motion and the place, all of them rational."""
+    g, b, drift, u = Fraction(3, 2), Fraction(2), Fraction(-1, 3), Fraction(1, 4)
+    udot2, kappa = Fraction(1, 9), Fraction(2)
+    kinetic = (udot2 + drift**2) / (2 * (1 - u**2))
+    poles = (1 - u, 1 + u)
+    exact = Reduced(g, b, u, *poles, Fraction(0), drift, kinetic, kappa)
+    found = FromConstants(exact, udot2, falls)
+    at = reduced(found)
+    if not falls:
+        again = FromConstants.of(g, drift + b * u, b, kinetic + g * u, poles, kappa)
+        assert reduced(again) == at
+    root = CTX.sqrt(CTX.mpf(15)) / 4
+    phidot = Fraction(-1, 3) / (1 - u**2)
+    omega3 = 2 * b  # C = A/2, and so κ = ω₃/2
+    theta = rational(CTX.acos(CTX.mpf("0.25")))
+    thetadot = rational((1 if falls else -1) / (3 * root))
+    scene = scene_of(1, "0.5", g, theta, 0, 0, thetadot, phidot, omega3 - phidot * u)
+    for name, value in reduced(scene).items():
+        assert close(at[name], value), name
+    assert not found.vanishes("udot0")
+    assert found.vanishes("P_minus") == (drift == b * (1 - u))
+
+
+def test_through_a_pole_moves_no_more_than_it_must():
+    """A start rounded off one that passes exactly: p_φ and E' move by the rounding, b stays."""
+    off = Fraction(1, 10**17)
+    rounded = scene_of(2, 1, 3, "pi/3", 0, 0, "0.5", 1 + off, "2.5")  # P₋ is about 1e-17
+    passing = Through(rounded, top=True, bottom=False)
+    regime = Regime.of(passing)
+    assert not regime.misses_top
+    assert Regime.of(rounded).misses_top
+    before, after = reduced(rounded), reduced(passing)
+    assert after["P_minus"] == 0
+    for name in ("g", "b", "u0", "udot0", "kappa", "phi0", "psi0"):
+        assert after[name] == before[name], name
+    for name in ("drift0", "kinetic0"):
+        assert 0 < abs(after[name] - before[name]) < 1e-16, name
+    f = 2 * after["kinetic0"] * after["one_minus_u0"] * after["one_plus_u0"] - after["drift0"] ** 2
+    assert close(f, after["udot0"] ** 2)
+
+
+def test_sums_keep_their_digits_near_a_pole():
+    """P₋ of a start 1e-25 from the top has its digits: a − b as a difference has none."""
+    source = scene_of(2, 1, 3, Fraction(1, 10**25), 0, 0, 0, 7, 5)
+    with working(200):
+        found = source.reduced(200)
+        P_minus, difference = Interval.of(found.P_minus), Interval.of(found.a - found.b)
+    assert P_minus.spread < abs(P_minus.middle) / 10**55
+    assert difference.spread > abs(P_minus.middle) / 10**15
+    with working(600):
+        assert Interval.of(source.reduced(600).P_minus) in P_minus
+
+
+def test_more_bits_go_back_to_the_exact_numbers():
+    """A third read at 200 bits is a third to 150 digits when computed again at 520."""
+    source, third = scene_of(3, 1, 1, 1, 0, 0, 0, 0, 1), Fraction(1, 3)
+    for bits, digits in ((200, 59), (520, 149)):
+        with working(bits):
+            motion = source.reduced(bits)
+            for side, over in ((1, motion), (-1, motion.mirrored())):
+                ball = Interval.of(over.g)
+                assert abs(ball.middle - side * third) < Fraction(1, 10**digits)
+                assert side * third in ball
+
+
+def test_mirrored_twice_is_the_motion_itself():
+    with working(BITS):
+        motion = scene_of(*ARGS).reduced(BITS)
+        once, twice = motion.mirrored(), motion.mirrored().mirrored()
+        for name in NAMES:
+            one, other = Interval.of(getattr(motion, name)), Interval.of(getattr(twice, name))
+            assert one == other, name
+        assert Interval.of(once.P_plus - motion.P_minus).middle < Fraction(1, 10**80)
+        assert Interval.of(once.over_top - motion.over_bottom).middle < Fraction(1, 10**80)
+
+
+def test_pi_starts_on_the_pole():
+    """θ = "pi" is the pole itself, not a rounding error from it."""
+    source = FromScene(Top(2, 1, 3), State("pi", thetadot=1))
+    with working(BITS):
+        found = source.reduced(BITS)
+        assert found.sin2.is_zero()
+        assert found.P_plus.is_zero()
+        assert found.u0 == -1
+        assert found.u0.is_exact()
+
+
+# --- which special motion it is ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("exponent", [30, 290])
+@pytest.mark.parametrize("side", [1, -1])
+def test_no_threshold_decides_the_regime(exponent, side):
+    """However near a special motion is, what differs from it nutates: 1e-290 is not nothing."""
+    off = Exact.of(Fraction(side, 10**exponent))
+    rate, spin = Exact.of("2/sqrt(3)"), Exact.of("2*sqrt(3)")
+    near = (
+        (CONE, State("pi/3", thetadot=off, phidot=10, psidot="135.6")),
+        (CONE, State("pi/3", phidot=10 + off, psidot="135.6")),
+        (MARGINAL, State("pi/3", phidot=rate, omega3=spin + off)),
+        (MARGINAL, State("pi/3", phidot=rate, omega3=spin, thetadot=off)),
+        (MARGINAL, State(0, omega3=3, thetadot=off)),
+        (Top(2, 1, off), State("pi/2", phidot=1)),
+    )
+    found = [Regime.of(FromScene(*each)) for each in near]
+    assert {regime.name for regime in found} == {"nutating"}
+    assert found[2].misses_top != found[3].misses_top
+    assert found[5].mirrored == (side < 0)
+    assert not found[5].weightless
+    exact = FromScene(*near[0][:1], State("pi/3", phidot=10, psidot="135.6"))
+    assert Regime.of(exact).name == "steady"
+    assert Regime.of(FromScene(MARGINAL, WHITTAKER)).name == "asymptotic"
+
+
+@pytest.mark.parametrize(("theta", "misses"), [(0, (False, True)), ("pi", (True, False))])
+def test_a_start_on_a_pole_passes_through_it(theta, misses):
+    """Seen with g ≥ 0: with g < 0 top and bottom change places."""
+    for gMR in (3, -3):
+        regime = Regime.of(FromScene(Top(2, 1, gMR), State(theta, thetadot=1, psidot=4)))
+        assert (regime.misses_top, regime.misses_bottom) == misses[:: 1 if gMR > 0 else -1]
+        assert regime.mirrored == (gMR < 0)
+        assert regime.resting
+        assert not regime.steady
+
+
+def test_rounding_is_no_motion():
+    """An axis along its momentum, or round the equator, without weight: steady at any precision.
+
+    One unit in the last place of an axis is no rounding: doubles are exact.
+    """
+    axes = ((0.375, -0.5, 0.75), (0.375, -0.625, 0.75), (-0.9375, 0.21875, -0.25))
+    along = [FromAxis(e, [3 * x for x in e], 0) for e in axes]
+    assert all(Regime.of(source).steady for source in along)
+    assert Regime.of(FromScene(WEIGHTLESS, State("pi/2", phidot=1))).steady
+    aside = (1.125, -1.5, 2.25 * (1 + 2**-52))
+    assert Regime.of(FromAxis(axes[0], aside, 0)).name == "nutating"

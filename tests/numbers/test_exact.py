@@ -1,0 +1,273 @@
+"""Exact numbers against fractions, and what leaves them, balls and doubles, against mpmath."""
+
+import math
+import pickle
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from decimal import Decimal
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from flint import arb
+from hypothesis import given
+from hypothesis import strategies as st
+from mpmath import MPContext, libmp
+
+from heavytop.errors import NotANumber
+from heavytop.numbers import PI, Exact, cos, sin, sqrt
+
+rationals = st.fractions() | st.fractions(-1000, 1000, max_denominator=1000)
+doubles = st.floats(1e-290, 1e290) | st.floats(-1e290, -1e-290) | st.just(0.0)
+UNPROVED = sqrt(5 + 2 * sqrt(6)) - sqrt(2) - sqrt(3)  # zero, for all that 4096 bits say
+
+
+def context(bits: int) -> MPContext:
+    mp = MPContext()
+    mp.prec = bits
+    return mp
+
+
+@given(rationals, rationals)
+def test_rational_arithmetic_is_that_of_fractions(p: Fraction, q: Fraction) -> None:
+    one = Exact.of(1)
+    a, b = one * p, one * q
+    assert (a + b).fraction == p + q
+    assert (a - b).fraction == p - q
+    assert (a * b).fraction == p * q
+    assert q == 0 or (a / b).fraction == p / q
+    assert float(a) == float(p)
+
+
+@given(doubles)
+def test_float_means_its_binary_value(x: float) -> None:
+    exact = Exact.of(x)
+    assert exact.fraction == Fraction(x)
+    assert float(exact) == x
+    assert Exact.of(str(exact)) == exact
+
+
+@pytest.mark.parametrize(
+    ("x", "expected"),
+    [
+        (3, 3),
+        (Decimal("0.1"), Fraction(1, 10)),
+        (np.float32(0.1), Fraction(float(np.float32(0.1)))),
+        (np.float64(0.1), Fraction(0.1)),
+        (np.int64(-7), -7),
+        (np.longdouble(1) / 3, Fraction(*(np.longdouble(1) / 3).as_integer_ratio())),
+    ],
+)
+def test_what_a_number_may_be(x: object, expected: object) -> None:
+    assert Exact.of(x).fraction == expected
+
+
+REFUSED = {
+    "true or false": [True, np.True_],
+    "nothing": [None],
+    "not a list": [[1]],
+    "not a complex": [1j],
+    "finite": [math.nan, -math.inf, np.float64("nan"), Decimal("nan"), Decimal("-inf")],
+    "1e300": [Decimal("1e999999999"), Decimal("1e-999999999"), 10**301, 5e-324],
+}
+
+
+@pytest.mark.parametrize(("rule", "x"), [(rule, x) for rule in REFUSED for x in REFUSED[rule]])
+def test_what_is_no_number_is_refused(x: object, rule: str) -> None:
+    with pytest.raises(NotANumber, match=rule):
+        Exact.of(x)
+
+
+def test_equal_numbers_hash_alike_and_survive_pickling() -> None:
+    for x in (sqrt(8), Exact.of("pi/3"), Exact.of(0.5), cos(0.3)):
+        assert pickle.loads(pickle.dumps(x)) == x
+        assert hash(x * 2 / 2) == hash(x)
+    assert hash(Exact.of(0.5)) == hash(0.5)
+    assert len({sqrt(8), 2 * sqrt(2)}) == 1
+
+
+def test_an_exact_number_cannot_be_changed() -> None:
+    with pytest.raises(AttributeError):
+        PI.text = "3"  # type: ignore[misc]
+
+
+def test_arithmetic_takes_python_and_numpy_numbers_and_refuses_texts() -> None:
+    assert 1 - Exact.of(0.25) == 0.75
+    assert 1 / Exact.of(4) == np.float64(2) * Exact.of("0.125")
+    with pytest.raises(TypeError):
+        PI + "1"  # type: ignore[operator]
+    with pytest.raises(NotANumber, match="finite"):
+        PI + math.nan
+
+
+EXACT = {"n": Exact.of, "pi": PI, "sqrt": sqrt, "cos": cos, "sin": sin}
+
+
+@st.composite
+def formulas(draw: st.DrawFn, depth: int = 3) -> str:
+    """Python expressions that have a value: what is divided by or under a root is positive."""
+    if depth == 0 or draw(st.booleans()):
+        return draw(st.sampled_from(["pi", "n('2')", "n('0.1')", "n('-7.5e-3')", "sqrt(n('6'))"]))
+    inner = formulas(depth=depth - 1)
+    shapes = ["({a} + {b})", "({a} - {b})", "{a}*{b}", "({a})**3", "cos({a})", "sin({a})"]
+    shape = draw(st.sampled_from([*shapes, "sqrt(1 + ({a})**2)", "{a}/(1 + ({b})**2)"]))
+    return shape.format(a=draw(inner), b=draw(inner))
+
+
+def by_mpmath(formula: str, bits: int) -> Fraction:
+    mp = context(bits)
+    names = {"n": mp.mpf, "pi": +mp.pi, "sqrt": mp.sqrt, "cos": mp.cos, "sin": mp.sin}
+    value = Fraction(*libmp.to_rational(eval(formula, names)._mpf_))  # our own formula
+    return value if abs(value) > Fraction(1, 2**1500) else Fraction(0)
+
+
+def by_us(formula: str) -> Exact:
+    value = eval(formula, dict(EXACT))
+    assert isinstance(value, Exact)
+    return value
+
+
+def bounds(ball: arb) -> tuple[Fraction, Fraction]:
+    """The ends of a ball, exactly."""
+    (m, e), (r, f) = ball.mid().man_exp(), ball.rad().man_exp()
+    middle, radius = (Fraction(int(k)) * Fraction(2) ** int(j) for k, j in ((m, e), (r, f)))
+    return middle - radius, middle + radius
+
+
+@given(formulas(), st.integers(2, 400))
+def test_balls_hold_the_number_and_values_are_rounded_to_nearest(formula: str, bits: int) -> None:
+    exact, value, slack = by_us(formula), by_mpmath(formula, 2000), Fraction(1, 2**1500)
+    ball = exact.ball(bits)
+    if ball.is_finite():
+        low, high = bounds(ball)
+        assert low - slack <= value <= high + slack
+    low, high = bounds(exact.ball(1000))
+    assert high - low <= Fraction(1, 2**900)
+    assert exact.mpf(context(bits)) == libmp_rounded(value, bits)
+    assert float(exact) == float(value)
+
+
+@given(rationals, st.integers(2, 300))
+def test_the_ball_of_a_rational_is_good_to_an_ulp(q: Fraction, bits: int) -> None:
+    low, high = bounds(Exact.of(q).ball(bits))
+    assert low <= q <= high
+    assert high - low <= 2 * abs(q) / 2 ** (bits - 1)
+
+
+@pytest.mark.parametrize("bits", range(20, 100, 7))
+def test_the_ball_of_a_root_of_what_cancels_holds_the_root(bits: int) -> None:
+    cancelling = sqrt(Exact.of("1 + 1e-30") / 9) - Fraction(1, 3)
+    low, high = bounds(sqrt(cancelling).ball(bits))
+    value = Fraction(1, 6 * 10**30) * (1 - Fraction(1, 4 * 10**30))  # and 1e-60 of it more
+    assert max(low, 0) ** 2 <= value <= high**2
+
+
+def libmp_rounded(q: Fraction, bits: int) -> object:
+    return context(bits).make_mpf(libmp.from_rational(q.numerator, q.denominator, bits, "n"))
+
+
+def test_a_number_beyond_the_doubles_is_said_so() -> None:
+    with pytest.raises(NotANumber, match="double"):
+        float(Exact.of("1e300") ** 2)
+    with pytest.raises(NotANumber, match="double"):
+        float(Exact.of("1e300") ** 2 * PI)
+
+
+def test_the_square_of_a_negative_cosine_keeps_its_sign_out_of_the_root() -> None:
+    """√(cos²2) = |cos 2| = −cos 2, not cos 2."""
+    assert float(sqrt(cos(2) ** 2)) == pytest.approx(-math.cos(2), rel=1e-15)
+    assert (sqrt(cos(2) ** 2) + cos(2)).mpf(context(200)) == 0
+
+
+@pytest.fixture
+def hasty_threads() -> Iterator[None]:
+    """Threads that are interrupted as often as can be."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    yield
+    sys.setswitchinterval(before)
+
+
+@pytest.mark.usefixtures("hasty_threads")
+def test_threads_at_different_precisions_get_what_each_gets_alone() -> None:
+    x = sqrt(2 + cos("0.1")) / (PI - sqrt(3) * sin(1)) + sqrt(5) ** 3
+    precisions = (30, 64, 150, 700)
+    alone = {bits: bounds(x.ball(bits)) for bits in precisions}
+    different: list[int] = []
+
+    def work(bits: int) -> None:
+        different.extend(bits for _ in range(400) if bounds(x.ball(bits)) != alone[bits])
+
+    threads = [threading.Thread(target=work, args=(bits,)) for bits in precisions * 2]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(timeout=300)
+        assert not thread.is_alive()
+    assert different == []
+
+
+def test_a_precision_that_is_none_is_refused_and_leaves_the_lock_open() -> None:
+    with pytest.raises(ValueError, match="prec"):
+        PI.ball(1)
+    signs: list[object] = []
+    thread = threading.Thread(target=lambda: signs.append(cos(2).sign()))
+    thread.start()
+    thread.join(timeout=20)
+    assert signs == [-1]
+
+
+@pytest.mark.processes
+def test_neither_flint_nor_mpmath_is_imported_for_rationals_and_pi() -> None:
+    code = (
+        "import sys; from heavytop.numbers import Exact, PI, cos, sqrt;"
+        "x = Exact.of('0.1') + 1; x.sign(); float(x / 3); str(x); (PI - x).sign(); sqrt(x).sign();"
+        "str(PI - x); cos(PI).sign();"
+        "assert not {'flint', 'mpmath'} & set(sys.modules), 'imported'"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+@given(st.integers(-(2**60), 2**60), st.integers(2, 50), st.integers(-80, 80))
+def test_ties_go_to_even(m: int, bits: int, e: int) -> None:
+    tie = (2 * m + 1) * Fraction(2) ** e
+    assert Exact.of(tie).mpf(context(bits)) == libmp_rounded(tie, bits)
+    double = Exact.of(Fraction(2**53 + 1))
+    assert float(double) == 2.0**53
+    assert float(double + sqrt(2) / 10**100) == 2.0**53 + 2
+
+
+def test_cancellation_inside_costs_no_digits() -> None:
+    """x = √(1 + 1e-200) − 1: 64 bits do not tell 1/x, and all digits are right."""
+    x, inverse = sqrt(Exact.of("1 + 1e-200")) - 1, 2 * 10**200 + Fraction(1, 2)
+    assert not (1 / x).ball(64).is_finite()
+    low, high = bounds((1 / x).ball(2000))
+    assert low <= inverse <= high + Fraction(1, 10**199)
+    assert high - low < Fraction(1, 10**100)
+    assert abs(x.mpf(context(100)) * (context(900).mpf(10) ** 200 * 2) - 1) < 1e-29
+    assert (float(x), float(1 / x)) == (5e-201, 2e200)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_what_may_be_zero_is_a_narrow_ball_and_a_plain_zero(n: int) -> None:
+    for ball, bits in (
+        ((UNPROVED**n * cos("0.1")).ball(300), 280 * n),
+        (sqrt(UNPROVED).ball(300), 90),
+    ):
+        low, high = bounds(ball)
+        assert low <= 0 <= high <= Fraction(1, 2**bits)
+    assert UNPROVED.sign() is None
+    assert (str(float(UNPROVED)), UNPROVED.mpf(context(100))) == ("0.0", 0)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["pi - 3.14159265358979323846", "3/pi - 1", "3.14159265358979323847 - pi", "pi**2 - 10",
+     "3.141592653589793238462 - pi", "-2*pi", "-sqrt(2)", "pi/sqrt(3)", "1/pi"],
+)  # fmt: skip
+def test_signs_told_without_balls_are_those_that_balls_tell(text: str) -> None:
+    x = Exact.of(text)
+    ball = x.ball(200)
+    assert x.sign() == (ball > 0) - (ball < 0) != 0

@@ -1,0 +1,159 @@
+"""Interval: what it says of the numbers in it, against rational arithmetic."""
+
+import math
+from decimal import Decimal
+from fractions import Fraction
+
+import flint
+import mpmath
+import numpy as np
+import pytest
+from flint import ctx
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heavytop.errors import NotANumber
+from heavytop.numbers import PI, Exact
+from heavytop.numbers.intervals import Interval, working
+
+middles = st.one_of(
+    st.fractions(max_denominator=10**30),
+    st.builds(lambda n, e: n * Fraction(10) ** e, st.integers(-999, 999), st.integers(-80, 40)),
+)
+spreads = st.one_of(
+    st.just(Fraction(0)),
+    st.builds(lambda n, e: n * Fraction(10) ** e, st.integers(1, 999), st.integers(-90, 3)),
+)
+balls = st.builds(Interval, middles, spreads)
+
+
+@given(balls)
+def test_what_is_printed_holds_the_ball(ball):
+    shown, _, error = str(ball).partition(" ± ")
+    assert ball in Interval(Fraction(shown), Fraction(error or 0))
+
+
+@given(st.builds(Interval, middles, spreads.filter(bool)))
+def test_what_is_printed_has_all_the_digits_that_are_known(ball):
+    _, _, error = str(ball).partition(" ± ")
+    assert ball.spread <= Fraction(error) <= 20 * ball.spread
+
+
+@given(balls, st.integers(1, 40))
+def test_bounds_are_outside_by_less_than_a_unit(ball, digits):
+    ends = ball.middle - ball.spread, ball.middle + ball.spread
+    low, high = map(Fraction, ball.bounds(digits))
+    assert low <= ends[0] <= ends[1] <= high
+    for bound, end in zip((low, high), ends, strict=True):
+        assert abs(bound - end) < abs(end) * Fraction(10) ** (1 - digits) or bound == end
+
+
+@given(balls)
+def test_floats_are_outside_by_less_than_two_ulps(ball):
+    low, high = ball.middle - ball.spread, ball.middle + ball.spread
+    for found, true in ((ball.lower, low), (ball.upper, high), (ball.radius, ball.spread)):
+        assert abs(Fraction(found) - true) <= 2 * math.ulp(found)
+    assert ball.lower <= low <= high <= ball.upper
+    assert ball.radius >= ball.spread
+    assert ball.mid == float(ball.middle)
+
+
+def test_no_float_is_nan_where_doubles_end():
+    huge, tiny = (
+        Interval(Fraction(10) ** 400, Fraction(1)),
+        Interval(Fraction(10) ** -400, Fraction(0)),
+    )
+    assert (huge.lower, huge.upper) == (np.finfo(float).max, math.inf)
+    assert (tiny.lower, tiny.upper) == (0.0, math.ulp(0.0))
+    assert huge.bounds(3) == ("9.99e+399", "1.01e+400")
+
+
+@given(st.builds(Interval, middles, spreads.filter(bool)))
+def test_digits_and_decimals_are_the_largest_that_hold(ball):
+    scale = max(1, abs(ball.middle))
+    assert ball.spread <= scale * Fraction(10) ** -ball.digits
+    assert ball.spread > scale * Fraction(10) ** -(ball.digits + 1)
+    assert ball.spread <= Fraction(10) ** -ball.decimals
+    assert ball.spread > Fraction(10) ** -(ball.decimals + 1)
+
+
+def test_an_exact_ball():
+    half = Interval(Fraction(1, 2), Fraction(0))
+    assert (str(half), half.digits, half.decimals) == ("0.5", math.inf, math.inf)
+    assert half.bounds(5) == ("0.5", "0.5")
+    assert 0.5 in half
+    assert "0.5000000000000000000000000001" not in half
+
+
+def test_every_kind_of_number_can_be_looked_for():
+    third = Interval(Fraction(1, 3), Fraction(1, 10**10))
+    near = 1 / 3
+    for x in (near, np.float64(near), Fraction(1, 3), Fraction(1, 3)):
+        assert x in third
+    assert np.float32(near) not in third
+    assert "0.33333333333" in third
+    assert "0.3333333332" not in third
+    assert Decimal("0.33333333339") in third
+    assert Decimal("0.3333333335") not in third
+    assert mpmath.mp.mpf(1) / 3 in third
+    assert -mpmath.mp.mpf(1) / 3 not in third
+    assert Exact.of("1/3") in third
+    assert 0 not in third
+    assert np.int64(0) in Interval(Fraction(0), Fraction(0))
+    assert third in Interval(Fraction(1, 3), Fraction(2, 10**10))
+    assert third not in Interval(Fraction(1, 3), Fraction(9, 10**11))
+    assert third not in Interval(Fraction(1, 3) + Fraction(1, 10**10), Fraction(2, 10**11))
+
+
+@pytest.mark.parametrize("x", [math.nan, math.inf, "pi", "", None, 1j, mpmath.mp.inf, PI])
+def test_what_is_no_rational_number_is_refused(x):
+    with pytest.raises(NotANumber, match="finite rational"):
+        _ = x in Interval(Fraction(0), Fraction(1))
+
+
+@given(st.integers(2, 300), st.fractions(-9, 9))
+def test_a_ball_of_flint_is_taken_as_it_is(bits, q):
+    with working(bits):
+        made = (flint.arb(flint.fmpq(q.numerator, q.denominator)) + 1) / 3
+        ball = Interval.of(made)
+        assert (q + 1) / 3 in ball
+        assert abs(ball.mid - float(made.mid())) <= 1e-15 * abs(ball.mid)
+        assert ball.spread * Fraction(2) ** (bits - 4) <= 4
+
+
+def test_what_is_too_small_to_write_down_is_taken_into_the_spread():
+    with working(64):
+        ball = Interval.of(flint.arb(-(10**12)).exp())
+    assert (ball.middle, ball.lower, ball.upper) == (0, -math.ulp(0.0), math.ulp(0.0))
+    assert 0 < ball.spread < Fraction(3, 1 << (1 << 16))
+    assert float(str(ball).partition(" ± ")[2]) == 0
+
+
+def test_a_ball_without_bounds_is_none():
+    with pytest.raises(ValueError, match="finite"):
+        Interval.of(flint.arb.nan())
+
+
+def test_the_precision_is_put_back() -> None:
+    before = ctx.prec
+    with working(200):
+        with working(80):
+            assert ctx.prec == 80
+        with pytest.raises(ZeroDivisionError), working(90):
+            raise ZeroDivisionError
+        assert ctx.prec == 200
+    assert ctx.prec == before
+
+
+@pytest.mark.parametrize(
+    ("x", "digits", "text"),
+    [("1/3", 5, "0.33333"), ("-2/3", 3, "-0.667"), ("200/3", 5, "66.667"), ("0", 3, "0.000"),
+     ("999.96", 4, "1000.0"), ("12345", 5, "12345"), ("0.9999", 3, "1.000")],
+)  # fmt: skip
+def test_decimals_are_rounded_to_the_nearest(x, digits, text):
+    assert Interval(Fraction(x), Fraction(0)).rounded(digits) == text
+
+
+def test_an_interval_that_is_too_wide_is_not_rounded():
+    with pytest.raises(ValueError, match="not known to 9 digits"):
+        Interval(Fraction(1, 3), Fraction(1, 10**8)).rounded(9)

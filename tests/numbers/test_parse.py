@@ -1,0 +1,91 @@
+"""Texts that are numbers, and what is none, each refused by the rule that it breaks."""
+
+import re
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from mpmath import MPContext
+
+from heavytop.errors import NotANumber
+from heavytop.numbers import PI, Exact
+
+
+@st.composite
+def texts(draw: st.DrawFn, depth: int = 3) -> str:
+    """Expressions of the grammar that have a value: roots and divisors are made positive."""
+    if depth == 0 or draw(st.booleans()):
+        return draw(st.sampled_from(["pi", "2", "0.5", "3", "1.25e-2", "(7/3)"]))
+    inner = texts(depth=depth - 1)
+    shape = draw(st.sampled_from(["({a} + {b})", "{a}*{b}", "sqrt({a})", "{a}/{b}", "({a})^2"]))
+    return shape.format(a=draw(inner), b=draw(inner))
+
+
+@given(texts())
+def test_a_text_is_what_python_and_mpmath_make_of_it(text: str) -> None:
+    mp = MPContext()
+    mp.prec = 300
+    names = {"pi": mp.pi, "sqrt": mp.sqrt, "mpf": mp.mpf, "__builtins__": {}}
+    in_mpmath = re.sub(r"[\d.]+(e-?\d+)?", r"mpf('\g<0>')", text).replace("^", "**")
+    expected, value = eval(in_mpmath, names), Exact.of(text)  # our own text, made above
+    assert abs(value.mpf(mp) - expected) <= abs(expected) * 2.0**-290
+    assert str(value) == text
+    canonical = str(value * 1 + 0)
+    assert Exact.of(canonical) == value, canonical
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("1.5e3", 1500), (".5", Fraction(1, 2)), ("-2^2", -4), ("2^-2", Fraction(1, 4)),
+        ("2**3^2", 512), ("4^(3/2)", 8), ("0.25^-0.5", 2), ("3 × 4 ÷ 6 − 1", 1),
+        ("- (1 + 2)*3", -9), ("1-2-3", -4), ("8/2/2", 2), ("2*3 rad/s", 6), ("π", PI),
+        ("6 deg", PI / 30), ("90deg", PI / 2), ("30 rpm", PI), ("180 deg/s", PI),
+        ("pi/2 rad", PI / 2),
+    ],
+)  # fmt: skip
+def test_operators_and_units(text: str, expected: Exact | Fraction | int) -> None:
+    assert Exact.of(text) == expected
+
+
+@pytest.mark.parametrize("units", [(), ("rad", "deg")])
+def test_a_unit_out_of_place_is_refused(units: tuple[str, ...]) -> None:
+    with pytest.raises(NotANumber, match="unit"):
+        Exact.of("3 rpm", units)
+
+
+REFUSED = {
+    "ends too early": ["", "1 +", "(1"],
+    "unexpected": [
+        "nan", "inf", "2 pi", "1_000", "١", "1)", "sqrt 2", "cos(1)", "1; 2", "1\x00",
+        "__import__('os').system('true')",
+    ],
+    "division by zero": [
+        "1/0", "1/(sqrt(8) - 2*sqrt(2))", "1/((1+sqrt(2))*(sqrt(2)-1) - 1)"
+    ],
+    "cannot be told from zero": ["1/(sqrt(5+2*sqrt(6)) - sqrt(2) - sqrt(3))"],
+    "root of a negative": ["sqrt(-1)", "sqrt(3 - pi)", "(-8)^(1/2)"],
+    "exponent": ["8^(1/3)", "9^9^9", "2^pi", "2^65", "2^(129/2)"],
+    "an exponent is whole": ["8^(1/3)"],
+    "too large": ["(1 + 1e-300)^64"],
+    "1e300": [
+        "(10^64)^64", "(pi^64)^64", "((1 + pi)^64)^64", "9e299*pi", "9e299*sqrt(1 + pi)", "1e301",
+        "(sqrt(2) + pi)^64^1*(sqrt(3) + 10^10*pi)^64", "1.001e300", "1e401",
+    ],
+    "1e-300": ["1e-300/pi^2", "0.999e-300", "1e-301", "1e-99999999999"],
+    "characters long": ["1" + "0" * 4000],
+    "nests": ["(" * 60 + "1" + ")" * 60, "-" * 60 + "1", "2^" * 60 + "1"],
+    "at most 500": ["1" + "+1" * 300],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("rule", "text"), [(rule, x) for rule in REFUSED for x in REFUSED[rule]])
+def test_what_is_no_number_is_refused(text: str, rule: str) -> None:
+    with pytest.raises(NotANumber, match=rule):
+        Exact.of(text)
+
+
+@pytest.mark.parametrize("text", ["3e299*pi", "pi/3e299", "4e299*sqrt(1 + pi)", "1e300", "1e-300"])
+def test_what_is_just_within_the_limits_is_held(text: str) -> None:
+    assert Exact.of(text).sign() == 1

@@ -1,0 +1,202 @@
+"""What a scene holds: read exactly, written back, changed, and built in Python."""
+
+import math
+import subprocess
+import sys
+import tomllib
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heavytop.errors import NotANumber
+from heavytop.numbers import PI, Exact, cos, sqrt
+from heavytop.scene.scene import Scene, load_scene, read_scene
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
+
+from ..motions import BOOK, SCENES
+
+START = State("0.1", phidot=-15, psidot=140)
+CONSTANTS = """\
+format = 1
+[top]
+A = 1
+C = 1
+gMR = 1
+[start]
+E = 3
+p_phi = 1
+p_psi = 1
+theta = "pi/2"
+branch = "rising"
+phi = "90 deg"
+[span]
+periods = -1.5
+"""
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_shipped_scene_survives_being_written(name: str) -> None:
+    scene = load_scene(name)
+    assert scene.name == name
+    assert scene.title
+    assert scene.source
+    assert read_scene(scene.to_toml()) == scene
+
+
+@pytest.mark.parametrize(
+    ("name", "phidot", "held", "spin"),
+    [
+        ("sicm-kicked", -15, "psidot", 140),
+        ("sicm-dropped", 0, "psidot", 140),
+        ("sicm-forward", 15, "omega3", 140),
+        ("sicm-forward-spin-held", 15, "psidot", 140),
+    ],
+)
+def test_the_scenes_of_the_book(name: str, phidot: int, held: str, spin: int) -> None:
+    """SICM 2.10; a kick says what it holds."""
+    scene = load_scene(name)
+    assert scene.top == BOOK
+    assert (scene.start.theta, scene.start.phidot) == (Fraction(1, 10), phidot)
+    assert (scene.start.held, getattr(scene.start, held)) == (held, spin)
+    assert scene.time == 2
+    assert scene.quantities == ("theta", "phi", "psi")
+
+
+def test_the_lie_group_benchmark_starts_as_published() -> None:
+    """Brüls, Cardona & Arnold 2012: E = 5435.696790865546875, p_φ, p_ψ; the axis is (0, 1, 0)."""
+    scene = load_scene("lie-group-benchmark")
+    top, start = scene.top, scene.start
+    assert (start.theta, start.phi) == (PI / 2, PI)
+    E = top.A * start.phidot**2 / 2 + top.C * start.omega3**2 / 2
+    assert Fraction("5435.696790865546875") == E
+    assert top.A * start.phidot == Fraction("-70.3124296875")
+    assert top.C * start.omega3 == Fraction("70.3125")
+
+
+def test_decimals_are_read_as_decimals_and_not_as_doubles(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(load_scene("sicm-kicked").to_toml(), "utf-8")
+    scene = load_scene(path)
+    assert Fraction(328, 10**6) == scene.top.A
+    assert (scene.name, scene) == ("mine", load_scene(str(path)))
+
+
+def test_a_scene_from_constants_of_the_motion() -> None:
+    scene = read_scene(CONSTANTS)
+    assert (scene.start.thetadot, scene.start.phidot, scene.start.phi) == (-2, 1, PI / 2)
+    assert (scene.periods, scene.time) == (Fraction(-3, 2), None)
+    assert read_scene(scene.to_toml()) == scene
+
+
+def test_a_scene_of_a_steady_precession() -> None:
+    text = load_scene("sicm-forward").to_toml().replace("phidot = 15", 'steady = "slow"')
+    text = text.replace("thetadot = 0\n", "")
+    scene = read_scene(text)
+    assert float(scene.start.phidot) == pytest.approx(6.3668390938832, rel=1e-13)
+    assert read_scene(scene.to_toml()) == scene
+
+
+def test_a_scene_from_parts() -> None:
+    parts = "mass = 15\ndistance = 1\ngravity = 9.81\nA_cm = 0.234375\nC_cm = 0.46875"
+    scene = read_scene(CONSTANTS.replace("A = 1\nC = 1\ngMR = 1", parts))
+    assert scene.top == load_scene("lie-group-benchmark").top
+
+
+def test_what_is_left_out_has_its_default() -> None:
+    text = "format = 1\n[top]\nA = 1\nC = 1\ngMR = 1\n[start]\n[span]\ntime = 1"
+    assert read_scene(text) == Scene(Top(1, 1, 1), State(0), time=1)
+    scene = read_scene(text)
+    assert (scene.quantities, scene.events) == (("theta", "phi"), ("turning",))
+    assert (scene.samples, scene.digits, scene.title, scene.source) == (401, 12, "", "")
+
+
+def test_changes() -> None:
+    changes = ["start.phidot=-14", "start.theta=pi/3", "want.digits = 30", 'want.events=["cusp"]']
+    scene = load_scene("sicm-kicked", [*changes, "title=tilted = more"])
+    assert (scene.start.phidot, scene.start.theta) == (-14, PI / 3)
+    assert (scene.digits, scene.events, scene.title) == (30, ("cusp",), "tilted = more")
+
+
+def test_a_changed_top_or_start_is_told_by_title_and_source() -> None:
+    kicked = load_scene("sicm-kicked")
+    scene = load_scene("sicm-kicked", ["start.phidot=5", "start.theta='30 deg'", "span.time=3"])
+    assert scene.title == f"{kicked.title}; with start.phidot = 5, start.theta = 30 deg"
+    assert scene.source == f"changed from {kicked.source}"
+    assert read_scene(scene.to_toml()).title == scene.title
+    longer = load_scene("sicm-kicked", ["span.time=3", "want.digits=13"])
+    assert (longer.title, longer.source) == (kicked.title, kicked.source)
+    named = load_scene("sicm-kicked", ["top.gMR=1", "title=mine {}", "source=me"])
+    assert (named.title, named.source) == ("mine {}", "me")
+    text = kicked.to_toml().replace(kicked.title, "x" * 490).replace(kicked.source, "")
+    long = read_scene(text, overrides=[f"start.phidot=5{' + 0' * 90}"])
+    assert (len(long.title), long.title[-1], long.source) == (500, "…", "")
+
+
+def test_a_changed_span_displaces_the_other_kind() -> None:
+    scene = load_scene("sicm-kicked", ["span.periods=1000"])
+    assert (scene.time, scene.periods) == (None, 1000)
+    assert load_scene("sicm-kicked", ["span.periods=3", "span.time=1"]).time == 1
+
+
+@given(
+    A=st.floats(1e-9, 1e9),
+    gMR=st.floats(-1e9, 1e9, allow_subnormal=False).filter(lambda x: x == 0 or abs(x) > 1e-99),
+    theta=st.floats(0, math.pi).filter(lambda x: x == 0 or x > 1e-99),
+    title=st.text(st.characters(exclude_categories=["C", "Z"]), max_size=50),
+)
+def test_a_scene_built_from_floats_survives_being_written(
+    A: float, gMR: float, theta: float, title: str
+) -> None:
+    scene = Scene(Top(A, A, gMR), State(theta, omega3=0.1), periods=1 / 3, title=title)
+    assert scene.start.theta == theta
+    again = read_scene(scene.to_toml())
+    assert again == scene
+    assert again.to_toml() == scene.to_toml()
+
+
+def test_irrational_numbers_and_quotes_survive_being_written() -> None:
+    start = State(PI / 7, phidot=2 / sqrt(3), psidot="1337 rpm")
+    scene = Scene(Top(1, "1/3", sqrt(2)), start, time=PI, events=())
+    assert read_scene(scene.to_toml()) == scene
+    scene = Scene(BOOK, START, time=1, title='a "b" \\n c # [top]', source="θ – φ")
+    assert tomllib.loads(scene.to_toml())["title"] == scene.title
+    assert read_scene(scene.to_toml()) == scene
+    with pytest.raises(NotANumber, match="no cosines"):
+        Scene(BOOK, State("0.1", phidot=cos(0.3)), time=1).to_toml()
+
+
+def test_the_document_has_numbers_where_they_are_exact() -> None:
+    scene = Scene(Top("3.28e-4", "6.60e-5", "1/3"), State("pi/3", psidot=0.1), time=2, name="x")
+    document = scene.document()
+    assert document["top"] == {"A": 3.28e-4, "C": 6.6e-5, "gMR": "1/3"}
+    assert document["start"]["theta"] == "pi/3"
+    assert Exact.of(document["start"]["psidot"]) == 0.1  # the binary value, all 55 digits
+    assert (document["span"], document["name"]) == ({"time": 2}, "x")
+    assert document["want"]["quantities"] == ["theta", "phi"]
+
+
+def test_a_scene_is_a_value() -> None:
+    scene = Scene(BOOK, START, time=2)
+    assert hash(scene) == hash(Scene(BOOK, START, time=2.0, name="other"))
+    assert replace(scene, time=None, periods=Exact.of(3)).periods == 3
+    with pytest.raises(AttributeError):
+        scene.time = Exact.of(3)  # type: ignore[misc]
+
+
+@pytest.mark.processes
+def test_reading_a_rational_scene_loads_no_heavy_library() -> None:
+    code = (
+        "import sys, heavytop.scene.scene as s; s.load_scene('lie-group-benchmark');"
+        "print(*sorted({'numpy', 'sympy', 'mpmath', 'heyoka', 'scipy'} & set(sys.modules)))"
+    )
+    source = str(Path(sys.modules["heavytop.scene.scene"].__file__ or "").parents[2])
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True, text=True, check=True, env={"PYTHONPATH": source},
+    )  # fmt: skip
+    assert done.stdout.strip() == ""

@@ -1,0 +1,161 @@
+"""A shipped scene for every kind of motion: each is of its kind by proof, and meets its digits."""
+
+import importlib.util
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import heavytop as ht
+from heavytop.classification import Kind
+
+from ..motions import SCENES, shipped
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "what-a-top-can-do.md").read_text("utf-8")
+
+
+# scene: (kind, tags)
+MOTIONS = {
+    "at-rest": ("at-rest", ()),
+    "force-free": ("force-free", ("closed-orbit",)),
+    "hanging": ("hanging", ()),
+    "inverted-gravity": ("loops", ("inverted-gravity",)),
+    "lie-group-benchmark": ("loops", ()),
+    "near-separatrix": ("waves", ("near-separatrix",)),
+    "planar-asymptotic": ("planar-pendulum", ("asymptotic",)),
+    "planar-pendulum": ("planar-pendulum", ("swinging", "closed-orbit", "start-at-rest")),
+    "planar-rotating": ("planar-pendulum", ("rotating", "closed-orbit")),
+    "separatrix": ("separatrix", ()),
+    "sicm-dropped": ("cusps", ("start-at-rest",)),
+    "sicm-forward": ("waves", ()),
+    "sicm-forward-spin-held": ("loops", ()),
+    "sicm-kicked": ("loops", ()),
+    "simo-wong": ("cusps", ("start-at-rest",)),
+    "sleeping": ("sleeping", ("stable",)),
+    "sleeping-marginal": ("sleeping", ("marginal",)),
+    "sleeping-unstable": ("sleeping", ("unstable",)),
+    "spherical-pendulum": ("waves", ("spherical-pendulum",)),
+    "spherical-top": ("loops", ("spherical-top",)),
+    "spin-reversal": ("waves", ("spin-reversal",)),
+    "steady-betsch": ("uniform-precession", ("slow", "closed-orbit")),
+    "steady-fast": ("uniform-precession", ("fast", "closed-orbit")),
+    "steady-single": ("uniform-precession", ("single", "closed-orbit")),
+    "through-bottom": ("through-bottom", ()),
+    "through-top": ("through-top", ()),
+}
+TAGS = {
+    "stable", "marginal", "unstable", "swinging", "rotating", "asymptotic", "slow", "fast",
+    "single", "spherical-pendulum", "spherical-top", "spin-reversal", "closed-orbit",
+    "near-separatrix", "inverted-gravity", "start-at-rest",
+}  # fmt: skip
+
+
+def test_every_kind_and_every_tag_has_a_scene():
+    assert list(MOTIONS) == SCENES
+    assert {kind for kind, _ in MOTIONS.values()} == {*map(str, Kind)} - {"undecided"}
+    assert {tag for _, tags in MOTIONS.values() for tag in tags} == TAGS
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_its_kind_is_proved(name):
+    verdict = shipped(name).verdict
+    assert (str(verdict.kind), verdict.tags) == MOTIONS[name]
+    assert verdict.certified
+    assert not verdict.open_tags
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_it_meets_its_digits(name):
+    scene = ht.load_scene(name)
+    trajectory = ht.propagate(scene)
+    errors = ht.run_errors(trajectory)
+    bound = 10.0**-scene.digits
+    wanted = {"theta", "phi", "psi", "axis"} & set(scene.quantities)
+    assert wanted
+    for quantity in wanted:
+        end = 1.0 if quantity == "axis" else abs(getattr(trajectory, quantity)[-1])
+        assert getattr(errors, quantity) <= bound * max(1.0, end), quantity
+    assert errors.event_time is None or errors.event_time < bound * trajectory.t[-1]
+
+
+# --- what makes them special, by formulas of the books -----------------------------------------
+
+
+def test_the_marginal_top_spins_at_the_threshold():
+    """2 sqrt(A gMR)/C = 117.194006936 rad/s for the book's top, at 50 digits by another program."""
+    assert float(ht.load_scene("sleeping-marginal").start.omega3) == pytest.approx(
+        117.194006935969, rel=1e-14
+    )
+
+
+def test_the_pendulum_has_the_period_of_the_lemniscate():
+    """Let go from the horizontal it swings to and fro in 4 sqrt(A/gMR) K(m = 1/2), of which theta
+    sees half; K(1/2) = Gamma(1/4)^2/4 sqrt(pi) = 1.8540746773013719.
+    """
+    motion = shipped("planar-pendulum")
+    frequency = np.sqrt(9.80665 / 1.004)
+    assert 2 * motion.period == pytest.approx(4 * 1.8540746773013719 / frequency, rel=1e-15)
+
+
+def test_the_pendulum_rises_as_the_elementary_solution_says():
+    """theta = 2 arcsin sech(t sqrt(gMR/A)); any error grows as exp(t sqrt(gMR/A))."""
+    trajectory = ht.propagate(ht.load_scene("planar-asymptotic"))
+    x = np.sqrt(9.80665 / 1.004) * trajectory.t
+    exact = 2 * np.arctan2(1.0, np.sinh(x))
+    assert np.all(np.abs(trajectory.theta - exact) < 2e-15 * np.exp(x))
+    assert exact[-1] < 4e-4  # four orders of magnitude below the start
+
+
+def test_the_free_plate_goes_round_its_angular_momentum():
+    """The axis keeps its angle to L, and runs round it at |L|/A (Landau & Lifshitz, section 33)."""
+    scene = ht.load_scene("force-free")
+    theta, spin = np.radians(20), 20.0
+    across = 0.001 * 12.0  # A thetadot, along x at the start: phi is 0
+    momentum = np.array([across, 0, 0]) + 0.002 * spin * np.array(
+        [0, -np.sin(theta), np.cos(theta)]
+    )
+    trajectory = ht.propagate(scene)
+    along = trajectory.axis @ momentum
+    assert np.ptp(along) < 1e-15
+    period = 2 * np.pi * 0.001 / np.linalg.norm(momentum)
+    assert shipped("force-free").period == pytest.approx(period, rel=1e-14)
+
+
+def test_near_the_separatrix_the_period_is_a_logarithm():
+    """T = (1/w) ln(16/(1 - m)) to 1e-6 for 1 - m < 1e-6."""
+    motion = shipped("near-separatrix")
+    low, _, high = motion.roots
+    w, (_, mc) = np.sqrt((high - low) / 2), motion.exact.modulus  # A = gMR = 1
+    assert float(mc) < 1e-6
+    assert motion.period == pytest.approx(np.log(16 / float(mc)) / w, rel=1e-6)
+
+
+# --- the page ----------------------------------------------------------------------------------
+
+
+def test_the_page_names_every_scene_and_every_tag():
+    named = set(re.findall(r"`([a-z-]+)`", PAGE))
+    assert MOTIONS.keys() <= named
+    assert named >= TAGS
+    assert {str(kind) for kind in Kind} <= named
+
+
+def test_the_page_links_to_what_exists():
+    for target in re.findall(r"\]\(([^)#]+)[^)]*\)", PAGE):
+        assert (ROOT / "docs" / target).exists(), target
+
+
+def test_the_picture_has_a_panel_for_every_kind():
+    spec = importlib.util.spec_from_file_location("draw", ROOT / "docs" / "draw.py")
+    draw = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(draw)
+    drawn = {panel[0] for _, panels in draw.KINDS.values() for panel in panels}
+    assert drawn <= MOTIONS.keys()
+    assert {MOTIONS[name][0] for name in drawn} == {kind for kind, _ in MOTIONS.values()}
+    assert {MOTIONS[name][1][:1] for name in drawn} == {tags[:1] for _, tags in MOTIONS.values()}
+
+
+def test_the_picture_is_not_too_large_for_a_page():
+    assert 100_000 < (ROOT / "docs" / "images" / "kinds.svg").stat().st_size < 300_000

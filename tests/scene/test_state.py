@@ -1,0 +1,162 @@
+"""State against the formulas that define it, evaluated the other way round."""
+
+import math
+from fractions import Fraction
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from heavytop.errors import ImpossibleStart
+from heavytop.numbers import Exact, cos, sin, sqrt
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
+
+from ..motions import BOOK, CONE
+
+moments = st.floats(0.1, 10)
+rates = st.floats(-20, 20).map(lambda x: round(x, 9))
+tilts = st.floats(0.05, 3.09)
+
+
+def constants(top: Top, start: State) -> tuple[Exact, Exact, Exact]:
+    """E, p_φ, p_ψ as the textbook defines them."""
+    u, s = cos(start.theta), sin(start.theta)
+    p_psi = top.C * start.omega3
+    p_phi = top.A * start.phidot * s**2 + p_psi * u
+    kinetic = top.A / 2 * (start.thetadot**2 + start.phidot**2 * s**2) + p_psi**2 / (2 * top.C)
+    return kinetic + top.gMR * u, p_phi, p_psi
+
+
+@given(tilts, rates, rates)
+def test_psidot_and_omega3_say_the_same(theta: float, phidot: float, spin: float) -> None:
+    held = State(theta, phidot=phidot, psidot=spin)
+    kicked = State.kicked(theta=theta, phidot=phidot, omega3=held.omega3)
+    assert (held.held, kicked.held) == ("psidot", "omega3")
+    assert kicked.psidot == held.psidot
+
+
+def test_spin_is_zero_where_none_is_given() -> None:
+    assert State("pi/2", phidot=3).psidot == 0
+    assert State("pi/3", phidot=3).omega3 == Fraction(3, 2)
+
+
+@pytest.mark.parametrize(
+    ("values", "broken"),
+    [
+        ({"theta": -0.1}, {"theta"}),
+        ({"theta": math.nextafter(math.pi, 4)}, {"theta"}),
+        ({"theta": "181 deg"}, {"theta"}),
+        ({"theta": "3 rpm"}, {"theta"}),
+        ({"phidot": "3 deg"}, {"phidot"}),
+        ({"psidot": 1, "omega3": 1}, {"omega3"}),
+        ({"theta": math.inf, "psi": None}, {"theta", "psi"}),
+        ({"theta": 4, "psidot": 1, "omega3": 1}, {"theta", "omega3"}),
+    ],
+)
+def test_impossible_starts_are_refused(values: dict[str, object], broken: set[str]) -> None:
+    with pytest.raises(ImpossibleStart) as error:
+        State(**({"theta": 0.1} | values))
+    assert {name for name, _ in error.value.broken} == broken
+
+
+@pytest.mark.parametrize("rate", ["thetadot", "phidot", "psidot", "omega3"])
+def test_rates_have_units_of_rates_and_no_others(rate: str) -> None:
+    assert getattr(State(theta=1, **{rate: "30 rpm"}), rate) == Exact.of("pi")
+    with pytest.raises(ImpossibleStart, match=f"{rate}: a unit here is rpm"):
+        State(theta=1, **{rate: "30 deg"})
+
+
+@pytest.mark.parametrize("theta", [0, math.pi, "pi", "180 deg", "3.14159265358979323846"])
+def test_the_poles_belong_to_the_tilts(theta: float | str) -> None:
+    assert State(theta).theta == Exact.of(theta)
+
+
+@given(moments, moments, rates, tilts, rates, rates, rates)
+def test_constants_lead_back_to_the_start(
+    A: float, C: float, gMR: float, theta: float, thetadot: float, phidot: float, omega3: float
+) -> None:
+    assume(C <= 2 * A and abs(thetadot) > 1e-3)
+    top = Top(A, C, gMR)
+    start = State(theta, thetadot=thetadot, phidot=phidot, omega3=omega3)
+    E, p_phi, p_psi = constants(top, start)
+    branch = "falling" if thetadot > 0 else "rising"
+    again = State.from_constants(top, E, p_phi, p_psi, theta, branch)
+    for name in ("thetadot", "phidot", "psidot", "omega3"):
+        expected = float(getattr(start, name))
+        assert float(getattr(again, name)) == pytest.approx(expected, rel=1e-15, abs=1e-300)
+
+
+def test_a_start_at_a_turning_point_from_constants() -> None:
+    E, p_phi, p_psi = constants(BOOK, State("pi/3", phidot=-15, psidot=140))
+    start = State.from_constants(BOOK, E, p_phi, p_psi, "pi/3")
+    assert (start.thetadot, start.phidot, start.psidot) == (0, -15, 140)
+
+
+def test_through_the_vertical_from_constants() -> None:
+    """At θ = 0 with p_φ = p_ψ, φ̇ has the limit p_ψ/2A and θ̇² = 2(E' − gMR)/A."""
+    top = Top(2, 1, 3)
+    start = State.from_constants(top, E=20, p_phi=4, p_psi=4, theta=0)
+    assert (start.phidot, start.thetadot) == (1, 3)
+    bottom = State.from_constants(top, E=14, p_phi=-4, p_psi=4, theta="pi", branch="rising")
+    assert (bottom.phidot, bottom.thetadot) == (-1, -3)
+
+
+@pytest.mark.parametrize(
+    ("ask", "says"),
+    [
+        (lambda: State.from_constants(Top(1, 1, 1), 0.9, 1, 1, "pi/2"), "E: at least 1 at"),
+        (lambda: State.from_constants(BOOK, 1, 0.01, 0.02, 0), "p_phi: equal to p_psi"),
+        (lambda: State.from_constants(BOOK, 1, 0, 0, 1, "sideways"), "branch"),
+        (lambda: State.steady(BOOK, "0.1", 100), r"omega3: at least 116\.9"),
+        (lambda: State.steady(CONE, "pi/2", 100, "fast"), "no fast rate"),
+        (lambda: State.steady(CONE, "pi/2", 0, "slow"), "not 0"),
+        (lambda: State.steady(BOOK, "0.1", 140, "medium"), "steady"),
+    ],
+)
+def test_starts_that_there_are_not_name_what_would_be_right(ask, says) -> None:
+    with pytest.raises(ImpossibleStart, match=says):
+        ask()
+
+
+@pytest.mark.reference
+def test_steady_precessions_of_the_books() -> None:
+    """Betsch's gyro, and SICM 2.10 at θ = 0.1 with ω3 = 140; limits of no gravity and of level."""
+    slow, fast = (State.steady(CONE, "pi/3", "140.6", which) for which in ("slow", "fast"))
+    assert (slow.phidot, slow.psidot, slow.thetadot) == (10, Fraction("135.6"), 0)
+    assert float(fast.phidot) == pytest.approx(23.082352941176471, rel=1e-16)
+    slow, fast = (State.steady(BOOK, "0.1", 140, which) for which in ("slow", "fast"))
+    assert float(slow.phidot) == pytest.approx(6.3668390938832, rel=1e-13)
+    assert float(fast.phidot) == pytest.approx(21.945335558617, rel=1e-13)
+    least = 2 * sqrt(CONE.A * CONE.gMR / 2) / CONE.C
+    slow, fast = (State.steady(CONE, "pi/3", least, which) for which in ("slow", "fast"))
+    assert slow.phidot == fast.phidot
+    assert State.steady(CONE, "pi/2", 100, "slow").phidot == CONE.gMR / (CONE.C * 100)
+    top = Top(1, 1, 0)
+    assert State.steady(top, "pi/3", 2, "slow").phidot == 0
+    assert State.steady(top, "pi/3", 2, "fast").phidot == 4
+    assert State.steady(top, "pi/3", 0, "slow").phidot == 0
+
+
+@given(moments, moments, rates, tilts, rates, st.sampled_from(["slow", "fast"]))
+def test_steady_rates_solve_their_equation(
+    A: float, C: float, gMR: float, theta: float, omega3: float, which: str
+) -> None:
+    """A cosθ Ω² − p_ψ Ω + gMR = 0, to every digit asked for."""
+    assume(C <= 2 * A and abs(theta - math.pi / 2) > 1e-6 and abs(omega3) > 1e-3)
+    assume((C * omega3) ** 2 > 4 * A * gMR * math.cos(theta) + 1e-9)
+    top = Top(A, C, gMR)
+    Omega = State.steady(top, theta, omega3, which).phidot
+    residual = top.A * cos(theta) * Omega**2 - top.C * omega3 * Omega + top.gMR
+    scale = abs(float(Omega)) * C * abs(omega3) + abs(gMR) + 1e-300
+    assert abs(float(residual)) <= 1e-100 * scale
+
+
+@pytest.mark.parametrize("theta", ["0.1", "pi/3", "2", "pi"])
+def test_the_mirrored_spin_precesses_the_other_way(theta: str) -> None:
+    """(ω3, Ω) → (−ω3, −Ω) is a symmetry, and the slow rate is the smaller one on both sides."""
+    for which in ("slow", "fast"):
+        there, back = (State.steady(BOOK, theta, spin, which).phidot for spin in (140, -140))
+        assert there == -back
+    slow, fast = (State.steady(BOOK, theta, -140, which).phidot for which in ("slow", "fast"))
+    assert abs(float(slow)) < abs(float(fast))

@@ -1,0 +1,183 @@
+"""Tops, from moments, parts and solids: published moments, integrals and the book's top."""
+
+import math
+import pickle
+from fractions import Fraction
+
+import pytest
+import sympy as sp
+
+import heavytop as ht
+from heavytop.errors import ImpossibleTop
+from heavytop.scene.top import ALUMINIUM, STEEL, Top, cone, disk, ring, rod, sphere, whole
+
+from ..motions import BOOK, LIE
+
+
+def test_a_top_holds_exact_numbers() -> None:
+    assert Fraction(41, 125000) == BOOK.A.fraction
+    assert Top(1, 2, 3) == Top(1.0, "2", Fraction(3))
+    assert pickle.loads(pickle.dumps(BOOK)) == BOOK
+    for gMR in (0, -1, 1):  # a disc is possible under any gravity
+        assert Top(1, 2, gMR).gMR == gMR
+
+
+BROKEN = [
+    (Top, {"A": 0}, {"A"}),
+    (Top, {"A": -1}, {"A"}),
+    (Top, {"C": 0}, {"C"}),
+    (Top, {"C": 2.0000000000000004}, {"C"}),
+    (Top, {"A": math.nan, "C": -1, "gMR": "x"}, {"A", "C", "gMR"}),
+    (Top, {"gMR": True}, {"gMR"}),
+    (Top, {"A": "3 deg"}, {"A"}),
+    (Top.from_parts, {"mass": 0}, {"mass"}),
+    (Top.from_parts, {"A_cm": 0, "C_cm": -1}, {"A_cm", "C_cm"}),
+    (Top.from_parts, {"C_cm": 2.5}, {"C_cm"}),
+    (Top.from_parts, {"gravity": "fast", "mass": -1}, {"gravity", "mass"}),
+    (disk, {"radius": -1, "thickness": "1 m", "base": 0, "mass": None},
+     {"centre or base", "density or mass", "radius", "thickness"}),
+]  # fmt: skip
+GOOD = {
+    Top: {"A": 1, "C": 1, "gMR": 1},
+    Top.from_parts: {"mass": 1, "distance": 1, "A_cm": 1, "C_cm": 1, "gravity": "9.81"},
+    disk: {"radius": 1, "thickness": 1, "centre": 0, "mass": 1},
+}
+
+
+@pytest.mark.parametrize(("make", "values", "broken"), BROKEN)
+def test_what_is_impossible_is_refused_with_every_fault(make, values, broken) -> None:
+    with pytest.raises(ImpossibleTop) as error:
+        make(**(GOOD[make] | values))
+    assert {name for name, _ in error.value.broken} == broken
+    assert all(name in str(error.value) for name in broken)
+
+
+def test_the_cone_of_betsch_and_steinmann():
+    """Betsch & co-workers' gyro: density 2700, height 0.1, radius 0.05, on its apex, g = 9.81."""
+    body = cone(radius="0.05", apex=0, base="0.1", density=2700)
+    assert float(body.mass) == pytest.approx(0.70685834705770348, rel=2e-16)
+    assert body.centre == ht.Exact.of("0.075")
+    top = ht.Top.from_solids([body], gravity="9.81")
+    assert float(top.A) == pytest.approx(4.5062219624928597e-3, rel=2e-16)
+    assert float(top.C) == pytest.approx(5.3014376029327761e-4, rel=2e-16)
+    assert float(top.gMR) == pytest.approx(0.52007102884770533, rel=2e-16)
+
+
+def test_the_lie_group_benchmark_is_a_disk():
+    """Bruls, Cardona & Arnold 2012: 15 kg at 1 m, moments 0.234375 and 0.46875 about the centre.
+
+    C_cm = 2 A_cm is a flat disk of radius 1/4, here one of vanishing thickness.
+    """
+    flat = disk(radius="1/4", thickness="1e-100", centre=1, mass=15)
+    assert flat.C_cm == ht.Exact.of("0.46875")
+    assert float(flat.A_cm) == 0.234375
+
+
+def moments(density, profile, start, end):
+    """Mass, first moment, A and C about the pivot by integration over thin disks."""
+    z = sp.Symbol("z")
+    slab = density * sp.pi * profile(z) ** 2
+    integrands = (1, z, profile(z) ** 2 / 4 + z**2, profile(z) ** 2 / 2)
+    return [sp.integrate(sp.expand(slab * each), (z, start, end)) for each in integrands]
+
+
+half, third = sp.Rational(1, 2), sp.Rational(1, 3)
+SHAPES = {
+    "disk": (
+        disk(radius=2, thickness="1/2", base="1/3", density=7),
+        lambda z: sp.Integer(2),
+        (third, third + half),
+    ),
+    "rod below the pivot": (
+        rod(radius="1/2", length=3, centre=-1, density=7),
+        lambda z: half,
+        (-half * 5, half),
+    ),
+    "cone on its apex": (cone(radius=1, apex=2, base=5, density=7), lambda z: (z - 2) / 3, (2, 5)),
+    "cone on its base": (cone(radius=1, apex=5, base=2, density=7), lambda z: (5 - z) / 3, (2, 5)),
+    "sphere": (
+        sphere(radius=2, centre=3, density=7),
+        lambda z: sp.sqrt(4 - (z - 3) ** 2),
+        (1, 5),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_moments_are_the_integrals_over_thin_disks(name):
+    body, profile, ends = SHAPES[name]
+    mass, first, A, C = moments(7, profile, *ends)
+    found = (body.mass, body.mass * body.centre, body.A, body.C_cm)
+    for exact, integral in zip(found, (mass, first, A, C), strict=True):
+        assert sp.simplify(sp.sympify(str(exact)) - integral) == 0
+
+
+def test_a_ring_and_its_core_make_a_disk():
+    wheel = ring(outer=3, inner="1/2", thickness=2, centre=5, density=7)
+    core = rod(radius="1/2", length=2, base=4, density=7)
+    full, both = whole([disk(radius=3, thickness=2, centre=5, density=7)]), whole([wheel, core])
+    assert full == both
+
+
+def test_density_and_mass_agree():
+    light = disk(radius=1, thickness="1/pi", centre=0, density=5)
+    assert light == disk(radius=1, thickness="1/pi", centre=0, mass=5)
+
+
+def the_books_top():
+    return [
+        ring(outer="0.042", inner="0.0015", thickness="0.005", centre="0.0505", density=ALUMINIUM),
+        rod(radius="0.0015", length="0.178", base=0, density=STEEL),
+    ]
+
+
+def test_an_aluminium_disk_on_a_steel_rod_is_the_books_top():
+    """SICM section 2.10 prints A = 3.28e-4, C = 6.60e-5, gMR = 0.0456."""
+    top = ht.Top.from_solids(the_books_top(), gravity="9.80665")
+    assert f"{float(top.A):.2e}" == "3.28e-04"
+    assert f"{float(top.C):.2e}" == "6.60e-05"
+    assert f"{float(top.gMR):.3g}" == "0.0456"
+
+
+def test_from_solids_is_from_parts():
+    """By parallel axes; upside down gMR is negative."""
+    body = whole(the_books_top())
+    parts = Top.from_parts(
+        mass=body.mass, distance=body.centre, A_cm=body.A_cm, C_cm=body.C, gravity="9.80665"
+    )
+    assert parts == Top.from_solids(the_books_top(), gravity="9.80665")
+    lie = Top.from_parts(mass=15, distance=1, A_cm="0.234375", C_cm="0.46875", gravity="9.81")
+    assert lie == LIE
+    hanging = Top.from_solids([sphere(radius="0.1", centre=-1, mass=1)], gravity="9.81")
+    assert hanging.gMR == ht.Exact.of("-9.81")
+
+
+REFUSED = {
+    "no mass": (
+        lambda: disk(radius=1, thickness=1, centre=0, mass=0),
+        "mass: must be greater than 0",
+    ),
+    "a flat cone": (lambda: cone(radius=1, apex=2, base=2, mass=1), "apart from the apex"),
+    "a hole too large": (
+        lambda: ring(outer=1, inner=1, thickness=1, base=0, mass=1),
+        "less than outer",
+    ),
+    "nothing": (lambda: ht.Top.from_solids([], gravity=1), "at least one solid"),
+    "something else": (lambda: ht.Top.from_solids([3], gravity=1), "at least one solid"),
+    "no gravity": (
+        lambda: ht.Top.from_solids([sphere(radius=1, centre=1, mass=1)], gravity="much"),
+        "gravity",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_refusals(name):
+    attempt, message = REFUSED[name]
+    with pytest.raises(ht.ImpossibleTop, match=message):
+        attempt()
+
+
+def test_a_solid_is_immutable():
+    with pytest.raises(AttributeError):
+        sphere(radius=1, centre=1, mass=1).mass = 2
