@@ -26,6 +26,7 @@ PLAIN = {"Exact", "Kind"}  # a number with its operations, and an enumeration
 # What measures nothing itself: it holds or reads what others measured, or is exact.
 NO_ACCURACY = {
     **dict.fromkeys(["Exact", "Scene", "State", "Top", "load_scene"], "exact numbers"),
+    "Method": "it is another's",
     **dict.fromkeys(["Kind", "Plan", "Sample", "Trajectory", "Transition"], "as its maker says"),
     **dict.fromkeys(["Check", "Circuit", "Errors", "Folded", "Motions"], "likewise"),
     **dict.fromkeys(["Sensitivities"], "likewise"),
@@ -39,7 +40,7 @@ NO_REFERENCE = {
     **dict.fromkeys(["Folded", "Kind", "Sensitivities", "Transition", "Verdict"], "as its maker"),
     **dict.fromkeys(["load_atlas", "load_scene", "load_trajectory", "resume"], "files"),
     **dict.fromkeys(["merge_atlases", "atlas", "extend", "plan", "propagate_many"], "ours"),
-    **dict.fromkeys(["check", "Check"], "ours"),
+    **dict.fromkeys(["check", "Check", "Method"], "ours"),
     **dict.fromkeys(["run_errors", "stress", "work_precision", "classify_many"], "ours"),
     **dict.fromkeys(["Validation", "validate"], "each claim names its authority"),
 }
@@ -57,6 +58,7 @@ NO_UNIT = {  # numbers that count, compare or have the unit of what they are of
     "Transition": {"states", "matrix", "by_parameters"},
     "Verdict": {"margin", "margin_enclosure"},
     "WorkPrecision": {"periods", "phase"},
+    "Method": {"setting"},
     "drift": {"periods"},
     "work_precision": {"periods"},
 }  # fmt: skip

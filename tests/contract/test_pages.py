@@ -28,6 +28,7 @@ PAGES = {  # and how many blocks of each are run
     "enclosures.md": 6,
     "reference-values.md": 1,
     "check-a-trajectory.md": 2,
+    "bring-your-integrator.md": 2,
     "sensitivity.md": 7,
     "rivals.md": 4,
     "where-methods-fail.md": 4,

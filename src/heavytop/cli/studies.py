@@ -89,7 +89,7 @@ def _axes(incomplete: str) -> list[str]:
 
 METHODS: Final = (
     "Methods, each NAME or NAME=SETTING (a tolerance, or steps a period), as in "
-    "taylor-axis=1e-9,gauss8=32; else a selection."
+    "taylor-axis=1e-9,gauss8=32, or your own, as mine.py:rk4=200; else a selection."
 )
 SCHEDULER: Final = "Let the workers of a dask scheduler do it, such as tcp://192.168.0.2:8786."
 Methods = Annotated[
@@ -390,12 +390,14 @@ def validate(
     put_out(write, found.document, partial(_validation_ends, found), common)
 
 
+OWN: Final = "Those of your own that the study runs, named again: mine.py:rk4."
 BEGUN: Final = "The folder of a study (drift, atlas, stress, workprec) or of a run."
 
 
 @verb("no_figures")
 def resume(
     folder: Annotated[Path, Argument(metavar="DIR", help=BEGUN, parser=named_folder)],
+    methods: Annotated[str | None, Option(metavar="NAME,…", help=OWN)] = None,
     jobs: Jobs = 1,
     scheduler: Scheduler = None,
     *,
@@ -406,14 +408,17 @@ def resume(
     made = next(filter(None, map(command_of, files)), typed())
     with typing(made):  # the result is that of the command that began it
         if not is_run(folder):
-            _resume_study(folder, jobs, scheduler, common)
-        elif scheduler is not None:
-            raise BadParameter("for studies; this is a run", param_hint="--scheduler")
+            _resume_study(folder, names("--methods", methods) or (), jobs, scheduler, common)
+        elif scheduler is not None or methods is not None:
+            option = "--scheduler" if methods is None else "--methods"
+            raise BadParameter("for studies; this is a run", param_hint=option)
         else:
             resume_run(folder, common)
 
 
-def _resume_study(folder: Path, jobs: int, scheduler: str | None, common: Common) -> None:
+def _resume_study(
+    folder: Path, methods: tuple[str, ...], jobs: int, scheduler: str | None, common: Common
+) -> None:
     """Go on with a study; of one that has ended, say so and print it."""
     if not (folder / "study.json").exists():
         lacking = "study.json, of a study, nor trajectory.nc or request.json, of a run"
@@ -433,7 +438,7 @@ def _resume_study(folder: Path, jobs: int, scheduler: str | None, common: Common
             if bar is not None:
                 bar(now)
 
-        found = go_on(folder, jobs=jobs, executor=executor, progress=heard)
+        found = go_on(folder, methods=methods, jobs=jobs, executor=executor, progress=heard)
     if 0 < shown[0].tasks == shown[0].ended:
         say(f"{folder}: this study is finished")
     finish(Store(folder).parameters["kind"], found, replace(common, output=folder))

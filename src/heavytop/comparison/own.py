@@ -189,23 +189,39 @@ def admitted(name: str) -> Admitted:
         Nobody did.
     """
     if name not in _ADMITTED:
-        raise Impossible([("method", f"{name} is code of your own: name it with --methods")])
+        rule = f"{name} is code of your own, which runs only where it is named (--methods)"
+        raise Impossible([("method", rule)])
     return _ADMITTED[name]
 
 
-def passes(names: Iterable[str]) -> tuple[tuple[str, str, str], ...]:
-    """Return what lets another process load the same methods: name, place and digest of each.
+def stated(texts: Iterable[str]) -> dict[str, dict[str, str]]:
+    """Return what a study remembers of methods of one's own: nothing where there are none."""
+    found = digests(texts)
+    return {"own": found} if found else {}
+
+
+def digests(texts: Iterable[str]) -> dict[str, str]:
+    """Return the fingerprints of those of some methods that are a person's own, by their names."""
+    names = dict.fromkeys(text.partition("=")[0] for text in texts)
+    return {name: _ADMITTED[name].digest for name in names if name in _ADMITTED}
+
+
+def expect_anywhere(texts: Iterable[str]) -> None:
+    """Refuse methods that no other process could load.
 
     Raises
     ------
     Impossible
         A function stands in no file or module.
     """
-    found = [_ADMITTED[name] for name in names if name in _ADMITTED]
-    if homeless := [each.name for each in found if not each.place]:
+    if homeless := [name for name in digests(texts) if not _ADMITTED[name].place]:
         rule = "must stand in a file or a module, as it runs in another process"
         raise Impossible([(name, rule) for name in homeless])
-    return tuple((each.name, each.place, each.digest) for each in found)
+
+
+def passes() -> tuple[tuple[str, str, str], ...]:
+    """Return what lets another process load the same methods: name, place and digest of each."""
+    return tuple((each.name, each.place, each.digest) for each in _ADMITTED.values() if each.place)
 
 
 def let_pass(those: Iterable[tuple[str, str, str]]) -> None:

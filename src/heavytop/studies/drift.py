@@ -17,6 +17,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from heavytop.comparison import own
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.errors import BadScene, MissingPackage
 from heavytop.machine import versions
@@ -27,7 +28,7 @@ from heavytop.run.planning import closed_form_of, plan
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options, path_of
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
-from heavytop.studies.methods import DEFAULT, method
+from heavytop.studies.methods import DEFAULT, admitted, method
 from heavytop.studies.runner import Progress, run
 from heavytop.studies.steppers import MethodRun, no_nutation, set_up
 from heavytop.studies.store import Chunk, MemoryStore, Parameters, Record, open_store
@@ -50,7 +51,7 @@ LOST: Final = 0.05  # of a period: beyond it what is left of a phase error is no
 def drift(
     scene: Scene,
     *,
-    methods: Sequence[str] = DEFAULT,
+    methods: Sequence[str | own.Method | Callable[..., Any]] = DEFAULT,
     periods: float = 10_000,
     ensemble: int = 1,
     samples: int = 25,
@@ -68,8 +69,9 @@ def drift(
     ----------
     scene : Scene
         Its top and its start; its span and its wants are not used.
-    methods : sequence of str
-        ``NAME`` or ``NAME=SETTING``, such as ``taylor-axis-projected`` or ``strang=200``.
+    methods : sequence of str, Method or callable
+        ``NAME`` or ``NAME=SETTING``, such as ``taylor-axis-projected`` or ``strang=200``; or your
+        own: ``FILE.py:NAME``, ``MODULE:NAME``, a `heavytop.Method`, a function.
     periods : float
         Nutation periods to go, at least 1.
     ensemble : int
@@ -126,15 +128,16 @@ def drift(
     """
     heard("progress", progress)
     options = {"periods": periods, "ensemble": ensemble, "samples": samples, "seed": seed}
+    methods = admitted(methods, str(getattr(scene, "name", KIND)))
     parameters, jobs = drift_parameters(scene, methods, **options, jobs=jobs)
+    if jobs > 1 or executor is not None:
+        own.expect_anywhere(parameters["methods"])
     place = None if folder is None else path_of("folder", folder)
     with open_store(place, parameters) as store:
         return complete(store, jobs=jobs, executor=executor, on_progress=progress)
 
 
-def drift_parameters(
-    scene: Scene, methods: Sequence[str], **options: object
-) -> tuple[Parameters, int]:
+def drift_parameters(scene: Scene, methods: Any, **options: object) -> tuple[Parameters, int]:
     """Return what is asked of a study, as JSON, and the number of processes.
 
     Raises
@@ -154,6 +157,7 @@ def drift_parameters(
         "scene": scene.problem(),
         "methods": list(dict.fromkeys(texts)),
         **values,
+        **own.stated(texts),
         "versions": versions(),
     }
     return parameters, jobs

@@ -72,7 +72,7 @@ class Processes(Executor):
 
     def __init__(self, workers: int) -> None:
         self.workers = workers
-        self._pool = ProcessPoolExecutor(workers, SPAWN, follow_parent)
+        self._pool = self._new()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Let a worker call a function."""
@@ -87,13 +87,27 @@ class Processes(Executor):
     def replace(self) -> None:
         """Take new workers."""
         self.shutdown()
-        self._pool = ProcessPoolExecutor(self.workers, SPAWN, follow_parent)
+        self._pool = self._new()
+
+    def _new(self) -> ProcessPoolExecutor:
+        from heavytop.comparison import own  # which takes its time to import
+
+        return ProcessPoolExecutor(self.workers, SPAWN, _begun, (own.passes(),))
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End all workers at once, whatever they are at."""
         for process in self.processes:
             process.kill()
         self._pool.shutdown(wait, cancel_futures=True)
+
+
+def _begun(methods: Sequence[tuple[str, str, str]]) -> None:
+    """In a worker: follow the parent, and load those methods that a person named there."""
+    follow_parent()
+    if methods:
+        from heavytop.comparison import own
+
+        own.let_pass(methods)
 
 
 def follow_parent() -> None:

@@ -5,20 +5,21 @@ A setting, such as a tolerance or a number of steps, is a field of a method.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.util import find_spec
-from typing import Final
+from typing import Any, Final
 
 from heavytop.comparison import methods as comparison
+from heavytop.comparison import own as own_methods
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.errors import Impossible
+from heavytop.errors import BadScene, Fault, Impossible
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE
 from heavytop.integration.projection import why_not
 from heavytop.names import nearest
 from heavytop.run.planning import EPSILON
-from heavytop.scene.arguments import Refused
+from heavytop.scene.arguments import Refused, one_of, shown
 
 MPFR_BITS: Final = 128
 DEFAULT: Final = (
@@ -172,13 +173,38 @@ def method(text: str) -> Method:
     return replace(found, setting=value, changed=value != found.setting)
 
 
+def admitted(methods: Any, file: str) -> Any:
+    """Return the names of methods that a person gave, those of their own loaded.
+
+    Raises
+    ------
+    BadScene
+        One cannot be loaded; the faults name `file`.
+    """
+    if not isinstance(methods, Iterable) or isinstance(methods, str | bytes | Mapping):
+        return methods  # and refused where it is read
+    names, faults = [], []
+    for each in methods:
+        try:
+            known = isinstance(each, str | own_methods.Method) or callable(each)
+            names.append(own_methods.admit(each) if known else each)
+        except Impossible as wrong:
+            rules = "; ".join(rule for _, rule in wrong.broken)
+            faults.append(Fault(file, None, "methods", shown(each), rules))
+    if faults:
+        raise BadScene(tuple(faults))
+    return names
+
+
 def _named(name: str) -> Method:
     own = taylor_methods()
     if name in own:
         return own[name]
     try:
         return _of(comparison.named(name))
-    except Impossible:
+    except Impossible as wrong:
+        if ":" in name:
+            raise NoMethod(wrong.broken[0][1]) from None
         known = ("auto", *own, *comparison.METHODS)
         raise NoMethod(f"one of {_in_words()}", nearest(name, known)) from None
 
@@ -256,3 +282,17 @@ def stress_methods() -> Mapping[str, Method]:
     defaults = replace(method("dop853-scipy-lagrange=1e-3"), solver="rk45", atol=1e-6)
     found.append(replace(defaults, name="solve-ivp-defaults", short="ivp:l"))
     return {each.name: each for each in found}
+
+
+def stress_method(text: str) -> Method:
+    """Return what a stress test runs by this name: one of its table, or one's own.
+
+    Raises
+    ------
+    NoMethod
+        There is none.
+    """
+    if text in stress_methods() or ":" not in text:
+        return one_of(stress_methods(), "heavytop stress --list")(text)
+    found = method(text)
+    return replace(found, name=text, short=text.partition("=")[0].rpartition(":")[2])

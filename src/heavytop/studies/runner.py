@@ -24,9 +24,11 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any, Final, Protocol, cast
 
 from heavytop import errors
+from heavytop.comparison import own
 from heavytop.machine import usable_cpus, versions
 from heavytop.scene.arguments import heard, path_of, whole
 from heavytop.studies.executors import Processes
+from heavytop.studies.methods import admitted
 from heavytop.studies.store import (
     STUDY,
     Chunk,
@@ -180,6 +182,7 @@ def run(
 def resume(
     folder: str | os.PathLike[str],
     *,
+    methods: Sequence[str | own.Method | Callable[..., Any]] = (),
     jobs: int = 1,
     executor: Executor | None = None,
     progress: Callable[[Progress], object] | None = None,
@@ -190,6 +193,9 @@ def resume(
     ----------
     folder : path
         Where it was written.
+    methods : sequence of str, Method or callable
+        Those of your own that the study runs: a stored study starts no code that is not named
+        again.
     jobs : int
         Processes; results do not depend on it.
     executor : concurrent.futures.Executor, optional
@@ -232,6 +238,10 @@ def resume(
     path, jobs = path_of("folder", folder), whole("jobs", jobs, 1)
     parameters = with_versions_here(Store(path).parameters)
     study = study_of(parameters)
+    admitted(methods, str(path))
+    for name, digest in parameters.get("own", {}).items():
+        if own.admitted(name).digest != digest:
+            raise errors.ForeignFile(f"{path}: {name} is not the code with which it was begun")
     with reading(path / STUDY):
         renewed = study.renewed(parameters) | {"versions": parameters["versions"]}
         if wrong := differences(parameters, renewed):
@@ -353,7 +363,7 @@ def _sent(
 ) -> Future[list[Chunk]]:
     """The future of a slice; one that is lost already where the pool takes no more."""
     try:
-        return pool.submit(_slice, module, parameters, task, checkpoint, SLICE_S)
+        return pool.submit(_slice, module, parameters, task, checkpoint, SLICE_S, own.passes())
     except Exception as fault:  # shut down, broken, out of reach, no more processes
         future: Future[list[Chunk]] = Future()
         future.set_exception(futures.BrokenExecutor(f"no work is taken: {_words(fault)}"))
@@ -361,9 +371,11 @@ def _sent(
 
 
 def _slice(
-    module: str, parameters: Parameters, task: str, checkpoint: Any, seconds: float
-) -> list[Chunk]:
+    module: str, parameters: Parameters, task: str, checkpoint: Any, seconds: float,
+    methods: Sequence[tuple[str, str, str]] = (),
+) -> list[Chunk]:  # fmt: skip
     """Advance a task for about so many seconds; in a worker, which may be far away."""
+    own.let_pass(methods)
     if found := differences(with_versions_here(parameters), parameters):
         raise errors.ForeignWorker(f"process {os.getpid()} on {platform.node()}", found)
     chunks = []

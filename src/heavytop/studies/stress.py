@@ -24,6 +24,7 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from heavytop import errors
+from heavytop.comparison import own
 from heavytop.comparison.adaptive import textbook_right_hand_side, textbook_solve
 from heavytop.comparison.methods import make_stepper
 from heavytop.comparison.steppers import FixedStep, IntegrationFailed, Stepper
@@ -40,7 +41,14 @@ from heavytop.run.verify import energy_error
 from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
 from heavytop.studies import runner
 from heavytop.studies.executors import Lost, TimedOut, Worker
-from heavytop.studies.methods import ANGLES, TOLERANCE, Method, stress_methods
+from heavytop.studies.methods import (
+    ANGLES,
+    TOLERANCE,
+    Method,
+    admitted,
+    stress_method,
+    stress_methods,
+)
 from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store, reading
 from heavytop.studies.stress_cases import Case, CaseReference, cases, reference
 
@@ -130,6 +138,7 @@ def stress(
     makes of changed starts.
     """
     heard("progress", progress)
+    methods = methods and admitted(methods, KIND)
     limits = {"budget": budget, "time_limit": time_limit, "step_limit": step_limit, "jobs": jobs}
     parameters, values = _parameters(cases, methods, limits)
     how = {"budget": values["budget"], "jobs": values["jobs"], "executor": executor}
@@ -143,15 +152,19 @@ def _parameters(
     """Return the test as JSON, and the limits, unless something is wrong with them."""
     values, faults = parse_options("stress", limits, NUMBERS)
     parameters: Parameters = {"kind": KIND}
-    tables: dict[str, Mapping[str, Any]] = {"cases": cases(), "methods": stress_methods()}
-    for (key, known), given in zip(tables.items(), (some, methods), strict=True):
-        names = known if given is None else given
-        found, wrong = parse_names("stress", key, names, one_of(known, LIST))
+    tables: tuple[tuple[str, Any, Any, Any], ...] = (
+        ("cases", cases(), one_of(cases(), LIST), some),
+        ("methods", stress_methods(), stress_method, methods),
+    )
+    for key, known, read, given in tables:
+        found, wrong = parse_names("stress", key, known if given is None else given, read)
         parameters[key] = list(dict.fromkeys(each.name for each in found))
         faults += wrong
     if faults:
         raise errors.BadScene(tuple(faults))
-    parameters |= {name: values[name] for name in LIMITS} | {"versions": versions()}
+    own.expect_anywhere(parameters["methods"])
+    parameters |= {name: values[name] for name in LIMITS} | own.stated(parameters["methods"])
+    parameters["versions"] = versions()
     return parameters, values
 
 
@@ -163,7 +176,7 @@ def renewed(parameters: Parameters) -> Parameters:
 
 def tasks(parameters: Parameters) -> list[str]:
     """Return the names of the runs: a case and a method."""
-    there = [name for name in parameters["methods"] if not stress_methods()[name].absent]
+    there = [name for name in parameters["methods"] if not stress_method(name).absent]
     return [f"{case}/{method}" for method in there for case in parameters["cases"]]
 
 
@@ -198,7 +211,7 @@ def collect(store: MemoryStore, budget: float = BUDGET_S) -> Stress:
         What it was given [s].
     """
     parameters, runs, skipped = store.parameters, [], []
-    methods = [stress_methods()[name] for name in parameters["methods"]]
+    methods = [stress_method(name) for name in parameters["methods"]]
     for method in methods:
         for case in parameters["cases"]:
             record = store.load(f"{case}/{method.name}")
@@ -230,7 +243,7 @@ def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[
         WORKER.call(get_ready, *asked)
         found = WORKER.call(put_to_test, *asked, parameters["step_limit"], timeout=limit)
     except TimedOut:
-        form = stress_methods()[method].formulation
+        form = stress_method(method).formulation
         found = Run(case=case, method=method, formulation=form, outcome=Outcome.TIME_LIMIT,
                     named=True, note=f"killed after {limit:g} s")  # fmt: skip
     except Lost as death:
@@ -242,14 +255,14 @@ def get_ready(case: str, method: str, truth: CaseReference) -> None:
     """In the worker: silence the Fortran and C of solvers, and compile what a method needs."""
     with Path(os.devnull).open("w") as nothing:
         os.dup2(nothing.fileno(), 2)
-    chosen = stress_methods()[method]
+    chosen = stress_method(method)
     if chosen.is_rival and not chosen.solver:
         stepper_of(cases()[case], chosen, truth)
 
 
 def put_to_test(case: str, method: str, truth: CaseReference, step_limit: int) -> Run:
     """In the worker: do a run, and judge it."""
-    chosen = stress_methods()[method]
+    chosen = stress_method(method)
     return judged(run(cases()[case], chosen, truth, step_limit), truth, case, chosen)
 
 
@@ -368,7 +381,7 @@ def stepper_of(case: Case, method: Method, truth: CaseReference) -> tuple[Steppe
 
     What it compiles is compiled here.
     """
-    parameters, start = binary_start(case.scene, Plan("axis"))
+    parameters, start = binary_start(case.scene, Plan(method.formulation))
     ahead, span = (1 if truth.end >= 0 else -1), abs(truth.end)
     if method.set_by == TOLERANCE:
         setting, steps, block = method.setting, 0, CALL
@@ -376,7 +389,7 @@ def stepper_of(case: Case, method: Method, truth: CaseReference) -> tuple[Steppe
         period = truth.period or math.tau / math.sqrt(abs(parameters["g"]))
         steps = math.ceil(span / period * method.setting)
         setting, block = float(steps), min(steps, BLOCK)
-    name = method.name
+    name = method.name.partition("=")[0]
     return make_stepper(name, start.state, parameters, setting, span, ahead, steps=block), steps
 
 
@@ -398,7 +411,7 @@ def _stepped(case: Case, method: Method, truth: CaseReference, step_limit: int) 
     except IntegrationFailed as failure:
         return Attempt(Outcome.STALLED, str(failure))
     result = Attempt(steps=steps or after.steps)
-    return _arrived(result, case, Plan("axis"), truth.end, state)
+    return _arrived(result, case, Plan(method.formulation), truth.end, state)
 
 
 def _textbook(case: Case, method: Method, truth: CaseReference, step_limit: int) -> Attempt:

@@ -11,6 +11,7 @@ from statistics import median, quantiles
 from time import perf_counter
 from typing import Any, Final, Self, TypeAlias
 
+from heavytop.comparison import own
 from heavytop.comparison.methods import METHODS, imported
 from heavytop.comparison.methods import named as comparison_method
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
@@ -25,7 +26,7 @@ from heavytop.run.planning import EPSILON, Plan, plan
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options, path_of
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.studies.drift import neighbour
-from heavytop.studies.methods import AUTO, TOLERANCE, Method, NoMethod, method
+from heavytop.studies.methods import AUTO, TOLERANCE, Method, NoMethod, admitted, method
 from heavytop.studies.runner import Progress
 from heavytop.studies.steppers import MethodRun, no_nutation, set_up
 from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store
@@ -54,6 +55,7 @@ Asked: TypeAlias = tuple[Method, str]
 
 DECADES: Final = tuple(10.0**-k for k in range(3, 16))
 HALF_DECADES: Final = tuple(10.0 ** (-k / 2) for k in range(6, 31))
+OWN_STEPS: Final[Sequence[float]] = tuple(12.5 * 2**k for k in range(8))
 LOW_ORDER: Final = tuple(25.0 * 2**k for k in range(10))
 STEPS: Final = {  # a period; a decade of error is two or three settings, where it is no more steps
     "strang": LOW_ORDER,
@@ -139,7 +141,8 @@ def auto_digits(text: str) -> tuple[int, ...]:
 def grid(found: Method) -> Sequence[float]:
     """Return the settings of a method, from the loosest to the tightest."""
     if found.set_by != TOLERANCE:
-        return STEPS.get(found.name, (found.setting,))
+        usual = OWN_STEPS if ":" in found.name else (found.setting,)
+        return STEPS.get(found.name, usual)
     if found.least == found.most:
         return (found.setting,)
     finer = found.is_rival and found.language != "python"  # a decade costs them more than us
@@ -180,7 +183,7 @@ def _method_of(chosen: Plan) -> Method:
 def work_precision(
     scene: Scene,
     *,
-    methods: Sequence[str] = DEFAULT,
+    methods: Sequence[str | own.Method | Callable[..., Any]] = DEFAULT,
     periods: float = 100,
     budget: float = BUDGET_S,
     folder: str | os.PathLike[str] | None = None,
@@ -197,10 +200,11 @@ def work_precision(
     ----------
     scene : Scene
         Its top and its start; its span and its wants are not used.
-    methods : sequence of str
+    methods : sequence of str, Method or callable
         ``NAME`` for all settings of a method, ``NAME=SETTING`` for one; ``auto`` is what `plan`
         chooses for 6, 9 and 12 digits, ``auto=DIGITS`` for others up to 30. All names are in
         `heavytop.studies.work_precision.DEFAULT`, which is what is tried when this is left out.
+        Those of your own are as in `heavytop.drift`.
     periods : float
         Nutation periods to go, from 1 to 1e6.
     budget : float
@@ -240,6 +244,7 @@ def work_precision(
     closed form says of the same state.
     """
     heard("progress", progress)
+    methods = admitted(methods, str(getattr(scene, "name", "workprec")))
     parameters = diagram_parameters(scene, methods, periods=periods, budget=budget)
 
     def told(now: Progress) -> None:
@@ -251,7 +256,7 @@ def work_precision(
         return complete(store, budget=float(budget), on_progress=told)
 
 
-def diagram_parameters(scene: Scene, methods: Sequence[str], **options: float) -> Parameters:
+def diagram_parameters(scene: Scene, methods: Any, **options: float) -> Parameters:
     """Return what is asked of a diagram, as JSON.
 
     Raises
@@ -265,7 +270,7 @@ def diagram_parameters(scene: Scene, methods: Sequence[str], **options: float) -
     if faults := [*faults, *no_nutation(file, scene, "a work-precision diagram"), *wrong]:
         raise BadScene(tuple(faults))
     return {"kind": KIND, "scene": scene.problem(), "methods": names, "periods": values["periods"],
-            "versions": versions()}  # fmt: skip
+            **own.stated(names), "versions": versions()}  # fmt: skip
 
 
 def renewed(parameters: Parameters) -> Parameters:

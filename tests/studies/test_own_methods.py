@@ -1,0 +1,137 @@
+"""Methods of your own in every study: judged as all others; a stored study never starts one."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+import heavytop as ht
+from heavytop.cli import app
+from heavytop.errors import BadScene, ForeignFile, Impossible
+from heavytop.files import write_document
+
+RK4 = """
+def rk4(f, y, h):
+    a = f(y)
+    b = f(y + h / 2 * a)
+    c = f(y + h / 2 * b)
+    d = f(y + h * c)
+    return y + h / 6 * (a + 2 * b + 2 * c + d)
+
+def hangs(f, y, h):
+    while True:
+        pass
+
+def dop853(fun, t_span, y0, **options):
+    from scipy.integrate import solve_ivp
+    return solve_ivp(fun, t_span, y0, method="DOP853", **options)
+"""
+
+
+@pytest.fixture
+def mine(tmp_path):
+    path = tmp_path / "mine.py"
+    path.write_text(RK4)
+    return path
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return ht.load_scene("sicm-kicked")
+
+
+def rk4(f, y, h):
+    a = f(y)
+    b = f(y + h / 2 * a)
+    c = f(y + h / 2 * b)
+    d = f(y + h * c)
+    return y + h / 6 * (a + 2 * b + 2 * c + d)
+
+
+def heavytop_(*words):
+    return CliRunner().invoke(app, [*map(str, words)])
+
+
+def test_a_drift_follows_functions_files_and_solvers(scene, mine):
+    methods = ["taylor-axis", ht.Method(rk4, setting=200), f"{mine}:rk4=200", f"{mine}:dop853=1e-9"]
+    found = ht.drift(scene, methods=methods, periods=20, samples=4)
+    names = [each.name for each in found.methods]
+    assert names == ["taylor-axis", "own:rk4", "mine.py:rk4=200", "mine.py:dop853"]
+    _, own, same, solver = found.methods
+    assert own.axis == same.axis
+    assert 1e-7 < own.axis[-1] < 1e-4
+    assert 1e-11 < solver.axis[-1] < 1e-6
+    assert found.methods[0].axis[-1] < 1e-12
+
+
+@pytest.mark.processes
+def test_a_study_that_was_stopped_goes_on_only_where_its_code_is_named(scene, mine, tmp_path):
+    place, whole = tmp_path / "study", tmp_path / "whole"
+    asked = {"methods": [f"{mine}:rk4=50"], "periods": 30, "samples": 6}
+    reference = ht.drift(scene, folder=whole, **asked)
+
+    def stop(now):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        ht.drift(scene, folder=place, progress=stop, **asked)
+    from heavytop.comparison import own
+
+    own._ADMITTED.clear()  # another process
+    with pytest.raises(Impossible, match="runs only where it is named"):
+        ht.resume(place)
+    refused = heavytop_("resume", place)
+    assert refused.exit_code == 3
+    assert "runs only where it is named (--methods)" in refused.stderr
+    resumed = ht.resume(place, methods=[f"{mine}:rk4"], jobs=2)
+    assert resumed.document(costs=False) == reference.document(costs=False)
+    mine.write_text(RK4 + "\n# changed\n")
+    own._ADMITTED.clear()
+    with pytest.raises(ForeignFile, match="not the code with which it was begun"):
+        ht.resume(place, methods=[f"{mine}:rk4"])
+
+
+def test_no_scene_and_no_study_file_starts_code(scene, mine, tmp_path):
+    ran = tmp_path / "ran"
+    mine.write_text(f"open({str(ran)!r}, 'w')\n{RK4}")
+    place = tmp_path / "study"
+    ht.drift(scene, methods=["taylor-axis"], periods=5, samples=2, folder=place)
+    stored = json.loads((place / "study.json").read_text())
+    stored["methods"] = [f"{mine}:rk4"]
+    write_document(place / "study.json", stored)
+    assert heavytop_("resume", place).exit_code == 3
+    assert not ran.exists()
+
+
+@pytest.mark.processes
+def test_stress_names_what_a_method_does(mine):
+    methods = ["auto", f"{mine}:rk4=200", f"{mine}:hangs", f"{mine}:dop853=1e-10"]
+    found = ht.stress(cases=["cusp"], methods=methods, time_limit=5)
+    outcomes = {run.method: run.outcome for run in found.cases}
+    assert outcomes["auto"] == "ok"
+    assert outcomes["mine.py:hangs"] == "time-limit"
+    assert found["cusp", "mine.py:rk4=200"].digits_lost > 2
+    assert (
+        found["cusp", "mine.py:dop853=1e-10"].digits_lost
+        < found["cusp", "mine.py:rk4=200"].digits_lost
+    )
+    with pytest.raises(Impossible, match="must stand in a file"):
+        ht.stress(cases=["cusp"], methods=[lambda f, y, h: y + h * f(y)])
+
+
+def test_work_and_precision_has_a_point_for_each_setting(scene, mine):
+    found = ht.work_precision(scene, methods=[f"{mine}:rk4", "taylor-axis"], periods=2, budget=60)
+    own = [point for point in found.points if point.method == "mine.py:rk4"]
+    assert len(own) > 4
+    errors = [point.error for point in sorted(own, key=lambda point: point.steps_a_period)]
+    assert errors == sorted(errors, reverse=True)
+    assert all(point.rival for point in own)
+
+
+def test_faults_of_methods_are_told_at_once(scene, mine):
+    with pytest.raises(BadScene) as told:
+        ht.drift(scene, methods=[f"{mine}:rk5", "nowhere.py:rk4", "taylor-axis"], periods=5)
+    assert len(told.value.faults) == 2
+    named = heavytop_("drift", "sicm-kicked", "--methods", "nowhere.py:rk4", "--periods", "5")
+    assert named.exit_code == 2
+    assert "there is no such file" in named.stderr
