@@ -65,7 +65,7 @@ def starts():
 @pytest.mark.parametrize("text", ["taylor-axis=1e-06", "taylor-lagrange=1e-09", "strang=25"])
 @pytest.mark.parametrize("number", [0, 5])
 def test_an_error_is_the_distance_from_the_closed_form(text, number):
-    """Stepped here by the library's march, and held against the closed form in doubles."""
+    """Stepped here by the method's own stepper, and held against the closed form in doubles."""
     scene = starts()[number]
     made = set_up(scene, method(text))
     end = made.stepper.output_time((20 - BEFORE) * made.period)

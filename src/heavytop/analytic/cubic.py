@@ -45,7 +45,7 @@ class TooFewBits(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Roots:
-    """The roots by their distances, where the digits are; each a ball, exact where it is regime.
+    """The roots by their distances, each a ball, which is exactly 0 where the regime says so.
 
     Parameters
     ----------

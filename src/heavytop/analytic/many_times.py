@@ -343,7 +343,7 @@ def _times(t: npt.ArrayLike, t_lo: npt.ArrayLike) -> tuple[Array, Array, tuple[i
 
 
 def _sides(turning: Array) -> Iterator[tuple[bool, Any]]:
-    """The times nearest to turning points of one kind, as an index: first those nearest to u₁."""
+    """For u₁ and then for u₂: whether it is u₂, and which times are nearest to it."""
     upper = turning > 2 * np.floor(turning / 2)
     for side in (False, True):
         here = upper == side

@@ -377,7 +377,7 @@ class FromConstants:
     exact : Reduced
         The motion in fractions, but for u̇₀.
     udot2 : Fraction
-        u̇₀², of a motion that rises there; below 0 it turns back there, by a rounding.
+        u̇₀², of a motion that rises there; negative only by a rounding, at a turning point.
     falls : bool
         Whether the axis falls there instead.
     """
@@ -414,7 +414,7 @@ class FromConstants:
 
 @dataclass(frozen=True)
 class Through:
-    """A motion that another one is but for a rounding: it passes exactly through given poles.
+    """A motion moved by a rounding error, so that it passes exactly through given poles.
 
     Parameters
     ----------

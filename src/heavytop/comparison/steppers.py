@@ -18,7 +18,7 @@ import numpy as np
 from heavytop.numbers.double_double import Array, DoubleDouble, two_product
 
 Advance = Callable[[Array, Array, int], int]
-"""Takes steps: of the states and of work, both changed in place, and of a number of steps.
+"""``advance(states, work, n)`` takes n steps, and changes both arrays in place.
 
 Work is what the method takes along. The result is the number of evaluations, or negative where the
 steps could not be taken.

@@ -78,12 +78,6 @@ class Table(NamedTuple):
         cells = tuple(tuple(cell(row[name], digits) for name in names) for row in some)
         return cls(tuple(map(headed, names)), cells, more=len(rows) - len(some))
 
-    @classmethod
-    def of_columns(cls, columns: Mapping[str, Sequence[Any]]) -> Self:
-        """The table of columns of equal length."""
-        rows = zip(*columns.values(), strict=True)
-        return cls.of([dict(zip(columns, row, strict=True)) for row in rows])
-
     @property
     def fails(self) -> bool:
         """Whether a row begins with FAIL."""

@@ -235,7 +235,7 @@ def _expect_known(scene: Scene, formulation: object) -> None:
 
 
 def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
-    """What a formulation does not give, squares of rates no double holds, turns not counted."""
+    """What is not given; rates whose squares overflow; turns that are not counted."""
     scene, motion, rung = expected.scene, expected.motion, FORMULATIONS[formulation]
     wants = ", ".join(scene.quantities)
     if missing := [q for q in scene.quantities if q not in rung.gives]:

@@ -168,7 +168,8 @@ def conserved(
 ) -> dict[str, float]:
     """Return the largest change of each invariant, relative to its start if that is known.
 
-    The energy counts beside g, and a start within the grain of zero as one.
+    That of the energy is relative to max(|E'|, g); an invariant that starts within `grain` of
+    zero is not divided.
     """
     g = parameters["g"] if "g" in parameters else parameters["gMR"] / parameters["A"]
     sizes = {name: abs(values[0]) for name, values in invariants.items()}

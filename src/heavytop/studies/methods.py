@@ -97,7 +97,7 @@ class Method:
 
     @property
     def reach(self) -> float:
-        """Nutation periods it goes to at most, for its slowness."""
+        """The longest run [nutation periods]: a slow method goes no farther."""
         return SLOW if self.bits > DOUBLE or self.language == "python" else float("inf")
 
     @property

@@ -336,7 +336,7 @@ def run(case: Case, method: Method, truth: CaseReference, step_limit: int) -> At
     method : Method
         One of `heavytop.studies.methods.stress_methods`.
     truth : CaseReference
-        Of the case: the end and the period, and nothing of what is found there.
+        Of the case; only its end and its period are used.
     step_limit : int
         Steps after which it is given up. What looks at them between blocks takes a whole block.
     """
@@ -549,7 +549,7 @@ def missed_events(counted: Mapping[str, int], counts: Counts | None) -> str:
     """Say which events were counted otherwise than there are.
 
     Where a method knows no cusps, phidot may touch zero in each of them, in none, or only at the
-    start, which is one.
+    start, if that is one.
 
     Examples
     --------

@@ -57,7 +57,7 @@ DECADES: Final = tuple(10.0**-k for k in range(3, 16))
 HALF_DECADES: Final = tuple(10.0 ** (-k / 2) for k in range(6, 31))
 OWN_STEPS: Final[Sequence[float]] = tuple(12.5 * 2**k for k in range(8))
 LOW_ORDER: Final = tuple(25.0 * 2**k for k in range(10))
-STEPS: Final = {  # a period; a decade of error is two or three settings, where it is no more steps
+STEPS: Final = {  # a period; two or three settings a decade of error, where there are so many
     "strang": LOW_ORDER,
     "implicit-midpoint": LOW_ORDER,
     "bobenko-suris": LOW_ORDER,
@@ -280,7 +280,7 @@ def renewed(parameters: Parameters) -> Parameters:
 
 
 def _checked(text: str) -> str:
-    """What asks for settings, unless there are none of it."""
+    """The text, if it names a method or auto."""
     if not auto_digits(text):
         method(text)
     return text
