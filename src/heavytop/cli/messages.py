@@ -140,7 +140,7 @@ def show(document: Mapping[str, Any], json: bool) -> None:
     """Print a document on stdout: for a program, or for a person."""
     if json:
         print_json(with_command(document))
-    elif sys.stdout is not None:  # it was closed: nobody reads
+    else:
         from heavytop.report.terminal import rendered
 
         print_table(rendered(document))
@@ -150,6 +150,8 @@ def print_table(table: RenderableType) -> None:
     """Print a table as wide as the terminal, or COLUMNS, or 100; nothing stands behind a line."""
     from rich.console import Console
 
+    if sys.stdout is None:  # it was closed: nobody reads
+        return
     console = Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else 100)
     with console.capture() as printed:
         console.print(table)

@@ -408,6 +408,8 @@ def resume(
     made = next(filter(None, map(command_of, files)), typed())
     with typing(made):  # the result is that of the command that began it
         if not is_run(folder):
+            if made and "--no-figures" in made.split():  # as it was begun
+                common = replace(common, no_figures=True)
             _resume_study(folder, names("--methods", methods) or (), jobs, scheduler, common)
         elif scheduler is not None or methods is not None:
             option = "--scheduler" if methods is None else "--methods"

@@ -333,8 +333,8 @@ def tilts_shown(V: Potential) -> tuple[float, float]:
 def errors(ax: Axes, trajectory: Trajectory) -> None:
     """Draw |run - closed form| against time [s], logarithmic.
 
-    The marks are samples, the lines the largest error so far. A sample with no error at all is
-    drawn on the lower edge, below every other.
+    The marks are samples, the lines the largest error so far. A sample with no error at all, or
+    with less than a hundred-millionth of the largest, is drawn on the lower edge.
 
     Parameters
     ----------
@@ -349,17 +349,24 @@ def errors(ax: Axes, trajectory: Trajectory) -> None:
     ax.set(xlabel=LABELS["t"], ylabel="|run − closed form| [rad]")
 
 
+FAINTEST: Final = 1e-8  # of the largest error: smaller ones stand at the lower edge
+
+
 def _draw_errors(ax: Axes, t: Array, **found: Array) -> None:
     seen = np.concatenate(list(found.values()))
     positive = seen[seen > 0]
-    smallest = float(positive.min()) if positive.size else float(np.finfo(float).eps)
+    smallest, shown = float(np.finfo(float).eps), 0.0
+    if positive.size:
+        smallest, shown = float(positive.min()), FAINTEST * float(positive.max())
+    edge = "exactly zero" if smallest >= shown else "zero, or smaller"
+    smallest = max(smallest, shown)
     floor = 10.0 ** np.floor(np.log10(smallest) - 0.7)
     for name, error in found.items():
         label, colour, marker = ERRORS[name]
         largest = np.fmax.accumulate(error)
         size = f"at most {largest[-1]:.1e}" if largest[-1] else "none"
         ax.plot(
-            t, np.where(error == 0, floor, error), marker, color=colour, markersize=1.8, alpha=0.5,
+            t, np.maximum(error, floor), marker, color=colour, markersize=1.8, alpha=0.5,
             linewidth=0,
         )  # fmt: skip
         ax.plot(
@@ -369,7 +376,7 @@ def _draw_errors(ax: Axes, t: Array, **found: Array) -> None:
     ax.set_yscale("log")
     ax.set_ylim(bottom=floor)
     ax.annotate(
-        "exactly zero", (0, floor), xycoords=("axes fraction", "data"), xytext=(4, 4),
+        edge, (0, floor), xycoords=("axes fraction", "data"), xytext=(4, 4),
         textcoords="offset points", fontsize="small", color="#666666",
     )  # fmt: skip
 

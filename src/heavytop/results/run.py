@@ -45,13 +45,25 @@ NOTHING: Final = dict.fromkeys(MEASURED) | {
 
 
 @dataclass(frozen=True, kw_only=True)
+class EventRow(Part):
+    """One event; more than 15 digits are a text."""
+
+    kind: Text
+    t: Value
+    theta: Value = None
+    phi: Value = None
+    phidot: Value = None
+    residual: Value = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class EventTable(Part):
     """How many events of each kind there are, and the first of them; None is not asked for."""
 
     turning: int | None = None
     reversal: int | None = None
     cusp: int | None = None
-    table: tuple[Values, ...] = ()
+    table: tuple[EventRow, ...] = ()
     omitted: int = 0
 
 
@@ -265,17 +277,17 @@ def _principal(ctx: decimals.Context, angle: decimals.Number) -> decimals.Number
 def _events(trajectory: Trajectory) -> EventTable:
     events, many = trajectory.events, trajectory.decimals
     if many is None:
-        table = tuple(finite(row) for row in events.table(MOST_ROWS))
+        table = tuple(EventRow(**finite(row)) for row in events.table(MOST_ROWS))
     else:
         table = tuple(_row(many, event) for event in many.events[:MOST_ROWS])
     counts = {event: events.count(event) for event in EVENTS}
     return EventTable(**counts, table=table, omitted=len(events) - len(table))
 
 
-def _row(many: Decimals, event: Event) -> dict[str, Any]:
-    numbers = {n: getattr(event.sample, n) for n in ("t", "theta", "phi", "phidot")}
-    row: dict[str, Any] = {name: _shown(many, x) for name, x in numbers.items()}
-    return {"kind": event.kind} | row | {"residual": float(event.residual)}
+def _row(many: Decimals, event: Event) -> EventRow:
+    names = ("t", "theta", "phi", "phidot")
+    row = {name: _shown(many, getattr(event.sample, name)) for name in names}
+    return EventRow(kind=event.kind, residual=float(event.residual), **row)
 
 
 def _shown(many: Decimals, x: decimals.Number) -> float | str | None:

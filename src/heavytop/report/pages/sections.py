@@ -112,9 +112,9 @@ class Section:
 
     @property
     def scene_file(self) -> str:
-        """Its scene as TOML."""
+        """Its scene as TOML; empty where it has but a top and a start, as in a study."""
         tables = {name: x for name, x in self.scene.items() if name != "name" and x != ""}
-        return written(tables) if tables else ""
+        return written(tables) if "format" in tables else ""
 
     @property
     def shown(self) -> Iterator[FactRows | Table | str]:

@@ -54,8 +54,8 @@ for (const box of document.querySelectorAll(".chart")) {
     return Array.from({ length: lists.length ? Math.max(...lists) : 1 }, (_, k) =>
       Object.fromEntries(entries.flatMap(([name, x]) => {
         const value = Array.isArray(x) ? x[k] : x;
-        return Array.isArray(value) ? value.map((y, j) => [`${name}_${j + 1}`, y])
-          : [[name, value]];
+        if (Array.isArray(value)) return value.map((y, j) => [`${name}_${j + 1}`, y]);
+        return value !== null && typeof value === "object" ? [] : [[name, value]];
       })));
   };
   const table = (found) => {

@@ -214,7 +214,7 @@
     const tell = () => {
       const theta = Math.acos(clamp(run.axes[frame()][2], -1, 1));
       const near = run.events.find((event) =>
-        Math.abs(event.t - time()) < Math.abs(run.end) / 60 && marks[event.kind]);
+        Math.abs(event.t - time()) < 1.5 * Math.abs(run.end) / (run.count - 1) && marks[event.kind]);
       const words = `t = ${time().toFixed(run.digits)} s, θ = ${degrees(theta).toFixed(2)}° = `
         + `${theta.toFixed(4)} rad${near ? `: ${marks[near.kind].label}` : ""}`;
       told.textContent = words;
