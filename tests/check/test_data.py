@@ -123,9 +123,65 @@ def test_columns_have_the_names_that_they_are_given():
     assert np.array_equal(data.told["theta"], RECORD.theta)
 
 
-def test_an_angle_that_was_not_followed_is_not_told():
-    told = angles(RECORD) | {"psi": np.full(TIMES.size, np.nan)}
-    assert "psi" not in read(told).told
+def ours(path, **attributes):
+    """A file as a run of ours writes it, with an angle that was not followed."""
+    told = columns() | {"psi": np.full(40, np.nan)}
+    with h5py.File(path, "w") as file:
+        for name, values in told.items():
+            file[name] = values
+        file.attrs.update(attributes)
+    return path
+
+
+def test_only_a_run_of_ours_may_lack_an_angle(tmp_path):
+    data = read(ours(tmp_path / "ours.nc", plan="{}", scene="a scene"))
+    assert "psi" not in data.told
+    assert data.scene == "a scene"
+    with pytest.raises(ForeignFile, match="psi: not a finite number in row 1"):
+        read(ours(tmp_path / "theirs.nc", scene="a scene"))
+
+
+@pytest.mark.parametrize("wrong", [{"plan": 3}, {"scene": np.arange(4)}, {"scene": 2.5}])
+def test_an_attribute_of_another_type_is_refused(tmp_path, wrong):
+    attributes = {"plan": "{}", "scene": "a scene"} | wrong
+    with pytest.raises(ForeignFile, match=f"its attribute {next(iter(wrong))} is no text"):
+        read(ours(tmp_path / "ours.nc", **attributes))
+
+
+CLASHES = {
+    "time: tells t, and so does t": {"t": TIMES, "time": TIMES, "theta": TIMES},
+    "tilt: tells theta, and so does theta": {"t": TIMES, "theta": TIMES, "tilt": TIMES},
+    "ex: tells axis, and so does axis": {"t": TIMES, "axis": RECORD.axis, "ex": TIMES},
+    "axis: tells axis, and so does ex": {"t": TIMES, "ex": TIMES, "axis": RECORD.axis},
+}
+
+
+@pytest.mark.parametrize("told", CLASHES)
+def test_two_columns_for_one_quantity_are_refused(told):
+    with pytest.raises(ForeignFile) as error:
+        read(CLASHES[told])
+    assert f"data: {told}" in str(error.value).splitlines()
+
+
+def test_a_name_that_is_twice_in_a_header_is_refused(tmp_path):
+    path = tmp_path / "mine.csv"
+    path.write_text("t,theta,theta\n" + "".join(f"{k},1,2\n" for k in range(6)))
+    with pytest.raises(ForeignFile, match="1: theta is there twice"):
+        read(path)
+
+
+def test_a_component_that_is_named_goes_with_usual_ones():
+    x, y, z = RECORD.axis.T
+    data = read({"t": TIMES, "a": x, "ey": y, "ez": z}, {"axis_x": "a"})
+    assert np.array_equal(data.axis, RECORD.axis)
+    with pytest.raises(ForeignFile, match="a: one column for theta and for phi"):
+        read({"t": TIMES, "a": x}, {"theta": "a", "phi": "a"})
+
+
+@pytest.mark.parametrize("columns", [{None: "t"}, {"t": ["t"]}, {"t": 3}])
+def test_names_that_are_no_text_are_refused(columns):
+    with pytest.raises(WrongType, match="columns: names"):
+        read(angles(RECORD), columns)
 
 
 FAULTS = {
@@ -135,6 +191,15 @@ FAULTS = {
     "phi: not a finite number in row 3": {"t": range(5), "phi": [0, 0, np.inf, 0, 0]},
     "quaternion: 4 components are needed, and 2 are there": {"qx": [1] * 5, "qy": [1] * 5},
     "axis: its components are not of one length": {"e_x": [1] * 5, "e_y": [1], "e_z": [1] * 5},
+    "theta: not a finite number in row 1": {"t": range(5), "theta": [None] * 5, "phi": [1] * 5},
+    "t: not a finite number in row 1": {"t": [np.nan, 1, 2, 3, 4], "theta": [1] * 5},
+    "t: not a finite number in row 5": {"t": [0, 1, 2, 3, np.inf], "theta": [1] * 5},
+    "t: two times are less than 1e-30 s apart": {"t": 1e-300 * np.arange(5), "theta": [1] * 5},
+    "axis: a value is larger than 1e+06": {"t": range(5), "axis": np.full((5, 3), 1e200)},
+    "omega: a value is larger than 1e+100": {"t": range(5), "omega": np.full((5, 3), -1e200)},
+    "t: a value is larger than 1e+100": {"t": [0, 1, 2, 3, 1e200], "theta": [1] * 5},
+    "phi: not numbers": {"t": range(5), "phi": np.ones(5, complex)},
+    "psi: not numbers": {"t": range(5), "psi": np.arange(5).astype("datetime64[s]")},
     "theta: not numbers": {"t": range(5), "theta": ["a"] * 5},
     "axis: of length 0": {"t": range(5), "axis": np.zeros((5, 3))},
     "nothing tells where the axis is": {"t": range(5), "speed": [1] * 5},

@@ -195,7 +195,9 @@ def test_a_start_is_fitted_where_there_are_no_rates(seed):
 
 
 def test_what_no_start_fits_is_refused():
-    with pytest.raises(Impossible, match="start: a start, or data with rates or with the axis"):
+    with pytest.raises(
+        Impossible, match="none follows from theta alone: say a scene that has a start"
+    ):
         check({"t": TIMES, "theta": exact().theta}, TOP)
     upright = np.tile([0.0, 0.0, 1.0], (TIMES.size, 1))
     with pytest.raises(Impossible, match="a first row whose axis is not vertical"):
@@ -246,6 +248,50 @@ def test_the_condition_is_what_small_changes_do(name):
     )
     found = check({"t": t, "theta": Motion(top, start).at(t).theta}, scene)
     assert near(found.condition, 2.0**-53 * np.sqrt(moved.max()), part=0.05)
+
+
+def test_a_check_can_be_compared():
+    found = check({"t": TIMES, "theta": exact().theta}, SCENE)
+    assert found == found
+    assert found != check({"t": TIMES, "theta": exact().theta}, SCENE)
+
+
+def test_an_axis_that_grows_has_finite_errors():
+    axis = exact().axis * np.geomspace(1, 9e5, TIMES.size)[:, None]
+    rates = {"omega": exact().omega * np.geomspace(1, 9e90, TIMES.size)[:, None]}
+    document = check({"t": TIMES, "axis": axis} | rates, SCENE).document()
+    assert np.isfinite([x for size in document["errors"].values() for x in size.values()]).all()
+    json.dumps(document, allow_nan=False)
+
+
+def test_times_that_are_very_close_are_judged():
+    t = 1e-20 * np.arange(20)
+    assert check({"t": t, "theta": np.full(20, 0.4)}, SCENE).digits > 14
+
+
+def test_a_column_that_events_lack_is_named():
+    told = str(check({"t": TIMES, "theta": exact().theta}, SCENE))
+    assert "reversals       phi would have to be told; exact" in told
+    assert "cusps           phi would have to be told; exact" in told
+    assert "too few" not in told
+
+
+def test_columns_that_were_used_are_told():
+    told = {"Zeit": TIMES, "tilt": exact().theta, "Note": TIMES, "phidot": exact().phidot}
+    found = check(told, SCENE, {"t": "Zeit"})
+    line = "columns         Zeit (t), tilt (theta); ignored: Note, phidot"
+    assert line in str(found).splitlines()
+    columns = found.document()["columns"]
+    assert columns == {"used": {"Zeit": "t", "tilt": "theta"}, "ignored": ["Note", "phidot"]}
+    used = check(vectors(exact()), SCENE).document()["columns"]["used"]
+    assert list(used) == ["t", "quaternion", "omega"]
+
+
+def test_the_digits_without_a_slip_are_told():
+    told = {"t": TIMES, "theta": np.degrees(exact().theta)}
+    found = check(told, SCENE)
+    assert found.slip.digits > 14
+    assert f"times smaller, with {found.slip.digits:.1f} digits" in str(found)
 
 
 def test_a_document_holds_all_that_is_said():

@@ -1,7 +1,9 @@
 """``heavytop check``: what its page shows, its files, and what it leaves with."""
 
 import contextlib
+import errno
 import json
+import os
 import shlex
 from pathlib import Path
 
@@ -80,6 +82,27 @@ def test_what_it_cannot_do_is_told(mine, tmp_path):
     words = ("check", mine, "--scene", "sicm-kicked", "--columns", "t=Zeit", "-o")
     assert heavytop_(*words, "errors.txt").exit_code == 2
     assert heavytop_(*words, tmp_path / "no" / "x.svg").exit_code == 2
+
+
+@pytest.mark.parametrize("digits", ["nan", "-1", "inf"])
+def test_digits_are_a_number_of_them(mine, digits):
+    found = heavytop_("check", mine, "--scene", "sicm-kicked", f"--digits={digits}")
+    assert (found.exit_code, found.stdout) == (2, "")
+    assert "is no number of digits" in found.stderr
+
+
+@pytest.mark.parametrize(("number", "code"), [(errno.ENOSPC, 4), (errno.EACCES, 2)])
+def test_the_judgement_is_printed_without_its_chart(mine, monkeypatch, number, code):
+    def full(*_):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr("heavytop.plots.style.save", full)
+    words = ("check", mine, "--scene", "sicm-kicked", "--columns", "t=Zeit", "-o", "errors.svg")
+    found = heavytop_(*words)
+    assert found.exit_code == code
+    assert "digits          1" in found.stdout
+    assert f"cannot write errors.svg: {os.strerror(number)}" in found.stderr
+    assert heavytop_(*words, "--digits", "17").exit_code == 5
 
 
 def test_the_chart_shows_what_the_document_holds(mine):

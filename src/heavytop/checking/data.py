@@ -6,7 +6,7 @@ import csv
 import os
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
@@ -25,6 +25,9 @@ Array = NDArray[np.float64]
 
 LEAST_ROWS: Final = 5
 MOST_FAULTS: Final = 20  # of a file, told at once
+NEAREST: Final = 1e-30  # s, between two rows
+LARGEST: Final = 1e100  # of any value,
+LARGEST_ATTITUDE: Final = 1e6  # and of a component of an axis, a quaternion or a matrix
 ANGLES: Final = ("theta", "phi", "psi")
 RATES: Final = ("thetadot", "phidot", "psidot")
 TELLING: Final = "theta, phi, psi, axis, quaternion or matrix"
@@ -49,7 +52,7 @@ _SHAPES: Final = {"axis": (3,), "quaternion": (4,), "matrix": (3, 3)}
 _GREEK: Final = str.maketrans({"θ": "theta", "φ": "phi", "ϕ": "phi", "ψ": "psi", "ω": "omega"})
 
 
-def _plain(name: str) -> str:
+def plain(name: str) -> str:
     """The letters of a name, without its unit: ``Theta_dot [rad/s]`` is ``thetadot``."""
     return re.sub(r"[\[(].*|[^a-z0-9]", "", name.lower().translate(_GREEK))
 
@@ -72,13 +75,15 @@ _USUAL: Final = dict(_names())
 class Data:
     """A trajectory: times, and what is told at each; what follows from that is computed.
 
-    `told` has arrays by quantity; `scene` is the scene that a file of ours holds.
+    `told` has arrays by quantity; `scene` is the scene that a file of ours holds; `columns` has
+    the quantity of every column that is there, empty where it tells none that is known.
     """
 
     name: str
     t: Array
     told: Mapping[str, Array]
     scene: str | None = None
+    columns: Mapping[str, str] = field(default_factory=dict)
 
     def telling(self, **told: Array | None) -> Data:
         """The same, with other values; None takes one away."""
@@ -143,6 +148,20 @@ class Data:
         found[:, 2] += phidot
         return found
 
+    @property
+    def used(self) -> dict[str, str]:
+        """The columns that play a part, with their quantities."""
+        idle = {""}
+        if self.spinning is None:
+            idle |= {"omega", "omega_body"}
+        if self.spinning is None or not {*RATES} <= self.told.keys():
+            idle |= {*RATES}
+        if "omega" in self.told:
+            idle.add("omega_body")
+        if "quaternion" in self.told:
+            idle.add("matrix")
+        return {name: quantity for name, quantity in self.columns.items() if quantity not in idle}
+
     @cached_property
     def spinning(self) -> tuple[Array, Array, Array, Array] | None:
         """Return cosθ, |ė|², ω₃ and ω_z: what energy and momenta are made of."""
@@ -166,44 +185,74 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
         table, scene = _file(Path(data))
     elif hasattr(data, "keys"):
         name, keys = "data", [*data, *getattr(data, "coords", ())]
-        table = {str(key): data[key] for key in keys}
+        table = {str(key): data[key] for key in dict.fromkeys(keys)}
     else:
         raise wrong_type("data", "the path of a file, or arrays by their names", data)
     chosen = expect("columns", {} if columns is None else columns, dict)
+    if not all(isinstance(word, str) for pair in chosen.items() for word in pair):
+        raise wrong_type("columns", "names by names, such as {'t': 'Zeit'}", columns)
+    if scene is not None:  # an angle that a run of ours did not follow
+        table = {name: x for name, x in table.items() if not np.isnan(x).all()}
     faults: list[str] = []
-    found = _gathered(table, chosen, faults)
+    meant = _meant(table, chosen, faults)
+    found = _gathered(table, meant, faults)
     told = _checked(found, faults)
     if not (told.keys() & {*ANGLES, *_SHAPES} or faults):
         names = harmless(", ".join(table)[:200])
         faults.append(f"nothing tells where the axis is: {TELLING} (columns: {names})")
     if faults:
         raise ForeignFile("\n".join(f"{name}: {fault}" for fault in faults[:MOST_FAULTS]))
-    return Data(name, told.pop("t"), told, scene)
+    tells = {column: meant[column][0] if column in meant else "" for column in table}
+    return Data(name, told.pop("t"), told, scene, tells)
+
+
+def _meant(
+    table: Mapping[str, Any], columns: Mapping[str, str], faults: list[str]
+) -> dict[str, tuple[str, int | None]]:
+    """The quantity and the component that columns stand for; no two for the same."""
+    for key, column in columns.items():
+        if plain(key) not in _USUAL:
+            faults.append(f"{harmless(key)}: no quantity ({TELLING}, t, rates, omega)")
+        if column not in table:
+            faults.append(f"{harmless(column)}: no such column {nearest(column, table)}".rstrip())
+    named = [(column, _USUAL.get(plain(key))) for key, column in columns.items()]
+    usual = [(name, _USUAL.get(plain(name))) for name in table if name not in columns.values()]
+    found: dict[str, tuple[str, int | None]] = {}
+    taken: dict[tuple[str, int | None], str] = {}
+    for name, meaning in named + usual:
+        if meaning is None or name not in table:
+            continue
+        quantity, component = meaning
+        clash = (
+            column
+            for (also, k), column in taken.items()
+            if also == quantity and (k == component or None in (k, component))
+        )
+        if (other := next(clash, None)) is not None:
+            if other in columns.values() and name not in columns.values():
+                continue  # what is named is meant
+            faults.append(f"{harmless(name)}: tells {quantity}, and so does {harmless(other)}")
+        elif name in found:
+            faults.append(f"{harmless(name)}: one column for {found[name][0]} and for {quantity}")
+        else:
+            found[name], taken[meaning] = meaning, name
+    return found
 
 
 def _gathered(
-    table: Mapping[str, Any], columns: Mapping[str, str], faults: list[str]
+    table: Mapping[str, Any], meant: Mapping[str, tuple[str, int | None]], faults: list[str]
 ) -> dict[str, Array]:
     """The arrays of a table by quantity; components are put together."""
     found: dict[str, Array] = {}
     parts: dict[str, dict[int, Array]] = {}
-    for key, column in columns.items():
-        if _plain(key) not in _USUAL:
-            faults.append(f"{harmless(key)}: no quantity ({TELLING}, t, rates, omega)")
-        if column not in table:
-            faults.append(f"{harmless(column)}: no such column {nearest(column, table)}".rstrip())
-    renamed = {key: table[column] for key, column in columns.items() if column in table}
-    others = {name: table[name] for name in table if name not in columns.values()}
-    for name, values in (others | renamed).items():
-        quantity, component = _USUAL.get(_plain(name), ("", None))
-        if not quantity:
-            continue
+    for name, (quantity, component) in meant.items():
         try:
+            values = np.asarray(table[name])
+            if values.dtype.kind not in "fiuO":
+                raise TypeError
             array = np.squeeze(np.asarray(values, dtype=np.float64))
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             faults.append(f"{harmless(name)}: not numbers")
-            continue
-        if np.isnan(array).all():  # an angle that a run of ours did not follow
             continue
         if component is None:
             found[quantity] = array
@@ -226,9 +275,13 @@ def _checked(found: dict[str, Array], faults: list[str]) -> dict[str, Array]:
     if t is None or t.ndim != 1 or t.size < LEAST_ROWS:
         faults.append(f"t: a column of at least {LEAST_ROWS} times [s] is needed")
         return found
-    way = np.sign(t[-1] - t[0])
-    if not (np.diff(t) * way > 0).all():
-        faults.append("t: times go one way, none twice")
+    way = 1
+    if np.isfinite(t).all() and abs(t).max() < LARGEST:
+        way = int(np.sign(t[-1] - t[0])) or 1
+        if not (np.diff(t) * way > 0).all():
+            faults.append("t: times go one way, none twice")
+        elif abs(np.diff(t)).min() < NEAREST:
+            faults.append(f"t: two times are less than {NEAREST:g} s apart")
     checked = {}
     for name, values in found.items():
         shape = (t.size, *_SHAPES.get(name, (3,) if name.startswith("omega") else ()))
@@ -241,9 +294,11 @@ def _checked(found: dict[str, Array], faults: list[str]) -> dict[str, Array]:
         finite = np.isfinite(values).reshape(t.size, -1).all(axis=1)
         if not finite.all():
             faults.append(f"{name}: not a finite number in row {int(np.argmin(finite)) + 1}")
+        elif not (abs(values) < (most := LARGEST_ATTITUDE if name in _SHAPES else LARGEST)).all():
+            faults.append(f"{name}: a value is larger than {most:g}")
         elif name in ("axis", "quaternion") and not np.linalg.norm(values, axis=1).all():
             faults.append(f"{name}: of length 0")
-        checked[name] = values[:: int(way) or 1]
+        checked[name] = values[::way]
     return checked
 
 
@@ -282,8 +337,10 @@ def _text(path: Path) -> dict[str, Any]:
         words = next(csv.reader([line], delimiter=between)) if between else line.split()
         return [word.strip() for word in words]
 
-    names, rows, faults = cells(head), [], []
-    if not any(_plain(name) in _USUAL for name in names):
+    names, rows = cells(head), []
+    twice = sorted({name for name in names if plain(name) in _USUAL and names.count(name) > 1})
+    faults = [f"1: {harmless(name)} is there twice" for name in twice]
+    if not any(plain(name) in _USUAL for name in names):
         faults.append("1: a header with the names of the columns is needed, t among them")
     for number, line in there[1:]:
         if line.lstrip()[0] in "#%":
@@ -320,8 +377,13 @@ def _hdf5(path: Path) -> tuple[dict[str, Any], str | None]:
         links = [name for name in file if isinstance(file.get(name, getlink=True), h5py.HardLink)]
         there = [name for name in links if isinstance(file[name], h5py.Dataset)]
         arrays = {name: dataset(file, name)[()] for name in there if _numeric(file[name])}
-        scene = file.attrs.get("scene") if "plan" in file.attrs else None
-    return arrays, scene
+        ours = {name: file.attrs[name] for name in ("plan", "scene") if name in file.attrs}
+    if "plan" not in ours:
+        return arrays, None
+    for name, value in ours.items():
+        if not isinstance(value, str):
+            raise ForeignFile(f"{harmless(path)}: its attribute {name} is no text")
+    return arrays, ours.get("scene")
 
 
 def _numeric(array: Any) -> bool:

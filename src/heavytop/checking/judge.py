@@ -14,13 +14,14 @@ import numpy as np
 from heavytop.analytic.enclosure import EVENTS, Enclosure, enclose
 from heavytop.analytic.many_times import DoubleRecord
 from heavytop.analytic.motion import Motion
-from heavytop.checking.data import ANGLES, RATES, Array, Data, read
+from heavytop.checking.data import ANGLES, RATES, Array, Data, plain, read
 from heavytop.checking.problem import Origin, Problem, wrapped
 from heavytop.checking.slips import Slip, find_slip
 from heavytop.errors import BadScene, Fault, ForeignFile, HeavyTopError, Unseparated
 from heavytop.scene.scene import Scene, load_scene, no_scene, read_scene
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
+from heavytop.spelling import harmless
 
 SCHEMA: Final = "heavytop/check/1"
 ULP: Final = Fraction(1, 2**53)
@@ -39,6 +40,9 @@ FAINT: Final = 1e-3  # of the whole swing: a turn that is smaller is noise
 NOISE: Final = 1e-12  # rad, likewise
 AT_REST: Final = 0.01  # of the greatest rate: the axis stands still at a cusp
 CHARTED: Final = 1000  # rows in the document
+NEEDED: Final = {"turning": ("theta",), "reversal": ("phi",), "cusp": ("theta", "phi")}
+CONDITIONING: Final = "what a change of the last binary digit of the problem does"
+MOST_NAMED: Final = 12  # columns that are ignored, in a line
 START: Final = (*ANGLES, *RATES, "omega3")
 UNITS: Final = {"energy": "of max(|E'|, gMR)", "p_phi": "relative", "p_psi": "relative"}
 
@@ -95,7 +99,7 @@ class Count(NamedTuple):
     most: int
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Check:
     """What is to be said of a trajectory that somebody else computed.
 
@@ -120,7 +124,9 @@ class Check:
         Turning points, reversals and cusps.
     condition : float
         How far the axis moves at most when every number of the problem changes in its last binary
-        digit [rad]: what doubles cannot help.
+        digit [rad].
+    columns : mapping from str to str
+        Of every column the quantity that was taken from it; empty where none was.
     slip : Slip or None
         The usual slip that explains the error.
     curves : mapping from str to array
@@ -136,6 +142,7 @@ class Check:
     phase: Phase | None
     events: Mapping[str, Count]
     condition: float
+    columns: Mapping[str, str]
     slip: Slip | None
     curves: Mapping[str, Array] = field(repr=False)
 
@@ -145,6 +152,7 @@ class Check:
         start = [f"{name} = {value:.10g}" for name, value in self._start().items() if value]
         lines = [
             ("data", f"{self.name}: {times.size} rows from {times[0]:g} s to {times[-1]:g} s"),
+            ("columns", self._columns()),
             ("start", f"{origins[self.origin]}: {', '.join(start)}"),
             ("digits", f"{self.digits:.1f}"),
         ]
@@ -158,14 +166,27 @@ class Check:
             lines.append(("phase", f"{abs(ahead):.2e} s {way} at t = {t:g} s{grows}"))
         for name, count in self.events.items():
             exact = f"{count.least}" + (f" to {count.most}" * (count.most > count.least))
-            found = "too few rows to count" if count.data is None else count.data
+            lacking = " and ".join(x for x in NEEDED[name] if x not in self.errors)
+            found = f"{lacking} would have to be told" if lacking else "too few rows to count"
+            found = found if count.data is None else str(count.data)
             plural = "turning points" if name == "turning" else f"{name}s"
             lines.append((plural, f"{found}; exact {exact}"))
-        lines.append(("condition", f"{self.condition:.1e} rad, which doubles cannot help"))
+        lines.append(("conditioning", f"{self.condition:.1e} rad: {CONDITIONING}"))
         if self.slip is not None:
             smaller = f"so the error is {self.slip.smaller:.1e} times smaller"
-            lines.append(("slip", f"{self.slip.name}: {self.slip.sentence}; {smaller}"))
+            mended = f"{smaller}, with {self.slip.digits:.1f} digits"
+            lines.append(("slip", f"{self.slip.name}: {self.slip.sentence}; {mended}"))
         return "\n".join(f"{name:14}  {text}" for name, text in lines)
+
+    def _columns(self) -> str:
+        """The columns that were used, and the others."""
+        used = [
+            harmless(name if plain(name).startswith(plain(quantity)) else f"{name} ({quantity})")
+            for name, quantity in self.columns.items()
+            if quantity
+        ]
+        ignored = [harmless(name) for name, quantity in self.columns.items() if not quantity]
+        return ", ".join(used) + (f"; ignored: {_some(ignored)}" if ignored else "")
 
     def _start(self) -> dict[str, float]:
         return {name: float(getattr(self.start, name)) for name in START}
@@ -177,6 +198,10 @@ class Check:
             "schema": SCHEMA,
             "data": self.name,
             "rows": self.curves["t"].size,
+            "columns": {
+                "used": {name: quantity for name, quantity in self.columns.items() if quantity},
+                "ignored": [name for name, quantity in self.columns.items() if not quantity],
+            },
             "top": {name: float(getattr(self.top, name)) for name in ("A", "C", "gMR")},
             "start": self._start(),
             "origin": self.origin,
@@ -250,12 +275,11 @@ def check(
     problem = Problem(told, *_motion_of(scene, told))
     slip = find_slip(problem)
     try:
-        axis = problem.off()
+        digits = problem.digits
     except HeavyTopError as impossible:
         if slip is None:
             raise
         raise ForeignFile(f"{told.name}: {impossible}; it would fit if {slip.sentence}") from None
-    sizes = np.sqrt((axis * axis).sum(axis=1))
     curves = _curves(problem)
     phase_t, shifts, phase = _phase(problem, curves)
     return Check(
@@ -264,10 +288,11 @@ def check(
         start=problem.start,
         origin=problem.origin,
         errors={name: _size(told.t, curve) for name, curve in curves.items()},
-        digits=max(0.0, float(-np.log10(max(sizes.max(), float(ULP))))),
+        digits=digits,
         phase=phase,
         events=_events(problem),
         condition=_condition(problem),
+        columns={name: told.used.get(name, "") for name in told.columns},
         slip=slip,
         curves={"t": told.t, **curves, "phase_t": phase_t, "phase": shifts},
     )
@@ -295,9 +320,17 @@ def _motion_of(scene: Any, data: Data) -> tuple[Top, State | None]:
     return scene.top, scene.start
 
 
+def _some(names: list[str]) -> str:
+    """Names, or the first of very many and how many there are more."""
+    more = len(names) - MOST_NAMED
+    return ", ".join(names[:MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
+
+
 def _size(t: Array, curve: Array) -> Size:
     at = int(np.nanargmax(abs(curve)))
-    return Size(abs(float(curve[at])), float(np.sqrt(np.nanmean(curve**2))), float(t[at]))
+    largest = abs(float(curve[at]))
+    rms = largest * float(np.sqrt(np.nanmean((curve / (largest or 1.0)) ** 2)))  # no overflow
+    return Size(largest, rms, float(t[at]))
 
 
 def _curves(problem: Problem) -> dict[str, Array]:
@@ -417,7 +450,8 @@ def _counted(t: Array, theta: Any, phi: Any, exact: DoubleRecord) -> dict[str, i
         found["turning"] = len(tops)
     if phi is not None:
         phi = np.unwrap(phi)
-        swing = np.ptp(exact.phi - np.polyval(np.polyfit(t, exact.phi, 1), t))
+        part = (t - t[0]) / (t[-1] - t[0])
+        swing = np.ptp(exact.phi - np.polyval(np.polyfit(part, exact.phi, 1), part))
         found["reversal"] = len(_turns(phi, FAINT * swing + NOISE))
     if phi is not None and theta is not None:
         rate = abs(np.gradient(phi, t)[tops])

@@ -21,6 +21,10 @@ FITTED: Final = 1000  # rows that it ends with
 FITS: Final = 1e-3  # rad: a fit that is farther off, RMS, is none
 STEP: Final = 1e-7  # of a difference quotient
 ROUNDS: Final = 30
+NO_AXIS: Final = (
+    "none follows from {} alone: say a scene that has a start, or add the axis (theta and phi)"
+)
+LEAST: Final = 2.0**-53  # rad: the least error
 START: Final = ("theta", "phi", "thetadot", "phidot", "omega3")  # what is fitted
 
 Origin = Literal["scene", "first row", "fitted"]
@@ -72,6 +76,13 @@ class Problem:
         return wrapped(self.data.told[name] - getattr(self.exact, name))[:, None]
 
     @cached_property
+    def digits(self) -> float:
+        """The decimal digits that the data have, where they are fewest."""
+        off = self.off()
+        largest = float(np.sqrt((off * off).sum(axis=1)).max())
+        return max(0.0, -float(np.log10(max(largest, LEAST))))
+
+    @cached_property
     def misfit(self) -> float:
         """The RMS of that; infinite where there is no such motion."""
         try:
@@ -106,7 +117,7 @@ def _fitted(problem: Problem) -> State:
     """The start of the motion that comes nearest to the data, from more and more of them."""
     data = problem.data
     if data.axis is None:
-        raise Impossible([("start", "a start, or data with rates or with the axis")])
+        raise Impossible([("start", NO_AXIS.format(" and ".join(data.told)))])
     first = replace(data, t=data.t - data.t[0])
     some = first.some(slice(None, None, -(-data.t.size // FITTED)))
     guess = _first_row(first.telling(omega=_omega(problem.top, first)))
@@ -119,7 +130,9 @@ def _fitted(problem: Problem) -> State:
 
     best = fit(tried, np.array([float(getattr(guess, name)) for name in START]), some.t.size)
     if not tried(best, some.t.size).misfit < FITS:
-        raise Impossible([("start", "a start, or data with rates: no start fits these")])
+        raise Impossible(
+            [("start", "no start fits these data: say a scene that has one, or add rates")]
+        )
     return state(best)
 
 

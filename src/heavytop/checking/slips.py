@@ -45,12 +45,15 @@ class Slip(NamedTuple):
         The RMS error that is left [rad].
     smaller : float
         How many times smaller than without it that is.
+    digits : float
+        The decimal digits that the data have without it.
     """
 
     name: str
     sentence: str
     misfit: float
     smaller: float
+    digits: float
 
 
 class _Tried(NamedTuple):
@@ -73,7 +76,7 @@ def find_slip(problem: Problem) -> Slip | None:
             least = min(each.problem.misfit for each in enough)
             best = next(x for x in enough if x.problem.misfit <= ALIKE * least)
             left = max(best.problem.misfit, 2.0**-53)
-            return Slip(best.name, best.sentence, left, some.misfit / left)
+            return Slip(best.name, best.sentence, left, some.misfit / left, best.problem.digits)
     return None
 
 
