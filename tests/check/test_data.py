@@ -163,6 +163,19 @@ def test_two_columns_for_one_quantity_are_refused(told):
     assert f"data: {told}" in str(error.value).splitlines()
 
 
+@pytest.mark.parametrize("name", ["mine.h5", "mine.mat"])
+def test_a_column_of_a_file_that_has_no_numbers_is_refused(tmp_path, name):
+    told = columns() | {"theta": columns()["theta"] + 0j}
+    if name == "mine.mat":
+        scipy.io.savemat(tmp_path / name, told)
+    else:
+        with h5py.File(tmp_path / name, "w") as file:
+            for each, values in told.items():
+                file[each] = values
+    with pytest.raises(ForeignFile, match="theta: not numbers"):
+        read(tmp_path / name)
+
+
 def test_a_name_that_is_twice_in_a_header_is_refused(tmp_path):
     path = tmp_path / "mine.csv"
     path.write_text("t,theta,theta\n" + "".join(f"{k},1,2\n" for k in range(6)))
@@ -180,7 +193,7 @@ def test_a_component_that_is_named_goes_with_usual_ones():
 
 @pytest.mark.parametrize("columns", [{None: "t"}, {"t": ["t"]}, {"t": 3}])
 def test_names_that_are_no_text_are_refused(columns):
-    with pytest.raises(WrongType, match="columns: names"):
+    with pytest.raises(WrongType, match="columns: texts alone"):
         read(angles(RECORD), columns)
 
 
@@ -198,6 +211,7 @@ FAULTS = {
     "axis: a value is larger than 1e+06": {"t": range(5), "axis": np.full((5, 3), 1e200)},
     "omega: a value is larger than 1e+100": {"t": range(5), "omega": np.full((5, 3), -1e200)},
     "t: a value is larger than 1e+100": {"t": [0, 1, 2, 3, 1e200], "theta": [1] * 5},
+    "theta: a value is larger than 1e+15": {"t": range(5), "theta": [1, 2, 3, 4, 1e200]},
     "phi: not numbers": {"t": range(5), "phi": np.ones(5, complex)},
     "psi: not numbers": {"t": range(5), "psi": np.arange(5).astype("datetime64[s]")},
     "theta: not numbers": {"t": range(5), "theta": ["a"] * 5},

@@ -27,7 +27,9 @@ LEAST_ROWS: Final = 5
 MOST_FAULTS: Final = 20  # of a file, told at once
 NEAREST: Final = 1e-30  # s, between two rows
 LARGEST: Final = 1e100  # of any value,
-LARGEST_ATTITUDE: Final = 1e6  # and of a component of an axis, a quaternion or a matrix
+LARGEST_ANGLE: Final = 1e15  # rad, beyond which doubles tell no direction,
+LARGEST_PART: Final = 1e6  # and of a component of an axis, a quaternion or a matrix
+NO_NUMBERS: Final = np.array("text")  # stands for what is left unread
 ANGLES: Final = ("theta", "phi", "psi")
 RATES: Final = ("thetadot", "phidot", "psidot")
 TELLING: Final = "theta, phi, psi, axis, quaternion or matrix"
@@ -189,10 +191,11 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
     else:
         raise wrong_type("data", "the path of a file, or arrays by their names", data)
     chosen = expect("columns", {} if columns is None else columns, dict)
-    if not all(isinstance(word, str) for pair in chosen.items() for word in pair):
-        raise wrong_type("columns", "names by names, such as {'t': 'Zeit'}", columns)
+    for word in (word for pair in chosen.items() for word in pair):
+        if not isinstance(word, str):
+            raise wrong_type("columns", "texts alone, such as {'t': 'Zeit'}", word)
     if scene is not None:  # an angle that a run of ours did not follow
-        table = {name: x for name, x in table.items() if not np.isnan(x).all()}
+        table = {name: x for name, x in table.items() if not (_numeric(x) and np.isnan(x).all())}
     faults: list[str] = []
     meant = _meant(table, chosen, faults)
     found = _gathered(table, meant, faults)
@@ -269,6 +272,12 @@ def _gathered(
     return found
 
 
+def _largest(quantity: str) -> float:
+    if quantity in _SHAPES:
+        return LARGEST_PART
+    return LARGEST_ANGLE if quantity in ANGLES else LARGEST
+
+
 def _checked(found: dict[str, Array], faults: list[str]) -> dict[str, Array]:
     """The arrays, of the shapes that they need to have, in the order of time."""
     t = found.get("t")
@@ -294,7 +303,7 @@ def _checked(found: dict[str, Array], faults: list[str]) -> dict[str, Array]:
         finite = np.isfinite(values).reshape(t.size, -1).all(axis=1)
         if not finite.all():
             faults.append(f"{name}: not a finite number in row {int(np.argmin(finite)) + 1}")
-        elif not (abs(values) < (most := LARGEST_ATTITUDE if name in _SHAPES else LARGEST)).all():
+        elif not (abs(values) < (most := _largest(name))).all():
             faults.append(f"{name}: a value is larger than {most:g}")
         elif name in ("axis", "quaternion") and not np.linalg.norm(values, axis=1).all():
             faults.append(f"{name}: of length 0")
@@ -366,7 +375,11 @@ def _matlab(path: Path) -> dict[str, Any]:
             arrays = loadmat(file)
     except NotImplementedError:  # since version 7.3 it is HDF5
         return _hdf5(path)[0]
-    return {name: x for name, x in arrays.items() if isinstance(x, np.ndarray) and _numeric(x)}
+    return {
+        name: x if _numeric(x) else NO_NUMBERS
+        for name, x in arrays.items()
+        if isinstance(x, np.ndarray)
+    }
 
 
 def _hdf5(path: Path) -> tuple[dict[str, Any], str | None]:
@@ -376,7 +389,9 @@ def _hdf5(path: Path) -> tuple[dict[str, Any], str | None]:
     with regular(path) as whole, h5py.File(whole, "r") as file:
         links = [name for name in file if isinstance(file.get(name, getlink=True), h5py.HardLink)]
         there = [name for name in links if isinstance(file[name], h5py.Dataset)]
-        arrays = {name: dataset(file, name)[()] for name in there if _numeric(file[name])}
+        arrays = {
+            name: dataset(file, name)[()] if _numeric(file[name]) else NO_NUMBERS for name in there
+        }
         ours = {name: file.attrs[name] for name in ("plan", "scene") if name in file.attrs}
     if "plan" not in ours:
         return arrays, None

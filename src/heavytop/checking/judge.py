@@ -42,7 +42,7 @@ AT_REST: Final = 0.01  # of the greatest rate: the axis stands still at a cusp
 CHARTED: Final = 1000  # rows in the document
 NEEDED: Final = {"turning": ("theta",), "reversal": ("phi",), "cusp": ("theta", "phi")}
 CONDITIONING: Final = "what a change of the last binary digit of the problem does"
-MOST_NAMED: Final = 12  # columns that are ignored, in a line
+MOST_NAMED: Final = 6  # columns that are ignored, in a line
 START: Final = (*ANGLES, *RATES, "omega3")
 UNITS: Final = {"energy": "of max(|E'|, gMR)", "p_phi": "relative", "p_psi": "relative"}
 

@@ -117,7 +117,7 @@ def _fitted(problem: Problem) -> State:
     """The start of the motion that comes nearest to the data, from more and more of them."""
     data = problem.data
     if data.axis is None:
-        raise Impossible([("start", NO_AXIS.format(" and ".join(data.told)))])
+        raise Impossible([("start", NO_AXIS.format(", ".join(data.told)))])
     first = replace(data, t=data.t - data.t[0])
     some = first.some(slice(None, None, -(-data.t.size // FITTED)))
     guess = _first_row(first.telling(omega=_omega(problem.top, first)))
