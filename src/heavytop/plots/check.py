@@ -33,7 +33,7 @@ def check_figure(document: Mapping[str, Any]) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        The magnitude of every error over time above what doubles cannot help; below, how far the
+        The magnitude of every error over time above conditioning; below, how far the
         data run ahead.
     """
     curves = {name: np.array(x, dtype=float) for name, x in document["curves"].items()}
@@ -48,7 +48,7 @@ def check_figure(document: Mapping[str, Any]) -> Figure:
         above.set_yscale("log")
         if document["condition"]:
             above.axhline(document["condition"], color=BLACK, ls=":", lw=1.0,
-                          label="what doubles cannot help")  # fmt: skip
+                          label="conditioning")  # fmt: skip
         above.set_ylabel("error")
         below.plot(curves["phase_t"], curves["phase"], color=COLOURS[0], marker="o", ms=3, lw=1.0)
         below.set_ylabel("runs ahead by [s]")

@@ -298,8 +298,8 @@
         item.append(sample, each.label ?? each[1]);
         return item;
       }));
-      const pace = run.slow > 1 ? `slowed ${run.slow.toPrecision(2)} times`
-        : `${(1 / run.slow).toPrecision(2)} times as fast as it is`;
+      const pace = run.slow > 1.05 ? `slowed ${run.slow.toPrecision(2)} times`
+        : run.slow > 0.95 ? "as it is" : `${(1 / run.slow).toPrecision(2)} times as fast as it is`;
       root.querySelector("p").textContent = [`Time is ${pace}.`, ...run.notes].join(" ");
       side();
     };
