@@ -112,5 +112,5 @@ def test_the_chart_shows_what_the_document_holds(mine):
     drawn = {line.get_label(): line.get_ydata() for line in above.lines}
     curve = np.abs(np.array(document["curves"]["axis"], dtype=float))
     assert np.array_equal(drawn["axis [rad]"][1:], curve[1:])
-    assert list(drawn) == ["axis [rad]", "θ [rad]", "φ [rad]", "what doubles cannot help"]
+    assert list(drawn) == ["axis [rad]", "θ [rad]", "φ [rad]", "conditioning"]
     assert list(below.lines[0].get_ydata()) == document["curves"]["phase"]

@@ -219,9 +219,10 @@ def expect_anywhere(texts: Iterable[str]) -> None:
         raise Impossible([(name, rule) for name in homeless])
 
 
-def passes() -> tuple[tuple[str, str, str], ...]:
-    """Return what lets another process load the same methods: name, place and digest of each."""
-    return tuple((each.name, each.place, each.digest) for each in _ADMITTED.values() if each.place)
+def passes(names: Iterable[str]) -> tuple[tuple[str, str, str], ...]:
+    """Return what lets another process load methods: name, place and digest of each."""
+    found = (_ADMITTED[name] for name in names if name in _ADMITTED)
+    return tuple((each.name, each.place, each.digest) for each in found if each.place)
 
 
 def let_pass(those: Iterable[tuple[str, str, str]]) -> None:

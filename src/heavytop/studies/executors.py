@@ -90,24 +90,13 @@ class Processes(Executor):
         self._pool = self._new()
 
     def _new(self) -> ProcessPoolExecutor:
-        from heavytop.comparison import own  # which takes its time to import
-
-        return ProcessPoolExecutor(self.workers, SPAWN, _begun, (own.passes(),))
+        return ProcessPoolExecutor(self.workers, SPAWN, follow_parent)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End all workers at once, whatever they are at."""
         for process in self.processes:
             process.kill()
         self._pool.shutdown(wait, cancel_futures=True)
-
-
-def _begun(methods: Sequence[tuple[str, str, str]]) -> None:
-    """In a worker: follow the parent, and load those methods that a person named there."""
-    follow_parent()
-    if methods:
-        from heavytop.comparison import own
-
-        own.let_pass(methods)
 
 
 def follow_parent() -> None:

@@ -5,7 +5,7 @@ A setting, such as a tolerance or a number of steps, is a field of a method.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.util import find_spec
@@ -181,8 +181,8 @@ def admitted(methods: Any, file: str) -> Any:
     BadScene
         One cannot be loaded; the faults name `file`.
     """
-    if not isinstance(methods, Iterable) or isinstance(methods, str | bytes | Mapping):
-        return methods  # and refused where it is read
+    if not isinstance(methods, Sequence) or isinstance(methods, str | bytes):
+        return methods  # names, or refused where it is read
     names, faults = [], []
     for each in methods:
         try:

@@ -363,7 +363,8 @@ def _sent(
 ) -> Future[list[Chunk]]:
     """The future of a slice; one that is lost already where the pool takes no more."""
     try:
-        return pool.submit(_slice, module, parameters, task, checkpoint, SLICE_S, own.passes())
+        methods = own.passes(parameters.get("own", {}))
+        return pool.submit(_slice, module, parameters, task, checkpoint, SLICE_S, methods)
     except Exception as fault:  # shut down, broken, out of reach, no more processes
         future: Future[list[Chunk]] = Future()
         future.set_exception(futures.BrokenExecutor(f"no work is taken: {_words(fault)}"))

@@ -240,7 +240,7 @@ def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[
     case, _, method = task.partition("/")
     asked, limit = (case, method, reference(case)), parameters["time_limit"]
     try:
-        WORKER.call(get_ready, *asked)
+        WORKER.call(get_ready, *asked, own.passes(parameters.get("own", {})))
         found = WORKER.call(put_to_test, *asked, parameters["step_limit"], timeout=limit)
     except TimedOut:
         form = stress_method(method).formulation
@@ -251,8 +251,11 @@ def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[
     yield Chunk(rows=[found.document()], done=True)
 
 
-def get_ready(case: str, method: str, truth: CaseReference) -> None:
+def get_ready(
+    case: str, method: str, truth: CaseReference, methods: Sequence[tuple[str, str, str]] = ()
+) -> None:
     """In the worker: silence the Fortran and C of solvers, and compile what a method needs."""
+    own.let_pass(methods)
     with Path(os.devnull).open("w") as nothing:
         os.dup2(nothing.fileno(), 2)
     chosen = stress_method(method)
