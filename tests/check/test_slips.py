@@ -6,7 +6,7 @@ import pytest
 from heavytop.analytic.motion import Motion
 from heavytop.checking.data import Data
 from heavytop.checking.judge import check
-from heavytop.checking.problem import Problem
+from heavytop.checking.problem import Comparison
 from heavytop.checking.slips import WORLDS, find_slip
 from heavytop.errors import ForeignFile
 from heavytop.scene.scene import Scene
@@ -140,7 +140,7 @@ def good(seed):
         case 3:
             told = runge_kutta(t, scene.top, scene.start)
     told.pop("t", None)
-    return Problem(Data("mine", t, told), scene.top, scene.start)
+    return Comparison(Data("mine", t, told), scene.top, scene.start)
 
 
 @pytest.mark.parametrize("seed", range(200))

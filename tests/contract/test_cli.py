@@ -18,7 +18,7 @@ from typer.testing import CliRunner, Result
 import heavytop.run.propagation
 from heavytop import errors
 from heavytop.cli import Exit, app, exit_code
-from heavytop.cli.options import Formulation
+from heavytop.cli.options import FormulationName
 from heavytop.comparison import METHODS
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.studies.atlas_plane import ROLES
@@ -119,8 +119,8 @@ class TestHelp:
             assert len(each.help) > 10, each.name
 
     def test_the_equations_that_can_be_asked_for_are_those_there_are(self):
-        assert sorted(Formulation) == sorted(["auto", *FORMULATIONS])
-        assert ", ".join(Formulation) in " ".join(heavytop_("run", "--help").stdout.split())
+        assert sorted(FormulationName) == sorted(["auto", *FORMULATIONS])
+        assert ", ".join(FormulationName) in " ".join(heavytop_("run", "--help").stdout.split())
 
     @pytest.mark.parametrize(
         ("verb", "known"),

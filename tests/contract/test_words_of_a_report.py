@@ -10,7 +10,7 @@ import pytest
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.potential import Potential
 from heavytop.plots.figures import MOST_PERIODS
-from heavytop.report.pages.page import Page, Result
+from heavytop.report.pages.page import LoadedResult, Page
 from heavytop.report.pages.sections import Section, run_data
 from heavytop.report.parts import MISSING, SYMBOLS, Fitting, Table, cell, given, headed
 from heavytop.report.run import events
@@ -99,7 +99,7 @@ BOOK = {"name": "book", "title": "The book's", "source": "SICM", "top": {"A": 1}
 def section(study, ident, **document):
     path = Path("folder") / f"{study}.json"
     document["schema"] = f"heavytop/{study}/1"
-    return Section(Result(path, path.name, document, "0"), ident, ident, ())
+    return Section(LoadedResult(path, path.name, document, "0"), ident, ident, ())
 
 
 def test_the_head_lists_results_by_scene_and_counts_claims():

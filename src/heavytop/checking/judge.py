@@ -15,7 +15,7 @@ from heavytop.analytic.enclosure import EVENTS, Enclosure, enclose
 from heavytop.analytic.many_times import DoubleRecord
 from heavytop.analytic.motion import Motion
 from heavytop.checking.data import ANGLES, RATES, Array, Data, plain, read
-from heavytop.checking.problem import Origin, Problem, wrapped
+from heavytop.checking.problem import Comparison, Origin, wrapped
 from heavytop.checking.slips import Slip, find_slip
 from heavytop.errors import BadScene, Fault, ForeignFile, HeavyTopError, Unseparated
 from heavytop.scene.scene import Scene, load_scene, no_scene, read_scene
@@ -272,7 +272,7 @@ def check(
     the energy to 2 %, and data of the closed form to 14 digits.
     """
     told = read(data, columns)
-    problem = Problem(told, *_motion_of(scene, told))
+    problem = Comparison(told, *_motion_of(scene, told))
     slip = find_slip(problem)
     try:
         digits = problem.digits
@@ -333,7 +333,7 @@ def _size(t: Array, curve: Array) -> Size:
     return Size(largest, rms, float(t[at]))
 
 
-def _curves(problem: Problem) -> dict[str, Array]:
+def _curves(problem: Comparison) -> dict[str, Array]:
     """The error of everything that the data tell, at each time."""
     data, exact = problem.data, problem.exact
     found = {}
@@ -360,7 +360,7 @@ def _curves(problem: Problem) -> dict[str, Array]:
 # --- phase ---------------------------------------------------------------------------------------
 
 
-def _phase(problem: Problem, curves: Mapping[str, Array]) -> tuple[Array, Array, Phase | None]:
+def _phase(problem: Comparison, curves: Mapping[str, Array]) -> tuple[Array, Array, Phase | None]:
     """How far the data run ahead [s]: times, shifts there, and what is to be said of them.
 
     In windows of whole periods the shift is that with which the exact tilt fits best, found by
@@ -413,7 +413,7 @@ def _growth(t: Array, shift: Array, spread: Array) -> float | None:
 # --- events --------------------------------------------------------------------------------------
 
 
-def _events(problem: Problem) -> dict[str, Count]:
+def _events(problem: Comparison) -> dict[str, Count]:
     """Events of the data, counted as those of the exact motion at the same times are.
 
     Where that count is not the proved one, the rows are too far apart for it.
@@ -476,7 +476,7 @@ def _turns(x: Array, least: float) -> list[int]:
 # --- the motion's own condition ------------------------------------------------------------------
 
 
-def _condition(problem: Problem) -> float:
+def _condition(problem: Comparison) -> float:
     """How far the axis moves, at most, when each number changes by half an ulp [rad]."""
     start, body = problem.start, ("A", "C", "gMR")
     state = ("theta", "thetadot", "phidot", start.held)

@@ -31,7 +31,7 @@ Origin = Literal["scene", "first row", "fitted"]
 
 
 @dataclass(frozen=True)
-class Problem:
+class Comparison:
     """Data, and the motion that they are held against; without a start it is that of the data."""
 
     data: Data
@@ -113,7 +113,7 @@ def _first_row(data: Data) -> State:
     return State(**angles, thetadot=thetadot, phidot=phidot, omega3=float(omega @ axis))
 
 
-def _fitted(problem: Problem) -> State:
+def _fitted(problem: Comparison) -> State:
     """The start of the motion that comes nearest to the data, from more and more of them."""
     data = problem.data
     if data.axis is None:
@@ -125,8 +125,8 @@ def _fitted(problem: Problem) -> State:
     def state(p: Array) -> State:
         return State(**dict(zip(START, p, strict=True)), psi=guess.psi)
 
-    def tried(p: Array, rows: int) -> Problem:
-        return Problem(some.some(slice(0, rows)), problem.top, state(p))
+    def tried(p: Array, rows: int) -> Comparison:
+        return Comparison(some.some(slice(0, rows)), problem.top, state(p))
 
     best = fit(tried, np.array([float(getattr(guess, name)) for name in START]), some.t.size)
     if not tried(best, some.t.size).misfit < FITS:
@@ -152,7 +152,7 @@ def _omega(top: Top, data: Data) -> Array:
     return omega
 
 
-def fit(tried: Callable[[Array, int], Problem], p: Array, rows: int) -> Array:
+def fit(tried: Callable[[Array, int], Comparison], p: Array, rows: int) -> Array:
     """Parameters that fit best by Gauss and Newton, over twice as many rows each time."""
     many = FIRST_FITTED
     while True:

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from heavytop.checking.data import ANGLES, RATES, Array, Data
-from heavytop.checking.problem import Problem, fit
+from heavytop.checking.problem import Comparison, fit
 from heavytop.errors import HeavyTopError
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -59,10 +59,10 @@ class Slip(NamedTuple):
 class _Tried(NamedTuple):
     name: str
     sentence: str
-    problem: Problem
+    problem: Comparison
 
 
-def find_slip(problem: Problem) -> Slip | None:
+def find_slip(problem: Comparison) -> Slip | None:
     """The slip that makes the error at least a hundred times smaller, if there is one."""
     data = problem.data
     some = replace(problem, data=data.some(slice(None, None, -(-data.t.size // MOST_ROWS))))
@@ -83,24 +83,24 @@ def find_slip(problem: Problem) -> Slip | None:
 # --- the table: what each slip would make of a problem -------------------------------------------
 
 
-def _told(problem: Problem, **told: Array | None) -> Problem:
+def _told(problem: Comparison, **told: Array | None) -> Comparison:
     return replace(problem, data=problem.data.telling(**told))
 
 
-def _degrees(problem: Problem) -> Iterator[_Tried]:
+def _degrees(problem: Comparison) -> Iterator[_Tried]:
     names = problem.data.told.keys() & {*ANGLES, *RATES}
     if names:
         told = {name: np.radians(problem.data.told[name]) for name in names}
         yield _Tried("degrees", "the angles are in degrees", _told(problem, **told))
 
 
-def _order(problem: Problem) -> Iterator[_Tried]:
+def _order(problem: Comparison) -> Iterator[_Tried]:
     if (q := problem.data.told.get("quaternion")) is not None:
         words = "the quaternion is x, y, z, w: its scalar stands last"
         yield _Tried("quaternion-order", words, _told(problem, quaternion=np.roll(q, 1, axis=1)))
 
 
-def _inverse(problem: Problem) -> Iterator[_Tried]:
+def _inverse(problem: Comparison) -> Iterator[_Tried]:
     if problem.data.matrix is not None:
         matrix = np.swapaxes(problem.data.matrix, 1, 2)
         words = "the rotation leads from space to body: its inverse is from body to space"
@@ -108,12 +108,12 @@ def _inverse(problem: Problem) -> Iterator[_Tried]:
         yield _Tried("inverse-rotation", words, other)
 
 
-def _milliseconds(problem: Problem) -> Iterator[_Tried]:
+def _milliseconds(problem: Comparison) -> Iterator[_Tried]:
     data = replace(problem.data, t=problem.data.t / 1000)
     yield _Tried("milliseconds", "the times are in milliseconds", replace(problem, data=data))
 
 
-def _held(problem: Problem) -> Iterator[_Tried]:
+def _held(problem: Comparison) -> Iterator[_Tried]:
     if problem.given is None:
         return
     start = problem.given
@@ -124,13 +124,13 @@ def _held(problem: Problem) -> Iterator[_Tried]:
     yield _Tried("held-spin", words, replace(problem, given=swapped))
 
 
-def _gravity(problem: Problem) -> Iterator[_Tried]:
+def _gravity(problem: Comparison) -> Iterator[_Tried]:
     top = problem.top
     words = "gravity has the other sign: gMR and −gMR are exchanged"
     yield _Tried("gravity-sign", words, replace(problem, top=Top(top.A, top.C, -top.gMR)))
 
 
-def _worlds(problem: Problem) -> Iterator[_Tried]:
+def _worlds(problem: Comparison) -> Iterator[_Tried]:
     """Right-handed maps of the data's space onto the package's, about the vertical as it fits."""
     if problem.data.axis is None:
         return
@@ -172,7 +172,7 @@ def _turned(data: Data, space: Array, body: Array) -> Data:
     return replace(data, told=told)
 
 
-def _azimuth(problem: Problem) -> float:
+def _azimuth(problem: Comparison) -> float:
     """By how much the data are turned about the vertical to fit best [rad]."""
     if problem.given is None or problem.data.axis is None:  # the start is the data's own
         return 0.0
@@ -181,7 +181,7 @@ def _azimuth(problem: Problem) -> float:
     return float(np.arctan2((x * v - y * u).sum(), (x * u + y * v).sum()))
 
 
-def _inertia(problem: Problem) -> Iterator[_Tried]:
+def _inertia(problem: Comparison) -> Iterator[_Tried]:
     """A smaller A, as that about the centre of mass is: tried on the first period, then fitted."""
     if problem.origin == "fitted":
         return
@@ -190,8 +190,8 @@ def _inertia(problem: Problem) -> Iterator[_Tried]:
     period = problem.motion.period or np.inf
     rows = max(20, int(np.searchsorted(abs(problem.since), period)))
 
-    def tried(p: Array, rows: int) -> Problem:
-        return Problem(data.some(slice(0, rows)), Top(p[0], top.C, top.gMR), problem.given)
+    def tried(p: Array, rows: int) -> Comparison:
+        return Comparison(data.some(slice(0, rows)), Top(p[0], top.C, top.gMR), problem.given)
 
     try:
         least = max(float(top.C) / 2, A / 100)
@@ -208,7 +208,7 @@ def _inertia(problem: Problem) -> Iterator[_Tried]:
         yield _Tried("inertia-about-centre", words, tried(found, data.t.size))
 
 
-SLIPS: Final[tuple[Callable[[Problem], Iterator[_Tried]], ...]] = (
+SLIPS: Final[tuple[Callable[[Comparison], Iterator[_Tried]], ...]] = (
     _degrees,
     _milliseconds,
     _order,

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from heavytop.scene.scene import Scene
 
 
-class Formulation(StrEnum):
+class FormulationName(StrEnum):
     """What --formulation takes: the names of the equations, known without deriving any."""
 
     AUTO = "auto"
@@ -62,7 +62,7 @@ def _changes(changes: list[str] | None) -> list[str]:
 SCENE_HELP: Final = "A shipped scene (heavytop scenes lists them), or the path of a TOML file."
 SCENE: Final = Argument(metavar="SCENE", help=SCENE_HELP, autocompletion=scene_names)
 SceneName = Annotated[str, SCENE]
-EQUATIONS: Final = f"Equations to integrate, {', '.join(Formulation)}: auto takes the fewest."
+EQUATIONS: Final = f"Equations to integrate, {', '.join(FormulationName)}: auto takes the fewest."
 DIGITS: Final = "Digits wanted at the end of the span, such as 30; else those of the scene."
 FOLDER: Final = "Write results into this folder, such as out/first; else nothing is written."
 CHANGES: Final = "Change the scene, as often as it is given: --set start.phidot=-14."
@@ -72,7 +72,9 @@ CHANGES: Final = "Change the scene, as often as it is given: --set start.phidot=
 class Common:
     """The options that verbs share; each verb names those that it takes."""
 
-    formulation: Annotated[Formulation, Option(metavar="NAME", help=EQUATIONS)] = Formulation.AUTO
+    formulation: Annotated[FormulationName, Option(metavar="NAME", help=EQUATIONS)] = (
+        FormulationName.AUTO
+    )
     digits: Annotated[int | None, Option(metavar="D", help=DIGITS)] = None
     json: Annotated[bool, Option("--json", help="Print one JSON document, nothing else.")] = False
     output: Annotated[

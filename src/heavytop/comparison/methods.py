@@ -36,7 +36,7 @@ FORMULATIONS: Final = ("axis", "lagrange", "subsystem", "routh", "cubic", "attit
 
 
 @dataclass(frozen=True, slots=True)
-class Method:
+class MethodEntry:
     """One method.
 
     Attributes
@@ -128,9 +128,9 @@ _ROWS: Final = (  # order, the default setting, steps in a block
     (IAS15, 15, 1e-9, 100, "REBOUND", ias15_solver),
 )
 
-METHODS: Final[Mapping[str, Method]] = MappingProxyType(
+METHODS: Final[Mapping[str, MethodEntry]] = MappingProxyType(
     {
-        name: Method(name, order, default, block, build, *_LIBRARIES[library], _SOURCES[name])
+        name: MethodEntry(name, order, default, block, build, *_LIBRARIES[library], _SOURCES[name])
         for name, order, default, block, library, build in _ROWS
     }
 )
@@ -209,7 +209,7 @@ def make_stepper(
     return stepper
 
 
-def named(name: str) -> Method:
+def named(name: str) -> MethodEntry:
     """Return a method by its name, which may end in a formulation: ``dop853-scipy-lagrange``.
 
     Raises
@@ -236,11 +236,11 @@ def named(name: str) -> Method:
     raise Impossible([("method", f"there is none called {name!r}; the nearest is {nearest!r}")])
 
 
-def _own(name: str) -> Method:
+def _own(name: str) -> MethodEntry:
     """A method of one's own, which a person has named."""
     found = admitted(name).method
     steps, language = not found.solves, "numba" if found.compiled else "python"
-    return Method(
+    return MethodEntry(
         name, found.order, found.setting or (STEPS_GIVEN if steps else RTOL), 0, own_stepper,
         STEPS if steps else TOLERANCE, *((1.0, 1e7) if steps else (1e-15, 1e-1)), language, (),
         "", "axis" if found.formulation in BODY else found.formulation, found,
@@ -258,7 +258,7 @@ class Unimportable(MissingPackage):
         return f"{self.method} needs {self.packages[0]}, which does not import: {self.fault}"
 
 
-def imported(method: Method) -> None:
+def imported(method: MethodEntry) -> None:
     """Import the packages a method needs.
 
     Raises
@@ -278,6 +278,6 @@ def imported(method: Method) -> None:
             raise Unimportable(method.name, package, why) from fault
 
 
-def absent(method: Method) -> tuple[str, ...]:
+def absent(method: MethodEntry) -> tuple[str, ...]:
     """Return the packages a method needs that are not installed; none of them is imported."""
     return tuple(package for package in method.needs if find_spec(package) is None)

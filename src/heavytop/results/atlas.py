@@ -21,7 +21,7 @@ class AxisRange(Part):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Curve(Part):
+class BoundaryCurve(Part):
     """A piece of a boundary, by its points; a single one where it is a point of the plane."""
 
     name: Text
@@ -72,7 +72,7 @@ class AtlasResult(Result):
         How many pixels have a kind that is not proved.
     tiles : dict from str to int
         How many tiles are ``done``, and how many there are in ``all``.
-    curves : tuple of Curve
+    curves : tuple of BoundaryCurve
         The boundaries between kinds.
     kinds_per_s, rows_per_s, tops_per_s : float or None
         Pixels computed here in a second, of all processes together; whole rows; integrated tops.
@@ -96,7 +96,7 @@ class AtlasResult(Result):
     sent: int
     uncertified: int
     tiles: Mapping[Literal["done", "all"], int]
-    curves: tuple[Curve, ...]
+    curves: tuple[BoundaryCurve, ...]
     kinds_per_s: Number | None = None
     rows_per_s: Number | None = None
     tops_per_s: Number | None = None

@@ -68,7 +68,7 @@ class EventTable(Part):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cost(Part):
+class RunCost(Part):
     """Steps, and the time that each part of the work took."""
 
     steps: int = 0
@@ -98,7 +98,7 @@ class RunResult(Result):
         Wanted quantities that are farther off than the scene's digits allow.
     missed_events : mapping from str to (int, int)
         The least and the greatest true number of the events that are miscounted.
-    cost : Cost
+    cost : RunCost
     outcome : Outcome
     """
 
@@ -112,7 +112,7 @@ class RunResult(Result):
     errors: Mapping[Text, Value | Values] = field(default_factory=lambda: NOTHING)
     missed_digits: Values = field(default_factory=dict)
     missed_events: Mapping[Text, tuple[int, ...]] = field(default_factory=dict)
-    cost: Cost = Cost()
+    cost: RunCost = RunCost()
     outcome: Outcome = Outcome.FINISHED
 
 
@@ -186,7 +186,7 @@ def folded_result(folded: Folded, chosen: Plan) -> RunResult:
         final=final,
         errors=NOTHING | errors | {"why_not": ""},
         missed_digits={name: error for name, error in errors.items() if error > bound},
-        cost=Cost(steps=cost.steps, compile_s=cost.compile_s, integrate_s=cost.integrate_s),
+        cost=RunCost(steps=cost.steps, compile_s=cost.compile_s, integrate_s=cost.integrate_s),
     )
 
 
@@ -296,12 +296,12 @@ def _shown(many: Decimals, x: decimals.Number) -> float | str | None:
     return text if text is None or many.digits > NUMBER_DIGITS else float(x)
 
 
-def _cost(trajectory: Trajectory) -> Cost:
+def _cost(trajectory: Trajectory) -> RunCost:
     spent = trajectory.statistics
     period = trajectory.motion.period if spent.whole else None
     periods = abs(trajectory.orbit.end) / float(period) if period else 0.0
     names = ("steps", "derive_s", "compile_s", "integrate_s")
-    return Cost(
+    return RunCost(
         **{name: getattr(spent, name) for name in names},
         us_per_period=finite(spent.integrate_s / periods * 1e6) if periods else None,
     )

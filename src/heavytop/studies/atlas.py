@@ -31,7 +31,7 @@ from heavytop.classification.many import classify_many
 from heavytop.errors import BadScene, Fault, ForeignFile
 from heavytop.hdf5 import write_sealed
 from heavytop.machine import usable_cpus, versions
-from heavytop.results.atlas import AtlasResult, Curve, Differing
+from heavytop.results.atlas import AtlasResult, BoundaryCurve, Differing
 from heavytop.results.base import Problem
 from heavytop.run.ensemble import Ensemble, propagate_many
 from heavytop.scene import arguments
@@ -362,7 +362,7 @@ def collect(store: MemoryStore, jobs: int = 1) -> Atlas:
         sent=others["sent"],
         uncertified=others["uncertified"],
         tiles={"done": len(done), "all": len(tiles)},
-        curves=tuple(Curve(name=name, x=(*x.tolist(),), y=(*y.tolist(),))
+        curves=tuple(BoundaryCurve(name=name, x=(*x.tolist(),), y=(*y.tolist(),))
                      for name, x, y in curves(plane)),
         kinds_per_s=rate,
         rows_per_s=rate if what == "rows" else None,

@@ -37,7 +37,7 @@ SLOW: Final = 10_000  # periods: what takes a millisecond and more for each goes
 
 
 @dataclass(frozen=True, slots=True)
-class Method:
+class MethodSetting:
     """One method of integration, as it will be run.
 
     Attributes
@@ -107,7 +107,7 @@ class Method:
         return f"{self.name}={setting}" if self.changed else self.name
 
     @property
-    def own(self) -> Method:
+    def own(self) -> MethodSetting:
         """The method itself, where it is auto's choice."""
         return replace(self, digits=None, wants=None)
 
@@ -142,7 +142,7 @@ class NoMethod(Refused):
     """What is no method, and the rule that says so; `hint` may name the one that was meant."""
 
 
-def method(text: str) -> Method:
+def method(text: str) -> MethodSetting:
     """Return the method that a text asks for.
 
     Parameters
@@ -196,7 +196,7 @@ def admitted(methods: Any, file: str) -> Any:
     return names
 
 
-def _named(name: str) -> Method:
+def _named(name: str) -> MethodSetting:
     own = taylor_methods()
     if name in own:
         return own[name]
@@ -219,14 +219,14 @@ def _in_words() -> str:
 
 
 @cache
-def taylor_methods() -> Mapping[str, Method]:
+def taylor_methods() -> Mapping[str, MethodSetting]:
     """Return the Taylor integrator's methods: every formulation, projected or in more bits."""
     found = [each for form in FORMULATIONS for each in _of_formulation(form)]
     return {each.name: each for each in found}
 
 
-def _of_formulation(form: str) -> list[Method]:
-    plain = Method(
+def _of_formulation(form: str) -> list[MethodSetting]:
+    plain = MethodSetting(
         name=f"taylor-{form}",
         formulation=form,
         language="compiled by heyoka",
@@ -247,10 +247,10 @@ def _of_formulation(form: str) -> list[Method]:
     return found
 
 
-def _of(rival: comparison.Method) -> Method:
+def _of(rival: comparison.MethodEntry) -> MethodSetting:
     names = ("name", "formulation", "language", "least", "most", "needs")
     same = {name: getattr(rival, name) for name in names}
-    return Method(setting=rival.default, set_by=rival.setting, is_rival=True, **same)
+    return MethodSetting(setting=rival.default, set_by=rival.setting, is_rival=True, **same)
 
 
 # --- what is put under stress ----------------------------------------------------------------
@@ -261,7 +261,7 @@ TIGHT: Final = {"dop853": 1e-12, "lsoda": 1e-11, "radau": 1e-8}  # as far as eac
 
 
 @cache
-def stress_methods() -> Mapping[str, Method]:
+def stress_methods() -> Mapping[str, MethodSetting]:
     """Return what a stress test runs: auto, every form of the equations, and what others use.
 
     ``auto-angles`` is auto with phi and psi wanted.
@@ -284,7 +284,7 @@ def stress_methods() -> Mapping[str, Method]:
     return {each.name: each for each in found}
 
 
-def stress_method(text: str) -> Method:
+def stress_method(text: str) -> MethodSetting:
     """Return what a stress test runs by this name: one of its table, or one's own.
 
     Raises

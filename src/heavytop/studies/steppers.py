@@ -35,7 +35,7 @@ from heavytop.run.propagation import binary_start, integrator_of
 from heavytop.run.verify import ahead, motion_of
 from heavytop.scene.arguments import shown
 from heavytop.scene.scene import Scene
-from heavytop.studies.methods import Method
+from heavytop.studies.methods import MethodSetting
 
 DIGITS: Final = 40  # of the reference solution
 EVEN: Final = 0.7  # of |z|, above which x and y determine it better
@@ -63,7 +63,7 @@ class MethodRun:
     period: float
 
 
-def set_up(scene: Scene, method: Method) -> MethodRun:
+def set_up(scene: Scene, method: MethodSetting) -> MethodRun:
     """Return a method set up for the start of a scene.
 
     Raises

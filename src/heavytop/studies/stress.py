@@ -44,7 +44,7 @@ from heavytop.studies.executors import Lost, TimedOut, Worker
 from heavytop.studies.methods import (
     ANGLES,
     TOLERANCE,
-    Method,
+    MethodSetting,
     admitted,
     stress_method,
     stress_methods,
@@ -330,13 +330,13 @@ class Attempt:
     more_bits: bool = False
 
 
-def run(case: Case, method: Method, truth: CaseReference, step_limit: int) -> Attempt:
+def run(case: Case, method: MethodSetting, truth: CaseReference, step_limit: int) -> Attempt:
     """Do one run.
 
     Parameters
     ----------
     case : Case
-    method : Method
+    method : MethodSetting
         One of `heavytop.studies.methods.stress_methods`.
     truth : CaseReference
         Of the case; only its end and its period are used.
@@ -353,7 +353,7 @@ def run(case: Case, method: Method, truth: CaseReference, step_limit: int) -> At
     return found
 
 
-def _taylor(case: Case, method: Method, step_limit: int) -> Attempt:
+def _taylor(case: Case, method: MethodSetting, step_limit: int) -> Attempt:
     scene = replace(case.scene, quantities=WANTED.get(method.name, ("axis",)))
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
@@ -379,7 +379,7 @@ def _taylor(case: Case, method: Method, step_limit: int) -> Attempt:
         return _with_motion(result, found([end]))
 
 
-def stepper_of(case: Case, method: Method, truth: CaseReference) -> tuple[Stepper, int]:
+def stepper_of(case: Case, method: MethodSetting, truth: CaseReference) -> tuple[Stepper, int]:
     """Return a method set up for a case, and how many its steps are if they have one length.
 
     What it compiles is compiled here.
@@ -396,7 +396,7 @@ def stepper_of(case: Case, method: Method, truth: CaseReference) -> tuple[Steppe
     return make_stepper(name, start.state, parameters, setting, span, ahead, steps=block), steps
 
 
-def _stepped(case: Case, method: Method, truth: CaseReference, step_limit: int) -> Attempt:
+def _stepped(case: Case, method: MethodSetting, truth: CaseReference, step_limit: int) -> Attempt:
     """Let a compiled method go block by block until one holds the end."""
     stepper, steps = stepper_of(case, method, truth)
     if steps > step_limit:
@@ -417,7 +417,7 @@ def _stepped(case: Case, method: Method, truth: CaseReference, step_limit: int) 
     return _arrived(result, case, Plan(method.formulation), truth.end, state)
 
 
-def _textbook(case: Case, method: Method, truth: CaseReference, step_limit: int) -> Attempt:
+def _textbook(case: Case, method: MethodSetting, truth: CaseReference, step_limit: int) -> Attempt:
     """Let one of scipy's solvers go, from any start: at a pole nothing warns its user either."""
     chosen = Plan(method.formulation)
     form, (parameters, start) = chosen.equations, binary_start(case.scene, chosen)
@@ -476,7 +476,7 @@ def _with_motion(result: Attempt, seen: Any) -> Attempt:
 # --- how a run is judged ---------------------------------------------------------------------
 
 
-def judged(found: Attempt, truth: CaseReference, case: str, method: Method) -> Run:
+def judged(found: Attempt, truth: CaseReference, case: str, method: MethodSetting) -> Run:
     """Return what is said of a run; where its method is to follow φ and ψ, these are judged.
 
     Parameters
@@ -484,7 +484,7 @@ def judged(found: Attempt, truth: CaseReference, case: str, method: Method) -> R
     found : Attempt
     truth : CaseReference
     case : str
-    method : Method
+    method : MethodSetting
     """
     told = partial(
         Run,

@@ -26,7 +26,7 @@ from heavytop.run.planning import EPSILON, Plan, plan
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options, path_of
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.studies.drift import neighbour
-from heavytop.studies.methods import AUTO, TOLERANCE, Method, NoMethod, admitted, method
+from heavytop.studies.methods import AUTO, TOLERANCE, MethodSetting, NoMethod, admitted, method
 from heavytop.studies.runner import Progress
 from heavytop.studies.steppers import MethodRun, no_nutation, set_up
 from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store
@@ -48,7 +48,7 @@ REPEATS_S: Final = 0.5  # for one setting: what takes longer is repeated in one 
 SHORT_S: Final = 0.01  # a run that is shorter is made twice: the first finds caches cold
 clock: Callable[[], float] = perf_counter  # [s]
 
-Asked: TypeAlias = tuple[Method, str]
+Asked: TypeAlias = tuple[MethodSetting, str]
 """A method at a setting, and why it cannot be timed, if so."""
 
 # --- the grid of settings --------------------------------------------------------------------
@@ -138,7 +138,7 @@ def auto_digits(text: str) -> tuple[int, ...]:
     return (known[digits.lstrip("0")],)
 
 
-def grid(found: Method) -> Sequence[float]:
+def grid(found: MethodSetting) -> Sequence[float]:
     """Return the settings of a method, from the loosest to the tightest."""
     if found.set_by != TOLERANCE:
         usual = OWN_STEPS if ":" in found.name else (found.setting,)
@@ -163,7 +163,7 @@ def _planned(scene: Scene, wants: str, digits: int, periods: float) -> Asked:
     return replace(found, digits=digits, wants=wants), refused
 
 
-def _method_of(chosen: Plan) -> Method:
+def _method_of(chosen: Plan) -> MethodSetting:
     """Return the method that a plan stands for: its form, its bits, its tolerance."""
     name, bits = f"taylor-{chosen.formulation}", bits_of(chosen.precision)
     if bits == DOUBLE:
@@ -351,11 +351,11 @@ def _derived() -> dict[str, float]:
 def _first_runs(
     store: MemoryStore,
     scene: Scene,
-    tried: Sequence[Method],
+    tried: Sequence[MethodSetting],
     budget: float,
     began: float,
     show: Callable[[float], object],
-) -> dict[Method, list[Timed] | str]:
+) -> dict[MethodSetting, list[Timed] | str]:
     """Run every setting once from every start; a text says why one was not.
 
     What is in the store is not run again.
@@ -364,10 +364,10 @@ def _first_runs(
     states = [neighbour(scene.start, 0, k) for k in range(STARTS)]
     starts = [Scene(scene.top, state, periods=1, name=scene.name) for state in states]
     limit, deadline = max(1.0, budget / LIMITS), began + FIRST_RUNS * budget
-    found: dict[Method, list[Timed] | str] = {}
+    found: dict[MethodSetting, list[Timed] | str] = {}
     too_slow: dict[str, str] = {}  # by method, its setting that took too long
 
-    def runs(each: Method) -> list[Timed]:
+    def runs(each: MethodSetting) -> list[Timed]:
         record = store.load(each.text)
         if record.done:
             rows = zip(starts, record.rows, strict=True)
@@ -401,16 +401,16 @@ def _first_runs(
     return found
 
 
-def _in_turn(tried: Sequence[Method]) -> Iterator[Method]:
+def _in_turn(tried: Sequence[MethodSetting]) -> Iterator[MethodSetting]:
     """Yield the loosest setting of each method, then the next one of each, and so on."""
-    by_name: dict[str, list[Method]] = {}
+    by_name: dict[str, list[MethodSetting]] = {}
     for each in tried:
         by_name.setdefault(each.asked, []).append(each)
     for turn in zip_longest(*by_name.values()):
         yield from filter(None, turn)
 
 
-def _point(each: Method, timed: Sequence[Timed], derived_s: float) -> Point:
+def _point(each: MethodSetting, timed: Sequence[Timed], derived_s: float) -> Point:
     """Return the medians and spreads over the starts."""
     own, costs = timed[0], [one.us_per_period for one in timed]
     axes = [one.axis_error for one in timed if one.axis_error is not None]
@@ -444,7 +444,7 @@ def _point(each: Method, timed: Sequence[Timed], derived_s: float) -> Point:
     )
 
 
-def _skipped(each: Method, reason: str) -> SkippedSetting:
+def _skipped(each: MethodSetting, reason: str) -> SkippedSetting:
     setting = {"digits": each.digits} if each.digits else {each.set_by: each.setting}
     return SkippedSetting(
         method=each.asked, setting=setting, wants=each.wants, rival=each.is_rival, reason=reason
@@ -489,7 +489,9 @@ class Timed:
     seconds: list[float] = field(default_factory=list)
 
     @classmethod
-    def restored(cls, scene: Scene, method: Method, periods: float, row: dict[str, Any]) -> Self:
+    def restored(
+        cls, scene: Scene, method: MethodSetting, periods: float, row: dict[str, Any]
+    ) -> Self:
         """Return what `row` told of, ready to be repeated."""
         found = set_up(scene, method)
         end = found.stepper.output_time((periods - BEFORE) * found.period)
@@ -516,7 +518,7 @@ class Timed:
         return min(self.seconds) / self.periods * 1e6
 
 
-def first_run(scene: Scene, method: Method, periods: float, limit: float) -> Timed:
+def first_run(scene: Scene, method: MethodSetting, periods: float, limit: float) -> Timed:
     """Return a method after a run of so many nutation periods, which shows its errors.
 
     Raises

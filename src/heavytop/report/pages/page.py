@@ -27,7 +27,7 @@ LIBRARIES: Final = ("heavytop", "heyoka", "numpy", "matplotlib")
 RAN_ON: Final = ("cpu", "python", "heavytop", "heyoka", "numpy", "scipy", "numba", "CyRK")
 
 
-class Result(NamedTuple):
+class LoadedResult(NamedTuple):
     """One result.
 
     Attributes
@@ -47,7 +47,7 @@ class Result(NamedTuple):
     sha256: str
 
 
-def load_results(folders: Sequence[Path]) -> tuple[Result, ...]:
+def load_results(folders: Sequence[Path]) -> tuple[LoadedResult, ...]:
     """Return what lies in the folders, in the order of a page.
 
     Parameters
@@ -57,7 +57,7 @@ def load_results(folders: Sequence[Path]) -> tuple[Result, ...]:
 
     Returns
     -------
-    tuple of Result
+    tuple of LoadedResult
 
     Raises
     ------
@@ -79,7 +79,9 @@ def load_results(folders: Sequence[Path]) -> tuple[Result, ...]:
     results = []
     for path in sorted(paths, key=lambda path: list(FILES).index(path.name)):
         try:
-            results.append(Result(path, harmless(path.relative_to(root)), *read_document(path)))
+            results.append(
+                LoadedResult(path, harmless(path.relative_to(root)), *read_document(path))
+            )
         except ForeignFile as fault:
             faults.append(str(fault))
     if faults:
@@ -185,12 +187,12 @@ class Page:
         }
 
 
-def page_of(results: Sequence[Result], *, missing: Sequence[tuple[str, str]] = ()) -> Page:
+def page_of(results: Sequence[LoadedResult], *, missing: Sequence[tuple[str, str]] = ()) -> Page:
     """Return the page of what folders hold.
 
     Parameters
     ----------
-    results : sequence of Result
+    results : sequence of LoadedResult
         As `load_results` returns them.
     missing : sequence of (str, str)
         What was to be run and was not, and why.
@@ -214,7 +216,7 @@ def page_of(results: Sequence[Result], *, missing: Sequence[tuple[str, str]] = (
     return Page(tuple(apart), tuple(missing), typed())
 
 
-def _sections(results: Sequence[Result]) -> Iterator[Section]:
+def _sections(results: Sequence[LoadedResult]) -> Iterator[Section]:
     counts: Counter[str] = Counter()
     for result in results:
         counts[result.path.name] += 1

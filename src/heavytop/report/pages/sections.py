@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from heavytop.report.pages.page import Result
+    from heavytop.report.pages.page import LoadedResult
     from heavytop.run.trajectory import Trajectory
 
 Data = dict[str, Any]
@@ -81,7 +81,7 @@ class Section:
 
     Attributes
     ----------
-    result : Result
+    result : LoadedResult
     ident, heading : str
     parts : tuple of Part
         What it says.
@@ -92,7 +92,7 @@ class Section:
         The frames of its top.
     """
 
-    result: Result
+    result: LoadedResult
     ident: str
     heading: str
     parts: tuple[Part, ...]
@@ -140,7 +140,7 @@ class Section:
         }
 
 
-def section_of(result: Result, number: int) -> Section:
+def section_of(result: LoadedResult, number: int) -> Section:
     """The section of a result, which has this number among those of its kind.
 
     Raises
@@ -156,7 +156,7 @@ def section_of(result: Result, number: int) -> Section:
     return Section(result, f"{study.name}-{number}", head, parts, *drawn)
 
 
-def _charts(result: Result) -> Drawn:
+def _charts(result: LoadedResult) -> Drawn:
     """Those figures of a study for which its document has numbers."""
     pictures: list[Picture] = []
     data: Data = {}
@@ -198,7 +198,7 @@ def _svg(draw: Callable[..., Figure], *arguments: Any) -> str:
         return svg(drawn)
 
 
-def _atlas(result: Result) -> Drawn:
+def _atlas(result: LoadedResult) -> Drawn:
     """The map of an atlas, which is read from ``atlas.nc``."""
     document, path = result.document, result.path.with_name("atlas.nc")
     if "map" not in document.get("files", {}) or not path.is_file():
@@ -248,7 +248,7 @@ def _run_parts(document: Known) -> Iterator[Part]:
     yield from run_parts(document)
 
 
-def _run(result: Result) -> Drawn:
+def _run(result: LoadedResult) -> Drawn:
     """The pictures of a run, and its top, where its trajectory is there."""
     from heavytop.plots.figures import FIGURES
     from heavytop.report.pages.player import frames
