@@ -14,6 +14,8 @@ from heavytop.equations.lambdify import exact_values
 from heavytop.errors import Impossible
 from heavytop.run.planning import start_values
 
+from ..integrators import dop853, rk4
+
 SPAN = 0.77  # s, not a multiple of the period
 
 FILE = """
@@ -23,14 +25,6 @@ from beside import factor
 def euler(f, y, h):
     return y + factor * h * f(y)
 """
-
-
-def rk4(f, y, h):
-    a = f(y)
-    b = f(y + h / 2 * a)
-    c = f(y + h / 2 * b)
-    d = f(y + h * c)
-    return y + h / 6 * (a + 2 * b + 2 * c + d)
 
 
 def midpoint_on_rotations(f, y, h):
@@ -46,12 +40,6 @@ def midpoint_on_rotations(f, y, h):
     half = w + h / 2 * f(y)[9:]
     middle = np.concatenate([(R @ turned(h / 2 * w)).ravel(), half])
     return np.concatenate([(R @ turned(h * half)).ravel(), w + h * f(middle)[9:]])
-
-
-def dop853(fun, t_span, y0, **options):
-    from scipy.integrate import solve_ivp
-
-    return solve_ivp(fun, t_span, y0, method="DOP853", **options)
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,7 @@
 """Methods of your own in every study: judged as all others; a stored study never starts one."""
 
 import json
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -10,22 +11,10 @@ from heavytop.cli import app
 from heavytop.errors import BadScene, ForeignFile, Impossible
 from heavytop.files import write_document
 
-RK4 = """
-def rk4(f, y, h):
-    a = f(y)
-    b = f(y + h / 2 * a)
-    c = f(y + h / 2 * b)
-    d = f(y + h * c)
-    return y + h / 6 * (a + 2 * b + 2 * c + d)
+from .. import integrators
+from ..integrators import rk4
 
-def hangs(f, y, h):
-    while True:
-        pass
-
-def dop853(fun, t_span, y0, **options):
-    from scipy.integrate import solve_ivp
-    return solve_ivp(fun, t_span, y0, method="DOP853", **options)
-"""
+RK4 = Path(integrators.__file__).read_text()
 
 
 @pytest.fixture
@@ -38,14 +27,6 @@ def mine(tmp_path):
 @pytest.fixture(scope="module")
 def scene():
     return ht.load_scene("sicm-kicked")
-
-
-def rk4(f, y, h):
-    a = f(y)
-    b = f(y + h / 2 * a)
-    c = f(y + h / 2 * b)
-    d = f(y + h * c)
-    return y + h / 6 * (a + 2 * b + 2 * c + d)
 
 
 def heavytop_(*words):

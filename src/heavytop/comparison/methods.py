@@ -20,9 +20,10 @@ from heavytop.comparison.adaptive import (
     scipy_solver,
 )
 from heavytop.comparison.collocation import gauss
-from heavytop.comparison.own import BODY, RTOL, admitted, own_stepper
+from heavytop.comparison.own import BODY, RTOL, admitted
 from heavytop.comparison.own import STEPS as STEPS_GIVEN
 from heavytop.comparison.own import Method as OwnMethod
+from heavytop.comparison.own_steps import own_stepper
 from heavytop.comparison.steppers import FixedStep, Stepper
 from heavytop.errors import Impossible, MissingPackage
 
