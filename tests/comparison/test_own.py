@@ -141,6 +141,10 @@ def broken(f, y, h):
     return y * np.nan
 
 
+def loses(fun, t_span, y0, **_):
+    return SimpleNamespace(t=[*t_span], y=np.array([y0, y0 * np.nan]).T)
+
+
 def stops(fun, t_span, y0, **_):
     return SimpleNamespace(t=[0.0, t_span[1] / 2], y=np.array([y0, y0]).T, message="too stiff.")
 
@@ -154,10 +158,11 @@ def stops(fun, t_span, y0, **_):
         (nothing, "it raises TypeError|it returns an array of shape ()"),
         (broken, "the numbers are no longer finite"),
         (stops, "it stops after .* s: too stiff"),
+        (loses, "the numbers are no longer finite"),
     ],
 )
 def test_what_a_method_does_wrong_is_named(motion, function, said):
-    stepper = set_up(function, 1e-2 if function is stops else 100, motion.period)
+    stepper = set_up(function, 1e-2 if function in (stops, loses) else 100, motion.period)
     with pytest.raises(IntegrationFailed) as told:
         stepper.block(stepper.begin())
     import re

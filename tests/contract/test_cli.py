@@ -417,6 +417,12 @@ class TestStreams:
         os.close(write)
         assert (found.returncode, found.stderr) == (Exit.UNREAD, "")
 
+    @pytest.mark.parametrize("words", ["scenes", "classify sicm-kicked"])
+    def test_a_closed_stdout_is_no_bug(self, words):
+        command = f"exec {sys.executable} -m heavytop {words} >&-"
+        found = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+        assert (found.returncode, found.stderr) == (0, "")
+
     @pytest.mark.parametrize("home", [{}, {"HOME": "/nowhere"}])
     def test_without_a_home_or_a_locale(self, home):
         plain = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}

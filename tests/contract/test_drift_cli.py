@@ -341,6 +341,15 @@ def test_a_closed_stream_is_no_bug(tmp_path, study, closed, jobs):
     assert result_files(tmp_path / "a") == result_files(study)
 
 
+def test_a_study_without_figures_is_resumed_without(tmp_path):
+    words = ("--periods", "20", "--samples", "3", "--methods", "taylor-axis", "--no-figures")
+    assert heavytop_("drift", "sicm-kicked", *words, "-o", tmp_path).exit_code == 0
+    before = (tmp_path / "drift.json").read_bytes()
+    assert heavytop_("resume", tmp_path).exit_code == 0
+    assert (tmp_path / "drift.json").read_bytes() == before
+    assert not list(tmp_path.glob("*.svg"))
+
+
 def test_a_bad_scene_is_a_bad_scene():
     assert heavytop_("drift", "separatrix").exit_code == 3
 

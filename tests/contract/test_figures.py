@@ -280,6 +280,12 @@ class TestErrors:
         positive = [y[y > floor] for y in marks]
         assert all((y > 2 * floor).all() for y in positive)
 
+    def test_one_tiny_error_does_not_set_the_scale(self):
+        ax = drawn(errors, propagate(load_scene("steady-betsch")))
+        low, high = ax.get_ylim()
+        assert low > 1e-11 * high
+        assert any(text.get_text() == "zero, or smaller" for text in ax.texts)
+
     def test_of_a_top_that_stands_still_are_none(self):
         ax = drawn(errors, changed(*DEGENERATE["sleeping"]))
         assert "none" in lines(ax, "tilt").get_label()

@@ -434,6 +434,7 @@ def test_a_damaged_document_is_refused_by_name(tmp_path, text):
         ("atlas", {"shape": [24, 24]}),
         ("drift", {"methods": [{"name": "strang"}]}),
         ("run", {"plan": None}),
+        ("run", {"events": {"turning": 1, "table": [{"kind": 5, "t": 0.0}]}}),
     ],
 )
 def test_a_document_without_what_a_page_needs_is_refused(place, tmp_path, name, change):

@@ -370,7 +370,7 @@ def _draw_errors(ax: Axes, t: Array, **found: Array) -> None:
             linewidth=0,
         )  # fmt: skip
         ax.plot(
-            t, np.where(largest > 0, largest, np.nan), color=colour, linewidth=1.2,
+            t, np.where(largest > floor, largest, np.nan), color=colour, linewidth=1.2,
             label=f"{label}: {size}",
         )  # fmt: skip
     ax.set_yscale("log")
