@@ -45,6 +45,9 @@ def test_events_as_one_at_a_time():
             t = events.t[events.is_turning if event == "turning" else ~events.is_turning]
             assert many.count(event)[i] == t.size
             assert many.zeros.t[mine] == pytest.approx(t, abs=1e-11)
+            met = ht.Motion(top, start).at(many.zeros.t[mine].tolist())
+            assert many.met.theta[mine] == pytest.approx(np.array(met.theta, float), abs=1e-11)
+            assert many.met.phidot[mine] == pytest.approx(np.array(met.phidot, float), abs=1e-9)
 
 
 @pytest.mark.parametrize("jobs", [1, 2, 3])

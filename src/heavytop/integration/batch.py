@@ -49,14 +49,11 @@ class Zeros(NamedTuple):
         Which top, and which event function.
     t : ndarray, shape (h,)
         When [s].
-    states : ndarray, shape (h, n)
-        The state there.
     """
 
     which: Indices
     event: Indices
     t: Array
-    states: Array
 
     def at(self, index: Any) -> Zeros:
         """Return some of them."""
@@ -109,7 +106,7 @@ class Journey:
         self.sound = sound & ~far & ~np.isnan(self.longest)
         self.reached = np.full_like(states, np.nan)
         nothing = np.empty(0, np.int64)
-        self.met = [Zeros(nothing, nothing, np.empty(0), states[:0])]
+        self.met = [Zeros(nothing, nothing, np.empty(0))]
 
     def run(self, jobs: int | None) -> tuple[Array, Indices, Zeros]:
         """Integrate all tops, on so many threads, or on one per processor.
@@ -151,11 +148,11 @@ class Journey:
         self.ending[lanes[done & there]] = Lane.REACHED
         self.ending[lanes[done & sound & ~there]] = Lane.STEP_LIMIT
         if engine.found:
-            event, lane, t, rows = zip(*engine.found, strict=True)
+            event, lane, t = np.array(engine.found).T
+            event, lane = event.astype(np.int64), lane.astype(np.int64)
             batch = np.repeat(np.arange(len(lanes)), np.diff(marks))
             which = lanes[batch, lane]
-            states = np.frombuffer(b"".join(rows)).reshape(which.size, -1) * self.units[which]
-            met = Zeros(which, np.array(event), np.array(t) / self.pace[which], states)
+            met = Zeros(which, event, t / self.pace[which])
             self.met.append(met.at(done[batch, lane]))
         for top in lanes[real & ~done]:
             self._advance(np.array([top]))
@@ -178,8 +175,8 @@ class Journey:
             taylor.set_time(0.0)
             taylor.state[:] = states[i]
             taylor.pars[:] = constants[i]
-            # of all or of none, so that no top's last bits depend on those beside it
-            some, left, bound = 1 if self.events else WINK, self.limit, first[i]
+            short = (first[i] < longest[i]).any()
+            some, left, bound = 1 if short else WINK, self.limit, first[i]
             lost: list[bool] = []
             while left > 0 and not any(lost) and not self.halt.is_set():
                 some = min(some, left)
@@ -199,7 +196,7 @@ class _Engine(NamedTuple):
 
     taylor: Any
     loaded: tuple[str, ...]  # constants
-    found: list[tuple[int, int, float, bytes]]  # zeros: event, lane, time, state
+    found: list[tuple[int, int, float]]  # zeros: event, lane, time
 
 
 @per_thread
@@ -207,7 +204,7 @@ def _engine(form: Formulation, events: tuple[str, ...]) -> _Engine:
     """What a thread integrates with."""
     with _BUILDING:
         system, width = System.of(form, DOUBLE, events), hy.recommended_simd_size()
-        found: list[tuple[int, int, float, bytes]] = []
+        found: list[tuple[int, int, float]] = []
         taylor = hy.taylor_adaptive_batch(
             system.equations,
             np.zeros((len(system.equations), width)),
@@ -223,8 +220,7 @@ def _engine(form: Formulation, events: tuple[str, ...]) -> _Engine:
 def _recorder(found: list[Any], event: int) -> Callable[..., None]:
     """What heyoka calls at a zero; it keeps what it closes over, though it is copied."""
 
-    def record(taylor: Any, t: float, _sign: int, lane: int) -> None:
-        taylor.update_d_output(t)
-        found.append((event, lane, t, taylor.d_output[:, lane].tobytes()))
+    def record(_taylor: Any, t: float, _sign: int, lane: int) -> None:
+        found.append((event, lane, t))
 
     return record

@@ -43,6 +43,7 @@ MOST_STEPS = 10_000_000  # unless told otherwise: some ten seconds
 TOLD = 100  # units of rounding by which a motion must have an event for its number to be told
 BY_HEIGHT = 100  # the cubic form, whose state is a height, in units of the others
 TINY = float(np.finfo(np.float64).tiny)
+FAR = 10**15  # steps, more than anybody waits for
 SMALL = 1e-3  # rad: of a nutation that is larger, a step never holds two turning points
 SHORT = 0.1  # of the fastest time in a motion: in such a step from one event there is no other
 LOCAL: Final = 16.0  # units of rounding in a state, whatever the span,
@@ -72,12 +73,14 @@ class Ensemble:
     ending : ndarray of int, shape (k,)
         Codes of how each ended; `outcomes` has the words.
     zeros : Zeros
-        Zeros of the events asked for: which top, which event, time and state; a start or an end
-        exactly on an event counts.
+        Zeros of the events asked for: which top, which event, and when; a start or an end exactly
+        on an event counts.
     digits : int
         How many are asked for.
     start : mapping from str to ndarray
         The starts, by name, each of shape (k,).
+    steps : tuple of 2 ndarrays, shape (k,)
+        The longest steps, and the longest first steps [s].
     """
 
     shape: tuple[int, ...]
@@ -90,6 +93,7 @@ class Ensemble:
     zeros: Zeros
     digits: int
     start: Columns
+    steps: tuple[Array, Array]
 
     @cached_property
     def error(self) -> Array:
@@ -152,8 +156,17 @@ class Ensemble:
 
     @cached_property
     def met(self) -> Sample:
-        """The motion at the zeros."""
-        return self._sampled(self.zeros.which, self.zeros.states, self.zeros.t)
+        """The motion at the zeros: each of these tops takes its steps once more, up to there.
+
+        A state formed while zeros are looked for would cost as much as two whole tops.
+        """
+        which, t = self.zeros.which, self.zeros.t
+        start = {name: values[which] for name, values in self.start.items()}
+        states, parameters = _binary(self.formulation, start)
+        longest, first = self.steps
+        times = (t, longest[which], first[which])
+        again = Journey(self.formulation, self.events, states, parameters, times, FAR)
+        return self._sampled(which, again.run(None)[0], t)
 
     def count(self, event: str) -> NDArray[np.int64]:
         """How many zeros of an event function each top met, shape (k,).
@@ -261,7 +274,7 @@ def propagate_many(
     array([False, False,  True])
     """
     digits = whole("digits", digits, 1, MOST_DIGITS)
-    step_limit = whole("step_limit", step_limit, 1, 10**15)
+    step_limit = whole("step_limit", step_limit, 1, FAR)
     jobs = None if jobs is None else whole("jobs", jobs, 1, MOST_JOBS)
     form, events = _asked(formulation, events)
     given = {
@@ -280,10 +293,12 @@ def propagate_many(
     for each in zeros:
         first = np.where(each.risky, np.minimum(first, each.short), first)
     journey = Journey(form, events, states, parameters, (end, bound, first), step_limit)
-    run = Ensemble(columns.shape, form, parameters, events, end, *journey.run(jobs), digits, start)
+    ended = journey.run(jobs)
+    steps = (bound, first)
+    run = Ensemble(columns.shape, form, parameters, events, end, *ended, digits, start, steps)
     if ahead:
         margin = ahead.rounding * ahead.growth / ahead.rate
-        run = replace(run, zeros=_counted(run, states, zeros, margin))
+        run = replace(run, zeros=_counted(run, zeros, margin))
     return run
 
 
@@ -357,7 +372,7 @@ class _Expected(NamedTuple):
         return cls(clear <= 0, begins, begins, np.fmin(short, again / 2))
 
 
-def _counted(run: Ensemble, states: Array, expected: list[_Expected], margin: Array) -> Zeros:
+def _counted(run: Ensemble, expected: list[_Expected], margin: Array) -> Zeros:
     """The zeros that count: those exactly at the start or the end too, each once, and no others.
 
     What is at the start is known from the numbers given; it may be found beside it, or not at all.
@@ -375,9 +390,9 @@ def _counted(run: Ensemble, states: Array, expected: list[_Expected], margin: Ar
             late = -zero / slope * np.sign(run.end)
             ends = (late > 0) & (late <= margin) & (last < abs(run.end) - margin) & ~known.never
         parts.append(here)
-        for where, t, at in ((known.begins, 0 * run.end, states), (ends, run.end, run.states)):
+        for where, t in ((known.begins, 0 * run.end), (ends, run.end)):
             which = np.flatnonzero(where)
-            parts.append(Zeros(which, np.full(which.size, code), t[which], at[which]))
+            parts.append(Zeros(which, np.full(which.size, code), t[which]))
     return joined(parts)
 
 
