@@ -492,11 +492,6 @@ def atlas(
         return _run(store, values.get("shard"), values.get("jobs", usable_cpus()), **how)
 
 
-def renewed(parameters: Parameters) -> Parameters:
-    """Return the parameters that an atlas asked for with these would have."""
-    return _parameters(_plane(parameters), parameters["what"])
-
-
 def _parameters(plane: Plane, what: str) -> Parameters:
     """Return what is asked of an atlas, as JSON."""
     return {

@@ -81,9 +81,6 @@ class Study(Protocol):
         HeavyTopError ends the task as failed.
         """
 
-    def renewed(self, parameters: Parameters) -> Parameters:
-        """Return the parameters that a study asked for with these would have."""
-
     def complete(self, store: MemoryStore, **how: Any) -> Any:
         """Do what is left, with arguments of `run`, and return the result of the study."""
 
@@ -243,9 +240,7 @@ def resume(
         if own.admitted(name).digest != digest:
             raise errors.ForeignFile(f"{path}: {name} is not the code with which it was begun")
     with reading(path / STUDY):
-        renewed = study.renewed(parameters) | {"versions": parameters["versions"]}
-        if wrong := differences(parameters, renewed):
-            raise ValueError(f"not what a study asked for so would have: {wrong[0]}")
+        study.tasks(parameters)
     how = {"jobs": jobs, "executor": executor, "on_progress": progress}
     with Store.open(path, parameters) as store:
         found: Drift | Atlas | Stress | WorkPrecision = study.complete(store, **how)
@@ -329,7 +324,8 @@ def _in_workers(
                         ) from fault
                     waiting.appendleft(task)
                     if isinstance(pool, Processes):
-                        pool.replace()
+                        pool.kill()
+                        pool = Processes(workers(pool))
                     continue
                 del lost[task]
                 for chunk in future.result():
@@ -341,7 +337,7 @@ def _in_workers(
         for future in running:
             future.cancel()
         if isinstance(pool, Processes):
-            pool.shutdown()
+            pool.kill()
 
 
 def workers(executor: Executor) -> int:

@@ -40,7 +40,7 @@ from heavytop.run.propagation import binary_start, propagate
 from heavytop.run.verify import energy_error
 from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
 from heavytop.studies import runner
-from heavytop.studies.executors import Lost, TimedOut, Worker
+from heavytop.studies.executors import WORKER, Lost, TimedOut
 from heavytop.studies.methods import (
     ANGLES,
     TOLERANCE,
@@ -71,8 +71,6 @@ CALL: Final = 50  # and of CyRK, whose steps are known by whole blocks only
 OWN_WARNINGS: Final = (errors.DoubtfulWarning, errors.UnboundedAngleWarning)
 WATCHED: Final = ("turning", "reversal")  # sign changes are all that scipy finds: a cusp is none
 WANTED: Final = {"taylor-cubic": ("theta",), ANGLES: ("axis", "phi", "psi")}
-
-WORKER: Final = Worker()  # of this process
 
 # --- the study -------------------------------------------------------------------------------
 
@@ -166,12 +164,6 @@ def _parameters(
     parameters |= {name: values[name] for name in LIMITS} | own.stated(parameters["methods"])
     parameters["versions"] = versions()
     return parameters, values
-
-
-def renewed(parameters: Parameters) -> Parameters:
-    """Return the parameters that a test asked for with these would have."""
-    limits = {name: parameters[name] for name in LIMITS}
-    return _parameters(parameters["cases"], parameters["methods"], limits)[0]
 
 
 def tasks(parameters: Parameters) -> list[str]:
