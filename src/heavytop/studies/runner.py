@@ -218,7 +218,7 @@ def resume(
 
     Notes
     -----
-    Accuracy: ``tests/property/test_runner.py`` holds a study that was killed to one that was not,
+    Accuracy: ``tests/studies/test_runner.py`` holds a study that was killed to one that was not,
     bit for bit.
 
     Examples

@@ -132,7 +132,7 @@ def stress(
 
     Notes
     -----
-    Accuracy: ``tests/two_ways/test_stress.py`` holds what a case allows to what the closed form
+    Accuracy: ``tests/studies/test_stress.py`` holds what a case allows to what the closed form
     makes of changed starts.
     """
     heard("progress", progress)

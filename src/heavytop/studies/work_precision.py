@@ -239,7 +239,7 @@ def work_precision(
 
     Notes
     -----
-    Accuracy: ``tests/two_ways/test_work_precision.py`` holds errors to a thousandth of what the
+    Accuracy: ``tests/studies/test_work_precision.py`` holds errors to a thousandth of what the
     closed form says of the same state.
     """
     heard("progress", progress)
