@@ -232,7 +232,7 @@ def test_signals_are_given_back():
 
 def test_one_writes_and_the_second_is_refused_by_name(tmp_path):
     path = tmp_path / "study"
-    process = started(path, 2, tmp_path / "log", TOY_PAUSE="0.1")
+    process = started(path, 2, tmp_path / "log", TOY_PAUSE="1")
     wait_for(lambda: lines(tmp_path / "log"))
     with (
         pytest.raises(InUse, match=rf"is being written by process {process.pid} on \S+$"),

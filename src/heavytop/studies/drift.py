@@ -244,8 +244,7 @@ def _chunks(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
 
 def complete(store: MemoryStore, **how: Any) -> Drift:
     """Do the runs that are left, and return the result."""
-    with WORKER:
-        run(store, **how)
+    run(store, **how)
     return collect(store)
 
 

@@ -27,7 +27,7 @@ from heavytop import errors
 from heavytop.comparison import own
 from heavytop.machine import usable_cpus, versions
 from heavytop.scene.arguments import heard, path_of, whole
-from heavytop.studies.executors import Processes
+from heavytop.studies.executors import WORKER, Processes
 from heavytop.studies.methods import admitted
 from heavytop.studies.store import (
     STUDY,
@@ -159,7 +159,7 @@ def run(
     tell()
     left = {task: record.checkpoint for task, record in records.items() if not record.ended}
     store.seconds |= {task: 0.0 for task, checkpoint in left.items() if checkpoint is None}
-    with _stop_signal() as stop:
+    with _stop_signal() as stop, WORKER:
         if executor is None and jobs == 1:
             chunks = _here(study, store.parameters, left, stop)
         else:

@@ -149,20 +149,22 @@ def _parameters(
 ) -> tuple[Parameters, dict[str, Any]]:
     """Return the test as JSON, and the limits, unless something is wrong with them."""
     values, faults = parse_options("stress", limits, NUMBERS)
-    parameters: Parameters = {"kind": KIND}
-    tables: tuple[tuple[str, Any, Any, Any], ...] = (
-        ("cases", cases(), one_of(cases(), LIST), some),
-        ("methods", stress_methods(), stress_method, methods),
-    )
-    for key, known, read, given in tables:
-        found, wrong = parse_names("stress", key, known if given is None else given, read)
-        parameters[key] = list(dict.fromkeys(each.name for each in found))
-        faults += wrong
-    if faults:
+    some = cases() if some is None else some
+    methods = stress_methods() if methods is None else methods
+    chosen, no_cases = parse_names(KIND, "cases", some, one_of(cases(), LIST))
+    known, no_methods = parse_names(KIND, "methods", methods, stress_method)
+    if faults := [*faults, *no_cases, *no_methods]:
         raise errors.BadScene(tuple(faults))
-    own.expect_anywhere(parameters["methods"])
-    parameters |= {name: values[name] for name in LIMITS} | own.stated(parameters["methods"])
-    parameters["versions"] = versions()
+    names = list(dict.fromkeys(each.name for each in known))
+    own.expect_anywhere(names)
+    parameters = {
+        "kind": KIND,
+        "cases": list(dict.fromkeys(each.name for each in chosen)),
+        "methods": names,
+        **{name: values[name] for name in LIMITS},
+        **own.stated(names),
+        "versions": versions(),
+    }
     return parameters, values
 
 
@@ -188,7 +190,7 @@ def complete(
         if now.ended < now.tasks and time.monotonic() >= until:
             raise _Spent
 
-    with suppress(_Spent), WORKER:
+    with suppress(_Spent):
         runner.run(store, on_progress=heard, **how)
     return collect(store, budget)
 
