@@ -1,6 +1,7 @@
 """Two dask workers, each a process of its own, write the files that one process writes."""
 
 import logging
+import multiprocessing
 import os
 import socket
 import subprocess
@@ -182,3 +183,10 @@ def test_a_worker_that_dies_is_told_from_one_that_hangs(process, call, why):
 def test_what_is_refused_in_a_worker_is_refused_here(process):
     with pytest.raises(errors.ForeignFile, match="kind = 'unheard'"):
         process.call(runner.study_of, {"kind": "unheard"})
+
+
+def test_a_daemon_as_a_worker_of_dask_is_can_begin_one(process, monkeypatch):
+    config = multiprocessing.current_process()._config
+    monkeypatch.setitem(config, "daemon", True)
+    assert process.call(abs, -1) == 1
+    assert config["daemon"] is True

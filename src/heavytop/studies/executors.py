@@ -16,7 +16,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
 from concurrent import futures
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
@@ -40,24 +40,38 @@ Process: TypeAlias = subprocess.Popen[bytes]
 
 
 @contextmanager
+def _changed(table: MutableMapping[str, T], key: str, value: T) -> Iterator[None]:
+    """Let a key have another value inside this block."""
+    before = table.get(key)
+    table[key] = value
+    try:
+        yield
+    finally:
+        if before is None:
+            del table[key]
+        else:
+            table[key] = before
+
+
+@contextmanager
 def starting() -> Iterator[None]:
     """Start processes inside this block.
 
     They do not import the caller's script again, which may have no ``if __name__ ==
-    "__main__"``; nor modules from the current folder; and Ctrl-C is left to this process.
+    "__main__"``; nor modules from the current folder; and Ctrl-C is left to this process. A worker
+    of dask, which is a daemon, may start them too, as they end with it.
     """
-    main, safe = sys.modules["__main__"], os.environ.get("PYTHONSAFEPATH")
-    sys.modules["__main__"] = ModuleType("__main__")
-    os.environ["PYTHONSAFEPATH"] = "1"
+    mine = getattr(multiprocessing.current_process(), "_config", {})
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        yield
+        with (
+            _changed(sys.modules, "__main__", ModuleType("__main__")),
+            _changed(os.environ, "PYTHONSAFEPATH", "1"),
+            _changed(mine, "daemon", False),
+        ):
+            yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        del os.environ["PYTHONSAFEPATH"]
-        if safe is not None:
-            os.environ["PYTHONSAFEPATH"] = safe
-        sys.modules["__main__"] = main
 
 
 class Processes(ProcessPoolExecutor):
