@@ -1,4 +1,4 @@
-"""Two dask workers, each a process of its own, write the files that one process writes."""
+"""Dask workers write the files that one process writes; what hangs in a worker is ended."""
 
 import logging
 import multiprocessing
@@ -20,6 +20,8 @@ from heavytop.studies import executors, runner
 
 from . import toy
 from .toy import TOYS, alive, results
+
+pytestmark = pytest.mark.processes
 
 SOURCE = str(Path(heavytop.__file__).parents[1])
 PARAMETERS = {"kind": "toy", "options": {"tasks": 5, "blocks": 20}, "versions": versions()}

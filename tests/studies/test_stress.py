@@ -199,6 +199,7 @@ def test_what_a_case_allows_to_angles_is_that_of_the_axis_over_the_sine():
     assert here.condition == pytest.approx(10 / 0.6 + 47)
 
 
+@pytest.mark.processes
 def test_a_run_that_takes_more_steps_than_it_may_or_more_time_has_not_done_it():
     slow = stress(cases=["cusp"], methods=["auto"], step_limit=1)["cusp", "auto"]
     assert (slow.outcome, slow.named) == (Outcome.STEP_LIMIT, True)
@@ -326,6 +327,7 @@ def test_the_time_is_named_at_which_doubles_have_lost_the_vertical():
 # --- limits ----------------------------------------------------------------------------------
 
 
+@pytest.mark.processes
 def test_a_process_that_is_lost_is_not_the_methods_fault(monkeypatch):
     monkeypatch.setattr("heavytop.studies.stress.get_ready", os.abort)
     monkeypatch.setattr("heavytop.studies.stress.reference", lambda name: None)
@@ -335,6 +337,7 @@ def test_a_process_that_is_lost_is_not_the_methods_fault(monkeypatch):
     assert "abort() takes no arguments" in skipped.reason
 
 
+@pytest.mark.processes
 def test_lsoda_does_not_return_from_the_pole_and_the_test_goes_on():
     """What goes on takes a hundredth of a second, so that the limit is far on any machine."""
     methods = ["lsoda-scipy-lagrange", "taylor-axis"]
@@ -343,6 +346,7 @@ def test_lsoda_does_not_return_from_the_pole_and_the_test_goes_on():
     assert got["start-at-top", "lsoda-scipy-lagrange"].note == "killed after 4 s"
 
 
+@pytest.mark.processes
 def test_nothing_is_begun_after_the_budget_and_what_is_left_is_named():
     got = stress(cases=["cusp"], methods=["auto", "taylor-axis"], budget=0.0)
     assert not got.cases

@@ -301,30 +301,23 @@ def complete(
 ) -> WorkPrecision:
     """Measure what is left and for which there is time, in this process, and return the result."""
     began, parameters = clock(), store.parameters
-    asked, rounds = _asked(parameters), store.load(ROUNDS)
+    asked, finished = _asked(parameters), store.load(ROUNDS).done
     tried = [each for each, folded in asked if not folded]
 
     def show(fraction: float) -> None:
-        done = 1.0 if rounds.done else fraction
+        done = 1.0 if finished else fraction
         if on_progress is not None:
-            whole = len(tried)
-            on_progress(Progress(done, int(done * whole), whole, clock() - began, done))
+            count = len(tried)
+            on_progress(Progress(done, int(done * count), count, clock() - began, done))
 
     show(0.0)
     derived = _derived()
     try:
         timed, refused = _first_runs(store, tried, budget, began, show)
-        if not rounds.done:
-            repeat([*timed.values()], began + budget, lambda done: show((1 + done) / 2))
+        whole = not any(why.startswith(NO_TIME) for why in refused.values())
+        _rounds(store, timed, began + budget, whole, show)
     except KeyboardInterrupt:
         raise StoppedEarly(Stop.INTERRUPTED, "interrupted", store.path) from None
-    if rounds.done:
-        for each, runs in timed.items():
-            for one, seconds in zip(runs, rounds.rows[0].get(each.text, ()), strict=False):
-                one.measured["seconds"] = seconds
-    elif not any(why.startswith(NO_TIME) for why in refused.values()):
-        row = {each.text: [one.seconds for one in runs] for each, runs in timed.items()}
-        store.save(rounds.after(Chunk(rows=[row], done=True)))
     points, skipped = [], []
     for each, folded in asked:
         if folded or each.own in refused:
@@ -396,6 +389,27 @@ def _first_runs(
             refused[each] = " ".join(str(refusal).split())
         show(done / len(once) / 2)
     return timed, refused
+
+
+def _rounds(
+    store: MemoryStore,
+    timed: dict[MethodSetting, list[Timed]],
+    deadline: float,
+    whole: bool,
+    show: Callable[[float], object],
+) -> None:
+    """Time all settings again, or take the times that are stored; they are if all were run."""
+    record = store.load(ROUNDS)
+    if not record.done:
+        repeat([*timed.values()], deadline, lambda done: show((1 + done) / 2))
+        row = {each.text: [one.seconds for one in runs] for each, runs in timed.items()}
+        if whole:
+            store.save(record.after(Chunk(rows=[row], done=True)))
+        return
+    [known] = record.rows
+    for each, runs in timed.items():
+        for one, seconds in zip(runs, known.get(each.text, ()), strict=False):
+            one.measured["seconds"] = seconds
 
 
 def _in_turn(tried: Sequence[MethodSetting]) -> Iterator[MethodSetting]:
