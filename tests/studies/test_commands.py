@@ -22,7 +22,8 @@ from heavytop.cli import app
 from heavytop.results.base import Problem
 from heavytop.results.stress import RULES, Outcome, Run, SkippedRun, Stress
 from heavytop.results.work_precision import WorkPrecision
-from heavytop.studies import executors, methods, runner
+from heavytop.studies import executors, runner
+from heavytop.studies import methods as registry
 from heavytop.studies.methods import stress_methods
 from heavytop.studies.stress_cases import cases
 
@@ -271,8 +272,9 @@ def test_killed_at_any_moment_and_resumed_it_is_the_study_that_was_not(verb, job
      ("workprec", signal.SIGINT)],
 )  # fmt: skip
 def test_whatever_ends_it_says_how_to_go_on(verb, number, tmp_path):
-    folder = tmp_path / "study"
-    process = started(verb, *LONG[verb], "-o", folder, "--json")
+    folder, methods = tmp_path / "study", "auto,lsoda-scipy-lagrange,taylor-axis"
+    hangs = ("--cases", "start-at-top", "--methods", methods, "--time-limit", 3)
+    process = started(verb, *(hangs if verb == "stress" else LONG[verb]), "-o", folder, "--json")
     wait_for_records(folder, 1, process)
     process.send_signal(number)
     out, err = process.communicate(timeout=120)
@@ -498,7 +500,7 @@ def test_the_budget_of_a_diagram_is_kept():
 
 
 def test_a_missing_package_has_an_exit_code_and_the_pip_line(monkeypatch):
-    monkeypatch.setattr(methods, "find_spec", lambda name: None if name == "numba" else name)
+    monkeypatch.setattr(registry, "find_spec", lambda name: None if name == "numba" else name)
     missing = heavytop_("drift", *QUICK["drift"][:-1], "strang")
     assert missing.exit_code == 2
     assert "pip install 'heavytop[rivals]'" in missing.stderr
