@@ -568,6 +568,7 @@ def test_the_cases_are_listed_with_what_they_are():
     assert found["separatrix-40"]["span"] == "40 s"
     assert all(case["why"] for case in printed["cases"])
     assert [each["name"] for each in printed["methods"]] == list(stress_methods())
+    assert {each["setting"] for each in printed["methods"]} >= {"", "2.2e-16", "32/period"}
     text = heavytop_("stress", "--list").stdout
     assert all(name in text for name in (*cases(), *stress_methods()))
 

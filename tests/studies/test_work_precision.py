@@ -274,6 +274,7 @@ def test_the_document_holds_what_the_contract_says(found):
         (wants, digits) for wants in ("axis", "theta") for digits in (6, 9, 12)
     ]
     assert not any(point.missed for point in found.auto)
+    assert [p for p in found.points if p.stands_for] == list(found.auto)
     strang = next(p for p in document["points"] if p["method"] == "strang")
     assert (strang["tolerance"], strang["steps_a_period"]) == (None, 25)
     left = [SkippedSetting(method=name, setting={}, rival=True, reason="") for name in ("a", "a")]
