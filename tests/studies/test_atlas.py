@@ -147,6 +147,12 @@ def test_shards_of_other_atlases_are_refused(tmp_path):
         ht.load_atlas(tmp_path / "d")
 
 
+@pytest.mark.parametrize("folders", [[], "one", b"one", 3])
+def test_what_is_no_list_of_folders_is_not_joined(folders, tmp_path):
+    with pytest.raises(ht.errors.WrongType, match="folders: a list of paths"):
+        ht.merge_atlases(folders, tmp_path / "all")
+
+
 @pytest.mark.parametrize("change", [{"x": "phidot=0:1"}, {"scene": None}])
 def test_parameters_of_no_atlas_are_refused(change, tmp_path):
     ht.atlas(KICKED, **AXES, only="kind", jobs=1, folder=tmp_path)
