@@ -85,6 +85,15 @@ def test_no_scene_and_no_study_file_starts_code(scene, mine, tmp_path):
 
 
 @pytest.mark.processes
+def test_a_step_that_never_returns_ends_its_run_and_no_other(scene, mine, monkeypatch):
+    monkeypatch.setattr("heavytop.studies.drift.LIMIT_S", 5.0)
+    methods = [f"{mine}:hangs", "taylor-axis", f"{mine}:rk4=50"]
+    found = ht.drift(scene, methods=methods, periods=5, samples=2)
+    said = [each.skipped for each in found.methods]
+    assert said == ["a step did not return within 5 s", None, None]
+
+
+@pytest.mark.processes
 def test_stress_names_what_a_method_does(mine):
     methods = ["auto", f"{mine}:rk4=200", f"{mine}:hangs", f"{mine}:dop853=1e-10"]
     found = ht.stress(cases=["cusp"], methods=methods, time_limit=5)

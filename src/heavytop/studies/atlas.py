@@ -469,7 +469,7 @@ def atlas(
 
     Notes
     -----
-    Accuracy: ``tests/two_ways/test_atlas.py`` holds pixels to 1e-13 of `heavytop.Motion` alone,
+    Accuracy: ``tests/studies/test_atlas.py`` holds pixels to 1e-13 of `heavytop.Motion` alone,
     and their kinds to integrated ones.
     """
     arguments.heard("progress", progress)
@@ -490,11 +490,6 @@ def atlas(
     how = {"executor": executor, "on_progress": progress}
     with open_store(folder, _parameters(plane, what)) as store:
         return _run(store, values.get("shard"), values.get("jobs", usable_cpus()), **how)
-
-
-def renewed(parameters: Parameters) -> Parameters:
-    """Return the parameters that an atlas asked for with these would have."""
-    return _parameters(_plane(parameters), parameters["what"])
 
 
 def _parameters(plane: Plane, what: str) -> Parameters:
@@ -545,7 +540,7 @@ def merge_atlases(
 
     Notes
     -----
-    Accuracy: ``tests/two_ways/test_atlas.py`` holds shards that were joined to the whole, bit for
+    Accuracy: ``tests/studies/test_atlas.py`` holds shards that were joined to the whole, bit for
     bit.
 
     Examples
@@ -597,7 +592,7 @@ def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
 
     Notes
     -----
-    Accuracy: as of `atlas`; ``tests/two_ways/test_atlas.py`` holds what is read to be what was
+    Accuracy: as of `atlas`; ``tests/studies/test_atlas.py`` holds what is read to be what was
     computed, bit for bit.
 
     Examples

@@ -19,7 +19,7 @@ import numpy as np
 
 from heavytop.comparison import own
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
-from heavytop.errors import BadScene, MissingPackage
+from heavytop.errors import BadScene, HeavyTopError, MissingPackage
 from heavytop.machine import versions
 from heavytop.numbers.double_double import DoubleDouble
 from heavytop.results.base import Column, Problem
@@ -28,6 +28,7 @@ from heavytop.run.planning import closed_form_of, plan
 from heavytop.scene.arguments import Range, heard, parse_names, parse_options, path_of
 from heavytop.scene.scene import Scene, scene_of
 from heavytop.scene.state import State
+from heavytop.studies.executors import WORKER, Lost, TimedOut
 from heavytop.studies.methods import DEFAULT, admitted, method
 from heavytop.studies.runner import Progress, run
 from heavytop.studies.steppers import MethodRun, no_nutation, set_up
@@ -43,6 +44,7 @@ OPTIONS: Final = {
 }
 AUTO: Final = "auto"
 CHUNK_S: Final = 0.5  # of integration between two checkpoints
+LIMIT_S: Final = 60.0  # of a chunk of one's own method: a step that takes longer never returns
 SPREAD: Final = 1e-2  # relative; of tilt, the smaller of its distances from the poles
 PHASE: Final = 0.6180339887498949  # of a period: no turning point, where a time error is not seen
 LOST: Final = 0.05  # of a period: beyond it what is left of a phase error is no measure of it
@@ -118,7 +120,7 @@ def drift(
 
     Notes
     -----
-    Accuracy: ``tests/two_ways/test_drift.py`` finds a shift of 1e-9 s, and one of 3e-12 s, as a
+    Accuracy: ``tests/studies/test_steppers.py`` finds a shift of 1e-9 s, and one of 3e-12 s, as a
     phase to a millionth of itself.
 
     References
@@ -163,13 +165,6 @@ def drift_parameters(scene: Scene, methods: Any, **options: object) -> tuple[Par
     return parameters, jobs
 
 
-def renewed(parameters: Parameters) -> Parameters:
-    """Return the parameters that a study asked for with these would have."""
-    options = {name: parameters[name] for name in OPTIONS if name != "jobs"}
-    scene = scene_of(parameters["scene"])
-    return drift_parameters(scene, parameters["methods"], **options, jobs=1)[0]
-
-
 def tasks(parameters: Parameters) -> list[str]:
     """Return the names of the runs: a method and the number of a start."""
     numbers = range(parameters["ensemble"])
@@ -178,7 +173,42 @@ def tasks(parameters: Parameters) -> list[str]:
 
 
 def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chunk]:
-    """Yield chunks of half a second of a run; their rows are the errors at the sample times."""
+    """Yield chunks of half a second of a run; their rows are the errors at the sample times.
+
+    A method of one's own goes in a process that can be killed, unless it is a function that was
+    handed over, which stays where it is.
+    """
+    name = task.rpartition("/")[0].partition("=")[0]
+    mine = own.passes([name])
+    if not mine or name.startswith("own:"):
+        yield from _chunks(parameters, task, checkpoint)
+        return
+    try:
+        WORKER.call(_begin, mine, parameters, task, checkpoint)
+        while True:  # the runner stops at the last one
+            yield WORKER.call(_next_chunk, timeout=LIMIT_S)
+    except TimedOut:
+        raise HeavyTopError(f"a step did not return within {LIMIT_S:g} s") from None
+    except Lost as death:
+        raise HeavyTopError(f"its process was lost: {death}") from None
+
+
+_AT_WORK: Final[list[Iterator[Chunk]]] = []  # in a worker: the run that it is at
+
+
+def _begin(mine: Sequence[tuple[str, str, str]], *asked: Any) -> None:
+    """In a worker: load a method of one's own, and get ready for a run."""
+    own.let_pass(mine)
+    _AT_WORK[:] = [_chunks(*asked)]
+
+
+def _next_chunk() -> Chunk:
+    """In a worker: go on with the run."""
+    return next(_AT_WORK[0])
+
+
+def _chunks(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chunk]:
+    """Yield chunks of a run, computed in this process."""
     text, _, number = task.rpartition("/")
     scene, chosen = scene_of(parameters["scene"]), method(text)
     start = neighbour(scene.start, parameters["seed"], int(number))

@@ -16,23 +16,16 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import (
-    BrokenExecutor,
-    Executor,
-    Future,
-    ProcessPoolExecutor,
-    ThreadPoolExecutor,
-    wait,
-)
+from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
+from concurrent import futures
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from importlib.util import find_spec
-from multiprocessing.process import BaseProcess
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Final, Self, TypeAlias, TypeVar
 
-from heavytop.errors import MissingPackage, NoScheduler
+from heavytop.errors import HeavyTopError, MissingPackage, NoScheduler
 
 SPAWN: Final = multiprocessing.get_context("spawn")  # a fork would copy locks of other threads
 TIMEOUT_S: Final = 10.0  # until somebody answers, and until there is a worker
@@ -47,56 +40,58 @@ Process: TypeAlias = subprocess.Popen[bytes]
 
 
 @contextmanager
+def _changed(table: MutableMapping[str, T], key: str, value: T) -> Iterator[None]:
+    """Let a key have another value inside this block."""
+    before = table.get(key)
+    table[key] = value
+    try:
+        yield
+    finally:
+        if before is None:
+            del table[key]
+        else:
+            table[key] = before
+
+
+@contextmanager
 def starting() -> Iterator[None]:
     """Start processes inside this block.
 
     They do not import the caller's script again, which may have no ``if __name__ ==
-    "__main__"``; nor modules from the current folder; and Ctrl-C is left to this process.
+    "__main__"``; nor modules from the current folder; and Ctrl-C is left to this process. A worker
+    of dask, which is a daemon, may start them too, as they end with it.
     """
-    main, safe = sys.modules["__main__"], os.environ.get("PYTHONSAFEPATH")
-    sys.modules["__main__"] = ModuleType("__main__")
-    os.environ["PYTHONSAFEPATH"] = "1"
+    mine = getattr(multiprocessing.current_process(), "_config", {})
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        yield
+        with (
+            _changed(sys.modules, "__main__", ModuleType("__main__")),
+            _changed(os.environ, "PYTHONSAFEPATH", "1"),
+            _changed(mine, "daemon", False),
+        ):
+            yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        del os.environ["PYTHONSAFEPATH"]
-        if safe is not None:
-            os.environ["PYTHONSAFEPATH"] = safe
-        sys.modules["__main__"] = main
 
 
-class Processes(Executor):
-    """A pool of so many worker processes, which can be replaced when one was killed."""
+class Processes(ProcessPoolExecutor):
+    """A pool of so many worker processes."""
 
     def __init__(self, workers: int) -> None:
-        self.workers = workers
-        self._pool = self._new()
+        super().__init__(workers, SPAWN, follow_parent)
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Let a worker call a function."""
         with starting():
-            return self._pool.submit(fn, *args, **kwargs)
+            return super().submit(fn, *args, **kwargs)
 
-    @property
-    def processes(self) -> list[BaseProcess]:
-        """The processes that there are."""
-        return list((self._pool._processes or {}).values())
-
-    def replace(self) -> None:
-        """Take new workers."""
-        self.shutdown()
-        self._pool = self._new()
-
-    def _new(self) -> ProcessPoolExecutor:
-        return ProcessPoolExecutor(self.workers, SPAWN, follow_parent)
-
-    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End all workers at once, whatever they are at."""
-        for process in self.processes:
+    def kill(self) -> list[int | None]:
+        """End all workers at once, whatever they are at; return how each of them left."""
+        there = list((self._processes or {}).values())
+        for process in there:
             process.kill()
-        self._pool.shutdown(wait, cancel_futures=True)
+        self.shutdown(cancel_futures=True)
+        return [process.exitcode for process in there]
 
 
 def follow_parent() -> None:
@@ -150,34 +145,40 @@ class Worker:
         TimedOut
             It did not return in time.
         Lost
-            The process died of it, or it raised something.
+            The process died of it, or it raised something; what is a HeavyTopError is raised here.
         """
         if self._pool is None:
             self._pool = Processes(1)
             self._pool.submit(os.getpid).result()  # it is ready
-        [process] = self._pool.processes
         future = self._pool.submit(function, *args)
-        if not wait([future], timeout).done:
+        if not futures.wait([future], timeout).done:
             self.close()
             raise TimedOut
         fault = future.exception()
-        if isinstance(fault, BrokenExecutor):
-            self.close()
-            code = process.exitcode or 0
-            how = (
-                f"killed by {signal.Signals(-code).name}" if code < 0 else f"left with code {code}"
-            )
-            raise Lost(how)
+        if isinstance(fault, futures.BrokenExecutor):
+            raise Lost(_how_it_left(*self.close()))
         if fault is not None:
-            raise Lost(f"{type(fault).__name__}: {fault}")
+            raise (
+                fault
+                if isinstance(fault, HeavyTopError)
+                else Lost(f"{type(fault).__name__}: {fault}")
+            )
         return future.result()  # type: ignore[no-any-return]
 
-    def close(self) -> None:
-        """End the process, at once."""
-        if self._pool is not None:
-            self._pool.shutdown()
-            self._pool = None
+    def close(self) -> list[int | None]:
+        """End the process, at once; return how it left."""
+        pool, self._pool = self._pool, None
+        return [] if pool is None else pool.kill()
 
+
+def _how_it_left(code: int | None = None) -> str:
+    if code is not None and code < 0:
+        return f"killed by {signal.Signals(-code).name}"
+    return f"left with code {code or 0}"
+
+
+WORKER: Final = Worker()
+"""Of this process: it does one task at a time, and so needs one."""
 
 # --- a dask cluster ---------------------------------------------------------------------------
 

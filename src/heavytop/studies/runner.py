@@ -27,7 +27,7 @@ from heavytop import errors
 from heavytop.comparison import own
 from heavytop.machine import usable_cpus, versions
 from heavytop.scene.arguments import heard, path_of, whole
-from heavytop.studies.executors import Processes
+from heavytop.studies.executors import WORKER, Processes
 from heavytop.studies.methods import admitted
 from heavytop.studies.store import (
     STUDY,
@@ -80,9 +80,6 @@ class Study(Protocol):
         All rows together depend on `parameters` and `task` alone, not on where chunks end. A
         HeavyTopError ends the task as failed.
         """
-
-    def renewed(self, parameters: Parameters) -> Parameters:
-        """Return the parameters that a study asked for with these would have."""
 
     def complete(self, store: MemoryStore, **how: Any) -> Any:
         """Do what is left, with arguments of `run`, and return the result of the study."""
@@ -162,7 +159,7 @@ def run(
     tell()
     left = {task: record.checkpoint for task, record in records.items() if not record.ended}
     store.seconds |= {task: 0.0 for task, checkpoint in left.items() if checkpoint is None}
-    with _stop_signal() as stop:
+    with _stop_signal() as stop, WORKER:
         if executor is None and jobs == 1:
             chunks = _here(study, store.parameters, left, stop)
         else:
@@ -221,7 +218,7 @@ def resume(
 
     Notes
     -----
-    Accuracy: ``tests/property/test_runner.py`` holds a study that was killed to one that was not,
+    Accuracy: ``tests/studies/test_runner.py`` holds a study that was killed to one that was not,
     bit for bit.
 
     Examples
@@ -243,9 +240,7 @@ def resume(
         if own.admitted(name).digest != digest:
             raise errors.ForeignFile(f"{path}: {name} is not the code with which it was begun")
     with reading(path / STUDY):
-        renewed = study.renewed(parameters) | {"versions": parameters["versions"]}
-        if wrong := differences(parameters, renewed):
-            raise ValueError(f"not what a study asked for so would have: {wrong[0]}")
+        study.tasks(parameters)
     how = {"jobs": jobs, "executor": executor, "on_progress": progress}
     with Store.open(path, parameters) as store:
         found: Drift | Atlas | Stress | WorkPrecision = study.complete(store, **how)
@@ -329,7 +324,8 @@ def _in_workers(
                         ) from fault
                     waiting.appendleft(task)
                     if isinstance(pool, Processes):
-                        pool.replace()
+                        pool.kill()
+                        pool = Processes(workers(pool))
                     continue
                 del lost[task]
                 for chunk in future.result():
@@ -341,7 +337,7 @@ def _in_workers(
         for future in running:
             future.cancel()
         if isinstance(pool, Processes):
-            pool.shutdown()
+            pool.kill()
 
 
 def workers(executor: Executor) -> int:

@@ -40,7 +40,7 @@ from heavytop.run.propagation import binary_start, propagate
 from heavytop.run.verify import energy_error
 from heavytop.scene.arguments import Range, heard, one_of, parse_names, parse_options
 from heavytop.studies import runner
-from heavytop.studies.executors import Lost, TimedOut, Worker
+from heavytop.studies.executors import WORKER, Lost, TimedOut
 from heavytop.studies.methods import (
     ANGLES,
     TOLERANCE,
@@ -71,8 +71,6 @@ CALL: Final = 50  # and of CyRK, whose steps are known by whole blocks only
 OWN_WARNINGS: Final = (errors.DoubtfulWarning, errors.UnboundedAngleWarning)
 WATCHED: Final = ("turning", "reversal")  # sign changes are all that scipy finds: a cusp is none
 WANTED: Final = {"taylor-cubic": ("theta",), ANGLES: ("axis", "phi", "psi")}
-
-WORKER: Final = Worker()  # of this process
 
 # --- the study -------------------------------------------------------------------------------
 
@@ -134,7 +132,7 @@ def stress(
 
     Notes
     -----
-    Accuracy: ``tests/two_ways/test_stress.py`` holds what a case allows to what the closed form
+    Accuracy: ``tests/studies/test_stress.py`` holds what a case allows to what the closed form
     makes of changed starts.
     """
     heard("progress", progress)
@@ -151,27 +149,23 @@ def _parameters(
 ) -> tuple[Parameters, dict[str, Any]]:
     """Return the test as JSON, and the limits, unless something is wrong with them."""
     values, faults = parse_options("stress", limits, NUMBERS)
-    parameters: Parameters = {"kind": KIND}
-    tables: tuple[tuple[str, Any, Any, Any], ...] = (
-        ("cases", cases(), one_of(cases(), LIST), some),
-        ("methods", stress_methods(), stress_method, methods),
-    )
-    for key, known, read, given in tables:
-        found, wrong = parse_names("stress", key, known if given is None else given, read)
-        parameters[key] = list(dict.fromkeys(each.name for each in found))
-        faults += wrong
-    if faults:
+    some = cases() if some is None else some
+    methods = stress_methods() if methods is None else methods
+    chosen, no_cases = parse_names(KIND, "cases", some, one_of(cases(), LIST))
+    known, no_methods = parse_names(KIND, "methods", methods, stress_method)
+    if faults := [*faults, *no_cases, *no_methods]:
         raise errors.BadScene(tuple(faults))
-    own.expect_anywhere(parameters["methods"])
-    parameters |= {name: values[name] for name in LIMITS} | own.stated(parameters["methods"])
-    parameters["versions"] = versions()
+    names = list(dict.fromkeys(each.name for each in known))
+    own.expect_anywhere(names)
+    parameters = {
+        "kind": KIND,
+        "cases": list(dict.fromkeys(each.name for each in chosen)),
+        "methods": names,
+        **{name: values[name] for name in LIMITS},
+        **own.stated(names),
+        "versions": versions(),
+    }
     return parameters, values
-
-
-def renewed(parameters: Parameters) -> Parameters:
-    """Return the parameters that a test asked for with these would have."""
-    limits = {name: parameters[name] for name in LIMITS}
-    return _parameters(parameters["cases"], parameters["methods"], limits)[0]
 
 
 def tasks(parameters: Parameters) -> list[str]:
@@ -196,7 +190,7 @@ def complete(
         if now.ended < now.tasks and time.monotonic() >= until:
             raise _Spent
 
-    with suppress(_Spent), WORKER:
+    with suppress(_Spent):
         runner.run(store, on_progress=heard, **how)
     return collect(store, budget)
 

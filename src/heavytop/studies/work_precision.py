@@ -5,18 +5,17 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from itertools import zip_longest
+from dataclasses import dataclass, replace
+from itertools import chain, zip_longest
 from statistics import median, quantiles
 from time import perf_counter
-from typing import Any, Final, Self, TypeAlias
+from typing import Any, Final, TypeAlias
 
 from heavytop.comparison import own
-from heavytop.comparison.methods import METHODS, imported
-from heavytop.comparison.methods import named as comparison_method
+from heavytop.comparison.methods import METHODS
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.errors import BadScene, HeavyTopError, MissingPackage, Stop, StoppedEarly
+from heavytop.errors import BadScene, HeavyTopError, Stop, StoppedEarly
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, bits_of
 from heavytop.machine import versions
 from heavytop.numbers.double_double import DoubleDouble
@@ -240,7 +239,7 @@ def work_precision(
 
     Notes
     -----
-    Accuracy: ``tests/two_ways/test_work_precision.py`` holds errors to a thousandth of what the
+    Accuracy: ``tests/studies/test_work_precision.py`` holds errors to a thousandth of what the
     closed form says of the same state.
     """
     heard("progress", progress)
@@ -273,17 +272,24 @@ def diagram_parameters(scene: Scene, methods: Any, **options: float) -> Paramete
             **own.stated(names), "versions": versions()}  # fmt: skip
 
 
-def renewed(parameters: Parameters) -> Parameters:
-    """Return the parameters that a diagram asked for with these would have."""
-    scene, names = scene_of(parameters["scene"]), parameters["methods"]
-    return diagram_parameters(scene, names, periods=parameters["periods"])
-
-
 def _checked(text: str) -> str:
     """The text, if it names a method or auto."""
     if not auto_digits(text):
         method(text)
     return text
+
+
+def tasks(parameters: Parameters) -> list[str]:
+    """Return the names of the settings that are run, and that of timing them again."""
+    texts = (each.text for each, folded in _asked(parameters) if not folded)
+    return [*dict.fromkeys(texts), ROUNDS]
+
+
+def _asked(parameters: Parameters) -> list[Asked]:
+    """Return all that the names of a diagram ask for, each once."""
+    scene, periods = scene_of(parameters["scene"]), parameters["periods"]
+    every = (settings(text, scene, periods) for text in parameters["methods"])
+    return list(dict.fromkeys(chain.from_iterable(every)))
 
 
 def complete(
@@ -294,43 +300,34 @@ def complete(
     **_: Any,
 ) -> WorkPrecision:
     """Measure what is left and for which there is time, in this process, and return the result."""
-    began, periods = clock(), store.parameters["periods"]
-    scene, names = scene_of(store.parameters["scene"]), store.parameters["methods"]
-    asked = dict.fromkeys(each for text in names for each in settings(text, scene, periods))
-    tried = [each for each, refused in asked if not refused]
-    rounds, whole = store.load(ROUNDS), len(tried)
+    began, parameters = clock(), store.parameters
+    asked, finished = _asked(parameters), store.load(ROUNDS).done
+    tried = [each for each, folded in asked if not folded]
 
     def show(fraction: float) -> None:
-        done = 1.0 if rounds.done else fraction
+        done = 1.0 if finished else fraction
         if on_progress is not None:
-            on_progress(Progress(done, int(done * whole), whole, clock() - began, done))
+            count = len(tried)
+            on_progress(Progress(done, int(done * count), count, clock() - began, done))
 
     show(0.0)
     derived = _derived()
     try:
-        begun = _first_runs(store, scene, tried, budget, began, lambda done: show(0.5 * done))
-        timed = {each: runs for each, runs in begun.items() if not isinstance(runs, str)}
-        if rounds.done:
-            for each, runs in timed.items():
-                for one, known in zip(runs, rounds.rows[0].get(each.text, []), strict=False):
-                    one.seconds = known
-        else:
-            repeat([*timed.values()], began + budget, lambda done: show(0.5 + 0.5 * done))
+        timed, refused = _first_runs(store, tried, budget, began, show)
+        whole = not any(why.startswith(NO_TIME) for why in refused.values())
+        _rounds(store, timed, began + budget, whole, show)
     except KeyboardInterrupt:
         raise StoppedEarly(Stop.INTERRUPTED, "interrupted", store.path) from None
-    if not (rounds.done or any(str(runs).startswith(NO_TIME) for runs in begun.values())):
-        row = {each.text: [one.seconds for one in runs] for each, runs in timed.items()}
-        store.save(rounds.after(Chunk(rows=[row], done=True)))
     points, skipped = [], []
-    for each, refused in asked:
-        if each.own in timed and not refused:
-            points.append(_point(each, timed[each.own], derived[each.formulation]))
+    for each, folded in asked:
+        if folded or each.own in refused:
+            skipped.append(_skipped(each, folded or refused[each.own]))
         else:
-            skipped.append(_skipped(each, refused or str(begun[each.own])))
+            points.append(_point(each, timed[each.own], derived[each.formulation]))
     return WorkPrecision(
-        scene=Problem(**scene.problem()),
-        periods=periods,
-        phase=periods - BEFORE,
+        scene=Problem(**parameters["scene"]),
+        periods=parameters["periods"],
+        phase=parameters["periods"] - BEFORE,
         budget=budget,
         points=tuple(points),
         skipped=tuple(skipped),
@@ -350,55 +347,69 @@ def _derived() -> dict[str, float]:
 
 def _first_runs(
     store: MemoryStore,
-    scene: Scene,
     tried: Sequence[MethodSetting],
     budget: float,
     began: float,
     show: Callable[[float], object],
-) -> dict[MethodSetting, list[Timed] | str]:
-    """Run every setting once from every start; a text says why one was not.
-
-    What is in the store is not run again.
-    """
-    periods = store.parameters["periods"]
+) -> tuple[dict[MethodSetting, list[Timed]], dict[MethodSetting, str]]:
+    """Run every setting once from every start; return those that were run, and why others not."""
+    scene, periods = scene_of(store.parameters["scene"]), store.parameters["periods"]
     states = [neighbour(scene.start, 0, k) for k in range(STARTS)]
     starts = [Scene(scene.top, state, periods=1, name=scene.name) for state in states]
     limit, deadline = max(1.0, budget / LIMITS), began + FIRST_RUNS * budget
-    found: dict[MethodSetting, list[Timed] | str] = {}
+    timed: dict[MethodSetting, list[Timed]] = {}
+    refused: dict[MethodSetting, str] = {}
     too_slow: dict[str, str] = {}  # by method, its setting that took too long
 
     def runs(each: MethodSetting) -> list[Timed]:
         record = store.load(each.text)
         if record.done:
             rows = zip(starts, record.rows, strict=True)
-            return [Timed.restored(start, each, periods, row) for start, row in rows]
-        if each.absent:
-            raise MissingPackage(each.name, each.absent)
-        if each.is_rival:
-            imported(comparison_method(each.name))
+            return [_ready(start, each, periods, row) for start, row in rows]
         if each.name in too_slow:
             raise IntegrationFailed(f"not begun: {too_slow[each.name]} took too long")
-        ended = []
+        found = []
         for start in starts:
             if clock() > deadline:
                 raise IntegrationFailed(f"{NO_TIME} in a budget of {budget:g} s")
-            ended.append(first_run(start, each, periods, limit))
-        store.save(record.after(Chunk(rows=[one.row for one in ended], done=True)))
-        return ended
+            found.append(first_run(start, each, periods, limit))
+        store.save(record.after(Chunk(rows=[one.measured for one in found], done=True)))
+        return found
 
     once = dict.fromkeys(each.own for each in _in_turn(tried))  # auto's choice is in the grid too
     for done, each in enumerate(once, 1):
         try:
-            found[each] = runs(each)
+            timed[each] = runs(each)
         except TooSlow as slow:
             too_slow[each.name] = each.label
-            found[each] = f"stopped {slow}: more than {limit:g} s for a run"
+            refused[each] = f"stopped {slow}: more than {limit:g} s for a run"
         except StoppedEarly:
             raise
         except (IntegrationFailed, HeavyTopError) as refusal:
-            found[each] = " ".join(str(refusal).split())
-        show(done / len(once))
-    return found
+            refused[each] = " ".join(str(refusal).split())
+        show(done / len(once) / 2)
+    return timed, refused
+
+
+def _rounds(
+    store: MemoryStore,
+    timed: dict[MethodSetting, list[Timed]],
+    deadline: float,
+    whole: bool,
+    show: Callable[[float], object],
+) -> None:
+    """Time all settings again, or take the times that are stored; they are if all were run."""
+    record = store.load(ROUNDS)
+    if not record.done:
+        repeat([*timed.values()], deadline, lambda done: show((1 + done) / 2))
+        row = {each.text: [one.seconds for one in runs] for each, runs in timed.items()}
+        if whole:
+            store.save(record.after(Chunk(rows=[row], done=True)))
+        return
+    [known] = record.rows
+    for each, runs in timed.items():
+        for one, seconds in zip(runs, known.get(each.text, ()), strict=False):
+            one.measured["seconds"] = seconds
 
 
 def _in_turn(tried: Sequence[MethodSetting]) -> Iterator[MethodSetting]:
@@ -413,8 +424,10 @@ def _in_turn(tried: Sequence[MethodSetting]) -> Iterator[MethodSetting]:
 def _point(each: MethodSetting, timed: Sequence[Timed], derived_s: float) -> Point:
     """Return the medians and spreads over the starts."""
     own, costs = timed[0], [one.us_per_period for one in timed]
-    axes = [one.axis_error for one in timed if one.axis_error is not None]
-    tilts = [one.theta_error for one in timed]
+    axis, theta, energy = (
+        [one.measured[f"{name}_error"] for one in timed] for name in ("axis", "theta", "energy")
+    )
+    errors = theta if None in axis else axis
     stepper: Any = own.run.stepper
     by_tolerance = each.set_by == TOLERANCE
     return Point(
@@ -424,20 +437,20 @@ def _point(each: MethodSetting, timed: Sequence[Timed], derived_s: float) -> Poi
         tolerance=each.setting if by_tolerance else None,
         steps_a_period=None if by_tolerance else each.setting,
         bits=each.bits,
-        measures="axis" if axes else "theta",
+        measures="theta" if None in axis else "axis",
         rival=each.is_rival,
         us_per_period=median(costs),
         us_spread=_spread(costs),
-        rhs_evaluations=own.last.evaluations,
-        error=median(axes or tilts),
-        error_spread=_spread(axes or tilts),
+        rhs_evaluations=own.measured["evaluations"],
+        error=median(errors),
+        error_spread=_spread(errors),
         starts=len(timed),
-        theta_error=median(tilts),
-        energy_error=median(one.energy_error for one in timed),
+        theta_error=median(theta),
+        energy_error=median(energy),
         setup_s=derived_s + float(getattr(stepper, "engine", stepper).compile_s),
         runs=min(len(one.seconds) for one in timed),
         periods=own.periods,
-        steps=own.last.steps,
+        steps=own.measured["steps"],
         stands_for=None if each.digits is None else each.text,
         wants=each.wants,
         digits=each.digits,
@@ -465,57 +478,44 @@ class TooSlow(Exception):
 
 @dataclass(eq=False)
 class Timed:
-    """A method after a run from one start.
+    """A method set up for one start, and what its runs gave.
 
     Attributes
     ----------
     run : MethodRun
     end : (float, float)
         The time at which it is looked at [s].
-    last : StepperState
-        Where its last block ended.
-    axis_error, theta_error, energy_error : float or None
-        As those of a `Point`.
-    seconds : list of float
-        Time in the blocks of steps, of each run [s].
+    measured : dict
+        For JSON: ``axis_error``, ``theta_error``, ``energy_error`` as those of a `Point`; the
+        ``time`` [s], ``steps`` and ``evaluations`` where its last block ended; and of each run
+        the ``seconds`` in the blocks of steps.
     """
 
     run: MethodRun
     end: DoubleDouble
-    last: StepperState
-    axis_error: float | None
-    theta_error: float
-    energy_error: float
-    seconds: list[float] = field(default_factory=list)
-
-    @classmethod
-    def restored(
-        cls, scene: Scene, method: MethodSetting, periods: float, row: dict[str, Any]
-    ) -> Self:
-        """Return what `row` told of, ready to be repeated."""
-        found = set_up(scene, method)
-        end = found.stepper.output_time((periods - BEFORE) * found.period)
-        last = StepperState(
-            tuple(row.pop("time")), (), (), row.pop("steps"), row.pop("evaluations")
-        )
-        return cls(found, end, last, **row)
+    measured: dict[str, Any]
 
     @property
-    def row(self) -> dict[str, Any]:
-        """All that was measured, for JSON."""
-        names = ("axis_error", "theta_error", "energy_error", "seconds")
-        last = {name: getattr(self.last, name) for name in ("time", "steps", "evaluations")}
-        return {name: getattr(self, name) for name in names} | last
+    def seconds(self) -> list[float]:
+        """Time in the blocks of steps, of each run [s]."""
+        found: list[float] = self.measured["seconds"]
+        return found
 
     @property
     def periods(self) -> float:
         """Nutation periods that the blocks covered."""
-        return self.last.time[0] / self.run.period
+        return float(self.measured["time"][0]) / self.run.period
 
     @property
     def us_per_period(self) -> float:
         """The best of the runs [µs]."""
         return min(self.seconds) / self.periods * 1e6
+
+
+def _ready(scene: Scene, method: MethodSetting, periods: float, measured: dict[str, Any]) -> Timed:
+    """Return a method set up for a start, for so many nutation periods."""
+    found = set_up(scene, method)
+    return Timed(found, found.stepper.output_time((periods - BEFORE) * found.period), measured)
 
 
 def first_run(scene: Scene, method: MethodSetting, periods: float, limit: float) -> Timed:
@@ -530,14 +530,23 @@ def first_run(scene: Scene, method: MethodSetting, periods: float, limit: float)
     HeavyTopError
         It cannot be set up for this start.
     """
-    found = set_up(scene, method)
-    end = found.stepper.output_time((periods - BEFORE) * found.period)
+    timed = _ready(scene, method, periods, {})
+    found, end = timed.run, timed.end
     before, last, seconds = _lap(found, end, limit)
     row = found.stepper.states_at(before, [end])[0].tolist()
     off, tilt = found.reference(end, row), found.reference.tilt(end, row)
     if not math.isfinite(off.energy + tilt + (off.axis or 0.0)):
         raise IntegrationFailed("its numbers are no longer finite")
-    return Timed(found, end, last, off.axis, abs(tilt), abs(off.energy), [seconds])
+    timed.measured |= {
+        "axis_error": off.axis,
+        "theta_error": abs(tilt),
+        "energy_error": abs(off.energy),
+        "time": last.time,
+        "steps": last.steps,
+        "evaluations": last.evaluations,
+        "seconds": [seconds],
+    }
+    return timed
 
 
 def repeat(

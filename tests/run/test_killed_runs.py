@@ -146,14 +146,6 @@ def test_the_steps_that_were_taken_are_not_taken_again(tmp_path, whole):
     assert files(folder) == whole["long"]
 
 
-def test_a_run_in_many_digits_keeps_what_it_has_in_doubles(tmp_path):
-    folder = tmp_path / "run"
-    struck(PRECISE, 1, signal.SIGKILL, "run", *SCENES["digits"], "-o", folder)
-    part = heavytop.load_trajectory(folder / "trajectory.nc")
-    assert part.t[-1] == 2.0
-    assert part.plan.precision != "double"
-
-
 @pytest.mark.parametrize("kilobytes", [20, 200])
 def test_a_full_disk_ends_a_run_early(tmp_path, whole, kilobytes):
     """The kernel refuses larger files: the trajectory does not fit, or a figure."""
@@ -236,12 +228,6 @@ def test_another_run_is_refused(first, words, told):
     assert files(first) == before
 
 
-def test_the_same_run_is_done_again(first):
-    before = files(first)
-    assert heavytop_("run", "sicm-kicked", "-o", first, "--no-figures").exit_code == 0
-    assert files(first) == before
-
-
 def test_force_replaces(tmp_path):
     """Also what was on its way: none of its figures stays."""
     folder = tmp_path / "run"
@@ -272,6 +258,16 @@ def test_a_study_is_never_replaced(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["study.json"]
 
 
+def test_a_run_begun_by_other_versions_is_refused(first, monkeypatch):
+    from heavytop.run import trajectory_file
+
+    here = trajectory_file.versions()
+    monkeypatch.setattr(trajectory_file, "versions", lambda: here | {"heyoka": "99"})
+    refused = heavytop_("resume", first)
+    assert refused.exit_code == 3
+    assert "heyoka" in refused.stderr
+
+
 def test_two_runs_do_not_write_one_folder(tmp_path):
     with locked(tmp_path / "lock"):
         refused = heavytop_("run", "sicm-kicked", "-o", tmp_path)
@@ -299,15 +295,9 @@ def test_a_trajectory_alone_gets_the_rest(tmp_path):
 
 
 def test_a_run_that_met_a_singularity_cannot_go_on(tmp_path):
-    over_the_top = (
-        "--set",
-        "start.phidot=0",
-        "--set",
-        "start.psidot=0",
-        "--set",
-        "start.thetadot=40",
-    )
-    words = ("sicm-kicked", *over_the_top, "--formulation", "lagrange", "-o", tmp_path)
+    start = ("start.phidot=0", "start.psidot=0", "start.thetadot=40")  # over the top
+    changed = (word for change in start for word in ("--set", change))
+    words = ("sicm-kicked", *changed, "--formulation", "lagrange", "-o", tmp_path)
     ended = heavytop_("run", *words, "--no-figures")
     again = heavytop_("resume", tmp_path)
     assert ended.exit_code == again.exit_code == 4
@@ -337,16 +327,6 @@ def test_a_refusal_takes_nothing_away(tmp_path):
         done = heavytop_("run", "sicm-dropped", "--set", "span.time=1", "-q", "-o", folder)
         assert done.exit_code == Exit.BAD_SCENE
         assert (folder / name).read_bytes() == before
-
-
-@pytest.mark.parametrize("name", ["request.json", "run.json", "trajectory.nc"])
-@pytest.mark.parametrize("force", [(), ("--force",)])
-def test_a_folder_in_the_place_of_a_file_is_refused(tmp_path, name, force):
-    _made(tmp_path / "out" / name)
-    done = heavytop_("run", "sicm-dropped", "--no-figures", "-q", "-o", tmp_path / "out", *force)
-    assert done.exit_code == Exit.BAD_SCENE
-    assert name in done.stderr
-    assert "a bug" not in done.stderr
 
 
 def _made(folder):

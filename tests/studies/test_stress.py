@@ -18,18 +18,15 @@ from heavytop.comparison.adaptive import (
     textbook_solve,
 )
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.errors import BadScene, DoubtfulWarning
-from heavytop.results.stress import Outcome, Run
+from heavytop.errors import DoubtfulWarning
+from heavytop.results.stress import MARKS, RULES, Outcome, Run, Stress
 from heavytop.run.events import differences, tally
 from heavytop.run.planning import Plan, closed_form_of, plan
 from heavytop.run.propagation import binary_start
-from heavytop.studies.executors import Lost, TimedOut, Worker
 from heavytop.studies.methods import stress_methods
 from heavytop.studies.stress import Attempt, judged, missed_events, run, stress
 from heavytop.studies.stress_cases import (
     BOOK,
-    ROUNDINGS,
-    UNIT,
     CaseReference,
     cases,
     reference,
@@ -80,13 +77,6 @@ def test_the_condition_is_what_the_closed_form_makes_of_a_changed_start(name):
 def test_the_condition_grows_with_the_time_beyond_what_is_followed():
     hundred, all_of_it = reference("hundred-periods"), reference("1e5-periods")
     assert 500 < all_of_it.condition / hundred.condition < 2000  # they end at other phases
-
-
-def test_digits_lost_are_decades_beyond_what_is_allowed():
-    truth = CaseReference(1.0, 0.1, (0.0, 0.1, 1.0), 50.0, None, None)
-    assert truth.allowed == 50 * ROUNDINGS * UNIT
-    assert truth.digits_lost(truth.allowed) == 0.0 == truth.digits_lost(0.0)
-    assert truth.digits_lost(1e5 * truth.allowed) == pytest.approx(5)
 
 
 # --- how many events there are ---------------------------------------------------------------
@@ -178,17 +168,12 @@ def test_every_outcome_has_one_rule(raw, word, named):
     assert word is Outcome.OK or finding.note or raw.said == ""
 
 
-def test_where_nothing_is_left_no_digits_are_lost():
-    hopeless = CaseReference(80.0, 0.0, (0.0, 0.0, 1.0), 1e16, None, None)
-    finding = verdict(Attempt(axis=(0.6, 0.0, 0.8)), hopeless)
-    assert finding.digits_lost == 0.0
-    assert finding.outcome is Outcome.DIVERGED
-
-
 def test_what_is_right_where_no_digits_are_left_is_chance_unless_there_are_more_bits():
     hopeless = CaseReference(80.0, 0.0, (0.0, 0.0, 1.0), 1e16, None, None)
     assert hopeless.hopeless
     assert not HERE.hopeless
+    lost = verdict(Attempt(axis=(0.6, 0.0, 0.8)), hopeless)
+    assert (lost.outcome, lost.digits_lost) == (Outcome.DIVERGED, 0.0)
     lucky = Attempt(axis=(1e-9, 0.0, 1.0))
     finding = verdict(lucky, hopeless)
     assert (finding.outcome, finding.untold) == (Outcome.OK, True)
@@ -214,6 +199,7 @@ def test_what_a_case_allows_to_angles_is_that_of_the_axis_over_the_sine():
     assert here.condition == pytest.approx(10 / 0.6 + 47)
 
 
+@pytest.mark.processes
 def test_a_run_that_takes_more_steps_than_it_may_or_more_time_has_not_done_it():
     slow = stress(cases=["cusp"], methods=["auto"], step_limit=1)["cusp", "auto"]
     assert (slow.outcome, slow.named) == (Outcome.STEP_LIMIT, True)
@@ -282,10 +268,6 @@ def test_what_is_known_to_fail_fails_so(pair):
     assert found(*pair).outcome is KNOWN[pair]
 
 
-def test_defaults_lose_a_twentieth_in_ten_periods():
-    assert found("ten-periods", "solve-ivp-defaults").error == pytest.approx(5e-2, rel=0.1)
-
-
 @pytest.mark.parametrize("form", FORMULATIONS)
 def test_away_from_poles_every_form_keeps_its_digits(form):
     finding = found("ten-periods", f"taylor-{form}")
@@ -345,44 +327,7 @@ def test_the_time_is_named_at_which_doubles_have_lost_the_vertical():
 # --- limits ----------------------------------------------------------------------------------
 
 
-def alive(pid):
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    return True
-
-
-def test_a_call_that_hangs_is_killed_and_the_next_one_is_done():
-    with Worker() as worker:
-        first = worker.call(os.getpid)
-        assert worker.call(os.getpid, timeout=60) == first != os.getpid()
-        began = time.monotonic()
-        with pytest.raises(TimedOut):
-            worker.call(time.sleep, 600, timeout=0.5)
-        assert time.monotonic() - began < 60  # it would sleep for ten times as long
-        assert not alive(first)
-        second = worker.call(os.getpid)
-        assert second != first
-    assert not alive(second)
-
-
-@pytest.mark.parametrize(
-    ("call", "why"),
-    [((os._exit, 3), "code 3"), ((os.abort,), "SIGABRT"), ((int, "x"), "ValueError: invalid")],
-)
-def test_a_worker_that_dies_is_told_from_one_that_hangs(call, why):
-    with Worker() as worker:
-        with pytest.raises(Lost, match=why):
-            worker.call(*call)
-        assert worker.call(os.getpid)
-
-
-def test_starting_a_process_is_no_part_of_a_call():
-    with Worker() as worker:
-        assert worker.call(abs, -1, timeout=0.2) == 1
-
-
+@pytest.mark.processes
 def test_a_process_that_is_lost_is_not_the_methods_fault(monkeypatch):
     monkeypatch.setattr("heavytop.studies.stress.get_ready", os.abort)
     monkeypatch.setattr("heavytop.studies.stress.reference", lambda name: None)
@@ -392,6 +337,7 @@ def test_a_process_that_is_lost_is_not_the_methods_fault(monkeypatch):
     assert "abort() takes no arguments" in skipped.reason
 
 
+@pytest.mark.processes
 def test_lsoda_does_not_return_from_the_pole_and_the_test_goes_on():
     """What goes on takes a hundredth of a second, so that the limit is far on any machine."""
     methods = ["lsoda-scipy-lagrange", "taylor-axis"]
@@ -400,6 +346,7 @@ def test_lsoda_does_not_return_from_the_pole_and_the_test_goes_on():
     assert got["start-at-top", "lsoda-scipy-lagrange"].note == "killed after 4 s"
 
 
+@pytest.mark.processes
 def test_nothing_is_begun_after_the_budget_and_what_is_left_is_named():
     got = stress(cases=["cusp"], methods=["auto", "taylor-axis"], budget=0.0)
     assert not got.cases
@@ -412,25 +359,6 @@ def test_nothing_is_begun_after_the_budget_and_what_is_left_is_named():
     assert time.monotonic() - began < 60
     assert [str(run.outcome) for run in one.cases] == ["time-limit"]  # begun within the budget
     assert [s.reason for s in one.skipped] == ["the budget was spent"]
-
-
-@pytest.mark.parametrize(
-    ("asked", "key"),
-    [
-        ({"cases": ["cup"]}, "cases"),
-        ({"methods": ["taylor"]}, "methods"),
-        ({"cases": []}, "cases"),
-        ({"cases": [ht.load_scene("sicm-kicked")]}, "cases"),
-        ({"budget": -1.0}, "budget"),
-        ({"budget": math.nan}, "budget"),
-        ({"time_limit": 0.0}, "time_limit"),
-        ({"step_limit": 0}, "step_limit"),
-    ],
-)
-def test_bad_options_are_refused_before_anything_runs(asked, key):
-    with pytest.raises(BadScene) as refused:
-        stress(**asked)
-    assert [fault.key for fault in refused.value.faults] == [key]
 
 
 def test_the_cases_are_those_that_were_asked_for():
@@ -451,3 +379,33 @@ def test_the_cases_are_those_that_were_asked_for():
     pushed = [motions[f"sleeping-1{sign}1e-{p}"] for sign in "+-" for p in (4, 8, 12)]
     assert all(float(motion.at(20.0).theta) > 1.8e-5 for motion in pushed)  # 1e-6 when it starts
     assert BOOK[0] == "3.28e-4"
+
+
+# --- what is made of all runs ----------------------------------------------------------------
+
+
+def made(*runs):
+    return Stress(hard={"cusp": ""}, methods=dict.fromkeys(run.method for run in runs), cases=runs,
+                  limits={"budget_s": 1.0, "time_s": 1.0, "steps": 1})  # fmt: skip
+
+
+def ran(method, outcome, **more):
+    return Run(case="cusp", method=method, formulation=method, outcome=outcome, **more)
+
+
+def test_what_is_chance_is_counted_as_nothing_to_tell_and_as_nothing_else():
+    by_chance = {"error": 1e-3, "digits_lost": 0.0, "untold": True}
+    chance = made(
+        ran("taylor-axis", Outcome.OK, **by_chance, named=True),
+        ran("auto", Outcome.OK, **by_chance),
+    )
+    none = dict.fromkeys(map(str, Outcome), 0)
+    assert chance.counts()["taylor-axis"] == none | {"nothing-to-tell": 1}
+    assert [run.method for run in chance.silently_wrong] == ["auto"]
+    assert repr(chance) == "<Stress: 2 runs of 2 methods at 1 cases, 0 skipped>"
+
+
+def test_the_words_of_the_contract_are_these():
+    words = "ok inaccurate singular stalled diverged step-limit time-limit refused missed-events"
+    assert {str(word) for word in Outcome} == set(words.split()) == {str(word) for word in RULES}
+    assert set(MARKS) == set(words.split()) - {"ok"}

@@ -13,13 +13,16 @@ from pathlib import Path
 import pytest
 
 import heavytop
-from heavytop.errors import InUse, Stop, StoppedEarly
+from heavytop.errors import InUse
 from heavytop.studies import runner
 from heavytop.studies.runner import run
 from heavytop.studies.store import MemoryStore, Store
 
+from .toy import TOYS, Killed, alive, done, lines, results, wait_for
+
+pytestmark = [pytest.mark.usefixtures("toys"), pytest.mark.processes]
+
 SOURCE = str(Path(heavytop.__file__).parents[1])
-TOYS = Path(__file__).parent / "toys"
 PARAMETERS = {
     "kind": "toy",
     "scene": {"start": {"theta": "0.1"}},
@@ -32,18 +35,6 @@ SLICE = 0.1  # of work that is sent to a worker [s]; see run_toy.py
 SLOWLY = {"TOY_PAUSE": "0.03"}  # so that it is not done before it is killed
 SENT = LONGEST * (1 + SLICE / 0.03)  # steps in one slice, at most
 NAMES = tuple(f"henon/{i:03d}" for i in range(3))
-
-
-@pytest.fixture(autouse=True)
-def toys(monkeypatch):
-    monkeypatch.syspath_prepend(str(TOYS))
-    monkeypatch.setitem(runner.KINDS, "toy", "toy_study")
-
-
-def results(path):
-    """Return every file that must be the same: all but the lock."""
-    files = (p for p in path.rglob("*") if p.is_file() and p.name != "lock")
-    return {p.relative_to(path).as_posix(): p.read_bytes() for p in files}
 
 
 @pytest.fixture(scope="module")
@@ -79,28 +70,6 @@ def killed(process):
     process.communicate(timeout=60)
 
 
-def lines(log):
-    """Return what was done: task, first and last step, process, in the order it was done."""
-    words = (line.split() for line in log.read_text().splitlines()) if log.exists() else ()
-    return [(task, int(a), int(b), int(pid)) for task, a, b, pid in words]
-
-
-def wait_for(condition, seconds=60):
-    end = time.monotonic() + seconds
-    while not (found := condition()):
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.01)
-    return found
-
-
-def alive(pid):
-    """Whether a process is there and not only waits to be buried."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
-
-
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_killed_at_any_moment_it_goes_on(jobs, whole, tmp_path):
     """Each kill loses no more than the chunk at hand, or the slice of each worker."""
@@ -119,6 +88,9 @@ def test_killed_at_any_moment_it_goes_on(jobs, whole, tmp_path):
     done = sum(last - first for _, first, last, _ in lines(log))
     lost = LONGEST if jobs == 1 else 2 * jobs * SENT
     assert 3 * STEPS <= done <= 3 * STEPS + kills * lost
+    before = lines(log)
+    assert finished(path, jobs, log) == (0, "")  # what is finished is not done again
+    assert lines(log) == before
 
 
 def test_it_goes_on_from_its_checkpoint_and_not_from_the_start(tmp_path):
@@ -138,10 +110,6 @@ def test_it_goes_on_from_its_checkpoint_and_not_from_the_start(tmp_path):
         assert [b for _, b in chunks[:-1]] == [a for a, _ in chunks[1:]]
 
 
-class Killed(BaseException):
-    """What nobody catches."""
-
-
 def test_killed_between_any_two_writes_it_goes_on(whole, tmp_path, monkeypatch):
     """The moments a clock does not hit: before each renaming."""
     moments, rename, left, kills = random.Random(0), Path.replace, [0], 0
@@ -152,13 +120,11 @@ def test_killed_between_any_two_writes_it_goes_on(whole, tmp_path, monkeypatch):
             raise Killed
         return rename(self, target)
 
-    monkeypatch.setenv("TOY_PAUSE", "0")
     monkeypatch.setattr(Path, "replace", replace)
     while True:
         left[0] = moments.randint(0, 5)
         try:
-            with Store.open(tmp_path / "study", PARAMETERS) as store:
-                run(store)
+            done(tmp_path / "study", PARAMETERS)
             break
         except Killed:
             kills += 1
@@ -166,27 +132,16 @@ def test_killed_between_any_two_writes_it_goes_on(whole, tmp_path, monkeypatch):
     assert results(tmp_path / "study") == whole
 
 
-def test_what_is_finished_is_not_done_again(tmp_path):
-    log = tmp_path / "log"
-    assert finished(tmp_path / "study", 1, log)[0] == 0
-    before = lines(log)
-    assert finished(tmp_path / "study", 2, log) == (0, "")
-    assert lines(log) == before
-    store = Store(tmp_path / "study")
-    assert [store.load(task).done for task in (*NAMES, "henon/003")] == [True, True, True, False]
-
-
 def test_the_number_of_workers_changes_nothing(whole, tmp_path, monkeypatch):
     monkeypatch.setattr(runner, "SLICE_S", SLICE)
-    with Store.open(tmp_path / "three", PARAMETERS) as store:
-        run(store, jobs=3)
+    store = Store(done(tmp_path / "three", PARAMETERS, jobs=3))
     assert results(tmp_path / "three") == whole
     memory = MemoryStore(PARAMETERS)
     run(memory, jobs=2)
     rows = {task: memory.load(task).rows for task in NAMES}
     assert rows == {task: store.load(task).rows for task in NAMES}
     assert [row["steps"] for row in rows[NAMES[1]]] == list(range(50, STEPS + 1, 50))
-    assert min(store.seconds[task] for task in NAMES) > 0.01
+    assert min(memory.seconds[task] for task in NAMES) > 0
 
 
 def test_workers_die_with_the_one_that_writes(tmp_path):
@@ -213,7 +168,7 @@ def test_a_killed_worker_is_replaced(whole, tmp_path):
     assert done <= 3 * STEPS + 4 * SENT
 
 
-@pytest.mark.parametrize("jobs", [1, 2, 3])
+@pytest.mark.parametrize("jobs", [1, 3])
 def test_a_task_that_kills_its_worker_twice_ends_the_study(jobs, whole, tmp_path):
     path, log = tmp_path / "study", tmp_path / "log"
     if jobs > 1:
@@ -277,7 +232,7 @@ def test_signals_are_given_back():
 
 def test_one_writes_and_the_second_is_refused_by_name(tmp_path):
     path = tmp_path / "study"
-    process = started(path, 2, tmp_path / "log", TOY_PAUSE="0.1")
+    process = started(path, 2, tmp_path / "log", TOY_PAUSE="1")
     wait_for(lambda: lines(tmp_path / "log"))
     with (
         pytest.raises(InUse, match=rf"is being written by process {process.pid} on \S+$"),
@@ -289,18 +244,13 @@ def test_one_writes_and_the_second_is_refused_by_name(tmp_path):
     assert f"process {process.pid} on" in errors
     assert Store(path).parameters == PARAMETERS  # reading is for everybody
     killed(process)
-    with Store.open(path, PARAMETERS) as store:  # what a killed writer left is no lock
-        assert store.parameters == PARAMETERS
-
-
-def test_a_forked_child_does_not_keep_the_lock(tmp_path):
-    with Store.open(tmp_path, PARAMETERS):
+    with Store.open(path, PARAMETERS):  # what a killed writer left is no lock
         child = os.fork()
         if child == 0:
             time.sleep(60)
             os._exit(0)
     try:
-        with Store.open(tmp_path, PARAMETERS):
+        with Store.open(path, PARAMETERS):  # nor what a forked child has
             assert alive(child)  # had it died, its hold would have gone with it
     finally:
         os.kill(child, signal.SIGKILL)
@@ -336,10 +286,8 @@ def test_a_folder_that_was_taken_away_is_not_made_again(tmp_path):
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_task_that_fails_stops_no_other_and_stays_so(jobs, tmp_path, monkeypatch):
     monkeypatch.setenv("TOY_REFUSES", NAMES[1])
-    monkeypatch.setenv("TOY_PAUSE", "0")
     for _ in range(2):
-        with Store.open(tmp_path, PARAMETERS) as store:
-            run(store, jobs=jobs)
+        store = Store(done(tmp_path, PARAMETERS, jobs=jobs))
         records = [store.load(task) for task in NAMES]
         assert [record.failed for record in records] == [None, "too steep", None]
         assert [record.done for record in records] == [True, False, True]
@@ -372,13 +320,14 @@ def test_nothing_in_the_current_folder_is_imported(tmp_path, monkeypatch):
     assert store.load(NAMES[0]).done
 
 
-def test_a_kind_that_is_not_known_is_refused():
-    with pytest.raises(heavytop.ForeignFile, match="kind = 'unheard': not a kind of study"):
-        run(MemoryStore({"kind": "unheard"}))
-
-
-def test_progress_grows_and_knows_its_rate():
-    seen = []
+def test_progress_grows_and_its_rate_is_that_of_this_process(monkeypatch):
+    monkeypatch.setenv("TOY_PAUSE", "0.003")
+    store, seen = MemoryStore(PARAMETERS), []
+    run(store, tasks=NAMES[:1])
+    run(store, on_progress=seen.append)
+    assert (seen[0].fraction, seen[0].gained) == pytest.approx((1 / 3, 0))
+    assert seen[-1].gained == pytest.approx(2 / 3)
+    seen.clear()
     run(MemoryStore(PARAMETERS), jobs=2, on_progress=seen.append)
     fractions = [p.fraction for p in seen]
     assert fractions == sorted(fractions)
@@ -386,18 +335,3 @@ def test_progress_grows_and_knows_its_rate():
     assert (seen[-1].fraction, seen[-1].ended, seen[-1].tasks) == (1, 3, 3)
     half = next(p for p in seen if p.fraction > 0.5)
     assert half.per_s == pytest.approx(half.gained / half.elapsed_s)
-
-
-def test_the_rate_is_that_of_this_process(monkeypatch):
-    monkeypatch.setenv("TOY_PAUSE", "0")
-    store, seen = MemoryStore(PARAMETERS), []
-    run(store, tasks=NAMES[:1])
-    run(store, on_progress=seen.append)
-    assert (seen[0].fraction, seen[0].gained) == pytest.approx((1 / 3, 0))
-    assert seen[-1].gained == pytest.approx(2 / 3)
-
-
-def test_an_interrupted_study_without_a_folder_says_so():
-    assert str(StoppedEarly(Stop.INTERRUPTED, "interrupted", None)) == (
-        "interrupted; without a folder nothing is kept"
-    )

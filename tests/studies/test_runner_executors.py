@@ -5,7 +5,6 @@ import signal
 import time
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from concurrent.futures import ThreadPoolExecutor as Threads
-from pathlib import Path
 
 import pytest
 
@@ -17,7 +16,9 @@ from heavytop.studies.executors import SPAWN, starting
 from heavytop.studies.runner import run
 from heavytop.studies.store import MemoryStore, Store
 
-TOYS = Path(__file__).parent / "toys"
+from . import toy
+from .toy import lines, results
+
 PARAMETERS = {"kind": "toy", "options": {"tasks": 4, "blocks": 24}, "versions": versions()}
 NAMES = tuple(f"henon/{i:03d}" for i in range(4))
 STEPS = 50 * 24  # of one task
@@ -25,36 +26,20 @@ LONGEST = 50 * 8  # of one chunk
 
 
 @pytest.fixture(autouse=True)
-def toys(monkeypatch):
-    monkeypatch.syspath_prepend(str(TOYS))
-    monkeypatch.setitem(runner.KINDS, "toy", "toy_study")
-    monkeypatch.setitem(runner.KINDS, "lonely", "lonely")
+def short(toys, monkeypatch):
+    """Slices of some chunks."""
     monkeypatch.setattr(runner, "SLICE_S", 0.01)
     monkeypatch.setenv("TOY_PAUSE", "0.001")
+
+
+def done(path, **how):
+    return toy.done(path, PARAMETERS, **how)
 
 
 @pytest.fixture
 def whole(tmp_path):
     """Return the files of a study that one process did."""
     return results(done(tmp_path / "whole"))
-
-
-def done(path, **how):
-    with Store.open(path, PARAMETERS) as store:
-        run(store, **how)
-    return path
-
-
-def results(path):
-    """Return every file that must be the same: all but the lock."""
-    files = (p for p in path.rglob("*") if p.is_file() and p.name != "lock")
-    return {p.relative_to(path).as_posix(): p.read_bytes() for p in files}
-
-
-def lines(log):
-    """Return what was done: task, first and last step, process."""
-    words = (line.split() for line in log.read_text().splitlines()) if log.exists() else ()
-    return [(task, int(a), int(b), int(pid)) for task, a, b, pid in words]
 
 
 class Here(Executor):
@@ -111,11 +96,8 @@ def test_a_pool_that_lost_a_process_is_not_replaced_but_the_study_goes_on(
     assert "was lost twice (BrokenExecutor: no work is taken: BrokenProcess" in str(lost.value)
     assert exit_code(lost.value) == 4
     assert str(lost.value).endswith(f"heavytop resume {path}")
-    before = len(lines(log))
     with starting(), ProcessPoolExecutor(2, mp_context=SPAWN) as pool:
         assert results(done(path, executor=pool)) == whole
-    pids = [{pid for *_, pid in part} for part in (lines(log)[:before], lines(log)[before:])]
-    assert not pids[0] & pids[1]
     twice = sum(b - a for _, a, b, _ in lines(log)) - 4 * STEPS
     assert twice <= 2 * 2 * 3 * LONGEST  # what was sent out: of each slice some chunks
 
@@ -234,16 +216,6 @@ def test_an_executor_that_was_shut_down_says_so(tmp_path):
     pool.shutdown()
     with pytest.raises(StoppedEarly, match="no work is taken: RuntimeError: cannot schedule new"):
         done(tmp_path / "study", executor=pool)
-
-
-def test_what_a_task_raises_comes_back(monkeypatch):
-    monkeypatch.setenv("TOY_REFUSES", NAMES[1])
-    store = MemoryStore(PARAMETERS)
-    run(store, executor=Here())
-    assert [store.load(task).failed for task in NAMES] == [None, "too steep", None, None]
-    monkeypatch.setenv("TOY_BUG", NAMES[1])
-    with pytest.raises(ZeroDivisionError, match="a slip"):
-        run(MemoryStore(PARAMETERS), executor=Here())
 
 
 def test_a_process_does_one_slice_at_a_time():

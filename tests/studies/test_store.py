@@ -9,10 +9,13 @@ import pytest
 
 from heavytop.cli import exit_code
 from heavytop.errors import ForeignFile, ForeignStudy
-from heavytop.studies import runner
 from heavytop.studies.store import Chunk, MemoryStore, Record, Store, differences
 
-TOYS = Path(__file__).parent / "toys"
+from . import toy
+from .toy import Killed, results
+
+pytestmark = pytest.mark.usefixtures("toys")
+
 PARAMETERS = {
     "kind": "toy",
     "scene": {"start": {"theta": "0.1", "phidot": "-15"}, "title": "top"},
@@ -22,23 +25,8 @@ PARAMETERS = {
 NAMES = tuple(f"henon/{i:03d}" for i in range(5))
 
 
-@pytest.fixture(autouse=True)
-def toys(monkeypatch):
-    monkeypatch.syspath_prepend(str(TOYS))
-    monkeypatch.setenv("TOY_PAUSE", "0")
-    monkeypatch.setitem(runner.KINDS, "toy", "toy_study")
-
-
 def done(path, tasks):
-    with Store.open(path, PARAMETERS) as store:
-        runner.run(store, tasks=tasks)
-    return path
-
-
-def results(path):
-    """Return every file that must be the same: all but the lock."""
-    files = (p for p in path.rglob("*") if p.is_file() and p.name != "lock")
-    return {p.relative_to(path).as_posix(): p.read_bytes() for p in files}
+    return toy.done(path, PARAMETERS, tasks=tasks)
 
 
 @pytest.fixture
@@ -133,8 +121,7 @@ def test_a_record_that_cannot_be_read_is_refused_by_name(parts, text):
 
 @pytest.mark.parametrize(
     "change",
-    [{"task": 5}, {"task": "other"}, {"rows": None}, {"rows": [1]}, {"done": "yes"},
-     {"failed": 5}, {"fraction": "a"}, {"more": 1}],
+    [{"task": "other"}, {"rows": [1]}, {"done": "yes"}, {"fraction": "a"}, {"more": 1}],
     ids=str,
 )  # fmt: skip
 def test_a_record_with_another_type_or_of_another_task_is_refused(parts, change):
@@ -143,11 +130,6 @@ def test_a_record_with_another_type_or_of_another_task_is_refused(parts, change)
     file.write_text(json.dumps(record | change))
     with pytest.raises(ForeignFile, match=file.name):
         Store(parts[0]).load(record["task"])
-
-
-def test_what_a_killed_writer_left_in_a_part_is_not_merged(parts, tmp_path):
-    (parts[0] / "tasks" / ".123.abc.json").write_text('{"task": "cut')
-    assert merged(tmp_path / "merged", *parts) == []
 
 
 @pytest.mark.parametrize("name", ["thesis.tex", ".hidden"])
@@ -176,6 +158,7 @@ def test_what_a_killed_writer_left_is_cleaned_away(parts, tmp_path):
 
 
 def test_merged_parts_are_the_study_done_whole(parts, whole, tmp_path):
+    (parts[0] / "tasks" / ".123.abc.json").write_text('{"task": "cut')  # of a killed writer
     assert merged(tmp_path / "study", parts[0], parts[2]) == ["henon/001", "henon/004"]
     for _ in range(2):  # the second time nothing changes
         assert merged(tmp_path / "study", *parts) == []
@@ -193,10 +176,6 @@ def test_what_has_not_ended_is_not_taken_and_is_replaced(parts, whole, tmp_path)
     assert Store(tmp_path / "other").load("henon/000") == Record("henon/000")
     assert merged(begun, *parts) == []
     assert results(begun) == whole
-
-
-class Killed(BaseException):
-    """What nobody catches."""
 
 
 def test_an_interrupted_merging_is_done_again(parts, whole, tmp_path, monkeypatch):
@@ -222,8 +201,7 @@ def test_an_interrupted_merging_is_done_again(parts, whole, tmp_path, monkeypatc
 
 def test_another_study_is_not_merged(parts, tmp_path):
     other = {**PARAMETERS, "options": {"tasks": 5, "blocks": 17}}
-    with Store.open(tmp_path / "other", other) as store:
-        runner.run(store, tasks=NAMES[1:2])
+    toy.done(tmp_path / "other", other, tasks=NAMES[1:2])
     before = results(parts[0])
     with pytest.raises(ForeignStudy, match=r"options\.blocks: 17 there, 16 here"):
         merged(parts[0], parts[1], tmp_path / "other")

@@ -1,6 +1,7 @@
-"""Two dask workers, each a process of its own, write the files that one process writes."""
+"""Dask workers write the files that one process writes; what hangs in a worker is ended."""
 
 import logging
+import multiprocessing
 import os
 import socket
 import subprocess
@@ -16,18 +17,19 @@ from heavytop import errors
 from heavytop.machine import versions
 from heavytop.studies import atlas as atlas_study
 from heavytop.studies import executors, runner
-from heavytop.studies.store import Store
 
-TOYS = Path(__file__).parent / "toys"
+from . import toy
+from .toy import TOYS, alive, results
+
+pytestmark = pytest.mark.processes
+
 SOURCE = str(Path(heavytop.__file__).parents[1])
 PARAMETERS = {"kind": "toy", "options": {"tasks": 5, "blocks": 20}, "versions": versions()}
 
 
 @pytest.fixture(autouse=True)
-def toys(monkeypatch):
-    monkeypatch.syspath_prepend(str(TOYS))
-    monkeypatch.setenv("TOY_PAUSE", "0")
-    monkeypatch.setitem(runner.KINDS, "toy", "toy_study")
+def short(toys, monkeypatch):
+    """Slices of some chunks."""
     monkeypatch.setattr(runner, "SLICE_S", 0.02)
 
 
@@ -69,16 +71,8 @@ def scheduler(tmp_path_factory):
         yield place, f"tcp://127.0.0.1:{port}"
 
 
-def results(path):
-    """Return every file that must be the same: all but the lock."""
-    files = (p for p in path.rglob("*") if p.is_file() and p.name != "lock")
-    return {p.relative_to(path).as_posix(): p.read_bytes() for p in files}
-
-
 def done(path, **how):
-    with Store.open(path, PARAMETERS) as store:
-        runner.run(store, **how)
-    return results(path)
+    return results(toy.done(path, PARAMETERS, **how))
 
 
 def test_two_workers_write_the_same_files_and_a_killed_one_is_done_without(
@@ -153,3 +147,48 @@ def test_without_dask_it_says_what_to_install(monkeypatch):
         errors.MissingPackage, match=r"needs distributed: pip install 'heavytop\[cl"
     ):
         executors.executor_at("tcp://127.0.0.1:1").__enter__()
+
+
+# --- calls with a limit of time --------------------------------------------------------------
+
+
+@pytest.fixture
+def process():
+    with executors.Worker() as worker:
+        yield worker
+
+
+def test_a_call_that_hangs_is_killed_and_the_next_one_is_done(process):
+    first = process.call(os.getpid)
+    assert process.call(os.getpid, timeout=60) == first != os.getpid()
+    began = time.monotonic()
+    with pytest.raises(executors.TimedOut):
+        process.call(time.sleep, 600, timeout=0.5)
+    assert time.monotonic() - began < 60  # it would sleep for ten times as long
+    assert not alive(first)
+    second = process.call(os.getpid)
+    assert second != first
+    process.close()
+    assert not alive(second)
+
+
+@pytest.mark.parametrize(
+    ("call", "why"),
+    [((os._exit, 3), "code 3"), ((os.abort,), "SIGABRT"), ((int, "x"), "ValueError: invalid")],
+)
+def test_a_worker_that_dies_is_told_from_one_that_hangs(process, call, why):
+    with pytest.raises(executors.Lost, match=why):
+        process.call(*call)
+    assert process.call(abs, -1, timeout=5) == 1  # starting it is no part of the call
+
+
+def test_what_is_refused_in_a_worker_is_refused_here(process):
+    with pytest.raises(errors.ForeignFile, match="kind = 'unheard'"):
+        process.call(runner.study_of, {"kind": "unheard"})
+
+
+def test_a_daemon_as_a_worker_of_dask_is_can_begin_one(process, monkeypatch):
+    config = multiprocessing.current_process()._config
+    monkeypatch.setitem(config, "daemon", True)
+    assert process.call(abs, -1) == 1
+    assert config["daemon"] is True

@@ -1,0 +1,167 @@
+"""The reference solution of every run is exact; the Taylor steppers are the package's own runs."""
+
+import math
+
+import numpy as np
+import pytest
+
+import heavytop as ht
+from heavytop.analytic.many_times import DoubleForm
+from heavytop.studies.methods import method, taylor_methods
+from heavytop.studies.steppers import PreciseStepper, set_up
+
+KICKED = ht.load_scene("sicm-kicked")
+TAYLOR = tuple(taylor_methods())
+
+
+def own(name, scene=KICKED):
+    return set_up(scene, method(name))
+
+
+def state_near(found, t):
+    """The time and the states of a run, by its own steps."""
+    place, end = found.stepper.begin(), found.stepper.output_time(t)
+    while (after := found.stepper.block(place)).time < end:
+        place = after
+    return end[0], found.stepper.states_at(place, [end])[0]
+
+
+# --- the reference solution ------------------------------------------------------------------
+
+
+def exact_row(reference, t):
+    """The states e, l of the axis form at a time, from the closed form at 60 digits."""
+    ctx = reference.ctx
+    at, r = reference.truth(ctx.mpf(t)), reference.truth.reduced
+    s, c = ctx.sin(at.phi), ctx.cos(at.phi)
+    # l = e x e' + n e, e' = thetadot e_theta + phidot sin(theta) e_phi
+    n, sine = r.b, ctx.sin(at.theta)
+    e_theta = (ctx.cos(at.theta) * s, -ctx.cos(at.theta) * c, -sine)
+    e_phi = (c, s, 0)
+    across = [
+        at.thetadot * p - at.phidot * sine * q for p, q in zip(e_phi, e_theta, strict=True)
+    ]  # e x e_theta = e_phi, e x e_phi = -e_theta
+    momentum = [x + n * y for x, y in zip(across, at.axis, strict=True)]
+    return [*at.axis, *momentum[:2]]
+
+
+@pytest.fixture(scope="module")
+def axis():
+    """The reference of a start whose axis has length 1 exactly: nothing is rounded in it."""
+    scene = ht.Scene(
+        ht.Top(A=1, C="0.5", gMR=1), ht.State("pi/2", phidot="0.25", psidot=2), periods=1
+    )
+    return own("taylor-axis", scene).reference
+
+
+def words(ctx, values):
+    """Doubles whose sums are the values: high words first, then low ones."""
+    high = [float(x) for x in values]
+    return [*high, *(float(x - ctx.mpf(h)) for x, h in zip(values, high, strict=True))]
+
+
+@pytest.mark.parametrize("ahead", [0.0, 1e-9, -3e-12])
+def test_a_shift_in_time_is_a_phase_error(axis, ahead):
+    t = 3.7
+    off = axis((t, 0.0), words(axis.ctx, exact_row(axis, axis.ctx.mpf(t) + axis.ctx.mpf(ahead))))
+    assert off.phase_s == pytest.approx(ahead, rel=1e-6, abs=1e-28)
+    assert abs(off.energy) < 1e-28
+    assert all(abs(x) < 1e-28 for x in off.invariants.values())
+    speed = math.sqrt(sum(float(x) ** 2 for x in velocity(axis, t)))
+    assert off.axis == pytest.approx(abs(ahead) * speed, rel=1e-6, abs=1e-28)
+
+
+def velocity(reference, t):
+    ctx = reference.ctx
+    step = ctx.mpf("1e-15")
+    back, on = (reference.truth(ctx.mpf(t) + s).axis for s in (-step, step))
+    return [(b - a) / (2 * step) for a, b in zip(back, on, strict=True)]
+
+
+def test_both_words_of_a_time_count(axis):
+    row = words(axis.ctx, exact_row(axis, 3.7))
+    assert axis((3.7, 1e-17), row).phase_s == pytest.approx(-1e-17, rel=1e-4, abs=0)
+
+
+def test_energy_and_momentum_are_told_apart(axis):
+    """A longer axis has another length, another p_psi and another height."""
+    ctx, t = axis.ctx, 1.3
+    row = exact_row(axis, t)
+    longer = [*(x * (1 + ctx.mpf("1e-10")) for x in row[:3]), *row[3:]]
+    off = axis((t, 0.0), words(ctx, longer))
+    assert off.invariants["length"] == pytest.approx(2e-10, rel=1e-6)
+    r, l_z = axis.truth.reduced, ctx.mpf(axis.parameters["l_z"])
+    momentum = sum(x * y for x, y in zip(row[:3], [*row[3:], l_z], strict=True)) / 10**10
+    assert off.invariants["p_psi"] * float(abs(r.b)) == pytest.approx(float(momentum), rel=1e-6)
+    scale = max(abs(float(r.h)), abs(float(r.g)))
+    assert off.energy * scale == pytest.approx(float(r.g * row[2]) * 1e-10, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", [n for n in TAYLOR if "-" not in n[7:]])
+def test_every_form_starts_on_its_own_closed_form(name):
+    found = own(name)
+    off = found.reference((0.0, 0.0), found.stepper.begin().state)
+    assert abs(off.phase_s) < 1e-30
+    assert off.energy == 0
+    assert off.axis is None or off.axis < 1e-30
+
+
+def test_the_reference_agrees_with_the_witness_of_trajectories():
+    """Where both can see it, above the rounding of doubles."""
+    found = own("taylor-axis=1e-9")
+    t, row = state_near(found, 39.618 * found.period)
+    off = found.reference((t, 0.0), row)
+    exact = DoubleForm(found.reference.truth.rising)(np.array([t]))
+    e = row[:3] / np.linalg.norm(row[:3])
+    assert np.linalg.norm(e - exact.axis[0]) == pytest.approx(off.axis, abs=1e-14)
+    by_height = (e[2] - exact.u[0]) / exact.udot[0]
+    assert off.phase_s == pytest.approx(by_height, rel=0.5)
+
+
+def test_the_tilt_of_a_state_beside_a_pole_is_a_number():
+    """A cosine that rounding put above 1 is that of 0."""
+    found = own("taylor-cubic")
+    row = list(found.stepper.begin().state)
+    assert found.reference.tilt((0.0, 0.0), row) == pytest.approx(0.0, abs=1e-15)
+    assert found.reference.tilt((0.0, 0.0), [-1e-20, *row[1:]]) == pytest.approx(-0.1)
+    longer = [row[0] * (1 + 1e-6), *row[1:]]  # 1 - u: theta grows with it
+    assert found.reference.tilt((0.0, 0.0), longer) == pytest.approx(0.05e-6, rel=1e-2)
+
+
+# --- the runs --------------------------------------------------------------------------------
+
+
+@pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
+@pytest.mark.parametrize("name", ["taylor-axis", "taylor-cubic", "taylor-axis-projected"])
+def test_a_stepper_takes_the_steps_of_the_trajectory_that_propagate_integrates(name):
+    """Bit for bit, through several blocks."""
+    found = own(name)
+    chosen = method(name)
+    t = 700.618 * found.period
+    scene = ht.load_scene(
+        "sicm-kicked", [f"span.time={t!r}", 'want.quantities=["theta"]', "want.events=[]"]
+    )
+    trajectory = ht.propagate(scene, formulation=chosen.formulation, projected=chosen.projected)
+    assert state_near(found, t)[1].tolist() == trajectory(t).states.tolist()
+
+
+@pytest.mark.parametrize(
+    ("name", "count"), [("taylor-axis-longdouble", 2), ("taylor-axis-mpfr", 3)]
+)
+def test_more_bits_are_written_down_without_loss(name, count):
+    """A stepper that goes on from stored words is the one that was never interrupted."""
+    stepper = own(name).stepper
+    assert isinstance(stepper, PreciseStepper)
+    one = stepper.block(stepper.begin())
+    again = stepper._state(stepper._mark(one))
+    assert again == one
+    assert len(one.state) + len(one.carry) == 5 * count + 2
+
+
+def test_heyokas_recipe_for_brouwers_law_is_what_is_run():
+    """A tolerance of 1e-18 takes a higher order, and so other steps, than that of doubles."""
+    plain, tight = (
+        own(f"taylor-axis{end}").stepper.engine.compiled for end in ("", "-compensated")
+    )
+    assert (tight.tolerance, tight.order) == (1e-18, 22)
+    assert plain.order == 20
