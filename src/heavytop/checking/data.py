@@ -30,6 +30,7 @@ LARGEST: Final = 1e100  # of any value,
 LARGEST_ANGLE: Final = 1e15  # rad, beyond which doubles tell no direction,
 LARGEST_PART: Final = 1e6  # and of a component of an axis, a quaternion or a matrix
 NO_NUMBERS: Final = np.array("text")  # stands for what is left unread
+MATLAB_NUMBERS: Final = ("double", "single", "int", "uint")
 ANGLES: Final = ("theta", "phi", "psi")
 RATES: Final = ("thetadot", "phidot", "psidot")
 TELLING: Final = "theta, phi, psi, axis, quaternion or matrix"
@@ -368,17 +369,18 @@ def _text(path: Path) -> dict[str, Any]:
 
 
 def _matlab(path: Path) -> dict[str, Any]:
-    from scipy.io import loadmat
+    from scipy.io import loadmat, whosmat
 
     try:
         with regular(path) as file:
-            arrays = loadmat(file)
+            kinds = {name: kind for name, _, kind in whosmat(file)}
+            numbers = [name for name, kind in kinds.items() if kind.startswith(MATLAB_NUMBERS)]
+            arrays = loadmat(file, variable_names=numbers)  # damaged structures can kill scipy
     except NotImplementedError:  # since version 7.3 it is HDF5
         return _hdf5(path)[0]
     return {
-        name: x if _numeric(x) else NO_NUMBERS
-        for name, x in arrays.items()
-        if isinstance(x, np.ndarray)
+        name: arrays[name] if name in numbers and _numeric(arrays[name]) else NO_NUMBERS
+        for name in kinds
     }
 
 
