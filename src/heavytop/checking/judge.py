@@ -146,9 +146,7 @@ def _motion_of(scene: Any, data: Data) -> tuple[Top, State | None]:
 
 def _size(t: Array, curve: Array) -> Size:
     at = int(np.nanargmax(abs(curve)))
-    largest = abs(float(curve[at]))
-    rms = largest * float(np.sqrt(np.nanmean((curve / (largest or 1.0)) ** 2)))  # no overflow
-    return Size(largest, rms, float(t[at]))
+    return Size(abs(float(curve[at])), float(np.sqrt(np.nanmean(curve**2))), float(t[at]))
 
 
 def _curves(problem: Comparison) -> dict[str, Array]:

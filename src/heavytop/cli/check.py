@@ -11,6 +11,7 @@ from typer import Argument, BadParameter, Option
 from heavytop.cli.messages import FULL, Exit, leave, print_json
 from heavytop.cli.options import Common, names, scene_names, verb
 from heavytop.errors import StoppedEarly
+from heavytop.results.base import with_command
 
 DATA = "A table: .csv, .tsv, .npz, .mat, .nc or .h5."
 SCENE = "What the data are of: a scene, or a file with a [top] alone."
@@ -48,7 +49,7 @@ def check(
     found = judge(data, scene, {name: column for name, _, column in pairs})
     document = found.document()
     if common.json:
-        print_json(document)
+        print_json(with_command(document))
     else:
         print(found, flush=True)  # in the alphabet of the terminal
     ends = []
