@@ -64,7 +64,7 @@ def test_angles_alone_are_scored_as_an_axis(pack, tmp_path):
     rows = csv.DictReader((pack[0] / "sicm-kicked.csv").read_text("utf-8").splitlines())
     table = [",".join((row["t"], row["theta"], row["phi"])) for row in rows]
     path = tmp_path / "mine.csv"
-    path.write_text("\n".join(["t,theta,phi", *table]), "utf-8")
+    path.write_text("\n".join(["t,theta,phi", *table, "", ""]), "utf-8")
     said = scored(pack, "sicm-kicked", path).stdout
     assert [line.split()[0] for line in said.splitlines()] == ["axis", "phase", "digits"]
     assert float(said.split("digits")[1]) > 15

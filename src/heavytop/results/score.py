@@ -12,8 +12,6 @@ import sys
 from pathlib import Path
 
 VECTORS = {"axis": "xyz", "quaternion": "wxyz", "omega": "xyz"}
-
-
 Columns = dict[str, list[float]]
 Vector = tuple[float, ...]
 
@@ -21,7 +19,8 @@ Vector = tuple[float, ...]
 def read(path: str | Path) -> Columns:
     """The columns of a file, as numbers; a line on what is wrong with it ends the program."""
     try:
-        header, *rows = csv.reader(Path(path).read_text("utf-8-sig").splitlines())
+        lines = Path(path).read_text("utf-8-sig").splitlines()
+        header, *rows = filter(None, csv.reader(lines))
         columns = [[float(x) for x in column] for column in zip(*rows, strict=True)]
         found = dict(zip(header, columns, strict=True))
     except OSError as fault:
