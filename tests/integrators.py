@@ -1,5 +1,11 @@
 """Integrators as users write them."""
 
+import math
+
+import numpy as np
+
+import heavytop as ht
+
 
 def rk4(f, y, h):
     a = f(y)
@@ -18,3 +24,21 @@ def dop853(fun, t_span, y0, **options):
 def hangs(f, y, h):
     while True:
         pass
+
+
+def midpoint_on_rotations(f, y, h):
+    """Of order 2, and a rotation stays one: what papers on Lie groups begin with."""
+
+    def turned(w):
+        angle = np.linalg.norm(w)
+        hat = np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
+        half = np.sinc(angle / 2 / math.pi)
+        return np.eye(3) + np.sinc(angle / math.pi) * hat + half * half / 2 * hat @ hat
+
+    R, w = y[:9].reshape(3, 3), y[9:]
+    half = w + h / 2 * f(y)[9:]
+    middle = np.concatenate([(R @ turned(h / 2 * w)).ravel(), half])
+    return np.concatenate([(R @ turned(h * half)).ravel(), w + h * f(middle)[9:]])
+
+
+on_the_group = ht.Method(midpoint_on_rotations, formulation="rotation", order=2)

@@ -20,7 +20,17 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).resolve().parents[1]
-NOT_REQUIRED = ("CyRK", "numba", "distributed", "mujoco", "sphinx", "pytest", "hypothesis", "ruff")
+NOT_REQUIRED = (
+    "CyRK",
+    "numba",
+    "distributed",
+    "mujoco",
+    "exudyn",
+    "sphinx",
+    "pytest",
+    "hypothesis",
+    "ruff",
+)
 
 VERBS = (
     "doctor --json",

@@ -22,11 +22,9 @@ from .analytic.reference import (
     Reference as Reference,
     reference as reference,
 )
-from .claims.validate import (
-    Validation as Validation,
-    validate as validate,
-)
-from .checking.judge import Check as Check, check as check
+from .claims.validate import validate as validate
+from .checking.judge import check as check
+from .checking.result import Check as Check
 from .classification import (
     Kind as Kind,
     Verdict as Verdict,
@@ -57,6 +55,7 @@ from .integration.outputs import Sample as Sample
 from .numbers import Exact as Exact
 from .results.drift import Drift as Drift
 from .results.stress import Stress as Stress
+from .results.validation import Validation as Validation
 from .results.work_precision import WorkPrecision as WorkPrecision
 from .run.ensemble import propagate_many as propagate_many
 from .run.periodic import (

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import json
-import subprocess
-import sys
 from decimal import Decimal
 from fractions import Fraction
 
@@ -17,7 +14,6 @@ from heavytop.analytic.enclosure import enclose
 from heavytop.analytic.reference import COLUMNS, read_times, reference
 from heavytop.cli import app
 from heavytop.errors import BadScene, ForeignFile, Impossible
-from heavytop.results.reference_pack import packed, write_pack
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene, shipped_scenes
 
@@ -142,42 +138,3 @@ def test_the_command_writes_what_it_prints(tmp_path):
 )  # fmt: skip
 def test_bad_words_have_their_exit_code(arguments, code):
     assert cli(*arguments).exit_code == code
-
-
-def mine(folder, name, shift):
-    """A trajectory of our integrator that runs ahead by `shift` seconds, as a file."""
-    rows = list(csv.DictReader((folder / f"{name}.csv").read_text("utf-8").splitlines()))
-    t = np.array([float(row["t"]) for row in rows])
-    there = propagate(load_scene(name, overrides=["span.time=4"]))(t + shift)
-    path = folder / "mine.csv"
-    with path.open("w", encoding="utf-8") as file:
-        file.write("t,axis_x,axis_y,axis_z,omega_x,omega_y,omega_z\n")
-        for row in np.column_stack((t, there.axis, there.omega)).tolist():
-            file.write(",".join(map(repr, row)) + "\n")
-    return path
-
-
-def scored(folder, name, path):
-    command = [sys.executable, "-I", "-S", folder / "score.py", name, path]
-    return subprocess.run(command, capture_output=True, text=True)
-
-
-@pytest.mark.processes
-def test_the_pack_scores_a_trajectory_with_python_alone(tmp_path):
-    files = write_pack(tmp_path)
-    assert sum((tmp_path / name).stat().st_size for name in files) <= 5e6
-    assert len((tmp_path / "score.py").read_text("utf-8").splitlines()) <= 100
-    assert len(files) == 3 * len(shipped_scenes()) + 2
-    good = scored(tmp_path, "sicm-kicked", mine(tmp_path, "sicm-kicked", 0.0)).stdout
-    assert float(good.split("digits")[1]) > 14
-    late = scored(tmp_path, "sicm-kicked", mine(tmp_path, "sicm-kicked", 1e-7)).stdout
-    assert late.split("phase")[1].split()[0] == "1.00e-07"
-    assert late.split("digits")[1].strip() == "6.2"
-    (tmp_path / "mine.csv").write_text("t,theta,phi\n0,0.1,0\n", "utf-8")
-    assert "is missing" in scored(tmp_path, "sicm-kicked", tmp_path / "mine.csv").stderr
-
-
-def test_the_pack_has_events_and_two_hundred_times():
-    found = packed(load_scene("sicm-dropped"))
-    assert len(found.columns["t"]) == 200
-    assert {kind for kind, _ in found.events} == {"turning", "cusp"}

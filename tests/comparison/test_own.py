@@ -14,7 +14,7 @@ from heavytop.equations.lambdify import exact_values
 from heavytop.errors import Impossible
 from heavytop.run.planning import start_values
 
-from ..integrators import dop853, rk4
+from ..integrators import dop853, midpoint_on_rotations, rk4
 
 SPAN = 0.77  # s, not a multiple of the period
 
@@ -25,21 +25,6 @@ from beside import factor
 def euler(f, y, h):
     return y + factor * h * f(y)
 """
-
-
-def midpoint_on_rotations(f, y, h):
-    """Of order 2, and a rotation stays one: what papers on Lie groups begin with."""
-
-    def turned(w):
-        angle = np.linalg.norm(w)
-        hat = np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
-        half = np.sinc(angle / 2 / math.pi)
-        return np.eye(3) + np.sinc(angle / math.pi) * hat + half * half / 2 * hat @ hat
-
-    R, w = y[:9].reshape(3, 3), y[9:]
-    half = w + h / 2 * f(y)[9:]
-    middle = np.concatenate([(R @ turned(h / 2 * w)).ravel(), half])
-    return np.concatenate([(R @ turned(h * half)).ravel(), w + h * f(middle)[9:]])
 
 
 @pytest.fixture(scope="module")

@@ -50,4 +50,4 @@ def one(folder, body, ids=("x",)):
 
 
 def by_id(found):
-    return {each.claim.id: each for each in found.results}
+    return {each.id: each for each in found.claims}

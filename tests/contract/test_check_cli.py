@@ -1,11 +1,8 @@
 """``heavytop check``: what its page shows, its files, and what it leaves with."""
 
-import contextlib
 import errno
 import json
 import os
-import shlex
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,10 +15,6 @@ from heavytop.plots.check import check_figure
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
 
-from .pages_agree import BLOCK
-from .test_transcript import follows, lines, steps
-
-PAGE = (Path(__file__).parents[2] / "docs" / "check-a-trajectory.md").read_text("utf-8")
 KICKED = load_scene("sicm-kicked")
 FOREIGN = exit_code(ForeignFile("x"))
 
@@ -41,17 +34,20 @@ def mine(tmp_path):
     return path
 
 
-def test_the_session_of_the_page(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with contextlib.redirect_stdout(None):
-        exec(compile(BLOCK.search(PAGE)[1], "the page", "exec"), {})
-    session = list(steps(PAGE))
-    assert len(session) == 2
-    for command, shown in session:
-        found = heavytop_(*shlex.split(command)[1:])
-        assert follows(lines(shown), lines(found.output)), found.output
-    assert found.exit_code == 5
-    assert (tmp_path / "errors.svg").read_text("utf-8").startswith("<?xml")
+def test_document_and_chart_are_written_into_a_folder_and_put_on_a_page(mine, tmp_path):
+    words = ("check", mine, "--scene", "sicm-kicked", "--columns", "t=Zeit", "-o", tmp_path / "out")
+    found = heavytop_(*words, "--json")
+    assert found.exit_code == 0, found.output
+    written = json.loads((tmp_path / "out" / "check.json").read_text("utf-8"))
+    assert written["files"].keys() == {"document", "chart_svg", "chart_png"}
+    assert json.loads(found.stdout).items() <= written.items()
+    page = tmp_path / "page.html"
+    assert heavytop_("report", tmp_path / "out", "-o", page).exit_code == 0
+    assert "what a change of the last binary digit" in page.read_text("utf-8")
+    (tmp_path / "file").touch()
+    refused = heavytop_(*words[:-1], tmp_path / "file" / "out")
+    assert refused.exit_code == 4
+    assert "cannot write" in refused.stderr
 
 
 def test_columns_have_their_names_told(mine):

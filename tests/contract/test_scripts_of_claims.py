@@ -47,7 +47,7 @@ def test_a_script_that_does_not_come_to_its_end_holds_nothing_of_what_it_measure
 ):
     monkeypatch.setattr(validating, "LIMIT", 1.0)
     found = validate(register=one(tmp_path, f"{GOOD}import sys, time\n{end}\n"))
-    [measured] = found.results
+    [measured] = found.claims
     assert (measured.passed, measured.measured, measured.failure) == (False, 0.5, failure)
 
 
@@ -65,7 +65,7 @@ def test_what_failed_by_itself_keeps_its_reason_and_what_was_skipped_fails(tmp_p
 
 def test_code_0_hides_no_claim_that_fails(tmp_path):
     found = validate(register=one(tmp_path, 'tell({"id": "x", "measured": 2, "passed": True})'))
-    assert (found.results[0].passed, found.results[0].failure) == (False, None)
+    assert (found.claims[0].passed, found.claims[0].failure) == (False, None)
 
 
 def test_of_what_a_script_says_at_length_the_last_line_is_told(tmp_path):

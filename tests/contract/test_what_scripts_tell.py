@@ -24,7 +24,7 @@ def told(tmp_path, body, ids=("x",)):
 def test_what_is_no_number_does_not_hold(tmp_path, measured):
     found = told(tmp_path, f"tell({(X % measured).encode()!r})")["x"]
     assert (found.passed, found.measured, found.failure) == (False, None, "no finite number")
-    json.dumps(found.row, allow_nan=False)
+    json.dumps(found.document(), allow_nan=False)
 
 
 @pytest.mark.parametrize(
@@ -93,8 +93,8 @@ def test_other_scripts_are_not_trusted_either(tmp_path, line, measured, failure)
      ("tell(b'[')", "line 1 of what it told is no JSON object")],
 )  # fmt: skip
 def test_a_script_that_claims_nothing_does_not_hold(tmp_path, body, failure):
-    [found] = validate(["50_one"], register=one(tmp_path, body, ())).results
-    assert (found.claim.id, found.passed, found.failure) == ("50_one/end", False, failure)
+    [found] = validate(["50_one"], register=one(tmp_path, body, ())).claims
+    assert (found.id, found.passed, found.failure) == ("50_one/end", False, failure)
 
 
 TABLE = {

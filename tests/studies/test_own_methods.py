@@ -1,6 +1,9 @@
 """Methods of your own in every study: judged as all others; a stored study never starts one."""
 
 import json
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -70,6 +73,31 @@ def test_a_study_that_was_stopped_goes_on_only_where_its_code_is_named(scene, mi
     own._ADMITTED.clear()
     with pytest.raises(ForeignFile, match="not the code with which it was begun"):
         ht.resume(place, methods=[f"{mine}:rk4"])
+
+
+@pytest.mark.processes
+def test_methods_of_ones_own_that_are_killed_are_resumed_bit_for_bit(mine, tmp_path):
+    """A step, one that keeps the rotation, and a solver."""
+    methods = "mine.py:rk4=100,mine.py:on_the_group=100,mine.py:dop853=1e-7"
+    asked = ["drift", "sicm-kicked", "--periods", "100", "--samples", "5", "--methods", methods]
+    command = [sys.executable, "-m", "heavytop"]
+    here = {"cwd": tmp_path, "capture_output": True, "text": True}
+    subprocess.run([*command, *asked, "-o", "whole", "--no-figures"], check=True, **here)
+    with subprocess.Popen([*command, *asked, "-o", "study", "--no-figures"], cwd=tmp_path) as run:
+        while not any((tmp_path / "study").glob("tasks/*.json")):
+            assert run.poll() is None
+            time.sleep(0.02)
+        run.kill()
+    assert not (tmp_path / "study" / "drift.json").exists()
+    refused = subprocess.run([*command, "resume", "study"], **here)
+    assert refused.returncode == 3
+    named = ",".join(name.partition("=")[0] for name in methods.split(","))
+    subprocess.run([*command, "resume", "study", "--methods", named], check=True, **here)
+    whole, study = (
+        json.loads((tmp_path / name / "drift.json").read_text()) for name in ("whole", "study")
+    )
+    assert [len(each["periods"]) for each in whole["methods"]] == [5, 5, 5]
+    assert study["methods"] == whole["methods"]
 
 
 def test_no_scene_and_no_study_file_starts_code(scene, mine, tmp_path):

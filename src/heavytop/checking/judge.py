@@ -4,26 +4,24 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 
 from heavytop.analytic.enclosure import EVENTS, Enclosure, enclose
 from heavytop.analytic.many_times import DoubleRecord
 from heavytop.analytic.motion import Motion
-from heavytop.checking.data import ANGLES, RATES, Array, Data, plain, read
-from heavytop.checking.problem import Comparison, Origin, wrapped
-from heavytop.checking.slips import Slip, find_slip
+from heavytop.checking.data import ANGLES, Array, Data, read
+from heavytop.checking.problem import Comparison, wrapped
+from heavytop.checking.result import Check, Count, Phase, Size
+from heavytop.checking.slips import find_slip
 from heavytop.errors import BadScene, Fault, ForeignFile, HeavyTopError, Unseparated
 from heavytop.scene.scene import Scene, load_scene, no_scene, read_scene
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
-from heavytop.spelling import harmless
 
-SCHEMA: Final = "heavytop/check/1"
 ULP: Final = Fraction(1, 2**53)
 LOOKS: Final = 8  # times at which the motion's own condition is looked at,
 LOOK_DIGITS: Final = 40  # in so many digits
@@ -39,180 +37,6 @@ UPRIGHT: Final = 1e-6  # rad from the vertical, where phi and psi are not told a
 FAINT: Final = 1e-3  # of the whole swing: a turn that is smaller is noise
 NOISE: Final = 1e-12  # rad, likewise
 AT_REST: Final = 0.01  # of the greatest rate: the axis stands still at a cusp
-CHARTED: Final = 1000  # rows in the document
-NEEDED: Final = {"turning": ("theta",), "reversal": ("phi",), "cusp": ("theta", "phi")}
-CONDITIONING: Final = "what a change of the last binary digit of the problem does"
-MOST_NAMED: Final = 6  # columns that are ignored, in a line
-START: Final = (*ANGLES, *RATES, "omega3")
-UNITS: Final = {"energy": "of max(|E'|, gMR)", "p_phi": "relative", "p_psi": "relative"}
-
-
-class Size(NamedTuple):
-    """How large an error is over all rows.
-
-    Attributes
-    ----------
-    largest : float
-        Its largest magnitude [rad, or relative].
-    rms : float
-        Its root mean square.
-    t : float
-        When it is largest [s].
-    """
-
-    largest: float
-    rms: float
-    t: float
-
-
-class Phase(NamedTuple):
-    """How far ahead the data run.
-
-    Attributes
-    ----------
-    ahead : float
-        Of the nutation, or of the precession where the tilt is steady, near the end [s].
-    t : float
-        When that is [s]: the middle of the last period, or of some.
-    growth : float or None
-        The power of time by which it has grown; None where that is not clear.
-    """
-
-    ahead: float
-    t: float
-    growth: float | None
-
-
-class Count(NamedTuple):
-    """How many events of a kind there are.
-
-    Attributes
-    ----------
-    data : int or None
-        In the data; None where their rows are too far apart to count.
-    least, most : int
-        In the exact motion, proved; two numbers where one may lie at an end of the data.
-    """
-
-    data: int | None
-    least: int
-    most: int
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Check:
-    """What is to be said of a trajectory that somebody else computed.
-
-    Attributes
-    ----------
-    name : str
-        Where it is from.
-    top : Top
-        What spins.
-    start : State
-        The start of the exact motion that the data are held against.
-    origin : {"scene", "first row", "fitted"}
-        Where that start is from.
-    errors : mapping from str to Size
-        By quantity, as far as the data tell it: axis, theta, phi (precession), psi (spin) [rad];
-        energy E' of max(|E'|, gMR), p_phi and p_psi of the larger momentum.
-    digits : float
-        Decimal digits of the axis, or of the first angle that is told, where they are fewest.
-    phase : Phase or None
-        How far the data run ahead; None where they do not tell it.
-    events : mapping from str to Count
-        Turning points, reversals and cusps.
-    condition : float
-        How far the axis moves at most when every number of the problem changes in its last binary
-        digit [rad].
-    columns : mapping from str to str
-        Of every column the quantity that was taken from it; empty where none was.
-    slip : Slip or None
-        The usual slip that explains the error.
-    curves : mapping from str to array
-        The errors at the times ``t`` [s], in their units, and ``phase`` [s] at ``phase_t`` [s].
-    """
-
-    name: str
-    top: Top
-    start: State
-    origin: Origin
-    errors: Mapping[str, Size]
-    digits: float
-    phase: Phase | None
-    events: Mapping[str, Count]
-    condition: float
-    columns: Mapping[str, str]
-    slip: Slip | None
-    curves: Mapping[str, Array] = field(repr=False)
-
-    def __str__(self) -> str:
-        times = self.curves["t"]
-        origins = {"scene": "of the scene", "first row": "of the first row", "fitted": "fitted"}
-        start = [f"{name} = {value:.10g}" for name, value in self._start().items() if value]
-        lines = [
-            ("data", f"{self.name}: {times.size} rows from {times[0]:g} s to {times[-1]:g} s"),
-            ("columns", self._columns()),
-            ("start", f"{origins[self.origin]}: {', '.join(start)}"),
-            ("digits", f"{self.digits:.1f}"),
-        ]
-        for name, size in self.errors.items():
-            told = f"{size.largest:.2e} at t = {size.t:g} s, RMS {size.rms:.2e}"
-            lines.append((name, f"{told} ({UNITS.get(name, 'rad')})"))
-        if self.phase is not None:
-            ahead, t, growth = self.phase
-            grows = "" if growth is None else f", grows as t^{growth:.1f}"
-            way = "behind" if ahead < 0 else "ahead"
-            lines.append(("phase", f"{abs(ahead):.2e} s {way} at t = {t:g} s{grows}"))
-        for name, count in self.events.items():
-            exact = f"{count.least}" + (f" to {count.most}" * (count.most > count.least))
-            lacking = " and ".join(x for x in NEEDED[name] if x not in self.errors)
-            found = f"{lacking} would have to be told" if lacking else "too few rows to count"
-            found = found if count.data is None else str(count.data)
-            plural = "turning points" if name == "turning" else f"{name}s"
-            lines.append((plural, f"{found}; exact {exact}"))
-        lines.append(("conditioning", f"{self.condition:.1e} rad: {CONDITIONING}"))
-        if self.slip is not None:
-            smaller = f"so the error is {self.slip.smaller:.1e} times smaller"
-            mended = f"{smaller}, with {self.slip.digits:.1f} digits"
-            lines.append(("slip", f"{self.slip.name}: {self.slip.sentence}; {mended}"))
-        return "\n".join(f"{name:14}  {text}" for name, text in lines)
-
-    def _columns(self) -> str:
-        """The columns that were used, and the others."""
-        used = [
-            harmless(name if plain(name).startswith(plain(quantity)) else f"{name} ({quantity})")
-            for name, quantity in self.columns.items()
-            if quantity
-        ]
-        ignored = [harmless(name) for name, quantity in self.columns.items() if not quantity]
-        return ", ".join(used) + (f"; ignored: {_some(ignored)}" if ignored else "")
-
-    def _start(self) -> dict[str, float]:
-        return {name: float(getattr(self.start, name)) for name in START}
-
-    def document(self) -> dict[str, Any]:
-        """The document of the schema ``heavytop/check/1``; of long curves some rows."""
-        some = {n: x[:: -(-x.size // CHARTED) or 1].tolist() for n, x in self.curves.items()}
-        return {
-            "schema": SCHEMA,
-            "data": self.name,
-            "rows": self.curves["t"].size,
-            "columns": {
-                "used": {name: quantity for name, quantity in self.columns.items() if quantity},
-                "ignored": [name for name, quantity in self.columns.items() if not quantity],
-            },
-            "top": {name: float(getattr(self.top, name)) for name in ("A", "C", "gMR")},
-            "start": self._start(),
-            "origin": self.origin,
-            "digits": self.digits,
-            "errors": {name: size._asdict() for name, size in self.errors.items()},
-            "phase": None if self.phase is None else self.phase._asdict(),
-            "events": {name: count._asdict() for name, count in self.events.items()},
-            "condition": self.condition,
-            "slip": None if self.slip is None else self.slip._asdict(),
-            "curves": {n: [None if x != x else x for x in curve] for n, curve in some.items()},
-        }
 
 
 def check(
@@ -268,7 +92,7 @@ def check(
 
     Notes
     -----
-    Accuracy: ``tests/check/test_judge.py`` holds planted errors of the axis, of the phase and of
+    Accuracy: ``tests/checking/test_judge.py`` holds planted errors of the axis, of the phase and of
     the energy to 2 %, and data of the closed form to 14 digits.
     """
     told = read(data, columns)
@@ -320,17 +144,9 @@ def _motion_of(scene: Any, data: Data) -> tuple[Top, State | None]:
     return scene.top, scene.start
 
 
-def _some(names: list[str]) -> str:
-    """Names, or the first of very many and how many there are more."""
-    more = len(names) - MOST_NAMED
-    return ", ".join(names[:MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
-
-
 def _size(t: Array, curve: Array) -> Size:
     at = int(np.nanargmax(abs(curve)))
-    largest = abs(float(curve[at]))
-    rms = largest * float(np.sqrt(np.nanmean((curve / (largest or 1.0)) ** 2)))  # no overflow
-    return Size(largest, rms, float(t[at]))
+    return Size(abs(float(curve[at])), float(np.sqrt(np.nanmean(curve**2))), float(t[at]))
 
 
 def _curves(problem: Comparison) -> dict[str, Array]:

@@ -19,7 +19,6 @@ NAME: Final = "claims.toml"
 PACKAGE: Final = Path(__file__).parents[1]
 PACKED: Final = PACKAGE / "_validation"  # where a wheel has them
 BESIDE: Final = PACKAGE.parents[1] / "validation"  # where a checkout has them
-OURS: Final = "this project"
 NUMBERS: Final = {
     "printed": "figures that the authority printed",
     "program": "the authority's own program, run here",

@@ -13,9 +13,8 @@ import os
 import shutil
 import signal
 import time
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -23,7 +22,6 @@ from typing import Any, Final
 
 from heavytop.claims.register import (
     NAME,
-    OURS,
     PACKAGE,
     PACKED,
     Claim,
@@ -34,10 +32,10 @@ from heavytop.claims.register import (
 from heavytop.errors import ForeignFile, HeavyTopError
 from heavytop.machine import versions
 from heavytop.names import LONGEST, nearest
+from heavytop.results.validation import OURS, CheckedClaim, Validation, counts
 from heavytop.scene.arguments import wrong_type
 from heavytop.studies.executors import LETTERS, begin, end, tail
 
-SCHEMA: Final = "heavytop/validate/1"
 LIMIT: Final = 120.0  # s for a script of registered claims
 PROOF_LIMIT: Final = 7200.0  # s for any other: some of them time what takes minutes
 LOOK: Final = 0.05  # s between two looks at what is running
@@ -50,90 +48,6 @@ FOREIGN: Final = (ASKED, TOLD, OF, "PYTHONSAFEPATH")  # with the last, no script
 
 class UnknownClaim(HeavyTopError, ValueError):
     """A name that is neither a claim nor a script; the message gives the nearest."""
-
-
-@dataclass(frozen=True, slots=True)
-class Measured:
-    """One claim, and what came of it.
-
-    Parameters
-    ----------
-    claim : Claim
-    measured : float, optional
-        None where it was skipped, and where nothing came out.
-    passed : bool, optional
-        None where it was skipped.
-    skipped : str, optional
-        Why, where it was.
-    failure : str, optional
-        What went wrong, where that is not a number beyond its bound; a number that was measured
-        before it did is kept.
-    """
-
-    claim: Claim
-    measured: float | None = None
-    passed: bool | None = None
-    skipped: str | None = None
-    failure: str | None = None
-
-    @property
-    def row(self) -> dict[str, Any]:
-        """The claim as a table of the document."""
-        found = {"measured": self.measured, "passed": self.passed, "skipped": self.skipped}
-        return self.claim.model_dump(mode="json") | found | {"failure": self.failure}
-
-
-@dataclass(frozen=True, slots=True)
-class Validation:
-    """The claims that were looked at.
-
-    Parameters
-    ----------
-    results : tuple of Measured
-        In the order of the register.
-    proofs : bool
-        Whether every script was asked for.
-    asked : tuple of str
-        The names that were asked for; none where all registered claims were.
-    """
-
-    results: tuple[Measured, ...]
-    proofs: bool = False
-    asked: tuple[str, ...] = ()
-
-    @property
-    def failed(self) -> tuple[Measured, ...]:
-        """What does not hold."""
-        return tuple(each for each in self.results if each.passed is False)
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """How many hold, do not hold, and were skipped."""
-        return _counts(self.results)
-
-    def document(self, files: Mapping[str, str] | None = None) -> dict[str, Any]:
-        """The document of the schema ``heavytop/validate/1``.
-
-        Parameters
-        ----------
-        files : mapping, optional
-            Names of the files that were written, by what they are.
-        """
-        return {
-            "schema": SCHEMA,
-            "asked": list(self.asked),
-            "proofs": self.proofs,
-            "counts": self.counts,
-            "authorities": len({each.claim.authority for each in self.results} - {OURS}),
-            "claims": [each.row for each in self.results],
-            "files": dict(files or {}),
-            "versions": versions(),
-        }
-
-
-def _counts(results: Sequence[Measured]) -> dict[str, int]:
-    found = Counter(each.passed for each in results)
-    return {"passed": found[True], "failed": found[False], "skipped": found[None]}
 
 
 def validate(
@@ -201,11 +115,11 @@ def validate(
     claims = _scripts(known, asked, proofs=proofs)
     if not claims:
         raise ForeignFile(f"{known.folder / NAME}: no claims")
-    found: dict[str, tuple[Measured, ...]] = {}
+    found: dict[str, tuple[CheckedClaim, ...]] = {}
 
     def ended(script: _Script) -> None:
         results = found[script.path.name] = _verdicts(script)
-        said = ", ".join(f"{n} {word}" for word, n in _counts(results).items() if n)
+        said = ", ".join(f"{n} {word}" for word, n in counts(results).items() if n)
         tell(f"{script.path.name}: {said} in {time.monotonic() - script.began:.1f} s")
         show(len(found) / len(claims))
 
@@ -220,7 +134,12 @@ def validate(
 
         for slow, at_once in ((False, jobs), (True, 1)):
             _run([n for n in claims if (n in known.proofs) is slow], at_once, started, ended)
-    return Validation(tuple(m for n in claims for m in found[n]), proofs, asked)
+    return Validation(
+        asked=asked,
+        proofs=proofs,
+        claims=tuple(each for name in claims for each in found[name]),
+        versions=versions(),
+    )
 
 
 def _asked(names: Sequence[str], known: Register) -> tuple[str, ...]:
@@ -334,7 +253,7 @@ def _run(
 # --- verdicts: what a script measured beside what is claimed -------------------------------------
 
 
-def _verdicts(script: _Script) -> tuple[Measured, ...]:
+def _verdicts(script: _Script) -> tuple[CheckedClaim, ...]:
     """What came of the claims of a script.
 
     Where it did not come to its end, none of them holds; what it measured is kept.
@@ -358,21 +277,22 @@ def _verdicts(script: _Script) -> tuple[Measured, ...]:
     return tuple(found)
 
 
-def _judged(claim: Claim, line: Mapping[str, Any] | None, trouble: str) -> Measured:
+def _judged(claim: Claim, line: Mapping[str, Any] | None, trouble: str) -> CheckedClaim:
     """Hold what was measured to the bound, whatever the script has made of it."""
+    known = CheckedClaim(**claim.model_dump())
     if line is None:
-        return Measured(claim, passed=False, failure=trouble or "nothing was measured")
+        return replace(known, passed=False, failure=trouble or "nothing was measured")
     if "skipped" in line:
         if claim.needs is None or find_spec(claim.needs.partition(".")[0]) is not None:
-            why = "skipped, but what it needs is there"
-            return Measured(claim, passed=False, failure=why)
-        return Measured(claim, skipped=str(line["skipped"]))
+            return replace(known, passed=False, failure="skipped, but what it needs is there")
+        return replace(known, skipped=str(line["skipped"]))
     measured, failure = line.get("measured"), line.get("failure")
     if not isinstance(measured, float | int) or not math.isfinite(measured):
-        return Measured(claim, passed=False, failure=failure or "no finite number")
+        return replace(known, passed=False, failure=failure or "no finite number")
     if measured < 0 and claim.authority != OURS:  # of registered claims
         failure = failure or "negative, as no distance is"
-    return Measured(claim, measured, measured <= claim.bound and not failure, failure=failure)
+    passed = measured <= claim.bound and not failure
+    return replace(known, measured=measured, passed=passed, failure=failure)
 
 
 def _own(script: _Script, name: str, line: Mapping[str, Any]) -> Claim:

@@ -10,12 +10,15 @@ from typer import Argument, BadParameter, Option
 
 from heavytop.cli.messages import FULL, Exit, leave, print_json
 from heavytop.cli.options import Common, names, scene_names, verb
+from heavytop.errors import StoppedEarly
+from heavytop.results.base import with_command
 
 DATA = "A table: .csv, .tsv, .npz, .mat, .nc or .h5."
 SCENE = "What the data are of: a scene, or a file with a [top] alone."
 COLUMNS = "Names of unusual columns, as in t=Zeit,theta=tilt."
 DIGITS = "Leave with 5 if the data have fewer digits, such as 6."
-CHART = "Draw the errors: x.svg, x.png or x.pdf."
+CHARTS = (".svg", ".png", ".pdf")
+OUTPUT = "Draw the errors: x.svg, x.png or x.pdf; or write document and chart into a folder."
 
 
 @verb()
@@ -26,7 +29,9 @@ def check(
     ] = None,
     columns: Annotated[str | None, Option(metavar="NAME=COLUMN,…", help=COLUMNS)] = None,
     digits: Annotated[float | None, Option(metavar="D", help=DIGITS)] = None,
-    output: Annotated[Path | None, Option("-o", "--output", metavar="FILE", help=CHART)] = None,
+    output: Annotated[
+        Path | None, Option("-o", "--output", metavar="FILE|DIR", help=OUTPUT)
+    ] = None,
     *,
     common: Common,
 ) -> None:
@@ -36,24 +41,33 @@ def check(
     pairs = [pair.partition("=") for pair in names("--columns", columns) or ()]
     if not all(equals for _, equals, _ in pairs):
         raise BadParameter(f"{columns!r} is not NAME=COLUMN,…", param_hint="--columns")
-    if output is not None and output.suffix not in (".svg", ".png", ".pdf"):
-        raise BadParameter(f"{output}: .svg, .png or .pdf", param_hint="-o")
+    chart = output is not None and output.suffix in CHARTS and not output.is_dir()
+    if output is not None and not chart and output.suffix and not output.is_dir():
+        raise BadParameter(f"{output}: a folder, or .svg, .png or .pdf", param_hint="-o")
     if digits is not None and not 0 <= digits < math.inf:
         raise BadParameter(f"{digits:g} is no number of digits", param_hint="--digits")
     found = judge(data, scene, {name: column for name, _, column in pairs})
     document = found.document()
     if common.json:
-        print_json(document)
+        print_json(with_command(document))
     else:
         print(found, flush=True)  # in the alphabet of the terminal
     ends = []
     if output is not None:
-        from heavytop.plots.check import check_figure
-        from heavytop.plots.style import save
-
         try:
-            save(check_figure(document), output)
-            common.note(f"wrote {output}")
+            if chart:
+                from heavytop.plots.check import check_figure
+                from heavytop.plots.style import save
+
+                save(check_figure(document), output)
+                common.note(f"wrote {output}")
+            else:
+                from heavytop.report.study_files import write_check
+
+                for name in write_check(found, output).values():
+                    common.note(f"wrote {output / name}")
+        except StoppedEarly as fault:
+            ends.append((Exit.ENDED_EARLY, str(fault)))
         except OSError as fault:
             code = Exit.ENDED_EARLY if fault.errno in FULL else Exit.USAGE
             ends.append((code, f"cannot write {output}: {fault.strerror or fault}"))

@@ -201,7 +201,7 @@ def _stress_ends(found: Any, document: object) -> Ends:
 def _validation_ends(found: Any, document: object) -> Ends:
     for each in found.failed:
         why = f": {each.failure}" if each.failure else ""
-        yield Exit.OUT_OF_BOUND, f"{each.claim.id} does not hold{why}"
+        yield Exit.OUT_OF_BOUND, f"{each.id} does not hold{why}"
 
 
 ENDS: Final = {

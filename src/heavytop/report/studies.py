@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Final, NamedTuple
 
+from heavytop.checking.result import told
 from heavytop.report.parts import (
     FAIL,
     MISSING,
@@ -404,6 +405,14 @@ def _place(place: Known) -> str:
     return given({name: place[name] for name in ("p_phi", "E_prime")}, digits=9)
 
 
+# --- check ---------------------------------------------------------------------------------------
+
+
+def check_parts(document: Known) -> Iterator[Part]:
+    """What a check says of a trajectory: its errors, its events and the slip that explains them."""
+    yield FactRows.of([*told(document), *files(document)])
+
+
 # --- claims --------------------------------------------------------------------------------------
 
 VERDICTS: Final = {True: "ok", False: FAIL, None: "skip"}
@@ -457,6 +466,7 @@ PARTS: Final[Mapping[str, Callable[[Known], Iterable[Part]]]] = {
     "heavytop/stress-cases/1": stress_cases_parts,
     "heavytop/atlas/1": atlas_parts,
     "heavytop/energy-momentum/1": energy_momentum_parts,
+    "heavytop/check/1": check_parts,
     "heavytop/validate/1": validate_parts,
 }
 """What a document says, by its schema."""

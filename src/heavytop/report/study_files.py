@@ -15,10 +15,11 @@ from heavytop.hdf5 import write_sealed
 from heavytop.results.base import with_command
 
 if TYPE_CHECKING:
-    from heavytop.claims.validate import Validation
+    from heavytop.checking.result import Check
     from heavytop.results.drift import Drift
     from heavytop.results.energy_momentum import Diagram
     from heavytop.results.stress import Stress
+    from heavytop.results.validation import Validation
     from heavytop.results.work_precision import WorkPrecision
     from heavytop.studies.atlas import Atlas
 
@@ -29,7 +30,7 @@ Written: TypeAlias = dict[str, str]
 FORMS: Final = ("svg", "png")
 DRAWN_IN: Final = {
     "drift": "studies", "workprec": "studies", "stress": "studies", "atlas": "atlas",
-    "energy_momentum": "theory", "critical_set": "theory",
+    "energy_momentum": "theory", "critical_set": "theory", "check": "check",
 }  # fmt: skip
 """The module of `heavytop.plots` that draws a chart."""
 
@@ -180,6 +181,32 @@ def write_energy_momentum(found: Diagram, folder: Folder, *, figures: bool = Tru
         if figures and document["critical_set"] is not None:
             charts["critical_set"] = document
         return _written(place, "energy_momentum", document, charts)
+
+
+def write_check(found: Check, folder: Folder, *, figures: bool = True) -> Written:
+    """Write ``check.json`` and its chart.
+
+    Parameters
+    ----------
+    found : Check
+    folder : path
+        It is made where there is none.
+    figures : bool
+        Whether the chart is drawn.
+
+    Returns
+    -------
+    dict from str to str
+        Names of the files, by what they are.
+
+    Raises
+    ------
+    Unwritten
+        A file cannot be written. The document is written first, and again once the chart is there.
+    """
+    with _writing(folder) as place:
+        document = found.document()
+        return _written(place, "check", document, {"check": document} if figures else {})
 
 
 def write_validation(found: Validation, folder: Folder) -> Written:

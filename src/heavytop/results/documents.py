@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal
 
 from heavytop.errors import ForeignFile
 from heavytop.results.atlas import AtlasResult
-from heavytop.results.base import Number, Part, Result, Stored, Text, plain, read
+from heavytop.results.base import (
+    Column,
+    Number,
+    Part,
+    Result,
+    Stored,
+    Text,
+    Values,
+    plain,
+    read,
+)
 from heavytop.results.drift import Drift
 from heavytop.results.energy_momentum import Diagram
 from heavytop.results.run import RunResult
 from heavytop.results.stress import Stress
+from heavytop.results.validation import Validation
 from heavytop.results.work_precision import WorkPrecision
 from heavytop.spelling import harmless
 
@@ -39,26 +51,24 @@ class Traces(Result):
 
 
 @dataclass(frozen=True, kw_only=True)
-class CheckedClaim(Part):
-    """What is claimed, and what was measured."""
+class CheckResult(Result):
+    """What `heavytop.Check.document` says of a trajectory of somebody else."""
 
-    id: Text
-    statement: Text
-    authority: Text
-    numbers: Text
-    bound: Number | None
-    measured: Number | None
-    passed: bool | None
-    skipped: Text | None
-    failure: Text | None
-
-
-@dataclass(frozen=True, kw_only=True)
-class CheckedClaims(Result):
-    """The claims of a validation."""
-
-    schema: Literal["heavytop/validate/1"] = "heavytop/validate/1"
-    claims: tuple[CheckedClaim, ...]
+    schema: Literal["heavytop/check/1"] = "heavytop/check/1"
+    data: Text
+    rows: int
+    span: tuple[Number, Number]
+    columns: Mapping[Text, Mapping[Text, Text] | tuple[Text, ...]]
+    top: Values
+    start: Values
+    origin: Text
+    digits: Number
+    errors: Mapping[Text, Values]
+    phase: Values | None
+    events: Mapping[Text, Values]
+    condition: Number
+    slip: Values | None
+    curves: Mapping[Text, Column]
 
 
 FILES: Final = {
@@ -69,7 +79,8 @@ FILES: Final = {
     "stress.json": Stress,
     "atlas.json": AtlasResult,
     "energy_momentum.json": Diagram,
-    "validate.json": CheckedClaims,
+    "check.json": CheckResult,
+    "validate.json": Validation,
 }
 """What verbs write, by the name of the file, in the order of a report."""
 

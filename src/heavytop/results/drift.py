@@ -224,6 +224,7 @@ class Drift(Result):
         spread = [one.spread or ErrorSeries() for one in each]
         width = max(len(run.periods) for run in alone)
         shape = (len(each), self.ensemble, width)
+        axes = ("scheme", "mark")
         others = {name: None for one in each for name in one.invariants}
         columns = COLUMNS | {name: (f"error of {name}, relative", "1") for name in others}
         table: dict[str, Any] = {
@@ -231,14 +232,12 @@ class Drift(Result):
             for name, unit in STARTS.items()
         }
         for name, (what, unit) in columns.items():
-            for key, axes, values, over in (
-                (name, (), _padded(each, name, width), ""),
-                (f"member_{name}", ("start",), _padded(alone, name, width).reshape(shape),
-                 ", of each start"),
-                (f"{name}_spread", (), _padded(spread, name, width),
-                 ", standard deviation over the starts"),
-            ):  # fmt: skip
-                table[key] = ("scheme", *axes, "mark"), values, _about(what + over, unit)
+            table[name] = axes, _padded(each, name, width), _about(what, unit)
+            members = _padded(alone, name, width).reshape(shape)
+            about = _about(f"{what}, of each start", unit)
+            table[f"member_{name}"] = ("scheme", "start", "mark"), members, about
+            about = _about(f"{what}, standard deviation over the starts", unit)
+            table[f"{name}_spread"] = axes, _padded(spread, name, width), about
         del table["periods_spread"]
         schemes = [one.name for one in each]
         return xarray.Dataset(

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import starmap
 from math import sqrt
-from typing import Any, Final, Literal, Self, TypeAlias
+from typing import Any, Final, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -30,20 +30,15 @@ Sheet: TypeAlias = Mapping[Text, tuple[Column, ...]]
 """By name, the rows of equal p_psi of a sheet of the critical set."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Spot(Part):
     """A place in the plane of energy and momentum."""
 
     p_phi: Number
     E_prime: Number
 
-    @classmethod
-    def of(cls, p_phi: float, E_prime: float, **more: Any) -> Self:
-        """Return a place by its coordinates."""
-        return cls(p_phi=p_phi, E_prime=E_prime, **more)
 
-
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Start(Spot):
     """The place of a scene, and its kind."""
 
@@ -133,16 +128,16 @@ def diagram_of(scene: Scene) -> Diagram:
         scene=SceneTables(**scene.document()),
         p_psi=p_psi,
         ratio=diagram.ratio,
-        start=Start.of(*here, kind=str(motion.kind)),
-        standing=Spot.of(*diagram.standing),
-        hanging=Spot.of(*diagram.hanging),
-        thread=Spot.of(*diagram.thread) if diagram.thread else None,
+        start=Start(*here, str(motion.kind)),
+        standing=Spot(*diagram.standing),
+        hanging=Spot(*diagram.hanging),
+        thread=Spot(*diagram.thread) if diagram.thread else None,
         depth=diagram.depth,
         window=window,
         edge=_edge(diagram, window["p_phi"]),
-        cusps=tuple(starmap(Spot.of, diagram.cusps)) if diagram.cusps else None,
-        through_top=tuple(Spot.of(p_psi, energy) for energy in (gMR, high)),
-        through_bottom=tuple(Spot.of(-p_psi, energy) for energy in (-gMR, high)),
+        cusps=tuple(starmap(Spot, diagram.cusps)) if diagram.cusps else None,
+        through_top=tuple(Spot(p_psi, energy) for energy in (gMR, high)),
+        through_bottom=tuple(Spot(-p_psi, energy) for energy in (-gMR, high)),
         circuit=_circuit(diagram),
         critical_set=_critical_set(diagram),
     )

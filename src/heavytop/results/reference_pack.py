@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from decimal import Decimal
+from math import copysign, inf
 from pathlib import Path
 from typing import Final
 
@@ -76,12 +77,11 @@ def write_pack(folder: Path) -> tuple[str, ...]:
 
 def packed(scene: Scene) -> Reference:
     """The exact values of a scene that the pack has."""
-    period = Motion(scene.top, scene.start).period
-    span = (
-        float(scene.time) if scene.time is not None else float(scene.periods or 1) * (period or 1.0)
-    )
-    most = PERIODS * period if period else abs(span)
-    end = min(abs(span), most) if span > 0 else -min(abs(span), most)
-    step = Decimal(f"{end / (TIMES - 1):.2e}")
+    from heavytop.run.planning import span
+
+    motion = Motion(scene.top, scene.start)
+    whole = span(scene, motion)
+    length = min(abs(whole), PERIODS * (motion.period or inf))
+    step = Decimal(f"{copysign(length, whole) / (TIMES - 1):.2e}")
     times = [k * step for k in range(TIMES)]
     return reference(scene, times, QUANTITIES, DIGITS, EVENTS)

@@ -12,16 +12,24 @@ import sys
 from pathlib import Path
 
 VECTORS = {"axis": "xyz", "quaternion": "wxyz", "omega": "xyz"}
-
-
 Columns = dict[str, list[float]]
 Vector = tuple[float, ...]
 
 
 def read(path: str | Path) -> Columns:
-    """The columns of a file, as numbers."""
-    header, *rows = csv.reader(Path(path).read_text("utf-8").splitlines())
-    return {name: [float(row[k]) for row in rows] for k, name in enumerate(header)}
+    """The columns of a file, as numbers; a line on what is wrong with it ends the program."""
+    try:
+        lines = Path(path).read_text("utf-8-sig").splitlines()
+        header, *rows = filter(None, csv.reader(lines))
+        columns = [[float(x) for x in column] for column in zip(*rows, strict=True)]
+        found = dict(zip(header, columns, strict=True))
+    except OSError as fault:
+        raise SystemExit(f"{path}: {fault.strerror}") from None
+    except (ValueError, csv.Error) as fault:
+        raise SystemExit(f"{path}: no table of numbers below their names ({fault})") from None
+    if not all(math.isfinite(x) for column in columns for x in column):
+        raise SystemExit(f"{path}: a number is not finite")
+    return found
 
 
 def vectors(columns: Columns, name: str) -> list[Vector] | None:
@@ -42,37 +50,31 @@ def cross(a: Vector, b: Vector) -> Vector:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-def dot(a: Vector, b: Vector) -> float:
-    """A · b."""
-    return sum(x * y for x, y in zip(a, b, strict=True))
-
-
-def minus(a: Vector, b: Vector) -> Vector:
-    """A − b."""
-    return tuple(x - y for x, y in zip(a, b, strict=True))
+def ahead(e: Vector, v: Vector) -> float:
+    """How far an axis is ahead of one that moves by v, which is at right angles to that one [s]."""
+    return sum(x * y for x, y in zip(e, v, strict=True)) / math.hypot(*v) ** 2
 
 
 def score(exact: Columns, data: Columns) -> Columns:
     """The errors of the data at all times, by name; the phase is how far ahead the axis is [s]."""
-    row = {t: k for k, t in enumerate(data["t"])}
+    row = {t: k for k, t in enumerate(data.get("t", []))}
     if missing := [t for t in exact["t"] if t not in row]:
         raise SystemExit(f"t = {missing[0]!r} is missing")
-    pick = [row[t] for t in exact["t"]]
     found: Columns = {}
-    turning, axis = vectors(exact, "omega") or [], vectors(exact, "axis") or []
-    speed = [cross(w, e) for w, e in zip(turning, axis, strict=True)]
     for name in VECTORS:
-        true, mine = vectors(exact, name), vectors(data, name)
-        if true is None or mine is None:
+        true, all_mine = vectors(exact, name), vectors(data, name)
+        if true is None or all_mine is None:
             continue
-        off = [minus(mine[k], e) for k, e in zip(pick, true, strict=True)]
+        mine = [all_mine[row[t]] for t in exact["t"]]
+        found[name] = list(map(math.dist, mine, true))
         if name == "quaternion":  # q and -q are one attitude
-            other = [minus(tuple(-x for x in mine[k]), e) for k, e in zip(pick, true, strict=True)]
-            off = [min(pair, key=lambda x: dot(x, x)) for pair in zip(off, other, strict=True)]
-        found[name] = [math.sqrt(dot(d, d)) for d in off]
-        if name == "axis":  # what its error has along the motion
-            pairs = zip(off, speed, strict=True)
-            found["phase"] = [dot(d, v) / dot(v, v) if dot(v, v) else 0.0 for d, v in pairs]
+            other = ([-x for x in q] for q in mine)
+            found[name] = list(map(min, found[name], map(math.dist, other, true)))
+        if name == "axis":
+            moving = list(map(cross, vectors(exact, "omega") or [], true))
+            least = max(math.hypot(*v) for v in moving) / 1000  # an axis at rest tells no time
+            pairs = zip(mine, moving, strict=True)
+            found["phase"] = [ahead(e, v) if math.hypot(*v) > least else 0.0 for e, v in pairs]
     return found
 
 
@@ -86,7 +88,7 @@ def main() -> None:
         raise SystemExit("axis_x, axis_y, axis_z, or theta, phi, are missing")
     for name, errors in found.items():
         worst = max(range(len(errors)), key=lambda k: abs(errors[k]))
-        rms = math.sqrt(dot(tuple(errors), tuple(errors)) / len(errors))
+        rms = math.hypot(*errors) / math.sqrt(len(errors))
         unit = {"phase": " s", "omega": " rad/s"}.get(name, "")
         print(f"{name:10}  {errors[worst]:.2e}{unit} at t = {exact['t'][worst]:g} s, RMS {rms:.2e}")
     largest = max(found["axis"]) or sys.float_info.min

@@ -17,7 +17,7 @@ from heavytop.analytic.motion import Motion
 from heavytop.files import write_document
 from heavytop.plots.sphere import PUSH, touched
 from heavytop.results.base import spelt
-from heavytop.results.documents import FILES
+from heavytop.results.documents import FILES, Trace, Traces
 from heavytop.scene.scene import load_scene, shipped_scenes
 from heavytop.spelling import harmless
 from heavytop.studies.executors import LETTERS, begin, end, tail
@@ -162,15 +162,23 @@ def traces_document() -> dict[str, Any]:
     for name, title in shipped_scenes().items():
         scene = load_scene(name)
         motion = Motion(scene.top, scene.start)
-        known: dict[str, Any] = {"name": name, "title": title}
-        known |= {"kind": str(motion.kind), "tags": list(motion.tags)}
-        if pushed := touched(motion):
-            motion, known["pushed"] = pushed, PUSH
-        seconds = motion.period and TRACE_PERIODS * motion.period
+        pushed = touched(motion)
+        moving = pushed or motion
+        seconds = moving.period and TRACE_PERIODS * moving.period
         seconds = float(seconds or scene.time or TRACE_S)
-        axis = _thinned(motion.at(np.linspace(0.0, seconds, TRACE_TIMES)).axis)
-        found.append(known | {"seconds": seconds, "axis": (axis.round(5) + 0.0).tolist()})
-    return {"schema": "heavytop/traces/1", "traces": found}
+        axis = _thinned(moving.at(np.linspace(0.0, seconds, TRACE_TIMES)).axis)
+        found.append(
+            Trace(
+                name=name,
+                title=title,
+                kind=str(motion.kind),
+                tags=tuple(map(str, motion.tags)),
+                seconds=seconds,
+                axis=tuple(map(tuple, (axis.round(5) + 0.0).tolist())),
+                pushed=PUSH if pushed else None,
+            )
+        )
+    return Traces(traces=tuple(found)).document()
 
 
 def _thinned(path: Any) -> Any:

@@ -20,6 +20,7 @@ from heavytop.report.parts import FactRows, Fitting, Known, Part, Table, called,
 from heavytop.report.run import run_parts
 from heavytop.report.studies import (
     atlas_parts,
+    check_parts,
     drift_parts,
     energy_momentum_parts,
     stress_parts,
@@ -374,6 +375,10 @@ STUDIES: Final = {
         "theory.critical_set_figure": (
             "the critical set over all p_ψ: two sheets of steady precession, and the thread",
             "critical_set.sheets critical_set.thread critical_set.sleeping critical_set.hanging"),
+    }),
+    "check.json": Study("check", "Check", check_parts, {
+        "check.check_figure": ("errors of the trajectory over time, and how far it runs ahead",
+                               "curves"),
     }),
     "validate.json": Study("claims", "Claims", validate_parts, absent=""),
 }  # fmt: skip

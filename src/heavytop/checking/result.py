@@ -1,0 +1,201 @@
+"""What a check says of a trajectory: its numbers, as a document and in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final, NamedTuple
+
+from heavytop.checking.data import ANGLES, RATES, Array, plain
+from heavytop.checking.problem import Origin
+from heavytop.checking.slips import Slip
+from heavytop.scene.state import State
+from heavytop.scene.top import Top
+from heavytop.spelling import harmless
+
+SCHEMA: Final = "heavytop/check/1"
+CHARTED: Final = 1000  # rows in the document
+MOST_NAMED: Final = 6  # columns that are ignored, in a line
+START: Final = (*ANGLES, *RATES, "omega3")
+ORIGINS: Final = {"scene": "of the scene", "first row": "of the first row", "fitted": "fitted"}
+UNITS: Final = {"energy": "of max(|E'|, gMR)", "p_phi": "relative", "p_psi": "relative"}
+EVENTS: Final = {  # what they are called, and what has to be told for them
+    "turning": ("turning points", ("theta",)),
+    "reversal": ("reversals", ("phi",)),
+    "cusp": ("cusps", ("theta", "phi")),
+}
+
+
+class Size(NamedTuple):
+    """How large an error is over all rows.
+
+    Attributes
+    ----------
+    largest : float
+        Its largest magnitude [rad, or relative].
+    rms : float
+        Its root mean square.
+    t : float
+        When it is largest [s].
+    """
+
+    largest: float
+    rms: float
+    t: float
+
+
+class Phase(NamedTuple):
+    """How far ahead the data run.
+
+    Attributes
+    ----------
+    ahead : float
+        Of the nutation, or of the precession where the tilt is steady, near the end [s].
+    t : float
+        When that is [s]: the middle of the last period, or of some.
+    growth : float or None
+        The power of time by which it has grown; None where that is not clear.
+    """
+
+    ahead: float
+    t: float
+    growth: float | None
+
+
+class Count(NamedTuple):
+    """How many events of a kind there are.
+
+    Attributes
+    ----------
+    data : int or None
+        In the data; None where their rows are too far apart to count.
+    least, most : int
+        In the exact motion, proved; two numbers where one may lie at an end of the data.
+    """
+
+    data: int | None
+    least: int
+    most: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Check:
+    """What is to be said of a trajectory that somebody else computed.
+
+    Attributes
+    ----------
+    name : str
+        Where it is from.
+    top : Top
+        What spins.
+    start : State
+        The start of the exact motion that the data are held against.
+    origin : {"scene", "first row", "fitted"}
+        Where that start is from.
+    errors : mapping from str to Size
+        By quantity, as far as the data tell it: axis, theta, phi (precession), psi (spin) [rad];
+        energy E' of max(|E'|, gMR), p_phi and p_psi of the larger momentum.
+    digits : float
+        Decimal digits of the axis, or of the first angle that is told, where they are fewest.
+    phase : Phase or None
+        How far the data run ahead; None where they do not tell it.
+    events : mapping from str to Count
+        Turning points, reversals and cusps.
+    condition : float
+        How far the axis moves at most when every number of the problem changes in its last binary
+        digit [rad].
+    columns : mapping from str to str
+        Of every column the quantity that was taken from it; empty where none was.
+    slip : Slip or None
+        The usual slip that explains the error.
+    curves : mapping from str to array
+        The errors at the times ``t`` [s], in their units, and ``phase`` [s] at ``phase_t`` [s].
+    """
+
+    name: str
+    top: Top
+    start: State
+    origin: Origin
+    errors: Mapping[str, Size]
+    digits: float
+    phase: Phase | None
+    events: Mapping[str, Count]
+    condition: float
+    columns: Mapping[str, str]
+    slip: Slip | None
+    curves: Mapping[str, Array] = field(repr=False)
+
+    def __str__(self) -> str:
+        return "\n".join(f"{name:14}  {text}" for name, text in told(self.document()))
+
+    def document(self) -> dict[str, Any]:
+        """The document of the schema ``heavytop/check/1``; of long curves some rows."""
+        t = self.curves["t"]
+        some = {n: x[:: -(-x.size // CHARTED) or 1].tolist() for n, x in self.curves.items()}
+        return {
+            "schema": SCHEMA,
+            "data": self.name,
+            "rows": t.size,
+            "span": [float(t[0]), float(t[-1])],
+            "columns": {
+                "used": {name: quantity for name, quantity in self.columns.items() if quantity},
+                "ignored": [name for name, quantity in self.columns.items() if not quantity],
+            },
+            "top": {name: float(getattr(self.top, name)) for name in ("A", "C", "gMR")},
+            "start": {name: float(getattr(self.start, name)) for name in START},
+            "origin": self.origin,
+            "digits": self.digits,
+            "errors": {name: size._asdict() for name, size in self.errors.items()},
+            "phase": None if self.phase is None else self.phase._asdict(),
+            "events": {name: count._asdict() for name, count in self.events.items()},
+            "condition": self.condition,
+            "slip": None if self.slip is None else self.slip._asdict(),
+            "curves": {n: [None if x != x else x for x in curve] for n, curve in some.items()},
+        }
+
+
+def told(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Labels and texts: what a document ``heavytop/check/1`` says to a person.
+
+    Parameters
+    ----------
+    document : mapping
+    """
+    known = document["errors"]
+    start = (f"{name} = {value:.10g}" for name, value in document["start"].items() if value)
+    yield "data", "{data}: {rows} rows from {span[0]:g} s to {span[1]:g} s".format(**document)
+    yield "columns", _columns(**document["columns"])
+    yield "start", f"{ORIGINS[document['origin']]}: {', '.join(start)}"
+    yield "digits", f"{document['digits']:.1f}"
+    for name, size in known.items():
+        unit = UNITS.get(name, "rad")
+        yield name, "{largest:.2e} at t = {t:g} s, RMS {rms:.2e} ({unit})".format(unit=unit, **size)
+    if (phase := document["phase"]) is not None:
+        way = "behind" if phase["ahead"] < 0 else "ahead"
+        grows = "" if phase["growth"] is None else f", grows as t^{phase['growth']:.1f}"
+        yield "phase", f"{abs(phase['ahead']):.2e} s {way} at t = {phase['t']:g} s{grows}"
+    for name, count in document["events"].items():
+        plural, needed = EVENTS[name]
+        lacking = " and ".join(x for x in needed if x not in known)
+        found = f"{lacking} would have to be told" if lacking else "too few rows to count"
+        found = found if count["data"] is None else str(count["data"])
+        exact = f"{count['least']}" + f" to {count['most']}" * (count["most"] > count["least"])
+        yield plural, f"{found}; exact {exact}"
+    change = "what a change of the last binary digit of the problem does"
+    yield "conditioning", f"{document['condition']:.1e} rad: {change}"
+    if (slip := document["slip"]) is not None:
+        mended = "so the error is {smaller:.1e} times smaller, with {digits:.1f} digits"
+        yield "slip", f"{slip['name']}: {slip['sentence']}; {mended.format(**slip)}"
+
+
+def _columns(used: Mapping[str, str], ignored: list[str]) -> str:
+    """The columns that were used, and the others, or the first of very many."""
+    known = ", ".join(
+        harmless(name if plain(name).startswith(plain(quantity)) else f"{name} ({quantity})")
+        for name, quantity in used.items()
+    )
+    if not ignored:
+        return known
+    more = len(ignored) - MOST_NAMED
+    others = ", ".join(map(harmless, ignored[:MOST_NAMED]))
+    return f"{known}; ignored: {others}" + (f" and {more} more" if more > 0 else "")

@@ -1,0 +1,60 @@
+"""Every result is read back from its file as it was written, and stands on a page."""
+
+import json
+
+import numpy as np
+import pytest
+
+from heavytop.analytic.motion import Motion
+from heavytop.checking.judge import check
+from heavytop.checking.result import told
+from heavytop.claims.validate import validate
+from heavytop.files import write_document
+from heavytop.report.pages.page import load_results, page_of
+from heavytop.report.pages.quick import traces_document
+from heavytop.report.study_files import write_check
+from heavytop.results.documents import read_document
+from heavytop.results.energy_momentum import diagram_of
+from heavytop.results.run import run_result
+from heavytop.run.propagation import propagate
+from heavytop.scene.scene import load_scene
+from heavytop.studies.atlas import atlas
+from heavytop.studies.drift import drift
+
+KICKED = load_scene("sicm-kicked")
+
+
+def checked():
+    t = np.linspace(0, 2, 2001)
+    record = Motion(KICKED.top, KICKED.start).at(t * 1.0001)
+    return check({"t": t, "theta": record.theta, "phi": record.phi, "note": t}, KICKED)
+
+
+MADE = {
+    "run.json": lambda: run_result(propagate(KICKED)).document(),
+    "traces.json": traces_document,
+    "drift.json": lambda: drift(KICKED, methods=["strang"], periods=10, samples=4).document(),
+    "atlas.json": lambda: atlas(KICKED, "phidot=-30:40:6", "theta=0.1:1.5:4").document(),
+    "energy_momentum.json": lambda: diagram_of(KICKED).document(),
+    "check.json": lambda: checked().document(),
+    "validate.json": lambda: validate(["betsch-cone"]).document(),
+}
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_a_result_is_read_back_as_it_was_written(tmp_path, name):
+    document = json.loads(json.dumps(MADE[name](), allow_nan=False))
+    write_document(tmp_path / name, document)
+    unsaid = {"command": None, "files": {}, "versions": {}}
+    assert read_document(tmp_path / name).found == unsaid | document
+
+
+def test_a_check_stands_on_a_page(tmp_path):
+    found = checked()
+    files = write_check(found, tmp_path / "mine")
+    assert set(files.values()) == {"check.json", "check.svg", "check.png"}
+    page = page_of(load_results([tmp_path / "mine"]))
+    [section] = page.sections
+    [rows] = section.parts
+    assert list(rows.rows)[:-1] == list(told(found.document()))
+    assert "errors of the trajectory over time" in page.html()
