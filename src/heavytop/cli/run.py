@@ -13,9 +13,8 @@ from typer import Option
 
 from heavytop import errors
 from heavytop.cli import options
-from heavytop.cli.command import Exit, exit_code, interrupted, leave, manner, note
+from heavytop.cli.command import Exit, exit_code, interrupted, leave, manner, note, say, show, verb
 from heavytop.cli.command import progress_bar as shown_progress
-from heavytop.cli.command import say, show, verb
 
 if TYPE_CHECKING:
     from heavytop.analytic.motion import Motion
