@@ -1,55 +1,23 @@
-"""What `validate` promises: measured beside bound, honestly; exit 5 where a claim does not hold."""
+"""What `validate` promises: measured beside bound, honestly, and no script outlives it."""
 
 from __future__ import annotations
 
-import ast
 import json
-import math
+import os
+import signal
 import subprocess
 import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from typer.testing import CliRunner
 
 from heavytop.claims import validate as validating
-from heavytop.claims.register import load_register
 from heavytop.claims.validate import UnknownClaim, validate
-from heavytop.cli import app, command
 from heavytop.errors import HeavyTopError, WrongType
 
-from .own_claims import GOOD, VALIDATION, by_id, made, one
-
-PROMISED = {"id", "statement", "authority", "bound", "measured", "passed", "skipped"}
-
-FAKE = """
-import os
-from claim import claimed, finish, tell
-
-@claimed("holds")
-def _():
-    return 0.5
-
-@claimed("fails")
-def _():
-    return 2.0
-
-@claimed("raises")
-def _():
-    raise ValueError("no such top")
-
-@claimed("nan")
-def _():
-    return float("nan")
-
-@claimed("absent")
-def _():
-    return 0.0
-
-if "lies" in os.environ["HEAVYTOP_CLAIMS_ASKED"]:
-    tell(id="lies", measured=2.0, passed=True)
-finish()
-"""
-IDS = ("holds", "fails", "raises", "nan", "absent", "lies", "unsaid")
+from ..processes import gone, soon
+from .own_claims import FAKE, GOOD, IDS, by_id, made, one
 
 
 @pytest.fixture
@@ -110,7 +78,7 @@ def test_other_scripts_state_their_own_claims(tmp_path):
     )
     scripts = {"01_own.py": own, "02_worse.py": own + "raise SystemExit(3)\n", "50_fake.py": FAKE}
     register = made(tmp_path, scripts, {"50_fake.py": ("holds",)})
-    assert register.proofs["01_own.py"] == "About tops."
+    assert register.proofs == ("01_own.py", "02_worse.py")
     assert set(by_id(validate(register=register))) == {"holds"}
     all_of_them = validate(proofs=True, register=register)
     assert all_of_them.document()["authorities"] == 1  # a book; we are none
@@ -134,129 +102,269 @@ def test_what_an_installed_package_carries_is_run_from_a_copy(tmp_path, monkeypa
     assert not validate(["01_where"], register=register).failed
 
 
-def cli(*arguments):
-    return CliRunner().invoke(app, ["validate", *map(str, arguments)])
+# --- what a script tells is taken for nothing that it is not -----------------------------------
+
+X = '{"id": "x", "measured": %s}'
 
 
-@pytest.fixture
-def ours(fake, monkeypatch):
-    monkeypatch.setattr(validating, "load_register", lambda: fake)
+def told(tmp_path, body, ids=("x",)):
+    return by_id(validate(register=one(tmp_path, body, ids)))
 
 
-@pytest.mark.usefixtures("ours")
-def test_the_document_and_the_exit_code(tmp_path):
-    shown = cli("--json", "-o", tmp_path / "made" / "here")
-    document = json.loads(shown.stdout)
-    assert shown.exit_code == 5
-    assert document["schema"] == "heavytop/validate/1"
-    assert all(set(claim) >= PROMISED for claim in document["claims"])
-    assert document["counts"] == {"passed": 1, "failed": 5, "skipped": 1}
-    assert json.loads((tmp_path / "made/here/validate.json").read_text("utf-8")) == document
-    assert "raises does not hold: ValueError: no such top" in shown.stderr
+@pytest.mark.parametrize("measured", ['"0.5"', "[0.5]", "NaN", "-Infinity", "null"])
+def test_what_is_no_number_does_not_hold(tmp_path, measured):
+    found = told(tmp_path, f"tell({(X % measured).encode()!r})")["x"]
+    assert (found.passed, found.measured, found.failure) == (False, None, "no finite number")
+    json.dumps(found.row, allow_nan=False)
 
 
-@pytest.mark.usefixtures("ours")
 @pytest.mark.parametrize(
-    ("arguments", "asked", "proofs"),
-    [((), [], False), (("holds", "holds", "absent"), ["holds", "absent"], False),
-     (("holds", "--proofs"), ["holds"], True)],
+    ("body", "measured", "failure"),
+    [
+        (GOOD + """tell(b'{"id": "x", "mea')""", 0.5, "line 2 of what it told is no JSON object"),
+        (GOOD + "tell(b'[0.5]')", 0.5, "line 2 of what it told is no JSON object"),
+        (GOOD + r"tell(b'\xff\xfe')", 0.5, "line 2 of what it told is no JSON object"),
+        ('tell({"id": "x", "measured": -0.5})', -0.5, "negative, as no distance is"),
+        ('tell({"id": "x", "measured": 0.5, "failure": "worn"})', 0.5, "worn"),
+        ('tell({"id": "x", "measured": 2, "passed": True})', 2, None),
+        ('import sys\nsys.stderr.write("x" * 99_999 + "\\nat last\\n \\n")\nsys.exit(1)',
+         None, "ended with code 1: at last"),
+        ('tell({"id": "x", "failure": "no such top"})\nraise SystemExit(3)', None, "no such top"),
+        ("raise SystemExit(3)", None, "ended with code 3: it said nothing"),
+    ],
 )  # fmt: skip
-def test_the_document_keeps_what_was_asked(arguments, asked, proofs):
-    document = json.loads(cli("--json", *arguments).stdout)
-    assert (document["asked"], document["proofs"]) == (asked, proofs)
-    assert {claim["numbers"] for claim in document["claims"]} == {"formula"}
+def test_what_does_not_hold_says_why(tmp_path, body, measured, failure):
+    found = told(tmp_path, body)["x"]
+    assert (found.passed, found.measured, found.failure) == (False, measured, failure)
 
 
-@pytest.mark.usefixtures("ours")
-def test_a_script_that_ends_badly_is_out_of_bound_and_no_bug(tmp_path, monkeypatch):
-    known = one(tmp_path, GOOD + "raise SystemExit(3)")
-    monkeypatch.setattr(validating, "load_register", lambda: known)
-    shown = cli("-v")
-    assert shown.exit_code == 5
-    assert "x does not hold: ended with code 3: it said nothing" in shown.stderr
-    assert "FAIL  x of the top" in shown.stdout
-    assert "0.5" in shown.stdout
-    assert "heavytop: 50_one.py: 1 failed in " in shown.stderr
+@pytest.mark.parametrize(
+    ("name", "end", "failure"),
+    [
+        ("x", "", "skipped, but what it needs is there"),
+        ("present", "", "skipped, but what it needs is there"),
+        ("absent", "", None),
+        ("absent", "raise SystemExit(3)", "ended with code 3: it said nothing"),
+    ],
+)
+def test_only_what_an_absent_package_prevents_is_skipped(tmp_path, name, end, failure):
+    body = f'tell({{"id": "{name}", "skipped": "no time"}})\n{end}'
+    found = told(tmp_path, body, (name,))[name]
+    assert found.failure == failure
+    assert found.skipped == (None if failure else "no time")
+    assert found.passed is (False if failure else None)
 
 
-def test_a_damaged_register_is_a_foreign_file(tmp_path, monkeypatch):
-    (tmp_path / "claims.toml").write_text("[", "utf-8")
-    monkeypatch.setattr(validating, "load_register", lambda: load_register(tmp_path))
-    shown = cli()
-    assert shown.exit_code == 3
-    assert "claims.toml" in shown.stderr
-
-
-@pytest.mark.usefixtures("ours")
-def test_a_folder_that_cannot_be_written_is_said_before_anything_runs(tmp_path):
-    (tmp_path / "file").touch()
-    shown = cli("-o", tmp_path / "file", "-v")
-    assert shown.exit_code == 2
-    assert "not a folder" in shown.stderr
-    assert "running" not in shown.stderr
-
-
-@pytest.mark.usefixtures("ours")
-def test_exit_codes_where_all_holds_and_where_a_name_is_unknown():
-    assert cli("holds", "absent").exit_code == 0
-    unknown = cli("hold")
-    assert unknown.exit_code == 2
-    assert "did you mean" in unknown.stderr
-
-
-@pytest.mark.usefixtures("ours")
-def test_the_table_shows_measured_and_bound():
-    shown = cli().stdout
-    for line in ("ok    holds of the top", "FAIL  fails of the top", "skip  absent of the top"):
-        assert line in shown
-    assert "absent  skipped: needs no_such_package: pip install no_such_package" in shown
-    assert "1 holds, 5 fail, 1 skipped" in shown
-    assert "ok    holds of the top   formula       0.5      1" in shown
-
-
-@pytest.mark.parametrize("late", ["heavytop.cli.command", "heavytop.cli.messages", "typer"])
-def test_an_interrupt_before_there_is_a_command_is_no_traceback(late):
-    program = (
-        "import sys\n"
-        "class Pressed:\n"
-        "    def find_spec(self, name, *_):\n"
-        f"        if name == {late!r}: raise KeyboardInterrupt\n"
-        "sys.meta_path.insert(0, Pressed())\nfrom heavytop.cli import main\nmain()\n"
+def test_a_package_that_does_not_import_is_a_failure_where_it_is_installed(tmp_path):
+    body = (
+        "from claim import claimed, finish\n@claimed('present')\ndef _():\n"
+        "    raise ImportError('libGL.so.1')\nfinish()\n"
     )
-    ended = subprocess.run([sys.executable, "-c", program], capture_output=True)
-    assert (ended.returncode, ended.stderr) == (130, b"")
+    found = by_id(validate(register=made(tmp_path, {"50_p.py": body}, {"50_p.py": ["present"]})))
+    assert found["present"].failure == "ImportError: libGL.so.1"
 
 
-def test_an_interrupt_outside_of_a_verb_is_no_traceback(monkeypatch):
-    def pressed():
+@pytest.mark.parametrize(
+    ("body", "name", "measured", "failure"),
+    [
+        ('tell({"statement": "s", "measured": 0.5, "bound": 1})', "1", 0.5, None),
+        ('tell({"statement": "s", "measured": "0.5", "bound": 1})', "1", None, "no finite number"),
+        ('tell({"skipped": "no time"})', "1", None, "skipped, but what it needs is there"),
+        ("", "end", None, "it claims nothing"),
+        ("1 / 0", "end", None, "ended with code 1: ZeroDivisionError: division by zero"),
+        ("tell(b'[')", "end", None, "line 1 of what it told is no JSON object"),
+    ],
+)
+def test_other_scripts_are_not_trusted_either(tmp_path, body, name, measured, failure):
+    [found] = validate(["50_one"], register=one(tmp_path, body, ())).results
+    assert (found.claim.id, found.measured) == (f"50_one/{name}", measured)
+    assert (found.passed, found.failure) == (failure is None, failure)
+
+
+# --- no script outlives its validation ----------------------------------------------------------
+
+CHILD = 'import subprocess, sys\nchild = subprocess.Popen([sys.executable, "-c", {program!r}])\n'
+SLEEPING = CHILD.format(program="import time; time.sleep(60)")
+WAIT = "import time\ntime.sleep(60)\n"
+
+
+def noting(path, what):
+    """What writes numbers of processes to a file, whole at once."""
+    return (
+        f"import os\nwith open({f'{path}.new'!r}, 'w') as file:\n    print({what}, file=file)\n"
+        f"os.rename({f'{path}.new'!r}, {str(path)!r})\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("end", "failure"),
+    [
+        ('sys.exit("worn out")', "ended with code 1: worn out"),
+        ("sys.exit(3)", "ended with code 3: it said nothing"),
+        ("os._exit(255)", "ended with code 255: it said nothing"),
+        ("os.kill(os.getpid(), 11)", "ended by SIGSEGV: it said nothing"),
+        ("os.kill(os.getpid(), 9)", "ended by SIGKILL: it said nothing"),
+        ("time.sleep(60)", "not done in 1 s"),
+        ("sys.exit(5)", "ended with code 5, but nothing that it told fails"),
+    ],
+)
+def test_a_script_that_does_not_come_to_its_end_holds_nothing_of_what_it_measured(
+    tmp_path, monkeypatch, end, failure
+):
+    monkeypatch.setattr(validating, "LIMIT", 1.0)
+    found = validate(register=one(tmp_path, f"{GOOD}import sys, time\n{end}\n"))
+    [measured] = found.results
+    assert (measured.passed, measured.measured, measured.failure) == (False, 0.5, failure)
+
+
+def test_a_script_that_is_not_done_is_killed_with_what_it_started(tmp_path, monkeypatch):
+    monkeypatch.setattr(validating, "LIMIT", 1.0)
+    deaf = "import signal\nsignal.signal(signal.SIGTERM, signal.SIG_IGN)\n"
+    monkeypatch.setattr(validating, "GRACE", 0.3)
+    body = deaf + SLEEPING + noting(tmp_path / "pids", "os.getpid(), child.pid") + WAIT
+    assert validate(register=one(tmp_path, body)).failed
+    assert all(gone(int(pid)) for pid in soon(tmp_path / "pids").split())
+
+
+def test_what_a_script_leaves_running_when_it_ends_is_ended(tmp_path):
+    body = SLEEPING + noting(tmp_path / "pids", "child.pid") + GOOD
+    assert not validate(register=one(tmp_path, body)).failed
+    assert gone(int(soon(tmp_path / "pids")))
+
+
+def test_a_script_that_is_ended_is_asked_first(tmp_path, monkeypatch):
+    monkeypatch.setattr(validating, "LIMIT", 1.0)
+    body = (
+        "import signal, sys\n"
+        f"signal.signal(signal.SIGTERM, lambda *_: (open({str(tmp_path / 'asked')!r}, 'w')\n"
+        "    .write('asked'), sys.exit(0)))\n" + WAIT
+    )
+    assert validate(register=one(tmp_path, body)).failed[0].failure == "not done in 1 s"
+    assert (tmp_path / "asked").read_text() == "asked"
+
+
+def alone(folder):
+    """A process that validates what a folder claims, as the command does."""
+    program = (
+        "import signal\nsignal.signal(signal.SIGHUP, signal.SIG_DFL)\n"  # nohup ignores it
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "import sys\nfrom pathlib import Path\nfrom heavytop.claims import register\n"
+        "from heavytop.claims import validate as validating\n"
+        f"known = register.load_register(Path({str(folder)!r}))\n"
+        "validating.load_register = lambda: known\n"
+        "from heavytop.cli import main\nsys.argv = ['heavytop', 'validate', '-q']\nmain()\n"
+    )
+    here = os.environ | {"TMPDIR": str(folder)}
+    return subprocess.Popen([sys.executable, "-c", program], stderr=subprocess.DEVNULL, env=here)
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+@pytest.mark.parametrize("own", ["import subprocess\n", "import claim\n"])
+def test_a_validation_that_is_ended_leaves_nothing_running(tmp_path, number, own):
+    body = own + SLEEPING + noting(tmp_path / "pids", "os.getpid(), child.pid") + WAIT
+    made(tmp_path, {"50_s.py": body}, {"50_s.py": ("x",)})
+    process = alone(tmp_path)
+    pids = [int(pid) for pid in soon(tmp_path / "pids").split()]
+    process.send_signal(number)
+    assert process.wait(20) == 130
+    assert all(gone(pid) for pid in pids)
+    assert not list(tmp_path.glob("heavytop-*"))
+    assert (tmp_path / "claims.toml").is_file()
+
+
+def test_an_interrupt_in_python_leaves_nothing_running(tmp_path):
+    scripts = {
+        "50_soon.py": "import time\n"
+        + f"while not __import__('os').path.exists({str(tmp_path / 'pids')!r}):"
+        " time.sleep(0.01)\n",
+        "51_late.py": noting(tmp_path / "pids", "os.getpid()") + WAIT,
+    }
+    known = made(tmp_path, scripts, {"50_soon.py": ("x",), "51_late.py": ("y",)})
+
+    def interrupted(_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(command, "app", pressed)
-    with pytest.raises(SystemExit) as left:
-        command.main()
-    assert left.value.code == 130
+    with pytest.raises(KeyboardInterrupt) as held:  # its traceback keeps the frames
+        validate(register=known, progress=interrupted)
+    assert gone(int(soon(tmp_path / "pids")))
+    assert held.tb
 
 
-def test_an_installation_without_claims_says_so(tmp_path):
-    with pytest.raises(HeavyTopError, match="installed without its claims"):
-        load_register(tmp_path)
+def test_scripts_read_nothing_and_leave_nothing_in_the_folder_for_what_is_temporary(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    body = (
+        "import sys, tempfile\nassert not sys.stdin.read()\ntempfile.mkdtemp()\n"
+        f"assert tempfile.gettempdir() != {str(tmp_path)!r}\n" + GOOD
+    )
+    before = {"50_one.py", "claim.py", "claims.toml"}
+    assert not validate(register=one(tmp_path, body)).failed
+    assert {path.name for path in tmp_path.iterdir()} - {"__pycache__"} == before
 
 
-def test_thirty_claims_of_eight_authorities_each_with_a_bound_and_its_reason():
-    register = load_register()
-    ids = [claim.id for claim in register.claims]
-    assert len(ids) == len(set(ids)) >= 30
-    assert len({claim.authority for claim in register.claims}) >= 8
-    for claim in register.claims:
-        assert math.isfinite(claim.bound)
-        assert claim.bound >= 0
-        assert claim.reason
-        assert claim.holds
-        assert (register.folder / claim.script).is_file()
+def test_the_environment_of_a_user_changes_nothing(tmp_path, monkeypatch):
+    for name in ("ASKED", "TOLD", "OF"):
+        monkeypatch.setenv(f"HEAVYTOP_CLAIMS_{name}", str(tmp_path / "nowhere" / name))
+    monkeypatch.setenv("PYTHONSAFEPATH", "1")
+    monkeypatch.setenv("TMPDIR", str(tmp_path / "not there"))
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    body = 'from claim import claimed, finish\n@claimed("x")\ndef _():\n    return 0\nfinish()\n'
+    known = made(tmp_path, {"50_c.py": body}, {"50_c.py": ("x",)})
+    assert validate(register=known).counts["passed"] == 1
 
 
-def test_the_independent_rigid_body_sees_nothing_of_the_package():
-    tree = ast.parse((VALIDATION / "rigid.py").read_text("utf-8"))
-    named = {n.module or "" for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)}
-    named |= {a.name for n in ast.walk(tree) if isinstance(n, ast.Import) for a in n.names}
-    assert not any(name.startswith(("heavytop", "claim")) for name in named)
+def test_letters_of_a_statement_are_printed_wherever_the_person_is(tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONIOENCODING", "ascii")
+    monkeypatch.setenv("PYTHONUTF8", "0")
+    monkeypatch.setenv("LC_ALL", "C")
+    body = "import sys\nprint('\u03b8')\nprint('\u03b8', file=sys.stderr)\n" + GOOD
+    assert not validate(
+        register=one(tmp_path, body + "open('/dev/null', 'w').write('\u03b8')\n")
+    ).failed
+
+
+def test_a_script_by_itself_measures_all_whatever_the_environment(tmp_path):
+    body = 'from claim import claimed, finish\n@claimed("x")\ndef _():\n    return 2\nfinish()\n'
+    made(tmp_path, {"50_c.py": body}, {"50_c.py": ("x",)})
+    here = os.environ | {"HEAVYTOP_CLAIMS_ASKED": "y"}
+    run = subprocess.run([sys.executable, tmp_path / "50_c.py"], env=here, capture_output=True)
+    assert run.returncode == 5
+
+
+def test_another_package_of_this_name_is_not_measured(tmp_path, monkeypatch):
+    other = tmp_path / "other" / "heavytop"
+    other.mkdir(parents=True)
+    (other / "__init__.py").touch()
+    monkeypatch.setenv("PYTHONPATH", str(other.parent))
+    body = 'from claim import claimed, finish\n@claimed("x")\ndef _():\n    return 0\nfinish()\n'
+    known = made(tmp_path, {"50_c.py": body}, {"50_c.py": ("x",)})
+    why = f"ended with code 1: it would measure another heavytop: {other}, not "
+    assert validate(register=known).failed[0].failure.startswith(why)
+
+
+def test_validations_at_the_same_time_do_not_meet(tmp_path):
+    known = one(tmp_path, "import time\ntime.sleep(0.3)\n" + GOOD)
+    with ThreadPoolExecutor(3) as pool:
+        found = [pool.submit(validate, register=known) for _ in range(3)]
+    assert all(each.result().counts["passed"] == 1 for each in found)
+
+
+def test_an_installed_package_may_be_read_only(tmp_path, monkeypatch):
+    inside = tmp_path / "data"
+    inside.mkdir()
+    body = (
+        "import os, stat\nfrom pathlib import Path\n"
+        "here = Path(__file__).parent\nmodes = [p.stat().st_mode for p in (here, here / 'data')]\n"
+        "assert all(mode & stat.S_IWUSR for mode in modes)\n" + GOOD
+    )
+    known = one(tmp_path, body)
+    monkeypatch.setattr(validating, "PACKED", tmp_path)
+    for folder in (inside, tmp_path):
+        folder.chmod(0o555)
+    try:
+        found = validate(register=known)
+    finally:
+        tmp_path.chmod(0o755)
+    assert not found.failed

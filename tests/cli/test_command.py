@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 import warnings
+from pathlib import Path
 
 import pytest
 import typer
@@ -24,6 +25,7 @@ from heavytop.studies.methods import stress_methods, taylor_methods
 from heavytop.studies.stress_cases import cases
 
 VERBS = typer.main.get_command(app).commands
+FULL = Path("/dev/full")
 QUICK = ("run", "sicm-kicked", "--set", "span.time=0.1")
 
 
@@ -263,7 +265,7 @@ class TestStreams:
 
     @pytest.mark.parametrize("words", ["--help", "run --help", "scenes", "plan sicm-kicked --json"])
     def test_what_is_printed_goes_to_a_full_disk(self, words):
-        with open("/dev/full", "w") as full:
+        with FULL.open("w") as full:
             found = ended(*words.split(), stdout=full)
         assert found.returncode == Exit.ENDED_EARLY
         assert found.stderr == "heavytop: cannot write: No space left on device\n"
@@ -272,7 +274,7 @@ class TestStreams:
         ("words", "code"), [("run no-such-scene", 3), ("run --no-such", 2), ("scenes", 0)]
     )
     def test_what_is_wrong_cannot_be_said(self, words, code):
-        with open("/dev/full", "w") as full:
+        with FULL.open("w") as full:
             assert ended(*words.split(), stderr=full).returncode == code
 
     @pytest.mark.parametrize("words", ["--help", "classify sicm-kicked"])

@@ -1,4 +1,4 @@
-"""Every public name says what it takes, returns and raises, how good it is, and from which book."""
+"""Every public name says what it takes, returns and raises, in which units, and how good it is."""
 
 import inspect
 import re
@@ -23,27 +23,6 @@ RAISED = [name for name in CLASSES if issubclass(getattr(ht, name), (Exception, 
 VALUES = [name for name in CLASSES if name not in RAISED]
 PLAIN = {"Exact", "Kind"}  # a number with its operations, and an enumeration
 
-# What measures nothing itself: it holds or reads what others measured, or is exact.
-NO_ACCURACY = {
-    **dict.fromkeys(["Exact", "Scene", "State", "Top", "load_scene"], "exact numbers"),
-    "Method": "it is another's",
-    **dict.fromkeys(["Kind", "Plan", "Sample", "Trajectory", "Transition"], "as its maker says"),
-    **dict.fromkeys(["Check", "Circuit", "Errors", "Folded", "Motions"], "likewise"),
-    **dict.fromkeys(["Sensitivities"], "likewise"),
-    **dict.fromkeys(["Drift", "Stress", "Verdict", "WorkPrecision", "Atlas"], "likewise"),
-    **dict.fromkeys(["Validation", "validate"], "each claim has its own bound, and its reason"),
-}
-# What rests on no book, paper or record: values that others make, files, and studies of our own.
-NO_REFERENCE = {
-    **dict.fromkeys(["Exact", "Scene", "Plan", "Sample", "Trajectory", "Errors"], "ours"),
-    **dict.fromkeys(["Atlas", "Drift", "Stress", "WorkPrecision", "Motions"], "a container"),
-    **dict.fromkeys(["Folded", "Kind", "Sensitivities", "Transition", "Verdict"], "as its maker"),
-    **dict.fromkeys(["load_atlas", "load_scene", "load_trajectory", "resume"], "files"),
-    **dict.fromkeys(["merge_atlases", "atlas", "extend", "plan", "propagate_many"], "ours"),
-    **dict.fromkeys(["check", "Check", "Method"], "ours"),
-    **dict.fromkeys(["run_errors", "stress", "work_precision", "classify_many"], "ours"),
-    **dict.fromkeys(["Validation", "validate"], "each claim names its authority"),
-}
 NO_UNIT = {  # numbers that count, compare or have the unit of what they are of
     "Check": {"digits"},
     "Circuit": {"s", "turns", "spin_turns"},
@@ -188,26 +167,14 @@ def test_numbers_have_units_and_arrays_shapes(name):
                 )
 
 
-def whole(name):
-    """Return the docstring of a name, with those of its methods."""
+@pytest.mark.parametrize("name", FUNCTIONS + VALUES)
+def test_a_note_on_accuracy_names_a_test_or_a_script_that_is_there(name):
     thing = getattr(ht, name)
-    return [said(thing), *(said(each) for _, each in members(thing))]
-
-
-@pytest.mark.parametrize("name", FUNCTIONS + VALUES)
-def test_what_is_measured_names_what_measures_it(name):
-    notes = [NOTE.findall(text) for text in whole(name)]
-    assert any(notes) == (name not in NO_ACCURACY)
-    for note in (each for found in notes for each in found):
-        files = FILE.findall(note)
-        assert files, note
-        assert all((ROOT / each).exists() for each in files), note
-
-
-@pytest.mark.parametrize("name", FUNCTIONS + VALUES)
-def test_what_is_from_a_book_says_from_which(name):
-    given = any("References" in HEADING.findall(text) for text in whole(name))
-    assert given == (name not in NO_REFERENCE)
+    for text in (said(thing), *(said(each) for _, each in members(thing))):
+        for note in NOTE.findall(text):
+            files = FILE.findall(note)
+            assert files, note
+            assert all((ROOT / each).exists() for each in files), note
 
 
 @pytest.mark.parametrize("path", BESIDE)
@@ -225,9 +192,3 @@ def test_what_stands_beside_them_says_what_it_is(path):
         asked = set(taken(thing))
         assert {"Returns", "Yields"} & found.keys()
     assert asked <= held
-
-
-def test_no_exception_to_the_rule_is_a_name_of_the_past():
-    known = set(ht.__all__)
-    for exceptions in (NO_ACCURACY, NO_REFERENCE, NO_UNIT, PLAIN):
-        assert set(exceptions) <= known

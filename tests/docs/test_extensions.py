@@ -81,7 +81,7 @@ def test_hours_become_seconds_and_the_verb_stays(commands, said, run):
     assert " ".join(commands.less(f"heavytop {said}")[1:]) == run
 
 
-def test_the_readme_shows_commands(commands):
+def test_the_commands_of_the_readme_are_run_too(commands):
     readme = EXTENSIONS.parents[1] / "README.md"
     assert len(list(commands.shown(readme.read_text("utf-8")))) >= 10
 
@@ -106,7 +106,10 @@ def test_the_reference_says_what_is_typed_and_what_holds_else(extension):
     reference = extension("verbs").reference()
     assert "heavytop run SCENE [OPTION…]" in reference
     assert "heavytop report [DIR…|SCENE] [OPTION…]" in reference
-    assert "| `-j J`, `--jobs J` | Processes to work in. From 1 to 1024. | `1` |" in reference
+    assert (
+        "| `-j J`, `--jobs J` | Processes to work in, such as 4. From 1 to 1024. | `1` |"
+        in reference
+    )
     assert "as often as it is given: `--set start.phidot=-14`. |" in reference
     assert "| `SCENE` | A shipped scene (heavytop scenes lists them), or " in reference
     assert "the path of a TOML file. | needed |" in reference
@@ -139,3 +142,9 @@ def test_attributes_that_share_a_description_have_a_field_each(extension):
         ":ivar a: what", "  they are", ":ivar b: what", "  they are",
         ":vartype a: float", ":vartype b: float", ":ivar c: x",
     ]  # fmt: skip
+
+
+def test_the_page_of_commands_has_every_verb_unbuilt():
+    page = (EXTENSIONS.parent / "commands.md").read_text("utf-8")
+    for name, verb in typer.main.get_command(app).commands.items():
+        assert f"| `{name}` | {verb.help.splitlines()[0]} |" in page

@@ -1,4 +1,7 @@
-"""The pages of docs/ that hold Python, replayed: what they show is what happens."""
+"""The pages of docs/ and the README, beside what ``make docs`` executes: pictures, links, numbers.
+
+``make docs`` runs all Python and all commands of the pages, and the commands of the README.
+"""
 
 import contextlib
 import io
@@ -7,63 +10,21 @@ import subprocess
 import sys
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import pytest
+from typer.testing import CliRunner
+
+from heavytop.cli import app
+from heavytop.scene.scene import read_scene
 
 from .pages_agree import BLOCK, agree, last_digit
 
-DOCS = Path(__file__).parents[2] / "docs"
-PAGES = {  # and how many blocks of each are run
-    "architecture.md": 1,
-    "conventions.md": 1,
-    "exercises/2.11.md": 4,
-    "exercises/2.12.md": 7,
-    "exercises/2.13.md": 6,
-    "kicks.md": 4,
-    "facts.md": 6,
-    "figures.md": 1,
-    "kinds.md": 4,
-    "folding.md": 4,
-    "enclosures.md": 6,
-    "reference-values.md": 1,
-    "check-a-trajectory.md": 2,
-    "bring-your-integrator.md": 2,
-    "sensitivity.md": 7,
-    "rivals.md": 4,
-    "where-methods-fail.md": 4,
-    "drift.md": 1,
-    "keeping.md": 3,
-    "atlas.md": 1,
-    "validation.md": 1,
-    "energy-momentum.md": 5,
-    "rows.md": 2,
-    "work-precision.md": 1,
-    "closed-form.md": 4,
-    "formulations.md": 1,
-    "projection.md": 1,
-    "quickstart.md": 5,
-    "theory/lagrangian.md": 5,
-    "theory/elliptic.md": 5,
-    "theory/taylor.md": 4,
-    "theory/rounding.md": 1,
-}
-
-
-@cache
-def replayed(page):
-    """Return (shown, printed) of every block, and the names the page defined."""
-    names, outputs = {"__name__": page}, []
-    for block in BLOCK.finditer((DOCS / page).read_text("utf-8")):
-        printed = io.StringIO()
-        with (
-            contextlib.redirect_stdout(printed),
-            TemporaryDirectory() as place,
-            contextlib.chdir(place),
-        ):
-            exec(compile(block[1], page, "exec"), names)
-        outputs.append((block[2] or "", printed.getvalue()))
-    return outputs, names
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+PAGES = [path.relative_to(DOCS).as_posix() for path in sorted(DOCS.rglob("*.md"))]
+README = (ROOT / "README.md").read_text("utf-8")
+VARIES = ("cost", "off the closed form", "event time")  # of the machine, or in the last digit
+SMALL = re.compile(r"-?\d(\.\d+)?e-1\d|-?0(?=\s|$)")
 
 
 def test_agreement_means_something():
@@ -75,21 +36,6 @@ def test_agreement_means_something():
     assert not agree("3.28e-04", "3.31e-04")
 
 
-def test_every_page_with_python_is_replayed():
-    texts = {
-        path.relative_to(DOCS).as_posix(): path.read_text("utf-8") for path in DOCS.rglob("*.md")
-    }
-    assert {page for page, text in texts.items() if BLOCK.search(text)} == set(PAGES)
-
-
-@pytest.mark.parametrize(("page", "blocks"), PAGES.items())
-def test_a_page_prints_what_it_shows(page, blocks):
-    outputs, _ = replayed(page)
-    assert len(outputs) == blocks
-    for shown, printed in outputs:
-        assert agree(shown, printed), f"shown:\n{shown}\nprinted:\n{printed}"
-
-
 @pytest.mark.parametrize("page", PAGES)
 def test_every_picture_of_a_page_exists(page):
     text = (DOCS / page).read_text("utf-8")
@@ -97,6 +43,15 @@ def test_every_picture_of_a_page_exists(page):
         assert (DOCS / page).parent.joinpath(name).exists(), name
 
 
+@pytest.mark.processes
+def test_the_pictures_are_those_that_the_script_draws(tmp_path):
+    command = [sys.executable, "-W", "error", str(DOCS / "draw.py"), str(tmp_path)]
+    subprocess.run(command, check=True, capture_output=True)
+    for name in ("kicks.svg", "steady.svg"):
+        assert (tmp_path / name).stat().st_size > 10_000
+
+
+# --- the ladder of kicks -------------------------------------------------------------------------
 # theta0 = 0.1, thetadot0 = 0, the book's top, 140 rad/s held: roots found at 50 digits by another
 # program, printed here as far as they were printed there.
 LADDER = {
@@ -108,21 +63,66 @@ LADDER = {
 }
 
 
+@cache
+def kicks():
+    """What the page on kicks defines, and prints."""
+    names, printed = {"__name__": "kicks"}, io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        for block in BLOCK.finditer((DOCS / "kicks.md").read_text("utf-8")):
+            exec(compile(block[1], "kicks.md", "exec"), names)
+    return names, printed.getvalue()
+
+
+@pytest.mark.reference
 @pytest.mark.parametrize("name", LADDER)
 def test_the_ladder_of_kicks(name):
-    rung = replayed("kicks.md")[1]["ladder"][name]
+    rung = kicks()[0]["ladder"][name]
     for held, exact in zip(("psidot", "omega3"), LADDER[name], strict=True):
         assert abs(rung[held] - float(exact)) <= 0.51 * last_digit(exact) + 1e-15 * abs(rung[held])
 
 
 def test_both_ladders_have_the_same_rungs():
-    [printed] = [out for _, out in replayed("kicks.md")[0] if out.startswith("psidot held")]
     kinds = "waves, loops, waves, waves, loops, waves, waves"
-    assert printed == f"psidot held: {kinds}\nomega3 held: {kinds}\n"
+    assert f"psidot held: {kinds}\nomega3 held: {kinds}\n" in kicks()[1]
 
 
-def test_the_pictures_are_those_that_the_script_draws(tmp_path):
-    command = [sys.executable, "-W", "error", str(DOCS / "draw.py"), str(tmp_path)]
-    subprocess.run(command, check=True, capture_output=True)
-    for name in ("kicks.svg", "steady.svg"):
-        assert (tmp_path / name).stat().st_size > 10_000
+# --- the README ----------------------------------------------------------------------------------
+
+
+def stable(text):
+    """The lines that do not vary, with numbers that are rounding left out."""
+    lines = (re.sub(r"\s+", " ", SMALL.sub("~", line)).strip() for line in text.splitlines())
+    return [line for line in lines if line and not line.startswith(VARIES)]
+
+
+@pytest.mark.parametrize("words", re.findall(r"<!-- begin ((?:run|classify) .*?) -->", README))
+def test_the_readme_shows_what_a_command_prints(words, tmp_path):
+    asked = [*words.split(), *(["-o", str(tmp_path)] if words.startswith("run") else [])]
+    printed = CliRunner().invoke(app, asked).stdout
+    shown = README.split(f"<!-- begin {words} -->")[1].split("<!-- end")[0]
+    assert stable(printed) == stable(shown.replace("```text", "").replace("```", ""))
+
+
+def test_the_scene_of_the_readme_is_a_scene():
+    [scene] = re.findall(r"^```toml\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
+    assert read_scene(scene).start.held == "omega3"
+
+
+def test_the_python_of_the_readme_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    [program] = re.findall(r"^```python\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
+    exec(compile(program, "README.md", "exec"), {"__name__": "readme"})
+    assert capsys.readouterr().out.startswith("loops 0.542895518188")
+    assert (tmp_path / "kicked.nc").exists()
+
+
+def test_every_file_and_link_of_the_readme_leads_somewhere():
+    for name in re.findall(r"`((?:tests|validation|docs)/[\w./-]+)`", README):
+        assert (ROOT / name).exists(), name
+    for link in re.findall(r"\]\(([^)#]+)", README):
+        assert link.startswith("https://") or (ROOT / link).exists(), link
+
+
+@pytest.mark.parametrize("verb", [each.callback.__name__ for each in app.registered_commands])
+def test_every_verb_is_named_in_the_readme(verb):
+    assert f"heavytop {verb}" in README
