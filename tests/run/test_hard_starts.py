@@ -11,6 +11,8 @@ from heavytop.errors import NotANumber
 from heavytop.integration.integrator import Checkpoint
 from heavytop.integration.outputs import invariants
 
+from ..motions import BOOK
+
 UNIT = ht.Top(A=1, C=1, gMR=1)
 
 
@@ -185,7 +187,7 @@ def test_more_bits_than_a_double_counts_are_too_many(formulation):
 
 def test_numbers_beyond_all_bits_are_refused_at_once():
     with pytest.raises(ht.BadScene, match="more than 4096 bits"):
-        ht.fold(ht.Scene(UNIT, ht.State("1e-300", phidot=1), time="0.01"))
+        ht.fold(ht.Scene(BOOK, ht.State("1e-300", phidot=1), time="0.01"))
     with pytest.raises(NotANumber, match="magnitude"):
         ht.fold(ht.load_scene("sicm-kicked"))(Decimal("1e-99999999"))
 
@@ -222,3 +224,12 @@ def test_invariants_are_in_the_units_that_they_say(kicked):
         )
     for told in (ht.Trajectory.invariants.__doc__, invariants.__doc__):
         assert "p_psi/A" in told.replace("``", "")
+
+
+def test_a_constant_is_formatted_as_a_float_is_and_shows_more_digits(kicked):
+    E = kicked.motion.constants.E
+    for spec in (".4f", "", ">12.3e", ".6g"):
+        assert float(format(E, spec)) == pytest.approx(float(E), rel=1e-3)
+    assert f"{E:.4f}" == f"{float(E):.4f}"
+    assert str(E).startswith(f"{E:.40f}"[:40])
+    assert f"{E:.40f}"[:30] != f"{float(E):.40f}"[:30]
