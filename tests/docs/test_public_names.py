@@ -23,8 +23,8 @@ FROZEN = Path(__file__).with_name("public_names.txt").read_text("utf-8").splitli
 API = Path(__file__).parents[2] / "docs" / "api"
 COMMAND = "heavytop"  # with which the lines of the command and its verbs begin
 
-CHANGED = """If that is meant, note it in CHANGELOG.md (what is gone, or takes something else, breaks
-the programs of others) and freeze it:
+CHANGED = """If that is meant, note it in CHANGELOG.md (what is gone, or takes something else,
+breaks the programs of others) and freeze it:
 python tests/docs/test_public_names.py > tests/docs/public_names.txt"""
 
 

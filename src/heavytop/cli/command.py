@@ -217,16 +217,18 @@ def verb(function: Verb) -> Verb:
 def _answering(given: Mapping[str, Any]) -> Iterator[None]:
     """Turn what a verb raises into a sentence and an exit code, with a traceback if asked for."""
     try:
-        with _plain_warnings(), results_folder(given.get("output")):
+        with warnings.catch_warnings(), results_folder(given.get("output")):
+            warnings.simplefilter("ignore" if manner().quiet else "always", UserWarning)
+            warnings.showwarning = lambda message, *_, **__: say(f"warning: {message}")
             try:
                 yield
             except errors.BadScene as bad:
                 raise _blamed(bad, given) from bad
-            except OSError as error:
-                named = given.get("file") or given.get("pack")
-                if named is None or error.errno in FULL:
+            except OSError as error:  # of a verb that writes one file
+                if error.errno in FULL or not {"file", "pack"} & given.keys():
                     raise
-                raise unwritable(named, error) from None
+                place = given.get("file") or given.get("pack") or Path()
+                raise unwritable(place, error) from None
     except (typer.Exit, BadParameter, BrokenPipeError):
         raise
     except (Exception, KeyboardInterrupt) as error:
@@ -234,19 +236,6 @@ def _answering(given: Mapping[str, Any]) -> Iterator[None]:
             traceback.print_exc()
         say(explain(error))
         raise typer.Exit(exit_code(error)) from None
-
-
-@contextmanager
-def _plain_warnings() -> Iterator[None]:
-    """Show the package's warnings as plain sentences, or not at all."""
-
-    def plainly(message: Warning | str, *_: object, **__: object) -> None:
-        say(f"warning: {message}")
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore" if manner().quiet else "always", UserWarning)
-        warnings.showwarning = plainly
-        yield
 
 
 def _blamed(bad: errors.BadScene, given: Mapping[str, Any]) -> Exception:

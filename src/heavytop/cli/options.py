@@ -14,17 +14,8 @@ if TYPE_CHECKING:
 
 # --- names, which are too slow to import for anything but a list of them ----------------------
 
-
-class FormulationName(StrEnum):
-    """What --formulation takes: the names of the equations, known without deriving any."""
-
-    AUTO = "auto"
-    AXIS = "axis"
-    ATTITUDE = "attitude"
-    CUBIC = "cubic"
-    ROUTH = "routh"
-    SUBSYSTEM = "subsystem"
-    LAGRANGE = "lagrange"
+FormulationName = StrEnum("FormulationName", "AUTO AXIS ATTITUDE CUBIC ROUTH SUBSYSTEM LAGRANGE")
+"""What --formulation takes: the names of the equations, known without deriving any."""
 
 
 def scene_names() -> list[str]:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import os
 import tempfile
-from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
@@ -15,7 +13,7 @@ from typer import Argument, BadParameter, Option
 
 from heavytop.cli import options
 from heavytop.cli.command import FULL, Exit, answer, leave, manner, note, progress_bar, verb
-from heavytop.cli.command import results_folder as proved  # before time is spent
+from heavytop.cli.command import results_folder as proved
 from heavytop.cli.options import option
 from heavytop.cli.studies import finish
 from heavytop.spelling import harmless
@@ -98,10 +96,7 @@ MARKS: Final = (b'name="generator" content="heavytop', b'"schema": "heavytop/rep
 def page_file(text: str) -> Path:
     """The file of a page: one that is named, as FILE.html, else that of a folder."""
     named = options.named_folder(text)
-    if named.name.lower() == ".html":
-        raise BadParameter(f"{text!r}: a name before .html, or a folder")
-    as_folder = text.endswith(("/", os.sep)) or named.is_dir()
-    return named if named.suffix.lower() == ".html" and not as_folder else named / PAGE
+    return named if named.suffix.lower() == ".html" and not named.is_dir() else named / PAGE
 
 
 ABOUT: Final = (
@@ -142,14 +137,10 @@ def report(
         counts = {"result": len(page.sections), "figure": figures}
         told = ", ".join(f"{n} {thing}{'s'[: n != 1]}" for thing, n in counts.items())
         typer.echo(f"{harmless(html)}: {told}")
-    leave(_ends(page))
-
-
-def _ends(page: Page) -> Iterator[tuple[Exit, str]]:
-    for name, why in page.missing:
-        yield Exit.OK, "" if manner().quiet else f"not on the page: {name}: {why}"
+    missing = () if manner().quiet else page.missing
+    leave([(Exit.OK, f"not on the page: {name}: {why}") for name, why in missing])
     if not page.sections:
-        yield Exit.ENDED_EARLY, ""
+        raise typer.Exit(Exit.ENDED_EARLY)
 
 
 def _meant(places: list[str], changes: list[str]) -> tuple[list[Path], list[str]]:

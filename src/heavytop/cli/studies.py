@@ -24,17 +24,9 @@ Ends: TypeAlias = Iterator[tuple[Exit, str]]
 """What is wrong with a result: an exit code and a sentence for each fault."""
 
 
-def study(
-    kind: str,
-    *,
-    scene: str | None = None,
-    changes: Sequence[str] | None = None,
-    scheduler: str | None = None,
-    output: Path | None,
-    no_figures: bool,
-    **asked: Any,
-) -> None:
+def study(kind: str, output: Path | None, no_figures: bool, **asked: Any) -> None:
     """Do a study, as the function of its name does it, and finish it."""
+    scene, changes, scheduler = (asked.pop(n, None) for n in ("scene", "changes", "scheduler"))
     if scheduler is not None and (asked["jobs"] or 1) > 1:
         raise BadParameter("a scheduler has its own workers", param_hint="--jobs")
     for name in {"methods", "cases"} & asked.keys():
