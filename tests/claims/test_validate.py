@@ -155,15 +155,6 @@ def test_only_what_an_absent_package_prevents_is_skipped(tmp_path, name, end, fa
     assert found.passed is (False if failure else None)
 
 
-def test_a_package_that_does_not_import_is_a_failure_where_it_is_installed(tmp_path):
-    body = (
-        "from claim import claimed, finish\n@claimed('present')\ndef _():\n"
-        "    raise ImportError('libGL.so.1')\nfinish()\n"
-    )
-    found = by_id(validate(register=made(tmp_path, {"50_p.py": body}, {"50_p.py": ["present"]})))
-    assert found["present"].failure == "ImportError: libGL.so.1"
-
-
 @pytest.mark.parametrize(
     ("body", "name", "measured", "failure"),
     [
@@ -323,14 +314,6 @@ def test_letters_of_a_statement_are_printed_wherever_the_person_is(tmp_path, mon
     assert not validate(
         register=one(tmp_path, body + "open('/dev/null', 'w').write('\u03b8')\n")
     ).failed
-
-
-def test_a_script_by_itself_measures_all_whatever_the_environment(tmp_path):
-    body = 'from claim import claimed, finish\n@claimed("x")\ndef _():\n    return 2\nfinish()\n'
-    made(tmp_path, {"50_c.py": body}, {"50_c.py": ("x",)})
-    here = os.environ | {"HEAVYTOP_CLAIMS_ASKED": "y"}
-    run = subprocess.run([sys.executable, tmp_path / "50_c.py"], env=here, capture_output=True)
-    assert run.returncode == 5
 
 
 def test_another_package_of_this_name_is_not_measured(tmp_path, monkeypatch):
