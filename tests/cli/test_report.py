@@ -64,6 +64,8 @@ def test_the_document_and_its_chart(mine):
     document = json.loads(found.stdout)
     assert document["schema"] == "heavytop/check/1"
     assert (document["digits"] > 14, document["slip"]) == (True, None)
+    other = heavytop_(*mine[:3], "sicm-dropped", *mine[4:], "--json")
+    document = json.loads(other.stdout)
     above, below = check_figure(document).axes
     drawn = {line.get_label(): line.get_ydata() for line in above.lines}
     curve = np.abs(np.array(document["curves"]["axis"], dtype=float))
