@@ -3,7 +3,8 @@
 A command is an indented line, or a line of a ```sh block, that begins with `heavytop`. What takes
 long on purpose is run with less to do (`LESS`): the same verb and options, smaller numbers. What
 cannot be run here carries `<!-- not run: why -->` on the line before its block. Sessions in
-```console blocks, with their files and mistakes, are replayed by tests/contract/test_transcript.py.
+```console blocks, with their files and mistakes, are replayed by
+tests/docs/test_first_ten_minutes.py.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from sphinx.util import logging
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
-AGREEMENT = Path(__file__).parents[2] / "tests" / "contract" / "pages_agree.py"
+AGREEMENT = Path(__file__).parents[2] / "tests" / "docs" / "pages_agree.py"
 HEADER = "---\nfile_format: mystnb\nkernelspec: {name: python3}\n---\n"
 SHOWN = "heavytop_shown"
 

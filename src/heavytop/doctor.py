@@ -54,18 +54,12 @@ def diagnosis() -> dict[str, Any]:
 
 def requirements(extra: str | None) -> list[str]:
     """The packages required by an extra, or always when `extra` is None."""
-    return [name for name, owner in _required() if owner == extra]
-
-
-def _required() -> Iterator[tuple[str, str | None]]:
     try:
         lines = metadata.requires(PACKAGE) or []
     except metadata.PackageNotFoundError:
         lines = ["heyoka"]  # run from a bare source tree: the one that is most often missing
-    for line in lines:
-        name, extra = _NAME.match(line), _EXTRA.search(line)
-        if name:
-            yield name.group(), extra.group(1) if extra else None
+    found = ((_NAME.match(line), _EXTRA.search(line)) for line in lines)
+    return [name[0] for name, owner in found if name and (owner and owner[1]) == extra]
 
 
 def extras() -> list[str]:
@@ -111,19 +105,8 @@ def cache_folder(environment: Mapping[str, str] = os.environ) -> Path:
 def cache() -> dict[str, Any]:
     """The folder of compiled code and how much is in it [bytes]."""
     folder = cache_folder()
-    return {"folder": str(folder), "exists": folder.is_dir(), "bytes": folder_size(folder)}
-
-
-def folder_size(folder: Path) -> int:
-    """The size of everything in a folder [bytes]; 0 when there is none."""
-    total = 0
-    for place, _, files in os.walk(folder):
-        for name in files:
-            try:
-                total += (Path(place) / name).stat().st_size
-            except OSError:  # gone since it was listed
-                continue
-    return total
+    size = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
+    return {"folder": str(folder), "exists": folder.is_dir(), "bytes": size}
 
 
 def in_words(found: Mapping[str, Any]) -> str:

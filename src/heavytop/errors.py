@@ -319,7 +319,7 @@ class StoppedEarly(HeavyTopError):
 
     @classmethod
     def unwritable(cls, fault: OSError, path: Path, folder: Path | None) -> StoppedEarly:
-        """The end of a study that cannot write a file: `path`, where `fault` does not say which.
+        """The end of what cannot write a file: `path`, where `fault` does not say which.
 
         Parameters
         ----------
@@ -328,16 +328,18 @@ class StoppedEarly(HeavyTopError):
         path : Path
             The file that was to be written.
         folder : Path or None
-            Where the part that was done is kept.
+            Where the part that was done is kept, if it has not gone.
 
         Examples
         --------
         >>> full = OSError(28, "No space left on device")
         >>> StoppedEarly.unwritable(full, Path("out/stress.json"), None).why
-        'cannot write out/stress.json: No space left on device'
+        'ended early: cannot write out/stress.json: No space left on device'
         """
         why = f"cannot write {fault.filename or path}: {fault.strerror or fault}"
-        return cls(Stop.UNWRITABLE, why, folder)
+        if folder is not None and not folder.is_dir():
+            why, folder = f"{folder}: the folder has gone", None
+        return cls(Stop.UNWRITABLE, f"ended early: {why}", folder)
 
     @property
     def command(self) -> str:

@@ -136,25 +136,3 @@ def locked(path: Path) -> Iterator[None]:
             yield
         finally:
             fcntl.flock(file, fcntl.LOCK_UN)  # closing is not enough where a forked child has it
-
-
-@contextmanager
-def writable(folder: Path) -> Iterator[Path]:
-    """`folder`, made when missing and proved writable; taken away again if left empty.
-
-    Raises
-    ------
-    OSError
-        When it cannot be made or written to.
-    """
-    missing = [place for place in (folder, *folder.parents) if not place.exists()]
-    folder.mkdir(parents=True, exist_ok=True)
-    probe = folder / f".{os.getpid()}.probe"
-    probe.touch()
-    probe.unlink()
-    try:
-        yield folder
-    finally:
-        with suppress(OSError):  # rmdir refuses what is not empty
-            for place in missing:
-                place.rmdir()

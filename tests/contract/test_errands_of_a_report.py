@@ -16,7 +16,7 @@ from heavytop.cli.command import app
 from heavytop.report.pages import quick as studies
 from heavytop.scene.scene import load_scene
 
-from .processes import gone, soon
+from ..processes import gone, soon
 
 STUBBORN = """
 import os, pathlib, signal, subprocess, sys, time

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import tomllib
 from collections import Counter
 from collections.abc import Mapping
@@ -90,13 +89,13 @@ class Register:
     folder : Path
         Where the scripts are.
     claims : tuple of Claim
-    proofs : mapping from str to str
-        Scripts that only ``--proofs`` runs, and what each of them is about.
+    proofs : tuple of str
+        Scripts that only ``--proofs`` runs.
     """
 
     folder: Path
     claims: tuple[Claim, ...]
-    proofs: Mapping[str, str]
+    proofs: tuple[str, ...]
 
     @cached_property
     def scripts(self) -> dict[str, tuple[Claim, ...]]:
@@ -142,9 +141,9 @@ def load_register(folder: Path | None = None) -> Register:
     try:
         found = _File.model_validate(tomllib.loads(path.read_text("utf-8")))
         claims = tuple(_whole(claim, found.authorities, place) for claim in found.claim)
+        scripts = sorted(each.name for each in place.glob("[0-9]*.py"))
         measured = {claim.script for claim in claims}
-        others = (each for each in sorted(place.glob("[0-9]*.py")) if each.name not in measured)
-        register = Register(place, claims, {each.name: _about(each) for each in others})
+        register = Register(place, claims, tuple(each for each in scripts if each not in measured))
         if twice := [name for name, n in Counter(register.names).items() if n > 1]:
             raise ValueError(f"{twice[0]!r}: the name of two claims, or of a claim and a script")
     except FileNotFoundError:
@@ -166,12 +165,3 @@ def _whole(claim: Claim, authorities: Mapping[str, str], place: Path) -> Claim:
     if not (place / claim.script).is_file():
         raise ValueError(f"claim {claim.id!r}: script = {claim.script!r}: not there")
     return claim.model_copy(update={"authority": authorities[claim.authority]})
-
-
-def _about(path: Path) -> str:
-    """The first line of what a script says of itself."""
-    try:
-        said = ast.get_docstring(ast.parse(path.read_text("utf-8")))
-    except (SyntaxError, ValueError) as fault:
-        raise ValueError(f"{path.name}: not readable as Python ({fault})") from None
-    return (said or path.stem).partition("\n")[0]

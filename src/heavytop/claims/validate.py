@@ -117,12 +117,6 @@ def validate(
         raise ForeignFile(f"{known.folder / NAME}: no claims")
     found: dict[str, tuple[CheckedClaim, ...]] = {}
 
-    def ended(script: _Script) -> None:
-        results = found[script.path.name] = _verdicts(script)
-        said = ", ".join(f"{n} {word}" for word, n in counts(results).items() if n)
-        tell(f"{script.path.name}: {said} in {time.monotonic() - script.began:.1f} s")
-        show(len(found) / len(claims))
-
     # What a script that is killed leaves in the folder for what is temporary goes with ours; what
     # dies may still write in it.
     with TemporaryDirectory(prefix="heavytop-", ignore_cleanup_errors=True) as place:
@@ -130,7 +124,13 @@ def validate(
 
         def started(name: str) -> _Script:
             tell(f"running {name}")
-            return _Script(folder / name, claims[name], known.proofs.get(name, ""), Path(place))
+            return _Script(folder / name, claims[name], Path(place))
+
+        def ended(script: _Script) -> None:
+            results = found[script.path.name] = _verdicts(script)
+            said = ", ".join(f"{n} {word}" for word, n in counts(results).items() if n)
+            tell(f"{script.path.name}: {said} in {time.monotonic() - script.began:.1f} s")
+            show(len(found) / len(claims))
 
         for slow, at_once in ((False, jobs), (True, 1)):
             _run([n for n in claims if (n in known.proofs) is slow], at_once, started, ended)
@@ -184,8 +184,8 @@ def _runnable(folder: Path, place: Path) -> Path:
 class _Script:
     """A script that runs, for registered claims or for its own, and how it ended."""
 
-    def __init__(self, path: Path, claims: tuple[Claim, ...], about: str, place: Path) -> None:
-        self.path, self.claims, self.about = path, claims, about
+    def __init__(self, path: Path, claims: tuple[Claim, ...], place: Path) -> None:
+        self.path, self.claims = path, claims
         self.limit = LIMIT if claims else PROOF_LIMIT
         self.folder = place / path.stem
         self.folder.mkdir()
@@ -254,7 +254,7 @@ def _run(
 
 
 def _verdicts(script: _Script) -> tuple[CheckedClaim, ...]:
-    """What came of the claims of a script.
+    """What came of the claims of a script, registered or its own.
 
     Where it did not come to its end, none of them holds; what it measured is kept.
     """
@@ -265,16 +265,9 @@ def _verdicts(script: _Script) -> tuple[CheckedClaim, ...]:
     if script.code == FAILED and all(line.get("passed") is not False for line in told.values()):
         trouble = trouble or f"ended with code {FAILED}, but nothing that it told fails"
     if script.claims:
-        found = [_judged(each, told.get(each.id), trouble) for each in script.claims]
-    else:
-        found = [_judged(_own(script, n, line), line, trouble) for n, line in told.items()]
-        found += [_judged(_own(script, "end", {}), None, trouble)] * bool(trouble)
-    if trouble:
-        found = [
-            replace(each, passed=False, skipped=None, failure=each.failure or trouble)
-            for each in found
-        ]
-    return tuple(found)
+        return tuple(_judged(claim, told.get(claim.id), trouble) for claim in script.claims)
+    own = told | ({"end": {}} if trouble else {})
+    return tuple(_judged(_own(script, n, line), line or None, trouble) for n, line in own.items())
 
 
 def _judged(claim: Claim, line: Mapping[str, Any] | None, trouble: str) -> CheckedClaim:
@@ -284,21 +277,29 @@ def _judged(claim: Claim, line: Mapping[str, Any] | None, trouble: str) -> Check
         return replace(known, passed=False, failure=trouble or "nothing was measured")
     if "skipped" in line:
         if claim.needs is None or find_spec(claim.needs.partition(".")[0]) is not None:
-            return replace(known, passed=False, failure="skipped, but what it needs is there")
-        return replace(known, skipped=str(line["skipped"]))
+            trouble = "skipped, but what it needs is there"
+        if not trouble:
+            return replace(known, skipped=str(line["skipped"]))
+        return replace(known, passed=False, failure=trouble)
     measured, failure = line.get("measured"), line.get("failure")
     if not isinstance(measured, float | int) or not math.isfinite(measured):
-        return replace(known, passed=False, failure=failure or "no finite number")
-    if measured < 0 and claim.authority != OURS:  # of registered claims
+        measured, failure = None, failure or "no finite number"
+    elif measured < 0 and claim.authority != OURS:  # of registered claims
         failure = failure or "negative, as no distance is"
-    passed = measured <= claim.bound and not failure
-    return replace(known, measured=measured, passed=passed, failure=failure)
+    failure = failure or trouble or None
+    holds = measured is not None and measured <= claim.bound and failure is None
+    return replace(known, measured=measured, passed=holds, failure=failure)
 
 
 def _own(script: _Script, name: str, line: Mapping[str, Any]) -> Claim:
     """The claim that a script states of itself."""
     return Claim.model_construct(
-        id=f"{script.path.stem}/{name}", statement=line.get("statement", script.about),
-        authority=OURS, numbers="ours", bound=line.get("bound", 0.0), reason="as the script says",
-        script=script.path.name, holds=(), needs=None,
-    )  # fmt: skip
+        id=f"{script.path.stem}/{name}",
+        statement=line.get("statement", script.path.name),
+        authority=OURS,
+        numbers="ours",
+        bound=line.get("bound", 0.0),
+        reason="as the script says",
+        script=script.path.name,
+        holds=(),
+    )

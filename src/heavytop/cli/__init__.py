@@ -5,9 +5,15 @@ imported by the verb that needs it, so that ``heavytop --help`` answers at once.
 """
 
 try:
-    from heavytop.cli.command import app, main
+    from heavytop.cli import inspect, report, run, studies
+    from heavytop.cli.command import EXIT_CODES, Exit, app, exit_code, main, register
 except KeyboardInterrupt:  # before there is a command that could say so
     raise SystemExit(130) from None
-from heavytop.cli.messages import EXIT_CODES, Exit, exit_code
 
 __all__ = ["EXIT_CODES", "Exit", "app", "exit_code", "main"]
+
+register(
+    *(run.run, inspect.classify, inspect.plan, studies.drift, studies.resume, studies.atlas),
+    *(studies.stress, studies.workprec, report.validate, inspect.reference, report.check),
+    *(report.report, inspect.scenes, inspect.derive, inspect.doctor),
+)

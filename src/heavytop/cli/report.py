@@ -1,10 +1,9 @@
-"""``heavytop report``: one page of what was run."""
+"""The verbs that judge and show: claims, a trajectory of one's own, one page of what was run."""
 
 from __future__ import annotations
 
-import os
+import math
 import tempfile
-from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
@@ -12,35 +11,95 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 from typer import Argument, BadParameter, Option
 
-from heavytop.cli.messages import FULL, Exit, leave
-from heavytop.cli.options import (
-    Common,
-    named_folder,
-    results_folder,
-    scene_names,
-    unwritable,
-    verb,
-)
+from heavytop.cli import options
+from heavytop.cli.command import FULL, Exit, answer, leave, manner, note, progress_bar, verb
+from heavytop.cli.command import results_folder as proved
+from heavytop.cli.options import option
+from heavytop.cli.studies import finish
 from heavytop.spelling import harmless
 
 if TYPE_CHECKING:
     from heavytop.report.pages.page import Page
 
-PAGE = "report.html"
-MARKS = {".html": b'name="generator" content="heavytop', ".json": b'"schema": "heavytop/report/1"'}
+CLAIMS: Final = "Claims or scripts, as in betsch-cone 39_flint; else those of a few minutes."
+PROOFS: Final = "Run every script: hours, on a quiet machine."
+
+
+@verb
+def validate(
+    claims: Annotated[list[str] | None, Argument(metavar="CLAIM", help=CLAIMS)] = None,
+    proofs: Annotated[bool, Option("--proofs", help=PROOFS)] = False,
+    output: options.Folder = None,
+) -> None:
+    """Measure what is claimed, on authorities outside this project."""
+    from heavytop.claims import validate as claimed
+
+    try:
+        with progress_bar() as bar:
+            found = claimed.validate(tuple(claims or ()), proofs=proofs, progress=bar, note=note)
+    except claimed.UnknownClaim as unknown:
+        raise BadParameter(str(unknown), param_hint="CLAIM") from None
+    finish("validation", found, output)
+
+
+DATA: Final = "A table: .csv, .tsv, .npz, .mat, .nc or .h5."
+SUBJECT: Final = "What the data are of: a scene, such as sicm-kicked, or a file with a [top] alone."
+COLUMNS: Final = "Names of unusual columns, as in t=Zeit,theta=tilt."
+ENOUGH: Final = "Leave with 5 if the data have fewer digits, such as 6."
+CHART: Final = options.file("Draw the errors: x.svg, x.png or x.pdf.", ".svg", ".png", ".pdf")
+OF: Final = option("SCENE", SUBJECT, autocompletion=options.scene_names)
+
+
+@verb
+def check(
+    data: Annotated[Path, Argument(metavar="DATA", help=DATA)],
+    scene: Annotated[str | None, OF] = None,
+    columns: Annotated[str | None, option("NAME=COLUMN,…", COLUMNS)] = None,
+    digits: Annotated[float | None, option("D", ENOUGH)] = None,
+    file: Annotated[Path | None, CHART] = None,
+) -> None:
+    """Judge a trajectory of your own, and name the usual slips."""
+    from heavytop.checking.judge import check as judge
+
+    pairs = [pair.partition("=") for pair in options.names("--columns", columns) or ()]
+    if not all(equals for _, equals, _ in pairs):
+        raise BadParameter(f"{columns!r} is not NAME=COLUMN,…", param_hint="--columns")
+    if digits is not None and not 0 <= digits < math.inf:
+        raise BadParameter(f"{digits:g} is no number of digits", param_hint="--digits")
+    found = judge(data, scene, {name: column for name, _, column in pairs})
+    document = found.document()
+    answer(document, lambda: print(found, flush=True))  # in the alphabet of the terminal
+    ends = []
+    if file is not None:
+        from heavytop.plots.check import check_figure
+        from heavytop.plots.style import save
+
+        try:
+            save(check_figure(document), file)
+            note(f"wrote {file}")
+        except OSError as fault:
+            code = Exit.ENDED_EARLY if fault.errno in FULL else Exit.USAGE
+            ends.append((code, f"cannot write {file}: {fault.strerror or fault}"))
+    if digits is not None and found.digits < digits:
+        said = f"{digits:g} digits were asked for, and there are {found.digits:.1f}"
+        ends.append((Exit.OUT_OF_BOUND, said))
+    leave(ends)
+
+
+# --- report ----------------------------------------------------------------------------------
+
+PAGE: Final = "report.html"
+MARKS: Final = (b'name="generator" content="heavytop', b'"schema": "heavytop/report/1"')
 """What stands near the beginning of the files of a report."""
 
 
 def page_file(text: str) -> Path:
     """The file of a page: one that is named, as FILE.html, else that of a folder."""
-    named = named_folder(text)
-    if named.name.lower() == ".html":
-        raise BadParameter(f"{text!r}: a name before .html, or a folder")
-    as_folder = text.endswith(("/", os.sep)) or named.is_dir()
-    return named if named.suffix.lower() == ".html" and not as_folder else named / PAGE
+    named = options.named_folder(text)
+    return named if named.suffix.lower() == ".html" and not named.is_dir() else named / PAGE
 
 
-PLACES: Final = (
+ABOUT: Final = (
     "Folders of results; or a scene, about which quick studies are run first; or nothing: the "
     "book's tops."
 )
@@ -48,53 +107,46 @@ WHERE: Final = (
     f"Write {PAGE} and report.json into this folder, or FILE.html; else into the current folder, "
     "and with --json nowhere."
 )
+PLACES: Final = Argument(metavar="[DIR…|SCENE]", help=ABOUT, autocompletion=options.scene_names)
 
 
-@verb("changes")
+@verb
 def report(
-    places: Annotated[
-        list[str] | None,
-        Argument(metavar="[DIR…|SCENE]", help=PLACES, autocompletion=scene_names),
-    ] = None,
-    output: Annotated[
-        Path | None, Option("-o", "--output", metavar="DIR", help=WHERE, parser=page_file)
-    ] = None,
-    *,
-    common: Common,
+    places: Annotated[list[str] | None, PLACES] = None,
+    file: Annotated[Path | None, option("DIR", WHERE, "-o", "--output", parser=page_file)] = None,
+    changes: options.Changes = None,
 ) -> None:
     """Put results on one HTML page that needs no network.
 
     The numbers behind each figure stand beside it.
     """
+    from heavytop.report.pages.page import write_page
+
     with ExitStack() as stack:
-        folders, about = _meant(places or [], common)
-        html = None if output is None and common.json else output or Path(PAGE)
+        folders, about = _meant(places or [], changes or [])
+        html = None if file is None and manner().json else file or Path(PAGE)
         if html is not None:
             _expect_replaceable(html)
-            stack.enter_context(results_folder(html.parent))
-        page = _page(folders, about, common, stack)
-        files = {} if html is None else _written(page, html)
-    if common.json:
+            stack.enter_context(proved(html.parent))
+        page = _page(folders, about, stack)
+        files = {} if html is None else write_page(page, html)
+    if manner().json:
         typer.echo(page.json(files))
     elif html is not None:
         figures = sum(len(section.pictures) for section in page.sections)
         counts = {"result": len(page.sections), "figure": figures}
         told = ", ".join(f"{n} {thing}{'s'[: n != 1]}" for thing, n in counts.items())
         typer.echo(f"{harmless(html)}: {told}")
-    leave(_ends(page, common.quiet))
-
-
-def _ends(page: Page, quiet: bool) -> Iterator[tuple[Exit, str]]:
-    for name, why in page.missing:
-        yield Exit.OK, "" if quiet else f"not on the page: {name}: {why}"
+    missing = () if manner().quiet else page.missing
+    leave([(Exit.OK, f"not on the page: {name}: {why}") for name, why in missing])
     if not page.sections:
-        yield Exit.ENDED_EARLY, ""
+        raise typer.Exit(Exit.ENDED_EARLY)
 
 
-def _meant(places: list[str], common: Common) -> tuple[list[Path], list[str]]:
+def _meant(places: list[str], changes: list[str]) -> tuple[list[Path], list[str]]:
     """The folders that are named, or the words that name a scene and change it."""
-    folders = [named_folder(each) for each in places if Path(each).is_dir()]
-    if (folders or not places) and common.changes:
+    folders = [options.named_folder(each) for each in places if Path(each).is_dir()]
+    if (folders or not places) and changes:
         raise BadParameter("changes a scene, and none is named", param_hint="--set")
     if len(folders) == len(places):
         return folders, []
@@ -102,29 +154,20 @@ def _meant(places: list[str], common: Common) -> tuple[list[Path], list[str]]:
         others = ", ".join(repr(each) for each in places if not Path(each).is_dir())
         rule = f"several folders, or one scene; no folder: {others}"
         raise BadParameter(rule, param_hint="DIR")
-    common.scene(places[0])  # refused here, if it is to be refused
-    scene = places[0] if places[0] in scene_names() else str(Path(places[0]).absolute())
-    return [], [scene, *(word for change in common.overrides for word in ("--set", change))]
+    options.read(places[0], changes)  # refused here, if it is to be refused
+    scene = places[0] if places[0] in options.scene_names() else str(Path(places[0]).absolute())
+    return [], [scene, *(word for change in changes for word in ("--set", change))]
 
 
 def _expect_replaceable(html: Path) -> None:
     """Refuse to replace anything but a report, by the page or by the document beside it."""
-    for suffix, mark in MARKS.items():
-        path = html if suffix == ".html" else html.with_suffix(suffix)
-        if path.exists() and not (path.is_file() and mark in _beginning(path)):
+    for path, mark in zip((html, html.with_suffix(".json")), MARKS, strict=True):
+        if path.exists() and not (path.is_file() and mark in path.read_bytes()[:2000]):
             rule = f"{harmless(path)} is there, and is no report: say where"
             raise BadParameter(rule, param_hint="-o")
 
 
-def _beginning(path: Path) -> bytes:
-    try:
-        with path.open("rb") as file:
-            return file.read(2000)
-    except OSError as error:
-        raise unwritable(path, error) from None
-
-
-def _page(folders: list[Path], about: list[str], common: Common, stack: ExitStack) -> Page:
+def _page(folders: list[Path], about: list[str], stack: ExitStack) -> Page:
     """The page of folders, or of the studies that are run first about a scene."""
     from heavytop.report.pages.page import load_results, page_of
 
@@ -134,17 +177,6 @@ def _page(folders: list[Path], about: list[str], common: Common, stack: ExitStac
 
         temporary = tempfile.TemporaryDirectory(prefix="heavytop-", ignore_cleanup_errors=True)
         place = Path(stack.enter_context(temporary))
-        missing = quick(place, about, heard=lambda name: common.note(f"running {name}"))
+        missing = quick(place, about, heard=lambda name: note(f"running {name}"))
         folders = [place] if any(place.glob("*/*.json")) else []
     return page_of(load_results(folders) if folders else (), missing=missing)
-
-
-def _written(page: Page, html: Path) -> dict[str, str]:
-    from heavytop.report.pages.page import write_page
-
-    try:
-        return write_page(page, html)
-    except OSError as error:
-        if error.errno in FULL:
-            raise
-        raise unwritable(html.parent, error) from error  # the folder has gone

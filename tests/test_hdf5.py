@@ -7,7 +7,7 @@ import pytest
 
 from heavytop import hdf5
 
-FUZZ = Path(__file__).parents[2] / "validation" / "fuzz_damage.py"
+FUZZ = Path(__file__).parents[1] / "validation" / "fuzz_damage.py"
 misses = runpy.run_path(str(FUZZ))["misses"]
 
 

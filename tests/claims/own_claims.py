@@ -29,6 +29,35 @@ def tell(*lines):
             file.write((line if isinstance(line, bytes) else json.dumps(line).encode()) + b"\\n")
 """
 GOOD = 'tell({"id": "x", "measured": 0.5})\n'
+FAKE = """
+import os
+from claim import claimed, finish, tell
+
+@claimed("holds")
+def _():
+    return 0.5
+
+@claimed("fails")
+def _():
+    return 2.0
+
+@claimed("raises")
+def _():
+    raise ValueError("no such top")
+
+@claimed("nan")
+def _():
+    return float("nan")
+
+@claimed("absent")
+def _():
+    return 0.0
+
+if "lies" in os.environ["HEAVYTOP_CLAIMS_ASKED"]:
+    tell(id="lies", measured=2.0, passed=True)
+finish()
+"""
+IDS = ("holds", "fails", "raises", "nan", "absent", "lies", "unsaid")
 
 
 def made(folder, scripts, ids):

@@ -1,7 +1,8 @@
-"""No script outlives its validation, and none holds that does not come to its end."""
+"""What `validate` promises: measured beside bound, honestly, and no script outlives it."""
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -12,10 +13,166 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from heavytop.claims import validate as validating
-from heavytop.claims.validate import validate
+from heavytop.claims.validate import UnknownClaim, validate
+from heavytop.errors import HeavyTopError, WrongType
 
-from .own_claims import GOOD, by_id, made, one
-from .processes import gone, soon
+from ..processes import gone, soon
+from .own_claims import FAKE, GOOD, IDS, by_id, made, one
+
+
+@pytest.fixture
+def fake(tmp_path):
+    return made(tmp_path, {"50_fake.py": FAKE}, {"50_fake.py": IDS})
+
+
+def test_each_claim_is_judged_by_its_bound(fake):
+    found = by_id(validate(register=fake))
+    assert {name: each.passed for name, each in found.items()} == {
+        "holds": True, "fails": False, "raises": False, "nan": False, "absent": None,
+        "lies": False, "unsaid": False,
+    }  # fmt: skip
+    assert (found["holds"].measured, found["fails"].measured) == (0.5, 2.0)
+    assert found["raises"].failure == "ValueError: no such top"
+    assert found["nan"].measured is None
+    assert found["unsaid"].failure == "nothing was measured"
+    assert found["absent"].skipped == "needs no_such_package: pip install no_such_package"
+
+
+def test_only_what_is_asked_is_measured(fake):
+    assert list(by_id(validate(["holds"], register=fake))) == ["holds"]
+    assert set(by_id(validate(["50_fake"], register=fake))) == set(IDS)
+    with pytest.raises(UnknownClaim, match='did you mean "holds"'):
+        validate(["hold"], register=fake)
+
+
+def test_what_is_asked_for_is_names(fake):
+    for wrong in ("hold", "50_fak", "", "a\n" * 100, "\udcff"):
+        with pytest.raises(UnknownClaim, match="is no claim and no script") as error:
+            validate([wrong], register=fake)
+        assert len(str(error.value)) < 200
+        assert isinstance(error.value, HeavyTopError)
+    with pytest.raises(UnknownClaim):
+        validate([3], register=fake)
+    with pytest.raises(WrongType, match='names: a list of names, not "holds"'):
+        validate("holds", register=fake)
+    with pytest.raises(ValueError, match="jobs = 0: at least 1"):
+        validate(jobs=0, register=fake)
+
+
+def test_each_script_is_told_of_as_it_begins_and_ends(tmp_path):
+    scripts = {"01_own.py": "from claim import claim\nclaim('one', 1, 2)\n", "50_fake.py": FAKE}
+    known = made(tmp_path, scripts, {"50_fake.py": IDS})
+    notes, parts = [], []
+    validate(proofs=True, register=known, note=notes.append, progress=parts.append)
+    assert [note.partition(" in ")[0] for note in notes] == [
+        "running 50_fake.py", "50_fake.py: 1 passed, 5 failed, 1 skipped",
+        "running 01_own.py", "01_own.py: 1 passed",
+    ]  # fmt: skip
+    assert parts == [0.5, 1.0]
+
+
+def test_other_scripts_state_their_own_claims(tmp_path):
+    own = (
+        '"""About tops.\n\nMore."""\nfrom claim import claim\n'
+        'claim("one", 1, 2)\nclaim("two", 3, 2)\n'
+    )
+    scripts = {"01_own.py": own, "02_worse.py": own + "raise SystemExit(3)\n", "50_fake.py": FAKE}
+    register = made(tmp_path, scripts, {"50_fake.py": ("holds",)})
+    assert register.proofs == ("01_own.py", "02_worse.py")
+    assert set(by_id(validate(register=register))) == {"holds"}
+    all_of_them = validate(proofs=True, register=register)
+    assert all_of_them.document()["authorities"] == 1  # a book; we are none
+    found = by_id(all_of_them)
+    assert [(name, each.passed) for name, each in found.items()] == [
+        ("holds", True), ("01_own/1", True), ("01_own/2", False),
+        ("02_worse/1", False), ("02_worse/2", False), ("02_worse/end", False),
+    ]  # fmt: skip
+    assert [found[f"02_worse/{n}"].measured for n in (1, 2, "end")] == [1, 3, None]
+    assert found["02_worse/1"].failure == "ended with code 3: it said nothing"
+
+
+def test_what_an_installed_package_carries_is_run_from_a_copy(tmp_path, monkeypatch):
+    at_home = (
+        "from pathlib import Path\nfrom claim import claim\n"
+        f"claim('at home', Path(__file__).parent == Path({str(tmp_path)!r}), 0)\n"
+    )
+    register = made(tmp_path, {"01_where.py": at_home}, {})
+    assert validate(["01_where"], register=register).failed
+    monkeypatch.setattr(validating, "PACKED", tmp_path)
+    assert not validate(["01_where"], register=register).failed
+
+
+# --- what a script tells is taken for nothing that it is not -----------------------------------
+
+X = '{"id": "x", "measured": %s}'
+
+
+def told(tmp_path, body, ids=("x",)):
+    return by_id(validate(register=one(tmp_path, body, ids)))
+
+
+@pytest.mark.parametrize("measured", ['"0.5"', "[0.5]", "NaN", "-Infinity", "null"])
+def test_what_is_no_number_does_not_hold(tmp_path, measured):
+    found = told(tmp_path, f"tell({(X % measured).encode()!r})")["x"]
+    assert (found.passed, found.measured, found.failure) == (False, None, "no finite number")
+    json.dumps(found.document(), allow_nan=False)
+
+
+@pytest.mark.parametrize(
+    ("body", "measured", "failure"),
+    [
+        (GOOD + """tell(b'{"id": "x", "mea')""", 0.5, "line 2 of what it told is no JSON object"),
+        (GOOD + "tell(b'[0.5]')", 0.5, "line 2 of what it told is no JSON object"),
+        (GOOD + r"tell(b'\xff\xfe')", 0.5, "line 2 of what it told is no JSON object"),
+        ('tell({"id": "x", "measured": -0.5})', -0.5, "negative, as no distance is"),
+        ('tell({"id": "x", "measured": 0.5, "failure": "worn"})', 0.5, "worn"),
+        ('tell({"id": "x", "measured": 2, "passed": True})', 2, None),
+        ('import sys\nsys.stderr.write("x" * 99_999 + "\\nat last\\n \\n")\nsys.exit(1)',
+         None, "ended with code 1: at last"),
+        ('tell({"id": "x", "failure": "no such top"})\nraise SystemExit(3)', None, "no such top"),
+        ("raise SystemExit(3)", None, "ended with code 3: it said nothing"),
+    ],
+)  # fmt: skip
+def test_what_does_not_hold_says_why(tmp_path, body, measured, failure):
+    found = told(tmp_path, body)["x"]
+    assert (found.passed, found.measured, found.failure) == (False, measured, failure)
+
+
+@pytest.mark.parametrize(
+    ("name", "end", "failure"),
+    [
+        ("x", "", "skipped, but what it needs is there"),
+        ("present", "", "skipped, but what it needs is there"),
+        ("absent", "", None),
+        ("absent", "raise SystemExit(3)", "ended with code 3: it said nothing"),
+    ],
+)
+def test_only_what_an_absent_package_prevents_is_skipped(tmp_path, name, end, failure):
+    body = f'tell({{"id": "{name}", "skipped": "no time"}})\n{end}'
+    found = told(tmp_path, body, (name,))[name]
+    assert found.failure == failure
+    assert found.skipped == (None if failure else "no time")
+    assert found.passed is (False if failure else None)
+
+
+@pytest.mark.parametrize(
+    ("body", "name", "measured", "failure"),
+    [
+        ('tell({"statement": "s", "measured": 0.5, "bound": 1})', "1", 0.5, None),
+        ('tell({"statement": "s", "measured": "0.5", "bound": 1})', "1", None, "no finite number"),
+        ('tell({"skipped": "no time"})', "1", None, "skipped, but what it needs is there"),
+        ("", "end", None, "it claims nothing"),
+        ("1 / 0", "end", None, "ended with code 1: ZeroDivisionError: division by zero"),
+        ("tell(b'[')", "end", None, "line 1 of what it told is no JSON object"),
+    ],
+)
+def test_other_scripts_are_not_trusted_either(tmp_path, body, name, measured, failure):
+    [found] = validate(["50_one"], register=one(tmp_path, body, ())).claims
+    assert (found.id, found.measured) == (f"50_one/{name}", measured)
+    assert (found.passed, found.failure) == (failure is None, failure)
+
+
+# --- no script outlives its validation ----------------------------------------------------------
 
 CHILD = 'import subprocess, sys\nchild = subprocess.Popen([sys.executable, "-c", {program!r}])\n'
 SLEEPING = CHILD.format(program="import time; time.sleep(60)")
@@ -49,29 +206,6 @@ def test_a_script_that_does_not_come_to_its_end_holds_nothing_of_what_it_measure
     found = validate(register=one(tmp_path, f"{GOOD}import sys, time\n{end}\n"))
     [measured] = found.claims
     assert (measured.passed, measured.measured, measured.failure) == (False, 0.5, failure)
-
-
-def test_what_failed_by_itself_keeps_its_reason_and_what_was_skipped_fails(tmp_path):
-    body = (
-        'tell({"id": "x", "failure": "no such top"}, {"id": "absent", "skipped": "absent"})\n'
-        "raise SystemExit(3)"
-    )
-    found = by_id(validate(register=one(tmp_path, body, ("x", "absent", "y"))))
-    assert found["x"].failure == "no such top"
-    for name in ("absent", "y"):
-        assert (found[name].passed, found[name].skipped) == (False, None)
-        assert found[name].failure == "ended with code 3: it said nothing"
-
-
-def test_code_0_hides_no_claim_that_fails(tmp_path):
-    found = validate(register=one(tmp_path, 'tell({"id": "x", "measured": 2, "passed": True})'))
-    assert (found.claims[0].passed, found.claims[0].failure) == (False, None)
-
-
-def test_of_what_a_script_says_at_length_the_last_line_is_told(tmp_path):
-    body = 'import sys\nsys.stderr.write("x" * 200_000 + "\\nat last\\n \\n")\nsys.exit(1)'
-    found = validate(register=one(tmp_path, body))
-    assert found.failed[0].failure == "ended with code 1: at last"
 
 
 def test_a_script_that_is_not_done_is_killed_with_what_it_started(tmp_path, monkeypatch):
@@ -180,14 +314,6 @@ def test_letters_of_a_statement_are_printed_wherever_the_person_is(tmp_path, mon
     assert not validate(
         register=one(tmp_path, body + "open('/dev/null', 'w').write('\u03b8')\n")
     ).failed
-
-
-def test_a_script_by_itself_measures_all_whatever_the_environment(tmp_path):
-    body = 'from claim import claimed, finish\n@claimed("x")\ndef _():\n    return 2\nfinish()\n'
-    made(tmp_path, {"50_c.py": body}, {"50_c.py": ("x",)})
-    here = os.environ | {"HEAVYTOP_CLAIMS_ASKED": "y"}
-    run = subprocess.run([sys.executable, tmp_path / "50_c.py"], env=here, capture_output=True)
-    assert run.returncode == 5
 
 
 def test_another_package_of_this_name_is_not_measured(tmp_path, monkeypatch):

@@ -9,8 +9,6 @@ import pytest
 
 import heavytop as ht
 from heavytop.errors import BadScene
-from heavytop.names import nearest
-from heavytop.run.planning import plan
 from heavytop.scene.arguments import Range, Refused, one_of, parse_names, parse_options
 from heavytop.studies.drift import drift_parameters
 from heavytop.studies.work_precision import diagram_parameters, settings
@@ -97,13 +95,7 @@ def test_what_is_right_is_kept_where_something_is_wrong():
 
 @pytest.mark.parametrize(
     ("value", "told"),
-    [
-        ("axes", '"axes"'),
-        (3, "3"),
-        (["axis"], '["axis"]'),
-        (None, "None"),
-        ("\x1b[2J", '"\\x1b[2J"'),
-    ],
+    [("axes", '"axes"'), (3, "3"), (["axis"], '["axis"]'), ("\x1b[2J", '"\\x1b[2J"')],
 )
 def test_a_name_that_is_not_in_the_list_is_refused(value, told):
     _, (fault,) = parse_options("some", {"form": value}, {"form": one_of({"axis": 0, "cubic": 1})})
@@ -136,42 +128,6 @@ def test_a_refusal_can_be_pickled_and_read():
     again = pickle.loads(pickle.dumps(Refused("one of a, b", 'did you mean "a"?')))
     assert (again.rule, again.hint) == ("one of a, b", 'did you mean "a"?')
     assert str(again) == 'one of a, b (did you mean "a"?)'
-
-
-# --- the nearest name ------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("value", "hint"),
-    [
-        ("phidott", "phidot"), ("PHIDOT", "phidot"), ("OMEGA3", "Omega3"), ("axis", "AXIS"),
-        ("zz", ""), ("", ""),
-        (3, ""), (None, ""), ("phidot" + 10**6 * " ", ""),
-    ],
-    ids=lambda value: str(value)[:10],
-)  # fmt: skip
-def test_the_nearest_name_is_hinted_at(value, hint):
-    expected = hint and f'did you mean "{hint}"?'
-    assert nearest(value, ("phi", "phidot", "Omega3", "AXIS")) == expected
-    assert nearest(value, ()) == ""
-
-
-@pytest.mark.parametrize(
-    ("ask", "meant"),
-    [
-        (lambda: ht.load_scene("SICM-kiked"), "sicm-kicked"),
-        (lambda: ht.load_scene("sicm-kicked", ["start.Phidott=1"]), "phidot"),
-        (lambda: ht.load_scene("sicm-kicked", ['want.quantities=["Tetha"]']), "theta"),
-        (lambda: plan(KICKED, "Axes"), "axis"),
-        (lambda: drift(methods=["Taylor-axes"]), "taylor-axis"),
-        (lambda: work_precision(methods=["DOP854-scipy"]), "dop853-scipy"),
-        (lambda: ht.stress(cases=["Cups"]), "cusp"),
-        (lambda: ht.stress(methods=["Taylor-axes"]), "taylor-axis"),
-    ],
-)
-def test_everywhere_the_name_that_was_meant_is_told_in_one_wording(ask, meant):
-    (fault,) = faults_of(ask)
-    assert f'did you mean "{meant}"?' in str(fault)
 
 
 # --- studies ---------------------------------------------------------------------------------

@@ -9,7 +9,6 @@ import pytest
 import typer
 
 from heavytop.cli import EXIT_CODES, app
-from heavytop.report.pages import quick
 
 EXTENSIONS = Path(__file__).parents[2] / "docs" / "_ext"
 PAGE = """# A page
@@ -81,15 +80,9 @@ def test_hours_become_seconds_and_the_verb_stays(commands, said, run):
     assert " ".join(commands.less(f"heavytop {said}")[1:]) == run
 
 
-def test_the_readme_shows_commands(commands):
+def test_the_commands_of_the_readme_are_run_too(commands):
     readme = EXTENSIONS.parents[1] / "README.md"
     assert len(list(commands.shown(readme.read_text("utf-8")))) >= 10
-
-
-def test_a_report_is_cut_short_and_nothing_else_is(commands, extension):
-    assert commands.program("report") == [sys.executable, str(EXTENSIONS / "briefly.py")]
-    assert commands.program("run") == [commands.HEAVYTOP]
-    assert extension("briefly").LESS.keys() <= vars(quick).keys()
 
 
 def test_the_reference_has_every_verb_with_all_it_takes(extension):
@@ -100,16 +93,6 @@ def test_the_reference_has_every_verb_with_all_it_takes(extension):
     for name, verb in verbs.items():
         said = set(re.findall(r"`(-[-\w]+)", sections[name]))
         assert said == {option for each in verb.params for option in each.opts if option[0] == "-"}
-
-
-def test_the_reference_says_what_is_typed_and_what_holds_else(extension):
-    reference = extension("verbs").reference()
-    assert "heavytop run SCENE [OPTION…]" in reference
-    assert "heavytop report [DIR…|SCENE] [OPTION…]" in reference
-    assert "| `-j J`, `--jobs J` | Processes to work in. From 1 to 1024. | `1` |" in reference
-    assert "as often as it is given: `--set start.phidot=-14`. |" in reference
-    assert "| `SCENE` | A shipped scene (heavytop scenes lists them), or " in reference
-    assert "the path of a TOML file. | needed |" in reference
 
 
 def test_the_built_page_has_it_in_place_of_a_word_to_those_who_read_it_unbuilt(extension):
@@ -132,10 +115,7 @@ def test_the_page_has_the_exit_codes_of_the_command():
     assert {code: what.strip() for code, what in shown} == told
 
 
-def test_attributes_that_share_a_description_have_a_field_each(extension):
-    lines = ["Text.", "", ":ivar a, b: what", "  they are", ":vartype a, b: float", ":ivar c: x"]
-    extension("public_names").one_by_one(None, "class", "X", None, None, lines)
-    assert lines[2:] == [
-        ":ivar a: what", "  they are", ":ivar b: what", "  they are",
-        ":vartype a: float", ":vartype b: float", ":ivar c: x",
-    ]  # fmt: skip
+def test_the_page_of_commands_has_every_verb_unbuilt():
+    page = (EXTENSIONS.parent / "commands.md").read_text("utf-8")
+    for name, verb in typer.main.get_command(app).commands.items():
+        assert f"| `{name}` | {verb.help.splitlines()[0]} |" in page

@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from .processes import soon
+from ..processes import soon
 
 BEGIN = "import signal, pathlib, sys; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
 SICM = "A=3.28e-4, C=6.6e-5, gMR=0.0456, theta=[0.1] * 300, psidot=140"

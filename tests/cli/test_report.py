@@ -1,0 +1,189 @@
+"""The verbs that judge and show: what ``check`` and ``validate`` print, and leave with."""
+
+import contextlib
+import errno
+import json
+import os
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from heavytop.analytic.motion import Motion
+from heavytop.claims import validate as validating
+from heavytop.claims.register import load_register
+from heavytop.cli import app
+from heavytop.plots.check import check_figure
+from heavytop.run.propagation import propagate
+from heavytop.scene.scene import load_scene
+
+from ..claims.own_claims import FAKE, GOOD, IDS, made, one
+from ..docs.pages_agree import BLOCK
+from ..docs.test_first_ten_minutes import follows, lines, steps
+
+PAGE = (Path(__file__).parents[2] / "docs" / "check-a-trajectory.md").read_text("utf-8")
+KICKED = load_scene("sicm-kicked")
+
+
+def heavytop_(*words):
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+# --- check ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def mine(tmp_path):
+    """The words that judge a table of the kicked top, its angles as they are."""
+    t = np.linspace(0, 2, 201)
+    record = Motion(KICKED.top, KICKED.start).at(t)
+    path = tmp_path / "mine.csv"
+    rows = np.stack([t, record.theta, record.phi], axis=1)
+    np.savetxt(path, rows, delimiter=",", header="Zeit,theta,phi", comments="", fmt="%.17g")
+    return ("check", path, "--scene", "sicm-kicked", "--columns", "t=Zeit")
+
+
+def test_the_session_of_the_page(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with contextlib.redirect_stdout(None):
+        exec(compile(BLOCK.search(PAGE)[1], "the page", "exec"), {})
+    session = list(steps(PAGE))
+    assert len(session) == 2
+    for line, shown in session:
+        found = heavytop_(*shlex.split(line)[1:])
+        assert follows(lines(shown), lines(found.output)), found.output
+    assert found.exit_code == 5
+    assert (tmp_path / "errors.svg").read_text("utf-8").startswith("<?xml")
+
+
+def test_the_document_and_its_chart(mine):
+    found = heavytop_(*mine, "--json", "--digits", 13)
+    assert found.exit_code == 0
+    document = json.loads(found.stdout)
+    assert document["schema"] == "heavytop/check/1"
+    assert (document["digits"] > 14, document["slip"]) == (True, None)
+    other = heavytop_(*mine[:3], "sicm-dropped", *mine[4:], "--json")
+    document = json.loads(other.stdout)
+    above, below = check_figure(document).axes
+    drawn = {line.get_label(): line.get_ydata() for line in above.lines}
+    curve = np.abs(np.array(document["curves"]["axis"], dtype=float))
+    assert np.array_equal(drawn["axis [rad]"][1:], curve[1:])
+    assert list(drawn) == ["axis [rad]", "θ [rad]", "φ [rad]", "conditioning"]
+    assert list(below.lines[0].get_ydata()) == document["curves"]["phase"]
+
+
+def test_a_run_of_ours_knows_its_scene(tmp_path):
+    propagate(KICKED).save(tmp_path / "trajectory.nc")
+    found = heavytop_("check", tmp_path / "trajectory.nc", "--digits", 12)
+    assert found.exit_code == 0, found.output
+    assert "of the scene: theta = 0.1, phidot = -15" in found.stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "told"),
+    [
+        (["--columns", "Zeit"], 2, "'Zeit' is not NAME=COLUMN,…"),
+        (["--columns", "t=Uhr"], 3, "Uhr"),
+        (["-o", "errors.txt"], 2, "errors.txt: the name of a file in .svg, .png, .pdf"),
+        (["-o", "/no/where/x.svg"], 2, "cannot write /no/where/x.svg"),
+        *((["--digits", digits], 2, "is no number of digits") for digits in ("nan", "-1", "inf")),
+    ],
+)
+def test_what_it_cannot_do_is_told(mine, words, code, told):
+    found = heavytop_(*mine, *words)
+    assert found.exit_code == code
+    assert told in found.stderr
+
+
+def test_what_the_data_are_of_has_to_be_said(mine, tmp_path):
+    needed = heavytop_(*mine[:2], *mine[4:])
+    assert needed.exit_code == 3
+    assert "a scene, or its top alone, has to say what the data are of" in needed.stderr
+    assert heavytop_("check", tmp_path / "none.csv").exit_code == 3
+    assert "t: a column of at least 5 times" in heavytop_(*mine[:4]).stderr
+
+
+@pytest.mark.parametrize(("number", "code"), [(errno.ENOSPC, 4), (errno.EACCES, 2)])
+def test_the_judgement_is_printed_without_its_chart(mine, monkeypatch, number, code):
+    def full(*_):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr("heavytop.plots.style.save", full)
+    found = heavytop_(*mine, "-o", "errors.svg")
+    assert found.exit_code == code
+    assert "digits          1" in found.stdout
+    assert f"cannot write errors.svg: {os.strerror(number)}" in found.stderr
+    assert heavytop_(*mine, "-o", "errors.svg", "--digits", "17").exit_code == 5
+
+
+# --- validate ------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def ours(tmp_path, monkeypatch):
+    fake = made(tmp_path, {"50_fake.py": FAKE}, {"50_fake.py": IDS})
+    monkeypatch.setattr(validating, "load_register", lambda: fake)
+
+
+@pytest.mark.usefixtures("ours")
+def test_the_document_the_table_and_the_exit_code(tmp_path):
+    shown = heavytop_("validate", "--json", "-o", tmp_path / "made" / "here")
+    document = json.loads(shown.stdout)
+    assert shown.exit_code == 5
+    assert document["schema"] == "heavytop/validate/1"
+    promised = {"id", "statement", "authority", "bound", "measured", "passed", "skipped"}
+    assert all(set(claim) >= promised for claim in document["claims"])
+    assert document["counts"] == {"passed": 1, "failed": 5, "skipped": 1}
+    assert json.loads((tmp_path / "made/here/validate.json").read_text("utf-8")) == document
+    assert "raises does not hold: ValueError: no such top" in shown.stderr
+    table = heavytop_("validate").stdout
+    for line in ("ok    holds of the top", "FAIL  fails of the top", "skip  absent of the top"):
+        assert line in table
+    assert "absent  skipped: needs no_such_package: pip install no_such_package" in table
+    assert "1 holds, 5 fail, 1 skipped" in table
+    assert "ok    holds of the top   formula       0.5      1" in table
+
+
+@pytest.mark.usefixtures("ours")
+@pytest.mark.parametrize(
+    ("words", "asked", "proofs"),
+    [
+        ((), [], False),
+        (("holds", "holds", "absent"), ["holds", "absent"], False),
+        (("holds", "--proofs"), ["holds"], True),
+    ],
+)
+def test_the_document_keeps_what_was_asked(words, asked, proofs):
+    shown = heavytop_("validate", "--json", *words)
+    document = json.loads(shown.stdout)
+    assert (document["asked"], document["proofs"]) == (asked, proofs)
+    assert {claim["numbers"] for claim in document["claims"]} == {"formula"}
+    assert shown.exit_code == (0 if asked else 5)
+
+
+@pytest.mark.usefixtures("ours")
+def test_a_name_or_a_folder_that_is_none_is_told_before_anything_runs(tmp_path):
+    unknown = heavytop_("validate", "hold", "-v")
+    assert unknown.exit_code == 2
+    assert 'did you mean "holds"' in unknown.stderr
+    assert "running" not in unknown.stderr
+
+
+def test_a_script_that_ends_badly_is_out_of_bound_and_no_bug(tmp_path, monkeypatch):
+    known = one(tmp_path, GOOD + "raise SystemExit(3)")
+    monkeypatch.setattr(validating, "load_register", lambda: known)
+    shown = heavytop_("validate", "-v")
+    assert shown.exit_code == 5
+    assert "x does not hold: ended with code 3: it said nothing" in shown.stderr
+    assert "FAIL  x of the top" in shown.stdout
+    assert "heavytop: 50_one.py: 1 failed in " in shown.stderr
+
+
+def test_a_damaged_register_is_a_foreign_file(tmp_path, monkeypatch):
+    (tmp_path / "claims.toml").write_text("[", "utf-8")
+    monkeypatch.setattr(validating, "load_register", lambda: load_register(tmp_path))
+    shown = heavytop_("validate")
+    assert shown.exit_code == 3
+    assert "claims.toml" in shown.stderr

@@ -1,0 +1,118 @@
+"""Every public name says what it takes, returns and raises, in which units, and how good it is."""
+
+import inspect
+import re
+from functools import cached_property
+from pathlib import Path
+
+import pytest
+
+import heavytop as ht
+
+ROOT = Path(__file__).parents[2]
+HEADING = re.compile(r"^([A-Z]\w+)\n-{3,}$", re.MULTILINE)
+ENTRY = re.compile(r"^(\w+(?:, \w+)*) : (.+)\n((?:    .*\n|\n)*)", re.MULTILINE)
+NOTE = re.compile(r"^Accuracy: (?:.+\n?)+", re.MULTILINE)
+FILE = re.compile(r"``((?:tests|validation)/[\w/.]+)``")
+UNPACKED = re.compile(r"Unpack\[(\w+)\]")  # a typed dictionary: each of its keys is a keyword
+NUMERIC = re.compile(r"\b(float|number|ndarray|array_like|mpf|array)\b")
+NO_UNIT = {  # numbers that count, compare or have the unit of what they are of
+    "Check": {"digits"},
+    "Circuit": {"s", "turns", "spin_turns"},
+    "Drift": {"periods", "spread"},
+    "Errors": {"energy", "invariants", "input_rounding"},
+    "Facts": {"rotation_number", "nutation_amplitude", "fast_top_ratio", "fast_top_amplitude_error",
+              "fast_top_precession_error", "fast_top_period_error"},
+    "Plan": {"tolerance"},
+    "Sample": {"quaternion", "states"},
+    "Scene": {"periods"},
+    "Sensitivities": {"error"},
+    "Transition": {"states", "matrix", "by_parameters"},
+    "Verdict": {"margin", "margin_enclosure"},
+    "WorkPrecision": {"periods", "phase"},
+    "Method": {"setting"},
+    "drift": {"periods"},
+    "work_precision": {"periods"},
+}  # fmt: skip
+FUNCTIONS = [name for name in ht.__all__ if inspect.isfunction(getattr(ht, name))]
+CLASSES = [name for name in ht.__all__ if inspect.isclass(getattr(ht, name))]
+RAISED = [name for name in CLASSES if issubclass(getattr(ht, name), (Exception, Warning))]
+VALUES = [name for name in CLASSES if name not in {*RAISED, "Exact", "Kind"}]
+
+
+def said(thing):
+    return inspect.getdoc(thing) or ""
+
+
+def sections(thing):
+    """The sections of a docstring, by heading."""
+    parts = HEADING.split(said(thing))
+    return dict(zip(parts[1::2], parts[2::2], strict=True))
+
+
+def named(text):
+    return {name for names, _, _ in ENTRY.findall(f"{text}\n") for name in names.split(", ")}
+
+
+def taken(function):
+    """The names of what a function takes, with those of a typed ``**``."""
+    names = []
+    for name, each in inspect.signature(function).parameters.items():
+        if typed := UNPACKED.fullmatch(str(each.annotation)):
+            names += function.__globals__[typed[1]].__annotations__
+        elif name not in {"self", "cls"}:
+            names.append(name)
+    return set(names)
+
+
+def members(thing):
+    """The public methods and properties that a class itself defines, as functions."""
+    for name, member in vars(thing).items():
+        found = getattr(member, "fget", None) or getattr(member, "func", member)
+        found = getattr(found, "__func__", found)
+        if not name.startswith("_") and inspect.isfunction(found):
+            yield member, found
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_a_function_says_what_it_takes_returns_and_raises(name):
+    found = sections(getattr(ht, name))
+    assert named(found["Parameters"]) == taken(getattr(ht, name))
+    assert {"Returns", "Raises", "Examples"} <= found.keys()
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_a_class_says_what_it_holds_and_its_methods_what_they_take(name):
+    thing = getattr(ht, name)
+    assert said(thing) not in {said(Exception), said(Warning), ""}
+    every = [sections(each) for each in thing.__mro__[:-1] if each.__doc__]
+    parts = ("Attributes", "Parameters")
+    held = set().union(*(named(found.get(part, "")) for found in every for part in parts))
+    fields = getattr(thing, "__dataclass_fields__", {}) if name in VALUES else {}
+    assert {field for field, each in fields.items() if field[0] != "_" and each.repr} <= held
+    assert held or name not in VALUES
+    for member, function in members(thing):
+        first = said(function).partition("\n")[0]
+        assert first, function
+        if isinstance(member, (property, cached_property)):
+            assert ":" not in first, "Sphinx takes what is before a colon for its type"
+        elif takes := taken(function):
+            assert named(sections(function).get("Parameters", "")) == takes, function
+
+
+@pytest.mark.parametrize("name", FUNCTIONS + VALUES)
+def test_numbers_have_units_arrays_shapes_and_notes_a_test(name):
+    thing = getattr(ht, name)
+    found = sections(thing)
+    for heading in ("Parameters", "Attributes", "Returns"):
+        for names, kind, described in ENTRY.findall(found.get(heading, "") + "\n"):
+            if NUMERIC.search(kind) and not set(names.split(", ")) <= NO_UNIT.get(name, set()):
+                assert "[" in described + kind, (names, "unit")
+            if "ndarray" in kind:
+                told = kind + described + said(thing).split("\n\n")[0]
+                assert re.search(r"shape|of the length", told), (names, "shape")
+    for text in (said(thing), *(said(each) for _, each in members(thing))):
+        for note in NOTE.findall(text):
+            files = FILE.findall(note)
+            assert files, note
+            assert all((ROOT / each).exists() for each in files), note

@@ -1,0 +1,43 @@
+"""What is installed here, found without importing any of it."""
+
+from pathlib import Path
+
+import pytest
+
+from heavytop import doctor
+
+
+def test_the_document_knows_the_integrator(monkeypatch, tmp_path):
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "cache.db").write_bytes(b"12345")
+    monkeypatch.setenv("HEYOKA_CACHE_DIR", str(tmp_path))
+    found = doctor.diagnosis()
+    assert found["versions"]["heyoka"].startswith("7.")
+    assert found["integrator"]["wheel"]["tags"]
+    expected = {"folder": str(tmp_path), "exists": True, "bytes": 5}
+    assert found["integrator"]["cache"] == expected
+    assert found["missing"] == []
+    monkeypatch.setenv("HEYOKA_CACHE_DIR", str(tmp_path / "none"))
+    assert doctor.cache() == {"folder": str(tmp_path / "none"), "exists": False, "bytes": 0}
+
+
+def test_an_extra_that_is_missing_has_the_line_that_installs_it(monkeypatch):
+    assert "heyoka" in doctor.requirements(None)
+    assert "numba" in doctor.requirements("rivals")
+    assert "numba" not in doctor.requirements(None)
+    monkeypatch.setattr(doctor, "version", lambda name: None)
+    pip = "pip install 'heavytop[rivals]'"
+    assert doctor.optional("rivals") == {"missing": doctor.requirements("rivals"), "install": pip}
+    assert f"missing: {pip}" in doctor.in_words(doctor.diagnosis())
+
+
+@pytest.mark.parametrize(
+    ("environment", "folder"),
+    [
+        ({"HEYOKA_CACHE_DIR": "/a", "XDG_CACHE_HOME": "/b"}, "/a"),
+        ({"XDG_CACHE_HOME": "/b", "HOME": "/c"}, "/b/heyoka"),
+        ({"HOME": "/c"}, "/c/.cache/heyoka"),
+    ],
+)
+def test_heyokas_rule_for_its_cache_is_followed(environment, folder):
+    assert doctor.cache_folder(environment) == Path(folder)

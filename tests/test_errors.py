@@ -1,0 +1,72 @@
+"""Errors say what is wrong, can be sent to another process, and print the command that goes on."""
+
+import pickle
+from pathlib import Path
+
+import pytest
+
+from heavytop import errors
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        errors.BadScene((errors.Fault("a.toml", 3, "top.A", "-1", "A > 0"),)),
+        errors.ImpossibleTop([("A", "A > 0")]),
+        errors.Unseparated("x", 1e-9),
+        errors.ForeignStudy(Path("out"), ["seed: 1 there, 2 here"]),
+        errors.ForeignWorker("w", ["heyoka"]),
+        errors.InUse(Path("out"), "12", "here"),
+        errors.MissingPackage("strang", ["numba"]),
+        errors.EndedEarly("singular", None, "why"),
+        errors.StoppedEarly("interrupted", "interrupted", Path("out")),
+    ],
+    ids=lambda error: type(error).__name__,
+)
+def test_an_error_can_be_pickled(error):
+    again = pickle.loads(pickle.dumps(error))
+    assert str(again) == str(error)
+    assert type(again) is type(error)
+    for name in (
+        "faults",
+        "broken",
+        "bound",
+        "differences",
+        "pid",
+        "packages",
+        "outcome",
+        "folder",
+    ):
+        assert getattr(again, name, None) == getattr(error, name, None)
+
+
+def test_a_fault_has_its_place_its_value_and_its_rule():
+    fault = errors.Fault("a.toml", 3, "top.A", "-1", "A > 0", "a hint")
+    assert str(fault) == "a.toml:3: top.A = -1: A > 0 (a hint)"
+    assert str(errors.Fault("--set", None, "top", "", "missing")) == "--set: top: missing"
+
+
+@pytest.mark.parametrize(
+    ("folder", "command"),
+    [
+        ("out", "heavytop resume out"),
+        ("long runs", "heavytop resume 'long runs'"),
+        ("-o", "heavytop resume ./-o"),
+    ],
+)
+def test_the_command_that_goes_on_can_be_typed(folder, command):
+    assert errors.resuming(Path(folder)) == command
+    stopped = errors.StoppedEarly("interrupted", "interrupted", Path(folder))
+    assert stopped.command == command
+    assert str(stopped).endswith(f"and this goes on:\n{command}")
+    assert errors.StoppedEarly("interrupted", "interrupted", None).command == ""
+
+
+def test_what_cannot_write_says_where_and_whether_its_folder_is_there(tmp_path):
+    full = OSError(28, "No space left on device")
+    kept = errors.StoppedEarly.unwritable(full, tmp_path / "x.json", tmp_path)
+    assert kept.why == f"ended early: cannot write {tmp_path / 'x.json'}: No space left on device"
+    assert kept.command == f"heavytop resume {tmp_path}"
+    gone = errors.StoppedEarly.unwritable(full, tmp_path / "x.json", tmp_path / "gone")
+    assert gone.why == f"ended early: {tmp_path / 'gone'}: the folder has gone"
+    assert gone.folder is None

@@ -1,0 +1,67 @@
+"""The nearest name is hinted at, in one wording, and of many names few are told."""
+
+import re
+
+import pytest
+
+import heavytop as ht
+from heavytop.comparison import METHODS
+from heavytop.errors import BadScene
+from heavytop.names import closest, listed, nearest
+from heavytop.studies.methods import taylor_methods
+
+KICKED = ht.load_scene("sicm-kicked")
+
+
+@pytest.mark.parametrize(
+    ("value", "hint"),
+    [
+        ("phidott", "phidot"), ("PHIDOT", "phidot"), ("OMEGA3", "Omega3"), ("axis", "AXIS"),
+        ("zz", ""), ("", ""), (3, ""), (None, ""), ("phidot" + 10**6 * " ", ""),
+    ],
+    ids=lambda value: str(value)[:10],
+)  # fmt: skip
+def test_the_nearest_name_is_hinted_at(value, hint):
+    known = ("phi", "phidot", "Omega3", "AXIS")
+    assert closest(value, known) == hint
+    assert nearest(value, known) == (hint and f'did you mean "{hint}"?')
+    assert nearest(value, ()) == ""
+
+
+def test_of_many_names_those_that_are_like_it_are_told():
+    many = [f"n{i}" for i in range(21)]
+    assert listed("c", many[:20]) == ", ".join(many[:20])
+    told = listed("n7", many, "elsewhere")
+    assert told.startswith("n7, ")
+    assert told.endswith("… (21 in all: elsewhere)")
+    assert told.count(",") == 6
+
+
+@pytest.mark.parametrize(
+    ("ask", "meant"),
+    [
+        (lambda: ht.load_scene("SICM-kiked"), "sicm-kicked"),
+        (lambda: ht.load_scene("sicm-kicked", ["start.Phidott=1"]), "phidot"),
+        (lambda: ht.load_scene("sicm-kicked", ['want.quantities=["Tetha"]']), "theta"),
+        (lambda: ht.plan(KICKED, "Axes"), "axis"),
+        (lambda: ht.drift(KICKED, methods=["Taylor-axes"]), "taylor-axis"),
+        (lambda: ht.work_precision(KICKED, methods=["DOP854-scipy"]), "dop853-scipy"),
+        (lambda: ht.stress(cases=["Cups"]), "cusp"),
+        (lambda: ht.stress(methods=["Taylor-axes"]), "taylor-axis"),
+    ],
+)
+def test_everywhere_the_name_that_was_meant_is_told_in_one_wording(ask, meant):
+    with pytest.raises(BadScene) as refused:
+        ask()
+    [fault] = refused.value.faults
+    assert f'did you mean "{meant}"?' in str(fault)
+
+
+def test_a_wrong_method_is_answered_with_all_of_them():
+    """Every method of the Taylor integrator is one of the patterns, in one of the formulations."""
+    with pytest.raises(BadScene) as error:
+        ht.drift(KICKED, methods=["zzz"])
+    words = re.split(r"[, ]+", str(error.value))
+    forms = words[words.index("of", words.index("FORM")) + 1 :]
+    told = {word.replace("FORM", form) for word in words for form in forms}
+    assert taylor_methods().keys() | METHODS.keys() | {"auto"} <= told

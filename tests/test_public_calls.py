@@ -1,0 +1,236 @@
+"""What a public function does not take is refused by an error of the package that names it."""
+
+import inspect
+import operator
+
+import numpy as np
+import pytest
+
+import heavytop as ht
+
+TOP = ht.Top("3.28e-4", "6.60e-5", "0.0456")
+START = ht.State("0.1", phidot=-15, psidot=140)
+SCENE = ht.Scene(TOP, START, time="0.01", name="scene")
+MOTION = ht.Motion(TOP, START)
+RUN = ht.propagate(SCENE)
+NUMBERS = {"A": 1, "C": 1, "gMR": 1, "theta": 1}
+PLANE = {"scene": SCENE, "x": "phidot=-2:2:3", "y": "psidot=-2:2:3", "jobs": 1}
+DRIFT = {"scene": SCENE, "methods": ("taylor-axis",), "periods": 2}
+STRESS = {"cases": ["kick-1e-9"], "methods": ("taylor-axis",)}
+
+# what each public function needs, as it should be
+NEEDED = {
+    "Motion": {"top": TOP, "start": START},
+    "Scene": {"top": TOP, "start": START, "time": 2},
+    "State": {"theta": 1},
+    "Top": {"A": 1, "C": 1, "gMR": 1},
+    "atlas": PLANE,
+    "classify": {"top": TOP, "start": START},
+    "classify_many": NUMBERS,
+    "check": {"data": {"t": range(5), "theta": [0.1] * 5}, "scene": SCENE},
+    "drift": {"scene": SCENE},
+    "enclose": {"top": TOP, "start": START},
+    "energy_momentum": {"top": TOP, "p_psi": "0.004"},
+    "extend": {"trajectory": RUN, "time_span": 3},
+    "facts": {"motion": MOTION},
+    "fold": {"scene": SCENE},
+    "load_atlas": {"folder": "nowhere"},
+    "load_scene": {"name_or_path": "sicm-kicked"},
+    "load_trajectory": {"path": "nowhere"},
+    "merge_atlases": {"folders": ["nowhere"], "folder": "nowhere"},
+    "motions_many": NUMBERS,
+    "plan": {"scene": SCENE},
+    "propagate": {"scene": SCENE},
+    "propagate_many": NUMBERS | {"time": 1},
+    "reference": {"scene": SCENE, "times": [1]},
+    "resume": {"folder": "nowhere"},
+    "run_errors": {"trajectory": RUN},
+    "sensitivities": {"scene": SCENE},
+    "state_transition": {"scene": SCENE},
+    "stress": STRESS,
+    "validate": {"names": ["betsch-cone"]},
+    "work_precision": {"scene": SCENE},
+    "State.from_constants": {"top": TOP, "E": 1, "p_phi": 1, "p_psi": 1, "theta": 1},
+    "State.kicked": {"theta": 1, "omega3": 1, "phidot": 1},
+    "State.steady": {"top": TOP, "theta": 1, "omega3": 200},
+    "Top.from_parts": dict.fromkeys(("mass", "distance", "A_cm", "C_cm", "gravity"), 1),
+    "Top.from_solids": {"parts": [], "gravity": 1},
+}
+WRONG = [object(), "of no use", None, 1j, {}]
+RIGHT = [("merge_atlases", "folder"), ("stress", "cases"), ("stress", "methods")]  # a name, or all
+A_PATH = {"data", "folder", "name_or_path", "path"}  # which a text can be: it names no file
+PLACES = [(name, place) for name, given in NEEDED.items() for place in given if place != "jobs"]
+
+
+def named(name):
+    return operator.attrgetter(name)(ht)
+
+
+@pytest.mark.parametrize(("name", "place"), PLACES)
+def test_what_a_function_does_not_take_is_refused_by_name(name, place):
+    for wrong in WRONG:
+        if (name, place) in RIGHT and (wrong is None or isinstance(wrong, str)):
+            continue
+        with pytest.raises(ht.HeavyTopError) as refusal:
+            named(name)(**NEEDED[name] | {place: wrong})
+        told = str(refusal.value)
+        assert (wrong if isinstance(wrong, str) and place in A_PATH else place) in told
+        assert told.isprintable() or "\n" in told
+        assert len(told) < 300
+
+
+def test_every_public_function_is_among_them():
+    """A function that is new is tried as the others are."""
+    known = {n for n in ht.__all__ if inspect.isfunction(getattr(ht, n))}
+    assert known <= NEEDED.keys()
+    for name, given in NEEDED.items():
+        own = inspect.signature(named(name)).parameters
+        assert {n for n, p in own.items() if p.default is p.empty} <= given.keys() <= own.keys()
+
+
+# --- junk of every kind, where much is taken -----------------------------------------------------
+
+JUNK = (
+    None, "x", "", "1e400", "1/0", b"x", float("nan"), float("inf"), -1, 0, 2.5, 1e140, -1e300,
+    10**400, True, 1j, [], {}, (1, 2), np.array([1.0, 2.0]), np.array(1.0), np.float32(1), object(),
+)  # fmt: skip
+SPAN = {"top": TOP, "start": START}
+TAKING = {
+    ht.Top: (NEEDED["Top"], ("A", "C", "gMR")),
+    ht.State: (
+        {"theta": 1},
+        ("theta", "phi", "psi", "thetadot", "phidot", "psidot", "omega3"),
+    ),
+    ht.Scene: (
+        SPAN | {"time": 1},
+        ("samples", "quantities", "events", "digits", "title", "name", "time"),
+    ),
+    ht.classify_many: (NUMBERS | {"psidot": 1}, ("theta", "tags")),
+    ht.facts: ({"motion": TOP}, ("start",)),
+    ht.fold: ({"scene": SCENE}, ("digits",)),
+    ht.plan: ({"scene": SCENE}, ("formulation", "projected")),
+    ht.propagate: ({"scene": SCENE}, ("step_limit", "progress")),
+    ht.sensitivities: ({"scene": SCENE}, ("formulation",)),
+    ht.state_transition: ({"scene": SCENE}, ("formulation",)),
+    ht.atlas: (PLANE, ("x", "only", "shard", "folder", "progress", "integrate")),
+    ht.drift: (DRIFT, ("methods", "ensemble", "seed", "folder", "progress")),
+    ht.stress: (STRESS, ("progress",)),
+    ht.resume: ({"folder": "no such folder"}, ("jobs",)),
+    ht.energy_momentum: ({"top": TOP}, ("p_psi",)),
+    MOTION.at: ({"t": 1, "digits": 30}, ("t", "digits")),
+    MOTION.form: ({}, ("digits",)),
+    RUN.__call__: ({}, ("t",)),
+}
+CALLS = [(function, given, each) for function, (given, places) in TAKING.items() for each in places]
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize(
+    ("function", "given", "place"), CALLS, ids=[f"{f.__qualname__} {p}" for f, _, p in CALLS]
+)
+def test_junk_is_refused_or_served(function, given, place, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    raw = []
+    for value in JUNK:
+        try:
+            function(**given | {place: value})
+        except ht.HeavyTopError:
+            continue
+        except Exception as error:
+            raw.append(f"{value!r:.40}: {type(error).__name__}: {error}")
+    assert raw == []
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_junk_is_refused_or_served_by_what_answers_questions():
+    folded, enclosure = ht.fold(SCENE), ht.enclose(TOP, START)
+    for value in JUNK:
+        for ask in (folded, folded.decimals, enclosure.theta, MOTION.at):
+            try:
+                ask(value)
+            except ht.HeavyTopError:
+                continue
+        for given in ({"digits": value}, {"digits": 15, "limit": value}):
+            try:
+                assert ht.enclose(TOP, START, **given).period
+            except ht.HeavyTopError:
+                continue
+        if value is not None:
+            with pytest.raises(ht.HeavyTopError):
+                ht.work_precision(SCENE, progress=value)
+
+
+# --- what is told ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: ht.Motion(START, TOP), "top: a Top, not a State"),
+        (lambda: ht.classify(TOP, TOP), "start: a State, not a Top"),
+        (lambda: ht.run_errors("x"), 'trajectory: a Trajectory (propagate gives one), not "x"'),
+        (lambda: ht.extend(SCENE, 3), "a Trajectory (propagate gives one), not a Scene"),
+        (lambda: ht.load_scene(42), "name_or_path: a path, not 42"),
+        (lambda: ht.load_scene(b"sicm-kicked"), "name_or_path: a path, not b'sicm-kicked'"),
+        (lambda: ht.merge_atlases("out", "all"), 'folders: a list of paths, not "out"'),
+        (lambda: ht.merge_atlases([3], "all"), "folders: a path, not 3"),
+        (lambda: ht.resume(None), "folder: a path, not None"),
+        (lambda: ht.facts(SCENE), "not a Scene"),
+    ],
+)
+def test_what_is_of_another_type_is_a_type_error(call, told):
+    with pytest.raises(TypeError) as error:
+        call()
+    assert isinstance(error.value, ht.HeavyTopError)
+    assert str(error.value).endswith(told)
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: ht.propagate("sicm-kicked"), 'a Scene (load_scene("sicm-kicked") gives it)'),
+        (lambda: ht.propagate("kicked"), "a Scene (load_scene gives one by its name)"),
+        (lambda: ht.propagate(MOTION), "scene = a Motion: a Scene (Scene(motion.top"),
+        (lambda: ht.propagate(TOP), "scene = a Top: a Scene"),
+        (lambda: ht.propagate(SCENE, formulation=[]), "formulation = []: one of auto, cubic"),
+        (lambda: ht.propagate(SCENE, formulation="\x1b"), r"formulation = \x1b: one of auto"),
+        (lambda: ht.propagate(SCENE, step_limit=[]), "a whole number, at least 1, not []"),
+        (lambda: ht.Scene(TOP, START), "Scene: time: missing: a span is"),
+        (lambda: ht.Scene(TOP, START, time=1, name=3), "Scene: name = 3: a text"),
+        (lambda: ht.Scene(TOP, START, time="x"), 'Scene: time = "x": unexpected'),
+        (lambda: ht.propagate_many(**NUMBERS, time=1, formulation="axes"), 'did you mean "axis"?'),
+        (lambda: ht.propagate_many(**NUMBERS, time=1, events="turning"), "a sequence of names"),
+        (lambda: ht.propagate_many(**NUMBERS, time=1, events=["tuning"]), "one of turning, rever"),
+        (lambda: MOTION.at("x"), "t: finite times; texts and exact numbers go with"),
+        (lambda: MOTION.at(10**400), "t: finite times"),
+        (lambda: RUN([0.0, float("nan")]), "t: a finite time or a one-dimensional array"),
+        (lambda: ht.extend(RUN, 3, samples=2.5), "samples: a whole number from 1 to"),
+        (lambda: ht.Top(1, [], 1), "C: a number is not a list"),
+        (lambda: ht.Top(1, object(), 1), "C: a number is not an object"),
+        (lambda: ht.Top("3,28e-4", 1, 1), "is written with a point"),
+        (lambda: ht.State(theta=30.0), 'radians; 30 degrees are "30 deg"'),
+        (lambda: ht.State(theta="200 deg"), "theta: must lie within [0, π] radians"),
+        (lambda: ht.fold(SCENE, digits=10**400), "digits: a whole number from 1 to"),
+        (lambda: ht.enclose(TOP, START, "x"), 'from 2 to 10000, not "x"'),
+        (lambda: ht.facts(TOP), "start: a State"),
+        (lambda: ht.facts(MOTION, START), "start: only with a top"),
+    ],
+)
+def test_what_is_wrong_is_told(call, told):
+    with pytest.raises(ht.HeavyTopError) as error:
+        call()
+    assert told in str(error.value)
+
+
+def test_a_second_number_is_not_taken_for_a_rate_of_tilt():
+    with pytest.raises(TypeError, match="positional"):
+        ht.State(0.1, 140)
+
+
+@pytest.mark.parametrize(
+    "what", [TOP, START, SCENE, MOTION, ht.State(theta=1, omega3=0), ht.load_scene("steady-fast")]
+)
+def test_what_is_shown_can_be_read_and_be_made_again(what):
+    assert len(str(what)) < 240
+    assert "Exact" not in str(what) + repr(what)
+    assert eval(repr(what), {name: getattr(ht, name) for name in ht.__all__}) == what
