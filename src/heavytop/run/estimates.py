@@ -121,7 +121,7 @@ class Forecast:
 
         Steps are measured against the largest state, a rate; phase errors grow as the 3/2 power
         of the time, and by 1/(1 − m) near a separatrix; on one errors grow exponentially.
-        ``tests/run/test_estimates.py`` holds runs of 14 to 100 digits to their digits.
+        ``tests/run/test_propagation.py`` holds runs of 14 to 100 digits to their digits.
         """
         if self.scene.digits <= MOST_DIGITS:
             return DOUBLE

@@ -137,7 +137,7 @@ def plan(scene: Scene, formulation: str = "auto", *, projected: bool = False) ->
 
     Notes
     -----
-    Accuracy: ``tests/two_ways/test_auto.py`` runs what auto plans for tops drawn at random, and
+    Accuracy: ``tests/run/test_planning.py`` runs what auto plans for tops drawn at random, and
     none misses its digits; ``validation/17_auto.py`` does more of them.
     """
     return planned(scene, closed_form_of(scene), formulation, projected)

@@ -210,7 +210,7 @@ def extend(
 
     Notes
     -----
-    Accuracy: ``tests/property/test_determinism.py`` holds a run that was continued to one in a
+    Accuracy: ``tests/run/test_propagation.py`` holds a run that was continued to one in a
     piece, bit for bit.
 
     Examples

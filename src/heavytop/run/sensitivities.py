@@ -129,7 +129,7 @@ def sensitivities(scene: Scene, formulation: str = "attitude") -> Sensitivities:
     singular there, which takes too many steps. Where the axis passes
     exactly through a pole, Δφ jumps by 2π from one side of it to the other; its derivatives do not.
 
-    Accuracy: ``tests/two_ways/test_sensitivity.py`` holds them to 1e-12 of the closed form's.
+    Accuracy: ``tests/run/test_sensitivities.py`` holds them to 1e-12 of the closed form's.
 
     References
     ----------
@@ -253,7 +253,7 @@ def state_transition(
     -----
     It is integrated in doubles and again in long doubles; the second is given, rounded to doubles.
 
-    Accuracy: ``tests/two_ways/test_sensitivity.py`` holds every column to 1e-12 of its largest
+    Accuracy: ``tests/run/test_sensitivities.py`` holds every column to 1e-12 of its largest
     entry, over a period, against the closed form; ``validation/15_sensitivities.py`` measures how
     that grows, and what sharing its step control with the matrix costs the state.
 
