@@ -63,6 +63,7 @@ STEADY: Final = 0.1  # the same in units of T 2⁻⁵³ N, where rounding does n
 LOCAL: Final = 16.0  # units of rounding in a state at the end, whatever the span
 TURNED: Final = 12.0  # error of the orientation apart from the phase, in such units times N^{1/2}
 PINNED: Final = 6.0  # the same, projected
+CLOSER: Final = 32  # times as close as evenly spread samples one may come to a pole
 MOST_ERROR: Final = 1e300  # so that what is worse than any error is still a number
 # digits
 MOST_DIGITS: Final = 13  # what double precision can promise at the end of a short run
@@ -183,7 +184,7 @@ class Forecast:
         if "rates" not in judged(self.scene.quantities):
             return 1.0
         swing = self.motion.theta_max - self.motion.theta_min
-        closest = max(self.nearest, swing / self.scene.samples)
+        closest = max(self.nearest, swing / (CLOSER * self.scene.samples))
         return min(1.0, max(closest**2, self.nearest)) or 1.0  # on a pole for ever they are exact
 
     @cached_property

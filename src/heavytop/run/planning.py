@@ -209,14 +209,15 @@ def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
 def _least_formulation(expected: Forecast) -> tuple[str, str]:
     """The least formulation that gives what a scene wants, and why."""
     scene, motion, near = expected.scene, expected.motion, expected.nearest
-    wants, allowed = set(scene.quantities), 10.0**-scene.digits
+    wants, allowed = scene.quantities, 10.0**-scene.digits
     if expected.need <= FORMULATIONS["cubic"].gives:
+        tilt = [name for name in wants if QUANTITIES[name].need is Need.TILT]
+        only = f"only {' and '.join(tilt)} {'is' if tilt == ['theta'] else 'are'} wanted"
         height = min(near, near**2)  # whose error in the cubic is absolute: it sets the period
         if allowed * height >= expected.rounding:
-            why = "only theta is wanted, and it has two states and a quadratic right side"
-            return "cubic", f"cubic: {why}"
+            return "cubic", f"cubic: {only}, and it has two states and a quadratic right side"
         lost = f"{near:.1e} rad from a pole theta would lose digits in the cubic form"
-        return "axis", f"axis: only theta is wanted, but {lost}"
+        return "axis", f"axis: {only}, but {lost}"
     if motion.nutates and expected.need >= Need.PHI and near < BESIDE_A_POLE:
         why = f"{near:.1e} rad from a pole phi and psi turn quickly"
         return "attitude", f"attitude: {why}; its equations are regular, its turns are proved"
@@ -294,7 +295,7 @@ def meeting_digits(expected: Forecast, found: Plan) -> Plan:
     """
     name, digits, count = found.formulation, expected.scene.digits, expected.periods
     bits, allowed = expected.bits(name), 10.0**-digits
-    plain, pinned = (expected(name, projected=p, bits=bits) for p in (False, True))
+    plain = expected(name, bits=bits)
     if expected.returns and not expected.scene.events and plain.seconds > FOLD_AFTER_S:
         why = f"folded: one period answers for all {count:.3g}, which would take "
         whole = Plan("attitude", states=MEASURED["attitude"].states, folded=True)
@@ -302,7 +303,7 @@ def meeting_digits(expected: Forecast, found: Plan) -> Plan:
         return _at(whole, bits, Estimate(1.0, allowed / 10), False, why + duration(plain.seconds))
     if bits > DOUBLE or plain.error <= allowed:
         return _at(found, bits, plain, False)
-    lost = f"{_off('would', plain)}, of 1e-{digits} allowed"
+    lost, pinned = f"{_off('would', plain)}, of 1e-{digits} allowed", expected(name, projected=True)
     if pinned.error <= allowed:
         return _at(found, bits, pinned, True, f"projected: else {lost}")
     needed = DOUBLE + log2(plain.error) + digits * log2(10)
