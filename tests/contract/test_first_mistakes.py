@@ -304,7 +304,7 @@ def test_what_is_of_another_type_is_a_type_error(call, told):
         (lambda: ht.propagate("sicm-kicked"), 'a Scene (load_scene("sicm-kicked") gives it)'),
         (lambda: ht.propagate("kicked"), "a Scene (load_scene gives one by its name)"),
         (lambda: ht.propagate(KICKED, formulation=[]), "formulation = []: one of auto, cubic"),
-        (lambda: ht.propagate(KICKED, formulation="\x1b"), r"formulation = \x1b: one of auto"),
+        (lambda: ht.propagate(KICKED, formulation="\x1b"), r'formulation = "\x1b": one of auto'),
         (lambda: ht.Scene(TOP, START), "Scene: time: missing: a span is"),
         (lambda: ht.Scene(TOP, START, time=1, name=3), "Scene: name = 3: a text"),
         (lambda: ht.Scene(TOP, START, time="x"), 'Scene: time = "x": unexpected'),
