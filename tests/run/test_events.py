@@ -214,3 +214,17 @@ def test_runs_that_nobody_checks_are_found(fuzz_events, monkeypatch):
         assert fuzz_events.misses(3, 16, (way,))
     monkeypatch.setattr("heavytop.run.propagation.schedule", lambda *given: schedule(*given)[:-1])
     assert len(fuzz_events.misses(3, 16, ("more",))) > 4
+
+
+@pytest.mark.parametrize(("name", "side"), [("through-top", 1), ("through-bottom", -1)])
+def test_at_a_pole_phidot_is_its_limit(name, side):
+    """Of a pass, p_psi/2A at the top and -p_psi/2A at the bottom; elsewhere it is the run's."""
+    run = ht.propagate(ht.load_scene(name))
+    top, start = run.scene.top, run.scene.start
+    limit = side * float(top.C * start.omega3 / (2 * top.A))
+    passes = "theta_min" if side > 0 else "theta_max"
+    at_pole = np.array([kind == passes for kind in run.events.kind])
+    assert at_pole.sum() > 2
+    assert run.events.phidot[at_pole] == pytest.approx(limit, rel=1e-14)
+    away = run.motion.at(run.events.t[~at_pole]).phidot
+    assert run.events.phidot[~at_pole] == pytest.approx(away, rel=1e-9, abs=1e-9)

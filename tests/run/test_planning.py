@@ -176,6 +176,8 @@ def test_far_along_a_separatrix():
     plan = ht.plan(scene)
     assert math.isfinite(plan.estimate.error)
     assert any("every digit will be lost" in x for x in plan.warnings)
+    far = ht.plan(round_periods("3e6", "want.quantities=['phi']", "want.digits=13"))
+    assert any("the end will be off by about" in x for x in far.warnings)
     assert (
         "no digit right"
         in CliRunner().invoke(app, ["plan", "separatrix", "--set", "span.time=1e7"]).output
