@@ -13,7 +13,7 @@ events stand for all.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from types import SimpleNamespace
@@ -118,13 +118,14 @@ def run_errors(trajectory: Trajectory) -> Errors:
     nothing = Errors(energy=changes.pop("energy"), invariants=changes)
     try:
         own, run = _closed_form(trajectory), _run_at(trajectory, and_late=True)
-        off = {name: _double(error) for name, error in _largest(run, own(run.t)).items()}
-        moved = _off_exactly(trajectory, own(_run_at(trajectory, 1).t))
+        largest = _largest(run, own(run.t), COMPARED)
+        wanted = {"theta", *trajectory.scene.quantities}.intersection(ANGLES)
+        moved = _off_exactly(trajectory, own(_run_at(trajectory, 1).t), wanted)
         late = _event_time(trajectory, own)
     except NoClosedForm as reason:
         return replace(nothing, why_not=str(reason))
-    wanted = {"theta", *trajectory.scene.quantities}.intersection(ANGLES)
-    rounding = _double(max(moved[name] for name in wanted))
+    off = {name: _double(error) for name, error in largest.items()}
+    rounding = _double(max(moved.values()))
     return replace(nothing, **off, event_time=late, input_rounding=rounding)  # type: ignore[arg-type]
 
 
@@ -136,8 +137,10 @@ def missed_digits(trajectory: Trajectory, errors: Errors) -> dict[str, float]:
     the run's own numbers is another one: what agrees with that of the exact numbers misses nothing.
     """
     found = _beyond(trajectory, {name: getattr(errors, name) for name in COMPARED})
-    exactly = _off_exactly(trajectory, _run_at(trajectory, and_late=True)) if found else {}
-    return {name: found[name] for name in _beyond(trajectory, exactly) if name in found}
+    if not found:
+        return {}
+    exactly = _off_exactly(trajectory, _run_at(trajectory, and_late=True), found)
+    return {name: found[name] for name in _beyond(trajectory, exactly)}
 
 
 def deviations(trajectory: Trajectory, most: int = 1000) -> dict[str, Array]:
@@ -226,10 +229,12 @@ def doubtful_digits(trajectory: Trajectory) -> str:
     may be, be it by the rounding of the scene's numbers alone, is compared with its own.
     """
     try:
-        suspects = _beyond(trajectory, _off_exactly(trajectory, _run_at(trajectory, GLANCED_AT)))
+        wanted = judged(trajectory.scene.quantities)
+        off = _off_exactly(trajectory, _run_at(trajectory, GLANCED_AT), wanted)
     except NoClosedForm:
         return ""
-    found = missed_digits(trajectory, run_errors(trajectory)) if suspects else {}
+    doubted = _beyond(trajectory, off)
+    found = missed_digits(trajectory, run_errors(trajectory)) if doubted else {}
     return missed(found, trajectory.scene.digits) if found else ""
 
 
@@ -323,7 +328,7 @@ def _event_time(trajectory: Trajectory, own: Any) -> float | None:
     return _double(abs(zero[known] / slope[known]).max()) if known.any() else None
 
 
-def _apart(run: Columns, exact: Columns, names: Sequence[str] = COMPARED) -> dict[str, Array]:
+def _apart(run: Columns, exact: Columns, names: Iterable[str]) -> dict[str, Array]:
     """How far a run is off at each time, in what it follows."""
     found = {}
     for name in names:
@@ -333,13 +338,13 @@ def _apart(run: Columns, exact: Columns, names: Sequence[str] = COMPARED) -> dic
     return {name: size for name, size in found.items() if (size == size).any()}  # else it is nan
 
 
-def _largest(run: Columns, exact: Columns) -> dict[str, Number]:
-    return {name: each.max() for name, each in _apart(run, exact).items()}
+def _largest(run: Columns, exact: Columns, names: Iterable[str]) -> dict[str, Number]:
+    return {name: each.max() for name, each in _apart(run, exact, names).items()}
 
 
-def _off_exactly(trajectory: Trajectory, run: Columns) -> dict[str, Number]:
+def _off_exactly(trajectory: Trajectory, run: Columns, names: Iterable[str]) -> dict[str, Number]:
     """How far a run is off the motion of the scene's exact numbers."""
-    return _largest(run, _closed_form(trajectory, exactly=True)(run.t))
+    return _largest(run, _closed_form(trajectory, exactly=True)(run.t), names)
 
 
 def _beyond(trajectory: Trajectory, off: Mapping[str, Number | None]) -> dict[str, float]:
