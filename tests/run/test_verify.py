@@ -11,8 +11,16 @@ import heavytop as ht
 from heavytop.cli.command import app
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import EndedEarly
+from heavytop.run.planning import Plan
 from heavytop.run.propagation import completed
-from heavytop.run.verify import ahead, deviations, missed_digits, phase_error, run_errors
+from heavytop.run.verify import (
+    ahead,
+    deviations,
+    forewarned,
+    missed_digits,
+    phase_error,
+    run_errors,
+)
 
 from ..motions import BOOK, KICKED
 
@@ -154,3 +162,11 @@ def test_a_cubic_run_from_the_pole_that_is_farther_is_held_against_its_numbers()
     run = ht.propagate(scene, formulation="cubic")
     assert run.orbit.checkpoints[0].state[0] == 2
     assert run_errors(run).theta < 1e-13
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"), [("lagrange", ht.UnboundedAngleWarning), ("axis", ht.DoubtfulWarning)]
+)
+def test_what_a_plan_warns_of_has_its_kind(name, kind):
+    with pytest.warns(kind, match="it may disappoint"):
+        forewarned(Plan(name, warnings=("it may disappoint",)))
