@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 import heavytop as ht
 from heavytop.cli.command import app
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.errors import EndedEarly
+from heavytop.errors import EndedEarly, UnboundedAngleWarning
 from heavytop.run.planning import Plan
 from heavytop.run.propagation import completed
 from heavytop.run.verify import (
@@ -165,7 +165,7 @@ def test_a_cubic_run_from_the_pole_that_is_farther_is_held_against_its_numbers()
 
 
 @pytest.mark.parametrize(
-    ("name", "kind"), [("lagrange", ht.UnboundedAngleWarning), ("axis", ht.DoubtfulWarning)]
+    ("name", "kind"), [("lagrange", UnboundedAngleWarning), ("axis", ht.DoubtfulWarning)]
 )
 def test_what_a_plan_warns_of_has_its_kind(name, kind):
     with pytest.warns(kind, match="it may disappoint"):
