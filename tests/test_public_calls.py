@@ -193,7 +193,7 @@ def test_what_is_of_another_type_is_a_type_error(call, told):
         (lambda: ht.propagate(MOTION), "scene = a Motion: a Scene (Scene(motion.top"),
         (lambda: ht.propagate(TOP), "scene = a Top: a Scene"),
         (lambda: ht.propagate(SCENE, formulation=[]), "formulation = []: one of auto, cubic"),
-        (lambda: ht.propagate(SCENE, formulation="\x1b"), r"formulation = \x1b: one of auto"),
+        (lambda: ht.propagate(SCENE, formulation="\x1b"), r'formulation = "\x1b": one of auto'),
         (lambda: ht.propagate(SCENE, step_limit=[]), "a whole number, at least 1, not []"),
         (lambda: ht.Scene(TOP, START), "Scene: time: missing: a span is"),
         (lambda: ht.Scene(TOP, START, time=1, name=3), "Scene: name = 3: a text"),

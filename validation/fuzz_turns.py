@@ -18,7 +18,7 @@ import numpy as np
 
 import heavytop as ht
 from heavytop.analytic.closed_form import ClosedForm
-from heavytop.run.verify import own_motion
+from heavytop.run.own_motion import own_motion
 
 FAMILIES = ("pole-start", "close-pass", "planar", "sleeper", "any")
 FORMULATIONS = ("auto", "attitude", "axis")

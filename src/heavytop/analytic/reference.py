@@ -27,6 +27,7 @@ from heavytop.scene.arguments import (
     path_of,
     shown,
 )
+from heavytop.scene.quantities import QUANTITIES, spelled
 from heavytop.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -39,16 +40,11 @@ SPARE_DIGITS: Final = 3  # proved beyond those printed: the last one is off by i
 
 # The columns of every quantity, and what of the motion at a time stands in them.
 COLUMNS: Final[Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
-    "theta": (("theta",), ("theta",)),
-    "phi": (("phi",), ("phi",)),
-    "psi": (("psi",), ("psi",)),
-    "rates": (("thetadot", "phidot", "psidot"), ("thetadot", "phidot", "psidot")),
-    "axis": (("axis_x", "axis_y", "axis_z"), ("axis",)),
-    "attitude": (
-        ("quaternion_w", "quaternion_x", "quaternion_y", "quaternion_z"),
-        ("quaternion",),
-    ),
-    "omega": (("omega_x", "omega_y", "omega_z"), ("omega",)),
+    name: (spelled(columns), columns)
+    for name, columns in (
+        *((name, known.columns) for name, known in QUANTITIES.items() if known.columns),
+        ("omega", ("omega",)),
+    )
 }
 
 

@@ -15,6 +15,8 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from heavytop.scene.quantities import Need
+
 time = sp.Symbol("t", real=True)
 spin = sp.symbols("spin_cos spin_sin", real=True)  # of kappa t / 2, to their own digits
 
@@ -114,10 +116,6 @@ def components(name: str, vector: Iterable[Any]) -> dict[str, Any]:
     return {f"{name}_{x}": component for x, component in zip("xyz", vector, strict=True)}
 
 
-_TILT = frozenset({"class", "period", "theta", "rates"})
-_ALL = _TILT | {"axis", "phi", "psi", "attitude"}
-
-
 @dataclass(frozen=True, slots=True)
 class FormulationEntry:
     """A formulation's line in the table, which can be read without deriving any of them.
@@ -128,15 +126,15 @@ class FormulationEntry:
         The function that derives it from a variant, as ``module.name``.
     variants : tuple of (str or None)
         What the builder accepts: how phi and psi are had, or which pole heights are measured from.
-    gives : frozenset of str
-        The quantities it can give.
+    gives : Need
+        How much of a motion it can follow.
     starts_at_pole : bool
         Whether a start with theta = 0 or pi is an ordinary one.
     """
 
     builder: str
     variants: tuple[str | None, ...]
-    gives: frozenset[str] = _ALL
+    gives: Need = Need.PSI
     starts_at_pole: bool = True
 
     def build(self, variant: str | None = None) -> Formulation:
@@ -149,7 +147,7 @@ class FormulationEntry:
 _ANGLES = (None, "angles")
 
 FORMULATIONS: Mapping[str, FormulationEntry] = {
-    "cubic": FormulationEntry("reduced_cubic.cubic_form", ("top", "bottom"), _TILT),
+    "cubic": FormulationEntry("reduced_cubic.cubic_form", ("top", "bottom"), Need.TILT),
     "routh": FormulationEntry("euler_angles.routh_form", _ANGLES, starts_at_pole=False),
     "subsystem": FormulationEntry("euler_angles.subsystem_form", _ANGLES, starts_at_pole=False),
     "axis": FormulationEntry("euler_poisson.axis_form", (None, "phi", "sigma", "delta")),

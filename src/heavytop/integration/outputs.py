@@ -17,10 +17,10 @@ from heavytop.equations.formulation import Formulation, spin
 from heavytop.equations.lambdify import lambdified
 from heavytop.integration.bits import DOUBLE
 from heavytop.numbers.double_double import two_product
+from heavytop.scene.quantities import ANGLES, RATES
 
 Array = NDArray[np.float64]
 Parameters = Mapping[str, Any]
-ANGLES, RATES = ("theta", "phi", "psi"), ("thetadot", "phidot", "psidot")
 VECTORS = {"axis": "xyz", "omega": "xyz", "quaternion": "0123"}
 
 

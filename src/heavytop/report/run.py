@@ -35,7 +35,7 @@ PROVED_DIGITS: Final = 17  # shown of what is enclosed
 CONSTANTS: Final = ("E", "E_prime", "p_phi", "p_psi")
 COURSE: Final = ("theta_min", "theta_max", "period", "precession", "spin")
 OFF: Final = {  # what distances from the closed form are measured in
-    "axis": "(a length)", "energy": "(relative)", "event_time": "s",
+    "axis": "(a length)", "rates": "rad/s", "energy": "(relative)", "event_time": "s",
 }  # fmt: skip
 FACTS: Final = (
     ("nutation", "{nutation_frequency} rad/s"),

@@ -25,6 +25,7 @@ from heavytop.results.base import (
     finite,
 )
 from heavytop.results.classification import MotionSummary, PlanSummary
+from heavytop.scene.quantities import RATES, Need, need_of
 
 if TYPE_CHECKING:  # a report reads results, and loads no integrator
     from heavytop.run.events import Event
@@ -37,7 +38,9 @@ MOST_ROWS: Final = 10_000  # of the table of events; a saved trajectory has them
 NUMBER_DIGITS: Final = 15  # what a number of JSON surely holds; beyond them it is a text
 SPARE_DIGITS: Final = 10  # of the closed form at the end, beyond those of the number of periods
 LIBRARIES: Final = ("heavytop", "heyoka", "numpy", "sympy", "mpmath", "python-flint")
-MEASURED: Final = ("theta", "phi", "psi", "axis", "energy", "event_time", "input_rounding")
+MEASURED: Final = (
+    "theta", "phi", "psi", "axis", "rates", "energy", "event_time", "input_rounding"
+)  # fmt: skip
 NOTHING: Final = dict.fromkeys(MEASURED) | {
     "invariants": {},
     "why_not": "nothing was integrated",
@@ -174,10 +177,11 @@ def folded_result(folded: Folded, chosen: Plan) -> RunResult:
     RunResult
         Beyond 15 digits its numbers at the end are decimal texts, one digit longer than what is
         wanted. ``errors`` are theirs, of theta, of what phi and psi are beyond their whole turns,
-        and of the axis.
+        of the axis, and of the rates.
     """
     final, cost, bound = _folded_final(folded), folded.cost, 10.0**-folded.scene.digits
     errors = _folded_errors(folded, final)
+    sizes = {"rates": max(1.0, *(abs(float(final[name])) for name in RATES))}
     bits = folded.cost.bits
     if bits:  # those that it took in the end; where theta is constant, as planned
         chosen = replace(chosen, precision=named(bits), tolerance=2.0 ** (1 - bits))
@@ -185,7 +189,7 @@ def folded_result(folded: Folded, chosen: Plan) -> RunResult:
         known_result(folded.scene, chosen),
         final=final,
         errors=NOTHING | errors | {"why_not": ""},
-        missed_digits={name: error for name, error in errors.items() if error > bound},
+        missed_digits={name: x for name, x in errors.items() if x > bound * sizes.get(name, 1.0)},
         cost=RunCost(steps=cost.steps, compile_s=cost.compile_s, integrate_s=cost.integrate_s),
     )
 
@@ -212,7 +216,7 @@ def _final(
 
 
 def _final_of(trajectory: Trajectory) -> dict[str, Any]:
-    attitude = bool({"attitude", "psi"} & set(trajectory.scene.quantities))
+    attitude = need_of(trajectory.scene.quantities) >= Need.PSI
     if (many := trajectory.decimals) is None:
         end, told, numbers = trajectory(trajectory.orbit.end), finite, math
     else:
@@ -259,10 +263,12 @@ def _folded_errors(folded: Folded, final: dict[str, Any]) -> dict[str, float]:
         for name in ("phi", "psi")
     }
     axis = (ctx.mpf(a) - b for a, b in zip(final["axis"], truth.axis, strict=True))
+    rates = (abs(ctx.mpf(final[name]) - getattr(truth, name)) for name in RATES)
     return {
         "theta": float(abs(said["theta"] - truth.theta)),
         **{name: float(error) for name, error in turned.items()},
         "axis": float(ctx.sqrt(sum(x * x for x in axis))),
+        "rates": float(max(rates)),
     }
 
 

@@ -255,8 +255,8 @@ def propagate_many(
     Starts are formed in doubles, where a scene's are rounded once from exact numbers; apart from
     that a top moves as in `propagate`, to rounding. ``validation/12_many_tops.py`` measures both.
 
-    Accuracy: ``tests/two_ways/test_many_tops.py`` holds θ to 3e-12 and times of events to 1e-11 s
-    of those of `propagate`. ``tests/property/test_fuzz_many.py`` holds the axis to `Ensemble.error`
+    Accuracy: ``tests/run/test_ensemble.py`` holds θ to 3e-12 and times of events to 1e-11 s
+    of those of `propagate`. It holds the axis to `Ensemble.error`
     of the closed form, and every number of events that is not marked; ``validation/fuzz_many.py``
     does it for thousands of tops.
 

@@ -1,56 +1,71 @@
 """What a run will cost, how far off it will end, and the bits that its digits take: estimates.
 
-Steps and time grow with the nutation periods; so does the error. An integration in doubles whose
-state holds no growing angle loses phase as the 3/2 power of the periods, a projected one as the
-square root. ``validation/05_formulations.py`` and ``validation/09_projection.py`` measure what
-stands here, ``validation/17_auto.py`` holds the plans that follow from it against every other.
+Steps, time and error grow with the nutation periods. An integration in doubles whose state holds
+no growing angle loses phase as the 3/2 power of the periods, a projected one as the square root;
+what is wanted is off by its rate times the phase that is lost. `MEASURED` and the numbers below it
+are from ``validation/05_formulations.py`` and ``validation/09_projection.py``;
+``validation/17_auto.py`` holds the plans that follow from them against every other.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from heavytop.analytic.motion import Motion
+from heavytop.equations.formulation import FORMULATIONS
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, enough
+from heavytop.scene.quantities import Need, judged, need_of
 from heavytop.scene.scene import Scene
 
 UNIT: Final = 2.0**-53
 
-# Time of a nutation period without events or samples [µs], and the phase lost after N periods in
-# units of T 2⁻⁵³ N^{3/2}
-RATES: Final = {
-    "cubic": (2.5, 2.0),
-    "axis": (3.8, 2.0),
-    "attitude": (10.0, 4.0),
-    "routh": (21.0, 2.0),
-    "subsystem": (36.0, 2.0),
-    "lagrange": (30.0, 200.0),
+
+class Measured(NamedTuple):
+    """Of a formulation: its states; the time of a nutation period without events or samples [µs];
+    the phase lost after N periods in units of T 2⁻⁵³ N^{3/2}.
+    """
+
+    states: int
+    us: float
+    phase: float
+
+
+MEASURED: Final[Mapping[str, Measured]] = {
+    "cubic": Measured(2, 2.5, 2.0),
+    "routh": Measured(2, 21.0, 2.0),
+    "subsystem": Measured(4, 36.0, 2.0),
+    "axis": Measured(5, 3.8, 2.0),
+    "attitude": Measured(6, 10.0, 4.0),
+    "lagrange": Measured(6, 30.0, 200.0),
 }
+# time
 QUADRATURE_US: Final = 2.0  # of psi beside the axis
 WATCHED: Final = 3.0  # times as long, with events
+PROJECTED: Final = 1.4  # times as long
 SAMPLE_US: Final = 2.0
-PROJECTED: Final = 1.4  # times as long, and
-WANDER: Final = 40.0  # phase after N periods, in units of T 2⁻⁵³ N^{1/2}
-STEADY: Final = 0.1  # the same in units of T 2⁻⁵³ N, where rounding does not average out
-LOCAL: Final = 16.0  # units of rounding in a state at the end, whatever the span
-TURNED: Final = 12.0  # error of the orientation apart from the phase, in such units times N^{1/2}
-PINNED: Final = 6.0  # the same, projected
 LONG_DOUBLE_MS: Final = 0.3  # a period in long doubles
 MPFR_MS: Final = 9.0  # a period in 128 bits; it grows a little faster than their square
 HEAVY: Final = 2400.0  # bits, beyond which it grows as their cube
 MOST_TIMED: Final = 2**40  # bits; a plan that takes more is refused
 EVENT_MS: Final = 1.3  # to polish an event beyond doubles, and to read it
 READ_MS: Final = 0.6  # to read a sample beyond doubles
-SINGULAR: Final = frozenset({"routh", "subsystem", "lagrange"})  # at the poles
 SPARE_STEPS: Final = 1_000_000  # some seconds of them,
 STEPS: Final = 1_000  # and so many for each nutation: a sound run takes 10 to 40
+# error
+WANDER: Final = 40.0  # phase after N periods, projected, in units of T 2⁻⁵³ N^{1/2}
+STEADY: Final = 0.1  # the same in units of T 2⁻⁵³ N, where rounding does not average out
+LOCAL: Final = 16.0  # units of rounding in a state at the end, whatever the span
+TURNED: Final = 12.0  # error of the orientation apart from the phase, in such units times N^{1/2}
+PINNED: Final = 6.0  # the same, projected
+CLOSER: Final = 32  # times as close as evenly spread samples one may come to a pole
 MOST_ERROR: Final = 1e300  # so that what is worse than any error is still a number
-
+# digits
 MOST_DIGITS: Final = 13  # what double precision can promise at the end of a short run
 SPARE: Final = 2.0  # bits, beyond those that have a reason
 LEAST_FOLDED: Final = 16  # digits of a fold, so that doubles lose nothing
@@ -87,11 +102,13 @@ class Forecast:
 
     def __init__(self, scene: Scene, motion: Motion, span: float) -> None:
         self.scene, self.motion, self.span = scene, motion, span
+        self.need = need_of(scene.quantities)
         self.periods = periods_of(motion, span)
         self.returns = motion.regime != "asymptotic"
-        self.growth = 2.0 ** min(_bits_grown(motion, span), 1010.0)  # a number still
+        self.nearest = min(motion.nearest)  # to a pole
+        self.bits_grown = _bits_grown(motion, span)
+        self.growth = 2.0 ** min(self.bits_grown, 1010.0)  # a number still
         self.rounding = UNIT * LOCAL * self.growth  # of a state at the end, whatever the span
-        self.nearest = min(motion.from_top, motion.from_bottom)
 
     def __call__(
         self, formulation: str, *, projected: bool = False, bits: int = DOUBLE
@@ -105,27 +122,29 @@ class Forecast:
 
         Steps are measured against the largest state, a rate; phase errors grow as the 3/2 power
         of the time, and by 1/(1 − m) near a separatrix; on one errors grow exponentially.
-        ``tests/two_ways/test_precision.py`` holds runs of 14 to 100 digits to their digits.
+        ``tests/run/test_propagation.py`` holds runs of 14 to 100 digits to their digits.
         """
         if self.scene.digits <= MOST_DIGITS:
             return DOUBLE
         r = self.motion.reduced
         rate = float(abs(r.a) + abs(r.b)) + math.sqrt(2 * float(r.kinetic0 + 2 * abs(r.g)))
-        lost = math.log2(1 + rate) + _bits_grown(self.motion, self.span)
+        lost = math.log2(1 + rate) + self.bits_grown
         if self.motion.period:
             lost += 1.5 * math.log2(1 + self.periods)
         if formulation == "lagrange":  # phi and psi, which grow, are its largest states
             lost += math.log2(1 + rate * abs(self.span))
+        lost -= math.log2(self.sharpness)
         return enough(self.scene.digits * math.log2(10) + SPARE + lost)
 
     def _seconds(self, formulation: str, projected: bool, bits: int) -> float:
         asked, kind = self.scene.events, self.motion.kind
-        turned = formulation == "axis" and bool({"psi", "attitude"} & set(self.scene.quantities))
-        each = RATES[formulation][0] + QUADRATURE_US * turned
-        if formulation in SINGULAR:  # time scales follow one another down to the pass, and back
+        each, sampled = MEASURED[formulation].us, SAMPLE_US
+        if formulation == "axis" and self.need >= Need.PSI:
+            each += QUADRATURE_US
+        if not FORMULATIONS[formulation].starts_at_pole:
+            # time scales follow one another down to the pass, and back
             each *= 1 - math.log10(max(min(self.nearest, 1.0), UNIT))
         each *= (PROJECTED if projected else 1.0) * (WATCHED if asked else 1.0)
-        sampled = SAMPLE_US
         if bits > DOUBLE:
             bits = min(bits, MOST_TIMED)
             longer = MPFR_MS * (bits / 128) ** 2.2 * max(1.0, bits / HEAVY)
@@ -139,22 +158,38 @@ class Forecast:
     def _error(self, formulation: str, projected: bool) -> float:
         """The largest error of what is wanted, in doubles, at any time that may be looked at."""
         count = self.periods
-        lost = RATES[formulation][1] * count * math.sqrt(count)
+        lost = MEASURED[formulation].phase * count * math.sqrt(count)
         if projected:
             lost = WANDER * math.sqrt(count) + STEADY * count
         late = abs(self.span) / max(count, 1.0) * lost
         here = self.rounding
         if formulation == "cubic":  # theta from a height
             here /= min(1.0, max(math.sqrt(UNIT), self.nearest))
-        if formulation in SINGULAR:  # beside a pole, θ has the digits that it has beside one
+        if not FORMULATIONS[formulation].starts_at_pole:
+            # beside a pole, θ has the digits that it has beside one
             here *= (1 + count) / max(min(self.nearest, 1.0), 1 / MOST_ERROR)
+        here /= self.sharpness
         aside = (PINNED if projected else TURNED) * math.sqrt(count)
         off = here + UNIT * self.growth * max(late * self.quickest, aside)
         return float(min(off, MOST_ERROR))
 
     @cached_property
+    def sharpness(self) -> float:
+        """How much of their digits the rates keep beside a pole; 1 where they are not wanted.
+
+        There φ̇ and ψ̇ are P∓/(1 ∓ u) but for regular terms: the rounding of P∓ is divided by the
+        square of the distance at the closest sample, and the largest of the rates by the least
+        distance.
+        """
+        if "rates" not in judged(self.scene.quantities):
+            return 1.0
+        swing = self.motion.theta_max - self.motion.theta_min
+        closest = max(self.nearest, swing / (CLOSER * self.scene.samples))
+        return min(1.0, max(closest**2, self.nearest)) or 1.0  # on a pole for ever they are exact
+
+    @cached_property
     def quickest(self) -> float:
-        """The largest rate of what is wanted, beside max(1, |x|) at the end [1/s].
+        """The largest rate of what is wanted, beside what its errors are relative to [1/s].
 
         Examples
         --------
@@ -163,46 +198,60 @@ class Forecast:
         >>> round(Forecast(scene, Motion(scene.top, scene.start), 2.0).quickest, 1)
         2.3
         """
-        wants, start = set(self.scene.quantities), self.scene.start
-        theta, phi, psi, axis = _largest_rates(self.motion, self.span)
-        mean_phi, mean_psi = self.motion.mean_angle_rates
-        phi /= max(1.0, abs(float(start.phi) + mean_phi * self.span))
-        psi /= max(1.0, abs(float(start.psi) + mean_psi * self.span))
-        rates = {"theta": theta, "axis": axis, "phi": phi, "psi": psi}
-        rates["attitude"] = max(axis, phi, psi)
-        return max((rates[name] for name in wants & rates.keys()), default=0.0)
+        start, rates = self.scene.start, _largest_rates(self.motion, self.span)
+        for name, mean in zip(("phi", "psi"), self.motion.mean_angle_rates, strict=True):
+            turned = abs(float(getattr(start, name)) + mean * self.span)
+            rates[name] /= max(1.0, turned)
+        return max((rates[name] for name in judged(self.scene.quantities)), default=0.0)
 
 
-def _largest_rates(motion: Motion, span: float) -> tuple[float, float, float, float]:
-    """The largest |θ̇|, |φ̇|, |ψ̇| and |ė| of a nutation [rad/s].
+def _largest_rates(motion: Motion, span: float) -> dict[str, float]:
+    """The largest |θ̇|, |φ̇|, |ψ̇|, |ė| of a nutation [rad/s], and how fast the rates change.
 
-    Energy and momenta give all of them by the height u = cos θ alone: φ̇ and ψ̇ − κ are
-    ½ P₊/(1 + u) ± ½ P₋/(1 − u), and |ė|² = θ̇² + sin²θ φ̇² is 2 (h − g u). They are looked at
-    where u = u₁ + (u₂ − u₁) sin²α, with α spread over a nutation, and where it is at times up to
-    the end if α grows evenly. The latter alone may all be turning points, where θ stands still;
-    the former are not where a pass so close to a pole that it is over in no time, if nobody looks
-    there.
+    Energy and momenta give them by the height u = cos θ alone: φ̇ and ψ̇ − κ are
+    ½ P₊/(1 + u) ± ½ P₋/(1 − u), and |ė|² = θ̇² + sin²θ φ̇² is 2 (h − g u). The change of the rates
+    is relative to the largest of them, or to 1 rad/s if that is larger [1/s].
     """
     r, low, high = motion.reduced, *sorted(map(motion.exact.ctx.cos, motion.exact.tilts))
     if low == high:
         phidot, psidot = map(abs, motion.mean_angle_rates)
-        return 0.0, phidot, psidot, phidot * math.sin(motion.theta_min)
+        aside = phidot * math.sin(motion.theta_min)
+        return {"theta": 0.0, "phi": phidot, "psi": psidot, "axis": aside, "rates": 0.0}
+    from_top, from_bottom = _heights(motion, span, low, high)
+    # nothing is left of a half on whose pole the axis passes
+    plus = float(r.P_plus) / (2 * from_bottom) if motion.from_bottom else 0.0
+    minus = float(r.P_minus) / (2 * from_top) if motion.from_top else 0.0
+    speed2 = 2 * (float(r.over_top) + float(r.g) * from_top)
+    phidot, psidot = plus + minus, float(r.kappa) + plus - minus
+    thetadot = np.sqrt(np.maximum(speed2 - phidot**2 * from_top * from_bottom, 0.0))
+    theta, phi, psi = (float(np.max(np.abs(rate))) for rate in (thetadot, phidot, psidot))
+    sine = np.sqrt(from_top * from_bottom)
+    pull = phidot**2 * (from_bottom - from_top) / 2 - float(r.b) * phidot + float(r.g)
+    turning = thetadot * (np.abs(plus) / from_bottom + np.abs(minus) / from_top)
+    changes = float(np.max(sine * np.maximum(np.abs(pull), turning)))
+    axis = math.sqrt(max(0.0, speed2.max()))
+    changes /= max(1.0, theta, phi, psi)
+    return {"theta": theta, "phi": phi, "psi": psi, "axis": axis, "rates": changes}
+
+
+def _heights(motion: Motion, span: float, low: Any, high: Any) -> tuple[Any, Any]:
+    """1 ∓ u at places of a nutation between two heights, where its rates are looked at.
+
+    They are u = u₁ + (u₂ − u₁) sin²α, with α spread over a nutation, and where it is at times up to
+    the end if α grows evenly. The latter alone may all be turning points, where θ stands still;
+    the former are not where a pass so close to a pole that it is over in no time, if nobody looks
+    there.
+    """
     alpha = (np.arange(PLACES) + 0.5) * math.pi / (2 * PLACES)
     if motion.period:
+        r = motion.reduced
         begun = math.asin(min(1.0, math.sqrt(max(0.0, (r.u0 - low) / (high - low)))))
         ahead = np.linspace(0.0, math.pi * span / motion.period, PLACES + 1)[1:]
         alpha = np.concatenate((alpha, ahead + math.copysign(begun, r.udot0)))
     swing = float(high - low)
     from_top = 2 * math.sin(motion.from_top / 2) ** 2 + swing * np.cos(alpha) ** 2
     from_bottom = 2 * math.sin(motion.from_bottom / 2) ** 2 + swing * np.sin(alpha) ** 2
-    # nothing is left of a half on whose pole the axis passes
-    plus = float(r.P_plus) / (2 * from_bottom) if motion.from_bottom else 0.0
-    minus = float(r.P_minus) / (2 * from_top) if motion.from_top else 0.0
-    speed2 = 2 * (float(r.over_top) + float(r.g) * from_top)
-    nods2 = speed2 - (plus + minus) ** 2 * from_top * from_bottom
-    rates = np.sqrt(np.maximum(nods2, 0.0)), plus + minus, float(r.kappa) + plus - minus
-    theta, phi, psi = (float(np.max(np.abs(rate))) for rate in rates)
-    return theta, phi, psi, math.sqrt(max(0.0, speed2.max()))
+    return from_top, from_bottom
 
 
 def periods_of(motion: Motion, span: float) -> float:

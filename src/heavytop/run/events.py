@@ -165,7 +165,8 @@ class Events:
         """
         if event not in EVENTS:
             raise ValueError(f"event: one of {', '.join(EVENTS)}, not {event!r}")
-        return len(self.of(event)) if event in self.asked else None
+        found = sum(kind in KINDS_OF[event] for kind in self.kind)
+        return found if event in self.asked else None
 
 
 @dataclass(frozen=True, slots=True)

@@ -467,7 +467,7 @@ def fold(scene: Scene, digits: int | None = None) -> Folded:
 
     Notes
     -----
-    Accuracy: ``tests/two_ways/test_folding.py`` holds axis, phi_mod and psi_mod to 1e-13 of the
+    Accuracy: ``tests/run/test_periodic.py`` holds axis, phi_mod and psi_mod to 1e-13 of the
     closed form 1e12 periods from the start, for every shipped scene that has a period.
 
     References

@@ -1,8 +1,10 @@
 """The least model that gives what a scene wants, and why.
 
-A formulation follows from the quantities wanted, the kind of motion and how near a pole the axis
-comes. What it needs then follows from the digits: nothing more, projection onto the invariants,
-more bits than doubles have; or one nutation folded, where the span is very long.
+Step by step: nothing is integrated for what the start alone tells. Else the formulation follows
+from how much of the motion must be followed (`Need`) and from how near a pole the axis comes; then
+how it has phi and psi, and which events are watched for. Last, what it takes follows from the
+digits and `Forecast`: nothing more, projection onto the invariants, more bits than doubles have; or
+one nutation folded, where the span is very long.
 """
 
 from __future__ import annotations
@@ -18,13 +20,20 @@ from heavytop.equations.lambdify import exact_texts
 from heavytop.errors import BadScene, Fault
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, bits_of, enough, named
 from heavytop.integration.projection import why_not
-from heavytop.names import LONGEST, nearest
 from heavytop.numbers import PI, Exact
 from heavytop.numbers.decimals import Context
-from heavytop.run.estimates import MOST_TURNS, SPARE, Estimate, Forecast, duration, needed_to_fold
-from heavytop.scene.arguments import expect, shown
+from heavytop.run.estimates import (
+    MEASURED,
+    MOST_TURNS,
+    SPARE,
+    Estimate,
+    Forecast,
+    duration,
+    needed_to_fold,
+)
+from heavytop.scene.arguments import expect, one_of, parse_options
+from heavytop.scene.quantities import QUANTITIES, Need, need_of
 from heavytop.scene.scene import Scene, no_scene
-from heavytop.spelling import harmless
 
 EPSILON = 2.0**-52
 MOST_RATE: Final = 1e150  # rad/s, whose square is a double
@@ -35,13 +44,9 @@ FOLD_AFTER_S: Final = 20.0  # of integration
 PATIENCE_S: Final = 20.0  # for more than doubles
 LONG_S: Final = 60.0  # before which somebody should be told
 
-STATES: Final = {"cubic": 2, "routh": 2, "subsystem": 4, "axis": 5, "attitude": 6, "lagrange": 6}
 # kinds in which phidot may change its sign
 REVERSING: Final = frozenset({"loops", "cusps", "waves", "force-free", "undecided"})
-KNOWN: Final = frozenset({"class", "period"})  # without integrating
-NEEDS_PSI: Final = frozenset({"psi", "attitude"})
-NEEDS_PHI: Final = NEEDS_PSI | {"phi"}
-NEEDS_ANGLES: Final = NEEDS_PHI | {"axis"}
+NAMES: Final = {"auto": None, **FORMULATIONS}
 
 Words = tuple[str, ...]
 
@@ -132,51 +137,22 @@ def plan(scene: Scene, formulation: str = "auto", *, projected: bool = False) ->
 
     Notes
     -----
-    Accuracy: ``tests/two_ways/test_auto.py`` runs what auto plans for tops drawn at random, and
+    Accuracy: ``tests/run/test_planning.py`` runs what auto plans for tops drawn at random, and
     none misses its digits; ``validation/17_auto.py`` does more of them.
     """
     return planned(scene, closed_form_of(scene), formulation, projected)
-
-
-def closed_form_of(scene: Scene) -> Motion:
-    """The motion of a scene, which is computed as far as it is asked for.
-
-    Raises
-    ------
-    BadScene
-        It is no `Scene`, but a name, say.
-    """
-    if not isinstance(scene, Scene):
-        raise no_scene(scene, "heavytop")
-    return Motion(scene.top, scene.start)
-
-
-def start_values(scene: Scene) -> dict[str, Exact]:
-    """The exact numbers of a scene by the symbols of the Lagrangian."""
-    of_top = {name: getattr(scene.top, name) for name in ("A", "C", "gMR")}
-    names = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
-    return of_top | {name: getattr(scene.start, name) for name in names}
-
-
-def rounded_start(
-    chosen: Plan, named: Mapping[str, Exact], ctx: Context
-) -> tuple[dict[str, str], list[str]]:
-    """The constants of a plan's run and its states at the start, as texts, each rounded once."""
-    form = chosen.integrated
-    texts = exact_texts((*form.parameters.values(), *form.start), named, ctx)
-    constants = {symbol.name: text for symbol, text in zip(form.parameters, texts, strict=False)}
-    frame = {name: ctx.nstr(ctx.mpf(rate), ctx.dps) for name, rate in chosen.frame}
-    return constants | frame, texts[len(constants) :]
 
 
 def planned(
     scene: Scene, motion: Motion, formulation: str = "auto", projected: bool = False
 ) -> Plan:
     """The plan for a scene whose motion is at hand."""
-    _expect_known(scene, formulation)
     expect("projected", projected, bool)
+    options = {"formulation": formulation}
+    if wrong := parse_options(scene.name, options, {"formulation": one_of(NAMES)})[1]:
+        raise BadScene(tuple(wrong))
     auto = formulation == "auto"
-    if auto and KNOWN.issuperset(scene.quantities):
+    if auto and need_of(scene.quantities) is Need.NOTHING:
         why = "class and period follow from the closed form: nothing is integrated"
         return Plan("none", reasons=(why,), estimate=Estimate(0.0, 0.0))
     expected = Forecast(scene, motion, span(scene, motion))
@@ -187,67 +163,31 @@ def planned(
         raise BadScene(tuple(faults))
     found = _formulated(expected, name, why)
     if auto and not projected:
-        found = settled(expected, found)
+        found = meeting_digits(expected, found)
     else:
         bits = expected.bits(name)
         found = _at(found, bits, expected(name, projected=projected, bits=bits), projected)
-    reasons = (*found.reasons, *_precise_and_projected(scene, found))
+    reasons = (*found.reasons, *_how_exactly(scene, found))
     return replace(found, reasons=reasons, warnings=(*found.warnings, *_warnings(expected, found)))
-
-
-def span(scene: Scene, motion: Motion) -> float:
-    """The end time of a scene [s].
-
-    Raises
-    ------
-    BadScene
-        The span is in nutation periods, and nothing nutates.
-    """
-    if scene.time is not None:
-        return float(scene.time)
-    if motion.period is None:
-        rule = f"no nutation period to count: {motion.kind}; give span.time in seconds"
-        raise refusal(scene, "span.periods", str(scene.periods), rule)
-    assert scene.periods is not None
-    return float(scene.periods) * motion.period
 
 
 # --- what cannot be had ------------------------------------------------------------------------
 
 
-def refusal(scene: Scene, key: str, value: str, rule: str) -> BadScene:
-    """What refuses a scene, by the rule that one of its keys breaks."""
-    return BadScene((Fault(scene.name, None, key, value, rule),))
-
-
-def span_fault(scene: Scene, rule: str, hint: str = "") -> Fault:
-    """What is wrong with the span of a scene, in the words in which it gives that."""
-    key, value = ("time", scene.time) if scene.periods is None else ("periods", scene.periods)
-    return Fault(scene.name, None, f"span.{key}", str(value), rule, hint)
-
-
-def _expect_known(scene: Scene, formulation: object) -> None:
-    names, is_text = ("auto", *FORMULATIONS), isinstance(formulation, str)
-    if not is_text or formulation not in names:
-        told = harmless(str(formulation)[:LONGEST]) if is_text else shown(formulation)
-        rule, hint = f"one of {', '.join(names)}", nearest(formulation, names)
-        raise BadScene((Fault(scene.name, None, "formulation", told, rule, hint),))
-
-
 def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
     """What is not given; rates whose squares overflow; turns that are not counted."""
-    scene, motion, rung = expected.scene, expected.motion, FORMULATIONS[formulation]
+    scene, motion, entry = expected.scene, expected.motion, FORMULATIONS[formulation]
     wants = ", ".join(scene.quantities)
-    if missing := [q for q in scene.quantities if q not in rung.gives]:
+    if missing := [q for q in scene.quantities if QUANTITIES[q].need > entry.gives]:
         lacks = f"the {formulation} form does not give {', '.join(missing)}"
         rule = f"{lacks}; the axis and the attitude form do"
         yield Fault(scene.name, None, "want.quantities", wants, rule)
     theta = scene.start.theta
-    if not rung.starts_at_pole and 0 in (theta.sign(), (theta - PI).sign()):
+    if not entry.starts_at_pole and 0 in (theta.sign(), (theta - PI).sign()):
         rule = f"the {formulation} form cannot start at a pole; axis, attitude and cubic can"
         yield Fault(scene.name, None, "start.theta", str(theta), rule)
     through_both = motion.nutates and motion.from_top == motion.from_bottom == 0
-    if formulation == "axis" and through_both and NEEDS_PSI & set(scene.quantities):
+    if formulation == "axis" and through_both and expected.need >= Need.PSI:
         # psi jumps by whole turns that neither quadrature has
         rule = "the axis form does not give psi of an axis that passes through both poles"
         yield Fault(scene.name, None, "want.quantities", wants, f"{rule}; the attitude form does")
@@ -269,15 +209,16 @@ def _faults(expected: Forecast, formulation: str) -> Iterator[Fault]:
 def _least_formulation(expected: Forecast) -> tuple[str, str]:
     """The least formulation that gives what a scene wants, and why."""
     scene, motion, near = expected.scene, expected.motion, expected.nearest
-    wants, allowed = set(scene.quantities), 10.0**-scene.digits
-    if FORMULATIONS["cubic"].gives >= wants:
+    wants, allowed = scene.quantities, 10.0**-scene.digits
+    if expected.need <= FORMULATIONS["cubic"].gives:
+        tilt = [name for name in wants if QUANTITIES[name].need is Need.TILT]
+        only = f"only {' and '.join(tilt)} {'is' if tilt == ['theta'] else 'are'} wanted"
         height = min(near, near**2)  # whose error in the cubic is absolute: it sets the period
         if allowed * height >= expected.rounding:
-            why = "only theta is wanted, and it has two states and a quadratic right side"
-            return "cubic", f"cubic: {why}"
+            return "cubic", f"cubic: {only}, and it has two states and a quadratic right side"
         lost = f"{near:.1e} rad from a pole theta would lose digits in the cubic form"
-        return "axis", f"axis: only theta is wanted, but {lost}"
-    if motion.nutates and wants & NEEDS_PHI and near < BESIDE_A_POLE:
+        return "axis", f"axis: {only}, but {lost}"
+    if motion.nutates and expected.need >= Need.PHI and near < BESIDE_A_POLE:
         why = f"{near:.1e} rad from a pole phi and psi turn quickly"
         return "attitude", f"attitude: {why}; its equations are regular, its turns are proved"
     turned = abs(float(motion.reduced.kappa)) * abs(float(scene.time or 0))
@@ -288,25 +229,25 @@ def _least_formulation(expected: Forecast) -> tuple[str, str]:
 
 def _formulated(expected: Forecast, name: str, why: str) -> Plan:
     """A formulation with the angles and events that are wanted, and how it has them."""
-    scene, motion, wants = expected.scene, expected.motion, set(expected.scene.quantities)
+    scene, motion, need = expected.scene, expected.motion, expected.need
     variant, frame, reasons = None, {}, []
     if name == "cubic":
         variant = "top" if motion.from_top <= motion.from_bottom else "bottom"
         reasons = [f"heights from the {variant}, the nearer pole"]
-    elif name == "attitude" and wants & NEEDS_PHI:
+    elif name == "attitude" and need >= Need.PHI:
         variant, reasons = "angles", ["phi and psi from the quaternion, whose turns are counted"]
-    elif name in ("routh", "subsystem") and wants & NEEDS_ANGLES:
+    elif name in ("routh", "subsystem") and need >= Need.AXIS:
         variant, reasons = "angles", ["phi and psi by quadrature, each less its mean rate"]
         frame = dict(zip(("phi_rate", "psi_rate"), motion.mean_angle_rates, strict=True))
     elif name == "axis":
-        if wants & NEEDS_PSI:
+        if need >= Need.PSI:
             variant, reason = _quadrature(scene, motion)
             frame, reasons = {"frame_rate": motion.mean_rate(variant)}, [reason]
-        if wants & NEEDS_PHI:
+        if need >= Need.PHI:
             variant = variant or "phi"
             reasons.append("phi from the axis, its turns counted between bounds of its rate")
     watched, why_watched = _watched(scene, motion, expected.span)
-    reasons, states = [why, *reasons, *why_watched], STATES[name] + len(frame)
+    reasons, states = [why, *reasons, *why_watched], MEASURED[name].states + len(frame)
     return Plan(name, variant, (*frame.items(),), watched, states, reasons=(*reasons,))
 
 
@@ -341,7 +282,7 @@ def _watched(scene: Scene, motion: Motion, end: float) -> tuple[Words, Words]:
 # --- precision, projection and folding ---------------------------------------------------------
 
 
-def settled(expected: Forecast, found: Plan) -> Plan:
+def meeting_digits(expected: Forecast, found: Plan) -> Plan:
     """The least with which a formulation meets the scene's digits; or doubles, if more take long.
 
     Examples
@@ -349,20 +290,20 @@ def settled(expected: Forecast, found: Plan) -> Plan:
     >>> from heavytop.scene.scene import load_scene
     >>> scene = load_scene("sicm-kicked")
     >>> ends = [Forecast(scene, Motion(scene.top, scene.start), t) for t in (2, 1e3)]
-    >>> [settled(expected, Plan("axis")).projected for expected in ends]
+    >>> [meeting_digits(expected, Plan("axis")).projected for expected in ends]
     [False, True]
     """
     name, digits, count = found.formulation, expected.scene.digits, expected.periods
     bits, allowed = expected.bits(name), 10.0**-digits
-    plain, pinned = (expected(name, projected=p, bits=bits) for p in (False, True))
+    plain = expected(name, bits=bits)
     if expected.returns and not expected.scene.events and plain.seconds > FOLD_AFTER_S:
         why = f"folded: one period answers for all {count:.3g}, which would take "
-        whole = Plan("attitude", states=STATES["attitude"], folded=True)
+        whole = Plan("attitude", states=MEASURED["attitude"].states, folded=True)
         bits = enough(needed_to_fold(digits, 2 * count))
         return _at(whole, bits, Estimate(1.0, allowed / 10), False, why + duration(plain.seconds))
     if bits > DOUBLE or plain.error <= allowed:
         return _at(found, bits, plain, False)
-    lost = f"{_off('would', plain)}, of 1e-{digits} allowed"
+    lost, pinned = f"{_off('would', plain)}, of 1e-{digits} allowed", expected(name, projected=True)
     if pinned.error <= allowed:
         return _at(found, bits, pinned, True, f"projected: else {lost}")
     needed = DOUBLE + log2(plain.error) + digits * log2(10)
@@ -392,8 +333,8 @@ def _off(verb: str, expected: Estimate) -> str:
     return f"every digit {verb} be lost"
 
 
-def _precise_and_projected(scene: Scene, found: Plan) -> Iterator[str]:
-    """Say what more bits and projection are for; refuse them where they are not to be had."""
+def _how_exactly(scene: Scene, found: Plan) -> Iterator[str]:
+    """Why more bits or projection are taken; refuses them where they are not to be had."""
     bits = bits_of(found.precision)
     if bits > MOST_BITS:
         rule = f"over this span they take {bits:.3g} bits, and {MOST_BITS} are the most"
@@ -437,3 +378,65 @@ def leaving(motion: Motion, end: float, bits: int) -> Iterator[str]:
             f"separatrix: rounding grows with exp({rate:.3g} t), and by it the axis "
             f"leaves the vertical's neighbourhood at about t = {left:.3g} s; it never would"
         )
+
+
+# --- what a scene says, in numbers and in refusals -----------------------------------------------
+
+
+def closed_form_of(scene: Scene) -> Motion:
+    """The motion of a scene, which is computed as far as it is asked for.
+
+    Raises
+    ------
+    BadScene
+        It is no `Scene`, but a name, say.
+    """
+    if not isinstance(scene, Scene):
+        raise no_scene(scene, "heavytop")
+    return Motion(scene.top, scene.start)
+
+
+def start_values(scene: Scene) -> dict[str, Exact]:
+    """The exact numbers of a scene by the symbols of the Lagrangian."""
+    of_top = {name: getattr(scene.top, name) for name in ("A", "C", "gMR")}
+    names = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
+    return of_top | {name: getattr(scene.start, name) for name in names}
+
+
+def rounded_start(
+    chosen: Plan, named: Mapping[str, Exact], ctx: Context
+) -> tuple[dict[str, str], list[str]]:
+    """The constants of a plan's run and its states at the start, as texts, each rounded once."""
+    form = chosen.integrated
+    texts = exact_texts((*form.parameters.values(), *form.start), named, ctx)
+    constants = {symbol.name: text for symbol, text in zip(form.parameters, texts, strict=False)}
+    frame = {name: ctx.nstr(ctx.mpf(rate), ctx.dps) for name, rate in chosen.frame}
+    return constants | frame, texts[len(constants) :]
+
+
+def span(scene: Scene, motion: Motion) -> float:
+    """The end time of a scene [s].
+
+    Raises
+    ------
+    BadScene
+        The span is in nutation periods, and nothing nutates.
+    """
+    if scene.time is not None:
+        return float(scene.time)
+    if motion.period is None:
+        rule = f"no nutation period to count: {motion.kind}; give span.time in seconds"
+        raise refusal(scene, "span.periods", str(scene.periods), rule)
+    assert scene.periods is not None
+    return float(scene.periods) * motion.period
+
+
+def refusal(scene: Scene, key: str, value: str, rule: str) -> BadScene:
+    """What refuses a scene, by the rule that one of its keys breaks."""
+    return BadScene((Fault(scene.name, None, key, value, rule),))
+
+
+def span_fault(scene: Scene, rule: str, hint: str = "") -> Fault:
+    """What is wrong with the span of a scene, in the words in which it gives that."""
+    key, value = ("time", scene.time) if scene.periods is None else ("periods", scene.periods)
+    return Fault(scene.name, None, f"span.{key}", str(value), rule, hint)

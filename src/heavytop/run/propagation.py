@@ -32,16 +32,16 @@ from heavytop.integration.integrator import (
 from heavytop.integration.turns import turns_of
 from heavytop.numbers import Number
 from heavytop.numbers.decimals import Context
-from heavytop.run.estimates import SINGULAR, Forecast, most_steps
+from heavytop.run.estimates import Forecast, most_steps
 from heavytop.run.events import Events, no_events, orbit_events, precise_events, schedule
 from heavytop.run.planning import (
     EPSILON,
     Plan,
     closed_form_of,
     leaving,
+    meeting_digits,
     planned,
     refusal,
-    settled,
     span,
     span_fault,
     start_values,
@@ -210,7 +210,7 @@ def extend(
 
     Notes
     -----
-    Accuracy: ``tests/property/test_determinism.py`` holds a run that was continued to one in a
+    Accuracy: ``tests/run/test_propagation.py`` holds a run that was continued to one in a
     piece, bit for bit.
 
     Examples
@@ -319,10 +319,10 @@ def _left_the_chart(orbit: Orbit) -> bool:
 
 def _why(trajectory: Trajectory) -> str:
     """Say what stops a run of a form that is singular at the poles, and what does not."""
-    motion, form = trajectory.motion, trajectory.plan.formulation
-    if trajectory.outcome is Outcome.INTERRUPTED or form not in SINGULAR:
+    form, regular = trajectory.plan.formulation, trajectory.plan.equations.starts_at_pole
+    if trajectory.outcome is Outcome.INTERRUPTED or regular:
         return ""
-    near = min(motion.from_top, motion.from_bottom)
+    near = min(trajectory.motion.nearest)
     return (
         f"the {form} form is singular at the poles, and the axis comes {near:.1e} rad near one; "
         "the axis form and the attitude form are regular there"
@@ -406,7 +406,7 @@ def _longer(trajectory: Trajectory, scene: Scene) -> Plan:
     if chosen.precision == "double":
         return replace(chosen, warnings=again.warnings)
     end = span(scene, motion)
-    needed = settled(Forecast(scene, motion, end), chosen)
+    needed = meeting_digits(Forecast(scene, motion, end), chosen)
     bits = max(bits_of(needed.precision), bits_of(chosen.precision))
     told = tuple(leaving(motion, end, bits))
     return replace(chosen, precision=named(bits), tolerance=2.0 ** (1 - bits), warnings=told)

@@ -27,7 +27,6 @@ from heavytop.numbers.decimals import context
 from heavytop.run.estimates import periods_of
 from heavytop.run.planning import (
     EPSILON,
-    KNOWN,
     Plan,
     closed_form_of,
     planned,
@@ -38,6 +37,7 @@ from heavytop.run.planning import (
 )
 from heavytop.run.trajectory import times_of
 from heavytop.scene.arguments import text_of
+from heavytop.scene.quantities import Need, need_of
 from heavytop.scene.scene import Scene
 
 Array = NDArray[np.float64]
@@ -129,7 +129,7 @@ def sensitivities(scene: Scene, formulation: str = "attitude") -> Sensitivities:
     singular there, which takes too many steps. Where the axis passes
     exactly through a pole, Δφ jumps by 2π from one side of it to the other; its derivatives do not.
 
-    Accuracy: ``tests/two_ways/test_sensitivity.py`` holds them to 1e-12 of the closed form's.
+    Accuracy: ``tests/run/test_sensitivities.py`` holds them to 1e-12 of the closed form's.
 
     References
     ----------
@@ -148,7 +148,7 @@ def sensitivities(scene: Scene, formulation: str = "attitude") -> Sensitivities:
         rule = f"nothing nutates: {motion.kind} has no period to vary"
         raise refusal(scene, "sensitivities", "", rule)
     entry = FORMULATIONS.get(text_of("formulation", formulation), FORMULATIONS["axis"])
-    angles = "psi" in entry.gives and not motion.from_top == motion.from_bottom == 0
+    angles = entry.gives >= Need.PSI and not motion.from_top == motion.from_bottom == 0
     wanted = ("theta", "phi", "psi")[: 3 if angles else 1]
     one = replace(scene, time=None, periods=Exact.of(1), digits=12, quantities=wanted, events=())
     chosen = planned(one, motion, formulation)
@@ -253,7 +253,7 @@ def state_transition(
     -----
     It is integrated in doubles and again in long doubles; the second is given, rounded to doubles.
 
-    Accuracy: ``tests/two_ways/test_sensitivity.py`` holds every column to 1e-12 of its largest
+    Accuracy: ``tests/run/test_sensitivities.py`` holds every column to 1e-12 of its largest
     entry, over a period, against the closed form; ``validation/15_sensitivities.py`` measures how
     that grows, and what sharing its step control with the matrix costs the state.
 
@@ -272,8 +272,9 @@ def state_transition(
     (('g', 'l_z'), (1, 5, 5), 1.0)
     """
     motion = closed_form_of(scene)
-    wanted = tuple(each for each in scene.quantities if each not in KNOWN)
-    chosen = planned(replace(scene, quantities=wanted or ("theta",)), motion, formulation)
+    nothing = need_of(scene.quantities) is Need.NOTHING
+    wanted = replace(scene, quantities=("theta",)) if nothing else scene
+    chosen = planned(wanted, motion, formulation)
     times = np.linspace(0.0, span(scene, motion), scene.samples) if t is None else _times(motion, t)
     most_steps = _most_steps(motion, chosen)
     run = varied_run(scene, chosen)

@@ -24,11 +24,12 @@ from heavytop.integration.bits import bits_of, digits_of
 from heavytop.integration.compiled import Seen
 from heavytop.integration.high_precision import Mark, PreciseIntegrator
 from heavytop.integration.integrator import Orbit
-from heavytop.integration.outputs import ANGLES, RATES, VECTORS, Sample, sample
+from heavytop.integration.outputs import VECTORS, Sample, sample
 from heavytop.integration.turns import GRAIN_BITS, in_bits
 from heavytop.numbers.decimals import Context, Number, context, number
 from heavytop.run.events import Event, Events
 from heavytop.run.planning import Plan, rounded_start, start_values
+from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene
 
 if TYPE_CHECKING:

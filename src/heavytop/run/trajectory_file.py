@@ -23,13 +23,14 @@ from heavytop.hdf5 import array, attribute, opened, write_sealed
 from heavytop.integration.compiled import Seen
 from heavytop.integration.high_precision import Mark
 from heavytop.integration.integrator import Checkpoint, Orbit
-from heavytop.integration.outputs import ANGLES, RATES, Sample
+from heavytop.integration.outputs import Sample
 from heavytop.machine import versions
 from heavytop.run.events import STORED, Events, precise_events
 from heavytop.run.planning import Plan, closed_form_of
 from heavytop.run.propagation import integrator_of
 from heavytop.run.trajectory import Decimals, Statistics, Trajectory
 from heavytop.scene.arguments import path_of
+from heavytop.scene.quantities import ANGLES, COLUMNS, RATES
 from heavytop.scene.scene import read_scene
 
 if TYPE_CHECKING:
@@ -37,18 +38,11 @@ if TYPE_CHECKING:
 
 SCHEMA: Final = "heavytop/trajectory/2"
 # of every variable, by the last word of its name: what it is, its unit, and a second dimension
-QUANTITIES: Final[Mapping[str, tuple[str, ...]]] = {
+VARIABLES: Final[Mapping[str, tuple[str, ...]]] = {
+    **{n: (c.words, c.unit, *(["space"] if c.parts else [])) for n, c in COLUMNS.items()},
     "t": ("time since the start", "s"),
     "t_low": ("what the time has beyond a double", "s"),
     "time": ("time since the start, as words that add up", "s", "word"),
-    "theta": ("tilt of the axis from the upward vertical", "rad"),
-    "phi": ("precession angle, continuous from the start", "rad"),
-    "psi": ("spin angle, continuous from the start", "rad"),
-    "thetadot": ("rate of the tilt", "rad s-1"),
-    "phidot": ("rate of precession", "rad s-1"),
-    "psidot": ("rate of the spin angle", "rad s-1"),
-    "axis": ("unit vector along the symmetry axis, in space", "1", "space"),
-    "omega": ("angular velocity, in space", "rad s-1", "space"),
     "states": ("states of the formulation, each in its own unit", "various", "state"),
     "state": ("name of a state", "1"),
     "space": ("direction in space, z upwards", "1"),
@@ -113,7 +107,7 @@ def _over(
     found = {}
     for name, values in columns.items():
         quantity = name.removesuffix("_text")
-        what, unit, *second = QUANTITIES[quantity]
+        what, unit, *second = VARIABLES[quantity]
         words = what, where, "as a decimal text" if quantity != name else ""
         told = {"long_name": ", ".join(filter(None, words)), "units": unit}
         found[prefix + name] = (dimension, *second)[: np.ndim(values)], values, told
@@ -195,7 +189,7 @@ def load_trajectory(path: str | os.PathLike[str]) -> Trajectory:
 
     Notes
     -----
-    Accuracy: ``tests/property/test_determinism.py`` holds a run that was stored to the run itself,
+    Accuracy: ``tests/run/test_trajectory_file.py`` holds a run that was stored to the run itself,
     bit for bit.
 
     Examples

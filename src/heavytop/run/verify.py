@@ -2,9 +2,12 @@
 
 Its errors are those against the closed form of its own numbers, the scene's each rounded once to
 the run's digits, so that the difference is the integrator's alone; what that rounding does to the
-motion is told apart. A run in doubles and one in more
-digits are compared alike, in arrays of floats or of mpmath's numbers. Of the latter a few samples
-and events stand for all.
+motion is told apart. Whether it has the digits asked for is a matter of both: it has them where it
+is close enough to either motion.
+
+A run in doubles and one in more digits are compared alike, in columns of floats or of mpmath's
+numbers: `_run_at` and `_closed_form` say where each has them from. Of the latter a few samples and
+events stand for all.
 """
 
 from __future__ import annotations
@@ -12,55 +15,40 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
+from functools import reduce
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.many_times import DoubleForm
-from heavytop.analytic.rising import Rising
-from heavytop.classification.reduced import (
-    FromAxis,
-    FromConstants,
-    FromScene,
-    MotionSource,
-    Reduced,
-    Through,
-)
 from heavytop.errors import (
     DoubtfulWarning,
     MissedDigitsWarning,
     NoClosedForm,
     UnboundedAngleWarning,
 )
-from heavytop.integration.outputs import ANGLES
 from heavytop.integration.projection import GOLDEN
-from heavytop.numbers.decimals import Context, Number, context, number
-from heavytop.numbers.intervals import rational
+from heavytop.numbers.decimals import Number, context
 from heavytop.run.events import EVENTS, Counts, differences, tally
+from heavytop.run.own_motion import SPARE_DIGITS, closed_form, own_motion
 from heavytop.run.planning import Plan
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import expect
-from heavytop.scene.state import State
-from heavytop.scene.top import Top
+from heavytop.scene.quantities import ANGLES, QUANTITIES, judged
 
 Array = NDArray[Any]
 Columns = Any  # what a run, a DoubleForm or `_columns` says at several times, by the same names
 
-COMPARED = (*ANGLES, "axis")
-FEW = 16  # samples and events that stand for all, where a closed form takes long
-GLANCED_AT = 24  # samples, before all are compared
-LEAST = 5e-324  # the smallest double: an error that is not zero is not shown as zero
-DIGITS = 40  # of roots that a motion in doubles is known by
-SPARE_DIGITS = 10  # beyond those of a run in more digits
-
-Known = Mapping[str, Fraction]  # states and constants by the names of their symbols
+COMPARED: Final = ("theta", "phi", "psi", "axis", "rates")
+FEW: Final = 16  # samples and events that stand for all, where a closed form takes long
+GLANCED_AT: Final = 24  # samples, before all are compared
+LEAST: Final = 5e-324  # the smallest double: an error that is not zero is not shown as zero
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Errors:
     """Largest differences between a run and the closed form; None where there is nothing to hold.
 
@@ -68,6 +56,8 @@ class Errors:
     ----------
     theta, phi, psi, axis : float or None
         Over the samples and a few times spread over the last period [rad; the axis as a length].
+    rates : float or None
+        The largest of those of thetadot, phidot and psidot, at the same times [rad/s].
     energy : float
         Of E', relative to max(|E'|, gMR).
     invariants : dict from str to float
@@ -81,14 +71,15 @@ class Errors:
         Why there is no closed form to hold against, or empty.
     """
 
-    theta: float | None
-    phi: float | None
-    psi: float | None
-    axis: float | None
+    theta: float | None = None
+    phi: float | None = None
+    psi: float | None = None
+    axis: float | None = None
+    rates: float | None = None
     energy: float
     invariants: dict[str, float]
-    event_time: float | None
-    input_rounding: float | None
+    event_time: float | None = None
+    input_rounding: float | None = None
     why_not: str = ""
 
 
@@ -124,38 +115,41 @@ def run_errors(trajectory: Trajectory) -> Errors:
     """
     expect("trajectory", trajectory, Trajectory, "propagate gives one")
     changes = conserved(*_invariants(trajectory))
-    nothing = Errors(None, None, None, None, changes.pop("energy"), changes, None, None)
+    nothing = Errors(energy=changes.pop("energy"), invariants=changes)
     try:
-        own, run = _closed_form(trajectory), _looked_at(trajectory)
-        off = {name: _double(error) for name, error in _largest(run, own(run.t)).items()}
-        moved = _off_exactly(trajectory, own(_samples(trajectory).t[-1:]))
+        own, run = _closed_form(trajectory), _run_at(trajectory, and_late=True)
+        largest = _largest(run, own(run.t), COMPARED)
+        wanted = {"theta", *trajectory.scene.quantities}.intersection(ANGLES)
+        moved = _off_exactly(trajectory, own(_run_at(trajectory, 1).t), wanted)
         late = _event_time(trajectory, own)
     except NoClosedForm as reason:
         return replace(nothing, why_not=str(reason))
-    wanted = {"theta", *trajectory.scene.quantities}.intersection(ANGLES)
-    rounding = _double(max(moved[name] for name in wanted))
+    off = {name: _double(error) for name, error in largest.items()}
+    rounding = _double(max(moved.values()))
     return replace(nothing, **off, event_time=late, input_rounding=rounding)  # type: ignore[arg-type]
 
 
 def missed_digits(trajectory: Trajectory, errors: Errors) -> dict[str, float]:
     """Return the wanted quantities that are farther off than the scene's digits allow.
 
-    A quantity x may be off by 10^-digits max(1, |x|). So near a special motion that rounding turns
-    a start into it, the motion of the run's own numbers is another one: what agrees with that of
-    the exact numbers misses nothing.
+    A quantity x may be off by 10^-digits max(1, |x|), with x at the end; rates are held to the
+    largest of them. So near a special motion that rounding turns a start into it, the motion of
+    the run's own numbers is another one: what agrees with that of the exact numbers misses nothing.
     """
     found = _beyond(trajectory, {name: getattr(errors, name) for name in COMPARED})
-    exactly = _off_exactly(trajectory, _looked_at(trajectory)) if found else {}
-    return {name: found[name] for name in _beyond(trajectory, exactly) if name in found}
+    if not found:
+        return {}
+    exactly = _off_exactly(trajectory, _run_at(trajectory, and_late=True), found)
+    return {name: found[name] for name in _beyond(trajectory, exactly)}
 
 
 def deviations(trajectory: Trajectory, most: int = 1000) -> dict[str, Array]:
-    """Return times as ``t``, and |run − closed form| there of what the run follows, in doubles.
+    """Return times as ``t``, and |run − closed form| there of angles and axis, in doubles.
 
     At the samples, or at so many of them, evenly spaced. Raises `NoClosedForm`.
     """
     run = trajectory.samples.at(_some(trajectory.t.size, most))
-    return {"t": run.t} | _apart(run, closed_form(trajectory)(run.t))
+    return {"t": run.t} | _apart(run, closed_form(trajectory)(run.t), (*ANGLES, "axis"))
 
 
 def energy_error(trajectory: Trajectory) -> float:
@@ -235,10 +229,12 @@ def doubtful_digits(trajectory: Trajectory) -> str:
     may be, be it by the rounding of the scene's numbers alone, is compared with its own.
     """
     try:
-        suspects = _beyond(trajectory, _off_exactly(trajectory, _samples(trajectory, GLANCED_AT)))
+        wanted = judged(trajectory.scene.quantities)
+        off = _off_exactly(trajectory, _run_at(trajectory, GLANCED_AT), wanted)
     except NoClosedForm:
         return ""
-    found = missed_digits(trajectory, run_errors(trajectory)) if suspects else {}
+    doubted = _beyond(trajectory, off)
+    found = missed_digits(trajectory, run_errors(trajectory)) if doubted else {}
     return missed(found, trajectory.scene.digits) if found else ""
 
 
@@ -250,6 +246,8 @@ def missed(found: dict[str, float], digits: int) -> str:
 
 # --- a run and a closed form, in columns of the same numbers -------------------------------------
 
+TOLD: Final = ("t", *(column for name in COMPARED for column in QUANTITIES[name].columns))
+
 
 @dataclass(frozen=True, slots=True)
 class _ManyDigits:
@@ -258,7 +256,7 @@ class _ManyDigits:
     form: ClosedForm
 
     def __call__(self, t: Sequence[Number]) -> Columns:
-        return _columns([self.form(each) for each in t], ("t", *COMPARED, "u", "udot", "uddot"))
+        return _columns([self.form(each) for each in t], (*TOLD, "u", "udot", "uddot"))
 
     @property
     def reversal_u(self) -> Number:
@@ -274,40 +272,34 @@ def _closed_form(trajectory: Trajectory, exactly: bool = False) -> DoubleForm | 
     return _ManyDigits(ClosedForm(motion, trajectory.decimals.digits + SPARE_DIGITS))
 
 
+def _run_at(trajectory: Trajectory, most: int | None = None, *, and_late: bool = False) -> Columns:
+    """A run at its samples, or at so many of them; of a run in more digits at a few.
+
+    In doubles also at a few times spread over the last period: samples a whole number of periods
+    apart would see every error at one phase only; at a turning point that hides an error in time.
+    """
+    count, decimals = trajectory.t.size, trajectory.decimals
+    if decimals is not None:
+        return _columns(decimals.samples[_some(count, min(most or FEW, FEW))], TOLD)
+    samples, end = trajectory.samples.at(_some(count, most or count)), trajectory.orbit.end
+    if not and_late:
+        return samples
+    reach = min(abs(end), trajectory.motion.period or abs(end))
+    more = trajectory(end - np.copysign(reach, end) * np.mod(np.arange(1, 8) * GOLDEN, 1.0))
+    pairs = ((getattr(samples, name), getattr(more, name)) for name in TOLD)
+    return SimpleNamespace(**dict(zip(TOLD, map(np.concatenate, pairs), strict=True)))
+
+
 def _columns(records: Sequence[Any], names: Sequence[str]) -> Columns:
-    """Records of mpmath numbers as arrays of these, but for what they do not know."""
-    columns = {name: [getattr(record, name) for record in records] for name in names}
-    known = {name: np.array(x, dtype=object) for name, x in columns.items() if None not in x}
-    return SimpleNamespace(**known)
+    """Records of mpmath numbers as arrays of these."""
+    rows = {name: [getattr(record, name) for record in records] for name in names}
+    return SimpleNamespace(**{name: np.array(x, dtype=object) for name, x in rows.items()})
 
 
 def _some(count: int, most: int) -> slice:
     """Some of so many, evenly spaced, the last among them."""
     every = max(1, -(-count // most))
     return slice((count - 1) % every, None, every)
-
-
-def _samples(trajectory: Trajectory, most: int | None = None) -> Columns:
-    """The samples, or so many of them; of a run in more digits a few."""
-    count, decimals = trajectory.t.size, trajectory.decimals
-    if decimals is None:
-        return trajectory.samples.at(_some(count, most or count))
-    return _columns(decimals.samples[_some(count, FEW)], ("t", *COMPARED))
-
-
-def _looked_at(trajectory: Trajectory) -> Columns:
-    """The samples, and in doubles a few times spread over the last period.
-
-    Samples a whole number of periods apart would see every error at one phase only; at a turning
-    point that hides an error in time.
-    """
-    samples, end = _samples(trajectory), trajectory.orbit.end
-    if trajectory.decimals is not None:
-        return samples
-    reach = min(abs(end), trajectory.motion.period or abs(end))
-    more = trajectory(end - np.copysign(reach, end) * np.mod(np.arange(1, 8) * GOLDEN, 1.0))
-    pairs = ((getattr(samples, name), getattr(more, name)) for name in samples.__slots__)
-    return replace(samples, **dict(zip(samples.__slots__, map(np.concatenate, pairs), strict=True)))
 
 
 def _invariants(trajectory: Trajectory) -> tuple[Mapping[str, Array], Mapping[str, Number], Number]:
@@ -336,130 +328,44 @@ def _event_time(trajectory: Trajectory, own: Any) -> float | None:
     return _double(abs(zero[known] / slope[known]).max()) if known.any() else None
 
 
-def _apart(run: Columns, exact: Columns) -> dict[str, Array]:
+def _apart(run: Columns, exact: Columns, names: Iterable[str]) -> dict[str, Array]:
     """How far a run is off at each time, in what it follows."""
-    told = [name for name in COMPARED if hasattr(run, name)]
-    off = {name: getattr(run, name) - getattr(exact, name) for name in told}
-    sizes = {n: np.sqrt((x * x).sum(axis=1)) if n == "axis" else abs(x) for n, x in off.items()}
-    return {name: size for name, size in sizes.items() if (size == size).any()}  # else it is nan
+    found = {}
+    for name in names:
+        off = [getattr(run, x) - getattr(exact, x) for x in QUANTITIES[name].columns]
+        sizes = [np.sqrt((x * x).sum(axis=1)) if x.ndim > 1 else abs(x) for x in off]
+        found[name] = reduce(np.maximum, sizes)
+    return {name: size for name, size in found.items() if (size == size).any()}  # else it is nan
 
 
-def _largest(run: Columns, exact: Columns) -> dict[str, Number]:
-    return {name: each.max() for name, each in _apart(run, exact).items()}
+def _largest(run: Columns, exact: Columns, names: Iterable[str]) -> dict[str, Number]:
+    return {name: each.max() for name, each in _apart(run, exact, names).items()}
 
 
-def _off_exactly(trajectory: Trajectory, run: Columns) -> dict[str, Number]:
+def _off_exactly(trajectory: Trajectory, run: Columns, names: Iterable[str]) -> dict[str, Number]:
     """How far a run is off the motion of the scene's exact numbers."""
-    return _largest(run, _closed_form(trajectory, exactly=True)(run.t))
+    return _largest(run, _closed_form(trajectory, exactly=True)(run.t), names)
 
 
 def _beyond(trajectory: Trajectory, off: Mapping[str, Number | None]) -> dict[str, float]:
     """Those of the wanted quantities that are farther off than their digits allow."""
-    wanted, samples = {*trajectory.scene.quantities}, trajectory.samples
-    if "attitude" in wanted:
-        wanted |= {"phi", "psi", "axis"}
-    ends = {name: getattr(samples, name)[-1] for name in ANGLES} | {"axis": 1.0}
     bound = context(20).mpf(10) ** -trajectory.scene.digits
+    wanted = judged(trajectory.scene.quantities)
     return {
         name: _double(error)
         for name, error in off.items()
-        if name in wanted and error is not None and not bound * max(1, abs(ends[name])) >= error
+        if name in wanted and error is not None and not bound * _size(trajectory, name) >= error
     }
+
+
+def _size(trajectory: Trajectory, name: str) -> float:
+    """What errors of a quantity are relative to, at least 1."""
+    if name == "axis":
+        return 1.0
+    values = [getattr(trajectory.samples, column) for column in QUANTITIES[name].columns]
+    return max(1.0, *(float(abs(x).max() if name == "rates" else abs(x[-1])) for x in values))
 
 
 def _double(x: Number) -> float:
     """A number as a double; one smaller than any is the smallest there is."""
     return max(float(x), LEAST) if x else 0.0
-
-
-# --- the motion that a run's own numbers define --------------------------------------------------
-
-
-def closed_form(trajectory: Trajectory) -> DoubleForm:
-    """Return the closed form, in doubles, of a run's own numbers."""
-    return DoubleForm(own_motion(trajectory))
-
-
-def own_motion(trajectory: Trajectory) -> Rising:
-    """Return the motion of a run's own numbers, through the poles that the scene's passes.
-
-    Rounding the start puts the axis beside them. A run turns there as the exact numbers do, and so
-    must what it is compared with.
-    """
-    decimals, orbit = trajectory.decimals, trajectory.orbit
-    if decimals is None:
-        own = DIGITS, orbit.checkpoints[0].state.tolist(), orbit.parameters
-    else:
-        start = list(decimals.samples[0].states)
-        own = decimals.ctx.dps + SPARE_DIGITS, start, decimals.parameters
-    source = motion_of(trajectory.plan, *own)
-    regime = trajectory.motion.rising.regime
-    passed = not regime.misses_top, not regime.misses_bottom
-    top, bottom = passed[::-1] if regime.mirrored else passed
-    return Rising(Through(source, top, bottom) if top or bottom else source, proved=False)
-
-
-def motion_of(
-    plan: Plan, digits: int, state: Iterable[Any], parameters: Mapping[str, Any]
-) -> MotionSource:
-    """Return the motion through a state of a plan's formulation, given as numbers of any kind.
-
-    Where it is known by roots of them these are taken to as many digits.
-    """
-    names = (symbol.name for symbol in plan.equations.states)
-    given = (*parameters.items(), *zip(names, state, strict=True))
-    known = {name: rational(value) for name, value in given}
-    if "w" in known:
-        return _from_cubic(known, context(digits), 1 if plan.variant == "top" else -1)
-    return _from_angles(known, context(digits)) if "theta" in known else _from_axis(known)
-
-
-def _from_angles(known: Known, ctx: Context) -> MotionSource:
-    """The motion from Euler angles and their rates; Routh's form has momenta for two of these."""
-    phi, psi = (known[name if name in known else f"{name}_0"] for name in ("phi", "psi"))
-    if "p_minus" in known:
-        sine, half = (ctx.sin(number(ctx, x)) for x in (known["theta"], known["theta"] / 2))
-        p_minus, p_psi, A = (number(ctx, known[name]) for name in ("p_minus", "p_psi", "A"))
-        phidot = rational((p_minus + 2 * p_psi * half**2) / (A * sine**2))
-        rates = {"phidot": phidot, "omega3": known["p_psi"] / known["C"]}
-    else:
-        rates = {name: known[name] for name in ("phidot", "psidot")}
-    start = State(known["theta"], phi=phi, psi=psi, thetadot=known["thetadot"], **rates)
-    return FromScene(Top(*(known[name] for name in ("A", "C", "gMR"))), start)
-
-
-def _from_axis(known: Known) -> MotionSource:
-    """The motion from the axis, or a quaternion q whose |q|² is the length of it."""
-    if "q_0" in known:
-        w, x, y, z = (known[f"q_{i}"] for i in range(4))
-        axis = 2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z
-    else:
-        axis = known["e_x"], known["e_y"], known["e_z"]
-    momentum = [known[f"l_{x}"] for x in "xyz"]
-    return FromAxis(axis, momentum, *(known[x] for x in ("g", "kappa", "phi_0", "psi_0")))
-
-
-def _from_cubic(known: Known, ctx: Context, side: int) -> MotionSource:
-    """The motion from ẅ = k₀ + k₁ w + k₂ w² through w and ẇ, as the run integrates it.
-
-    At w = 0 and w = 2 the cubic that is ẇ² has the values −P² and −(P + 2 side n)².
-    """
-    w, wdot = known["w"], known["wdot"]
-    k = [known[f"k_{i}"] for i in range(3)]
-
-    def momentum(pole: int, given: Fraction) -> Fraction:
-        rise = sum(each * (w**i - Fraction(pole) ** i) / i for i, each in enumerate(k, 1))
-        square = 2 * rise - wdot**2
-        if square < 0:  # through the pole, within rounding
-            return given
-        root = rational(ctx.sqrt(number(ctx, square)))
-        return root if given >= 0 else -root
-
-    P = momentum(0, known["P"])
-    n = side * (momentum(2, known["P"] + 2 * side * known["n"]) - P) / 2
-    drift, sin2, zero = P + side * n * w, w * (2 - w), Fraction(0)
-    pull = k[0] + w * (k[1] + w * k[2])  # on a pole, where ẇ vanishes, this is the square of θ̇
-    kinetic = (wdot**2 + drift**2) / (2 * sin2) if sin2 else abs(pull) / 2
-    above, below = (w, 2 - w)[::side]
-    motion = Reduced(-side * k[2] / 3, n, 1 - above, above, below, zero, drift, kinetic, zero)
-    return FromConstants(motion, wdot**2, falls=side * wdot > 0)

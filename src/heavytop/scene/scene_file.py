@@ -19,12 +19,12 @@ from heavytop.names import nearest
 from heavytop.numbers import Exact
 from heavytop.scene import arguments
 from heavytop.scene.arguments import NumberText, Range, Reader, Refused, Wrong, faults
+from heavytop.scene.quantities import QUANTITIES, RATES
 from heavytop.scene.state import START, State, broken_start
 from heavytop.scene.top import Top, broken_body
 from heavytop.spelling import harmless
 
 FORMAT: Final = 1
-QUANTITIES: Final = ("class", "period", "theta", "axis", "phi", "psi", "rates", "attitude")
 EVENTS: Final = ("turning", "reversal", "cusp")
 MAX_SAMPLES: Final = 10_000_000
 MAX_DIGITS: Final = 10_000
@@ -109,7 +109,7 @@ def _names(allowed: tuple[str, ...], least: int) -> Reader:
         wrong = [name for name in value if name not in allowed]
         if wrong:
             hint = nearest(wrong[0], allowed)
-            if "rates" in allowed and wrong[0] in ("thetadot", "phidot", "psidot"):
+            if "rates" in allowed and wrong[0] in RATES:
                 hint = 'did you mean "rates"? it holds thetadot, phidot and psidot'
             raise Refused(f"names out of {listed}", hint)
         if len(set(value)) < len(value):
@@ -141,7 +141,7 @@ TABLES: Final[Mapping[str, Mapping[str, Reader]]] = {
     "start": START,
     "span": dict.fromkeys(("time", "periods"), _length),
     "want": {
-        "quantities": _names(QUANTITIES, least=1),
+        "quantities": _names(tuple(QUANTITIES), least=1),
         "events": _names(EVENTS, least=0),
         "samples": Range(2, MAX_SAMPLES, whole=True),
         "digits": Range(1, MAX_DIGITS, whole=True),

@@ -30,9 +30,10 @@ from heavytop.integration.high_precision import Mark, PreciseIntegrator, Unfinis
 from heavytop.integration.integrator import NEVER, Checkpoint, Integrator, Observed
 from heavytop.numbers.decimals import Context, context
 from heavytop.numbers.double_double import Array, DoubleDouble, add
+from heavytop.run.own_motion import motion_of
 from heavytop.run.planning import EPSILON, closed_form_of, plan, rounded_start, start_values
 from heavytop.run.propagation import binary_start, integrator_of
-from heavytop.run.verify import ahead, motion_of
+from heavytop.run.verify import ahead
 from heavytop.scene.arguments import shown
 from heavytop.scene.scene import Scene
 from heavytop.studies.methods import MethodSetting

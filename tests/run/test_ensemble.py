@@ -1,11 +1,17 @@
 """Many tops at once against one at a time: the same motions, to rounding."""
 
+from importlib import import_module
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import heavytop as ht
 from heavytop.errors import HeavyTopError, Impossible, ImpossibleStart, NotANumber, Outcome
+from heavytop.run.ensemble import Ensemble
 from heavytop.run.events import tally
+
+from ..motions import BOOK, KICKED
 
 SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
 RANDOM = np.random.default_rng(11)
@@ -17,32 +23,21 @@ TIME = RANDOM.uniform(-2, 2, 37)
 
 @pytest.mark.parametrize("formulation", ["axis", "routh", "cubic"])
 def test_as_one_at_a_time(formulation):
-    """37 tops, each with its own span, forwards or backwards."""
+    """37 tops, each with its own span, forwards or backwards: theta, and the times of events."""
+    events = () if formulation == "routh" else ("turning", "reversal")
     many = ht.propagate_many(
-        **SICM, theta=THETA, phidot=PHIDOT, omega3=OMEGA3, time=TIME, formulation=formulation
-    )
-    top = ht.Top(**SICM)
+        **SICM, theta=THETA, phidot=PHIDOT, omega3=OMEGA3, time=TIME, formulation=formulation,
+        events=events,
+    )  # fmt: skip
     assert set(many.outcomes) == {Outcome.FINISHED}
     for i in range(37):
         start = ht.State(THETA[i], phidot=PHIDOT[i], omega3=OMEGA3[i])
-        scene = ht.Scene(top, start, time=TIME[i], quantities=("theta",), events=())
+        scene = ht.Scene(BOOK, start, time=TIME[i], quantities=("theta",), events=events)
         one = ht.propagate(scene, formulation=formulation)
         assert many.final.theta[i] == pytest.approx(one.theta[-1], abs=3e-12)
-
-
-def test_events_as_one_at_a_time():
-    """Turning points and reversals: as many, at the same times; the start counts."""
-    many = ht.propagate_many(
-        **SICM, theta=THETA, phidot=PHIDOT, omega3=OMEGA3, time=1.0,
-        events=("turning", "reversal"),
-    )  # fmt: skip
-    top = ht.Top(**SICM)
-    for i in range(0, 37, 6):
-        start = ht.State(THETA[i], phidot=PHIDOT[i], omega3=OMEGA3[i])
-        events = ht.propagate(ht.Scene(top, start, time=1, events=("turning", "reversal"))).events
-        for k, event in enumerate(("turning", "reversal")):
+        for k, event in enumerate(events):
             mine = (many.zeros.which == i) & (many.zeros.event == k)
-            t = events.t[events.is_turning if event == "turning" else ~events.is_turning]
+            t = one.events.of(event).t
             assert many.count(event)[i] == t.size
             assert many.zeros.t[mine] == pytest.approx(t, abs=1e-11)
             met = ht.Motion(top, start).at(many.zeros.t[mine].tolist())
@@ -50,20 +45,14 @@ def test_events_as_one_at_a_time():
             assert many.met.phidot[mine] == pytest.approx(np.array(met.phidot, float), abs=1e-9)
 
 
-@pytest.mark.parametrize("jobs", [1, 2, 3])
+@pytest.mark.parametrize("jobs", [2, 3])
 def test_the_same_bits_on_any_number_of_threads(jobs):
     given = {"theta": np.resize(THETA, 1000), "phidot": np.resize(PHIDOT, 1000)}
-    runs = [
-        ht.propagate_many(**SICM, **given, omega3=140.0, time=0.7, events=("turning",), jobs=n)
-        for n in (1, jobs)
-    ]
-    assert np.array_equal(runs[0].states, runs[1].states)
-    assert np.array_equal(runs[0].zeros.t, runs[1].zeros.t)
-    assert np.array_equal(runs[0].zeros.which, runs[1].zeros.which)
-    alone = ht.propagate_many(
-        **SICM, theta=THETA[5], phidot=PHIDOT[5], omega3=140.0, time=0.7, events=("turning",)
-    )
-    assert np.array_equal(alone.states[0], runs[0].states[5])
+    asked = {"omega3": 140.0, "time": 0.7, "events": ("turning",)}
+    one, many = (ht.propagate_many(**SICM, **given, **asked, jobs=n) for n in (1, jobs))
+    assert np.array_equal(one.states, many.states)
+    assert np.array_equal(one.zeros.t, many.zeros.t)
+    assert np.array_equal(one.zeros.which, many.zeros.which)
 
 
 def test_the_same_bits_whoever_is_beside():
@@ -92,11 +81,11 @@ def test_a_bad_one_spoils_only_itself():
         time=30.0, formulation="lagrange", step_limit=10_000,
     )  # fmt: skip
     assert swing.outcomes[1] is Outcome.FINISHED
-
-
-def test_a_step_limit_is_named():
-    found = ht.propagate_many(**SICM, theta=0.1, omega3=140.0, time=100.0, step_limit=50)
-    assert found.outcomes == (Outcome.STEP_LIMIT,)
+    over = ht.propagate_many(
+        **SICM, theta=np.array([np.pi, 1.0, 1.1, 1.2]), thetadot=3.0, psidot=100.0, time=1.0,
+        formulation="routh", step_limit=20_000,
+    )  # fmt: skip
+    assert over.outcomes[1:] == (Outcome.FINISHED,) * 3
 
 
 def test_shapes():
@@ -121,26 +110,36 @@ def test_bad_input():
     with pytest.raises(NotANumber, match="2\\^53"):
         ht.propagate_many(**SICM, theta=0.1, phidot=2**54, time=1.0)
     assert ht.propagate_many(**SICM, theta=0.1, time=1.0, longest=np.nan).missed.all()
+    with pytest.raises(Impossible, match="digits: a whole number from 1 to 13"):
+        ht.propagate_many(**SICM, theta=0.1, time=1.0, digits=30)
 
 
-@pytest.mark.parametrize("phi", [0.0, 0.3, 2.0])
-@pytest.mark.parametrize("thetadot", [-2.0, 2.0])
-def test_a_start_on_a_reversal_counts_in_all_tops(phi, thetadot):
-    """φ̇ = 0 in loops: the numbers are those of the closed form, from the start on."""
-    tops = {"theta": np.linspace(0.2, 1.4, 13), "thetadot": thetadot, "phi": phi, "psidot": 200.0}
-    found = ht.propagate_many(**SICM, **tops, time=0.7, events=("turning", "reversal"))
+@pytest.mark.parametrize(
+    "start",
+    [
+        {"theta": np.linspace(0.2, 1.4, 13), "thetadot": x, "phi": phi, "psidot": 200.0}
+        for x, phi in ((-2.0, 0.3), (2.0, 0.0), (0.0, 2.0))
+    ],
+)
+def test_a_start_on_a_reversal_or_a_cusp_counts_as_it_does(start):
+    """φ̇ = 0 in loops, and from rest: the numbers are those of the closed form."""
+    found = ht.propagate_many(**SICM, **start, time=0.7, events=("turning", "reversal"))
     motions = [
-        ht.Motion(ht.Top(**SICM), ht.State(theta, thetadot=thetadot, phi=phi, psidot=200.0))
-        for theta in tops["theta"].tolist()
+        ht.Motion(BOOK, ht.State(**(start | {"theta": theta}))) for theta in start["theta"].tolist()
     ]
     counts = [tally(motion, 0.7) for motion in motions]
     for event in found.events:
         assert found.count(event).tolist() == [count[event][0] for count in counts]
-    first = [
-        found.zeros.t[(found.zeros.which == i) & (found.zeros.event == 1)][0] for i in range(13)
-    ]
-    assert first == [0.0] * 13
+    reversals = found.zeros.t[found.zeros.event == 1]
+    assert (reversals == 0).sum() == (13 if start["thetadot"] else 0)
     assert not found.missed.any()
+
+
+def test_an_end_on_a_turning_point_counts():
+    halves = np.arange(1, 9) * ht.Motion(BOOK, KICKED).period / 2
+    start = {"theta": 0.1, "phidot": -15.0, "psidot": 140.0}
+    found = ht.propagate_many(**SICM, **start, time=halves, events=("turning",))
+    assert found.count("turning").tolist() == list(range(2, 10))
 
 
 def test_a_start_on_a_turning_point_loses_no_other_one():
@@ -149,26 +148,10 @@ def test_a_start_on_a_turning_point_loses_no_other_one():
     steady = (0.0456 + 3.28e-4 * phidot**2 * np.cos(theta)) / (6.6e-5 * phidot)
     start = {"theta": theta, "phidot": phidot * (1 + 1e-9), "omega3": steady}
     found = ht.propagate_many(**SICM, **start, time=1.0, events=("turning",))
-    motion = ht.Motion(ht.Top(**SICM), ht.State(**start))
+    motion = ht.Motion(BOOK, ht.State(**start))
     half = motion.period / 2
     assert found.count("turning")[0] == int(1.0 / half) + 1
     assert found.zeros.t == pytest.approx(half * np.arange(int(1.0 / half) + 1), abs=1e-6)
-
-
-def test_an_end_on_a_turning_point_counts():
-    motion = ht.Motion(ht.Top(**SICM), ht.State(0.1, phidot=-15.0, psidot=140.0))
-    halves = np.arange(1, 9) * motion.period / 2
-    found = ht.propagate_many(
-        **SICM, theta=0.1, phidot=-15.0, psidot=140.0, time=halves, events=("turning",)
-    )
-    assert found.count("turning").tolist() == list(range(2, 10))
-
-
-def test_released_at_rest_there_are_cusps_and_no_reversals():
-    found = ht.propagate_many(
-        **SICM, theta=THETA, psidot=140.0, time=1.0, events=("turning", "reversal")
-    )
-    assert not found.count("reversal").any()
 
 
 def test_lost_digits_are_marked():
@@ -176,7 +159,7 @@ def test_lost_digits_are_marked():
     start = {"theta": np.array([0.1, 1e-7]), "psidot": np.array([140.0, 90.0])}
     asked = {"time": 10.0, "events": ("turning", "reversal")}
     exact = [
-        float(ht.Motion(ht.Top(**SICM), ht.State(x, psidot=spin)).at(10, 40).theta)
+        float(ht.Motion(BOOK, ht.State(x, psidot=spin)).at(10, 40).theta)
         for x, spin in ((0.1, 140.0), (1e-7, 90.0))
     ]
     found = ht.propagate_many(**SICM, **start, **asked)
@@ -186,26 +169,11 @@ def test_lost_digits_are_marked():
     assert found.missed.tolist() == [False, True]
 
 
-def test_digits_that_doubles_cannot_have():
-    with pytest.raises(Impossible, match="digits: a whole number from 1 to 13"):
-        ht.propagate_many(**SICM, theta=0.1, time=1.0, digits=30)
-
-
 @pytest.mark.parametrize("junk", [-1, 1.5, True, np.nan, "x", 10**400, [1, 2], np.array([1.0, 2])])
 @pytest.mark.parametrize("name", ["step_limit", "jobs", "events", "digits"])
 def test_junk_options_are_named(name, junk):
     with pytest.raises(HeavyTopError, match=name):
         ht.propagate_many(**SICM, theta=0.1, time=1.0, **{name: junk})
-
-
-def test_one_that_breaks_off_ends_no_other_at_the_step_limit():
-    """The textbook form steps over the pole in one of four lanes."""
-    theta = np.array([np.pi, 1.0, 1.1, 1.2])
-    found = ht.propagate_many(
-        **SICM, theta=theta, thetadot=3.0, psidot=100.0, time=1.0, formulation="routh",
-        step_limit=20_000,
-    )  # fmt: skip
-    assert found.outcomes[1:] == (Outcome.FINISHED,) * 3
 
 
 @pytest.mark.parametrize("given", [{"time": 1e12, "step_limit": 1000}, {"longest": 1e-12}])
@@ -215,3 +183,23 @@ def test_what_never_ends_has_a_limit(given):
     )
     assert set(found.outcomes) == {Outcome.STEP_LIMIT}
     assert found.missed.all()
+
+
+@pytest.fixture
+def fuzz(monkeypatch):
+    """``validation/fuzz_many.py``: every top is as right as its run says."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "validation"))
+    return import_module("fuzz_many")
+
+
+@pytest.mark.parametrize(("seed", "stretch"), [(5, 1.0), (6, 40.0)])
+def test_no_top_is_wrong_beyond_what_its_run_says(fuzz, seed, stretch):
+    assert fuzz.misses(seed, 48, "axis", stretch) == []
+
+
+def test_an_estimate_that_is_too_small_is_found(fuzz, monkeypatch):
+    """Planted: errors a hundred thousandth of what they are said to be, and no marks."""
+    honest = Ensemble.error.func
+    monkeypatch.setattr(Ensemble, "error", property(lambda run: honest(run) / 1e5))
+    monkeypatch.setattr(Ensemble, "missed", property(lambda run: np.zeros(run.end.size, bool)))
+    assert len(fuzz.misses(5, 48)) > 5

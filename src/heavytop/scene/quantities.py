@@ -1,0 +1,106 @@
+"""What can be wanted of a motion: how much of it must be followed, and the columns that hold it.
+
+Whatever knows a quantity by its name asks here: a scene what there is, a formulation what it can
+give, a plan what it must follow, a comparison what is held to the digits, a file what its columns
+are. A new quantity is a line in `QUANTITIES`, and one in `COLUMNS` for each column that is new.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Final, NamedTuple
+
+ANGLES: Final = ("theta", "phi", "psi")
+RATES: Final = ("thetadot", "phidot", "psidot")
+
+
+class Need(IntEnum):
+    """How much of a motion must be followed; each includes all those before it."""
+
+    NOTHING = 0  # it is known from the start alone
+    TILT = 1  # theta; by the constants of the motion the rates follow from it
+    AXIS = 2  # the direction of the axis, phi modulo 2 pi
+    PHI = 3  # phi, with all its turns
+    PSI = 4  # psi, with all its turns
+
+
+class Column(NamedTuple):
+    """What stands in a column, its unit, and of a vector the letters of its components."""
+
+    words: str
+    unit: str
+    parts: str = ""
+
+
+COLUMNS: Final[Mapping[str, Column]] = {
+    "theta": Column("tilt of the axis from the upward vertical", "rad"),
+    "phi": Column("precession angle, continuous from the start", "rad"),
+    "psi": Column("spin angle, continuous from the start", "rad"),
+    "thetadot": Column("rate of the tilt", "rad s-1"),
+    "phidot": Column("rate of precession", "rad s-1"),
+    "psidot": Column("rate of the spin angle", "rad s-1"),
+    "axis": Column("unit vector along the symmetry axis, in space", "1", "xyz"),
+    "omega": Column("angular velocity, in space", "rad s-1", "xyz"),
+    "quaternion": Column("attitude, body to space, scalar first", "1", "wxyz"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """What can be wanted by one name.
+
+    Attributes
+    ----------
+    need : Need
+        How much of the motion must be followed to know it.
+    columns : tuple of str
+        The columns of a motion that hold it, as a run and the closed form both have them.
+    judged_by : tuple of str
+        The quantities whose errors must meet the digits where this one is wanted.
+    """
+
+    need: Need
+    columns: tuple[str, ...] = ()
+    judged_by: tuple[str, ...] = ()
+
+
+QUANTITIES: Final[Mapping[str, Quantity]] = {
+    "class": Quantity(Need.NOTHING),
+    "period": Quantity(Need.NOTHING),
+    "theta": Quantity(Need.TILT, ("theta",), ("theta",)),
+    "axis": Quantity(Need.AXIS, ("axis",), ("axis",)),
+    "phi": Quantity(Need.PHI, ("phi",), ("phi",)),
+    "psi": Quantity(Need.PSI, ("psi",), ("psi",)),
+    "rates": Quantity(Need.TILT, RATES, ("rates",)),
+    "attitude": Quantity(Need.PSI, ("quaternion",), ("phi", "psi", "axis")),
+}
+
+
+def spelled(columns: tuple[str, ...]) -> tuple[str, ...]:
+    """The names of columns of numbers, one for each component of a vector.
+
+    >>> spelled(("t", "axis"))
+    ('t', 'axis_x', 'axis_y', 'axis_z')
+    """
+    parts = {name: [f"{name}_{x}" for x in column.parts] for name, column in COLUMNS.items()}
+    return tuple(each for name in columns for each in parts.get(name) or [name])
+
+
+def need_of(quantities: tuple[str, ...]) -> Need:
+    """How much of a motion must be followed for all of some quantities.
+
+    >>> need_of(("theta", "axis"))
+    <Need.AXIS: 2>
+    """
+    return max(QUANTITIES[name].need for name in quantities)
+
+
+def judged(quantities: tuple[str, ...]) -> set[str]:
+    """The quantities whose errors must meet the digits, by those that are wanted.
+
+    >>> sorted(judged(("theta", "attitude")))
+    ['axis', 'phi', 'psi', 'theta']
+    """
+    return {each for name in quantities for each in QUANTITIES[name].judged_by}

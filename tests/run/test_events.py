@@ -1,0 +1,230 @@
+"""Events of runs: where the exact motion has them, at quadrature's times, and as many."""
+
+import sys
+import warnings
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import heavytop as ht
+from heavytop.analytic.potential import quadrature_period, quadrature_time
+from heavytop.run.events import schedule, tally
+
+from ..motions import BOOK, KICKED
+
+ALL = ("turning", "reversal", "cusp")
+LET_GO = ht.State("1e-6", psidot=90)  # cusps, each at 1e-6 rad from the unstable vertical
+
+
+def counts(events):
+    return tuple(events.count(name) for name in ALL)
+
+
+# --- in doubles ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "name", ["sicm-kicked", "sicm-dropped", "sicm-forward", "sicm-forward-spin-held"]
+)
+def test_times_are_those_of_quadrature(name):
+    """Half periods between turning points; t(theta) = integral of du / sqrt f(u) on the way up."""
+    run = ht.propagate(ht.load_scene(name))
+    rising, turning = ht.Motion(run.scene.top, run.scene.start).rising, run.events.of("turning")
+    assert np.max(np.abs(np.diff(turning.t) - float(quadrature_period(rising)) / 2)) < 2e-14
+    first = next(i for i, kind in enumerate(turning.kind) if kind == "theta_max")
+    t = np.linspace(*turning.t[first : first + 2], 12)[1:-1]
+    spent = [float(quadrature_time(rising, theta)) for theta in run(t).theta]
+    assert np.max(np.abs(spent - (t - turning.t[first]))) < 5e-14
+
+
+def test_an_end_exactly_on_a_turning_point_counts():
+    for periods in (1, 10, 100):
+        scene = ht.Scene(BOOK, KICKED, periods=periods, events=("turning",))
+        assert ht.propagate(scene).events.count("turning") == 2 * periods + 1
+
+
+@pytest.mark.filterwarnings("ignore::heavytop.errors.DoubtfulWarning")
+@pytest.mark.parametrize("miss", [0.0, 1e-16, 1e-11, -1e-11, 1e-9, -1e-9, 1e-3, -1e-3])
+def test_near_a_cusp_the_events_are_counted_right(miss):
+    """Just below a cusp the precession reverses twice a period; just above it never does.
+
+    Within rounding of a cusp it is a cusp.
+    """
+    scene = ht.Scene(BOOK, ht.State("0.1", phidot=miss, psidot=140), periods=20, events=ALL)
+    cusps = 21 if abs(miss) < 1e-15 else 0
+    assert counts(ht.propagate(scene).events) == (41, 40 if miss < 0 else 0, cusps)
+
+
+def test_a_table_and_a_choice_of_them():
+    events = ht.propagate(ht.load_scene("sicm-kicked", ["span.periods=2"])).events
+    assert [row["kind"] for row in events.table(3)] == ["theta_min", "reversal", "theta_max"]
+    assert events.table(1)[0]["theta"] == pytest.approx(0.1)
+    assert len(events.of("turning")) + len(events.of("reversal")) == len(events) == 9
+    assert (events.count("cusp"), len(events.of("cusp"))) == (0, 0)
+    assert "5 turning, 4 reversal" in repr(events)
+    for ask in (events.of, events.count):
+        with pytest.raises(ValueError, match="one of"):
+            ask("cups")
+    few = ht.propagate(ht.load_scene("sicm-kicked", ["want.events=['cusp']"])).events
+    assert (few.count("turning"), few.count("cusp")) == (None, 0)
+
+
+# --- in more digits ------------------------------------------------------------------------------
+
+
+def let_go(form, digits=30):
+    wants = ("theta",) if form == "cubic" else ("theta", "phi", "psi")
+    return ht.Scene(
+        BOOK, LET_GO, periods="20.3", quantities=wants, events=ALL, digits=digits, samples=3
+    )
+
+
+@pytest.mark.parametrize("form", ["auto", "axis", "attitude", "cubic", "lagrange"])
+def test_no_event_is_missed_where_doubles_count_others(form, tmp_path):
+    """In doubles the axis form counts 26, 4 and 1, and the cubic form runs away to infinity."""
+    run = ht.propagate(let_go(form), formulation=form)
+    exact = ht.Motion(BOOK, LET_GO)
+    assert counts(run.events) == (41, 0, 21)
+    assert run.events.kind[:3] == ("cusp", "theta_max", "cusp")
+    times, period = [event.sample.t for event in run.decimals.events], exact.form(50).period
+    assert max(abs(t - n * period / 2) for n, t in enumerate(times)) < 1e-30  # let go at a cusp
+    assert run.orbit.samples.t.size == run.t.size
+    run.save(tmp_path / "run.nc")
+    loaded = ht.load_trajectory(tmp_path / "run.nc")
+    assert counts(loaded.events) == (41, 0, 21)
+    assert loaded(50.0).theta == pytest.approx(float(exact.at(50.0).theta))
+
+
+def test_events_have_all_digits():
+    run = ht.propagate(ht.load_scene("sicm-kicked", ["want.digits=60", "span.time=3"]))
+    truth = run.motion.form(80)
+    bound = truth.ctx.mpf(10) ** -70
+    turning = [e for e in run.decimals.events if e.kind.startswith("theta")]
+    reversals = [e.sample for e in run.decimals.events if e.kind == "reversal"]
+    assert (len(turning), len(reversals)) == (12, 11)
+    for n, event in enumerate(turning):  # released at a turning point
+        assert abs(truth.ctx.mpf(event.sample.t) - n * truth.period / 2) < bound
+    assert all(abs(truth(truth.ctx.mpf(s.t)).phidot) < bound for s in reversals)
+    assert run.events.t.tolist() == [float(e.sample.t) for e in run.decimals.events]
+
+
+@pytest.mark.parametrize("digits", [20, 30, 40])
+def test_in_a_pass_through_the_pole_phi_is_that_before_or_after(digits):
+    """A quarter of a turn from the middle between the turning points beside it, either way."""
+    run = ht.propagate(
+        ht.load_scene("through-top", [f"want.digits={digits}"]), formulation="attitude"
+    )
+    phi = run.events.phi
+    passes = np.flatnonzero(np.array(run.events.kind[1:-1]) == "theta_min") + 1
+    assert passes.size > 3
+    middle = (phi[passes - 1] + phi[passes + 1]) / 2
+    assert abs(phi[passes] - middle) == pytest.approx(np.pi / 2, abs=1e-9)
+
+
+@pytest.mark.filterwarnings("ignore::heavytop.errors.DoubtfulWarning")
+@pytest.mark.parametrize(
+    ("phidot", "reversals", "cusps"), [("-1e-20", 9, 0), ("1e-20", 0, 0), ("0", 0, 5)]
+)
+def test_what_doubles_take_for_a_cusp_is_told_apart(phidot, reversals, cusps):
+    """Reversals lie 2e-12 s about the turning point, where doubles see one double root."""
+    near = ht.load_scene("sicm-dropped", ["want.digits=30", f"start.phidot={phidot}"])
+    run = ht.propagate(near)
+    assert counts(run.events)[1:] == (reversals, cusps)
+    assert ht.propagate(replace(near, digits=12)).events.count("cusp") == 5
+    for event in run.decimals.events:
+        if event.kind == "reversal":
+            assert abs(event.sample.phidot) < run.decimals.ctx.mpf(10) ** -30
+
+
+# --- by the closed form --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "start",
+    [
+        KICKED,
+        ht.State("0.1", phidot="-1e-30", psidot=140),
+        ht.State("3.1", phidot=4, thetadot="-0.2", psidot="-30"),
+        ht.State("0.7", phidot="1e-3", thetadot="0.4", psidot=200),
+    ],
+)
+@pytest.mark.parametrize("sign", [1, -1])
+def test_events_are_looked_for_where_they_are(start, sign):
+    """There theta is at a turning point of the exact motion, or phidot changes its sign."""
+    motion = ht.Motion(ht.Top(BOOK.A, BOOK.C, sign * BOOK.gMR), start)
+    form, end = motion.form(80), -2.3 * motion.period
+    found = schedule(motion, form.ctx.mpf(end), ALL, 60)
+    assert len(found) == len({t for _, t in found}) >= 4
+    little = form.ctx.mpf(10) ** -40
+    ways = [bool(form(t + side * little).phidot > 0) for _, t in found for side in (-1, 1)]
+    for (kind, t), before, after in zip(found, ways[::2], ways[1::2], strict=True):
+        here = form(t)
+        assert end <= t <= 0
+        if kind == "reversal":
+            assert before != after
+        else:
+            tilt = motion.theta_min if kind == "theta_min" else motion.theta_max
+            assert abs(here.thetadot) < 1e-40
+            assert float(here.theta) == pytest.approx(tilt, rel=1e-14)
+
+
+def test_a_count_says_where_an_end_leaves_it_open():
+    motion = ht.Motion(BOOK, KICKED)
+    at_half = tally(motion, motion.period / 2)
+    assert at_half == {"turning": (1, 2), "reversal": (1, 1), "cusp": (0, 0)}
+    assert tally(motion, 0.6 * motion.period, ("turning",)) == {"turning": (2, 2)}
+    assert tally(motion, motion.period, ()) is None
+    assert tally(ht.Motion(BOOK, ht.State(0, psidot=200)), 1.0) is None  # theta is constant
+
+
+@pytest.mark.parametrize("form", ["axis", "attitude", "lagrange"])
+def test_events_miscounted_in_doubles_are_told_whoever_chose_the_form(form):
+    scene = replace(let_go(form, digits=2), quantities=("theta",))
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        run = ht.propagate(scene, formulation=form)
+    assert run.plan.precision == "double"
+    assert counts(run.events) != (41, 0, 21)
+    assert any("where there are 21 by the exact numbers" in str(each.message) for each in heard)
+
+
+# --- a slice of ``validation/fuzz_events.py`` ----------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def fuzz_events():
+    folder = str(Path(__file__).parents[2] / "validation")
+    sys.path.insert(0, folder)
+    yield import_module("fuzz_events")
+    sys.path.remove(folder)
+
+
+@pytest.mark.parametrize("way", ["doubles", "more", "extended"])
+def test_no_run_is_wrong_in_silence(fuzz_events, way):
+    assert fuzz_events.misses(3, 8, (way,)) == []
+
+
+def test_runs_that_nobody_checks_are_found(fuzz_events, monkeypatch):
+    """Planted: nothing is held against the closed form; and the last event is never looked for."""
+    monkeypatch.setattr("heavytop.run.propagation.checked", lambda run: run)
+    for way in ("doubles", "extended"):
+        assert fuzz_events.misses(3, 16, (way,))
+    monkeypatch.setattr("heavytop.run.propagation.schedule", lambda *given: schedule(*given)[:-1])
+    assert len(fuzz_events.misses(3, 16, ("more",))) > 4
+
+
+@pytest.mark.parametrize(("name", "side"), [("through-top", 1), ("through-bottom", -1)])
+def test_at_a_pole_phidot_is_its_limit(name, side):
+    """Of a pass, p_psi/2A at the top and -p_psi/2A at the bottom; elsewhere it is the run's."""
+    run = ht.propagate(ht.load_scene(name))
+    top, start = run.scene.top, run.scene.start
+    limit = side * float(top.C * start.omega3 / (2 * top.A))
+    passes = "theta_min" if side > 0 else "theta_max"
+    at_pole = np.array([kind == passes for kind in run.events.kind])
+    assert at_pole.sum() > 2
+    assert run.events.phidot[at_pole] == pytest.approx(limit, rel=1e-14)
+    away = run.motion.at(run.events.t[~at_pole]).phidot
+    assert run.events.phidot[~at_pole] == pytest.approx(away, rel=1e-9, abs=1e-9)

@@ -1,0 +1,243 @@
+"""Auto: the least that does, on a small slice of what validation/17_auto.py runs in full."""
+
+import json
+import math
+import random
+import re
+from dataclasses import replace
+
+import pytest
+from typer.testing import CliRunner
+
+import heavytop as ht
+from heavytop.cli import app
+from heavytop.errors import BadScene
+from heavytop.numbers import PI, sqrt
+from heavytop.numbers.decimals import context
+from heavytop.run.verify import missed_digits, run_errors
+
+WANTS = (("theta",), ("theta", "phi"), ("axis",), ("phi", "psi"), ("attitude",), ("rates",))
+
+
+def drawn(seed):
+    """A scene at random; every third one passes close to a pole."""
+    draw = random.Random(seed)
+    A = draw.choice((1.0, 3.28e-4))
+    C, gMR = A * draw.uniform(0.1, 1.9), A * draw.uniform(0.5, 200) * draw.choice((1, 1, -1))
+    rate, sleeps = abs(gMR / A) ** 0.5, 2 * (A * abs(gMR)) ** 0.5 / C
+    near = seed % 3 == 0
+    start = ht.State(
+        10 ** draw.uniform(-6, -1) if near else draw.uniform(0.05, 3.0),
+        phidot=0.0 if near else draw.uniform(-2, 2) * rate,
+        omega3=sleeps * draw.uniform(-3, 3),
+    )
+    return ht.Scene(
+        ht.Top(A, C, gMR), start, periods=round(10 ** draw.uniform(0, 2.5), 3),
+        quantities=WANTS[seed % len(WANTS)], events=(), samples=33, digits=draw.randint(5, 12),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(18))
+def test_auto_meets_the_digits_asked(seed):
+    run = ht.propagate(drawn(seed))
+    assert missed_digits(run, run_errors(run)) == {}
+    assert run.plan.estimate.error > 0
+    assert run.plan.reasons
+
+
+@pytest.mark.parametrize("name", ["through-top", "through-bottom", "separatrix", "sicm-forward"])
+@pytest.mark.parametrize(("samples", "also"), [(401, ("phi", "psi")), (31, ())])
+def test_auto_takes_more_bits_where_rates_lose_digits_beside_a_pole(name, samples, also):
+    scene = replace(ht.load_scene(name), quantities=("rates", *also), samples=samples)
+    run = ht.propagate(scene)
+    assert (run.plan.precision == "double") == (name == "sicm-forward")
+    assert missed_digits(run, run_errors(run)) == {}
+
+
+def test_round_numbers_of_periods_hide_nothing():
+    """From rest to rest, with every sample at rest; projected, or in more bits."""
+    for count in range(3):
+        scene, many = drawn(5 * count + 2), 10 ** (count + 1)
+        assert scene.start.thetadot.sign() == 0
+        scene = replace(scene, periods=ht.Exact.of(many), samples=many // 5 + 1, digits=12)
+        run = ht.propagate(scene)
+        assert missed_digits(run, run_errors(run)) == {}
+    for quantities in (("axis",), ("theta", "phi", "psi")):
+        run = ht.propagate(replace(round_periods("1e4", "want.events=[]"), quantities=quantities))
+        assert run.plan.precision != "double" or run.plan.projected
+        assert missed_digits(run, run_errors(run)) == {}
+
+
+def round_periods(count, *changes):
+    overrides = [f"span.periods={count}", *changes]
+    return ht.load_scene("sicm-kicked", overrides)
+
+
+def test_long_runs_are_told_of():
+    """With events nothing is folded: how long it takes is said, and what would be quicker."""
+    scene = round_periods("1e9")
+    (told,) = (x for x in ht.plan(scene).warnings if x.startswith("long"))
+    assert re.fullmatch(
+        r"long: about [\d.]+ h in all; without events \(want\.events = \[\]\) it would be folded "
+        "and take a second",
+        told,
+    )
+    by_name = ht.plan(replace(scene, events=()), "axis").warnings[-1]
+    assert "by auto it would be folded" in by_name
+    far = ht.load_scene("separatrix", ["span.time=1e7"])
+    assert re.fullmatch(r"long: about [\d.]+ min in all", ht.plan(far).warnings[-1])
+    assert not any("long" in x for x in ht.plan(round_periods("1e4")).warnings)
+    shown = CliRunner().invoke(app, ["plan", "sicm-kicked", "--set", "span.periods=1e9"])
+    assert re.search(r"expected +[\d.]+ h", shown.output)
+
+
+MODELS = [  # what is wanted of which scene, and what the plan has
+    (("class", "period"), {}, {"formulation": "none"}),
+    (("theta",), {}, {"formulation": "cubic", "states": 2, "projected": False}),
+    (("rates",), {}, {"formulation": "cubic", "states": 2}),
+    (("axis",), {}, {"formulation": "axis", "states": 5, "variant": None}),
+    (("theta", "phi"), {}, {"variant": "phi", "states": 5}),
+    (("psi",), {}, {"variant": "sigma", "states": 6}),
+    (("theta",), {"time": 5000, "digits": 11}, {"projected": True, "precision": "double"}),
+    (("phi",), {"digits": 40}, {"projected": False, "precision": "192 bits"}),
+    (("theta",), {"name": "lie-group-benchmark"}, {"formulation": "axis"}),  # 7e-7 rad past a pole
+    (("psi",), {"name": "lie-group-benchmark"}, {"formulation": "attitude"}),
+    (("theta",), {"name": "separatrix", "time": 1e9, "events": ()}, {"folded": False}),
+    (("theta", "phi"), {"time": 1e9, "events": ()}, {"folded": True, "formulation": "attitude"}),
+]
+
+
+@pytest.mark.parametrize(("quantities", "changes", "has"), MODELS)
+def test_no_more_model_than_is_wanted(quantities, changes, has):
+    """Nothing for the class, two states for theta, five for the axis, the turns only for phi."""
+    changes = {"name": "sicm-kicked"} | changes
+    scene = replace(ht.load_scene(changes.pop("name")), quantities=quantities)
+    if "time" in changes:
+        changes["time"] = ht.Exact.of(changes["time"])
+    plan = ht.plan(replace(scene, **changes))
+    assert {name: getattr(plan, name) for name in has} == has
+    if plan.folded or plan.formulation == "none":
+        with pytest.raises(BadScene, match=r"heavytop\.(fold|classify and heavytop\.Motion)"):
+            ht.propagate(replace(scene, **changes))
+
+
+def test_by_name_nothing_is_added():
+    plan = ht.plan(replace(ht.load_scene("sicm-kicked"), time=ht.Exact.of(20_000)), "axis")
+    assert not plan.projected
+    assert plan.reasons[0] == "axis: asked for by name"
+    assert plan.estimate.error > 1e-12
+
+
+FOLDED = [  # the turns at the end, and how many bits
+    (["span.time=1000000000.1"], 1165068846, "128 bits"),
+    (["span.periods=1e12", "want.digits=20"], 632510655081, "128 bits"),
+    (["span.periods=1e15", "want.digits=20"], 632510655081720, "192 bits"),
+]
+
+
+@pytest.mark.parametrize(("changes", "turns", "precision"), FOLDED)
+def test_no_span_is_too_long_to_be_folded(changes, turns, precision):
+    """A tenth, which no double is; twenty digits at the end, as decimal texts, and held to them."""
+    options = [x for c in (*changes, "want.events=[]") for x in ("--set", c)]
+    found = document("run", "sicm-kicked", *options)
+    final, errors = found["final"], found["errors"]
+    assert found["plan"]["folded"]
+    assert found["plan"]["precision"] == precision
+    assert found["missed_digits"] == {}
+    assert final["phi_turns"] == turns
+    assert max(errors[name] for name in ("theta", "phi", "psi", "axis", "rates")) < 1e-12
+    texts = "want.digits=20" in changes
+    assert isinstance(final["phi_mod"], str if texts else float)
+    told = CliRunner().invoke(app, ["run", "sicm-kicked", *options]).output
+    assert f"{turns} turns and {str(final['phi_mod'])[:9]}" in told
+    scene, ctx = ht.load_scene("sicm-kicked", changes), context(60)
+    form = ht.Motion(scene.top, scene.start).form(60)
+    end = form(scene.time or ctx.mpf(changes[0].partition("=")[2]) * form.period)
+    for name in ("phi", "psi"):
+        rest = ctx.mpf(final[f"{name}_mod"])
+        assert abs(final[f"{name}_turns"] * 2 * ctx.pi + rest - getattr(end, name)) < 1e-13
+        if texts:
+            assert abs(ctx.mpf(final[name]) - getattr(end, name)) < 1e-20
+
+
+@pytest.mark.parametrize("events", ["[]", '["turning"]'])
+@pytest.mark.parametrize("scene", ["sicm-kicked", "separatrix", "steady-betsch"])
+def test_turns_that_cannot_be_counted_are_refused(scene, events):
+    overrides = ["span.time=1e300", f"want.events={events}"]
+    with pytest.raises(BadScene, match=r"span\.time = 1e300: at most .* turns are not counted"):
+        ht.plan(ht.load_scene(scene, overrides))
+    with pytest.raises(BadScene, match="turns are not counted"):
+        ht.plan(ht.load_scene("sicm-kicked", ["span.periods=1e300"]))
+
+
+def test_far_along_a_separatrix():
+    """A plan that says what is lost; and a refusal of digits that nothing can keep."""
+    scene = ht.load_scene("separatrix", ["span.time=1e7"])
+    plan = ht.plan(scene)
+    assert math.isfinite(plan.estimate.error)
+    assert any("every digit will be lost" in x for x in plan.warnings)
+    far = ht.plan(round_periods("3e6", "want.quantities=['phi']", "want.digits=13"))
+    assert any("the end will be off by about" in x for x in far.warnings)
+    assert (
+        "no digit right"
+        in CliRunner().invoke(app, ["plan", "separatrix", "--set", "span.time=1e7"]).output
+    )
+    with pytest.raises(BadScene, match=r"want\.digits = 20: .* bits"):
+        ht.plan(replace(scene, digits=20))
+
+
+@pytest.mark.parametrize("end", [6, -6])
+@pytest.mark.parametrize("side", [-1, 0, 1])
+def test_the_one_turning_point_of_a_motion_that_tends_to_the_vertical(end, side):
+    """1/cos(theta) = 1 + sech(t) turns where theta is pi/3: ahead, behind, or at the start."""
+    scene = ht.load_scene("separatrix")
+    height, spin = sqrt(2) / 2, sqrt(3)
+    thetadot = sqrt((1 - height) * (2 - spin * spin / (1 + height)))
+    leaving = ht.State(
+        PI / 4, thetadot=side * thetadot, phidot=spin / (1 + height), omega3=2 * spin
+    )
+    start = leaving if side else scene.start
+    scene = replace(scene, start=start, time=ht.Exact.of(end))
+    plan, run = ht.plan(scene), ht.propagate(scene)
+    ahead = side * end >= 0
+    assert ht.Motion(scene.top, start).kind == "separatrix"
+    assert plan.watched == (("turning",) if ahead else ())
+    assert any("theta tends to the vertical: it has no period" in x for x in plan.reasons)
+    assert "constant" not in " ".join(plan.reasons)
+    assert (run.events.count("turning") or 0) == ahead
+    if ahead:
+        expected = math.copysign(math.acosh(1 / (math.sqrt(2) - 1)), end) if side else 0.0
+        assert run.events.t[0] == pytest.approx(expected, abs=1e-12)
+        assert run.events.theta[0] == pytest.approx(math.pi / 3, abs=1e-12)
+
+
+def document(*arguments):
+    result = CliRunner().invoke(app, [*arguments, "--json"])
+    assert result.exit_code == 0, result.output
+    return json.loads(result.stdout)
+
+
+def test_the_command():
+    """Plan prints what run then does; a run that integrates nothing has no end."""
+    told = document("plan", "sicm-kicked")
+    assert told["schema"] == "heavytop/plan/1"
+    assert told["plan"] == document("run", "sicm-kicked")["plan"]
+    assert told["plan"]["cost_s"] > 0
+    known = document("run", "sicm-kicked", "--set", 'want.quantities=["class"]')
+    assert known["final"] is None
+    assert known["plan"]["formulation"] == "none"
+    assert known["motion"]["kind"] == "loops"
+    text = CliRunner().invoke(app, ["plan", "sicm-kicked", "--set", 'want.quantities=["theta"]'])
+    assert "cubic" in text.output
+    bad = CliRunner().invoke(app, ["plan", "sicm-kicked", "--formulation", "cubik"])
+    assert bad.exit_code == 2
+
+
+def test_the_cubic_is_left_where_its_height_sets_the_period():
+    """Let go beside the vertical, hardly stable: rounding of 1 - cos(theta) shifts every fall."""
+    top = ht.Top(1, "1.155", "133.8")
+    start = ht.State("0.007", omega3="8.948")
+    scene = ht.Scene(top, start, periods=23, quantities=("theta",), events=(), samples=2, digits=6)
+    assert ht.plan(scene).formulation == "axis"
+    assert ht.run_errors(ht.propagate(scene)).theta < 1e-6
+    assert ht.run_errors(ht.propagate(scene, formulation="cubic")).theta > 1e-6
