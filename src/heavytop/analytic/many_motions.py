@@ -1,7 +1,7 @@
 """Tilts, period, precession and spin of whole arrays of tops and starts, by the closed form.
 
-Each motion is reduced in long doubles, because there digits cancel; its turning points and elliptic
-integrals follow in doubles, by sums and products that lose none. An error estimate tells which rows
+Each motion is reduced in sums of two doubles, because there digits cancel; its turning points and
+elliptic integrals follow in doubles, by sums and products that lose none. An error estimate tells which rows
 are reliable. The others are computed one by one, with the digits that they need.
 
 The symbols are those of `heavytop.classification.reduced`.
@@ -137,7 +137,7 @@ def motions_many(
     Notes
     -----
     On one machine every number is that of one motion alone, bit for bit: it depends on nothing else
-    in the array. Where long doubles are doubles, every motion that nutates is computed one by one.
+    in the array.
 
     Accuracy: 1e-14 of `heavytop.Motion`'s, relative, and of angles relative to max(1, |x|); as near
     as 1e-15 to every special motion, by ``tests/analytic/test_many_motions.py``.
@@ -206,14 +206,14 @@ def _steady(starts: Starts, kind: Codes) -> Mask:
     return steady
 
 
-# --- the reduced start, in long doubles -----------------------------------------------------------
+# --- the reduced start, in sums of two doubles ----------------------------------------------------
 
 
 class _ReducedStart(NamedTuple):
     """Reduced motions in units A = 1 s, seen so that g ≥ 0; rounded, with bounds on the errors.
 
-    About the start f(u₀ + d) = f₀ + f₁ d + f₂ d² + 2g d³; the surplus is −f'(1). The errors of P±
-    are relative, and P± are exactly 0 where they are known to be.
+    About the start f(u₀ + d) = f₀ + f₁ d + f₂ d² + 2g d³; the surplus is −f'(1). The error of P±
+    is relative, the larger of both, and P± are exactly 0 where they are known to be.
     """
 
     sign: Array  # −1 where gMR < 0, so that the top is seen from below
@@ -227,11 +227,10 @@ class _ReducedStart(NamedTuple):
     kappa: Array
     P_plus: Array
     P_minus: Array
-    error_f1: Array
+    moves: Mask  # where it does not certainly, θ may be constant
     error_f2: Array
     error_surplus: Array
-    error_plus: Array
-    error_minus: Array
+    error_P: Array
 
 
 def _reduced(starts: Starts) -> _ReducedStart:
@@ -271,11 +270,13 @@ def _reduced(starts: Starts) -> _ReducedStart:
     uncertain = (4 * weighs + size_b * carried) * np.minimum(minus_u0, plus_u0) + size_kinetic
     size_f2 = uncertain + _PRODUCT * (4 * weighs + size_b * size_b)
     size_surplus = 2 * (size_kinetic + 2 * weighs * minus_u0 + size_b * size_minus)
+    missed = (size / (abs(P) + _TINY) for P, size in ((P_plus, size_plus), (P_minus, size_minus)))
+    f0, slope = sin2.rounded * speed2.rounded, f1.rounded
     return _ReducedStart(
-        sign, weighs, minus_u0, plus_u0, sin2.rounded * speed2.rounded, f1.rounded, f2.rounded,
-        surplus.rounded, omega3.rounded * (starts.A - starts.C), P_plus, P_minus,
-        ERROR * size_f1, ERROR * size_f2, ERROR * size_surplus,
-        ERROR * size_plus / (abs(P_plus) + _TINY), ERROR * size_minus / (abs(P_minus) + _TINY),
+        sign, weighs, minus_u0, plus_u0, f0, slope, f2.rounded, surplus.rounded,
+        omega3.rounded * (starts.A - starts.C), P_plus, P_minus,
+        (f0 > 0) | (abs(slope) > ERROR * size_f1),
+        ERROR * size_f2, ERROR * size_surplus, ERROR * np.maximum(*missed),
     )  # fmt: skip
 
 
@@ -323,7 +324,7 @@ def _roots(start: _ReducedStart) -> tuple[Array, ...]:
     reach = lead + g2 * minus1  # 2g (u₃ − u₁)
     # the slope f₁, and P± once their signs are known, add no more than a few times this
     error = start.error_f2 / reach + start.error_surplus / (minus1 * larger)
-    signs_known = np.maximum(start.error_plus, start.error_minus) < 0.25
+    signs_known = start.error_P < 0.25
     mc = (lead + g2 * minus2) / reach
     error = np.where(converged & signs_known, error, np.nan)
     return minus1, plus1, minus2, plus2, mc, np.sqrt(reach) / 2, error
@@ -391,8 +392,7 @@ def rows(starts: Starts) -> tuple[Array, Array, Array, Array, Array, Mask]:
         precession, spin = plus + minus, start.sign * (carried + (plus - minus))
         tilts = _tilt(start.sign, minus1, plus1), _tilt(start.sign, minus2, plus2)
         error = error + _ROUNDING
-        reliable = ~impossible(starts) & _in_range(starts) & (error <= PROMISED)
-        reliable &= (start.f0 > 0) | (abs(start.f1) > start.error_f1)  # else it may be steady
+        reliable = ~impossible(starts) & _in_range(starts) & start.moves & (error <= PROMISED)
         for angle, size in ((precession, turned), (spin, turned + abs(carried))):
             reliable = reliable & (error * size <= PROMISED * np.maximum(1.0, abs(angle)))
     return np.minimum(*tilts), np.maximum(*tilts), starts.A * period, precession, spin, reliable
