@@ -1,8 +1,8 @@
 """Tilts, period, precession and spin of whole arrays of tops and starts, by the closed form.
 
 Each motion is reduced in sums of two doubles, because there digits cancel; its turning points and
-elliptic integrals follow in doubles, by sums and products that lose none. An error estimate tells which rows
-are reliable. The others are computed one by one, with the digits that they need.
+elliptic integrals follow in doubles, by sums and products that lose none. An error estimate tells
+which rows are reliable. The others are computed one by one, with the digits that they need.
 
 The symbols are those of `heavytop.classification.reduced`.
 """
