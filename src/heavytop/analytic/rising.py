@@ -18,11 +18,10 @@ from flint import arb
 from heavytop.analytic.cubic import TooFewBits, sign_of
 from heavytop.analytic.solution import Solution, each
 from heavytop.classification.reduced import FEW_BITS, MotionSource, Regime, vanishes
-from heavytop.classification.signs import rational_ball
 from heavytop.errors import Unseparated
 from heavytop.numbers import Exact
 from heavytop.numbers.exact import rational_value
-from heavytop.numbers.intervals import Interval, above, working
+from heavytop.numbers.intervals import Interval, above, rational_ball, working
 
 N = TypeVar("N")
 Size = Callable[[arb], arb]

@@ -29,12 +29,11 @@ from heavytop.classification.signs import (
     SceneSigns,
     UndecidedError,
     ball_sign,
-    rational_ball,
 )
 from heavytop.errors import Impossible, Unseparated
 from heavytop.numbers import Exact, Number, normal_form, sqrt
 from heavytop.numbers.exact import rational_value
-from heavytop.numbers.intervals import Interval, above, working
+from heavytop.numbers.intervals import Interval, above, rational_ball, working
 from heavytop.scene.arguments import wrong_type
 
 Real: TypeAlias = Any
