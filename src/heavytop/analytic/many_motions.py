@@ -61,7 +61,7 @@ class Motions:
     Parameters
     ----------
     given : dict of str to ndarray
-        The tops and starts.
+        The tops and starts [kg m², rad, rad/s].
     tagged : bool
         Whether tags are among the verdicts.
     theta_min, theta_max : ndarray of float
