@@ -93,3 +93,14 @@ def shipped(name):
     """The motion of a shipped scene."""
     scene = ht.load_scene(name)
     return ht.Motion(scene.top, scene.start)
+
+
+def product(p, q):
+    """The product of two quaternions, scalar first."""
+    a, (x, y, z), b, (u, v, w) = p[0], p[1:], q[0], q[1:]
+    return (
+        a * b - x * u - y * v - z * w,
+        a * u + b * x + y * w - z * v,
+        a * v + b * y + z * u - x * w,
+        a * w + b * z + x * v - y * u,
+    )

@@ -12,7 +12,7 @@ import heavytop as ht
 from heavytop.errors import NoClosedForm
 from heavytop.numbers.decimals import context
 
-from ..motions import BOOK, INVERTED, KICKED, SCENES, shipped
+from ..motions import BOOK, INVERTED, KICKED, SCENES, product, shipped
 
 RATES = ("thetadot", "phidot", "psidot")
 CTX = context(50)
@@ -99,14 +99,6 @@ def test_digits_upon_digits(name):
 
 NAMES = ("sicm-kicked", "lie-group-benchmark", "through-top", "inverted-gravity", "spin-reversal")
 TIMES = ("-0.9", "0", "0.37", "1.81")
-
-
-def product(p, q):
-    a, b = p[0], q[0]
-    u, v = p[1:], q[1:]
-    cross = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
-    dot = sum(x * y for x, y in zip(u, v, strict=True))
-    return (a * b - dot, *(a * y + b * x + z for x, y, z in zip(u, v, cross, strict=True)))
 
 
 def turned(q, vector):

@@ -31,6 +31,7 @@ from heavytop.numbers import Exact, cos
 from heavytop.numbers.intervals import working
 
 from ..by_hand import ByHand
+from ..motions import product
 
 X = Exact.of
 BETSCH = (Fraction("6.375e-3"), Fraction("7.5e-4"), Fraction("0.73575"))
@@ -360,23 +361,6 @@ def passing(form, half):
     return half * form.period / 2 + form.lower_turning + 2 * form.period
 
 
-def attitude(ctx, at):
-    """The unit quaternion of Rz(φ) Rx(θ) Rz(ψ), scalar first."""
-    half, plus, minus = at.theta / 2, (at.phi + at.psi) / 2, (at.phi - at.psi) / 2
-    c, s = ctx.cos(half), ctx.sin(half)
-    return [c * ctx.cos(plus), s * ctx.cos(minus), s * ctx.sin(minus), c * ctx.sin(plus)]
-
-
-def product(p, q):
-    a, (x, y, z), b, (u, v, w) = p[0], p[1:], q[0], q[1:]
-    return [
-        a * b - x * u - y * v - z * w,
-        a * u + b * x + y * w - z * v,
-        a * v + b * y + z * u - x * w,
-        a * w + b * z + x * v - y * u,
-    ]
-
-
 @pytest.mark.parametrize("name", PASSES)
 def test_angles_jump_and_the_axis_does_not(name):
     """ė at the pass is θ̇ across the vertical, and the same just before and just after."""
@@ -408,7 +392,7 @@ def test_the_attitude_turns_on_smoothly(name):
     form = ClosedForm(rising, 60)
     ctx, h = form.ctx, form.ctx.mpf("1e-12")
     t, r = passing(form, half), form.reduced
-    places = [attitude(ctx, form(t + k * h)) for k in (-3, -1, 0, 1, 3)]
+    places = [[*form(t + k * h).quaternion] for k in (-3, -1, 0, 1, 3)]
     for one, other in pairwise(places):  # one branch of ±q
         if sum(a * b for a, b in zip(one, other, strict=True)) < 0:
             other[:] = [-x for x in other]
@@ -437,9 +421,7 @@ def test_doubles_pass_smoothly_too(name):
     pole = float(lower + (half / 2 + 2) * T)
     t = (pole + np.arange(-2, 3)[:, None] * form.period + np.arange(-50, 51) * 1e-6).ravel()
     at = form(np.append(t, pole))
-    half_angles = at.theta / 2, (at.phi + at.psi) / 2, (at.phi - at.psi) / 2
-    (c, s), (cp, sp), (cm, sm) = ((np.cos(x), np.sin(x)) for x in half_angles)
-    q = np.stack((c * cp, s * cm, s * sm, c * sp), axis=-1)
+    q = at.quaternion
     r = ClosedForm(rising).reduced
     size = float((r.kappa + r.b) ** 2 + 2 * (r.kinetic0 + abs(r.g) * (1 + abs(r.u0)))) ** 0.5
     apart = np.diff(t) < 2e-6

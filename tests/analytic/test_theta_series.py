@@ -57,7 +57,8 @@ def test_where_there_is_one_turning_point():
         assert series.half == 0
         below, _ = series.sweeps(arb("0.3"), -1)
     x = np.array([-800.0, -3.0, 0.0, 1e-9, 2.0, 650.0])
-    at = series.argument(x, 0 * x)
+    with np.errstate(over="ignore"):
+        at = series.argument(x, 0 * x)
     sn, cn, dn = series.functions(at, upper=False)
     for i, each in enumerate(x.tolist()):
         assert abs(CTX.mpf(sn[i]) - CTX.tanh(each)) <= 4e-16 * abs(CTX.tanh(each))

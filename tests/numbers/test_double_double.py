@@ -1,5 +1,6 @@
 """Sums of two doubles, and reductions by multiples of a constant, against fractions."""
 
+import operator
 from fractions import Fraction
 
 import numpy as np
@@ -10,9 +11,11 @@ from hypothesis import strategies as st
 
 from heavytop.numbers.double_double import (
     Linear,
+    LongArray,
     add,
     double_double,
     modulo_circle,
+    sine,
     two_product,
     two_sum,
 )
@@ -54,6 +57,36 @@ def test_sums_of_pairs():
         want = total(x[0][i], x[1][i], y[0][i], y[1][i])
         size = abs(Fraction(x[0][i])) + abs(Fraction(y[0][i]))
         assert abs(total(high[i], low[i]) - want) <= Fraction(1, 10**30) * size
+
+
+def long(low, high):
+    """Numbers of more digits than a double has."""
+    values = drawn(low, high)
+    return LongArray(values, values * SOURCE.uniform(-1e-16, 1e-16, values.size))
+
+
+@pytest.mark.parametrize("operation", [operator.add, operator.sub, operator.mul])
+def test_long_numbers(operation):
+    """What cancels too; products of what came of sums and products."""
+    x, y = long(-3, 3), long(-30, 30)
+    for _ in range(2):
+        found = operation(x, y)
+        for i in range(x.high.size):
+            a, b, c = (total(each.high[i], each.low[i]) for each in (x, y, found))
+            size = abs(a * b) if operation is operator.mul else abs(a) + abs(b)
+            assert abs(c - operation(a, b)) <= size / 2**76
+            assert found.rounded[i] == float(c)
+        x, y = x * y, x * y + x
+
+
+def test_sines_of_long_numbers():
+    x = LongArray(np.append(10.0 ** np.linspace(-20, -1, 30), SOURCE.uniform(0.1, np.pi / 4, 300)))
+    x = x + LongArray(x.high * 1e-17)
+    found = sine(x)
+    with working(200):
+        for i in range(x.high.size):
+            exact = ball(total(x.high[i], x.low[i])).sin()
+            assert abs(ball(total(found.high[i], found.low[i])) / exact - 1) < 2.0**-68
 
 
 @pytest.mark.parametrize("x", CONSTANTS)

@@ -12,6 +12,7 @@ from flint import arb
 from heavytop.analytic.rising import MotionNumbers, Rising
 from heavytop.analytic.solution import ExactRecord, Solution
 from heavytop.classification.reduced import FromScene, Reduced
+from heavytop.classification.signs import ball_of
 from heavytop.numbers.decimals import Context, Number, binary, context
 from heavytop.numbers.intervals import working
 from heavytop.scene.state import State
@@ -129,10 +130,9 @@ def constants(top: Top, start: State, digits: int = 60) -> Constants:
     bits, ctx = context(digits).prec + 64, context(digits)
     with working(bits):
         reduced = FromScene(top, start).reduced(bits)
-        A, p_psi = top.A.ball(bits), (top.C * start.omega3).ball(bits)
-        E_prime, p_phi = A * reduced.h, A * reduced.a
-        balls = E_prime + p_psi * start.omega3.ball(bits) / 2, E_prime, p_phi, p_psi
-        return Constants(*(midpoint(ctx, ball) for ball in balls))
+        balls = reduced.energy, reduced.h, reduced.a, reduced.b
+        A = ball_of(top.A, bits)
+        return Constants(*(midpoint(ctx, A * ball) for ball in balls))
 
 
 def midpoint(ctx: Context, ball: arb) -> Number:

@@ -82,8 +82,8 @@ class Roots:
         TooFewBits
             Two roots could not be told apart.
         """
-        f3, f2, _, f0 = over.cubic
-        d1, d2, *d3 = distances(over, regime)
+        cubic = f3, f2, _, f0 = over.cubic
+        d1, d2, *d3 = _distances(cubic, over, regime)
         lead = f3 * d3[0] if d3 else -f2  # 2g (u₃ − u₀)
         down, up = _pair(-d1, d2, f0 / lead)
         plus2, minus1 = over.one_plus_u0 + up, over.one_minus_u0 + down
@@ -115,7 +115,7 @@ def _pair(one: arb, other: arb, product: arb) -> tuple[arb, arb]:
     return one, other
 
 
-def distances(over: Reduced, regime: Regime) -> list[arb]:
+def _distances(cubic: tuple[arb, ...], over: Reduced, regime: Regime) -> list[arb]:
     """Increasing distances u − u₀ of the roots, two of them where g = 0.
 
     Raises
@@ -128,7 +128,7 @@ def distances(over: Reduced, regime: Regime) -> list[arb]:
         found.append(over.one_minus_u0)
     if regime.resting and not any(root.is_zero() for root in found):
         found.append(arb(0))
-    rest = arb_poly(list(reversed(over.cubic)))  # f₃ is exactly 0 where g is
+    rest = arb_poly(list(reversed(cubic)))  # f₃ is exactly 0 where g is
     for root in found:
         rest //= arb_poly([-root, 1])
     found = sorted([*found, *_real_roots(rest)], key=lambda d: d.mid())

@@ -22,6 +22,7 @@ from flint import acb, arb, arb_mat, arb_poly, ctx, fmpz_poly
 
 from heavytop.analytic.cubic import TooFewBits, root_of
 
+_MOST_STEPS: Final = 40  # of a mean: its numbers are then equal to 65 536 bits, if mc > 2^-2^20
 _SMALL: Final = 0.05  # q is below exp(−π) but for what τ is not known to
 
 
@@ -101,6 +102,18 @@ def first_kind(s2: arb, c2: arb, mc: arb) -> arb:
     return root_of(s2) * acb.elliptic_rf(acb(c2), acb(c2 + mc * s2), acb(c2 + s2)).real
 
 
-def third_kind(K: arb, mc: arb, p: arb) -> arb:
-    """Π(1 − p|1 − mc), complete, from K by Carlson's integral."""
-    return K + (1 - p) * acb.elliptic_rj(acb(0), acb(mc), acb(1), acb(p)).real / 3
+def third_kind(mc: arb, p: arb) -> arb:
+    """Π(1 − p|1 − mc), complete, p > 0, by Bulirsch's sequences, whose terms are all positive.
+
+    What is left after some steps is an integral whose root lies between k and the mean.
+    """
+    product, mean, p = mc.sqrt(), arb(1), p.sqrt()
+    k, a, b, equal = product, arb(1), 1 / p, arb(2) ** (8 - ctx.prec)
+    for _ in range(_MOST_STEPS):
+        if not mean - k > mean * equal:
+            break
+        ratio = product / p
+        a, b, p = a + b / p, 2 * (b + a * ratio), p + ratio
+        mean, k = mean + k, 2 * product.sqrt()
+        product = k * mean
+    return arb.pi() / 2 * (b + a * mean) / (mean * (mean + p)) * arb(1).union(mean / k)

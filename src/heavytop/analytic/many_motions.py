@@ -1,8 +1,8 @@
 """Tilts, period, precession and spin of whole arrays of tops and starts, by the closed form.
 
-Each motion is reduced in long doubles, because there digits cancel; its turning points and elliptic
-integrals follow in doubles, by sums and products that lose none. An error estimate tells which rows
-are reliable. The others are computed one by one, with the digits that they need.
+Each motion is reduced in sums of two doubles, because there digits cancel; its turning points and
+elliptic integrals follow in doubles, by sums and products that lose none. An error estimate tells
+which rows are reliable. The others are computed one by one, with the digits that they need.
 
 The symbols are those of `heavytop.classification.reduced`.
 """
@@ -10,14 +10,13 @@ The symbols are those of `heavytop.classification.reduced`.
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass
-from functools import reduce
+from dataclasses import dataclass, field
+from functools import cached_property
 from math import pi
-from operator import add
-from typing import Any, ClassVar, Final, NamedTuple, TypeAlias
+from typing import Any, ClassVar, Final, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from heavytop.analytic.motion import Motion
 from heavytop.classification.arrays import (
@@ -29,40 +28,42 @@ from heavytop.classification.arrays import (
     with_spin,
 )
 from heavytop.classification.kinds import Kind
-from heavytop.classification.many import Verdicts, classify_many
+from heavytop.classification.many import Verdicts, classify_many, impossible
 from heavytop.errors import NoClosedForm
-from heavytop.numbers.double_double import two_product, two_sum
-
-LongArray: TypeAlias = NDArray[np.longdouble]
+from heavytop.numbers.double_double import LongArray, sine, two_sum
+from heavytop.scene.arguments import expect
 
 CHUNK: Final = 8192  # motions at a time: the arrays in use stay in the cache, the calls are few
 PROMISED: Final = 1e-14  # relative error of T; of angles relative to max(1, |x|)
 
-EXTENDED: Final = np.finfo(np.longdouble).nmant >= 63
-"""Whether long doubles have 64 bits or more. Where they have not, no row is reliable."""
+ERROR: Final = 2.0**-64
+"""Bound on the error of a sum of products in double-doubles, relative to the sizes of its terms."""
 
-LONG_ERROR: Final = 2.0**-60
-"""Bound on the error of a sum of a few products, relative to the sizes of its terms."""
-
-_PAIR = 2.0**-40  # LONG_ERROR times this is what sums of exact products leave
+_PRODUCT = 2.0**-10  # ERROR times this is what a product loses, but for the height of the start
 _ROUNDING = 7e-16  # what doubles leave in T, and in sums of turns relative to their sizes
 _RANGE = 2.0**100  # numbers within 1/_RANGE … _RANGE have products in the normal range
-_LAGUERRE_STEPS = 5  # each triples the digits once a root is isolated
-_CONVERGED = 1e-13  # bound on the last of these steps, relative to the root
-_QUARTER_TURN = np.arctan2(np.longdouble(1), np.longdouble(0))
-_QUARTER_REST = np.cos(_QUARTER_TURN)  # of ½π, beyond a long double
-_MEAN_STEPS = 9  # of the arithmetic–geometric mean: enough for all 1 − m ≥ 1e-32
+_LAGUERRE_STEPS = 4  # each triples the digits once a root is isolated
+_CONVERGED = 1e-6  # bound on the last of these steps, relative to the root
+_PI_REST = 1.2246467991473532e-16  # of π, beyond a double,
+_PI_END = 2.9947698097183397e-33  # and what that is too large by
+_ONE = LongArray(np.ones(1))
+_TINY = 2.0**-1000  # that nothing is divided by 0
+_STEPS = 6  # of the arithmetic–geometric mean: enough for 1 − m ≥ _LEAST_MC,
+_LEAST_MC = 1e-4
+_MORE_STEPS = 9  # and these for 1 − m ≥ 1e-32
 _ARCTAN_TERMS = 12  # of the arctangent of an eighth of the tilt, to 1e-18
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Motions:
     """What motions they are; arrays have the common shape of what was given.
 
     Parameters
     ----------
-    verdicts : Verdicts
-        Their kinds.
+    given : dict of str to ndarray
+        The tops and starts [kg m², rad, rad/s].
+    tagged : bool
+        Whether tags are among the verdicts.
     theta_min, theta_max : ndarray of float
         The least and the greatest θ [rad]; bounds, where the axis tends to the vertical. Nan
         where the motion is impossible.
@@ -76,7 +77,8 @@ class Motions:
         The names of the five arrays.
     """
 
-    verdicts: Verdicts
+    given: dict[str, Any] = field(repr=False)
+    tagged: bool
     theta_min: Array
     theta_max: Array
     period: Array
@@ -85,6 +87,11 @@ class Motions:
     sent: int
 
     columns: ClassVar[tuple[str, ...]] = ("theta_min", "theta_max", "period", "precession", "spin")
+
+    @cached_property
+    def verdicts(self) -> Verdicts:
+        """Their kinds, told when they are first asked for."""
+        return classify_many(**self.given, tags=self.tagged)
 
 
 def motions_many(
@@ -111,7 +118,7 @@ def motions_many(
         The spin, as ψ̇ or as ω3 [rad/s]; not both. All are broadcast; doubles mean their exact
         binary value.
     tags : bool
-        Whether tags are found too.
+        Whether the verdicts have tags.
 
     Returns
     -------
@@ -130,7 +137,7 @@ def motions_many(
     Notes
     -----
     On one machine every number is that of one motion alone, bit for bit: it depends on nothing else
-    in the array. Where long doubles are doubles, every motion that nutates is computed one by one.
+    in the array.
 
     Accuracy: 1e-14 of `heavytop.Motion`'s, relative, and of angles relative to max(1, |x|); as near
     as 1e-15 to every special motion, by ``tests/analytic/test_many_motions.py``.
@@ -152,28 +159,38 @@ def motions_many(
     >>> print(found.period.round(8), found.sent)
     [0.40140587 0.4044716  0.38409494        nan] 0
     """
+    expect("tags", tags, bool)
     tops = {"A": A, "C": C, "gMR": gMR, "theta": theta, "thetadot": thetadot, "phidot": phidot}
     given: dict[str, Any] = with_spin(tops, psidot, omega3)
-    columns, verdicts = InputArrays(given), classify_many(**given, tags=tags)
-    found, left = np.full((len(Motions.columns), columns.size), np.nan), []
+    columns = InputArrays(given)
+    found = np.empty((len(Motions.columns), columns.size))
+    reliable = np.empty(columns.size, np.bool_)
     for at in range(0, columns.size, CHUNK):
         span = slice(at, at + CHUNK)
-        starts, kind = columns.starts(span), verdicts.kind.reshape(-1)[span]
-        *numbers, reliable = rows(starts)
-        steady, possible = _steady(starts, kind), kind != _IMPOSSIBLE
-        np.copyto(found[:, span], numbers, where=reliable & ~steady & possible)
-        np.copyto(found[:2, span], starts.theta, where=steady)
-        left += (at + np.flatnonzero(~(reliable | steady) & possible)).tolist()
-    for at in left:
+        *numbers, reliable[span] = rows(columns.starts(span))
+        for column, number in zip(found, numbers, strict=True):
+            column[span] = number
+    sent = _mend(columns, np.flatnonzero(~reliable), found) if not reliable.all() else 0
+    found.setflags(write=False)
+    given = {name: np.array(each) for name, each in given.items()}
+    low, high, period, precession, spin = (each.reshape(columns.shape) for each in found)
+    return Motions(given, tags, low, high, period, precession, spin, sent)
+
+
+def _mend(columns: InputArrays, left: Any, found: Array) -> int:
+    """Put in what is not reliable, and say how many were computed one by one."""
+    kinds, starts = classify_many(**columns.part(left)), columns.starts(left)
+    steady = _steady(starts, kinds.kind)
+    found[:, left] = np.nan
+    found[:2, left] = np.where(steady, starts.theta, np.nan)
+    one_by_one = left[~(steady | kinds.impossible)].tolist()
+    for at in one_by_one:
         motion = Motion(*columns.one(at))
         with suppress(NoClosedForm):
             found[:, at] = np.array([getattr(motion, name) for name in Motions.columns], float)
-    found.setflags(write=False)
-    low, high, period, precession, spin = (each.reshape(columns.shape) for each in found)
-    return Motions(verdicts, low, high, period, precession, spin, len(left))
+    return len(one_by_one)
 
 
-_IMPOSSIBLE = Verdicts.names.index("impossible")
 _FORCE_FREE = Verdicts.names.index(Kind.FORCE_FREE)
 _STEADY = np.isin(
     Verdicts.names, (Kind.AT_REST, Kind.SLEEPING, Kind.HANGING, Kind.UNIFORM_PRECESSION)
@@ -181,7 +198,7 @@ _STEADY = np.isin(
 
 
 def _steady(starts: Starts, kind: Codes) -> Mask:
-    """Where θ is constant. Where it tends to the vertical no row is reliable: E′ − gMR is 0."""
+    """Where θ is constant."""
     stays = starts.level
     if starts.held == "psidot":  # A φ̇ cosθ = C ω3; but for θ = 0, cosθ is transcendental
         stays = stays | np.equal(starts.A, starts.C) & np.equal(starts.spin, 0)
@@ -189,14 +206,14 @@ def _steady(starts: Starts, kind: Codes) -> Mask:
     return steady
 
 
-# --- the reduced start, in long doubles -----------------------------------------------------------
+# --- the reduced start, in sums of two doubles ----------------------------------------------------
 
 
 class _ReducedStart(NamedTuple):
-    """Reduced motions in units A = 1, seen so that g ≥ 0; rounded, with bounds on the errors.
+    """Reduced motions in units A = 1 s, seen so that g ≥ 0; rounded, with bounds on the errors.
 
-    About the start f(u₀ + d) = f₀ + f₁ d + f₂ d² + 2g d³; the surplus is −f'(1). The errors of P±
-    are relative, and P± are exactly 0 where all their terms are.
+    About the start f(u₀ + d) = f₀ + f₁ d + f₂ d² + 2g d³; the surplus is −f'(1). The error of P±
+    is relative, the larger of both, and P± are exactly 0 where they are known to be.
     """
 
     sign: Array  # −1 where gMR < 0, so that the top is seen from below
@@ -210,89 +227,71 @@ class _ReducedStart(NamedTuple):
     kappa: Array
     P_plus: Array
     P_minus: Array
+    moves: Mask  # where it does not certainly, θ may be constant
     error_f2: Array
     error_surplus: Array
-    error_plus: Array
-    error_minus: Array
+    error_P: Array
 
 
 def _reduced(starts: Starts) -> _ReducedStart:
-    """The motions as they start; errors are bounded by the sizes of the terms, in doubles.
+    """The motions as they start; time is counted in units of A, so that nothing is divided.
 
-    Where ψ̇ is given ω₃ is ω̂ = ψ̇ ± φ̇ on the nearer pole, and a rest that is small there. With
-    n± = ψ̇ ± φ̇ and D = A − C, or n± = ω₃ and D = A where ω₃ is given,
-
-        A P± = (1 ± u₀) (D φ̇ (1 ∓ u₀) ± C n±).
-
-    As the cosine of a double other than 0 is transcendental (Lindemann), that vanishes only where
-    both terms do.
+    Errors are bounded by the sizes of the terms. As the cosine of a double other than 0 is
+    transcendental (Lindemann), P± vanish only where everything in them does, or where A = C and
+    ψ̇ = ∓φ̇.
     """
     sign, by_rate = np.where(starts.gMR < 0, -1.0, 1.0), starts.held == "psidot"
-    A, C, phidot, thetadot, spin, carried = (
-        each.astype(np.longdouble)
-        for each in (
-            starts.A, starts.C, starts.phidot, starts.thetadot,
-            sign * starts.spin, starts.phidot * by_rate,
-        )
-    )  # fmt: skip
-    above, below = _heights(starts.theta, sign)  # 1 ∓ u₀
-    pole = np.where(above < below, 1.0, -1.0)  # the cosine of the nearer one
-    near, u0, sin2 = np.minimum(above, below), 1 - above, above * below
-    unit = 1 / A
-    g, c, D = abs(starts.gMR) * unit, C * unit, (A - C if by_rate else A) * unit
-    omega, upright = _on_the_pole(starts, sign * starts.spin, pole * starts.phidot * by_rate, pole)
-    b_pole, rest = c * omega, -pole * carried * near * c
-    b, drift = b_pole + rest, phidot * sin2  # the drift is a − b u₀
-    speed2 = thetadot * thetadot + phidot * drift  # 2 (h − g u₀)
-    f0, f1 = sin2 * thetadot * thetadot, 2 * (b * drift - g * sin2 - speed2 * u0)
-    f2, size_f2 = _sum(
-        upright * unit * unit, -4 * pole * g * near, -speed2, -rest * b_pole, -rest * b
+    A, C, weight, phidot, thetadot, spin = map(
+        LongArray,
+        (starts.A, starts.C, abs(starts.gMR), starts.phidot, starts.thetadot, sign * starts.spin),
     )
-    across = D * drift
-    P_plus, size_plus = _sum(below * c * (spin + carried), across)
-    P_minus, size_minus = _sum(-above * c * (spin - carried), across)
-    surplus = 2 * (speed2 - 2 * g * above - b * P_minus)  # 4 (h − g) − 2 b P₋
-    size_g, size_b = 4 * _size(g), _size(b_pole) + _size(rest)
-    size_surplus = 2 * (_size(speed2) + size_g * _size(above) + size_b * size_minus)
-    kappa = b * ((A - C) / C)  # p_ψ (1/C − 1/A)
-    values = g, above, below, f0, f1, f2, surplus, kappa, P_plus, P_minus
-    relative = (
-        np.where(size == 0, 0, size / _size(P))
-        for size, P in ((size_plus, P_plus), (size_minus, P_minus))
-    )
-    errors = size_f2 + _PAIR * (size_g + size_b * size_b), size_surplus, *relative
+    above, below = _heights(starts.theta, sign)
+    u0, sin2, turning, speed = _ONE - above, above * below, A * phidot, A * thetadot
+    omega3 = spin + phidot * u0 if by_rate else spin
+    drift, speed2, g, b = turning * sin2, speed * speed, A * weight, C * omega3
+    kinetic2, lift = speed2 + turning * drift, g * above  # 2 (h − g u₀)
+    total_plus, total_minus = drift + b * below, drift - b * above
+    f1 = 2 * (b * drift - kinetic2 * u0 - g * sin2)
+    f2 = 4 * (g - lift) - kinetic2 - b * b
+    surplus = 2 * (kinetic2 - 2 * lift - b * total_minus)  # 4 (h − g) − 2 b P₋
+    P_plus, P_minus = total_plus.rounded, total_minus.rounded
+    weighs, minus_u0, plus_u0 = g.rounded, above.rounded, below.rounded
+    size_b, size_drift, size_kinetic = abs(b.rounded), abs(drift.rounded), kinetic2.rounded
+    carried = starts.C * abs(starts.phidot) if by_rate else np.zeros(1)
+    size_b = size_b + carried
+    size_plus, size_minus = size_drift + size_b * plus_u0, size_drift + size_b * minus_u0
+    if by_rate:
+        spherical = np.equal(starts.A, starts.C)
+        for P, size, side in ((P_plus, size_plus, -1), (P_minus, size_minus, 1)):
+            exactly = spherical & np.equal(spin.high, side * starts.phidot)
+            np.copyto(P, 0.0, where=exactly)
+            np.copyto(size, 0.0, where=exactly)
+    size_f1 = 2 * (size_b * size_drift + size_kinetic + weighs * sin2.rounded)
+    uncertain = (4 * weighs + size_b * carried) * np.minimum(minus_u0, plus_u0) + size_kinetic
+    size_f2 = uncertain + _PRODUCT * (4 * weighs + size_b * size_b)
+    size_surplus = 2 * (size_kinetic + 2 * weighs * minus_u0 + size_b * size_minus)
+    missed = (size / (abs(P) + _TINY) for P, size in ((P_plus, size_plus), (P_minus, size_minus)))
+    f0, slope = sin2.rounded * speed2.rounded, f1.rounded
     return _ReducedStart(
-        sign, *(each.astype(np.float64) for each in values), *(LONG_ERROR * each for each in errors)
-    )
-
-
-def _on_the_pole(starts: Starts, spin: Array, carried: Array, pole: Array) -> tuple[Any, LongArray]:
-    """ω̂ = spin + carried, and 4 A gMR cos θ₀ − C² ω̂² on the pole, by exact products of doubles."""
-    omega, omega_rest = two_sum(spin, carried)
-    momentum, rest = two_product(starts.C, omega)
-    square, square_rest = two_product(momentum, momentum)
-    square_rest = square_rest + 2 * momentum * (rest + starts.C * omega_rest)
-    weight, weight_rest = two_product(4 * starts.A, pole * abs(starts.gMR))
-    upright: Any = weight.astype(np.longdouble) - square + (weight_rest - square_rest)
-    return omega.astype(np.longdouble) + omega_rest, upright
-
-
-def _sum(*terms: LongArray) -> tuple[LongArray, Array]:
-    """A sum, and the sizes of its terms."""
-    return reduce(add, terms), reduce(add, map(_size, terms))
-
-
-def _size(value: LongArray) -> Array:
-    return np.asarray(abs(value.astype(np.float64)))
+        sign, weighs, minus_u0, plus_u0, f0, slope, f2.rounded, surplus.rounded,
+        omega3.rounded * (starts.A - starts.C), P_plus, P_minus,
+        (f0 > 0) | (abs(slope) > ERROR * size_f1),
+        ERROR * size_f2, ERROR * size_surplus, ERROR * np.maximum(*missed),
+    )  # fmt: skip
 
 
 def _heights(theta: Array, sign: Array) -> tuple[LongArray, LongArray]:
     """1 ∓ u₀, each with its own digits: the lesser is twice sin² of half the angle to a pole."""
-    half, late = theta.astype(np.longdouble) / 2, theta > pi / 2
-    sine = np.sin(np.where(late, (_QUARTER_TURN - half) + _QUARTER_REST, half))
-    nearer = 2 * sine * sine
-    farther, lower = 2 - nearer, late ^ (sign < 0)
-    return np.where(lower, farther, nearer), np.where(lower, nearer, farther)
+    late = theta > pi / 2
+    tilt, low = two_sum(np.where(late, pi - theta, theta), np.where(late, _PI_REST, 0.0))
+    half = sine(0.5 * LongArray(tilt, low - late * _PI_END))
+    nearer = 2 * (half * half)
+    farther, lower = _ONE + _ONE - nearer, late ^ (sign < 0)
+    (above, above_low), (below, below_low) = (
+        (np.where(lower, one.high, other.high), np.where(lower, one.low, other.low))
+        for one, other in ((farther, nearer), (nearer, farther))
+    )
+    return LongArray(above, above_low), LongArray(below, below_low)
 
 
 # --- turning points -------------------------------------------------------------------------------
@@ -325,7 +324,7 @@ def _roots(start: _ReducedStart) -> tuple[Array, ...]:
     reach = lead + g2 * minus1  # 2g (u₃ − u₁)
     # the slope f₁, and P± once their signs are known, add no more than a few times this
     error = start.error_f2 / reach + start.error_surplus / (minus1 * larger)
-    signs_known = np.maximum(start.error_plus, start.error_minus) < 0.25
+    signs_known = start.error_P < 0.25
     mc = (lead + g2 * minus2) / reach
     error = np.where(converged & signs_known, error, np.nan)
     return minus1, plus1, minus2, plus2, mc, np.sqrt(reach) / 2, error
@@ -343,7 +342,7 @@ def _lowest(start: _ReducedStart) -> tuple[Array, Mask]:
         slope = f1 + d * (2 * f2 + d * (3 * f3))
         bend = 2 * f2 + 6 * f3 * d
         under = slope + np.sqrt(np.maximum(4 * slope**2 - 6 * value * bend, 0.0))
-        step = -3 * value / np.where(under == 0, 1.0, under)
+        step = -3 * value / (under + _TINY)
         d = np.minimum(d + step, 0.0)
     return d, (abs(step) <= _CONVERGED * abs(d)) & (slope > 0)
 
@@ -379,21 +378,24 @@ def rows(starts: Starts) -> tuple[Array, Array, Array, Array, Array, Mask]:
     with np.errstate(all="ignore"):  # unreliable numbers may be anything
         start = _reduced(starts)
         minus1, plus1, minus2, plus2, mc, w, error = _roots(start)
-        K, (over_bottom, over_top) = complete(mc, np.stack((plus2 / plus1, minus2 / minus1)))
-        period = 2 * K / w
+        p = np.stack((plus2 / plus1, minus2 / minus1))
+        K, third = complete(mc, p, _STEPS)
+        if (small := mc < _LEAST_MC).any():
+            K[small], third[:, small] = complete(mc[small], p[:, small])
+        over_bottom, over_top = third
+        period = 2 * K / w  # in units of A
         plus = start.P_plus / (w * plus1) * over_bottom
         minus = start.P_minus / (w * minus1) * over_top
-        plus = np.where(start.P_plus == 0, pi, plus)  # only a jump is left, where a pole is passed
-        jump = np.where(minus2 == 0, pi, 0.0)
-        minus = np.where(start.P_minus == 0, jump, minus)
+        np.copyto(plus, pi, where=start.P_plus == 0)  # only a jump is left, where a pole is passed
+        np.copyto(minus, pi * (minus2 == 0), where=start.P_minus == 0)
         carried, turned = start.kappa * period, abs(plus) + abs(minus)
         precession, spin = plus + minus, start.sign * (carried + (plus - minus))
         tilts = _tilt(start.sign, minus1, plus1), _tilt(start.sign, minus2, plus2)
         error = error + _ROUNDING
-        reliable = EXTENDED & _in_range(starts) & (error <= PROMISED)
+        reliable = ~impossible(starts) & _in_range(starts) & start.moves & (error <= PROMISED)
         for angle, size in ((precession, turned), (spin, turned + abs(carried))):
             reliable = reliable & (error * size <= PROMISED * np.maximum(1.0, abs(angle)))
-    return np.minimum(*tilts), np.maximum(*tilts), period, precession, spin, reliable
+    return np.minimum(*tilts), np.maximum(*tilts), starts.A * period, precession, spin, reliable
 
 
 def _in_range(starts: Starts) -> Mask:
@@ -404,8 +406,8 @@ def _in_range(starts: Starts) -> Mask:
     return fits
 
 
-def complete(mc: Array, p: Array) -> tuple[Array, Array]:
-    """K(1 − mc), and Π(1 − p | 1 − mc) for p > 0, by one arithmetic–geometric mean.
+def complete(mc: Array, p: Array, steps: int = _MORE_STEPS) -> tuple[Array, Array]:
+    """K(1 − mc), and Π(1 − p | 1 − mc) for p > 0, by so many steps of one mean.
 
     Bulirsch's sequences, whose terms are all positive; that of the mean is the same for every p,
     of which there may be a row more.
@@ -419,13 +421,13 @@ def complete(mc: Array, p: Array) -> tuple[Array, Array]:
     product, mean, p = np.sqrt(mc), np.ones_like(mc), np.sqrt(p)
     a, b = np.ones_like(p), 1 / p
     k = product
-    for _ in range(_MEAN_STEPS):
+    for _ in range(steps):
         inverse = 1 / p
         ratio = product * inverse
         p, a, b = p + ratio, a + b * inverse, 2 * (b + a * ratio)
         mean, k = mean + k, 2 * np.sqrt(product)
         product = k * mean
-    return pi / 2 * 2.0**_MEAN_STEPS / mean, pi / 2 * (b + a * mean) / (mean * (mean + p))
+    return pi / 2 * 2.0**steps / mean, pi / 2 * (b + a * mean) / (mean * (mean + p))
 
 
 def _tilt(sign: Array, one_minus_u: Array, one_plus_u: Array) -> Array:

@@ -117,6 +117,9 @@ class DoubleRecord:
         return np.stack(parts, axis=-1)
 
 
+_NAMES: Final = tuple(field.name for field in fields(DoubleRecord))
+
+
 class DoubleForm:
     """The closed form of one motion in doubles; call it with an array of times.
 
@@ -169,6 +172,7 @@ class DoubleForm:
         start, path, regime, side = solution.start, solution.path, solution.regime, solution.side
         T, over, slowest = path.period, path.over, arb(_SLOWEST)
         w, m, mc, delta, lowest, highest = _shape(path)
+        means = path.mean_rates
         self._w, self._m, self._delta = (float(_known(each)) for each in (w, m, delta))
         self._series = series = ThetaSeries(m, _known(mc))
         self._first, since = _since_turning(path, series.half)
@@ -193,8 +197,8 @@ class DoubleForm:
         )  # fmt: skip
         P_plus = over.P_plus if regime.misses_bottom else arb(0)
         P_minus = over.P_minus if regime.misses_top else arb(0)
-        self._bottom = _Pole.of(lowest[1], delta, P_plus, path.mean_rates[0])
-        self._top = _Pole.of(highest[0], delta, P_minus, path.mean_rates[1])
+        self._bottom = _Pole.of(lowest[1], delta, P_plus, means[0])
+        self._top = _Pole.of(highest[0], delta, P_minus, means[1])
         self._across = _across(P_plus, P_minus, lowest, highest)
         self._kappa, self._omega3 = float(start.kappa), float(start.kappa + start.b)
         spins = bool(start.b > 0 or start.b < 0)
@@ -249,14 +253,17 @@ class DoubleForm:
     ) -> dict[str, npt.NDArray[Any]]:
         """The fields of a record, or θ alone."""
         time, low, shape = _times(t, t_lo)
-        names = [field.name for field in fields(DoubleRecord)] if record else ["theta"]
-        columns: dict[str, npt.NDArray[Any]] = {name: np.empty(time.shape) for name in names}
+        columns: dict[str, npt.NDArray[Any]] = {
+            name: np.empty(time.shape) for name in (_NAMES if record else ("theta",))
+        }
         if record:
             columns |= {"axis": np.empty((time.size, 3)), "n": np.empty(time.shape, np.int64)}
-        for begin in range(0, time.size, CHUNK):
-            part = slice(begin, begin + CHUNK)
-            for name, values in self._values(time[part], low[part], record).items():
-                columns[name][part] = values
+        with np.errstate(over="ignore", invalid="ignore"):
+            for begin in range(0, time.size, CHUNK):
+                # of one time all are scalars, which is several times as fast
+                part: Any = slice(begin, begin + CHUNK) if time.size > 1 else 0
+                for name, values in self._values(time[part], low[part], record).items():
+                    columns[name][part] = values
         return {name: each.reshape(shape + each.shape[1:]) for name, each in columns.items()}
 
     def _values(self, t: Array, t_lo: Array, record: bool) -> dict[str, Any]:
@@ -272,11 +279,10 @@ class DoubleForm:
         sine, one_minus_u, one_plus_u = from_top * from_bottom, high * high, low * low
         u = np.where(one_minus_u < one_plus_u, 1 - one_minus_u, one_plus_u - 1)
         rise = 2 * self._w * d * top.slope(c, from_top) * bottom.slope(s, from_bottom)
-        with np.errstate(over="ignore", invalid="ignore"):
-            pull = d * d * (c * c - s * s) - self._m * (s * s * c * c)
-            uddot = 2 * self._w * (self._delta * self._w * pull)
-            phi = self._phi(turning, t, t_lo, plus + minus)
-            psi = self._psi(turning, t, t_lo, side * (plus - minus))
+        pull = d * d * (c * c - s * s) - self._m * (s * s * c * c)
+        uddot = 2 * self._w * (self._delta * self._w * pull)
+        phi = self._phi(turning, t, t_lo, plus + minus)
+        psi = self._psi(turning, t, t_lo, side * (plus - minus))
         if not (np.isfinite(phi[0]).all() and np.isfinite(psi[0]).all()):
             raise NoClosedForm("an angle too large for doubles: ask for digits instead")
         phi_mod, axis = modulo_circle(*phi), np.empty((t.size, 3))
@@ -304,28 +310,35 @@ class DoubleForm:
         Even turning points are passages of u₁, odd ones of u₂.
         """
         if not self._w:  # nothing moves
-            zero, one = np.zeros(1), np.ones(1)
+            zero: Any = np.float64(0)
+            one = np.float64(1)
             return [zero, zero, zero, one, one, zero, zero]
         turning, z, low = self._reduced(t, t_lo)
+        upper = turning > 2 * np.floor(turning / 2)
+        if upper.all() or not upper.any():
+            return [turning, z, *self._beside(bool(upper.any()), z, low, record)]
         columns = [np.empty_like(z) for _ in range(5 if record else 2)]
-        for upper, here in _sides(turning):
-            at = self._series.argument(z[here], low[here])
-            values = self._series.functions(at, upper, 3 if record else 2)
-            if record:
-                values += [sweep(at) for sweep in self._sweeps[upper]]
-            for column, part in zip(columns, values, strict=True):
+        for side in (False, True):
+            here = upper == side
+            parts = self._beside(side, z[here], low[here], record)
+            for column, part in zip(columns, parts, strict=True):
                 column[here] = part
         return [turning, z, *columns]
 
+    def _beside(self, upper: bool, z: Array, low: Array, record: bool) -> list[Array]:
+        """What `_elliptic` returns of times that are nearest to u₁, or to u₂."""
+        at = self._series.argument(z, low)
+        values = self._series.functions(at, upper, 3 if record else 2)
+        return [*values, *(sweep(at) for sweep in self._sweeps[upper] if record)]
+
     def _reduced(self, t: Array, t_lo: Array) -> tuple[Array, Array, Array]:
         """The turning point nearest each time, by its number, and z since it."""
-        with np.errstate(over="ignore", invalid="ignore"):
-            steps = np.rint(t * self._steps + self._phase) if self._steps else np.zeros(1)
-            if np.any(abs(steps) >= 2 * MOST_PERIODS):
-                raise NoClosedForm(
-                    f"more than {MOST_PERIODS} periods in doubles: ask for digits instead"
-                )
-            z, low = self._argument(steps, t, t_lo)
+        steps: Any = np.rint(t * self._steps + self._phase) if self._steps else np.float64(0)
+        if (abs(steps) >= 2 * MOST_PERIODS).any():
+            raise NoClosedForm(
+                f"more than {MOST_PERIODS} periods in doubles: ask for digits instead"
+            )
+        z, low = self._argument(steps, t, t_lo)
         # a turning point counts as passed at it: at an exact pass what follows has begun
         at_it = abs(z) <= _EDGE * (abs(self._rate * t) + abs(self._since))
         return steps + self._first, np.where(at_it, 0.0, z), np.where(at_it, 0.0, low)
@@ -334,21 +347,13 @@ class DoubleForm:
 def _times(t: npt.ArrayLike, t_lo: npt.ArrayLike) -> tuple[Array, Array, tuple[int, ...]]:
     """Finite times in one row, each the double nearest t + t_lo and the rest; their shape."""
     try:
-        time, low = np.broadcast_arrays(np.asarray(t, np.float64), np.asarray(t_lo, np.float64))
+        time, low = np.asarray(t, np.float64), np.asarray(t_lo, np.float64)
+        if not (np.isfinite(time).all() and np.isfinite(low).all()):
+            raise NotANumber("t: finite times")
+        time, low = map(np.asarray, two_sum(time, low))
     except (TypeError, ValueError, OverflowError):  # of no float; shapes that do not fit
         raise NotANumber(NO_TIMES) from None
-    if not (np.isfinite(time).all() and np.isfinite(low).all()):
-        raise NotANumber("t: finite times")
-    return *two_sum(time.ravel(), low.ravel()), time.shape
-
-
-def _sides(turning: Array) -> Iterator[tuple[bool, Any]]:
-    """For u₁ and then for u₂: whether it is u₂, and which times are nearest to it."""
-    upper = turning > 2 * np.floor(turning / 2)
-    for side in (False, True):
-        here = upper == side
-        if here.any():
-            yield side, slice(None) if here.all() else here
+    return time.ravel(), low.ravel(), time.shape
 
 
 # --- constants, from balls -----------------------------------------------------------------------
@@ -426,8 +431,7 @@ class _Pole(NamedTuple):
 
     def slope(self, x: Array, distance: Array) -> Array:
         """The quotient swing x/√(1 ∓ u), which stays finite at an exact pass through the pole."""
-        with np.errstate(invalid="ignore"):
-            return np.where(distance > 0, self.swing * x / distance, np.copysign(1.0, x))
+        return np.where(distance > 0, self.swing * x / distance, np.copysign(1.0, x))
 
     def rate(self, distance: Array) -> Array | float:
         """½ P∓/(1 ∓ u) [rad/s]."""

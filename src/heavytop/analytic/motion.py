@@ -18,8 +18,10 @@ from heavytop.analytic.rising import MOST_DIGITS, MotionNumbers, Rising
 from heavytop.analytic.solution import ExactRecord
 from heavytop.classification import Kind, Verdict
 from heavytop.classification.classify import classify
-from heavytop.classification.reduced import FromScene, Reduced
+from heavytop.classification.reduced import FEW_BITS, FromScene, Reduced
+from heavytop.classification.signs import ball_of
 from heavytop.errors import NotANumber
+from heavytop.numbers.intervals import working
 from heavytop.scene.arguments import expect, text_of, whole
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -108,6 +110,12 @@ class Motion(MotionNumbers[float]):
     def double(self) -> DoubleForm:
         """The closed form in doubles."""
         return DoubleForm(self.rising)
+
+    @cached_property
+    def _energy(self) -> float:
+        """E as a float."""
+        with working(FEW_BITS):
+            return self._number(ball_of(self.top.A, FEW_BITS) * self.rising.start.energy)
 
     def form(self, digits: int) -> ClosedForm:
         """The closed form at so many digits.
@@ -232,7 +240,8 @@ class Motion(MotionNumbers[float]):
         """
         if digits is None:
             record = self.double(_times(t))
-            return replace(record, energy=np.full_like(record.t, self.constants.E))
+            record.energy[...] = self._energy
+            return record
         form = self.form(digits)
         energy = constants(self.top, self.start, form.ctx.dps).E
         t = t.item() if isinstance(t, np.ndarray) and not t.ndim else t

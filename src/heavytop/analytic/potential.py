@@ -31,10 +31,9 @@ from heavytop.analytic.cubic import root_of
 from heavytop.analytic.rising import Rising
 from heavytop.analytic.solution import Asymptotic, Nutating, Solution
 from heavytop.classification.reduced import FromConstants, MotionSource, Reduced, vanishes
-from heavytop.classification.signs import rational_ball
 from heavytop.errors import NoClosedForm
 from heavytop.numbers.decimals import Number, context
-from heavytop.numbers.intervals import Interval, rational, working
+from heavytop.numbers.intervals import Interval, rational, rational_ball, working
 
 FAMILY: Final = (0.25, 0.5, 0.75, 1.25, 1.5)
 """Amplitudes of the family of curves, beside that of the motion: the root of their energies."""

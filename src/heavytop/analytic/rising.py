@@ -18,11 +18,10 @@ from flint import arb
 from heavytop.analytic.cubic import TooFewBits, sign_of
 from heavytop.analytic.solution import Solution, each
 from heavytop.classification.reduced import FEW_BITS, MotionSource, Regime, vanishes
-from heavytop.classification.signs import rational_ball
 from heavytop.errors import Unseparated
 from heavytop.numbers import Exact
 from heavytop.numbers.exact import rational_value
-from heavytop.numbers.intervals import Interval, above, working
+from heavytop.numbers.intervals import Interval, above, rational_ball, working
 
 N = TypeVar("N")
 Size = Callable[[arb], arb]
@@ -53,8 +52,8 @@ class Rising:
     def __init__(self, source: MotionSource, proved: bool = True, limit: int = LIMIT) -> None:
         self.source, self.proved, self.limit = source, proved, limit
         with working(FEW_BITS):
-            self._start = source.reduced(FEW_BITS)
-        self.regime = Regime.of(source, proved, self._start)
+            self.start = source.reduced(FEW_BITS)
+        self.regime = Regime.of(source, proved, self.start)
         self._solutions: dict[int, Solution] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -63,7 +62,8 @@ class Rising:
     def solution(self, bits: int) -> Solution:
         """The closed form at a precision, which must be the working one."""
         if bits not in self._solutions:
-            self._solutions[bits] = Solution(self.source, self.regime, bits)
+            given = self.start if bits <= FEW_BITS else self.source.reduced(bits)
+            self._solutions[bits] = Solution(given, self.source.angles(bits), self.regime)
         return self._solutions[bits]
 
     @cached_property
@@ -83,7 +83,7 @@ class Rising:
         return self._vanishes("drift0")
 
     def _vanishes(self, name: str) -> bool:
-        return vanishes(self.source, name, self.proved, self._start)
+        return vanishes(self.source, name, self.proved, self.start)
 
     @cached_property
     def rate(self) -> float:
@@ -91,7 +91,7 @@ class Rising:
         bits = FEW_BITS
         while bits <= self.limit:
             with working(bits):
-                start = self._start if bits == FEW_BITS else self.source.reduced(bits)
+                start = self.start if bits == FEW_BITS else self.source.reduced(bits)
                 square = (abs(start.g) + 2 * start.kinetic0 + start.b * start.b).upper()
                 if square.is_finite():
                     return float(square.sqrt())

@@ -31,7 +31,7 @@ from flint import arb, fmpz
 
 from heavytop.analytic.cubic import Roots, TooFewBits, root_of, sign_of
 from heavytop.analytic.elliptic import Jacobi, first_kind, third_kind
-from heavytop.classification.reduced import MotionSource, Reduced, Regime
+from heavytop.classification.reduced import Reduced, Regime
 from heavytop.numbers.decimals import Number
 
 T = TypeVar("T")
@@ -306,7 +306,7 @@ class Sweeps:
     ) -> None:
         self.path, self.own, self._pole = path, own, pole
         self.sign = sign_of(P, "p_phi and that of a pass through a pole")
-        self.turn = P / (path.roots.w * at_u1) * third_kind(path.K, path.roots.mc, at_u2 / at_u1)
+        self.turn = P / (path.roots.w * at_u1) * third_kind(path.roots.mc, at_u2 / at_u1)
         self.rate = self.turn - self.sign * arb.pi()
 
     @cached_property
@@ -409,11 +409,10 @@ class Steady(Path):
 class Solution:
     """The closed form of one motion at one precision; use it inside ``working(bits)``."""
 
-    def __init__(self, source: MotionSource, regime: Regime, bits: int) -> None:
-        given = source.reduced(bits)
+    def __init__(self, given: Reduced, angles: Pair, regime: Regime) -> None:
         # a g that only counts as 0 would be a ball around it, which no precision makes small enough
         self.start = replace(given, g=arb(0)) if regime.weightless else given
-        self.phi0, self.psi0 = source.angles(bits)
+        self.phi0, self.psi0 = angles
         self.regime, self.side = regime, -1 if regime.mirrored else 1
         over = self.start.mirrored() if regime.mirrored else self.start
         kind = Steady if regime.steady else Asymptotic if regime.asymptotic else Nutating

@@ -18,6 +18,7 @@ passes a pole of the sphere. Reference: *NIST Digital Library of Mathematical Fu
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import cos, cosh, sin, sinh
 from operator import mul
 from typing import Any, Final, NamedTuple, TypeAlias
 
@@ -55,10 +56,14 @@ class Series(NamedTuple):
     powers: list[float]
 
     @classmethod
-    def of(cls, factors: str, amplitudes: Sequence[Any], size: arb | int = 1) -> Series:
-        """The sum with such amplitudes of the functions that have the factors, times a size."""
+    def of(cls, factors: str, amplitudes: Sequence[float]) -> Series:
+        """The sum with such amplitudes of the functions that have the factors."""
         columns = _POLYNOMIALS[factors][-len(amplitudes) :]
-        return cls(factors, [float(size * sum(map(mul, amplitudes, column))) for column in columns])
+        return cls(factors, [sum(map(mul, amplitudes, column)) for column in columns])
+
+    def times(self, size: float) -> Series:
+        """The product with a number."""
+        return Series(self.factors, [size * power for power in self.powers])
 
     def __call__(self, at: Argument) -> Any:
         """The sum; one number where it is the same for all arguments."""
@@ -100,25 +105,26 @@ class ThetaSeries:
         count = range(_terms(float(root_q)))
         odd = [root_q ** (2 * n * (n + 1)) for n in count]
         even = [root_q ** (2 * n * n) * (2 if n else 1) for n in count]
-        self._odd, self._even = (np.array([float(a) for a in each]) for each in (odd, even))
-        one, two = ("S", _alternating(odd)), ("C", odd)
-        three, four, far = ("", even), ("", _alternating(even)), arb(1)
+        self._odd, self._even = ([float(a) for a in each] for each in (odd, even))
+        one, two = Series.of("S", _alternating(self._odd)), Series.of("C", self._odd)
+        three, four = Series.of("", self._even), Series.of("", _alternating(self._even))
+        far = 1.0
+        at_0 = sum(odd, arb(0)), sum(even, arb(0)), sum(even[::2], arb(0)) - sum(even[1::2], arb(0))
+        second, third, fourth = at_0
         if self._hyperbolic:
-            two, four, far = four, two, 4 * root_q
-        second, third, fourth = (sum(each, arb(0)) for _, each in (two, three, four))  # at z = 0
-        sn, cn, dn = third / second, fourth / second, fourth / third
-        lower = (*four, 1), (*one, sn), (*two, cn), (*three, dn)
-        upper = (*three, 1), (*two, sn), (*one, -far * cn), (*four, far * dn)
-        self._functions = [[Series.of(*each) for each in terms] for terms in (lower, upper)]
+            two, four, far, second, fourth = four, two, 4 * float(root_q), fourth, second
+        sn, cn, dn = map(float, (third / second, fourth / second, fourth / third))
+        lower = four, one.times(sn), two.times(cn), three.times(dn)
+        upper = three, two.times(sn), one.times(-far * cn), four.times(far * dn)
+        self._functions = lower, upper
 
     def argument(self, z: Array, low: Array) -> Argument:
-        """What the series are made of, at z + low."""
+        """What the series are made of, at z + low; where a square overflows it does not count."""
         if self._hyperbolic:
             z = np.clip(z, -_FARTHEST, _FARTHEST)
             S, C = np.sinh(z), np.cosh(z)
             S, C = S + C * low, C + S * low
-            with np.errstate(over="ignore"):
-                return Argument(S, C, np.maximum(-S * S, -_BIG))
+            return Argument(S, C, np.maximum(-S * S, -_BIG))
         S, C = np.sin(z), np.cos(z)
         S, C = S + C * low, C - S * low
         return Argument(S, C, S * S)
@@ -140,23 +146,31 @@ class ThetaSeries:
             What the angle grows by from one turning point to the next, but for that multiple.
         """
         depth, step = self.scale * v, arb.pi() / 2
-        b, n = min(float(depth), _DEEP), 2 * np.arange(len(self._odd))
-        odd, even = self._odd, self._even
-        flip = np.where(n % 4, -1.0, 1.0)  # (−1)ⁿ
+        b, odd, even = min(float(depth), _DEEP), self._odd, self._even
         if self._hyperbolic:  # −arg θ₁(b − iz) and −arg θ₄(b − iz)
             step -= depth
-            once, twice = (n + 1) * b, n * b
-            own = ("S", flip * odd * np.cos(once)), ("C", flip * odd * np.sin(once))
-            other = ("SC", -flip * even * np.sin(twice)), ("", flip * even * np.cos(twice))
+            sines, cosines = (
+                [a * of((2 * n + 1) * b) for n, a in enumerate(odd)] for of in (sin, cos)
+            )
+            own = ("S", _alternating(cosines)), ("C", _alternating(sines))
+            sines, cosines = ([a * of(2 * n * b) for n, a in enumerate(even)] for of in (sin, cos))
+            other = ("SC", [-a for a in _alternating(sines)]), ("", _alternating(cosines))
         else:
-            sines, cosines = (odd * of((n + 1) * b) / np.cosh(b) for of in (np.sinh, np.cosh))
-            own = ("S", flip * cosines), ("C", flip * sines)
+            sines, cosines = (
+                [a * (of((2 * n + 1) * b) / cosh(b)) for n, a in enumerate(odd)]
+                for of in (sinh, cosh)
+            )
+            own = ("S", _alternating(cosines)), ("C", _alternating(sines))
             other = ("S", sines), ("C", cosines)
         return (_angle(sign, *own), _angle(sign, *other)), sign * step
 
 
-def _angle(sign: int, *parts: tuple[str, Array]) -> Sweep:
-    sine, cosine = (Series.of(factors, each.tolist()) for factors, each in parts)
+def _alternating(series: Sequence[float]) -> list[float]:
+    return [-a if n % 2 else a for n, a in enumerate(series)]
+
+
+def _angle(sign: int, *parts: tuple[str, Sequence[float]]) -> Sweep:
+    sine, cosine = (Series.of(*part) for part in parts)
     return lambda at: sign * np.arctan2(sine(at), cosine(at))
 
 
@@ -166,7 +180,3 @@ def _terms(root_q: float) -> int:
     while root_q ** (n * (2 * n - 1)) > _TINY:
         n += 1
     return n
-
-
-def _alternating(series: list[arb]) -> list[arb]:
-    return [-a if n % 2 else a for n, a in enumerate(series)]

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import prod
-from typing import Final, NamedTuple, TypeAlias
+from typing import Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -121,12 +121,13 @@ class InputArrays:
             for name, each in arrays.items()
         }
 
-    def _part(self, span: slice) -> dict[str, Array]:
+    def part(self, span: Any) -> dict[str, Any]:
+        """Some of the columns by name; what is the same for all is one element."""
         return {name: x if x.size == 1 else x[span] for name, x in self._columns.items()}
 
-    def starts(self, span: slice) -> Starts:
+    def starts(self, span: Any) -> Starts:
         """Some of the tops and starts; what is the same for all is one element."""
-        *numbers, (held, spin) = self._part(span).items()
+        *numbers, (held, spin) = self.part(span).items()
         A, C, gMR, theta, thetadot, phidot = (x for _, x in numbers)
         return Starts(A, C, gMR, theta, thetadot, phidot, spin, held)
 
@@ -137,7 +138,7 @@ class InputArrays:
 
     def one(self, at: int) -> tuple[Top, State]:
         """One of them, exactly; raises `ImpossibleTop` or `ImpossibleStart`."""
-        numbers = {name: float(x[0]) for name, x in self._part(slice(at, at + 1)).items()}
+        numbers = {name: float(x[0]) for name, x in self.part(slice(at, at + 1)).items()}
         moments = {name: numbers.pop(name) for name in ("A", "C", "gMR")}
         return Top(**moments), State(**numbers)
 

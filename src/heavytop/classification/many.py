@@ -158,9 +158,12 @@ def _screen(columns: InputArrays, span: slice, tagged: bool, found: Filtered) ->
     """Tell what doubles can tell; a margin of 0 is left where they cannot."""
     starts = columns.starts(span)
     told = filtered(starts, tagged)
-    impossible = _impossible(starts, told.margin == 0)
-    if impossible.any():
-        _dismiss(told, impossible)
+    broken, unknown = impossible(starts), told.margin == 0  # where a sign is known, all are finite
+    if unknown.any():
+        for each in starts.arrays:
+            broken = broken | unknown & ~np.isfinite(each)
+    if broken.any():
+        _dismiss(told, broken)
     arrays: tuple[Any, ...] = found
     for array, part in zip(arrays, told, strict=True):
         array[span] = part
@@ -191,12 +194,9 @@ def _dismiss(found: Filtered, where: Mask | int) -> None:
     found.kind[where] = IMPOSSIBLE
 
 
-def _impossible(starts: Starts, unknown: Mask) -> Mask:
-    """Where a rule of `Top` or `State` is broken; where a sign is known, all are finite."""
+def impossible(starts: Starts) -> Mask:
+    """Where a rule of `Top` or `State` is broken by numbers, all of them finite."""
     A, C, theta = starts.A, starts.C, starts.theta
-    with np.errstate(all="ignore"):
-        sound = (A > 0) & (C > 0) & (2 * A >= C) & (theta >= 0) & (theta <= pi)
-        if unknown.any():
-            for each in starts.arrays:
-                sound = sound & (~unknown | np.isfinite(each))
-    return ~sound
+    with np.errstate(invalid="ignore", over="ignore"):
+        broken: Mask = ~((A > 0) & (C > 0) & (2 * A >= C) & (theta >= 0) & (theta <= pi))
+    return broken

@@ -29,17 +29,16 @@ from heavytop.classification.signs import (
     SceneSigns,
     UndecidedError,
     ball_sign,
-    rational_ball,
 )
 from heavytop.errors import Impossible, Unseparated
 from heavytop.numbers import Exact, Number, normal_form, sqrt
 from heavytop.numbers.exact import rational_value
-from heavytop.numbers.intervals import Interval, above, working
+from heavytop.numbers.intervals import Interval, above, rational_ball, working
 from heavytop.scene.arguments import wrong_type
 
 Real: TypeAlias = Any
 
-FEW_BITS: Final = 128  # which decide nearly always
+FEW_BITS: Final = 192  # which decide nearly always, and serve for 40 digits
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +80,11 @@ class Reduced:
     def h(self) -> Real:
         """Energy without that of the spin, E'/A [s⁻²]."""
         return self.kinetic0 + self.g * self.u0
+
+    @property
+    def energy(self) -> Real:
+        """E/A [s⁻²]."""
+        return self.h + self.b * (self.kappa + self.b) / 2  # ω₃ = κ + b
 
     @property
     def sin2(self) -> Real:
@@ -183,11 +187,12 @@ class Regime:
         Unseparated
             Some number could be neither told from 0 nor proved to be 0.
         """
-        mirrored = _negative(source)
+        start = reduced or source.reduced(FEW_BITS)
+        mirrored = _negative(source, start)
         top, bottom = ("P_plus", "P_minus") if mirrored else ("P_minus", "P_plus")
         surplus = "over_bottom" if mirrored else "over_top"
         with working(FEW_BITS):
-            zero = partial(_vanishes, source, reduced or source.reduced(FEW_BITS), proved)
+            zero = partial(_vanishes, source, start, proved)
             resting, weightless = zero("udot0"), zero("g")
             steady = resting and zero("pull")
             misses_top, misses_bottom = not zero(top), not zero(bottom)
@@ -209,13 +214,12 @@ def vanishes(
         return _vanishes(source, reduced or source.reduced(FEW_BITS), proved, name)
 
 
-def _negative(source: MotionSource) -> bool:
+def _negative(source: MotionSource, reduced: Reduced) -> bool:
     """Whether V is highest below: g < 0, as far as that can be told."""
-    for bits in (FEW_BITS, MOST_BITS):
-        with working(bits):
-            if (sign := ball_sign(source.reduced(bits).g)) is not None:
-                return sign < 0
-    return False
+    if (sign := ball_sign(reduced.g)) is None:
+        with working(MOST_BITS):
+            sign = ball_sign(source.reduced(MOST_BITS).g)
+    return sign == -1
 
 
 def _vanishes(source: MotionSource, reduced: Reduced, proved: bool, name: str) -> bool:

@@ -7,17 +7,16 @@ is found by balls of more bits or by proving that everything cancels.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from fractions import Fraction
 from functools import cached_property
 from math import prod
 from typing import Any, Final, TypeAlias
 
-from flint import arb, fmpq
+from flint import arb
 
 from heavytop.classification.kinds import Given, Number, sum_of
 from heavytop.numbers import ONE, PI, Exact, cos
 from heavytop.numbers.exact import Sign
-from heavytop.numbers.intervals import working
+from heavytop.numbers.intervals import rational_ball, working
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -177,8 +176,3 @@ def ball_of(value: Exact, bits: int) -> Ball:
     """A ball of an exact number, at the working precision of so many bits."""
     q = value.fraction
     return value.ball(bits) if q is None else rational_ball(q)
-
-
-def rational_ball(q: Fraction) -> Ball:
-    """A ball of a rational number, at the working precision."""
-    return arb(fmpq(q.numerator, q.denominator))

@@ -76,6 +76,8 @@ class Exact:
         """
         if isinstance(x, Exact):
             return x
+        if (isinstance(x, float) or type(x) is int) and (x == 0 or 1e-300 < abs(x) < 1e300):
+            return Exact(rational(Fraction(x)))  # at once, as most are
         if isinstance(x, str):
             from heavytop.numbers import parse  # which makes its numbers with what stands here
 
@@ -150,7 +152,7 @@ class Exact:
         (0, -1)
         """
         if (q := self.fraction) is not None:
-            return 1 if q > 0 else -1 if q < 0 else 0
+            return _sign(q)
         if side := _plain_side(self.terms) or self._side(_FEW_BITS):
             return side
         return 0 if normal_form.proved_zero(self.terms) else self._side(_MANY_BITS)
@@ -288,6 +290,11 @@ def _plain_side(x: Form) -> Literal[-1, 1] | None:
         return None
     low, high = sorted(sum(c * pi if monomial else c for monomial, c in x) for pi in _ABOUT_PI)
     return 1 if low > 0 else -1 if high < 0 else None
+
+
+def _sign(q: Fraction) -> Sign:
+    """The sign of a rational number, by that of an integer."""
+    return 1 if q.numerator > 0 else -1 if q.numerator < 0 else 0
 
 
 def _operand(x: object) -> Exact | None:

@@ -67,7 +67,7 @@ def ball_of(x: Form) -> arb:
     """A ball that holds x; not finite where a divisor's ball holds zero."""
     total = arb(0)
     for monomial, c in x:
-        term = _rational_ball(c)
+        term = rational_ball(c)
         for atom, n in monomial:
             base = _atom(atom)  # flint's power of a ball that holds 0 is not finite
             term *= math.prod([base] * n) if n > 0 and base.contains(0) else base**n
@@ -75,7 +75,8 @@ def ball_of(x: Form) -> arb:
     return total
 
 
-def _rational_ball(q: Fraction) -> arb:
+def rational_ball(q: Fraction) -> arb:
+    """A ball of a rational number, at the working precision."""
     return arb(fmpq(q.numerator, q.denominator))
 
 

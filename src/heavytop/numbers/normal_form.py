@@ -110,10 +110,11 @@ def add(a: Form, b: Form) -> Form:
     total = dict(a)
     for monomial, c in b:
         total[monomial] = total[monomial] + c if monomial in total else c
+    constant = rational(total.pop((), 0))  # which comes first
     kept = [(monomial, c) for monomial, c in total.items() if c]
     if len(kept) > 1:
         kept.sort(key=lambda term: _term_text(term[0], Fraction(1)))
-    return tuple(kept)
+    return (*constant, *kept)
 
 
 def multiply(a: Form, b: Form) -> Form:

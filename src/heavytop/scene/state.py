@@ -47,6 +47,8 @@ class State:
     ----------
     held : {"psidot", "omega3"}
         Which of the two was given.
+    spin : Exact
+        What was given of it.
     given : tuple of (str, Exact or str)
         The start as it was given: what a scene file says.
 
@@ -73,8 +75,7 @@ class State:
     phi: Exact
     phidot: Exact
     psi: Exact
-    psidot: Exact
-    omega3: Exact
+    spin: Exact
     held: Literal["psidot", "omega3"]
     given: tuple[tuple[str, Exact | str], ...] = field(compare=False, repr=False)
 
@@ -93,12 +94,18 @@ class State:
         spin = {name: rate for name, rate in spins.items() if rate is not None} or {"psidot": 0}
         given = {"theta": theta, "thetadot": thetadot, "phi": phi, "phidot": phidot, "psi": psi}
         values = exact_numbers(ImpossibleStart, given | spin, broken_start, START)
-        turn = values["phidot"] * cos(values["theta"])  # ω3 = ψ̇ + φ̇ cosθ
-        if "omega3" in values:
-            other = {"held": "omega3", "psidot": values["omega3"] - turn}
-        else:
-            other = {"held": "psidot", "omega3": values["psidot"] + turn}
-        set_fields(self, values | other | {"given": tuple(values.items())})
+        held, told = next(iter(spin)), tuple(values.items())
+        set_fields(self, values | {"spin": values.pop(held), "held": held, "given": told})
+
+    @property
+    def psidot(self) -> Exact:
+        """ψ̇ [rad/s]."""
+        return self.spin if self.held == "psidot" else self.spin - self.phidot * cos(self.theta)
+
+    @property
+    def omega3(self) -> Exact:
+        """ω3 = ψ̇ + φ̇ cosθ [rad/s]."""
+        return self.spin if self.held == "omega3" else self.spin + self.phidot * cos(self.theta)
 
     def __repr__(self) -> str:
         """What makes it, less what is 0; ω3 says what a kick holds, and stays."""
@@ -248,10 +255,18 @@ class State:
 def broken_start(values: Mapping[str, Exact]) -> list[Wrong]:
     """The rules that θ and the spin, if they are there, break."""
     theta = values.get("theta")
-    if theta is None or -1 not in (theta.sign(), (PI - theta).sign()):
+    if theta is None or _tilt(theta):
         return broken_spin(values)
     degrees = f'; {theta} degrees are "{theta} deg"' if theta in _DEGREES else ""
     return [Wrong("theta", f"must lie within [0, π] radians{degrees}"), *broken_spin(values)]
+
+
+def _tilt(theta: Exact) -> bool:
+    """Whether θ is not known to be outside [0, π]."""
+    q = theta.fraction
+    if q is not None and 0 <= q.numerator <= 3 * q.denominator:  # as nearly all are
+        return True
+    return -1 not in (theta.sign(), (PI - theta).sign())
 
 
 def broken_spin(spin: Collection[str]) -> list[Wrong]:
