@@ -35,10 +35,14 @@ def slow(pace):
     )
 
 
+def exact_end(run):
+    """The closed form at the very time at which a run ended."""
+    end = str(run.decimals.samples[-1].t) if run.decimals else run.orbit.end
+    return ht.Motion(run.scene.top, run.scene.start).at(end, digits=30)
+
+
 def axis_error(run):
-    scene = run.scene
-    exact = ht.Motion(scene.top, scene.start).at(run.orbit.end, digits=30)
-    return math.dist(run.samples.axis[-1], [float(x) for x in exact.axis])
+    return math.dist(run.samples.axis[-1], map(float, exact_end(run).axis))
 
 
 @pytest.mark.parametrize("projected", [False, True])
@@ -48,7 +52,7 @@ def test_a_fast_kicked_top_keeps_its_axis(spin, formulation, projected):
     """A hundred periods; the largest state is the spin, the axis is of the size of one."""
     run = ht.propagate(kicked(spin), formulation=formulation, projected=projected)
     assert axis_error(run) < 100 * ROUNDING
-    exact = ht.Motion(run.scene.top, run.scene.start).at(run.orbit.end, digits=30)
+    exact = exact_end(run)
     rounded = 100 * ROUNDING * float(spin)
     assert abs(run.samples.thetadot[-1] - float(exact.thetadot)) < rounded
     assert abs(run.samples.psidot[-1] - float(exact.psidot)) < rounded
@@ -95,8 +99,7 @@ def test_a_top_kicked_by_as_much_as_it_spins_has_no_rate_at_a_turning_point():
         ht.Top(1, 1, 1), start, periods="20.618", quantities=("theta",), events=(), samples=2
     )
     run = ht.propagate(scene, formulation="cubic")
-    exact = ht.Motion(scene.top, scene.start).at(run.orbit.end, digits=30)
-    assert abs(run.samples.theta[-1] - float(exact.theta)) < 1e-13
+    assert abs(run.samples.theta[-1] - float(exact_end(run).theta)) < 1e-13
     assert run.statistics.steps < 200
 
 
@@ -106,9 +109,7 @@ def test_more_digits_than_doubles_have(spin):
     scene = kicked(spin, periods="9.618", digits=15)
     run = ht.propagate(scene)
     assert run.plan.precision != "double"
-    last = run.decimals.samples[-1]
-    exact = ht.Motion(scene.top, scene.start).at(str(last.t), digits=30)
-    assert math.dist(map(float, last.axis), map(float, exact.axis)) < 1e-15
+    last, exact = run.decimals.samples[-1], exact_end(run)
     assert all(abs(x - y) < 1e-17 for x, y in zip(last.axis, exact.axis, strict=True))
 
 
@@ -121,16 +122,14 @@ def test_long_doubles_are_held_against_states_of_the_size_of_one():
     )  # fmt: skip
     run = ht.propagate(scene)
     assert run.plan.precision == "long double"
-    last = run.decimals.samples[-1]
-    exact = ht.Motion(scene.top, scene.start).at(str(last.t), digits=30)
+    last, exact = run.decimals.samples[-1], exact_end(run)
     assert abs(last.psi - exact.psi) < 1e-15 * abs(exact.psi)
     assert all(abs(x - y) < 1e-15 for x, y in zip(last.axis, exact.axis, strict=True))
 
 
 def test_a_long_run_is_not_said_to_be_better_than_it_is():
     """A hundred thousand periods: nothing is late, but the motion has turned away."""
-    scene = kicked("1e10", periods="99999.618", quantities=("axis", "phi"))
-    run = ht.propagate(scene, formulation="axis")
+    run = ht.propagate(kicked("1e10", "99999.618", quantities=("axis", "phi")), formulation="axis")
     assert 1e-15 < axis_error(run) < run.plan.estimate.error < 1e-12
 
 
@@ -160,120 +159,123 @@ def _pair(spin):
     return ht.Top(1, 1, 1), ht.State(theta=0.5, thetadot=1, phidot=-1, omega3=float(spin))
 
 
-class TestExactness:
-    @pytest.mark.parametrize("formulation", ["axis", "attitude", "cubic", "subsystem", "routh"])
-    def test_powers_of_two_change_nothing_but_the_step(self, formulation):
-        """One step of a given length, in units of time from 2^-9 to 2^9 s."""
-        scene = ht.load_scene("sicm-kicked", ['want.quantities=["theta"]'])
-        chosen = plan(scene, formulation)
-        form = chosen.equations
-        parameters, start = binary_start(scene, chosen)
-        compiled = Compiled(form, ("turning",), 2.0**-52)
-        ends = {}
-        for pace in (1.0, 2.0**-9, 2.0**9, 2.0**3):
-            units = np.where(form.is_rate, pace, 1.0)
-            compiled.load(in_units(pace, parameters))
-            state = start.state[: len(form.states)] / units
-            step = 1e-3 * pace
-            ends[pace] = compiled.block(state, 1, 1e9, longest=step).state * units
-        first = ends.pop(1.0)
-        for end in ends.values():
-            # the order of a series is the same, and so is its sum at the same time
-            assert np.allclose(end, first, rtol=4 * ROUNDING, atol=0)
-        assert any(np.array_equal(end, first) for end in ends.values())
+@pytest.mark.parametrize("formulation", ["axis", "attitude", "cubic", "subsystem", "routh"])
+def test_powers_of_two_change_nothing_but_the_step(formulation):
+    """One step of a given length, in units of time from 2^-9 to 2^9 s."""
+    scene = ht.load_scene("sicm-kicked", ['want.quantities=["theta"]'])
+    chosen = plan(scene, formulation)
+    form = chosen.equations
+    parameters, start = binary_start(scene, chosen)
+    compiled = Compiled(form, ("turning",), 2.0**-52)
+    ends = {}
+    for pace in (1.0, 2.0**-9, 2.0**9, 2.0**3):
+        units = np.where(form.is_rate, pace, 1.0)
+        compiled.load(in_units(pace, parameters))
+        state = start.state[: len(form.states)] / units
+        step = 1e-3 * pace
+        ends[pace] = compiled.block(state, 1, 1e9, longest=step).state * units
+    first = ends.pop(1.0)
+    for end in ends.values():
+        # the order of a series is the same, and so is its sum at the same time
+        assert np.allclose(end, first, rtol=4 * ROUNDING, atol=0)
+    assert any(np.array_equal(end, first) for end in ends.values())
 
-    def test_paces_are_powers_of_two_and_one_for_ordinary_tops(self):
-        for rate in np.logspace(-300, 300, 400).tolist():
-            pace = pace_of(rate, -rate / 3)
-            assert math.frexp(pace)[0] == 0.5
-            if SLOW <= rate <= FAST:
-                assert pace == 1
-            elif 1e-150 < rate < 1e150:
-                assert 0.5 <= rate / pace < 1
 
-    @pytest.mark.parametrize("odd", [math.nan, math.inf, 0.0])
-    def test_what_has_no_pace_has_none_of_its_own(self, odd):
-        assert pace_of(odd, odd) == 1
+def test_paces_are_powers_of_two_and_one_for_ordinary_tops():
+    for rate in np.logspace(-300, 300, 400).tolist():
+        pace = pace_of(rate, -rate / 3)
+        assert math.frexp(pace)[0] == 0.5
+        if SLOW <= rate <= FAST:
+            assert pace == 1
+        elif 1e-150 < rate < 1e150:
+            assert 0.5 <= rate / pace < 1
 
-    def test_many_paces_are_those_of_each(self):
-        rates = np.logspace(-200, 200, 41)
-        states = np.stack((rates, rates, rates, rates, -rates), axis=-1)
-        many = paces_of(axis_form(), states, {"g": np.zeros(41)})
-        assert np.array_equal(many, [pace_of(rate, -rate) for rate in rates.tolist()])
 
-    @pytest.mark.parametrize("rate", ["1e-110", "1e110"])
-    @pytest.mark.parametrize("formulation", ["axis", "attitude", "cubic", "routh"])
-    def test_nothing_overflows_or_vanishes(self, rate, formulation):
-        """Times, constants and states as far from one as tops come."""
-        start = ht.State(theta="0.5", thetadot=rate, phidot=f"-{rate}", omega3=f"3*{rate}")
-        for g in (f"{rate}*{rate}", "1e-230"):
-            scene = ht.Scene(
-                ht.Top(1, 1, g), start, time=f"20.618/{rate}", quantities=("theta",),
-                events=("turning",), samples=7,
-            )  # fmt: skip
-            run = ht.propagate(scene, formulation=formulation)
-            motion = ht.Motion(scene.top, scene.start)
-            for t, theta in zip(run.t.tolist(), run.samples.theta.tolist(), strict=True):
-                assert abs(float(motion.at(t, digits=30).theta) - theta) < 1e-13
+@pytest.mark.parametrize("odd", [math.nan, math.inf, 0.0])
+def test_what_has_no_pace_has_none_of_its_own(odd):
+    assert pace_of(odd, odd) == 1
+
+
+def test_many_paces_are_those_of_each():
+    rates = np.logspace(-200, 200, 41)
+    states = np.stack((rates, rates, rates, rates, -rates), axis=-1)
+    many = paces_of(axis_form(), states, {"g": np.zeros(41)})
+    assert np.array_equal(many, [pace_of(rate, -rate) for rate in rates.tolist()])
+
+
+@pytest.mark.parametrize("rate", ["1e-110", "1e110"])
+@pytest.mark.parametrize("formulation", ["axis", "attitude", "cubic", "routh"])
+def test_nothing_overflows_or_vanishes(rate, formulation):
+    """Times, constants and states as far from one as tops come."""
+    start = ht.State(theta="0.5", thetadot=rate, phidot=f"-{rate}", omega3=f"3*{rate}")
+    for g in (f"{rate}*{rate}", "1e-230"):
+        scene = ht.Scene(
+            ht.Top(1, 1, g), start, time=f"20.618/{rate}", quantities=("theta",),
+            events=("turning",), samples=7,
+        )  # fmt: skip
+        run = ht.propagate(scene, formulation=formulation)
+        motion = ht.Motion(scene.top, scene.start)
+        for t, theta in zip(run.t.tolist(), run.samples.theta.tolist(), strict=True):
+            assert abs(float(motion.at(t, digits=30).theta) - theta) < 1e-13
 
 
 def pace_of(*rates):
     return float(paces_of(axis_form(), np.array([0, 0, 1, *rates]), {"g": 0.0}))
 
 
-class TestBits:
-    @pytest.mark.parametrize("spin", ["1e6", "250", "260"])
-    @pytest.mark.parametrize("projected", [False, True])
-    def test_neither_samples_nor_splitting_change_a_bit(self, spin, projected):
-        """Also where the pace of some blocks is within the ordinary and of others is not."""
-        scene = kicked(spin, periods="400.618", events=("turning",))
-        whole = ht.propagate(scene, formulation="axis", projected=projected)
-        sampled = ht.propagate(
-            kicked(spin, periods="400.618", events=("turning",), quantities=("axis", "phi")),
-            formulation="axis", projected=projected,
-        )  # fmt: skip
-        orbit = whole.orbit
-        assert np.array_equal(orbit.samples.states[-1, :5], sampled.orbit.samples.states[-1, :5])
-        engine = orbit.integrator
-        first = orbit.checkpoints[0]
-        half = continued(not_begun(engine, first), np.array([orbit.end / 3]))
-        rest = continued(half, np.array([orbit.end]))
-        assert np.array_equal(rest.samples.states[-1], orbit.samples.states[-1])
-        assert np.array_equal(rest.hits[0].t, orbit.hits[0].t)
-        assert np.array_equal(rest.hits[0].states, orbit.hits[0].states)
-        middle = orbit.at(np.array([orbit.end / 3]))
-        assert np.array_equal(middle.states, half.samples.states)
-
-    def test_time_of_an_ordinary_top_is_in_seconds(self):
-        assert ht.propagate(ht.load_scene("sicm-kicked")).orbit.integrator.pace == 1
-        assert ht.propagate(kicked("1e3")).orbit.integrator.pace == 512
+@pytest.mark.parametrize("spin", ["1e6", "250", "260"])
+@pytest.mark.parametrize("projected", [False, True])
+def test_neither_samples_nor_splitting_change_a_bit(spin, projected):
+    """Also where the pace of some blocks is within the ordinary and of others is not."""
+    scene = kicked(spin, periods="400.618", events=("turning",))
+    whole = ht.propagate(scene, formulation="axis", projected=projected)
+    sampled = ht.propagate(
+        kicked(spin, periods="400.618", events=("turning",), quantities=("axis", "phi")),
+        formulation="axis", projected=projected,
+    )  # fmt: skip
+    orbit = whole.orbit
+    assert np.array_equal(orbit.samples.states[-1, :5], sampled.orbit.samples.states[-1, :5])
+    engine = orbit.integrator
+    first = orbit.checkpoints[0]
+    half = continued(not_begun(engine, first), np.array([orbit.end / 3]))
+    rest = continued(half, np.array([orbit.end]))
+    assert np.array_equal(rest.samples.states[-1], orbit.samples.states[-1])
+    assert np.array_equal(rest.hits[0].t, orbit.hits[0].t)
+    assert np.array_equal(rest.hits[0].states, orbit.hits[0].states)
+    middle = orbit.at(np.array([orbit.end / 3]))
+    assert np.array_equal(middle.states, half.samples.states)
 
 
-class TestEvents:
-    @pytest.mark.parametrize("formulation", ["auto", "axis", "attitude", "subsystem", "lagrange"])
-    @pytest.mark.parametrize("power", [5, 6, 7])
-    def test_a_dropped_fast_top_misses_no_turning_point(self, power, formulation):
-        """Its first step reaches beyond half a period, and begins exactly on a turning point."""
-        scene = ht.Scene(
-            ht.Top(1, "0.5", 1), ht.State(theta="0.5", psidot=f"1e{power}"), periods="2.618",
-            quantities=("axis",), events=("turning", "reversal", "cusp"), samples=2, digits=10,
-        )  # fmt: skip
-        events = ht.propagate(scene, formulation=formulation).events
-        found = [events.count(event) for event in ("turning", "reversal", "cusp")]
-        assert found == [6, 0, 3]
+def test_time_of_an_ordinary_top_is_in_seconds():
+    assert ht.propagate(ht.load_scene("sicm-kicked")).orbit.integrator.pace == 1
+    assert ht.propagate(kicked("1e3")).orbit.integrator.pace == 512
 
-    @pytest.mark.parametrize("spin", ["1e5", "1e8", "1e12"])
-    def test_events_come_back_in_true_units_at_true_times(self, spin):
-        scene = kicked(spin, periods="10.618", events=("turning", "reversal"))
-        run = ht.propagate(scene)
-        motion = ht.Motion(scene.top, scene.start)
-        assert run.events.count("turning") == 21
-        for t, theta in zip(run.events.t, run.events.theta, strict=True):
-            assert abs(float(motion.at(float(t), digits=30).theta) - theta) < 1e-14
-        turning = run.events.t[run.events.is_turning]
-        assert np.allclose(
-            np.diff(turning) / motion.period, 0.5, atol=2 / float(spin) + 1e-16 * float(spin)
-        )
+
+@pytest.mark.parametrize("formulation", ["auto", "axis", "attitude", "subsystem", "lagrange"])
+@pytest.mark.parametrize("power", [5, 6, 7])
+def test_a_dropped_fast_top_misses_no_turning_point(power, formulation):
+    """Its first step reaches beyond half a period, and begins exactly on a turning point."""
+    scene = ht.Scene(
+        ht.Top(1, "0.5", 1), ht.State(theta="0.5", psidot=f"1e{power}"), periods="2.618",
+        quantities=("axis",), events=("turning", "reversal", "cusp"), samples=2, digits=10,
+    )  # fmt: skip
+    events = ht.propagate(scene, formulation=formulation).events
+    found = [events.count(event) for event in ("turning", "reversal", "cusp")]
+    assert found == [6, 0, 3]
+
+
+@pytest.mark.parametrize("spin", ["1e5", "1e8", "1e12"])
+def test_events_come_back_in_true_units_at_true_times(spin):
+    scene = kicked(spin, periods="10.618", events=("turning", "reversal"))
+    run = ht.propagate(scene)
+    motion = ht.Motion(scene.top, scene.start)
+    assert run.events.count("turning") == 21
+    for t, theta in zip(run.events.t, run.events.theta, strict=True):
+        assert abs(float(motion.at(float(t), digits=30).theta) - theta) < 1e-14
+    turning = run.events.t[run.events.is_turning]
+    assert np.allclose(
+        np.diff(turning) / motion.period, 0.5, atol=2 / float(spin) + 1e-16 * float(spin)
+    )
 
 
 RANDOM = np.random.default_rng(17)
@@ -298,8 +300,6 @@ def test_auto_is_never_silently_wrong(draw):
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         run = ht.propagate(scene)
-    end = str(run.decimals.samples[-1].t) if run.decimals else run.orbit.end
-    exact = ht.Motion(scene.top, scene.start).at(end, digits=30)
-    error = math.dist(run.samples.axis[-1], [float(x) for x in exact.axis])
+    error = axis_error(run)
     assert error < 1e-12 or said
     assert error < 100 * run.plan.estimate.error or said

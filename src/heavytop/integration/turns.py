@@ -194,7 +194,7 @@ class AxisTurns:
 
         Where bounds would take more parts than `most`, they are as many; 0 without `most`.
         """
-        parts = (self.fastest - self.slowest) * abs(length) / FITTING
+        parts = (self.fastest - self.slowest) * abs(length) / FITTING if length else 0.0
         return max(1, math.ceil(parts)) if parts < (most or MOST_PARTS) else most or 0
 
     def followed(self, t: Array, rows: Array, first: Sequence[float], more: More | None) -> Array:
