@@ -41,13 +41,15 @@ def scene(top, start, **span):
 
 def off(trajectory, exact, where, bound):
     for angle in ("phi", "psi"):
-        difference = np.abs(getattr(trajectory, angle) - getattr(exact, angle))[where]
-        assert np.max(difference, initial=0) < bound, angle
+        if (told := getattr(trajectory, angle)) is not None:
+            difference = np.abs(told - getattr(exact, angle))[where]
+            assert np.max(difference, initial=0) < bound, angle
 
 
 def assert_wound_right(top, start, form, bound=0.1, **span):
     """A lost turn is 6.28."""
-    trajectory = run(scene(top, start, **span), form)
+    wanted = scene(top, start, quantities=ANGLES if form == "attitude" else ANGLES[:2], **span)
+    trajectory = run(wanted, form)
     exact = closed_form(trajectory)(trajectory.t)
     if np.max(np.abs(trajectory.theta - exact.theta)) > 1e-4:
         return trajectory  # beside the unstable vertical: the motion itself is forgotten
@@ -61,7 +63,7 @@ def thousandths(low, high):
     return st.integers(round(1000 * low), round(1000 * high)).map(lambda k: k / 1000)
 
 
-@both_forms
+@pytest.mark.parametrize("form", ["auto", "attitude"])
 @settings(max_examples=80, deadline=None)
 @given(
     theta=st.one_of(
@@ -117,12 +119,13 @@ def test_passes_through_a_pole_jump_as_documented(form, seed):
         assert abs(first.psi - exact.psi[0]) < 1e-14
 
 
+@both_forms
 @pytest.mark.parametrize("name", ["through-top", "through-bottom", "planar-rotating"])
-def test_beside_a_pass_phi_is_that_of_before_or_of_after(name):
+def test_beside_a_pass_phi_is_that_of_before_or_of_after(name, form):
     """However close to the pole, and at the pole itself, where there is no azimuth; and after
     hundreds of passes, whatever side of the pole a drifting state passes on."""
-    wanted = shipped(name, "span.periods=500.3")
-    trajectory = run(wanted)
+    wanted = shipped(name, "span.periods=500.3", f"want.quantities={list(ANGLES[:2])!r}")
+    trajectory = run(wanted if form == "axis" else shipped(name, "span.periods=500.3"), form)
     exact = ht.Motion(wanted.top, wanted.start).at(trajectory.t)
     off(trajectory, exact, np.sin(exact.theta) > 1e-2, 1e-7)
     events, upper = trajectory.events, np.abs(trajectory.events.axis[:, 2])
@@ -134,10 +137,14 @@ def test_beside_a_pass_phi_is_that_of_before_or_of_after(name):
         assert np.max(np.abs(before.phi[3:] - before.phi[-1])) < 1e-3
         assert np.max(np.abs(after.phi[3:] - after.phi[-1])) < 1e-3
         assert abs(after.phi[-1] - before.phi[-1] - np.pi) < 1e-3
+        near = np.concatenate(([at_pole], before.phi, after.phi))
+        aside_by = np.minimum(np.abs(near - before.phi[-1]), np.abs(near - after.phi[-1]))
+        if form == "axis":  # within the rounding of a state on a pole its azimuth is any
+            assert np.max(aside_by) < np.pi / 2 + 1e-3
+            continue
+        assert np.max(aside_by) < 0.1
         jump = np.sign(trajectory(t).axis[2]) * np.pi
         assert abs(after.psi[-1] - before.psi[-1] + jump) < 1e-3
-        near = np.concatenate(([at_pole], before.phi, after.phi))
-        assert np.max(np.minimum(np.abs(near - before.phi[-1]), np.abs(near - after.phi[-1]))) < 0.1
 
 
 @both_forms
@@ -145,11 +152,10 @@ def test_beside_a_pass_phi_is_that_of_before_or_of_after(name):
 @pytest.mark.parametrize("spin_rate", [0.0, 3.0, 30.0])
 def test_however_closely_a_pole_is_missed_the_turn_is_the_right_one(form, miss, spin_rate):
     """Without spin both poles are passed, where neither phi + psi nor phi - psi is regular."""
-    if form == "axis" and (abs(miss) < 1e-8 or spin_rate == 0):
-        return  # by its quadrature it would have psi through one pole only
     phidot = (0.5 * spin_rate * (1 - np.cos(1.0)) + miss) / np.sin(1.0) ** 2
     start = ht.State.kicked(theta=1, thetadot=-6.0, omega3=spin_rate, phidot=phidot)
-    trajectory = run(scene(UNIT, start, time=30), form)
+    angles = ANGLES if form == "attitude" else ANGLES[:2]
+    trajectory = run(scene(UNIT, start, time=30, quantities=angles), form)
     assert trajectory.events.count("turning") >= 10
     exact = closed_form(trajectory)(trajectory.t)
     off(trajectory, exact, np.sin(exact.theta) > 1e-3, 1e-9)
@@ -216,7 +222,8 @@ def test_a_vertical_top_that_hardly_nods_turns_with_its_precession(form, theta):
 @both_forms
 def test_angles_start_where_the_scene_says(form):
     start = ht.State(theta=1.0, phi=100.0, psi=-2e4, phidot=0.3, psidot=6)
-    trajectory = assert_wound_right(UNIT, start, form, 1e-9, time=5)
+    assert_wound_right(UNIT, start, form, 1e-9, time=5)
+    trajectory = run(scene(UNIT, start, time=5), form)
     assert abs(trajectory.phi[0] - 100.0) < 1e-13
     assert abs(trajectory.psi[0] + 2e4) == 0
     assert abs(trajectory(1e-9).psi + 2e4) < 1e-7

@@ -25,7 +25,7 @@ from heavytop.equations.lambdify import NUMPY, lambdified
 from heavytop.integration.bits import LONG_DOUBLE
 from heavytop.integration.compiled import System, in_units, number, number_type, paces_of
 from heavytop.integration.outputs import Sample, sample
-from heavytop.integration.turns import GRAIN_BITS, More, Turns, distinct
+from heavytop.integration.turns import GRAIN_BITS, Turns
 
 HEAVY = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000
 Row = Sequence[Any]
@@ -365,31 +365,23 @@ class Trail:
         self, end: float, length: float, row: Row, inside: Sequence[tuple[int, float, Row]]
     ) -> None:
         """Add a step: its end, its length, its last state and what is asked for inside it."""
-        parts = self.turns.parts(length)
-        if parts == 0:  # close to a pole, perhaps: told while it can be divided
-            self.tell()
         for key, t, seen in inside:
             self._add(t, seen)
             self._seen.append((key, t))
+        parts = self.turns.parts(length)
         for k in range(1, parts):
             before = -length * (1 - k / parts)
             self._add(end + before, self._dense(before))
         self._add(end, row)
-        if parts == 0:
-            self.tell(lambda t: np.array([_rounded(self._dense(x - end)) for x in t.tolist()]))
 
-    def tell(self, more: More | None = None) -> None:
+    def tell(self) -> None:
         """Tell the angles at everything added."""
         if len(self._t) == 1:
             return
-        forward = math.copysign(1.0, self._t[-1])
-        unique, where = distinct(forward * np.array(self._t))
-        rows = np.array(self._rows)[where]
-        angles = self.turns.followed(forward * unique, rows, self.last, more)
+        angles = self.turns.told(np.array(self._t), np.array(self._rows), self.last)
         for key, t in self._seen:
-            self.told[key] = tuple(angles[np.searchsorted(unique, forward * t)].tolist())
-        self.last, self._seen = tuple(angles[-1].tolist()), []
-        self._t, self._rows = [forward * float(unique[-1])], [rows[-1].tolist()]
+            self.told[key] = tuple(angles(t).tolist())
+        self.last = tuple(angles(self._t[-1]).tolist())
 
     def _add(self, t: float, row: Row) -> None:
         self._t.append(t)

@@ -105,7 +105,7 @@ class Forecast:
 
         Steps are measured against the largest state, a rate; phase errors grow as the 3/2 power
         of the time, and by 1/(1 − m) near a separatrix; on one errors grow exponentially.
-        ``tests/two_ways/test_precision.py`` holds runs of 14 to 100 digits to their digits.
+        ``tests/integration/test_high_precision.py`` holds runs of 14 to 100 digits to their digits.
         """
         if self.scene.digits <= MOST_DIGITS:
             return DOUBLE
