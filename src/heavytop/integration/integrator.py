@@ -25,7 +25,15 @@ import numpy as np
 
 from heavytop.equations.formulation import Formulation
 from heavytop.errors import Outcome
-from heavytop.integration.compiled import Array, Block, Compiled, Seen, in_units, paces_of
+from heavytop.integration.compiled import (
+    Array,
+    Block,
+    Compiled,
+    Seen,
+    compiled,
+    in_units,
+    paces_of,
+)
 from heavytop.integration.projection import Projected, Projection
 from heavytop.integration.turns import distinct, turns_of
 from heavytop.numbers.double_double import DoubleDouble, add
@@ -119,9 +127,10 @@ class Integrator:
 
     def for_this_thread(self) -> Integrator:
         """Return the one like this that belongs to the calling thread."""
-        found = copy(self)
-        found.compiled = self.compiled.for_this_thread()
-        found.projection = self.projection and self.projection.for_this_thread()
+        found, own = copy(self), self.compiled
+        found.compiled = compiled(own.formulation, own.events, own.tolerance)
+        if self.projection:
+            found.projection = Projection(own.formulation, self.projection.fixed)
         return found
 
     def cautious_step(self, start: Checkpoint, far: float) -> float | None:

@@ -108,10 +108,6 @@ class Projection:
         made.fixed[len(constants) : len(constants) + sizes.size] = made.outside[start.size :]
         return made
 
-    def for_this_thread(self) -> Projection:
-        """Return the one like this that belongs to the calling thread."""
-        return Projection(self.formulation, self.fixed)
-
     def __call__(self, state: Array) -> Array:
         """Return the projected state, shape (n,): one Gauss-Newton step of least norm."""
         self._given[:] = state
