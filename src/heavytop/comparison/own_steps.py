@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import numpy as np
 
@@ -33,7 +33,7 @@ SOLVED: Final = 4.0  # periods that a solver goes at once
 
 def own_stepper(method: Method, problem: Problem, setting: float, steps: int) -> Stepper:
     """Return a method of one's own set up for a problem; with `steps` 0 blocks are as it thinks."""
-    start, seen = problem.start, np.copy
+    start, seen = problem.start, cast("Rates", np.copy)
     if method.formulation in BODY:
         form = BodyForm(method.formulation, problem.parameters)
         start, seen = tuple(form.start(np.array(start)).tolist()), form.seen
@@ -102,7 +102,7 @@ def _steps(step: Callable[..., Any], f: Rates, h: float) -> Callable[[Array, Arr
     """Return what takes steps one by one, and names what one of them did wrong."""
     counted = _Counted(f)
 
-    def advance(state: Array, _: Array, steps: int) -> int:
+    def advance(state: Array, _work: Array, steps: int) -> int:
         y, before = state.copy(), counted.calls
         for _ in range(steps):
             y = _checked(step, counted, y, h)
@@ -125,7 +125,7 @@ def _compiled_steps(
 
     loop, looked_at = njit(many), [False]
 
-    def advance(state: Array, _: Array, steps: int) -> int:
+    def advance(state: Array, _work: Array, steps: int) -> int:
         if not looked_at[0]:
             _checked(step, f, state.copy(), h)
             looked_at[0] = True
