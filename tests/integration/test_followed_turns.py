@@ -91,14 +91,6 @@ def test_turns_in_long_doubles_over_many_strides():
         _held(trajectory)
 
 
-def test_turns_are_read_back_from_a_file(tmp_path):
-    trajectory = ht.propagate(_scene({"theta": "1e-9", "omega3": "1.2"}, "2.3"))
-    trajectory.save(tmp_path / "kept.nc")
-    again = ht.load_trajectory(tmp_path / "kept.nc")
-    assert [s.phi for s in again.decimals.samples] == [s.phi for s in trajectory.decimals.samples]
-    assert [s.psi for s in again.decimals.samples] == [s.psi for s in trajectory.decimals.samples]
-
-
 def _turned_once_more(trajectory):
     turned = replace(trajectory.decimals.samples[-1], phi=trajectory.decimals.samples[-1].phi + 6.3)
     samples = (*trajectory.decimals.samples[:-1], turned)
