@@ -217,7 +217,8 @@ class AxisTurns(Turns):
         e_x, e_y, u, l_x, l_y = state[:5].tolist()
         energy = l_x * l_x + l_y * l_y + l_z * l_z + 2 * g * u
         n = e_x * l_x + e_y * l_y + u * l_z
-        K = energy / 4 + abs(g) / 2 + max(-g * end for end in _turning(g, l_z, energy, n))
+        lowest = max(-g * end for end in _turning(g, l_z, energy, n))
+        K = energy / 4 + abs(g) / 2 + lowest  # the brackets are (l^2 + 2 g u)/4 +- g/2 - g u
         moves = any((e_x, e_y, l_x, l_y)) and 0 < K < math.inf
         apart = CAUTION * math.pi / (2 * math.sqrt(K)) if moves else math.inf
         return cls(g, l_z, P[0], P[1], K, apart)
@@ -226,7 +227,8 @@ class AxisTurns(Turns):
         """Return phi, shape (k, 1)."""
         x, y, _, p, q = rows.T[:5]
         forward = 1.0 if t[-1] >= t[0] else -1.0
-        counted, rests, _ = self._argument(rows, self.close)
+        known = {name: getattr(self, name) for name in ("g", "l_z", "P_plus", "P_minus")}
+        counted, rests, _ = _argument_of_axis(rows, known, self.close)
         lowest = forward * np.diff(p * y - q * x) > 0  # of u', which rises through a least u
         P = np.where(lowest, self.P_plus, self.P_minus)
         change = in_sense(np.where(P < 0, -forward, forward), principal(np.diff(counted)))
@@ -248,10 +250,6 @@ class AxisTurns(Turns):
             return (phi,)
         leaving = float(azimuth(state[None])[0])
         return (leaving + turns_behind(leaving - phi),)
-
-    def _argument(self, rows: Array, close: float) -> tuple[Array, Mask, Mask]:
-        known = {name: getattr(self, name) for name in ("g", "l_z", "P_plus", "P_minus")}
-        return _argument_of_axis(rows, known, close)
 
 
 def _argument_of_axis(
