@@ -78,7 +78,7 @@ PLANTS = (
     Plant(
         "turns lost, in the integrator",
         "integration/turns.py",
-        (("nearest(azimuth(rows), phi))", "azimuth(rows))"),),
+        (("nearest(told, phi))", "told)"),),
         ("simo-wong-phi-run", "simo-wong-psi-run", "dop853-run-kicked"),
     ),
     Plant(

@@ -215,10 +215,9 @@ class MissingPackage(HeavyTopError, ImportError):
         The extra of this package that brings them.
     """
 
-    def __init__(self, method: str, packages: Sequence[str], extra: str = "") -> None:
+    def __init__(self, method: str, packages: Sequence[str], extra: str = "rivals") -> None:
         super().__init__(method, tuple(packages), extra)
-        self.method, self.packages = method, tuple(packages)
-        self.extra = extra or ("rebound" if "rebound" in packages else "rivals")
+        self.method, self.packages, self.extra = method, tuple(packages), extra
 
     def __str__(self) -> str:
         missing = " and ".join(self.packages)

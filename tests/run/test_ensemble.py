@@ -40,7 +40,7 @@ def test_as_one_at_a_time(formulation):
             t = one.events.of(event).t
             assert many.count(event)[i] == t.size
             assert many.zeros.t[mine] == pytest.approx(t, abs=1e-11)
-            met = ht.Motion(top, start).at(many.zeros.t[mine].tolist())
+            met = ht.Motion(BOOK, start).at(many.zeros.t[mine].tolist())
             assert many.met.theta[mine] == pytest.approx(np.array(met.theta, float), abs=1e-11)
             assert many.met.phidot[mine] == pytest.approx(np.array(met.phidot, float), abs=1e-9)
 

@@ -1,4 +1,4 @@
-"""Adaptive solvers: scipy's, in blocks or as a textbook uses them, CyRK's, and REBOUND's IAS15.
+"""Adaptive solvers: scipy's, in blocks or as a textbook uses them, and CyRK's.
 
 A block is a fixed number of steps of a fresh solver, which begins with the step that the block
 before would have taken next and knows nothing else of what was before: so it is the same whoever
@@ -19,8 +19,15 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from heavytop.comparison.steppers import IntegrationFailed, StepperState, compiled
-from heavytop.errors import Impossible
+from heavytop.comparison.steppers import (
+    IntegrationFailed,
+    Problem,
+    StepperState,
+    compiled,
+    compiled_derivatives,
+    constants,
+    derivatives,
+)
 from heavytop.numbers.double_double import Array, DoubleDouble, add
 
 if TYPE_CHECKING:
@@ -60,31 +67,6 @@ def textbook_right_hand_side(equations: Formulation, parameters: Mapping[str, fl
     rates = derivatives(equations, np.float64, np)
     known = np.array([*constants(equations, parameters).values()])
     return lambda _, y: rates(*y, *known)
-
-
-def derivatives(
-    equations: Formulation, number: Callable[[Any], Any] = float, library: Any = math
-) -> Callable[..., Sequence[Any]]:
-    """Return the derivatives as a function of the states and of the constants they hold."""
-    from heavytop.equations.lambdify import lambdified
-
-    functions = {name: getattr(library, name) for name in ("sin", "cos", "sqrt")}
-    arguments = (*equations.states, *equations.constants_in(equations.derivatives))
-    return lambdified(equations.derivatives, arguments, number, functions)
-
-
-def constants(equations: Formulation, parameters: Mapping[str, float]) -> dict[str, float]:
-    """Return the constants that the derivatives hold.
-
-    Raises
-    ------
-    Impossible
-        One of them is not among the parameters.
-    """
-    names = [symbol.name for symbol in equations.constants_in(equations.derivatives)]
-    if lacking := [(name, "is not given") for name in names if name not in parameters]:
-        raise Impossible(lacking)
-    return {name: float(parameters[name]) for name in names}
 
 
 class Taken(NamedTuple):
@@ -183,13 +165,12 @@ class AdaptiveStepper:
         return taken
 
 
-def scipy_solver(
-    name: str, equations: Formulation, parameters: Mapping[str, float], tolerance: float
-) -> tuple[Solver, float]:
-    """Return a solver of `scipy.integrate`, by its name there, and the seconds to compile: none."""
+def scipy_stepper(name: str, problem: Problem, tolerance: float, steps: int) -> AdaptiveStepper:
+    """Return the stepper of a solver of `scipy.integrate`, by its name there."""
     import scipy.integrate
 
-    rates, kind = right_hand_side(equations, parameters), getattr(scipy.integrate, name)
+    rates = right_hand_side(problem.equations, problem.parameters)
+    kind = getattr(scipy.integrate, name)
     bounds = {"rtol": max(tolerance, RTOL_LEAST), "atol": tolerance}
 
     def solver(
@@ -211,22 +192,18 @@ def scipy_solver(
         carry = () if name == "LSODA" else (float(run.h_abs),)
         return Taken(np.array(times), np.array(states), run.nfev, carry)
 
-    return solver, 0.0
+    return AdaptiveStepper(solver, problem.start, problem.direction, steps)
 
 
-def cyrk_solver(
-    equations: Formulation, parameters: Mapping[str, float], tolerance: float
-) -> tuple[Solver, float]:
-    """Return CyRK's DOP853 over a compiled right-hand side, and the seconds compiling took.
+def cyrk_stepper(problem: Problem, tolerance: float, steps: int) -> AdaptiveStepper:
+    """Return the stepper of CyRK's DOP853 over a compiled right-hand side.
 
     CyRK stops after a number of steps and keeps them all, so a block is a call with an end that it
     does not reach. It does not say which step it would take next: the next block starts with the
     length of the last one.
     """
-    known = np.array(
-        [*constants(equations, parameters).values(), 0.0]
-    )  # the last counts the evaluations
-    (rates, seconds), (solve, more) = _cyrk_rates(equations), _cyrk_solve()
+    known = np.array([*problem.constants.values(), 0.0])  # the last counts the evaluations
+    (rates, seconds), (solve, more) = _cyrk_rates(problem.equations), _cyrk_solve()
 
     def solver(
         state: Array, end: float, most: int, first: float = 0.0, until: float = _FAR
@@ -237,63 +214,7 @@ def cyrk_solver(
         carry = (abs(float(times[-1] - times[-2])),)
         return Taken(times, rows[:, :-1], int(rows[-1, -1]), carry)
 
-    return solver, seconds + more
-
-
-def ias15_solver(
-    equations: Formulation, parameters: Mapping[str, float], tolerance: float
-) -> tuple[Solver, float]:
-    """Return REBOUND's IAS15 for the axis form, and the seconds that compiling took: none.
-
-    IAS15 takes equations of the second order: the axis e is the place of a particle, moved by the
-    force e'' = (g e_z - v^2) e/|e|^2 - g z + s e x v, where v = e' and s = l.e is the spin. The
-    force is a function in Python. The tolerance is REBOUND's ``epsilon``.
-    """
-    import rebound
-
-    known = constants(equations, parameters)
-    g, l_z = known["g"], known["l_z"]
-
-    def solver(
-        state: Array, end: float, most: int, first: float = 1e-3, until: float = _FAR
-    ) -> Taken:
-        axis, momentum = state[:3], np.array([*state[3:], l_z])
-        spin, evaluations = float(momentum @ axis), 0
-        vx, vy, vz = np.cross(momentum, axis)
-
-        def force(simulation: Any) -> None:
-            nonlocal evaluations
-            evaluations += 1
-            p = simulation.contents.particles[0]
-            x, y, z, u, v, w = p.x, p.y, p.z, p.vx, p.vy, p.vz
-            inwards = (g * z - (u * u + v * v + w * w)) / (x * x + y * y + z * z)
-            p.ax = inwards * x + spin * (y * w - z * v)
-            p.ay = inwards * y + spin * (z * u - x * w)
-            p.az = inwards * z + spin * (x * v - y * u) - g
-
-        def state_of(p: Any) -> Array:
-            e, v = np.array([p.x, p.y, p.z]), np.array([p.vx, p.vy, p.vz])
-            return np.array([*e, *(np.cross(e, v) + spin * e)[:2]])
-
-        simulation = rebound.Simulation()
-        simulation.integrator = "ias15"
-        # its settings are at the integrator since version 5
-        getattr(simulation, "ri_ias15", simulation.integrator).epsilon = tolerance
-        simulation.add(x=axis[0], y=axis[1], z=axis[2], vx=vx, vy=vy, vz=vz)
-        simulation.additional_forces, simulation.force_is_velocity_dependent = force, 1
-        simulation.dt = math.copysign(first, end)
-        times, states = [0.0], [state]
-        with warnings.catch_warnings(action="ignore"):  # what they say is checked
-            while len(times) <= most and abs(simulation.t) < min(until, abs(end)):
-                if abs(end) < _FAR:
-                    simulation.integrate(end)
-                else:
-                    simulation.steps(1)
-                times.append(simulation.t)
-                states.append(state_of(simulation.particles[0]))
-        return Taken(np.array(times), np.array(states), evaluations, (abs(simulation.dt),))
-
-    return solver, 0.0
+    return AdaptiveStepper(solver, problem.start, problem.direction, steps, seconds + more)
 
 
 @cache
@@ -329,12 +250,11 @@ def _cyrk_solve() -> tuple[Any, float]:
 def _cyrk_rates(equations: Formulation) -> tuple[Any, float]:
     """Return the derivatives as a C function that counts its calls, and what compiling took [s]."""
     from CyRK import cyjit
-    from numba import carray, njit
-    from numba.np.unsafe.ndarray import to_fixed_tuple
+    from numba import carray
 
     began = time.perf_counter()
     n, k = len(equations.states), len(equations.constants_in(equations.derivatives))
-    rates = njit(error_model="numpy")(derivatives(equations))  # 1/0 is inf; nothing is raised
+    rates, to_fixed_tuple = compiled_derivatives(equations)
 
     def at(dy: Any, t: float, y: Any, arguments: Any) -> None:
         known = carray(arguments, (k + 1,))

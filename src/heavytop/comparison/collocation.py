@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from flint import arb
 
-from heavytop.comparison.steppers import FixedStep, Kernel, compiled, summation
+from heavytop.comparison.steppers import FixedStep, Kernel, Problem, compiled, summation
 from heavytop.numbers.double_double import Array, two_product
 from heavytop.numbers.intervals import working
 
@@ -21,26 +21,17 @@ _SWEEPS = 200
 _NEAR = 1e-11  # two sweeps no nearer than this, and not coming nearer, do not converge
 
 
-def gauss(
-    s: int, start: tuple[float, ...], g: float, l_z: float, h: float, steps: int
-) -> FixedStep:
+def gauss(s: int, problem: Problem, setting: float, steps: int) -> FixedStep:
     """Return the stepper of Gauss' collocation with s nodes; with one, the implicit midpoint rule.
 
-    Parameters
-    ----------
-    s : int
-    start : tuple of float
-        The states e_x, e_y, e_z, l_x, l_y.
-    g, l_z : float
-        The parameters of the axis form.
-    h : float
-        The step [s].
-    steps : int
-        Steps in a block.
+    `setting` is the number of steps a period, `steps` that in a block.
     """
+    g, l_z = (problem.constants[name] for name in ("g", "l_z"))
+    h = problem.span / setting
     table = _table(s, h) if s > 1 else np.array([[h / 2]])
     kernel, seconds = _gauss_steps(s) if s > 1 else _midpoint_steps()
-    return FixedStep(start, h, partial(kernel, g, l_z, table), steps, 5, 1 + 5 * s, seconds)
+    advance = partial(kernel, g, l_z, table)
+    return FixedStep(problem.start, h, advance, steps, 5, 1 + 5 * s, seconds)
 
 
 @cache
@@ -74,7 +65,7 @@ def coefficients(s: int) -> tuple[Array, Array, Array]:
 
 
 def _table(s: int, h: float) -> Array:
-    """Return h times A transposed, b, what foresees a step, and the rest of A and b."""
+    """Return h times A transposed, b, what foresees a step, and the rests of A and of b."""
     high, rest, beyond = coefficients(s)
     product, error = two_product(np.full_like(high, h), high)
     return np.ascontiguousarray(np.vstack([product, h * beyond, error + h * rest]))
@@ -84,8 +75,9 @@ def _table(s: int, h: float) -> Array:
 def _gauss_steps(s: int) -> tuple[Kernel, float]:
     """Return the compiled steps.
 
-    `work` holds five lost words, whether the step before is known, and its derivatives (5, s). The
-    rest of A and b is enough once a step.
+    A step starts from increments z at the nodes that the step before foresees, and improves them
+    until they stand. `work` holds five lost words, whether there is a step before, and its
+    derivatives (5, s). The rests of A and b, of the size of rounding, are enough once a step.
     """
     from numba import njit
 
@@ -102,52 +94,53 @@ def _gauss_steps(s: int) -> tuple[Kernel, float]:
             f[3, i] = -g * e_y
             f[4, i] = g * e_x
 
-    def weighed(table: Any, first: int, f: Any, rest: Any, z: Any) -> float:
-        """Put a rest and the derivatives f, weighed by s rows of the table, into z: how far off?"""
+    def weighed(f: Any, weights: Any, first: Any, z: Any) -> float:
+        """Put first + f . weights into z, and return the largest change."""
         most = 0.0
         for k in range(5):
             for i in range(s):
-                total = rest[k, i]
+                total = first[k, i]
                 for j in range(s):
-                    total += table[first + j, i] * f[k, j]
-                apart = abs(total - z[k, i])
-                if not apart <= most:  # and so a NaN comes through
-                    most = apart
+                    total += weights[j, i] * f[k, j]
+                change = abs(total - z[k, i])
+                if not change <= most:  # and so a NaN comes through
+                    most = change
                 z[k, i] = total
         return most
 
     rates, weighed = njit(rates), njit(weighed)
 
     def advance(g: float, l_z: float, table: Any, y: Any, work: Any, steps: int) -> int:
+        A, b, beyond = table[:s], table[s], table[s + 1 : 2 * s + 1]
+        rest_of_A, rest_of_b = table[2 * s + 1 : 3 * s + 1], table[3 * s + 1]
         z, rest, none = np.zeros((5, s)), np.zeros((5, s)), np.zeros((5, s))
         f = work[6:].reshape((5, s))
-        near = _NEAR * (1 + abs(table[s].sum() * g))
+        near = _NEAR * (1 + abs(b.sum() * g))
         sweeps = 0
         for _ in range(steps):
             if work[5] == 0:
                 rates(y, none, f, g, l_z)
-                weighed(table, 0, f, none, z)
+                weighed(f, A, none, z)
             else:
-                weighed(table, s + 1, f, none, z)
+                weighed(f, beyond, none, z)
             rates(y, z, f, g, l_z)
-            weighed(table, 2 * s + 1, f, none, rest)
-            before, sweeps = np.inf, sweeps + 1
+            weighed(f, rest_of_A, none, rest)
+            sweeps += 1
+            before, change = np.inf, np.inf
             for _ in range(_SWEEPS):
                 rates(y, z, f, g, l_z)
-                here = weighed(table, 0, f, rest, z)
+                before, change = change, weighed(f, A, rest, z)
                 sweeps += 1
-                if here == 0 or (here >= before and here < near):
-                    before = 0.0
+                if change == 0 or (change >= before and change < near):
                     break
-                before = here
-            if not before < near:
+            if not change < near:
                 return -1
             for k in range(5):
                 term = 0.0
                 for i in range(s):
-                    term += table[3 * s + 1, i] * f[k, i]
+                    term += rest_of_b[i] * f[k, i]
                 for i in range(s):
-                    term += table[s, i] * f[k, i]
+                    term += b[i] * f[k, i]
                 y[k], work[k] = added(y[k], work[k], term)
             work[5] = 1.0
         return sweeps * s
@@ -168,19 +161,19 @@ def _midpoint_steps() -> tuple[Kernel, float]:
         near = _NEAR * (1 + abs(half * g))
         z_1, z_2, z_3, z_4, z_5 = work[5], work[6], work[7], work[8], work[9]
         for _ in range(steps):
-            before, here = np.inf, np.inf
+            before, change = np.inf, np.inf
             for _ in range(_SWEEPS):
                 e_x, e_y, e_z, l_x, l_y = y[0] + z_1, y[1] + z_2, y[2] + z_3, y[3] + z_4, y[4] + z_5
                 n_1, n_2 = half * (l_y * e_z - l_z * e_y), half * (l_z * e_x - l_x * e_z)
                 n_3, n_4, n_5 = half * (l_x * e_y - l_y * e_x), -half * g * e_y, half * g * e_x
-                here = max(max(abs(n_1 - z_1), abs(n_2 - z_2)), abs(n_3 - z_3))
-                here = max(max(here, abs(n_4 - z_4)), abs(n_5 - z_5))
+                before = change
+                change = max(max(abs(n_1 - z_1), abs(n_2 - z_2)), abs(n_3 - z_3))
+                change = max(max(change, abs(n_4 - z_4)), abs(n_5 - z_5))
                 z_1, z_2, z_3, z_4, z_5 = n_1, n_2, n_3, n_4, n_5
                 sweeps += 1
-                if here == 0 or (here >= before and here < near):
+                if change == 0 or (change >= before and change < near):
                     break
-                before = here
-            if not here < near:
+            if not change < near:
                 return -1
             for k, z in enumerate((z_1, z_2, z_3, z_4, z_5)):
                 y[k], work[k] = added(y[k], work[k], 2 * z)

@@ -9,22 +9,15 @@ from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from heavytop.comparison import symplectic
-from heavytop.comparison.adaptive import (
-    AdaptiveStepper,
-    constants,
-    cyrk_solver,
-    ias15_solver,
-    scipy_solver,
-)
+from heavytop.comparison.adaptive import cyrk_stepper, scipy_stepper
 from heavytop.comparison.collocation import gauss
-from heavytop.comparison.own import BODY, RTOL, admitted
-from heavytop.comparison.own import STEPS as STEPS_GIVEN
-from heavytop.comparison.own import Method as OwnMethod
+from heavytop.comparison.own import BODY, admitted
 from heavytop.comparison.own_steps import own_stepper
-from heavytop.comparison.steppers import FixedStep, Stepper
+from heavytop.comparison.steppers import Problem, Stepper
+from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import Impossible, MissingPackage
 
 if TYPE_CHECKING:
@@ -32,8 +25,6 @@ if TYPE_CHECKING:
     from heavytop.numbers.double_double import Array
 
 STEPS, TOLERANCE = "steps a period", "tolerance"
-IAS15: Final = "ias15-rebound"  # whose equations are of the second order: the axis form alone
-FORMULATIONS: Final = ("axis", "lagrange", "subsystem", "routh", "cubic", "attitude")
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,9 +40,11 @@ class MethodEntry:
     default : float
         The setting when none is given.
     block : int
-        Steps in a block.
+        Steps in a block; 0 where the method itself chooses.
     build : callable
-        Returns the stepper of a fixed step, or the solver that an adaptive one steps with.
+        Returns the stepper of a problem, from that, a setting and the number of steps in a block.
+    source : str
+        Where it is published.
     setting : str
         What is set: ``steps a period`` or ``tolerance`` (relative and absolute alike).
     least, most : float
@@ -60,27 +53,22 @@ class MethodEntry:
         What its steps and its right-hand side run in.
     needs : tuple of str
         The packages it imports.
-    source : str
-        Where it is published.
     formulation : str
         The equations it integrates.
-    own : heavytop.comparison.own.Method or None
-        What a person brought.
     """
 
     name: str
     order: int | None
     default: float
     block: int
-    build: Callable[..., Any]
+    build: Callable[[Problem, float, int], Stepper]
+    source: str
     setting: str
     least: float
     most: float
     language: str
-    needs: tuple[str, ...]
-    source: str
+    needs: tuple[str, ...] = ()
     formulation: str = "axis"
-    own: OwnMethod | None = None
 
     @property
     def fixed(self) -> bool:
@@ -92,49 +80,58 @@ _DORMAND_PRINCE = (
     "J. R. Dormand & P. J. Prince's pair of order 8 as in E. Hairer, S. P. Nørsett & G. Wanner, "
     "Solving Ordinary Differential Equations I, Springer 1993"
 )
-_SOURCES: Final = {
-    "strang": "G. Strang, SIAM J. Numer. Anal. 5 (1968) 506",
-    "blanes-moan-rkn6": "S. Blanes & P. C. Moan, J. Comput. Appl. Math. 142 (2002) 313",
-    "kahan-li8": "W. Kahan & R.-C. Li, Math. Comp. 66 (1997) 1089",
-    "sofroniou-spaletta10": "M. Sofroniou & G. Spaletta, Optim. Methods Softw. 20 (2005) 597",
-    "implicit-midpoint": "E. Hairer, C. Lubich & G. Wanner, Geometric Numerical Integration, 2006",
-    "gauss8": "J. C. Butcher, Math. Comp. 18 (1964) 50",
-    "bobenko-suris": "A. I. Bobenko & Y. B. Suris, Comm. Math. Phys. 204 (1999) 147",
-    "dop853-scipy": _DORMAND_PRINCE,
-    "lsoda-scipy": "L. Petzold, SIAM J. Sci. Statist. Comput. 4 (1983) 136",
-    "radau-scipy": "E. Hairer & G. Wanner, Solving Ordinary Differential Equations II, 1996",
-    "dop853-cyrk": _DORMAND_PRINCE,
-    IAS15: "H. Rein & D. S. Spiegel, Mon. Not. R. Astron. Soc. 446 (2015) 1424",
-}
-_LIBRARIES: Final = {  # what is set, least and most, the language, and the packages
-    "numba": (STEPS, 1.0, 1e7, "numba", ("numba",)),
-    "scipy": (TOLERANCE, 1e-15, 1e-2, "python", ("scipy",)),
-    "CyRK": (TOLERANCE, 1e-15, 1e-2, "compiled by CyRK", ("CyRK", "numba")),
-    "REBOUND": (TOLERANCE, 1e-15, 1e-2, "python", ("rebound",)),
-}
+_by_steps = partial(MethodEntry, setting=STEPS, least=1.0, most=1e7)
+_by_tolerance = partial(MethodEntry, setting=TOLERANCE, least=1e-15, most=1e-2, language="python")
+_fixed = partial(_by_steps, language="numba", needs=("numba",))
+_scipy = partial(_by_tolerance, needs=("scipy",))
+
 # Blocks take a fraction of a millisecond to a few of them, against microseconds around them; those
 # in Python tens, and LSODA's are longer, since each starts at order 1.
 _ROWS: Final = (  # order, the default setting, steps in a block
-    ("strang", 2, 100.0, 16384, "numba", symplectic.STRANG.stepper),
-    ("blanes-moan-rkn6", 6, 32.0, 4096, "numba", symplectic.BLANES_MOAN.stepper),
-    ("kahan-li8", 8, 32.0, 4096, "numba", symplectic.KAHAN_LI.stepper),
-    ("sofroniou-spaletta10", 10, 16.0, 2048, "numba", symplectic.SOFRONIOU_SPALETTA.stepper),
-    ("implicit-midpoint", 2, 100.0, 8192, "numba", partial(gauss, 1)),
-    ("gauss8", 16, 8.0, 1024, "numba", partial(gauss, 8)),
-    ("bobenko-suris", 2, 100.0, 32768, "numba", symplectic.BOBENKO_SURIS.stepper),
-    ("dop853-scipy", 8, 1e-12, 500, "scipy", partial(scipy_solver, "DOP853")),
-    ("lsoda-scipy", None, 1e-9, 4000, "scipy", partial(scipy_solver, "LSODA")),
-    ("radau-scipy", 5, 1e-6, 200, "scipy", partial(scipy_solver, "Radau")),
-    ("dop853-cyrk", 8, 1e-12, 1000, "CyRK", cyrk_solver),
-    (IAS15, 15, 1e-9, 100, "REBOUND", ias15_solver),
-)
+    _fixed(
+        "strang", 2, 100.0, 16384, symplectic.STRANG.stepper,
+        "G. Strang, SIAM J. Numer. Anal. 5 (1968) 506",
+    ),
+    _fixed(
+        "blanes-moan-rkn6", 6, 32.0, 4096, symplectic.BLANES_MOAN.stepper,
+        "S. Blanes & P. C. Moan, J. Comput. Appl. Math. 142 (2002) 313",
+    ),
+    _fixed(
+        "kahan-li8", 8, 32.0, 4096, symplectic.KAHAN_LI.stepper,
+        "W. Kahan & R.-C. Li, Math. Comp. 66 (1997) 1089",
+    ),
+    _fixed(
+        "sofroniou-spaletta10", 10, 16.0, 2048, symplectic.SOFRONIOU_SPALETTA.stepper,
+        "M. Sofroniou & G. Spaletta, Optim. Methods Softw. 20 (2005) 597",
+    ),
+    _fixed(
+        "implicit-midpoint", 2, 100.0, 8192, partial(gauss, 1),
+        "E. Hairer, C. Lubich & G. Wanner, Geometric Numerical Integration, 2006",
+    ),
+    _fixed(
+        "gauss8", 16, 8.0, 1024, partial(gauss, 8),
+        "J. C. Butcher, Math. Comp. 18 (1964) 50",
+    ),
+    _fixed(
+        "bobenko-suris", 2, 100.0, 32768, symplectic.BOBENKO_SURIS.stepper,
+        "A. I. Bobenko & Y. B. Suris, Comm. Math. Phys. 204 (1999) 147",
+    ),
+    _scipy("dop853-scipy", 8, 1e-12, 500, partial(scipy_stepper, "DOP853"), _DORMAND_PRINCE),
+    _scipy(
+        "lsoda-scipy", None, 1e-9, 4000, partial(scipy_stepper, "LSODA"),
+        "L. Petzold, SIAM J. Sci. Statist. Comput. 4 (1983) 136",
+    ),
+    _scipy(
+        "radau-scipy", 5, 1e-6, 200, partial(scipy_stepper, "Radau"),
+        "E. Hairer & G. Wanner, Solving Ordinary Differential Equations II, 1996",
+    ),
+    _by_tolerance(
+        "dop853-cyrk", 8, 1e-12, 1000, cyrk_stepper, _DORMAND_PRINCE,
+        language="compiled by CyRK", needs=("CyRK", "numba"),
+    ),
+)  # fmt: skip
 
-METHODS: Final[Mapping[str, MethodEntry]] = MappingProxyType(
-    {
-        name: MethodEntry(name, order, default, block, build, *_LIBRARIES[library], _SOURCES[name])
-        for name, order, default, block, library, build in _ROWS
-    }
-)
+METHODS: Final[Mapping[str, MethodEntry]] = MappingProxyType({row.name: row for row in _ROWS})
 
 
 def make_stepper(
@@ -183,8 +180,6 @@ def make_stepper(
     MissingPackage
         A package the method needs is not installed, or does not import.
     """
-    from heavytop.equations.formulation import FORMULATIONS
-
     method = named(name)
     imported(method)
     setting = method.default if setting is None else setting
@@ -195,19 +190,8 @@ def make_stepper(
     state, n = tuple(float(x) for x in start), len(equations.states)
     if len(state) != n:  # compiled code would read on
         raise Impossible([("start", f"{len(state)} states, where the equations have {n}")])
-    block = method.block if steps is None else steps
-    if method.own:
-        at = direction * float(period or 0.0)
-        return own_stepper(method.own, equations, parameters, state, setting, at, steps)
-    if not method.fixed:
-        solver, seconds = method.build(equations, parameters, float(setting))
-        return AdaptiveStepper(solver, state, direction, block, seconds)
-    if period is None or not 0 < period < float("inf"):
-        rule = f"its steps are parts of a period, and {period!r} is none"
-        raise Impossible([(name, rule)])
-    h = direction * float(period) / setting
-    stepper: FixedStep = method.build(state, h=h, steps=block, **constants(equations, parameters))
-    return stepper
+    problem = Problem(name, equations, parameters, state, direction, period)
+    return method.build(problem, float(setting), method.block if steps is None else steps)
 
 
 def named(name: str) -> MethodEntry:
@@ -231,21 +215,26 @@ def named(name: str) -> MethodEntry:
         return _own(name)
     stem, _, formulation = name.rpartition("-")
     row = METHODS.get(stem)
-    if row is not None and not row.fixed and stem != IAS15 and formulation in FORMULATIONS:
+    if row is not None and not row.fixed and formulation in FORMULATIONS:
         return replace(row, name=name, formulation=formulation)
     nearest = get_close_matches(name, METHODS, 1, 0.0)[0]
     raise Impossible([("method", f"there is none called {name!r}; the nearest is {nearest!r}")])
 
 
 def _own(name: str) -> MethodEntry:
-    """A method of one's own, which a person has named."""
+    """Return a method of one's own, which a person has named."""
     found = admitted(name).method
-    steps, language = not found.solves, "numba" if found.compiled else "python"
-    return MethodEntry(
-        name, found.order, found.setting or (STEPS_GIVEN if steps else RTOL), 0, own_stepper,
-        STEPS if steps else TOLERANCE, *((1.0, 1e7) if steps else (1e-15, 1e-1)), language, (),
-        "", "axis" if found.formulation in BODY else found.formulation, found,
-    )  # fmt: skip
+    row = partial(_by_tolerance, most=1e-1) if found.solves else _by_steps
+    return row(
+        name,
+        found.order,
+        found.usual_setting,
+        0,
+        partial(own_stepper, found),
+        source="",
+        language="numba" if found.compiled else "python",
+        formulation="axis" if found.formulation in BODY else found.formulation,
+    )
 
 
 class Unimportable(MissingPackage):

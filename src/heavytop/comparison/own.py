@@ -22,6 +22,7 @@ from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import Any, Final
 
+from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import Impossible
 
 GROUP: Final = "heavytop.methods"
@@ -75,8 +76,6 @@ class Method:
     solver: bool | None = None
 
     def __post_init__(self) -> None:
-        from heavytop.equations.formulation import FORMULATIONS
-
         known = (*FORMULATIONS, *BODY)
         if not callable(self.function):
             raise Impossible([("function", "a step or a solver, which can be called")])
@@ -100,6 +99,11 @@ class Method:
         except (TypeError, ValueError):  # a builtin has none
             return False
         return bool({"t_span", "y0"} & set(names))
+
+    @property
+    def usual_setting(self) -> float:
+        """The setting where a study gives none."""
+        return self.setting or (RTOL if self.solves else STEPS)
 
     @property
     def compiled(self) -> bool:

@@ -9,116 +9,55 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final, cast
 
 import numpy as np
 
-from heavytop.comparison.adaptive import constants, derivatives
 from heavytop.comparison.own import BODY, Method
-from heavytop.comparison.steppers import FixedStep, IntegrationFailed, Stepper, StepperState
+from heavytop.comparison.steppers import (
+    FixedStep,
+    IntegrationFailed,
+    Problem,
+    Stepper,
+    StepperState,
+    compiled_derivatives,
+    derivatives,
+)
 from heavytop.numbers.double_double import Array, DoubleDouble, two_product
-
-if TYPE_CHECKING:
-    from heavytop.equations.formulation import Formulation
 
 Rates = Callable[[Array], Array]
 
-BLOCKS: Final = {"step": 200, "compiled": 4096}  # steps between two looks
+BLOCKS: Final = {"python": 200, "numba": 4096}  # steps between two looks
 SOLVED: Final = 4.0  # periods that a solver goes at once
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class OwnSteps(FixedStep):
-    """Equal steps of one's own, whose states may be others than those that are judged."""
-
-    seen: Callable[[Array], Array] | None = None
-
-    def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
-        """Return the states at ends of steps, as the formulation has them."""
-        rows = FixedStep.states_at(self, at, times)
-        return rows if self.seen is None else np.array([self.seen(row) for row in rows])
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class OwnSolver:
-    """A solver of one's own, called for spans of one length.
-
-    Attributes
-    ----------
-    solve : callable
-        From states and a span [s] to the states at its end, steps and evaluations.
-    start : tuple of float
-    span : float
-        How far it goes in one call [s].
-    """
-
-    solve: Callable[[Array, float], tuple[Array, int, int]]
-    start: tuple[float, ...]
-    span: float
-    seen: Callable[[Array], Array] | None = None
-    compile_s: float = 0.0
-
-    def begin(self) -> StepperState:
-        """Return the start."""
-        return StepperState((0.0, 0.0), self.start, (0.0,))
-
-    def block(self, at: StepperState) -> StepperState:
-        """Call the solver once; spans are counted, so that no time is summed."""
-        state, steps, evaluations = self.solve(np.array(at.state), self.span)
-        count = at.carry[0] + 1
-        return StepperState(
-            two_product(self.span, count), tuple(state.tolist()), (count,),
-            at.steps + steps, at.evaluations + evaluations,
-        )  # fmt: skip
-
-    def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
-        """Return the states at times, each by a call that ends there."""
-        state = np.array(at.state)
-        spans = [(t[0] - at.time[0]) + (t[1] - at.time[1]) for t in times]
-        rows = [self.solve(state, span)[0] if span else state for span in spans]
-        return np.array([self.seen(row) if self.seen else row for row in rows])
-
-    def output_time(self, t: float) -> DoubleDouble:
-        """Return the time itself."""
-        return t, 0.0
-
-
-def own_stepper(
-    method: Method,
-    equations: Formulation,
-    parameters: Mapping[str, float],
-    state: tuple[float, ...],
-    setting: float,
-    period: float,
-    steps: int | None = None,
-) -> Stepper:
-    """Return a method of one's own set up for a start; `period` is negative backwards."""
-    given, seen = state, None
+def own_stepper(method: Method, problem: Problem, setting: float, steps: int) -> Stepper:
+    """Return a method of one's own set up for a problem; with `steps` 0 blocks are as it thinks."""
+    start, seen = problem.start, cast("Rates", np.copy)
     if method.formulation in BODY:
-        form = BodyForm(method.formulation, parameters)
+        form = BodyForm(method.formulation, problem.parameters)
+        start, seen = tuple(form.start(np.array(start)).tolist()), form.seen
         rates: Rates = form.rates
-        given, seen = tuple(form.start(np.array(state)).tolist()), form.seen
     elif method.compiled and not method.solves:
-        rates = _compiled_rates(equations, tuple(constants(equations, parameters).values()))
+        rates = _compiled_rates(problem)
     else:
-        rates = _rates(equations, parameters)
+        rates = _rates(problem)
     if method.solves:
-        span = period * (1.0 if steps else SOLVED)
-        return OwnSolver(_solving(method.function, rates, setting), given, span, seen)
-    advance = (_compiled_steps if method.compiled else _steps)(method.function, rates)
-    block = steps or BLOCKS["compiled" if method.compiled else "step"]
-    h = period / setting
-
-    def taken(y: Array, _: Array, count: int) -> int:
-        return advance(y, h, count)
-
-    return OwnSteps(given, h, taken, block, seen=seen)
+        span = problem.span * (1.0 if steps else SOLVED)
+        return OwnSolver(method.function, _Counted(rates), setting, start, span, seen)
+    h = problem.span / setting
+    take = _compiled_steps if method.compiled else _steps
+    block = steps or BLOCKS["numba" if method.compiled else "python"]
+    return FixedStep(start, h, take(method.function, rates, h), block, seen=seen)
 
 
-def _rates(equations: Formulation, parameters: Mapping[str, float]) -> Rates:
-    """f(y) for arrays; on a pole of the angles its numbers are nan."""
-    function, known = derivatives(equations), tuple(constants(equations, parameters).values())
-    nothing = np.full(len(equations.states), np.nan)
+# --- the right-hand side that it is given --------------------------------------------------------
+
+
+def _rates(problem: Problem) -> Rates:
+    """Return f(y) for arrays; on a pole of the angles its numbers are nan."""
+    function, known = derivatives(problem.equations), tuple(problem.constants.values())
+    nothing = np.full(len(problem.start), np.nan)
 
     def f(y: Array) -> Array:
         try:
@@ -129,59 +68,12 @@ def _rates(equations: Formulation, parameters: Mapping[str, float]) -> Rates:
     return f
 
 
-def _counted(f: Rates) -> tuple[Rates, list[int]]:
-    count = [0]
-
-    def counting(y: Array) -> Array:
-        count[0] += 1
-        return f(y)
-
-    return counting, count
-
-
-def _steps(step: Callable[..., Any], f: Rates) -> Callable[[Array, float, int], int]:
-    """What takes steps one by one, and names what one of them did wrong."""
-    f, count = _counted(f)
-
-    def advance(state: Array, h: float, steps: int) -> int:
-        y, before = state.copy(), count[0]
-        for _ in range(steps):
-            y = _checked(step, f, y, h)
-        state[:] = y
-        return count[0] - before
-
-    return advance
-
-
-def _checked(step: Callable[..., Any], f: Rates, y: Array, h: float) -> Array:
-    given = y.tobytes()
-    with _named():
-        after = np.array(step(f, y, h), float)
-    if y.tobytes() != given:
-        raise IntegrationFailed("it changes the states it is given")
-    if after.shape != y.shape:
-        raise IntegrationFailed(f"it returns an array of shape {after.shape}, not {y.shape}")
-    return after
-
-
-@contextmanager
-def _named() -> Iterator[None]:
-    """Whatever the code of a person raises, named."""
-    try:
-        yield
-    except IntegrationFailed:
-        raise
-    except Exception as fault:
-        why = " ".join(f"{type(fault).__name__}: {fault}".split())
-        raise IntegrationFailed(f"it raises {why:.200}") from fault
-
-
-def _compiled_rates(equations: Formulation, known: tuple[float, ...]) -> Any:
-    """f(y) compiled by numba, with the constants of one top and start."""
+def _compiled_rates(problem: Problem) -> Any:
+    """Return f(y) compiled by numba, with the constants of one top and start."""
     from numba import njit
-    from numba.np.unsafe.ndarray import to_fixed_tuple
 
-    n, rates = len(equations.states), njit(error_model="numpy")(derivatives(equations))
+    n, known = len(problem.start), tuple(problem.constants.values())
+    rates, to_fixed_tuple = compiled_derivatives(problem.equations)
 
     def f(y: Any) -> Any:
         result, found = rates(*to_fixed_tuple(y, n), *known), np.empty(n)
@@ -192,8 +84,38 @@ def _compiled_rates(equations: Formulation, known: tuple[float, ...]) -> Any:
     return njit(f)
 
 
-def _compiled_steps(step: Callable[..., Any], f: Any) -> Callable[[Array, float, int], int]:
-    """What takes compiled steps in a compiled loop; the first one is looked at."""
+class _Counted:
+    """A right-hand side, and how often it was called."""
+
+    def __init__(self, f: Rates) -> None:
+        self.f, self.calls = f, 0
+
+    def __call__(self, y: Array) -> Array:
+        self.calls += 1
+        return self.f(y)
+
+
+# --- steps ---------------------------------------------------------------------------------------
+
+
+def _steps(step: Callable[..., Any], f: Rates, h: float) -> Callable[[Array, Array, int], int]:
+    """Return what takes steps one by one, and names what one of them did wrong."""
+    counted = _Counted(f)
+
+    def advance(state: Array, _work: Array, steps: int) -> int:
+        y, before = state.copy(), counted.calls
+        for _ in range(steps):
+            y = _checked(step, counted, y, h)
+        state[:] = y
+        return counted.calls - before
+
+    return advance
+
+
+def _compiled_steps(
+    step: Callable[..., Any], f: Any, h: float
+) -> Callable[[Array, Array, int], int]:
+    """Return what takes compiled steps in a compiled loop; the first one is looked at."""
     from numba import njit
 
     def many(y: Any, h: float, steps: int) -> Any:
@@ -203,7 +125,7 @@ def _compiled_steps(step: Callable[..., Any], f: Any) -> Callable[[Array, float,
 
     loop, looked_at = njit(many), [False]
 
-    def advance(state: Array, h: float, steps: int) -> int:
+    def advance(state: Array, _work: Array, steps: int) -> int:
         if not looked_at[0]:
             _checked(step, f, state.copy(), h)
             looked_at[0] = True
@@ -214,19 +136,95 @@ def _compiled_steps(step: Callable[..., Any], f: Any) -> Callable[[Array, float,
     return advance
 
 
-def _solving(
-    solver: Callable[..., Any], f: Rates, tolerance: float
-) -> Callable[[Array, float], tuple[Array, int, int]]:
-    """What calls a solver for a span, and names what it did wrong."""
-    f, count = _counted(f)
+def _checked(step: Callable[..., Any], f: Rates, y: Array, h: float) -> Array:
+    """Take one step, and tell what it did wrong."""
+    given = y.copy()
+    with _named():
+        after = np.array(step(f, y, h), float)
+    _unchanged(given, y)
+    if after.shape != y.shape:
+        raise IntegrationFailed(f"it returns an array of shape {after.shape}, not {y.shape}")
+    return after
 
-    def solve(state: Array, span: float) -> tuple[Array, int, int]:
-        y, before = state.copy(), count[0]
+
+def _unchanged(given: Array, y: Array) -> None:
+    if y.tobytes() != given.tobytes():
+        raise IntegrationFailed("it changes the states it is given")
+
+
+@contextmanager
+def _named() -> Iterator[None]:
+    """Name whatever the code of a person raises."""
+    try:
+        yield
+    except IntegrationFailed:
+        raise
+    except Exception as fault:
+        why = " ".join(f"{type(fault).__name__}: {fault}".split())
+        raise IntegrationFailed(f"it raises {why:.200}") from fault
+
+
+# --- a solver ------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OwnSolver:
+    """A solver of one's own, called for spans of one length.
+
+    Attributes
+    ----------
+    solver : callable
+        With the signature of `scipy.integrate.solve_ivp`.
+    rates : _Counted
+    tolerance : float
+    start : tuple of float
+    span : float
+        How far it goes in one call [s].
+    seen : callable
+        From the states in which it computes to those that are judged.
+    """
+
+    solver: Callable[..., Any]
+    rates: _Counted
+    tolerance: float
+    start: tuple[float, ...]
+    span: float
+    seen: Callable[[Array], Array]
+    compile_s: float = 0.0
+
+    def begin(self) -> StepperState:
+        """Return the start."""
+        return StepperState((0.0, 0.0), self.start, (0.0,))
+
+    def block(self, at: StepperState) -> StepperState:
+        """Call the solver once; spans are counted, so that no time is summed."""
+        before, count = self.rates.calls, at.carry[0] + 1
+        state, steps = self._solved(np.array(at.state), self.span)
+        return StepperState(
+            time=two_product(self.span, count),
+            state=tuple(state.tolist()),
+            carry=(count,),
+            steps=at.steps + steps,
+            evaluations=at.evaluations + self.rates.calls - before,
+        )
+
+    def states_at(self, at: StepperState, times: Sequence[DoubleDouble]) -> Array:
+        """Return the states at times, each by a call that ends there."""
+        state = np.array(at.state)
+        spans = [(t[0] - at.time[0]) + (t[1] - at.time[1]) for t in times]
+        return np.array([self.seen(self._solved(state, x)[0] if x else state) for x in spans])
+
+    def output_time(self, t: float) -> DoubleDouble:
+        """Return the time itself."""
+        return t, 0.0
+
+    def _solved(self, state: Array, span: float) -> tuple[Array, int]:
+        """Return the states at the end of a span and the steps, and tell what went wrong."""
+        y, bounds = state.copy(), {"rtol": self.tolerance, "atol": self.tolerance}
         with _named():
-            found = solver(lambda _, y: f(y), (0.0, span), y, rtol=tolerance, atol=tolerance)
+            found = self.solver(lambda _, y: self.rates(y), (0.0, span), y, **bounds)
             times, end = np.array(found.t, float), np.array(found.y, float)[:, -1]
-        if y.tobytes() != state.tobytes():
-            raise IntegrationFailed("it changes the states it is given")
+        _unchanged(state, y)
         if not getattr(found, "success", True) or not math.isclose(times[-1], span):
             why = str(getattr(found, "message", "")).strip().rstrip(".")
             stop = f"it stops after {times[-1]:.6g} of {span:.6g} s"
@@ -235,9 +233,10 @@ def _solving(
             raise IntegrationFailed(f"it returns {end.size} states, not {state.size}")
         if not np.isfinite(end).all():
             raise IntegrationFailed("the numbers are no longer finite")
-        return end, times.size - 1, count[0] - before
+        return end, times.size - 1
 
-    return solve
+
+# --- the body's own rotation ---------------------------------------------------------------------
 
 
 class BodyForm:

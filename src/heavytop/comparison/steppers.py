@@ -2,20 +2,24 @@
 
 From a state of the stepper a block leads to the next one, and in between the motion can be looked
 at. Such a state is numbers and nothing else: it can be stored, and another process goes on from it
-bit for bit. Here too are the steppers of fixed step and what their compiled steps share.
+bit for bit. Here too is what a stepper is set up for, a `Problem`, and the steppers of fixed step.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from heavytop.errors import Impossible
 from heavytop.numbers.double_double import Array, DoubleDouble, two_product
+
+if TYPE_CHECKING:
+    from heavytop.equations.formulation import Formulation
 
 Advance = Callable[[Array, Array, int], int]
 """``advance(states, work, n)`` takes n steps, and changes both arrays in place.
@@ -85,6 +89,85 @@ class Stepper(Protocol):
         """
 
 
+# --- what a stepper is set up for ----------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Problem:
+    """Equations and a start, from which a method takes its steps.
+
+    Attributes
+    ----------
+    method : str
+        The name of the method, for what is refused.
+    equations : Formulation
+    parameters : mapping from str to float
+        The formulation's parameters by name, and perhaps others.
+    start : tuple of float
+        The states at the start.
+    direction : int
+        1 forwards, -1 backwards in time.
+    period : float or None
+        The nutation period [s].
+    """
+
+    method: str
+    equations: Formulation
+    parameters: Mapping[str, float]
+    start: tuple[float, ...]
+    direction: int = 1
+    period: float | None = None
+
+    @property
+    def constants(self) -> dict[str, float]:
+        """Those parameters that the derivatives hold."""
+        return constants(self.equations, self.parameters)
+
+    @property
+    def span(self) -> float:
+        """The period, negative backwards in time [s]; without one no fixed step has a length."""
+        if self.period is None or not 0 < self.period < math.inf:
+            rule = f"its steps are parts of a period, and {self.period!r} is none"
+            raise Impossible([(self.method, rule)])
+        return self.direction * float(self.period)
+
+
+def constants(equations: Formulation, parameters: Mapping[str, float]) -> dict[str, float]:
+    """Return the constants that the derivatives hold.
+
+    Raises
+    ------
+    Impossible
+        One of them is not among the parameters.
+    """
+    names = [symbol.name for symbol in equations.constants_in(equations.derivatives)]
+    if lacking := [(name, "is not given") for name in names if name not in parameters]:
+        raise Impossible(lacking)
+    return {name: float(parameters[name]) for name in names}
+
+
+def derivatives(
+    equations: Formulation, number: Callable[[Any], Any] = float, library: Any = math
+) -> Callable[..., Sequence[Any]]:
+    """Return the derivatives as a function of the states and of the constants they hold."""
+    from heavytop.equations.lambdify import lambdified
+
+    functions = {name: getattr(library, name) for name in ("sin", "cos", "sqrt")}
+    arguments = (*equations.states, *equations.constants_in(equations.derivatives))
+    return lambdified(equations.derivatives, arguments, number, functions)
+
+
+def compiled_derivatives(equations: Formulation) -> tuple[Any, Any]:
+    """Return the derivatives compiled by numba, and what makes a tuple of an array for them."""
+    from numba import njit
+    from numba.np.unsafe.ndarray import to_fixed_tuple
+
+    return njit(error_model="numpy")(derivatives(equations)), to_fixed_tuple  # 1/0 is inf
+
+
+# --- steps of one length -------------------------------------------------------------------------
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class FixedStep:
     """A stepper of equal steps: after j of them the time is exactly h j.
@@ -102,6 +185,8 @@ class FixedStep:
         Words of work that go from block to block, and that only go from step to step.
     compile_s : float
         What compiling took, whenever that was [s].
+    seen : callable
+        From the states in which it computes, an array, to those that are judged.
     """
 
     start: tuple[float, ...]
@@ -111,6 +196,7 @@ class FixedStep:
     carried: int = 0
     scratch: int = 0
     compile_s: float = 0.0
+    seen: Callable[[Array], Array] = np.copy
 
     def begin(self) -> StepperState:
         """Return the state at the start, time 0."""
@@ -144,8 +230,8 @@ class FixedStep:
         rows, done = {}, 0
         for step in sorted(set(wanted)):
             self._advance(state, work, step - done)
-            rows[step], done = state.copy(), step
-        return np.array([rows[step] for step in wanted]).reshape(-1, len(self.start))
+            rows[step], done = self.seen(state), step
+        return np.array([rows[step] for step in wanted])
 
     def output_time(self, t: float) -> DoubleDouble:
         """Return the end of the first step that is not before t."""

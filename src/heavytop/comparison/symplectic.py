@@ -16,7 +16,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from heavytop.comparison.steppers import FixedStep, Kernel, compiled, summation
+from heavytop.comparison.steppers import FixedStep, Kernel, Problem, compiled, summation
 from heavytop.numbers.double_double import Array
 
 Turn = Literal["exact", "cayley"]
@@ -42,17 +42,14 @@ class Splitting:
     turn: Turn = "exact"
     compensated: bool = False
 
-    def stepper(
-        self, start: tuple[float, ...], g: float, l_z: float, h: float, steps: int
-    ) -> FixedStep:
-        """Return the stepper from the states e_x, e_y, e_z, l_x, l_y, with h [s].
-
-        `steps` is their number in a block.
-        """
+    def stepper(self, problem: Problem, setting: float, steps: int) -> FixedStep:
+        """Return the stepper with so many steps a period."""
+        g, l_z = (problem.constants[name] for name in ("g", "l_z"))
+        h = problem.span / setting
         table = h * np.vstack([g * self.kicks, np.append(self.drifts, 0.0)])
         kernel, seconds = _steps(self.turn, compensated=self.compensated)
         advance, carried = partial(kernel, g, l_z, table), 5 if self.compensated else 0
-        return FixedStep(start, h, advance, steps, carried, 5 - carried, seconds)
+        return FixedStep(problem.start, h, advance, steps, carried, 5 - carried, seconds)
 
 
 # The first half of symmetric compositions of Strang's step, and the middle one.

@@ -1,4 +1,4 @@
-"""Formulations: ways of writing the motion as first-order equations, and the table of them.
+"""Formulations: ways of writing the motion as first-order equations.
 
 Everything in a formulation is symbolic. Numbers enter through `parameters`, so that one compiled
 integrator serves every top, and through `start`, which maps a start in Euler angles to states.
@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from heavytop.scene.quantities import Need
+from heavytop.equations.registry import FORMULATIONS as FORMULATIONS
 
 time = sp.Symbol("t", real=True)
 spin = sp.symbols("spin_cos spin_sin", real=True)  # of kappa t / 2, to their own digits
@@ -114,43 +113,3 @@ class Formulation:
 def components(name: str, vector: Iterable[Any]) -> dict[str, Any]:
     """Return the components of a vector in space as outputs are called."""
     return {f"{name}_{x}": component for x, component in zip("xyz", vector, strict=True)}
-
-
-@dataclass(frozen=True, slots=True)
-class FormulationEntry:
-    """A formulation's line in the table, which can be read without deriving any of them.
-
-    Attributes
-    ----------
-    builder : str
-        The function that derives it from a variant, as ``module.name``.
-    variants : tuple of (str or None)
-        What the builder accepts: how phi and psi are had, or which pole heights are measured from.
-    gives : Need
-        How much of a motion it can follow.
-    starts_at_pole : bool
-        Whether a start with theta = 0 or pi is an ordinary one.
-    """
-
-    builder: str
-    variants: tuple[str | None, ...]
-    gives: Need = Need.PSI
-    starts_at_pole: bool = True
-
-    def build(self, variant: str | None = None) -> Formulation:
-        """Return the formulation, derived once."""
-        module, name = self.builder.split(".")
-        found: Formulation = getattr(import_module(f"heavytop.equations.{module}"), name)(variant)
-        return found
-
-
-_ANGLES = (None, "angles")
-
-FORMULATIONS: Mapping[str, FormulationEntry] = {
-    "cubic": FormulationEntry("reduced_cubic.cubic_form", ("top", "bottom"), Need.TILT),
-    "routh": FormulationEntry("euler_angles.routh_form", _ANGLES, starts_at_pole=False),
-    "subsystem": FormulationEntry("euler_angles.subsystem_form", _ANGLES, starts_at_pole=False),
-    "axis": FormulationEntry("euler_poisson.axis_form", (None, "phi", "sigma", "delta")),
-    "attitude": FormulationEntry("quaternion.attitude_form", _ANGLES),
-    "lagrange": FormulationEntry("euler_angles.lagrange_form", (None,), starts_at_pole=False),
-}

@@ -294,10 +294,6 @@ class Compiled:
             return None
         return self._without_echo(state, math.copysign(1.25 * length, far))
 
-    def for_this_thread(self) -> Compiled:
-        """Return the one like this that belongs to the calling thread."""
-        return compiled(self.formulation, self.events, self.tolerance)
-
     def _begin(self, state: Array) -> None:
         """Stand at a state, at time 0, with no zeros found."""
         self._taylor.time = 0.0

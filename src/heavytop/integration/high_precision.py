@@ -25,7 +25,7 @@ from heavytop.equations.lambdify import NUMPY, lambdified
 from heavytop.integration.bits import LONG_DOUBLE
 from heavytop.integration.compiled import System, in_units, number, number_type, paces_of
 from heavytop.integration.outputs import Sample, sample
-from heavytop.integration.turns import GRAIN_BITS, More, Turns, distinct
+from heavytop.integration.turns import GRAIN_BITS, Turns
 
 HEAVY = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000
 Row = Sequence[Any]
@@ -235,30 +235,37 @@ class PreciseIntegrator:
             taylor.state[i] = value / self._units[i]
         while waiting and waiting[0][1] == mark.t and waiting[0][2] is None:
             found[waiting.popleft()[0]] = mark
-        trail = None
-        if self.turns is not None:
-            trail = Trail(
-                self.turns, mark.state, mark.turned, lambda t: self._dense(self.number(t))
-            )
+        trail: list[tuple[float, Row]] = [(0.0, mark.state)]
+        asked: dict[int, float] = {}
         cut = far if longest is None or mark.steps else math.copysign(longest, far)
         while waiting and steps < MARK:
             steps += 1
-            length, inside = self._step(self.number(repr(cut))), []
+            length = self._step(self.number(repr(cut)))
             while waiting and abs(waiting[0][1] - mark.t) <= abs(self._elapsed()):
                 i, t, event = waiting.popleft()
                 seen = found[i] = self._seen(mark, t, length, event)
                 if seen is not None:
-                    inside.append((i, float(seen.t - mark.t), seen.state))
-            if trail is not None:
-                state = self._measured(taylor.state)
-                trail.step(float(self._elapsed()), float(length), state, inside)
+                    asked[i] = float(seen.t - mark.t)
+                    trail.append((asked[i], seen.state))
+            trail += self._inside(float(length))
         end = Mark(mark.t + self._elapsed(), self._measured(taylor.state), mark.steps + steps)
-        if trail is None:
-            return end
-        trail.tell()
-        for i, turned in trail.told.items():
-            found[i] = replace(found[i], turned=turned)
-        return replace(end, turned=trail.last)
+        if self.turns is None or steps == 0:
+            return replace(end, turned=mark.turned)
+        times = np.array([t for t, _ in trail])
+        rows = np.array([[float(x) for x in row] for _, row in trail])
+        angles = self.turns.told(times, rows, mark.turned)
+        for i, since in asked.items():
+            found[i] = replace(found[i], turned=tuple(angles(since).tolist()))
+        return replace(end, turned=tuple(angles(times[-1]).tolist()))
+
+    def _inside(self, length: float) -> list[tuple[float, Row]]:
+        """Return states in the last step, its end included, so close that turns are told."""
+        if self.turns is None:
+            return []
+        end, parts = float(self._elapsed()), self.turns.parts(length)
+        since = [-length * (1 - k / parts) for k in range(1, parts)]
+        states = [(end + t, self._dense(self.number(t))) for t in since]
+        return [*states, (end, self._measured(self._taylor.state))]
 
     def _step(self, longest: Any) -> Any:
         """Take a natural step and return its length [s]."""
@@ -346,55 +353,3 @@ def _pace(form: Formulation, parameters: Mapping[str, str], start: Sequence[str]
         return 1.0
     constants = {name: float(text) for name, text in parameters.items()}
     return float(paces_of(form, np.array(list(map(float, start))), constants))
-
-
-class Trail:
-    """The states of some steps, in doubles, and phi and psi there.
-
-    Times are since the first of them [s]; `told` has the angles that were asked for, `last` those
-    at the end of the last step, and `dense` returns the state at a time since that end.
-    """
-
-    def __init__(self, turns: Turns, row: Row, first: Told, dense: Callable[[float], Row]) -> None:
-        self.turns, self.last, self._dense = turns, first, dense
-        self.told: dict[int, Told] = {}
-        self._t, self._rows = [0.0], [_rounded(row)]
-        self._seen: list[tuple[int, float]] = []
-
-    def step(
-        self, end: float, length: float, row: Row, inside: Sequence[tuple[int, float, Row]]
-    ) -> None:
-        """Add a step: its end, its length, its last state and what is asked for inside it."""
-        parts = self.turns.parts(length)
-        if parts == 0:  # close to a pole, perhaps: told while it can be divided
-            self.tell()
-        for key, t, seen in inside:
-            self._add(t, seen)
-            self._seen.append((key, t))
-        for k in range(1, parts):
-            before = -length * (1 - k / parts)
-            self._add(end + before, self._dense(before))
-        self._add(end, row)
-        if parts == 0:
-            self.tell(lambda t: np.array([_rounded(self._dense(x - end)) for x in t.tolist()]))
-
-    def tell(self, more: More | None = None) -> None:
-        """Tell the angles at everything added."""
-        if len(self._t) == 1:
-            return
-        forward = math.copysign(1.0, self._t[-1])
-        unique, where = distinct(forward * np.array(self._t))
-        rows = np.array(self._rows)[where]
-        angles = self.turns.followed(forward * unique, rows, self.last, more)
-        for key, t in self._seen:
-            self.told[key] = tuple(angles[np.searchsorted(unique, forward * t)].tolist())
-        self.last, self._seen = tuple(angles[-1].tolist()), []
-        self._t, self._rows = [forward * float(unique[-1])], [rows[-1].tolist()]
-
-    def _add(self, t: float, row: Row) -> None:
-        self._t.append(t)
-        self._rows.append(_rounded(row))
-
-
-def _rounded(row: Row) -> list[float]:
-    return [float(x) for x in row]

@@ -25,7 +25,15 @@ import numpy as np
 
 from heavytop.equations.formulation import Formulation
 from heavytop.errors import Outcome
-from heavytop.integration.compiled import Array, Block, Compiled, Seen, in_units, paces_of
+from heavytop.integration.compiled import (
+    Array,
+    Block,
+    Compiled,
+    Seen,
+    compiled,
+    in_units,
+    paces_of,
+)
 from heavytop.integration.projection import Projected, Projection
 from heavytop.integration.turns import distinct, turns_of
 from heavytop.numbers.double_double import DoubleDouble, add
@@ -119,9 +127,10 @@ class Integrator:
 
     def for_this_thread(self) -> Integrator:
         """Return the one like this that belongs to the calling thread."""
-        found = copy(self)
-        found.compiled = self.compiled.for_this_thread()
-        found.projection = self.projection and self.projection.for_this_thread()
+        found, own = copy(self), self.compiled
+        found.compiled = compiled(own.formulation, own.events, own.tolerance)
+        if self.projection:
+            found.projection = Projection(own.formulation, self.projection.fixed)
         return found
 
     def cautious_step(self, start: Checkpoint, far: float) -> float | None:
@@ -163,7 +172,7 @@ class Integrator:
         turns, own = self.turns, start.state[: self._units.size]
         forward = math.copysign(1.0, far)
         asked = np.maximum(forward * start.local(samples), 0.0)
-        parts = 0 if turns is None else turns.parts(reach, steps)
+        parts = 0 if turns is None else turns.parts(reach)
         points = np.linspace(0.0, reach, parts + 1) if parts else np.zeros(1)
         t = distinct(np.concatenate((points, asked)))[0]
         block = self._taken(own, steps, far, forward * t[1:], longest)
@@ -172,7 +181,7 @@ class Integrator:
         place = np.searchsorted(forward * t, asked)
         place = place[place < t.size]  # the block did not reach the others
         end = np.array([block.elapsed[0]])
-        told = self._told(start, block, far, longest, [(t, rows), (end, block.state[None])])
+        told = self._told(start, block, [(t, rows), (end, block.state[None])])
 
         def seen(since: Array, rows: Array, t: Array, t_low: Array) -> Seen:
             return Seen(t, t_low, np.concatenate((rows, told(since)), axis=1))
@@ -192,28 +201,14 @@ class Integrator:
         )
 
     def _told(
-        self,
-        start: Checkpoint,
-        block: Block,
-        far: float,
-        longest: float | None,
-        seen: list[tuple[Array, Array]],
+        self, start: Checkpoint, block: Block, seen: list[tuple[Array, Array]]
     ) -> Callable[[Array], Array]:
         """Return the angles, shape (k, c), as a function of the times at which a block was seen."""
-        turns, own = self.turns, start.state[: self._units.size]
-        if turns is None:
+        if self.turns is None:
             return lambda t: np.empty((t.size, 0))
-
-        def more(t: Array) -> Array:
-            return self._taken(own, block.steps, far, t, longest).rows
-
-        forward = math.copysign(1.0, far)
         seen = [*seen, *((h.t, h.states) for h in block.hits)]
-        times, rows = (np.concatenate(column) for column in zip(*seen, strict=True))
-        unique, where = distinct(forward * times)
-        first = start.state[own.size :].tolist()
-        angles = turns.followed(forward * unique, rows[where], first, more)
-        return lambda t: angles[np.searchsorted(unique, forward * t)]
+        times, rows = map(np.concatenate, zip(*seen, strict=True))
+        return self.turns.told(times, rows, start.state[self._units.size :].tolist())
 
     def _own_time(self, far: float) -> float:
         """Return a time without end in the run's own unit of time, and finite."""

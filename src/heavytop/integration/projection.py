@@ -39,6 +39,7 @@ from heavytop.integration.compiled import Array, Block, Compiled, Seen, per_thre
 from heavytop.numbers.double_double import DoubleDouble, add
 
 DOUBLE = float(np.finfo(float).eps)
+TINY = float(np.finfo(float).tiny)
 ROOM = 260  # states in a leg: steps take longer the more they have, a projection hardly
 EVEN = 0.12  # how much shorter than the mean of the first leg the longest steps of a leg may be
 GOLDEN = (math.sqrt(5) - 1) / 2  # its multiples, less the whole numbers, are never close again
@@ -106,10 +107,6 @@ class Projection:
         made(start)
         made.fixed[len(constants) : len(constants) + sizes.size] = made.outside[start.size :]
         return made
-
-    def for_this_thread(self) -> Projection:
-        """Return the one like this that belongs to the calling thread."""
-        return Projection(self.formulation, self.fixed)
 
     def __call__(self, state: Array) -> Array:
         """Return the projected state, shape (n,): one Gauss-Newton step of least norm."""
@@ -181,7 +178,7 @@ class Projected:
     ) -> Block:
         """Take natural steps, as `Compiled` does, with a projection after every leg of them."""
         times = np.empty(0) if samples is None else samples
-        distances, tiny = np.abs(times).tolist(), math.copysign(float(np.finfo(float).tiny), far)
+        distances = np.abs(times).tolist()
         legs: list[tuple[DoubleDouble, Block]] = []
         begun, taken, done, ended = (0.0, 0.0), 0, 0, False
         stride, bound, mean, reach = self.stride, longest, 0.0, math.inf
@@ -189,14 +186,12 @@ class Projected:
             count = min(stride, steps - taken)
             for within in (reach, math.inf):  # samples are looked for so far, and farther if it is
                 last = bisect_right(distances, abs(begun[0]) + within, done)
-                local = (times[done:last] - begun[0]) - begun[1]
-                local = np.where(local * far > 0, local, tiny)  # not at the leg's own start
-                local, of = _apart(local)
+                local, place = _since(begun, times[done:last], far)
                 leg = self.compiled.leg(state, count, rest, local, bound)
                 if not abs(leg.elapsed[0]) > 0.9 * within:
                     break
-            if of is not None:
-                leg = replace(leg, rows=leg.rows[of[of < len(leg.rows)]])
+            if place is not None:
+                leg = replace(leg, rows=leg.rows[place[place < len(leg.rows)]])
             legs.append((begun, leg))
             taken, done, ended = taken + leg.steps, done + len(leg.rows), leg.steps < count
             length = abs(leg.elapsed[0])
@@ -204,20 +199,31 @@ class Projected:
             bound = mean * (1 - EVEN * (len(legs) * GOLDEN % 1))
             bound = bound if longest is None else min(bound, longest)
             begun, state = add(begun, leg.elapsed), self.projection(leg.state)
+        return self._joined(legs, state, begun)
+
+    def _joined(
+        self, legs: Sequence[tuple[DoubleDouble, Block]], state: Array, elapsed: DoubleDouble
+    ) -> Block:
+        """Return legs, each with when it began, as one block that ends in a projected state."""
         hits = zip(*([h.after(since) for h in leg.hits] for since, leg in legs), strict=True)
         return Block(
             state=state,
-            elapsed=begun,
-            steps=taken,
+            elapsed=elapsed,
+            steps=sum(leg.steps for _, leg in legs),
             rows=np.concatenate([self.compiled.nothing, *(leg.rows for _, leg in legs)]),
             hits=tuple(map(Seen.join, hits)),
             singular=bool(legs) and legs[-1][1].singular,
         )
 
 
-def _apart(times: Array) -> tuple[Array, NDArray[np.intp] | None]:
-    """Times without those that rounding has made equal, and where each is then; None if none is."""
-    if times.size < 2 or (np.diff(np.abs(times)) > 0).all():
-        return times, None
-    sizes, of = np.unique(np.abs(times), return_inverse=True)
-    return np.copysign(sizes, times[-1]), of
+def _since(begun: DoubleDouble, times: Array, far: float) -> tuple[Array, NDArray[np.intp] | None]:
+    """Return times since a leg began, all of them after that and different, and where each is.
+
+    Two that rounding has made equal are one; where there are none, no places are returned.
+    """
+    local = (times - begun[0]) - begun[1]
+    local = np.where(local * far > 0, local, math.copysign(TINY, far))
+    if local.size < 2 or (np.diff(np.abs(local)) > 0).all():
+        return local, None
+    sizes, place = np.unique(np.abs(local), return_inverse=True)
+    return np.copysign(sizes, far), place

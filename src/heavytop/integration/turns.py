@@ -5,41 +5,30 @@ their turns are counted along the way, in doubles. A run of more digits counts t
 steps: one in doubles that comes near a separatrix has lost its phase there, and would pass a pole
 a turn too often or too seldom. What is less than a turn is read to all digits of the states.
 
-**The axis** gives phi, whose change between two states is proved in one of two ways. Its rate is a
-sum of two terms that never change sign, functions of u = e_z alone,
-
-    phi' = (1/2) [ P_plus / (1 + u) + P_minus / (1 - u) ],
-
-so the turning points of u bound it over the whole motion. If exactly one value of the change lies
-between the bounds, that is the change.
-
-In a pass close to a pole the bounds are far apart. There z = e_x + i e_y is followed in the
-plane: if the path strays from its chord by less than the chord's distance from the origin, it can
-be pulled straight without crossing the pole, and turns by the angle between its ends. The
-strayings are at most dt^2 max|z''| / 8, and with w = l_x + i l_y
-
-    z' = i l_z z - i e_z w,    w' = i g z,    so    |z|' <= |w|,    |w|' <= |g| |z|.
-
-An interval that is not decided is divided. One that rounding does not let us divide holds a pass
-through the pole itself: there phi jumps by pi, in the sense of the pole's own term, and forward
-in time where that is exactly zero.
-
-**The quaternion** gives two complex numbers, with psi less its uniform part,
+Two complex numbers, with psi less its uniform part,
 
     alpha = q_0 + i q_3 = cos(theta/2) exp(i (phi + psi)/2),
     beta  = q_1 + i q_2 = sin(theta/2) exp(i (phi - psi)/2),
 
-whose arguments are known modulo 2 pi. Each obeys Hill's equation, a central force in its plane,
+obey Hill's equation, each a central force in its plane,
 
     alpha'' = -(l^2/4 + g |beta|^2) alpha,     beta'' = -(l^2/4 - g |alpha|^2) beta,
 
-whose angular momenta are P_plus/4 and P_minus/4: their signs are the senses in which the arguments
-turn, without ever turning back. An argument that turned by pi would make the real part of alpha
-or beta, seen from a suitable direction, vanish twice; by Sturm's comparison theorem that takes at
-least pi/sqrt(K), where K bounds the factor in the brackets. Over a shorter time an argument
-changes by less than pi in a known sense, and its value modulo 2 pi tells by how much. No pole is
-an exception: a pass close to it, or through it, is half a turn in the sense of P, forward in time
-where P is exactly zero.
+with the angular momenta P_plus/4 and P_minus/4: their signs are the senses in which the arguments
+turn, without ever turning back. Let K bound the factors in the brackets. By Sturm's comparison
+theorem an argument that turns by pi takes at least pi/sqrt(K), and one that turns by pi/2 takes at
+least half of that, unless the modulus has its least value meanwhile.
+
+**The quaternion** gives both arguments modulo 2 pi. Over less than pi/sqrt(K) each changes by less
+than pi in a known sense, and its values modulo 2 pi tell by how much.
+
+**The axis** gives phi, which is their sum. Over less than pi/(2 sqrt(K)) at most one of them turns
+by more than pi/2: alpha where u = e_z has its least value on the way, beta where its largest. So
+phi changes by -pi/2 to 3 pi/2 in the sense of that one, and its values modulo 2 pi tell by how
+much.
+
+No pole is an exception: a pass close to it, or through it, is half a turn in the sense of P,
+forward in time where P is exactly zero.
 """
 
 from __future__ import annotations
@@ -60,21 +49,14 @@ Mask = NDArray[np.bool_]
 Real = Any  # of heyoka, or any type that has arithmetic and numpy's functions
 Reals: TypeAlias = Any  # an array of doubles, or of heyoka's reals
 Pair = tuple[Reals, Reals]  # a real and an imaginary part, or phi and psi
-More = Callable[[Array], Array]
 
-PARTS = 8  # into how many parts an undecided interval is divided
-FINEST = 16 * np.finfo(float).eps  # relative to the largest time: no time lies between
 WIDENING = 1e-7  # of the roots of a cubic in double precision, a double root included
 SLACK = 1e-6  # radians: far above rounding, far below a turn
 CLOSE = 1e-9  # of the axis to the pole: beyond any drift of the state
-STRAIGHT = 0.01  # of a chord's length: how far a path that crosses a pole may stray
-MOST_POINTS = 2**20  # in one block: bounds the memory, should an axis linger at a pole
+MOST_POINTS = 2**20  # in one block: bounds the memory, should a step be very long
 GRAIN = 16 * np.finfo(float).eps  # how well a state is known: nothing closer is told apart
 GRAIN_BITS: Final = 24  # of a state in more digits that rounding may have spoilt
 LEAST_GRAIN = 1e-140  # whose square is a double
-ROUNDING = 64 * np.finfo(float).eps  # of P_plus and P_minus, relative to their terms
-FITTING: Final = 5.7  # radians between the bounds of a change, so that one value fits
-MOST_PARTS: Final = 8  # of a step, before its turns are told by where it goes
 CAUTION = 0.9  # of Sturm's time: K is known to rounding and drift, not better
 
 
@@ -140,249 +122,11 @@ def argument(
     return found, (size == 0) & (speed == 0), passing
 
 
-# --- phi from the axis ---------------------------------------------------------------------------
-
-
-def azimuth(rows: Array) -> Array:
-    """Return phi modulo 2 pi, shape (k,); exactly at a pole, that in which the axis leaves."""
-    e_x, e_y, e_z, l_x, l_y = rows[:, :5].T
-    at_pole = (e_x == 0) & (e_y == 0)
-    x = np.where(at_pole, l_y * e_z, e_x)
-    y = np.where(at_pole, -l_x * e_z, e_y)
-    angles: Array = np.arctan2(x, -y)
-    return angles
+# --- what tells the turns of one motion ----------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
-class AxisTurns:
-    """The rate of phi as a function of u, for one motion.
-
-    Attributes
-    ----------
-    g, l_z, P_plus, P_minus : float
-        Constants of the axis form: gMR/A, p_phi/A, (p_phi + p_psi)/A, (p_phi - p_psi)/A.
-    slowest, fastest : float
-        Bounds of phi' over the whole motion [rad/s].
-    grain, close : float
-        How well a state is known, and how near to a pole it may have drifted to the other side.
-    """
-
-    g: float
-    l_z: float
-    P_plus: float
-    P_minus: float
-    slowest: float
-    fastest: float
-    grain: float = GRAIN
-    close: float = CLOSE
-
-    @classmethod
-    def of(cls, parameters: Mapping[str, float], state: Array) -> Self:
-        """Return the turns of the motion through a state of the axis form."""
-        g, l_z, *P = (parameters[name] for name in ("g", "l_z", "P_plus", "P_minus"))
-        e_x, e_y, u, l_x, l_y = state[:5].tolist()
-        energy = l_x * l_x + l_y * l_y + l_z * l_z + 2 * g * u
-        n = e_x * l_x + e_y * l_y + u * l_z
-        u1, u2 = _turning(g, l_z, energy, n)
-        plus = _bounds(_uncertain(P[0], P), 1 + u1, 1 + u2)
-        minus = _bounds(_uncertain(P[1], P), 1 - u2, 1 - u1)
-        slowest, fastest = ((plus[i] + minus[i]) / 2 for i in range(2))
-        return cls(g, l_z, P[0], P[1], slowest, fastest)
-
-    def parts(self, length: float, most: int | None = None) -> int:
-        """Return into how many parts a time is divided [s], for turns to be told in each.
-
-        Where bounds would take more parts than `most`, they are as many; 0 without `most`.
-        """
-        parts = (self.fastest - self.slowest) * abs(length) / FITTING
-        return max(1, math.ceil(parts)) if parts < (most or MOST_PARTS) else most or 0
-
-    def followed(self, t: Array, rows: Array, first: Sequence[float], more: More | None) -> Array:
-        """Return phi at some times, shape (k, 1), from that at the first [rad]."""
-        phi = first[0] + self._turned(t, rows, more)
-        upright = ~rows[:, (0, 1, 3, 4)].any(axis=1)
-        return np.where(upright, phi, nearest(azimuth(rows), phi))[:, None]
-
-    def read(self, rows: Reals, told: Array, known: Mapping[str, Any], grain: Any) -> list[Reals]:
-        """Return phi, to the digits of the states; where the axis stays on a pole, the start's."""
-        x, y, z, p, q = rows.T[:5]
-        l_z, own = known["l_z"], np.where(z > 0, known["P_minus"], known["P_plus"])
-        rate, fastest = (p * z - l_z * x, q * z - l_z * y), _fastest(p, q, known)
-        phi, rests, passing = argument((-y, x), rate, own, fastest, grain)
-        return [nearest(np.where(rests, known["phi_0"], phi), told[:, 0], passing, _turn(grain))]
-
-    def _turned(self, t: Array, rows: Array, more: More | None) -> Array:
-        """Return the change of phi since the first time [rad], shape (k,).
-
-        Parameters
-        ----------
-        t : ndarray, shape (k,)
-            Times, monotonic [s].
-        rows : ndarray, shape (k, n)
-            States there.
-        more : callable, optional
-            States at further times within the range, in the same order; without it the least
-            change is taken where none is proved.
-        """
-        if t.size < 2:
-            return np.zeros(t.size)
-        asked = t
-        forward = 1.0 if t[-1] >= t[0] else -1.0
-        finest = FINEST * float(np.max(np.abs(t)))
-        while True:
-            change, decided = self._changes(t, rows)
-            open_ = np.flatnonzero(~decided & (np.abs(np.diff(t)) > finest))
-            if more is None or open_.size == 0 or open_.size * PARTS > MOST_POINTS:
-                break
-            between = _divided(t, open_)
-            order = np.argsort(forward * np.concatenate((t, between)), kind="stable")
-            rows = np.concatenate((rows, more(between)))[order]
-            t = np.concatenate((t, between))[order]
-        total = np.concatenate(([0.0], np.cumsum(change)))
-        return total[np.searchsorted(forward * t, forward * asked)]
-
-    def started(self, state: Array, phi: float) -> tuple[float]:
-        """Return phi at a start; on a pole that in which the axis leaves, phi or phi + pi."""
-        if state[0] != 0 or state[1] != 0 or not state[3:5].any():
-            return (phi,)
-        leaving = float(azimuth(state[None])[0])
-        return (leaving + turns_behind(leaving - phi),)
-
-    def _changes(self, t: Array, rows: Array) -> tuple[Array, Mask]:
-        """Return the change of phi over each interval, and whether it is proved."""
-        dt = np.diff(t)
-        least = np.diff(self._telling(rows))
-        low, high = self.slowest * dt, self.fastest * dt
-        change, decided = _fitting(least, np.minimum(low, high), np.maximum(low, high))
-        if decided.all():
-            return change, decided
-        beside, across, resting = self._path(dt, rows)
-        change = np.where(decided, change, principal(least))
-        turned = np.where(beside | decided, change, self._sided(dt, rows, change))
-        return np.where(resting, 0.0, turned), decided | beside | across | resting
-
-    def _sided(self, dt: Array, rows: Array, change: Array) -> Array:
-        """Return the change over a pass: half a turn, in the sense of the pole's own term."""
-        u = rows[:-1, 2] + rows[1:, 2]
-        P = np.where(u > 0, self.P_minus, self.P_plus)
-        return in_sense(np.where(np.where(P == 0, 1.0, P) * dt < 0, -1.0, 1.0), change)
-
-    def _telling(self, rows: Array) -> Array:
-        """Return the azimuths, but at a row on a pole that is only being passed that of the last.
-
-        There the azimuth is rounding, and would be counted on both sides of it.
-        """
-        angles = azimuth(rows)
-        size = np.hypot(rows[:, 0], rows[:, 1])
-        beside = np.minimum(size[:-2], size[2:])
-        passed = 1 + np.flatnonzero((size[1:-1] < self.close) & (size[1:-1] < 1e-3 * beside))
-        if passed.size:
-            passed = passed[self._drifted(rows[passed])]
-            angles[passed] = angles[passed - 1]
-        return angles
-
-    def _path(self, dt: Array, rows: Array) -> tuple[Mask, Mask, Mask]:
-        """Tell where the path goes: beside the pole, across it, or nowhere at all.
-
-        Beside: it can be pulled straight. Across: it is straight, and so close to the pole that
-        not the state, which has drifted, but the constants of the motion must say on which side.
-        Nowhere: it stays on the vertical, and phi stays what it was.
-        """
-        z, w = rows[:, 0] + 1j * rows[:, 1], rows[:, 3] + 1j * rows[:, 4]
-        half, mu = np.abs(dt) / 2, np.sqrt(abs(self.g))
-        with np.errstate(over="ignore"):  # a step so long decides nothing, and is divided
-            grown, mixed = np.cosh(mu * half), _sinhc(mu * half) * half
-        sizes_z, sizes_w = (np.maximum(np.abs(x[:-1]), np.abs(x[1:])) for x in (z, w))
-        with np.errstate(over="ignore", invalid="ignore"):
-            largest_z = sizes_z * grown + sizes_w * mixed
-            largest_w = sizes_w * grown + sizes_z * mixed * mu**2
-            acceleration = (self.l_z**2 + mu**2) * largest_z
-            acceleration += (abs(self.l_z) + largest_w * largest_z) * largest_w
-            stray = dt * dt * acceleration / 8
-        distance = _distance_from_origin(z[:-1], z[1:])
-        drifted = self._drifted(rows)
-        close = (distance < self.close) & (drifted[:-1] | drifted[1:])
-        across = close & (stray < STRAIGHT * np.abs(np.diff(z)))
-        resting = (sizes_z == 0) & (sizes_w == 0)
-        return (distance > stray + self.grain * sizes_z) & ~close, across, resting
-
-    def _drifted(self, rows: Array) -> Mask:
-        """Tell where phi' sin^2 theta is off the constants by half the pole's own term of it."""
-        u, z, w = rows[:, 2], rows[:, 0] + 1j * rows[:, 1], rows[:, 3] + 1j * rows[:, 4]
-        own = np.where(u > 0, self.P_minus, self.P_plus)
-        other, far = self.P_plus + self.P_minus - own, 1 + np.abs(u)
-        said = (own * far + other * np.abs(z) ** 2 / far) / 2
-        seen = self.l_z * np.abs(z) ** 2 - u * (z.conj() * w).real
-        return np.abs(seen - said) >= np.abs(own) / 2  # type: ignore[no-any-return]
-
-
-def _sinhc(x: Array) -> Array:
-    """Return sinh(x)/x, which is 1 at 0."""
-    tiny = x < 1e-8
-    return np.where(tiny, 1.0, np.sinh(x) / np.where(tiny, 1.0, x))
-
-
-def _distance_from_origin(a: Any, b: Any) -> Array:
-    """Return how close the chord from a to b comes to the origin of the complex plane."""
-    chord = b - a
-    length = np.abs(chord)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        along = np.where(length > 0, -(a * chord.conj()).real / length**2, 0.0)
-    nearest: Array = np.abs(a + np.clip(along, 0.0, 1.0) * chord)
-    return nearest
-
-
-def _turning(g: float, l_z: float, energy: float, n: float) -> tuple[float, float]:
-    """Return bounds of u, from the roots of the cubic u'^2, widened by their rounding."""
-    if not np.isfinite(energy):
-        return -1.0, 1.0  # beyond the range of doubles: the integration will say so
-    k = energy - l_z**2  # u'^2 = (k - 2 g u)(1 - u^2) - (n - l_z u)^2
-    cubic = [2 * g, -k - l_z**2, 2 * (n * l_z - g), k - n**2]
-    if not any(cubic[:3]):
-        return -1.0, 1.0  # at rest, without gravity
-    roots = np.sort(np.roots(cubic).real)  # the third lies beyond the pole where V is high
-    u1, u2 = roots[:2] if g >= 0 else roots[-2:]
-    return max(-1.0, u1 - WIDENING), min(1.0, u2 + WIDENING)
-
-
-def _uncertain(P: float, both: Sequence[float]) -> tuple[float, float]:
-    error = ROUNDING * (abs(both[0]) + abs(both[1]))
-    return P - error, P + error
-
-
-def _fitting(principal: Array, low: Array, high: Array) -> tuple[Array, Mask]:
-    """Return the change of phi that fits the bounds, and whether only one does."""
-    least = np.ceil((low - SLACK - principal) / (2 * np.pi))
-    most = np.floor((high + SLACK - principal) / (2 * np.pi))
-    decided = (least == most) & np.isfinite(most)
-    turns = np.where(decided, most, -np.round(principal / (2 * np.pi)))
-    return principal + 2 * np.pi * turns, decided
-
-
-def _divided(t: Array, open_: NDArray[np.intp]) -> Array:
-    fractions = np.arange(1, PARTS) / PARTS
-    inside = t[open_, None] + fractions * (t[open_ + 1] - t[open_])[:, None]
-    return distinct(inside.ravel())[0] if t[-1] >= t[0] else distinct(inside.ravel())[0][::-1]
-
-
-def _bounds(P: tuple[float, float], nearest: float, farthest: float) -> tuple[float, float]:
-    """Bound P / distance, given the least and the largest distance from the pole."""
-    if nearest <= 0:
-        return -np.inf, np.inf  # through the pole phi jumps, even where P is zero
-    steep = 1 / nearest
-    low = P[0] * (steep if P[0] < 0 else 1 / farthest)
-    high = P[1] * (steep if P[1] > 0 else 1 / farthest)
-    return low, high
-
-
-# --- phi and psi from the quaternion -------------------------------------------------------------
-
-
-Arm = tuple[Pair, Pair, Any]  # alpha or beta, its rate, its angular momentum
-
-
-@dataclass(frozen=True, slots=True)
-class AttitudeTurns:
+class Turns:
     """What directs and bounds the turning of phi and psi, less its uniform part, for one motion.
 
     Attributes
@@ -408,6 +152,142 @@ class AttitudeTurns:
 
     @classmethod
     def of(cls, parameters: Mapping[str, float], state: Array) -> Self:
+        """Return the turns of the motion through a state."""
+        raise NotImplementedError
+
+    def started(self, state: Array, *angles: float) -> tuple[float, ...]:
+        """Return the angles at a start; on a pole phi is that in which the axis leaves."""
+        raise NotImplementedError
+
+    def followed(self, t: Array, rows: Array, first: Sequence[float]) -> Array:
+        """Return the angles, shape (k, c), at times no farther apart than is decided [rad].
+
+        Parameters
+        ----------
+        t : ndarray, shape (k,)
+            Times, monotonic [s].
+        rows : ndarray, shape (k, n)
+            States there.
+        first : sequence of float
+            The angles at the first of them [rad].
+        """
+        raise NotImplementedError
+
+    def read(self, rows: Reals, told: Array, known: Mapping[str, Any], grain: Any) -> list[Reals]:
+        """Return the angles to the digits of the states, from those in doubles."""
+        raise NotImplementedError
+
+    def parts(self, length: float) -> int:
+        """Return into how many parts a time is divided, for turns to be told in each [s]."""
+        return max(1, math.ceil(min(abs(length) / self.apart, MOST_POINTS)))
+
+    def told(self, t: Array, rows: Array, first: Sequence[float]) -> Callable[[Any], Array]:
+        """Return the angles as a function of times among those of some states.
+
+        The states, shape (k, n), are in any order; the first in time has the angles `first`.
+        """
+        forward = math.copysign(1.0, t[np.argmax(np.abs(t))])
+        unique, where = distinct(forward * t)
+        angles = self.followed(forward * unique, rows[where], first)
+        return lambda at: angles[np.searchsorted(unique, forward * at)]
+
+
+# --- phi from the axis ---------------------------------------------------------------------------
+
+
+def azimuth(rows: Array) -> Array:
+    """Return phi modulo 2 pi, shape (k,); exactly at a pole, that in which the axis leaves."""
+    e_x, e_y, e_z, l_x, l_y = rows[:, :5].T
+    at_pole = (e_x == 0) & (e_y == 0)
+    x = np.where(at_pole, l_y * e_z, e_x)
+    y = np.where(at_pole, -l_x * e_z, e_y)
+    angles: Array = np.arctan2(x, -y)
+    return angles
+
+
+class AxisTurns(Turns):
+    """The turns of phi, from states of the axis form."""
+
+    __slots__ = ()
+
+    @classmethod
+    def of(cls, parameters: Mapping[str, float], state: Array) -> Self:
+        """Return the turns of the motion through a state of the axis form."""
+        g, l_z, *P = (parameters[name] for name in ("g", "l_z", "P_plus", "P_minus"))
+        e_x, e_y, u, l_x, l_y = state[:5].tolist()
+        energy = l_x * l_x + l_y * l_y + l_z * l_z + 2 * g * u
+        n = e_x * l_x + e_y * l_y + u * l_z
+        lowest = max(-g * end for end in _turning(g, l_z, energy, n))
+        K = energy / 4 + abs(g) / 2 + lowest  # the brackets are (l^2 + 2 g u)/4 +- g/2 - g u
+        moves = any((e_x, e_y, l_x, l_y)) and 0 < K < math.inf
+        apart = CAUTION * math.pi / (2 * math.sqrt(K)) if moves else math.inf
+        return cls(g, l_z, P[0], P[1], K, apart)
+
+    def followed(self, t: Array, rows: Array, first: Sequence[float]) -> Array:
+        """Return phi, shape (k, 1)."""
+        x, y, _, p, q = rows.T[:5]
+        forward = 1.0 if t[-1] >= t[0] else -1.0
+        known = {name: getattr(self, name) for name in ("g", "l_z", "P_plus", "P_minus")}
+        counted, rests, _ = _argument_of_axis(rows, known, self.close)
+        lowest = forward * np.diff(p * y - q * x) > 0  # of u', which rises through a least u
+        P = np.where(lowest, self.P_plus, self.P_minus)
+        change = in_sense(np.where(P < 0, -forward, forward), principal(np.diff(counted)))
+        change = np.where(rests[1:] | rests[:-1], 0.0, change)
+        told = np.where(rests, counted, azimuth(rows))
+        # what is counted may begin ahead of the first azimuth
+        phi = _summed(first[0] + float(principal(counted[0] - told[0])), change)
+        return np.where(rests, phi, nearest(told, phi))[:, None]
+
+    def read(self, rows: Reals, told: Array, known: Mapping[str, Any], grain: Any) -> list[Reals]:
+        """Return phi, to the digits of the states; where the axis stays on a pole, the start's."""
+        phi, rests, passing = _argument_of_axis(rows, known, grain)
+        return [nearest(np.where(rests, known["phi_0"], phi), told[:, 0], passing, _turn(grain))]
+
+    def started(self, state: Array, *angles: float) -> tuple[float, ...]:
+        """Return phi at a start; on a pole that in which the axis leaves, phi or phi + pi."""
+        (phi,) = angles
+        if state[0] != 0 or state[1] != 0 or not state[3:5].any():
+            return (phi,)
+        leaving = float(azimuth(state[None])[0])
+        return (leaving + turns_behind(leaving - phi),)
+
+
+def _argument_of_axis(
+    rows: Reals, known: Mapping[str, Any], close: Any
+) -> tuple[Reals, Mask, Mask]:
+    """Return phi modulo 2 pi, where it rests, and where it is that of a pass; see `argument`."""
+    x, y, z, p, q = rows.T[:5]
+    l_z, own = known["l_z"], np.where(z > 0, known["P_minus"], known["P_plus"])
+    rate = (p * z - l_z * x, q * z - l_z * y)
+    return argument((-y, x), rate, own, _fastest(p, q, known), close)
+
+
+def _turning(g: float, l_z: float, energy: float, n: float) -> tuple[float, float]:
+    """Return bounds of u, from the roots of the cubic u'^2, widened by their rounding."""
+    if not np.isfinite(energy):
+        return -1.0, 1.0  # beyond the range of doubles: the integration will say so
+    k = energy - l_z**2  # u'^2 = (k - 2 g u)(1 - u^2) - (n - l_z u)^2
+    cubic = [2 * g, -k - l_z**2, 2 * (n * l_z - g), k - n**2]
+    if not any(cubic[:3]):
+        return -1.0, 1.0  # at rest, without gravity
+    roots = np.sort(np.roots(cubic).real)  # the third lies beyond the pole where V is high
+    u1, u2 = roots[:2] if g >= 0 else roots[-2:]
+    return max(-1.0, u1 - WIDENING), min(1.0, u2 + WIDENING)
+
+
+# --- phi and psi from the quaternion -------------------------------------------------------------
+
+
+Arm = tuple[Pair, Pair, Any]  # alpha or beta, its rate, its angular momentum
+
+
+class AttitudeTurns(Turns):
+    """The turns of phi and psi, from states of the attitude form."""
+
+    __slots__ = ()
+
+    @classmethod
+    def of(cls, parameters: Mapping[str, float], state: Array) -> Self:
         """Return the turns of the motion through a state of the attitude form."""
         g, l_z, *P = (parameters[name] for name in ("g", "l_z", "P_plus", "P_minus"))
         q_0, q_1, q_2, q_3, l_x, l_y = numbers = state[:6].tolist()
@@ -420,24 +300,8 @@ class AttitudeTurns:
         apart = CAUTION * math.pi / math.sqrt(K) if moves and 0 < K < math.inf else math.inf
         return cls(g, l_z, P[0], P[1], K, apart)
 
-    def parts(self, length: float, most: int | None = None) -> int:
-        """Return into how many parts a time is divided [s]."""
-        return max(1, math.ceil(min(abs(length) / self.apart, MOST_POINTS)))
-
-    def followed(
-        self, t: Array, rows: Array, first: Sequence[float], more: More | None = None
-    ) -> Array:
-        """Return phi and psi at times no farther apart than is decided, shape (k, 2) [rad].
-
-        Parameters
-        ----------
-        t : ndarray, shape (k,)
-            Times, monotonic [s].
-        rows : ndarray, shape (k, n)
-            States there.
-        first : sequence of float
-            phi and psi at the first of them [rad].
-        """
+    def followed(self, t: Array, rows: Array, first: Sequence[float]) -> Array:
+        """Return phi and psi, less its uniform part, shape (k, 2)."""
         forward = 1.0 if t[-1] >= t[0] else -1.0
         fastest, arms = math.sqrt(self.stiffness), self._arms(rows.T)
         counted = [argument(*arm, fastest, self.close)[0] for arm in arms]
@@ -456,12 +320,9 @@ class AttitudeTurns:
         a, b = np.where(a_rests, phi - b, a), np.where(b_rests, phi - a, b)
         return np.stack((nearest(a + b, phi), nearest(a - b, psi)), axis=-1)
 
-    def started(self, state: Array, phi: float, psi: float) -> tuple[float, float]:
-        """Return phi and psi at the start.
-
-        On a pole phi is that in which the axis leaves, phi or phi + pi, and psi compensates.
-        """
-        more = [0.0, 0.0]
+    def started(self, state: Array, *angles: float) -> tuple[float, ...]:
+        """Return phi and psi at the start; on a pole psi compensates for what phi jumps."""
+        (phi, psi), more = angles, [0.0, 0.0]
         for i, (z, rate, _) in enumerate(self._arms(state)):
             if not any(z) and any(rate):
                 off = float(np.arctan2(rate[1], rate[0])) - (phi - psi if i else phi + psi) / 2
@@ -483,9 +344,6 @@ class AttitudeTurns:
 
     def _arms(self, columns: Any) -> tuple[Arm, Arm]:
         return _arms(columns, self.l_z, self.P_plus, self.P_minus)
-
-
-Turns: TypeAlias = AxisTurns | AttitudeTurns
 
 
 def turns_of(

@@ -29,10 +29,13 @@ def test_an_event_that_is_none_is_not_found():
     assert np.isclose(float(found[1].state[0]), 0.6 * np.sin(0.5))
 
 
+def cubic(bits):
+    form = FORMULATIONS["cubic"].build("top")
+    return PreciseIntegrator(form, bits, {f"k_{i}": "1" for i in range(3)})
+
+
 def test_steps_do_not_go_back():
-    engine = PreciseIntegrator(
-        FORMULATIONS["cubic"].build("top"), 128, {f"k_{i}": "1" for i in range(3)}
-    )
+    engine = cubic(128)
     start = engine.start(["0.1", "0"])
     for t, far in (("-0.5", 10.0), ("0.5", -10.0)):
         with pytest.raises(ValueError, match="before the mark"):
@@ -41,8 +44,6 @@ def test_steps_do_not_go_back():
 
 @pytest.mark.parametrize("bits", [LONG_DOUBLE, 128])
 def test_texts_hold_every_bit(bits):
-    engine = PreciseIntegrator(
-        FORMULATIONS["cubic"].build("top"), bits, {f"k_{i}": "1" for i in range(3)}
-    )
+    engine = cubic(bits)
     third = engine.number("1") / engine.number("3")
     assert engine.number(engine.text(third)) == third

@@ -12,7 +12,7 @@ import sympy as sp
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.equations.lambdify import Rounded, evaluated, exact_values, lambdified
 from heavytop.errors import NotANumber, UntranslatableExpression
-from heavytop.integration.compiled import translated
+from heavytop.integration.compiled import number_type, rounded, translated
 from heavytop.numbers import PI, Exact
 from heavytop.run.planning import start_values
 from heavytop.scene.scene import load_scene, shipped_scenes
@@ -25,13 +25,14 @@ PRECISION = 240
 
 def value_at(expression, precision):
     """Evaluate a translated expression at x = 3/4, y = 5/8, numbers exact in any precision."""
-    [there] = translated([expression], NAMES, precision)
-    kwargs = {"fp_type": hy.real, "prec": precision} if precision != 53 else {}
-    function = hy.cfunc([there], [X, Y], compact_mode=True, **kwargs)
-    if precision == 53:
-        return sp.Float(float(function(np.array([0.75, 0.625]))[0]), 17)
-    inputs = np.array([hy.real(v, precision) for v in (0.75, 0.625)])
-    return sp.Float(str(function(inputs)[0]), int(precision * 0.3))
+    function = hy.cfunc(
+        translated([expression], NAMES, precision),
+        [X, Y],
+        compact_mode=True,
+        **number_type(precision),
+    )
+    value = function(rounded((0.75, 0.625), precision))[0]
+    return sp.Float(str(value), max(17, int(precision * 0.3)))
 
 
 EXPRESSIONS = [
@@ -98,21 +99,22 @@ def test_every_arithmetic_gives_the_rates_that_sympy_gives(name):
     exact = [sp.sympify(x).subs(there).evalf(60) for x in form.derivatives]
     doubles = [float(x) for x in values]
     named = {s.name: x for s, x in zip(symbols, doubles, strict=True)}
-    math_functions = {name: getattr(math, name) for name in ("sin", "cos", "sqrt")}
     variables = {s.name: hy.expression(s.name) for s in symbols}
-    compiled = hy.cfunc(translated(form.derivatives, variables), [*variables.values()])
-    for rates in (
-        lambdified(form.derivatives, symbols)(*doubles),
-        evaluated(form.derivatives, named, float, math_functions),
-        compiled(np.array(doubles)),
-    ):
-        assert all(abs(x - y) < 1e-14 * (1 + abs(y)) for x, y in zip(rates, exact, strict=True))
     ctx = mpmath.MPContext()
     ctx.dps = 50
-    functions = {name: getattr(ctx, name) for name in ("sin", "cos", "sqrt")}
-    function = lambdified(form.derivatives, symbols, ctx.mpf, functions)
-    for x, y in zip(function(*(ctx.mpf(int(v.p)) / int(v.q) for v in values)), exact, strict=True):
-        assert abs(x - ctx.mpf(str(y))) < ctx.mpf(10) ** -48 * (1 + abs(ctx.mpf(str(y))))
+    by_math, by_mpmath = (
+        {name: getattr(library, name) for name in ("sin", "cos", "sqrt")} for library in (math, ctx)
+    )
+    precise = lambdified(form.derivatives, symbols, ctx.mpf, by_mpmath)
+    compiled = hy.cfunc(translated(form.derivatives, variables), [*variables.values()])
+    for rates, bound in (
+        (lambdified(form.derivatives, symbols)(*doubles), 1e-14),
+        (evaluated(form.derivatives, named, float, by_math), 1e-14),
+        (compiled(np.array(doubles)), 1e-14),
+        (precise(*map(ctx.mpf, doubles)), 1e-48),  # these are exact
+    ):
+        for rate, true in zip(rates, exact, strict=True):
+            assert abs(sp.Float(str(rate), 60) - true) < bound * (1 + abs(true))
 
 
 @pytest.mark.parametrize("name", FORMULATIONS)

@@ -1,0 +1,55 @@
+"""The kicked top of the book, which every method starts from, and its exact motion."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import heavytop as ht
+from heavytop.comparison import absent, make_stepper, named
+from heavytop.equations.formulation import FORMULATIONS
+from heavytop.equations.lambdify import exact_values
+from heavytop.run.planning import start_values
+
+SPAN = 0.77  # s, not a multiple of the period: an error of phase shows at first order
+
+
+@cache
+def motion():
+    loaded = ht.load_scene("sicm-kicked")
+    return ht.Motion(loaded.top, loaded.start)
+
+
+@cache
+def started(formulation="axis"):
+    """States and parameters, each rounded once from its exact value."""
+    form = FORMULATIONS[formulation].build()
+    expressions = (*form.start, *form.parameters.values())
+    exact = exact_values(expressions, start_values(ht.load_scene("sicm-kicked")))
+    state, known = [[*map(float, x)] for x in (exact[: len(form.start)], exact[len(form.start) :])]
+    return tuple(state), dict(zip((p.name for p in form.parameters), known, strict=True))
+
+
+def set_up(name, setting=None, period=None, **more):
+    """The stepper of a method, or a test that is skipped by name where its packages are missing."""
+    method = named(name)
+    if missing := absent(method):
+        pytest.skip(f"{name} needs {' and '.join(missing)}")
+    period = motion().period if period is None else period
+    return make_stepper(name, *started(method.formulation), setting, period, **more)
+
+
+def at(stepper, t):
+    """The states at the first output time from t on, and that time."""
+    place, time = stepper.begin(), stepper.output_time(t)
+    while abs((after := stepper.block(place)).time[0]) < abs(time[0]):
+        place = after
+    return stepper.states_at(place, [time])[0], time[0]
+
+
+def axis_error(stepper, t):
+    state, time = at(stepper, t)
+    if state.size == 6:  # theta, phi, …
+        theta, phi = state[:2]
+        state = [np.sin(theta) * np.sin(phi), -np.sin(theta) * np.cos(phi), np.cos(theta)]
+    return float(np.abs(state[:3] - motion().at(time).axis).max())

@@ -1,0 +1,117 @@
+"""Coefficients of splittings and of Gauss' collocation: their sums, their orders, their digits."""
+
+import math
+from dataclasses import replace
+from fractions import Fraction
+from functools import partial
+
+import numpy as np
+import pytest
+
+from heavytop.comparison import make_stepper, symplectic
+from heavytop.comparison.collocation import coefficients
+from heavytop.comparison.steppers import Problem
+from heavytop.equations.formulation import FORMULATIONS
+
+from .kicked import axis_error, motion, set_up, started
+
+
+@pytest.mark.parametrize(
+    ("half", "order"),
+    [(("1",), 2), (symplectic.KAHAN_LI_8, 8), (symplectic.SOFRONIOU_SPALETTA_10, 10)],
+)
+def test_a_composition_is_symmetric_and_its_odd_powers_cancel(half, order):
+    lengths = [Fraction(x) for x in half]
+    lengths += lengths[-2::-1]
+    assert abs(sum(lengths) - 1) < 1e-23
+    for power in range(3, order, 2):  # the conditions of one commutator each
+        assert abs(sum(x**power for x in lengths)) < 1e-23
+    kicks, drifts = symplectic.composition(half)
+    assert (drifts == np.array([float(x) for x in lengths])).all()
+    assert (kicks == kicks[::-1]).all()
+    assert abs(kicks.sum() - 1) < 1e-15
+
+
+def test_blanes_and_moan_s_sums_are_one():
+    kicks, drifts = symplectic.blanes_moan()
+    for row in (kicks, drifts):
+        assert (row == row[::-1]).all()
+        assert abs(math.fsum(row) - 1) < 1e-16
+    assert np.count_nonzero(kicks) == 14
+
+
+@pytest.mark.parametrize(
+    "scheme",
+    [
+        symplectic.blanes_moan(),
+        symplectic.composition(symplectic.KAHAN_LI_8),
+        symplectic.composition(symplectic.SOFRONIOU_SPALETTA_10),
+    ],
+    ids=["blanes-moan", "kahan-li", "sofroniou-spaletta"],
+)
+def test_on_a_spring_a_scheme_is_exact_to_its_order(scheme):
+    kicks, drifts = ([Fraction(x) / sum(map(Fraction, row)) for x in row] for row in scheme)
+    h, q, p = Fraction(1, 1000), Fraction(1), Fraction(0)
+    for kick, drift in zip(kicks, [*drifts, Fraction(0)], strict=True):
+        p -= h * kick * q
+        q += h * drift * p
+    cosine = sum((-1) ** k * h ** (2 * k) / math.factorial(2 * k) for k in range(8))
+    sine = sum((-1) ** k * h ** (2 * k + 1) / math.factorial(2 * k + 1) for k in range(8))
+    assert max(abs(q - cosine), abs(p + sine)) < 1e-24
+
+
+@pytest.mark.parametrize("name", ["strang", "blanes-moan-rkn6", "kahan-li8"])
+@pytest.mark.parametrize("h", [0.01, 0.019, 0.02, -0.5])  # |l| h from 0.26 to 13 rad
+def test_without_gravity_a_splitting_is_the_rotation_itself(name, h):
+    pytest.importorskip("numba")
+    ell, e = np.array([3.0, -4.0, 25.0]), np.array([0.6, 0.0, 0.8])
+    sign = 1 if h > 0 else -1
+    taken = make_stepper(name, [*e, *ell[:2]], {"g": 0.0, "l_z": ell[2]}, 1, abs(h), sign, steps=3)
+    n, angle = ell / math.hypot(*ell), 3 * h * math.hypot(*ell)
+    exact = e * math.cos(angle) + np.cross(n, e) * math.sin(angle)
+    exact += n * (n @ e) * (1 - math.cos(angle))
+    assert np.abs(taken.block(taken.begin()).state[:3] - exact).max() < 3e-14
+
+
+def test_compensated_sums_lose_less():
+    plain = replace(symplectic.SOFRONIOU_SPALETTA, compensated=False)
+    state, parameters = started()
+    problem = Problem("", FORMULATIONS["axis"].build(), parameters, state, 1, motion().period)
+    t = 60.3 * motion().period
+    compensated = set_up("sofroniou-spaletta10", 64, steps=64)
+    assert axis_error(compensated, t) < axis_error(plain.stepper(problem, 64, 64), t) / 2
+
+
+# --- Gauss' collocation --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("s", [1, 2, 8])
+def test_gauss_collocation_is_of_order_2s_and_symplectic(s):
+    high, rest, beyond = coefficients(s)
+    a, b, beyond = high[:s].T, high[s], beyond.T
+    c = (1 + np.polynomial.legendre.leggauss(s)[0]) / 2
+    for k in range(1, 2 * s + 1):
+        assert abs(b @ c ** (k - 1) - 1 / k) < 1e-15
+    for k in range(1, s + 1):
+        assert np.abs(a @ c ** (k - 1) - c**k / k).max() < 1e-15
+        ahead = ((1 + c) ** k - 1) / k
+        assert np.abs(beyond @ c ** (k - 1) - ahead).max() < 1e-15 * np.abs(beyond).max() * s
+    exactly = np.vectorize(Fraction, otypes=[object])
+    a, b = exactly(a) + exactly(rest[:s].T), exactly(b) + exactly(rest[s])
+    product = b[:, None] * a
+    assert np.abs(product + product.T - np.outer(b, b)).max() < 1e-32
+    assert abs(b.sum() - 1) < 1e-32
+
+
+def test_gauss_coefficients_rounded_to_doubles_would_drift():
+    taken = set_up("gauss8", steps=8 * 4000)
+    g, l_z, table = taken.advance.args
+    rounded = table.copy()
+    rounded[17:] = 0
+    bare = replace(taken, advance=partial(taken.advance.func, g, l_z, rounded))
+    e_z, l_x, l_y = np.transpose([m.block(m.begin()).state[2:] for m in (taken, bare)])
+    first = started()[0]
+    energy = (l_x**2 + l_y**2) / 2 + g * e_z - (first[3] ** 2 + first[4] ** 2) / 2 - g * first[2]
+    ours, theirs = np.abs(energy / g)
+    assert ours < 5e-15
+    assert theirs > 2e-14

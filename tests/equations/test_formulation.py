@@ -1,0 +1,177 @@
+"""Every formulation, against the Lagrange equations: identically, and at 50 digits."""
+
+import random
+
+import mpmath
+import pytest
+import sympy as sp
+
+from heavytop.equations import euler_angles, reduced_cubic
+from heavytop.equations import lagrangian as lag
+from heavytop.equations.euler_poisson import deviation, frame_rate, g, kappa, l_x, l_y, l_z
+from heavytop.equations.euler_poisson import turned_phi as phi_with_turns
+from heavytop.equations.formulation import FORMULATIONS, components, power_of_rate, spin, time
+from heavytop.equations.lagrangian import normal_form
+from heavytop.equations.quaternion import attitude_form, q
+
+FORMS = {
+    f"{name}{f'-{variant}' if variant else ''}": entry.build(variant)
+    for name, entry in FORMULATIONS.items()
+    for variant in entry.variants
+}
+SOLVED = dict(zip(lag.ACCELERATIONS, lag.accelerations(), strict=True))
+SYMBOLS = (lag.A, lag.C, lag.gMR, *lag.COORDINATES, *lag.VELOCITIES)
+DEVIATIONS = (deviation, *euler_angles.DEVIATIONS)
+GIVEN = {frame_rate: 7, euler_angles.phi_rate: 5, euler_angles.psi_rate: -3}
+TINY = mpmath.mpf(10) ** -42
+
+every_form = pytest.mark.parametrize("form", FORMS.values(), ids=FORMS)
+
+
+def in_angles(form, expression):
+    """Write a function of a formulation's states as a function of the Euler angles."""
+    start = dict(zip(form.states, form.start, strict=True))
+    return sp.sympify(expression).subs(start).subs(dict(form.parameters))
+
+
+def in_half_angles(expression):
+    """Write everything through half angles, of which some forms are made."""
+    for angle in lag.COORDINATES:
+        half = sp.Symbol(f"half_{angle}", real=True)
+        s, c = sp.sin(half), sp.cos(half)
+        doubled = {sp.sin(2 * half): 2 * s * c, sp.cos(2 * half): 1 - 2 * s**2}
+        expression = expression.subs(angle, 2 * half).subs(doubled)
+    return expression
+
+
+def power_in(expression, powers):
+    """The power of three that comes out where symbols are multiplied by powers of three."""
+    numbers = random.Random(5)
+    values = {s: sp.Rational(numbers.randint(10, 99), 101) for s in powers}
+    thrice = {s: x * 3 ** powers[s] for s, x in values.items()}
+    before, after = (sp.sympify(expression).subs(v).evalf(50) for v in (values, thrice))
+    power = sp.log(after / before, 3).evalf(40)
+    assert abs(power - round(power)) < 1e-30, expression
+    return round(power)
+
+
+@every_form
+def test_in_another_unit_of_time_the_equations_are_the_same(form):
+    """Every state and constant measured in a third of a second, by the power of 1/s in its unit."""
+    powers = {"energy": 2, "p_phi": 1, "p_psi": 1, "length": 0}
+    rated = {s: power_of_rate(s.name) for s in (*form.states, *form.parameters, *form.given)}
+    for state, derivative in zip(form.states, form.derivatives, strict=True):
+        assert power_in(derivative, rated) == rated[state] + 1
+    for name, invariant in form.invariants.items():
+        assert power_in(invariant, rated) == powers[name]
+    for event in form.events.values():  # their zeros are the same whatever the power is
+        assert power_in(event, rated) in (1, 2)
+    assert power_in(form.spin, rated) == 1
+    scene = dict.fromkeys(SYMBOLS, 0) | dict.fromkeys(lag.VELOCITIES, 1) | {lag.gMR: 2}
+    for symbol, value in (*zip(form.states, form.start, strict=True), *form.parameters.items()):
+        if value != 0:
+            assert power_in(value, scene) == rated[symbol], symbol
+
+
+@every_form
+def test_states_move_as_the_lagrange_equations_say(form):
+    for state, start, derivative in zip(form.states, form.start, form.derivatives, strict=True):
+        if state in DEVIATIONS:
+            continue  # an angle less a uniform rotation: see below
+        rate = lag.time_derivative(start).subs(SOLVED)
+        if form.name == "attitude":  # in a frame that spins by kappa
+            rate -= form.parameters[kappa] * sp.diff(start, lag.psi)
+        difference = in_half_angles(rate - in_angles(form, derivative))
+        cleared = sp.cancel(sp.together(difference * lag.A * lag.C * lag.gMR))
+        assert normal_form(sp.numer(cleared)) == 0, state
+
+
+@every_form
+def test_invariants_are_conserved_identically(form):
+    for name, invariant in form.invariants.items():
+        cleared = sp.numer(sp.cancel(sp.together(in_half_angles(form.flow_derivative(invariant)))))
+        assert sp.expand(normal_form(cleared)) == 0, name
+
+
+def random_state(seed):
+    source = random.Random(seed)
+    bounds = ((0.1, 3), (0.1, 3), (-2, 2), (0.1, 3), (-3, 3), (-3, 3), (-4, 4), (-4, 4), (-9, 9))
+    return {
+        s: sp.Rational(source.randint(0, 10**12), 10**12) * (b - a) + a
+        for s, (a, b) in zip(SYMBOLS, (map(sp.Rational, map(str, p)) for p in bounds), strict=True)
+    }
+
+
+def quaternion():
+    """The attitude in Euler angles, scalar first."""
+    half, plus, minus = lag.theta / 2, (lag.phi + lag.psi) / 2, (lag.phi - lag.psi) / 2
+    c, s = sp.cos, sp.sin
+    return c(half) * c(plus), s(half) * c(minus), s(half) * s(minus), c(half) * s(plus)
+
+
+PHI_MOD = sp.atan2(sp.sin(lag.phi), sp.cos(lag.phi))
+EXPECTED = {
+    **{s.name: s for s in (*lag.COORDINATES, *lag.VELOCITIES)},
+    "phi_mod": PHI_MOD,
+    "psi_mod": lag.psi + lag.phi - PHI_MOD,
+    **components("axis", lag.axis()),
+    **components("omega", lag.rotation() * lag.angular_velocity()),
+    **{f"quaternion_{i}": c for i, c in enumerate(quaternion())},
+}
+
+
+@pytest.mark.parametrize("seed", range(3))
+@every_form
+def test_all_it_tells_is_what_the_angles_tell_at_fifty_digits(form, seed):
+    values = random_state(seed)
+
+    def told(expression, **rates):
+        """What an expression in states and parameters is, where rates are others."""
+        there = values | {sp.Symbol(name, real=True): x for name, x in rates.items()}
+        named = dict(zip(form.states, form.start, strict=True)) | dict(form.parameters)
+        numbers = {s: sp.sympify(x).subs(there).evalf(60) for s, x in named.items()}
+        known = numbers | GIVEN | {time: 0, spin[0]: 1, spin[1]: 0}
+        return sp.sympify(expression).subs(known).evalf(50)
+
+    def off(expression, expected):
+        return abs(told(expression) - sp.sympify(expected).subs(values).evalf(50))
+
+    for name, output in form.outputs.items():
+        assert off(output.subs(phi_with_turns, lag.phi).subs(values), EXPECTED[name]) < TINY, name
+    for angle, rate in ((lag.phi, lag.phidot), (lag.psi, lag.psidot)):  # by quadrature or not
+        if (output := form.outputs.get(angle.name)) is not None:
+            assert off(sp.diff(output, time) + form.flow_derivative(output), rate) < TINY
+    acceleration = form.flow_derivative(form.outputs["thetadot"])
+    assert off(acceleration, SOLVED[lag.thetaddot]) < 1e3 * TINY
+    assert off(form.spin, lag.momenta()[2] / lag.A) < TINY
+    for event, rate in (("turning", lag.thetadot), ("reversal", lag.phidot)):
+        for sign in (1, -1, 0):
+            found = told(form.events[event], **{rate.name: sign * abs(values[rate])})
+            assert sp.sign(found.round(40)) == sign, event
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_the_cubic_in_heights_is_the_cubic(side):
+    A, P, n = lag.A, reduced_cubic.P, reduced_cubic.n
+    values = {
+        lag.u: side * (1 - reduced_cubic.w),
+        lag.p_phi: A * (P + side * n),
+        lag.p_psi: A * n,
+        lag.E_prime: A * (reduced_cubic.excess + side * reduced_cubic.g),
+        lag.gMR: A * reduced_cubic.g,
+    }
+    assert sp.expand(lag.cubic().subs(values) - reduced_cubic.height_cubic(side)) == 0
+
+
+def test_each_half_of_the_quaternion_moves_in_a_central_force():
+    """What the counting of turns stands on: Hill's equations, and their angular momenta."""
+    form = attitude_form()
+    q_0, q_1, q_2, q_3 = q
+    upper, lower, l2 = q_0**2 + q_3**2, q_1**2 + q_2**2, l_x**2 + l_y**2 + l_z**2
+    halves = (((q_0, q_3), l2 / 4 + g * lower, 1), ((q_1, q_2), l2 / 4 - g * upper, -1))
+    for pair, factor, sign in halves:
+        rates = [form.flow_derivative(x) for x in pair]
+        for x, rate in zip(pair, rates, strict=True):
+            assert sp.expand(form.flow_derivative(rate) + factor * x) == 0
+        momentum = pair[0] * rates[1] - pair[1] * rates[0]
+        assert sp.expand(momentum - (l_z * (upper + lower) + sign * form.spin) / 4) == 0
