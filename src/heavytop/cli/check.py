@@ -48,7 +48,7 @@ def check(
         print(found, flush=True)  # in the alphabet of the terminal
     ends = []
     if output is not None:
-        from heavytop.plots.check import check_figure
+        from heavytop.plots.studies import check_figure
         from heavytop.plots.style import save
 
         try:

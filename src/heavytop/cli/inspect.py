@@ -56,9 +56,9 @@ def scenes(
         if common.json:
             print_json({"schema": SCENES_SCHEMA, "scenes": dict(titles)})
             return
-        from heavytop.report.terminal import two_columns
+        from heavytop.report.tables import facts, printed
 
-        print_table(two_columns(titles.items()))
+        print_table(printed([facts(titles.items())], ""))
         return
     try:
         text = shipped_text(name)

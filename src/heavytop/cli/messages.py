@@ -141,7 +141,7 @@ def show(document: Mapping[str, Any], json: bool) -> None:
     if json:
         print_json(with_command(document))
     else:
-        from heavytop.report.terminal import rendered
+        from heavytop.report.studies import rendered
 
         print_table(rendered(document))
 

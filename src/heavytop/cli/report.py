@@ -24,7 +24,7 @@ from heavytop.cli.options import (
 from heavytop.spelling import harmless
 
 if TYPE_CHECKING:
-    from heavytop.report.pages.page import Page
+    from heavytop.report.page import Page
 
 PAGE = "report.html"
 MARKS = {".html": b'name="generator" content="heavytop', ".json": b'"schema": "heavytop/report/1"'}
@@ -126,11 +126,11 @@ def _beginning(path: Path) -> bytes:
 
 def _page(folders: list[Path], about: list[str], common: Common, stack: ExitStack) -> Page:
     """The page of folders, or of the studies that are run first about a scene."""
-    from heavytop.report.pages.page import load_results, page_of
+    from heavytop.report.page import load_results, page_of
 
     missing: list[tuple[str, str]] = []
     if not folders:
-        from heavytop.report.pages.quick import quick
+        from heavytop.report.quick import quick
 
         temporary = tempfile.TemporaryDirectory(prefix="heavytop-", ignore_cleanup_errors=True)
         place = Path(stack.enter_context(temporary))
@@ -140,7 +140,7 @@ def _page(folders: list[Path], about: list[str], common: Common, stack: ExitStac
 
 
 def _written(page: Page, html: Path) -> dict[str, str]:
-    from heavytop.report.pages.page import write_page
+    from heavytop.report.page import write_page
 
     try:
         return write_page(page, html)

@@ -17,7 +17,7 @@ from heavytop.cli.options import Common, SceneName, results_folder, verb
 
 if TYPE_CHECKING:
     from heavytop.analytic.motion import Motion
-    from heavytop.report.run_files import Request
+    from heavytop.report.files import Request
     from heavytop.results.run import RunResult
     from heavytop.run.planning import Plan
     from heavytop.run.trajectory import Trajectory
@@ -34,7 +34,7 @@ def run(
     common: Common,
 ) -> None:
     """Integrate a scene and compare it with the closed form."""
-    from heavytop.report.run_files import Request
+    from heavytop.report.files import Request
 
     asked = Request(common.scene(scene), common.formulation.value, figures=not common.no_figures)
     carry_out(asked, common.output, common, force=force)
@@ -48,7 +48,7 @@ def is_run(folder: Path) -> bool:
 
 def resume_run(folder: Path, common: Common) -> None:
     """Go on with a run; of one that has ended, say so and print it."""
-    from heavytop.report.run_files import DOCUMENT, REQUEST, TRAJECTORY, Request
+    from heavytop.report.files import DOCUMENT, REQUEST, TRAJECTORY, Request
     from heavytop.results.run import RunResult
     from heavytop.run.trajectory_file import load_interrupted
 
@@ -72,7 +72,7 @@ def resume_run(folder: Path, common: Common) -> None:
 
 def carry_out(asked: Request, folder: Path | None, common: Common, *, force: bool = False) -> None:
     """Do what is asked, or what is left of it; what cannot be run touches no folder."""
-    from heavytop.report.run_files import REQUEST, begun
+    from heavytop.report.files import REQUEST, begun
     from heavytop.run.planning import closed_form_of, planned
 
     motion = closed_form_of(asked.scene)
@@ -122,7 +122,7 @@ def _result(
     asked: Request, motion: Motion, chosen: Plan, folder: Path | None, common: Common
 ) -> tuple[RunResult, Early | None]:
     """The result of what is asked, written with its files, and why it is not whole if so."""
-    from heavytop.report.run_files import write_results
+    from heavytop.report.files import write_results
     from heavytop.results.run import run_result
 
     if chosen.folded or chosen.formulation == "none":
@@ -144,7 +144,7 @@ def _result(
 
 def _known(scene: Scene, chosen: Plan, folder: Path | None) -> RunResult:
     """The result of a scene that is known at once, or from one nutation."""
-    from heavytop.report.run_files import DOCUMENT
+    from heavytop.report.files import DOCUMENT
     from heavytop.results.run import folded_result, known_result
     from heavytop.run.periodic import fold
 
@@ -159,7 +159,7 @@ def _integrated(
     asked: Request, motion: Motion, chosen: Plan, folder: Path | None, common: Common
 ) -> tuple[Trajectory, errors.EndedEarly | None]:
     """The trajectory of a scene, from where its folder has it, and why it is a part if it is."""
-    from heavytop.report.run_files import TRAJECTORY, part_of
+    from heavytop.report.files import TRAJECTORY, part_of
     from heavytop.run.propagation import carried_out, completed
 
     scene = asked.scene

@@ -133,29 +133,25 @@ def cluster(address: str) -> AbstractContextManager[Executor]:
 
 def finish(kind: str, found: Any, common: Common) -> None:
     """Write and print what a study found, and say what is wrong with it."""
-    from heavytop.report import study_files
-
-    write = getattr(study_files, f"write_{kind}")
-    put_out(partial(write, found), found.document, partial(ENDS[kind], found), common)
+    put_out(found, partial(ENDS[kind], found), common)
 
 
 def put_out(
-    write: Callable[..., Mapping[str, str]],
-    document: Callable[..., Mapping[str, Any]],
-    ends: Callable[[Mapping[str, Any]], Iterable[tuple[Exit, str]]],
-    common: Common,
+    found: Any, ends: Callable[[Mapping[str, Any]], Iterable[tuple[Exit, str]]], common: Common
 ) -> None:
     """Write files, print the document that names them, then leave with what is wrong with it."""
+    from heavytop.report.files import write_study
+
     files: Mapping[str, str] = {}
     unwritten: list[tuple[Exit, str]] = []
     if common.output is not None:
         try:
-            files = write(common.output, figures=not common.no_figures)
+            files = write_study(found, common.output, figures=not common.no_figures)
         except errors.StoppedEarly as fault:
             unwritten = [(Exit.ENDED_EARLY, str(fault))]
         for name in files.values():
             common.note(f"wrote {common.output / name}")
-    printed = document(files=files)
+    printed = found.document(files=files)
     show(printed, common.json)
     leave([*unwritten, *ends(printed)])
 
@@ -354,11 +350,9 @@ def _no_clash(changes: list[str], axes: tuple[str, str]) -> None:
 
 def _diagram(scene: str, common: Common) -> None:
     """Write and print the energy–momentum diagram of a scene."""
-    from heavytop.report.study_files import write_energy_momentum
     from heavytop.results.energy_momentum import diagram_of
 
-    found = diagram_of(common.scene(scene))
-    put_out(partial(write_energy_momentum, found), found.document, lambda _: (), common)
+    put_out(diagram_of(common.scene(scene)), lambda _: (), common)
 
 
 CLAIMS: Final = "Claims or scripts, as in betsch-cone 39_flint; else those of a few minutes."
@@ -374,7 +368,6 @@ def validate(
 ) -> None:
     """Measure what is claimed, on authorities outside this project."""
     from heavytop.claims import validate as claimed
-    from heavytop.report.study_files import write_validation
 
     with progress_bar(not common.quiet) as progress:
         try:
@@ -384,10 +377,7 @@ def validate(
         except claimed.UnknownClaim as unknown:
             raise BadParameter(str(unknown), param_hint="CLAIM") from None
 
-    def write(folder: Path, figures: bool) -> Mapping[str, str]:
-        return write_validation(found, folder)
-
-    put_out(write, found.document, partial(_validation_ends, found), common)
+    put_out(found, partial(_validation_ends, found), common)
 
 
 OWN: Final = "Those of your own that the study runs, named again: mine.py:rk4."

@@ -22,6 +22,7 @@ from heavytop.files import write_whole
 from heavytop.scene.arguments import path_of
 
 Array = NDArray[np.float64]
+Known = Mapping[str, Any]  # a document, or a part of one
 
 # Okabe and Ito's colours, which the colour-blind tell apart.
 BLUE: Final = "#0072B2"
@@ -84,6 +85,7 @@ STYLE: Final[Any] = {
     "font.family": "DejaVu Sans",
     "font.size": 9.0,
     "axes.formatter.useoffset": False,
+    "legend.frameon": False,
     "text.usetex": False,
 }
 # No date and no program version: the file depends on the trajectory alone.
@@ -128,24 +130,20 @@ def legend(
     names = [name for name in order or known if name in known]
     if names:
         handles = [known[name] for name in names]
-        figure.legend(
-            handles, names, loc="outside lower center", ncols=columns, frameon=False, **looks
-        )
+        figure.legend(handles, names, loc="outside lower center", ncols=columns, **looks)
 
 
 def gridded(ax: Axes, xlabel: str, ylabel: str) -> None:
     """Label both axes, and draw faint lines at their ticks."""
     ax.set(xlabel=xlabel, ylabel=ylabel)
-    ax.grid(True, which="major", linewidth=0.3, color=FAINT)
+    ax.grid(True, which="major", lw=0.3, color=FAINT)
 
 
 def in_degrees(ax: Axes, side: Literal["x", "y"]) -> None:
     """Show degrees on the other side of axes whose x or y is in radians."""
-    functions = (np.degrees, np.radians)
-    if side == "x":
-        ax.secondary_xaxis("top", functions=functions).set_xlabel("[°]")
-    else:
-        ax.secondary_yaxis("right", functions=functions).set_ylabel("[°]")
+    other = ax.secondary_xaxis("top") if side == "x" else ax.secondary_yaxis("right")
+    other.set_functions((np.degrees, np.radians))
+    other.set(**{f"{side}label": "[°]"})
 
 
 class _SettledLayout(ConstrainedLayoutEngine):
