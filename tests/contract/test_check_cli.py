@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from heavytop.analytic.motion import Motion
 from heavytop.cli import app, exit_code
 from heavytop.errors import ForeignFile
-from heavytop.plots.check import check_figure
+from heavytop.plots.studies import check_figure
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
 

@@ -9,7 +9,7 @@ import pytest
 import typer
 
 from heavytop.cli import EXIT_CODES, app
-from heavytop.report.pages import quick
+from heavytop.report import quick
 
 EXTENSIONS = Path(__file__).parents[2] / "docs" / "_ext"
 PAGE = """# A page

@@ -11,7 +11,7 @@ from typer.testing import CliRunner, Result
 import heavytop as ht
 from heavytop.cli import app
 from heavytop.errors import Stop, StoppedEarly
-from heavytop.report.study_files import write_stress, write_work_precision
+from heavytop.report.files import write_study
 from heavytop.results.base import Problem
 from heavytop.results.stress import Stress
 from heavytop.results.work_precision import WorkPrecision
@@ -32,7 +32,6 @@ EMPTY = {
         periods=5.0, phase=4.6, budget=60.0, points=(), skipped=(),
     ),
 }  # fmt: skip
-WRITERS = {"stress": write_stress, "workprec": write_work_precision}
 
 
 def heavytop_(verb: str, *arguments: object) -> Result:
@@ -98,7 +97,7 @@ def test_a_disk_that_fills_up_ends_a_study_early(verb, tmp_path, monkeypatch):
 def test_the_exception_names_the_file_and_keeps_its_cause(verb, tmp_path, monkeypatch):
     monkeypatch.setattr("heavytop.files.os.fsync", full)
     with pytest.raises(StoppedEarly, match="No space left") as stopped:
-        WRITERS[verb](EMPTY[verb], tmp_path, figures=False)
+        write_study(EMPTY[verb], tmp_path, figures=False)
     assert stopped.value.outcome is Stop.UNWRITABLE
     assert stopped.value.folder is None
     assert str(stopped.value) == stopped.value.why
@@ -109,11 +108,11 @@ def test_the_exception_names_the_file_and_keeps_its_cause(verb, tmp_path, monkey
 @pytest.mark.parametrize("verb", EMPTY)
 def test_a_folder_is_made_and_a_file_is_none(verb, tmp_path):
     made: Path = tmp_path / "made" / "here"
-    names = WRITERS[verb](EMPTY[verb], made, figures=False)
+    names = write_study(EMPTY[verb], made, figures=False)
     assert names == {"document": f"{verb}.json"}
     assert list(made.iterdir()) == [made / f"{verb}.json"]
     with pytest.raises(StoppedEarly, match=f"cannot write {made / names['document']}"):
-        WRITERS[verb](EMPTY[verb], made / names["document"], figures=False)
+        write_study(EMPTY[verb], made / names["document"], figures=False)
 
 
 @pytest.mark.parametrize("verb", EMPTY)

@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 from heavytop.cli import app
 from heavytop.report.run import settled
-from heavytop.report.terminal import rendered
+from heavytop.report.studies import rendered
 from heavytop.scene.scene import shipped_scenes
 
 NARROW = 80

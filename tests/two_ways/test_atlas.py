@@ -193,10 +193,10 @@ def test_a_killed_atlas_goes_on_where_it_was(tmp_path):
 
 
 def test_the_map_is_netcdf_with_flags(rows, tmp_path):
-    from heavytop.report.study_files import write_atlas
+    from heavytop.report.files import write_study
 
     found = ht.atlas(KICKED, **AXES, jobs=1, folder=tmp_path / "a")
-    files = write_atlas(found, tmp_path / "a")
+    files = write_study(found, tmp_path / "a")
     document = json.loads((tmp_path / "a" / files["document"]).read_text())
     assert document["schema"] == "heavytop/atlas/1"
     assert document["files"] == files
@@ -216,12 +216,12 @@ def test_the_map_is_netcdf_with_flags(rows, tmp_path):
 
 
 def test_the_picture_is_the_same_bytes_each_time(tmp_path):
-    from heavytop.report.study_files import write_atlas
+    from heavytop.report.files import write_study
 
     found = ht.atlas(KICKED, **AXES, jobs=1, folder=tmp_path / "a")
-    files = write_atlas(found, tmp_path / "a")
+    files = write_study(found, tmp_path / "a")
     first = (tmp_path / "a" / files["chart_svg"]).read_bytes()
-    write_atlas(found, tmp_path / "a")
+    write_study(found, tmp_path / "a")
     assert (tmp_path / "a" / files["chart_svg"]).read_bytes() == first
 
 

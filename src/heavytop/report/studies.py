@@ -216,7 +216,7 @@ def _left_out(document: Known) -> Iterator[Row]:
         yield "rivals", f"only these were run: {', '.join(rivals['run'])}"
     for (reason,), same in grouped(document["skipped"], "reason").items():
         methods = grouped(same, "method").items()
-        settings = (f"{name} ({len(some)} settings from {_setting(some[0])})"
+        settings = (f"{name} ({len(some)} setting{'s'[: len(some) != 1]} from {_setting(some[0])})"
                     for (name,), some in methods)  # fmt: skip
         yield "left out", f"{reason}: {', '.join(settings)}"
 
