@@ -2,8 +2,6 @@
 
 import hashlib
 import os
-import subprocess
-import sys
 from contextlib import contextmanager
 
 import h5py
@@ -34,20 +32,6 @@ def forging(path):
 def forged(path):
     ht.propagate(ht.load_scene("sicm-kicked", ["span.time=0.1"])).save(path)
     return lambda: forging(path)
-
-
-def memory_of_a_load(path):
-    """The most memory that a process has taken which loaded a file, and what it said [bytes]."""
-    code = (
-        "import sys, heavytop as ht\n"
-        "try: ht.load_trajectory(sys.argv[1])\n"
-        "except ht.ForeignFile as fault: print(fault, file=sys.stderr)\n"
-        "told = open('/proc/self/status').read()\n"  # what getrusage tells begins with the parent's
-        "print(int(told.partition('VmHWM:')[2].split()[0]) * 1024)"
-    )
-    done = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True,
-                          timeout=120, check=True)  # fmt: skip
-    return int(done.stdout), done.stderr
 
 
 def test_a_digest_of_the_file_stands_behind_its_end(path):
@@ -85,17 +69,6 @@ def test_what_is_not_declared_is_not_read(forged, path):
         file["more"] = h5py.ExternalLink("elsewhere.nc", "/kind")
         file.attrs["more"] = ["a"] * 100
     assert ht.load_trajectory(path).outcome == "finished"
-
-
-@pytest.mark.parametrize("name", ["theta", "states", "event_t", "checkpoint_states"])
-def test_zeros_that_are_compressed_take_no_memory(forged, path, name):
-    with forged() as file:
-        del file[name]
-        file.create_dataset(name, (2**29, 6), "f8", chunks=(2**18, 6), compression="gzip")
-    size, said = memory_of_a_load(path)
-    assert size < 2**30
-    if name != "theta":  # which is computed from the states
-        assert f"'{name}': not in one piece" in said
 
 
 def in_another_file(file):

@@ -264,17 +264,14 @@ def put(place, name, changed, folder):
 FORMULA, HIDDEN = "$x$ and $\\frac{$", "_gone"
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "", "[]", "{", '{"schema": NaN}', "[" * 100_000, '{"schema": "heavytop/run/1"}', "\x00",
-        '{"schema": "heavytop/validate/2", "claims": []}',
-        '{"schema": "heavytop/validate/1", "claims": [{"id": 3}]}',
-        json.dumps(validate()).replace("1e-09", "1e999"),
-        json.dumps(validate()).replace("1e-09", "NaN"),
-    ],
-    ids=lambda text: text[:40].replace("\x00", "null"),
-)  # fmt: skip
+WRONG = [
+    "", "[" * 100_000, "\x00", '{"schema": "heavytop/run/1"}',
+    '{"schema": "heavytop/validate/1", "claims": [{"id": 3}]}',
+    json.dumps(validate()).replace("1e-09", "1e999"), json.dumps(validate()).replace("1e-09", "NaN"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", WRONG, ids=range(len(WRONG)))
 def test_a_damaged_document_is_refused_by_name(place, tmp_path, text):
     put(place, "validate", text, tmp_path / "a")
     done = report(tmp_path / "a", "-o", tmp_path / "page")
