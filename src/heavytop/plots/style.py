@@ -6,8 +6,7 @@ import os
 import re
 import warnings
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from tempfile import TemporaryDirectory
+from io import BytesIO
 from typing import Any, Final, Literal, NamedTuple
 
 import matplotlib as mpl
@@ -177,21 +176,21 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
     form = place.suffix.removeprefix(".")
     if form not in _METADATA:
         raise ValueError(f"{place.name}: a figure is .svg, .png or .pdf")
-    layout = figure.get_layout_engine()
-    if isinstance(layout, ConstrainedLayoutEngine):
-        figure.set_layout_engine(_SettledLayout(**layout.get()))
-    with mpl.rc_context(STYLE), warnings.catch_warnings():
-        # A title in a script the font lacks is drawn with boxes; the run is none the worse.
-        warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
-        metadata = _METADATA[form]
-        write_whole(
-            place, lambda part: figure.savefig(part, format=form, dpi=160, metadata=metadata)
-        )
+    data = _drawn(figure, form)
+    write_whole(place, lambda part: part.write_bytes(data))
 
 
 def svg(figure: Figure) -> str:
     """The SVG of a figure, its texts in the font of the reader: small, as a page takes it."""
-    with TemporaryDirectory(prefix="heavytop-") as place, mpl.rc_context({"svg.fonttype": "none"}):
-        path = Path(place) / "figure.svg"
-        save(figure, path)
-        return path.read_text("utf-8")
+    return _drawn(figure, "svg", **{"svg.fonttype": "none"}).decode()
+
+
+def _drawn(figure: Figure, form: str, **style: str) -> bytes:
+    layout, data = figure.get_layout_engine(), BytesIO()
+    if isinstance(layout, ConstrainedLayoutEngine):
+        figure.set_layout_engine(_SettledLayout(**layout.get()))
+    with mpl.rc_context(STYLE | style), warnings.catch_warnings():
+        # A title in a script the font lacks is drawn with boxes; the run is none the worse.
+        warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
+        figure.savefig(data, format=form, dpi=160, metadata=_METADATA[form])
+    return data.getvalue()
