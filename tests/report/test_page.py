@@ -267,7 +267,8 @@ FORMULA, HIDDEN = "$x$ and $\\frac{$", "_gone"
 WRONG = [
     "", "[" * 100_000, "\x00", '{"schema": "heavytop/run/1"}',
     '{"schema": "heavytop/validate/1", "claims": [{"id": 3}]}',
-    json.dumps(validate()).replace("1e-09", "1e999"), json.dumps(validate()).replace("1e-09", "NaN"),
+    json.dumps(validate()).replace("1e-09", "1e999"),
+    json.dumps(validate()).replace("1e-09", "NaN"),
 ]  # fmt: skip
 
 

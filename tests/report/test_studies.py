@@ -7,7 +7,7 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 from heavytop.cli import app
-from heavytop.report.studies import KINDS, kind_of, parts_of, rendered, summaries, summary
+from heavytop.report.studies import RESULTS, kind_of, parts_of, rendered, summaries, summary
 from heavytop.report.tables import MISSING, SYMBOLS, Fitting, Table, given, headed
 from heavytop.scene.scene import load_scene
 from heavytop.studies.atlas_plane import ROLES
@@ -156,7 +156,7 @@ def test_claims_are_counted(passed, words):
 
 
 def test_every_document_of_a_chart_is_a_kind_of_result():
-    assert {kind_of(each) for each in (stress(), validate())} < KINDS.keys()
+    assert {kind_of(each) for each in (stress(), validate())} < RESULTS.keys()
 
 
 # --- values as texts ---------------------------------------------------------------------------

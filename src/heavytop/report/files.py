@@ -13,13 +13,14 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 from heavytop.errors import ForeignFile, ForeignRun, Stop, StoppedEarly
 from heavytop.files import as_json, locked, write_document
 from heavytop.hdf5 import write_sealed
-from heavytop.report.studies import KINDS, kind_of
+from heavytop.report.studies import RESULTS, kind_of
 from heavytop.results.atlas import AtlasResult
 from heavytop.results.base import Answer, Text, read, with_command
 from heavytop.results.classification import PlanSummary
@@ -290,35 +291,31 @@ def write_study(
 
 
 def _written(found: Any, place: Path, figures: bool) -> dict[str, str]:
-    document = with_command(
-        found.document(**{"costs": False} if isinstance(found, RESUMED) else {})
-    )
-    name = kind_of(document).replace("-", "_")
-    files = {"document": f"{name}.json"}
-    charts = [each for each in KINDS[kind_of(document)].charts if each.data_in(document)]
-    drawn: Any = document
+    resumed = isinstance(found, RESUMED)
+    document = with_command(found.document(costs=False) if resumed else found.document())
+    name, charts = kind_of(document).replace("-", "_"), RESULTS[kind_of(document)].charts
+    files, drawn = {"document": f"{name}.json"}, document
     if isinstance(found, Drift):
         files["errors"] = "drift.nc"
         data = bytes(found.to_xarray().to_netcdf(engine="h5netcdf"))  # whole before it is on disk
         write_sealed(place / files["errors"], lambda part: part.write_bytes(data))
-    if kind_of(document) == "atlas":
+    if name == "atlas":
+        figures, drawn = figures and found.whole, found
         if found.whole:
             files["map"] = "atlas.nc"
             found.save_map(place / files["map"])
-        charts, drawn = charts if found.whole else [], found
 
     def write() -> None:
         write_document(place / files["document"], document | {"files": files})
 
     write()  # what was computed is on the disk before anything is drawn
-    for chart in KINDS[kind_of(document)].charts:  # those of an earlier study of the name
-        for form in FORMS:
-            (place / f"{chart.name}.{form}").unlink(missing_ok=True)
-    if figures and charts:
-        for chart in charts:
+    for chart, form in product(charts, FORMS):  # those of an earlier study of the name
+        (place / f"{chart.name}.{form}").unlink(missing_ok=True)
+    for chart in charts:
+        if figures and chart.data_in(document):
             key = "chart" if chart.name == name else chart.name
             files |= _saved(place, chart.name, chart.draw(drawn), key)
-        write()
+    write()
     return files
 
 

@@ -24,7 +24,7 @@ from heavytop.files import as_json, write_text
 from heavytop.hdf5 import attribute, dataset, opened
 from heavytop.machine import version
 from heavytop.report.player import frames, run_data, tops
-from heavytop.report.studies import KINDS, kind_of, parts_of, summary
+from heavytop.report.studies import RESULTS, kind_of, parts_of, summary
 from heavytop.report.tables import (
     SYMBOLS,
     Fitting,
@@ -213,7 +213,7 @@ def _section(result: LoadedResult, number: int) -> Section:
         parts.append(facts((each, given(document["scene"][each])) for each in ("top", "start")))
     for part in parts_of(document):
         parts += part.forms[0] if isinstance(part, Fitting) else [part]
-    heading = KINDS[name].heading
+    heading = RESULTS[name].heading
     if "scene" in document:
         heading = f"{heading}: {called(document)}"
     return Section(result, f"{name}-{number}", heading, tuple(parts), *drawn)
@@ -223,7 +223,7 @@ def _charts(result: LoadedResult) -> Drawn:
     """The charts of a study for which its document has numbers."""
     pictures: list[Picture] = []
     data: dict[str, Any] = {}
-    for chart in KINDS[kind_of(result.document)].charts:
+    for chart in RESULTS[kind_of(result.document)].charts:
         if known := chart.data_in(result.document):
             name, svg = chart.name.replace("_", "-"), _svg(chart.draw(result.document))
             pictures.append(Picture(name, chart.title, svg, tuple(known)))

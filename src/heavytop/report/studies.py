@@ -459,7 +459,7 @@ def _within(document: Any, place: str) -> Any:
     return document
 
 
-class Kind(NamedTuple):
+class ResultKind(NamedTuple):
     """A kind of result: its heading on a page, what it says, and its charts."""
 
     heading: str
@@ -467,34 +467,34 @@ class Kind(NamedTuple):
     charts: tuple[Chart, ...] = ()
 
 
-KINDS: Final[Mapping[str, Kind]] = {
-    "run": Kind("Run", run_parts),
-    "plan": Kind("Plan", plan_parts),
-    "classify": Kind("Classification", classify_parts),
-    "traces": Kind("Every kind of motion", lambda _: (), (
+RESULTS: Final[Mapping[str, ResultKind]] = {
+    "run": ResultKind("Run", run_parts),
+    "plan": ResultKind("Plan", plan_parts),
+    "classify": ResultKind("Classification", classify_parts),
+    "traces": ResultKind("Every kind of motion", lambda _: (), (
         Chart("sphere.traces_figure", "the path of the axis on the unit sphere, in closed form; "
               "dot: start, cross: vertical", "traces"),)),
-    "drift": Kind("Drift", drift_parts, (
+    "drift": ResultKind("Drift", drift_parts, (
         Chart("studies.drift_figure", "errors over nutation periods, both logarithmic",
               "methods"),)),
-    "workprec": Kind("Work and precision", work_precision_parts, (
+    "workprec": ResultKind("Work and precision", work_precision_parts, (
         Chart("studies.workprec_figure", "time of a period over error, both logarithmic",
               "points front front_theta"),)),
-    "stress": Kind("Where methods fail", stress_parts, (
+    "stress": ResultKind("Where methods fail", stress_parts, (
         Chart("studies.stress_figure", "digits lost at every case by every method",
               "cases hard"),)),
-    "stress-cases": Kind("Cases", stress_cases_parts),
-    "atlas": Kind("Atlas", atlas_parts, (
+    "stress-cases": ResultKind("Cases", stress_cases_parts),
+    "atlas": ResultKind("Atlas", atlas_parts, (
         Chart("atlas.atlas_figure", "kinds of motion, and their boundaries", "counts curves axes"),
     )),
-    "energy-momentum": Kind("Energy and momentum", energy_momentum_parts, (
+    "energy-momentum": ResultKind("Energy and momentum", energy_momentum_parts, (
         Chart("theory.energy_momentum_figure", "energy over momentum at the p_ψ of the scene: "
               "kinds, and the edge of steady precession",
               "edge start standing hanging thread window circuit"),
         Chart("theory.critical_set_figure", "the critical set over all p_ψ: two sheets of steady "
               "precession, and the thread", "critical_set.sheets critical_set.thread "
               "critical_set.sleeping critical_set.hanging"),)),
-    "validate": Kind("Claims", validate_parts),
+    "validate": ResultKind("Claims", validate_parts),
 }  # fmt: skip
 """By the name in the schema of a document."""
 
@@ -506,7 +506,7 @@ def kind_of(document: Known) -> str:
 
 def parts_of(document: Known) -> Iterator[Part]:
     """What a document says; facts that follow one another are one table."""
-    lines = [*KINDS[kind_of(document)].lines(document)]
+    lines = [*RESULTS[kind_of(document)].lines(document)]
     if document.get("files"):
         lines.append(("files", ", ".join(document["files"].values())))
     for alone, some in groupby(lines, lambda line: type(line) is tuple):
