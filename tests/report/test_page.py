@@ -408,9 +408,9 @@ def test_a_page_is_where_it_is_said(place, undrawn, word, file, tmp_path, monkey
 @pytest.mark.parametrize("name", ["report.html", "report.json"])
 def test_a_report_replaces_nothing_but_a_report(place, undrawn, made, name, tmp_path):
     made(tmp_path / name)
-    before = (tmp_path / name).stat()
+    before = (tmp_path / name).stat().st_mtime_ns
     assert report(place / "validate", "-o", tmp_path).exit_code == 2
-    assert (tmp_path / name).stat() == before
+    assert (tmp_path / name).stat().st_mtime_ns == before
     assert len(list(tmp_path.iterdir())) == 1
 
 

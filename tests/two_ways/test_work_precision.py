@@ -506,7 +506,7 @@ def test_that_no_rival_was_run_is_said_and_a_method_is_left_out_in_one_line():
     told = console.export_text()
     assert "NO RIVAL WAS RUN" in told
     assert told.count("strang") == told.count("gauss8") == 1
-    assert "for a test: gauss8 (1 of 1 settings, first 4 steps a period)" in told
+    assert "for a test: gauss8 (1 setting from 4 steps a period)" in told
 
 
 def test_every_row_of_the_table_is_one_line_of_80_columns(found):
