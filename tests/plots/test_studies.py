@@ -94,3 +94,7 @@ def test_work_and_precision_has_a_panel_for_each_error_and_for_more_bits():
     assert len(below.lines) == 1  # an empty front: the method with more bits gives only θ
     assert [line.get_xydata().tolist() for line in more.lines[1:]] == [[[1e-7, 9.0]]]
     assert above.get_xlim()[0] > above.get_xlim()[1]
+    document["points"], document["front"] = [POINT | {"measures": "theta"}], [0]
+    document["front_theta"] = [0]
+    [alone] = workprec_figure(document).axes  # no method gives the axis
+    assert alone.get_xlabel() == "error of θ [rad]"
