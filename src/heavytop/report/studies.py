@@ -102,9 +102,11 @@ def work_precision_parts(document: Known) -> Iterator[Line]:
         )
         if rows:
             yield Table((f"front, {label}", "setting", "µs/period", "error"), rows)
-    for side, label in sides.items():
-        for target, found in document[f"cheapest{side}"].items():
-            yield f"{label}{BESTS.get(target, f' to {target}')}", _leader(found)
+    yield facts(
+        (f"{label}{BESTS.get(target, f' to {target}')}", _leader(found))
+        for side, label in sides.items()
+        for target, found in document[f"cheapest{side}"].items()
+    )
     yield from _auto(document)
     yield from _left_out(document)
 
