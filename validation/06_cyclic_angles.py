@@ -13,7 +13,7 @@ from claim import claim, finish
 from page import DOCS, rewrite
 
 import heavytop as ht
-from heavytop.report.study_files import write_drift
+from heavytop.report.files import write_study
 
 FOLDER = "out/cyclic-angles"
 found = ht.drift(
@@ -24,7 +24,7 @@ found = ht.drift(
     samples=31,
     folder=FOLDER,
 )
-write_drift(found, FOLDER)
+write_study(found, FOLDER)
 
 
 def power(method):

@@ -12,9 +12,9 @@ from page import DOCS, rewrite
 import heavytop as ht
 from heavytop.plots.figures import save
 from heavytop.plots.studies import drift_figure
-from heavytop.report.parts import Table
+from heavytop.report.files import write_study
 from heavytop.report.studies import drift_parts
-from heavytop.report.study_files import write_drift
+from heavytop.report.tables import Table
 from heavytop.results.drift import growth
 
 PERIODS = next((float(x) for x in sys.argv[1:] if x != "write"), 1e6)  # fewer, for a look
@@ -33,7 +33,7 @@ DRAWN = (
 
 scene = ht.load_scene("sicm-kicked")
 found = ht.drift(scene, methods=(*COMPILED, *PYTHON), periods=PERIODS, folder=FOLDER)
-write_drift(found, FOLDER)
+write_study(found, FOLDER)
 table = next(part for part in drift_parts(found.document()) if isinstance(part, Table)).markdown
 print(table)
 if "write" in sys.argv:

@@ -13,7 +13,7 @@ from claim import claim, finish, most
 from page import rewrite
 
 import heavytop as ht
-from heavytop.report.study_files import write_drift
+from heavytop.report.files import write_study
 from heavytop.studies.drift import advance, drift_parameters
 
 KEPT = Path(__file__).with_name("data") / "hundred-million.json"
@@ -25,7 +25,7 @@ PERIOD = float(ht.Motion(scene.top, scene.start).period)
 
 if "again" in sys.argv:
     found = ht.drift(scene, **ASKED, jobs=2, folder="out/hundred-million")
-    write_drift(found, "out/hundred-million")
+    write_study(found, "out/hundred-million")
     KEPT.write_bytes(Path("out/hundred-million/drift.json").read_bytes())
 
 kept = {each["name"]: each for each in json.loads(KEPT.read_text())["methods"]}

@@ -18,8 +18,8 @@ from claim import claim, finish
 from page import DOCS, rewrite
 
 import heavytop as ht
-from heavytop.report.parts import Table
 from heavytop.report.studies import TARGETS, error, setting, summaries, time
+from heavytop.report.tables import Table
 
 BUDGET = next((float(x) for x in sys.argv[1:] if x != "write"), 240.0)
 FOLDER = Path(__file__).parent / "out" / "work-precision"
@@ -134,12 +134,12 @@ def shown(point):
 
 cache = tempfile.TemporaryDirectory()
 os.environ["HEYOKA_CACHE_DIR"] = cache.name  # heyoka, which is not loaded yet, reads it once
-from heavytop.report.study_files import write_work_precision  # noqa: E402
+from heavytop.report.files import write_study  # noqa: E402
 
 began = perf_counter()
 found = ht.work_precision(ht.load_scene("sicm-kicked"), budget=BUDGET)
 took = perf_counter() - began
-write_work_precision(found, FOLDER)
+write_study(found, FOLDER)
 document = found.document()
 print(table(document))
 reasons = Counter((each["method"], each["reason"]) for each in document["skipped"])

@@ -13,9 +13,9 @@ from claim import claim, finish, most
 from page import DOCS, rewrite
 
 import heavytop as ht
-from heavytop.report.parts import Table
+from heavytop.report.files import write_study
 from heavytop.report.studies import UNTOLD_RULE, cell
-from heavytop.report.study_files import write_stress
+from heavytop.report.tables import Table
 from heavytop.results.stress import MARKS, UNTOLD
 
 BUDGET = next((float(x) for x in sys.argv[1:] if x != "write"), 240.0)
@@ -61,7 +61,7 @@ found = ht.stress(budget=BUDGET)
 took = perf_counter() - began
 folder = DOCS.parent / "validation" / FOLDER
 folder.mkdir(parents=True, exist_ok=True)
-write_stress(found, folder)
+write_study(found, folder)
 print(table(found))
 for run in found.cases:
     if run.outcome != "ok":

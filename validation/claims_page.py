@@ -8,7 +8,7 @@ import sys
 
 from page import rewrite
 
-from heavytop.report.parts import Table, grouped, size
+from heavytop.report.tables import Table, grouped, size
 
 SKIPPED = "skipped"
 

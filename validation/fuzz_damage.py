@@ -16,7 +16,7 @@ import h5py
 
 import heavytop as ht
 from heavytop.hdf5 import opened
-from heavytop.report.pages.sections import stored_map
+from heavytop.report.page import stored_map
 
 SHAPE = (12, 12)
 
@@ -59,13 +59,13 @@ def _files(place: Path) -> dict[Path, Callable[[Path], object]]:
     digits = ht.load_scene("sicm-kicked", ["span.time=0.1", "want.digits=20", "want.samples=5"])
     ht.propagate(scene).save(place / "run.nc")
     ht.propagate(digits).save(place / "digits.nc")
-    from heavytop.report.study_files import write_atlas, write_drift
+    from heavytop.report.files import write_study
 
     (place / "a").mkdir()
-    write_drift(ht.drift(scene, methods=["taylor-axis"], periods=3, samples=2), place / "a",
+    write_study(ht.drift(scene, methods=["taylor-axis"], periods=3, samples=2), place / "a",
                 figures=False)  # fmt: skip
     plane = {"x": f"phidot=-20:20:{SHAPE[1]}", "y": f"theta=0.1:3:{SHAPE[0]}"}
-    write_atlas(ht.atlas(scene, **plane, only="kind"), place / "a", figures=False)
+    write_study(ht.atlas(scene, **plane, only="kind"), place / "a", figures=False)
     return {
         place / "run.nc": ht.load_trajectory,
         place / "digits.nc": ht.load_trajectory,

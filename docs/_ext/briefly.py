@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from heavytop.cli import main
-from heavytop.report.pages import quick
+from heavytop.report import quick
 
 LESS: Final = {
     "LIMIT_S": 200.0,

@@ -1,10 +1,8 @@
 """The verbs that judge and show: what ``check`` and ``validate`` print, and leave with."""
 
-import contextlib
 import errno
 import json
 import os
-import shlex
 from pathlib import Path
 
 import numpy as np
@@ -15,13 +13,11 @@ from heavytop.analytic.motion import Motion
 from heavytop.claims import validate as validating
 from heavytop.claims.register import load_register
 from heavytop.cli import app
-from heavytop.plots.check import check_figure
+from heavytop.plots.studies import check_figure
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
 
 from ..claims.own_claims import FAKE, GOOD, IDS, made, one
-from ..docs.pages_agree import BLOCK
-from ..docs.test_first_ten_minutes import follows, lines, steps
 
 PAGE = (Path(__file__).parents[2] / "docs" / "check-a-trajectory.md").read_text("utf-8")
 KICKED = load_scene("sicm-kicked")
@@ -45,17 +41,19 @@ def mine(tmp_path):
     return ("check", path, "--scene", "sicm-kicked", "--columns", "t=Zeit")
 
 
-def test_the_session_of_the_page(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with contextlib.redirect_stdout(None):
-        exec(compile(BLOCK.search(PAGE)[1], "the page", "exec"), {})
-    session = list(steps(PAGE))
-    assert len(session) == 2
-    for line, shown in session:
-        found = heavytop_(*shlex.split(line)[1:])
-        assert follows(lines(shown), lines(found.output)), found.output
-    assert found.exit_code == 5
-    assert (tmp_path / "errors.svg").read_text("utf-8").startswith("<?xml")
+def test_document_and_chart_are_written_into_a_folder_and_put_on_a_page(mine, tmp_path):
+    found = heavytop_(*mine, "-o", tmp_path / "out", "--json")
+    assert found.exit_code == 0, found.output
+    written = json.loads((tmp_path / "out" / "check.json").read_text("utf-8"))
+    assert written["files"].keys() == {"document", "chart_svg", "chart_png"}
+    assert json.loads(found.stdout).items() <= written.items()
+    page = tmp_path / "page.html"
+    assert heavytop_("report", tmp_path / "out", "-o", page).exit_code == 0
+    assert "what a change of the last binary digit" in page.read_text("utf-8")
+    (tmp_path / "file").touch()
+    refused = heavytop_(*mine, "-o", tmp_path / "file" / "out")
+    assert refused.exit_code == 4
+    assert "cannot write" in refused.stderr
 
 
 def test_the_document_and_its_chart(mine):

@@ -1,10 +1,77 @@
-"""Figures are the same bytes wherever they are drawn."""
+"""Saving a figure: the same bytes again, text taken as text, whole or not at all."""
+
+from __future__ import annotations
 
 import matplotlib as mpl
+import pytest
+from matplotlib.cbook import is_math_text
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.text import Text
 
-from heavytop.plots.style import STYLE, save
+from heavytop.files import write_whole
+from heavytop.plots.figures import FIGURES
+from heavytop.plots.style import STYLE, legend, literal, save, svg
+from heavytop.run.propagation import propagate
+from heavytop.scene.scene import load_scene
+
+HOSTILE = ("$x$ and $\\frac{$", "costs 5$", "_gone", "two\nlines", "", "\\", "\\$", "x" * 5000)
+
+
+def test_the_same_trajectory_gives_the_same_bytes(tmp_path):
+    run = propagate(load_scene("sicm-kicked"))
+    for name, draw in FIGURES.items():
+        for suffix in (".svg", ".png"):
+            for copy in ("one", "two"):
+                save(draw(run), tmp_path / f"{copy}{suffix}")
+            one, two = ((tmp_path / f"{copy}{suffix}").read_bytes() for copy in ("one", "two"))
+            assert one == two, name
+
+
+@pytest.mark.parametrize("title", ["$\\frac{", "--><script>x</script>", "日本", "x" * 500])
+def test_a_title_is_only_text(title):
+    run = propagate(load_scene("sicm-kicked", overrides=[f"title={title}", "span.time=0.1"]))
+    assert "<script" not in svg(FIGURES["phase"](run))
+
+
+@pytest.mark.parametrize("text", HOSTILE)
+def test_a_text_is_drawn_as_it_is(text):
+    drawn, plain = Text(text=literal(text))._preprocess_math(literal(text))
+    assert plain is False
+    assert not is_math_text(literal(text))
+    words = " ".join(text.split()) or "–"
+    assert drawn.strip() == (words if len(words) <= 90 else words[:89] + "…")
+
+
+def test_a_legend_names_once_what_stands_in_any_panel_in_the_order_that_is_given():
+    figure = Figure()
+    one, two = figure.subplots(2)
+    one.plot([0, 1], label="a")
+    for label in ("a", "b", literal("_gone")):
+        two.plot([0, 1], label=label)
+    legend(figure)
+    legend(figure, order=["b", "absent", "a"])
+    words = [[text.get_text().strip() for text in each.get_texts()] for each in figure.legends]
+    assert words == [["a", "b", "_gone"], ["b", "a"]]
+
+
+def test_a_figure_is_svg_png_or_pdf(tmp_path):
+    save(Figure(), tmp_path / "figure.pdf")
+    with pytest.raises(ValueError, match=r"figure\.exe"):
+        save(Figure(), tmp_path / "figure.exe")
+
+
+def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
+    path = tmp_path / "result"
+    path.write_text("old")
+
+    def half(part):
+        part.write_text("ha")
+        raise OSError("full")
+
+    with pytest.raises(OSError, match="full"):
+        write_whole(path, half)
+    assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("result", "old")]
 
 
 def test_a_layout_that_differs_in_its_last_digits_gives_the_same_bytes(tmp_path, monkeypatch):

@@ -10,9 +10,9 @@ from heavytop.checking.judge import check
 from heavytop.checking.result import told
 from heavytop.claims.validate import validate
 from heavytop.files import write_document
-from heavytop.report.pages.page import load_results, page_of
-from heavytop.report.pages.quick import traces_document
-from heavytop.report.study_files import write_check
+from heavytop.report.files import write_study
+from heavytop.report.page import load_results, page_of
+from heavytop.report.quick import traces_document
 from heavytop.results.documents import read_document
 from heavytop.results.energy_momentum import diagram_of
 from heavytop.results.run import run_result
@@ -51,7 +51,7 @@ def test_a_result_is_read_back_as_it_was_written(tmp_path, name):
 
 def test_a_check_stands_on_a_page(tmp_path):
     found = checked()
-    files = write_check(found, tmp_path / "mine")
+    files = write_study(found, tmp_path / "mine")
     assert set(files.values()) == {"check.json", "check.svg", "check.png"}
     page = page_of(load_results([tmp_path / "mine"]))
     [section] = page.sections

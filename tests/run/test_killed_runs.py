@@ -13,10 +13,10 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import heavytop as ht
-import heavytop.report.run_files
+import heavytop.report.files
 from heavytop.cli import Exit, app
 from heavytop.files import locked
-from heavytop.report.run_files import Request
+from heavytop.report.files import Request
 
 # The command line, in which a signal comes at the n-th call of a function; and which saves often.
 COMMAND = """
@@ -47,7 +47,7 @@ BLOCK = "heavytop.integration.integrator:_Journey.advance"
 EVENTS = "heavytop.run.propagation:no_events"
 AT_LAST = "heavytop.run.propagation:orbit_events"
 SAVED = "heavytop.run.trajectory:Trajectory.save"
-DRAWN = "heavytop.plots.figures:save"
+DRAWN = "heavytop.plots.style:save"
 TOLD = "heavytop.results.base:write_document"
 PRECISE = "heavytop.run.propagation:precise_events"
 FOLDED = "heavytop.run.periodic:nutating"
@@ -184,13 +184,13 @@ def test_a_checkpoint_that_does_not_fit_ends_a_run_early(tmp_path, whole, monkey
 
 def test_a_folder_that_has_gone_is_no_bad_option(tmp_path, monkeypatch):
     folder = tmp_path / "run"
-    write = heavytop.report.run_files.write_results
+    write = heavytop.report.files.write_results
 
     def gone(*arguments, **options):
         folder.rename(tmp_path / "elsewhere")
         return write(*arguments, **options)
 
-    monkeypatch.setattr("heavytop.report.run_files.write_results", gone)
+    monkeypatch.setattr("heavytop.report.files.write_results", gone)
     lost = heavytop_("run", "sicm-kicked", "-o", folder, "--no-figures")
     assert lost.exit_code == 4
     assert "ended early" in lost.stderr

@@ -16,7 +16,7 @@ from rich.console import Console
 import heavytop as ht
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.integration.bits import bits_of
-from heavytop.report.terminal import rendered
+from heavytop.report.studies import rendered
 from heavytop.results.base import Problem
 from heavytop.results.work_precision import Point, SkippedSetting, WorkPrecision, front
 from heavytop.studies import work_precision as timing

@@ -169,7 +169,7 @@ def show(document: Mapping[str, Any]) -> None:
     """Print the document of a result, or its tables."""
 
     def tables() -> None:
-        from heavytop.report.terminal import rendered
+        from heavytop.report.studies import rendered
 
         print_table(rendered(document))
 

@@ -53,13 +53,14 @@ PRINTED = Argument(
 @verb
 def scenes(name: Annotated[str | None, PRINTED] = None) -> None:
     """List the scenes that are shipped, or print the text of one."""
-    from heavytop.report.terminal import two_columns
     from heavytop.scene.scene import shipped_scenes, shipped_text
 
     if name is None:
         titles = shipped_scenes()
+        from heavytop.report.tables import facts, printed
+
         document = {"schema": SCENES_SCHEMA, "scenes": titles}
-        answer(document, lambda: print_table(two_columns(titles.items())))
+        answer(document, lambda: print_table(printed([facts(titles.items())], "")))
         return
     try:
         text = shipped_text(name)

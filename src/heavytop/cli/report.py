@@ -16,10 +16,11 @@ from heavytop.cli.command import FULL, Exit, answer, leave, manner, note, progre
 from heavytop.cli.command import results_folder as proved
 from heavytop.cli.options import option
 from heavytop.cli.studies import finish
+from heavytop.errors import StoppedEarly
 from heavytop.spelling import harmless
 
 if TYPE_CHECKING:
-    from heavytop.report.pages.page import Page
+    from heavytop.report.page import Page
 
 CLAIMS: Final = "Claims or scripts, as in betsch-cone 39_flint; else those of a few minutes."
 PROOFS: Final = "Run every script: hours, on a quiet machine."
@@ -46,7 +47,8 @@ DATA: Final = "A table: .csv, .tsv, .npz, .mat, .nc or .h5."
 SUBJECT: Final = "What the data are of: a scene, such as sicm-kicked, or a file with a [top] alone."
 COLUMNS: Final = "Names of unusual columns, as in t=Zeit,theta=tilt."
 ENOUGH: Final = "Leave with 5 if the data have fewer digits, such as 6."
-CHART: Final = options.file("Draw the errors: x.svg, x.png or x.pdf.", ".svg", ".png", ".pdf")
+CHARTS: Final = (".svg", ".png", ".pdf")
+DRAWN: Final = "Draw the errors: x.svg, x.png or x.pdf; or write document and chart into a folder."
 OF: Final = option("SCENE", SUBJECT, autocompletion=options.scene_names)
 
 
@@ -56,7 +58,7 @@ def check(
     scene: Annotated[str | None, OF] = None,
     columns: Annotated[str | None, option("NAME=COLUMN,…", COLUMNS)] = None,
     digits: Annotated[float | None, option("D", ENOUGH)] = None,
-    file: Annotated[Path | None, CHART] = None,
+    output: Annotated[Path | None, option("FILE|DIR", DRAWN, "-o", "--output")] = None,
 ) -> None:
     """Judge a trajectory of your own, and name the usual slips."""
     from heavytop.checking.judge import check as judge
@@ -66,23 +68,33 @@ def check(
         raise BadParameter(f"{columns!r} is not NAME=COLUMN,…", param_hint="--columns")
     if digits is not None and not 0 <= digits < math.inf:
         raise BadParameter(f"{digits:g} is no number of digits", param_hint="--digits")
+    chart = output is not None and output.suffix in CHARTS and not output.is_dir()
+    if output is not None and not chart and output.suffix and not output.is_dir():
+        raise BadParameter(f"{output}: a folder, or {', '.join(CHARTS)}", param_hint="-o")
     found = judge(data, scene, {name: column for name, _, column in pairs})
     document = found.document()
-    answer(document, lambda: print(found, flush=True))  # in the alphabet of the terminal
     ends = []
-    if file is not None:
-        from heavytop.plots.check import check_figure
-        from heavytop.plots.style import save
-
-        try:
-            save(check_figure(document), file)
-            note(f"wrote {file}")
-        except OSError as fault:
-            code = Exit.ENDED_EARLY if fault.errno in FULL else Exit.USAGE
-            ends.append((code, f"cannot write {file}: {fault.strerror or fault}"))
     if digits is not None and found.digits < digits:
         said = f"{digits:g} digits were asked for, and there are {found.digits:.1f}"
         ends.append((Exit.OUT_OF_BOUND, said))
+    answer(document, lambda: print(found, flush=True))  # in the alphabet of the terminal
+    if output is not None:
+        from heavytop.plots.studies import check_figure
+        from heavytop.plots.style import save
+        from heavytop.report.files import write_study
+
+        try:
+            if chart:
+                save(check_figure(document), output)
+                note(f"wrote {output}")
+            else:
+                for name in write_study(found, output).values():
+                    note(f"wrote {output / name}")
+        except StoppedEarly as fault:
+            ends.insert(0, (Exit.ENDED_EARLY, str(fault)))
+        except OSError as fault:
+            code = Exit.ENDED_EARLY if fault.errno in FULL else Exit.USAGE
+            ends.insert(0, (code, f"cannot write {output}: {fault.strerror or fault}"))
     leave(ends)
 
 
@@ -120,7 +132,7 @@ def report(
 
     The numbers behind each figure stand beside it.
     """
-    from heavytop.report.pages.page import write_page
+    from heavytop.report.page import write_page
 
     with ExitStack() as stack:
         folders, about = _meant(places or [], changes or [])
@@ -169,11 +181,11 @@ def _expect_replaceable(html: Path) -> None:
 
 def _page(folders: list[Path], about: list[str], stack: ExitStack) -> Page:
     """The page of folders, or of the studies that are run first about a scene."""
-    from heavytop.report.pages.page import load_results, page_of
+    from heavytop.report.page import load_results, page_of
 
     missing: list[tuple[str, str]] = []
     if not folders:
-        from heavytop.report.pages.quick import quick
+        from heavytop.report.quick import quick
 
         temporary = tempfile.TemporaryDirectory(prefix="heavytop-", ignore_cleanup_errors=True)
         place = Path(stack.enter_context(temporary))

@@ -18,7 +18,7 @@ from heavytop.cli.command import progress_bar as shown_progress
 
 if TYPE_CHECKING:
     from heavytop.analytic.motion import Motion
-    from heavytop.report.run_files import Request
+    from heavytop.report.files import Request
     from heavytop.results.run import RunResult
     from heavytop.run.planning import Plan
     from heavytop.run.trajectory import Trajectory
@@ -38,7 +38,7 @@ def run(
     no_figures: options.NoFigures = False,
 ) -> None:
     """Integrate a scene and compare it with the closed form."""
-    from heavytop.report.run_files import Request
+    from heavytop.report.files import Request
 
     asked = Request(options.read(scene, changes, digits), formulation.value, not no_figures)
     carry_out(asked, output, force=force)
@@ -52,7 +52,7 @@ def is_run(folder: Path) -> bool:
 
 def resume_run(folder: Path, *, figures: bool) -> None:
     """Go on with a run; of one that has ended, say so and print it."""
-    from heavytop.report.run_files import DOCUMENT, REQUEST, TRAJECTORY, Request
+    from heavytop.report.files import DOCUMENT, REQUEST, TRAJECTORY, Request
     from heavytop.results.run import RunResult
     from heavytop.run.trajectory_file import load_interrupted
 
@@ -75,7 +75,7 @@ def resume_run(folder: Path, *, figures: bool) -> None:
 
 def carry_out(asked: Request, folder: Path | None, *, force: bool = False) -> None:
     """Do what is asked, or what is left of it; what cannot be run touches no folder."""
-    from heavytop.report.run_files import REQUEST
+    from heavytop.report.files import REQUEST
     from heavytop.run.planning import closed_form_of, planned
 
     motion = closed_form_of(asked.scene)
@@ -97,7 +97,7 @@ def carry_out(asked: Request, folder: Path | None, *, force: bool = False) -> No
 @contextmanager
 def _holding(folder: Path, asked: Request, *, force: bool) -> Iterator[None]:
     """The folder of a run; what stops it on its way says that the folder goes on with it."""
-    from heavytop.report.run_files import begun
+    from heavytop.report.files import begun
 
     with begun(folder, asked, force=force):
         try:
@@ -112,7 +112,7 @@ def _holding(folder: Path, asked: Request, *, force: bool) -> Iterator[None]:
 
 def _known(scene: Scene, chosen: Plan, folder: Path | None) -> RunResult:
     """The result of a scene that is known at once, or from one nutation."""
-    from heavytop.report.run_files import DOCUMENT
+    from heavytop.report.files import DOCUMENT
     from heavytop.results.run import folded_result, known_result
     from heavytop.run.periodic import fold
 
@@ -127,7 +127,7 @@ def _integrated(
     asked: Request, motion: Motion, chosen: Plan, folder: Path | None
 ) -> tuple[Trajectory, errors.EndedEarly | None]:
     """The trajectory of a scene, from where its folder has it, and why it is a part if it is."""
-    from heavytop.report.run_files import TRAJECTORY, part_of
+    from heavytop.report.files import TRAJECTORY, part_of
     from heavytop.run.propagation import carried_out, completed
 
     scene = asked.scene
@@ -157,7 +157,7 @@ def _written(
     trajectory: Trajectory, early: Early | None, folder: Path | None, *, figures: bool
 ) -> tuple[RunResult, Early | None]:
     """The result of a trajectory, written with its files, and why it is not whole if so."""
-    from heavytop.report.run_files import write_results
+    from heavytop.report.files import write_results
     from heavytop.results.run import run_result
 
     if early is not None:

@@ -57,16 +57,16 @@ def finish(
     output: Path | None,
     *,
     wrong: Sequence[tuple[Exit, str]] = (),
-    **how: Any,
+    figures: bool = True,
 ) -> None:
     """Write and print what a verb found, and leave with what is wrong with it."""
-    from heavytop.report import study_files
+    from heavytop.report.files import write_study
 
     files: Mapping[str, str] = {}
     unwritten: list[tuple[Exit, str]] = []
     if output is not None:
         try:
-            files = getattr(study_files, f"write_{kind}")(found, output, **how)
+            files = write_study(found, output, figures=figures)
         except errors.StoppedEarly as fault:
             unwritten = [(Exit.ENDED_EARLY, str(fault))]
         for name in files.values():

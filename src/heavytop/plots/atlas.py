@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import matplotlib as mpl
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
 from heavytop.plots.sphere import View, axis_path, kind_panel, touched
-from heavytop.plots.style import KINDS, STYLE, UNKNOWN, literal, title_of
+from heavytop.plots.style import KINDS, STYLE, UNKNOWN, Known, literal, title_of
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 from heavytop.studies.atlas_plane import ROLES
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from heavytop.studies.atlas import Atlas
 
 Codes = NDArray[np.uint8]
-Known = Mapping[str, Any]
+Numbers = NDArray[np.float64]
 
 FINEST: Final = 1000  # pixels of the picture along an axis: of more, every so many is drawn
 TRACED: Final = 8  # regions with a path of the axis: the largest
@@ -50,8 +50,9 @@ def atlas_figure(atlas: Atlas) -> Figure:
         The map; beside it, for every region of some extent, the path of the axis of a top in its
         midst, whose place on the map has the same number.
     """
-    kind, columns, rows = _thinned(atlas)
     plane = atlas.plane
+    rows, columns = (slice(None, None, -(-n // FINEST)) for n in plane.shape)
+    kind = atlas["kind"][rows, columns]
     figure = Figure(figsize=(9.6, 6.0), layout="constrained")
     parts: Any = figure.subfigures(1, 2, width_ratios=(2.6, 1.0))
     held = (f"{ROLES[name].sign} = {value:.6g}" for name, value in plane.held.items())
@@ -60,11 +61,10 @@ def atlas_figure(atlas: Atlas) -> Figure:
     handles = _map(ax, atlas.document(costs=False), kind, atlas.names)
     (x, y), name = plane.place, literal(plane.scene.name, 30)
     if all(low <= at <= high for at, (low, high) in ((x, ax.get_xlim()), (y, ax.get_ylim()))):
-        handles += ax.plot(x, y, "P", color="black", markersize=9, markeredgecolor="white",
-                           zorder=7, label=name, linestyle="none")  # fmt: skip
-    ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.11), ncols=3,
-              frameon=False, fontsize=8)  # fmt: skip
-    examples = list(_examples(atlas, kind, columns, rows))
+        handles += ax.plot(x, y, "Pk", ms=9, mec="white", zorder=7, label=name)
+    ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.11), ncols=3, fontsize=8)
+    places = plane.x.values[columns], plane.y.values[rows]
+    examples = list(_examples(kind, atlas.names, *places))
     panels = parts[1].subplots(max(3, -(-len(examples) // 2)), 2).ravel()
     for panel in panels:
         panel.axis("off")
@@ -101,22 +101,8 @@ def map_figure(document: Known, kind: Codes, names: Sequence[str]) -> Figure:
     figure = Figure(figsize=(7.2, 6.2), layout="constrained")
     handles = _map(figure.subplots(), document, kind, names)
     figure.suptitle(title_of(document["scene"]))
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure
-
-
-def _thinned(atlas: Atlas) -> tuple[Codes, Any, Any]:
-    """The codes of every so many pixels, and which columns and rows those are."""
-    count_y, count_x = atlas.plane.shape
-    rows, columns = (np.arange(0, n, -(-n // FINEST)) for n in (count_y, count_x))
-    kind = np.empty((rows.size, columns.size), np.uint8)
-    for tile, found in atlas.read_tiles():
-        inside_y = (rows >= tile.rows.start) & (rows < tile.rows.stop)
-        inside_x = (columns >= tile.columns.start) & (columns < tile.columns.stop)
-        part = found["kind"][np.ix_(rows[inside_y] - tile.rows.start,
-                                    columns[inside_x] - tile.columns.start)]  # fmt: skip
-        kind[np.ix_(inside_y, inside_x)] = part
-    return kind, columns, rows
 
 
 def _map(ax: Axes, document: Known, kind: Codes, names: Sequence[str]) -> list[Any]:
@@ -135,16 +121,22 @@ def _map(ax: Axes, document: Known, kind: Codes, names: Sequence[str]) -> list[A
     for curve in document["curves"]:
         x, y, look = curve["x"], curve["y"], KINDS[BOUNDS.get(curve["name"], curve["name"])]
         if len(x) == 1:
-            ax.plot(x, y, "*", color=look.colour, markersize=9, zorder=4, label=look.label,
-                    markeredgecolor="white", markeredgewidth=0.6)  # fmt: skip
+            looks: dict[str, Any] = {
+                "ls": "none",
+                "marker": "*",
+                "ms": 9,
+                "mec": "white",
+                "mew": 0.6,
+                "zorder": 4,
+            }
         else:
-            ax.plot(x, y, "-", color="white", linewidth=2.6, alpha=0.7, zorder=2)
-            ax.plot(x, y, linestyle=look.marker, color=look.colour, linewidth=1.5, zorder=3,
-                    label=look.label)  # fmt: skip
+            ax.plot(x, y, "-", color="white", lw=2.6, alpha=0.7, zorder=2)
+            looks = {"ls": look.marker, "lw": 1.5, "zorder": 3}
+        ax.plot(x, y, color=look.colour, label=look.label, **looks)
     whole = sum(document["counts"].values()) or 1
     counts = sorted(document["counts"].items(), key=lambda each: -each[1])
     areas = [
-        Patch(facecolor=look.colour, edgecolor="#555555", linewidth=0.5,
+        Patch(facecolor=look.colour, edgecolor="#555555", lw=0.5,
               label=f"{look.label or literal(name)} {count / whole:.2%}")
         for name, count in counts
         for look in [KINDS.get(name, UNKNOWN)]
@@ -153,7 +145,7 @@ def _map(ax: Axes, document: Known, kind: Codes, names: Sequence[str]) -> list[A
     return [*areas, *dict(zip(labels, lines, strict=True)).values()]
 
 
-def _edges(axis: Known, count: int) -> NDArray[np.float64]:
+def _edges(axis: Known, count: int) -> Numbers:
     """The edges of so many pixels; the first and the last value are in the middle of theirs."""
     low, high, share = axis["low"], axis["high"], (np.arange(count + 1) - 0.5) / max(1, count - 1)
     if axis["log"]:
@@ -162,7 +154,7 @@ def _edges(axis: Known, count: int) -> NDArray[np.float64]:
 
 
 def _examples(
-    atlas: Atlas, kind: Codes, columns: Any, rows: Any
+    kind: Codes, names: Sequence[str], x: Numbers, y: Numbers
 ) -> Iterator[tuple[str, float, float]]:
     """The largest regions of what can be, and the largest of each kind: kind, and a place in it."""
     coarse = [np.linspace(0, n - 1, min(n, CELLS)).astype(int) for n in kind.shape]
@@ -170,15 +162,14 @@ def _examples(
     seen: set[int] = set()
     large: list[Region] = []
     for region in sorted(regions(cells), key=lambda each: -each.size):
-        if atlas.names[region.code] != "impossible" and (
+        if names[region.code] != "impossible" and (
             region.size >= LEAST * cells.size or region.code not in seen
         ):
             large.append(region)
         seen.add(region.code)
     for region in large[:TRACED]:
         row, column = (int(places[k]) for places, k in zip(coarse, region.middle, strict=True))
-        x, y = atlas.plane.x.values[columns[column]], atlas.plane.y.values[rows[row]]
-        yield atlas.names[region.code], float(x), float(y)
+        yield names[region.code], float(x[column]), float(y[row])
 
 
 class Region(NamedTuple):

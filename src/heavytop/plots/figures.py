@@ -58,14 +58,10 @@ def _expect_run(trajectory: object) -> None:
     expect("trajectory", trajectory, Trajectory, "propagate gives one")
 
 
+@lru_cache(maxsize=1)  # 3 s with 30 digits, which each of the figures would take for itself
 def _path(trajectory: Trajectory) -> tuple[Sample, float]:
     """The motion at the times drawn, and the last of them [s]."""
     _expect_run(trajectory)
-    return _sampled(trajectory)
-
-
-@lru_cache(maxsize=1)  # 3 s with 30 digits, which each of the figures would take for itself
-def _sampled(trajectory: Trajectory) -> tuple[Sample, float]:
     last = last_shown(trajectory)
     return trajectory(np.linspace(0.0, last, POINTS)), last
 
@@ -74,9 +70,9 @@ def last_shown(trajectory: Trajectory) -> float:
     """The last of the times drawn [s]."""
     end, events = float(trajectory.orbit.end), trajectory.events
     lowest = [t for kind, t in zip(events.kind, events.t, strict=True) if kind == "theta_max"]
-    if lowest:
-        return float(lowest[MOST_PERIODS]) if len(lowest) > MOST_PERIODS else end
-    period = float(trajectory.motion.period or np.inf)  # events were not wanted
+    if len(lowest) > MOST_PERIODS:
+        return float(lowest[MOST_PERIODS])
+    period = float(trajectory.motion.period or np.inf) if not lowest else np.inf
     return float(np.copysign(min(abs(end), MOST_PERIODS * period), end))
 
 
@@ -91,10 +87,7 @@ def _mark_events(ax: Axes, trajectory: Trajectory, shown: float, places: Array) 
 
 def _mark(ax: Axes, kind: str, x: Any, y: Any) -> None:
     label, colour, marker = style.EVENTS[kind]
-    ax.plot(
-        x, y, marker, label=label, color=colour, markersize=5, markerfacecolor="white",
-        linestyle="none", zorder=3,
-    )  # fmt: skip
+    ax.plot(x, y, marker, label=label, color=colour, ms=5, mfc="white", ls="none", zorder=3)
 
 
 def _against(ax: Axes, trajectory: Trajectory, x: str, y: str) -> tuple[Sample, float]:
@@ -102,7 +95,7 @@ def _against(ax: Axes, trajectory: Trajectory, x: str, y: str) -> tuple[Sample, 
     drawn, shown = _path(trajectory)
     if "phi" in (x, y) and trajectory.phi is None:
         raise ValueError("phi: not followed by this trajectory")
-    ax.plot(getattr(drawn, x), getattr(drawn, y), color=style.PATH, linewidth=1.0)
+    ax.plot(getattr(drawn, x), getattr(drawn, y), color=style.PATH, lw=1.0)
     events = trajectory.events
     _mark_events(ax, trajectory, shown, np.column_stack((getattr(events, x), getattr(events, y))))
     ax.set(xlabel=LABELS[x], ylabel=LABELS[y])
@@ -133,7 +126,7 @@ def loop(ax: Axes, trajectory: Trajectory) -> None:
         The trajectory did not follow phi; `nutation` draws theta over time.
     """
     drawn, shown = _against(ax, trajectory, "phi", "theta")
-    ax.plot(drawn.phi[0], drawn.theta[0], "o", color=style.PATH, markersize=3, zorder=4)
+    ax.plot(drawn.phi[0], drawn.theta[0], "o", color=style.PATH, ms=3, zorder=4)
     _upright(ax, drawn.theta, trajectory, shown)
 
 
@@ -149,7 +142,7 @@ def nutation(ax: Axes, trajectory: Trajectory) -> None:
     theta = drawn.theta
     if neighbour := touched(trajectory.motion):
         theta = neighbour.at(drawn.t).theta
-        ax.plot(drawn.t, theta, "--", color=style.OTHER, linewidth=1.0, label=_pushed())
+        ax.plot(drawn.t, theta, "--", color=style.OTHER, lw=1.0, label=_pushed())
     _upright(ax, theta, trajectory, shown)
 
 
@@ -182,7 +175,7 @@ def spin_rate(ax: Axes, trajectory: Trajectory) -> None:
     trajectory : Trajectory
     """
     drawn, _ = _path(trajectory)
-    ax.plot(drawn.t, drawn.psidot, color=style.PATH, linewidth=1.0)
+    ax.plot(drawn.t, drawn.psidot, color=style.PATH, lw=1.0)
     _cut_peaks(ax, drawn.psidot)
     ax.set(xlabel=LABELS["t"], ylabel=LABELS["psidot"])
 
@@ -201,11 +194,9 @@ def _upright(ax: Axes, theta: Array, trajectory: Trajectory, shown: float) -> No
 def _cut_peaks(ax: Axes, values: Array) -> None:
     """Show the usual range where the passes near a pole would dwarf it, and say so."""
     known = values[np.isfinite(values)]
-    if not known.size:
-        return
-    low, high = np.percentile(known, (1.0, 99.0))
+    low, high = np.percentile(known, (1.0, 99.0)) if known.size else (0.0, 0.0)
     usual = float(high - low)
-    if 0 < PEAK * usual < float(np.ptp(known)):
+    if usual and PEAK * usual < float(np.ptp(known)):
         ax.set_ylim(low - 2 * usual, high + 2 * usual)
         ax.set_title("peaks near a pole are cut off", loc="right", fontsize="small", pad=2)
 
@@ -254,8 +245,8 @@ def effective_potential(ax: Axes, trajectory: Trajectory) -> None:
     V = Potential(trajectory.motion.rising.source)
     A, E_prime = float(trajectory.scene.top.A), float(trajectory.motion.constants.E_prime)
     theta = np.linspace(*tilts_shown(V), 801)
-    ax.plot(theta, A * V(theta), color=style.PATH, linewidth=1.4, label="V$_{eff}$ − $p_ψ^2/2C$")
-    ax.axhline(E_prime, color=style.OTHER, linewidth=1.0, linestyle="--", label="energy E′")
+    ax.plot(theta, A * V(theta), color=style.PATH, lw=1.4, label="V$_{eff}$ − $p_ψ^2/2C$")
+    ax.axhline(E_prime, color=style.OTHER, lw=1.0, ls="--", label="energy E′")
     _allowed(ax, V, A, E_prime, trajectory)
     margin = 0.06 * BEYOND * V.spread * A
     floor, ceiling = A * float(V.least), A * (float(V.least) + BEYOND * V.spread)
@@ -272,7 +263,7 @@ def _allowed(ax: Axes, V: Potential, A: float, E_prime: float, trajectory: Traje
     if ends[1] > ends[0]:
         theta = np.linspace(*ends, 401)
         below = np.minimum(A * V(theta), E_prime)
-        ax.fill_between(theta, below, E_prime, color=style.PATH, alpha=0.15, linewidth=0)
+        ax.fill_between(theta, below, E_prime, color=style.PATH, alpha=0.15, lw=0)
     if motion.nutates:
         for name, tilt in zip(("theta_min", "theta_max"), ends, strict=True):
             _mark(ax, name, tilt, E_prime)
@@ -281,7 +272,7 @@ def _allowed(ax: Axes, V: Potential, A: float, E_prime: float, trajectory: Traje
 
 
 def _start(ax: Axes, x: Any, y: Any) -> None:
-    ax.plot(x, y, "o", color=style.BLACK, markersize=4, linestyle="none", label="start", zorder=4)
+    ax.plot(x, y, "o", color=style.BLACK, ms=4, ls="none", label="start", zorder=4)
 
 
 def phase_plane(ax: Axes, trajectory: Trajectory) -> None:
@@ -299,26 +290,25 @@ def phase_plane(ax: Axes, trajectory: Trajectory) -> None:
     motion = trajectory.motion
     V = Potential(motion.rising.source)
     for k, curve in enumerate(V.family()):
-        _energy_curve(ax, curve, style.FAINT, 0.8, "-", "other energies" if k == 0 else None)
+        label = None if k else "other energies"
+        _energy_curve(ax, curve, "-", color=style.FAINT, lw=0.8, label=label)
     if motion.nutates and (own := V.curve(V.excess)) is not None:
-        _energy_curve(ax, own, style.PATH, 1.8, "-", "the motion")
+        _energy_curve(ax, own, "-", color=style.PATH, lw=1.8, label="the motion")
     if (separatrix := V.separatrix()) is not None:
         label = "separatrix, and the motion" if motion.kind is Kind.SEPARATRIX else "separatrix"
-        _energy_curve(ax, separatrix, style.OTHER, 1.2, "--", label)
+        _energy_curve(ax, separatrix, "--", color=style.OTHER, lw=1.2, label=label)
     start = trajectory.samples.at(slice(0, 1))
     _start(ax, start.theta, start.thetadot)
-    ax.axhline(0.0, color=style.FAINT, linewidth=0.5, zorder=0)
+    ax.axhline(0.0, color=style.FAINT, lw=0.5, zorder=0)
     ax.set(xlabel=LABELS["theta"], ylabel=LABELS["thetadot"])
     in_degrees(ax, "x")
 
 
-def _energy_curve(
-    ax: Axes, curve: Curve, colour: str, width: float, style: str, label: str | None
-) -> None:
+def _energy_curve(ax: Axes, curve: Curve, look: str, **looks: Any) -> None:
     """Draw both branches; where the curve runs into a pole they are left apart."""
     theta: Array = np.concatenate((curve.theta, [np.nan], curve.theta))
     speed: Array = np.concatenate((curve.speed, [np.nan], -curve.speed))
-    ax.plot(theta, speed, style, color=colour, linewidth=width, label=label)
+    ax.plot(theta, speed, look, **looks)
 
 
 def tilts_shown(V: Potential) -> tuple[float, float]:
@@ -354,31 +344,21 @@ FAINTEST: Final = 1e-8  # of the largest error: smaller ones stand at the lower 
 
 def _draw_errors(ax: Axes, t: Array, **found: Array) -> None:
     seen = np.concatenate(list(found.values()))
-    positive = seen[seen > 0]
-    smallest, shown = float(np.finfo(float).eps), 0.0
-    if positive.size:
-        smallest, shown = float(positive.min()), FAINTEST * float(positive.max())
+    positive = seen[seen > 0] if (seen > 0).any() else np.array([np.finfo(float).eps])
+    smallest, shown = float(positive.min()), FAINTEST * float(positive.max())
     edge = "exactly zero" if smallest >= shown else "zero, or smaller"
-    smallest = max(smallest, shown)
-    floor = 10.0 ** np.floor(np.log10(smallest) - 0.7)
+    floor = 10.0 ** np.floor(np.log10(max(smallest, shown)) - 0.7)
     for name, error in found.items():
         label, colour, marker = ERRORS[name]
         largest = np.fmax.accumulate(error)
         size = f"at most {largest[-1]:.1e}" if largest[-1] else "none"
-        ax.plot(
-            t, np.maximum(error, floor), marker, color=colour, markersize=1.8, alpha=0.5,
-            linewidth=0,
-        )  # fmt: skip
-        ax.plot(
-            t, np.where(largest > floor, largest, np.nan), color=colour, linewidth=1.2,
-            label=f"{label}: {size}",
-        )  # fmt: skip
+        ax.plot(t, np.maximum(error, floor), marker, color=colour, ms=1.8, alpha=0.5, lw=0)
+        line = np.where(largest > floor, largest, np.nan)
+        ax.plot(t, line, color=colour, lw=1.2, label=f"{label}: {size}")
     ax.set_yscale("log")
     ax.set_ylim(bottom=floor)
-    ax.annotate(
-        edge, (0, floor), xycoords=("axes fraction", "data"), xytext=(4, 4),
-        textcoords="offset points", fontsize="small", color="#666666",
-    )  # fmt: skip
+    ax.annotate(edge, (0, floor), (4, 4), ("axes fraction", "data"), "offset points",
+                fontsize="small", color="#666666")  # fmt: skip
 
 
 # --- the figures of a run, each on a page of its own --------------------------------------------
@@ -416,9 +396,8 @@ def overview(trajectory: Trajectory) -> Figure:
     _expect_run(trajectory)
     over_time = trajectory.phi is None or touched(trajectory.motion) is not None
     left: Panel = nutation if over_time else loop
-    return _page(
-        trajectory, left, axis_on_sphere, size=(9.6, 5.2), ncols=2, width_ratios=(1.15, 1.0)
-    )
+    grid = {"ncols": 2, "width_ratios": (1.15, 1.0)}
+    return _page(trajectory, left, axis_on_sphere, size=(9.6, 5.2), **grid)
 
 
 def angles(trajectory: Trajectory) -> Figure:

@@ -11,9 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, PathPatch
-from matplotlib.path import Path
-from matplotlib.transforms import Affine2D
+from matplotlib.patches import Circle
 
 from heavytop.analytic.motion import Motion
 from heavytop.plots.style import BLACK, FAINT, KINDS, STYLE, UNKNOWN, Array, literal
@@ -74,27 +72,20 @@ class View(NamedTuple):
         """Draw the sphere on its ground, circles of equal tilt with their degrees, the vertical."""
         radius, whole = min(self.reach, 1.0), self.reach >= 1.0
         ax.add_patch(Circle((0.0, 0.0), radius, fc=ground, ec=FAINT, lw=1.0 * whole, zorder=0))
+        around = np.linspace(0.0, 2 * np.pi, 91)
         for degrees in range(self.spacing, 180, self.spacing):
-            tilt = np.radians(degrees)
-            if not (seen := self._visible(tilt)) or not (whole or np.sin(tilt) < radius):
+            z, far = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+            ring = np.column_stack((far * np.cos(around), far * np.sin(around), 0 * around + z))
+            seen, depth = self.project(ring)
+            if not (depth > 0).any() or not (whole or far < radius):
                 continue
-            arc = Path.arc(-90 - np.degrees(seen), -90 + np.degrees(seen))
-            flat = Affine2D().scale(np.sin(tilt), np.sin(tilt) * self.towards[2])
-            ring = flat.translate(0.0, np.cos(tilt) * self.up[2]).transform_path(arc)
-            ax.add_patch(PathPatch(ring, fill=False, color=FAINT, linewidth=0.6, zorder=1))
-            front = np.cos(tilt) * self.up[2] - np.sin(tilt) * self.towards[2]
+            ax.plot(*np.where(depth > 0, seen.T, np.nan), color=FAINT, lw=0.6, zorder=1)
+            front = z * self.up[2] - far * self.towards[2]
             if abs(front) < 0.95 * radius:
                 ax.text(0.0, front, f"{degrees}°", fontsize=size, color="#606060", ha="center",
                         va="bottom", zorder=1.5)  # fmt: skip
         pole = self.project(np.array([[0.0, 0.0, np.sign(self.towards[2])]]))[0][0]
-        ax.plot(*pole, "+", color=BLACK, markersize=6, markeredgewidth=0.8, zorder=4)
-
-    def _visible(self, tilt: float) -> float:
-        """How far to either side the circle of equal tilt can be seen, 0 … π, from its front."""
-        over, front = np.cos(tilt) * self.towards[2], np.sin(tilt) * self.up[2]
-        if abs(over) >= front:
-            return np.pi if over > 0 else 0.0
-        return float(np.arccos(-over / front))
+        ax.plot(*pole, "+", color=BLACK, ms=6, mew=0.8, zorder=4)
 
     def draw_path(self, ax: Axes, axis: Array, colour: str, opacity: float = 1.0) -> None:
         """Draw a path of the axis from its dot to its arrow head, paler behind the sphere."""
@@ -102,9 +93,9 @@ class View(NamedTuple):
         for behind, strength in ((False, opacity), (True, BEHIND * opacity)):
             part = np.where(((depth < 0) == behind)[:, None], seen, np.nan)
             if np.isfinite(part).any():
-                ax.plot(part[:, 0], part[:, 1], color=colour, linewidth=1.0, alpha=strength,
-                        solid_joinstyle="round", zorder=2 if behind else 3)  # fmt: skip
-        ax.plot(*seen[0], "o", color=colour, markersize=3, zorder=4)
+                ax.plot(*part.T, color=colour, lw=1.0, alpha=strength, solid_joinstyle="round",
+                        zorder=2 if behind else 3)  # fmt: skip
+        ax.plot(*seen[0], "o", color=colour, ms=3, zorder=4)
         away = np.flatnonzero(np.hypot(*(seen - seen[-1]).T) > 0.02 * self.reach)
         if away.size:
             looks = {"arrowstyle": "-|>", "color": colour, "alpha": opacity, "shrinkB": 0}

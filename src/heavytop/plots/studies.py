@@ -1,9 +1,9 @@
-"""Charts of studies: growth of errors, cost against error, and where methods fail."""
+"""Charts of studies: growth of errors, cost against error, where methods fail, data of others."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import cycle
 from typing import Any, Final
 
@@ -13,10 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from heavytop.plots import style
-from heavytop.plots.style import gridded, legend, literal, title_of
+from heavytop.plots.style import Known, gridded, legend, literal, title_of
 from heavytop.results.stress import MARKS, UNTOLD
 
-Known = Mapping[str, Any]
 Looks = dict[str, dict[str, Any]]
 
 # --- drift: one panel for each quantity, both logarithmic ----------------------------------------
@@ -57,17 +56,15 @@ def drift_figure(document: Known) -> Figure:
     size = (3.6 * columns + 0.6, 3.2 * rows + 0.7 + 0.2 * math.ceil(len(methods) / 4))
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    colours, marks, count_of = style.COLOURS, style.MARKERS, len(style.COLOURS)
     looks: Looks = {  # no two are alike
-        each["name"]: {
-            "color": style.COLOURS[k % len(style.COLOURS)],
-            "marker": style.MARKERS[k % len(style.MARKERS)],
-            "linestyle": DASHES[k // len(style.COLOURS) % len(DASHES)],
-        }
+        each["name"]: {"color": colours[k % count_of], "marker": marks[k % len(marks)],
+                       "linestyle": DASHES[k // count_of % len(DASHES)]}
         for k, each in enumerate(methods)
     }  # fmt: skip
     for ax, (name, series) in zip(axes, panels.items(), strict=False):
         for method, points in series.items():
-            ax.loglog(*zip(*points, strict=True), linewidth=1.0, markersize=3.5,
+            ax.loglog(*zip(*points, strict=True), lw=1.0, ms=3.5,
                       label=literal(method), **looks[method])  # fmt: skip
         _guides(ax, [n for points in series.values() for n, _ in points])
         label = QUANTITIES.get(name, f"{literal(name)}, relative")
@@ -75,25 +72,20 @@ def drift_figure(document: Known) -> Figure:
     for ax in axes[len(panels) :]:
         ax.set_visible(False)
     starts = "" if count == 1 else f", RMS of {count} starts"
-    figure.suptitle(
-        f"{title_of(document['scene'])} — {document['periods']:g} nutation periods{starts}"
-    )
+    words = f"{document['periods']:g} nutation periods{starts}"
+    figure.suptitle(f"{title_of(document['scene'])} — {words}")
     legend(figure)
     return figure
 
 
 def _series(methods: Sequence[Known], name: str) -> Series:
-    found = {
-        each["name"]: [
-            (n, error)
-            for n, error in zip(
-                each["periods"], each.get(name, each["invariants"].get(name, ())), strict=False
-            )
-            if error
-        ]
-        for each in methods
-    }
-    return {method: points for method, points in found.items() if points}
+    found = {}
+    for each in methods:
+        errors = each.get(name, each["invariants"].get(name, ()))
+        points = [point for point in zip(each["periods"], errors, strict=False) if point[1]]
+        if points:
+            found[each["name"]] = points
+    return found
 
 
 def _guides(ax: Axes, periods: Sequence[float]) -> None:
@@ -103,9 +95,8 @@ def _guides(ax: Axes, periods: Sequence[float]) -> None:
         return
     for power, label in GUIDES:
         end = min(last, first * (high / low) ** (1 / power))
-        ax.plot(
-            [first, end], [low, low * (end / first) ** power], color=style.FAINT, lw=0.8, zorder=0
-        )
+        heights = [low, low * (end / first) ** power]
+        ax.plot([first, end], heights, color=style.FAINT, lw=0.8, zorder=0)
         at = first * (end / first) ** 0.93
         place = (at, low * (at / first) ** power)
         ax.annotate(label, place, color="#777777", fontsize=7, ha="right", va="bottom", zorder=0)
@@ -192,13 +183,13 @@ def _draw(
     ax: Axes, error: str, points: Sequence[Known], front: Sequence[Known], looks: Looks
 ) -> None:
     _, wants, label = ERRORS[error]
-    ax.step(*_xy(front, error), where="pre", color="#999999", linewidth=5, alpha=0.5,
+    ax.step(*_xy(front, error), where="pre", color="#999999", lw=5, alpha=0.5,
             label="front", zorder=1)  # fmt: skip
     for method, look in looks.items():
         if some := [p for p in points if p["method"] == method]:
-            ax.plot(*_xy(some, error), label=literal(method), linewidth=0.9, markersize=4, **look)
+            ax.plot(*_xy(some, error), label=literal(method), lw=0.9, ms=4, **look)
     if chosen := [p for p in points if p["method"] == "auto" and p["wants"] == wants]:
-        ax.plot(*_xy(chosen, error), "*", color="#CC0000", markersize=13, label="auto", zorder=4)
+        ax.plot(*_xy(chosen, error), "*", color="#CC0000", ms=13, label="auto", zorder=4)
     for name in dict.fromkeys(p["stands_for"] for p in chosen):
         same = [p for p in chosen if p["stands_for"] == name]
         digits = ", ".join(f"{p['digits']:g}" for p in same)
@@ -264,4 +255,49 @@ def stress_figure(document: Known) -> Figure:
     lines = (", ".join(marks[i : i + ACROSS]) for i in range(0, len(marks), ACROSS))
     ax.set_xlabel("\n".join([*READING, ",\n".join(lines)]), fontsize=7.5)
     figure.colorbar(image, ax=ax, fraction=0.04, aspect=40)
+    return figure
+
+
+# --- the errors of a trajectory that somebody else computed, over time ---------------------------
+
+CHECKED: Final = {
+    "axis": "axis [rad]",
+    "theta": "θ [rad]",
+    "phi": "φ [rad]",
+    "psi": "ψ [rad]",
+    "energy": "E', of max(|E'|, gMR)",
+    "p_phi": r"$p_\varphi$, relative",
+    "p_psi": r"$p_\psi$, relative",
+}
+
+
+@mpl.rc_context(style.STYLE)
+def check_figure(document: Known) -> Figure:
+    """The chart of a check.
+
+    Parameters
+    ----------
+    document : mapping
+        A document of the schema ``heavytop/check/1``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The magnitude of every error over time above conditioning; below, how far the
+        data run ahead.
+    """
+    curves = {name: np.array(x, dtype=float) for name, x in document["curves"].items()}
+    figure = Figure(figsize=(7.0, 5.2), layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    for (name, label), colour in zip(CHECKED.items(), style.COLOURS, strict=True):
+        if name in curves:
+            off = np.where(curves[name], abs(curves[name]), np.nan)  # a logarithm shows no zero
+            above.semilogy(curves["t"], off, color=colour, lw=1.0, label=label)
+    if limit := document["condition"]:
+        above.axhline(limit, color=style.BLACK, ls=":", lw=1.0, label="conditioning")
+    below.plot(curves["phase_t"], curves["phase"], color=style.BLUE, marker="o", ms=3, lw=1.0)
+    gridded(above, "", "error")
+    gridded(below, "t [s]", "runs ahead by [s]")
+    figure.suptitle(literal(document["data"]))
+    legend(figure, columns=3)
     return figure

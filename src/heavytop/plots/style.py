@@ -6,8 +6,7 @@ import os
 import re
 import warnings
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from tempfile import TemporaryDirectory
+from io import BytesIO
 from typing import Any, Final, Literal, NamedTuple
 
 import matplotlib as mpl
@@ -22,6 +21,7 @@ from heavytop.files import write_whole
 from heavytop.scene.arguments import path_of
 
 Array = NDArray[np.float64]
+Known = Mapping[str, Any]  # a document, or a part of one
 
 # Okabe and Ito's colours, which the colour-blind tell apart.
 BLUE: Final = "#0072B2"
@@ -84,6 +84,7 @@ STYLE: Final[Any] = {
     "font.family": "DejaVu Sans",
     "font.size": 9.0,
     "axes.formatter.useoffset": False,
+    "legend.frameon": False,
     "text.usetex": False,
 }
 # No date and no program version: the file depends on the trajectory alone.
@@ -128,24 +129,20 @@ def legend(
     names = [name for name in order or known if name in known]
     if names:
         handles = [known[name] for name in names]
-        figure.legend(
-            handles, names, loc="outside lower center", ncols=columns, frameon=False, **looks
-        )
+        figure.legend(handles, names, loc="outside lower center", ncols=columns, **looks)
 
 
 def gridded(ax: Axes, xlabel: str, ylabel: str) -> None:
     """Label both axes, and draw faint lines at their ticks."""
     ax.set(xlabel=xlabel, ylabel=ylabel)
-    ax.grid(True, which="major", linewidth=0.3, color=FAINT)
+    ax.grid(True, which="major", lw=0.3, color=FAINT)
 
 
 def in_degrees(ax: Axes, side: Literal["x", "y"]) -> None:
     """Show degrees on the other side of axes whose x or y is in radians."""
-    functions = (np.degrees, np.radians)
-    if side == "x":
-        ax.secondary_xaxis("top", functions=functions).set_xlabel("[°]")
-    else:
-        ax.secondary_yaxis("right", functions=functions).set_ylabel("[°]")
+    other = ax.secondary_xaxis("top") if side == "x" else ax.secondary_yaxis("right")
+    other.set_functions((np.degrees, np.radians))
+    other.set(**{f"{side}label": "[°]"})
 
 
 class _SettledLayout(ConstrainedLayoutEngine):
@@ -179,21 +176,21 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
     form = place.suffix.removeprefix(".")
     if form not in _METADATA:
         raise ValueError(f"{place.name}: a figure is .svg, .png or .pdf")
-    layout = figure.get_layout_engine()
-    if isinstance(layout, ConstrainedLayoutEngine):
-        figure.set_layout_engine(_SettledLayout(**layout.get()))
-    with mpl.rc_context(STYLE), warnings.catch_warnings():
-        # A title in a script the font lacks is drawn with boxes; the run is none the worse.
-        warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
-        metadata = _METADATA[form]
-        write_whole(
-            place, lambda part: figure.savefig(part, format=form, dpi=160, metadata=metadata)
-        )
+    data = _drawn(figure, form)
+    write_whole(place, lambda part: part.write_bytes(data))
 
 
 def svg(figure: Figure) -> str:
     """The SVG of a figure, its texts in the font of the reader: small, as a page takes it."""
-    with TemporaryDirectory(prefix="heavytop-") as place, mpl.rc_context({"svg.fonttype": "none"}):
-        path = Path(place) / "figure.svg"
-        save(figure, path)
-        return path.read_text("utf-8")
+    return _drawn(figure, "svg", **{"svg.fonttype": "none"}).decode()
+
+
+def _drawn(figure: Figure, form: str, **style: str) -> bytes:
+    layout, data = figure.get_layout_engine(), BytesIO()
+    if isinstance(layout, ConstrainedLayoutEngine):
+        figure.set_layout_engine(_SettledLayout(**layout.get()))
+    with mpl.rc_context(STYLE | style), warnings.catch_warnings():
+        # A title in a script the font lacks is drawn with boxes; the run is none the worse.
+        warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
+        figure.savefig(data, format=form, dpi=160, metadata=_METADATA[form])
+    return data.getvalue()

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -15,9 +14,8 @@ from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 from numpy.typing import ArrayLike
 
 from heavytop.plots import style
-from heavytop.plots.style import gridded, legend, literal, title_of
+from heavytop.plots.style import Known, gridded, legend, literal, title_of
 
-Known = Mapping[str, Any]
 STEADY: Final = style.KINDS["uniform-precession"].colour
 THREAD: Final = "standing, falls: the thread"
 RATIO: Final = r"$p_\psi^2/4A\,gMR$"
@@ -68,7 +66,7 @@ def _diagram(ax: Axes, document: Known) -> None:
     for which, width, words in ((~fast, 2.6, "slow"), (fast, 1.2, "fast")):
         drawn = which & turns
         drawn |= ~turns & (np.roll(drawn, 1) | np.roll(drawn, -1))  # a corner ends both its sides
-        ax.plot(p, np.where(drawn, least, np.nan), color=STEADY, linewidth=width,
+        ax.plot(p, np.where(drawn, least, np.nan), color=STEADY, lw=width,
                 label=f"steady precession, {words}")  # fmt: skip
     for kind, sign in (("through-top", ""), ("through-bottom", "−")):
         places, look = document[kind.replace("-", "_")], style.KINDS[kind]
@@ -77,16 +75,16 @@ def _diagram(ax: Axes, document: Known) -> None:
                 label=rf"{look.label}: $p_\varphi$ = {sign}$p_\psi$")  # fmt: skip
     if circuit := document["circuit"]:
         around = circuit["p_phi"], circuit["E_prime"]
-        ax.plot(*around, color=style.BLACK, linewidth=0.9, label="the way around")
-        ax.plot(around[0][0], around[1][0], "^", color=style.BLACK, markersize=4)
+        ax.plot(*around, color=style.BLACK, lw=0.9, label="the way around")
+        ax.plot(around[0][0], around[1][0], "^", color=style.BLACK, ms=4)
     for place, marker, face, label in (
         (document["hanging"], "v", style.KINDS["hanging"].colour, "hanging"),
         (document["standing"], "*", "white", THREAD) if document["thread"]
         else (document["standing"], "^", style.KINDS["sleeping"].colour, "sleeping"),
         (document["start"], "o", style.OTHER, f"the scene: {literal(document['start']['kind'])}"),
     ):  # fmt: skip
-        ax.plot(place["p_phi"], place["E_prime"], marker, color=style.BLACK, markerfacecolor=face,
-                markersize=12 if marker == "*" else 6, linestyle="none", zorder=4,
+        ax.plot(place["p_phi"], place["E_prime"], marker, color=style.BLACK, mfc=face,
+                ms=12 if marker == "*" else 6, ls="none", zorder=4,
                 label=label)  # fmt: skip
     ax.set(xlim=window["p_phi"], ylim=window["E_prime"], xlabel=r"$p_\varphi$ [kg m² s⁻¹]",
            ylabel=r"E′ = E − $p_\psi^2/2C$ [J]")  # fmt: skip
@@ -101,15 +99,13 @@ def _around(ax: Axes, circuit: Known) -> None:
     """Δφ in turns along the circuit, continuous and as it is defined; Δψ loses what Δφ gains."""
     s, turn = np.array(circuit["s"]), 2 * np.pi
     lifted, jumping = (np.array(circuit[f"{name}precession"]) / turn for name in ("", "principal_"))
-    ax.plot(s, lifted, color=style.PATH, linewidth=1.8, label="Δφ, followed")
-    ax.plot(
-        s, jumping, ".", color=style.OTHER, markersize=3, label="Δφ as it is defined, which jumps"
-    )
+    ax.plot(s, lifted, color=style.PATH, lw=1.8, label="Δφ, followed")
+    ax.plot(s, jumping, ".", color=style.OTHER, ms=3, label="Δφ as it is defined, which jumps")
     ends = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0}
     ax.annotate("", (1.0, lifted[-1]), (1.0, lifted[0]), arrowprops=ends)
     whole = f"{circuit['winding']:+d} turn" if abs(circuit["winding"]) == 1 else "turns"
     ax.text(0.985, (lifted[0] + lifted[-1]) / 2, whole, ha="right", va="center")
-    ax.axhline(lifted[0], color=style.FAINT, linewidth=0.8, zorder=0)
+    ax.axhline(lifted[0], color=style.FAINT, lw=0.8, zorder=0)
     ax.set(xlim=(-0.02, 1.03), xlabel="once around the thread",
            ylabel="Δφ in a nutation, in turns")  # fmt: skip
 
@@ -159,12 +155,12 @@ def critical_set_figure(document: Known) -> Figure:
         rows, columns = range(0, x.shape[0], 3), range(0, x.shape[1], 4)
         for part in [(k, slice(None)) for k in rows] + [(slice(None), k) for k in columns]:
             label = f"steady precession, {sign}" if part[0] == 0 else None
-            ax.plot(x[part], y[part], z[part], color=colour, linewidth=0.6, label=label)
+            ax.plot(x[part], y[part], z[part], color=colour, lw=0.6, label=label)
     for name, (colour, width, words) in CURVES.items():
         places = np.array([np.array(found[name][each]) / unit for each, unit in units.items()])
         apart = np.flatnonzero(np.diff(places[0]) > 1.0)  # sleeping tops: one part on each side
         for k, some in enumerate(np.split(places, apart + 1, axis=1)):
-            ax.plot(*some, color=colour, linewidth=width, label=None if k else words, zorder=5)
+            ax.plot(*some, color=colour, lw=width, label=None if k else words, zorder=5)
     ax.view_init(*SEEN)
     ax.set_box_aspect((1.0, 1.0, 0.8))
     ax.set(xlabel=r"$p_\psi/\sqrt{A|gMR|}$", ylabel=r"$p_\varphi/\sqrt{A|gMR|}$",
@@ -181,8 +177,7 @@ BESIDE: Final = 1e-2  # and a swing as the small one that it should be
 SERIES: Final = (*style.COLOURS[:4], style.BLACK)
 
 
-@dataclass(frozen=True, slots=True)
-class Cone:
+class Cone(NamedTuple):
     """A steady precession, and what became of it.
 
     Attributes
@@ -220,10 +215,8 @@ def stability_figure(
     figure = Figure(figsize=(6.4, 6.4), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
     tilts = np.linspace(0.0, np.pi / 2, 181)
-    above.plot(np.cos(tilts), np.degrees(tilts), color=style.PATH, linewidth=1.2)
-    above.fill_betweenx(
-        np.degrees(tilts), 0, np.cos(tilts), color=style.FAINT, alpha=0.4, linewidth=0
-    )
+    above.plot(np.cos(tilts), np.degrees(tilts), color=style.PATH, lw=1.2)
+    above.fill_betweenx(np.degrees(tilts), 0, np.cos(tilts), color=style.FAINT, alpha=0.4, lw=0)
     above.text(0.3, 25, "no steady\nprecession", ha="center", fontsize=8)
     on = [c for c in cones if abs(c.off) <= ON]
     stayed = [c for c in cones if c.strayed <= BESIDE]
@@ -236,29 +229,24 @@ def stability_figure(
     ):
         if some:
             _marked(above, [(c.ratio, math.degrees(c.tilt)) for c in some], marker, colour, label)
-    for ends, colour, label in (
-        ((0, 1), style.OTHER, "upright, falls"),
-        ((1, 2), style.PATH, "upright, sleeps"),
-    ):
+    for ends, colour, label in (((0, 1), style.OTHER, "upright, falls"),
+                                ((1, 2), style.PATH, "upright, sleeps")):  # fmt: skip
         above.plot(ends, (0, 0), color=colour, lw=3, solid_capstyle="butt", label=label)
     above.set_ylabel("tilt [°]")
-    above.legend(
-        frameon=False, fontsize=7.5, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2
-    )
-    below.plot(
-        *zip(*theory, strict=True), color=style.PATH, lw=1.2, label=r"$\sqrt{1-p_\psi^2/4A\,gMR}$"
-    )
+    above.legend(fontsize=7.5, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
+    growth = r"$\sqrt{1-p_\psi^2/4A\,gMR}$"
+    below.plot(*zip(*theory, strict=True), color=style.PATH, lw=1.2, label=growth)
     _marked(below, multipliers, "o", style.PATH, "Floquet multipliers")
     _marked(below, runs, "x", style.OTHER, "perturbed runs")
     gridded(below, RATIO, "growth of a small tilt, over √(gMR/A)")
     below.set_xlim(0, 2)
-    below.legend(frameon=False, fontsize=7.5)
+    below.legend(fontsize=7.5)
     return figure
 
 
 def _marked(ax: Axes, points: Points, marker: str, colour: str, label: str) -> None:
-    ax.plot(*zip(*points, strict=True), marker, color=colour, markersize=5.5,
-            markerfacecolor="none", linestyle="none", label=label)  # fmt: skip
+    ax.plot(*zip(*points, strict=True), marker, color=colour, ms=5.5,
+            mfc="none", ls="none", label=label)  # fmt: skip
 
 
 @mpl.rc_context(style.STYLE)
@@ -273,11 +261,11 @@ def spin_figure(steps: Mapping[str, Points]) -> Figure:
     figure = Figure(figsize=(6.4, 4.0), layout="constrained")
     ax = figure.subplots()
     for i, (name, points) in enumerate(steps.items()):
-        ax.loglog(*zip(*points, strict=True), marker=style.MARKERS[i % 5], markersize=4,
-                  color=SERIES[i % 5], linewidth=1.0, label=name,
-                  linestyle="-" if i < 5 else "--")  # fmt: skip
+        ax.loglog(*zip(*points, strict=True), marker=style.MARKERS[i % 5], ms=4,
+                  color=SERIES[i % 5], lw=1.0, label=name,
+                  ls="-" if i < 5 else "--")  # fmt: skip
     gridded(ax, r"spin rate ω₃ [rad/s] at the same $p_\psi$", "steps in a nutation period")
-    ax.legend(frameon=False, fontsize=7.5)
+    ax.legend(fontsize=7.5)
     return figure
 
 
@@ -294,7 +282,7 @@ def steady_errors(ax: Axes, omega3: ArrayLike, errors: Mapping[str, ArrayLike]) 
     rounding = np.finfo(np.float64).eps / 2
     for (name, values), marker, colour in zip(errors.items(), style.MARKERS, SERIES, strict=False):
         sizes = np.maximum(np.abs(np.asarray(values, dtype=np.float64)), rounding)
-        ax.loglog(omega3, sizes, marker=marker, color=colour, linewidth=1.0, label=name)
+        ax.loglog(omega3, sizes, marker=marker, color=colour, lw=1.0, label=name)
     gridded(ax, "spin ω₃ [rad/s]", "relative error of the precession")
     ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     ax.xaxis.set_major_formatter(ScalarFormatter())

@@ -9,16 +9,14 @@ from contextlib import suppress
 from decimal import Decimal
 from typing import Any, Final
 
-from heavytop.report.parts import (
+from heavytop.report.tables import (
     MISSING,
     SYMBOLS,
-    FactRows,
     Fitting,
     Known,
-    Part,
+    Line,
     Row,
     Table,
-    files,
     headed,
     number,
     quantities,
@@ -54,50 +52,46 @@ FACTS: Final = (
 """Of a classification: labels and words, with the names of facts."""
 
 
-def run_parts(document: Known) -> Iterator[Part]:
+def run_parts(document: Known) -> Iterator[Line]:
     """A run: what is known without integrating, the plan, the end, the events, the errors."""
     motion, rows, cost = document["motion"], document["events"]["table"], document["cost"]
     proved = f", proved, margin {short(motion['margin'])}" if motion["certified"] else ""
     tags = f" ({', '.join(motion['tags'])})" if motion["tags"] else ""
-    yield FactRows.of([
-        ("kind", f"{motion['kind']}{tags}{proved}"),
-        *_course(motion, motion),
-        *quantities(document["constants"], *CONSTANTS),
-        *_plan(document["plan"]),
-        *_end(document),
-    ])  # fmt: skip
+    yield "kind", f"{motion['kind']}{tags}{proved}"
+    yield from _course(motion, motion)
+    yield from quantities(document["constants"], *CONSTANTS)
+    yield from _plan(document["plan"])
+    yield from _end(document)
     if rows:
         yield events(rows, document["events"]["omitted"])
-    bounds = [("off the closed form", _errors(document["errors"]))]
+    yield "off the closed form", _errors(document["errors"])
     if rows and motion["kind"].startswith("through-"):
-        bounds.append(("at the pole", "φ is that before or after, π apart; φ̇ is its limit"))
-    known = [("cost", _cost(cost))] if "derive_s" in cost else []
-    yield FactRows.of([*bounds, *known, *files(document)])
+        yield "at the pole", "φ is that before or after, π apart; φ̇ is its limit"
+    if "derive_s" in cost:
+        yield "cost", _cost(cost)
 
 
-def plan_parts(document: Known) -> Iterator[Part]:
+def plan_parts(document: Known) -> Iterator[Line]:
     """A plan: the equations, their precision, why, and what is expected."""
     plan = document["plan"]
-    expected = [("warning", warning) for warning in plan["warnings"]]
+    yield from _plan(plan)
+    for warning in plan["warnings"]:
+        yield "warning", warning
     if plan["cost_s"] is not None and plan["states"]:
         off = "no digit right" if plan["error"] >= 1 else f"off by {short(plan['error'])}"
-        expected.append(("expected", f"{duration(plan['cost_s'])}, {off} at the end"))
-    yield FactRows.of([*_plan(plan), *expected])
+        yield "expected", f"{duration(plan['cost_s'])}, {off} at the end"
 
 
-def classify_parts(document: Known) -> Iterator[Part]:
+def classify_parts(document: Known) -> Iterator[Line]:
     """A classification: kind and why, range of tilt and means per period, constants, rates."""
     motion, enclosure = document["motion"], document["enclosure"]
-    proved = {
+    yield from _verdict(motion)
+    yield from _course(motion, {
         name: motion[name] if enclosure[name] is None else between(*enclosure[name])
         for name in COURSE
-    }
-    yield FactRows.of([
-        *_verdict(motion),
-        *_course(motion, proved),
-        *quantities(document["constants"], *CONSTANTS),
-        *_facts(document["facts"]),
-    ])  # fmt: skip
+    })  # fmt: skip
+    yield from quantities(document["constants"], *CONSTANTS)
+    yield from _facts(document["facts"])
 
 
 def _course(motion: Known, values: Known) -> Iterator[Row]:
@@ -148,19 +142,15 @@ def events(rows: list[Known], omitted: int) -> Fitting:
     """The events, with as many digits as fit; units below the headings where it is narrow."""
     columns = {name: settled(row[name] for row in rows) for name in ("t", "theta", "phi", "phidot")}
     heads = ("event", *map(headed, (*columns, "residual")))
+    kinds, residuals = ([write(row[name]) for row in rows]
+                        for name, write in (("kind", str), ("residual", short)))  # fmt: skip
 
     def table(digits: int) -> Table:
         below = "\n" if digits < MOST_DIGITS else " "
-        numbers = zip(*([number(x, digits) for x in c] for c in columns.values()), strict=True)
-        return Table(
-            tuple(head.replace(" ", below) for head in heads),
-            tuple(
-                (row["kind"], *each, short(row["residual"]))
-                for row, each in zip(rows, numbers, strict=True)
-            ),
-            first=FIRST_EVENTS,
-            more=omitted,
-        )
+        numbers = ([number(x, digits) for x in column] for column in columns.values())
+        cells = tuple(zip(kinds, *numbers, residuals, strict=True))
+        head = tuple(head.replace(" ", below) for head in heads)
+        return Table(head, cells, first=FIRST_EVENTS, more=omitted)
 
     return Fitting(tuple((table(n),) for n in range(MOST_DIGITS, FEWEST_DIGITS - 1, -1)))
 

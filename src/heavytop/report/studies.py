@@ -1,54 +1,68 @@
-"""Studies as facts and tables: drift, work–precision, stress, atlas, energy–momentum, claims."""
+"""What every kind of result is called, what it says as facts and tables, and what is drawn of it.
+
+What a run says is in `heavytop.report.run`.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Final, NamedTuple
+from importlib import import_module
+from itertools import groupby
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from heavytop.checking.result import told
-from heavytop.report.parts import (
+from heavytop.report.run import classify_parts, plan_parts, run_parts
+from heavytop.report.tables import (
     FAIL,
     MISSING,
-    FactRows,
     Fitting,
     Known,
+    Line,
     Part,
     Row,
     Table,
-    files,
+    facts,
     given,
     grouped,
     number,
+    printed,
     quantities,
     size,
+    title,
     with_unit,
 )
-from heavytop.report.run import classify_parts, plan_parts, run_parts
 from heavytop.results.stress import MARKS, UNTOLD
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from rich.console import RenderableType
 
 # --- drift ---------------------------------------------------------------------------------------
 
 
-def drift_parts(document: Known) -> Iterator[Part]:
+def drift_parts(document: Known) -> Iterator[Line]:
     """What was asked, the errors of every method at the last time, what was skipped and why."""
     count = document["ensemble"]
     several = f"{count} starts within {document['spread']:.0%} (seed {document['seed']}), RMS"
     starts = "its own start" if count == 1 else several
-    yield FactRows((
-        ("drift", f"{document['periods']:g} nutation periods, {starts}"),
-        ("errors", "at the last time; energy relative to max(|E'|, gMR)"),
-        ("as t^", "grows as this power of time, with its standard error: 1.40(2) is 1.40 ± 0.02"),
-        ("lost", "a phase that is off by more than a twentieth of a period"),
-    ))  # fmt: skip
+    yield "drift", f"{document['periods']:g} nutation periods, {starts}"
+    yield "errors", "at the last time; energy relative to max(|E'|, gMR)"
+    yield "as t^", "grows as this power of time, with its standard error: 1.40(2) is 1.40 ± 0.02"
+    yield "lost", "a phase that is off by more than a twentieth of a period"
     head = ("method", "µs/\nperiod", "energy", "as t^", "phase\n[s]", "as t^", "axis")
     done = (each for each in document["methods"] if each["skipped"] is None)
     yield Table(head, tuple(map(_drift_row, done)))
-    if notes := [*_drift_notes(document), *files(document)]:
-        yield FactRows.of(notes)
+    for each in document["methods"]:
+        if each["skipped"] is not None:
+            yield each["name"], f"skipped: {each['skipped']}"
+        elif each["periods"] and each["periods"][-1] < 0.5 * document["periods"]:
+            yield each["name"], f"to {each['periods'][-1]:.4g} periods"
+        for start, why in each["ended"].items():
+            yield each["name"], f"start {start} ended early: {why}"
 
 
-def _drift_row(method: Known) -> tuple[str, ...]:
+def _drift_row(method: Known) -> Row:
     energy, phase, axis = (
         size(method[name][-1] if method[name] else None) for name in ("energy", "phase_s", "axis")
     )
@@ -67,47 +81,35 @@ def _power(method: Known, name: str) -> str:
     return f"{exponent:.2f}({hundredths})" if hundredths < 100 else f"{exponent:.0f}({error:.0f})"
 
 
-def _drift_notes(document: Known) -> Iterator[Row]:
-    for each in document["methods"]:
-        if each["skipped"] is not None:
-            yield each["name"], f"skipped: {each['skipped']}"
-        elif each["periods"] and each["periods"][-1] < 0.5 * document["periods"]:
-            yield each["name"], f"to {each['periods'][-1]:.4g} periods"
-        for start, why in each["ended"].items():
-            yield each["name"], f"start {start} ended early: {why}"
-
-
 # --- work and precision --------------------------------------------------------------------------
 
 TARGETS: Final = ("1e-6", "1e-9", "1e-12")
 BESTS: Final = {"best": ", best", "best_in_doubles": ", best in doubles"}
 
 
-def work_precision_parts(document: Known) -> Iterator[Part]:
+def work_precision_parts(document: Known) -> Iterator[Line]:
     """A row for each method, the fronts, who is cheapest, what auto did, what was left out."""
     points = document["points"]
     theta_alone = all(point["measures"] == "theta" for point in points)
-    yield FactRows((
-        ("runs", f"{document['periods']:g} nutation periods, all methods in turn in one process"),
-        ("times", "µs per period at an error of so much, the best run; setup [s]"),
-        ("errors", "of the axis; θ marks those of θ, of states that do not give the axis"),
-    ))  # fmt: skip
+    yield "runs", f"{document['periods']:g} nutation periods, all methods in turn in one process"
+    yield "times", "µs per period at an error of so much, the best run; setup [s]"
+    yield "errors", "of the axis; θ marks those of θ, of states that do not give the axis"
     yield Table(("method", *TARGETS, "best", "at", "setup"), tuple(map(_row, summaries(points))))
-    for name, words, measured in (
-        ("front", "front", "error"), ("front_theta", "front in θ alone", "theta_error")
-    ):  # fmt: skip
-        if document[name] and not (theta_alone and name == "front_theta"):
-            some = (points[i] for i in document[name])
-            rows = ((who(p), setting(p), time(p), size(p[measured])) for p in some)
-            yield Table((words, "setting", "µs/period", "error"), tuple(rows))
-    sides = {"θ": "cheapest"} if theta_alone else {"axis": "cheapest", "θ alone": "cheapest_theta"}
-    yield FactRows.of(
+    sides = {"": "θ"} if theta_alone else {"": "axis", "_theta": "θ alone"}
+    for side, label in sides.items():
+        some = [points[i] for i in document[f"front{side}"]]
+        rows = tuple(
+            (who(p), setting(p), time(p), size(p[f"{side}_error".strip("_")])) for p in some
+        )
+        if rows:
+            yield Table((f"front, {label}", "setting", "µs/period", "error"), rows)
+    yield facts(
         (f"{label}{BESTS.get(target, f' to {target}')}", _leader(found))
-        for label, name in sides.items()
-        for target, found in document[name].items()
+        for side, label in sides.items()
+        for target, found in document[f"cheapest{side}"].items()
     )
-    if said := [*_auto(document), *_left_out(document), *files(document)]:
-        yield FactRows.of(said)
+    yield from _auto(document)
+    yield from _left_out(document)
 
 
 class Summary(NamedTuple):
@@ -155,7 +157,7 @@ def _digits(points: Iterable[Known]) -> str:
     return ", ".join(str(point["digits"]) for point in points)
 
 
-def _row(of: Summary) -> tuple[str, ...]:
+def _row(of: Summary) -> Row:
     within = [MISSING if point is None else time(point) for point in of.within]
     return of.name, *within, error(of.best), time(of.best), f"{of.setup_s:.2g}"
 
@@ -215,13 +217,10 @@ def _left_out(document: Known) -> Iterator[Row]:
         yield "rivals", "NO RIVAL WAS RUN: nothing here compares with other methods"
     elif rivals["left_out"]:
         yield "rivals", f"only these were run: {', '.join(rivals['run'])}"
-    begun = Counter(point["method"] for point in document["points"])
-    every = begun + Counter(each["method"] for each in document["skipped"])
     for (reason,), same in grouped(document["skipped"], "reason").items():
-        settings = (
-            f"{name} ({len(some)} of {every[name]} settings, first {_setting(some[0])})"
-            for (name,), some in grouped(same, "method").items()
-        )
+        methods = grouped(same, "method").items()
+        settings = (f"{name} ({len(some)} setting{'s'[: len(some) != 1]} from {_setting(some[0])})"
+                    for (name,), some in methods)  # fmt: skip
         yield "left out", f"{reason}: {', '.join(settings)}"
 
 
@@ -235,32 +234,37 @@ def _setting(skipped: Known) -> str:
 UNTOLD_RULE: Final = "nothing to tell: conditioning leaves no digits, and what is there is chance"
 
 
-def stress_parts(document: Known) -> Iterator[Part]:
+def stress_parts(document: Known) -> Iterator[Line]:
     """A row for each case with a column for each method; what the marks mean; what failed."""
-    run = {each["method"] for each in document["cases"]}
-    names = [name for name in document["methods"] if name in run]
+    runs = document["cases"]
+    names = [name for name in document["methods"] if name in {run["method"] for run in runs}]
     yield "stress: digits lost beyond what conditioning allows"
     if names:
         yield Fitting(tuple(_tables(document, names, n) for n in range(len(names), 0, -1)))
-    for facts in (_meanings(document), _failed(document), [*_apart(document), *files(document)]):
-        if rows := tuple(facts):
-            yield FactRows(rows)
+    seen = {run["outcome"] for run in runs}
+    for word, rule in document["rules"].items():
+        if word in seen and word in MARKS:
+            yield f"{MARKS[word]} {word}", rule
+    if any(run["untold"] for run in runs):
+        yield UNTOLD, UNTOLD_RULE
+    yield from _failed(document)
+    for (reason,), some in grouped(document["skipped"], "reason").items():
+        pairs = ", ".join(f"{each['case']}/{each['method']}" for each in some)
+        yield "skipped", f"{reason}: {pairs}"
+    wrong = ", ".join(document["auto"]["silently_wrong"]) or "nowhere"
+    yield "auto", f"silently wrong: {wrong}" if document["auto"]["run"] else "was not run"
 
 
-def stress_cases_parts(document: Known) -> Iterator[Part]:
+def stress_cases_parts(document: Known) -> Iterator[Line]:
     """The cases: top, start, span and why each is hard; and the methods."""
-    yield FactRows.of((case["name"], _described(case)) for case in document["cases"])
-    yield FactRows.of(
+    for case in document["cases"]:
+        known = {n: x for n, x in (case["top"] | case["start"]).items() if x != "0"}
+        yield case["name"], f"{case['why']}\n{given(known)}; {case['span']}"
+    yield facts(
         (each["name"], ", ".join(filter(None, map(each.get, ("short", "formulation", "setting")))))
         for each in document["methods"]
     )
     yield "no case can be added: for a scene of your own there are drift and workprec"
-
-
-def _described(case: Known) -> str:
-    """Why a case is hard; then its top, start and span."""
-    known = (case["top"] | case["start"]).items()
-    return f"{case['why']}\n{given({n: x for n, x in known if x != '0'})}; {case['span']}"
 
 
 def _tables(document: Known, names: Sequence[str], across: int) -> tuple[Table, ...]:
@@ -292,15 +296,6 @@ def cell(run: Known | None) -> str:
     return f"{digits} {MARKS.get(run['outcome'], '')}".strip()
 
 
-def _meanings(document: Known) -> Iterator[Row]:
-    seen = {run["outcome"] for run in document["cases"]}
-    for word, rule in document["rules"].items():
-        if word in seen and word in MARKS:
-            yield f"{MARKS[word]} {word}", rule
-    if any(run["untold"] for run in document["cases"]):
-        yield UNTOLD, UNTOLD_RULE
-
-
 def _failed(document: Known) -> Iterator[Row]:
     """What failed, a line for each case, outcome and note, with the methods it befell."""
     order = list(document["hard"])
@@ -313,23 +308,15 @@ def _failed(document: Known) -> Iterator[Row]:
         yield case, f"{word}: {', '.join(r['method'] for r in runs)}{note and f': {note}'}"
 
 
-def _apart(document: Known) -> Iterator[Row]:
-    for (reason,), some in grouped(document["skipped"], "reason").items():
-        pairs = ", ".join(f"{each['case']}/{each['method']}" for each in some)
-        yield "skipped", f"{reason}: {pairs}"
-    wrong = ", ".join(document["auto"]["silently_wrong"]) or "nowhere"
-    yield "auto", f"silently wrong: {wrong}" if document["auto"]["run"] else "was not run"
-
-
 # --- atlas ---------------------------------------------------------------------------------------
 
 FIRST_PIXELS: Final = 10  # of those that differ, at a terminal
 
 
-def atlas_parts(document: Known) -> Iterator[Part]:
+def atlas_parts(document: Known) -> Iterator[Line]:
     """How many pixels there are of each kind; the axes and boundaries; where two maps differ."""
     yield Table(("kind", "pixels", "share"), tuple(_kinds(document)))
-    yield FactRows.of([*_map(document), *files(document)])
+    yield from _map(document)
     if pixels := document.get("pixels"):
         rows = (
             (each["kind"], each["integrated"], number(each["x"], 6), number(each["y"], 6),
@@ -340,7 +327,7 @@ def atlas_parts(document: Known) -> Iterator[Part]:
         yield Table(head, tuple(rows), left=2, first=FIRST_PIXELS, more=more)
 
 
-def _kinds(document: Known) -> Iterator[tuple[str, ...]]:
+def _kinds(document: Known) -> Iterator[Row]:
     """The kinds with their shares, the most frequent first, each with what it is made of."""
     every = sum(document["counts"].values()) or 1
     details = (document.get("details") or {}).items()
@@ -363,10 +350,8 @@ def _map(document: Known) -> Iterator[Row]:
     yield "held", given({n: x for n, x in held if n in ROLES and ROLES[n].sets not in changed})
     yield "not proved", str(document["uncertified"])
     lines = Counter(curve["name"] for curve in document["curves"]).items()
-    yield (
-        "boundaries",
-        ", ".join(f"{name} ({n} line{'s' * (n > 1)})" for name, n in lines) or "none",
-    )
+    counted = (f"{name} ({n} line{'s' * (n > 1)})" for name, n in lines)
+    yield "boundaries", ", ".join(counted) or "none"
     for name, label in (
         ("sent", "decided by intervals"), ("differing", "not as integrated"),
         ("unexplained", "… by more than rounding"), ("untold", "undecided by integration"),
@@ -379,12 +364,8 @@ def _map(document: Known) -> Iterator[Row]:
 # --- energy and momentum -------------------------------------------------------------------------
 
 
-def energy_momentum_parts(document: Known) -> Iterator[Part]:
+def energy_momentum_parts(document: Known) -> Iterator[Line]:
     """Where the scene and the verticals lie, and what a circuit around the thread brings."""
-    yield FactRows.of([*_energy_momentum(document), *files(document)])
-
-
-def _energy_momentum(document: Known) -> Iterator[Row]:
     ratio = document["ratio"]
     yield from quantities(document, "p_psi")
     if ratio is not None:
@@ -405,20 +386,12 @@ def _place(place: Known) -> str:
     return given({name: place[name] for name in ("p_phi", "E_prime")}, digits=9)
 
 
-# --- check ---------------------------------------------------------------------------------------
-
-
-def check_parts(document: Known) -> Iterator[Part]:
-    """What a check says of a trajectory: its errors, its events and the slip that explains them."""
-    yield FactRows.of([*told(document), *files(document)])
-
-
 # --- claims --------------------------------------------------------------------------------------
 
 VERDICTS: Final = {True: "ok", False: FAIL, None: "skip"}
 
 
-def validate_parts(document: Known) -> Iterator[Part]:
+def validate_parts(document: Known) -> Iterator[Line]:
     """For each authority its claims; then what went wrong or was skipped, and why."""
     yield "validate: what is measured is at most its bound"
     for (authority,), claims in grouped(document["claims"], "authority").items():
@@ -429,17 +402,12 @@ def validate_parts(document: Known) -> Iterator[Part]:
         )  # fmt: skip
         head = ("", "claim", "numbers", "measured", "bound")
         yield Table(head, tuple(rows), authority, left=3)
-    if reasons := [*_reasons(document["claims"]), *files(document)]:
-        yield FactRows.of(reasons)
-    yield summary(document["claims"])
-
-
-def _reasons(claims: Sequence[Known]) -> Iterator[Row]:
-    for claim in claims:
+    for claim in document["claims"]:
         if claim["skipped"]:
             yield claim["id"], f"skipped: {claim['skipped']}"
         elif claim["failure"] or claim["passed"] is False:
             yield claim["id"], claim["failure"] or "out of its bound"
+    yield summary(document["claims"])
 
 
 def summary(claims: Sequence[Known]) -> str:
@@ -456,17 +424,102 @@ def summary(claims: Sequence[Known]) -> str:
     return ", ".join([*words, f"{count[None]} skipped"] if count[None] else words)
 
 
-PARTS: Final[Mapping[str, Callable[[Known], Iterable[Part]]]] = {
-    "heavytop/run/1": run_parts,
-    "heavytop/plan/1": plan_parts,
-    "heavytop/classify/1": classify_parts,
-    "heavytop/drift/1": drift_parts,
-    "heavytop/workprec/1": work_precision_parts,
-    "heavytop/stress/1": stress_parts,
-    "heavytop/stress-cases/1": stress_cases_parts,
-    "heavytop/atlas/1": atlas_parts,
-    "heavytop/energy-momentum/1": energy_momentum_parts,
-    "heavytop/check/1": check_parts,
-    "heavytop/validate/1": validate_parts,
-}
-"""What a document says, by its schema."""
+# --- every kind of result ------------------------------------------------------------------------
+
+
+class Chart(NamedTuple):
+    """A chart of a document: its function in `heavytop.plots`, its title, and the data in it.
+
+    The data are named by their places in the document; the first is a list, or columns, and
+    without it there is nothing to draw.
+    """
+
+    function: str
+    title: str
+    data: str
+
+    @property
+    def name(self) -> str:
+        """The name of its file."""
+        return self.function.partition(".")[2].removesuffix("_figure")
+
+    def data_in(self, document: Known) -> dict[str, Any]:
+        """What of a document is in it; empty where there is nothing to draw."""
+        found = {place: _within(document, place) for place in self.data.split()}
+        return found if next(iter(found.values())) else {}
+
+    def draw(self, *of: Any) -> Figure:
+        """The chart; what draws takes its time to import."""
+        module, _, name = self.function.partition(".")
+        figure: Figure = getattr(import_module(f"heavytop.plots.{module}"), name)(*of)
+        return figure
+
+
+def _within(document: Any, place: str) -> Any:
+    """What stands at a place in a document: names with points between them."""
+    for key in place.split("."):
+        document = (document or {}).get(key)
+    return document
+
+
+class ResultKind(NamedTuple):
+    """A kind of result: its heading on a page, what it says, and its charts."""
+
+    heading: str
+    lines: Callable[[Known], Iterable[Line]]
+    charts: tuple[Chart, ...] = ()
+
+
+RESULTS: Final[Mapping[str, ResultKind]] = {
+    "run": ResultKind("Run", run_parts),
+    "plan": ResultKind("Plan", plan_parts),
+    "classify": ResultKind("Classification", classify_parts),
+    "traces": ResultKind("Every kind of motion", lambda _: (), (
+        Chart("sphere.traces_figure", "the path of the axis on the unit sphere, in closed form; "
+              "dot: start, cross: vertical", "traces"),)),
+    "drift": ResultKind("Drift", drift_parts, (
+        Chart("studies.drift_figure", "errors over nutation periods, both logarithmic",
+              "methods"),)),
+    "workprec": ResultKind("Work and precision", work_precision_parts, (
+        Chart("studies.workprec_figure", "time of a period over error, both logarithmic",
+              "points front front_theta"),)),
+    "stress": ResultKind("Where methods fail", stress_parts, (
+        Chart("studies.stress_figure", "digits lost at every case by every method",
+              "cases hard"),)),
+    "stress-cases": ResultKind("Cases", stress_cases_parts),
+    "atlas": ResultKind("Atlas", atlas_parts, (
+        Chart("atlas.atlas_figure", "kinds of motion, and their boundaries", "counts curves axes"),
+    )),
+    "energy-momentum": ResultKind("Energy and momentum", energy_momentum_parts, (
+        Chart("theory.energy_momentum_figure", "energy over momentum at the p_ψ of the scene: "
+              "kinds, and the edge of steady precession",
+              "edge start standing hanging thread window circuit"),
+        Chart("theory.critical_set_figure", "the critical set over all p_ψ: two sheets of steady "
+              "precession, and the thread", "critical_set.sheets critical_set.thread "
+              "critical_set.sleeping critical_set.hanging"),)),
+    "check": ResultKind("Check", told, (
+        Chart("studies.check_figure", "errors of the trajectory over time, and how far it runs "
+              "ahead", "curves"),)),
+    "validate": ResultKind("Claims", validate_parts),
+}  # fmt: skip
+"""By the name in the schema of a document."""
+
+
+def kind_of(document: Known) -> str:
+    """The name in the schema of a document."""
+    return str(document["schema"].split("/")[1])
+
+
+def parts_of(document: Known) -> Iterator[Part]:
+    """What a document says; facts that follow one another are one table."""
+    lines = [*RESULTS[kind_of(document)].lines(document)]
+    if document.get("files"):
+        lines.append(("files", ", ".join(document["files"].values())))
+    for alone, some in groupby(lines, lambda line: type(line) is tuple):
+        found: list[Any] = list(some)
+        yield from [facts(found)] if alone else found
+
+
+def rendered(document: Known) -> RenderableType:
+    """A document at a terminal, below the title of its scene if it has one."""
+    return printed(parts_of(document), title(document.get("scene") or {}))

@@ -13,7 +13,7 @@ from heavytop.cli import app
 from heavytop.comparison import own
 
 from .pages_agree import BLOCK
-from .test_transcript import follows, lines, steps
+from .test_first_ten_minutes import follows, lines, steps
 
 DOCS = Path(__file__).parents[2] / "docs"
 CODES = {  # what each command of a page leaves with

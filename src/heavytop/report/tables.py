@@ -1,18 +1,23 @@
-"""What a result says, as facts and tables of texts: terminal, page and Markdown render these."""
+"""What a result says, as facts and tables of texts; and these at a terminal, and in Markdown."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, Final, NamedTuple, Self, TypeAlias
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, Final, NamedTuple, TypeAlias
+
+from rich.console import Console, ConsoleOptions, Group, RenderableType
+from rich.measure import Measurement
+from rich.table import Table as Grid
+from rich.text import Text
 
 from heavytop.numbers.parse import UNITS
 
 Known: TypeAlias = Mapping[str, Any]
-Row: TypeAlias = tuple[str, str]
+Row: TypeAlias = tuple[str, ...]
 
 MISSING: Final = "–"
 FAIL: Final = "FAIL"  # how the row of a claim begins that does not hold
-MOST_ROWS: Final = 60  # of the numbers behind a picture; its data have all of them
 
 SYMBOLS: Final = {
     "t": ("t", "s"), "A": ("A", "kg m²"), "C": ("C", "kg m²"), "gMR": ("gMR", "J"),
@@ -28,19 +33,8 @@ SYMBOLS: Final = {
 """By the name of a quantity in a document: its symbol, and its unit."""
 
 
-class FactRows(NamedTuple):
-    """Labels and texts side by side."""
-
-    rows: tuple[Row, ...]
-
-    @classmethod
-    def of(cls, rows: Iterable[Row]) -> Self:
-        """The facts of any rows."""
-        return cls(tuple(rows))
-
-
 class Table(NamedTuple):
-    """Texts below headings.
+    """Texts in rows: columns below headings, or without headings facts, a label and what it says.
 
     Attributes
     ----------
@@ -55,28 +49,12 @@ class Table(NamedTuple):
         How many rows there are beside.
     """
 
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
+    head: Row
+    rows: tuple[Row, ...]
     title: str = ""
     left: int = 1
     first: int | None = None
     more: int = 0
-
-    @classmethod
-    def of(cls, rows: Sequence[Known], digits: int = 6, most: int = MOST_ROWS) -> Self:
-        """The table of rows with the same names; of many, rows that are evenly spaced.
-
-        Examples
-        --------
-        >>> Table.of([{"t": 0, "kind": "cusp"}, {"t": 1 / 3, "kind": None}])[:2]
-        (('t [s]', 'kind'), (('0', 'cusp'), ('0.333333', '–')))
-        """
-        names = [
-            name for name in (rows[0] if rows else ()) if any(r[name] is not None for r in rows)
-        ]
-        some = rows[:: max(1, -(-len(rows) // most))]
-        cells = tuple(tuple(cell(row[name], digits) for name in names) for row in some)
-        return cls(tuple(map(headed, names)), cells, more=len(rows) - len(some))
 
     @property
     def fails(self) -> bool:
@@ -101,14 +79,72 @@ class Table(NamedTuple):
         )
         return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
+    def __rich__(self) -> Group:
+        return _stacked([self])
+
 
 class Fitting(NamedTuple):
-    """Forms of the same tables, the best first: at a terminal the first one that fits it."""
+    """Forms of the same tables, the best first: a terminal shows the first that is no wider."""
 
     forms: tuple[tuple[Table, ...], ...]
 
+    def __rich_console__(
+        self, console: Console, options: ConsoleOptions
+    ) -> Iterator[RenderableType]:
+        anywhere = options.update_width(sys.maxsize)
+        for form in map(_stacked, self.forms):
+            if Measurement.get(console, anywhere, form).maximum <= options.max_width:
+                break
+        yield form
 
-Part: TypeAlias = FactRows | Table | Fitting | str
+
+Part: TypeAlias = Table | Fitting | str
+Line: TypeAlias = Row | Part
+"""A part, or a single fact: a label and what it says."""
+
+
+def facts(rows: Iterable[Row]) -> Table:
+    """Labels, and what they say."""
+    return Table((), tuple(rows))
+
+
+# --- at a terminal ------------------------------------------------------------------------------
+
+
+def printed(parts: Iterable[Part], heading: str) -> RenderableType:
+    """Parts below a heading, if there is one; nothing in them is taken for markup of rich."""
+    found: list[RenderableType] = [Text(heading, style="bold")] if heading else []
+    for k, part in enumerate(parts):
+        found += [Text()] * (k > 0)
+        found.append(Text(part, style="bold") if isinstance(part, str) else part)
+    return Group(*found)
+
+
+def _stacked(tables: Iterable[Table]) -> Group:
+    found: list[RenderableType] = []
+    for each in tables:
+        found += [Text()] * bool(found) + [Text(each.title, style="cyan")] * bool(each.title)
+        found.append(_grid(each))
+        if more := each.more + len(each.rows) - len(each.rows[: each.first]):
+            found.append(Text(f"… and {more} more"))
+    return Group(*found)
+
+
+def _grid(table: Table) -> Grid:
+    """A table of rich; what is too wide is folded, not cut."""
+    grid = Grid(box=None, pad_edge=False, header_style="cyan", show_header=bool(table.head))
+    if not table.head:
+        grid.add_column(style="cyan", no_wrap=True)
+        grid.add_column(overflow="fold")
+    for at, heading in enumerate(table.head):
+        left = at < table.left
+        grid.add_column(Text(heading), justify="left" if left else "right", overflow="fold")
+    for row in table.rows[: table.first]:
+        grid.add_row(*(Text(text, style="red" if text == FAIL else "") for text in row))
+    return grid
+
+
+# --- values as texts ----------------------------------------------------------------------------
 
 
 def number(value: Any, digits: int = 12) -> str:
@@ -134,26 +170,11 @@ def size(error: float | None) -> str:
     return MISSING if error is None else f"{error:.1e}"
 
 
-def cell(value: Any, digits: int = 6) -> str:
-    """A value of a document as a table has it.
-
-    Examples
-    --------
-    >>> cell(5280, 2), cell(172.6, 3), cell(True), cell(["a", "b"])
-    ('5280', '173', 'yes', 'a, b')
-    """
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, list):
-        return ", ".join(map(str, value)) or MISSING
-    return str(value) if isinstance(value, int) else number(value, digits)
-
-
 def headed(name: str) -> str:
     """The heading of a column: the symbol of a quantity with its unit, else its name in words."""
     if name in SYMBOLS:
         return "{} [{}]".format(*SYMBOLS[name])
-    return name.replace("_", " ") if name.isidentifier() and name.isascii() else name
+    return name.replace("_", " ")
 
 
 def with_unit(name: str, text: str) -> str:
@@ -178,7 +199,7 @@ def given(values: Known, digits: int = 6) -> str:
     'θ = 0.1 rad, φ̇ = -15 rad/s, ω₃ = 30 rpm'
     """
     words = (
-        f"{SYMBOLS.get(name, (name,))[0]} = {with_unit(name, cell(value, digits))}"
+        f"{SYMBOLS.get(name, (name,))[0]} = {with_unit(name, number(value, digits))}"
         for name, value in values.items()
         if value not in (0, None)
     )
@@ -195,14 +216,9 @@ def called(document: Known) -> str:
     return str(document["scene"]["title"] or document["scene"]["name"])
 
 
-def files(document: Known) -> Iterable[Row]:
-    """The files of a result, where it has any."""
-    return [("files", ", ".join(document["files"].values()))] if document.get("files") else []
-
-
-def grouped(rows: Iterable[Known], *names: str) -> dict[tuple[Any, ...], list[Known]]:
+def grouped(rows: Iterable[Known], *names: str) -> dict[Row, list[Known]]:
     """Rows with the same values together, in the order in which they come."""
-    found: dict[tuple[Any, ...], list[Known]] = {}
+    found: dict[Any, list[Known]] = {}
     for row in rows:
         found.setdefault(tuple(row.get(name) for name in names), []).append(row)
     return found

@@ -1,7 +1,8 @@
-"""The files of a run, in one folder: first what is asked, at last document, trajectory, figures.
+"""The files of results in their folders.
 
-The request goes when all else is there. So a folder with a request holds a run that is not whole,
-and its trajectory, if there is one, is as far as it went.
+Of a run first what is asked, at last its document. The request goes when all else is there: a
+folder with a request holds a run that is not whole, and its trajectory, if there is one, is as far
+as it went. Of a study its document, its data and its charts.
 """
 
 from __future__ import annotations
@@ -9,30 +10,51 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 
-from heavytop.errors import ForeignFile, ForeignRun, StoppedEarly
-from heavytop.files import as_json, locked, regular, write_text
-from heavytop.results.base import typed
+from heavytop.errors import ForeignFile, ForeignRun, Stop, StoppedEarly
+from heavytop.files import as_json, locked, write_document
+from heavytop.hdf5 import write_sealed
+from heavytop.report.studies import RESULTS, kind_of
+from heavytop.results.atlas import AtlasResult
+from heavytop.results.base import Answer, Text, read, with_command
 from heavytop.results.classification import PlanSummary
+from heavytop.results.drift import Drift
 from heavytop.results.run import RunResult, run_result
 from heavytop.run.planning import Plan
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.scene import Scene, read_scene
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 REQUEST, DOCUMENT, TRAJECTORY = "request.json", "run.json", "trajectory.nc"
-REQUEST_SCHEMA: Final = "heavytop/request/1"
 FORMS: Final = ("svg", "png")
-OWN_FIGURES: Final = frozenset(
+FIGURES: Final = tuple(
     f"{name}.{form}"
     for name in ("overview", "angles", "potential", "phase", "errors")
     for form in FORMS
 )
-OWN: Final = OWN_FIGURES | {REQUEST, DOCUMENT, TRAJECTORY, "probe"}
+OWN: Final = (REQUEST, DOCUMENT, TRAJECTORY, *FIGURES)
+RESUMED: Final = (Drift, AtlasResult)  # their folders go on, and hold no wall-clock values
+
+# --- a run -----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, kw_only=True)
+class RequestDocument(Answer):
+    """A request as it is stored: the scene is the text of its file."""
+
+    schema: Literal["heavytop/request/1"] = "heavytop/request/1"
+    name: Text
+    scene: str
+    formulation: Text
+    figures: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,15 +72,13 @@ class Request:
 
     def write(self, folder: Path) -> None:
         """Write it down."""
-        told = {
-            "schema": REQUEST_SCHEMA,
-            "command": typed(),
-            "name": self.scene.name,
-            "scene": self.scene.to_toml(),
-            "formulation": self.formulation,
-            "figures": self.figures,
-        }
-        write_text(folder / REQUEST, as_json(told) + "\n")
+        told = RequestDocument(
+            name=self.scene.name,
+            scene=self.scene.to_toml(),
+            formulation=self.formulation,
+            figures=self.figures,
+        )
+        write_document(folder / REQUEST, told.document())
 
     @classmethod
     def read(cls, folder: Path) -> Request:
@@ -74,9 +94,9 @@ class Request:
         if not (folder / REQUEST).exists():
             found = load_interrupted(folder / TRAJECTORY)
             return cls(found.scene, PlanSummary.of(found.plan).asked)
-        told = _read(folder / REQUEST, REQUEST_SCHEMA)
-        scene = read_scene(told["scene"], where=f"{told['name']}.toml")
-        return cls(scene, told["formulation"], told["figures"])
+        told: RequestDocument = read(folder / REQUEST, RequestDocument).found
+        scene = read_scene(told.scene, where=f"{told.name}.toml")
+        return cls(scene, told.formulation, told.figures)
 
 
 def _question(scene: Mapping[str, Any], formulation: str) -> dict[str, Any]:
@@ -114,9 +134,8 @@ def begun(folder: Path, asked: Request, *, force: bool = False) -> Iterator[None
             for path in folder.glob(".*"):  # of a writer that was killed
                 if (name := re.fullmatch(r"\.\d+\.(.+)", path.name)) and name[1] in OWN:
                     path.unlink(missing_ok=True)
-            unfinished = (folder / REQUEST).exists()
-            if force or not unfinished:
-                _replace(folder, unfinished=unfinished)
+            if force or not (folder / REQUEST).exists():
+                _remove(folder, OWN)
                 asked.write(folder)
             mine = True
             yield
@@ -131,20 +150,17 @@ def begun(folder: Path, asked: Request, *, force: bool = False) -> Iterator[None
                 (folder / LOCK).unlink(missing_ok=True)
 
 
-def _replace(folder: Path, *, unfinished: bool) -> None:
-    """Take away the files of another run.
+def _remove(folder: Path, names: Iterable[str]) -> None:
+    """Take away the files of an earlier run.
 
     Raises
     ------
     ForeignFile
-        One of them is a folder, or cannot be removed.
+        One of them is a folder.
     """
-    names = (REQUEST, DOCUMENT, TRAJECTORY, *(OWN_FIGURES if unfinished else ()))
     for name in names:
         if (folder / name).is_dir():
             raise ForeignFile(f"{folder / name}: a folder, where a run has a file")
-    clear(folder)
-    for name in names[2:]:
         (folder / name).unlink(missing_ok=True)
 
 
@@ -161,8 +177,9 @@ def _expect_same(folder: Path, asked: Request) -> None:
         elif (folder / TRAJECTORY).exists():
             there = Request.read(folder).question
         else:
-            if theirs := sorted(name for name in OWN_FIGURES if os.path.lexists(folder / name)):
-                raise ForeignFile(f"{folder / theirs[0]}: not of a run of this package")
+            for name in FIGURES:
+                if os.path.lexists(folder / name):
+                    raise ForeignFile(f"{folder / name}: not of a run of this package")
             return
     except ForeignFile as fault:
         raise ForeignFile(f"{fault} (--force replaces it)") from None
@@ -190,18 +207,6 @@ def part_of(folder: Path, scene: Scene, chosen: Plan) -> Trajectory | None:
     return replace(part, scene=scene, plan=replace(part.plan, estimate=chosen.estimate))
 
 
-def _read(path: Path, schema: str) -> dict[str, Any]:
-    """The document of a schema in a file."""
-    try:
-        with regular(path) as file:
-            found = json.loads(file.read())
-    except (OSError, ValueError, RecursionError) as fault:
-        raise ForeignFile(f"{path}: not readable ({fault})") from None
-    if not isinstance(found, dict) or found.get("schema") != schema:
-        raise ForeignFile(f"{path}: not a document {schema}")
-    return found
-
-
 def write_results(trajectory: Trajectory, folder: Path, *, figures: bool = True) -> RunResult:
     """Write a run; the document comes last, so that where it stands the rest is whole.
 
@@ -224,44 +229,100 @@ def write_results(trajectory: Trajectory, folder: Path, *, figures: bool = True)
         A file cannot be written.
     """
     files = {"document": DOCUMENT, "trajectory": TRAJECTORY}
-    clear(folder)
+    _remove(folder, (DOCUMENT, *FIGURES))
     trajectory.save(folder / TRAJECTORY)
     if figures:
-        from heavytop.plots.figures import FIGURES, save
+        from heavytop.plots import figures as drawn
 
-        for name, draw in FIGURES.items():
-            figure = draw(trajectory)
-            for form in FORMS:
-                files[f"{name}_{form}"] = f"{name}.{form}"
-                save(figure, folder / f"{name}.{form}")
+        for name, draw in drawn.FIGURES.items():
+            files |= _saved(folder, name, draw(trajectory), name)
     result = run_result(trajectory, files=files)
     result.save(folder / DOCUMENT)
     return result
 
 
-def clear(folder: Path) -> None:
-    """Remove the document of an earlier run in a folder, and the figures of which it tells.
+# --- a study ---------------------------------------------------------------------------------
 
-    They would stand beside another top's document. Other files are left alone.
+
+class Unwritten(StoppedEarly):
+    """A study that reached its end, and whose files cannot be written: what it found is at hand."""
+
+    def __str__(self) -> str:
+        return self.why
+
+
+def write_study(
+    found: Any, folder: str | os.PathLike[str], *, figures: bool = True
+) -> dict[str, str]:
+    """Write what a study found: its document, its data and its charts.
+
+    The document is written before anything is drawn, and again when the charts are there. Of a
+    drift study and of an atlas, whose folders go on, it holds no wall-clock values.
 
     Parameters
     ----------
-    folder : Path
+    found : Drift, WorkPrecision, Stress, Atlas, Diagram or Validation
+    folder : path
+        It is made where there is none.
+    figures : bool
+        Whether charts are drawn, of what there are numbers for.
+
+    Returns
+    -------
+    dict from str to str
+        Names of the files, by what they are.
 
     Raises
     ------
-    OSError
-        A file cannot be removed.
+    StoppedEarly
+        A file cannot be written.
     """
-    for name in OWN_FIGURES & _told(folder / DOCUMENT):
-        (folder / name).unlink(missing_ok=True)
-    (folder / DOCUMENT).unlink(missing_ok=True)
-
-
-def _told(document: Path) -> set[str]:
-    """The files of which a document tells, which need not be whole."""
+    place = Path(folder)
     try:
-        with regular(document) as file:
-            return {name for name in json.loads(file.read())["files"].values() if name == str(name)}
-    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
-        return set()  # there is no document, or it is no run's
+        place.mkdir(parents=True, exist_ok=True)
+        return _written(found, place, figures)
+    except OSError as fault:
+        path = Path(os.fsdecode(fault.filename or place))
+        path = path.with_name(path.name.removeprefix(f".{os.getpid()}."))  # as it is named at last
+        why = f"cannot write {path}: {fault.strerror or fault}"
+        if isinstance(found, RESUMED):
+            raise StoppedEarly(Stop.UNWRITABLE, why, place) from fault
+        raise Unwritten(Stop.UNWRITABLE, why, None) from fault
+
+
+def _written(found: Any, place: Path, figures: bool) -> dict[str, str]:
+    resumed = isinstance(found, RESUMED)
+    document = with_command(found.document(costs=False) if resumed else found.document())
+    name, charts = kind_of(document).replace("-", "_"), RESULTS[kind_of(document)].charts
+    files, drawn = {"document": f"{name}.json"}, document
+    if isinstance(found, Drift):
+        files["errors"] = "drift.nc"
+        data = bytes(found.to_xarray().to_netcdf(engine="h5netcdf"))  # whole before it is on disk
+        write_sealed(place / files["errors"], lambda part: part.write_bytes(data))
+    if name == "atlas":
+        figures, drawn = figures and found.whole, found
+        if found.whole:
+            files["map"] = "atlas.nc"
+            found.save_map(place / files["map"])
+
+    def write() -> None:
+        write_document(place / files["document"], document | {"files": files})
+
+    write()  # what was computed is on the disk before anything is drawn
+    for chart, form in product(charts, FORMS):  # those of an earlier study of the name
+        (place / f"{chart.name}.{form}").unlink(missing_ok=True)
+    for chart in charts:
+        if figures and chart.data_in(document):
+            key = "chart" if chart.name == name else chart.name
+            files |= _saved(place, chart.name, chart.draw(drawn), key)
+    write()
+    return files
+
+
+def _saved(place: Path, name: str, figure: Figure, key: str) -> dict[str, str]:
+    """Save a figure in every form; the names of its files."""
+    from heavytop.plots.style import save
+
+    for form in FORMS:
+        save(figure, place / f"{name}.{form}")
+    return {f"{key}_{form}": f"{name}.{form}" for form in FORMS}

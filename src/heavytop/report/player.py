@@ -1,22 +1,29 @@
-"""The top that turns: attitude, angular momentum and events as data, and a page that plays it."""
+"""A run as data of a page: the numbers behind its pictures, and the top that turns."""
 
 from __future__ import annotations
 
 from base64 import b64encode
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from heavytop.analytic.motion import Motion
+from heavytop.analytic.potential import Potential
+from heavytop.errors import NoClosedForm
+from heavytop.plots.figures import last_shown, tilts_shown
 from heavytop.plots.sphere import PUSH, touched
 from heavytop.plots.style import EVENTS, PATH
-from heavytop.report.pages.markup import rendered
+from heavytop.run.verify import deviations
 
 if TYPE_CHECKING:
     from heavytop.analytic.many_times import DoubleRecord
     from heavytop.integration.outputs import Sample
     from heavytop.run.trajectory import Trajectory
 
+POINTS: Final = 401  # times of the numbers of a run
+TILTS: Final = 201
+UNSEEN: Final = 1e-6  # rad, in a picture
 FRAMES: Final = 1001
 TURN: Final = 360.0  # rad of spin that are played: more would take too long
 PERIODS: Final = 12
@@ -24,32 +31,47 @@ MOST_EVENTS: Final = 200
 BLURRED: Final = 2.0  # rad of spin from frame to frame: more is not seen as a turning
 
 
-def player_html(trajectory: Trajectory) -> str:
-    """A page with the top of a trajectory in three dimensions, to be played, turned and zoomed.
+def run_data(trajectory: Trajectory) -> tuple[Trajectory, dict[str, Any]]:
+    """The run as pictures show it, and the numbers in them: motion, potential and errors.
 
-    Parameters
-    ----------
-    trajectory : Trajectory
-
-    Returns
-    -------
-    str
-        A whole HTML document, which needs no network; a notebook shows it as the ``srcdoc`` of an
-        ``iframe``.
-
-    Raises
-    ------
-    NoClosedForm
-        The run does not follow the attitude, and its motion has no closed form that would.
-
-    Examples
-    --------
-    >>> import heavytop as ht
-    >>> page = player_html(ht.propagate(ht.load_scene("sicm-kicked")))
-    >>> page.startswith("<!doctype html>"), len(page) < 400_000
-    (True, True)
+    Of a run in many digits, which take long to draw, pictures show the doubles if no eye could
+    tell them apart.
     """
-    return rendered("player_page.html", tops=tops([frames(trajectory)]))
+    doubles = replace(trajectory, decimals=None)
+    ours, theirs = doubles.samples.axis, trajectory.samples.axis
+    same = np.allclose(ours, theirs, UNSEEN, UNSEEN, equal_nan=True)
+    seen = doubles if same else trajectory
+    try:
+        errors = {name: _listed(x) for name, x in deviations(trajectory, POINTS).items()}
+    except NoClosedForm:
+        errors = {"t": []}
+    return seen, {"motion": _motion(seen), "potential": _potential(seen), "errors": errors}
+
+
+def _motion(trajectory: Trajectory) -> dict[str, Any]:
+    """A run at even times over what is drawn of it; what it does not follow is left out."""
+    seen = trajectory(np.linspace(0.0, last_shown(trajectory), POINTS))
+    names = ("t", "theta", "phi", "psi", "thetadot", "phidot", "psidot")
+    columns = {name: getattr(seen, name) for name in names}
+    columns |= zip(("axis_x", "axis_y", "axis_z"), seen.axis.T, strict=True)
+    return {name: _listed(x) for name, x in columns.items() if np.isfinite(x).any()}
+
+
+def _potential(trajectory: Trajectory) -> dict[str, Any]:
+    motion, A = trajectory.motion, float(trajectory.scene.top.A)
+    potential = Potential(motion.rising.source)
+    theta = np.linspace(*tilts_shown(potential), TILTS + 2)[1:-1]
+    return {
+        "theta": _listed(theta),
+        "potential": _listed(A * potential(theta)),
+        "E_prime": float(motion.constants.E_prime),
+        "theta_min": float(motion.theta_min),
+        "theta_max": float(motion.theta_max),
+    }
+
+
+def _listed(values: Any) -> list[Any]:
+    return [float(f"{x:.12g}") if np.isfinite(x) else None for x in np.asarray(values)]
 
 
 def tops(runs: list[dict[str, Any]]) -> dict[str, Any]:

@@ -1,0 +1,74 @@
+"""The pictures of an atlas: kinds with their shares, what is held, and where the scene is."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgba
+
+import heavytop as ht
+from heavytop.plots.atlas import atlas_figure, map_figure, regions
+from heavytop.plots.style import KINDS
+
+SCENE = ht.load_scene("sicm-kicked", ["span.time=1"])
+
+
+def test_a_kind_has_its_colour_and_its_share_in_the_legend():
+    counts = {"loops": 3, "cusps": 1}
+    axis = {"name": "phidot", "low": 0.0, "high": 1.0, "log": False}
+    log = {"name": "psidot", "low": 1.0, "high": 100.0, "log": True}
+    document = {"axes": {"x": axis, "y": log}, "counts": counts, "curves": [],
+                "scene": {"title": "", "name": "x"}}  # fmt: skip
+    figure = map_figure(document, np.zeros((3, 2), np.uint8), list(counts))
+    [legend] = figure.legends
+    words = [text.get_text() for text in legend.get_texts()]
+    assert words == ["loops 75.00%", "cusps 25.00%"]
+    shown = [patch.get_facecolor() for patch in legend.get_patches()]
+    assert shown == [to_rgba(KINDS[kind].colour) for kind in counts]
+    [ax] = figure.axes  # the first and the last value are in the middle of their pixels
+    assert ax.get_xlim() == (-0.5, 1.5)
+    assert ax.get_ylim() == pytest.approx((10**-0.5, 10**2.5))
+    assert ax.get_yscale() == "log"
+
+
+@pytest.fixture(scope="module")
+def atlas():
+    return ht.atlas(SCENE, "phidot=-20:20:9", "psidot=-150:150:9", jobs=1)
+
+
+def test_an_atlas_says_what_is_held_and_where_its_scene_is(atlas):
+    chart = atlas_figure(atlas)
+    left, right = chart.subfigs
+    chart.draw_without_rendering()
+    frame = chart.bbox
+    for box in (text.get_window_extent() for text in left.texts if "held" in text.get_text()):
+        assert frame.x0 <= box.x0 < box.x1 <= frame.x1
+        assert frame.y0 <= box.y0 < box.y1 <= frame.y1
+    title = left.get_suptitle()
+    assert "held: A = 0.000328, C = 6.6e-05, gMR = 0.0456, $\\theta$ = 0.1" in title
+    [mark] = [line for line in left.axes[0].lines if line.get_marker() == "P"]
+    assert (mark.get_xdata()[0], mark.get_ydata()[0]) == (-15, 140)
+    named = [ax.get_title() for ax in right.axes if ax.get_title()]
+    numbers = [text for text in left.axes[0].texts if text.get_text().isdigit()]
+    assert len(numbers) == len(named) > 1
+    kind = atlas["kind"]
+    for text, title in zip(numbers, named, strict=True):  # each stands in a pixel of its kind
+        x, y = text.get_position()
+        column, row = round((x + 20) / 5), round((y + 150) / 37.5)
+        assert KINDS[atlas.names[kind[row, column]]].label in title
+
+
+def test_a_scene_beside_the_map_is_not_marked():
+    aside = ht.atlas(SCENE, "p_phi=0.1:0.2:5", "E=1:2:5", jobs=1)
+    constants = ht.Motion(SCENE.top, SCENE.start).constants
+    assert aside.plane.place == (float(constants.p_phi), float(constants.E))
+    lines = atlas_figure(aside).subfigs[0].axes[0].lines
+    assert [line for line in lines if line.get_marker() == "P"] == []
+
+
+def test_a_region_has_its_size_and_the_cell_that_is_deepest_inside():
+    cells = np.zeros((5, 7), np.uint8)
+    cells[1:4, 1:4] = 1
+    found = sorted(regions(cells))
+    assert [(each.code, each.size) for each in found] == [(0, 26), (1, 9)]
+    assert found[1].middle == (2, 2)

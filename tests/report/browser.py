@@ -1,0 +1,121 @@
+"""A Chromium without a network, which tests tell what to do through a pipe."""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+import select
+import shutil
+import subprocess
+import sys
+import time
+
+from matplotlib.image import imread
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+CHROMIUM = next(filter(None, map(shutil.which, NAMES)), None)
+FLAGS = (
+    "--headless=new", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-sync",
+    "--disable-background-networking", "--disable-component-update", "--mute-audio",
+    "--host-resolver-rules=MAP * ~NOTFOUND", "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader", "--remote-debugging-pipe", "--window-size=1280,1000",
+)  # fmt: skip
+FIRST, SECOND = 30.0, 0.1  # how long is waited for something, and between looks [s]
+# The browser reads from descriptor 3 and writes to 4.
+START = """
+import os, sys
+for end, name in ((3, sys.argv[1]), (4, sys.argv[2])):
+    os.dup2(int(name), end)
+os.execv(sys.argv[3], sys.argv[3:])
+"""
+
+
+class Browser:
+    """A Chromium that is told what to do through a pipe."""
+
+    def __init__(self, home):
+        theirs_in, self.out = os.pipe()
+        self.inward, theirs_out = os.pipe()
+        ends = [str(end) for end in (theirs_in, theirs_out)]
+        words = [sys.executable, "-c", START, *ends, CHROMIUM, *FLAGS, f"--user-data-dir={home}"]
+        self.process = subprocess.Popen(
+            [*words, "about:blank"], pass_fds=(theirs_in, theirs_out),
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+        os.close(theirs_in)
+        os.close(theirs_out)
+        self.number, self.session, self.rest, self.heard = 0, {}, b"", []
+        pages = self.ask("Target.getTargets")["targetInfos"]
+        page = next(each["targetId"] for each in pages if each["type"] == "page")
+        session = self.ask("Target.attachToTarget", targetId=page, flatten=True)
+        self.session = {"sessionId": session["sessionId"]}
+        for name in ("Page", "Runtime", "Log", "Network"):
+            self.ask(f"{name}.enable")
+        off = {"offline": True, "latency": 0, "downloadThroughput": 0, "uploadThroughput": 0}
+        self.ask("Network.emulateNetworkConditions", **off)
+
+    def ask(self, method, **params):
+        self.number += 1
+        message = {"id": self.number, "method": method, "params": params, **self.session}
+        os.write(self.out, json.dumps(message).encode() + b"\0")
+        while True:
+            found = self._read()
+            if found.get("id") == self.number:
+                assert "error" not in found, found
+                return found["result"]
+            assert found.get("method") != "Page.javascriptDialogOpening", "a title was run"
+            self.heard.append(found)
+
+    def _read(self):
+        while b"\0" not in self.rest:
+            assert select.select([self.inward], [], [], FIRST)[0], "the browser says nothing"
+            part = os.read(self.inward, 1 << 20)
+            assert part, "the browser has gone"
+            self.rest += part
+        message, _, self.rest = self.rest.partition(b"\0")
+        return json.loads(message)
+
+    def value(self, expression):
+        found = self.ask(
+            "Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True
+        )
+        assert "exceptionDetails" not in found, found["exceptionDetails"]
+        return found["result"].get("value")
+
+    def until(self, expression):
+        last = time.monotonic() + FIRST
+        while not (found := self.value(expression)):
+            assert time.monotonic() < last, f"never: {expression}"
+            time.sleep(SECOND)
+        return found
+
+    def complaints(self):
+        for each in self.heard:
+            method, params = each.get("method"), each.get("params", {})
+            if method == "Runtime.exceptionThrown":
+                yield params["exceptionDetails"]["text"]
+            elif method == "Runtime.consoleAPICalled" and params["type"] in ("error", "assert"):
+                yield str(params["args"])
+            elif method == "Log.entryAdded" and params["entry"]["level"] == "error":
+                yield params["entry"]["text"]
+            elif method == "Network.requestWillBeSent":
+                address = params["request"]["url"]
+                if not address.startswith(("file:", "data:", "blob:")):
+                    yield f"asked for {address}"
+
+    def picture(self, path):
+        """The colours of what is on the screen, shape (rows, columns, 3), each 0 to 1."""
+        path.write_bytes(base64.b64decode(self.ask("Page.captureScreenshot")["data"]))
+        return imread(path)[..., :3]
+
+    def media(self, **features):
+        """Let the page be seen by somebody with these preferences, as prefers_color_scheme."""
+        found = [{"name": n.replace("_", "-"), "value": v} for n, v in features.items()]
+        self.ask("Emulation.setEmulatedMedia", features=found)
+
+    def close(self):
+        self.process.terminate()
+        self.process.wait(10)
+        os.close(self.out)
+        os.close(self.inward)

@@ -1,0 +1,86 @@
+"""A result of every kind, about a scene whose texts would break out of a page."""
+
+import json
+
+import pytest
+
+from heavytop.files import write_document
+from heavytop.report import quick
+from heavytop.report.files import write_results, write_study
+from heavytop.results.documents import FILES
+from heavytop.results.energy_momentum import diagram_of
+from heavytop.run.propagation import propagate
+from heavytop.scene.scene import load_scene
+from heavytop.studies.atlas import atlas
+from heavytop.studies.drift import drift
+
+BREAKING = "<script>alert(1)</script>\"'><img src=x onerror=alert(2)> $\\frac{"
+CLOSING = "</script></title></style><svg onload=alert(3)>&amp;<!--"
+HOSTILE = [f"title={json.dumps(BREAKING)}", f"source={json.dumps(CLOSING)}"]
+POINT = {
+    "method": "strang", "formulation": "axis", "language": BREAKING, "tolerance": None,
+    "steps_a_period": 200, "bits": 53, "measures": "axis", "rival": True, "us_per_period": 9.0,
+    "rhs_evaluations": None, "error": 1e-6, "theta_error": 1e-7, "energy_error": 1e-8,
+    "setup_s": 0.1, "us_spread": 0.1, "error_spread": 0.0, "starts": 8, "runs": 2, "periods": 99.0,
+    "steps": 9,
+}  # fmt: skip
+LEADER = {"method": "strang", "tolerance": None, "steps_a_period": 200, "rival": True,
+          "us_per_period": 9.0, "error": 1e-6, "point": 0}  # fmt: skip
+
+
+def workprec(scene):
+    auto = POINT | {"method": "auto", "stands_for": "taylor-axis", "wants": "axis", "digits": 9,
+                    "missed": False, "error": 1e-12, "rival": False}  # fmt: skip
+    return {
+        "schema": "heavytop/workprec/1", "scene": scene, "periods": 100, "phase": 99.6, "budget": 4,
+        "points": [POINT, auto], "front": [0, 1], "front_theta": [0], "files": {},
+        "skipped": [{"method": "gauss8", "reason": BREAKING, "setting": {"tolerance": 1e-9}}],
+        "cheapest": {"1e-6": LEADER | {"against": LEADER, "ratio": 2.0}, "best": LEADER},
+        "cheapest_theta": {"1e-6": None}, "rivals": {"run": ["strang"], "left_out": ["gauss8"]},
+        "auto": [{"point": 1, "digits": 9, "wants": "axis", "error": 1e-12, "missed": False,
+                  "ahead": ["strang"]}],
+    }  # fmt: skip
+
+
+def stress():
+    run = {"case": "cusp", "method": "auto", "formulation": "auto", "outcome": "ok", "error": 1e-15,
+           "digits_lost": 0.5, "note": BREAKING, "untold": False, "turns": None}  # fmt: skip
+    return {
+        "schema": "heavytop/stress/1", "limits": {"time_s": 3.0}, "hard": {"cusp": BREAKING},
+        "methods": {"auto": CLOSING}, "skipped": [], "cases": [run], "files": {},
+        "rules": {"ok": "it held"}, "auto": {"run": True, "silently_wrong": []},
+    }  # fmt: skip
+
+
+def validate():
+    claim = {"id": CLOSING, "statement": BREAKING, "authority": BREAKING, "numbers": "formula",
+             "bound": 1e-9, "measured": 2e-13, "passed": True, "skipped": None,
+             "failure": None}  # fmt: skip
+    failing = claim | {"id": "that-fails", "authority": "Euler", "passed": False, "measured": 1.0}
+    return {"schema": "heavytop/validate/1", "claims": [claim, failing]}
+
+
+@pytest.fixture(scope="session")
+def place(tmp_path_factory):
+    """A folder of results, each in a folder named as its document."""
+    root = tmp_path_factory.mktemp("results")
+    folders = {name: root / name.removesuffix(".json") for name in FILES}
+    for folder in folders.values():
+        folder.mkdir()
+    scene = load_scene("sicm-kicked", overrides=HOSTILE)
+    write_results(propagate(scene), folders["run.json"], figures=False)
+    (folders["run.json"] / "overview.svg").write_text("<svg onload='alert(4)'/>")
+    there = folders["drift.json"]
+    found = drift(scene, methods=["taylor-axis"], periods=10, samples=4, folder=there)
+    write_study(found, there, figures=False)
+    there = folders["atlas.json"]
+    found = atlas(scene, "phidot=-30:40:24", "theta=0.1:1.5:16", jobs=1, folder=there)
+    write_study(found, there, figures=False)
+    there = folders["energy_momentum.json"]
+    write_study(diagram_of(load_scene("sleeping-unstable", HOSTILE)), there, figures=False)
+    traces = quick.traces_document()
+    made = {"validate": validate(), "workprec": workprec(scene.document()), "stress": stress(),
+            "traces": traces | {"traces": traces["traces"][:2]}}  # fmt: skip
+    for name, document in made.items():
+        write_document(root / name / f"{name}.json", document)
+    return root

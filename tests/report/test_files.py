@@ -1,0 +1,145 @@
+"""A folder holds the files of the run or the study that its document tells of, and no other's."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import h5netcdf
+import pytest
+from typer.testing import CliRunner
+
+import heavytop as ht
+from heavytop.cli import app
+from heavytop.errors import Stop, StoppedEarly
+from heavytop.plots import figures
+from heavytop.report.files import FIGURES, write_study
+from heavytop.results.energy_momentum import diagram_of
+
+SHORT = ("--set", "span.time=0.3")
+
+
+def printed(*words):
+    found = CliRunner().invoke(app, [str(word) for word in words])
+    assert found.exit_code == 0, found.output
+    return found.stdout
+
+
+def names(folder):
+    return {path.name for path in folder.iterdir()}
+
+
+def test_figures_of_an_earlier_run_do_not_stay_beside_another(tmp_path):
+    folder = tmp_path / "out"
+    printed("run", "sicm-kicked", *SHORT, "-o", folder)
+    told = json.loads((folder / "run.json").read_text())["files"]
+    assert {f"{name}.{form}" for name in figures.FIGURES for form in ("svg", "png")} == {*FIGURES}
+    assert names(folder) == {*told.values()} == {*FIGURES, "run.json", "trajectory.nc"}
+    (folder / "mine.svg").write_text("mine")
+    printed("run", "sicm-dropped", *SHORT, "-o", folder, "--no-figures", "--force")
+    assert names(folder) == {"run.json", "trajectory.nc", "mine.svg"}
+    known_at_once = ("--set", "span.periods=1e9", "--set", "want.events=[]")
+    printed("run", "sicm-kicked", *known_at_once, "--force", "-o", folder)
+    assert names(folder) == {"run.json", "mine.svg"}
+
+
+def test_a_study_without_charts_leaves_none_of_an_earlier_one(tmp_path):
+    found = diagram_of(ht.load_scene("sicm-kicked"))
+    files = write_study(found, tmp_path / "new")
+    assert files == {
+        "document": "energy_momentum.json",
+        "chart_svg": "energy_momentum.svg", "chart_png": "energy_momentum.png",
+        "critical_set_svg": "critical_set.svg", "critical_set_png": "critical_set.png",
+    }  # fmt: skip
+    assert names(tmp_path / "new") == {*files.values()}
+    told = json.loads((tmp_path / "new" / "energy_momentum.json").read_text())
+    assert told["files"] == files
+    weightless = diagram_of(ht.load_scene("force-free"))  # which has no critical set
+    assert len(write_study(weightless, tmp_path / "new")) == 3
+    assert write_study(weightless, tmp_path / "new", figures=False) == {
+        "document": "energy_momentum.json"
+    }
+    assert names(tmp_path / "new") == {"energy_momentum.json"}
+
+
+@pytest.mark.parametrize("kept", [False, True])
+def test_a_file_that_cannot_be_written_ends_a_study_early(tmp_path, kept):
+    """A study whose folder goes on says how; of another all that was found is printed."""
+    scene = ht.load_scene("sicm-kicked")
+    found = ht.drift(scene, methods=["strang"], periods=3) if kept else diagram_of(scene)
+    name = "drift.nc" if kept else "energy_momentum.json"
+    (tmp_path / name).mkdir()
+    with pytest.raises(StoppedEarly, match=rf"cannot write .*{name}") as stopped:
+        write_study(found, tmp_path, figures=False)
+    assert stopped.value.outcome is Stop.UNWRITABLE
+    assert stopped.value.folder == (tmp_path if kept else None)
+    assert ("heavytop resume" in str(stopped.value)) == kept
+    assert "without a folder" not in str(stopped.value)
+
+
+@pytest.mark.parametrize("digits", [12, 20])
+def test_every_variable_of_a_run_says_what_it_is(digits, tmp_path):
+    scene = ht.load_scene("sicm-kicked", ["span.time=1", f"want.digits={digits}"])
+    ht.propagate(scene).save(tmp_path / "run.nc")
+    assert lacking(tmp_path / "run.nc") == []
+
+
+ATLAS = ("--x", "phidot=-20:20:5", "--y", "psidot=-150:150:5", "--integrate", "-j", "1")
+DRIFT = ("--methods", "taylor-axis", "--periods", "5")
+
+
+@pytest.mark.parametrize(("verb", "options"), [("atlas", ATLAS), ("drift", DRIFT)])
+def test_every_variable_of_a_study_says_what_it_is(verb, options, tmp_path):
+    done = CliRunner().invoke(app, [verb, "sicm-kicked", *options, "-q", "-o", str(tmp_path)])
+    assert done.exit_code in (0, 5), done.output
+    assert lacking(tmp_path / f"{verb}.nc") == []
+
+
+def lacking(path):
+    with h5netcdf.File(path, "r") as file:
+        return [
+            (name, word)
+            for name, variable in file.variables.items()
+            for word in ("long_name", "units")
+            if not variable.attrs.get(word)
+        ]
+
+
+RESUME_ALL = """
+import json, sys
+from typer.testing import CliRunner
+from heavytop.cli.command import app
+for place in sys.argv[1:]:
+    done = CliRunner().invoke(app, ["resume", "--no-figures", place])
+    print(json.dumps([place, done.exit_code, done.stderr]), flush=True)
+"""
+
+
+@pytest.mark.parametrize(
+    ("words", "needed"),
+    [
+        (("drift", "sicm-kicked", *DRIFT), {"study.json", "tasks"}),
+        (("atlas", "sicm-kicked", *ATLAS[:4]), {"study.json", "tasks"}),
+        (("run", "sicm-kicked"), {"run.json", "trajectory.nc"}),
+    ],
+)
+def test_a_pipe_in_a_folder_stops_nothing(tmp_path, words, needed):
+    """Whatever file it stands for, `resume` ends, and names it where it is needed."""
+    whole = tmp_path / "whole"
+    printed(*words, "-q", "--no-figures", "-o", whole)
+    files = sorted(path.relative_to(whole) for path in whole.rglob("*") if path.is_file())
+    places = {str(tmp_path / f"{number}"): file for number, file in enumerate(files)}
+    for place, file in places.items():
+        shutil.copytree(whole, place)
+        (Path(place) / file).unlink()
+        os.mkfifo(Path(place) / file)
+    done = subprocess.run([sys.executable, "-c", RESUME_ALL, *places], capture_output=True,
+                          text=True, timeout=120, check=True)  # fmt: skip
+    told = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [place for place, *_ in told] == list(places)
+    for place, code, said in told:
+        name, top = places[place].name, places[place].parts[0]
+        assert code == (3 if top in needed else 0), (name, said)
+        assert top not in needed or name in "".join(said.split())

@@ -1,0 +1,112 @@
+"""What a run and a classification say: numbers with their digits and units, at any width."""
+
+import re
+
+import pytest
+from typer.testing import CliRunner
+
+from heavytop.cli import app
+from heavytop.report.run import between, events
+from heavytop.report.tables import MISSING, Fitting
+
+
+def printed(*words):
+    found = CliRunner().invoke(app, [str(word) for word in words])
+    assert found.exit_code == 0, found.output
+    return found.stdout
+
+
+def line(text, start):
+    return next(line for line in text.splitlines() if line.startswith(start))
+
+
+@pytest.fixture(scope="module")
+def two_periods():
+    return printed("run", "sicm-kicked", "--set", "span.periods=2")
+
+
+def test_numbers_of_a_run_have_units_and_digits(two_periods):
+    headings = re.split(r"\s{2,}", line(two_periods, "event  ").strip())
+    assert headings == ["event", "t [s]", "θ [rad]", "φ [rad]", "φ̇ [rad/s]", "residual [rad/s]"]
+    words = " ".join(two_periods.split("off the closed form")[1].split("cost")[0].split())
+    named = re.findall(r"([a-z ]+) [\d.e+-]+ (rad|s|\(a length\)|\(relative\))(?:, |$)", words)
+    assert {name.strip(): unit for name, unit in named} == {
+        "theta": "rad", "phi": "rad", "psi": "rad", "axis": "(a length)", "energy": "(relative)",
+        "event time": "s", "input rounding": "rad",
+    }  # fmt: skip
+    shown = line(two_periods, "at t = ").split()[3]
+    assert shown == f"{2 * 0.542895518188230:.12g}"
+    assert "loops, proved, margin 0.0998" in line(two_periods, "kind")
+    assert "0.1 and 0.517231318238 rad (5.73° to 29.64°)" in line(two_periods, "θ between")
+    assert line(two_periods, "events").split()[1:3] == ["5", "turning,"]
+    assert re.search(
+        r"cost +\d+ steps, derive .* ms, compile .* ms, run .* ms, .* µs a period", two_periods
+    )
+
+
+def test_many_turns_are_counted():
+    text = printed("run", "sicm-kicked", "--set", "span.periods=2000", "--set", "want.events=[]")
+    turns, rest = map(float, re.search(r"φ = (\d+) turns and ([\d.]+) rad", text).groups())
+    phi = float(re.search(r"φ = ([\d.]+)", text)[1])
+    assert phi == pytest.approx(turns * 6.283185307179586 + rest, rel=1e-11)
+    assert rest < 6.2832
+
+
+@pytest.mark.parametrize("verb", ["run", "classify"])
+def test_a_pendulum_swings_twice_as_long_as_its_tilt(verb):
+    swinging = "the swing there and back 2.37297811194 s; φ jumps by π at the vertical"
+    assert swinging in printed(verb, "planar-pendulum")
+    assert "there and back" not in printed(verb, "planar-rotating")
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("steady-betsch", ("with a small nutation of 21.0329088001 rad/s", "constant")),
+        (
+            "sicm-kicked",
+            (
+                "reverses at θ = 0.148027354",
+                "θ between",
+                "in the mean",
+                "as a fast top: period 0.25 s, off by -54 %",
+            ),
+        ),
+        ("sleeping-unstable", ("grows by e in ", "sleeps")),
+        ("through-top", ("with its jumps by π at the pole",)),
+    ],
+)
+def test_a_classification_says_what_is_known(name, words):
+    text = " ".join(printed("classify", name).split())
+    assert [each for each in words if each not in text] == []
+
+
+def test_a_run_through_a_pole_says_which_way_phi_is_counted():
+    text = printed("run", "through-top", "--set", "span.time=1")
+    assert "φ is that before or after, π apart" in text
+    assert "π apart" not in printed("run", "sicm-kicked", "--set", "span.time=0.3")
+
+
+def test_a_plan_says_what_is_expected_and_warns():
+    text = printed("plan", "sicm-kicked")
+    assert re.search(r"expected +[\d.]+ \w+, off by [\d.e-]+ at the end", text)
+    assert "no digit right" not in text
+
+
+def test_the_best_form_of_events_has_all_digits_and_the_rest_fewer():
+    row = {"kind": "cusp", "t": 1 / 3, "theta": 0.1, "phi": None, "phidot": 1e-17, "residual": 0}
+    found = events([row, row | {"phidot": 5.0}], omitted=7)
+    assert isinstance(found, Fitting)
+    (best,), *_, (last,) = found.forms
+    assert best.rows[0] == ("cusp", "0.333333333333", "0.1", MISSING, "0", "0")
+    assert last.rows[0][1] == "0.333"
+    assert (best.more, best.head[1], last.head[1]) == (7, "t [s]", "t\n[s]")
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "text"),
+    [("0.1", "0.1", "0.1"), ("-1.5e-9", "-1.5e-9", "-1.5e-9"), ("123.4", "123.6", "124"),
+     ("0.33333333333333333333", "0.33333333333333333334", "0.33333333333333333")],
+)  # fmt: skip
+def test_an_enclosure_is_shown_as_far_as_it_is_certain(low, high, text):
+    assert between(low, high) == text
