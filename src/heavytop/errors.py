@@ -215,9 +215,10 @@ class MissingPackage(HeavyTopError, ImportError):
         The extra of this package that brings them.
     """
 
-    def __init__(self, method: str, packages: Sequence[str], extra: str = "rivals") -> None:
+    def __init__(self, method: str, packages: Sequence[str], extra: str = "") -> None:
         super().__init__(method, tuple(packages), extra)
-        self.method, self.packages, self.extra = method, tuple(packages), extra
+        self.method, self.packages = method, tuple(packages)
+        self.extra = extra or ("rebound" if "rebound" in packages else "rivals")
 
     def __str__(self) -> str:
         missing = " and ".join(self.packages)

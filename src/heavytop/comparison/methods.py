@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from heavytop.comparison import symplectic
-from heavytop.comparison.adaptive import cyrk_stepper, scipy_stepper
+from heavytop.comparison.adaptive import cyrk_stepper, ias15_stepper, scipy_stepper
 from heavytop.comparison.collocation import gauss
 from heavytop.comparison.own import BODY, admitted
 from heavytop.comparison.own_steps import own_stepper
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from heavytop.numbers.double_double import Array
 
 STEPS, TOLERANCE = "steps a period", "tolerance"
+IAS15: Final = "ias15-rebound"  # whose equations are of the second order: the axis form alone
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,6 +130,10 @@ _ROWS: Final = (  # order, the default setting, steps in a block
         "dop853-cyrk", 8, 1e-12, 1000, cyrk_stepper, _DORMAND_PRINCE,
         language="compiled by CyRK", needs=("CyRK", "numba"),
     ),
+    _by_tolerance(
+        IAS15, 15, 1e-9, 100, ias15_stepper,
+        "H. Rein & D. S. Spiegel, Mon. Not. R. Astron. Soc. 446 (2015) 1424", needs=("rebound",),
+    ),
 )  # fmt: skip
 
 METHODS: Final[Mapping[str, MethodEntry]] = MappingProxyType({row.name: row for row in _ROWS})
@@ -215,7 +220,7 @@ def named(name: str) -> MethodEntry:
         return _own(name)
     stem, _, formulation = name.rpartition("-")
     row = METHODS.get(stem)
-    if row is not None and not row.fixed and formulation in FORMULATIONS:
+    if row and not row.fixed and stem != IAS15 and formulation in FORMULATIONS:
         return replace(row, name=name, formulation=formulation)
     nearest = get_close_matches(name, METHODS, 1, 0.0)[0]
     raise Impossible([("method", f"there is none called {name!r}; the nearest is {nearest!r}")])
