@@ -170,7 +170,7 @@ ENGINES = {"mujoco": mujoco, "exudyn": exudyn}
 def axis_error(engine, method, step, name):
     """What `check` says of a run: the largest error of the axis [rad]."""
     told, _ = ENGINES[engine](name, method, step, EVERY)
-    return ht.check(told, problem(name)[0]).errors["axis"].largest
+    return ht.check(told, problem(name)[0]).errors["axis"].max
 
 
 def order(engine, method, step, expected):
@@ -199,7 +199,7 @@ def ours():
         scene = ht.load_scene(name, END_ALONE)
         runs = [ht.propagate(scene) for _ in range(REPEATS)]
         t = rows(scene)
-        off = ht.check({"t": t, "axis": runs[0](t).axis}, scene).errors["axis"].largest
+        off = ht.check({"t": t, "axis": runs[0](t).axis}, scene).errors["axis"].max
         spent = min(run.statistics.integrate_s for run in runs)
         yield f"{off:.1e}"
         yield f"{spent * motion.period / float(scene.time) * 1e6:.3g}"

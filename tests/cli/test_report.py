@@ -84,7 +84,7 @@ def test_a_run_of_ours_knows_its_scene(tmp_path):
     [
         (["--columns", "Zeit"], 2, "'Zeit' is not NAME=COLUMN,…"),
         (["--columns", "t=Uhr"], 3, "Uhr"),
-        (["-o", "errors.txt"], 2, "errors.txt: the name of a file in .svg, .png, .pdf"),
+        (["-o", "errors.txt"], 2, "errors.txt: a folder, or .svg, .png, .pdf"),
         (["-o", "/no/where/x.svg"], 2, "cannot write /no/where/x.svg"),
         *((["--digits", digits], 2, "is no number of digits") for digits in ("nan", "-1", "inf")),
     ],

@@ -28,6 +28,7 @@ LOOK_DIGITS: Final = 40  # in so many digits
 WINDOWS: Final = 100  # of time, at most, in each of which there is one phase
 WINDOW_ROWS: Final = 5  # at least
 ROUNDS: Final = 20
+ROUNDED: Final = 1e-15  # an error of such size does not tell how it grows
 LEAST_PHASE: Final = 1e-14  # of the time: what rounding leaves
 CERTAIN: Final = 3.0  # standard errors from which on a phase is told from 0
 FEWEST: Final = 5  # phases whose growth is fitted,
@@ -84,7 +85,7 @@ def check(
     >>> t = np.linspace(0, 5, 501)
     >>> mine = Motion(scene.top, scene.start).at(1.0001 * t)
     >>> found = check({"t": t, "axis": mine.axis}, scene)
-    >>> f"{found.digits:.1f} digits, {found.phase.ahead:.1e} s ahead at {found.phase.t:.1f} s"
+    >>> f"{found.digits:.1f} digits, {found.phase.last:.1e} s ahead at {found.phase.t:.1f} s"
     '2.6 digits, 4.7e-04 s ahead at 4.7 s'
     >>> degrees = {"t": t, "theta": np.degrees(mine.theta), "phi": np.degrees(mine.phi)}
     >>> check(degrees, scene).slip.sentence
@@ -105,7 +106,8 @@ def check(
             raise
         raise ForeignFile(f"{told.name}: {impossible}; it would fit if {slip.sentence}") from None
     curves = _curves(problem)
-    phase_t, shifts, phase = _phase(problem, curves)
+    phase_t, shifts, phase, growth = _phase(problem, curves)
+    powers = {name: _power(problem, curves.get(name)) for name in ("axis", "energy")}
     return Check(
         name=told.name,
         top=problem.top,
@@ -114,6 +116,7 @@ def check(
         errors={name: _size(told.t, curve) for name, curve in curves.items()},
         digits=digits,
         phase=phase,
+        growth={"phase": growth, **powers},
         events=_events(problem),
         condition=_condition(problem),
         columns={name: told.used.get(name, "") for name in told.columns},
@@ -176,8 +179,10 @@ def _curves(problem: Comparison) -> dict[str, Array]:
 # --- phase ---------------------------------------------------------------------------------------
 
 
-def _phase(problem: Comparison, curves: Mapping[str, Array]) -> tuple[Array, Array, Phase | None]:
-    """How far the data run ahead [s]: times, shifts there, and what is to be said of them.
+def _phase(
+    problem: Comparison, curves: Mapping[str, Array]
+) -> tuple[Array, Array, Phase | None, float | None]:
+    """How far the data run ahead [s]: times, shifts there, what is to be said of them, their power.
 
     In windows of whole periods the shift is that with which the exact tilt fits best, found by
     Newton's steps from that of the window before. Where the tilt is steady, or not told, the
@@ -185,7 +190,7 @@ def _phase(problem: Comparison, curves: Mapping[str, Array]) -> tuple[Array, Arr
     """
     data, motion, since = problem.data, problem.motion, problem.since
     name = "phi" if motion.regime == "steady" or "theta" not in curves else "theta"
-    nothing = np.empty(0), np.empty(0), None
+    nothing = np.empty(0), np.empty(0), None, None
     if name not in curves:
         return nothing
     mine, shift, found = data.angle(name), 0.0, []
@@ -204,7 +209,19 @@ def _phase(problem: Comparison, curves: Mapping[str, Array]) -> tuple[Array, Arr
     t, shifts, spreads = np.array(found).T
     after = abs(t - data.t[0])
     growth = _growth(after, abs(shifts), np.maximum(spreads, LEAST_PHASE * after))
-    return t, shifts, Phase(float(shifts[-1]), float(t[-1]), growth)
+    largest = float(shifts[abs(shifts).argmax()])
+    rms = float(np.sqrt((shifts**2).mean()))
+    return t, shifts, Phase(float(shifts[-1]), rms, largest, float(t[-1])), growth
+
+
+def _power(problem: Comparison, curve: Array | None) -> float | None:
+    """The power of time by which an error grows, told from its RMS in windows of whole periods."""
+    if curve is None:
+        return None
+    rows = _windows(problem.since, problem.motion.period)
+    after = np.array([abs(problem.since[each].mean()) for each in rows])
+    size = np.array([np.sqrt(np.nanmean(curve[each] ** 2)) for each in rows])
+    return _growth(after, size, np.full(size.shape, ROUNDED))
 
 
 def _windows(t: Array, period: float | None) -> list[slice]:

@@ -16,6 +16,7 @@ from heavytop.spelling import harmless
 SCHEMA: Final = "heavytop/check/1"
 CHARTED: Final = 1000  # rows in the document
 MOST_NAMED: Final = 6  # columns that are ignored, in a line
+MEASURED: Final = ("axis", *ANGLES, "energy", "p_phi", "p_psi")
 START: Final = (*ANGLES, *RATES, "omega3")
 ORIGINS: Final = {"scene": "of the scene", "first row": "of the first row", "fitted": "fitted"}
 UNITS: Final = {"energy": "of max(|E'|, gMR)", "p_phi": "relative", "p_psi": "relative"}
@@ -31,17 +32,17 @@ class Size(NamedTuple):
 
     Attributes
     ----------
-    largest : float
+    max : float
         Its largest magnitude [rad, or relative].
     rms : float
         Its root mean square.
-    t : float
+    t_max : float
         When it is largest [s].
     """
 
-    largest: float
+    max: float
     rms: float
-    t: float
+    t_max: float
 
 
 class Phase(NamedTuple):
@@ -49,17 +50,20 @@ class Phase(NamedTuple):
 
     Attributes
     ----------
-    ahead : float
+    last : float
         Of the nutation, or of the precession where the tilt is steady, near the end [s].
+    rms : float
+        The root mean square, of windows of whole periods [s].
+    max : float
+        The one of largest magnitude [s].
     t : float
-        When that is [s]: the middle of the last period, or of some.
-    growth : float or None
-        The power of time by which it has grown; None where that is not clear.
+        When the last is [s]: the middle of the last period, or of some.
     """
 
-    ahead: float
+    last: float
+    rms: float
+    max: float
     t: float
-    growth: float | None
 
 
 class Count(NamedTuple):
@@ -69,13 +73,13 @@ class Count(NamedTuple):
     ----------
     data : int or None
         In the data; None where their rows are too far apart to count.
-    least, most : int
+    exact, exact_most : int
         In the exact motion, proved; two numbers where one may lie at an end of the data.
     """
 
     data: int | None
-    least: int
-    most: int
+    exact: int
+    exact_most: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,6 +103,8 @@ class Check:
         Decimal digits of the axis, or of the first angle that is told, where they are fewest.
     phase : Phase or None
         How far the data run ahead; None where they do not tell it.
+    growth : mapping from str to (float or None)
+        The powers of time by which phase, axis and energy have grown; None where that is not clear.
     events : mapping from str to Count
         Turning points, reversals and cusps.
     condition : float
@@ -119,6 +125,7 @@ class Check:
     errors: Mapping[str, Size]
     digits: float
     phase: Phase | None
+    growth: Mapping[str, float | None]
     events: Mapping[str, Count]
     condition: float
     columns: Mapping[str, str]
@@ -131,24 +138,29 @@ class Check:
     def document(self) -> dict[str, Any]:
         """The document of the schema ``heavytop/check/1``; of long curves some rows."""
         t = self.curves["t"]
+        errors = {n: self.errors[n]._asdict() if n in self.errors else None for n in MEASURED}
         some = {n: x[:: -(-x.size // CHARTED) or 1].tolist() for n, x in self.curves.items()}
         return {
             "schema": SCHEMA,
-            "data": self.name,
-            "rows": t.size,
-            "span": [float(t[0]), float(t[-1])],
-            "columns": {
-                "used": {name: quantity for name, quantity in self.columns.items() if quantity},
-                "ignored": [name for name, quantity in self.columns.items() if not quantity],
+            "scene": {
+                "name": self.name,
+                "title": "",
+                "top": {name: float(getattr(self.top, name)) for name in ("A", "C", "gMR")},
+                "start": {name: float(getattr(self.start, name)) for name in START},
             },
-            "top": {name: float(getattr(self.top, name)) for name in ("A", "C", "gMR")},
-            "start": {name: float(getattr(self.start, name)) for name in START},
             "origin": self.origin,
-            "digits": self.digits,
-            "errors": {name: size._asdict() for name, size in self.errors.items()},
-            "phase": None if self.phase is None else self.phase._asdict(),
+            "data": {
+                "file": self.name,
+                "rows": t.size,
+                "span": [float(t[0]), float(t[-1])],
+                "columns": {name: quantity or None for name, quantity in self.columns.items()},
+                "read_as": [*dict.fromkeys(x for x in self.columns.values() if x not in ("", "t"))],
+            },
+            "errors": errors | {"phase_s": None if self.phase is None else self.phase._asdict()},
+            "growth": dict(self.growth),
             "events": {name: count._asdict() for name, count in self.events.items()},
             "condition": self.condition,
+            "digits": self.digits,
             "slip": None if self.slip is None else self.slip._asdict(),
             "curves": {n: [None if x != x else x for x in curve] for n, curve in some.items()},
         }
@@ -161,38 +173,44 @@ def told(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     ----------
     document : mapping
     """
-    known = document["errors"]
-    start = (f"{name} = {value:.10g}" for name, value in document["start"].items() if value)
-    yield "data", "{data}: {rows} rows from {span[0]:g} s to {span[1]:g} s".format(**document)
-    yield "columns", _columns(**document["columns"])
+    known = {name: size for name, size in document["errors"].items() if size is not None}
+    phase, of = known.pop("phase_s", None), document["data"]
+    start = (f"{k} = {value:.10g}" for k, value in document["scene"]["start"].items() if value)
+    yield "data", "{file}: {rows} rows from {span[0]:g} s to {span[1]:g} s".format(**of)
+    yield "columns", _columns(of["columns"])
     yield "start", f"{ORIGINS[document['origin']]}: {', '.join(start)}"
     yield "digits", f"{document['digits']:.1f}"
     for name, size in known.items():
         unit = UNITS.get(name, "rad")
-        yield name, "{largest:.2e} at t = {t:g} s, RMS {rms:.2e} ({unit})".format(unit=unit, **size)
-    if (phase := document["phase"]) is not None:
-        way = "behind" if phase["ahead"] < 0 else "ahead"
-        grows = "" if phase["growth"] is None else f", grows as t^{phase['growth']:.1f}"
-        yield "phase", f"{abs(phase['ahead']):.2e} s {way} at t = {phase['t']:g} s{grows}"
+        yield name, "{max:.2e} at t = {t_max:g} s, RMS {rms:.2e} ({unit})".format(unit=unit, **size)
+    if phase is not None:
+        way, power = "behind" if phase["last"] < 0 else "ahead", document["growth"]["phase"]
+        grows = "" if power is None else f", grows as t^{power:.1f}"
+        yield "phase", f"{abs(phase['last']):.2e} s {way} at t = {phase['t']:g} s{grows}"
     for name, count in document["events"].items():
         plural, needed = EVENTS[name]
         lacking = " and ".join(x for x in needed if x not in known)
         found = f"{lacking} would have to be told" if lacking else "too few rows to count"
         found = found if count["data"] is None else str(count["data"])
-        exact = f"{count['least']}" + f" to {count['most']}" * (count["most"] > count["least"])
+        exact, most = count["exact"], count["exact_most"]
+        exact = f"{exact} to {most}" if most > exact else f"{exact}"
         yield plural, f"{found}; exact {exact}"
     change = "what a change of the last binary digit of the problem does"
     yield "conditioning", f"{document['condition']:.1e} rad: {change}"
     if (slip := document["slip"]) is not None:
-        mended = "so the error is {smaller:.1e} times smaller, with {digits:.1f} digits"
-        yield "slip", f"{slip['name']}: {slip['sentence']}; {mended.format(**slip)}"
+        before, after = slip["error_before"], slip["error_after"]
+        smaller = "inf" if before is None else f"{before / after:.1e}"
+        mended = f"so the error is {smaller} times smaller, with {slip['digits']:.1f} digits"
+        yield "slip", f"{slip['name']}: {slip['sentence']}; {mended}"
 
 
-def _columns(used: Mapping[str, str], ignored: list[str]) -> str:
+def _columns(columns: Mapping[str, str | None]) -> str:
     """The columns that were used, and the others, or the first of very many."""
+    ignored = [name for name, quantity in columns.items() if not quantity]
     known = ", ".join(
         harmless(name if plain(name).startswith(plain(quantity)) else f"{name} ({quantity})")
-        for name, quantity in used.items()
+        for name, quantity in columns.items()
+        if quantity
     )
     if not ignored:
         return known

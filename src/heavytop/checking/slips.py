@@ -41,18 +41,17 @@ class Slip(NamedTuple):
         Such as ``degrees`` or ``y-up``.
     sentence : str
         The same for a person, with its numbers.
-    misfit : float
-        The RMS error that is left [rad].
-    smaller : float
-        How many times smaller than without it that is.
+    error_before, error_after : float or None
+        The RMS error of the data as they are [rad], None where they fit no motion, and that which
+        is left.
     digits : float
         The decimal digits that the data have without it.
     """
 
     name: str
     sentence: str
-    misfit: float
-    smaller: float
+    error_before: float | None
+    error_after: float
     digits: float
 
 
@@ -76,7 +75,8 @@ def find_slip(problem: Comparison) -> Slip | None:
             least = min(each.problem.misfit for each in enough)
             best = next(x for x in enough if x.problem.misfit <= ALIKE * least)
             left = max(best.problem.misfit, 2.0**-53)
-            return Slip(best.name, best.sentence, left, some.misfit / left, best.problem.digits)
+            before = some.misfit if some.misfit < np.inf else None
+            return Slip(best.name, best.sentence, before, left, best.problem.digits)
     return None
 
 
@@ -97,7 +97,7 @@ def _degrees(problem: Comparison) -> Iterator[_Tried]:
 def _order(problem: Comparison) -> Iterator[_Tried]:
     if (q := problem.data.told.get("quaternion")) is not None:
         words = "the quaternion is x, y, z, w: its scalar stands last"
-        yield _Tried("quaternion-order", words, _told(problem, quaternion=np.roll(q, 1, axis=1)))
+        yield _Tried("quaternion-xyzw", words, _told(problem, quaternion=np.roll(q, 1, axis=1)))
 
 
 def _inverse(problem: Comparison) -> Iterator[_Tried]:
@@ -121,7 +121,7 @@ def _held(problem: Comparison) -> Iterator[_Tried]:
     held, other = start.held, "omega3" if start.held == "psidot" else "psidot"
     words = f"the spin of the scene's start was taken for {other}, and it is {held}"
     swapped = State(**values, **{other: getattr(start, held)})
-    yield _Tried("held-spin", words, replace(problem, given=swapped))
+    yield _Tried("spin-held", words, replace(problem, given=swapped))
 
 
 def _gravity(problem: Comparison) -> Iterator[_Tried]:
@@ -151,7 +151,7 @@ def _worlds(problem: Comparison) -> Iterator[_Tried]:
             else:
                 words += f", turned by {np.degrees(azimuth):.1f}° about the vertical"
             final = replace(problem, data=_turned(problem.data, about @ world.T, body))
-            yield _Tried("azimuth" if name == "z-up" else name, words, final)
+            yield _Tried("azimuth-origin" if name == "z-up" else name, words, final)
 
 
 def _matrix(spelled: str) -> Array:

@@ -58,7 +58,7 @@ def check(
     scene: Annotated[str | None, OF] = None,
     columns: Annotated[str | None, option("NAME=COLUMN,…", COLUMNS)] = None,
     digits: Annotated[float | None, option("D", ENOUGH)] = None,
-    output: Annotated[Path | None, option("FILE|DIR", DRAWN, "-o", "--output")] = None,
+    file: Annotated[Path | None, option("FILE|DIR", DRAWN, "-o", "--output")] = None,
 ) -> None:
     """Judge a trajectory of your own, and name the usual slips."""
     from heavytop.checking.judge import check as judge
@@ -68,9 +68,9 @@ def check(
         raise BadParameter(f"{columns!r} is not NAME=COLUMN,…", param_hint="--columns")
     if digits is not None and not 0 <= digits < math.inf:
         raise BadParameter(f"{digits:g} is no number of digits", param_hint="--digits")
-    chart = output is not None and output.suffix in CHARTS and not output.is_dir()
-    if output is not None and not chart and output.suffix and not output.is_dir():
-        raise BadParameter(f"{output}: a folder, or {', '.join(CHARTS)}", param_hint="-o")
+    chart = file is not None and file.suffix in CHARTS and not file.is_dir()
+    if file is not None and not chart and file.suffix and not file.is_dir():
+        raise BadParameter(f"{file}: a folder, or {', '.join(CHARTS)}", param_hint="-o")
     found = judge(data, scene, {name: column for name, _, column in pairs})
     document = found.document()
     ends = []
@@ -78,23 +78,23 @@ def check(
         said = f"{digits:g} digits were asked for, and there are {found.digits:.1f}"
         ends.append((Exit.OUT_OF_BOUND, said))
     answer(document, lambda: print(found, flush=True))  # in the alphabet of the terminal
-    if output is not None:
+    if file is not None:
         from heavytop.plots.studies import check_figure
         from heavytop.plots.style import save
         from heavytop.report.files import write_study
 
         try:
             if chart:
-                save(check_figure(document), output)
-                note(f"wrote {output}")
+                save(check_figure(document), file)
+                note(f"wrote {file}")
             else:
-                for name in write_study(found, output).values():
-                    note(f"wrote {output / name}")
+                for name in write_study(found, file).values():
+                    note(f"wrote {file / name}")
         except StoppedEarly as fault:
             ends.insert(0, (Exit.ENDED_EARLY, str(fault)))
         except OSError as fault:
             code = Exit.ENDED_EARLY if fault.errno in FULL else Exit.USAGE
-            ends.insert(0, (code, f"cannot write {output}: {fault.strerror or fault}"))
+            ends.insert(0, (code, f"cannot write {file}: {fault.strerror or fault}"))
     leave(ends)
 
 

@@ -298,6 +298,6 @@ def check_figure(document: Known) -> Figure:
     below.plot(curves["phase_t"], curves["phase"], color=style.BLUE, marker="o", ms=3, lw=1.0)
     gridded(above, "", "error")
     gridded(below, "t [s]", "runs ahead by [s]")
-    figure.suptitle(literal(document["data"]))
+    figure.suptitle(literal(document["data"]["file"]))
     legend(figure, columns=3)
     return figure

@@ -51,22 +51,29 @@ class Traces(Result):
 
 
 @dataclass(frozen=True, kw_only=True)
+class CheckedData(Part):
+    """The rows of a trajectory, and what its columns are."""
+
+    file: Text
+    rows: int
+    span: tuple[Number, Number]
+    columns: Mapping[Text, Text | None]
+    read_as: tuple[Text, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
 class CheckResult(Result):
     """What `heavytop.Check.document` says of a trajectory of somebody else."""
 
     schema: Literal["heavytop/check/1"] = "heavytop/check/1"
-    data: Text
-    rows: int
-    span: tuple[Number, Number]
-    columns: Mapping[Text, Mapping[Text, Text] | tuple[Text, ...]]
-    top: Values
-    start: Values
+    scene: Mapping[Text, Text | Values]
     origin: Text
-    digits: Number
-    errors: Mapping[Text, Values]
-    phase: Values | None
+    data: CheckedData
+    errors: Mapping[Text, Values | None]
+    growth: Values
     events: Mapping[Text, Values]
     condition: Number
+    digits: Number
     slip: Values | None
     curves: Mapping[Text, Column]
 
