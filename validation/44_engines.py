@@ -12,7 +12,7 @@ from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
-from claim import claimed, finish
+from claim import claimed, finish, most
 from page import rewrite
 
 import heavytop as ht
@@ -179,7 +179,7 @@ def order(engine, method, step, expected):
     for name in SCENES:
         coarse, fine = (axis_error(engine, method, h, name) for h in (step, step / 2))
         off.append(abs(log2(coarse / fine) - expected))
-    return max(off)
+    return most(off)
 
 
 def cells(setting):

@@ -71,7 +71,7 @@ PLANTS = (
         "analytic/solution.py",
         (
             ("arb(1).agm(roots.mc.sqrt()))", f"arb(1).agm(({SQUARED}).sqrt()))"),
-            ("third_kind(path.K, path.roots.mc,", "third_kind(path.K, 1 - path.roots.m**2,"),
+            ("third_kind(path.roots.mc,", "third_kind(1 - path.roots.m**2,"),
         ),
         ("mpmath-first", "mpmath-third", "mpmath-period", "gauss-pendulum"),
     ),

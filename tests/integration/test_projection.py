@@ -18,6 +18,7 @@ from heavytop.integration.projection import EVEN, GOLDEN, Projected, Projection
 from heavytop.numbers import Exact
 from heavytop.numbers.double_double import add
 from heavytop.run.verify import closed_form, phase_error, run_errors
+from heavytop.scene.quantities import Need
 
 from ..motions import BOOK, CONE, LIE, LIE_START
 
@@ -266,7 +267,7 @@ def test_a_form_without_invariants_is_refused_by_name(monkeypatch):
     bare = replace(axis_form(), invariants={})
     with pytest.raises(ValueError, match="axis form has no invariant"):
         Projection.of(bare, {}, np.zeros(5))
-    entry = SimpleNamespace(build=lambda _: bare, gives={"theta"}, starts_at_pole=True)
+    entry = SimpleNamespace(build=lambda _: bare, gives=Need.TILT, starts_at_pole=True)
     monkeypatch.setattr("heavytop.run.planning.FORMULATIONS", {**FORMULATIONS, "axis": entry})
     with pytest.raises(ht.BadScene, match="projected: the axis form has no invariant"):
         ht.propagate(scene(1), formulation="axis", projected=True)

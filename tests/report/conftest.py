@@ -2,8 +2,11 @@
 
 import json
 
+import numpy as np
 import pytest
 
+from heavytop.analytic.motion import Motion
+from heavytop.checking.judge import check
 from heavytop.files import write_document
 from heavytop.report import quick
 from heavytop.report.files import write_results, write_study
@@ -78,6 +81,10 @@ def place(tmp_path_factory):
     write_study(found, there, figures=False)
     there = folders["energy_momentum.json"]
     write_study(diagram_of(load_scene("sleeping-unstable", HOSTILE)), there, figures=False)
+    t = np.linspace(0, 1, 50)
+    theta = 1.0001 * Motion(scene.top, scene.start).at(t).theta
+    checked = check({"t": t, "theta": theta, CLOSING: t}, scene)
+    write_study(checked, folders["check.json"], figures=False)
     traces = quick.traces_document()
     made = {"validate": validate(), "workprec": workprec(scene.document()), "stress": stress(),
             "traces": traces | {"traces": traces["traces"][:2]}}  # fmt: skip

@@ -318,7 +318,7 @@ def test_no_name_in_a_picture_breaks_it(place, text, tmp_path):
     for name in set(NAMES) - {"run", "validate"}:
         put(place, name, whole[name], tmp_path / name)
     page = page_of(load_results([tmp_path]))
-    assert sum(len(section.pictures) for section in page.sections) == 7
+    assert sum(len(section.pictures) for section in page.sections) == 8
 
 
 @pytest.mark.parametrize(
@@ -393,8 +393,8 @@ def test_a_folder_may_have_any_name(place, undrawn, name, tmp_path):
 
 @pytest.mark.parametrize(
     ("word", "file"),
-    [("x.HTML", "x.HTML"), ("a/b", "a/b/report.html"), ("x.html/", "x.html/report.html"),
-     (".html", None), ("", None)],
+    [("x.HTML", "x.HTML"), ("a/b", "a/b/report.html"), ("x.html/", "x.html"),
+     (".html", ".html/report.html"), ("", None)],
 )  # fmt: skip
 def test_a_page_is_where_it_is_said(place, undrawn, word, file, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

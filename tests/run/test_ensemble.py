@@ -42,7 +42,9 @@ def test_as_one_at_a_time(formulation):
             assert many.zeros.t[mine] == pytest.approx(t, abs=1e-11)
             met = ht.Motion(BOOK, start).at(many.zeros.t[mine].tolist())
             assert many.met.theta[mine] == pytest.approx(np.array(met.theta, float), abs=1e-11)
-            assert many.met.phidot[mine] == pytest.approx(np.array(met.phidot, float), abs=1e-9)
+            assert many.met.phidot[mine] == pytest.approx(
+                np.array(met.phidot, float), rel=1e-11, abs=1e-9
+            )
 
 
 @pytest.mark.parametrize("jobs", [2, 3])

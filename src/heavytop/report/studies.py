@@ -11,7 +11,6 @@ from importlib import import_module
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from heavytop.checking.result import told
 from heavytop.report.run import classify_parts, plan_parts, run_parts
 from heavytop.report.tables import (
     FAIL,
@@ -386,6 +385,16 @@ def _place(place: Known) -> str:
     return given({name: place[name] for name in ("p_phi", "E_prime")}, digits=9)
 
 
+# --- a trajectory of somebody else ----------------------------------------------------------------
+
+
+def check_parts(document: Known) -> Iterator[Line]:
+    """The errors of the trajectory, its events, and the slip that explains them."""
+    from heavytop.checking.result import told  # which brings numpy along
+
+    return told(document)
+
+
 # --- claims --------------------------------------------------------------------------------------
 
 VERDICTS: Final = {True: "ok", False: FAIL, None: "skip"}
@@ -497,7 +506,7 @@ RESULTS: Final[Mapping[str, ResultKind]] = {
         Chart("theory.critical_set_figure", "the critical set over all p_ψ: two sheets of steady "
               "precession, and the thread", "critical_set.sheets critical_set.thread "
               "critical_set.sleeping critical_set.hanging"),)),
-    "check": ResultKind("Check", told, (
+    "check": ResultKind("Check", check_parts, (
         Chart("studies.check_figure", "errors of the trajectory over time, and how far it runs "
               "ahead", "curves"),)),
     "validate": ResultKind("Claims", validate_parts),

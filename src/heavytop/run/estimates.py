@@ -18,7 +18,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from heavytop.analytic.motion import Motion
-from heavytop.equations.formulation import FORMULATIONS
+from heavytop.equations.registry import FORMULATIONS
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, enough
 from heavytop.scene.quantities import Need, judged, need_of
 from heavytop.scene.scene import Scene
