@@ -122,7 +122,7 @@ def test_many_tops_each_with_a_unit_of_its_own():
     motions = [ht.Motion(UNIT, ht.State(**given, omega3=float(w))) for w in spins]
     ends = np.array([40.618 * motion.period for motion in motions])
     given |= {"A": 1.0, "C": 1.0, "gMR": 1.0}
-    many = ht.propagate_many(**given, omega3=spins, time=ends, events=("turning",))
+    many = ht.propagate_many(**given, omega3=spins, time=ends, events=("turning",), states=True)
     plain = ht.propagate_many(**given, omega3=spins, time=ends)
     for i, spin in enumerate(spins):
         exact = motions[i].at(float(ends[i]), digits=30)

@@ -27,7 +27,7 @@ def test_as_one_at_a_time(formulation):
     events = () if formulation == "routh" else ("turning", "reversal")
     many = ht.propagate_many(
         **SICM, theta=THETA, phidot=PHIDOT, omega3=OMEGA3, time=TIME, formulation=formulation,
-        events=events,
+        events=events, states=True,
     )  # fmt: skip
     assert set(many.outcomes) == {Outcome.FINISHED}
     for i in range(37):
@@ -45,6 +45,14 @@ def test_as_one_at_a_time(formulation):
             assert many.met.phidot[mine] == pytest.approx(
                 np.array(met.phidot, float), rel=1e-11, abs=1e-9
             )
+
+
+def test_states_at_zeros_are_there_only_where_they_were_kept():
+    found = ht.propagate_many(**SICM, theta=0.1, phidot=-15.0, omega3=140.0, time=1.0,
+                              events=("turning",))  # fmt: skip
+    assert found.count("turning")[0] > 2
+    with pytest.raises(ht.HeavyTopError, match="states=True"):
+        _ = found.met
 
 
 @pytest.mark.parametrize("jobs", [2, 3])

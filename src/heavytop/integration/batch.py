@@ -49,11 +49,14 @@ class Zeros(NamedTuple):
         Which top, and which event function.
     t : ndarray, shape (h,)
         When [s].
+    states : ndarray, shape (h, n) or (h, 0)
+        The state there, if it was kept.
     """
 
     which: Indices
     event: Indices
     t: Array
+    states: Array
 
     def at(self, index: Any) -> Zeros:
         """Return some of them."""
@@ -81,6 +84,8 @@ class Journey:
         no other may be reached in it, or heyoka brackets both, and finds the start twice.
     limit : int
         Steps after which a top is given up.
+    keep : bool
+        Whether states at zeros are kept: each costs as much as a whole top of a period or two.
     """
 
     def __init__(
@@ -91,8 +96,11 @@ class Journey:
         parameters: Mapping[str, Array],
         times: tuple[Array, Array, Array],
         limit: int,
+        *,
+        keep: bool = False,
     ) -> None:
         self.form, self.events, self.parameters, self.limit = form, events, parameters, limit
+        self.kept = states.shape[1] if keep else 0  # numbers at each zero
         self.halt = Event()  # once it is set no more steps are taken, and nothing found counts
         sound = np.isfinite(times[0]) & np.isfinite(states).all(axis=1)
         with np.errstate(all="ignore"):  # what is no number is found out lane by lane
@@ -106,7 +114,7 @@ class Journey:
         self.sound = sound & ~far & ~np.isnan(self.longest)
         self.reached = np.full_like(states, np.nan)
         nothing = np.empty(0, np.int64)
-        self.met = [Zeros(nothing, nothing, np.empty(0))]
+        self.met = [Zeros(nothing, nothing, np.empty(0), np.empty((0, self.kept)))]
 
     def run(self, jobs: int | None) -> tuple[Array, Indices, Zeros]:
         """Integrate all tops, on so many threads, or on one per processor.
@@ -136,7 +144,7 @@ class Journey:
 
     def _advance(self, tops: Indices) -> None:
         """Integrate tops in full batches; those of a batch that was stopped go one by one."""
-        engine = _engine(self.form, self.events)
+        engine = _engine(self.form, self.events, self.kept > 0)
         width = engine.taylor.batch_size
         spare = np.repeat(tops[-1:], -tops.size % width)  # copies of the last fill up its batch
         lanes = np.append(tops, spare).reshape(-1, width)
@@ -152,7 +160,9 @@ class Journey:
             event, lane = event.astype(np.int64), lane.astype(np.int64)
             batch = np.repeat(np.arange(len(lanes)), np.diff(marks))
             which = lanes[batch, lane]
-            met = Zeros(which, event, t / self.pace[which])
+            rows = np.frombuffer(b"".join(engine.rows)).reshape(which.size, self.kept)
+            states = rows * self.units[which][:, : self.kept]
+            met = Zeros(which, event, t / self.pace[which], states)
             self.met.append(met.at(done[batch, lane]))
         for top in lanes[real & ~done]:
             self._advance(np.array([top]))
@@ -164,6 +174,7 @@ class Journey:
         """
         taylor, found = engine.taylor, engine.found
         found.clear()
+        engine.rows.clear()
         loaded = {name: self.parameters[name][lanes] for name in engine.loaded}
         constants = np.stack([*in_units(self.pace[lanes], loaded).values()], axis=1)
         states = np.ascontiguousarray(self.begun[lanes].transpose(0, 2, 1))
@@ -197,30 +208,38 @@ class _Engine(NamedTuple):
     taylor: Any
     loaded: tuple[str, ...]  # constants
     found: list[tuple[int, int, float]]  # zeros: event, lane, time
+    rows: list[bytes]  # their states, if they are kept
 
 
 @per_thread
-def _engine(form: Formulation, events: tuple[str, ...]) -> _Engine:
+def _engine(form: Formulation, events: tuple[str, ...], keep: bool) -> _Engine:
     """What a thread integrates with."""
     with _BUILDING:
         system, width = System.of(form, DOUBLE, events), hy.recommended_simd_size()
         found: list[tuple[int, int, float]] = []
+        rows: list[bytes] = []
         taylor = hy.taylor_adaptive_batch(
             system.equations,
             np.zeros((len(system.equations), width)),
             pars=np.zeros((len(system.loaded), width)),
             tol=TOLERANCE,
             nt_events=[
-                hy.nt_event_batch(zero, _recorder(found, i)) for i, zero in enumerate(system.zeros)
+                hy.nt_event_batch(zero, _recorder(i, found, rows if keep else None))
+                for i, zero in enumerate(system.zeros)
             ],
         )
-        return _Engine(taylor, system.loaded, found)
+        return _Engine(taylor, system.loaded, found, rows)
 
 
-def _recorder(found: list[Any], event: int) -> Callable[..., None]:
+def _recorder(event: int, found: list[Any], rows: list[bytes] | None) -> Callable[..., None]:
     """What heyoka calls at a zero; it keeps what it closes over, though it is copied."""
 
     def record(_taylor: Any, t: float, _sign: int, lane: int) -> None:
         found.append((event, lane, t))
 
-    return record
+    def record_state(taylor: Any, t: float, _sign: int, lane: int) -> None:
+        found.append((event, lane, t))
+        taylor.update_d_output(t)
+        rows.append(taylor.d_output[:, lane].tobytes())  # type: ignore[union-attr]
+
+    return record if rows is None else record_state

@@ -25,7 +25,7 @@ from heavytop.equations import lagrangian as lag
 from heavytop.equations.formulation import FORMULATIONS, Formulation
 from heavytop.equations.gradients import invariants_of
 from heavytop.equations.lambdify import lambdified
-from heavytop.errors import BadScene, Outcome
+from heavytop.errors import BadScene, Impossible, Outcome
 from heavytop.integration.batch import Journey, Lane, Zeros, joined
 from heavytop.integration.outputs import Sample, event_function, invariants, sample
 from heavytop.run.estimates import MOST_DIGITS
@@ -43,7 +43,6 @@ MOST_STEPS = 10_000_000  # unless told otherwise: some ten seconds
 TOLD = 100  # units of rounding by which a motion must have an event for its number to be told
 BY_HEIGHT = 100  # the cubic form, whose state is a height, in units of the others
 TINY = float(np.finfo(np.float64).tiny)
-FAR = 10**15  # steps, more than anybody waits for
 SMALL = 1e-3  # rad: of a nutation that is larger, a step never holds two turning points
 SHORT = 0.1  # of the fastest time in a motion: in such a step from one event there is no other
 LOCAL: Final = 16.0  # units of rounding in a state, whatever the span,
@@ -73,14 +72,12 @@ class Ensemble:
     ending : ndarray of int, shape (k,)
         Codes of how each ended; `outcomes` has the words.
     zeros : Zeros
-        Zeros of the events asked for: which top, which event, and when; a start or an end exactly
-        on an event counts.
+        Zeros of the events asked for: which top, which event, when, and the states if they were to
+        be kept; a start or an end exactly on an event counts.
     digits : int
         How many are asked for.
     start : mapping from str to ndarray
         The starts, by name, each of shape (k,).
-    steps : tuple of 2 ndarrays, shape (k,)
-        The longest steps, and the longest first steps [s].
     """
 
     shape: tuple[int, ...]
@@ -93,7 +90,6 @@ class Ensemble:
     zeros: Zeros
     digits: int
     start: Columns
-    steps: tuple[Array, Array]
 
     @cached_property
     def error(self) -> Array:
@@ -156,17 +152,11 @@ class Ensemble:
 
     @cached_property
     def met(self) -> Sample:
-        """The motion at the zeros: each of these tops takes its steps once more, up to there.
-
-        A state formed while zeros are looked for would cost as much as two whole tops.
-        """
-        which, t = self.zeros.which, self.zeros.t
-        start = {name: values[which] for name, values in self.start.items()}
-        states, parameters = _binary(self.formulation, start)
-        longest, first = self.steps
-        times = (t, longest[which], first[which])
-        again = Journey(self.formulation, self.events, states, parameters, times, FAR)
-        return self._sampled(which, again.run(None)[0], t)
+        """The motion at the zeros, of a call with ``states=True``."""
+        which, _, t, states = self.zeros
+        if states.shape != (which.size, self.states.shape[1]):
+            raise Impossible([("met", "states at zeros are kept by propagate_many(states=True)")])
+        return self._sampled(which, states, t)
 
     def count(self, event: str) -> NDArray[np.int64]:
         """How many zeros of an event function each top met, shape (k,).
@@ -201,6 +191,7 @@ def propagate_many(
     events: Sequence[str] = (),
     step_limit: int = MOST_STEPS,
     longest: ArrayLike = np.inf,
+    states: bool = False,
     digits: int = 12,
     jobs: int | None = None,
 ) -> Ensemble:
@@ -225,6 +216,8 @@ def propagate_many(
     longest : array_like
         The longest step [s]. A step longer than the half of a nutation may pass over a turning
         point next to a start on one.
+    states : bool
+        Whether states at the zeros are kept, for `Ensemble.met`; it takes twice the time.
     digits : int
         Decimal digits of θ and the axis that are wanted at the ends: those that miss them, or may
         have a wrong number of events, are marked in `Ensemble.missed`; `propagate` computes one
@@ -274,7 +267,7 @@ def propagate_many(
     array([False, False,  True])
     """
     digits = whole("digits", digits, 1, MOST_DIGITS)
-    step_limit = whole("step_limit", step_limit, 1, FAR)
+    step_limit = whole("step_limit", step_limit, 1, 10**15)
     jobs = None if jobs is None else whole("jobs", jobs, 1, MOST_JOBS)
     form, events = _asked(formulation, events)
     given = {
@@ -286,19 +279,17 @@ def propagate_many(
     end, bound = start.pop("time"), start.pop("longest")
     if "omega3" in start:
         start["psidot"] = start.pop("omega3") - start["phidot"] * np.cos(start["theta"])
-    states, parameters = _binary(form, start)
+    begun, parameters = _binary(form, start)
     ahead = outlook(start, end) if events else None
     zeros = [_Expected.of(event, start, ahead) for event in events] if ahead else []
     first = np.full(end.shape, np.inf)
     for each in zeros:
         first = np.where(each.risky, np.minimum(first, each.short), first)
-    journey = Journey(form, events, states, parameters, (end, bound, first), step_limit)
-    ended = journey.run(jobs)
-    steps = (bound, first)
-    run = Ensemble(columns.shape, form, parameters, events, end, *ended, digits, start, steps)
+    journey = Journey(form, events, begun, parameters, (end, bound, first), step_limit, keep=states)
+    run = Ensemble(columns.shape, form, parameters, events, end, *journey.run(jobs), digits, start)
     if ahead:
         margin = ahead.rounding * ahead.growth / ahead.rate
-        run = replace(run, zeros=_counted(run, zeros, margin))
+        run = replace(run, zeros=_counted(run, begun, zeros, margin))
     return run
 
 
@@ -372,7 +363,7 @@ class _Expected(NamedTuple):
         return cls(clear <= 0, begins, begins, np.fmin(short, again / 2))
 
 
-def _counted(run: Ensemble, expected: list[_Expected], margin: Array) -> Zeros:
+def _counted(run: Ensemble, begun: Array, expected: list[_Expected], margin: Array) -> Zeros:
     """The zeros that count: those exactly at the start or the end too, each once, and no others.
 
     What is at the start is known from the numbers given; it may be found beside it, or not at all.
@@ -390,9 +381,10 @@ def _counted(run: Ensemble, expected: list[_Expected], margin: Array) -> Zeros:
             late = -zero / slope * np.sign(run.end)
             ends = (late > 0) & (late <= margin) & (last < abs(run.end) - margin) & ~known.never
         parts.append(here)
-        for where, t in ((known.begins, 0 * run.end), (ends, run.end)):
+        for where, t, at in ((known.begins, 0 * run.end, begun), (ends, run.end, run.states)):
             which = np.flatnonzero(where)
-            parts.append(Zeros(which, np.full(which.size, code), t[which]))
+            there = at[which, : here.states.shape[1]]
+            parts.append(Zeros(which, np.full(which.size, code), t[which], there))
     return joined(parts)
 
 

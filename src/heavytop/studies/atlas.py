@@ -673,7 +673,7 @@ def integrated(tops: Mapping[str, Any], period: Array) -> Codes:
     once = np.where(np.isfinite(period), period, 1.0).ravel()
     run = propagate_many(
         **start, time=SPAN * once, longest=once / PART, events=("turning",), step_limit=STEPS,
-        jobs=1,
+        states=True, jobs=1,
     )  # fmt: skip
     return _kinds(run, start).reshape(period.shape)
 
