@@ -46,7 +46,7 @@ rates = {name: TOPS / seconds for name, seconds in best.items()}
 for name, rate in rates.items():
     print(f"{name} thread(s): {rate:.3g} tops a second")
 claim("5e5 over tops a second, two threads", 5e5 / rates["bare 2"], 1)
-claim("3e5 over tops a second with their turning points", 3e5 / rates["watched 2"], 1)
+claim("6e4 over tops a second with their turning points", 6e4 / rates["watched 2"], 1)
 one, two = bare(1), bare(2)
 claim("tops that depend on the number of threads", np.sum(one.states != two.states), 0)
 claim("theta after a period, off its start [rad]", np.abs(one.final.theta - theta).max(), 2e-13)

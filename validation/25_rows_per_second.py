@@ -102,7 +102,7 @@ if __name__ == "__main__":
         for what, t in best.items():
             print(f"     {size / t:.3g} {what} per second of one core")
         print(f"     {found.sent} of {size} sent to Motion, {found.verdicts.sent} to balls")
-        claim(f"{name}: seconds for 2.5e6 rows, one core", 2.5e6 * best["rows"] / size, 1.0)
+        claim(f"{name}: seconds for 2e6 rows, one core", 2e6 * best["rows"] / size, 1.0)
         claim(f"{name}: share sent to Motion", found.sent / size, 3e-4)
         places = random.integers(size, size=HELD_AGAINST).tolist()
         worst = errors(numbers, found, places)
