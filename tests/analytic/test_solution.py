@@ -25,6 +25,7 @@ import heavytop as ht
 from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.many_times import DoubleForm
 from heavytop.analytic.rising import Rising
+from heavytop.analytic.solution import _nearest
 from heavytop.classification.reduced import FromScene, Through
 from heavytop.errors import NoClosedForm
 from heavytop.numbers import Exact, cos
@@ -432,3 +433,10 @@ def test_doubles_pass_smoothly_too(name):
     jumps = np.diff(at.phi[:-1])[apart]
     assert np.sum(jumps > 3.1) == 5
     assert np.all((jumps > 3.1) | (abs(jumps) < 1e-4))
+
+
+def test_a_whole_number_is_found_beside_a_half_in_fewer_bits_than_that_is_told_in():
+    with working(300):
+        beside = [arb(0.5) + side * arb(2) ** -250 for side in (-1, 1)]
+    with working(64):
+        assert all(int(_nearest(x).unique_fmpz()) in (0, 1) for x in beside)

@@ -520,7 +520,7 @@ def _cosine(one_minus_u: arb, one_plus_u: arb) -> arb:
 
 def _nearest(x: arb) -> arb:
     """A whole number near x; either one will do where x is half way."""
-    return (x.mid() + arb(0.5)).floor()
+    return (x.mid() + arb(0.5)).mid().floor()
 
 
 def floor(x: arb, names: str = _AT_A_POLE) -> arb:
