@@ -442,3 +442,10 @@ def test_refusals_and_results_that_do_not_change():
     for array in (found.kind, found.detail, found.certified, found.margin):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0
+
+
+def test_a_top_that_is_impossible_for_all_starts_is_so_for_each():
+    found = ht.classify_many(A=1.0, C=3.0, gMR=1.0, theta=0.1, phidot=[0.0, 1.0], psidot=10.0)
+    assert found.impossible.tolist() == [True, True]
+    rows = ht.motions_many(A=1.0, C=3.0, gMR=1.0, theta=0.1, phidot=[0.0, 1.0], psidot=10.0)
+    assert np.isnan(rows.period).all()

@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -51,6 +52,9 @@ def test_document_and_chart_are_written_into_a_folder_and_put_on_a_page(mine, tm
     assert heavytop_("report", tmp_path / "out", "-o", page).exit_code == 0
     assert "what a change of the last binary digit" in page.read_text("utf-8")
     (tmp_path / "file").touch()
+    other = heavytop_(*mine, "-o", tmp_path)
+    assert (other.exit_code, (tmp_path / "check.json").exists()) == (2, False)
+    assert heavytop_(*mine, "-o", tmp_path / "out").exit_code == 0  # another check takes its place
     refused = heavytop_(*mine, "-o", tmp_path / "file" / "out")
     assert refused.exit_code == 4
     assert "cannot write" in refused.stderr
@@ -67,13 +71,14 @@ def test_the_document_and_its_chart(mine):
     above, below = check_figure(document).axes
     drawn = {line.get_label(): line.get_ydata() for line in above.lines}
     curve = np.abs(np.array(document["curves"]["axis"], dtype=float))
-    assert np.array_equal(drawn["axis [rad]"][1:], curve[1:])
-    assert list(drawn) == ["axis [rad]", "θ [rad]", "φ [rad]", "conditioning"]
+    assert np.array_equal(drawn["axis [length]"][1:], curve[1:])
+    assert list(drawn) == ["axis [length]", "θ [rad]", "φ [rad]", "conditioning"]
     assert list(below.lines[0].get_ydata()) == document["curves"]["phase"]
 
 
-def test_a_run_of_ours_knows_its_scene(tmp_path):
-    propagate(KICKED).save(tmp_path / "trajectory.nc")
+@pytest.mark.parametrize("wanted", [["theta", "phi"], ["theta"], ["rates"]])
+def test_a_run_of_ours_knows_its_scene(tmp_path, wanted):
+    propagate(replace(KICKED, quantities=tuple(wanted))).save(tmp_path / "trajectory.nc")
     found = heavytop_("check", tmp_path / "trajectory.nc", "--digits", 12)
     assert found.exit_code == 0, found.output
     assert "of the scene: theta = 0.1, phidot = -15" in found.stdout

@@ -47,6 +47,18 @@ def test_as_one_at_a_time(formulation):
             )
 
 
+def test_what_is_impossible_is_singular_and_spoils_no_other():
+    given = {"A": [3.28e-4, -1.0, 1.0, 1.0], "C": [6.6e-5, 6.6e-5, 3.0, 1.0], "gMR": 0.0456}
+    found = ht.propagate_many(**given, theta=[0.1, 0.1, 0.1, 4.0], omega3=140.0, time=0.5,
+                              events=("turning",))  # fmt: skip
+    assert found.missed.tolist() == [False, True, True, True]
+    assert found.outcomes == (Outcome.FINISHED, *3 * (Outcome.SINGULAR,))
+    assert found.count("turning")[1:].tolist() == [0, 0, 0]
+    assert repr(found) == "<Ensemble: (4,) tops, axis, 3 missed>"
+    with pytest.raises(ht.HeavyTopError, match="'cusp': none of those looked for"):
+        found.count("cusp")
+
+
 def test_states_at_zeros_are_there_only_where_they_were_kept():
     found = ht.propagate_many(**SICM, theta=0.1, phidot=-15.0, omega3=140.0, time=1.0,
                               events=("turning",))  # fmt: skip

@@ -392,7 +392,8 @@ def rows(starts: Starts) -> tuple[Array, Array, Array, Array, Array, Mask]:
         precession, spin = plus + minus, start.sign * (carried + (plus - minus))
         tilts = _tilt(start.sign, minus1, plus1), _tilt(start.sign, minus2, plus2)
         error = error + _ROUNDING
-        reliable = ~impossible(starts) & _in_range(starts) & start.moves & (error <= PROMISED)
+        reliable = ~impossible(starts.A, starts.C, starts.theta) & _in_range(starts)
+        reliable = reliable & start.moves & (error <= PROMISED)
         for angle, size in ((precession, turned), (spin, turned + abs(carried))):
             reliable = reliable & (error * size <= PROMISED * np.maximum(1.0, abs(angle)))
     return np.minimum(*tilts), np.maximum(*tilts), starts.A * period, precession, spin, reliable

@@ -389,7 +389,14 @@ def _hdf5(path: Path) -> tuple[dict[str, Any], str | None]:
     for name, value in ours.items():
         if not isinstance(value, str):
             raise ForeignFile(f"{harmless(path)}: its attribute {name} is no text")
-    return arrays, ours.get("scene")
+    # what the equations of a run do not give is nan
+    known = {n: x for n, x in arrays.items() if x.dtype.kind != "f" or not _void(x)}
+    return known, ours.get("scene")
+
+
+def _void(array: Array) -> bool:
+    """Whether a component is nan throughout."""
+    return bool(array.ndim and np.isnan(array).all(axis=0).any())
 
 
 def _numeric(array: Any) -> bool:

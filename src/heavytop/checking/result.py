@@ -19,7 +19,12 @@ MOST_NAMED: Final = 6  # columns that are ignored, in a line
 MEASURED: Final = ("axis", *ANGLES, "energy", "p_phi", "p_psi")
 START: Final = (*ANGLES, *RATES, "omega3")
 ORIGINS: Final = {"scene": "of the scene", "first row": "of the first row", "fitted": "fitted"}
-UNITS: Final = {"energy": "of max(|E'|, gMR)", "p_phi": "relative", "p_psi": "relative"}
+UNITS: Final = {
+    "axis": "a length",
+    "energy": "of max(|E'|, gMR)",
+    "p_phi": "relative",
+    "p_psi": "relative",
+}
 EVENTS: Final = {  # what they are called, and what has to be told for them
     "turning": ("turning points", ("theta",)),
     "reversal": ("reversals", ("phi",)),

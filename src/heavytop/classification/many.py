@@ -18,7 +18,6 @@ from heavytop.classification.arrays import (
     Codes,
     InputArrays,
     Mask,
-    Starts,
     bits,
     detail,
     with_spin,
@@ -158,12 +157,15 @@ def _screen(columns: InputArrays, span: slice, tagged: bool, found: Filtered) ->
     """Tell what doubles can tell; a margin of 0 is left where they cannot."""
     starts = columns.starts(span)
     told = filtered(starts, tagged)
-    broken, unknown = impossible(starts), told.margin == 0  # where a sign is known, all are finite
+    broken, unknown = (
+        impossible(starts.A, starts.C, starts.theta),
+        told.margin == 0,
+    )  # where a sign is known, all are finite
     if unknown.any():
         for each in starts.arrays:
             broken = broken | unknown & ~np.isfinite(each)
     if broken.any():
-        _dismiss(told, broken)
+        _dismiss(told, np.broadcast_to(broken, told.kind.shape))
     arrays: tuple[Any, ...] = found
     for array, part in zip(arrays, told, strict=True):
         array[span] = part
@@ -194,9 +196,8 @@ def _dismiss(found: Filtered, where: Mask | int) -> None:
     found.kind[where] = IMPOSSIBLE
 
 
-def impossible(starts: Starts) -> Mask:
+def impossible(A: Array, C: Array, theta: Array) -> Mask:
     """Where a rule of `Top` or `State` is broken by numbers, all of them finite."""
-    A, C, theta = starts.A, starts.C, starts.theta
     with np.errstate(invalid="ignore", over="ignore"):
         broken: Mask = ~((A > 0) & (C > 0) & (2 * A >= C) & (theta >= 0) & (theta <= pi))
     return broken

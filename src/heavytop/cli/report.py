@@ -47,6 +47,7 @@ DATA: Final = "A table: .csv, .tsv, .npz, .mat, .nc or .h5."
 SUBJECT: Final = "What the data are of: a scene, such as sicm-kicked, or a file with a [top] alone."
 COLUMNS: Final = "Names of unusual columns, as in t=Zeit,theta=tilt."
 ENOUGH: Final = "Leave with 5 if the data have fewer digits, such as 6."
+FILES: Final = {"check.json", "check.svg", "check.png"}
 CHARTS: Final = (".svg", ".png", ".pdf")
 DRAWN: Final = "Draw the errors: x.svg, x.png or x.pdf; or write document and chart into a folder."
 OF: Final = option("SCENE", SUBJECT, autocompletion=options.scene_names)
@@ -71,6 +72,8 @@ def check(
     chart = file is not None and file.suffix in CHARTS and not file.is_dir()
     if file is not None and not chart and file.suffix and not file.is_dir():
         raise BadParameter(f"{file}: a folder, or {', '.join(CHARTS)}", param_hint="-o")
+    if file is not None and file.is_dir() and {x.name for x in file.iterdir()} - FILES:
+        raise BadParameter(f"{file} holds something else than a check", param_hint="-o")
     found = judge(data, scene, {name: column for name, _, column in pairs})
     document = found.document()
     ends = []

@@ -261,7 +261,7 @@ def stress_figure(document: Known) -> Figure:
 # --- the errors of a trajectory that somebody else computed, over time ---------------------------
 
 CHECKED: Final = {
-    "axis": "axis [rad]",
+    "axis": "axis [length]",
     "theta": "θ [rad]",
     "phi": "φ [rad]",
     "psi": "ψ [rad]",

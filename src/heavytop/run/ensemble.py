@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heavytop.classification.arrays import InputArrays, with_spin
+from heavytop.classification.many import impossible
 from heavytop.equations import lagrangian as lag
 from heavytop.equations.formulation import FORMULATIONS, Formulation
 from heavytop.equations.gradients import invariants_of
@@ -51,7 +52,7 @@ MOST: Final = 700.0  # of an exponent
 _SYMBOLS = (lag.A, lag.C, lag.gMR, *lag.COORDINATES, *lag.VELOCITIES)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Ensemble:
     """Many tops at the ends of their spans.
 
@@ -90,6 +91,10 @@ class Ensemble:
     zeros: Zeros
     digits: int
     start: Columns
+
+    def __repr__(self) -> str:
+        missed = f"{np.count_nonzero(self.missed)} missed"
+        return f"<Ensemble: {self.shape} tops, {self.formulation.name}, {missed}>"
 
     @cached_property
     def error(self) -> Array:
@@ -165,7 +170,14 @@ class Ensemble:
         ----------
         event : str
             One of `events`.
+
+        Raises
+        ------
+        Impossible
+            It was not looked for.
         """
+        if event not in self.events:
+            raise Impossible([("event", f"{event!r}: none of those looked for, {self.events}")])
         mine = self.zeros.which[self.zeros.event == self.events.index(event)]
         return np.bincount(mine, minlength=self.end.size)
 
@@ -228,7 +240,8 @@ def propagate_many(
     Returns
     -------
     Ensemble
-        Each top has its own outcome; what is singular or no number spoils only itself.
+        Each top has its own outcome; what is singular, impossible (A or C not above 0, C > 2A, θ
+        outside [0, π]) or no number is singular, and spoils only itself.
 
     Raises
     ------
@@ -279,6 +292,8 @@ def propagate_many(
     end, bound = start.pop("time"), start.pop("longest")
     if "omega3" in start:
         start["psidot"] = start.pop("omega3") - start["phidot"] * np.cos(start["theta"])
+    broken = impossible(start["A"], start["C"], start["theta"])
+    start["theta"] = np.where(broken, np.nan, start["theta"])  # such a lane is singular
     begun, parameters = _binary(form, start)
     ahead = outlook(start, end) if events else None
     zeros = [_Expected.of(event, start, ahead) for event in events] if ahead else []
