@@ -187,6 +187,7 @@ def test_a_component_that_is_named_goes_with_usual_ones():
     x, y, z = RECORD.axis.T
     data = read({"t": TIMES, "a": x, "ey": y, "ez": z}, {"axis_x": "a"})
     assert np.array_equal(data.axis, RECORD.axis)
+    assert np.array_equal(read({"t": TIMES, "x": x, "y": y, "z": z}).axis, RECORD.axis)
     with pytest.raises(ForeignFile, match="a: one column for theta and for phi"):
         read({"t": TIMES, "a": x}, {"theta": "a", "phi": "a"})
 

@@ -122,6 +122,24 @@ def test_a_step_that_never_returns_ends_its_run_and_no_other(scene, mine, monkey
 
 
 @pytest.mark.processes
+def test_a_method_that_ends_its_process_ends_the_study_with_4(mine):
+    mine.write_text("def leaves(f, y, h):\n    raise SystemExit(7)\n")
+    words = (
+        "drift",
+        "sicm-kicked",
+        "--periods",
+        5,
+        "--samples",
+        2,
+        "--methods",
+        f"{mine}:leaves=20",
+    )
+    done = heavytop_(*words)
+    assert done.exit_code == 4
+    assert "mine.py:leaves=20: its process was lost" in done.stderr
+
+
+@pytest.mark.processes
 def test_stress_names_what_a_method_does(mine):
     methods = ["auto", f"{mine}:rk4=200", f"{mine}:hangs", f"{mine}:dop853=1e-10"]
     found = ht.stress(cases=["cusp"], methods=methods, time_limit=5)

@@ -65,6 +65,7 @@ def _names() -> Iterator[tuple[str, tuple[str, int | None]]]:
         yield from ((name, (quantity, None)) for name in others if name not in "enrw")
         for name in others:
             yield from ((name + c, (quantity, k)) for each in kinds for k, c in enumerate(each))
+    yield from ((x, ("axis", k)) for k, x in enumerate("xyz"))
     yield from ((f"omega{k + 1}", ("omega_body", k)) for k in range(3))
 
 

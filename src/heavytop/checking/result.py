@@ -109,7 +109,7 @@ class Check:
     phase : Phase or None
         How far the data run ahead; None where they do not tell it.
     growth : mapping from str to (float or None)
-        The powers of time by which phase, axis and energy have grown; None where that is not clear.
+        The powers [1] of time by which phase, axis and energy grow; None where that is not clear.
     events : mapping from str to Count
         Turning points, reversals and cusps.
     condition : float

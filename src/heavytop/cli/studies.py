@@ -81,6 +81,8 @@ def _wrong(kind: str, found: Any, document: Mapping[str, Any]) -> Ends:
     match kind:
         case "drift":
             for each in found.methods:
+                if each.skipped and ":" in each.name:  # of one's own
+                    yield Exit.ENDED_EARLY, f"{each.name}: {each.skipped}"
                 for number, why in each.ended.items():
                     told = f"{each.name}, start {number}, ended early: {why}"
                     yield Exit.ENDED_EARLY, told

@@ -140,11 +140,19 @@ def _checked(step: Callable[..., Any], f: Rates, y: Array, h: float) -> Array:
     """Take one step, and tell what it did wrong."""
     given = y.copy()
     with _named():
-        after = np.array(step(f, y, h), float)
+        after = _real(step(f, y, h))
     _unchanged(given, y)
     if after.shape != y.shape:
         raise IntegrationFailed(f"it returns an array of shape {after.shape}, not {y.shape}")
     return after
+
+
+def _real(found: Any) -> Array:
+    """What a person's code returned, if it is real numbers."""
+    array = np.array(found)
+    if array.dtype.kind not in "fiu":
+        raise IntegrationFailed(f"it returns numbers of type {array.dtype}, not reals")
+    return array.astype(float)
 
 
 def _unchanged(given: Array, y: Array) -> None:
@@ -223,7 +231,7 @@ class OwnSolver:
         y, bounds = state.copy(), {"rtol": self.tolerance, "atol": self.tolerance}
         with _named():
             found = self.solver(lambda _, y: self.rates(y), (0.0, span), y, **bounds)
-            times, end = np.array(found.t, float), np.array(found.y, float)[:, -1]
+            times, end = _real(found.t), _real(found.y)[:, -1]
         _unchanged(state, y)
         if not getattr(found, "success", True) or not math.isclose(times[-1], span):
             why = str(getattr(found, "message", "")).strip().rstrip(".")
