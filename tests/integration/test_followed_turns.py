@@ -82,7 +82,7 @@ def test_turns_of_random_motions_near_the_separatrix(seed):
 
 
 def test_turns_in_long_doubles_over_many_strides():
-    """Far from the poles a step is told by bounds alone; near one it is divided."""
+    """Far from the poles and near one."""
     for theta in ("1", "1e-3"):
         start = {"theta": theta, "thetadot": "0.01", "phidot": "0.3", "omega3": "3"}
         trajectory = ht.propagate(_scene(start, "30"), formulation="axis")

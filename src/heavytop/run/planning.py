@@ -245,7 +245,7 @@ def _formulated(expected: Forecast, name: str, why: str) -> Plan:
             frame, reasons = {"frame_rate": motion.mean_rate(variant)}, [reason]
         if need >= Need.PHI:
             variant = variant or "phi"
-            reasons.append("phi from the axis, its turns counted between bounds of its rate")
+            reasons.append("phi from the axis, its turns counted by Sturm's theorem")
     watched, why_watched = _watched(scene, motion, expected.span)
     reasons, states = [why, *reasons, *why_watched], MEASURED[name].states + len(frame)
     return Plan(name, variant, (*frame.items(),), watched, states, reasons=(*reasons,))
