@@ -14,13 +14,15 @@ PIP   := $(BIN)/python -m pip --quiet --quiet --disable-pip-version-check
 
 # The integrator's compiled code is kept beside the environment while testing, not in $HOME.
 tests_cache = HEYOKA_CACHE_DIR="$(CURDIR)/.cache/heyoka"
+pytest = $(tests_cache) $(BIN)/python -m pytest -q -n 2 --hypothesis-seed=$(SEED)
 
-.PHONY: help run test check proofs docs lock clean
+.PHONY: help run test slow check proofs docs lock clean
 .DELETE_ON_ERROR:
 
 help:
 	@echo 'make run     integrate the kicked top of SICM 2.10; results and figures go to out/sicm-kicked'
-	@echo 'make test    run the tests'
+	@echo 'make test    run the tests, but those that are slow'
+	@echo 'make slow    run the slow tests: studies killed and resumed, every scene drawn, random motions'
 	@echo 'make check   ruff, mypy --strict, the layers (import-linter), and the examples in docstrings'
 	@echo 'make proofs  run every validation script'
 	@echo 'make docs    execute the pages and the commands on them; HTML goes to build/docs'
@@ -31,7 +33,10 @@ run: $(READY)
 	@$(BIN)/heavytop run sicm-kicked -o out/sicm-kicked
 
 test: $(READY)
-	$(tests_cache) $(BIN)/python -m pytest -q -n 2 --dist loadfile --hypothesis-seed=$(SEED) $(ARGS)
+	$(pytest) --dist loadfile -m 'not slow' $(ARGS)
+
+slow: $(READY)
+	$(pytest) --dist worksteal -m slow $(ARGS)
 
 check: $(READY)
 	$(BIN)/ruff check .

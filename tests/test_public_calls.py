@@ -124,6 +124,7 @@ TAKING = {
 CALLS = [(function, given, each) for function, (given, places) in TAKING.items() for each in places]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize(
     ("function", "given", "place"), CALLS, ids=[f"{f.__qualname__} {p}" for f, _, p in CALLS]

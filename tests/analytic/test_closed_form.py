@@ -38,6 +38,7 @@ def inside(ball, value, digits=33):
 FAST = ("slender", "uniform", "1e-9 off uniform")  # whose series take ten times as many steps
 
 
+@pytest.mark.slow
 @pytest.mark.reference
 @pytest.mark.parametrize(
     ("name", "t"),

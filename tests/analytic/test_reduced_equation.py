@@ -66,6 +66,7 @@ def reduced(name, digits):
     return Reduced(named(name), digits)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "digits"), CASES)
 def test_what_a_period_brings(name, digits):
     begun, truth = named(name), reduced(name, digits)
@@ -77,6 +78,7 @@ def test_what_a_period_brings(name, digits):
         assert abs(middle - want) <= mp.mpf(10) ** (2 - digits) * max(1, abs(want))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "digits"), CASES)
 def test_time_and_angles_at_a_tilt(name, digits):
     """From the largest θ on, t, φ and ψ at a tilt, and θ at that time; before it, mirrored."""

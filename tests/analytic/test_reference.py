@@ -69,6 +69,7 @@ def test_whole_turns_have_all_their_digits():
     assert off(late[0], reference(KICKED, [10**11], ["phi"], digits=40).columns["phi"][0]) <= 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

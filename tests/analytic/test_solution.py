@@ -194,6 +194,7 @@ def test_the_start_and_the_seams(name, e):
             assert abs(moved) <= 3 * step * abs(getattr(before, angle + "dot")) + ctx.mpf("1e-60")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("e", ["1e-3", "1e-10", "1e-30"])
 @pytest.mark.parametrize("name", [n for n in NAMES if "top of" not in n])
 def test_periods_and_turns(name, e):

@@ -190,6 +190,7 @@ def test_the_start_of_a_top_alone_is_that_of_the_first_row(told):
     assert (later.origin, later.digits > 13) == ("scene", True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(5))
 def test_a_start_is_fitted_where_there_are_no_rates(seed):
     scene = random_scene(np.random.default_rng(seed))

@@ -71,6 +71,7 @@ PLANTED = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("slip", PLANTED)
 def test_a_planted_slip_is_named(slip, seed):
@@ -143,6 +144,7 @@ def good(seed):
     return Comparison(Data("mine", t, told), scene.top, scene.start)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(200))
 def test_no_slip_is_named_in_good_data(seed):
     problem = good(seed)

@@ -18,6 +18,7 @@ EVERY = (*plants.PLANTS, *plants.FINE)
 HELD = (*plants.PLANTS, *plants.FINE[:4])  # of the fine ones, those caught soonest
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plant", HELD, ids=lambda plant: plant.name)
 def test_an_error_is_caught(plant):
     assert set(plants.catch(plant, plant.quick)) == set(plant.quick)
@@ -28,6 +29,7 @@ def test_a_plain_error_is_caught_by_three_claims_and_a_fine_one_by_some():
     assert all(plant.quick for plant in plants.FINE)
 
 
+@pytest.mark.slow
 def test_without_an_error_the_same_claims_hold():
     from heavytop.claims.validate import validate
 

@@ -76,6 +76,7 @@ def holds(kind, x):
     return near if kind is Kind.CUSPS else (low < turn < high) is (kind is Kind.LOOPS) or near
 
 
+@pytest.mark.slow
 @settings(max_examples=400, deadline=None)
 @given(moments, numbers, tilts, numbers, numbers, numbers, st.booleans())
 def test_the_first_kind_that_fits(moments, gMR, theta, thetadot, phidot, spin, held):

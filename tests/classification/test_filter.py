@@ -127,6 +127,7 @@ def test_sines_of_the_library_are_trusted_with_reason():
     assert worst < LIBRARY / 2
 
 
+@pytest.mark.slow
 def test_cosines_are_within_their_errors():
     """cosθ, 1 − cosθ and 1 + cosθ by mpmath; the errors seen are well within what is allowed."""
     theta = tilts()
@@ -212,6 +213,7 @@ def rows(numbers):
     return enumerate(zip(*(each.tolist() for each in numbers.values()), strict=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("held", ["psidot", "omega3"])
 @pytest.mark.parametrize("wide", [False, True])
 def test_numbers_are_within_their_errors(held, wide):

@@ -111,6 +111,7 @@ def rows(numbers):
     return zip(*(each.tolist() for each in numbers.values()), strict=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("held", ["psidot", "omega3"])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_what_doubles_tell_is_true(held, seed):

@@ -299,6 +299,7 @@ class TestStreams:
         assert (found.returncode, found.stderr) == (0, "")
         assert "? between      0.1 and 0.5172313182384348 rad" in found.stdout
 
+    @pytest.mark.slow
     def test_nothing_is_said_of_the_caches_and_backends_of_others(self, tmp_path):
         nowhere = dict(os.environ, HOME="/proc", MPLBACKEND="nonsense")
         nowhere.pop("HEYOKA_CACHE_DIR", None)  # heyoka's own place is below the home
@@ -312,6 +313,7 @@ class TestStreams:
         assert found.returncode == 0
         assert "\x1b[3" not in found.stdout
 
+    @pytest.mark.slow
     def test_names_beyond_ascii_under_a_locale_of_ascii(self, tmp_path):
         ascii_only = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
         (tmp_path / "naïf").mkdir()

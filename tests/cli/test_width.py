@@ -50,6 +50,7 @@ def fits(text):
     assert [line for line in lines if "…" in line and not re.match(r"… and \d+ more", line)] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", TABLES, ids=" ".join)
 def test_what_a_verb_prints_fits_eighty_columns(words):
     text = printed(*words)

@@ -97,6 +97,7 @@ def replayed(tmp_path_factory):
     return done, folder
 
 
+@pytest.mark.slow
 def test_the_page_shows_what_happens(replayed):
     assert len(replayed[0]) == COMMANDS
     for command, shown, printed, _ in replayed[0]:

@@ -43,6 +43,7 @@ def test_every_picture_of_a_page_exists(page):
         assert (DOCS / page).parent.joinpath(name).exists(), name
 
 
+@pytest.mark.slow
 @pytest.mark.processes
 def test_the_pictures_are_those_that_the_script_draws(tmp_path):
     command = [sys.executable, "-W", "error", str(DOCS / "draw.py"), str(tmp_path)]

@@ -34,6 +34,7 @@ def typed(command):
     return done.returncode, done.stdout + done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", CODES)
 def test_the_session_of_a_page(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

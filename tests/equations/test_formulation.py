@@ -73,6 +73,7 @@ def test_in_another_unit_of_time_the_equations_are_the_same(form):
             assert power_in(value, scene) == rated[symbol], symbol
 
 
+@pytest.mark.slow
 @every_form
 def test_states_move_as_the_lagrange_equations_say(form):
     for state, start, derivative in zip(form.states, form.start, form.derivatives, strict=True):
@@ -120,6 +121,7 @@ EXPECTED = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 @every_form
 def test_all_it_tells_is_what_the_angles_tell_at_fifty_digits(form, seed):

@@ -63,6 +63,7 @@ def thousandths(low, high):
     return st.integers(round(1000 * low), round(1000 * high)).map(lambda k: k / 1000)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["auto", "attitude"])
 @settings(max_examples=80, deadline=None)
 @given(
@@ -356,6 +357,7 @@ def test_the_closed_form_is_that_of_the_runs_own_numbers():
     assert np.max(np.abs(trajectory.theta - theta)) > 1e-11
 
 
+@pytest.mark.slow
 @both_forms
 @pytest.mark.parametrize("projected", [False, True])
 def test_samples_resumption_and_storage_change_no_bit(form, projected, tmp_path):

@@ -73,6 +73,7 @@ DEGENERATE = STILL | {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DEGENERATE)
 def test_every_motion_can_be_drawn(name, tmp_path):
     run = changed(*DEGENERATE[name])

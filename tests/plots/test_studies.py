@@ -22,6 +22,7 @@ def legend(figure):
     return [text.get_text().strip() for each in figure.legends for text in each.get_texts()]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("methods", [("taylor-axis",), ("auto", "taylor-axis", "lsoda-scipy")])
 def test_a_chart_of_few_cases_is_whole(methods):
     chart = stress_figure(ht.stress(cases=("kick-1e-9",), methods=methods).document())

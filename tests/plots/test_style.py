@@ -18,6 +18,7 @@ from heavytop.scene.scene import load_scene
 HOSTILE = ("$x$ and $\\frac{$", "costs 5$", "_gone", "two\nlines", "", "\\", "\\$", "x" * 5000)
 
 
+@pytest.mark.slow
 def test_the_same_trajectory_gives_the_same_bytes(tmp_path):
     run = propagate(load_scene("sicm-kicked"))
     for name, draw in FIGURES.items():

@@ -31,6 +31,7 @@ def names(folder):
     return {path.name for path in folder.iterdir()}
 
 
+@pytest.mark.slow
 def test_figures_of_an_earlier_run_do_not_stay_beside_another(tmp_path):
     folder = tmp_path / "out"
     printed("run", "sicm-kicked", *SHORT, "-o", folder)
@@ -90,6 +91,7 @@ ATLAS = ("--x", "phidot=-20:20:5", "--y", "psidot=-150:150:5", "--integrate", "-
 DRIFT = ("--methods", "taylor-axis", "--periods", "5")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("verb", "options"), [("atlas", ATLAS), ("drift", DRIFT)])
 def test_every_variable_of_a_study_says_what_it_is(verb, options, tmp_path):
     done = CliRunner().invoke(app, [verb, "sicm-kicked", *options, "-q", "-o", str(tmp_path)])
@@ -117,6 +119,7 @@ for place in sys.argv[1:]:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "needed"),
     [

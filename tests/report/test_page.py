@@ -81,6 +81,7 @@ def seen(written):
     return Seen(written.read_text("utf-8"))
 
 
+@pytest.mark.slow
 def test_nothing_is_asked_of_a_network(written, seen):
     assert not [tag for tag, _ in seen.tags if tag in ("link", "iframe", "object", "embed", "base")]
     for _, attrs in seen.tags:
@@ -303,6 +304,7 @@ def test_a_result_that_is_not_what_was_written_is_refused(
         page_of(load_results([folder]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", [FORMULA, HIDDEN])
 def test_no_name_in_a_picture_breaks_it(place, text, tmp_path):
     scene = load_scene("sicm-kicked", overrides=[f"title={json.dumps(text)}"]).document()

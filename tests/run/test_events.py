@@ -82,6 +82,7 @@ def let_go(form, digits=30):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["auto", "axis", "attitude", "cubic", "lagrange"])
 def test_no_event_is_missed_where_doubles_count_others(form, tmp_path):
     """In doubles the axis form counts 26, 4 and 1, and the cubic form runs away to infinity."""
@@ -202,11 +203,13 @@ def fuzz_events():
     sys.path.remove(folder)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["doubles", "more", "extended"])
 def test_no_run_is_wrong_in_silence(fuzz_events, way):
     assert fuzz_events.misses(3, 8, (way,)) == []
 
 
+@pytest.mark.slow
 def test_runs_that_nobody_checks_are_found(fuzz_events, monkeypatch):
     """Planted: nothing is held against the closed form; and the last event is never looked for."""
     monkeypatch.setattr("heavytop.run.propagation.checked", lambda run: run)

@@ -174,6 +174,7 @@ def test_more_bits_than_a_double_counts_are_too_many(formulation):
         ht.plan(scene, formulation)
 
 
+@pytest.mark.slow
 def test_numbers_beyond_all_bits_are_refused_at_once():
     with pytest.raises(ht.BadScene, match="more than 4096 bits"):
         ht.fold(ht.Scene(BOOK, ht.State("1e-300", phidot=1), time="0.01"))

@@ -22,6 +22,7 @@ LONG = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("call", LONG.values(), ids=LONG)
 def test_ctrl_c_ends_it_within_a_second(call, tmp_path):
     """Late in the call, where the steps are; a process that was begun with SIGINT ignored, too."""

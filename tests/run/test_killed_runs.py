@@ -95,6 +95,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, bytes
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "place", "count", "number"),
     [
@@ -132,6 +133,7 @@ def test_resume_finishes_what_is_there(tmp_path, whole, scene, place, count, num
     assert files(folder) == whole[scene]
 
 
+@pytest.mark.slow
 def test_the_steps_that_were_taken_are_not_taken_again(tmp_path, whole):
     folder = tmp_path / "run"
     struck(BLOCK, 6, signal.SIGKILL, "run", *SCENES["long"], "-o", folder)
@@ -146,6 +148,7 @@ def test_the_steps_that_were_taken_are_not_taken_again(tmp_path, whole):
     assert files(folder) == whole["long"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kilobytes", [20, 200])
 def test_a_full_disk_ends_a_run_early(tmp_path, whole, kilobytes):
     """The kernel refuses larger files: the trajectory does not fit, or a figure."""
@@ -228,6 +231,7 @@ def test_another_run_is_refused(first, words, told):
     assert files(first) == before
 
 
+@pytest.mark.slow
 def test_force_replaces(tmp_path):
     """Also what was on its way: none of its figures stays."""
     folder = tmp_path / "run"
@@ -275,6 +279,7 @@ def test_two_runs_do_not_write_one_folder(tmp_path):
     assert f"is being written by process {os.getpid()}" in refused.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["request.json", "trajectory.nc"])
 def test_a_damaged_file_of_a_run_is_named(tmp_path, name):
     folder = tmp_path / "run"
@@ -286,6 +291,7 @@ def test_a_damaged_file_of_a_run_is_named(tmp_path, name):
     assert heavytop_("run", "sicm-kicked", "-o", folder, "--force", "--no-figures").exit_code == 0
 
 
+@pytest.mark.slow
 def test_a_trajectory_alone_gets_the_rest(tmp_path):
     words = ("sicm-kicked", "--formulation", "axis")
     assert heavytop_("run", *words, "-o", tmp_path, "--no-figures").exit_code == 0

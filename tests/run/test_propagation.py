@@ -36,6 +36,7 @@ def propagated(scene, formulation="auto", **options):
 # --- every kind of motion ------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("direction", [1, -1])
 @pytest.mark.parametrize("name", MOTIONS)
 def test_attitude_and_events_of_every_motion(name, direction):
@@ -97,6 +98,7 @@ def turning(top, start, time, digits=10, samples=15):
     return ht.Scene(top, start, time=time, quantities=ANGLES, samples=samples, digits=digits)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("formulation", "digits"), [("auto", 10), ("axis", 10), ("attitude", 10), ("attitude", 15)]
 )
@@ -190,6 +192,7 @@ def test_every_digit_asked_for_is_right(digits):
     assert missed_digits(run, ht.run_errors(run)) == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_every_formulation_at_forty_digits(formulation):
     only = ['want.quantities=["theta", "rates"]'] if formulation == "cubic" else []
@@ -326,6 +329,7 @@ DISTURBED = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("formulation", "options"), DISTURBED)
 def test_a_run_inside_the_progress_of_another_changes_neither(formulation, options):
     """All runs of a thread share the compiled equations; none leaves its constants in another."""

@@ -127,6 +127,7 @@ def gap(ours, theirs):
     return np.max(abs(ours - theirs).max(axis=0) / np.maximum(abs(theirs).max(axis=0), 1e-20))
 
 
+@pytest.mark.slow
 @every_scene
 @every_form
 def test_every_column_is_the_closed_forms(name, carried, which):
@@ -223,6 +224,7 @@ HARD = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("which", "name"), [(which, name) for which, (*_, names) in HARD.items() for name in names]
 )
@@ -374,6 +376,7 @@ def fuzz(monkeypatch):
     return import_module("fuzz_sensitivities")
 
 
+@pytest.mark.slow
 def test_random_ones_are_no_farther_off_than_they_say(fuzz):
     assert fuzz.misses(1, 8) == []
     assert fuzz.misses_of_matrices(1, 8, ("cubic", "axis", "attitude")) == []

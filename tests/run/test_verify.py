@@ -145,6 +145,7 @@ def test_continued_and_resumed_runs_are_checked():
         completed(early.value.trajectory)
 
 
+@pytest.mark.slow
 def test_a_continued_run_counts_right_or_says_that_it_does_not():
     events = ("turning", "reversal", "cusp")
     scene = ht.Scene(BOOK, ht.State("1e-6", psidot=90), time="0.5", events=events, digits=2)

@@ -108,6 +108,7 @@ def made(tmp_path_factory):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("verb", QUICK)
 def test_json_is_one_document_and_the_files_are_those_it_names(verb, made):
     folder, done = made[verb]
@@ -167,6 +168,7 @@ def test_a_person_reads_a_table(verb, options, words):
     assert [word for word in words if word not in " ".join(told.stdout.split())] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("verb", QUICK)
 def test_what_is_finished_is_said_to_be_and_nothing_changes(verb, made):
     folder, done = made[verb]
@@ -234,6 +236,7 @@ def wait_for_records(folder, count, process):
         time.sleep(0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.processes
 @pytest.mark.parametrize(
     ("verb", "jobs"), [("workprec", 1), *((verb, jobs) for verb in PARALLEL for jobs in (1, 2))]
@@ -265,6 +268,7 @@ def test_killed_at_any_moment_and_resumed_it_is_the_study_that_was_not(verb, job
     assert shlex.split(json.loads(out)["command"]) == ["heavytop", *map(str, asked)]
 
 
+@pytest.mark.slow
 @pytest.mark.processes
 @pytest.mark.parametrize(
     ("verb", "number"),
@@ -284,6 +288,7 @@ def test_whatever_ends_it_says_how_to_go_on(verb, number, tmp_path):
     assert "Traceback" not in err
 
 
+@pytest.mark.slow
 @pytest.mark.processes
 def test_a_full_disk_leaves_a_folder_that_goes_on(tmp_path):
     """The kernel refuses to write more than 20 kB to a file: the chart does not fit."""
@@ -343,6 +348,7 @@ def test_a_chart_that_cannot_be_written_leaves_the_document(tmp_path, monkeypatc
     assert not any("svg" in name for name in kept["files"].values())
 
 
+@pytest.mark.slow
 @pytest.mark.processes
 @pytest.mark.parametrize(("closed", "jobs"), [("2>&-", 1), ("<&- >&- 2>&-", 2)])
 def test_a_closed_stream_is_no_bug(tmp_path, made, closed, jobs):
@@ -619,6 +625,7 @@ def test_an_empty_name_is_the_fault_of_its_option(verb, option, text, asked, tmp
 ADDRESS = "tcp://192.0.2.1:8786"
 
 
+@pytest.mark.slow
 def test_the_workers_of_a_scheduler_write_the_same_files(made, tmp_path, monkeypatch):
     called = []
 
@@ -643,6 +650,7 @@ def test_the_workers_of_a_scheduler_write_the_same_files(made, tmp_path, monkeyp
     assert "for studies; this is a run" in heavytop_("resume", run, "--scheduler", ADDRESS).stderr
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_nobody_runs_and_dask_that_is_missing(monkeypatch, tmp_path):
     words = ("drift", *QUICK["drift"], "-o", tmp_path / "a", "--scheduler", "tcp://127.0.0.1:9")
     nobody = heavytop_(*words)

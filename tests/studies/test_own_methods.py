@@ -75,6 +75,7 @@ def test_a_study_that_was_stopped_goes_on_only_where_its_code_is_named(scene, mi
         ht.resume(place, methods=[f"{mine}:rk4"])
 
 
+@pytest.mark.slow
 @pytest.mark.processes
 def test_methods_of_ones_own_that_are_killed_are_resumed_bit_for_bit(mine, tmp_path):
     """A step, one that keeps the rotation, and a solver."""
@@ -112,6 +113,7 @@ def test_no_scene_and_no_study_file_starts_code(scene, mine, tmp_path):
     assert not ran.exists()
 
 
+@pytest.mark.slow
 @pytest.mark.processes
 def test_a_step_that_never_returns_ends_its_run_and_no_other(scene, mine, monkeypatch):
     monkeypatch.setattr("heavytop.studies.drift.LIMIT_S", 5.0)
@@ -139,6 +141,7 @@ def test_a_method_that_ends_its_process_ends_the_study_with_4(mine):
     assert "mine.py:leaves=20: its process was lost" in done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.processes
 def test_stress_names_what_a_method_does(mine):
     methods = ["auto", f"{mine}:rk4=200", f"{mine}:hangs", f"{mine}:dop853=1e-10"]
@@ -155,6 +158,7 @@ def test_stress_names_what_a_method_does(mine):
         ht.stress(cases=["cusp"], methods=[lambda f, y, h: y + h * f(y)])
 
 
+@pytest.mark.slow
 def test_work_and_precision_has_a_point_for_each_setting(scene, mine):
     found = ht.work_precision(scene, methods=[f"{mine}:rk4", "taylor-axis"], periods=2, budget=60)
     own = [point for point in found.points if point.method == "mine.py:rk4"]

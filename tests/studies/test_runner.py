@@ -70,6 +70,7 @@ def killed(process):
     process.communicate(timeout=60)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_killed_at_any_moment_it_goes_on(jobs, whole, tmp_path):
     """Each kill loses no more than the chunk at hand, or the slice of each worker."""
@@ -156,6 +157,7 @@ def test_workers_die_with_the_one_that_writes(tmp_path):
     wait_for(lambda: not any(map(alive, workers)), seconds=2)
 
 
+@pytest.mark.slow
 def test_a_killed_worker_is_replaced(whole, tmp_path):
     path, log = tmp_path / "study", tmp_path / "log"
     process = started(path, 2, log, **SLOWLY)
@@ -168,6 +170,7 @@ def test_a_killed_worker_is_replaced(whole, tmp_path):
     assert done <= 3 * STEPS + 4 * SENT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 3])
 def test_a_task_that_kills_its_worker_twice_ends_the_study(jobs, whole, tmp_path):
     path, log = tmp_path / "study", tmp_path / "log"
@@ -181,6 +184,7 @@ def test_a_task_that_kills_its_worker_twice_ends_the_study(jobs, whole, tmp_path
     assert results(path) == whole
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("jobs", "number"), [(1, signal.SIGINT), (2, signal.SIGINT), (2, signal.SIGTERM)]
 )
@@ -203,6 +207,7 @@ def test_ctrl_c_saves_and_says_how_to_go_on(jobs, number, whole, tmp_path):
     assert done <= 3 * STEPS + (jobs > 1) * 2 * jobs * SENT  # alone, not even the chunk at hand
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_second_ctrl_c_does_not_wait_for_the_chunk(jobs, tmp_path):
     path = tmp_path / "study"
@@ -230,6 +235,7 @@ def test_signals_are_given_back():
     assert before[0] not in seen[1:]
 
 
+@pytest.mark.slow
 def test_one_writes_and_the_second_is_refused_by_name(tmp_path):
     path = tmp_path / "study"
     process = started(path, 2, tmp_path / "log", TOY_PAUSE="1")
@@ -257,6 +263,7 @@ def test_one_writes_and_the_second_is_refused_by_name(tmp_path):
         os.waitpid(child, 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_full_disk_leaves_a_folder_that_goes_on(jobs, whole, tmp_path):
     path, log = tmp_path / "study", tmp_path / "log"

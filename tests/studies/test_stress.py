@@ -199,6 +199,7 @@ def test_what_a_case_allows_to_angles_is_that_of_the_axis_over_the_sine():
     assert here.condition == pytest.approx(10 / 0.6 + 47)
 
 
+@pytest.mark.slow
 @pytest.mark.processes
 def test_a_run_that_takes_more_steps_than_it_may_or_more_time_has_not_done_it():
     slow = stress(cases=["cusp"], methods=["auto"], step_limit=1)["cusp", "auto"]
@@ -231,6 +232,7 @@ def test_only_a_run_that_says_nothing_is_silently_wrong():
 # --- the runs themselves ---------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "method"),
     [(name, "auto") for name in cases() if name not in LONG]
@@ -263,6 +265,7 @@ KNOWN = {  # from what others measured with other programs, before this one was 
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pair", KNOWN)
 def test_what_is_known_to_fail_fails_so(pair):
     assert found(*pair).outcome is KNOWN[pair]
@@ -337,6 +340,7 @@ def test_a_process_that_is_lost_is_not_the_methods_fault(monkeypatch):
     assert "abort() takes no arguments" in skipped.reason
 
 
+@pytest.mark.slow
 @pytest.mark.processes
 def test_lsoda_does_not_return_from_the_pole_and_the_test_goes_on():
     """What goes on takes a hundredth of a second, so that the limit is far on any machine."""

@@ -87,6 +87,7 @@ def test_an_error_is_the_distance_from_the_closed_form(text, number):
     assert last == (found["time"], found["steps"], found["evaluations"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", ["taylor-axis=1e-06", "taylor-cubic=1e-09"])
 def test_a_point_is_the_median_over_eight_starts_and_a_spread_holds_the_middle_half(found, text):
     point, runs = named(found, text), [first_run(s, method(text), 20, 60) for s in starts()]
