@@ -26,7 +26,7 @@ import numpy.typing as npt
 from flint import arb
 
 from heavytop.analytic.cubic import TooFewBits
-from heavytop.analytic.rising import Rising
+from heavytop.analytic.rising import FLOAT_DIGITS, Rising
 from heavytop.analytic.solution import Asymptotic, Nutating, Solution, Steady, Sweeps
 from heavytop.analytic.theta_series import Argument, Sweep, ThetaSeries
 from heavytop.errors import NoClosedForm, NotANumber
@@ -165,7 +165,7 @@ class DoubleForm:
 
     def __init__(self, rising: Rising) -> None:
         self.rising = rising
-        rising.settled("the closed form", self._prepare, _DIGITS)
+        rising.settled("the closed form", self._prepare, FLOAT_DIGITS)
 
     def _prepare(self, solution: Solution, _: int) -> tuple[arb, ...]:
         """Take the constants from balls; raises `TooFewBits` where one is not known well enough."""

@@ -14,7 +14,7 @@ from flint import arb
 
 from heavytop.analytic.closed_form import ClosedForm, Constants, constants
 from heavytop.analytic.many_times import NO_TIMES, DoubleForm, DoubleRecord
-from heavytop.analytic.rising import MOST_DIGITS, MotionNumbers, Rising
+from heavytop.analytic.rising import FLOAT_DIGITS, MOST_DIGITS, MotionNumbers, Rising
 from heavytop.analytic.solution import ExactRecord
 from heavytop.classification import Kind, Verdict
 from heavytop.classification.classify import classify
@@ -69,7 +69,7 @@ class Motion(MotionNumbers[float]):
     top: Top
     start: State
 
-    _digits = 52
+    _digits = FLOAT_DIGITS
 
     def __post_init__(self) -> None:
         expect("top", self.top, Top)

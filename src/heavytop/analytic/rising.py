@@ -30,6 +30,9 @@ MOST_DIGITS: Final = 10_000
 LIMIT: Final = 1 << 16
 """Bits at which an enclosure gives up."""
 
+FLOAT_DIGITS: Final = 52
+"""Decimal digits behind every float, and behind 50 digits: they share one solution."""
+
 _LOG10_2: Final = math.log10(2)
 _SPARE: Final = 40  # bits beyond those of the digits, which most motions do not use up
 _EARLY: Final = 16  # of them are left for times that are not late

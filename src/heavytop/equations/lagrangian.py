@@ -45,7 +45,8 @@ def normal_form(expression: Any) -> Any:
 def time_derivative(expression: Any) -> Any:
     """Return d/dt of a function of coordinates and velocities, by the chain rule."""
     rates = zip(COORDINATES + VELOCITIES, VELOCITIES + ACCELERATIONS, strict=True)
-    return sum((sp.diff(expression, x) * rate for x, rate in rates), sp.Integer(0))
+    varying = [(x, rate) for x, rate in rates if x in expression.free_symbols]
+    return sum((sp.diff(expression, x) * rate for x, rate in varying), sp.Integer(0))
 
 
 @cache

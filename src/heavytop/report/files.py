@@ -21,10 +21,8 @@ from heavytop.errors import ForeignFile, ForeignRun, Stop, StoppedEarly
 from heavytop.files import as_json, locked, write_document
 from heavytop.hdf5 import write_sealed
 from heavytop.report.studies import RESULTS, kind_of
-from heavytop.results.atlas import AtlasResult
 from heavytop.results.base import Answer, Text, read, with_command
 from heavytop.results.classification import PlanSummary
-from heavytop.results.drift import Drift
 from heavytop.results.run import RunResult, run_result
 from heavytop.run.planning import Plan
 from heavytop.run.trajectory import Trajectory
@@ -41,7 +39,6 @@ FIGURES: Final = tuple(
     for form in FORMS
 )
 OWN: Final = (REQUEST, DOCUMENT, TRAJECTORY, *FIGURES)
-RESUMED: Final = (Drift, AtlasResult)  # their folders go on, and hold no wall-clock values
 
 # --- a run -----------------------------------------------------------------------------------
 
@@ -285,17 +282,22 @@ def write_study(
         path = Path(os.fsdecode(fault.filename or place))
         path = path.with_name(path.name.removeprefix(f".{os.getpid()}."))  # as it is named at last
         why = f"cannot write {path}: {fault.strerror or fault}"
-        if isinstance(found, RESUMED):
+        if _goes_on(found):
             raise StoppedEarly(Stop.UNWRITABLE, why, place) from fault
         raise Unwritten(Stop.UNWRITABLE, why, None) from fault
 
 
+def _goes_on(found: Any) -> bool:
+    """Whether the folder of a study goes on, and holds no wall-clock values."""
+    return kind_of({"schema": found.schema}) in ("drift", "atlas")
+
+
 def _written(found: Any, place: Path, figures: bool) -> dict[str, str]:
-    resumed = isinstance(found, RESUMED)
-    document = with_command(found.document(costs=False) if resumed else found.document())
+    answer = found.document(costs=False) if _goes_on(found) else found.document()
+    document = with_command(answer)
     name, charts = kind_of(document).replace("-", "_"), RESULTS[kind_of(document)].charts
     files, drawn = {"document": f"{name}.json"}, document
-    if isinstance(found, Drift):
+    if name == "drift":
         files["errors"] = "drift.nc"
         data = bytes(found.to_xarray().to_netcdf(engine="h5netcdf"))  # whole before it is on disk
         write_sealed(place / files["errors"], lambda part: part.write_bytes(data))

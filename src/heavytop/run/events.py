@@ -186,6 +186,8 @@ def no_events(scene: Scene, orbit: Orbit) -> Events:
 
 def orbit_events(scene: Scene, motion: Motion, chosen: Plan, orbit: Orbit) -> Events:
     """Return the events a scene asks for, from the zeros seen along its orbit."""
+    if not scene.events:
+        return no_events(scene, orbit)
     seen = dict(zip(chosen.watched, orbit.hits, strict=True))
     turning, reversal = (
         _orbit_zeros(scene, orbit, event, seen.get(event)) for event in ("turning", "reversal")
