@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.run.estimates import Forecast, duration
+from heavytop.run.estimates import Forecast
+from heavytop.spelling import duration
 
 from .test_planning import drawn, round_periods
 

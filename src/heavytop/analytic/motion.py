@@ -6,25 +6,26 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, overload
+from typing import TYPE_CHECKING, Any, overload
 
-import numpy as np
-import numpy.typing as npt
 from flint import arb
 
 from heavytop.analytic.closed_form import ClosedForm, Constants, constants
-from heavytop.analytic.many_times import NO_TIMES, DoubleForm, DoubleRecord
 from heavytop.analytic.rising import FLOAT_DIGITS, MOST_DIGITS, MotionNumbers, Rising
 from heavytop.analytic.solution import ExactRecord
 from heavytop.classification import Kind, Verdict
 from heavytop.classification.classify import classify
 from heavytop.classification.reduced import FEW_BITS, FromScene, Reduced
 from heavytop.classification.signs import ball_of
-from heavytop.errors import NotANumber
 from heavytop.numbers.intervals import working
 from heavytop.scene.arguments import expect, text_of, whole
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from heavytop.analytic.many_times import DoubleForm, DoubleRecord
 
 
 @dataclass(frozen=True)
@@ -109,6 +110,8 @@ class Motion(MotionNumbers[float]):
     @cached_property
     def double(self) -> DoubleForm:
         """The closed form in doubles."""
+        from heavytop.analytic.many_times import DoubleForm  # a verdict takes no arrays
+
         return DoubleForm(self.rising)
 
     @cached_property
@@ -239,19 +242,12 @@ class Motion(MotionNumbers[float]):
             where 65 536 bits do not give them.
         """
         if digits is None:
-            record = self.double(_times(t))
+            record = self.double(t)
             record.energy[...] = self._energy
             return record
         form = self.form(digits)
         energy = constants(self.top, self.start, form.ctx.dps).E
-        t = t.item() if isinstance(t, np.ndarray) and not t.ndim else t
+        t = t.item() if getattr(t, "ndim", None) == 0 else t
         if isinstance(t, Iterable) and not isinstance(t, str):
             return tuple(replace(form(each), energy=energy) for each in t)
         return replace(form(t), energy=energy)
-
-
-def _times(t: Any) -> npt.NDArray[np.float64]:
-    try:
-        return np.asarray(t, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise NotANumber(NO_TIMES) from None

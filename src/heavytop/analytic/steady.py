@@ -20,15 +20,16 @@ nod or fall.
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
-
-import numpy as np
-import numpy.typing as npt
+from typing import TYPE_CHECKING, TypeAlias
 
 from heavytop.numbers import Exact, Number, cos, sqrt
 from heavytop.scene.top import Top
 
-Array: TypeAlias = npt.NDArray[np.float64]
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    Array: TypeAlias = npt.NDArray[np.float64]
 
 
 def rates(top: Top, p_psi: npt.ArrayLike, u: npt.ArrayLike) -> tuple[Array, Array]:
@@ -44,6 +45,8 @@ def rates(top: Top, p_psi: npt.ArrayLike, u: npt.ArrayLike) -> tuple[Array, Arra
     10.0 23.082352941176
     """
     A, gMR = float(top.A), float(top.gMR)
+    import numpy as np  # the least spin of a verdict needs no arrays
+
     spin, cosine = np.asarray(p_psi, dtype=np.float64), np.asarray(u, dtype=np.float64)
     product = A * gMR * cosine
     pull = 2 * np.sqrt(abs(product))

@@ -23,7 +23,7 @@ from heavytop.report.tables import (
     short,
     size,
 )
-from heavytop.run.estimates import duration
+from heavytop.spelling import duration
 
 ROUNDING: Final = 8 * sys.float_info.epsilon  # of the largest in a column
 MANY_TURNS: Final = 1000  # from which on an angle is also told as turns and a rest

@@ -74,8 +74,6 @@ SPARE_FOLDED: Final = 4.0  # bits
 MOST_TURNS: Final = 2.0**60  # of theta, phi or psi that are counted
 
 PLACES: Final = 64  # of a nutation, at which rates are looked at
-SHORT_S: Final = 60.0  # below which a time is told in seconds
-LONGER: Final = ((31_557_600, "years"), (86_400, "days"), (3600, "h"), (60, "min"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -284,15 +282,3 @@ def needed_to_fold(digits: int, halves: float = FOLDED_REACH) -> float:
 def most_steps(motion: Motion, span: float) -> int:
     """Steps that no sound run of so many seconds takes, by far."""
     return int(SPARE_STEPS + STEPS * periods_of(motion, span))
-
-
-def duration(seconds: float) -> str:
-    """A time in the unit in which it is read: seconds, minutes, hours, days or years.
-
-    >>> [duration(x) for x in (3.17, 90, 24_400, 3e5, 1e12)]
-    ['3.17 s', '1.5 min', '6.78 h', '3.47 days', '3.17e+04 years']
-    """
-    if seconds < SHORT_S:
-        return f"{seconds:.3g} s"
-    unit, name = next((u, n) for u, n in LONGER if seconds >= u)
-    return f"{seconds / unit:.3g} {name}"

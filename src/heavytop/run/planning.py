@@ -28,12 +28,12 @@ from heavytop.run.estimates import (
     SPARE,
     Estimate,
     Forecast,
-    duration,
     needed_to_fold,
 )
 from heavytop.scene.arguments import expect, one_of, parse_options
 from heavytop.scene.quantities import QUANTITIES, Need, need_of
 from heavytop.scene.scene import Scene, no_scene
+from heavytop.spelling import duration
 
 EPSILON = 2.0**-52
 MOST_RATE: Final = 1e150  # rad/s, whose square is a double
