@@ -76,8 +76,11 @@ class Exact:
         """
         if isinstance(x, Exact):
             return x
-        if (isinstance(x, float) or type(x) is int) and (x == 0 or 1e-300 < abs(x) < 1e300):
-            return Exact(rational(Fraction(x)))  # at once, as most are
+        if isinstance(x, float) or type(x) is int:  # at once, as most are
+            if x == 0:
+                return NOTHING
+            if 1e-300 < abs(x) < 1e300:
+                return Exact(rational(Fraction(x)))
         if isinstance(x, str):
             from heavytop.numbers import parse  # which makes its numbers with what stands here
 
@@ -278,6 +281,7 @@ def sin(x: Number) -> Exact:
     return Exact(normal_form.wave("sin", Exact.of(x).terms))
 
 
+NOTHING: Final = Exact(normal_form.ZERO)
 ONE: Final = Exact(normal_form.ONE)
 PI: Final = Exact(normal_form.PI)
 

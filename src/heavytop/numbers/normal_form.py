@@ -107,6 +107,8 @@ def scaled(x: Form, q: Fraction | int) -> Form:
 
 def add(a: Form, b: Form) -> Form:
     """Return a + b."""
+    if (p := fraction(a)) is not None and (q := fraction(b)) is not None:
+        return rational(p + q)
     total = dict(a)
     for monomial, c in b:
         total[monomial] = total[monomial] + c if monomial in total else c
