@@ -53,6 +53,7 @@ from .errors import (
 )
 from .integration.outputs import Sample as Sample
 from .numbers import Exact as Exact
+from .plots.film import film as film
 from .results.drift import Drift as Drift
 from .results.stress import Stress as Stress
 from .results.validation import Validation as Validation

@@ -101,6 +101,40 @@ def check(
     leave(ends)
 
 
+# --- film ------------------------------------------------------------------------------------
+
+FILM: Final = options.file("Write x.gif, x.webp or x.mp4.", ".gif", ".webp", ".mp4")
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, _, height = text.partition("x")
+    if not (width.isdecimal() and height.isdecimal()):
+        raise BadParameter(f"{text!r} is not WIDTHxHEIGHT, such as 800x600")
+    return int(width), int(height)
+
+
+@verb
+def film(
+    scene: options.SceneName,
+    file: Annotated[Path, FILM],
+    seconds: Annotated[float, option("S", "Length of the film [s].")] = 10.0,
+    fps: Annotated[float, option("F", "Frames a second, at most 50.")] = 25.0,
+    size: Annotated[str, option("WxH", "Width and height in pixels, such as 800x600.")] = "800x600",
+    follow: Annotated[bool, Option("--follow", help="Let the eye go round with the top.")] = False,
+    changes: options.Changes = None,
+) -> None:
+    """Make a film of the exact motion, slowed down so that the spin is seen."""
+    from heavytop.plots.film import film as make
+
+    known = options.read(scene, changes)
+    with progress_bar() as bar:
+        made = make(
+            known, file, seconds=seconds, fps=fps, size=_size(size), follow=follow, progress=bar
+        )
+    document = {"schema": "heavytop/film/1", "scene": known.name, "file": str(made)}
+    answer(document, lambda: typer.echo(f"{harmless(made)}: {made.stat().st_size / 1e6:.2g} MB"))
+
+
 # --- report ----------------------------------------------------------------------------------
 
 PAGE: Final = "report.html"

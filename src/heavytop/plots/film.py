@@ -1,0 +1,429 @@
+"""A top as a film: frames of the exact motion, drawn with Pillow, as GIF, WebP or MP4.
+
+Time is slowed so that the spin is seen. Frames are drawn twice as large as they are shown, for
+smooth edges; the same scene gives the same frames.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import matplotlib as mpl
+import numpy as np
+from PIL import Image, ImageColor, ImageDraw, ImageFont
+
+from heavytop.analytic.motion import Motion
+from heavytop.errors import BadScene, MissingPackage
+from heavytop.files import write_whole
+from heavytop.plots.sphere import PUSH, touched
+from heavytop.plots.style import EVENTS, PATH, Array
+from heavytop.scene.arguments import Range, Reader, Refused, expect, heard, parse_options, path_of
+from heavytop.scene.scene import Scene
+from heavytop.spelling import cut
+
+SPIN: Final = 9.0  # rad of spin in a second of film: slow enough to be followed
+PERIODS: Final = 12  # nutations shown, at most
+POINTS: Final = 2001  # of the path
+FINE: Final = 2  # pixels drawn for one that is shown, in each direction
+COLOURS: Final = 128  # of a GIF
+MOST_PIXELS: Final = 2e9  # of all frames
+
+SECTORS: Final = 36
+MARKED: Final = SECTORS // 4  # a quarter of the body is orange, so that its spin is seen
+PROFILE: Final = np.array(
+    [[0, 0], [0.2, 0.34], [0.3, 0.5], [0.3, 0.56], [0.12, 0.62], [0.035, 0.65], [0.035, 0.88],
+     [0, 0.88]]
+)  # fmt: skip
+"""Radius and height of the body's outline; its tip is the pivot."""
+
+BODY: Final = np.array([150, 166, 181])
+PATCH: Final = np.array([236, 164, 30])
+LIGHT: Final = np.array([-0.45, 0.62, 0.64])  # from where it comes: right, up, towards the eye
+INK, FAINT, AHEAD, MOMENTUM, PAPER = "#222222", "#9AA4AE", "#9CC3DB", "#882255", "#FFFFFF"
+FONT: Final = str(Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf"))
+LETTERS: Final = 70  # of a title
+LEAN: Final = 0.05  # how far the axis leans, at least, where the eye looks across its lean
+ASIDE: Final = 0.35  # rad, by which it looks from farther round
+PALER: Final = 0.35  # opacity of what runs behind the sphere
+
+
+def _size(value: object) -> tuple[int, int]:
+    try:
+        width, height = (int(SIDE(each)) for each in value)  # type: ignore[attr-defined]
+    except (TypeError, ValueError):  # of what is no pair
+        raise Refused(SIDES) from None
+    return width, height
+
+
+SIDE: Final = Range(64, 4096, whole=True)
+SIDES: Final = "width and height, two whole numbers from 64 to 4096"
+OPTIONS: Final[Mapping[str, Reader]] = {
+    "seconds": Range(0.1, 600),
+    "fps": Range(1, 50),
+    "size": _size,
+}
+
+
+def film(
+    scene: Scene,
+    path: str | os.PathLike[str],
+    *,
+    seconds: float = 10.0,
+    fps: float = 25.0,
+    size: tuple[int, int] = (800, 600),
+    follow: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> Path:
+    """Make a film of a top: body, trace of the axis and angular momentum.
+
+    What is shown is the exact motion, from the start: as much of the scene's span as leaves the
+    spin slow enough to be followed, but at least one nutation if the span has it. Of a top that
+    rests, sleeps or hangs it is what it does after a push of 1 rad/s.
+
+    Parameters
+    ----------
+    scene : Scene
+        What spins, and how it starts.
+    path : path
+        The film; it ends in ``.gif``, ``.webp`` or ``.mp4``. One that is there is replaced.
+    seconds : float
+        Length of the film [s], 0.1 to 600.
+    fps : float
+        Frames a second, 1 to 50; a GIF counts hundredths of a second.
+    size : tuple of int
+        Width and height [pixels], 64 to 4096 each; even numbers for MP4.
+    follow : bool
+        Whether the eye goes round with the mean precession.
+    progress : callable, optional
+        Called with the fraction done, after each frame.
+
+    Returns
+    -------
+    Path
+        Where it was written, whole or not at all.
+
+    Raises
+    ------
+    BadScene
+        A length, a rate or a size out of its range; everything that is wrong is named.
+    ValueError
+        Another ending of the path.
+    MissingPackage
+        An MP4, and imageio-ffmpeg is not installed.
+    OSError
+        It cannot be written.
+    WrongType
+        `scene` is no Scene, `path` no path, or `progress` no function.
+
+    Notes
+    -----
+    Accuracy: ``tests/plots/test_film.py`` finds the axis and the body of three frames where the
+    closed form has them, to a pixel.
+
+    Examples
+    --------
+    >>> import heavytop as ht, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     made = film(ht.load_scene("sicm-kicked"), f"{folder}/top.gif", seconds=1, size=(80, 60))
+    ...     made.stat().st_size > 1000
+    True
+    """
+    expect("scene", scene, Scene, "load_scene gives one")
+    heard("progress", progress)
+    place = path_of("path", path)
+    given = {"seconds": seconds, "fps": fps, "size": size}
+    known, wrong = parse_options("film", given, OPTIONS)
+    if wrong:
+        raise BadScene(tuple(wrong))
+    if place.suffix not in FORMS:
+        raise ValueError(f"{place.name}: a film is {', '.join(FORMS)}")
+    width, height = known["size"]
+    count = max(2, round(known["seconds"] * known["fps"]))
+    if count * width * height > MOST_PIXELS:
+        raise ValueError(f"{count} frames of {width}×{height}: more than {MOST_PIXELS:.0e} pixels")
+    shot = Shot.of(scene, known["seconds"], follow=follow)
+
+    if place.suffix == ".mp4" and (width % 2 or height % 2):
+        raise ValueError(f"size {width}×{height}: an MP4 takes even numbers")
+
+    def frames() -> Iterator[Image.Image]:
+        for k in range(count):
+            yield shot.frame(k / (count - 1), (width, height))
+            if progress is not None:
+                progress((k + 1) / count)
+
+    write = FORMS[place.suffix]
+    write_whole(place, lambda part: write(part, shot, frames(), known["fps"]))
+    return place
+
+
+# --- what is shown, and from where ---------------------------------------------------------------
+
+
+class Camera(NamedTuple):
+    """An orthographic view: right, up and towards the eye as rows; pixels of a unit; the pivot."""
+
+    rows: Array
+    scale: float
+    pivot: Array
+
+    def seen(self, points: Array) -> Array:
+        """Points in space as pixels from the left and from the top, and how near they are."""
+        right, up, near = np.moveaxis(points @ self.rows.T, -1, 0)
+        x, y = self.pivot
+        return np.stack((x + self.scale * right, y - self.scale * up, near), axis=-1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shot:
+    """What a film shows, at even times.
+
+    Attributes
+    ----------
+    titles : tuple of str
+    t : ndarray, shape (k,)
+    axis, momentum : ndarray, shape (k, 3)
+        The momentum is the angular one over its largest size.
+    rotation : ndarray, shape (k, 3, 3)
+        Body to space.
+    limits : tuple of (str, float)
+        Colours of the least and of the greatest tilt, and these [rad].
+    turned : float
+        By how much the eye goes round [rad].
+    """
+
+    titles: tuple[str, ...]
+    t: Array
+    axis: Array
+    momentum: Array
+    rotation: Array
+    limits: tuple[tuple[str, float], ...]
+    turned: float
+
+    @classmethod
+    def of(cls, scene: Scene, seconds: float, *, follow: bool = False) -> Shot:
+        """What a film of so many seconds shows of a scene."""
+        own = Motion(scene.top, scene.start)
+        motion = touched(own) or own
+        end = _end(scene, motion, seconds)
+        seen = motion.at(np.linspace(0.0, end, POINTS))
+        A, C = float(scene.top.A), float(scene.top.C)
+        along = np.sum(seen.omega * seen.axis, axis=1, keepdims=True)
+        momentum = A * seen.omega + (C - A) * along * seen.axis
+        largest = float(np.linalg.norm(momentum, axis=1).max()) or 1.0
+        pushed = "" if motion is own else f"pushed at {PUSH:g} rad/s; untouched it stays as it is"
+        titles = cut(scene.title or scene.name, LETTERS), _pace(abs(end) / seconds), pushed
+        tilts = dict.fromkeys((float(motion.theta_min), float(motion.theta_max)))
+        colours = EVENTS["theta_min"].colour, EVENTS["theta_max"].colour
+        return cls(
+            titles=tuple(filter(None, titles)),
+            t=seen.t,
+            axis=seen.axis,
+            momentum=momentum / largest,
+            rotation=_rotations(seen.quaternion),
+            limits=tuple(zip(colours, tilts, strict=False)),
+            turned=float(motion.mean_angle_rates[0]) * end if follow else 0.0,
+        )
+
+    def at(self, done: float) -> int:
+        """The number of the time at a fraction of the film."""
+        return round(done * (self.t.size - 1))
+
+    def camera(self, done: float, size: tuple[int, int]) -> Camera:
+        """Where the eye is at a fraction of the film: the path and the pivot fill the picture."""
+        rows, path = self._rows(done), np.vstack((np.zeros(3), self.axis[:: POINTS // 200]))
+        others = np.linspace(0, 1, 9) if self.turned else [done]  # one scale for all of the film
+        flat = np.concatenate([path @ self._rows(x)[:2].T for x in others])
+        low, high = flat.min(axis=0), flat.max(axis=0)
+        scale = float(min(np.array(size) / (1.3 * np.maximum(high - low, 0.7))))
+        pivot = np.array(size) / 2 - scale * np.array([1, -1]) * (low + high) / 2
+        return Camera(rows, scale, pivot)
+
+    def _rows(self, done: float) -> Array:
+        """Right, up and towards the eye: across the first lean, a little from above or below."""
+        far = np.hypot(self.axis[:, 0], self.axis[:, 1])
+        x, y, _ = self.axis[np.argmax(far > LEAN) if (far > LEAN).any() else np.argmax(far)]
+        turn = math.atan2(-x, y) + ASIDE if far.max() > 1e-3 else -math.pi / 2
+        turn += done * self.turned
+        lift = -0.12 if self.axis[:, 2].mean() < -0.3 else 0.3
+        s, c, up, level = math.sin(turn), math.cos(turn), math.sin(lift), math.cos(lift)
+        return np.array([[-s, c, 0], [-up * c, -up * s, level], [level * c, level * s, up]])
+
+    def frame(self, done: float, size: tuple[int, int]) -> Image.Image:
+        """The picture at a fraction of the film."""
+        large = size[0] * FINE, size[1] * FINE
+        picture = Image.new("RGB", large, PAPER)
+        brush = Brush(ImageDraw.Draw(picture), self.camera(done, large), min(large) / 600)
+        brush.draw(self, self.at(done))
+        small = picture.reduce(FINE)
+        digits = max(0, 3 - math.floor(math.log10(abs(self.t[-1]))))
+        words = "\n".join((*self.titles, f"t = {self.t[self.at(done)]:.{digits}f} s"))
+        font = ImageFont.truetype(FONT, max(9, min(size) // 38))
+        ImageDraw.Draw(small).multiline_text((8, 6), words, fill=INK, font=font)
+        return small
+
+
+def _end(scene: Scene, motion: Motion, seconds: float) -> float:
+    """The last time that is shown [s]."""
+    period, rate = motion.period or math.inf, abs(motion.mean_angle_rates[1])
+    given = scene.time if scene.time is not None else (scene.periods or 1) * (motion.period or 1)
+    slow = SPIN * seconds / rate if rate else math.inf
+    shown = min(abs(float(given)), PERIODS * period, max(slow, min(period, abs(float(given)))))
+    return math.copysign(shown or 1.0, float(given))
+
+
+def _pace(pace: float) -> str:
+    """How fast time passes, in words.
+
+    >>> _pace(0.05), _pace(1.0), _pace(30)
+    ('slowed 20 times', 'as fast as it is', '30 times as fast as it is')
+    """
+    if 0.95 < pace < 1.05:
+        return "as fast as it is"
+    return f"slowed {1 / pace:.2g} times" if pace < 1 else f"{pace:.2g} times as fast as it is"
+
+
+def _rotations(quaternion: Array) -> Array:
+    """The matrices, shape (k, 3, 3), of quaternions, shape (k, 4)."""
+    w, x, y, z = quaternion.T
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    )
+    return np.moveaxis(np.array(rows), -1, 0)
+
+
+# --- a frame -------------------------------------------------------------------------------------
+
+
+def _outline() -> tuple[Array, Array]:
+    """Rims of the body, shape (rims, sectors, 3), and outward normals of the faces between."""
+    angle, up = 2 * np.pi * np.arange(SECTORS) / SECTORS, np.array([0.0, 0.0, 1.0])
+    around = np.stack((np.cos(angle), np.sin(angle), 0 * angle), axis=-1)
+    radius, height = PROFILE.T[..., None, None]
+    normals = np.diff(height, axis=0) * (around + np.roll(around, -1, axis=0)) / 2
+    normals = normals - np.diff(radius, axis=0) * up
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    return radius * around + height * up, normals.reshape(-1, 3)
+
+
+RIMS, NORMALS = _outline()
+
+
+@dataclass(frozen=True, slots=True)
+class Brush:
+    """What draws on a picture; widths are in units of its size."""
+
+    pen: ImageDraw.ImageDraw
+    camera: Camera
+    unit: float
+
+    def draw(self, shot: Shot, now: int) -> None:
+        """Draw the top as it is at one of the times."""
+        axis, arrow = shot.axis[now], np.stack((np.zeros(3), shot.momentum[now]))
+        self._disc(self.camera.pivot, self.camera.scale, outline=FAINT, width=self._width(1))
+        self._line(np.array([[0, 0, -1.0], [0, 0, 1.15]]), FAINT, 1)
+        stem, towards = np.outer((0.0, 0.88, 1.0), axis), axis @ self.camera.rows[2] >= 0
+        self._paths(shot, now, behind=True)
+        if not towards:
+            self._line(stem, INK, 2.5)
+        self._body(shot.rotation[now])
+        if towards:
+            self._line(stem[1:], INK, 2.5)
+        self._paths(shot, now, behind=False)
+        self._line(arrow, MOMENTUM, 2)
+        self._disc(self.camera.seen(arrow[1])[:2], 3 * self.unit, fill=MOMENTUM)
+
+    def _paths(self, shot: Shot, now: int, *, behind: bool) -> None:
+        """The circles between which the axis stays, the path ahead, and that so far."""
+        around = np.linspace(0, 2 * np.pi, 91)
+        for colour, tilt in shot.limits:
+            x, y = math.sin(tilt) * np.cos(around), math.sin(tilt) * np.sin(around)
+            self._line(np.stack((x, y, 0 * x + math.cos(tilt)), axis=-1), colour, 1, behind)
+        self._line(shot.axis[now:], AHEAD, 1.2, behind)
+        self._line(shot.axis[: now + 1], PATH, 2.4, behind)
+
+    def _width(self, width: float) -> int:
+        return max(1, round(width * self.unit))
+
+    def _disc(self, centre: Array, radius: float, **looks: Any) -> None:
+        self.pen.ellipse([*(centre - radius).tolist(), *(centre + radius).tolist()], **looks)
+
+    def _line(self, points: Array, colour: str, width: float, behind: bool | None = None) -> None:
+        """Draw a line; or its parts in front of the sphere, or, paler, those behind it."""
+        seen = self.camera.seen(points)
+        drawn = np.ones(len(seen), bool) if behind is None else (seen[:, 2] < 0) == behind
+        rgb = (PALER if behind else 1.0) * (np.array(ImageColor.getrgb(colour)) - 255) + 255
+        for part in np.split(np.arange(len(seen)), np.flatnonzero(np.diff(drawn)) + 1):
+            if drawn[part[0]] and part.size > 1:
+                xy = seen[part, :2].ravel().tolist()
+                self.pen.line(xy, fill=_colour(rgb), width=self._width(width), joint="curve")
+
+    def _body(self, rotation: Array) -> None:
+        """Draw the faces of the body that face the eye, the farthest first."""
+        seen, normal = (
+            self.camera.seen(RIMS @ rotation.T),
+            NORMALS @ (self.camera.rows @ rotation).T,
+        )
+        beside = np.roll(seen, -1, axis=1)
+        corners = np.stack((seen[:-1], beside[:-1], beside[1:], seen[1:]), axis=2)
+        corners = corners.reshape(-1, 4, 3)
+        shade = 0.6 + 0.4 * np.clip(normal @ LIGHT, 0, 1)
+        front = np.flatnonzero(normal[:, 2] > 0)
+        for k in front[np.argsort(corners[front, :, 2].sum(axis=1), kind="stable")].tolist():
+            colour = _colour(shade[k] * (PATCH if k % SECTORS < MARKED else BODY))
+            self.pen.polygon(corners[k, :, :2].ravel().tolist(), fill=colour, outline=colour)
+
+
+def _colour(rgb: Array) -> tuple[int, ...]:
+    return tuple(map(round, rgb.tolist()))
+
+
+# --- a film in a file ----------------------------------------------------------------------------
+
+
+def _as_gif(part: Path, shot: Shot, frames: Iterator[Image.Image], fps: float) -> None:
+    """Write a GIF, all of whose frames have one palette."""
+    strip = Image.new("RGB", (800, 150))
+    for k in range(4):
+        strip.paste(shot.frame(k / 3, (200, 150)), (200 * k, 0))
+    palette = strip.quantize(COLOURS, Image.Quantize.MEDIANCUT)
+    few = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
+    _save(part, few, fps, format="GIF", optimize=False)
+
+
+def _as_webp(part: Path, _: Shot, frames: Iterator[Image.Image], fps: float) -> None:
+    _save(part, frames, fps, format="WEBP", quality=80, method=1)
+
+
+def _save(part: Path, frames: Iterator[Image.Image], fps: float, **looks: Any) -> None:
+    first, *others = frames
+    first.save(
+        part, save_all=True, append_images=others, duration=round(1000 / fps), loop=0, **looks
+    )
+
+
+def _as_mp4(part: Path, _: Shot, frames: Iterator[Image.Image], fps: float) -> None:
+    """Write an MP4, by the ffmpeg that imageio-ffmpeg brings."""
+    try:
+        from imageio_ffmpeg import write_frames
+    except ImportError:
+        raise MissingPackage("an MP4", ["imageio-ffmpeg"], "film") from None
+    first = next(frames)
+    writer = write_frames(
+        str(part), first.size, fps=fps, quality=7, macro_block_size=1, output_params=["-f", "mp4"]
+    )
+    writer.send(None)
+    for frame in chain((first,), frames):
+        writer.send(frame.tobytes())
+    writer.close()
+
+
+FORMS: Final = {".gif": _as_gif, ".webp": _as_webp, ".mp4": _as_mp4}

@@ -1,0 +1,136 @@
+"""Films: frames that show the exact motion, files of every form, and what is refused."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import heavytop as ht
+from heavytop.plots.film import BODY, MOMENTUM, PATCH, Shot
+
+SIZE = (800, 600)
+
+
+def shot(name="sicm-kicked", **options):
+    return Shot.of(ht.load_scene(name), 10.0, **options)
+
+
+def colour(picture, place):
+    """The colour about a pixel, as a mean of nine."""
+    x, y = np.rint(place[:2]).astype(int)
+    return np.asarray(picture)[y - 1 : y + 2, x - 1 : x + 2].reshape(-1, 3).mean(axis=0)
+
+
+def on_the_body(rotation, camera):
+    """Points amid the faces of the body's cone that face the eye, and whether they are orange."""
+    for k in range(36):
+        x, y = np.cos(np.radians(10 * k + 5)), np.sin(np.radians(10 * k + 5))
+        normal = rotation @ [0.16 * x, 0.16 * y, -0.1]
+        if normal @ camera.rows[2] / np.linalg.norm(normal) > 0.2:
+            yield camera.seen(rotation @ [0.25 * x, 0.25 * y, 0.42]), k < 9
+
+
+@pytest.mark.parametrize("follow", [False, True])
+def test_three_frames_show_the_exact_motion(follow):
+    seen, scene, patches = shot(follow=follow), ht.load_scene("sicm-kicked"), []
+    for done in (0.1, 0.45, 0.93):
+        at = ht.Motion(scene.top, scene.start).at(seen.t[seen.at(done)], digits=30)
+        picture, camera = seen.frame(done, SIZE), seen.camera(done, SIZE)
+        w, *v = (float(x) for x in at.quaternion)
+        cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+        rotation = np.eye(3) + 2 * w * cross + 2 * cross @ cross
+        for place, orange in on_the_body(rotation, camera):
+            found = colour(picture, place)
+            shown = found / found.max() - (PATCH if orange else BODY) / (237.0 if orange else 181.0)
+            patches.append((orange, abs(shown).max() < 0.1))
+        omega, axis = (np.array([float(x) for x in each]) for each in (at.omega, at.axis))
+        A, C = float(scene.top.A), float(scene.top.C)
+        momentum = A * omega + (C - A) * (omega @ axis) * axis
+        size = np.linalg.norm(seen.momentum[seen.at(done)]) / np.linalg.norm(momentum)
+        tip = camera.seen(size * momentum)
+        assert abs(colour(picture, tip) - [*bytes.fromhex(MOMENTUM[1:])]).max() < 60
+    assert sum(orange for orange, _ in patches) > 5
+    assert np.mean([right for _, right in patches]) > 0.9  # lines are drawn over some
+
+
+@pytest.mark.parametrize("form", ["gif", "webp"])
+def test_a_film_has_its_frames_and_the_same_bytes_again(tmp_path, form):
+    done = []
+    made = [
+        ht.film(ht.load_scene("spherical-pendulum"), tmp_path / f"{k}.{form}", seconds=0.8, fps=10,
+                size=(96, 64), progress=done.append)
+        for k in range(2)
+    ]  # fmt: skip
+    with Image.open(made[0]) as picture:
+        assert (picture.n_frames, picture.size) == (8, (96, 64))
+        durations = []
+        for k in range(picture.n_frames):
+            picture.seek(k)
+            picture.load()
+            durations.append(picture.info["duration"])
+    assert durations == [100] * 8
+    assert made[0].read_bytes() == made[1].read_bytes()
+    assert done[:8] == [k / 8 for k in range(1, 9)]
+
+
+def test_a_still_top_is_pushed_and_a_backward_one_runs_backwards():
+    assert any("pushed" in title for title in shot("sleeping").titles)
+    backward = Shot.of(ht.load_scene("sicm-kicked", ["span.time=-2"]), 10.0)
+    assert backward.t[-1] < 0
+    assert backward.frame(1.0, SIZE).getextrema() != ((255, 255),) * 3
+
+
+def test_the_spin_is_slow_enough_to_be_followed():
+    seen = shot()
+    turned = 140 * abs(seen.t[-1])
+    assert 60 < turned < 120  # rad, in ten seconds
+
+
+def test_what_cannot_be_a_film_is_refused_all_at_once(tmp_path):
+    scene = ht.load_scene("sicm-kicked")
+    with pytest.raises(ht.BadScene) as refused:
+        ht.film(scene, tmp_path / "x.gif", seconds=0, fps=99, size=(1, 2))
+    assert {fault.key for fault in refused.value.faults} == {"seconds", "fps", "size"}
+    with pytest.raises(ValueError, match=r"\.gif, \.webp, \.mp4"):
+        ht.film(scene, tmp_path / "x.avi")
+    with pytest.raises(ValueError, match="even"):
+        ht.film(scene, tmp_path / "x.mp4", size=(101, 99))
+    assert not [*tmp_path.iterdir()]
+
+
+def test_an_mp4_goes_through_ffmpeg_or_says_what_is_missing(tmp_path, monkeypatch):
+    sent = []
+
+    class Ffmpeg:
+        @staticmethod
+        def write_frames(path, size, **_):
+            with open(path, "wb") as file:  # noqa: PTH123
+                while (frame := (yield)) is not None:
+                    sent.append(len(frame))
+                    file.write(b"x")
+
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    scene, path = ht.load_scene("sicm-kicked"), tmp_path / "x.mp4"
+    with pytest.raises(ht.MissingPackage, match=r"heavytop\[film\]"):
+        ht.film(scene, path, seconds=1, size=(64, 64))
+    assert not [*tmp_path.iterdir()]
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", Ffmpeg)
+    ht.film(scene, path, seconds=1, fps=5, size=(64, 64))
+    assert sent == [64 * 64 * 3] * 5
+    assert path.exists()
+
+
+@pytest.mark.processes
+def test_the_command_names_every_fault_of_its_options(tmp_path):
+    command = [sys.executable, "-m", "heavytop", "film", "sicm-kicked", "-o", "x.gif"]
+    wrong = [*command, "--seconds", "0", "--size", "9x9"]
+    found = subprocess.run(wrong, cwd=tmp_path, capture_output=True, text=True)
+    assert found.returncode == 2
+    assert "--seconds" in found.stderr
+    assert "--size" in found.stderr
+    right = [*command, "--seconds", "0.5", "--size", "64x64"]
+    found = subprocess.run(right, cwd=tmp_path, capture_output=True, text=True)
+    assert found.returncode == 0, found.stderr
+    assert found.stdout.startswith("x.gif: ")
