@@ -1,4 +1,4 @@
-"""Draw kicks.svg, steady.svg and kinds.svg: .venv/bin/python docs/draw.py [DIR].
+"""Draw kicks.svg, steady.svg, kinds.svg and sicm-kicked.gif: .venv/bin/python docs/draw.py [DIR].
 
 DIR is docs/images unless given.
 """
@@ -167,3 +167,5 @@ if __name__ == "__main__":
     with mpl.rc_context({"path.simplify_threshold": 0.5}):  # a smaller file, alike to the eye
         save(ladder(), where / "kicks.svg")
         save(kinds(), where / "kinds.svg")
+    kicked = ht.load_scene("sicm-kicked")
+    ht.film(kicked, where / "sicm-kicked.gif", seconds=8, fps=15, size=(480, 360))
