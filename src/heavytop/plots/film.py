@@ -95,7 +95,7 @@ def film(
     seconds : float
         Length of the film [s], 0.1 to 600.
     fps : float
-        Frames a second, 1 to 50; a GIF counts hundredths of a second.
+        Frames in a second [1/s], 1 to 50; a GIF counts hundredths of a second.
     size : tuple of int
         Width and height [pixels], 64 to 4096 each; even numbers for MP4.
     follow : bool
@@ -130,7 +130,7 @@ def film(
     --------
     >>> import heavytop as ht, tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     made = film(ht.load_scene("sicm-kicked"), f"{folder}/top.gif", seconds=1, size=(80, 60))
+    ...     made = film(ht.load_scene("sicm-kicked"), f"{folder}/top.gif", seconds=1, size=(80, 64))
     ...     made.stat().st_size > 1000
     True
     """
