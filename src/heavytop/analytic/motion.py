@@ -17,6 +17,7 @@ from heavytop.classification import Kind, Verdict
 from heavytop.classification.classify import classify
 from heavytop.classification.reduced import FEW_BITS, FromScene, Reduced
 from heavytop.classification.signs import ball_of
+from heavytop.display import Played
 from heavytop.numbers.intervals import working
 from heavytop.scene.arguments import expect, text_of, whole
 from heavytop.scene.state import State
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Motion(MotionNumbers[float]):
+class Motion(Played, MotionNumbers[float]):
     """The motion of `top` from `start`; each property is computed when it is first asked for.
 
     Parameters

@@ -9,6 +9,7 @@ from typing import Any, Final, NamedTuple
 from heavytop.checking.data import ANGLES, RATES, Array, plain
 from heavytop.checking.problem import Origin
 from heavytop.checking.slips import Slip
+from heavytop.display import Shown
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 from heavytop.spelling import harmless
@@ -88,7 +89,7 @@ class Count(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Check:
+class Check(Shown):
     """What is to be said of a trajectory that somebody else computed.
 
     Attributes

@@ -23,6 +23,8 @@ from functools import cached_property, reduce
 from operator import add
 from typing import Any, Final, NamedTuple, TypeAlias
 
+from heavytop.display import Shown
+
 Term: TypeAlias = Any
 """A number of any arithmetic that has +, − and ×."""
 
@@ -48,7 +50,7 @@ class Kind(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class Verdict(Shown):
     """What kind of motion it is, and how that is known.
 
     Parameters

@@ -24,6 +24,8 @@ TINT: Final = 0.3  # of the colour of a kind, as the ground of a sphere
 PUSH: Final = 1.0  # rad/s, across the axis
 STILL: Final = ("at-rest", "sleeping", "hanging")
 ACROSS: Final = 4  # panels in a row
+NUTATIONS: Final = 3  # of a small picture
+STEADY_S: Final = 1.0  # of one of a motion without a period
 
 
 class View(NamedTuple):
@@ -142,6 +144,17 @@ def kind_panel(ax: Axes, path: Array, view: View, kind: str, *, pushed: bool = F
     view.draw_graticule(ax, tuple(1 - TINT * (1 - colour)), size=5)
     view.draw_path(ax, path, "#222222", TOUCHED if pushed else 1.0)
     view.frame(ax)
+
+
+@mpl.rc_context(STYLE | {"path.simplify_threshold": 0.5})
+def motion_figure(motion: Motion) -> Figure:
+    """A small picture of a motion: the path of the axis on the ground of its kind."""
+    pushed = touched(motion)
+    moving = pushed or motion
+    path = axis_path(moving, NUTATIONS * moving.period if moving.period else STEADY_S)
+    figure = Figure(figsize=(2.4, 2.4), layout="constrained")
+    kind_panel(figure.subplots(), path, View.of(path), str(motion.kind), pushed=pushed is not None)
+    return figure
 
 
 @mpl.rc_context(STYLE | {"path.simplify_threshold": 0.5})

@@ -58,7 +58,7 @@ def run_parts(document: Known) -> Iterator[Line]:
     proved = f", proved, margin {short(motion['margin'])}" if motion["certified"] else ""
     tags = f" ({', '.join(motion['tags'])})" if motion["tags"] else ""
     yield "kind", f"{motion['kind']}{tags}{proved}"
-    yield from _course(motion, motion)
+    yield from course_rows(motion, motion)
     yield from quantities(document["constants"], *CONSTANTS)
     yield from _plan(document["plan"])
     yield from _end(document)
@@ -85,8 +85,8 @@ def plan_parts(document: Known) -> Iterator[Line]:
 def classify_parts(document: Known) -> Iterator[Line]:
     """A classification: kind and why, range of tilt and means per period, constants, rates."""
     motion, enclosure = document["motion"], document["enclosure"]
-    yield from _verdict(motion)
-    yield from _course(motion, {
+    yield from verdict_rows(motion)
+    yield from course_rows(motion, {
         name: motion[name] if enclosure[name] is None else between(*enclosure[name])
         for name in COURSE
     })  # fmt: skip
@@ -94,7 +94,7 @@ def classify_parts(document: Known) -> Iterator[Line]:
     yield from _facts(document["facts"])
 
 
-def _course(motion: Known, values: Known) -> Iterator[Row]:
+def course_rows(motion: Known, values: Known) -> Iterator[Row]:
     """Range of tilt, period, and means per period, of those there are, with their values."""
     low, high = (number(values[name]) for name in COURSE[:2])
     if MISSING not in (low, high):
@@ -190,7 +190,8 @@ def _cost(cost: Known) -> str:
 # --- what is known without integrating -----------------------------------------------------------
 
 
-def _verdict(motion: Known) -> Iterator[Row]:
+def verdict_rows(motion: Known) -> Iterator[Row]:
+    """The kind of a motion, its tags, why, and the margin."""
     proof = "proved" if motion["certified"] else f"|x| < {number(motion['bound'])}"
     yield "kind", f"{motion['kind']}, {proof}"
     if motion["tags"]:

@@ -18,6 +18,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, Self, TypeAlias
 
+from heavytop.display import Shown
 from heavytop.errors import ForeignFile
 from heavytop.files import regular, write_document
 from heavytop.spelling import harmless
@@ -139,7 +140,7 @@ class SceneTables(Part):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Answer(Part):
+class Answer(Part, Shown):
     """What a command prints; a subclass gives `schema` its one value.
 
     Attributes

@@ -15,6 +15,7 @@ from math import log, log2, tau
 from typing import Final
 
 from heavytop.analytic.motion import Motion
+from heavytop.display import Shown
 from heavytop.equations.formulation import FORMULATIONS, Formulation
 from heavytop.equations.lambdify import exact_texts
 from heavytop.errors import BadScene, Fault
@@ -52,7 +53,7 @@ Words = tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class Plan(Shown):
     """What will be integrated, and how.
 
     Attributes

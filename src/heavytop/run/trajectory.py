@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from heavytop.alone import Alone
 from heavytop.analytic.motion import Motion
+from heavytop.display import Played
 from heavytop.equations.formulation import Formulation
 from heavytop.errors import Impossible, NotANumber, Outcome
 from heavytop.integration import outputs
@@ -257,7 +258,7 @@ class Decimals:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory:
+class Trajectory(Played):
     """The motion of a scene, integrated.
 
     Call it with a time between start and end [s], or an array of them in any order, shape (k,),

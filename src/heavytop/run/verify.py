@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.many_times import DoubleForm
+from heavytop.display import Shown
 from heavytop.errors import (
     DoubtfulWarning,
     MissedDigitsWarning,
@@ -49,7 +50,7 @@ LEAST: Final = 5e-324  # the smallest double: an error that is not zero is not s
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Errors:
+class Errors(Shown):
     """Largest differences between a run and the closed form; None where there is nothing to hold.
 
     Attributes

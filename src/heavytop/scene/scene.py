@@ -11,6 +11,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, Final, NoReturn
 
+from heavytop.display import Shown
 from heavytop.errors import BadScene, Fault
 from heavytop.names import closest, nearest
 from heavytop.numbers import Exact, Number
@@ -40,7 +41,7 @@ _ARGUMENTS: Final = {
 
 
 @dataclass(frozen=True, slots=True, init=False, repr=False)
-class Scene:
+class Scene(Shown):
     """What is to be run: immutable, exact, and complete.
 
     Parameters

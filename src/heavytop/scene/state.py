@@ -10,6 +10,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal, TypeAlias, get_args
 
+from heavytop.display import Shown
 from heavytop.errors import ImpossibleStart
 from heavytop.numbers import PI, Exact, Number, cos, sin, sqrt
 from heavytop.scene import arguments
@@ -30,7 +31,7 @@ START: Final[dict[str, arguments.Reader]] = {  # what a start may be made from
 
 
 @dataclass(frozen=True, slots=True, init=False, repr=False)
-class State:
+class State(Shown):
     """A start: Euler angles [rad] and their rates [rad/s], exact.
 
     Parameters

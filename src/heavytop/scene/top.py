@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypedDict, Unpack
 
+from heavytop.display import Shown
 from heavytop.errors import ImpossibleTop
 from heavytop.numbers import PI, Exact, Number
 from heavytop.scene.arguments import Wrong, as_call, exact_numbers, not_positive, set_fields, short
@@ -24,7 +25,7 @@ STEEL = Exact.of(7850)
 
 
 @dataclass(frozen=True, slots=True, init=False, repr=False)
-class Top:
+class Top(Shown):
     """An axisymmetric rigid body on a fixed pivot, under gravity.
 
     Parameters

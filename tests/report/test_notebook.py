@@ -1,0 +1,101 @@
+"""Cells of a notebook: facts and pictures without scripts, and the player."""
+
+import re
+import xml.etree.ElementTree as ET
+from base64 import b64decode
+from html.parser import HTMLParser
+
+import pytest
+
+import heavytop as ht
+
+SCENE = ht.load_scene("sicm-kicked")
+MOTION = ht.Motion(SCENE.top, SCENE.start)
+
+
+class Cell(HTMLParser):
+    """The texts of a cell, its tags and their attributes."""
+
+    def __init__(self, thing):
+        super().__init__()
+        self.texts, self.tags, self.attributes = [], [], {}
+        self.feed(thing._repr_html_())
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append(tag)
+        self.attributes |= dict(attributes)
+
+    def handle_data(self, data):
+        self.texts.append(data)
+
+    @property
+    def picture(self):
+        return ET.fromstring(b64decode(self.attributes["src"].partition("base64,")[2]))
+
+
+@pytest.fixture(scope="module")
+def trajectory():
+    return ht.propagate(SCENE)
+
+
+@pytest.mark.parametrize(
+    ("name", "words", "pictured"),
+    [
+        ("top", ["A", "3.28e-4 kg m²", "C/A"], False),
+        ("start", ["θ", "0.1 rad", "φ̇", "-15 rad/s"], False),
+        ("scene", ["SICM 2.10, kicked backwards: loops", "loops, proved", "time: 2"], True),
+        ("motion", ["loops, proved", "0.542895518188 s"], True),
+        ("verdict", ["loops, proved"], False),
+        ("plan", ["axis, double, 6 states, tolerance 2.22e-16"], False),
+        ("trajectory", ["8 turning, 7 reversal, 0 cusp", "event"], True),
+        ("errors", ["θ [rad]", "energy"], False),
+        ("check", ["digits", "phase"], True),
+    ],
+)
+def test_a_cell_shows_facts_and_a_picture_without_scripts(name, words, pictured, trajectory):
+    data = {name: getattr(trajectory, name) for name in ("t", "theta", "phi", "psi")}
+    cell = Cell(
+        {
+            "top": lambda: SCENE.top, "start": lambda: SCENE.start, "scene": lambda: SCENE,
+            "motion": lambda: MOTION, "verdict": lambda: MOTION.verdict,
+            "plan": lambda: ht.plan(SCENE), "trajectory": lambda: trajectory,
+            "errors": lambda: ht.run_errors(trajectory), "check": lambda: ht.check(data, SCENE),
+        }[name]()
+    )  # fmt: skip
+    assert [word for word in words if word not in cell.texts] == []
+    assert not {"script", "iframe", "svg"} & set(cell.tags)
+    assert ("img" in cell.tags) == pictured
+    if pictured:
+        assert cell.picture.tag.endswith("svg")
+
+
+@pytest.mark.slow
+def test_a_study_shows_its_tables_and_its_chart():
+    cell = Cell(ht.drift(SCENE, periods=2, methods=["strang=50"]))
+    assert any(text.startswith("strang") for text in cell.texts)
+    assert cell.picture.tag.endswith("svg")
+
+
+@pytest.mark.parametrize("name", ["hanging", "separatrix", "at-rest", "steady-fast"])
+def test_every_kind_of_motion_is_shown_and_played(name):
+    scene = ht.load_scene(name)
+    motion = ht.Motion(scene.top, scene.start)
+    assert Cell(motion).picture.tag.endswith("svg")
+    assert len(motion.play().html) < 400_000
+
+
+def test_what_a_scene_says_is_no_markup():
+    scene = ht.load_scene("sicm-kicked", ["title='<script>alert(1)</script>'"])
+    assert "script" not in Cell(scene).tags
+    assert "script" not in Cell(ht.propagate(scene).play()).tags
+
+
+def test_a_player_is_a_small_page_in_a_frame_that_asks_no_network(trajectory):
+    for player in (trajectory.play(), MOTION.play()):
+        cell = Cell(player)
+        assert cell.tags == ["iframe"]
+        assert cell.attributes["sandbox"] == "allow-scripts"
+        assert cell.attributes["srcdoc"] == player.html
+        assert len(player._repr_html_()) < 400_000
+        assert not re.search(r"(src|href)=.?https?:", player.html)
+    assert repr(trajectory.play()) == "<Player of 'sicm-kicked'>"
