@@ -30,7 +30,7 @@ class Played(Shown):
         >>> import heavytop as ht
         >>> scene = ht.load_scene("sicm-kicked")
         >>> ht.Motion(scene.top, scene.start).play()
-        <Player of 'sicm-kicked'>
+        <Player of 'loops'>
         """
         from heavytop.report.notebook import Player
 
