@@ -39,7 +39,6 @@ def test_of_many_names_those_that_are_like_it_are_told():
     ("ask", "meant"),
     [
         (lambda: ht.load_scene("SICM-kiked"), "sicm-kicked"),
-        (lambda: ht.load_scene("sicm-kicked", ["start.Phidott=1"]), "phidot"),
         (lambda: ht.plan(KICKED, "Axes"), "axis"),
         (lambda: ht.drift(KICKED, methods=["Taylor-axes"]), "taylor-axis"),
         (lambda: ht.work_precision(KICKED, methods=["DOP854-scipy"]), "dop853-scipy"),

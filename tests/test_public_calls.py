@@ -12,7 +12,7 @@ TOP = ht.Top("3.28e-4", "6.60e-5", "0.0456")
 START = ht.State("0.1", phidot=-15, psidot=140)
 SCENE = ht.Scene(TOP, START, time="0.01", name="scene")
 MOTION = ht.Motion(TOP, START)
-RUN = ht.propagate(SCENE)
+RUN, FOLDED = ht.propagate(SCENE), ht.fold(SCENE)
 NUMBERS = {"A": 1, "C": 1, "gMR": 1, "theta": 1}
 PLANE = {"scene": SCENE, "x": "phidot=-2:2:3", "y": "psidot=-2:2:3", "jobs": 1}
 DRIFT = {"scene": SCENE, "methods": ("taylor-axis",), "periods": 2}
@@ -108,6 +108,10 @@ TAKING = {
     ht.stress: (STRESS, "progress"),
     ht.resume: ({"folder": "no such folder"}, "jobs"),
     ht.energy_momentum: ({"top": TOP}, "p_psi"),
+    ht.enclose: (NEEDED["enclose"] | {"digits": 15}, "digits limit"),
+    FOLDED.__call__: ({}, "t"),
+    FOLDED.decimals: ({}, "t"),
+    ht.enclose(TOP, START).theta: ({}, "t"),
     MOTION.at: ({"t": 1, "digits": 30}, "t digits"),
     MOTION.form: ({}, "digits"),
     RUN.__call__: ({}, "t"),
@@ -135,25 +139,6 @@ def test_junk_is_refused_or_served(function, given, place, tmp_path, monkeypatch
         except Exception as error:
             raw.append(f"{value!r:.40}: {type(error).__name__}: {error}")
     assert raw == []
-
-
-@pytest.mark.filterwarnings("ignore")
-def test_junk_is_refused_or_served_by_what_answers_questions():
-    folded, enclosure = ht.fold(SCENE), ht.enclose(TOP, START)
-    for value in JUNK:
-        for ask in (folded, folded.decimals, enclosure.theta, MOTION.at):
-            try:
-                ask(value)
-            except ht.HeavyTopError:
-                continue
-        for given in ({"digits": value}, {"digits": 15, "limit": value}):
-            try:
-                assert ht.enclose(TOP, START, **given).period
-            except ht.HeavyTopError:
-                continue
-        if value is not None:
-            with pytest.raises(ht.HeavyTopError):
-                ht.work_precision(SCENE, progress=value)
 
 
 # --- what is told ------------------------------------------------------------------------------

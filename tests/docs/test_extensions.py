@@ -68,9 +68,7 @@ def test_commands_are_found_where_they_are_shown_as_such(commands):
         ("drift top --periods 1e6 --methods a,b", "drift top --periods 30 --methods a,b"),
         ("atlas top --x a=-20:20:2000", "atlas top --x a=-20:20:24"),
         ("resume study --scheduler tcp://192.168.0.2:8786  # later", "resume study"),
-        ("run top --set 'want.quantities=[\"theta\"]'", 'run top --set want.quantities=["theta"]'),
         ("validate --proofs", "validate 39_flint"),
-        ("stress --list", "stress --list"),
         ("report my-scene.toml -o out/page.html", "report sicm-forward -o out/page.html"),
     ],
 )

@@ -72,6 +72,7 @@ def stable(text):
     return [line for line in lines if line and not line.startswith(VARIES)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", re.findall(r"<!-- begin ((?:run|classify) .*?) -->", README))
 def test_the_readme_shows_what_a_command_prints(words, tmp_path):
     asked = [*words.split(), *(["-o", str(tmp_path)] if words.startswith("run") else [])]
