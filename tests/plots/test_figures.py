@@ -83,10 +83,13 @@ def test_loop_marks_every_turning_point_where_it_is_and_stands_upright(kicked):
     assert top < bottom
 
 
-def test_an_event_at_the_end_has_its_mark():
+def test_an_event_at_the_end_has_its_mark_which_does_not_hide_the_start():
     run = propagate(load_scene("sicm-dropped", overrides=["span.periods=7"]))
     for ax in overview(run).axes:
-        assert len(lines(ax, "cusp").get_xdata()) == run.events.count("cusp")
+        cusps = lines(ax, "cusp")
+        assert len(cusps.get_xdata()) == run.events.count("cusp")
+        [dot] = [line for line in ax.lines if line.get_markersize() == 3]
+        assert dot.get_zorder() > cusps.get_zorder()
 
 
 def test_a_long_run_is_drawn_for_twelve_nutations_and_says_so(kicked):
@@ -239,11 +242,3 @@ def test_what_is_no_run_is_not_drawn(kicked):
     ):
         with pytest.raises(ht.WrongType, match=r"trajectory: a Trajectory .*, not a Motion"):
             draw(kicked.motion)
-
-
-def test_the_dot_at_the_start_is_not_hidden_by_a_mark(kicked):
-    for ax in overview(kicked).axes:
-        [dot] = [line for line in ax.lines if line.get_markersize() == 3]
-        marks = [line for line in ax.lines if line.get_label().startswith("turning point")]
-        assert all(dot.get_zorder() > mark.get_zorder() for mark in marks)
-        assert marks

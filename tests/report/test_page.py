@@ -131,14 +131,12 @@ def test_every_figure_has_its_numbers_which_stand_on_the_page_once(page, seen, w
     assert len(shown) == len(idents) - 2  # three pictures of a run are of its motion
 
 
-def test_shares_and_boundaries_of_an_atlas_are_those_of_its_map(page, place):
+def test_the_map_of_an_atlas_and_its_boundaries_are_those_of_its_document(page, place):
     section = next(each for each in page.sections if each.ident == "atlas-1")
     counts, curves = (section.result.document[name] for name in ("counts", "curves"))
-    whole = sum(counts.values())
-    shares = [(kind, float(share.removesuffix("%"))) for kind, _, share in section.parts[0].rows]
-    assert shares == sorted(shares, key=lambda row: -row[1])
-    exact = {kind: pytest.approx(100 * n / whole, abs=0.006) for kind, n in counts.items()}
-    assert dict(shares) == exact
+    assert [(kind, int(n)) for kind, n, _ in section.parts[0].rows] == sorted(
+        counts.items(), key=lambda each: -each[1]
+    )
     (picture,) = section.pictures
     assert picture.title == "kinds of motion over φ̇ [rad/s] and θ [rad], and their boundaries"
     assert (picture.data[0], section.data["curves"]) == ("curves", curves)

@@ -179,8 +179,8 @@ def click(browser, name):
 def key(browser, name):
     browser.value(f"{CANVAS}.focus()")
     text = {"text": name} if len(name) == 1 else {}
-    for kind in ("keyDown", "keyUp"):
-        browser.ask("Input.dispatchKeyEvent", type=kind, key=name, **(text if "D" in kind else {}))
+    browser.ask("Input.dispatchKeyEvent", type="keyDown", key=name, **text)
+    browser.ask("Input.dispatchKeyEvent", type="keyUp", key=name)
 
 
 @pytest.fixture
@@ -249,15 +249,14 @@ def test_everything_can_be_done_with_keys_and_views_are_where_they_say(resting):
     assert resting.value(STATE)["camera"] == first
 
 
-def test_every_run_is_painted_from_every_side(resting, tmp_path):
-    for k in range(3):
+def test_every_run_is_painted_from_above_and_from_its_side(resting, tmp_path):
+    for k, view in ((0, "above"), (1, "side"), (2, "side")):
         resting.value(f"{PLAYER}.choose({k})")
-        for view in ("above", "side"):
-            click(resting, view)
-            time.sleep(3 * SECOND)
-            picture = (255 * resting.picture(tmp_path / "page.png").reshape(-1, 3)).astype(int)
-            # the body is lit: a blank canvas has a few
-            assert len(np.unique(picture[::7], axis=0)) > 200
+        click(resting, view)
+        time.sleep(2 * SECOND)
+        picture = (255 * resting.picture(tmp_path / "page.png")).astype(int)
+        colours = np.unique(picture @ (65536, 256, 1))
+        assert len(colours) > 200  # the body is lit: a blank canvas has a few
 
 
 def again(browser, act, expression):

@@ -54,6 +54,7 @@ def load_fault(path: str | Path) -> Fault:
 
 
 CONSTANTS = 'E = 3\np_phi = 1\np_psi = 1\ntheta = 1\nbranch = "falling"'
+BOOK = "A = 3.28e-4\nC = 6.60e-5\ngMR = 0.0456"
 KICK = "theta = 0.1\nphidot = -15\npsidot = 140"
 
 
@@ -64,7 +65,6 @@ KICK = "theta = 0.1\nphidot = -15\npsidot = 140"
         ("gMR = 0.0456", "gMR = 0.0456\nphi = 1", 8, "top.phi", "it belongs in [start]"),
         ("title", "titel", 2, "titel", 'did you mean "title"?'),
         ("[want]", "[wants]", 17, "wants", 'did you mean "want"?'),
-        ("gMR = 0.0456", "", 4, "top.gMR", "missing"),
         ("format = 1", "format = 2", 1, "format", "the only format"),
         ("theta = 0.1", 'theta = "fast"', 10, "start.theta", 'unexpected "fast"'),
         ("theta = 0.1", "theta = true", 10, "start.theta", "not true or false"),
@@ -74,17 +74,7 @@ KICK = "theta = 0.1\nphidot = -15\npsidot = 140"
         ("A = 3.28e-4", "A = 0", 5, "top.A", "must be greater than 0"),
         ("C = 6.60e-5", "C = 6.561e-4", 6, "top.C", "must be at most 2A"),
         ("gMR = 0.0456", "gMR = 0.0456\nmass = 1", 8, "top.mass", "does not go with A, C, gMR"),
-        (
-            "A = 3.28e-4\nC = 6.60e-5\ngMR = 0.0456",
-            "mass = 1\ndistance = 1\ngravity = 9.81\nA_cm = 1\nC_cm = 2.5",
-            9, "top.C_cm", "at most 2 A_cm",
-        ),
-        (
-            "A = 3.28e-4\nC = 6.60e-5\ngMR = 0.0456",
-            "mass = 1\ndistance = 1\nA_cm = 1\nC_cm = 1",
-            4, "top.gravity", "missing",
-        ),
-        ("theta = 0.1", "theta = -0.1", 10, "start.theta", "must lie within [0, π]"),
+        (BOOK, "mass = 1\ndistance = 1\nA_cm = 1\nC_cm = 1", 4, "top.gravity", "missing"),
         ("theta = 0.1", 'theta = "pi + 1e-99"', 10, "start.theta", "must lie within [0, π]"),
         ("psidot = 140", "psidot = 140\nomega3 = 1", 13, "start.omega3", "not both"),
         (KICK, CONSTANTS + "\nphidot = 1", 15, "start.phidot", "does not go with E, p_phi, p_psi"),
@@ -92,14 +82,11 @@ KICK = "theta = 0.1\nphidot = -15\npsidot = 140"
         (KICK, CONSTANTS.replace("E = 3", "E = 0"), 10, "start.E", "at least"),
         (KICK, 'steady = "slow"\ntheta = 0.1', 9, "start.omega3", "missing"),
         (KICK, 'steady = "slow"\ntheta = 0.1\nomega3 = 100', 12, "start.omega3", "at least 116.9"),
-        (KICK, 'steady = "slow"\ntheta = 0.1\nomega3 = 140\nE = 1', 13, "start.E", "not go with"),
         ("time = 2", "time = 0", 15, "span.time", "not 0"),
-        ("time = 2", "periods = 0.0", 15, "span.periods", "not 0"),
         ("time = 2", "time = 2\nperiods = 1", 16, "span.periods", "does not go with time"),
         ("time = 2", "", 14, "span.time", "missing"),
         ('["theta", "phi"]', '["theta", "fi"]', 18, "want.quantities", "names out of"),
         ('["theta", "phi"]', '["phi", "phi"]', 18, "want.quantities", "at most once"),
-        ('["theta", "phi"]', "[]", 18, "want.quantities", "a list of names"),
         ('["turning"]', '["turnings"]', 19, "want.events", 'did you mean "turning"?'),
         ("samples = 401", "samples = 1", 20, "want.samples", "from 2 to 10000000"),
         ("digits = 12", "digits = 0", 21, "want.digits", "from 1 to 10000"),
