@@ -16,9 +16,13 @@ from heavytop import hdf5
 from heavytop.hdf5 import SEAL_BYTES, seal
 from heavytop.report.page import stored_map
 
+SHORT = ht.load_scene("sicm-kicked", ["span.time=0.1"])
+
 
 @pytest.fixture
 def path(tmp_path):
+    """A file of ours."""
+    ht.propagate(SHORT).save(tmp_path / "a.nc")
     return tmp_path / "a.nc"
 
 
@@ -31,17 +35,18 @@ def forging(path):
     seal(path)
 
 
-@pytest.fixture
-def forged(path):
-    ht.propagate(ht.load_scene("sicm-kicked", ["span.time=0.1"])).save(path)
-    return lambda: forging(path)
-
-
-def test_a_digest_of_the_file_stands_behind_its_end(path):
-    ht.propagate(ht.load_scene("sicm-kicked")).save(path)
-    data = path.read_bytes()
-    before, own = data[:-SEAL_BYTES], hashlib.sha256(data[:-SEAL_BYTES]).hexdigest()
-    assert data == before + b"\nheavytop sha256 " + own.encode() + b"\n"
+def test_a_digest_stands_behind_the_end_and_a_file_without_it_or_of_another_is_refused(path):
+    whole = path.read_bytes()
+    before, own = whole[:-SEAL_BYTES], hashlib.sha256(whole[:-SEAL_BYTES]).hexdigest()
+    assert whole == before + b"\nheavytop sha256 " + own.encode() + b"\n"
+    path.write_bytes(before)
+    with pytest.raises(ht.ForeignFile, match=r"a\.nc: .*no digest at its end.*earlier version"):
+        ht.load_trajectory(path)
+    path.write_bytes(whole)
+    with h5py.File(path, "r+") as file:
+        file["theta"][3] += 1e-9
+    with pytest.raises(ht.ForeignFile, match=r"a\.nc: not a readable result file"):
+        ht.load_trajectory(path)
 
 
 def test_what_is_stored_is_read_by_everybody(path):
@@ -53,21 +58,8 @@ def test_what_is_stored_is_read_by_everybody(path):
         assert float(data.decimal_t_time[-1]) == 2.0
 
 
-def test_a_file_whose_digest_is_missing_or_wrong_is_refused(path):
-    ht.propagate(ht.load_scene("sicm-kicked")).save(path)
-    whole = path.read_bytes()
-    path.write_bytes(whole[:-SEAL_BYTES])
-    with pytest.raises(ht.ForeignFile, match=r"a\.nc: .*no digest at its end.*earlier version"):
-        ht.load_trajectory(path)
-    path.write_bytes(whole)
-    with h5py.File(path, "r+") as file:
-        file["theta"][3] += 1e-9
-    with pytest.raises(ht.ForeignFile, match=r"a\.nc: not a readable result file"):
-        ht.load_trajectory(path)
-
-
-def test_what_is_not_declared_is_not_read(forged, path):
-    with forged() as file:
+def test_what_is_not_declared_is_not_read(path):
+    with forging(path) as file:
         file.create_dataset("bomb", (2**39,), "f8", chunks=(2**20,), compression="gzip")
         file["more"] = h5py.ExternalLink("elsewhere.nc", "/kind")
         file.attrs["more"] = ["a"] * 100
@@ -92,14 +84,12 @@ def virtual(file):
         (lambda file: file.create_dataset("t", (2**31, 6), "f8"), "not in one piece"),
         (lambda file: file.__setitem__("t", h5py.ExternalLink("b.nc", "/t")), "no array"),
         (lambda file: file.__setitem__("t", h5py.SoftLink("/theta")), "no array"),
-        *(
-            (lambda file, kind=kind: file.create_dataset("t", (4,), kind), "of type")
-            for kind in (h5py.string_dtype(), "u1", ">f8", h5py.ref_dtype)
-        ),
+        (lambda file: file.create_dataset("t", (4,), h5py.string_dtype()), "of type"),
+        (lambda file: file.create_dataset("t", (4,), ">f8"), "of type"),
     ],
 )
-def test_an_array_that_is_not_stored_in_the_file_as_doubles_is_refused(forged, path, make, said):
-    with forged() as file:
+def test_an_array_that_is_not_stored_in_the_file_as_doubles_is_refused(path, make, said):
+    with forging(path) as file:
         del file["t"]
         make(file)
     with pytest.raises(ht.ForeignFile, match=rf"{said} 't'|'t': {said}"):
@@ -117,23 +107,18 @@ def test_a_map_in_one_huge_part_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("made", [os.mkfifo, lambda path: path.symlink_to("/dev/zero")])
-def test_a_pipe_or_a_device_is_no_trajectory(path, made):
-    made(path)
+def test_a_pipe_or_a_device_is_no_trajectory(tmp_path, made):
+    made(tmp_path / "a.nc")
     with pytest.raises(ht.ForeignFile, match="not a regular file"):
-        ht.load_trajectory(path)
+        ht.load_trajectory(tmp_path / "a.nc")
 
 
 FUZZ = Path(__file__).parents[1] / "validation" / "fuzz_damage.py"
 
 
-misses = runpy.run_path(str(FUZZ))["misses"]
-
-
-def test_damaged_files_are_refused_unseen():
+@pytest.mark.slow
+def test_damaged_files_are_refused_unseen(monkeypatch):
+    misses = runpy.run_path(str(FUZZ))["misses"]
     assert misses(seed=1, count=320) == []
-
-
-@pytest.mark.parametrize("count", [32])
-def test_files_whose_digest_is_not_checked_are_seen(monkeypatch, count):
     monkeypatch.setattr(hdf5, "expect_sealed", lambda path: None)
-    assert len(misses(seed=1, count=count)) > count / 2
+    assert len(misses(seed=1, count=32)) > 16  # they are seen where no digest is checked

@@ -23,6 +23,10 @@ def test_import_contracts_are_kept():
         ("import heavytop", ("numpy", "sympy", "heyoka", "scipy", "matplotlib", "xarray")),
         ("import heavytop.cli", ("numpy", "sympy", "heyoka", "pydantic", "matplotlib")),
         ("import heavytop.scene.scene", ("numpy", "mpmath", "flint", "sympy", "heyoka", "scipy")),
+        (
+            "from heavytop.scene.scene import load_scene as load; load('lie-group-benchmark')",
+            ("numpy", "mpmath", "sympy", "heyoka", "scipy"),
+        ),
         ("import heavytop.analytic.motion", ("heyoka", "sympy", "matplotlib")),
         ("import heavytop.run.propagation", ("matplotlib", "xarray")),
         (

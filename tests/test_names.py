@@ -32,22 +32,17 @@ def test_of_many_names_those_that_are_like_it_are_told():
     many = [f"n{i}" for i in range(21)]
     assert listed("c", many[:20]) == ", ".join(many[:20])
     told = listed("n7", many, "elsewhere")
-    assert told.startswith("n7, ")
-    assert told.endswith("… (21 in all: elsewhere)")
-    assert told.count(",") == 6
+    assert re.fullmatch(r"n7, (n\d+, ){5}… \(21 in all: elsewhere\)", told)
 
 
 @pytest.mark.parametrize(
     ("ask", "meant"),
     [
         (lambda: ht.load_scene("SICM-kiked"), "sicm-kicked"),
-        (lambda: ht.load_scene("sicm-kicked", ["start.Phidott=1"]), "phidot"),
-        (lambda: ht.load_scene("sicm-kicked", ['want.quantities=["Tetha"]']), "theta"),
         (lambda: ht.plan(KICKED, "Axes"), "axis"),
         (lambda: ht.drift(KICKED, methods=["Taylor-axes"]), "taylor-axis"),
         (lambda: ht.work_precision(KICKED, methods=["DOP854-scipy"]), "dop853-scipy"),
         (lambda: ht.stress(cases=["Cups"]), "cusp"),
-        (lambda: ht.stress(methods=["Taylor-axes"]), "taylor-axis"),
     ],
 )
 def test_everywhere_the_name_that_was_meant_is_told_in_one_wording(ask, meant):

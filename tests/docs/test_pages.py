@@ -1,14 +1,12 @@
-"""The pages of docs/ and the README, beside what ``make docs`` executes: pictures, links, numbers.
+"""The pages of docs/ and the README, beside what ``make docs`` executes: what they say elsewhere.
 
-``make docs`` runs all Python and all commands of the pages, and the commands of the README.
+``make docs`` runs all Python and all commands of the pages, finds what a link or a picture lacks,
+and runs the commands of the README.
 """
 
-import contextlib
-import io
 import re
 import subprocess
 import sys
-from functools import cache
 from pathlib import Path
 
 import pytest
@@ -17,11 +15,10 @@ from typer.testing import CliRunner
 from heavytop.cli import app
 from heavytop.scene.scene import read_scene
 
-from .pages_agree import BLOCK, agree, last_digit
+from .pages_agree import agree, last_digit
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
-PAGES = [path.relative_to(DOCS).as_posix() for path in sorted(DOCS.rglob("*.md"))]
 README = (ROOT / "README.md").read_text("utf-8")
 VARIES = ("cost", "off the closed form", "event time")  # of the machine, or in the last digit
 SMALL = re.compile(r"-?\d(\.\d+)?e-1\d|-?0(?=\s|$)")
@@ -34,13 +31,6 @@ def test_agreement_means_something():
     assert not agree("22 %", "23 %")
     assert agree("3.28e-04", "3.29e-04")
     assert not agree("3.28e-04", "3.31e-04")
-
-
-@pytest.mark.parametrize("page", PAGES)
-def test_every_picture_of_a_page_exists(page):
-    text = (DOCS / page).read_text("utf-8")
-    for name in re.findall(r"!\[[^]]*\]\(([^)]+)\)", text):
-        assert (DOCS / page).parent.joinpath(name).exists(), name
 
 
 @pytest.mark.slow
@@ -64,27 +54,13 @@ LADDER = {
 }
 
 
-@cache
-def kicks():
-    """What the page on kicks defines, and prints."""
-    names, printed = {"__name__": "kicks"}, io.StringIO()
-    with contextlib.redirect_stdout(printed):
-        for block in BLOCK.finditer((DOCS / "kicks.md").read_text("utf-8")):
-            exec(compile(block[1], "kicks.md", "exec"), names)
-    return names, printed.getvalue()
-
-
 @pytest.mark.reference
 @pytest.mark.parametrize("name", LADDER)
 def test_the_ladder_of_kicks(name):
-    rung = kicks()[0]["ladder"][name]
-    for held, exact in zip(("psidot", "omega3"), LADDER[name], strict=True):
-        assert abs(rung[held] - float(exact)) <= 0.51 * last_digit(exact) + 1e-15 * abs(rung[held])
-
-
-def test_both_ladders_have_the_same_rungs():
-    kinds = "waves, loops, waves, waves, loops, waves, waves"
-    assert f"psidot held: {kinds}\nomega3 held: {kinds}\n" in kicks()[1]
+    """What the page shows of it, which ``make docs`` holds to what is computed."""
+    [row] = re.findall(rf"^{name} +(\S+) +(\S+)$", (DOCS / "kicks.md").read_text("utf-8"), re.M)
+    for shown, exact in zip(row, LADDER[name], strict=True):
+        assert abs(float(shown) - float(exact)) <= 0.51 * max(map(last_digit, (shown, exact)))
 
 
 # --- the README ----------------------------------------------------------------------------------
@@ -96,6 +72,7 @@ def stable(text):
     return [line for line in lines if line and not line.startswith(VARIES)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", re.findall(r"<!-- begin ((?:run|classify) .*?) -->", README))
 def test_the_readme_shows_what_a_command_prints(words, tmp_path):
     asked = [*words.split(), *(["-o", str(tmp_path)] if words.startswith("run") else [])]
@@ -124,6 +101,6 @@ def test_every_file_and_link_of_the_readme_leads_somewhere():
         assert link.startswith("https://") or (ROOT / link).exists(), link
 
 
-@pytest.mark.parametrize("verb", [each.callback.__name__ for each in app.registered_commands])
-def test_every_verb_is_named_in_the_readme(verb):
-    assert f"heavytop {verb}" in README
+def test_every_verb_is_named_in_the_readme():
+    for verb in app.registered_commands:
+        assert f"heavytop {verb.callback.__name__}" in README

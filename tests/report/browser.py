@@ -31,6 +31,15 @@ os.execv(sys.argv[3], sys.argv[3:])
 """
 
 
+def waited(look, what):
+    """What is found at last."""
+    last = time.monotonic() + FIRST
+    while not (found := look()):
+        assert time.monotonic() < last, f"never: {what}"
+        time.sleep(SECOND)
+    return found
+
+
 class Browser:
     """A Chromium that is told what to do through a pipe."""
 
@@ -84,25 +93,18 @@ class Browser:
         return found["result"].get("value")
 
     def until(self, expression):
-        last = time.monotonic() + FIRST
-        while not (found := self.value(expression)):
-            assert time.monotonic() < last, f"never: {expression}"
-            time.sleep(SECOND)
-        return found
+        return waited(lambda: self.value(expression), expression)
 
     def complaints(self):
         for each in self.heard:
             method, params = each.get("method"), each.get("params", {})
-            if method == "Runtime.exceptionThrown":
-                yield params["exceptionDetails"]["text"]
-            elif method == "Runtime.consoleAPICalled" and params["type"] in ("error", "assert"):
-                yield str(params["args"])
-            elif method == "Log.entryAdded" and params["entry"]["level"] == "error":
-                yield params["entry"]["text"]
-            elif method == "Network.requestWillBeSent":
-                address = params["request"]["url"]
-                if not address.startswith(("file:", "data:", "blob:")):
-                    yield f"asked for {address}"
+            bad = method == "Runtime.exceptionThrown"
+            bad |= method == "Runtime.consoleAPICalled" and params["type"] in ("error", "assert")
+            bad |= method == "Log.entryAdded" and params["entry"]["level"] == "error"
+            if method == "Network.requestWillBeSent":
+                bad = not params["request"]["url"].startswith(("file:", "data:", "blob:"))
+            if bad:
+                yield str(params)
 
     def picture(self, path):
         """The colours of what is on the screen, shape (rows, columns, 3), each 0 to 1."""

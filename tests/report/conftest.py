@@ -86,8 +86,10 @@ def place(tmp_path_factory):
     checked = check({"t": t, "theta": theta, CLOSING: t}, scene)
     write_study(checked, folders["check.json"], figures=False)
     traces = quick.traces_document()
+    hostile = {"title": BREAKING, "kind": CLOSING, "tags": [BREAKING]}
+    traces["traces"] = [traces["traces"][0] | hostile, traces["traces"][1]]
     made = {"validate": validate(), "workprec": workprec(scene.document()), "stress": stress(),
-            "traces": traces | {"traces": traces["traces"][:2]}}  # fmt: skip
+            "traces": traces}  # fmt: skip
     for name, document in made.items():
         write_document(root / name / f"{name}.json", document)
     return root

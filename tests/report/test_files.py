@@ -48,21 +48,17 @@ def test_figures_of_an_earlier_run_do_not_stay_beside_another(tmp_path):
 
 def test_a_study_without_charts_leaves_none_of_an_earlier_one(tmp_path):
     found = diagram_of(ht.load_scene("sicm-kicked"))
-    files = write_study(found, tmp_path / "new")
-    assert files == {
-        "document": "energy_momentum.json",
-        "chart_svg": "energy_momentum.svg", "chart_png": "energy_momentum.png",
-        "critical_set_svg": "critical_set.svg", "critical_set_png": "critical_set.png",
-    }  # fmt: skip
-    assert names(tmp_path / "new") == {*files.values()}
-    told = json.loads((tmp_path / "new" / "energy_momentum.json").read_text())
+    files = write_study(found, tmp_path)
+    charts = {f"{name}.{form}" for name in ("energy_momentum", "critical_set")
+              for form in ("svg", "png")}  # fmt: skip
+    assert names(tmp_path) == {*files.values()} == {"energy_momentum.json", *charts}
+    told = json.loads((tmp_path / "energy_momentum.json").read_text())
     assert told["files"] == files
     weightless = diagram_of(ht.load_scene("force-free"))  # which has no critical set
-    assert len(write_study(weightless, tmp_path / "new")) == 3
-    assert write_study(weightless, tmp_path / "new", figures=False) == {
-        "document": "energy_momentum.json"
-    }
-    assert names(tmp_path / "new") == {"energy_momentum.json"}
+    assert len(write_study(weightless, tmp_path)) == 3
+    files = write_study(weightless, tmp_path, figures=False)
+    assert files == {"document": "energy_momentum.json"}
+    assert names(tmp_path) == {"energy_momentum.json"}
 
 
 @pytest.mark.parametrize("kept", [False, True])
@@ -80,23 +76,19 @@ def test_a_file_that_cannot_be_written_ends_a_study_early(tmp_path, kept):
     assert "without a folder" not in str(stopped.value)
 
 
-@pytest.mark.parametrize("digits", [12, 20])
-def test_every_variable_of_a_run_says_what_it_is(digits, tmp_path):
-    scene = ht.load_scene("sicm-kicked", ["span.time=1", f"want.digits={digits}"])
-    ht.propagate(scene).save(tmp_path / "run.nc")
-    assert lacking(tmp_path / "run.nc") == []
-
-
 ATLAS = ("--x", "phidot=-20:20:5", "--y", "psidot=-150:150:5", "--integrate", "-j", "1")
 DRIFT = ("--methods", "taylor-axis", "--periods", "5")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("verb", "options"), [("atlas", ATLAS), ("drift", DRIFT)])
-def test_every_variable_of_a_study_says_what_it_is(verb, options, tmp_path):
-    done = CliRunner().invoke(app, [verb, "sicm-kicked", *options, "-q", "-o", str(tmp_path)])
+@pytest.mark.parametrize(("verb", "options"), [("atlas", ATLAS), ("drift", DRIFT), ("run", ())])
+def test_every_variable_of_a_file_says_what_it_is(verb, options, tmp_path):
+    more = () if options else (*SHORT, "--digits", "20", "--no-figures")
+    done = CliRunner().invoke(
+        app, [verb, "sicm-kicked", *options, *more, "-q", "-o", str(tmp_path)]
+    )
     assert done.exit_code in (0, 5), done.output
-    assert lacking(tmp_path / f"{verb}.nc") == []
+    assert lacking(tmp_path / ("trajectory.nc" if verb == "run" else f"{verb}.nc")) == []
 
 
 def lacking(path):

@@ -23,13 +23,10 @@ from heavytop.report import page as pages
 from heavytop.report import quick
 from heavytop.report.files import write_results
 from heavytop.report.page import LoadedResult, Page, Section, address, load_results, page_of
-from heavytop.results.documents import FILES
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene, read_scene
 
 from .conftest import BREAKING, CLOSING, HOSTILE, POINT, validate
-
-NAMES = [name.removesuffix(".json") for name in FILES]
 
 
 def report(*words):
@@ -82,40 +79,28 @@ def seen(written):
 
 
 @pytest.mark.slow
-def test_nothing_is_asked_of_a_network(written, seen):
-    assert not [tag for tag, _ in seen.tags if tag in ("link", "iframe", "object", "embed", "base")]
-    for _, attrs in seen.tags:
+def test_nothing_is_asked_of_a_network_and_no_text_is_taken_for_markup(page, written, seen):
+    text = written.read_text("utf-8")
+    outside = {"link", "iframe", "object", "embed", "base", "svg"}
+    for tag, attrs in seen.tags:
+        assert tag not in outside
+        assert not [name for name in attrs if name.startswith("on")]
         for name in ("src", "href", "srcset", "data", "action", "poster"):
             assert attrs.get(name, "#").startswith(("#", "data:image/svg+xml,"))
-    (style,) = re.findall(r"<style>(.*?)</style>", written.read_text("utf-8"), re.DOTALL)
-    assert "url(" not in style
-    assert "@import" not in style
-    policy = [m["content"] for m in seen.all("meta") if "http-equiv" in m]
-    assert policy[0].startswith("default-src 'none'")
-    assert "script-src 'sha256-" in policy[0]
-
-
-def test_no_text_is_taken_for_markup(page, seen, written):
-    assert not [attrs for _, attrs in seen.tags for name in attrs if name.startswith("on")]
-    assert not seen.all("svg")
+    (style,) = re.findall(r"<style>(.*?)</style>", text, re.DOTALL)
+    assert not re.search(r"url\(|@import", style)
+    policy = next(m["content"] for m in seen.all("meta") if "http-equiv" in m)
+    assert re.match("default-src 'none'.*script-src 'sha256-", policy)
     assert len(seen.all("img")) == sum(len(section.pictures) for section in page.sections)
     # of the sections their numbers; headings and the player's data; two scripts that run
     assert len(seen.all("script")) == len([each for each in page.sections if each.data]) + 4
     said = "".join(seen.texts)
     assert BREAKING in said
     assert CLOSING in said
-    assert "alert(4)" not in written.read_text("utf-8")  # a picture that lay in the folder
+    assert "alert(4)" not in text  # a picture that lay in the folder
 
 
-def test_names_are_unique_and_links_lead_somewhere(seen):
-    names = [attrs["id"] for _, attrs in seen.tags if "id" in attrs]
-    assert len(names) == len(set(names))
-    targets = {attrs["href"][1:] for attrs in seen.all("a")}
-    assert targets
-    assert targets <= set(names)
-
-
-def test_it_can_be_read_without_eyes_and_on_a_phone(seen):
+def test_it_can_be_read_without_eyes_and_on_a_phone_and_its_links_lead_somewhere(seen):
     assert all(len(attrs["alt"]) > 20 for attrs in seen.all("img"))
     assert seen.all("html")[0]["lang"] == "en"
     assert len(seen.all("h1")) == 1
@@ -123,6 +108,9 @@ def test_it_can_be_read_without_eyes_and_on_a_phone(seen):
     assert viewport in seen.all("meta")
     for tag in ("select", "input", "canvas"):
         assert all("aria-label" in attrs for attrs in seen.all(tag))
+    names = [attrs["id"] for _, attrs in seen.tags if "id" in attrs]
+    assert len(names) == len(set(names))
+    assert set() < {attrs["href"][1:] for attrs in seen.all("a")} <= set(names)
 
 
 def test_every_figure_has_its_numbers_which_stand_on_the_page_once(page, seen, written):
@@ -130,9 +118,9 @@ def test_every_figure_has_its_numbers_which_stand_on_the_page_once(page, seen, w
     assert document["schema"] == "heavytop/report/1"
     idents = [f"{s.ident}-{p.name}" for s in page.sections for p in s.pictures]
     assert [fig["id"] for result in document["results"] for fig in result["figures"]] == idents
-    assert {"run-1-overview", "drift-1-drift", "workprec-1-workprec", "stress-1-stress",
-            "atlas-1-map", "traces-1-traces", "energy-momentum-1-energy-momentum",
-            "energy-momentum-1-critical-set"} <= set(idents)  # fmt: skip
+    charts = "run-1-overview drift-1-drift workprec-1-workprec stress-1-stress atlas-1-map"
+    charts += " traces-1-traces energy-momentum-1-energy-momentum energy-momentum-1-critical-set"
+    assert set(charts.split()) <= set(idents)
     for result in document["results"]:
         named = {name for figure in result["figures"] for name in figure["data"]}
         assert named == set(result["data"])
@@ -143,19 +131,18 @@ def test_every_figure_has_its_numbers_which_stand_on_the_page_once(page, seen, w
     assert len(shown) == len(idents) - 2  # three pictures of a run are of its motion
 
 
-def test_shares_and_boundaries_of_an_atlas_are_those_of_its_map(page):
+def test_the_map_of_an_atlas_and_its_boundaries_are_those_of_its_document(page, place):
     section = next(each for each in page.sections if each.ident == "atlas-1")
     counts, curves = (section.result.document[name] for name in ("counts", "curves"))
-    table, _ = section.parts
-    shares = [float(share.removesuffix("%")) for _, _, share in table.rows]
-    kinds = [kind for kind, _, _ in table.rows]
-    whole = sum(counts.values())
-    assert shares == pytest.approx([100 * counts[kind] / whole for kind in kinds], abs=0.006)
-    assert (len(kinds), shares) == (len(counts), sorted(shares, reverse=True))
+    assert [(kind, int(n)) for kind, n, _ in section.parts[0].rows] == sorted(
+        counts.items(), key=lambda each: -each[1]
+    )
     (picture,) = section.pictures
     assert picture.title == "kinds of motion over φ̇ [rad/s] and θ [rad], and their boundaries"
-    assert picture.data[0] == "curves"
-    assert section.data["curves"] == curves != []
+    assert (picture.data[0], section.data["curves"]) == ("curves", curves)
+    kind, names = pages.stored_map(place / "atlas" / "atlas.nc", [16, 24])
+    found = {names[k]: int(n) for k, n in enumerate(np.bincount(kind.ravel())) if n}
+    assert found == {name: n for name, n in counts.items() if n}
 
 
 def test_claims_that_fail_are_counted_and_their_table_is_open(page, seen):
@@ -165,10 +152,6 @@ def test_claims_that_fail_are_counted_and_their_table_is_open(page, seen):
     assert [each.rows[0][0] for each in (holding, table)] == ["ok", "FAIL"]
     assert (reasons.rows, last) == ((("that-fails", "out of its bound"),), "1 holds, 1 fails")
     assert len([attrs for attrs in seen.all("details") if "open" in attrs]) == 1
-
-
-def test_a_scene_is_given_as_a_file(page):
-    assert read_scene(page.sections[0].scene_file) == load_scene("sicm-kicked", overrides=HOSTILE)
 
 
 def test_a_small_picture_is_the_same_picture():
@@ -192,8 +175,7 @@ def test_four_runs_and_all_traces_leave_the_studies_a_megabyte_of_three(tmp_path
     for name in quick.BOOK:
         (tmp_path / name).mkdir()
         write_results(propagate(load_scene(name)), tmp_path / name, figures=False)
-    (tmp_path / "traces").mkdir()
-    write_document(tmp_path / "traces" / "traces.json", quick.traces_document())
+    write_document(tmp_path / "traces.json", quick.traces_document())
     html = page_of(load_results([tmp_path])).html()
     assert html.count("<figure") == 21
     assert len(html.encode("utf-8")) < 2_000_000
@@ -210,21 +192,18 @@ def test_the_head_lists_results_by_scene_and_counts_claims():
     claims = [{"id": str(k), "passed": passed} for k, passed in enumerate((True, False, None))]
     page = Page((
         section("run", "run-1", scene=book, versions={"heyoka": "7", "cpu": None}),
-        section("run", "run-2", scene=other), section("drift", "drift-1", scene=book),
-        section("drift", "drift-2", scene=book, versions={"heyoka": "8", "cpu": "a processor"}),
+        section("run", "run-2", scene=other),
+        section("drift", "drift-1", scene=book, versions={"heyoka": "8", "cpu": "a processor"}),
         section("stress", "stress-1"), section("validate", "validate-1", claims=claims),
     ))  # fmt: skip
-    assert page.title == "6 results"
-    links = {title: [each.ident for each in some] for title, some in page.contents.items()}
-    assert links == {
-        "The book's": ["run-1", "drift-1", "drift-2"], "other": ["run-2"],
+    assert page.title == "5 results"
+    assert {title: [each.ident for each in some] for title, some in page.contents.items()} == {
+        "The book's": ["run-1", "drift-1"], "other": ["run-2"],
         "All tops": ["stress-1", "validate-1"],
     }  # fmt: skip
-    assert [(each.ident, *rest) for each, *rest in page.verdicts] == [
-        ("validate-1", "1 holds, 1 fails, 1 skipped", ["1"])
-    ]
+    assert [each[1:] for each in page.verdicts] == [("1 holds, 1 fails, 1 skipped", ["1"])]
     assert page.machine == ["cpu a processor", "heyoka 7 and 8"]
-    assert Page((section("run", "run-1", scene=book),)).title == "run-1"
+    assert Page(page.sections[:1]).title == "run-1"
 
 
 @pytest.fixture
@@ -233,7 +212,7 @@ def undrawn(monkeypatch):
     monkeypatch.setattr(pages, "_svg", lambda figure: "<svg/>")
 
 
-def test_a_result_has_the_command_that_made_it_and_the_page_shows_it(tmp_path, page, undrawn):
+def test_a_result_has_its_scene_and_the_command_that_made_it(tmp_path, page, undrawn):
     folder = tmp_path / "a $(touch x) <b>"
     words = ["run", "sicm-kicked", "--set", "start.phidot=-14", "--no-figures", "-o", str(folder)]
     assert CliRunner().invoke(app, words).exit_code == 0
@@ -243,84 +222,40 @@ def test_a_result_has_the_command_that_made_it_and_the_page_shows_it(tmp_path, p
     assert (typed.sections[0].command, typed.command) == (command, None)
     assert command in Seen(typed.html()).texts
     assert {section.command for section in page.sections} == {""}  # what Python made has none
+    assert read_scene(page.sections[0].scene_file) == load_scene("sicm-kicked", overrides=HOSTILE)
 
 
 # --- results that are not what was written -----------------------------------------------------
 
 
-def document(place, name):
-    return json.loads((place / name / f"{name}.json").read_text("utf-8"))
-
-
-def put(place, name, changed, folder):
-    """A folder with a changed document, and what lay beside it."""
-    folder.mkdir(parents=True)
-    for file in (place / name).glob("*.nc"):
-        shutil.copy(file, folder)
-    text = changed if isinstance(changed, str) else json.dumps(changed)
-    (folder / f"{name}.json").write_text(text, "utf-8")
+def put(place, name, folder, changed=None):
+    """A copy of a result, its document changed in some places or as a whole."""
+    shutil.copytree(place / name, folder)
+    path = folder / f"{name}.json"
+    if not isinstance(changed, str):
+        changed = json.dumps(json.loads(path.read_text("utf-8")) | (changed or {}))
+    path.write_text(changed, "utf-8")
     return folder
 
 
-FORMULA, HIDDEN = "$x$ and $\\frac{$", "_gone"
+TIMELESS = POINT | {"us_per_period": 0}
+WRONG = {
+    "nested": ("validate", "[" * 100_000, "validate.json"),
+    "of another kind": ("validate", '{"schema": "heavytop/run/1"}', "validate.json"),
+    "no number": ("validate", json.dumps(validate()).replace("1e-09", "1e999"), "validate.json"),
+    "no time": ("workprec", {"points": [TIMELESS, POINT | {"rival": False}]}, "workprec.json"),
+    "no case": ("stress", {"hard": {}}, "stress.json"),
+    "another shape": ("atlas", {"shape": [24, 24]}, "atlas.nc"),
+    "no plan": ("run", {"plan": None}, "run.json"),
+    "another scene": ("run", {"scene": load_scene("sicm-dropped").document()}, "trajectory.nc"),
+}
 
 
-WRONG = [
-    "", "[" * 100_000, "\x00", '{"schema": "heavytop/run/1"}',
-    '{"schema": "heavytop/validate/1", "claims": [{"id": 3}]}',
-    json.dumps(validate()).replace("1e-09", "1e999"),
-    json.dumps(validate()).replace("1e-09", "NaN"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize("text", WRONG, ids=range(len(WRONG)))
-def test_a_damaged_document_is_refused_by_name(place, tmp_path, text):
-    put(place, "validate", text, tmp_path / "a")
-    done = report(tmp_path / "a", "-o", tmp_path / "page")
-    assert done.exit_code == 3, done.output
-    assert "validate.json" in done.stderr
-    assert not (tmp_path / "page").exists()
-
-
-@pytest.mark.parametrize(
-    ("name", "change", "file"),
-    [
-        (
-            "workprec",
-            {"points": [POINT | {"us_per_period": 0}, POINT | {"rival": False}]},
-            "workprec.json",
-        ),
-        ("stress", {"hard": {}}, "stress.json"),
-        ("atlas", {"shape": [24, 24]}, "atlas.nc"),
-        ("run", {"plan": None}, "run.json"),
-        ("run", {"scene": {**load_scene("sicm-dropped").document()}}, "trajectory.nc"),
-    ],
-)
-def test_a_result_that_is_not_what_was_written_is_refused(
-    place, tmp_path, undrawn, name, change, file
-):
-    folder = put(place, name, document(place, name) | change, tmp_path / "a")
-    with pytest.raises(ForeignFile, match=file.replace(".", r"\.")):
-        page_of(load_results([folder]))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("text", [FORMULA, HIDDEN])
-def test_no_name_in_a_picture_breaks_it(place, text, tmp_path):
-    scene = load_scene("sicm-kicked", overrides=[f"title={json.dumps(text)}"]).document()
-    whole = {name: document(place, name) for name in NAMES}
-    for name in ("drift", "workprec", "atlas", "energy_momentum"):
-        whole[name]["scene"] = scene
-    whole["drift"]["methods"][0] |= {"invariants": {text: [1e-9] * 4}}
-    whole["workprec"]["points"][1]["stands_for"] = text
-    whole["atlas"]["counts"] = {text: 384}
-    whole["energy_momentum"]["start"]["kind"] = text
-    whole["stress"] |= {"hard": {"cusp": text}, "methods": {"auto": text}}
-    whole["traces"]["traces"][0] |= {"title": text, "kind": text, "tags": [text]}
-    for name in set(NAMES) - {"run", "validate"}:
-        put(place, name, whole[name], tmp_path / name)
-    page = page_of(load_results([tmp_path]))
-    assert sum(len(section.pictures) for section in page.sections) == 8
+@pytest.mark.parametrize("wrong", WRONG)
+def test_what_is_not_what_was_written_is_refused_by_its_file(place, tmp_path, undrawn, wrong):
+    name, changed, file = WRONG[wrong]
+    with pytest.raises(ForeignFile, match=re.escape(file)):
+        page_of(load_results([put(place, name, tmp_path / "a", changed)]))
 
 
 @pytest.mark.parametrize(
@@ -334,7 +269,7 @@ def test_no_name_in_a_picture_breaks_it(place, text, tmp_path):
     ],
 )
 def test_a_result_with_nothing_in_it_has_a_section_that_says_so(place, name, nothing, tmp_path):
-    folder = put(place, name, document(place, name) | nothing, tmp_path / "a")
+    folder = put(place, name, tmp_path / "a", nothing)
     (section,) = page_of(load_results([folder])).sections
     assert not section.pictures
     assert section.parts[0].startswith("No figures")
@@ -343,54 +278,44 @@ def test_a_result_with_nothing_in_it_has_a_section_that_says_so(place, name, not
 # --- folders and files -------------------------------------------------------------------------
 
 
-def test_an_empty_folder_is_refused(tmp_path):
-    done = report(tmp_path)
-    assert done.exit_code == 3
-    assert "holds no results" in done.stderr
-
-
-def test_what_is_named_twice_is_shown_once(place, undrawn, tmp_path):
+def test_what_is_named_twice_is_shown_once_and_an_empty_folder_is_refused(place, undrawn, tmp_path):
     done = report(place / "stress", f"{place}/stress/", "-o", tmp_path / "page")
-    assert done.exit_code == 0, done.stderr
     assert done.stdout.endswith(": 1 result, 1 figure\n")
+    (tmp_path / "empty").mkdir()
+    done = report(tmp_path / "empty")
+    assert (done.exit_code, "holds no results" in done.stderr) == (3, True)
 
 
 def test_results_of_one_heading_are_told_apart_everywhere(place, undrawn, tmp_path):
-    for who, phidot in (("a", 3), ("b", 4)):
-        scene = load_scene("sicm-kicked", overrides=[f"start.phidot={phidot}", 'title="one"'])
-        (tmp_path / who / "out").mkdir(parents=True)
-        write_results(propagate(scene), tmp_path / who / "out", figures=False)
+    for who in ("a", "b"):
+        shutil.copytree(place / "run", tmp_path / who / "out")
     page = page_of(load_results([tmp_path / "a" / "out", tmp_path / "b" / "out"]))
-    names = ["Run: one (a/out/run.json)", "Run: one (b/out/run.json)"]
+    names = [f"Run: {BREAKING} ({who}/out/run.json)" for who in "ab"]
+    assert [section.heading for section in page.sections] == names
     player = json.loads(Seen(page.html()).scripts["code-0"])
     assert [top["title"] for top in player["runs"]] == names
-    assert [section.heading for section in page.sections] == names
-    assert [*page.contents] == ["one"]
-    assert page.machine[0].startswith("heavytop ")  # a run names no processor
+    assert [*page.contents] == [BREAKING]
 
 
-@pytest.mark.parametrize(("here", "word"), [("x", "."), ("x", "../../out//"), ("", "x/../x/")])
-def test_files_are_named_by_their_folders(place, here, word, tmp_path, monkeypatch):
-    put(place, "validate", document(place, "validate"), tmp_path / "out" / "x")
-    monkeypatch.chdir(tmp_path / "out" / here)
-    page = page_of(load_results([Path(word)]))
-    assert json.loads(page.json())["results"][0]["file"] == "x/validate.json"
+def test_files_are_named_by_their_folders(place, tmp_path, monkeypatch):
+    put(place, "validate", tmp_path / "out" / "x")
+    monkeypatch.chdir(tmp_path / "out" / "x")
+    for word in (".", "../x/../x"):
+        page = page_of(load_results([Path(word)]))
+        assert json.loads(page.json())["results"][0]["file"] == "x/validate.json"
 
 
-@pytest.mark.parametrize("name", [b"caf\xe9", b"a\nb\x1b[31m", b"'\"<>&$(x)`;", "\u202ex".encode()])
+@pytest.mark.parametrize("name", [b"caf\xe9", b"a\nb\x1b[31m", b"'\"<>&$(x)`;"])
 def test_a_folder_may_have_any_name(place, undrawn, name, tmp_path):
-    folder = put(place, "stress", document(place, "stress"), tmp_path / os.fsdecode(name))
+    folder = put(place, "stress", tmp_path / os.fsdecode(name))
     done = report(folder, "-o", folder / "page.html")
     assert done.exit_code == 0, done.output
-    assert "\x1b" not in done.output
     told = json.loads((folder / "page.json").read_text("utf-8"))
+    assert (done.output.replace("\n", "") + told["command"]).isprintable()
     assert told["results"][0]["file"].isprintable()
-    assert told["command"].isprintable()
-    put(place, "drift", {"schema": "heavytop/drift/1"}, folder / "b")
+    put(place, "drift", folder / "b", '{"schema": "heavytop/drift/1"}')
     done = report(folder, "-o", tmp_path / "page")
-    assert done.exit_code == 3
-    assert done.stderr.count("\n") == 1
-    assert "\x1b" not in done.stderr
+    assert (done.exit_code, done.stderr.count("\n"), "\x1b" in done.stderr) == (3, 1, False)
 
 
 @pytest.mark.parametrize(
@@ -412,8 +337,7 @@ def test_a_report_replaces_nothing_but_a_report(place, undrawn, made, name, tmp_
     made(tmp_path / name)
     before = (tmp_path / name).stat().st_mtime_ns
     assert report(place / "validate", "-o", tmp_path).exit_code == 2
-    assert (tmp_path / name).stat().st_mtime_ns == before
-    assert len(list(tmp_path.iterdir())) == 1
+    assert [path.stat().st_mtime_ns for path in tmp_path.iterdir()] == [before]
 
 
 @pytest.mark.parametrize(("number", "code"), [(errno.ENOSPC, 4), (errno.EACCES, 2)])
@@ -428,10 +352,3 @@ def test_where_the_document_cannot_be_written_the_page_is_not(
     assert done.exit_code == code
     assert os.strerror(number) in " ".join(done.stderr.split())
     assert not (tmp_path / "page").exists()
-
-
-def test_a_map_of_a_study_is_read_thinned(place):
-    kind, names = pages.stored_map(place / "atlas" / "atlas.nc", [16, 24])
-    whole = document(place, "atlas")["counts"]
-    counts = {names[k]: int(n) for k, n in enumerate(np.bincount(kind.ravel())) if n}
-    assert counts == {name: n for name, n in whole.items() if n}

@@ -35,52 +35,35 @@ def work_precision(*, scene=KICKED, methods=("auto",), periods=100, budget=10):
 
 
 STUDIES = {"drift": drift, "work_precision": work_precision, "stress": ht.stress}
-every_study = pytest.mark.parametrize("study", STUDIES)
-with_a_scene = pytest.mark.parametrize("study", ["drift", "work_precision"])
 
 
 @pytest.mark.parametrize("kind", [int, float, np.int8, np.float32, Decimal, Fraction])
-def test_a_real_number_of_any_kind_is_a_float(kind):
+def test_a_number_of_any_kind_is_a_float_or_an_int(kind):
     assert (found := REAL(kind(7))) == 7
     assert type(found) is float
-
-
-@pytest.mark.parametrize("kind", [int, np.int8, np.uint64])
-def test_a_whole_number_of_any_kind_is_an_int(kind):
-    assert (found := WHOLE(kind(7))) == 7
-    assert type(found) is int
+    if kind in (int, np.int8):
+        assert type(WHOLE(kind(7))) is int
+    else:
+        with pytest.raises(Refused, match="a whole number from 1 to 9223372036854775807"):
+            WHOLE(kind(7))
 
 
 @pytest.mark.parametrize("value", NO_NUMBERS, ids=repr)
-@pytest.mark.parametrize("number", [REAL, WHOLE])
-def test_what_is_no_number_is_none(number, value):
-    with pytest.raises(Refused, match="number from"):
-        number(value)
+def test_what_is_no_number_is_none(value):
+    for number in (REAL, WHOLE):
+        with pytest.raises(Refused, match="number from"):
+            number(value)
 
 
-@pytest.mark.parametrize("value", [7.0, 7.5, np.float64(7), Fraction(7), Decimal(7)], ids=repr)
-def test_what_is_no_integer_is_not_whole(value):
-    with pytest.raises(Refused, match="a whole number from 1 to 9223372036854775807"):
-        WHOLE(value)
-
-
-@pytest.mark.parametrize(("least", "most"), [(1, 3), (-2, 5), (0.5, 0.75), (1, 2**63 - 1)])
+@pytest.mark.parametrize(("least", "most"), [(-2, 5), (0.5, 0.75), (1, 2**63 - 1)])
 def test_bounds_belong_to_what_they_bound(least, most):
     whole = isinstance(most, int)
     number = Range(least, most, whole=whole)
     assert (number(least), number(most)) == (least, most)
     step = 1 if whole else 1e-9
-    for beyond in (least - step, most + step):
-        with pytest.raises(Refused):
+    for beyond in (least - step, most + step, float("inf"), 10**400, Decimal("1e400")):
+        with pytest.raises(Refused, match="number from"):
             number(beyond)
-
-
-def test_infinity_and_what_no_float_holds_are_out_of_bounds():
-    for value in (float("inf"), -float("inf"), 10**400, Fraction(10**400), Decimal("1e400")):
-        with pytest.raises(Refused, match=r"a number from 0.5 to 1e\+06"):
-            REAL(value)
-    with pytest.raises(Refused):
-        WHOLE(10**400)
 
 
 def test_what_is_right_is_kept_where_something_is_wrong():
@@ -93,14 +76,12 @@ def test_what_is_right_is_kept_where_something_is_wrong():
     assert parse_options("some", given | {"seed": 3}, table) == (values | {"seed": 3}, [])
 
 
-@pytest.mark.parametrize(
-    ("value", "told"),
-    [("axes", '"axes"'), (3, "3"), (["axis"], '["axis"]'), ("\x1b[2J", '"\\x1b[2J"')],
-)
-def test_a_name_that_is_not_in_the_list_is_refused(value, told):
-    _, (fault,) = parse_options("some", {"form": value}, {"form": one_of({"axis": 0, "cubic": 1})})
-    assert (fault.value, fault.rule) == (told, "one of axis, cubic")
-    assert fault.hint == ('did you mean "axis"?' if value == "axes" else "")
+def test_a_name_that_is_not_in_the_list_is_refused():
+    for value, told in (("axes", '"axes"'), (3, "3"), ("\x1b[2J", '"\\x1b[2J"')):
+        known = {"form": one_of({"axis": 0, "cubic": 1})}
+        _, (fault,) = parse_options("some", {"form": value}, known)
+        assert (fault.value, fault.rule) == (told, "one of axis, cubic")
+        assert fault.hint == ('did you mean "axis"?' if value == "axes" else "")
 
 
 def test_names_are_read_in_their_order_and_every_other_is_told():
@@ -112,14 +93,11 @@ def test_names_are_read_in_their_order_and_every_other_is_told():
     assert faults[1].rule == "a name, as text"
 
 
-@pytest.mark.parametrize("given", ["a", b"a", None, 3, True])
-def test_what_is_no_list_of_names_is_refused(given):
-    found, (fault,) = parse_names("some", "names", given, one_of({"a": 1}))
-    assert (found, fault.rule) == ([], "a sequence of names")
-
-
-def test_a_list_without_names_is_refused():
-    for given in ([], (), iter([])):
+def test_what_is_no_list_of_names_or_an_empty_one_is_refused():
+    for given in ("a", b"a", None, 3):
+        found, (fault,) = parse_names("some", "names", given, one_of({"a": 1}))
+        assert (found, fault.rule) == ([], "a sequence of names")
+    for given in ([], iter([])):
         found, (fault,) = parse_names("some", "cases", given, one_of({"a": 1}))
         assert (found, str(fault)) == ([], "some: cases: at least one case")
 
@@ -150,33 +128,23 @@ def test_everything_that_is_wrong_is_told_at_once(study, wrong):
     assert sorted(told) == sorted(names + [key for key in wrong if key not in names])
 
 
-@every_study
-@pytest.mark.parametrize("methods", ["auto", b"auto", 3, [], {}], ids=repr)
+@pytest.mark.parametrize("study", STUDIES)
+@pytest.mark.parametrize("methods", ["auto", []], ids=repr)
 def test_methods_are_a_list_with_something_in_it(study, methods):
     (fault,) = faults_of(STUDIES[study], methods=methods)
     assert fault.key == "methods"
-    assert fault.rule in ("a sequence of names", "at least one method")
+    assert fault.rule == ("a sequence of names" if methods else "at least one method")
 
 
-@with_a_scene
-def test_what_is_no_scene_is_refused_with_all_the_rest(study):
-    first, *others = faults_of(STUDIES[study], scene="sicm-kicked", periods=0, methods=["x"])
-    assert (first.key, first.rule) == (
-        "periods",
-        f"a number from 1 to {'1e+12' if study == 'drift' else '1e+06'}",
-    )
-    assert [fault.key for fault in others] == ["scene", "methods"]
-    assert others[0].value == '"sicm-kicked"'
-
-
-@with_a_scene
-def test_a_top_that_does_not_nutate_is_refused_with_all_the_rest(study):
-    faults = faults_of(
-        STUDIES[study], scene=ht.load_scene("separatrix"), periods=0, methods=["auto", "x"]
-    )
-    assert [(fault.file, fault.key) for fault in faults] == [
-        ("separatrix", "periods"), ("separatrix", "start"), ("separatrix", "methods"),
-    ]  # fmt: skip
+@pytest.mark.parametrize(("study", "most"), [("drift", "1e+12"), ("work_precision", "1e+06")])
+def test_a_scene_that_is_none_or_does_not_nutate_is_refused_with_all_the_rest(study, most):
+    faults = faults_of(STUDIES[study], scene="sicm-kicked", periods=0, methods=["x"])
+    assert [fault.key for fault in faults] == ["periods", "scene", "methods"]
+    assert (faults[0].rule, faults[1].value) == (f"a number from 1 to {most}", '"sicm-kicked"')
+    still = ht.load_scene("separatrix")
+    faults = faults_of(STUDIES[study], scene=still, periods=0, methods=["auto", "x"])
+    assert [fault.key for fault in faults] == ["periods", "start", "methods"]
+    assert {fault.file for fault in faults} == {"separatrix"}
     assert "no nutation period to count: separatrix" in str(faults[1])
     assert faults[1].hint.endswith(" takes a top that nutates")
 
