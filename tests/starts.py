@@ -1,8 +1,53 @@
-"""Arrays of tops and starts, drawn at random, that many tests look at."""
+"""Arrays of tops and starts, drawn at random, and the kinds of starts by definition."""
 
 import math
 
+import mpmath
 import numpy as np
+
+CTX = mpmath.mp.clone()
+CTX.dps = 300
+ZERO = CTX.mpf(10) ** -250  # beside its terms: a sum that is 0
+
+
+def sign(*terms):
+    total = CTX.fsum(terms)
+    scale = CTX.fsum(map(abs, terms))
+    return 0 if abs(total) <= ZERO * scale else int(CTX.sign(total))
+
+
+def kind_of(*row, held):
+    """The kind and the detail, as the definitions of the kinds say them."""
+    A, C, g, theta, thetadot, phidot, spin = map(CTX.mpf, row)
+    u, s2 = CTX.cos(theta), CTX.sin(theta) ** 2
+    on_pole = s2 < ZERO**2
+    s2 *= not on_pole
+    omega3 = spin if held == "omega3" else spin + phidot * u
+    p_psi, drift, K2 = C * omega3, A * phidot * s2, A * (thetadot**2 + phidot**2 * s2)
+    if thetadot == 0 and drift == 0 and omega3 == 0 and (g == 0 or on_pole):
+        return "at-rest", ""
+    if g == 0:
+        return "force-free", ""
+    if on_pole and thetadot == 0:
+        side = sign(p_psi**2, -4 * A * abs(g))
+        asleep = "sleeping", ("marginal", "stable", "unstable")[side]
+        return ("hanging", "") if g * u < 0 else asleep
+    over = sign(K2, 2 * g * u, -2 * abs(g))
+    if omega3 == 0 and drift == 0:
+        return "planar-pendulum", ("asymptotic", "rotating", "swinging")[over]
+    top, bottom = (sign(drift, p_psi * u, pole * p_psi) for pole in (-1, 1))
+    if (top if g > 0 else bottom) == 0 and over == 0:
+        return "separatrix", ""
+    if top == 0 and sign(K2, 2 * g * u, -2 * g) > 0:
+        return "through-top", ""
+    if bottom == 0 and sign(K2, 2 * g * u, 2 * g) > 0:
+        return "through-bottom", ""
+    if thetadot == 0 and sign(A * u * phidot**2, -p_psi * phidot, g) == 0:
+        return "uniform-precession", "slow" if A * phidot**2 * abs(u) < abs(g) else "fast"
+    if top * bottom < 0:  # E' − gMR p_φ/p_ψ, with E' = K2/2 + gMR cosθ
+        side = sign(p_psi * K2 / 2, p_psi * g * u, -g * drift, -g * p_psi * u) * CTX.sign(p_psi)
+        return (("cusps", "loops", "waves")[int(side)]), ""
+    return "waves", ""
 
 
 def off(random, n):

@@ -19,7 +19,7 @@ from heavytop.numbers.intervals import Interval, rational
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-from ..motions import BOOK, KICKED, MOTIONS, motion, named
+from ..motions import MOTIONS, motion, named
 from .rigid_series import WORK, attitude, cross, here, solved
 
 CTX = context(60)
@@ -82,36 +82,6 @@ def test_start_is_the_start(name):
             assert inside(ball, given, 38)
 
 
-@pytest.mark.parametrize("name", [n for n in MOTIONS if named(n).nutates])
-def test_a_period_later(name):
-    """θ is the same, φ and ψ have gained Δφ and Δψ; but for jumps, at the mean rates."""
-    begun = named(name)
-    form = begun.form(40)
-    T, t = form.period, form.ctx.mpf("0.37")
-    at, later = form(t), form(t + T)
-    close = form.ctx.mpf("1e-36")
-    assert abs(later.theta - at.theta) < close
-    assert abs(later.phi - at.phi - form.precession) < close
-    assert abs(later.psi - at.psi - form.spin) < close * max(1, abs(form.spin))
-    over = (form.precession + form.relative_spin, form.precession - form.relative_spin)
-    # at θ = 0 of φ − ψ, at θ = π of φ + ψ
-    jumps = (2 * form.ctx.pi * (near < close) for near in reversed(form.nearest))
-    for whole, jump, mean in zip(over, jumps, form.mean_rates, strict=True):
-        assert abs(whole - jump - mean * T) < close * max(1, abs(whole))
-
-
-@pytest.mark.parametrize(("theta", "up"), [(0, 1), ("pi", -1)])
-@pytest.mark.parametrize("thetadot", [1, -1])
-@pytest.mark.parametrize("gMR", [3, -3])
-def test_start_on_a_pole_names_the_side_it_goes_to(theta, up, thetadot, gMR):
-    """φ₀ is where the axis goes; when θ̇₀ points through the pole it is φ₀ + π, and ψ₀ ∓ π."""
-    begun = motion(2, 1, gMR, theta, phi="0.3", psi="0.2", thetadot=thetadot, psidot=1)
-    at = begun.form(30)(Fraction(1, 10**20))
-    turned = thetadot * up < 0
-    assert abs(at.phi - CTX.mpf("0.3") - turned * CTX.pi) < 1e-19
-    assert abs(at.psi - CTX.mpf("0.2") + up * turned * CTX.pi) < 1e-19
-
-
 @pytest.mark.parametrize("part", ["0.02", "0.3", "0.48", "0.52", "0.98"])
 @pytest.mark.parametrize("gMR", [3, -3])
 def test_periods_are_counted_from_the_nearest_lower_turning(part, gMR):
@@ -148,12 +118,3 @@ def test_constants_are_the_legendre_transform(seed):
     for name, value in constants(Top(*numbers[:3]), State(numbers[3], **state), 50).items():
         exact = CTX.mpf(str(symbolic[name].subs(values).evalf(60)))
         assert abs(value - exact) < CTX.mpf(10) ** -46, name
-
-
-@pytest.mark.parametrize("digits", [20, 300])
-def test_constants_have_the_digits(digits):
-    few, many = (constants(BOOK, KICKED, n) for n in (digits, 2 * digits))
-    for (_, value), (_, want) in zip(few.items(), many.items(), strict=True):
-        ctx = want.context
-        assert abs(ctx.mpf(value) / want - 1) < ctx.mpf(10) ** (1 - digits)
-    assert few.floats == {name: float(value) for name, value in many.items()}

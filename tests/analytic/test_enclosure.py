@@ -118,16 +118,6 @@ def test_random_axes_of_any_length(e, l, g, kappa):  # noqa: E741
     compare(enclose_axis(e, l, g, kappa, digits=30), form)
 
 
-def test_angles_of_an_axis_are_counted_from_where_one_says():
-    """φ₀ and ψ₀ are added; without them φ₀ is that of the axis, (sin θ sin φ, −sin θ cos φ)."""
-    given = {"e": (0.6, 0.0, 0.8), "l": (1.0, 3.0, 4.0), "g": 1.0, "kappa": 0.5, "digits": 30}
-    plain, moved = enclose_axis(**given), enclose_axis(**given, phi0=2, psi0="0.25")
-    for t in (0, 3):
-        change = moved.phi(t).middle - plain.phi(t).middle
-        assert float(change) == pytest.approx(2 - math.pi / 2, abs=1e-15)
-        assert abs(moved.psi(t).middle - plain.psi(t).middle - Fraction(1, 4)) < Fraction(1, 10**29)
-
-
 # --- where roots meet ----------------------------------------------------------------------------
 
 
@@ -184,12 +174,6 @@ def test_the_error_of_theta_is_bounded_and_sharp():
         assert error <= found.theta_error(2, theta) < error + mpmath.mp.mpf("2e-25") + 1e-15 * error
     passing = enclose(UNIT, ht.State(theta=0, thetadot=2, omega3=3))
     assert 0 < passing.theta_error(0, 0.0) < 1e-25  # θ(0) is known no better
-
-
-@pytest.mark.parametrize("k", [37, 150])
-def test_the_rate_of_a_start_beside_the_bottom_is_finite(k):
-    motion = ht.Motion(ht.Top(1, 1, 0), ht.State(f"pi - 1e-{k}", phidot=1, omega3=0))
-    assert 0 <= motion.rising.rate < 10
 
 
 def test_heights_keep_their_own_digits_in_a_pass_through_a_pole():

@@ -82,19 +82,6 @@ def test_steady_precessions_of_the_books_lie_on_the_edge():
         assert place.fast == (which == "fast")
 
 
-def test_the_spherical_pendulum():
-    """Conical pendulum: Omega^2 = -g/(l cos theta), l = 1 here; the same both ways round."""
-    diagram = energy_momentum(ht.Top(1, 1, 1), 0)
-    tilt = np.array([1.7, 2.2, 3.0])
-    for which, sign in (("slow", 1), ("fast", -1)):
-        found = diagram.steady(tilt, which)
-        np.testing.assert_allclose(found.rate, sign / np.sqrt(-np.cos(tilt)), rtol=1e-13)
-        np.testing.assert_allclose(diagram.least(found.p_phi), found.E_prime, rtol=1e-13)
-    assert np.isnan(diagram.steady(1.0).rate)
-    assert (diagram.thread, diagram.hanging, diagram.cusps) == ((0, 1), (0, -1), None)
-    assert diagram.depth == 2  # from the standing to the hanging pendulum
-
-
 @pytest.mark.parametrize("name", DIAGRAMS)
 def test_the_sheets_by_tilt_are_the_edge(name):
     """Slow and fast, wherever both are real: p_psi^2 >= 4 A gMR cos theta; and they meet there."""
@@ -184,17 +171,13 @@ def test_special_places_by_name():
 # p_psi, p_phi, E', gMR: beside corners and edges, and where the axis passes a pole
 PLACES = {
     "through the bottom, barely": (1.0, -1.0, -0.999, 1),
-    "through the bottom, exact p_psi": ("1/3", -1 / 3, -0.9, 1),
-    "past the bottom": (1.0, -1.0 + 1e-15, -0.9, 1),
     "through a stable top": (2.5, 2.5, 1.01, 1),
     "inverted, through the top, barely": (1.0, 1.0, -0.999, -1),
     "inverted, past a stable bottom": (2.5, -2.5 + 1e-13, 1.01, -1),
     "beside the thread": (1.0, 1.0 + 1e-12, 1.0 - 1e-12, 1),
     "planar, swinging": (0, 0.0, -0.9, 1),
-    "planar, rotating": (0, 0.0, 1.9, 1),
     "free": (1.0, 0.3, 0.01, 0),
     "free, through the top": (1.0, 1.0, 0.01, 0),
-    "free, nothing spins": (0, 0.0, 0.3, 0),
 }
 
 

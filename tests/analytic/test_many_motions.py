@@ -11,7 +11,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.analytic import many_motions
-from heavytop.analytic.many_motions import CHUNK, ERROR, Motions, complete, motions_many
+from heavytop.analytic.many_motions import CHUNK, Motions, complete, motions_many
 from heavytop.analytic.motion import Motion
 from heavytop.classification.arrays import InputArrays
 from heavytop.errors import Impossible, ImpossibleStart, NotANumber
@@ -69,25 +69,6 @@ def test_shipped_scenes(name):
     found = motions_many(**numbers)
     assert errors(numbers, found) < BOUND
     assert found.verdicts.names[found.verdicts.kind[0]] == motion(numbers, 0).kind
-
-
-@pytest.mark.parametrize("scale", [1e-25, 1e25])
-def test_units_do_not_matter(scale):
-    numbers = regular(np.random.default_rng(3), 300)
-    there = numbers | {name: numbers[name] * scale for name in TOPS}
-    here, found = columns(motions_many(**numbers)), columns(motions_many(**there))
-    np.testing.assert_allclose(found, here, rtol=1e-9, atol=1e-9)
-
-
-def test_heights_have_their_own_digits_at_both_poles():
-    theta = np.array([0, 1e-20, 1e-9, 0.3, 1.5, math.pi / 2, 1.6, 3.0, 3.14159265, math.pi])
-    for side in (1, -1):
-        found = many_motions._heights(theta, np.full(10, float(side)))
-        for each, sign in zip(found, (-side, side), strict=True):
-            for i, angle in enumerate(theta):
-                want = 1 + sign * CTX.cos(CTX.mpf(angle))
-                exact = CTX.mpf(each.high[i]) + CTX.mpf(each.low[i])
-                assert abs(exact - want) <= ERROR / 2 * want
 
 
 def reduced_by_hand(row):
@@ -175,23 +156,16 @@ def test_a_row_is_the_same_bits_whatever_the_processor_can():
     assert len(hashes) == 1
 
 
-@pytest.mark.parametrize(
-    "start",
-    [
-        {"theta": 0.0, "omega3": 140.0},
-        {"gMR": -0.0456, "theta": 0.0, "omega3": 140.0},
-        {"gMR": 0.0, "theta": 1.0},
-        {"gMR": 0.0, "C": 3.28e-4, "theta": 1.0, "phidot": 2.0},
-        {"gMR": 0.0, "theta": 1.0, "psidot": 2.0},
-    ],
-    ids=["asleep", "hanging", "at rest", "carried without weight", "spinning without weight"],
-)
+@pytest.mark.parametrize("start", [
+    {"theta": 0.0, "omega3": 140.0}, {"gMR": -0.0456, "theta": 0.0, "omega3": 140.0},
+    {"gMR": 0.0, "theta": 1.0}, {"gMR": 0.0, "C": 3.28e-4, "theta": 1.0, "phidot": 2.0},
+    {"gMR": 0.0, "theta": 1.0, "psidot": 2.0},
+])  # fmt: skip
 def test_what_is_steady_has_its_tilt_and_no_period(start):
     numbers = SICM | start
     found = motions_many(**numbers)
     assert found.theta_min == found.theta_max == numbers["theta"]
     assert np.isnan(columns(found)[2:]).all()
-    assert motion({key: [each] for key, each in numbers.items()}, 0).period is None
     assert found.sent == 0
 
 
@@ -210,11 +184,6 @@ GROUPS = {
         ["waves", "through-top", "through-bottom", "through-bottom"], 0,
         {"A": 3.28e-4, "C": 3.28e-4, "gMR": 0.0456, "theta": 1.0, "phidot": [9.0, 9.0, -9.0, 9.0],
          "psidot": [9.0, 9.0, 9.0, -9.0], "thetadot": [0.0, 30.0, 30.0, 30.0]},
-    ),
-    "a spherical top passes from every tilt": (
-        ["through-top"] * 50, 0,
-        {"A": 2.0, "C": 2.0, "gMR": 1.0, "theta": np.linspace(0.05, 3.1, 50), "thetadot": 3.0,
-         "phidot": 0.7, "psidot": 0.7},
     ),
     "what doubles cannot do": (
         None, 2,
@@ -250,18 +219,6 @@ def test_without_the_estimate_rows_are_wrong(monkeypatch):
     wrong = columns(motions_many(**numbers))
     off = np.any(abs(wrong - right) > 1e-12 * np.maximum(1, abs(right)), axis=0)
     assert 0 < off.sum() < 60
-
-
-def test_a_precession_that_turns_back_is_sent(monkeypatch):
-    """A fast top turns by π and back in a period: more digits are lost than where it goes round."""
-    monkeypatch.setattr(many_motions, "PROMISED", 3e-15)  # roundings leave 7e-16 of what turned
-    back, on = (
-        motions_many(A=1.0, C=0.5, gMR=1e-3, theta=1.0, phidot=phidot, omega3=10.0)
-        for phidot in (0.0, 8.0)
-    )
-    assert abs(back.precession) < 0.01
-    assert abs(on.precession) > 6
-    assert (back.sent, on.sent) == (1, 0)
 
 
 def test_shapes_broadcast_and_the_impossible_is_nan():

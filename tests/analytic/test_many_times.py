@@ -3,7 +3,6 @@
 A ball holds the true value, so that what is asked of doubles is asked of the truth itself.
 """
 
-import random
 import time
 from dataclasses import fields
 from fractions import Fraction
@@ -153,16 +152,6 @@ def test_any_top(C, gMR, theta, thetadot, phidot, psidot, t):
             assert apart(getattr(double, name)[0], getattr(at, name)) <= bound, name
 
 
-def test_random_tops_far_away():
-    """Tops drawn over two decades of weight and all tilts, up to 1e6 s."""
-    draw = random.Random(7)
-    for _ in range(15):
-        A, gMR = draw.uniform(0.1, 10), draw.uniform(-1, 1) * 10 ** draw.uniform(-2, 2)
-        top, theta = (A, draw.uniform(0.01, 2) * A, gMR), draw.uniform(0.01, 3.1)
-        rising = start(top, theta, draw.uniform(-5, 5), draw.uniform(-20, 20), draw.uniform(-3, 3))
-        assert_holds(rising, [draw.uniform(-1, 1) * 10 ** draw.uniform(-2, 6) for _ in range(5)])
-
-
 @pytest.mark.parametrize("name", SCENES)
 def test_shipped_scenes_over_their_whole_span(name):
     """θ, 1 ∓ u to 2e-15 of themselves, zeros to 1e-29; φ, ψ to 1e-15 max(1, |x|); 401 times."""
@@ -238,16 +227,6 @@ def test_a_million_tilts_a_second(name):
         form.theta(t)
         spent.append(time.process_time() - began)
     assert min(spent) <= 0.1
-
-
-@pytest.mark.parametrize("shape", [(), (2, 3), (0,)])
-def test_shapes(shape):
-    """A scalar gives scalars, an array its shape, and the axis one dimension more."""
-    form, t = DoubleForm(rising_of("kicked")), np.full(shape, 2.0)
-    record = form(t)
-    assert record.theta.shape == record.phi.shape == form.theta(t).shape == shape
-    assert record.axis.shape == (*shape, 3)
-    assert np.all(record.theta == form([2.0]).theta)
 
 
 def test_times_that_are_none():

@@ -4,7 +4,6 @@ import time
 from fractions import Fraction
 from itertools import pairwise
 
-import mpmath
 import numpy as np
 import pytest
 
@@ -37,15 +36,6 @@ def test_digits_and_many_times():
             motion.at(1, digits=digits)
 
 
-def test_where_nothing_nutates():
-    """A sleeping top has no period and no roots, one angle, and a closed form all the same."""
-    motion = ht.Motion(BOOK, ht.State(0, psidot=140))
-    assert not motion.nutates
-    assert motion.period is motion.precession is motion.spin is motion.roots is None
-    assert motion.theta_min == motion.theta_max == 0
-    assert (float(motion.at(3.0).psi), float(motion.at(3.0).phi)) == (420.0, 0.0)
-
-
 @pytest.mark.parametrize("top", [BOOK, INVERTED])
 def test_mean_rates(top):
     """Means of (φ + ψ)˙ − κ and (φ − ψ)˙ + κ from the rates over one period."""
@@ -59,18 +49,6 @@ def test_mean_rates(top):
     assert motion.spin == pytest.approx(np.mean(at.psidot) * motion.period, rel=1e-12)
     with pytest.raises(ValueError, match="sigma or delta"):
         motion.mean_rate("rho")
-
-
-def test_inverted_gravity_is_the_mirrored_top():
-    """gMR → −gMR with θ → π − θ, ψ̇ → −ψ̇: the same φ, and θ and ψ mirrored."""
-    up = ht.Motion(BOOK, ht.State("0.1", thetadot="0.5", phidot=-15, psidot=140))
-    down = ht.Motion(INVERTED, ht.State("pi - 0.1", thetadot="-0.5", phidot=-15, psidot=-140))
-    t = np.linspace(-1, 2, 50)
-    one, other = up.at(t), down.at(t)
-    np.testing.assert_allclose(other.theta, np.pi - one.theta, rtol=0, atol=1e-15)
-    np.testing.assert_allclose([other.phi, -other.psi], [one.phi, one.psi], rtol=1e-15)
-    assert down.theta_max == pytest.approx(np.pi - up.theta_min, rel=1e-15)
-    assert down.roots[1:] == pytest.approx([-r for r in up.roots[1::-1]], rel=1e-15)
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -120,19 +98,6 @@ def test_quaternion_omega_and_energy_hold_together(name, t):
     assert off < 4e-15 * (1 + abs(float(exact.psi)) / 100)
     assert np.abs(double.omega - np.array(exact.omega, float)).max() < 1e-13 * float(size)
     assert double.energy == pytest.approx(float(exact.energy), rel=4e-16)
-
-
-def test_the_start_is_the_rotation_of_its_angles():
-    scene = ht.load_scene("sicm-kicked")
-    start = ht.State("0.1", phi="0.7", psi="0.3", phidot=-15, psidot=140)
-    q = ht.Motion(scene.top, start).at(0, 40).quaternion
-    with mpmath.workdps(40):
-        half = [mpmath.mpf(x) / 20 for x in (7, 1, 3)]
-        turns = [[mpmath.cos(x), 0, 0, 0] for x in half]
-        for turn, x, k in zip(turns, half, (3, 1, 3), strict=True):
-            turn[k] = mpmath.sin(x)
-        expected = product(product(turns[0], turns[1]), turns[2])
-        assert max(abs(x - y) for x, y in zip(q, expected, strict=True)) < 1e-36
 
 
 # --- rates, times and tilts far from 1 -----------------------------------------------------------

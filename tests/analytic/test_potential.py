@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.potential import Potential, quadrature_period, quadrature_time
 from heavytop.classification.reduced import FromScene
@@ -101,17 +100,6 @@ def test_the_separatrix_has_the_energy_of_the_upright_top(name):
     energy = curve.speed**2 / 2 + V(curve.theta)
     np.testing.assert_allclose(energy, abs(float(V.g)), rtol=1e-12)
     assert (curve.theta[end], curve.speed[end]) == (np.pi if end else 0, 0)
-
-
-def test_the_separatrix_is_between_the_swinging_and_the_passing():
-    """p_phi = p_psi exactly, θ swinging short of the top."""
-    kept = {"E": "0.0456 * 9/10 + 6.60e-5*60**2/2", "p_phi": "6.60e-5*60", "p_psi": "6.60e-5*60"}
-    V = potential(BOOK, State.from_constants(BOOK, **kept, theta="0.9", branch="falling"))
-    own, separatrix = V.curve(V.excess), V.separatrix()
-    assert 0 < own.theta[0] < own.theta[-1] < separatrix.theta[-1]
-    assert own.speed.max() < separatrix.speed.max()
-    again = [float(tilt) for tilt in ClosedForm(V.raised(V.excess)).tilts]
-    assert again == pytest.approx([own.theta[-1], own.theta[0]], rel=1e-12)
 
 
 def test_there_is_no_separatrix_where_nothing_tends_to_the_vertical():

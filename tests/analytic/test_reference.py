@@ -6,7 +6,6 @@ import json
 from decimal import Decimal
 from fractions import Fraction
 
-import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -14,7 +13,6 @@ from heavytop.analytic.enclosure import enclose
 from heavytop.analytic.reference import COLUMNS, read_times, reference
 from heavytop.cli import app
 from heavytop.errors import BadScene, ForeignFile, Impossible
-from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene, shipped_scenes
 
 KICKED = load_scene("sicm-kicked")
@@ -40,16 +38,6 @@ def test_every_digit_is_that_of_a_finer_computation(name):
             assert column == "t" or off(text, str(Fraction(finer) + 2 * unit(text))) > 1
     for text in coarse.columns["theta"]:
         assert len(text) == len("0.") + 12 if text[0] == "0" else len(text) == 12 + len(".")
-
-
-def test_the_integrator_says_the_same():
-    exact = reference(KICKED, "0:2:0.1", ["theta", "phi", "axis"], events=["turning"])
-    run = propagate(KICKED)
-    there = run(np.array([float(t) for t in exact.columns["t"]]))
-    for name, found in (("theta", there.theta), ("phi", there.phi), ("axis_z", there.axis[:, 2])):
-        assert np.abs(found - np.array(exact.columns[name], float)).max() < 1e-13
-    found = [t for kind, t in zip(run.events.kind, run.events.t, strict=True) if "theta" in kind]
-    assert found == pytest.approx([float(t) for _, t in exact.events], abs=1e-14)
 
 
 def test_events_between_two_times_and_before_the_start():

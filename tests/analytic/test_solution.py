@@ -26,7 +26,6 @@ from heavytop.analytic.many_times import DoubleForm
 from heavytop.analytic.rising import Rising
 from heavytop.analytic.solution import _nearest
 from heavytop.classification.reduced import FromScene, Through
-from heavytop.errors import NoClosedForm
 from heavytop.numbers import Exact, cos
 from heavytop.numbers.intervals import working
 
@@ -225,33 +224,6 @@ def test_a_motion_through_a_pole_by_decree(below):
         assert abs(turns(told)[1] - arb.pi()) < arb("1e-80")
         assert 0 < abs(abs(turns(plain)[1]) - arb.pi()) < arb("1e-17")
     assert abs(ClosedForm(plain, 40).period / ClosedForm(told, 40).period - 1) < 1e-17
-
-
-def test_steady_at_a_tilt_that_vanishes_at_sixty_digits():
-    """θ = 1e-70, precessing: neither P₊ nor P₋ is zero, so it is not on the vertical."""
-    tilt = X("1e-70")
-    start = Start(UNIT, tilt, 3, (18 * cos(tilt) + 2) / 3)  # A φ̇² cosθ − C ω3 φ̇ + gMR = 0
-    form = ClosedForm(start.rising, 30)
-    assert form.rising.regime.name == "steady"
-    assert abs(form(2).phi - Fraction("0.3") - 6) < form.ctx.mpf("1e-30")
-    assert float(DoubleForm(start.rising)(2.0).theta) == pytest.approx(1e-70, rel=1e-15)
-
-
-class Told(FromScene):
-    """Numbers of which none is known to vanish."""
-
-    def vanishes(self, name):
-        return False
-
-
-def test_the_limit_of_bits_is_named():
-    """Told that it nutates where it is steady, either form says how many bits were tried."""
-    start = Start(BETSCH, X("pi/3"), 10, Fraction("140.6")).rising.source
-    told = Rising(Told(start.top, start.start), limit=1024)
-    with pytest.raises(NoClosedForm, match="1024 bits"):
-        DoubleForm(told)
-    with pytest.raises(NoClosedForm, match="1024 bits"):
-        ClosedForm(told, 30)(1)
 
 
 # --- exactly through a pole ----------------------------------------------------------------------

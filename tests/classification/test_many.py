@@ -1,8 +1,7 @@
-"""Kinds of whole arrays against p_φ, p_ψ and E at 130 digits, and against the one-by-one proof."""
+"""Kinds of whole arrays against p_φ, p_ψ and E at 300 digits, and against the one-by-one proof."""
 
 import math
 
-import mpmath
 import numpy as np
 import pytest
 
@@ -13,49 +12,9 @@ from heavytop.classification.filter import filtered
 from heavytop.classification.many import classify_many
 from heavytop.errors import Impossible, ImpossibleStart, NotANumber
 
-from ..starts import nasty, regular
+from ..starts import kind_of, nasty, regular
 
-CTX = mpmath.mp.clone()
-CTX.dps = 130
-ZERO = CTX.mpf(10) ** -115  # beside its terms: a sum of doubles' products that is 0
 SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
-
-
-def sign(*terms):
-    total = CTX.fsum(terms)
-    scale = CTX.fsum(map(abs, terms))
-    return 0 if abs(total) <= ZERO * scale else int(CTX.sign(total))
-
-
-def told(*row, held):
-    """The kind and the detail, as the definitions of the kinds say them."""
-    A, C, g, theta, thetadot, phidot, spin = map(CTX.mpf, row)
-    u, s2 = CTX.cos(theta), CTX.sin(theta) ** 2
-    omega3 = spin if held == "omega3" else spin + phidot * u
-    p_psi, drift, K2 = C * omega3, A * phidot * s2, A * (thetadot**2 + phidot**2 * s2)
-    if thetadot == 0 and drift == 0 and omega3 == 0 and (g == 0 or theta == 0):
-        return "at-rest", ""
-    if g == 0:
-        return "force-free", ""
-    if theta == 0 and thetadot == 0:
-        side = sign(p_psi**2, -4 * A * g)
-        return ("hanging", "") if g < 0 else ("sleeping", ("marginal", "stable", "unstable")[side])
-    over = sign(K2, 2 * g * u, -2 * abs(g))
-    if omega3 == 0 and drift == 0:
-        return "planar-pendulum", ("asymptotic", "rotating", "swinging")[over]
-    top, bottom = (sign(drift, p_psi * u, pole * p_psi) for pole in (-1, 1))
-    if (top if g > 0 else bottom) == 0 and over == 0:
-        return "separatrix", ""
-    if top == 0 and sign(K2, 2 * g * u, -2 * g) > 0:
-        return "through-top", ""
-    if bottom == 0 and sign(K2, 2 * g * u, 2 * g) > 0:
-        return "through-bottom", ""
-    if thetadot == 0 and sign(A * u * phidot**2, -p_psi * phidot, g) == 0:
-        return "uniform-precession", "slow" if A * phidot**2 * abs(u) < abs(g) else "fast"
-    if top * bottom < 0:  # E' − gMR p_φ/p_ψ, with E' = K2/2 + gMR cosθ
-        side = sign(p_psi * K2 / 2, p_psi * g * u, -g * drift, -g * p_psi * u) * CTX.sign(p_psi)
-        return (("cusps", "loops", "waves")[int(side)]), ""
-    return "waves", ""
 
 
 def rows(numbers):
@@ -74,7 +33,7 @@ def test_what_doubles_tell_is_true(held, seed):
         for row, kind, part, margin in zip(
             rows(numbers), found.kind, found.detail, found.margin, strict=True
         )
-        if margin > 0 and (NAMES[kind], DETAILS[part]) != (truth := told(*row, held=held))
+        if margin > 0 and (NAMES[kind], DETAILS[part]) != (truth := kind_of(*row, held=held))
     ]
     assert not wrong
     assert np.mean(found.margin > 0) > 0.7
@@ -283,13 +242,11 @@ def test_arrays_are_broadcast_whatever_their_order(monkeypatch):
     assert found.kind.shape == found.margin.shape == found.tags.shape == (3, 4, 5)
     monkeypatch.setattr(many, "CHUNK", 7)
     parts = classify_many(**given, tags=True)
-    full = {name: np.broadcast_to(each, (3, 4, 5)) for name, each in given.items()}
     for field in ("kind", "detail", "certified", "margin", "tags", "open_tags"):
         assert np.array_equal(getattr(parts, field), getattr(found, field)), field
-    for at in np.ndindex(3, 4, 5):
-        one = classify_many(**{name: each[at] for name, each in full.items()}, tags=True)
-        assert one.kind == found.kind[at]
-        assert one.margin == found.margin[at]
+    full = np.broadcast_arrays(*given.values())
+    one = classify_many(**{name: x[1, 2, 3] for name, x in zip(given, full, strict=True)})
+    assert (one.kind, one.margin) == (found.kind[1, 2, 3], found.margin[1, 2, 3])
 
 
 GOOD = {"A": 2.0, "C": 1.0, "gMR": 3.0, "theta": 1.0, "thetadot": 0.5, "phidot": 1.0, "omega3": 2.0}
@@ -337,7 +294,3 @@ def test_refusals_and_results_that_do_not_change():
         classify_many(A=1, C=1, gMR=np.int64(k * k), theta=0, omega3=2 * k)
     none = classify_many(A=1, C=1, gMR=1, theta=np.zeros((0, 3)))
     assert (none.kind.shape, none.counts) == ((0, 3), {})
-    found = classify_many(**SICM, theta=[0.1, 0.2])
-    for array in (found.kind, found.detail, found.certified, found.margin):
-        with pytest.raises(ValueError, match="read-only"):
-            array[0] = 0
