@@ -5,6 +5,8 @@ import math
 import mpmath
 import numpy as np
 
+import heavytop as ht
+
 CTX = mpmath.mp.clone()
 CTX.dps = 300
 ZERO = CTX.mpf(10) ** -250  # beside its terms: a sum that is 0
@@ -107,3 +109,9 @@ def regular(random, n):
         "theta": random.uniform(0.05, 3.09, n), "thetadot": random.normal(size=n),
         "phidot": random.normal(size=n), "omega3": 4 * random.normal(size=n),
     }  # fmt: skip
+
+
+def top_and_state(row):
+    """The top and the start that numbers by name say."""
+    start = {name: x for name, x in row.items() if name not in ("A", "C", "gMR")}
+    return ht.Top(row["A"], row["C"], row["gMR"]), ht.State(**start)

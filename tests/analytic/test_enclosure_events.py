@@ -3,7 +3,6 @@
 import random
 from fractions import Fraction
 
-import mpmath
 import numpy as np
 import pytest
 
@@ -12,7 +11,8 @@ from heavytop.errors import Impossible, Unseparated
 from heavytop.numbers import Exact
 from heavytop.run.events import tally
 
-from ..motions import SCENES, motion, named, shipped
+from ..by_hand import ByHand
+from ..motions import motion, named
 
 EVENTS = ("turning", "reversal", "cusp")
 TINY = Fraction(1, 10**30)
@@ -53,14 +53,6 @@ def held(begun, end):
         else:
             assert counted["cusp"] == 0
     return counted["reversal"]
-
-
-@pytest.mark.parametrize("end", [3.37, -2.21])
-@pytest.mark.parametrize("name", SCENES)
-def test_shipped_scenes(name, end):
-    """Over a few periods, forwards and backwards."""
-    begun = shipped(name)
-    held(begun, end * (begun.period or 1.0))
 
 
 def drawn(draw):
@@ -215,18 +207,15 @@ def test_an_end_that_is_exactly_an_event_cannot_be_told_from_its_sides():
 
 def test_the_time_between_reversals_by_quadrature():
     """From a/b = u up to u₂ and back, by mpmath.quad of 1/√f: an authority outside FLINT."""
-    begun = motion(*LOOPS)
-    found, mp = enclosed(begun), mpmath.MPContext()
-    mp.dps = 60
-    form = begun.form(50)
-    r = form.reduced
-    u1, u2, u3 = map(mp.mpf, form.roots)
-    g, stop = mp.mpf(r.g), mp.mpf(r.a) / mp.mpf(r.b)
-    # u = u₂ − x², and so du/√(2g (u − u₁)(u₂ − u)(u₃ − u)) = 2 dx/√(2g (u − u₁)(u₃ − u))
-    rate = lambda x: 2 / mp.sqrt(2 * g * (u2 - x * x - u1) * (u3 - u2 + x * x))  # noqa: E731
-    above = 2 * mp.quad(rate, [0, mp.sqrt(u2 - stop)])
-    times = [found.time("reversal", n).middle for n in range(3)]
-    gaps = sorted((times[1] - times[0], times[2] - times[1]))
-    T = mp.mpf(form.period)
-    for gap, want in zip(gaps, sorted((above, T - above)), strict=True):
+    begun, hand = motion(*LOOPS), ByHand(ht.Top(*LOOPS[:3]), motion(*LOOPS).start, 60)
+    mp, (u1, u2, u3) = hand.mp, hand.roots
+
+    def rate(x):
+        """u = u₂ − x², and so du/√(2g (u − u₁)(u₂ − u)(u₃ − u)) = 2 dx/√(2g (u − u₁)(u₃ − u))."""
+        return 2 / mp.sqrt(2 * hand.g * (u2 - x * x - u1) * (u3 - u2 + x * x))
+
+    above = 2 * mp.quad(rate, [0, mp.sqrt(u2 - hand.a / hand.b)])
+    before, middle, after = (enclosed(begun).time("reversal", n).middle for n in range(3))
+    wanted = sorted((above, mp.mpf(begun.form(50).period) - above))
+    for gap, want in zip(sorted((middle - before, after - middle)), wanted, strict=True):
         assert abs(mp.mpf(gap.numerator) / gap.denominator - want) < mp.mpf(10) ** -35

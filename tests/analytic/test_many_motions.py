@@ -16,8 +16,9 @@ from heavytop.analytic.motion import Motion
 from heavytop.classification.arrays import InputArrays
 from heavytop.errors import Impossible, ImpossibleStart, NotANumber
 
+from ..by_hand import ByHand
 from ..motions import SCENES
-from ..starts import nasty, regular
+from ..starts import nasty, regular, top_and_state
 
 CTX = mpmath.mp.clone()
 CTX.dps = 60
@@ -30,9 +31,8 @@ def columns(found):
     return np.array([getattr(found, name) for name in Motions.columns])
 
 
-def motion(numbers, at):
-    row = {name: float(each[at]) for name, each in numbers.items()}
-    return Motion(ht.Top(**{name: row.pop(name) for name in TOPS}), ht.State(**row))
+def row_of(numbers, at):
+    return top_and_state({name: float(each[at]) for name, each in numbers.items()})
 
 
 def errors(numbers, found, rows=None):
@@ -41,7 +41,7 @@ def errors(numbers, found, rows=None):
     off = []
     for at in range(found.period.size) if rows is None else rows:
         row = np.array([getattr(found, name).flat[at] for name in Motions.columns])
-        alone = motion(given, at)
+        alone = Motion(*row_of(given, at))
         want = np.array([getattr(alone, name) for name in Motions.columns], float)
         scale = abs(want)
         scale[[0, 1, 3, 4]] = np.maximum(1, scale[[0, 1, 3, 4]])
@@ -68,25 +68,15 @@ def test_shipped_scenes(name):
         numbers[each] = np.array([float(getattr(scene.start, each))])
     found = motions_many(**numbers)
     assert errors(numbers, found) < BOUND
-    assert found.verdicts.names[found.verdicts.kind[0]] == motion(numbers, 0).kind
 
 
-def reduced_by_hand(row):
+def reduced_by_hand(top, start):
     """f₂, the surplus and P± of a start, from Routh's constants, at 60 digits; A = 1 s."""
-    A, C, gMR, theta, thetadot, phidot, spin = map(CTX.mpf, row.values())
-    u = CTX.cos(theta)
-    b = (spin if "omega3" in row else spin + phidot * u) * C
-    phidot, thetadot = A * phidot, A * thetadot
-    a, g = phidot * CTX.sin(theta) ** 2 + b * u, gMR * A
-    if g < 0:
-        g, b, u = -g, -b, -u
-    h = (thetadot**2 + (phidot * CTX.sin(theta)) ** 2) / 2 + g * u
-    return {
-        "f2": 6 * g * u - 2 * h - b * b,
-        "surplus": 4 * (h - g) - 2 * b * (a - b),
-        "P_plus": a + b,
-        "P_minus": a - b,
-    }
+    hand, A = ByHand(top, start, 60, mirrored=True), CTX.mpf(float(top.A))
+    f2 = 6 * hand.g * hand.u0 - 2 * hand.h - hand.b**2
+    surplus = 4 * (hand.h - hand.g) - 2 * hand.b * (hand.a - hand.b)
+    sums = {"P_plus": A * (hand.a + hand.b), "P_minus": A * (hand.a - hand.b)}
+    return sums | {"f2": A * A * f2, "surplus": A * A * surplus}
 
 
 @pytest.mark.parametrize("held", ["omega3", "psidot"])
@@ -95,7 +85,7 @@ def test_what_cancels_is_wrong_by_no_more_than_its_bound(held):
     with np.errstate(all="ignore"):
         start = many_motions._reduced(InputArrays(numbers).starts(slice(None)))
     for at in range(800):
-        want = reduced_by_hand({name: float(each[at]) for name, each in numbers.items()})
+        want = reduced_by_hand(*row_of(numbers, at))
         size = 1 + numbers["phidot"][at] ** 2 + numbers[held][at] ** 2
         for name, truth in want.items():
             if name in ("f2", "surplus"):
@@ -176,8 +166,7 @@ def test_what_tends_to_the_vertical_has_bounds_and_no_period():
     assert np.isnan(columns(found)[2:]).all()
 
 
-GAP = 2 / 2.6 * (1 - math.cos(1.0))  # θ̇² that leads to the top, to rounding
-OFF = np.repeat(10.0 ** -np.arange(1, 16), 2)
+# name: kinds, how many are sent to a motion each, and the tops
 # name: kinds, how many are sent to a motion each, and the tops
 GROUPS = {
     "passes jump by π": (
@@ -188,17 +177,12 @@ GROUPS = {
     "what doubles cannot do": (
         None, 2,
         {"A": 2.6, "C": 5.2, "gMR": [1.0, 1e-200], "theta": [1.0, 0.5], "phidot": [0.0, 1.0],
-         "thetadot": [math.sqrt(GAP), 2.0], "psidot": [0.0, 1.0]},
+         "thetadot": [math.sqrt(2 / 2.6 * (1 - math.cos(1.0))), 2.0], "psidot": [0.0, 1.0]},
     ),
     "a momentum that is all rounding": (
         None, 2,
         {"A": 1.0, "C": 2.0, "gMR": 1.0, "theta": math.pi, "thetadot": [0.3, -0.3], "phidot": 0.2,
          "psidot": 0.0},
-    ),
-    "a fast and nearly spherical top": (
-        None, 0,
-        {"A": 1.1, "C": 1.1 * (1 + OFF), "gMR": 0.9, "theta": 1.2, "thetadot": 0.3, "phidot": 2.0,
-         "psidot": np.tile([1e6, 3e7], 15)},
     ),
 }  # fmt: skip
 

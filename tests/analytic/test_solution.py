@@ -67,8 +67,6 @@ def near(e):
     theta, phidot, omega3 = WHITTAKER
     return {
         "marginal top, tilted": Start(UNIT, e, 0, 4),
-        "just faster than marginal": Start(UNIT, Fraction(1, 1000), 0, 4 + e),
-        "unstable sleeper, tilted": Start(UNIT, e, 0, 3),
         "stable sleeper, tilted": Start(UNIT, e, 0, 5),
         "hanging, tilted": Start((2, 1, -2), e, 0, 3),
         "faster than steady": Start(BETSCH, X("pi/3"), 10 * (1 + e), Fraction("140.6")),

@@ -12,7 +12,7 @@ from heavytop.classification.filter import filtered
 from heavytop.classification.many import classify_many
 from heavytop.errors import Impossible, ImpossibleStart, NotANumber
 
-from ..starts import kind_of, nasty, regular
+from ..starts import kind_of, nasty, regular, top_and_state
 
 SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
 
@@ -43,11 +43,6 @@ def test_what_doubles_tell_is_true(held, seed):
         "at-rest", "force-free", "sleeping", "hanging", "planar-pendulum", "through-top",
         "loops", "cusps", "waves",
     }  # fmt: skip
-
-
-def top_and_state(numbers):
-    start = {name: x for name, x in numbers.items() if name not in SICM}
-    return ht.Top(*(numbers[name] for name in SICM)), ht.State(**start)
 
 
 def assert_one_by_one(numbers, found):
