@@ -82,6 +82,18 @@ def test_start_is_the_start(name):
             assert inside(ball, given, 38)
 
 
+@pytest.mark.parametrize(("theta", "up"), [(0, 1), ("pi", -1)])
+@pytest.mark.parametrize("thetadot", [1, -1])
+@pytest.mark.parametrize("gMR", [3, -3])
+def test_start_on_a_pole_names_the_side_it_goes_to(theta, up, thetadot, gMR):
+    """φ₀ is where the axis goes; when θ̇₀ points through the pole it is φ₀ + π, and ψ₀ ∓ π."""
+    begun = motion(2, 1, gMR, theta, phi="0.3", psi="0.2", thetadot=thetadot, psidot=1)
+    at = begun.form(30)(Fraction(1, 10**20))
+    turned = thetadot * up < 0
+    assert abs(at.phi - CTX.mpf("0.3") - turned * CTX.pi) < 1e-19
+    assert abs(at.psi - CTX.mpf("0.2") + up * turned * CTX.pi) < 1e-19
+
+
 @pytest.mark.parametrize("part", ["0.02", "0.3", "0.48", "0.52", "0.98"])
 @pytest.mark.parametrize("gMR", [3, -3])
 def test_periods_are_counted_from_the_nearest_lower_turning(part, gMR):

@@ -86,6 +86,8 @@ KNOWN = {
         "small_nutation_frequency": approx(2 * SWING, rel=1e-15),
     }),
     "a pendulum above": ((TWO, {"theta": 0}), {"growth_rate": approx(SWING, rel=1e-15)}),
+    "adrift": ((WEIGHTLESS, {"theta": 0}),
+        {"stable": False, "growth_rate": None, "sleeping_threshold": None}),
     "half a turn of φ at the bottom": ((TWO, {"theta": 1}),
         {"phidot_min": 0, "phidot_max": 0, "phidot_reverses": False, "rotation_number": 0.5}),
     "through the top φ̇ is p_ψ/2A": ((TWO, {"theta": 0, "thetadot": 2, "psidot": 3}),

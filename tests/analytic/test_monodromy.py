@@ -6,6 +6,7 @@ import pytest
 import heavytop as ht
 from heavytop.analytic.energy_momentum import energy_momentum
 from heavytop.analytic.monodromy import ellipse
+from heavytop.numbers.decimals import context
 
 from ..motions import BOOK, INVERTED
 
@@ -70,6 +71,27 @@ def test_close_to_the_threshold_the_turns_are_still_told():
     assert (found.winding, found.spin_winding) == (1, -1)
     assert len(found.s) > 60
     assert found.largest_step < np.pi / 2
+
+
+@pytest.mark.parametrize("name", ["falls", "inverted, falls"])
+def test_the_derivatives_along_the_loop_add_up_to_a_turn(name):
+    """No jump is counted: rates of change at 64 places, and the trapezoidal rule."""
+    diagram, ctx = diagram_of(name), context(60)
+    A, weight = (abs(x.mpf(ctx)) for x in (diagram.top.A, diagram.top.gMR))
+    size, step, total = diagram.maximal_loop / 2, ctx.mpf("1e-15"), np.zeros(3)
+
+    def angles(s):
+        p = diagram.standing.p_phi + size * ctx.sqrt(A * weight) * ctx.cos(s)
+        energy = diagram.standing.E_prime + size * weight * ctx.sin(s)
+        form = diagram.advance(p, energy, digits=40)
+        return np.array([form.period, form.precession, form.spin])
+
+    for k in range(64):
+        s = 2 * ctx.pi * (k + ctx.mpf("0.1")) / 64
+        change = (angles(s + step) - angles(s - step)) / (2 * step)
+        total += change.astype(float) * 2 * np.pi / 64
+    turned = 2 * np.pi * np.array([0, 1, -1 if diagram.g > 0 else 1])
+    assert np.all(abs(total - turned) < 1e-12)
 
 
 @pytest.mark.parametrize(

@@ -26,6 +26,7 @@ from heavytop.analytic.many_times import DoubleForm
 from heavytop.analytic.rising import Rising
 from heavytop.analytic.solution import _nearest
 from heavytop.classification.reduced import FromScene, Through
+from heavytop.errors import NoClosedForm
 from heavytop.numbers import Exact, cos
 from heavytop.numbers.intervals import working
 
@@ -224,6 +225,32 @@ def test_a_motion_through_a_pole_by_decree(below):
     assert abs(ClosedForm(plain, 40).period / ClosedForm(told, 40).period - 1) < 1e-17
 
 
+def test_steady_at_a_tilt_that_vanishes_at_sixty_digits():
+    """θ = 1e-70, precessing: neither P₊ nor P₋ is zero, so it is not on the vertical."""
+    tilt = X("1e-70")
+    rising = Start(UNIT, tilt, 3, (18 * cos(tilt) + 2) / 3).rising  # A φ̇² u − C ω3 φ̇ + gMR = 0
+    form = ClosedForm(rising, 30)
+    assert rising.regime.name == "steady"
+    assert abs(form(2).phi - Fraction("0.3") - 6) < form.ctx.mpf("1e-30")
+    assert float(DoubleForm(rising)(2.0).theta) == pytest.approx(1e-70, rel=1e-15)
+
+
+class Told(FromScene):
+    """Numbers of which none is known to vanish."""
+
+    def vanishes(self, name):
+        return False
+
+
+def test_the_limit_of_bits_is_named():
+    """Told that it nutates where it is steady, either form says how many bits were tried."""
+    start = Start(BETSCH, X("pi/3"), 10, Fraction("140.6")).rising.source
+    told = Rising(Told(start.top, start.start), limit=1024)
+    for ask in (lambda: DoubleForm(told), lambda: ClosedForm(told, 30)(1)):
+        with pytest.raises(NoClosedForm, match="1024 bits"):
+            ask()
+
+
 # --- exactly through a pole ----------------------------------------------------------------------
 
 
@@ -258,7 +285,10 @@ def test_angles_jump_and_the_attitude_turns_on(name):
     records = [form(t + k * h) for k in (-3, -1, 0, 1, 3)]
     squared = (r.kappa + r.b) ** 2 + 2 * (r.kinetic0 + r.g * (r.u0 - pole))
     slack = 10 * h * (1 + abs(r.kappa) + abs(r.b) + ctx.sqrt(squared))
-    _, before, at, after, _ = records
+    begin, before, at, after, _ = records
+    later = form(t - 3 * h + form.period)
+    assert abs(later.phi - begin.phi - form.precession) < ctx.mpf("1e-50")
+    assert abs(later.psi - begin.psi - form.spin) < ctx.mpf("1e-50")
     assert abs(after.phi - before.phi - ctx.pi) < slack
     assert abs(after.psi - before.psi + pole * ctx.pi) < slack
     # the time of the pass is rounded: it is before the pass or after it

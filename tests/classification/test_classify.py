@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
 from heavytop.classification.classify import classify
 from heavytop.numbers import Exact, sqrt
@@ -97,6 +98,8 @@ def test_generic(high, low, signs):
         for found in (classify(top, start), classify(*opposite)):
             assert found.kind is (Kind.LOOPS if rates < 0 else Kind.WAVES)
             assert (found.certified, found.open_tags) == (True, ())
+        roots = [float(x) for x in (ANGLES[low], ANGLES[high], third)]
+        assert Motion(top, start).roots == pytest.approx(roots, abs=1e-15)
 
 
 def with_reversal(low, u1, where, third):
