@@ -212,6 +212,7 @@ def test_special(kind, theta, other, third, tags):
     ("top", "start", "kind", "tags"),
     [
         ((2, 1, 3), State("pi"), "at-rest", ()),
+        ((2, 1, 2), State("pi/2", thetadot="sqrt(2)"), "planar-pendulum", ("asymptotic",)),
         ((2, 1, -3), State("pi", psidot=20), "sleeping", ("stable", "inverted-gravity")),
         ((1, 1, 2), State("pi/2", phidot=1, psidot=2), "uniform-precession",
          ("single", "spherical-top", "closed-orbit")),
