@@ -40,6 +40,7 @@ def test_zeros_that_are_seen_in_the_form(zero: Exact) -> None:
         (1 + sqrt(2)) * (sqrt(2) - 1) - 1,
         (FOURTH - 1) * (1 + FOURTH + FOURTH**2 + FOURTH**3) - 1,
         (sqrt(53) + sqrt(59)) ** 2 - 112 - 2 * sqrt(3127),  # primes that are not taken out
+        sqrt(53**2 * 59) - 53 * sqrt(59),
         (sqrt(PI) + 1) * (sqrt(PI) - 1) - PI + 1,
         1 / (1 + 1 / (1 + sqrt(2))) - 1 / sqrt(2),
         sin(1) ** 2 + cos(1) ** 2 - 1,
@@ -47,6 +48,7 @@ def test_zeros_that_are_seen_in_the_form(zero: Exact) -> None:
         cos("0.2") - 2 * cos("0.1") ** 2 + 1,
         sin("0.3") - 3 * sin("0.1") + 4 * sin("0.1") ** 3,
         sin("0.2") * cos("20.3") - 2 * sin("0.1") * cos("0.1") * cos("20.3"),
+        sin(-2) + 2 * sin(1) * cos(1),
         sin(sqrt(8)) - 2 * sin(sqrt(2)) * cos(sqrt(2)),
         cos(PI / 7) - cos(PI * 2 / 7) + cos(PI * 3 / 7) - Fraction(1, 2),
         sqrt((1 + cos(1)) * (1 - cos(1))) - sqrt(1 - cos(1) ** 2),
