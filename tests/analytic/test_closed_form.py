@@ -13,20 +13,16 @@ import sympy as sp
 import heavytop as ht
 from heavytop.analytic.closed_form import constants
 from heavytop.equations import lagrangian as lag
-from heavytop.numbers import Exact
+from heavytop.numbers import PI
 from heavytop.numbers.decimals import context
 from heavytop.numbers.intervals import Interval, rational
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-from ..motions import BOOK, KICKED, MOTIONS, motion, named
+from ..motions import MOTIONS, motion, named
 from .rigid_series import WORK, attitude, cross, here, solved
 
 CTX = context(60)
-
-
-def angles(record):
-    return record.theta, record.phi, record.psi
 
 
 def inside(ball, value, digits=33):
@@ -53,13 +49,12 @@ def test_it_solves_the_rigid_body_equations(name, t):
     at, found = begun.form(40)(t), ht.enclose(begun.top, begun.start, 40)
     e, l, v, kappa = solved(MOTIONS[name], t)  # noqa: E741
     got = attitude(*map(here, (at.phi, at.theta, at.psi)))
-    assert max(abs(a - b) for a, b in zip((*e, *v), (*got[0], *got[1]), strict=True)) < 1e-33
-    assert max(abs(a - b) for a, b in zip(e, at.axis, strict=True)) < 1e-33
-    assert all(inside(*pair) for pair in zip(found.axis(t), e, strict=True))
     w, x, y, z = (WORK.mpf(b.middle.numerator) / b.middle.denominator for b in found.quaternion(t))
-    column = 2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z
+    third = 2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z
     first = w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)
-    assert max(abs(a - b) for a, b in zip((*column, *first), (*e, *v), strict=True)) < 1e-33
+    for vectors in ((*got[0], *got[1]), (*at.axis, *got[1]), (*third, *first)):
+        assert max(abs(a - b) for a, b in zip((*e, *v), vectors, strict=True)) < 1e-33
+    assert all(inside(*pair) for pair in zip(found.axis(t), e, strict=True))
     sin2 = e[0] ** 2 + e[1] ** 2
     if sin2 < 1e-20:
         return  # on a pole the angles have no rates of their own
@@ -70,54 +65,21 @@ def test_it_solves_the_rigid_body_equations(name, t):
     assert all(inside(*pair, 28) for pair in zip(found.rates(t), rates, strict=True))
 
 
-@pytest.mark.slow
-@pytest.mark.reference
-def test_random_tops_solve_the_rigid_body_equations():
-    """The same for tops drawn at random, either sign of gMR."""
-    draw = random.Random(20121)
-    for _ in range(4):
-        A = draw.uniform(0.5, 2)
-        args = (A, A * draw.uniform(0.01, 2), draw.uniform(-5, 5), draw.uniform(0.01, 3.1),
-                draw.uniform(-3, 3), draw.uniform(-3, 3), draw.uniform(-2, 2),
-                draw.uniform(-4, 4), draw.uniform(-8, 8))  # fmt: skip
-        at = motion(*args).form(40)("1.25")
-        e, _, v, _ = solved(args, "1.25")
-        got = attitude(*map(here, (at.phi, at.theta, at.psi)))
-        assert max(abs(a - b) for a, b in zip((*e, *v), (*got[0], *got[1]), strict=True)) < 1e-33
-
-
 @pytest.mark.parametrize("name", MOTIONS)
 def test_start_is_the_start(name):
     """At t = 0 every angle and rate is the given one, in the interval too."""
     begun = named(name)
     form, found = begun.form(30), ht.enclose(begun.top, begun.start, 25)
-    if begun.start.theta.sign() == 0:
-        return  # φ and ψ, and their rates, have no value of their own on a pole
-    names = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
-    balls = found.theta(0), found.phi(0), found.psi(0), *found.rates(0)
-    for each, ball in zip(names, balls, strict=True):
-        given = getattr(begun.start, each).mpf(form.ctx)
-        if begun.start.theta != Exact.of("pi") or "theta" in each:
+    for each, ball in zip(
+        ("theta", "phi", "psi", "thetadot", "phidot", "psidot"),
+        (found.theta(0), found.phi(0), found.psi(0), *found.rates(0)),
+        strict=True,
+    ):
+        # on a pole φ and ψ, and their rates, have no value of their own
+        if begun.start.theta not in (0, PI) or each == "theta":
+            given = getattr(begun.start, each).mpf(form.ctx)
             assert abs(getattr(form(0), each) - given) < 1e-28
             assert inside(ball, given, 38)
-
-
-@pytest.mark.parametrize("name", [n for n in MOTIONS if named(n).nutates])
-def test_a_period_later(name):
-    """θ is the same, φ and ψ have gained Δφ and Δψ; but for jumps, at the mean rates."""
-    begun = named(name)
-    form = begun.form(40)
-    T, t = form.period, form.ctx.mpf("0.37")
-    at, later = form(t), form(t + T)
-    close = form.ctx.mpf("1e-36")
-    assert abs(later.theta - at.theta) < close
-    assert abs(later.phi - at.phi - form.precession) < close
-    assert abs(later.psi - at.psi - form.spin) < close * max(1, abs(form.spin))
-    over = (form.precession + form.relative_spin, form.precession - form.relative_spin)
-    # at θ = 0 of φ − ψ, at θ = π of φ + ψ
-    jumps = (2 * form.ctx.pi * (near < close) for near in reversed(form.nearest))
-    for whole, jump, mean in zip(over, jumps, form.mean_rates, strict=True):
-        assert abs(whole - jump - mean * T) < close * max(1, abs(whole))
 
 
 @pytest.mark.parametrize(("theta", "up"), [(0, 1), ("pi", -1)])
@@ -132,23 +94,21 @@ def test_start_on_a_pole_names_the_side_it_goes_to(theta, up, thetadot, gMR):
     assert abs(at.psi - CTX.mpf("0.2") + up * turned * CTX.pi) < 1e-19
 
 
-@pytest.mark.parametrize("part", ["0.02", "0.2", "0.3", "0.48", "0.52", "0.7", "0.8", "0.98"])
+@pytest.mark.parametrize("part", ["0.02", "0.3", "0.48", "0.52", "0.98"])
 @pytest.mark.parametrize("gMR", [3, -3])
 def test_periods_are_counted_from_the_nearest_lower_turning(part, gMR):
     """Begun anywhere on the way, the u₁ nearest is what times and n count from."""
     args = (2, 1, gMR, "1.5", 0, 0, -1, "0.5", 3)
     first = motion(*args).form(50)
     ctx, T = first.ctx, first.period
-    at = first(ctx.mpf(part) * T + first.lower_turning)
-    given = (*angles(at), at.thetadot, at.phidot, at.psidot)
+    at, since = first(ctx.mpf(part) * T + first.lower_turning), ctx.mpf(part) * T
+    given = (at.theta, at.phi, at.psi, at.thetadot, at.phidot, at.psidot)
     again = motion(*args[:3], *map(rational, given))
-    form, since = again.form(40), ctx.mpf(part) * T
-    want = since if since < T / 2 else since - T
+    form, want = again.form(40), since if since < T / 2 else since - T
     assert abs(form.lower_turning + want) < ctx.mpf("1e-40")
-    for t in ("-3.29", "-0.61", "0", "0.11", "0.41", "0.93", "2.71"):
-        time = ctx.mpf(t) * T
-        n = int(ctx.floor((time + want) / T + ctx.mpf("0.5")))
-        assert form(time).n == again.at(float(time)).n == n
+    for t in ("-3.29", "0", "0.41", "0.93"):
+        n = int(ctx.floor(ctx.mpf(t) + want / T + ctx.mpf("0.5")))
+        assert form(ctx.mpf(t) * T).n == again.at(float(t) * float(T)).n == n
 
 
 # --- constants of the motion ---------------------------------------------------------------------
@@ -158,30 +118,15 @@ def test_periods_are_counted_from_the_nearest_lower_turning(part, gMR):
 @pytest.mark.parametrize("seed", range(4))
 def test_constants_are_the_legendre_transform(seed):
     source = random.Random(seed)
-    A, C, g = (sp.Rational(source.randint(1, 999), 500) for _ in range(3))
-    C = min(C, 2 * A)
-    theta, *rates = (sp.Rational(source.randint(-999, 999), 350) for _ in range(4))
-    theta = abs(theta)
-    values = dict(zip((lag.A, lag.C, lag.gMR, lag.theta), (A, C, g, theta), strict=True))
-    values |= dict(zip(lag.VELOCITIES, rates, strict=True))
+    A, C, g = (Fraction(source.randint(1, 999), 500) for _ in range(3))
+    theta, *rates = (Fraction(source.randint(-999, 999), 350) for _ in range(4))
+    numbers = (A, min(C, 2 * A), g, abs(theta), *rates)
+    symbols = (lag.A, lag.C, lag.gMR, lag.theta, *lag.VELOCITIES)
+    values = dict(zip(symbols, map(sp.Rational, numbers), strict=True))
     _, p_phi, p_psi = lag.momenta()
     E = lag.energy()
     symbolic = {"E": E, "E_prime": E - p_psi**2 / (2 * lag.C), "p_phi": p_phi, "p_psi": p_psi}
-    thetadot, phidot, psidot = map(str, rates)
-    found = constants(
-        Top(str(A), str(C), str(g)),
-        State(str(theta), thetadot=thetadot, phidot=phidot, psidot=psidot),
-        50,
-    )
-    for name, value in found.items():
+    state = dict(zip(("thetadot", "phidot", "psidot"), rates, strict=True))
+    for name, value in constants(Top(*numbers[:3]), State(numbers[3], **state), 50).items():
         exact = CTX.mpf(str(symbolic[name].subs(values).evalf(60)))
         assert abs(value - exact) < CTX.mpf(10) ** -46, name
-
-
-@pytest.mark.parametrize("digits", [20, 300])
-def test_constants_have_the_digits(digits):
-    few, many = (constants(BOOK, KICKED, n) for n in (digits, 2 * digits))
-    for (_, value), (_, want) in zip(few.items(), many.items(), strict=True):
-        ctx = want.context
-        assert abs(ctx.mpf(value) / want - 1) < ctx.mpf(10) ** (1 - digits)
-    assert few.floats == {name: float(value) for name, value in many.items()}

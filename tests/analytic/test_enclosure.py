@@ -19,14 +19,15 @@ from heavytop.analytic.enclosure import enclose, enclose_axis
 from heavytop.analytic.rising import Rising
 from heavytop.classification.reduced import FromAxis
 from heavytop.errors import Impossible, NotANumber, Unseparated, WrongType
-from heavytop.numbers import cos, sin, sqrt
-from heavytop.numbers.intervals import Interval, rational
+from heavytop.numbers import sqrt
+from heavytop.numbers.intervals import Interval
 
 from ..motions import BOOK, CONE, KICKED, SCENES, shipped
 
 UNIT = ht.Top(A=1, C=1, gMR=1)
 ONE, ZERO = (Interval(Fraction(n), Fraction(0)) for n in (1, 0))
 TIMES = (0, "1.3", -7.25, "1e5")
+TURNS = ("period", "precession", "spin")
 
 
 def holds(ball, value, digits=100):
@@ -36,31 +37,24 @@ def holds(ball, value, digits=100):
 
 
 def compare(enclosure, form, times=TIMES):
-    digits = form.digits - 5
-    found = enclosure.period, enclosure.precession, enclosure.spin
-    true = form.period, form.precession, form.spin
-    for ball, value in zip(found, true, strict=True):
-        assert (ball is None) == (value is None)
-        if ball is not None:
-            assert ball.digits >= enclosure.digits
-            assert holds(ball, value, digits)
+    """Angles, rates and turns have their digits, tilts and vectors their decimals."""
     pairs = [(enclosure.theta_min, min(form.tilts)), (enclosure.theta_max, max(form.tilts))]
+    counted = [(getattr(enclosure, name), getattr(form, name)) for name in TURNS if form.period]
+    assert form.period or enclosure.period is None
     for t in times:
-        record = form(t)
-        pairs += [(enclosure.theta(t), record.theta), (enclosure.u(t), record.u)]
-        pairs += zip(enclosure.axis(t), record.axis, strict=True)
-        pairs += zip(enclosure.quaternion(t), record.quaternion, strict=True)
-        turned = [(enclosure.phi(t), record.phi), (enclosure.psi(t), record.psi)]
-        rates = record.thetadot, record.phidot, record.psidot
-        for ball, value in (*turned, *zip(enclosure.rates(t), rates, strict=True)):
-            assert ball.digits >= enclosure.digits
-            assert holds(ball, value, digits)
-    for ball, value in pairs:
-        assert ball.decimals >= enclosure.digits
-        assert holds(ball, value, digits)
+        at = form(t)
+        pairs += [(enclosure.theta(t), at.theta), (enclosure.u(t), at.u)]
+        pairs += zip(enclosure.axis(t), at.axis, strict=True)
+        pairs += zip(enclosure.quaternion(t), at.quaternion, strict=True)
+        rates = at.thetadot, at.phidot, at.psidot
+        counted += [(enclosure.phi(t), at.phi), (enclosure.psi(t), at.psi)]
+        counted += zip(enclosure.rates(t), rates, strict=True)
+    assert all(ball.digits >= enclosure.digits for ball, _ in counted)
+    assert all(ball.decimals >= enclosure.digits for ball, _ in pairs)
+    assert all(holds(*pair, form.digits - 5) for pair in counted + pairs)
 
 
-@pytest.mark.parametrize("digits", [15, 50, 200])
+@pytest.mark.parametrize("digits", [15, 200])
 @pytest.mark.parametrize("name", SCENES)
 def test_every_shipped_scene(name, digits):
     motion = shipped(name)
@@ -91,12 +85,12 @@ def test_all_three_kinds_of_numbers_are_the_same(name):
                 assert double == pytest.approx(float(exact), rel=1e-16, abs=1e-45), number
 
 
-small = st.sampled_from([-5, -2, -1, "-0.3", 0, "0.01", 1, "2.5", 7])
+small = st.sampled_from([-5, -2, "-0.3", 0, "0.01", 1, 7])
 tops = st.builds(
     ht.Top,
-    A=st.sampled_from([1, 2, "0.5", "3.28e-4"]),
-    C=st.sampled_from(["1e-6", "6.6e-5", "3.28e-4"]),
-    gMR=st.sampled_from([1, -1, "0.0456", "2.5", -3, 0]),
+    A=st.sampled_from([1, "0.5", "3.28e-4"]),
+    C=st.sampled_from(["1e-6", "3.28e-4"]),
+    gMR=st.sampled_from([1, "0.0456", -3, 0]),
 )
 spins = st.tuples(st.sampled_from(["psidot", "omega3"]), small | st.integers(-(10**6), 10**6))
 starts = st.builds(
@@ -118,32 +112,13 @@ doubles = st.floats(-3, 3, allow_subnormal=False).filter(lambda x: abs(x) > 1e-3
 
 
 @settings(max_examples=100, deadline=None)
-@given(
-    st.tuples(doubles, doubles, doubles).filter(any),
-    st.tuples(doubles, doubles, doubles),
-    doubles,
-    doubles,
-)
+@given(st.tuples(*[doubles] * 3).filter(any), st.tuples(*[doubles] * 3), doubles, doubles)
 def test_random_axes_of_any_length(e, l, g, kappa):  # noqa: E741
     form = ClosedForm(Rising(FromAxis(e, l, g, kappa)), 100)
     compare(enclose_axis(e, l, g, kappa, digits=30), form)
 
 
-def test_angles_of_an_axis_are_counted_from_where_one_says():
-    """φ₀ and ψ₀ are added; without them φ₀ is that of the axis, (sin θ sin φ, −sin θ cos φ)."""
-    given = {"e": (0.6, 0.0, 0.8), "l": (1.0, 3.0, 4.0), "g": 1.0, "kappa": 0.5, "digits": 30}
-    plain, moved = enclose_axis(**given), enclose_axis(**given, phi0=2, psi0="0.25")
-    half_pi = ht.Motion(ht.Top(1, 1, 0), ht.State("pi/2")).exact.ctx.pi / 2
-    assert abs(float(plain.phi(0).middle) - float(half_pi)) < 1e-15
-    for t in (0, 3):
-        change = moved.phi(t).middle - plain.phi(t).middle
-        assert abs(change - 2 + Fraction(rational(half_pi))) < Fraction(1, 10**29)
-        assert abs(moved.psi(t).middle - plain.psi(t).middle - Fraction(1, 4)) < Fraction(1, 10**29)
-
-
 # --- where roots meet ----------------------------------------------------------------------------
-
-# how two roots come near each other, by ε: the top, the start and what is the size of the gap
 
 
 def test_too_few_bits_name_what_is_known():
@@ -154,31 +129,8 @@ def test_too_few_bits_name_what_is_known():
             ask()
         assert 1e-40 < told.value.bound < 1e-15
     late = enclose(BOOK, KICKED, limit=96)
-    assert late.theta(1).decimals >= 15
-    with pytest.raises(Unseparated, match=r"theta is known to .* with 96 bits") as told:
+    with pytest.raises(Unseparated, match=r"theta is known to .* with 96 bits"):
         late.theta("1e15")
-    assert 1e-15 < told.value.bound < 1
-
-
-@pytest.mark.parametrize("which", ["slow", "fast"])
-def test_steady_is_a_double_root_by_proof(which):
-    """The third root lies where 2 (h − g u)(1 − u²) = (a − b u)²."""
-    start = ht.State.steady(CONE, "pi/3", "150", which)
-    low, middle, high = enclose(CONE, start, digits=40).roots
-    assert low == middle == Interval(Fraction(1, 2), Fraction(0))
-    assert high.lower > 1
-    A, gMR, u = CONE.A, CONE.gMR, high.middle
-    p_psi, across = CONE.C * start.omega3, A * start.phidot * Fraction(3, 4)
-    left = (across * start.phidot + gMR - 2 * gMR * u) * A * (1 - u**2)
-    right = (across + p_psi / 2 - p_psi * u) ** 2
-    assert abs(float(left - right)) < 1e-38 * float(right)
-
-
-def test_late_times():
-    """1e12 seconds are 1.8e12 periods of the kicked top."""
-    ball = enclose(BOOK, KICKED, 50).theta("-1e12")
-    assert ball.decimals >= 50
-    assert holds(ball, ht.Motion(BOOK, KICKED).form(120)("-1e12").theta)
 
 
 def test_what_cannot_be_proved_is_refused_by_name():
@@ -189,10 +141,6 @@ def test_what_cannot_be_proved_is_refused_by_name():
     ) as told:
         enclose(UNIT, ht.State(theta=1, thetadot=nothing, phidot=1))
     assert 0 < told.value.bound < 1e-300
-    proved = cos(1) ** 2 + sin(1) ** 2 - 1
-    same = enclose(UNIT, ht.State(theta=1, thetadot=proved, phidot=1, psidot=2), digits=30)
-    plain = enclose(UNIT, ht.State(theta=1, phidot=1, psidot=2), digits=30)
-    assert abs(same.period.middle - plain.period.middle) <= same.period.spread + plain.period.spread
 
 
 @pytest.mark.parametrize("asked", [{"digits": 1}, {"limit": 0}])
@@ -208,20 +156,8 @@ def test_proofs_on_binary_numbers():
     assert (tending.period, tending.roots[1:]) == (None, (ONE, ONE))
     assert enclose_axis((0, 3, 4), (0, 1, 3), np.nextafter(0.5, 0)).roots[1] == ONE
     assert enclose_axis((0, 3, 4), (0, 1, 3), np.nextafter(0.5, 1)).roots[2] == ONE
-    passing = enclose_axis((1, 1, 0), (1, -1, 1.0), 1.0)
-    assert passing.period is not None
-    assert passing.roots[1] != ONE
     below = enclose_axis((0, 3, -4), (0, -1, 3), -0.5)
     assert below.roots[:2] == (Interval(Fraction(-1), Fraction(0)),) * 2
-
-
-def test_an_axis_of_no_length_or_no_number():
-    with pytest.raises(Impossible, match="not the zero vector"):
-        enclose_axis((0, 0, 0), (1, 0, 0), 1)
-    with pytest.raises(Impossible, match="rational"):
-        enclose_axis((0, 0, 1), (1, 0, sqrt(2)), 1)
-    with pytest.raises(NotANumber):
-        enclose_axis((0, 0, math.nan), (1, 0, 0), 1)
 
 
 def test_the_error_of_theta_is_bounded_and_sharp():
@@ -231,18 +167,8 @@ def test_the_error_of_theta_is_bounded_and_sharp():
     for theta in (near, near + 1e-12, near - 3e-7, 0.0):
         error = abs(theta - true)
         assert error <= found.theta_error(2, theta) < error + mpmath.mp.mpf("2e-25") + 1e-15 * error
-    with pytest.raises(NotANumber):
-        found.theta_error(2, math.nan)
     passing = enclose(UNIT, ht.State(theta=0, thetadot=2, omega3=3))
     assert 0 < passing.theta_error(0, 0.0) < 1e-25  # θ(0) is known no better
-
-
-@pytest.mark.parametrize("k", [37, 38, 50, 150])
-def test_the_rate_of_a_start_beside_the_bottom_is_finite(k):
-    motion = ht.Motion(ht.Top(1, 1, 0), ht.State(f"pi - 1e-{k}", phidot=1, omega3=0))
-    assert 0 <= motion.rising.rate < 10
-    seen = motion.form(30)(1)
-    assert abs(seen.theta - motion.form(60)(1).theta) < 1e-30
 
 
 def test_heights_keep_their_own_digits_in_a_pass_through_a_pole():
@@ -260,24 +186,20 @@ def test_an_axis_may_be_nearer_to_a_pole_than_a_scene_says(tiny):
     assert near.u(1).mid == at.u(1).mid
 
 
-@pytest.mark.parametrize("n", [None, "x", 0.5, [1], np.array([1, 2])])
+@pytest.mark.parametrize("n", [None, 0.5])
 def test_which_event_is_a_whole_number(n):
     with pytest.raises(NotANumber, match="n: a whole number"):
-        ht.enclose(BOOK, KICKED).time("turning", n)
+        enclose(BOOK, KICKED).time("turning", n)
 
 
 @pytest.mark.parametrize(
-    ("e", "error"),
-    [
-        (None, WrongType),
-        (1.0, WrongType),
-        ("123", WrongType),
-        ([], Impossible),
-        ((1, 2), Impossible),
-        (np.array(2.0), Impossible),
-    ],
-)
-def test_a_vector_has_three_numbers(e, error):
+    ("e", "error", "says"),
+    [("123", WrongType, "three numbers"), ((1, 2), Impossible, "three numbers"),
+     ((1, 0, sqrt(2)), Impossible, "rational"), ((0, 0, math.nan), NotANumber, "finite")],
+)  # fmt: skip
+def test_a_vector_has_three_rational_numbers(e, error, says):
     for vectors in ((e, (1, 2, 3)), ((0, 0, 1), e)):
-        with pytest.raises(error, match="three numbers"):
+        with pytest.raises(error, match=says):
             enclose_axis(*vectors, 1)
+    with pytest.raises(Impossible, match="not the zero vector"):
+        enclose_axis((0, 0, 0), (1, 0, 0), 1)

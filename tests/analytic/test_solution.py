@@ -3,9 +3,9 @@
 Steady, sleeping, asymptotic and passing motions are limits, in which roots of the cubic meet. Here
 motions come as near to them as 1e-150. What is asked of the closed form shares no code with it:
 
-- θ, φ, ψ, differentiated numerically with more than twice the digits, satisfy Lagrange's equation
-  for θ and keep p_φ ∓ p_ψ, E' and ω3, and nothing jumps where its pieces meet;
-- T and Δφ are those of mpmath's polynomial roots and complete integrals at five times the digits.
+θ, φ, ψ, differentiated numerically with more than twice the digits, satisfy Lagrange's equation
+for θ and keep p_φ ∓ p_ψ, E' and ω3, and nothing jumps where its pieces meet. T and Δφ have mpmath's
+own integrals for a witness in `test_elliptic`.
 
 Exactly through a pole φ and ψ are not defined apart. φ jumps by +π as time goes forward, ψ by −π at
 the top, where φ + ψ is what is defined, and by +π at the bottom, where φ − ψ is. The rotation from
@@ -16,7 +16,6 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import NamedTuple
 
-import mpmath
 import numpy as np
 import pytest
 from flint import arb
@@ -31,8 +30,7 @@ from heavytop.errors import NoClosedForm
 from heavytop.numbers import Exact, cos
 from heavytop.numbers.intervals import working
 
-from ..by_hand import ByHand
-from ..motions import product
+from ..motions import motion, product
 
 X = Exact.of
 BETSCH = (Fraction("6.375e-3"), Fraction("7.5e-4"), Fraction("0.73575"))
@@ -51,21 +49,13 @@ class Start(NamedTuple):
     @property
     def rising(self):
         """The motion, from exact numbers."""
-        state = ht.State(
-            self.theta, thetadot=self.thetadot, phi="0.3", phidot=self.phidot, psi="-0.7",
-            omega3=self.omega3,
-        )  # fmt: skip
+        rates = {"thetadot": self.thetadot, "phidot": self.phidot, "omega3": self.omega3}
+        state = ht.State(self.theta, phi="0.3", psi="-0.7", **rates)
         return Rising(FromScene(ht.Top(*self.top), state))
 
     def given(self, ctx):
         """A, C, gMR, θ, φ̇, ω3, θ̇ as numbers of a context."""
-        return [ctx.mpf(1) * _number(ctx, x) for x in (*self.top, *self[1:])]
-
-
-def _number(ctx, x):
-    if isinstance(x, Exact):
-        return x.mpf(ctx)
-    return ctx.mpf(x.numerator) / x.denominator
+        return [X(x).mpf(ctx) for x in (*self.top, *self[1:])]
 
 
 UNIT = (2, 1, 2)  # marginal at ω3 = 4
@@ -78,18 +68,11 @@ def near(e):
     theta, phidot, omega3 = WHITTAKER
     return {
         "marginal top, tilted": Start(UNIT, e, 0, 4),
-        "marginal top, pushed": Start(UNIT, 0, 0, 4, e),
-        "just slower than marginal, tilted": Start(UNIT, e, 0, 4 - e),
-        "just faster than marginal": Start(UNIT, Fraction(1, 1000), 0, 4 + e),
-        "unstable sleeper, tilted": Start(UNIT, e, 0, 3),
-        "unstable sleeper, pushed": Start(UNIT, 0, 0, 3, e),
         "stable sleeper, tilted": Start(UNIT, e, 0, 5),
         "hanging, tilted": Start((2, 1, -2), e, 0, 3),
         "faster than steady": Start(BETSCH, X("pi/3"), 10 * (1 + e), Fraction("140.6")),
-        "slower than steady": Start(BETSCH, X("pi/3"), 10 * (1 - e), Fraction("140.6")),
         "within the separatrix": Start(UNIT, theta, phidot, omega3 - X(e)),
         "beyond the separatrix": Start(UNIT, theta, phidot, omega3 + X(e)),
-        "over the top of the separatrix": Start(UNIT, *WHITTAKER, e),
         "past the bottom": Start(LIE, X("pi/2"), X("-60/13") + X(e), 150),
         "past the top": Start(UNIT, e, 1, 3, 2),
         "past the bottom, from it": Start(UNIT, X("pi") - X(e), 1, 3, 2),
@@ -98,67 +81,36 @@ def near(e):
 
 
 NAMES = tuple(near(1))
-TINY = ("1e-3", "1e-10", "1e-30", "1e-45", "1e-150")
+TINY = ("1e-3", "1e-30", "1e-150")
 PARTS = ("0.001", "0.13", "0.31", "0.501", "0.9", "-0.37")
-
-
-def places(form):
-    """Times spread over a period, the turning points avoided."""
-    ctx = form.ctx
-    return [ctx.mpf(part) * form.period + form.lower_turning for part in PARTS]
-
-
-def slopes(form, ctx, t, rate):
-    """θ̇, φ̇, ψ̇ and θ̈ by differences of order 8 over 1e-14 of the local time scale."""
-    h = ctx.mpf("1e-14") / rate
-    around = {k: form(ctx.make_mpf((t + k * h)._mpf_)) for k in range(-4, 5)}
-
-    def value(k, name):
-        return ctx.make_mpf(getattr(around[k], name)._mpf_)
-
-    first = [ctx.mpf(n) / d for n, d in ((4, 5), (-1, 5), (4, 105), (-1, 280))]
-    second = [ctx.mpf(n) / d for n, d in ((8, 5), (-1, 5), (8, 315), (-1, 560))]
-    rates = [
-        sum(c * (value(k, name) - value(-k, name)) for k, c in enumerate(first, 1)) / h
-        for name in ("theta", "phi", "psi")
-    ]
-    bend = sum(
-        c * (value(k, "theta") - 2 * value(0, "theta") + value(-k, "theta"))
-        for k, c in enumerate(second, 1)
-    )
-    return (*rates, bend / h**2)
 
 
 def residuals(start, form, t):
     """Lagrange's equation for θ, and the changes of P₋, P₊, ω3 and E', each beside its terms."""
-    ctx = mpmath.MPContext()
-    ctx.dps = form.ctx.dps
+    ctx, at = form.ctx, form(t)
     A, C, gMR, theta0, phidot0, omega3, thetadot0 = start.given(ctx)
-    g, b = gMR / A, C * omega3 / A
-    at, t = form(t), ctx.make_mpf(t._mpf_)
-    theta, thetadot, phidot = (
-        ctx.make_mpf(x._mpf_) for x in (at.theta, at.thetadot, at.phidot)
-    )  # fmt: skip
-    rate = ctx.sqrt(abs(g)) + abs(b) + abs(phidot) + abs(thetadot) / min(theta, ctx.pi - theta)
-    thetadot, phidot, psidot, bend = slopes(form, ctx, t, rate)
+    g, b, theta = gMR / A, C * omega3 / A, at.theta
+    nodding = abs(at.thetadot) / min(theta, ctx.pi - theta)
+    h = ctx.mpf("1e-30") / (ctx.sqrt(abs(g)) + abs(b) + abs(at.phidot) + nodding)
+    before, after = form(t - h), form(t + h)
+    thetadot, phidot, psidot = (
+        (getattr(after, name) - getattr(before, name)) / (2 * h) for name in ("theta", "phi", "psi")
+    )
+    bend = (after.theta - 2 * theta + before.theta) / h**2
     sine, cosine = ctx.sin(theta), ctx.cos(theta)
 
-    def momenta(tilt, winding):
+    def kept(speed, tilt, winding):
+        """P₋, P₊ and E', each a sum of terms; with v = 1 ∓ cosθ."""
         above, below = 2 * ctx.sin(tilt / 2) ** 2, 2 * ctx.cos(tilt / 2) ** 2
-        return ((winding * below * above, -b * above), (winding * above * below, b * below))
+        energy = speed**2 / 2, (winding * ctx.sin(tilt)) ** 2 / 2, -g * above
+        return (winding * below * above, -b * above), (winding * above * below, b * below), energy
 
-    def kinetic(speed, tilt, winding):
-        return speed**2 / 2, (winding * ctx.sin(tilt)) ** 2 / 2
-
-    (now, then) = (momenta(theta, phidot), momenta(theta0, phidot0))
-    lift = [2 * g * ctx.sin(tilt / 2) ** 2 for tilt in (theta, theta0)]
+    now, then = kept(thetadot, theta, phidot), kept(thetadot0, theta0, phidot0)
     balance = [
         (bend, -sine * cosine * phidot**2, b * sine * phidot, -g * sine),
-        *((*now[k], *(-x for x in then[k])) for k in (0, 1)),
         (psidot, phidot * cosine, -omega3),
-        (*kinetic(thetadot, theta, phidot), *(-x for x in kinetic(thetadot0, theta0, phidot0)),
-         -lift[0], lift[1]),
-    ]  # fmt: skip
+        *((*new, *(-x for x in old)) for new, old in zip(now, then, strict=True)),
+    ]
     return [float(abs(sum(terms)) / (sum(map(abs, terms)) or 1)) for terms in balance]
 
 
@@ -168,7 +120,8 @@ def test_the_equations_of_motion(name, e):
     """To 50 digits and more, at whatever distance from the special motion."""
     start = near(e)[name]
     form = ClosedForm(start.rising, 160)
-    for t in places(form):
+    for part in PARTS:
+        t = form.ctx.mpf(part) * form.period + form.lower_turning
         assert max(residuals(start, form, t)) < 1e-50
 
 
@@ -194,22 +147,6 @@ def test_the_start_and_the_seams(name, e):
             assert abs(moved) <= 3 * step * abs(getattr(before, angle + "dot")) + ctx.mpf("1e-60")
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("e", ["1e-3", "1e-10", "1e-30"])
-@pytest.mark.parametrize("name", [n for n in NAMES if "top of" not in n])
-def test_periods_and_turns(name, e):
-    """T and Δφ to 35 digits; the polynomial loses two thirds of its digits in a triple root."""
-    rising = near(e)[name].rising
-    form, truth = ClosedForm(rising, 40), ByHand(rising.source.top, rising.source.start, 400, True)
-    mp, a, b, (u1, u2, u3) = truth.mp, truth.a, truth.b, truth.roots
-    w, m = mp.sqrt(truth.g * (u3 - u1) / 2), (u2 - u1) / (u3 - u1)
-    assert abs(mp.mpf(form.period) / (2 * mp.ellipk(m) / w) - 1) < 1e-35
-    if "pushed" not in name:
-        turn = (a - b) / (1 - u1) * mp.ellippi((u2 - u1) / (1 - u1), m)
-        turn += (a + b) / (1 + u1) * mp.ellippi(-(u2 - u1) / (1 + u1), m)
-        assert abs(mp.mpf(form.precession) - turn / w) < 1e-35
-
-
 @pytest.mark.parametrize("e", TINY)
 @pytest.mark.parametrize("name", NAMES)
 def test_doubles_keep_all_their_digits(name, e):
@@ -233,7 +170,7 @@ def test_doubles_keep_all_their_digits(name, e):
             assert abs(float(got - want)) <= 1e-15 * float(size), (angle, t)
 
 
-@pytest.mark.parametrize("e", ["1e-1", "1e-8", "1e-20", "1e-45"])
+@pytest.mark.parametrize("e", ["1e-1", "1e-45"])
 def test_the_separatrix_of_a_top_that_hardly_falls(e):
     """From its lowest point θ₁ = e: sin(θ/2) = sin(θ₁/2) sech(√(gMR/A) sin(θ₁/2) t), m = 1."""
     c = cos(X(e) / 2)  # ω3 = 4 c and φ̇ = 1/c make P₋ = 0 and E' = gMR
@@ -241,7 +178,7 @@ def test_the_separatrix_of_a_top_that_hardly_falls(e):
     form, double = ClosedForm(start.rising, 40), DoubleForm(start.rising)
     ctx = form.ctx
     depth = ctx.sin(X(e).mpf(ctx) / 2)
-    for x in ("-3", "0.2", "1", "37.7", "-53.1", "61.3"):
+    for x in ("-3", "0.2", "61.3"):
         high = float(ctx.mpf(x) / depth)
         low = float(ctx.mpf(x) / depth - high)
         t = ctx.mpf(high) + low
@@ -255,24 +192,18 @@ def test_the_separatrix_of_a_top_that_hardly_falls(e):
         assert off <= 1e-15 * max(1, abs(exact_phi))
 
 
-def turns(source):
-    """Φ₊ and Φ₋ over a period, and whether the axis reaches the top."""
-
-    def told(found, _):
-        return (*found.path.turns, arb(int(found.path.reaches_top)))
-
-    plus, minus, reaches = Rising(source).settled("the turns", told, 80)
-    return plus, minus, bool(reaches == 1)
+def turns(rising):
+    """Φ₊ and Φ₋ over a period."""
+    return rising.settled("the turns", lambda found, _: found.path.turns, 80)
 
 
 def test_a_close_pass_is_no_exact_one():
     """P₊ = ±1e-70: φ does not jump at the bottom, it turns there, by half a turn either way."""
     start = near("1e-70")["past the bottom"]
     other = start._replace(phidot=X("-60/13") - X("1e-70"))
-    with working(400):
-        assert abs(turns(start.rising.source)[0] - arb.pi()) < arb("1e-60")
-        assert abs(turns(other.rising.source)[0] + arb.pi()) < arb("1e-60")
     for each, side in ((start, 1), (other, -1)):
+        with working(400):
+            assert abs(turns(each.rising)[0] - side * arb.pi()) < arb("1e-60")
         form = ClosedForm(each.rising, 120)  # the pass takes 1e-72 s
         pole, h = form.lower_turning, form.ctx.mpf("1e-40")
         assert abs(form(pole + h).phi - form(pole - h).phi - side * form.ctx.pi) < 1e-20
@@ -283,36 +214,25 @@ def test_a_close_pass_is_no_exact_one():
 def test_a_motion_through_a_pole_by_decree(below):
     """P₋ of 1e-25, told to be zero, is zero: the axis goes through the top; so from below, P₊."""
     phidot = Fraction(round(Fraction(4 / (1 + np.cos(1.0))) * 10**25), 10**25)
-    start = Start(UNIT, 1, phidot, 8, 5)
-    if below:
-        start = Start((2, 1, -2), X("pi") - 1, phidot, -8, -5)
-    plain = start.rising
-    told = Rising(Through(plain.source, top=not below, bottom=below))
-    assert plain.regime.misses_top
-    assert not told.regime.misses_top
-    _, minus, reaches = turns(told.source)
+    start = (
+        Start((2, 1, -2), X("pi") - 1, phidot, -8, -5) if below else Start(UNIT, 1, phidot, 8, 5)
+    )
+    plain, told = start.rising, Rising(Through(start.rising.source, top=not below, bottom=below))
+    assert (plain.regime.misses_top, told.regime.misses_top) == (True, False)
     with working(300):
-        assert reaches
-        assert abs(minus - arb.pi()) < arb("1e-80")
-        beside = turns(plain.source)
-        assert not beside[2]
-        assert abs(abs(beside[1]) - arb.pi()) < arb("1e-17")
-    one, other = ClosedForm(plain, 40), ClosedForm(told, 40)
-    assert abs(one.period / other.period - 1) < 1e-17
+        assert abs(turns(told)[1] - arb.pi()) < arb("1e-80")
+        assert 0 < abs(abs(turns(plain)[1]) - arb.pi()) < arb("1e-17")
+    assert abs(ClosedForm(plain, 40).period / ClosedForm(told, 40).period - 1) < 1e-17
 
 
 def test_steady_at_a_tilt_that_vanishes_at_sixty_digits():
     """θ = 1e-70, precessing: neither P₊ nor P₋ is zero, so it is not on the vertical."""
     tilt = X("1e-70")
-    omega = Fraction(3)
-    # A φ̇² cosθ − C ω3 φ̇ + gMR = 0, C = 1
-    spin = (2 * X(omega) ** 2 * cos(tilt) + 2) / omega
-    start = Start(UNIT, tilt, omega, spin)
-    assert start.rising.regime.name == "steady"
-    form = ClosedForm(start.rising, 30)
+    rising = Start(UNIT, tilt, 3, (18 * cos(tilt) + 2) / 3).rising  # A φ̇² u − C ω3 φ̇ + gMR = 0
+    form = ClosedForm(rising, 30)
+    assert rising.regime.name == "steady"
     assert abs(form(2).phi - Fraction("0.3") - 6) < form.ctx.mpf("1e-30")
-    assert abs(form(2).theta / tilt.mpf(form.ctx) - 1) < form.ctx.mpf("1e-30")
-    assert float(DoubleForm(start.rising)(2.0).theta) == pytest.approx(1e-70, rel=1e-15)
+    assert float(DoubleForm(rising)(2.0).theta) == pytest.approx(1e-70, rel=1e-15)
 
 
 class Told(FromScene):
@@ -326,75 +246,56 @@ def test_the_limit_of_bits_is_named():
     """Told that it nutates where it is steady, either form says how many bits were tried."""
     start = Start(BETSCH, X("pi/3"), 10, Fraction("140.6")).rising.source
     told = Rising(Told(start.top, start.start), limit=1024)
-    with pytest.raises(NoClosedForm, match="1024 bits"):
-        DoubleForm(told)
-    with pytest.raises(NoClosedForm, match="1024 bits"):
-        ClosedForm(told, 30)(1)
+    for ask in (lambda: DoubleForm(told), lambda: ClosedForm(told, 30)(1)):
+        with pytest.raises(NoClosedForm, match="1024 bits"):
+            ask()
 
 
 # --- exactly through a pole ----------------------------------------------------------------------
 
 
 # a start, the pole that is passed (1 top, −1 bottom), and half periods from u₁ to there
-GIVEN = {
-    "the top, from it": (((2, 1, 3), 0, 0, 2, 3), 1, 1),
-    "the top, into it": (((2, 1, 3), 0, 0, 2, -3), 1, 1),
-    "the top, from afar": (((2, 1, 2), "pi/3", 4, 10, -1), 1, 1),
-    "the bottom": (((2, 1, 3), "pi", 0, 2, 3), -1, 0),
-    "the bottom, from afar": (((2, 1, 2), "2*pi/3", -4, 10, 1), -1, 0),
-    "the top, hanging from it": (((2, 1, -3), 0, 0, 2, 1), 1, 0),
-    "the bottom, standing on it": (((2, 1, -3), "pi", 0, 2, 3), -1, 1),
-    "a swing": (((2, 1, 3), "2.5", 0, 0, 0.5), -1, 0),
-    "turning over, the top": (((2, 1, 3), "2.5", 0, 0, 5), 1, 1),
-    "turning over, the bottom": (((2, 1, 3), "2.5", 0, 0, -5), -1, 0),
-    "weightless, the top": (((2, 1, 0), 0, 0, 2, 3), 1, 1),
+PASSES = {
+    "the top, from it": ((2, 1, 3, 0, 0, 2, 3), 1, 1),
+    "the top, from afar": ((2, 1, 2, "pi/3", 4, 10, -1), 1, 1),
+    "the bottom": ((2, 1, 3, "pi", 0, 2, 3), -1, 0),
+    "the bottom, from afar": ((2, 1, 2, "2*pi/3", -4, 10, 1), -1, 0),
+    "the top, hanging from it": ((2, 1, -3, 0, 0, 2, 1), 1, 0),
+    "the bottom, standing on it": ((2, 1, -3, "pi", 0, 2, 3), -1, 1),
+    "a swing": ((2, 1, 3, "2.5", 0, 0, 0.5), -1, 0),
+    "turning over, the top": ((2, 1, 3, "2.5", 0, 0, 5), 1, 1),
+    "weightless, the top": ((2, 1, 0, 0, 0, 2, 3), 1, 1),
 }
 
 
-def rising_of(top, theta, phidot, psidot, thetadot):
-    rates = {"thetadot": thetadot, "phidot": phidot, "psidot": psidot}
-    return Rising(FromScene(ht.Top(*top), ht.State(theta, phi="0.3", psi="-0.7", **rates)))
-
-
-PASSES = {name: (rising_of(*given), pole, half) for name, (given, pole, half) in GIVEN.items()}
-
-
-def passing(form, half):
-    return half * form.period / 2 + form.lower_turning + 2 * form.period
+def passing(name):
+    """The motion, the pole that it passes, and half periods from u₁ to there."""
+    (A, C, gMR, theta, phidot, psidot, thetadot), pole, half = PASSES[name]
+    begun = motion(A, C, gMR, theta, "0.3", "-0.7", thetadot, phidot, psidot)
+    return begun.rising, pole, half
 
 
 @pytest.mark.parametrize("name", PASSES)
-def test_angles_jump_and_the_axis_does_not(name):
-    """ė at the pass is θ̇ across the vertical, and the same just before and just after."""
-    rising, pole, half = PASSES[name]
+def test_angles_jump_and_the_attitude_turns_on(name):
+    """q̇ = ½ ω q with |ω|² = ω3² + 2 (E' − V)/A, and ω3 about the axis, on both sides and at it."""
+    rising, pole, half = passing(name)
     form = ClosedForm(rising, 60)
-    ctx, h, r = form.ctx, form.ctx.mpf("1e-15"), form.reduced
-    t = passing(form, half)
-    before, at, after = (form(t + k * h) for k in (-1, 0, 1))
-    speed = ctx.sqrt(2 * (r.kinetic0 + r.g * (r.u0 - pole)))
-    slack = 10 * h * (1 + abs(r.kappa) + abs(r.b) + speed)
+    ctx, h, r = form.ctx, form.ctx.mpf("1e-12"), form.reduced
+    t = half * form.period / 2 + form.lower_turning + 2 * form.period
+    records = [form(t + k * h) for k in (-3, -1, 0, 1, 3)]
+    squared = (r.kappa + r.b) ** 2 + 2 * (r.kinetic0 + r.g * (r.u0 - pole))
+    slack = 10 * h * (1 + abs(r.kappa) + abs(r.b) + ctx.sqrt(squared))
+    begin, before, at, after, _ = records
+    later = form(t - 3 * h + form.period)
+    assert abs(later.phi - begin.phi - form.precession) < ctx.mpf("1e-50")
+    assert abs(later.psi - begin.psi - form.spin) < ctx.mpf("1e-50")
     assert abs(after.phi - before.phi - ctx.pi) < slack
     assert abs(after.psi - before.psi + pole * ctx.pi) < slack
     # the time of the pass is rounded: it is before the pass or after it
     assert min(abs(at.phi - after.phi), abs(at.phi - before.phi)) < slack
     assert min(at.theta, ctx.pi - at.theta) < ctx.mpf("1e-30")
     assert abs(at.axis[2] - pole) < ctx.mpf("1e-50")
-    leaving, coming = (
-        [(b - a) / h for a, b in zip(one.axis, two.axis, strict=True)]
-        for one, two in ((at, after), (before, at))
-    )
-    assert abs(ctx.hypot(*leaving[:2]) / speed - 1) < ctx.mpf("1e-12")
-    assert max(abs(a - b) for a, b in zip(leaving, coming, strict=True)) < 1e-12 * speed
-
-
-@pytest.mark.parametrize("name", PASSES)
-def test_the_attitude_turns_on_smoothly(name):
-    """q̇ = ½ ω q with |ω|² = ω3² + 2 (E' − V)/A, and ω3 about the axis, on both sides and at it."""
-    rising, pole, half = PASSES[name]
-    form = ClosedForm(rising, 60)
-    ctx, h = form.ctx, form.ctx.mpf("1e-12")
-    t, r = passing(form, half), form.reduced
-    places = [[*form(t + k * h).quaternion] for k in (-3, -1, 0, 1, 3)]
+    places = [[*record.quaternion] for record in records]
     for one, other in pairwise(places):  # one branch of ±q
         if sum(a * b for a, b in zip(one, other, strict=True)) < 0:
             other[:] = [-x for x in other]
@@ -402,10 +303,8 @@ def test_the_attitude_turns_on_smoothly(name):
         [(b - a) / (2 * k * h) for a, b in zip(places[i], places[4 - i], strict=True)]
         for i, k in ((0, 3), (1, 1))
     )
-    rate = [(9 * b - a) / 8 for a, b in zip(far, near, strict=True)]
-    here = places[2]
+    rate, here = [(9 * b - a) / 8 for a, b in zip(far, near, strict=True)], places[2]
     omega = [2 * x for x in product(rate, [here[0], *(-x for x in here[1:])])]
-    squared = (r.kappa + r.b) ** 2 + 2 * (r.kinetic0 + r.g * (r.u0 - pole))
     assert abs(omega[0]) < ctx.mpf("1e-40")
     assert abs(sum(x * x for x in omega[1:]) / squared - 1) < ctx.mpf("1e-40")
     assert abs(omega[3] - pole * (r.kappa + r.b)) < ctx.mpf("1e-40") * ctx.sqrt(squared)
@@ -416,22 +315,17 @@ def test_the_attitude_turns_on_smoothly(name):
 
 @pytest.mark.parametrize("name", PASSES)
 def test_doubles_pass_smoothly_too(name):
-    """Sampled every 1e-6 s through five passes, axis and attitude move as far as ω lets them."""
-    rising, _, half = PASSES[name]
+    """Sampled every 1e-6 s through five passes, the attitude moves as far as ω lets it."""
+    rising, _, half = passing(name)
     form = DoubleForm(rising)
     lower, T = rising.settled("T", lambda found, bits: (found.lower_turning, found.path.period), 30)
     pole = float(lower + (half / 2 + 2) * T)
     t = (pole + np.arange(-2, 3)[:, None] * form.period + np.arange(-50, 51) * 1e-6).ravel()
-    at = form(np.append(t, pole))
-    q = at.quaternion
-    r = ClosedForm(rising).reduced
+    at, apart, r = form(t), np.diff(t) < 2e-6, ClosedForm(rising).reduced
     size = float((r.kappa + r.b) ** 2 + 2 * (r.kinetic0 + abs(r.g) * (1 + abs(r.u0)))) ** 0.5
-    apart = np.diff(t) < 2e-6
-    turned = 1 - abs(np.sum(q[1:-1] * q[:-2], axis=-1))  # 1 − cos of half the angle
+    q, jumps = at.quaternion, np.diff(at.phi)[apart]
+    turned = 1 - abs(np.sum(q[1:] * q[:-1], axis=-1))  # 1 − cos of half the angle
     assert np.all(turned[apart] < (1.001e-6 * size) ** 2 / 8 + 1e-15)
-    moved = np.linalg.norm(np.diff(at.axis[:-1], axis=0), axis=-1)
-    assert np.all(moved[apart] < 1.001e-6 * size + 1e-15)
-    jumps = np.diff(at.phi[:-1])[apart]
     assert np.sum(jumps > 3.1) == 5
     assert np.all((jumps > 3.1) | (abs(jumps) < 1e-4))
 

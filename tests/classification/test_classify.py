@@ -11,18 +11,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heavytop.analytic.enclosure import enclose
 from heavytop.analytic.motion import Motion
 from heavytop.classification import Kind
 from heavytop.classification.classify import classify
-from heavytop.errors import Unseparated
 from heavytop.numbers import Exact, sqrt
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
-from ..by_hand import ByHand
+from ..motions import BOOK
+from ..starts import CTX, kind_of
 
-ZERO = 1e-250
+X = Exact.of
 numbers = st.one_of(
     st.floats(-50, 50).map(lambda x: x if abs(x) > 1e-20 else 0.0),
     st.sampled_from([0.0, 1.0, -1.0, 2.0, 1e-12, -1e-9, 1e-30, 0.5, 1e6]),
@@ -36,91 +35,41 @@ moments = st.sampled_from(
 )
 
 
-def holds(kind, x):
-    """Whether the definition of a kind holds, equalities to 1e-250 of what they are part of.
-
-    All is over A: p_φ is a, p_ψ is b and E' is h.
-    """
-
-    def none(value, *terms):
-        return abs(value) <= ZERO * max(map(abs, terms), default=1) or value == 0
-
-    on_pole = abs(x.sine) < ZERO
-    turning = x.turn != 0 and not on_pole
-    up = x.g * x.u0 > 0
-    top, bottom = (none(x.a - side * x.b, x.a, x.b) for side in (1, -1))
-    match kind:
-        case Kind.AT_REST:
-            return not (x.rate or turning or x.omega3) and (x.g == 0 or on_pole)
-        case Kind.FORCE_FREE:
-            return x.g == 0
-        case Kind.SLEEPING | Kind.HANGING:
-            return on_pole and x.rate == 0 and up is (kind is Kind.SLEEPING)
-        case Kind.PLANAR_PENDULUM:
-            return x.b == 0 and not turning
-        case Kind.SEPARATRIX:
-            return (top if x.g > 0 else bottom) and none(x.h - abs(x.g), x.h, x.g)
-        case Kind.THROUGH_TOP:
-            return top and x.h > x.g
-        case Kind.THROUGH_BOTTOM:
-            return bottom and x.h > -x.g
-        case Kind.UNIFORM_PRECESSION:
-            terms = (x.u0 * x.turn**2, -x.b * x.turn, x.g)
-            return x.rate == 0 and none(sum(terms), *terms)
-    low, high = x.roots[:2] if x.g > 0 else x.roots[1:]
-    if x.b == 0:
-        return kind is Kind.WAVES
-    turn = x.a / x.b
-    # a turning point is a root, good to half the digits
-    near = min(abs(turn - low), abs(turn - high)) < 1e-40
-    return near if kind is Kind.CUSPS else (low < turn < high) is (kind is Kind.LOOPS) or near
-
-
 @pytest.mark.slow
 @settings(max_examples=400, deadline=None)
 @given(moments, numbers, tilts, numbers, numbers, numbers, st.booleans())
 def test_the_first_kind_that_fits(moments, gMR, theta, thetadot, phidot, spin, held):
-    """The verdict's definition holds, and that of no kind before it."""
-    top = Top(*moments, gMR)
-    start = State(theta, thetadot=thetadot, phidot=phidot, **{"omega3" if held else "psidot": spin})
+    """Kinds and details are those of their definitions, at 300 digits."""
+    held = "omega3" if held else "psidot"
+    top, start = Top(*moments, gMR), State(theta, thetadot=thetadot, phidot=phidot, **{held: spin})
     found = classify(top, start)
     assert found.certified
     assert 0 < found.margin <= 1
     low, high = found.margin_enclosure
     assert low <= found.margin <= high
     assert high - low <= 1e-14 * found.margin + 1e-300
-    x = ByHand(top, start, 300)
-    assert holds(found.kind, x)
-    order = list(Kind)
-    for earlier in order[: min(order.index(found.kind), order.index(Kind.LOOPS))]:
-        assert not holds(earlier, x), earlier
+    numbers = [X(x).mpf(CTX) for x in (*moments, gMR, theta, thetadot, phidot, spin)]
+    kind, detail = kind_of(*numbers, held=held)
+    assert found.kind == kind
+    assert not detail or detail in found.tags
 
 
-@pytest.mark.parametrize("exponent", [1, 3, 6, 9, 12])
+@pytest.mark.parametrize("exponent", [1, 12])
 def test_around_the_sleeping_threshold(exponent):
     """C ω3 = 2 √(A gMR), an irrational number: on it marginal, beside it stable or unstable."""
-    top = Top("3.28e-4", "6.60e-5", "0.0456")
-    threshold = 2 * (top.A * top.gMR) ** Exact.of("1/2").fraction / top.C
-    off = Exact.of(f"1e-{exponent}")
+    threshold, off = 2 * sqrt(BOOK.A * BOOK.gMR) / BOOK.C, X(f"1e-{exponent}")
     for way, tag in ((-1, "unstable"), (0, "marginal"), (1, "stable")):
-        found = classify(top, State(0, omega3=threshold * (1 + way * off)))
+        found = classify(BOOK, State(0, omega3=threshold * (1 + way * off)))
         assert (found.kind, found.tags) == (Kind.SLEEPING, (tag,))
 
 
 # --- built from their roots ----------------------------------------------------------------------
 
 
-X = Exact.of
 ANGLES = {  # cosines of angles that a scene can say exactly
-    "0": X(1),
-    "pi/6": sqrt("3/4"),
-    "pi/4": sqrt("1/2"),
-    "pi/3": X("1/2"),
-    "pi/2": X(0),
-    "2*pi/3": X("-1/2"),
-    "3*pi/4": -sqrt("1/2"),
-    "pi": X(-1),
-}
+    "0": X(1), "pi/6": sqrt("3/4"), "pi/4": sqrt("1/2"), "pi/3": X("1/2"), "pi/2": X(0),
+    "2*pi/3": X("-1/2"), "3*pi/4": -sqrt("1/2"), "pi": X(-1),
+}  # fmt: skip
 
 
 def built(theta, other, third, signs=(1, 1), g="1.25", A="2", C="0.5"):
@@ -133,11 +82,8 @@ def built(theta, other, third, signs=(1, 1), g="1.25", A="2", C="0.5"):
     return Top(A, C, g * A), State(theta, phidot=phidot, omega3=b * A / C)
 
 
-PAIRS = [  # of turning points, the higher first, apart and away from the poles
-    (high, low)
-    for high, low in itertools.combinations(ANGLES, 2)
-    if "0" not in (high, low) and "pi" not in (high, low)
-]
+INNER = [name for name in ANGLES if name not in ("0", "pi")]
+PAIRS = [*itertools.combinations(INNER, 2)]  # of turning points, the higher first
 SIGNS = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
 
 
@@ -151,11 +97,9 @@ def test_generic(high, low, signs):
         rates = start.phidot.sign() * opposite[1].phidot.sign()
         for found in (classify(top, start), classify(*opposite)):
             assert found.kind is (Kind.LOOPS if rates < 0 else Kind.WAVES)
-            assert found.certified
-            assert not found.open_tags
-        roots = Motion(top, start).roots
-        expected = (ANGLES[low], ANGLES[high], third)
-        assert roots == pytest.approx([float(x) for x in expected], abs=1e-15)
+            assert (found.certified, found.open_tags) == (True, ())
+        roots = [float(x) for x in (ANGLES[low], ANGLES[high], third)]
+        assert Motion(top, start).roots == pytest.approx(roots, abs=1e-15)
 
 
 def with_reversal(low, u1, where, third):
@@ -179,7 +123,7 @@ def test_cusps(high, low):
     assert classify(top, start).kind is Kind.CUSPS
     released = State(high, omega3=start.omega3)
     assert classify(top, released).kind is Kind.CUSPS
-    for exponent in (3, 10, 17, 30):
+    for exponent in (3, 30):
         for way, kind in ((-1, Kind.WAVES), (1, Kind.LOOPS)):
             rate = start.phidot + way * X(f"1e-{exponent}")
             off = classify(top, State(low, phidot=rate, omega3=start.omega3))
@@ -211,7 +155,7 @@ def test_double_root_at_the_start(theta):
         assert found.tags[0] in (("single",) if theta == "pi/2" else ("slow", "fast"))
 
 
-@pytest.mark.parametrize("exponent", [4, 8, 15, 30, 60])
+@pytest.mark.parametrize("exponent", [4, 15, 60])
 def test_next_to_the_poles(exponent):
     """With a root 1e-4 … 1e-60 off a pole nothing passes it, and the margin knows."""
     off = X(f"1e-{exponent}")
@@ -239,12 +183,7 @@ def test_zeros_that_only_a_proof_sees():
     found = classify(top, State("0.3", phidot=seen, thetadot="(pi+1)^2-pi^2-2*pi-1", psidot=10))
     assert (found.kind, found.certified) == (Kind.CUSPS, True)
     assert 0 < found.margin_enclosure[0] <= found.margin <= found.margin_enclosure[1]
-    unseen = State("sqrt(3+2*sqrt(2))-1-sqrt(2)", psidot=1)  # theta = 0
-    assert classify(top, unseen).kind is Kind.UNDECIDED
-    motion = Motion(top, unseen)  # which counts as zero what is not told from it
-    assert (motion.certified, motion.regime) == (False, "steady")
-    with pytest.raises(Unseparated, match="could not be proved to be 0"):
-        enclose(top, unseen)
+    assert classify(top, State("sqrt(3+2*sqrt(2))-1-sqrt(2)", psidot=1)).kind is Kind.UNDECIDED
 
 
 @pytest.mark.parametrize(
@@ -273,10 +212,8 @@ def test_special(kind, theta, other, third, tags):
     ("top", "start", "kind", "tags"),
     [
         ((2, 1, 3), State("pi"), "at-rest", ()),
-        ((2, 1, 3), State(0), "at-rest", ()),
-        ((2, 1, 0), State(1), "at-rest", ()),
+        ((2, 1, 2), State("pi/2", thetadot="sqrt(2)"), "planar-pendulum", ("asymptotic",)),
         ((2, 1, -3), State("pi", psidot=20), "sleeping", ("stable", "inverted-gravity")),
-        ((2, 1, -3), State(0, psidot=1), "hanging", ("inverted-gravity",)),
         ((1, 1, 2), State("pi/2", phidot=1, psidot=2), "uniform-precession",
          ("single", "spherical-top", "closed-orbit")),
         ((2, 1, -2), State("pi/3", phidot="sqrt(2)", psidot="-sqrt(2)/2"), "uniform-precession",

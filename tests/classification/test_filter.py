@@ -1,6 +1,7 @@
 """What the filter is sure of is true: Fractions and mpmath against arrays of doubles."""
 
 import math
+import operator
 from fractions import Fraction
 
 import mpmath
@@ -15,17 +16,17 @@ from heavytop.classification.arrays import InputArrays
 from heavytop.classification.filter import LIBRARY, ArraySigns, Sized, cosines
 from heavytop.classification.kinds import sum_of
 
+from ..starts import nasty
+
 pytestmark = pytest.mark.reference
 
 U = Fraction(1, 2**53)
-exponents = st.integers(-100, 99)
 mantissas = st.integers(2**52, 2**53 - 1)
-signs = st.sampled_from((-1, 1))
-doubles = st.one_of(
-    st.just(0.0),
-    st.builds(lambda s, m, e: s * math.ldexp(m, e - 52), signs, mantissas, exponents),
-    st.builds(lambda s, m, e: s * math.ldexp(m, e - 52), signs, mantissas, st.integers(-1, 1)),
+exponents = st.integers(-152, 47) | st.integers(-53, -51)
+signed = st.builds(
+    lambda s, m, e: s * math.ldexp(m, e), st.sampled_from((-1, 1)), mantissas, exponents
 )
+doubles = st.just(0.0) | signed
 
 
 def leaf(x):
@@ -34,10 +35,12 @@ def leaf(x):
 
 def grown(pairs):
     """Sums, differences, products and small multiples of what there is."""
+    two = st.tuples(pairs, pairs)
     return st.one_of(
-        st.tuples(pairs, pairs).map(lambda p: (p[0][0] + p[1][0], p[0][1] + p[1][1])),
-        st.tuples(pairs, pairs).map(lambda p: (p[0][0] - p[1][0], p[0][1] - p[1][1])),
-        st.tuples(pairs, pairs).map(lambda p: (p[0][0] * p[1][0], p[0][1] * p[1][1])),
+        *(
+            two.map(lambda p, act=act: (act(p[0][0], p[1][0]), act(p[0][1], p[1][1])))
+            for act in (operator.add, operator.sub, operator.mul)
+        ),
         pairs.map(lambda p: (p[0] * p[0], p[1] * p[1])),
         pairs.map(lambda p: (abs(p[0]), abs(p[1]))),
         st.tuples(st.integers(-(10**40), 10**40), pairs).map(
@@ -49,17 +52,13 @@ def grown(pairs):
 sums = st.recursive(doubles.map(leaf), grown, max_leaves=9)
 
 
-def bound(found):
-    return found.error * found.magnitude[0]
-
-
 def assert_holds(found, truth):
     value = found.value[0]
     if not 2.0**-960 <= found.magnitude[0] <= 2.0**960:  # beyond all that a criterion is made of
         if found.least[0] > 0 and found.magnitude[0] > 1:
             assert (value > 0) == (truth > 0)
         return
-    assert abs(Fraction(value) - truth) <= Fraction(bound(found))
+    assert abs(Fraction(value) - truth) <= Fraction(found.error * found.magnitude[0])
     least, most = Fraction(found.least[0]), Fraction(found.most[0])
     assert least * (1 - 3 * U) <= abs(truth) <= most * (1 + 3 * U)
     if least > 0:
@@ -70,14 +69,14 @@ def assert_holds(found, truth):
 
 
 @pytest.mark.filterwarnings("ignore:overflow", "ignore:invalid value", "ignore:underflow")
-@settings(max_examples=1500, deadline=None)
+@settings(max_examples=700, deadline=None)
 @given(sums)
 def test_errors_contain_sums_and_products(pair):
     """Whatever is added and multiplied, the exact rational lies within the error."""
     assert_holds(*pair)
 
 
-@pytest.mark.parametrize("x", [5e-324, 1e-300, 2.0**-101, 1e31, 1.7e308, np.inf, -np.inf, np.nan])
+@pytest.mark.parametrize("x", [5e-324, 2.0**-101, 1e31, -np.inf, np.nan])
 def test_numbers_out_of_range_are_left_open(x):
     """No product, sum, root or multiple of them is told from zero, nor said to be zero."""
     given = Sized.of(np.array([x]))
@@ -94,74 +93,47 @@ def test_exact_zeros_stay_exact():
     assert (some - some).most[0] > 0  # what cancels is not known to
 
 
-def test_negative_numbers_are_open_where_none_may_be():
-    found = Sized.of(np.array([-1.0, 0.0, 1.0]), positive=True)
-    assert np.array_equal(found.value, [np.nan, 0.0, 1.0], equal_nan=True)
-
-
-def tilts():
-    """More than 1e5 angles in [0, π]: all over, and as near to 0, π/4, … as doubles are."""
-    random = np.random.default_rng(5)
-    near = [
-        np.concatenate([x + k * np.spacing(x), x * (1 + np.ldexp(k, -40)), x + k * 1e-9])
-        for k in (np.arange(-3000, 3001),)
-        for x in (math.pi / 4, math.pi / 2, 3 * math.pi / 4, math.pi, 1.0, 2.0)
-    ]
-    small = np.exp(random.uniform(math.log(2.0**-100), 0, 20_000))
-    parts = [random.uniform(0, math.pi, 60_000), small, math.pi - small, math.pi / 2 - small]
-    parts += [[0.0, 1e-8, 2.0**-100, math.pi, math.pi / 2], *near]
+def tilts(n):
+    """Angles in [0, π]: all over, and as near to 0, π/4, … as doubles are."""
+    random, k = np.random.default_rng(5), np.arange(-n // 20, n // 20)
+    small = np.exp(random.uniform(math.log(2.0**-100), 0, n // 5))
+    parts = [random.uniform(0, math.pi, n), small, math.pi - small, math.pi / 2 - small]
+    for x in (0.0, math.pi / 4, math.pi / 2, 3 * math.pi / 4, math.pi, 1.0, 2.0):
+        parts += [x + k * np.spacing(x), x * (1 + np.ldexp(k, -40)), x + k * 1e-9]
     theta = np.concatenate(parts)
-    return theta[(theta >= 0) & (theta <= math.pi)]
+    return theta[(theta >= 2.0**-100) & (theta <= math.pi)]
 
 
 def test_sines_of_the_library_are_trusted_with_reason():
     """Of the angles that are asked for, the library's error is half of what is allowed, or less."""
-    theta = tilts()
-    angles = theta[theta <= math.pi / 4]
-    worst = 0.0
+    angles = tilts(60_000)
+    angles = angles[angles <= math.pi / 4]
     with mpmath.workprec(320):
         for x, value in zip(angles.tolist(), np.sin(angles).tolist(), strict=True):
             truth = mpmath.sin(mpmath.mpf(x))
-            units = abs(float((truth - value) / truth)) * 2**53 if truth else float(value != 0)
-            worst = max(worst, units)
-    assert worst < LIBRARY / 2
+            assert abs(float((truth - value) / truth)) * 2**53 < LIBRARY / 2
 
 
 @pytest.mark.slow
 def test_cosines_are_within_their_errors():
     """cosθ, 1 − cosθ and 1 + cosθ by mpmath; the errors seen are well within what is allowed."""
-    theta = tilts()
-    assert theta.size > 100_000
+    theta = tilts(60_000)
     found = cosines(theta)
-    values = [each.value.tolist() for each in found]
     worst = [0.0, 0.0, 0.0]
     with mpmath.workprec(320):
-        for i, x in enumerate(theta.tolist()):
+        for x, *values in zip(
+            theta.tolist(), *(each.value.tolist() for each in found), strict=True
+        ):
             cos = mpmath.cos(mpmath.mpf(x))
-            for j, truth in enumerate((cos, 1 - cos, 1 + cos)):
-                value = values[j][i]
-                units = abs(float(truth - value) / value) * 2**53 if value else float(truth != 0)
-                worst[j] = max(worst[j], units)
-    assert worst[0] < 5 < found[0].roundings
-    assert worst[1] < 6 < found[1].roundings
-    assert worst[2] < 6 < found[2].roundings
-    for each in found:
-        assert (each.value == 0).sum() <= (theta == 0).sum()
-        some = np.abs(each.value[each.value != 0])
-        assert some.min() >= 2.0**-202
-        assert some.max() <= 2
+            for j, (value, truth) in enumerate(zip(values, (cos, 1 - cos, 1 + cos), strict=True)):
+                worst[j] = max(worst[j], abs(float(truth - value) / value) * 2**53)
+    for each, seen, most in zip(found, worst, (5, 6, 6), strict=True):
+        assert seen < most < each.roundings
+        assert np.abs(each.value).min() >= 2.0**-202
+        assert np.abs(each.value).max() <= 2
 
 
-def test_only_zero_is_a_pole():
-    cos, one_minus_cos, one_plus_cos = cosines(np.array([0.0, -0.0, 2.0**-100, math.pi]))
-    assert (one_minus_cos.value == 0).tolist() == [True, True, False, False]
-    assert (one_plus_cos.value > 0).all()
-    assert cos.value.tolist() == [1, 1, 1, -1]
-
-
-@pytest.mark.parametrize(
-    "theta", [5e-324, 1e-300, 2.0**-101, -1e-3, np.nextafter(math.pi, 4), 4.0, np.nan, np.inf]
-)
+@pytest.mark.parametrize("theta", [5e-324, 2.0**-101, -1e-3, np.nextafter(math.pi, 4), np.nan])
 def test_other_tilts_are_left_open(theta):
     for found in cosines(np.array([theta])):
         assert np.isnan(found.value[0])
@@ -176,56 +148,35 @@ NUMBERS = (
 )  # fmt: skip
 
 
-def tops(random, n, held, wide):
-    """Tops and starts, some with numbers as small and as large as are let in, and cancelling."""
-
-    def size(n):
-        return 2.0 ** (random.uniform(-99.9, 99.9, n) if wide else random.uniform(-4, 4, n))
-
-    def rate(n):
-        return size(n) * random.choice((-1, 1, 0), n, p=(0.4, 0.4, 0.2))
-
-    A, theta = size(n), random.uniform(0, math.pi, n)
-    C = A * random.uniform(0.01, 2, n)
-    beside = np.minimum(np.where(random.random(n) < 0.5, size(n), 1e-9), 1.5)
-    theta = np.where(random.random(n) < 0.3, beside, theta)
-    theta = np.where(random.random(n) < 0.2, math.pi - beside, theta)
-    phidot, spin = rate(n), rate(n)
-    pole = random.choice((-1, 1), n)  # where p_φ = ±p_ψ, nearly
-    above = np.where(pole > 0, 2 * np.cos(theta / 2) ** 2, 2 * np.sin(theta / 2) ** 2)
-    aimed = pole * A * phidot * above / C * (1 + random.choice((0, 1e-15, 1e-9), n))
-    aimed = aimed if held == "omega3" else aimed - phidot * np.cos(theta)
-    fits = (random.random(n) < 0.5) & (np.abs(aimed) > 2.0**-100) & (np.abs(aimed) < 2.0**100)
-    spin = np.where(fits, aimed, spin)
-    numbers = {"A": A, "C": C, "gMR": rate(n), "theta": theta, "thetadot": rate(n)}
-    return numbers | {"phidot": phidot, held: spin}
+def wide(random, numbers):
+    """The same with numbers as small and as large as are let in."""
+    off = 2.0 ** random.uniform(-90, 90, (6, numbers["A"].size))
+    scale = dict(zip((n for n in numbers if n not in ("C", "theta")), off, strict=False))
+    return {name: x * scale.get("A" if name == "C" else name, 1) for name, x in numbers.items()}
 
 
-def exact_given(row, held):
+def exact_given(A, C, gMR, theta, thetadot, phidot, spin, held):
     """What is given, at the working precision of mpmath."""
-    A, C, gMR, theta, thetadot, phidot, spin = map(mpmath.mpf, row)
     u = mpmath.cos(theta)
     omega3 = spin if held == "omega3" else spin + phidot * u
     return kinds.Given(A, C, gMR, u, 1 - u, 1 + u, thetadot, phidot, omega3)
 
 
-def rows(numbers):
-    return enumerate(zip(*(each.tolist() for each in numbers.values()), strict=True))
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("held", ["psidot", "omega3"])
-@pytest.mark.parametrize("wide", [False, True])
-def test_numbers_are_within_their_errors(held, wide):
+@pytest.mark.parametrize("stretched", [False, True])
+def test_numbers_are_within_their_errors(held, stretched):
     """Each number on doubles, and by the same functions at 400 digits or more."""
-    numbers = tops(np.random.default_rng(6), 1500, held, wide)
+    random = np.random.default_rng(6)
+    numbers = nasty(random, 1500, held)
+    numbers = wide(random, numbers) if stretched else numbers
     with np.errstate(all="ignore"):
         signs = ArraySigns(InputArrays(numbers).starts(slice(None)))
         found = [(number, signs.sign(number)) for number in NUMBERS]
     seen = np.zeros((len(NUMBERS), 2), int)
     with mpmath.workdps(400):
-        for at, row in rows(numbers):
-            exact = exact_given(row, held)
+        for at in range(1500):
+            exact = exact_given(*(mpmath.mpf(float(x[at])) for x in numbers.values()), held)
             for which, (number, (sized, size, zero)) in enumerate(found):
                 truth, value = sum_of(number.terms(exact)), sized.value[at]
                 if zero[at]:

@@ -5,7 +5,7 @@ import pickle
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from decimal import Decimal
 from fractions import Fraction
 
@@ -49,28 +49,19 @@ def test_float_means_its_binary_value(x: float) -> None:
     assert Exact.of(str(exact)) == exact
 
 
-@pytest.mark.parametrize(
-    ("x", "expected"),
-    [
-        (3, 3),
-        (Decimal("0.1"), Fraction(1, 10)),
-        (np.float32(0.1), Fraction(float(np.float32(0.1)))),
-        (np.float64(0.1), Fraction(0.1)),
-        (np.int64(-7), -7),
-        (np.longdouble(1) / 3, Fraction(*(np.longdouble(1) / 3).as_integer_ratio())),
-    ],
-)
-def test_what_a_number_may_be(x: object, expected: object) -> None:
-    assert Exact.of(x).fraction == expected
+@pytest.mark.parametrize("x", [3, Decimal("0.1"), np.float32(0.1), np.longdouble(1) / 3])
+def test_what_a_number_may_be(x: float | Decimal) -> None:
+    assert Exact.of(x).fraction == Fraction(*x.as_integer_ratio())
+    assert Exact.of(np.int64(-7)).fraction == -7
 
 
 REFUSED = {
-    "true or false": [True, np.True_],
+    "true or false": [True],
     "nothing": [None],
     "not a list": [[1]],
     "not a complex": [1j],
-    "finite": [math.nan, -math.inf, np.float64("nan"), Decimal("nan"), Decimal("-inf")],
-    "1e300": [Decimal("1e999999999"), Decimal("1e-999999999"), 10**301, 5e-324],
+    "finite": [math.nan, np.float64("inf"), Decimal("nan")],
+    "1e300": [Decimal("1e999999999"), 10**301, 5e-324],
 }
 
 
@@ -86,11 +77,6 @@ def test_equal_numbers_hash_alike_and_survive_pickling() -> None:
         assert hash(x * 2 / 2) == hash(x)
     assert hash(Exact.of(0.5)) == hash(0.5)
     assert len({sqrt(8), 2 * sqrt(2)}) == 1
-
-
-def test_an_exact_number_cannot_be_changed() -> None:
-    with pytest.raises(AttributeError):
-        PI.text = "3"  # type: ignore[misc]
 
 
 def test_arithmetic_takes_python_and_numpy_numbers_and_refuses_texts() -> None:
@@ -123,12 +109,6 @@ def by_mpmath(formula: str, bits: int) -> Fraction:
     return value if abs(value) > Fraction(1, 2**1500) else Fraction(0)
 
 
-def by_us(formula: str) -> Exact:
-    value = eval(formula, dict(EXACT))
-    assert isinstance(value, Exact)
-    return value
-
-
 def bounds(ball: arb) -> tuple[Fraction, Fraction]:
     """The ends of a ball, exactly."""
     (m, e), (r, f) = ball.mid().man_exp(), ball.rad().man_exp()
@@ -138,7 +118,7 @@ def bounds(ball: arb) -> tuple[Fraction, Fraction]:
 
 @given(formulas(), st.integers(2, 400))
 def test_balls_hold_the_number_and_values_are_rounded_to_nearest(formula: str, bits: int) -> None:
-    exact, value, slack = by_us(formula), by_mpmath(formula, 2000), Fraction(1, 2**1500)
+    exact, value, slack = eval(formula, dict(EXACT)), by_mpmath(formula, 2000), Fraction(1, 2**1500)
     ball = exact.ball(bits)
     if ball.is_finite():
         low, high = bounds(ball)
@@ -147,21 +127,6 @@ def test_balls_hold_the_number_and_values_are_rounded_to_nearest(formula: str, b
     assert high - low <= Fraction(1, 2**900)
     assert exact.mpf(context(bits)) == libmp_rounded(value, bits)
     assert float(exact) == float(value)
-
-
-@given(rationals, st.integers(2, 300))
-def test_the_ball_of_a_rational_is_good_to_an_ulp(q: Fraction, bits: int) -> None:
-    low, high = bounds(Exact.of(q).ball(bits))
-    assert low <= q <= high
-    assert high - low <= 2 * abs(q) / 2 ** (bits - 1)
-
-
-@pytest.mark.parametrize("bits", range(20, 100, 7))
-def test_the_ball_of_a_root_of_what_cancels_holds_the_root(bits: int) -> None:
-    cancelling = sqrt(Exact.of("1 + 1e-30") / 9) - Fraction(1, 3)
-    low, high = bounds(sqrt(cancelling).ball(bits))
-    value = Fraction(1, 6 * 10**30) * (1 - Fraction(1, 4 * 10**30))  # and 1e-60 of it more
-    assert max(low, 0) ** 2 <= value <= high**2
 
 
 def libmp_rounded(q: Fraction, bits: int) -> object:
@@ -181,32 +146,20 @@ def test_the_square_of_a_negative_cosine_keeps_its_sign_out_of_the_root() -> Non
     assert (sqrt(cos(2) ** 2) + cos(2)).mpf(context(200)) == 0
 
 
-@pytest.fixture
-def hasty_threads() -> Iterator[None]:
-    """Threads that are interrupted as often as can be."""
-    before = sys.getswitchinterval()
-    sys.setswitchinterval(1e-6)
-    yield
-    sys.setswitchinterval(before)
-
-
-@pytest.mark.usefixtures("hasty_threads")
 def test_threads_at_different_precisions_get_what_each_gets_alone() -> None:
     x = sqrt(2 + cos("0.1")) / (PI - sqrt(3) * sin(1)) + sqrt(5) ** 3
-    precisions = (30, 64, 150, 700)
-    alone = {bits: bounds(x.ball(bits)) for bits in precisions}
-    different: list[int] = []
+    precisions = (30, 64, 150, 700) * 100
 
-    def work(bits: int) -> None:
-        different.extend(bits for _ in range(400) if bounds(x.ball(bits)) != alone[bits])
+    def of(bits: int) -> tuple[Fraction, Fraction]:
+        return bounds(x.ball(bits))
 
-    threads = [threading.Thread(target=work, args=(bits,)) for bits in precisions * 2]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join(timeout=300)
-        assert not thread.is_alive()
-    assert different == []
+    alone, before = [*map(of, precisions)], sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)  # threads that are interrupted as often as can be
+    try:
+        with ThreadPoolExecutor(8) as pool:
+            assert [*pool.map(of, precisions)] == alone
+    finally:
+        sys.setswitchinterval(before)
 
 
 def test_a_precision_that_is_none_is_refused_and_leaves_the_lock_open() -> None:

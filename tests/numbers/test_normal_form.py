@@ -16,21 +16,15 @@ HALF, FOURTH = Fraction(1, 2), sqrt(sqrt(2))
 @pytest.mark.parametrize(
     "zero",
     [
-        sqrt(8) - 2 * sqrt(2),
         sqrt(2) * sqrt(3) - sqrt(6),
-        1 / sqrt(3) - sqrt(3) / 3,
         sqrt("1/3") - sqrt(3) / 3,
         Exact.of("sqrt(4^(1/2))") - sqrt(2),
         sqrt(PI**2 * 12) - 2 * sqrt(3) * PI,
         FOURTH**5 / 2 - FOURTH,
         cos(PI / 3) - Fraction(1, 2),
         cos("225 deg") + sqrt(2) / 2,
-        sin(PI * 7 / 6) + Fraction(1, 2),
         sqrt(1 + PI) ** 2 - 1 - PI,
-        (2 + 2 * PI) * sqrt(2) - 2 * sqrt(2) * (1 + PI),
         (1 - PI) ** 2 / (PI - 1) - PI + 1,
-        PI / PI - 1,
-        cos(0.3) / cos(0.3) - 1,
         (1 + cos(1)) ** HALF * (1 + cos(1)) ** (3 * HALF) - (1 + cos(1)) ** 2,
     ],
     ids=str,
@@ -44,31 +38,22 @@ def test_zeros_that_are_seen_in_the_form(zero: Exact) -> None:
     "zero",
     [
         (1 + sqrt(2)) * (sqrt(2) - 1) - 1,
-        (sqrt(6) + sqrt(10)) ** 2 - 16 - 4 * sqrt(15),
         (FOURTH - 1) * (1 + FOURTH + FOURTH**2 + FOURTH**3) - 1,
         (sqrt(53) + sqrt(59)) ** 2 - 112 - 2 * sqrt(3127),  # primes that are not taken out
         sqrt(53**2 * 59) - 53 * sqrt(59),
         (sqrt(PI) + 1) * (sqrt(PI) - 1) - PI + 1,
-        1 / (PI - 1) - 1 / (PI + 1) - 2 / (PI**2 - 1),
         1 / (1 + 1 / (1 + sqrt(2))) - 1 / sqrt(2),
         sin(1) ** 2 + cos(1) ** 2 - 1,
         1 / sin(1) ** 4 - (1 - cos(1) ** 2) ** -2,
         cos("0.2") - 2 * cos("0.1") ** 2 + 1,
         sin("0.3") - 3 * sin("0.1") + 4 * sin("0.1") ** 3,
-        sin(-2) + 2 * sin(1) * cos(1),
         sin("0.2") * cos("20.3") - 2 * sin("0.1") * cos("0.1") * cos("20.3"),
+        sin(-2) + 2 * sin(1) * cos(1),
         sin(sqrt(8)) - 2 * sin(sqrt(2)) * cos(sqrt(2)),
-        cos(PI / 5) - cos(PI * 2 / 5) - Fraction(1, 2),
         cos(PI / 7) - cos(PI * 2 / 7) + cos(PI * 3 / 7) - Fraction(1, 2),
-        8 * cos(PI / 9) ** 3 - 6 * cos(PI / 9) - 1,
         sqrt((1 + cos(1)) * (1 - cos(1))) - sqrt(1 - cos(1) ** 2),
         (sqrt(2 + sqrt(3)) + 1) * (sqrt(2 + sqrt(3)) - 1) - 1 - sqrt(3),
         sqrt(1 + 1 / PI) * sqrt(PI) * sqrt(1 + 1 / PI) - (1 + PI) / sqrt(PI),
-        (sqrt(2 + 1 / cos(1)) + 1) ** 3
-        - (2 + 1 / cos(1)) ** (3 * HALF)
-        - 3 * (2 + 1 / cos(1)) ** HALF
-        - 7
-        - 3 / cos(1),
     ],
     ids=str,
 )
@@ -84,15 +69,11 @@ def test_zeros_that_are_proved_by_expansion(zero: Exact) -> None:
     [
         (PI - Exact.of(math.pi), 1),
         (PI - Exact.of(math.nextafter(math.pi, 4)), -1),
-        (4 - PI, 1),
-        (Exact.of(math.pi) - PI, -1),
-        (-3 - PI, -1),
         (Exact.of("3.14159265358979323846264338327950289") - PI, 1),
         (Exact.of("3.14159265358979323846264338327950288") - PI, -1),
         (sqrt(2) + sqrt(3) - PI, 1),
         (cos(2), -1),
         (-sqrt(2) - PI, -1),
-        (Exact.of("-0.1"), -1),
         (sqrt("1 + 1e-200") - 1, 1),
         (1 - sqrt("1 + 1e-299") ** 3, -1),
         (sqrt(5 + 2 * sqrt(6)) - sqrt(2) - sqrt(3), None),  # zero; roots are not denested
