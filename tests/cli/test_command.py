@@ -140,6 +140,7 @@ def test_exit_codes(error, code):
         ("drift sicm-kicked --methods taylor-axes", "for --methods: methods = taylor-axes: one of"),
         ("drift sicm-kicked --methods x --periods 0", "for --periods and --methods: 2 faults\n"),
         ("derive --latex --json", "for --latex: "),
+        ("scenes my-top.toml", "no shipped scene has this name"),
         ("validate hold-on", "is no claim and no script"),
     ],
 )  # fmt: skip

@@ -109,3 +109,11 @@ def test_a_folder_without_a_run_cannot_be_resumed(tmp_path):
     result = heavytop_("resume", tmp_path)
     assert result.exit_code == Exit.BAD_SCENE
     assert f"{tmp_path}: no folder with anything to go on with: neither" in result.stderr
+
+
+def test_digits_that_are_missed_are_told():
+    words = ("span.time=10000", "want.quantities=['theta']", "want.events=[]")
+    asked = [word for change in words for word in ("--set", change)]
+    missed = heavytop_("run", "sicm-kicked", *asked, "--formulation", "axis")
+    assert missed.exit_code == Exit.OUT_OF_BOUND
+    assert "theta" in missed.stderr

@@ -160,6 +160,7 @@ def test_the_map_is_netcdf_with_flags(rows, tmp_path):
         for name in COLUMNS:
             assert np.array_equal(stored[name].values, rows[name], equal_nan=True)
     assert rows.document()["shape"] == [29, 33]
+    assert rows.to_xarray()["kind"].attrs["flag_meanings"].split() == list(NAMES)
 
 
 SHORT = b64encode(zlib.compress(b"7")).decode()
@@ -293,6 +294,7 @@ def test_the_double_nearest_pi_means_pi(gMR):
     [
         ({"x": "phi=0:1:5"}, "x = .*phi.*one of theta"),
         ({"x": "phidot=5:1:5", "y": "psi=0:1:2", "jobs": 0}, "(?s)x = .*y = .*jobs"),
+        ({"y": "p_psi=0:1:5", "x": "psidot=0:1:5"}, "both set the spin"),
         ({"shard": "4/3"}, "shard.*i/n"),
         ({"shard": (0, 3)}, "shard.*i/n"),
         ({"only": "rows"}, "only.*kind"),
