@@ -153,14 +153,6 @@ def test_the_document_keeps_what_was_asked(words, asked, proofs):
     assert shown.exit_code == (0 if asked else 5)
 
 
-@pytest.mark.usefixtures("ours")
-def test_a_name_or_a_folder_that_is_none_is_told_before_anything_runs(tmp_path):
-    unknown = heavytop_("validate", "hold", "-v")
-    assert unknown.exit_code == 2
-    assert 'did you mean "holds"' in unknown.stderr
-    assert "running" not in unknown.stderr
-
-
 def test_a_script_that_ends_badly_is_out_of_bound_and_no_bug(tmp_path, monkeypatch):
     known = one(tmp_path, GOOD + "raise SystemExit(3)")
     monkeypatch.setattr(validating, "load_register", lambda: known)

@@ -143,14 +143,6 @@ def test_a_pole_reached_with_p_phi_equal_to_p_psi_is_possible():
     assert found.names[found.kind[0]] == "sleeping"
 
 
-def test_the_bottom_is_a_pole_too():
-    """The double nearest π means π: nothing but p_φ = −p_ψ reaches it, and φ̇ is its limit there."""
-    hung = ht.load_scene("sicm-forward", ["start.theta=pi"])
-    where, p_psi = plane("p_phi=-0.02:0.02:5", "omega3=0:200:5", hung), 6.6e-5 * 140
-    assert at(where, -p_psi, 140)["phidot"] == pytest.approx(-p_psi / (2 * 3.28e-4), rel=1e-15)
-    assert np.isnan(at(where, -0.9 * p_psi, 140)["phidot"])
-
-
 @pytest.mark.parametrize("most", [1, 7, 50, 10_000])
 def test_tiles_cover_the_plane_once(most):
     where = plane("phidot=-20:20:23", "psidot=0:150:17")

@@ -44,6 +44,7 @@ LONG = {
                  "--methods", "auto=9,taylor-axis,taylor-lagrange,strang=50"),
     "atlas": ("sicm-kicked", "--x", "phidot=-20:20:900", "--y", "psidot=-150:150:900"),
 }  # fmt: skip
+ADDRESS = "tcp://192.0.2.1:8786"
 PLACES = {
     "drift": "heavytop.studies.drift.drift",
     "stress": "heavytop.studies.stress.stress",
@@ -92,7 +93,7 @@ def made(tmp_path_factory):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("verb", QUICK)
-def test_json_is_one_document_and_the_files_are_those_it_names(verb, made):
+def test_json_is_one_document_with_its_files_and_what_is_finished_does_not_change(verb, made):
     folder, done = made(verb)
     assert done.exit_code == 0, done.output
     printed, kept = (json.loads(x) for x in (done.stdout, (folder / f"{verb}.json").read_text()))
@@ -102,18 +103,12 @@ def test_json_is_one_document_and_the_files_are_those_it_names(verb, made):
     assert {"document", "chart_svg", "chart_png"} <= printed["files"].keys()
     there = {path.name for path in folder.iterdir()} - {"study.json", "tasks", "lock"}
     assert there == set(printed["files"].values())
+    asked = [verb, *map(str, QUICK[verb]), "--json", "-o", str(folder)]
+    assert shlex.split(kept["command"]) == ["heavytop", *asked]
     if verb == "drift":
         (shown,), (stored,) = printed["methods"], kept["methods"]
         assert shown["us_per_period"] > 0  # costs are printed, and not kept
         assert "us_per_period" not in stored
-    asked = [verb, *map(str, QUICK[verb]), "--json", "-o", str(folder)]
-    assert shlex.split(kept["command"]) == ["heavytop", *asked]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("verb", QUICK)
-def test_what_is_finished_is_said_to_be_and_nothing_changes(verb, made):
-    folder, done = made(verb)
     before = files(folder)
     again = heavytop_("resume", folder, "--json")
     assert again.exit_code == 0, again.output
@@ -121,8 +116,9 @@ def test_what_is_finished_is_said_to_be_and_nothing_changes(verb, made):
     if verb in ("drift", "stress"):  # the others say what this process took
         assert files(folder) == before
     if verb == "workprec":
-        assert json.loads(again.stdout)["points"] == json.loads(done.stdout)["points"]
-    assert heavytop_(verb, *QUICK[verb], "-o", folder).exit_code == 0
+        points = printed["points"], json.loads(again.stdout)["points"]
+        once, twice = ([point["us_per_period"] for point in each] for each in points)
+        assert once == twice
 
 
 def test_a_study_without_figures_is_resumed_without(tmp_path):
@@ -244,6 +240,7 @@ def test_a_chart_that_cannot_be_written_leaves_the_document(tmp_path, monkeypatc
         (("atlas", "--merge", "nowhere", "-o", "out"), 3, "nowhere"),
         (("atlas", "sicm-kicked", "--energy-momentum", *PLANE[1:]), 2, "not together with"),
         (("atlas", *PLANE, "--set", "start.omega3=9"), 2, "axis psidot sets the spin"),
+        (("drift", "sicm-kicked", "--scheduler", ADDRESS, "-j", "2"), 2, "has its own workers"),
         (("resume", "."), 3, "no folder with anything to go on with"),
     ],
 )
@@ -393,8 +390,6 @@ def test_a_list_of_names_is_passed_on_and_refused_where_one_is_empty(words, monk
 
 # --- a scheduler -----------------------------------------------------------------------------
 
-ADDRESS = "tcp://192.0.2.1:8786"
-
 
 @pytest.mark.slow
 def test_the_workers_of_a_scheduler_write_the_same_files(made, tmp_path, monkeypatch):
@@ -412,9 +407,6 @@ def test_the_workers_of_a_scheduler_write_the_same_files(made, tmp_path, monkeyp
     assert heavytop_("resume", tmp_path, "--scheduler", ADDRESS).exit_code == 0
     assert called == [ADDRESS, ADDRESS]
     assert records(tmp_path) == records(made("drift")[0])
-    refused = heavytop_("drift", *words, "--jobs", 2)
-    assert refused.exit_code == 2
-    assert "Invalid value for --jobs: a scheduler has its own workers" in refused.stderr
     run = tmp_path / "run"
     run.mkdir()
     (run / "trajectory.nc").touch()

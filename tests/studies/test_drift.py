@@ -9,7 +9,6 @@ import pytest
 import heavytop as ht
 from heavytop.comparison import IntegrationFailed
 from heavytop.results.drift import growth
-from heavytop.scene.scene import scene_of
 from heavytop.studies import methods as registry
 from heavytop.studies.drift import advance, drift_parameters, sample_times, tasks
 from heavytop.studies.methods import DEFAULT, method
@@ -113,15 +112,6 @@ def test_a_setting_is_used_and_keeps_all_its_digits():
     tight, loose = found.methods
     assert loose.axis[-1] > 1e6 * tight.axis[-1]
     assert loose.name == "taylor-axis=1e-06"
-
-
-def test_parameters_hold_the_whole_study():
-    scene = ht.load_scene("sicm-kicked", ["start.theta=pi/7"])
-    study = json.loads(json.dumps(asked(scene, ["strang=50", "taylor-cubic"], 7, 3)))
-    assert study["methods"] == ["strang=50", "taylor-cubic"]
-    again = scene_of(study["scene"])
-    assert (again.top, again.start) == (scene.top, scene.start)
-    assert asked(again, study["methods"], 7, 3) == study
 
 
 def test_auto_is_the_least_form_for_so_long_a_run():

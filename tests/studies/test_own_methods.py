@@ -46,13 +46,20 @@ def test_a_drift_follows_functions_files_and_solvers(scene, mine):
 
 
 @pytest.mark.processes
-def test_a_study_that_was_stopped_goes_on_only_where_its_code_is_named(scene, mine, tmp_path):
+def test_a_study_that_was_stopped_goes_on_bit_for_bit_where_its_code_is_named(
+    scene, mine, tmp_path
+):
+    """A step, one that keeps the rotation, and a solver."""
     place, whole = tmp_path / "study", tmp_path / "whole"
-    asked = {"methods": [f"{mine}:rk4=50"], "periods": 30, "samples": 6}
+    named = [f"{mine}:rk4", f"{mine}:on_the_group", f"{mine}:dop853"]
+    settings = (100, 100, 1e-7)
+    methods = [f"{name}={setting}" for name, setting in zip(named, settings, strict=True)]
+    asked = {"methods": methods, "periods": 30, "samples": 6}
     reference = ht.drift(scene, folder=whole, **asked)
 
     def stop(now):
-        raise KeyboardInterrupt
+        if now.fraction > 0.5:
+            raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         ht.drift(scene, folder=place, progress=stop, **asked)
@@ -60,12 +67,12 @@ def test_a_study_that_was_stopped_goes_on_only_where_its_code_is_named(scene, mi
     with pytest.raises(Impossible, match="runs only where it is named"):
         ht.resume(place)
     assert heavytop_("resume", place).exit_code == 3
-    resumed = ht.resume(place, methods=[f"{mine}:rk4"], jobs=2)
+    resumed = ht.resume(place, methods=named, jobs=2)
     assert resumed.document(costs=False) == reference.document(costs=False)
     mine.write_text(RK4 + "\n# changed\n")
     own._ADMITTED.clear()
     with pytest.raises(ForeignFile, match="not the code with which it was begun"):
-        ht.resume(place, methods=[f"{mine}:rk4"])
+        ht.resume(place, methods=named)
 
 
 def test_no_scene_and_no_study_file_starts_code(scene, mine, tmp_path):
