@@ -24,13 +24,12 @@ from heavytop.studies.atlas_plane import ROLES
 from heavytop.studies.methods import stress_methods, taylor_methods
 from heavytop.studies.stress_cases import cases
 
+from ..commands import fail_with, heavytop_
+
 VERBS = typer.main.get_command(app).commands
 FULL = Path("/dev/full")
+ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 QUICK = ("run", "sicm-kicked", "--set", "span.time=0.1")
-
-
-def heavytop_(*words):
-    return CliRunner().invoke(app, [str(word) for word in words])
 
 
 def ended(*words, **how):
@@ -38,13 +37,6 @@ def ended(*words, **how):
     both = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | how
     ours = [sys.executable, "-m", "heavytop", *map(str, words)]
     return subprocess.run(ours, text=True, check=False, **both)
-
-
-def fail_with(monkeypatch, error):
-    def carried_out(*_, **__):
-        raise error
-
-    monkeypatch.setattr(heavytop.run.propagation, "carried_out", carried_out)
 
 
 # --- help and completion -------------------------------------------------------------------------
@@ -67,14 +59,12 @@ def test_every_option_says_what_it_is(verb):
 
 def test_the_equations_that_can_be_asked_for_are_those_there_are():
     assert sorted(FormulationName) == sorted(["auto", *FORMULATIONS])
-    assert ", ".join(FormulationName) in " ".join(heavytop_("run", "--help").stdout.split())
 
 
 @pytest.mark.parametrize(
     ("verb", "known"),
     [
         ("drift", ["auto", *taylor_methods(), *METHODS]),
-        ("workprec", ["auto", *taylor_methods(), *METHODS]),
         ("stress", [*cases(), *stress_methods()]),
         ("atlas", list(ROLES)),
     ],
@@ -88,9 +78,7 @@ def test_names_are_listed(verb, known):
     ("words", "completed"),
     [
         ("plan sicm-k", "sicm-kicked"),
-        ("plan sicm-kicked --formulation cu", "cubic"),
         ("drift sicm-kicked --methods auto,stra", "auto,strang"),
-        ("stress --cases cusp,through-b", "cusp,through-bottom"),
         ("atlas sicm-kicked --x om", "omega3="),
     ],
 )
@@ -103,9 +91,9 @@ def test_names_are_completed(words, completed):
 
 @pytest.mark.processes
 def test_python_m_is_the_command_and_completed_as_it():
-    assert ended("--version").stdout == f"heavytop {heavytop.__version__}\n"
     asked = {"_HEAVYTOP_COMPLETE": "complete_bash", "COMP_WORDS": "heavytop cl", "COMP_CWORD": "1"}
     assert ended(env=os.environ | asked).stdout.split() == ["classify"]
+    assert ended("--version").stdout == f"heavytop {heavytop.__version__}\n"
 
 
 # --- what is wrong, and with what ----------------------------------------------------------------
@@ -115,9 +103,6 @@ def test_python_m_is_the_command_and_completed_as_it():
     ("error", "code"),
     [
         (errors.BadScene(()), 3),
-        (errors.ImpossibleTop([("A", "A > 0")]), 3),
-        (errors.NotANumber("x"), 3),
-        (errors.NoClosedForm("x"), 3),
         (errors.EndedEarly("singular", None), 4),
         (errors.ForeignFile("x"), 3),
         (errors.MissingPackage("strang", ["numba"]), 2),
@@ -127,12 +112,9 @@ def test_python_m_is_the_command_and_completed_as_it():
         (OSError(errno.ENOSPC, "No space left on device"), 4),
         (OSError(errno.ENOENT, "No such file"), 1),
         (errors.StoppedEarly("unwritable", "x", None), 4),
-        (errors.StoppedEarly("worker-lost", "x", None), 4),
         (errors.StoppedEarly("interrupted", "x", None), 130),
         (errors.EndedEarly("interrupted", None), 130),
         (KeyboardInterrupt(), 130),
-        (errors.UntranslatableExpression("x"), 1),
-        (ValueError("x"), 1),
     ],
 )
 def test_exit_codes(error, code):
@@ -142,31 +124,20 @@ def test_exit_codes(error, code):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        ("sicm-kicked", "No such command 'sicm-kicked'"),
         ("runn sicm-kicked", "Did you mean 'run'?"),
-        ("--scene x", "No such option: --scene"),
-        ("run", "Missing argument 'SCENE'"),
         ("atlas", "Missing argument 'SCENE'"),
-        ("resume", "Missing argument 'DIR'.\n"),
         ("classify sicm-kicked -o out", "No such option: -o"),
         ("run sicm-kicked --verbos", "No such option: --verbos (Possible options: --verbose)"),
         ("run sicm-kicked --set start.phidot 14", "'start.phidot' is not KEY=VALUE, in one word"),
-        ("run sicm-kicked --set start.theta = 0.2", "'start.theta' is not KEY=VALUE, in one word"),
         ("run sicm-kicked --set =0.2", "Invalid value for '--set': '=0.2' is not KEY=VALUE"),
         ("run sicm-kicked --set start.theta= 0.2", "argument(s) (0.2)\n"),
-        ("run sicm-kicked --digits many", "Invalid value for '--digits'"),
         ("run sicm-kicked --digits 0", "Invalid value for --digits: want.digits = 0: "),
-        ("run sicm-kicked --digits 10001", "Invalid value for --digits: want.digits = 10001: "),
         ("run sicm-kicked --set top.A=-1", "for --set: top.A = -1: must be greater than 0\n"),
-        ("run sicm-kicked --set start.phidot=nan", "for --set: start.phidot = nan: "),
         ("run sicm-kicked --set start.phidto=3", 'unknown key (did you mean "phidot"?)'),
         ("run sicm-kicked --set top.A=0 --set top.C=0", "for --set: 2 faults\n--set: top.A = 0: "),
         ("plan sicm-kicked --formulation hamilton", "'hamilton' is not one of"),
-        ("stress --cases cup", 'for --cases: cases = cup: one of cusp, '),
         ("stress --cases cup", 'in all: heavytop stress --list) (did you mean "cusp"?)'),
-        ("stress --methods dop853", 'did you mean "dop853-'),
         ("drift sicm-kicked --methods taylor-axes", "for --methods: methods = taylor-axes: one of"),
-        ("drift sicm-kicked --methods aut", 'did you mean "auto"?'),
         ("drift sicm-kicked --methods x --periods 0", "for --periods and --methods: 2 faults\n"),
         ("derive --latex --json", "for --latex: "),
         ("scenes my-top.toml", "no shipped scene has this name"),
@@ -182,7 +153,7 @@ def test_a_bad_word_is_a_usage_error_that_names_it(words, told, monkeypatch):
     assert len(result.stderr.splitlines()[-1]) < 450
 
 
-@pytest.mark.parametrize("change", ["start.phidot=1e155", "span.time=1e200", "start.phi=x"])
+@pytest.mark.parametrize("change", ["start.phidot=1e155", "start.phi=x"])
 def test_what_a_change_breaks_is_blamed_on_it_and_what_the_file_breaks_on_the_file(
     change, tmp_path
 ):
@@ -217,29 +188,25 @@ def test_a_folder_that_cannot_be_written_is_named_before_anything_runs(place, tm
     assert "integrating" not in result.stderr
 
 
-class TestBugs:
-    def test_are_one_line_without_a_traceback(self, monkeypatch):
-        fail_with(monkeypatch, ZeroDivisionError("by nothing"))
-        result = heavytop_(*QUICK)
-        assert result.exit_code == Exit.BUG
-        assert "ZeroDivisionError: by nothing" in result.stderr
-        assert result.stderr.count("\n") == 1
-        assert "Traceback" in heavytop_(*QUICK, "--debug").stderr
+def test_bugs_are_one_line_without_a_traceback_and_leave_no_empty_folder(tmp_path, monkeypatch):
+    fail_with(monkeypatch, ZeroDivisionError("by nothing"))
+    result = heavytop_(*QUICK, "-o", tmp_path / "new" / "out")
+    assert result.exit_code == Exit.BUG
+    assert "ZeroDivisionError: by nothing" in result.stderr
+    assert result.stderr.count("\n") == 1
+    assert not (tmp_path / "new").exists()
+    assert "Traceback" in heavytop_(*QUICK, "--debug").stderr
 
-    def test_leave_no_empty_folder(self, tmp_path, monkeypatch):
-        fail_with(monkeypatch, ZeroDivisionError())
-        heavytop_(*QUICK, "-o", tmp_path / "new" / "out")
-        assert not (tmp_path / "new").exists()
 
-    def test_a_disk_that_is_full_from_the_start_is_none(self, tmp_path, monkeypatch):
-        def full(*_):
-            raise OSError(28, "No space left on device")
+def test_a_disk_that_is_full_from_the_start_is_no_bug(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
 
-        monkeypatch.setattr("heavytop.files.os.fsync", full)
-        result = heavytop_(*QUICK, "-o", tmp_path / "out", "--no-figures")
-        assert result.exit_code == Exit.ENDED_EARLY
-        assert result.stderr == "heavytop: cannot write: No space left on device\n"
-        assert not (tmp_path / "out").exists()
+    monkeypatch.setattr("heavytop.files.os.fsync", full)
+    result = heavytop_(*QUICK, "-o", tmp_path / "out", "--no-figures")
+    assert result.exit_code == Exit.ENDED_EARLY
+    assert result.stderr == "heavytop: cannot write: No space left on device\n"
+    assert not (tmp_path / "out").exists()
 
 
 def test_warnings_are_sentences_on_stderr_unless_it_is_quiet(monkeypatch):
@@ -260,78 +227,78 @@ def test_warnings_are_sentences_on_stderr_unless_it_is_quiet(monkeypatch):
 
 
 @pytest.mark.processes
-class TestStreams:
-    """Where what is said cannot be told, the exit code tells it, and no traceback."""
-
-    @pytest.mark.parametrize("words", ["--help", "run --help", "scenes", "plan sicm-kicked --json"])
-    def test_what_is_printed_goes_to_a_full_disk(self, words):
-        with FULL.open("w") as full:
-            found = ended(*words.split(), stdout=full)
-        assert found.returncode == Exit.ENDED_EARLY
-        assert found.stderr == "heavytop: cannot write: No space left on device\n"
-
-    @pytest.mark.parametrize(
-        ("words", "code"), [("run no-such-scene", 3), ("run --no-such", 2), ("scenes", 0)]
-    )
-    def test_what_is_wrong_cannot_be_said(self, words, code):
-        with FULL.open("w") as full:
-            assert ended(*words.split(), stderr=full).returncode == code
-
-    @pytest.mark.parametrize("words", ["--help", "classify sicm-kicked"])
-    def test_nobody_reads(self, words):
-        """As a shell says of what ends by a closed pipe; 1 would be a bug of ours."""
-        read, write = os.pipe()
-        os.close(read)
-        found = ended(*words.split(), stdout=write)
-        os.close(write)
-        assert (found.returncode, found.stderr) == (Exit.UNREAD, "")
-
-    def test_a_closed_stdout_is_no_bug(self):
-        line = f"exec {sys.executable} -m heavytop classify sicm-kicked >&-"
-        found = subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=False)
-        assert (found.returncode, found.stderr) == (0, "")
-
-    def test_without_a_home_or_a_locale(self):
-        kept = ("PATH", "PYTHONPATH", "HEYOKA_CACHE_DIR")
-        here = {name: os.environ[name] for name in kept if name in os.environ}
-        here |= {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "HOME": "/nowhere"}
-        found = ended("classify", "sicm-kicked", env=here)
-        assert (found.returncode, found.stderr) == (0, "")
-        assert "? between      0.1 and 0.5172313182384348 rad" in found.stdout
-
-    @pytest.mark.slow
-    def test_nothing_is_said_of_the_caches_and_backends_of_others(self, tmp_path):
-        nowhere = dict(os.environ, HOME="/proc", MPLBACKEND="nonsense")
-        nowhere.pop("HEYOKA_CACHE_DIR", None)  # heyoka's own place is below the home
-        found = ended("run", "sicm-kicked", "-o", tmp_path, env=nowhere)
-        assert (found.returncode, found.stderr) == (0, "")
-        assert (tmp_path / "overview.png").exists()
-
-    def test_no_color_means_no_escapes(self):
-        colours = {"NO_COLOR": "1", "FORCE_COLOR": "1"}
-        found = ended("classify", "sicm-kicked", env=os.environ | colours)
-        assert found.returncode == 0
-        assert "\x1b[3" not in found.stdout
-
-    @pytest.mark.slow
-    def test_names_beyond_ascii_under_a_locale_of_ascii(self, tmp_path):
-        ascii_only = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
-        (tmp_path / "naïf").mkdir()
-        text = heavytop_("scenes", "sicm-kicked").stdout
-        (tmp_path / "naïf" / "tøp.toml").write_text(text, "utf-8")
-        for words in (
-            ("run", "naïf/tøp.toml", "--no-figures", "-o", "naïf/out"),
-            ("resume", "naïf/out"),
-            ("report", "naïf/out", "-o", "naïf/page"),
-        ):
-            done = ended(*words, "-q", cwd=tmp_path, env=os.environ | ascii_only)
-            assert done.returncode == 0, done.stderr
-        document = json.loads((tmp_path / "naïf" / "out" / "run.json").read_text("utf-8"))
-        assert document["scene"]["name"] == "tøp"
+@pytest.mark.parametrize("words", ["--help", "plan sicm-kicked --json"])
+def test_where_what_is_printed_goes_to_a_full_disk_it_is_told(words):
+    with FULL.open("w") as full:
+        found = ended(*words.split(), stdout=full)
+    assert found.returncode == Exit.ENDED_EARLY
+    assert found.stderr == "heavytop: cannot write: No space left on device\n"
 
 
 @pytest.mark.processes
-@pytest.mark.parametrize("late", ["heavytop.cli.command", "heavytop.cli.studies", "typer"])
+@pytest.mark.parametrize(("words", "code"), [("run --no-such", 2), ("run no-such-scene", 3)])
+def test_where_what_is_wrong_cannot_be_said_the_exit_code_tells_it(words, code):
+    with FULL.open("w") as full:
+        assert ended(*words.split(), stderr=full).returncode == code
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize("words", ["--help", "classify sicm-kicked"])
+def test_where_nobody_reads_it_ends_as_a_shell_says_of_a_closed_pipe(words):
+    read, write = os.pipe()
+    os.close(read)
+    found = ended(*words.split(), stdout=write)
+    os.close(write)
+    assert (found.returncode, found.stderr) == (Exit.UNREAD, "")
+
+
+@pytest.mark.processes
+def test_a_closed_stdout_is_no_bug():
+    line = f"exec {sys.executable} -m heavytop classify sicm-kicked >&-"
+    found = subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=False)
+    assert (found.returncode, found.stderr) == (0, "")
+
+
+@pytest.mark.processes
+def test_without_a_home_a_locale_or_colours():
+    kept = ("PATH", "PYTHONPATH", "HEYOKA_CACHE_DIR")
+    here = {name: os.environ[name] for name in kept if name in os.environ}
+    here |= ASCII | {"HOME": "/nowhere", "NO_COLOR": "1", "FORCE_COLOR": "1"}
+    found = ended("classify", "sicm-kicked", env=here)
+    assert (found.returncode, found.stderr) == (0, "")
+    assert "? between      0.1 and 0.5172313182384348 rad" in found.stdout
+    assert "\x1b[3" not in found.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.processes
+def test_nothing_is_said_of_the_caches_and_backends_of_others(tmp_path):
+    nowhere = dict(os.environ, HOME="/proc", MPLBACKEND="nonsense")
+    nowhere.pop("HEYOKA_CACHE_DIR", None)  # heyoka's own place is below the home
+    found = ended("run", "sicm-kicked", "-o", tmp_path, env=nowhere)
+    assert (found.returncode, found.stderr) == (0, "")
+    assert (tmp_path / "overview.png").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.processes
+def test_names_beyond_ascii_under_a_locale_of_ascii(tmp_path):
+    (tmp_path / "naïf").mkdir()
+    text = heavytop_("scenes", "sicm-kicked").stdout
+    (tmp_path / "naïf" / "tøp.toml").write_text(text, "utf-8")
+    for words in (
+        ("run", "naïf/tøp.toml", "--no-figures", "-o", "naïf/out"),
+        ("resume", "naïf/out"),
+        ("report", "naïf/out", "-o", "naïf/page"),
+    ):
+        done = ended(*words, "-q", cwd=tmp_path, env=os.environ | ASCII)
+        assert done.returncode == 0, done.stderr
+    document = json.loads((tmp_path / "naïf" / "out" / "run.json").read_text("utf-8"))
+    assert document["scene"]["name"] == "tøp"
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize("late", ["heavytop.cli.command", "typer"])
 def test_an_interrupt_before_there_is_a_command_is_no_traceback(late):
     program = (
         "import sys\n"

@@ -13,7 +13,7 @@ def test_names_have_no_blanks_around_them():
     assert options.names("--methods", None) is None
 
 
-@pytest.mark.parametrize("text", ["", " ", ",", "cusp,", "cusp,,auto", "cusp, ,auto"])
+@pytest.mark.parametrize("text", ["", ",", "cusp, ,auto"])
 def test_an_empty_name_is_the_fault_of_its_option(text):
     with pytest.raises(BadParameter, match="a name is empty") as refused:
         options.names("--cases", text)

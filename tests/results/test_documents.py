@@ -1,4 +1,4 @@
-"""Every result is read back from its file as it was written, and stands on a page."""
+"""Every result is read back from its file as it was written."""
 
 import json
 
@@ -7,11 +7,8 @@ import pytest
 
 from heavytop.analytic.motion import Motion
 from heavytop.checking.judge import check
-from heavytop.checking.result import told
 from heavytop.claims.validate import validate
 from heavytop.files import write_document
-from heavytop.report.files import write_study
-from heavytop.report.page import load_results, page_of
 from heavytop.report.quick import traces_document
 from heavytop.results.documents import read_document
 from heavytop.results.energy_momentum import diagram_of
@@ -27,7 +24,7 @@ KICKED = load_scene("sicm-kicked")
 def checked():
     t = np.linspace(0, 2, 2001)
     record = Motion(KICKED.top, KICKED.start).at(t * 1.0001)
-    return check({"t": t, "theta": record.theta, "phi": record.phi, "note": t}, KICKED)
+    return check({"t": t, "theta": record.theta, "phi": record.phi, "note": t}, KICKED).document()
 
 
 MADE = {
@@ -36,7 +33,7 @@ MADE = {
     "drift.json": lambda: drift(KICKED, methods=["strang"], periods=10, samples=4).document(),
     "atlas.json": lambda: atlas(KICKED, "phidot=-30:40:6", "theta=0.1:1.5:4").document(),
     "energy_momentum.json": lambda: diagram_of(KICKED).document(),
-    "check.json": lambda: checked().document(),
+    "check.json": checked,
     "validate.json": lambda: validate(["betsch-cone"]).document(),
 }
 
@@ -47,14 +44,3 @@ def test_a_result_is_read_back_as_it_was_written(tmp_path, name):
     write_document(tmp_path / name, document)
     unsaid = {"command": None, "files": {}, "versions": {}}
     assert read_document(tmp_path / name).found == unsaid | document
-
-
-def test_a_check_stands_on_a_page(tmp_path):
-    found = checked()
-    files = write_study(found, tmp_path / "mine")
-    assert set(files.values()) == {"check.json", "check.svg", "check.png"}
-    page = page_of(load_results([tmp_path / "mine"]))
-    [section] = page.sections
-    [rows] = section.parts
-    assert list(rows.rows)[:-1] == list(told(found.document()))
-    assert "errors of the trajectory over time" in page.html()

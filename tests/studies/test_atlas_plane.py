@@ -9,10 +9,11 @@ import heavytop as ht
 from heavytop.classification.many import classify_many
 from heavytop.errors import NotANumber
 from heavytop.scene.arguments import Refused
-from heavytop.studies.atlas_plane import MOST_VALUES, Axis, Plane, Tile, curves
+from heavytop.studies.atlas_plane import MOST_VALUES, Axis, Plane, curves
 
 KICKED = ht.load_scene("sicm-kicked")
 TOP = KICKED.top
+START = ("theta", "thetadot", "phidot", "psidot", "omega3")
 
 
 def plane(x, y, scene=KICKED):
@@ -23,6 +24,11 @@ def at(where, x, y):
     """The pixel of a plane at given values."""
     tops = where.at(np.array([float(x)]), np.array([float(y)]))
     return {name: float(np.ravel(each)[0]) for name, each in tops.items()}
+
+
+def motion_of(tops):
+    """The motion of one pixel of a plane of starts."""
+    return ht.Motion(TOP, ht.State(**{name: tops[name] for name in START if name in tops}))
 
 
 # --- axes -----------------------------------------------------------------------------------------
@@ -43,14 +49,14 @@ def test_a_logarithmic_axis_has_equal_ratios_and_its_own_ends():
     assert Axis.of("gMR=-4:-1:3:log").values.tolist() == [-4, -2, -1]
 
 
-def test_units_and_expressions_are_read():
-    assert Axis.of("theta=0:180 deg:3").values.tolist() == [0, np.pi / 2, np.pi]
-    assert Axis.of("theta=0:pi:3").text == "theta=0:pi:3"
-
-
-@pytest.mark.parametrize("text", ["phidot=-20:20:2000", "C=1e-6:1e-4:5:log", "theta=0:pi:7"])
-def test_an_axis_says_a_text_that_reads_as_itself(text):
-    assert Axis.of(Axis.of(text).text) == Axis.of(text)
+@pytest.mark.parametrize(
+    "text", ["phidot=-20:20:2000", "C=1e-6:1e-4:5:log", "theta=0:pi:7", "theta=0:180 deg:3"]
+)
+def test_an_axis_reads_units_and_expressions_and_says_a_text_that_reads_as_itself(text):
+    axis = Axis.of(text)
+    assert Axis.of(axis.text) == axis
+    if "theta" in text:
+        assert (axis.values[0], axis.values[axis.values.size // 2]) == (0, np.pi / 2)
 
 
 @pytest.mark.parametrize(
@@ -58,10 +64,7 @@ def test_an_axis_says_a_text_that_reads_as_itself(text):
     [
         ("phidt=0:1:5", "phidot"),
         ("phidot", "NAME=FROM:TO:COUNT"),
-        ("phidot=0:1:5:lin", "NAME=FROM:TO:COUNT"),
-        ("phidot=:1:5", "NAME=FROM:TO:COUNT"),
         ("phidot=0:1:2.5", "NAME=FROM:TO:COUNT"),
-        ("phidot=1:0:5", "less than"),
         ("phidot=1:1:5", "less than"),
         ("phidot=0:1:1", "from 2"),
         (f"phidot=0:1:{MOST_VALUES + 1}", str(MOST_VALUES)),
@@ -69,7 +72,6 @@ def test_an_axis_says_a_text_that_reads_as_itself(text):
         ("phidot=0:1e999:5", "magnitude"),
         ("phidot=0:1 deg:5", "unit"),
         ("C=0:1:5:log", "logarithmic"),
-        ("C=-1:1:5:log", "logarithmic"),
         (7, "text"),
     ],
 )
@@ -94,32 +96,22 @@ def test_what_the_scene_holds_is_held():
 
 
 @pytest.mark.parametrize("held", ["psidot", "omega3"])
-@pytest.mark.parametrize("theta", ["0.1", "1.5", "2.9"])
-def test_momenta_are_those_asked_for(held, theta):
-    scene = ht.load_scene("sicm-kicked", [f"start.theta={theta}", f"start.{held}=140"])
-    found = at(plane("p_phi=0:0.02:5", "thetadot=0:9:5", scene), 0.011, 2)
-    constants = ht.Motion(
-        TOP, ht.State(**{k: v for k, v in found.items() if k not in SICM})
-    ).constants
-    assert float(constants.p_phi) == pytest.approx(0.011, rel=1e-14)
-
-
-SICM = {"A", "C", "gMR"}
-
-
-def test_energy_and_momenta_are_those_asked_for():
-    scene = ht.load_scene("sicm-kicked", ["start.theta=0.9", "start.omega3=140"])
-    for x, y, names in (
-        ("E=0.5:2:5", "p_phi=0:0.02:5", ("E", "p_phi")),
-        ("p_psi=0:0.02:5", "E=0.5:2:5", ("p_psi", "E")),
-        ("p_psi=0:0.02:5", "p_phi=0:0.02:5", ("p_psi", "p_phi")),
-    ):
-        values = {"E": 1.7, "p_phi": 0.004, "p_psi": 0.011}
-        found = at(plane(x, y, scene), *(values[name] for name in names))
-        start = ht.State(**{k: v for k, v in found.items() if k not in SICM})
-        constants = ht.Motion(TOP, start).constants
-        for name in names:
-            assert float(getattr(constants, name)) == pytest.approx(values[name], rel=1e-13)
+@pytest.mark.parametrize(
+    ("x", "y"),
+    [
+        ("E=0.5:2:5", "p_phi=0:0.02:5"),
+        ("p_psi=0:0.02:5", "E=0.5:2:5"),
+        ("p_psi=0:0.02:5", "p_phi=0:0.02:5"),
+        ("p_phi=0:0.02:5", "thetadot=0:9:5"),
+    ],
+)
+def test_energy_and_momenta_are_those_asked_for(x, y, held):
+    scene = ht.load_scene("sicm-kicked", ["start.theta=0.9", f"start.{held}=140"])
+    values = {"E": 1.7, "p_phi": 0.004, "p_psi": 0.011, "thetadot": 2}
+    names = [text.partition("=")[0] for text in (x, y)]
+    motion = motion_of(at(plane(x, y, scene), *(values[name] for name in names)))
+    for name in {*names} - {"thetadot"}:
+        assert float(getattr(motion.constants, name)) == pytest.approx(values[name], rel=1e-13)
 
 
 def test_a_given_energy_starts_on_the_side_of_the_scene():
@@ -151,14 +143,6 @@ def test_a_pole_reached_with_p_phi_equal_to_p_psi_is_possible():
     assert found.names[found.kind[0]] == "sleeping"
 
 
-def test_the_bottom_is_a_pole_too():
-    """The double nearest π means π: nothing but p_φ = −p_ψ reaches it, and φ̇ is its limit there."""
-    hung = ht.load_scene("sicm-forward", ["start.theta=pi"])
-    where, p_psi = plane("p_phi=-0.02:0.02:5", "omega3=0:200:5", hung), 6.6e-5 * 140
-    assert at(where, -p_psi, 140)["phidot"] == pytest.approx(-p_psi / (2 * 3.28e-4), rel=1e-15)
-    assert np.isnan(at(where, -0.9 * p_psi, 140)["phidot"])
-
-
 @pytest.mark.parametrize("most", [1, 7, 50, 10_000])
 def test_tiles_cover_the_plane_once(most):
     where = plane("phidot=-20:20:23", "psidot=0:150:17")
@@ -169,43 +153,32 @@ def test_tiles_cover_the_plane_once(most):
     assert (seen == 1).all()
 
 
-def test_a_tile_has_the_tops_of_its_pixels():
-    where = plane("phidot=-20:20:9", "psidot=0:150:7")
-    whole = where.tops(Tile(slice(0, 7), slice(0, 9)))
-    part = where.tops(Tile(slice(2, 5), slice(3, 4)))
-    for name, each in whole.items():
-        wide = np.broadcast_to(each, (7, 9))[2:5, 3:4]
-        np.testing.assert_array_equal(np.broadcast_to(part[name], (3, 1)), wide)
-
-
 # --- boundaries -----------------------------------------------------------------------------------
 
+TILTED = ht.load_scene("sicm-kicked", ["start.theta=1.2"])
 PLANES = {
-    "kicks and spins": (plane("phidot=-20:20:9", "psidot=-150:150:9"), 1e-6),
-    "tilts and spins": (plane("theta=0.01:3.1:9", "omega3=1:200:9"), 1e-6),
-    "sideways": (plane("phidot=-20:20:9", "thetadot=-10:10:9"), 1e-6),
-    "asleep": (plane("psidot=1:400:9", "A=1e-4:1e-3:9:log", ht.load_scene("sleeping")), 1e-6),
-    "momenta": (
-        plane("p_phi=-0.02:0.02:9", "p_psi=-0.02:0.02:9",
-              ht.load_scene("sicm-kicked", ["start.theta=1.2"])), 1e-6,
-    ),
-}  # fmt: skip
+    "kicks and spins": plane("phidot=-20:20:9", "psidot=-150:150:9"),
+    "tilts and spins": plane("theta=0.01:3.1:9", "omega3=1:200:9"),
+    "sideways": plane("phidot=-20:20:9", "thetadot=-10:10:9"),
+    "asleep": plane("psidot=1:400:9", "A=1e-4:1e-3:9:log", ht.load_scene("sleeping")),
+    "momenta": plane("p_phi=-0.02:0.02:9", "p_psi=-0.02:0.02:9", TILTED),
+}
 DIVIDES = {"cusp": {"loops", "waves"}, "sleeping": {"stable", "unstable"}}
 
 
 @pytest.mark.parametrize("name", PLANES)
 def test_curves_divide_the_kinds(name):
-    where, step = PLANES[name]
+    where = PLANES[name]
     found = [curve for curve in curves(where) if curve.name in DIVIDES and curve.x.size > 1]
     for curve in found:
-        told = both_sides(where, curve, step)
+        told = both_sides(where, curve)
         for pair in told[len(told) // 4 : -len(told) // 4 or None]:
             assert pair == DIVIDES[curve.name]
     if name in ("kicks and spins", "asleep", "momenta"):
         assert found
 
 
-def both_sides(where, curve, step):
+def both_sides(where, curve, step=1e-6):
     """The words for either side of each point of a curve, a little step across it."""
     x, y = curve.x, curve.y
     scale = np.array([np.ptp(where.x.values), np.ptp(where.y.values)])
@@ -224,14 +197,15 @@ def both_sides(where, curve, step):
 
 @pytest.mark.parametrize("name", ["kicks and spins", "momenta", "tilts and spins"])
 def test_poles_and_steady_precession_lie_on_their_curves(name):
-    where, _ = PLANES[name]
+    where = PLANES[name]
     for curve in curves(where):
         if curve.name not in ("through-top", "through-bottom", "steady") or curve.x.size < 2:
             continue
         tops = where.at(curve.x, curve.y)
         for k in range(0, curve.x.size, 37):
-            one = {n: float(np.broadcast_to(v, curve.x.shape)[k]) for n, v in tops.items()}
-            motion = ht.Motion(TOP, ht.State(**{n: v for n, v in one.items() if n not in SICM}))
+            motion = motion_of(
+                {n: float(np.broadcast_to(v, curve.x.shape)[k]) for n, v in tops.items()}
+            )
             nearest = {
                 "through-top": motion.from_top,
                 "through-bottom": motion.from_bottom,
@@ -253,24 +227,12 @@ def test_the_threshold_of_sleep_is_a_point_where_the_axis_starts_upright():
 
 
 def test_the_separatrix_is_a_point_of_the_plane_of_kicks_and_spins():
-    where, _ = PLANES["kicks and spins"]
+    where = PLANES["kicks and spins"]
     points = [curve for curve in curves(where) if curve.name == "separatrix"]
     assert len(points) == 2
     for point in points:
-        tops = where.at(point.x, point.y)
-        start = {n: float(np.ravel(v)[0]) for n, v in tops.items() if n not in SICM}
-        motion = ht.Motion(TOP, ht.State(**start))
+        motion = motion_of(at(where, point.x[0], point.y[0]))
         scale = float(abs(motion.constants.p_psi))
         assert abs(float(motion.constants.p_phi - motion.constants.p_psi)) < 1e-10 * scale
         assert abs(float(motion.constants.E_prime) - 0.0456) < 1e-5 * 0.0456
         assert motion.period > 2
-
-
-def test_a_straight_curve_is_straight():
-    (cusp,) = [
-        curve
-        for curve in curves(plane("phidot=-1:2:9", "psidot=120:150:9"))
-        if curve.name == "cusp"
-    ]
-    assert abs(cusp.x).max() < 1e-14
-    assert (cusp.y.min(), cusp.y.max()) == (120, 150)

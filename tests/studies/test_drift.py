@@ -2,7 +2,6 @@
 
 import json
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,13 +9,8 @@ import pytest
 import heavytop as ht
 from heavytop.comparison import IntegrationFailed
 from heavytop.results.drift import growth
-from heavytop.scene.scene import scene_of
-from heavytop.studies.drift import (
-    advance,
-    drift_parameters,
-    sample_times,
-    tasks,
-)  # fmt: skip
+from heavytop.studies import methods as registry
+from heavytop.studies.drift import advance, drift_parameters, sample_times, tasks
 from heavytop.studies.methods import DEFAULT, method
 from heavytop.studies.steppers import TaylorStepper
 
@@ -53,13 +47,6 @@ def test_a_start_whose_taylor_coefficients_vanish():
     assert all(each.phase_s[-1] < 1e-13 for each in found.methods)
 
 
-def test_a_looser_tolerance_is_used():
-    found = ht.drift(KICKED, methods=["taylor-axis", "taylor-axis=1e-6"], periods=100, samples=3)
-    tight, loose = found.methods
-    assert loose.axis[-1] > 1e6 * tight.axis[-1]
-    assert loose.name == "taylor-axis=1e-06"
-
-
 def test_a_run_that_is_taken_up_again_has_the_same_bits():
     study = asked(KICKED, ["taylor-axis", "sofroniou-spaletta10"], periods=2e4, samples=9)
     for task in tasks(study):
@@ -71,13 +58,8 @@ def test_a_run_that_is_taken_up_again_has_the_same_bits():
 
 def test_the_projected_axis_form_keeps_the_phase_and_the_textbook_form_loses_it():
     """A cyclic angle in the state ruins the step control; projection beats Brouwer's law."""
-    found = ht.drift(
-        KICKED,
-        methods=["taylor-lagrange", "taylor-axis", "taylor-axis-projected"],
-        periods=20_000,
-        samples=13,
-        ensemble=2,
-    )
+    names = ["taylor-lagrange", "taylor-axis", "taylor-axis-projected"]
+    found = ht.drift(KICKED, methods=names, periods=20_000, samples=13, ensemble=2)
     lagrange, plain, projected = found.methods
     assert lagrange.phase_s[-1] > 1e-7 > 1e-9 > plain.phase_s[-1] > 10 * projected.phase_s[-1]
     assert lagrange.phase_growth.exponent > 2 > plain.phase_growth.exponent
@@ -121,30 +103,20 @@ def test_phase_beside_the_vertical_is_read_from_the_horizontal():
     assert found.axis[-1] < 1e-14
 
 
-def test_a_setting_keeps_all_its_digits():
-    texts = ["strang=1234.5671", "strang=1234.5673", "taylor-axis=1.23456789e-3", "strang=200"]
-    assert [method(text).text for text in texts] == [
-        *texts[:2],
-        "taylor-axis=0.00123456789",
-        texts[3],
-    ]
+def test_a_setting_is_used_and_keeps_all_its_digits():
+    texts = ["strang=1234.5671", "strang=1234.5673", "taylor-axis=0.00123456789", "strang=200"]
+    assert [method(text).text for text in texts] == texts
     study = asked(KICKED, ["strang", "strang=100.0000001"], 3, samples=2)
     assert [method(text).setting for text in study["methods"]] == [100.0, 100.0000001]
-
-
-def test_parameters_hold_the_whole_study():
-    scene = ht.load_scene("sicm-kicked", ["start.theta=pi/7"])
-    study = json.loads(json.dumps(asked(scene, ["strang=50", "taylor-cubic"], 7, 3)))
-    assert study["methods"] == ["strang=50", "taylor-cubic"]
-    again = scene_of(study["scene"])
-    assert (again.top, again.start) == (scene.top, scene.start)
-    assert asked(again, study["methods"], 7, 3) == study
+    found = ht.drift(KICKED, methods=["taylor-axis", "taylor-axis=1e-6"], periods=100, samples=3)
+    tight, loose = found.methods
+    assert loose.axis[-1] > 1e6 * tight.axis[-1]
+    assert loose.name == "taylor-axis=1e-06"
 
 
 def test_auto_is_the_least_form_for_so_long_a_run():
     names = [asked(KICKED, ["auto"], periods=n)["methods"][0] for n in (10, 1e5)]
-    assert names[0] == "taylor-axis"
-    assert names[1] == "taylor-axis-projected"
+    assert names == ["taylor-axis", "taylor-axis-projected"]
 
 
 def test_a_slow_method_goes_no_farther_than_ten_thousand_periods(monkeypatch):
@@ -161,13 +133,8 @@ def test_a_slow_method_goes_no_farther_than_ten_thousand_periods(monkeypatch):
     assert spans == [1e4, 1e6]
 
 
-# --- refusals --------------------------------------------------------------------------------
-
-
 def test_a_rival_whose_package_is_missing_is_skipped_by_name(monkeypatch):
-    from heavytop.studies import methods
-
-    monkeypatch.setattr(methods, "find_spec", lambda name: None if name == "numba" else name)
+    monkeypatch.setattr(registry, "find_spec", lambda name: None if name == "numba" else name)
     found = ht.drift(KICKED, methods=["strang", "taylor-axis"], periods=3, samples=2)
     assert "pip install 'heavytop[rivals]'" in found["strang"].skipped
     assert found["taylor-axis"].energy
@@ -181,28 +148,11 @@ def three():
     return ht.drift(KICKED, methods=METHODS, periods=60, samples=6, ensemble=3)
 
 
-def test_the_document_holds_what_the_contract_says(three):
-    document = json.loads(json.dumps(three.document()))
-    assert document["schema"] == "heavytop/drift/1"
-    for each in document["methods"]:
-        assert {"name", "formulation", "us_per_period", "steps", "periods", "energy", "p_phi",
-                "p_psi", "invariants", "phase_s", "axis", "energy_exponent", "phase_exponent",
-                "stderr", "skipped"} <= each.keys()  # fmt: skip
-        assert len(each["energy"]) == len(each["periods"]) == len(each["phase_s"])
-    axis, cubic, _ = document["methods"]
+def test_what_a_form_does_not_tell_is_none(three):
+    axis, cubic, _ = json.loads(json.dumps(three.document()))["methods"]
     assert cubic["axis"] == [None] * 6
     assert axis["p_phi"] == [None] * 6  # a constant of the equations
     assert axis["invariants"]["length"][-1] > 0
-
-
-def test_a_document_without_costs_has_no_clock_in_it(three):
-    slow = replace(three, methods=tuple(replace(m, us_per_period=1e9) for m in three.methods))
-    assert slow.document(costs=False) == three.document(costs=False)
-
-
-def test_a_drift_is_read_back_as_it_was(three, tmp_path):
-    three.save(tmp_path / "drift.json")
-    assert ht.Drift.load(tmp_path / "drift.json") == three
 
 
 # --- members ---------------------------------------------------------------------------------
@@ -219,11 +169,10 @@ def columns(each):
     [(None, lambda x: math.sqrt(np.mean(x**2))), ("spread", lambda x: np.std(x))],
 )
 def test_what_stands_for_all_starts_follows_from_the_members(three, name, over):
-    document = json.loads(json.dumps(three.document()))
+    document = three.document()
     for method_ in document["methods"]:
         members, told = method_["members"], method_ if name is None else method_[name]
         assert len(members) == document["ensemble"] == 3
-        assert all(each["periods"] == method_["periods"] for each in members)
         assert np.mean([each["steps"] for each in members]) == method_["steps"]
         for key, values in columns(told).items():
             alone = [columns(each)[key] for each in members]
@@ -235,31 +184,18 @@ def test_what_stands_for_all_starts_follows_from_the_members(three, name, over):
             assert len({tuple(each) for each in alone}) == 3
 
 
-def test_errors_of_members_are_those_of_their_runs_with_their_signs(three):
-    study = asked(methods=["taylor-axis"], periods=60, samples=6, ensemble=3)
-    for k, told in enumerate(three["taylor-axis"].members):
-        rows = rows_of(study, f"taylor-axis/{k:04d}")
-        assert told.energy == tuple(row["energy"] for row in rows)
-        assert told.phase_s == tuple(row["phase_s"] for row in rows)
-    assert min(x for each in three["taylor-axis"].members for x in each.phase_s) < 0
-
-
 def test_the_initial_conditions_of_a_member_are_those_it_was_run_from(three):
     """A study of that start alone gives its errors, bit for bit."""
-    document = json.loads(json.dumps(three.document()))
-    starts, own = document["starts"], document["scene"]["start"]
-    assert document["spread"] == 0.01
-    assert len(starts) == 3
+    starts = three.document()["starts"]
     for name in ("theta", "phidot", "psidot"):
-        assert starts[0][name] == float(own[name])
+        assert starts[0][name] == float(getattr(KICKED.start, name))
     for each in starts:
         spin = each["psidot"] + each["phidot"] * math.cos(each["theta"])
         assert each["omega3"] == pytest.approx(spin, rel=1e-15)
         assert each["omega3"] == starts[0]["omega3"]
         for name in ("theta", "phidot"):
             change = abs(each[name] / starts[0][name] - 1)
-            assert change <= 0.01
-            assert (change > 0) == (each is not starts[0])
+            assert 0 < change <= 0.01 or each is starts[0]
     given = {name: x for name, x in starts[2].items() if name != "psidot"}
     scene = ht.Scene(KICKED.top, ht.State(**given), periods=1)
     alone = ht.drift(scene, methods=METHODS, periods=60, samples=6)
@@ -271,7 +207,6 @@ def test_the_initial_conditions_of_a_member_are_those_it_was_run_from(three):
 def test_the_dataset_has_the_members_too(three):
     data, document = three.to_xarray(), three.document()
     assert dict(data.sizes) == {"scheme": 3, "start": 3, "mark": 6}
-    assert data.attrs["spread"] == 0.01
     for name in document["starts"][0]:
         assert data[name].values.tolist() == [each[name] for each in document["starts"]]
         assert data[name].attrs["units"] in ("rad", "rad s-1")
@@ -284,9 +219,6 @@ def test_the_dataset_has_the_members_too(three):
             assert mine[f"{name}_spread"].values.tolist() == columns(each["spread"])[name]
             alone = [columns(one)[name] for one in each["members"]]
             assert mine[f"member_{name}"].values.tolist() == alone
-            rms = np.sqrt((mine[f"member_{name}"] ** 2).mean("start"))
-            assert np.allclose(rms, mine[name], rtol=1e-13, atol=0)
-    assert all("long_name" in data[name].attrs for name in data.data_vars)
 
 
 @pytest.mark.parametrize("first", [0, 100])
@@ -309,7 +241,6 @@ def test_a_member_that_ends_early_keeps_what_it_has_and_the_others_keep_all(monk
     assert len(found.periods) == len(found.energy) == len(found.spread.energy) == short
     data = study.to_xarray().sel(scheme="taylor-axis")
     assert np.isfinite(data["member_energy"]).sum("mark").values.tolist() == [every, short, long]
-    assert data["member_periods"].sel(start=0).values.tolist() == list(found.members[0].periods)
 
 
 def test_a_form_that_cannot_start_there_is_skipped_and_has_no_members():

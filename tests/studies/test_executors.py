@@ -15,7 +15,6 @@ import pytest
 import heavytop
 from heavytop import errors
 from heavytop.machine import versions
-from heavytop.studies import atlas as atlas_study
 from heavytop.studies import executors, runner
 
 from . import toy
@@ -107,21 +106,6 @@ def test_two_workers_write_the_same_files_and_a_killed_one_is_done_without(
     assert logging.getLogger("distributed.client").level <= logging.CRITICAL
 
 
-def test_an_atlas_is_the_same_from_a_cluster(scheduler, tmp_path, monkeypatch):
-    monkeypatch.setattr(atlas_study, "TILE", {"kind": 128, "rows": 128, "integrate": 128})
-    place, address = scheduler
-    asked = heavytop.load_scene("sicm-kicked"), "phidot=-20:20:33", "psidot=-150:150:29"
-    with ExitStack() as stack:
-        for _ in range(2):
-            stack.enter_context(worker(place, address))
-        executor = stack.enter_context(executors.executor_at(address, timeout_s=60))
-        heavytop.atlas(*asked, executor=executor, folder=tmp_path / "there")
-    heavytop.atlas(*asked, jobs=1, folder=tmp_path / "here")
-    there, here = results(tmp_path / "there"), results(tmp_path / "here")
-    assert len(there) == 10 + 1
-    assert there == here
-
-
 def test_a_scheduler_without_workers_and_an_address_without_a_scheduler(scheduler):
     _, address = scheduler
     with pytest.raises(errors.NoScheduler, match=f"{address}: a scheduler without workers: dask"):
@@ -130,23 +114,6 @@ def test_a_scheduler_without_workers_and_an_address_without_a_scheduler(schedule
     for wrong in (nobody, "nonsense", "", "smoke://hill:1"):
         with pytest.raises(errors.NoScheduler, match=f"^{wrong}: no dask scheduler answers there"):
             executors.executor_at(wrong, timeout_s=0.5).__enter__()
-
-
-def test_what_listens_and_is_no_scheduler_is_told_from_one(scheduler):
-    with socket.socket() as deaf:
-        deaf.bind(("127.0.0.1", 0))
-        deaf.listen()
-        address = f"tcp://127.0.0.1:{deaf.getsockname()[1]}"
-        with pytest.raises(errors.NoScheduler, match="no dask scheduler answers there"):
-            executors.executor_at(address, timeout_s=0.5).__enter__()
-
-
-def test_without_dask_it_says_what_to_install(monkeypatch):
-    monkeypatch.setattr(executors, "find_spec", lambda name: None)
-    with pytest.raises(
-        errors.MissingPackage, match=r"needs distributed: pip install 'heavytop\[cl"
-    ):
-        executors.executor_at("tcp://127.0.0.1:1").__enter__()
 
 
 # --- calls with a limit of time --------------------------------------------------------------

@@ -1,20 +1,17 @@
 """Methods of your own in every study: judged as all others; a stored study never starts one."""
 
 import json
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 import heavytop as ht
-from heavytop.cli import app
+from heavytop.comparison import own
 from heavytop.errors import BadScene, ForeignFile, Impossible
 from heavytop.files import write_document
 
 from .. import integrators
+from ..commands import heavytop_
 from ..integrators import rk4
 
 RK4 = Path(integrators.__file__).read_text()
@@ -32,73 +29,50 @@ def scene():
     return ht.load_scene("sicm-kicked")
 
 
-def heavytop_(*words):
-    return CliRunner().invoke(app, [*map(str, words)])
-
-
 def test_a_drift_follows_functions_files_and_solvers(scene, mine):
     methods = ["taylor-axis", ht.Method(rk4, setting=200), f"{mine}:rk4=200", f"{mine}:dop853=1e-9"]
     found = ht.drift(scene, methods=methods, periods=20, samples=4)
-    names = [each.name for each in found.methods]
-    assert names == ["taylor-axis", "own:rk4", "mine.py:rk4=200", "mine.py:dop853"]
-    _, own, same, solver = found.methods
-    assert own.axis == same.axis
-    assert 1e-7 < own.axis[-1] < 1e-4
+    assert [each.name for each in found.methods] == [
+        "taylor-axis",
+        "own:rk4",
+        "mine.py:rk4=200",
+        "mine.py:dop853",
+    ]
+    exact, mine_, same, solver = found.methods
+    assert mine_.axis == same.axis
+    assert 1e-7 < mine_.axis[-1] < 1e-4
     assert 1e-11 < solver.axis[-1] < 1e-6
-    assert found.methods[0].axis[-1] < 1e-12
+    assert exact.axis[-1] < 1e-12
 
 
 @pytest.mark.processes
-def test_a_study_that_was_stopped_goes_on_only_where_its_code_is_named(scene, mine, tmp_path):
+def test_a_study_that_was_stopped_goes_on_bit_for_bit_where_its_code_is_named(
+    scene, mine, tmp_path
+):
+    """A step, one that keeps the rotation, and a solver."""
     place, whole = tmp_path / "study", tmp_path / "whole"
-    asked = {"methods": [f"{mine}:rk4=50"], "periods": 30, "samples": 6}
+    named = [f"{mine}:rk4", f"{mine}:on_the_group", f"{mine}:dop853"]
+    settings = (100, 100, 1e-7)
+    methods = [f"{name}={setting}" for name, setting in zip(named, settings, strict=True)]
+    asked = {"methods": methods, "periods": 30, "samples": 6}
     reference = ht.drift(scene, folder=whole, **asked)
 
     def stop(now):
-        raise KeyboardInterrupt
+        if now.fraction > 0.5:
+            raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         ht.drift(scene, folder=place, progress=stop, **asked)
-    from heavytop.comparison import own
-
     own._ADMITTED.clear()  # another process
     with pytest.raises(Impossible, match="runs only where it is named"):
         ht.resume(place)
-    refused = heavytop_("resume", place)
-    assert refused.exit_code == 3
-    assert "runs only where it is named (--methods)" in refused.stderr
-    resumed = ht.resume(place, methods=[f"{mine}:rk4"], jobs=2)
+    assert heavytop_("resume", place).exit_code == 3
+    resumed = ht.resume(place, methods=named, jobs=2)
     assert resumed.document(costs=False) == reference.document(costs=False)
     mine.write_text(RK4 + "\n# changed\n")
     own._ADMITTED.clear()
     with pytest.raises(ForeignFile, match="not the code with which it was begun"):
-        ht.resume(place, methods=[f"{mine}:rk4"])
-
-
-@pytest.mark.slow
-@pytest.mark.processes
-def test_methods_of_ones_own_that_are_killed_are_resumed_bit_for_bit(mine, tmp_path):
-    """A step, one that keeps the rotation, and a solver."""
-    methods = "mine.py:rk4=100,mine.py:on_the_group=100,mine.py:dop853=1e-7"
-    asked = ["drift", "sicm-kicked", "--periods", "100", "--samples", "5", "--methods", methods]
-    command = [sys.executable, "-m", "heavytop"]
-    here = {"cwd": tmp_path, "capture_output": True, "text": True}
-    subprocess.run([*command, *asked, "-o", "whole", "--no-figures"], check=True, **here)
-    with subprocess.Popen([*command, *asked, "-o", "study", "--no-figures"], cwd=tmp_path) as run:
-        while not any((tmp_path / "study").glob("tasks/*.json")):
-            assert run.poll() is None
-            time.sleep(0.02)
-        run.kill()
-    assert not (tmp_path / "study" / "drift.json").exists()
-    refused = subprocess.run([*command, "resume", "study"], **here)
-    assert refused.returncode == 3
-    named = ",".join(name.partition("=")[0] for name in methods.split(","))
-    subprocess.run([*command, "resume", "study", "--methods", named], check=True, **here)
-    whole, study = (
-        json.loads((tmp_path / name / "drift.json").read_text()) for name in ("whole", "study")
-    )
-    assert [len(each["periods"]) for each in whole["methods"]] == [5, 5, 5]
-    assert study["methods"] == whole["methods"]
+        ht.resume(place, methods=named)
 
 
 def test_no_scene_and_no_study_file_starts_code(scene, mine, tmp_path):
@@ -126,17 +100,8 @@ def test_a_step_that_never_returns_ends_its_run_and_no_other(scene, mine, monkey
 @pytest.mark.processes
 def test_a_method_that_ends_its_process_ends_the_study_with_4(mine):
     mine.write_text("def leaves(f, y, h):\n    raise SystemExit(7)\n")
-    words = (
-        "drift",
-        "sicm-kicked",
-        "--periods",
-        5,
-        "--samples",
-        2,
-        "--methods",
-        f"{mine}:leaves=20",
-    )
-    done = heavytop_(*words)
+    words = ("--periods", 5, "--samples", 2, "--methods", f"{mine}:leaves=20")
+    done = heavytop_("drift", "sicm-kicked", *words)
     assert done.exit_code == 4
     assert "mine.py:leaves=20: its process was lost" in done.stderr
 
@@ -146,14 +111,10 @@ def test_a_method_that_ends_its_process_ends_the_study_with_4(mine):
 def test_stress_names_what_a_method_does(mine):
     methods = ["auto", f"{mine}:rk4=200", f"{mine}:hangs", f"{mine}:dop853=1e-10"]
     found = ht.stress(cases=["cusp"], methods=methods, time_limit=5)
-    outcomes = {run.method: run.outcome for run in found.cases}
-    assert outcomes["auto"] == "ok"
-    assert outcomes["mine.py:hangs"] == "time-limit"
-    assert found["cusp", "mine.py:rk4=200"].digits_lost > 2
-    assert (
-        found["cusp", "mine.py:dop853=1e-10"].digits_lost
-        < found["cusp", "mine.py:rk4=200"].digits_lost
-    )
+    assert found["cusp", "auto"].outcome == "ok"
+    assert found["cusp", "mine.py:hangs"].outcome == "time-limit"
+    lost = [found["cusp", f"mine.py:{name}"].digits_lost for name in ("rk4=200", "dop853=1e-10")]
+    assert lost[0] > max(2, lost[1])
     with pytest.raises(Impossible, match="must stand in a file"):
         ht.stress(cases=["cusp"], methods=[lambda f, y, h: y + h * f(y)])
 
@@ -161,11 +122,11 @@ def test_stress_names_what_a_method_does(mine):
 @pytest.mark.slow
 def test_work_and_precision_has_a_point_for_each_setting(scene, mine):
     found = ht.work_precision(scene, methods=[f"{mine}:rk4", "taylor-axis"], periods=2, budget=60)
-    own = [point for point in found.points if point.method == "mine.py:rk4"]
-    assert len(own) > 4
-    errors = [point.error for point in sorted(own, key=lambda point: point.steps_a_period)]
+    points = [point for point in found.points if point.method == "mine.py:rk4"]
+    errors = [point.error for point in sorted(points, key=lambda point: point.steps_a_period)]
     assert errors == sorted(errors, reverse=True)
-    assert all(point.rival for point in own)
+    assert len(errors) > 4
+    assert all(point.rival for point in points)
 
 
 def test_faults_of_methods_are_told_at_once(scene, mine):

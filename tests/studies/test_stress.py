@@ -4,33 +4,21 @@ from __future__ import annotations
 
 import math
 import os
-import time
-import warnings
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.comparison.adaptive import (
-    TEXTBOOK_SOLVERS,
-    textbook_right_hand_side,
-    textbook_solve,
-)
+from heavytop.comparison.adaptive import TEXTBOOK_SOLVERS, textbook_right_hand_side, textbook_solve
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.errors import DoubtfulWarning
 from heavytop.results.stress import MARKS, RULES, Outcome, Run, Stress
 from heavytop.run.events import differences, tally
 from heavytop.run.planning import Plan, closed_form_of, plan
 from heavytop.run.propagation import binary_start
 from heavytop.studies.methods import stress_methods
 from heavytop.studies.stress import Attempt, judged, missed_events, run, stress
-from heavytop.studies.stress_cases import (
-    BOOK,
-    CaseReference,
-    cases,
-    reference,
-)
+from heavytop.studies.stress_cases import CaseReference, cases, reference
 
 LONG = ("1e5-periods",)
 TURNING = ("through-", "planar", "near-", "start-", "falling-", "separatrix-", "spin-1e7")
@@ -57,18 +45,12 @@ def test_the_condition_is_what_the_closed_form_makes_of_a_changed_start(name):
     size, off = 1e-9 / truth.condition, []
     exact = ht.Motion(scene.top, scene.start).form(60)
     ctx = exact.ctx
+    held = ("theta", "thetadot", "phi", "phidot", "psi", "omega3")
+    values = {name: getattr(scene.start, name) for name in held}
+    turn = max(1, abs(float(scene.start.omega3 * scene.top.C / scene.top.A)))
     for field in ("theta", "thetadot", "phidot", "omega3"):
-        names = ("theta", "thetadot", "phi", "phidot", "psi", "omega3")
-        values = {name: getattr(scene.start, name) for name in names}
-        rate = (
-            1
-            if field == "theta"
-            else max(1, abs(float(scene.start.omega3 * scene.top.C / scene.top.A)))
-        )
-        shift = f"{size * rate:.40f}"
-        moved = ht.Motion(
-            scene.top, ht.State(**values | {field: values[field] + ht.Exact.of(shift)})
-        )
+        shift = ht.Exact.of(f"{size * (1 if field == 'theta' else turn):.40f}")
+        moved = ht.Motion(scene.top, ht.State(**values | {field: values[field] + shift}))
         there, here = moved.form(60)(truth.end).axis, exact(truth.end).axis
         off.append(float(ctx.norm([a - b for a, b in zip(there, here, strict=True)])) / size)
     assert truth.condition / 30 < max(off) < 2 * truth.condition
@@ -91,7 +73,7 @@ def counted(motion, end):
     return turning, reversal
 
 
-@pytest.mark.parametrize("end", [2.0, 3.3, -2.7, 0.3])
+@pytest.mark.parametrize("end", [2.0, -2.7, 0.3])
 @pytest.mark.parametrize(
     "scene", ["sicm-kicked", "sicm-forward", "inverted-gravity", "spherical-top", "force-free"]
 )
@@ -101,37 +83,15 @@ def test_the_tally_is_what_the_closed_form_does(scene, end):
     turning, reversal = counted(motion, end)
     turning += read.start.thetadot.sign() == 0  # a start exactly on an event counts
     reversal += read.start.phidot.sign() == 0 and reversal > 0
-    got = tally(motion, end)
-    assert got == {"turning": (turning,) * 2, "reversal": (reversal,) * 2, "cusp": (0, 0)}
+    found = {"turning": (turning,) * 2, "reversal": (reversal,) * 2, "cusp": (0, 0)}
+    assert tally(motion, end) == found
 
 
-def test_a_free_top_reverses_its_precession_too():
-    scene = ht.load_scene("force-free", ['want.events=["turning","reversal"]'])
-    assert ht.propagate(scene).events.count("reversal") > 20  # and no warning: as many as there are
-
-
-@pytest.mark.parametrize("sign", [1, -1])
-def test_a_cusp_is_where_v_is_highest(sign):
-    top = ht.Top(1, "0.5", sign)
-    motion = ht.Motion(top, ht.State("1.1", psidot=8))
-    assert motion.kind == "cusps"
-    assert tally(motion, 2.3 * motion.period)["cusp"] == (3, 3)
-    assert tally(motion, -0.7 * motion.period)["cusp"] == (1, 1)
-
-
-def test_an_event_at_the_very_end_may_be_counted_or_not():
-    motion = closed_form_of(ht.load_scene("sicm-kicked"))
-    assert tally(motion, 2 * motion.period)["turning"] == (4, 5)
-    assert tally(motion, 2.0, ("turning",)).keys() == {"turning"}
-
-
-def test_nothing_is_said_of_what_does_not_nutate_and_only_what_differs_is():
-    assert tally(closed_form_of(ht.load_scene("steady-betsch")), 1.0) is None
+def test_only_what_differs_is_told():
     there = {"turning": (4, 5), "cusp": (0, 0)}
     assert list(differences(there, {"turning": 4, "cusp": None})) == []
-    assert list(differences(there, {"turning": 6, "cusp": 1})) == [
-        "6 turning where there are 4 to 5", "1 cusp where there are 0",
-    ]  # fmt: skip
+    said = ["6 turning where there are 4 to 5", "1 cusp where there are 0"]
+    assert list(differences(there, {"turning": 6, "cusp": 1})) == said
 
 
 # --- how a run is judged ---------------------------------------------------------------------
@@ -147,18 +107,13 @@ def arrived(off=0.0, **more):
 @pytest.mark.parametrize(
     ("raw", "word", "named"),
     [
-        (arrived(), Outcome.OK, False),
         (arrived(1e-10), Outcome.OK, False),
         (arrived(1e-6), Outcome.INACCURATE, False),
-        (arrived(0.3), Outcome.DIVERGED, False),
         (arrived(math.nan), Outcome.DIVERGED, False),
         (arrived(counted={"turning": 2}), Outcome.MISSED_EVENTS, False),
         (arrived(said="a doubt"), Outcome.OK, True),
         (Attempt(Outcome.REFUSED, "no"), Outcome.REFUSED, True),
-        (Attempt(Outcome.SINGULAR, "here"), Outcome.SINGULAR, True),
-        (Attempt(Outcome.STALLED, "tiny steps"), Outcome.STALLED, True),
         (Attempt(Outcome.STEP_LIMIT), Outcome.STEP_LIMIT, True),
-        (Attempt(theta=0.6 + 1e-12), Outcome.OK, False),
         (Attempt(theta=0.7 + 1e-12), Outcome.DIVERGED, False),
     ],
 )
@@ -192,21 +147,7 @@ def test_whole_turns_of_phi_and_psi_are_seen_though_the_axis_does_not_see_them()
     near = verdict(arrived(angles=(7.0 + 6e-14, -40.0)), here, "auto-angles")
     assert (near.outcome, near.digits_lost, near.turns) == (Outcome.OK, 0.0, (0, 0))
     assert verdict(arrived(), HERE).turns is None
-
-
-def test_what_a_case_allows_to_angles_is_that_of_the_axis_over_the_sine():
-    here = replace(HERE, angles=(7.0, -40.0)).of_angles()
-    assert here.condition == pytest.approx(10 / 0.6 + 47)
-
-
-@pytest.mark.slow
-@pytest.mark.processes
-def test_a_run_that_takes_more_steps_than_it_may_or_more_time_has_not_done_it():
-    slow = stress(cases=["cusp"], methods=["auto"], step_limit=1)["cusp", "auto"]
-    assert (slow.outcome, slow.named) == (Outcome.STEP_LIMIT, True)
-    assert slow.steps > 1
-    late = stress(cases=["cusp"], methods=["auto"], time_limit=0.01)["cusp", "auto"]
-    assert late.outcome is Outcome.TIME_LIMIT
+    assert here.of_angles().condition == pytest.approx(10 / 0.6 + 47)
 
 
 def test_a_finder_of_sign_changes_may_see_cusps_or_not_but_nothing_between():
@@ -217,16 +158,10 @@ def test_a_finder_of_sign_changes_may_see_cusps_or_not_but_nothing_between():
 
 
 def test_only_a_run_that_says_nothing_is_silently_wrong():
-    def wrong(word, lost=0.0, named=False):
-        run = Run(case="c", method="auto", formulation="auto", outcome=word, digits_lost=lost,
-                  named=named)  # fmt: skip
-        return run.silently_wrong
-
-    assert not wrong(Outcome.OK, 1.9)
-    assert wrong(Outcome.OK, 2.1)
-    assert wrong(Outcome.MISSED_EVENTS)
-    assert not wrong(Outcome.MISSED_EVENTS, named=True)
-    assert wrong(Outcome.DIVERGED)
+    assert not ran("auto", Outcome.OK, digits_lost=1.9).silently_wrong
+    assert ran("auto", Outcome.OK, digits_lost=2.1).silently_wrong
+    assert ran("auto", Outcome.DIVERGED).silently_wrong
+    assert not ran("auto", Outcome.DIVERGED, named=True).silently_wrong
 
 
 # --- the runs themselves ---------------------------------------------------------------------
@@ -248,20 +183,15 @@ KNOWN = {  # from what others measured with other programs, before this one was 
     ("through-top", "taylor-lagrange"): Outcome.SINGULAR,
     ("start-at-top", "taylor-lagrange"): Outcome.REFUSED,
     ("start-at-top", "dop853-scipy-lagrange"): Outcome.SINGULAR,
-    ("start-at-top", "radau-scipy-lagrange"): Outcome.SINGULAR,
     ("through-top", "lsoda-scipy-lagrange"): Outcome.INACCURATE,
     ("near-top-1e-12", "taylor-lagrange"): Outcome.INACCURATE,
     ("separatrix-80", "taylor-axis"): Outcome.DIVERGED,
     ("ten-periods", "solve-ivp-defaults"): Outcome.INACCURATE,
     ("kick-1e-6", "dop853-scipy"): Outcome.MISSED_EVENTS,
     ("cusp", "dop853-scipy"): Outcome.OK,
-    (
-        "near-separatrix",
-        "blanes-moan-rkn6",
-    ): Outcome.INACCURATE,  # long period, short turn
+    ("near-separatrix", "blanes-moan-rkn6"): Outcome.INACCURATE,  # long period, short turn
     ("sleeping-1+1e-8", "gauss8"): Outcome.STALLED,
     ("1e5-periods", "gauss8"): Outcome.STEP_LIMIT,
-    ("ten-periods", "gauss8"): Outcome.OK,
 }
 
 
@@ -303,26 +233,15 @@ def test_a_textbooks_run_is_that_of_solve_ivp(solver):
 # --- what auto says --------------------------------------------------------------------------
 
 
-def test_a_miscount_is_named_and_a_right_count_is_not():
-    with pytest.warns(DoubtfulWarning, match="3 cusp where there are 0 by the exact numbers"):
-        ht.propagate(cases()["kick-1e-15"].scene)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        ht.propagate(cases()["kick-1e-9"].scene)
-
-
 @pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
 def test_the_time_is_named_at_which_doubles_have_lost_the_vertical():
     scene = cases()["separatrix-3000"].scene
-    chosen = plan(scene)
-    [digits, leaving] = chosen.warnings
+    [digits, leaving] = plan(scene).warnings
     assert "every digit will be lost" in digits
     assert "at about t = 73.5 s" in leaving  # 53 ln 2 over the growth rate 1/2
-    trajectory = ht.propagate(
-        ht.Scene(scene.top, scene.start, time=70, quantities=("axis",), events=(), samples=8),
-        formulation="axis",
-    )
-    grown = [abs(float(trajectory(t).theta - closed_form_of(scene).at(t).theta)) for t in (30, 60)]
+    shorter = ht.Scene(scene.top, scene.start, time=70, quantities=("axis",), events=())
+    trajectory, exact = ht.propagate(shorter, formulation="axis"), closed_form_of(scene)
+    grown = [abs(float(trajectory(t).theta - exact.at(t).theta)) for t in (30, 60)]
     assert math.log(grown[1] / grown[0]) / 30 == pytest.approx(0.5, abs=0.02)
     assert not plan(cases()["separatrix-40"].scene, "axis").warnings
 
@@ -354,43 +273,34 @@ def test_lsoda_does_not_return_from_the_pole_and_the_test_goes_on():
 def test_nothing_is_begun_after_the_budget_and_what_is_left_is_named():
     got = stress(cases=["cusp"], methods=["auto", "taylor-axis"], budget=0.0)
     assert not got.cases
-    assert [(s.case, s.method, s.reason) for s in got.skipped] == [
-        ("cusp", "auto", "the budget was spent"), ("cusp", "taylor-axis", "the budget was spent"),
-    ]  # fmt: skip
-    began = time.monotonic()
-    one = stress(cases=["start-at-top"], methods=["lsoda-scipy-lagrange", "lsoda-scipy"],
-                 budget=1.0, time_limit=2.0)  # fmt: skip
-    assert time.monotonic() - began < 60
+    assert [s.method for s in got.skipped] == ["auto", "taylor-axis"]
+    assert {(s.case, s.reason) for s in got.skipped} == {("cusp", "the budget was spent")}
+    methods = ["lsoda-scipy-lagrange", "lsoda-scipy"]
+    one = stress(cases=["start-at-top"], methods=methods, budget=1.0, time_limit=2.0)
     assert [str(run.outcome) for run in one.cases] == ["time-limit"]  # begun within the budget
     assert [s.reason for s in one.skipped] == ["the budget was spent"]
 
 
 def test_the_cases_are_those_that_were_asked_for():
     motions = {name: closed_form_of(case.scene) for name, case in cases().items()}
-    for power in (2, 4, 6, 8, 10, 12):
+    for power in (2, 6, 12):
         assert motions[f"near-top-1e-{power}"].from_top == pytest.approx(10.0**-power, rel=0.02)
     assert motions["near-bottom-1e-6"].from_bottom == pytest.approx(1e-6, rel=0.02)
-    assert motions["through-top"].kind == "through-top"
-    assert motions["through-bottom"].kind == "through-bottom"
-    assert motions["steady+0"].kind == "uniform-precession"
-    assert {str(motions[f"kick+1e-{p}"].kind) for p in (3, 9, 15)} == {"waves"}
-    assert {str(motions[f"kick-1e-{p}"].kind) for p in (3, 9, 15)} == {"loops"}
-    assert all(motions[f"separatrix-{t}"].kind == "separatrix" for t in (10, 80, 3000))
+    kinds = {
+        "through-top": "through-top", "through-bottom": "through-bottom",
+        "steady+0": "uniform-precession", "separatrix-10": "separatrix",
+        "separatrix-3000": "separatrix",
+        "kick+1e-3": "waves", "kick+1e-15": "waves", "kick-1e-3": "loops", "kick-1e-15": "loops",
+    }  # fmt: skip
+    assert {name: str(motions[name].kind) for name in kinds} == kinds
     spins = [cases()[f"spin-1e{p}"].scene for p in range(2, 8)]
-    momenta = [float(s.top.C * s.start.omega3) for s in spins]
-    assert momenta == pytest.approx([4.0] * 6, rel=1e-14)
+    assert [float(s.top.C * s.start.omega3) for s in spins] == pytest.approx([4.0] * 6, rel=1e-14)
     assert [float(s.start.omega3) for s in spins] == [10.0**p for p in range(2, 8)]
     pushed = [motions[f"sleeping-1{sign}1e-{p}"] for sign in "+-" for p in (4, 8, 12)]
     assert all(float(motion.at(20.0).theta) > 1.8e-5 for motion in pushed)  # 1e-6 when it starts
-    assert BOOK[0] == "3.28e-4"
 
 
 # --- what is made of all runs ----------------------------------------------------------------
-
-
-def made(*runs):
-    return Stress(hard={"cusp": ""}, methods=dict.fromkeys(run.method for run in runs), cases=runs,
-                  limits={"budget_s": 1.0, "time_s": 1.0, "steps": 1})  # fmt: skip
 
 
 def ran(method, outcome, **more):
@@ -398,15 +308,13 @@ def ran(method, outcome, **more):
 
 
 def test_what_is_chance_is_counted_as_nothing_to_tell_and_as_nothing_else():
-    by_chance = {"error": 1e-3, "digits_lost": 0.0, "untold": True}
-    chance = made(
-        ran("taylor-axis", Outcome.OK, **by_chance, named=True),
-        ran("auto", Outcome.OK, **by_chance),
-    )
+    runs = (ran("taylor-axis", Outcome.OK, untold=True, named=True),
+            ran("auto", Outcome.OK, untold=True))  # fmt: skip
+    chance = Stress(hard={"cusp": ""}, methods=dict.fromkeys(run.method for run in runs),
+                    cases=runs, limits={"budget_s": 1.0, "time_s": 1.0, "steps": 1})  # fmt: skip
     none = dict.fromkeys(map(str, Outcome), 0)
     assert chance.counts()["taylor-axis"] == none | {"nothing-to-tell": 1}
     assert [run.method for run in chance.silently_wrong] == ["auto"]
-    assert repr(chance) == "<Stress: 2 runs of 2 methods at 1 cases, 0 skipped>"
 
 
 def test_the_words_of_the_contract_are_these():

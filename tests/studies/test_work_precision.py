@@ -1,40 +1,27 @@
 """A diagram shows what it says: errors are true, runs are in turn, and none beats the front."""
 
-import io
 import json
 import math
 import random
 from dataclasses import dataclass, replace
-from importlib import import_module
 from statistics import median
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from rich.console import Console
 
 import heavytop as ht
+from heavytop.comparison import METHODS
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
+from heavytop.equations.formulation import FORMULATIONS
 from heavytop.integration.bits import bits_of
-from heavytop.report.studies import rendered
 from heavytop.results.base import Problem
 from heavytop.results.work_precision import Point, SkippedSetting, WorkPrecision, front
 from heavytop.studies import work_precision as timing
 from heavytop.studies.drift import neighbour
 from heavytop.studies.methods import method
 from heavytop.studies.steppers import set_up
-from heavytop.studies.work_precision import (
-    BEFORE,
-    DEFAULT,
-    FOLDED,
-    REPEATS,
-    STARTS,
-    STEPS,
-    first_run,
-    grid,
-    repeat,
-    settings,
-)
+from heavytop.studies.work_precision import BEFORE, FOLDED, first_run, settings
 
 KICKED = ht.load_scene("sicm-kicked")
 
@@ -46,7 +33,7 @@ KICKED = ht.load_scene("sicm-kicked")
 def found():
     methods = (
         "auto", "taylor-axis", "taylor-cubic=1e-9", "taylor-lagrange=1e-9", "strang=25",
-        "blanes-moan-rkn6=6", "blanes-moan-rkn6=57", "dop853-cyrk=1e-6",
+        "dop853-cyrk=1e-6", "dop853-cyrk=1e-13",
     )  # fmt: skip
     return ht.work_precision(KICKED, methods=methods, periods=20, budget=600)
 
@@ -55,17 +42,17 @@ def named(found, text):
     return next(p for p in found.points if p.label == text)
 
 
-def starts():
-    """The starts of every diagram of the kicked top."""
-    states = [neighbour(KICKED.start, 0, k) for k in range(8)]
-    return [ht.Scene(KICKED.top, state, periods=1) for state in states]
+def started(number):
+    """The kicked top from one of the starts of every diagram of it."""
+    return ht.Scene(KICKED.top, neighbour(KICKED.start, 0, number), periods=1)
 
 
-@pytest.mark.parametrize("text", ["taylor-axis=1e-06", "taylor-lagrange=1e-09", "strang=25"])
-@pytest.mark.parametrize("number", [0, 5])
+@pytest.mark.parametrize(
+    ("text", "number"), [("taylor-axis=1e-06", 0), ("taylor-lagrange=1e-09", 5), ("strang=25", 5)]
+)
 def test_an_error_is_the_distance_from_the_closed_form(text, number):
     """Stepped here by the method's own stepper, and held against the closed form in doubles."""
-    scene = starts()[number]
+    scene = started(number)
     made = set_up(scene, method(text))
     end = made.stepper.output_time((20 - BEFORE) * made.period)
     place = made.stepper.begin()
@@ -90,57 +77,37 @@ def test_an_error_is_the_distance_from_the_closed_form(text, number):
 @pytest.mark.slow
 @pytest.mark.parametrize("text", ["taylor-axis=1e-06", "taylor-cubic=1e-09"])
 def test_a_point_is_the_median_over_eight_starts_and_a_spread_holds_the_middle_half(found, text):
-    point, runs = named(found, text), [first_run(s, method(text), 20, 60) for s in starts()]
-    assert point.starts == STARTS == len(runs) == 8
+    point = named(found, text)
+    runs = [first_run(started(number), method(text), 20, 60) for number in range(8)]
     theta, axis, energy = (
         [one.measured[f"{name}_error"] for one in runs] for name in ("theta", "axis", "energy")
     )
     errors = theta if "cubic" in text else axis
+    assert point.starts == 8
     assert point.error == median(errors)
-    assert point.theta_error == median(theta)
-    assert point.energy_error == median(energy)
+    assert (point.theta_error, point.energy_error) == (median(theta), median(energy))
     middle = sorted(errors)[2:6]
     assert middle[-1] - middle[0] <= point.error_spread <= max(errors) - min(errors)
     assert (point.steps, point.periods) == (runs[0].measured["steps"], runs[0].periods)
-    assert point.us_spread >= 0
 
 
-def test_the_end_is_no_turning_point_and_is_asked_for(found):
-    """At a turning point an error in time would not show: thetadot is no small part there."""
-    motion = ht.Motion(KICKED.top, KICKED.start)
-    rates = motion.at(np.linspace(0.0, motion.period, 201)).thetadot
-    at_end = motion.at(np.array([(20 - BEFORE) * motion.period])).thetadot
-    assert abs(at_end[0]) > 0.3 * np.max(np.abs(rates))
-    assert all(point.periods >= 20 - BEFORE for point in found.points)
-
-
-def test_tolerances_are_obeyed(found):
-    axis = [p for p in found.points if p.method == "taylor-axis"]
-    assert len(axis) == 14
-    assert axis[0].error > 1e6 * axis[6].error > 1e9 * axis[-1].error
-    assert axis[0].setting == 1e-3
-
-
-def test_costs_are_what_the_run_took(found):
+def test_costs_are_what_the_run_took_and_tolerances_are_obeyed(found):
     """Evaluations, steps and periods are of one and the same run."""
-    for point in found.points:
-        assert point.steps / point.periods > 1
-        assert point.setup_s >= 0
-    assert named(found, "strang=25").rhs_evaluations == named(found, "strang=25").steps
-    assert named(found, "strang=25").steps == 16384
+    strang = named(found, "strang=25")
+    assert strang.rhs_evaluations == strang.steps == 16384
+    assert strang.periods == pytest.approx(16384 / 25)
     cyrk = named(found, "dop853-cyrk=1e-06")
-    assert cyrk.steps % 1000 == 0
     assert cyrk.rhs_evaluations > 11 * cyrk.steps
-    assert named(found, "strang=25").periods == pytest.approx(16384 / 25)
-    taylor = named(found, "taylor-axis=1e-06")
-    assert taylor.rhs_evaluations == taylor.steps
+    axis = [p for p in found.points if p.method == "taylor-axis"]
+    assert axis[0].error > 1e6 * axis[6].error > 1e9 * axis[-1].error
+    assert (len(axis), axis[0].setting) == (14, 1e-3)
 
 
 # --- auto ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("periods", [100, 1000, 10_000, 100_000])
-@pytest.mark.parametrize("digits", [6, 12, 13, 15, 30])
+@pytest.mark.parametrize("periods", [100, 10_000, 100_000])
+@pytest.mark.parametrize("digits", [6, 13, 15, 30])
 def test_auto_is_the_plan_in_form_bits_tolerance_and_projection_or_says_that_it_is_folded(
     periods, digits
 ):
@@ -154,23 +121,10 @@ def test_auto_is_the_plan_in_form_bits_tolerance_and_projection_or_says_that_it_
         assert (found.bits, found.setting) == (bits_of(chosen.precision), chosen.tolerance)
 
 
-def test_what_auto_runs_in_192_bits_is_run_in_192_bits():
-    """Beside a separatrix thirty digits take more than the ladder's 128 bits."""
-    scene = ht.Scene(ht.Top(1, 1, 1), ht.State(theta="1e-6", omega3="1.2"), periods=2)
-    ((axis, _), _) = settings("auto=30", scene, 2)
-    assert axis.bits == 192
-    assert axis.text == "taylor-axis-mpfr192"
-    (point,) = ht.work_precision(scene, methods=["auto=30"], periods=2, budget=60).points[:1]
-    assert point.bits == 192
-    assert point.axis_error < 1e-30
-    assert not point.missed
-
-
 def test_what_is_folded_is_left_out_with_the_reason():
     found = ht.work_precision(KICKED, methods=["auto=15"], periods=1e4, budget=60)
     assert found.points == ()
     assert [each.reason for each in found.skipped] == [FOLDED] * 2
-    assert found.document()["skipped"][0]["setting"] == {"digits": 15}
 
 
 def test_an_auto_that_misses_is_flagged_where_nothing_is_ahead_of_it():
@@ -178,13 +132,9 @@ def test_an_auto_that_misses_is_flagged_where_nothing_is_ahead_of_it():
         replace(made(1.0, off), method="auto", digits=9, wants=wants, stands_for="taylor-axis")
         for wants, off in (("axis", 2e-9), ("axis", 1e-9), ("theta", 2e-9))
     )
-    assert [point.missed for point in points] == [True, False, True]
     document = diagram_of(points).document()
     assert [each["missed"] for each in document["auto"]] == [True, False, True]
     assert document["auto"][0]["ahead"] == []
-    console = Console(width=100, record=True, file=io.StringIO())
-    console.print(rendered(document))
-    assert console.export_text().count("MISSES what was asked") == 2
 
 
 def test_the_same_trial_is_timed_once(found):
@@ -194,8 +144,7 @@ def test_the_same_trial_is_timed_once(found):
     assert {(p.us_per_period, p.error, p.runs) for p in axis} == {
         (rung.us_per_period, rung.error, rung.runs)
     }
-    leaders = [found.points[i].method for i in found.front]
-    assert "auto" not in leaders
+    assert "auto" not in [found.points[i].method for i in found.front]
     assert found.cheapest(1e-12).method != "auto"
 
 
@@ -235,13 +184,17 @@ def test_nothing_beats_a_point_of_the_front_and_something_beats_every_other():
 
 
 def test_who_gives_no_axis_takes_no_part_in_the_front_of_the_axis():
-    points = [made(1.0, None, 1e-9, "taylor-cubic"), made(2.0, 1e-9)]
-    assert front(points, "axis_error") == (1,)
-    assert front(points, "theta_error") == (0,)
+    cubic, axis = points = [made(1.0, None, 1e-9, "taylor-cubic"), made(2.0, 1e-9)]
     diagram = diagram_of(points)
-    assert diagram.cheapest(1e-6) is points[1]
-    assert diagram.cheapest(1e-6, "theta") is points[0]
+    assert (diagram.front, diagram.front_theta) == ((1,), (0,))
+    assert diagram.cheapest(1e-6) is axis
+    assert diagram.cheapest(1e-6, "theta") is cubic
     assert diagram.cheapest(1e-12) is None
+    with pytest.raises(ht.HeavyTopError, match="'phi' is not measured; axis and theta are"):
+        diagram.cheapest(1e-9, "phi")
+    alone = diagram_of([cubic])
+    assert alone.front == alone.front_theta == (0,)
+    assert alone.document()["cheapest"]["1e-9"]["method"] == "taylor-cubic"
 
 
 def test_ahead_is_more_accurate_and_faster_beyond_noise():
@@ -253,43 +206,25 @@ def test_ahead_is_more_accurate_and_faster_beyond_noise():
     assert diagram.ahead_of(as_far_apart_as_starts_are) == ()
 
 
-def test_the_document_holds_what_the_contract_says(found):
+def test_the_document_holds_what_the_contract_says(found, tmp_path):
+    found.save(tmp_path / "workprec.json")
+    assert WorkPrecision.load(tmp_path / "workprec.json") == found
     document = json.loads(json.dumps(found.document(), allow_nan=False))
-    for point in document["points"]:
-        assert {"method", "formulation", "language", "tolerance", "us_per_period",
-                "rhs_evaluations", "error", "error_spread", "starts", "energy_error", "us_spread",
-                "setup_s"} <= point.keys()  # fmt: skip
-        assert point["runs"] >= 2
-        assert point["us_per_period"] > 0
-    assert set(document["cheapest"]) == {"1e-6", "1e-9", "1e-12", "best", "best_in_doubles"}
-    leader = document["cheapest"]["1e-9"]
-    within = [p for p in document["points"] if p["measures"] == "axis" and p["error"] <= 1e-9]
-    assert leader["us_per_period"] == min(p["us_per_period"] for p in within)
-    assert document["points"][leader["point"]]["method"] == leader["method"]
+    on_axis = [p for p in document["points"] if p["measures"] == "axis"]
+    leader, best = (document["cheapest"][name] for name in ("1e-9", "best"))
+    within = [p["us_per_period"] for p in on_axis if p["error"] <= 1e-9]
+    assert document["points"][leader["point"]]["us_per_period"] == min(within)
     other = leader["against"]
     assert other["rival"] != leader["rival"]
     assert leader["ratio"] == pytest.approx(other["us_per_period"] / leader["us_per_period"])
-    best = document["cheapest"]["best"]
-    assert best["error"] == min(p["error"] for p in document["points"] if p["measures"] == "axis")
+    assert best["error"] == min(p["error"] for p in on_axis)
     assert [(p.wants, p.digits) for p in found.auto] == [
         (wants, digits) for wants in ("axis", "theta") for digits in (6, 9, 12)
     ]
-    assert not any(point.missed for point in found.auto)
     assert [p for p in found.points if p.stands_for] == list(found.auto)
-    strang = next(p for p in document["points"] if p["method"] == "strang")
-    assert (strang["tolerance"], strang["steps_a_period"]) == (None, 25)
-    left = [SkippedSetting(method=name, setting={}, rival=True, reason="") for name in ("a", "a")]
-    assert diagram_of([made(1.0, 1e-9)], left).document()["rivals"] == {
-        "run": [],
-        "left_out": ["a"],
-    }
-
-
-def test_a_diagram_is_read_back_as_it_was(found, tmp_path):
-    found.save(tmp_path / "workprec.json")
-    again = WorkPrecision.load(tmp_path / "workprec.json")
-    assert again == found
-    assert again.document() == found.document()
+    left = [SkippedSetting(method="a", setting={}, rival=True, reason="")] * 2
+    rivals = diagram_of([made(1.0, 1e-9)], left).document()["rivals"]
+    assert rivals == {"run": [], "left_out": ["a"]}
 
 
 # --- time ------------------------------------------------------------------------------------
@@ -297,7 +232,7 @@ def test_a_diagram_is_read_back_as_it_was(found, tmp_path):
 
 @dataclass
 class Toy:
-    """A run whose blocks go a second of time, and take some of the clock's."""
+    """A run whose blocks go a second of time, take some of the clock's, and are off by 1e-3."""
 
     cost: float
     name: str = ""
@@ -305,7 +240,7 @@ class Toy:
     period: float = 1.0
 
     def __post_init__(self):
-        self.stepper, self.reference = self, Exactly()
+        self.stepper = self.reference = self
 
     def begin(self):
         Toy.now += 0.25  # not in a block: not counted
@@ -326,10 +261,6 @@ class Toy:
     def states_at(self, place, times):
         return np.zeros((1, 1))
 
-
-class Exactly:
-    """What finds an error of a thousandth in any state."""
-
     def __call__(self, t, row):
         return SimpleNamespace(axis=1e-3, energy=0.0)
 
@@ -346,10 +277,11 @@ def toys(monkeypatch):
     return Toy
 
 
-def measured(costs, periods=2.0, budget=10_000):
+def measured(costs, periods=2.0, budget=10_000, folder=None):
     """A diagram of strang at settings that are taken for the seconds of a block."""
     methods = [f"strang={cost!r}" for cost in costs]
-    return ht.work_precision(KICKED, methods=methods, periods=periods, budget=budget)
+    asked = {"methods": methods, "periods": periods, "budget": budget, "folder": folder}
+    return ht.work_precision(KICKED, **asked)
 
 
 def test_only_blocks_are_timed_and_a_run_ends_past_its_end(toys):
@@ -376,8 +308,8 @@ def test_fast_settings_are_in_more_rounds(toys):
     fast, slow = ([first_run(KICKED, replace(method("strang"), setting=cost), 1.3, 60)
                    for _ in range(8)] for cost in (1e-3, 0.05))  # fmt: skip
     shown = []
-    repeat([fast, slow], math.inf, shown.append)
-    assert {len(one.seconds) for one in fast} == {1 + 2 * REPEATS}  # short: two at a time
+    timing.repeat([fast, slow], math.inf, shown.append)
+    assert {len(one.seconds) for one in fast} == {1 + 2 * timing.REPEATS}  # short: two at a time
     assert {len(one.seconds) for one in slow} == {1 + 2}  # 0.4 s a round: 0 and 0.4 are within
     assert shown == sorted(shown)
     assert shown[-1] == 1.0
@@ -396,6 +328,13 @@ def test_the_time_is_the_best_of_the_runs_and_the_median_of_the_starts(toys, mon
     assert point.us_spread == pytest.approx((11.25 - 9.75) * 1e6)
 
 
+def test_what_is_in_the_folder_is_not_run_again(toys, tmp_path):
+    first = measured([1.0, 2.0], folder=tmp_path)
+    done = len(toys.log)
+    assert measured([1.0, 2.0], folder=tmp_path).points == first.points
+    assert len(toys.log) == done
+
+
 # --- the budget ------------------------------------------------------------------------------
 
 
@@ -411,13 +350,9 @@ def test_what_the_budget_does_not_allow_is_named(toys):
     """Six tenths of the budget are for first runs."""
     found = measured([1.0, 2.0, 3.0], periods=1.3, budget=40.0)
     assert [point.setting for point in found.points] == [1.0]
-    assert [each.setting for each in found.skipped] == [
-        {"steps a period": 2.0},
-        {"steps a period": 3.0},
-    ]
-    assert {each.reason for each in found.skipped} == {
-        "not begun: no time was left for it in a budget of 40 s"
-    }
+    reason = "not begun: no time was left for it in a budget of 40 s"
+    left = [({"steps a period": steps}, reason) for steps in (2.0, 3.0)]
+    assert [(each.setting, each.reason) for each in found.skipped] == left
 
 
 def test_a_short_budget_leaves_some_settings_of_every_method(toys):
@@ -443,52 +378,28 @@ def test_what_cannot_go_on_is_skipped_with_its_reason(toys):
     assert found.skipped[0].reason == "for a test"
 
 
-def test_what_is_not_measured_is_refused_and_a_diagram_is_shown_in_a_line(found):
-    with pytest.raises(ht.HeavyTopError, match="'phi' is not measured; axis and theta are"):
-        found.cheapest(1e-9, "phi")
-    assert found.cheapest(1e-9, "theta").theta_error <= 1e-9
-    assert repr(found) == (
-        f"<WorkPrecision of sicm-kicked, 20 periods: {len(found.points)} points, 0 skipped>"
-    )
-
-
 # --- what is asked ---------------------------------------------------------------------------
 
 
 def test_the_ladder_holds_every_formulation_precision_and_rival():
-    from heavytop.comparison import METHODS
-    from heavytop.equations.formulation import FORMULATIONS
-
     wanted = {
         f"taylor-{form}{end}" for form in FORMULATIONS for end in ("", "-longdouble", "-mpfr")
     }
-    assert wanted | set(METHODS) | {"auto"} <= set(DEFAULT)
+    assert wanted | set(METHODS) | {"auto"} <= set(timing.DEFAULT)
     one = ("longdouble", "mpfr", "compensated")
-    for name in DEFAULT:
-        if name == "auto":
-            continue
-        tried = list(grid(method(name)))
+    for name in set(timing.DEFAULT) - {"auto"}:
+        tried = list(timing.grid(method(name)))
         assert len(tried) == 1 if name.endswith(one) else len(tried) >= 6
-        assert tried == sorted(tried, reverse=name not in STEPS)
+        assert tried == sorted(tried, reverse=name not in timing.STEPS)
 
 
 def test_a_package_that_does_not_import_is_skipped_with_what_it_raises(monkeypatch):
     def raising(name):
-        if name == "CyRK":
-            raise RuntimeError("built for another numpy")
-        return import_module(name)
+        raise RuntimeError("built for another numpy")
 
     monkeypatch.setattr("heavytop.comparison.methods.import_module", raising)
-    methods = ["dop853-cyrk", "taylor-axis=1e-6"]
-    found = ht.work_precision(KICKED, methods=methods, periods=3, budget=9)
-    (reason,) = {each.reason for each in found.skipped}
-    assert reason == (
+    found = ht.work_precision(KICKED, methods=["dop853-cyrk", "taylor-axis=1e-6"], periods=3)
+    assert {each.reason for each in found.skipped} == {
         "dop853-cyrk needs CyRK, which does not import: RuntimeError: built for another numpy"
-    )
+    }
     assert [point.method for point in found.points] == ["taylor-axis"]
-
-
-def test_theta_alone_has_a_front_too():
-    found = ht.work_precision(KICKED, methods=["taylor-cubic"], periods=3, budget=60)
-    assert found.front == found.front_theta != ()
-    assert found.document()["cheapest"]["1e-9"]["method"] == "taylor-cubic"

@@ -1,6 +1,7 @@
 """A toy study for the tests of the store and the runner, and what is seen of it from outside."""
 
 import time
+from contextlib import suppress
 from pathlib import Path
 
 from heavytop.studies import runner
@@ -46,3 +47,21 @@ def alive(pid):
 
 class Killed(BaseException):
     """What nobody catches."""
+
+
+def kills(monkeypatch, moments, do):
+    """Do what is killed after so many renamings, until it is done; return how often it was."""
+    rename, left = Path.replace, [0]
+
+    def replace(self, target):
+        left[0] -= 1
+        if left[0] < 0:
+            raise Killed
+        return rename(self, target)
+
+    monkeypatch.setattr(Path, "replace", replace)
+    for count, left[0] in enumerate(moments):
+        with suppress(Killed):
+            do()
+            return count
+    raise AssertionError("it gets nowhere")

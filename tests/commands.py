@@ -1,0 +1,21 @@
+"""The command in this process: what it says, and how it ends where its run fails."""
+
+from __future__ import annotations
+
+from typer.testing import CliRunner
+
+import heavytop.run.propagation
+from heavytop.cli import app
+
+
+def heavytop_(*words):
+    return CliRunner().invoke(app, [str(word) for word in words], env={"COLUMNS": "100"})
+
+
+def fail_with(monkeypatch, error):
+    """Let a run raise an error."""
+
+    def carried_out(*_, **__):
+        raise error
+
+    monkeypatch.setattr(heavytop.run.propagation, "carried_out", carried_out)
