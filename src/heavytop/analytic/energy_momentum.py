@@ -350,7 +350,7 @@ class EnergyMomentum:
         Notes
         -----
         Accuracy: the derivatives of Δφ and Δψ, added up along the default loop, give 2π to 1e-12,
-        by ``tests/analytic/test_energy_momentum.py``.
+        by ``tests/analytic/test_monodromy.py``.
 
         Examples
         --------

@@ -380,13 +380,19 @@ def _method(store: MemoryStore, text: str, lost: float) -> MethodDrift:
     ended = [record.checkpoint["ended"] for record in records]
     return MethodDrift(
         **known,
-        **_over(members, lambda x: np.sqrt(np.mean(np.square(x)))),
+        **_over(members, _rms),
         members=members,
-        spread=ErrorSeries(**_over(members, lambda x: np.sqrt(np.mean(np.square(x - np.mean(x)))))),
+        spread=ErrorSeries(**_over(members, lambda x: _rms(x - np.mean(x)))),
         steps=float(np.mean([each.steps for each in members])),
         us_per_period=sum(spent) / gone * 1e6 if gone and len(spent) == len(tasks) else None,
         ended={str(number): why for number, why in enumerate(ended) if why},
     )
+
+
+def _rms(x: Any) -> float:
+    """The root of the mean square, also of errors whose squares are beyond all doubles."""
+    size = float(np.max(np.abs(x))) or 1.0
+    return size * float(np.sqrt(np.mean(np.square(x / size))))
 
 
 def _member(record: Record, lost: float) -> MemberDrift:
