@@ -10,10 +10,8 @@ import pytest
 
 from heavytop.comparison import make_stepper, symplectic
 from heavytop.comparison.collocation import coefficients
-from heavytop.comparison.steppers import Problem
-from heavytop.equations.formulation import FORMULATIONS
 
-from .kicked import axis_error, motion, set_up, started
+from .kicked import set_up, started
 
 
 @pytest.mark.parametrize(
@@ -60,15 +58,6 @@ def test_without_gravity_a_splitting_is_the_rotation_itself(name, h):
     exact = e * math.cos(angle) + np.cross(n, e) * math.sin(angle)
     exact += n * (n @ e) * (1 - math.cos(angle))
     assert np.abs(taken.block(taken.begin()).state[:3] - exact).max() < 3e-14
-
-
-def test_compensated_sums_lose_less():
-    plain = replace(symplectic.SOFRONIOU_SPALETTA, compensated=False)
-    state, parameters = started()
-    problem = Problem("", FORMULATIONS["axis"].build(), parameters, state, 1, motion().period)
-    t = 60.3 * motion().period
-    compensated = set_up("sofroniou-spaletta10", 64, steps=64)
-    assert axis_error(compensated, t) < axis_error(plain.stepper(problem, 64, 64), t) / 2
 
 
 # --- Gauss' collocation --------------------------------------------------------------------------

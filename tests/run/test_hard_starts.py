@@ -34,13 +34,6 @@ def test_a_start_whose_taylor_coefficients_vanish(formulation, quantities):
     assert swing.events.count("reversal") == 0  # phidot is zero throughout, and reverses nowhere
 
 
-def test_at_rest_without_gravity():
-    still = run(ht.State(theta="0.1"), top=ht.Top(A=1, C=1, gMR=0))
-    assert still.theta[0] == 0.1  # as the scene has it; the others are those of the states
-    assert np.array_equal(still.theta[1:], np.full(400, still.theta[1]))
-    assert ht.run_errors(still).theta < 1e-15
-
-
 def test_threads_do_not_share_an_integrator():
     trajectories = [run(ht.State(theta=1, psidot=k)) for k in (1, 5)] * 3
     t = np.linspace(0, 20, 50)
@@ -105,13 +98,6 @@ def test_a_start_exactly_on_an_event_counts_however_it_is_rounded(seed):
     events = ht.propagate(ht.Scene(ht.Top(A=1, C="0.5", gMR=1), start, **asked)).events
     assert tuple(map(events.count, EVENTS)) == (7, 0, 4)
     assert events.t[0] == 0
-
-
-@pytest.mark.parametrize("formulation", ["auto", "axis", "attitude"])
-def test_more_bits_than_a_double_counts_are_too_many(formulation):
-    scene = ht.load_scene("planar-asymptotic", ["span.time=1e290", "want.digits=18"])
-    with pytest.raises(ht.BadScene, match="bits"):
-        ht.plan(scene, formulation)
 
 
 @pytest.mark.slow
