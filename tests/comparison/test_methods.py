@@ -71,6 +71,7 @@ def test_settings_out_of_bounds_are_refused(name, setting, period, said):
         set_up(name, setting, period)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["strang", "gauss8", "dop853-scipy", "dop853-cyrk", IAS15])
 def test_what_does_not_fit_the_equations_is_refused(name):
     set_up(name)

@@ -65,6 +65,15 @@ def test_a_projection_moves_each_state_by_its_own_rounding(spin):
     assert axis_error(ht.propagate(wanted, formulation="axis", projected=True)) < 1000 * ROUNDING
 
 
+@pytest.mark.parametrize("spin", ["1e8", "1e12"])
+def test_more_digits_than_doubles_have(spin):
+    """Long doubles, whose last digits a large spin would take as well."""
+    run = ht.propagate(kicked(spin, "9.618", digits=15))
+    assert run.plan.precision != "double"
+    last, exact = run.decimals.samples[-1], exact_end(run)
+    assert all(abs(x - y) < 1e-17 for x, y in zip(last.axis, exact.axis, strict=True))
+
+
 def test_many_tops_each_with_a_unit_of_its_own():
     spins = np.array([3.0, 1e5, 1e9, 20.0, 1e13])
     given = {"theta": 0.5, "thetadot": 1.0, "phidot": -1.0}

@@ -14,8 +14,10 @@ from heavytop.equations.formulation import FORMULATIONS
 from heavytop.integration import projection
 from heavytop.integration.projection import EVEN, GOLDEN, Projected, Projection
 from heavytop.numbers.double_double import add
-from heavytop.run.verify import closed_form, phase_error
+from heavytop.run.verify import closed_form, phase_error, run_errors
 from heavytop.scene.quantities import Need
+
+from ..motions import BOOK, CONE, LIE, LIE_START
 
 TILT = 'want.quantities=["theta"]'
 ALL = 'want.quantities=["theta", "phi", "psi"]'
@@ -158,6 +160,37 @@ def test_events_are_those_of_the_closed_form(whole):
 
 
 # Invariants depend on each other where nothing nutates, and nearly so where hardly anything does.
+
+
+def test_steps_do_not_fall_into_a_cycle():
+    """Natural steps of the cubic form do, and their phase error then grows as the time itself."""
+    starts = (scene(30_001, "want.events=[]", f"start.theta={0.1 + k / 1000}") for k in range(8))
+    runs = [ht.propagate(each, formulation="cubic", projected=True) for each in starts]
+    phases = [phase_error(run, (30_000 + 2 / 3) * closed_form(run).period) for run in runs]
+    assert np.sqrt(np.mean(np.square(phases))) < 2e-14
+
+
+# Invariants depend on each other where nothing nutates, and nearly so where hardly anything does.
+MOTIONS = {
+    **{
+        f"nutating by {x} rad/s": (CONE, ht.State("pi/3", thetadot=x, phidot=10, psidot="135.6"))
+        for x in ("0", "1e-9", "0.1")
+    },
+    "sleeping": (BOOK, ht.State(theta=0, psidot=140)),
+    "close to the bottom": (LIE, LIE_START),
+}
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("formulation", ["axis", "cubic"])
+def test_no_motion_is_worse_for_it(motion, formulation):
+    wanted = ht.Scene(*MOTIONS[motion], time=200, quantities=("theta",), events=())
+    plain, projected = (
+        ht.propagate(wanted, formulation=formulation, projected=p) for p in (False, True)
+    )
+    assert 0.99 < projected.orbit.steps / plain.orbit.steps < 1.08  # evened out, no more than that
+    errors = [run_errors(run).theta for run in (plain, projected)]
+    assert errors[1] <= max(2 * errors[0], 1e-14)
 
 
 def test_a_form_without_invariants_is_refused_by_name(monkeypatch):

@@ -132,17 +132,14 @@ def test_events_are_looked_for_where_they_are(start, sign):
     form, end = motion.form(80), -2.3 * motion.period
     found = schedule(motion, form.ctx.mpf(end), ALL, 60)
     assert len(found) == len({t for _, t in found}) >= 4
-    little = form.ctx.mpf(10) ** -40
-    ways = [bool(form(t + side * little).phidot > 0) for _, t in found for side in (-1, 1)]
-    for (kind, t), before, after in zip(found, ways[::2], ways[1::2], strict=True):
-        here = form(t)
+    for kind, t in found:
+        before, here, after = (form(t + k * form.ctx.mpf("1e-40")) for k in (-1, 0, 1))
         assert end <= t <= 0
         if kind == "reversal":
-            assert before != after
+            assert before.phidot * after.phidot < 0
         else:
-            tilt = motion.theta_min if kind == "theta_min" else motion.theta_max
             assert abs(here.thetadot) < 1e-40
-            assert float(here.theta) == pytest.approx(tilt, rel=1e-14)
+            assert float(here.theta) == pytest.approx(getattr(motion, kind), rel=1e-14)
 
 
 def test_a_count_says_where_an_end_leaves_it_open():

@@ -2,6 +2,18 @@
 
 import heavytop as ht
 
+from ..trajectories import assert_same_run, same
+
+
+def test_a_stored_run_is_the_run(tmp_path):
+    whole = ht.propagate(ht.load_scene("sicm-kicked"))
+    whole.save(tmp_path / "run.nc")
+    loaded = ht.load_trajectory(tmp_path / "run.nc")
+    assert_same_run(whole, loaded)
+    assert (loaded.scene, loaded.plan) == (whole.scene, whole.plan)
+    assert same(loaded.samples.states, whole.samples.states)
+    assert same(loaded([0.5, 1.7]).states, whole([0.5, 1.7]).states)
+
 
 def test_columns_say_what_they_are():
     data = ht.propagate(ht.load_scene("sicm-kicked")).to_xarray()
