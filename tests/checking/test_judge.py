@@ -29,14 +29,11 @@ def test_the_closed_form_itself_has_all_its_digits(name):
     motion = Motion(scene.top, scene.start)
     end = float(scene.time) if scene.time is not None else float(scene.periods) * motion.period
     t = np.linspace(0, end, 801)
-    found = check(
-        {"t": t, "quaternion": motion.at(t).quaternion, "omega": motion.at(t).omega}, scene
-    )
+    found = check(vectors(motion.at(t), t), scene)
     assert found.digits > 14
     assert all(size.max < 1e-12 for size in found.errors.values())
     assert found.phase is None or abs(found.phase.last) < 1e-14
-    assert found.growth["phase"] is None
-    assert found.slip is None
+    assert found.growth["phase"] is found.slip is None
     assert all(x.data is None or x.exact <= x.data <= x.exact_most for x in found.events.values())
 
 
@@ -47,13 +44,6 @@ def test_a_constant_phase_error_is_measured(told, ahead):
     found = check({"t": TIMES, told: getattr(mine, told)}, SCENE)
     assert near(found.phase.last, ahead)
     assert found.growth["phase"] is None or abs(found.growth["phase"]) < 0.02
-
-
-def test_a_large_phase_error_within_one_period_is_measured():
-    """A single window, in which the first step of Newton is not enough."""
-    t = np.linspace(0, PERIOD, 101)
-    found = check({"t": t, "theta": exact(t + PERIOD / 8).theta}, SCENE)
-    assert near(found.phase.last, PERIOD / 8, part=1e-6)
 
 
 @pytest.mark.parametrize("power", [1, 2])
@@ -70,26 +60,16 @@ def test_the_growth_of_a_phase_error_is_measured(power, size):
 
 def test_the_phase_of_a_steady_top_is_that_of_its_precession():
     start = State.steady(TOP, "0.5", 200)
-    found = check(
-        {"t": TIMES, "axis": exact(TIMES + 1e-4, TOP, start).axis}, Scene(TOP, start, time=3)
-    )
-    assert near(found.phase.last, 1e-4)
+    data = {"t": TIMES, "axis": exact(TIMES + 1e-4, TOP, start).axis}
+    assert near(check(data, Scene(TOP, start, time=3)).phase.last, 1e-4)
 
 
-def test_a_phase_is_told_from_noise():
-    rng = np.random.default_rng(3)
-    theta = exact(TIMES + 1e-4).theta + rng.normal(0, 1e-3, TIMES.size)
-    assert near(check({"t": TIMES, "theta": theta}, SCENE).phase.last, 1e-4, part=0.5)
-    theta = exact().theta + rng.normal(0, 1e-3, TIMES.size)
-    assert check({"t": TIMES, "theta": theta}, SCENE).growth["phase"] is None
-
-
-@pytest.mark.parametrize("size", [1e-9, 1e-5, 1e-2])
+@pytest.mark.parametrize("size", [1e-9, 1e-2])
 def test_an_error_of_the_axis_is_measured(size):
     axis = exact().axis.copy()
-    axis[333] += size * np.cross(axis[333], [0.6, 0, 0.8])
-    planted = size * np.linalg.norm(np.cross(exact().axis[333], [0.6, 0, 0.8]))
-    found = check({"t": TIMES, "axis": axis}, SCENE)
+    across = np.cross(axis[333], [0.6, 0, 0.8])
+    axis[333] += size * across
+    planted, found = size * np.linalg.norm(across), check({"t": TIMES, "axis": axis}, SCENE)
     assert near(found.errors["axis"].max, planted)
     assert near(found.errors["axis"].rms, planted / np.sqrt(TIMES.size))
     assert found.errors["axis"].t_max == TIMES[333]
@@ -101,28 +81,27 @@ def test_errors_of_precession_and_spin_are_measured(size):
     told = angles(exact())
     told["phi"] = told["phi"] + size * TIMES / 3
     told["psi"] = told["psi"] - 2 * size * (TIMES / 3) ** 2
-    found = check(told, SCENE)
-    assert near(found.errors["phi"].max, size)
-    assert near(found.errors["psi"].max, 2 * size)
-    assert found.errors["theta"].max < 1e-14
     reduced = told | {name: np.mod(told[name], 2 * np.pi) for name in ("phi", "psi")}
-    assert near(check(reduced, SCENE).errors["psi"].max, 2 * size)
+    for data in (told, reduced):
+        found = check(data, SCENE).errors
+        assert near(found["phi"].max, size)
+        assert near(found["psi"].max, 2 * size)
+        assert found["theta"].max < 1e-14
 
 
 @pytest.mark.parametrize("size", [1e-9, 1e-4])
-def test_an_error_of_the_energy_is_measured(size):
+def test_errors_of_energy_and_momenta_are_measured(size):
     """Rates that are too large by a part change E' and the momenta by what they are made of."""
-    record, motion = exact(), Motion(TOP, START)
+    record, constants = exact(), Motion(TOP, START).constants.floats
     told = angles(record) | {"thetadot": record.thetadot * (1 + size)}
-    kinetic = float(TOP.A) * (record.thetadot**2).max() / 2
-    scale = max(abs(float(motion.constants.E_prime)), float(TOP.gMR))
-    found = check(told, SCENE)
-    assert near(found.errors["energy"].max, 2 * size * kinetic / scale)
-    assert found.errors["p_phi"].max < 1e-13
+    planted = size * float(TOP.A) * (record.thetadot**2).max()
+    found = check(told, SCENE).errors
+    assert near(found["energy"].max, planted / max(abs(constants["E_prime"]), float(TOP.gMR)))
+    assert found["p_phi"].max < 1e-13
     told = angles(record) | {"psidot": record.psidot * (1 + size)}
-    p = float(TOP.C) * size * abs(record.psidot).max()
-    larger = max(abs(float(x)) for x in (motion.constants.p_phi, motion.constants.p_psi))
-    assert near(check(told, SCENE).errors["p_psi"].max, p / larger)
+    planted = float(TOP.C) * size * abs(record.psidot).max()
+    larger = max(abs(constants["p_phi"]), abs(constants["p_psi"]))
+    assert near(check(told, SCENE).errors["p_psi"].max, planted / larger)
 
 
 def test_an_integrator_of_order_four_loses_phase_as_its_step():
@@ -138,9 +117,6 @@ def test_an_integrator_of_order_four_loses_phase_as_its_step():
         assert near(found.phase.rms, abs(found.phase.max) / np.sqrt(3), part=0.1)
         ahead.append(found.phase.last)
     assert 13 < ahead[0] / ahead[1] < 19
-    fine = check(runge_kutta(np.linspace(0, 3, 24001)), SCENE)
-    assert fine.digits > 10
-    assert fine.errors["energy"].max < 1e-10
 
 
 # --- events --------------------------------------------------------------------------------------
@@ -162,12 +138,9 @@ def test_events_that_the_data_lack_are_told():
     scene, other = load_scene("sicm-dropped"), load_scene("sicm-kicked", ["start.phidot=-0.5"])
     t = np.linspace(0, 5, 2001)
     found = check(vectors(Motion(other.top, other.start).at(t), t), scene).events
-    assert found["cusp"].data == 0
+    assert (found["cusp"].data, found["reversal"].exact_most) == (0, 0)
     assert found["cusp"].exact > 10
-    assert found["reversal"].exact_most == 0
     assert found["reversal"].data > 20
-    fast = check(vectors(exact(2 * TIMES)), SCENE).events["turning"]
-    assert fast.data > 1.8 * fast.exact_most
 
 
 def test_what_too_few_rows_do_not_tell_is_not_counted():
@@ -183,11 +156,10 @@ def test_what_too_few_rows_do_not_tell_is_not_counted():
 @pytest.mark.parametrize("told", [angles, vectors])
 def test_the_start_of_a_top_alone_is_that_of_the_first_row(told):
     t = TIMES + 7
-    found = check(told(exact(t), t), TOP)
-    assert found.origin == "first row"
+    found, later = (check(told(exact(t), t), known) for known in (TOP, SCENE))
+    assert (found.origin, later.origin) == ("first row", "scene")
     assert found.digits > 11.5
-    later = check(told(exact(t), t), SCENE)
-    assert (later.origin, later.digits > 13) == ("scene", True)
+    assert later.digits > 13
 
 
 @pytest.mark.slow
@@ -198,7 +170,6 @@ def test_a_start_is_fitted_where_there_are_no_rates(seed):
     mine = Motion(scene.top, scene.start).at(t)
     found = check({"t": t, "axis": mine.axis}, scene.top)
     assert found.origin == "fitted"
-    assert "fitted" in str(found)
     assert found.digits > 10
     assert abs(float(found.start.theta) - mine.theta[0]) < 1e-9
     with_spin = check({"t": t, "quaternion": mine.quaternion}, scene.top)
@@ -206,26 +177,27 @@ def test_a_start_is_fitted_where_there_are_no_rates(seed):
     assert abs(float(found.start.omega3) - mine.omega3[0]) < 1e-6
 
 
-def test_what_no_start_fits_is_refused():
-    with pytest.raises(
-        Impossible, match="none follows from theta alone: say a scene that has a start"
-    ):
-        check({"t": TIMES, "theta": exact().theta}, TOP)
-    upright = np.tile([0.0, 0.0, 1.0], (TIMES.size, 1))
-    with pytest.raises(Impossible, match="a first row whose axis is not vertical"):
-        check({"t": TIMES, "axis": upright}, TOP)
-    other = exact(TIMES, Top("4e-4", "6.6e-5", "0.0456"))
-    with pytest.raises(Impossible, match="no start fits these"):
-        check({"t": TIMES, "axis": other.axis}, TOP)
+UNFIT = {
+    "none follows from theta alone: say a scene that has a start": {"theta": exact().theta},
+    "a first row whose axis is not vertical": {"axis": np.tile([0.0, 0.0, 1.0], (TIMES.size, 1))},
+    "no start fits these": {"axis": exact(TIMES, Top("4e-4", "6.6e-5", "0.0456")).axis},
+}
+
+
+@pytest.mark.parametrize("said", UNFIT)
+def test_what_no_start_fits_is_refused(said):
+    with pytest.raises(Impossible, match=said):
+        check({"t": TIMES} | UNFIT[said], TOP)
 
 
 def test_a_scene_is_a_file_or_the_table_of_a_top(tmp_path):
-    told = vectors(exact())
-    path = tmp_path / "mine.toml"
-    path.write_text(SCENE.to_toml())
-    assert check(told, path).origin == "scene"
-    path.write_text("[top]\nA = 3.28e-4\nC = 6.6e-5\ngMR = 0.0456\n")
-    assert check(told, str(path)).origin == "first row"
+    told, path = vectors(exact()), tmp_path / "mine.toml"
+    for text, origin in (
+        (SCENE.to_toml(), "scene"),
+        ("[top]\nA = 3.28e-4\nC = 6.6e-5\ngMR = 0.0456\n", "first row"),
+    ):
+        path.write_text(text)
+        assert check(told, str(path)).origin == origin
     path.write_text("[top]\nA = 3.28e-4\nC = 6.6e-5\n")
     with pytest.raises(BadScene, match=r"top\.gMR"):
         check(told, path)
@@ -240,41 +212,20 @@ def test_a_scene_is_a_file_or_the_table_of_a_top(tmp_path):
 def test_the_condition_is_what_small_changes_do(name):
     """By plain differences in doubles, from changes a million times as large."""
     scene = load_scene(name)
-    top, start = scene.top, scene.start
-    body = {name: float(getattr(top, name)) for name in ("A", "C", "gMR")}
-    state = {
-        name: float(getattr(start, name)) for name in ("theta", "thetadot", "phidot", start.held)
-    }
-    t = np.linspace(0, 5, 8)
+    top, start, t = scene.top, scene.start, np.linspace(0, 5, 8)
+    given = {x: float(getattr(top, x)) for x in ("A", "C", "gMR")}
+    given |= {x: float(getattr(start, x)) for x in ("theta", "thetadot", "phidot", start.held)}
 
-    def axes(changed):
-        x = body | state | changed
-        motion = Motion(Top(*(x[n] for n in body)), State(**{n: x[n] for n in state}))
-        return motion.at(t).axis
+    def axes(name, part):
+        A, C, gMR, *state = (given | {name: given[name] * (1 + part)}).values()
+        return exact(t, Top(A, C, gMR), State(**dict(zip([*given][3:], state, strict=True)))).axis
 
-    part = 1e-8
-    moved = sum(
-        (((axes({n: x * (1 + part)}) - axes({n: x * (1 - part)})) / (2 * part)) ** 2).sum(axis=1)
-        for n, x in (body | state).items()
-        if n != "theta" or x < 3
-    )
+    slopes = [
+        (axes(x, 1e-8) - axes(x, -1e-8)) / 2e-8 for x in given if x != "theta" or given[x] < 3
+    ]
+    moved = sum((slope**2).sum(axis=1) for slope in slopes)
     found = check({"t": t, "theta": Motion(top, start).at(t).theta}, scene)
     assert near(found.condition, 2.0**-53 * np.sqrt(moved.max()), part=0.05)
-
-
-def test_a_check_can_be_compared():
-    found = check({"t": TIMES, "theta": exact().theta}, SCENE)
-    assert found == found
-    assert found != check({"t": TIMES, "theta": exact().theta}, SCENE)
-
-
-def test_an_axis_that_grows_has_finite_errors():
-    axis = exact().axis * np.geomspace(1, 9e14, TIMES.size)[:, None]
-    rates = {"omega": exact().omega * np.geomspace(1, 1e12, TIMES.size)[:, None]}
-    document = check({"t": TIMES, "axis": axis} | rates, SCENE).document()
-    sizes = filter(None, document["errors"].values())
-    assert np.isfinite([x for size in sizes for x in size.values()]).all()
-    json.dumps(document, allow_nan=False)
 
 
 def test_times_that_are_very_close_are_judged():
@@ -282,44 +233,15 @@ def test_times_that_are_very_close_are_judged():
     assert check({"t": t, "theta": np.full(20, 0.4)}, SCENE).digits > 14
 
 
-def test_a_column_that_events_lack_is_named():
-    told = str(check({"t": TIMES, "theta": exact().theta}, SCENE))
-    assert "reversals       phi would have to be told; exact" in told
-    assert "cusps           phi would have to be told; exact" in told
-    assert "too few" not in told
-
-
-def test_columns_that_were_used_are_told():
-    told = {"Zeit": TIMES, "tilt": exact().theta, "Note": TIMES, "phidot": exact().phidot}
-    found = check(told, SCENE, {"t": "Zeit"})
-    line = "columns         Zeit (t), tilt (theta); ignored: Note, phidot"
-    assert line in str(found).splitlines()
-    data = found.document()["data"]
-    assert data["columns"] == {"Zeit": "t", "tilt": "theta", "Note": None, "phidot": None}
-    assert data["read_as"] == ["theta"]
-    used = check(vectors(exact()), SCENE).document()["data"]["read_as"]
-    assert used == ["quaternion", "omega"]
-
-
-def test_the_digits_without_a_slip_are_told():
-    told = {"t": TIMES, "theta": np.degrees(exact().theta)}
-    found = check(told, SCENE)
-    assert found.slip.digits > 14
-    assert f"times smaller, with {found.slip.digits:.1f} digits" in str(found)
-
-
 def test_a_document_holds_all_that_is_said():
-    found = check(runge_kutta(TIMES), SCENE)
+    told = runge_kutta(TIMES)
+    found = check({"Zeit": told.pop("t"), "Note": TIMES} | told, SCENE, {"t": "Zeit"})
     document = json.loads(as_json(found.document()))
     assert document["schema"] == "heavytop/check/1"
     assert document["errors"]["axis"]["max"] == found.errors["axis"].max
     assert document["errors"]["phase_s"]["last"] == found.phase.last
-    assert len(document["curves"]["t"]) == len(document["curves"]["axis"]) == TIMES.size
     assert max(document["curves"]["axis"]) == found.errors["axis"].max
-    for told in (
-        f"{found.digits:.1f}",
-        f"{-found.phase.last:.2e} s behind",
-        "energy",
-        "turning p",
-    ):
-        assert told in str(found)
+    used = {"Zeit": "t", "Note": None, "axis": "axis", "omega": "omega"}
+    assert document["data"]["columns"] == used
+    said = ("ignored: Note", f"{found.digits:.1f}", f"{-found.phase.last:.2e} s behind", "energy")
+    assert all(each in str(found) for each in said)

@@ -96,11 +96,8 @@ def test_invariants_are_conserved_identically(form):
 
 def random_state(seed):
     source = random.Random(seed)
-    bounds = ((0.1, 3), (0.1, 3), (-2, 2), (0.1, 3), (-3, 3), (-3, 3), (-4, 4), (-4, 4), (-9, 9))
-    return {
-        s: sp.Rational(source.randint(0, 10**12), 10**12) * (b - a) + a
-        for s, (a, b) in zip(SYMBOLS, (map(sp.Rational, map(str, p)) for p in bounds), strict=True)
-    }
+    ranges = [(0.1, 3), (0.1, 3), (-2, 2), (0.1, 3), *[(-3, 3)] * 2, *[(-4, 4)] * 2, (-9, 9)]
+    return {s: sp.Rational(str(source.uniform(*x))) for s, x in zip(SYMBOLS, ranges, strict=True)}
 
 
 def quaternion():

@@ -2,6 +2,7 @@
 
 import math
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,10 +10,8 @@ import pytest
 import heavytop as ht
 from heavytop.equations.euler_poisson import axis_form
 from heavytop.integration import compiled as paces
-from heavytop.integration.compiled import FAST, SLOW, Compiled, in_units, paces_of
+from heavytop.integration.compiled import FAST, SLOW, paces_of
 from heavytop.integration.integrator import continued, not_begun
-from heavytop.run.planning import plan
-from heavytop.run.propagation import binary_start, integrator_of
 
 ROUNDING = 2.0**-53
 UNIT = ht.Top(1, 1, 1)
@@ -50,19 +49,12 @@ def test_a_fast_kicked_top_keeps_its_axis(spin, formulation, projected):
     assert abs(np.diff(run.invariants["p_psi"])[0]) < rounded
 
 
+@pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
 @pytest.mark.parametrize(("spin", "least", "most"), [("1e6", 1e-11, 1e-10), ("1e8", 1e-9, 1e-8)])
 def test_one_number_for_all_states_would_lose_it(spin, least, most, monkeypatch):
     """The same steps, with time in seconds: the claim of the table in the docs."""
     monkeypatch.setattr(paces, "FAST", math.inf)
-    wanted = kicked(spin)
-    chosen = plan(wanted, "axis")
-    parameters, start = binary_start(wanted, chosen)
-    motion = ht.Motion(wanted.top, wanted.start)
-    end = 99.618 * motion.period
-    engine = integrator_of(chosen, parameters, start)
-    orbit = continued(not_begun(engine, start), np.array([end]))
-    exact = map(float, motion.at(end, digits=30).axis)
-    assert least < math.dist(orbit.samples.states[-1, :3], exact) < most
+    assert least < axis_error(ht.propagate(kicked(spin), formulation="axis")) < most
 
 
 @pytest.mark.parametrize("spin", ["1e4", "1e8", "1e12"])
@@ -71,22 +63,6 @@ def test_a_projection_moves_each_state_by_its_own_rounding(spin):
     start = ht.State(theta="1.9937", phidot=f"1.5*{spin}", psidot=f"-{spin}")
     wanted = scene(start, "50.3", ht.Top(1, "1.9", f"0.1*{spin}"))
     assert axis_error(ht.propagate(wanted, formulation="axis", projected=True)) < 1000 * ROUNDING
-
-
-@pytest.mark.parametrize("pace", ["1e-4", "1e-13", "1e5", "1e13"])
-def test_time_may_be_measured_in_anything(pace):
-    """The same motion in another unit of time has the same error, to its luck."""
-    start = ht.State(theta="0.5", thetadot=pace, phidot=f"-{pace}", omega3=f"3*{pace}")
-    run = ht.propagate(scene(start, "40.618", ht.Top(1, 1, f"{pace}*{pace}")), formulation="axis")
-    assert axis_error(run) < 3e-13
-
-
-def test_a_top_kicked_by_as_much_as_it_spins_has_no_rate_at_a_turning_point():
-    """The cubic form starts with wdot = 0, and is soon at 1e9: else it would take 287 steps."""
-    start = ht.State(theta="0.5", phidot="-1e9", omega3="1e9")
-    run = ht.propagate(scene(start, "20.618", quantities=("theta",)), formulation="cubic")
-    assert abs(run.samples.theta[-1] - float(exact_end(run).theta)) < 1e-13
-    assert run.statistics.steps < 200
 
 
 @pytest.mark.parametrize("spin", ["1e8", "1e12"])
@@ -98,24 +74,6 @@ def test_more_digits_than_doubles_have(spin):
     assert all(abs(x - y) < 1e-17 for x, y in zip(last.axis, exact.axis, strict=True))
 
 
-def test_long_doubles_are_held_against_states_of_the_size_of_one():
-    """Kicked as it spins: psi, by quadrature, lost more in long doubles than it does in doubles."""
-    start = ht.State(theta="0.236", thetadot="267968713548", psidot="-226975346817")
-    angles = ("axis", "theta", "phi", "psi")
-    run = ht.propagate(scene(start, "-251.967", ht.Top(1, 2, -1), quantities=angles, digits=12))
-    assert run.plan.precision == "long double"
-    last, exact = run.decimals.samples[-1], exact_end(run)
-    assert abs(last.psi - exact.psi) < 1e-15 * abs(exact.psi)
-    assert all(abs(x - y) < 1e-15 for x, y in zip(last.axis, exact.axis, strict=True))
-
-
-def test_a_long_run_is_not_said_to_be_better_than_it_is():
-    """A hundred thousand periods: nothing is late, but the motion has turned away."""
-    wanted = kicked("1e10", "99999.618", quantities=("axis", "phi"))
-    run = ht.propagate(wanted, formulation="axis")
-    assert 1e-15 < axis_error(run) < run.plan.estimate.error < 1e-12
-
-
 def test_many_tops_each_with_a_unit_of_its_own():
     spins = np.array([3.0, 1e5, 1e9, 20.0, 1e13])
     given = {"theta": 0.5, "thetadot": 1.0, "phidot": -1.0}
@@ -123,20 +81,18 @@ def test_many_tops_each_with_a_unit_of_its_own():
     ends = np.array([40.618 * motion.period for motion in motions])
     given |= {"A": 1.0, "C": 1.0, "gMR": 1.0}
     many = ht.propagate_many(**given, omega3=spins, time=ends, events=("turning",), states=True)
-    plain = ht.propagate_many(**given, omega3=spins, time=ends)
+    assert many.count("turning").tolist() == [81] * 5
     for i, spin in enumerate(spins):
-        exact = motions[i].at(float(ends[i]), digits=30)
-        for found in (many, plain):
-            error = math.dist(found.final.axis[i], map(float, exact.axis))
-            assert error < (1e-12 if spin < 100 else 40 * ROUNDING)
-            off = abs(found.final.thetadot[i] - float(exact.thetadot))
-            assert off < (1e-11 if spin < 100 else 40 * ROUNDING * spin)
-        assert many.count("turning")[i] == 81
-        if spin > 100:  # the tilt hardly changes
-            assert np.allclose(many.met.theta[many.zeros.which == i], 0.5, atol=1e-4)
-    ordinary = spins < 100
-    alone = ht.propagate_many(**given, omega3=spins[ordinary], time=ends[ordinary])
-    assert np.array_equal(plain.states[ordinary], alone.states)
+        exact, slow = motions[i].at(float(ends[i]), digits=30), spin < 100
+        error = math.dist(many.final.axis[i], map(float, exact.axis))
+        assert error < (1e-12 if slow else 40 * ROUNDING)
+        off = abs(many.final.thetadot[i] - float(exact.thetadot))
+        assert off < (1e-11 if slow else 40 * ROUNDING * spin)
+        assert slow or np.allclose(many.met.theta[many.zeros.which == i], 0.5, atol=1e-4)
+    slow = spins < 100
+    plain = ht.propagate_many(**given, omega3=spins, time=ends)
+    alone = ht.propagate_many(**given, omega3=spins[slow], time=ends[slow])
+    assert np.array_equal(plain.states[slow], alone.states)
 
 
 # --- paces ---------------------------------------------------------------------------------------
@@ -160,26 +116,6 @@ def test_paces_are_powers_of_two_and_one_for_ordinary_tops():
     assert [pace_of(odd, odd) for odd in (math.nan, math.inf, 0.0)] == [1, 1, 1]
 
 
-@pytest.mark.parametrize("formulation", ["axis", "attitude", "cubic", "subsystem", "routh"])
-def test_powers_of_two_change_nothing_but_the_step(formulation):
-    """One step of a given length, in units of time from 2^-9 to 2^9 s."""
-    wanted = ht.load_scene("sicm-kicked", ['want.quantities=["theta"]'])
-    chosen = plan(wanted, formulation)
-    form = chosen.equations
-    parameters, start = binary_start(wanted, chosen)
-    compiled = Compiled(form, ("turning",), 2.0**-52)
-    ends = []
-    for pace in (1.0, 2.0**-9, 2.0**9, 2.0**3):
-        units = np.where(form.is_rate, pace, 1.0)
-        compiled.load(in_units(pace, parameters))
-        state = start.state[: len(form.states)] / units
-        ends.append(compiled.block(state, 1, 1e9, longest=1e-3 * pace).state * units)
-    first, *others = ends
-    for end in others:  # the order of a series is the same, and so is its sum at the same time
-        assert np.allclose(end, first, rtol=4 * ROUNDING, atol=0)
-    assert any(np.array_equal(end, first) for end in others)
-
-
 @pytest.mark.parametrize("rate", ["1e-110", "1e110"])
 @pytest.mark.parametrize("formulation", ["axis", "attitude", "cubic", "routh"])
 def test_nothing_overflows_or_vanishes(rate, formulation):
@@ -189,22 +125,18 @@ def test_nothing_overflows_or_vanishes(rate, formulation):
     for g in (f"{rate}*{rate}", "1e-230"):
         wanted = ht.Scene(ht.Top(1, 1, g), start, time=f"20.618/{rate}", **wants)
         run = ht.propagate(wanted, formulation=formulation)
-        motion = ht.Motion(wanted.top, start)
-        for t, theta in zip(run.t.tolist(), run.samples.theta.tolist(), strict=True):
-            assert abs(float(motion.at(t, digits=30).theta) - theta) < 1e-13
+        exact = ht.Motion(wanted.top, start).at(run.t, digits=30)
+        assert np.max(np.abs(run.theta - [float(at.theta) for at in exact])) < 1e-13
 
 
 @pytest.mark.parametrize("spin", ["1e6", "250", "260"])
 @pytest.mark.parametrize("projected", [False, True])
 def test_neither_samples_nor_splitting_change_a_bit(spin, projected):
     """Also where the pace of some blocks is within the ordinary and of others is not."""
+    wanted = kicked(spin, "400.618", events=("turning",))
     whole, sampled = (
-        ht.propagate(
-            kicked(spin, "400.618", events=("turning",), quantities=quantities),
-            formulation="axis",
-            projected=projected,
-        ).orbit
-        for quantities in (("axis",), ("axis", "phi"))
+        ht.propagate(replace(wanted, quantities=x), formulation="axis", projected=projected).orbit
+        for x in (("axis",), ("axis", "phi"))
     )
     assert np.array_equal(whole.samples.states[-1, :5], sampled.samples.states[-1, :5])
     begun = not_begun(whole.integrator, whole.checkpoints[0])
@@ -214,11 +146,6 @@ def test_neither_samples_nor_splitting_change_a_bit(spin, projected):
     assert np.array_equal(rest.hits[0].t, whole.hits[0].t)
     assert np.array_equal(rest.hits[0].states, whole.hits[0].states)
     assert np.array_equal(whole.at(np.array([whole.end / 3])).states, part.samples.states)
-
-
-def test_time_of_an_ordinary_top_is_in_seconds():
-    assert ht.propagate(ht.load_scene("sicm-kicked")).orbit.integrator.pace == 1
-    assert ht.propagate(kicked("1e3")).orbit.integrator.pace == 512
 
 
 # --- events --------------------------------------------------------------------------------------
@@ -234,17 +161,6 @@ def test_a_dropped_fast_top_misses_no_turning_point(power, formulation):
     assert [found.count(event) for event in events] == [6, 0, 3]
 
 
-@pytest.mark.parametrize("spin", ["1e5", "1e8", "1e12"])
-def test_events_come_back_in_true_units_at_true_times(spin):
-    run = ht.propagate(kicked(spin, "10.618", events=("turning", "reversal")))
-    motion = ht.Motion(run.scene.top, run.scene.start)
-    assert run.events.count("turning") == 21
-    for t, theta in zip(run.events.t, run.events.theta, strict=True):
-        assert abs(float(motion.at(float(t), digits=30).theta) - theta) < 1e-14
-    halves = np.diff(run.events.t[run.events.is_turning]) / motion.period
-    assert np.allclose(halves, 0.5, atol=2 / float(spin) + 1e-16 * float(spin))
-
-
 RANDOM = np.random.default_rng(17)
 
 
@@ -254,16 +170,12 @@ def test_auto_is_never_silently_wrong(draw):
     spin = 10 ** RANDOM.uniform(-6, 14)
     pace = float(RANDOM.choice([min(spin, 1.0), spin]))
     g = min(spin, 1.0) ** 2 * float(RANDOM.choice([1.0, -1.0, 100.0]))
-    start = ht.State(
-        theta=RANDOM.uniform(0.05, 3), thetadot=pace * RANDOM.uniform(-2, 2),
-        phidot=pace * RANDOM.uniform(-2, 2), omega3=spin,
-    )  # fmt: skip
+    thetadot, phidot = pace * RANDOM.uniform(-2, 2, 2)
+    start = ht.State(RANDOM.uniform(0.05, 3), thetadot=thetadot, phidot=phidot, omega3=spin)
     top = ht.Top(1, float(RANDOM.choice([0.2, 1.0, 1.9])), g)
     periods = str(round(10 ** RANDOM.uniform(0.4, 2.6), 3))
     wanted = scene(start, periods, top, events=(("turning",), ())[draw % 2], digits=12)
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         run = ht.propagate(wanted)
-    error = axis_error(run)
-    assert error < 1e-12 or said
-    assert error < 100 * run.plan.estimate.error or said
+    assert axis_error(run) < min(1e-12, 100 * run.plan.estimate.error) or said

@@ -23,7 +23,7 @@ def test_more_periods_lose_more_also_where_their_number_is_round(quantities, pro
     assert 1e-13 < errors[0] < 1e-10
 
 
-@pytest.mark.parametrize("seed", range(1, 30))
+@pytest.mark.parametrize("seed", range(1, 16))
 def test_rates_by_the_height_are_those_by_the_time(seed):
     """By energy and momenta at a height, against the closed form in doubles at many times."""
     scene = drawn(seed)
@@ -41,20 +41,6 @@ def test_rates_by_the_height_are_those_by_the_time(seed):
         far = max(1, abs(getattr(turned, name)[0])) if name in ("phi", "psi") else 1
         found = Forecast(replace(scene, quantities=(name,)), motion, end).quickest
         assert found == pytest.approx(np.max(abs(rate)) / far, rel=0.02)
-
-
-def test_events_beyond_doubles_are_counted_in_what_a_run_takes():
-    """40 001 of them cost seconds to polish; projected doubles give the digits without."""
-    scene = round_periods("1e4")
-    chosen = ht.plan(scene)
-    assert chosen.projected
-    assert chosen.estimate.error < 1e-12
-    assert not chosen.warnings
-    watched, alone = (
-        ht.plan(replace(scene, digits=14, events=events), "axis").estimate.seconds
-        for events in (scene.events, ())
-    )
-    assert watched - alone > 20
 
 
 def test_bits_follow_from_digits_and_span():

@@ -1,10 +1,6 @@
 """Events of runs: where the exact motion has them, at quadrature's times, and as many."""
 
-import sys
-import warnings
 from dataclasses import replace
-from importlib import import_module
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -40,12 +36,6 @@ def test_times_are_those_of_quadrature(name):
     assert np.max(np.abs(spent - (t - turning.t[first]))) < 5e-14
 
 
-def test_an_end_exactly_on_a_turning_point_counts():
-    for periods in (1, 10, 100):
-        scene = ht.Scene(BOOK, KICKED, periods=periods, events=("turning",))
-        assert ht.propagate(scene).events.count("turning") == 2 * periods + 1
-
-
 @pytest.mark.filterwarnings("ignore::heavytop.errors.DoubtfulWarning")
 @pytest.mark.parametrize("miss", [0.0, 1e-16, 1e-11, -1e-11, 1e-9, -1e-9, 1e-3, -1e-3])
 def test_near_a_cusp_the_events_are_counted_right(miss):
@@ -61,10 +51,8 @@ def test_near_a_cusp_the_events_are_counted_right(miss):
 def test_a_table_and_a_choice_of_them():
     events = ht.propagate(ht.load_scene("sicm-kicked", ["span.periods=2"])).events
     assert [row["kind"] for row in events.table(3)] == ["theta_min", "reversal", "theta_max"]
-    assert events.table(1)[0]["theta"] == pytest.approx(0.1)
-    assert len(events.of("turning")) + len(events.of("reversal")) == len(events) == 9
-    assert (events.count("cusp"), len(events.of("cusp"))) == (0, 0)
-    assert "5 turning, 4 reversal" in repr(events)
+    assert counts(events) == (len(events.of("turning")), len(events.of("reversal")), 0) == (5, 4, 0)
+    assert set(events.of("theta_min").kind) == {"theta_min"}
     for ask in (events.of, events.count):
         with pytest.raises(ValueError, match="one of"):
             ask("cups")
@@ -102,27 +90,13 @@ def test_no_event_is_missed_where_doubles_count_others(form, tmp_path):
 def test_events_have_all_digits():
     run = ht.propagate(ht.load_scene("sicm-kicked", ["want.digits=60", "span.time=3"]))
     truth = run.motion.form(80)
-    bound = truth.ctx.mpf(10) ** -70
-    turning = [e for e in run.decimals.events if e.kind.startswith("theta")]
+    turning = [e.sample for e in run.decimals.events if e.kind.startswith("theta")]
     reversals = [e.sample for e in run.decimals.events if e.kind == "reversal"]
     assert (len(turning), len(reversals)) == (12, 11)
-    for n, event in enumerate(turning):  # released at a turning point
-        assert abs(truth.ctx.mpf(event.sample.t) - n * truth.period / 2) < bound
-    assert all(abs(truth(truth.ctx.mpf(s.t)).phidot) < bound for s in reversals)
+    off = [truth.ctx.mpf(x.t) - n * truth.period / 2 for n, x in enumerate(turning)]
+    off += [truth(truth.ctx.mpf(s.t)).phidot for s in reversals]
+    assert max(map(abs, off)) < truth.ctx.mpf(10) ** -70  # released at a turning point
     assert run.events.t.tolist() == [float(e.sample.t) for e in run.decimals.events]
-
-
-@pytest.mark.parametrize("formulation", ["axis", "attitude"])
-@pytest.mark.parametrize("digits", [20, 30])
-def test_in_a_pass_through_the_pole_phi_is_that_before_or_after(digits, formulation):
-    """A quarter of a turn from the middle between the turning points beside it, either way."""
-    scene = ht.load_scene("through-top", [f"want.digits={digits}"])
-    run = ht.propagate(scene, formulation=formulation)
-    phi = run.events.phi
-    passes = np.flatnonzero(np.array(run.events.kind[1:-1]) == "theta_min") + 1
-    assert passes.size > 3
-    middle = (phi[passes - 1] + phi[passes + 1]) / 2
-    assert abs(phi[passes] - middle) == pytest.approx(np.pi / 2, abs=1e-9)
 
 
 @pytest.mark.filterwarnings("ignore::heavytop.errors.DoubtfulWarning")
@@ -147,7 +121,6 @@ def test_what_doubles_take_for_a_cusp_is_told_apart(phidot, reversals, cusps):
     "start",
     [
         KICKED,
-        ht.State("0.1", phidot="-1e-30", psidot=140),
         ht.State("3.1", phidot=4, thetadot="-0.2", psidot="-30"),
         ht.State("0.7", phidot="1e-3", thetadot="0.4", psidot=200),
     ],
@@ -159,17 +132,14 @@ def test_events_are_looked_for_where_they_are(start, sign):
     form, end = motion.form(80), -2.3 * motion.period
     found = schedule(motion, form.ctx.mpf(end), ALL, 60)
     assert len(found) == len({t for _, t in found}) >= 4
-    little = form.ctx.mpf(10) ** -40
-    ways = [bool(form(t + side * little).phidot > 0) for _, t in found for side in (-1, 1)]
-    for (kind, t), before, after in zip(found, ways[::2], ways[1::2], strict=True):
-        here = form(t)
+    for kind, t in found:
+        before, here, after = (form(t + k * form.ctx.mpf("1e-40")) for k in (-1, 0, 1))
         assert end <= t <= 0
         if kind == "reversal":
-            assert before != after
+            assert before.phidot * after.phidot < 0
         else:
-            tilt = motion.theta_min if kind == "theta_min" else motion.theta_max
             assert abs(here.thetadot) < 1e-40
-            assert float(here.theta) == pytest.approx(tilt, rel=1e-14)
+            assert float(here.theta) == pytest.approx(getattr(motion, kind), rel=1e-14)
 
 
 def test_a_count_says_where_an_end_leaves_it_open():
@@ -179,44 +149,6 @@ def test_a_count_says_where_an_end_leaves_it_open():
     assert tally(motion, 0.6 * motion.period, ("turning",)) == {"turning": (2, 2)}
     assert tally(motion, motion.period, ()) is None
     assert tally(ht.Motion(BOOK, ht.State(0, psidot=200)), 1.0) is None  # theta is constant
-
-
-@pytest.mark.parametrize("form", ["axis", "attitude", "lagrange"])
-def test_events_miscounted_in_doubles_are_told_whoever_chose_the_form(form):
-    scene = replace(let_go(form, digits=2), quantities=("theta",))
-    with warnings.catch_warnings(record=True) as heard:
-        warnings.simplefilter("always")
-        run = ht.propagate(scene, formulation=form)
-    assert run.plan.precision == "double"
-    assert counts(run.events) != (41, 0, 21)
-    assert any("where there are 21 by the exact numbers" in str(each.message) for each in heard)
-
-
-# --- a slice of ``validation/fuzz_events.py`` ----------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def fuzz_events():
-    folder = str(Path(__file__).parents[2] / "validation")
-    sys.path.insert(0, folder)
-    yield import_module("fuzz_events")
-    sys.path.remove(folder)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("way", ["doubles", "more", "extended"])
-def test_no_run_is_wrong_in_silence(fuzz_events, way):
-    assert fuzz_events.misses(3, 8, (way,)) == []
-
-
-@pytest.mark.slow
-def test_runs_that_nobody_checks_are_found(fuzz_events, monkeypatch):
-    """Planted: nothing is held against the closed form; and the last event is never looked for."""
-    monkeypatch.setattr("heavytop.run.propagation.checked", lambda run: run)
-    for way in ("doubles", "extended"):
-        assert fuzz_events.misses(3, 16, (way,))
-    monkeypatch.setattr("heavytop.run.propagation.schedule", lambda *given: schedule(*given)[:-1])
-    assert len(fuzz_events.misses(3, 16, ("more",))) > 4
 
 
 @pytest.mark.parametrize(("name", "side"), [("through-top", 1), ("through-bottom", -1)])

@@ -10,10 +10,8 @@ from heavytop.errors import Outcome
 BESIDE_THE_BOTTOM = ht.Scene(
     ht.Top(26.620571276135763, 18.401594793183584, 97.45205680113948),
     ht.State(3.141592653538415, phi=-2.50134175824008, psidot=1.893466346075836),
-    time=-12.155835251833263,
-    quantities=("theta",),
-    events=(),
-)
+    time=-12.155835251833263, quantities=("theta",), events=(),
+)  # fmt: skip
 
 
 def test_a_form_that_is_singular_where_the_axis_goes_ends_by_a_step_limit():
@@ -28,9 +26,8 @@ def test_a_form_that_is_singular_where_the_axis_goes_ends_by_a_step_limit():
 @pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
 def test_the_estimate_sees_the_pole():
     """At the Lie-group benchmark's pass, 7e-7 rad beside the bottom, θ keeps but 9 digits."""
-    scene = ht.load_scene(
-        "lie-group-benchmark", ["span.time=2", 'want.quantities=["theta"]', "want.samples=2"]
-    )
+    changes = ["span.time=2", 'want.quantities=["theta"]', "want.samples=2"]
+    scene = ht.load_scene("lie-group-benchmark", changes)
     error = {form: ht.plan(scene, form).estimate.error for form in ("axis", "routh", "lagrange")}
     off = ht.run_errors(ht.propagate(scene, formulation="routh")).theta
     assert error["axis"] < 1e-13 < off < error["routh"] < 1e5 * off

@@ -54,18 +54,12 @@ def test_auto_takes_more_bits_where_rates_lose_digits_beside_a_pole(name, sample
     assert missed_digits(run, run_errors(run)) == {}
 
 
-def test_round_numbers_of_periods_hide_nothing():
+@pytest.mark.parametrize("count", range(3))
+def test_round_numbers_of_periods_hide_nothing(count):
     """From rest to rest, with every sample at rest; projected, or in more bits."""
-    for count in range(3):
-        scene, many = drawn(5 * count + 2), 10 ** (count + 1)
-        assert scene.start.thetadot.sign() == 0
-        scene = replace(scene, periods=ht.Exact.of(many), samples=many // 5 + 1, digits=12)
-        run = ht.propagate(scene)
-        assert missed_digits(run, run_errors(run)) == {}
-    for quantities in (("axis",), ("theta", "phi", "psi")):
-        run = ht.propagate(replace(round_periods("1e4", "want.events=[]"), quantities=quantities))
-        assert run.plan.precision != "double" or run.plan.projected
-        assert missed_digits(run, run_errors(run)) == {}
+    scene, many = drawn(5 * count + 2), 10 ** (count + 1)
+    run = ht.propagate(replace(scene, periods=ht.Exact.of(many), samples=many // 5 + 1, digits=12))
+    assert missed_digits(run, run_errors(run)) == {}
 
 
 def round_periods(count, *changes):
@@ -73,22 +67,25 @@ def round_periods(count, *changes):
     return ht.load_scene("sicm-kicked", overrides)
 
 
-def test_long_runs_are_told_of():
-    """With events nothing is folded: how long it takes is said, and what would be quicker."""
-    scene = round_periods("1e9")
-    (told,) = (x for x in ht.plan(scene).warnings if x.startswith("long"))
-    assert re.fullmatch(
-        r"long: about [\d.]+ h in all; without events \(want\.events = \[\]\) it would be folded "
-        "and take a second",
-        told,
-    )
-    by_name = ht.plan(replace(scene, events=()), "axis").warnings[-1]
-    assert "by auto it would be folded" in by_name
-    far = ht.load_scene("separatrix", ["span.time=1e7"])
-    assert re.fullmatch(r"long: about [\d.]+ min in all", ht.plan(far).warnings[-1])
-    assert not any("long" in x for x in ht.plan(round_periods("1e4")).warnings)
-    shown = CliRunner().invoke(app, ["plan", "sicm-kicked", "--set", "span.periods=1e9"])
-    assert re.search(r"expected +[\d.]+ h", shown.output)
+@pytest.mark.parametrize(
+    ("scene", "form", "told"),
+    [
+        (
+            "sicm-kicked span.periods=1e9",
+            "auto",
+            r"about [\d.]+ h in all; without events .* folded",
+        ),
+        ("sicm-kicked span.periods=1e9 want.events=[]", "axis", "by auto it would be folded"),
+        ("separatrix span.time=1e7", "auto", r"long: about [\d.]+ min in all"),
+        ("sicm-kicked span.periods=1e4", "auto", ""),
+    ],
+)
+def test_long_runs_are_told_of(scene, form, told):
+    """How long it takes is said, and what would be quicker."""
+    name, *changes = scene.split()
+    said = [x for x in ht.plan(ht.load_scene(name, changes), form).warnings if "long" in x]
+    assert len(said) == bool(told)
+    assert re.search(told, " ".join(said))
 
 
 MODELS = [  # what is wanted of which scene, and what the plan has
@@ -121,53 +118,27 @@ def test_no_more_model_than_is_wanted(quantities, changes, has):
             ht.propagate(replace(scene, **changes))
 
 
-def test_by_name_nothing_is_added():
-    plan = ht.plan(replace(ht.load_scene("sicm-kicked"), time=ht.Exact.of(20_000)), "axis")
-    assert not plan.projected
-    assert plan.reasons[0] == "axis: asked for by name"
-    assert plan.estimate.error > 1e-12
-
-
-FOLDED = [  # the turns at the end, and how many bits
-    (["span.time=1000000000.1"], 1165068846, "128 bits"),
-    (["span.periods=1e12", "want.digits=20"], 632510655081, "128 bits"),
-    (["span.periods=1e15", "want.digits=20"], 632510655081720, "192 bits"),
-]
-
-
-@pytest.mark.parametrize(("changes", "turns", "precision"), FOLDED)
-def test_no_span_is_too_long_to_be_folded(changes, turns, precision):
-    """A tenth, which no double is; twenty digits at the end, as decimal texts, and held to them."""
-    options = [x for c in (*changes, "want.events=[]") for x in ("--set", c)]
-    found = document("run", "sicm-kicked", *options)
-    final, errors = found["final"], found["errors"]
-    assert found["plan"]["folded"]
-    assert found["plan"]["precision"] == precision
+@pytest.mark.parametrize(("periods", "bits"), [("1e12", 128), ("1e15", 192)])
+def test_no_span_is_too_long_to_be_folded(periods, bits):
+    """Twenty digits at the end, as decimal texts, with whole turns beside them."""
+    changes = (f"span.periods={periods}", "want.events=[]", "want.digits=20")
+    found = document("run", "sicm-kicked", *(x for c in changes for x in ("--set", c)))
+    assert (found["plan"]["folded"], found["plan"]["precision"]) == (True, f"{bits} bits")
     assert found["missed_digits"] == {}
-    assert final["phi_turns"] == turns
-    assert max(errors[name] for name in ("theta", "phi", "psi", "axis", "rates")) < 1e-12
-    texts = "want.digits=20" in changes
-    assert isinstance(final["phi_mod"], str if texts else float)
-    told = CliRunner().invoke(app, ["run", "sicm-kicked", *options]).output
-    assert f"{turns} turns and {str(final['phi_mod'])[:9]}" in told
-    scene, ctx = ht.load_scene("sicm-kicked", changes), context(60)
+    scene, ctx, final = ht.load_scene("sicm-kicked"), context(60), found["final"]
     form = ht.Motion(scene.top, scene.start).form(60)
-    end = form(scene.time or ctx.mpf(changes[0].partition("=")[2]) * form.period)
+    end = form(ctx.mpf(periods) * form.period)
     for name in ("phi", "psi"):
-        rest = ctx.mpf(final[f"{name}_mod"])
-        assert abs(final[f"{name}_turns"] * 2 * ctx.pi + rest - getattr(end, name)) < 1e-13
-        if texts:
-            assert abs(ctx.mpf(final[name]) - getattr(end, name)) < 1e-20
+        both = final[f"{name}_turns"] * 2 * ctx.pi + ctx.mpf(final[f"{name}_mod"])
+        assert abs(both - getattr(end, name)) < 1e-13
+        assert abs(ctx.mpf(final[name]) - getattr(end, name)) < 1e-20
 
 
 @pytest.mark.parametrize("events", ["[]", '["turning"]'])
 @pytest.mark.parametrize("scene", ["sicm-kicked", "separatrix", "steady-betsch"])
 def test_turns_that_cannot_be_counted_are_refused(scene, events):
-    overrides = ["span.time=1e300", f"want.events={events}"]
     with pytest.raises(BadScene, match=r"span\.time = 1e300: at most .* turns are not counted"):
-        ht.plan(ht.load_scene(scene, overrides))
-    with pytest.raises(BadScene, match="turns are not counted"):
-        ht.plan(ht.load_scene("sicm-kicked", ["span.periods=1e300"]))
+        ht.plan(ht.load_scene(scene, ["span.time=1e300", f"want.events={events}"]))
 
 
 def test_far_along_a_separatrix():
@@ -178,10 +149,6 @@ def test_far_along_a_separatrix():
     assert any("every digit will be lost" in x for x in plan.warnings)
     far = ht.plan(round_periods("3e6", "want.quantities=['phi']", "want.digits=13"))
     assert any("the end will be off by about" in x for x in far.warnings)
-    assert (
-        "no digit right"
-        in CliRunner().invoke(app, ["plan", "separatrix", "--set", "span.time=1e7"]).output
-    )
     with pytest.raises(BadScene, match=r"want\.digits = 20: .* bits"):
         ht.plan(replace(scene, digits=20))
 
@@ -190,20 +157,14 @@ def test_far_along_a_separatrix():
 @pytest.mark.parametrize("side", [-1, 0, 1])
 def test_the_one_turning_point_of_a_motion_that_tends_to_the_vertical(end, side):
     """1/cos(theta) = 1 + sech(t) turns where theta is pi/3: ahead, behind, or at the start."""
-    scene = ht.load_scene("separatrix")
-    height, spin = sqrt(2) / 2, sqrt(3)
-    thetadot = sqrt((1 - height) * (2 - spin * spin / (1 + height)))
-    leaving = ht.State(
-        PI / 4, thetadot=side * thetadot, phidot=spin / (1 + height), omega3=2 * spin
-    )
-    start = leaving if side else scene.start
-    scene = replace(scene, start=start, time=ht.Exact.of(end))
-    plan, run = ht.plan(scene), ht.propagate(scene)
-    ahead = side * end >= 0
-    assert ht.Motion(scene.top, start).kind == "separatrix"
+    scene, height, spin = ht.load_scene("separatrix"), sqrt(2) / 2, sqrt(3)
+    phidot = spin / (1 + height)
+    thetadot = side * sqrt((1 - height) * (2 - spin * phidot))
+    leaving = ht.State(PI / 4, thetadot=thetadot, phidot=phidot, omega3=2 * spin)
+    scene = replace(scene, start=leaving if side else scene.start, time=ht.Exact.of(end))
+    plan, run, ahead = ht.plan(scene), ht.propagate(scene), side * end >= 0
     assert plan.watched == (("turning",) if ahead else ())
     assert any("theta tends to the vertical: it has no period" in x for x in plan.reasons)
-    assert "constant" not in " ".join(plan.reasons)
     assert (run.events.count("turning") or 0) == ahead
     if ahead:
         expected = math.copysign(math.acosh(1 / (math.sqrt(2) - 1)), end) if side else 0.0
@@ -222,15 +183,9 @@ def test_the_command():
     told = document("plan", "sicm-kicked")
     assert told["schema"] == "heavytop/plan/1"
     assert told["plan"] == document("run", "sicm-kicked")["plan"]
-    assert told["plan"]["cost_s"] > 0
     known = document("run", "sicm-kicked", "--set", 'want.quantities=["class"]')
-    assert known["final"] is None
-    assert known["plan"]["formulation"] == "none"
+    assert (known["final"], known["plan"]["formulation"]) == (None, "none")
     assert known["motion"]["kind"] == "loops"
-    text = CliRunner().invoke(app, ["plan", "sicm-kicked", "--set", 'want.quantities=["theta"]'])
-    assert "cubic" in text.output
-    bad = CliRunner().invoke(app, ["plan", "sicm-kicked", "--formulation", "cubik"])
-    assert bad.exit_code == 2
 
 
 def test_the_cubic_is_left_where_its_height_sets_the_period():

@@ -1,0 +1,18 @@
+"""Two runs, of which one was sampled, split, stored or interrupted: they have the same bits."""
+
+import numpy as np
+
+
+def same(a, b):
+    return np.array_equal(a, b, equal_nan=True)
+
+
+def assert_same_run(one, other):
+    assert one.orbit.steps == other.orbit.steps
+    assert one.plan.projected == other.plan.projected
+    for a, b in zip(one.orbit.checkpoints, other.orbit.checkpoints, strict=True):
+        assert a.time == b.time
+        assert same(a.state, b.state)
+    assert one.events.kind == other.events.kind
+    for name in ("t", "t_low", "phi", "states", "residual"):
+        assert same(getattr(one.events, name), getattr(other.events, name)), name
