@@ -27,7 +27,11 @@ def test_import_contracts_are_kept():
             "from heavytop.scene.scene import load_scene as load; load('lie-group-benchmark')",
             ("numpy", "mpmath", "sympy", "heyoka", "scipy"),
         ),
-        ("import heavytop.analytic.motion", ("heyoka", "sympy", "matplotlib")),
+        ("import heavytop.analytic.motion", ("numpy", "heyoka", "sympy", "matplotlib")),
+        (
+            "from heavytop.cli import app; app(["classify", "sicm-kicked", "-q"], standalone_mode=False)",
+            ("numpy", "heyoka", "sympy", "matplotlib"),
+        ),
         ("import heavytop.run.propagation", ("matplotlib", "xarray")),
         (
             "import heavytop as ht; ht.fold(ht.load_scene('sicm-kicked'))",

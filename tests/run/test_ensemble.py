@@ -8,6 +8,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.errors import HeavyTopError, Impossible, ImpossibleStart, NotANumber, Outcome
+from heavytop.run.ensemble import Ensemble
 from heavytop.run.events import tally
 
 from ..motions import BOOK
@@ -167,3 +168,11 @@ def fuzz(monkeypatch):
 @pytest.mark.parametrize(("seed", "stretch"), [(5, 1.0), (6, 40.0)])
 def test_no_top_is_wrong_beyond_what_its_run_says(fuzz, seed, stretch):
     assert fuzz.misses(seed, 48, "axis", stretch) == []
+
+
+def test_an_estimate_that_is_too_small_is_found(fuzz, monkeypatch):
+    """Planted: errors a hundred thousandth of what they are said to be, and no marks."""
+    honest = Ensemble.error.func
+    monkeypatch.setattr(Ensemble, "error", property(lambda run: honest(run) / 1e5))
+    monkeypatch.setattr(Ensemble, "missed", property(lambda run: np.zeros(run.end.size, bool)))
+    assert len(fuzz.misses(5, 48)) > 5

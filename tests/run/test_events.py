@@ -1,6 +1,8 @@
 """Events of runs: where the exact motion has them, at quadrature's times, and as many."""
 
 from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -163,3 +165,16 @@ def test_at_a_pole_phidot_is_its_limit(name, side):
     assert run.events.phidot[at_pole] == pytest.approx(limit, rel=1e-14)
     away = run.motion.at(run.events.t[~at_pole]).phidot
     assert run.events.phidot[~at_pole] == pytest.approx(away, rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.slow
+def test_no_run_is_wrong_in_silence_and_runs_that_nobody_checks_are_found(monkeypatch):
+    """Planted: nothing is held against the closed form; and the last event is never looked for."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "validation"))
+    fuzz = import_module("fuzz_events")
+    assert fuzz.misses(3, 8, ("doubles", "more", "extended")) == []
+    monkeypatch.setattr("heavytop.run.propagation.checked", lambda run: run)
+    for way in ("doubles", "extended"):
+        assert fuzz.misses(3, 16, (way,))
+    monkeypatch.setattr("heavytop.run.propagation.schedule", lambda *given: schedule(*given)[:-1])
+    assert len(fuzz.misses(3, 16, ("more",))) > 4

@@ -1,5 +1,6 @@
 """Motions folded onto half a nutation, against the closed form up to 1e12 periods away."""
 
+from copy import copy
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
@@ -328,3 +329,19 @@ def test_the_second_swing_measures_the_error(digits, bits):
     assert folded.cost.bits == bits
     assert 2.0**-bits < folded.cost.closure < 2.0 ** (10 - bits)
     assert 0 < abs(folded.period / true - 1) < 2 * folded.cost.closure
+
+
+def test_what_is_planted_is_seen():
+    """A period that is a double, a turn that is lost, a start that is off by a double."""
+    folded = shipped("sicm-kicked")
+    course = folded.course
+    phi, psi = course.nutation.turned
+    lost = course.ctx.nstr(course.ctx.mpf(phi) + 2 * course.ctx.pi, course.ctx.dps)
+    half = str(float(course.half))
+    plants = {"half": (half, 1e-5), "turned": ((lost, psi), 6), "first": ("1e-15", 1e-15)}
+    for name, (wrong, least) in plants.items():
+        nutation = copy(course.nutation)
+        setattr(nutation, name, wrong)
+        own = (course.ctx, nutation, (course.ctx.zero, course.ctx.zero), course.constants)
+        off_by = worst(replace(folded, course=type(course)(*own)), motion("sicm-kicked"))
+        assert min(off_by) > least

@@ -295,3 +295,13 @@ def test_where_a_trajectory_may_end():
     for end in (1, 2, -3):
         with pytest.raises(ValueError, match="beyond 2"):
             ht.extend(run, end)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_every_formulation_at_forty_digits(formulation):
+    only = ['want.quantities=["theta", "rates"]'] if formulation == "cubic" else []
+    run = ht.propagate(precise(40, "span.time=1", *only), formulation=formulation)
+    assert missed_digits(run, ht.run_errors(run)) == {}
+    assert ht.run_errors(run).energy < 1e-50
+    assert run.events.kind[:3] == ("theta_min", "reversal", "theta_max")

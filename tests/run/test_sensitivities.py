@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 from functools import cache
+from importlib import import_module
+from pathlib import Path
 
 import mpmath
 import numpy as np
@@ -301,3 +303,25 @@ def test_a_singularity_is_named(name):
     assert caught.value.trajectory.times.tolist() == [0.1]
     with pytest.raises(EndedEarly):
         sensitivities(scene, name)
+
+
+@pytest.mark.slow
+def test_random_ones_are_no_farther_off_than_they_say_and_planted_errors_are_found(monkeypatch):
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "validation"))
+    fuzz = import_module("fuzz_sensitivities")
+    assert fuzz.misses(1, 8) == []
+    assert fuzz.misses_of_matrices(1, 8, ("cubic", "axis", "attitude")) == []
+    own, transition = ht.sensitivities, ht.state_transition
+
+    def slightly_off(scene, form):
+        found = own(scene, form)
+        return replace(found, period=found.period | {"C": found.period["C"] * (1 + 1e-6)})
+
+    def off_too(scene, form, t):
+        found = transition(scene, form, t=t)
+        return replace(found, matrix=found.matrix + 1e-6 * np.eye(len(found.names)))
+
+    monkeypatch.setattr(ht, "sensitivities", slightly_off)
+    monkeypatch.setattr(ht, "state_transition", off_too)
+    assert any("dperiod/dC" in miss for miss in fuzz.misses(1, 1, ("attitude",)))
+    assert fuzz.misses_of_matrices(1, 1, ("axis",)) != []
