@@ -29,7 +29,9 @@ def test_import_contracts_are_kept():
         ),
         ("import heavytop.analytic.motion", ("numpy", "heyoka", "sympy", "matplotlib")),
         (
-            "from heavytop.cli import app; app(["classify", "sicm-kicked", "-q"], standalone_mode=False)",
+            "import heavytop as ht; from heavytop.results.classification import classified as c;"
+            "from heavytop.report.studies import rendered;"
+            "rendered(c(ht.load_scene('sicm-kicked')).document())",
             ("numpy", "heyoka", "sympy", "matplotlib"),
         ),
         ("import heavytop.run.propagation", ("matplotlib", "xarray")),
