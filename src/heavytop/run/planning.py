@@ -31,6 +31,7 @@ from heavytop.run.estimates import (
     duration,
     needed_to_fold,
 )
+from heavytop.run.truncation import Truncation, order_of
 from heavytop.scene.arguments import expect, one_of, parse_options
 from heavytop.scene.quantities import QUANTITIES, Need, need_of
 from heavytop.scene.scene import Scene, no_scene
@@ -43,6 +44,10 @@ BESIDE_A_POLE: Final = 0.02  # rad, where the attitude form begins to be faster
 FOLD_AFTER_S: Final = 20.0  # of integration
 PATIENCE_S: Final = 20.0  # for more than doubles
 LONG_S: Final = 60.0  # before which somebody should be told
+# coarser steps are no cheaper; those between have an odd order, and lose more for what they take
+LADDER: Final = (1e-6, 1e-7, 1e-9, 1e-11, 1e-13, 1e-14)
+CAREFUL: Final = 12  # digits, as of a scene that asks for none: they take the least tolerance
+SHORT: Final = 30  # nutation periods, which are over before a tolerance is chosen
 
 # kinds in which phidot may change its sign
 REVERSING: Final = frozenset({"loops", "cusps", "waves", "force-free", "undecided"})
@@ -163,7 +168,7 @@ def planned(
         raise BadScene(tuple(faults))
     found = _formulated(expected, name, why)
     if auto and not projected:
-        found = meeting_digits(expected, found)
+        found = loosened(expected, meeting_digits(expected, found))
     else:
         bits = expected.bits(name)
         found = _at(found, bits, expected(name, projected=projected, bits=bits), projected)
@@ -325,6 +330,50 @@ def _at(found: Plan, bits: int, expected: Estimate, projected: bool, *why: str) 
         reasons=(*found.reasons, *why),
         estimate=expected,
     )
+
+
+def loosened(expected: Forecast, found: Plan) -> Plan:
+    """The plan with the largest tolerance of the ladder that still meets the scene's digits.
+
+    A cusp is told from what it resembles by rounding; so are reversals beside one.
+
+    Examples
+    --------
+    >>> from heavytop.scene.scene import load_scene
+    >>> scene = load_scene("sicm-kicked", ["want.digits=6", "want.events=[]"])
+    >>> ends = [Forecast(scene, Motion(scene.top, scene.start), t) for t in (2, 1e3)]
+    >>> [loosened(expected, meeting_digits(expected, Plan("axis"))).tolerance for expected in ends]
+    [2.220446049250313e-16, 1e-09]
+    """
+    scene, motion, before = expected.scene, expected.motion, found.estimate
+    sharp = set(scene.events) - {"turning"} or motion.kind in ("cusps", "undecided")
+    doubles = bits_of(found.precision) == DOUBLE and not found.folded
+    if not doubles or before is None or scene.digits >= CAREFUL or (sharp and scene.events):
+        return found
+    if found.formulation not in ("axis", "attitude") or not motion.period:
+        return found
+    if expected.periods < SHORT:
+        return found
+    lost = Truncation(motion, found.formulation, found.variant)
+    least = lost(order_of(EPSILON)).steps * order_of(EPSILON)
+
+    def at(tolerance: float) -> tuple[float, float]:
+        """The error at the end, and how much of the time it takes."""
+        each, order = lost(order_of(tolerance)), order_of(tolerance)
+        off = expected.truncated(found.formulation, each, projected=found.projected)
+        return before.error + off, each.steps * order / least
+
+    ways = [(tolerance, *at(tolerance)) for tolerance in LADDER]
+    left = [way for way in ways if way[1] <= 10.0**-scene.digits]
+    if not left:
+        return found
+    tolerance, error, share = left[0]
+    dearer = [way[2] / share for way in ways if way[1] <= 10.0 ** -(scene.digits + 1)]
+    more = dearer[0] if dearer else 1 / share
+    why = f"tolerance {tolerance:g}: {scene.digits} digits in {share:.0%} of the time of the least"
+    why += f"; one more digit takes {more:.2f} times as long"
+    spent = Estimate(before.seconds * share, error)
+    return replace(found, tolerance=tolerance, estimate=spent, reasons=(*found.reasons, why))
 
 
 def _off(verb: str, expected: Estimate) -> str:
