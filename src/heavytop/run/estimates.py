@@ -176,13 +176,13 @@ class Forecast:
         off = here + UNIT * self.growth * max(late * self.quickest, aside)
         return float(min(off, MOST_ERROR))
 
-    def truncated(self, formulation: str, lost: Lost, *, projected: bool = False) -> float:
-        """The largest error of what is wanted by the truncation of steps, times of events included.
+    def truncated(self, lost: Lost, *, projected: bool = False) -> float:
+        """The largest error of what is wanted by truncation; of events, in periods, by their times.
 
         Projection takes the drift of the constants back after every leg.
         """
         count = self.periods
-        leg = ROOM / MEASURED[formulation].states / lost.steps if projected else count
+        leg = ROOM / MEASURED["axis"].states / lost.steps if projected else count
         aside, wanted = count * lost.aside, judged(self.scene.quantities)
         late, phi, psi = count * lost.bent + count * min(count, leg) * lost.late
         found = [late * self.quickest, aside / self.sharpness]
@@ -190,7 +190,7 @@ class Forecast:
         beside = aside / min(1.0, self.nearest or UNIT)  # a pole angles are off by more
         found += [(beside + phi) / self.turned["phi"]] * ("phi" in wanted)
         found += [(beside + psi) / self.turned["psi"]] * ("psi" in wanted)
-        found += [late / max(1.0, abs(self.span))] * bool(self.scene.events)
+        found += [late * count / abs(self.span)] * bool(self.scene.events)
         return DOUBT * float(sum(found))
 
     @cached_property

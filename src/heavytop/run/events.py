@@ -187,11 +187,8 @@ def no_events(scene: Scene, orbit: Orbit) -> Events:
 def orbit_events(scene: Scene, motion: Motion, chosen: Plan, orbit: Orbit) -> Events:
     """Return the events a scene asks for, from the zeros seen along its orbit."""
     seen = dict(zip(chosen.watched, orbit.hits, strict=True))
-    known = chosen.estimate if chosen.tolerance > EPSILON else None
-    late = known.error * max(1.0, abs(orbit.end)) if known else 0.0
     turning, reversal = (
-        _orbit_zeros(scene, orbit, event, seen.get(event), late)
-        for event in ("turning", "reversal")
+        _orbit_zeros(scene, orbit, event, seen.get(event)) for event in ("turning", "reversal")
     )
     limits = {kind: float(limit) for kind, limit in rates_at_poles(motion).items()}
     return _rounded(*_judged(turning, reversal, scene.events, limits), scene.events)
@@ -264,7 +261,7 @@ def _zeros(
     return columns | {"t_low": t_low, "level": level, "residual": residual, "slope": slope}
 
 
-def _orbit_zeros(scene: Scene, orbit: Orbit, event: str, seen: Seen | None, late: float) -> Zeros:
+def _orbit_zeros(scene: Scene, orbit: Orbit, event: str, seen: Seen | None) -> Zeros:
     """Return the zeros of an event function that belong to an orbit, and a start that is one.
 
     The rounding of phidot = (a - b u)/sin^2, whose terms cancel at a cusp, grows as the root of
@@ -280,8 +277,7 @@ def _orbit_zeros(scene: Scene, orbit: Orbit, event: str, seen: Seen | None, late
         noise = EPSILON * (np.abs(at.phidot) + 2 * b / np.abs(np.sin(at.theta)))
     level = np.where(noise < 1e-6 * b, np.sqrt(1.0 + orbit.steps) * noise, np.nan)
     step = abs(orbit.end) / max(orbit.steps, 1)
-    found = _zeros(form, event, at, known, seen.t_low, level)
-    return _within(found, begins, orbit.end, step, late)
+    return _within(_zeros(form, event, at, known, seen.t_low, level), begins, orbit.end, step)
 
 
 def _begins(scene: Scene, event: str) -> bool:
@@ -292,15 +288,14 @@ def _begins(scene: Scene, event: str) -> bool:
     return start.thetadot.sign() == 0 or float(start.theta) == 0.0 or start.theta.sign() == 0
 
 
-def _within(zeros: Zeros, begins: bool, end: float, step: float, late: float) -> Zeros:
+def _within(zeros: Zeros, begins: bool, end: float, step: float) -> Zeros:
     """Return the zeros that belong to a run to `end` [s], those exactly at its edges included.
 
-    One that rounding puts behind the end is at the end, or truncation, `late` at most [s]. A start
-    that is an event, the first of them, may be found again beside itself; `step` is a measure of
-    how fast things happen [s].
+    One that rounding puts behind the end is at the end. A start that is an event, the first of
+    them, may be found again beside itself; `step` is a measure of how fast things happen [s].
     """
     forward = 1.0 if end >= 0 else -1.0
-    margin = EDGE_LEVEL * EPSILON * abs(end) * np.sqrt(zeros["t"].size - begins + 1.0) + late
+    margin = EDGE_LEVEL * EPSILON * abs(end) * np.sqrt(zeros["t"].size - begins + 1.0)
     kept = _where(zeros, forward * zeros["t"] <= abs(end) + margin)
     t, t_low = _ended(kept["t"], kept["t_low"], end)
     kept |= {"t": t, "t_low": t_low}

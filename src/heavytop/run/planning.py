@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from math import log, log2, tau
+from math import log, log2, sqrt, tau
 from typing import Final
 
 from heavytop.analytic.motion import Motion
@@ -40,14 +40,14 @@ EPSILON = 2.0**-52
 MOST_RATE: Final = 1e150  # rad/s, whose square is a double
 MOST_BITS: Final = 131_072  # of the numbers that every step is taken in
 LONG_FOR_LAGRANGE: Final = 100  # nutation periods
-BESIDE_A_POLE: Final = 0.02  # rad, where the attitude form begins to be faster
+BESIDE_A_POLE: Final = 0.02  # rad, where phi and psi begin to lose digits in the axis form
 FOLD_AFTER_S: Final = 20.0  # of integration
 PATIENCE_S: Final = 20.0  # for more than doubles
 LONG_S: Final = 60.0  # before which somebody should be told
 # coarser steps are no cheaper; those between have an odd order, and lose more for what they take
 LADDER: Final = (1e-6, 1e-7, 1e-9, 1e-11, 1e-13, 1e-14)
 CAREFUL: Final = 12  # digits, as of a scene that asks for none: they take the least tolerance
-SHORT: Final = 30  # nutation periods, which are over before a tolerance is chosen
+SHORT: Final = 10  # nutation periods, which are over before a tolerance is chosen
 
 # kinds in which phidot may change its sign
 REVERSING: Final = frozenset({"loops", "cusps", "waves", "force-free", "undecided"})
@@ -223,7 +223,10 @@ def _least_formulation(expected: Forecast) -> tuple[str, str]:
             return "cubic", f"cubic: {only}, and it has two states and a quadratic right side"
         lost = f"{near:.1e} rad from a pole theta would lose digits in the cubic form"
         return "axis", f"axis: {only}, but {lost}"
-    if motion.nutates and expected.need >= Need.PHI and near < BESIDE_A_POLE:
+    beside = near < BESIDE_A_POLE and (
+        scene.digits >= CAREFUL or allowed * near < expected.rounding * (1 + sqrt(expected.periods))
+    )
+    if motion.nutates and expected.need >= Need.PHI and beside:
         why = f"{near:.1e} rad from a pole phi and psi turn quickly"
         return "attitude", f"attitude: {why}; its equations are regular, its turns are proved"
     turned = abs(float(motion.reduced.kappa)) * abs(float(scene.time or 0))
@@ -345,35 +348,29 @@ def loosened(expected: Forecast, found: Plan) -> Plan:
     >>> [loosened(expected, meeting_digits(expected, Plan("axis"))).tolerance for expected in ends]
     [2.220446049250313e-16, 1e-09]
     """
-    scene, motion, before = expected.scene, expected.motion, found.estimate
-    sharp = set(scene.events) - {"turning"} or motion.kind in ("cusps", "undecided")
-    doubles = bits_of(found.precision) == DOUBLE and not found.folded
-    if not doubles or before is None or scene.digits >= CAREFUL or (sharp and scene.events):
+    scene, before = expected.scene, found.estimate
+    told = expected.motion.kind in ("cusps", "undecided") or {*scene.events} - {"turning"}
+    plain = found.formulation == "axis" and found.precision == "double" and expected.motion.period
+    soon = scene.digits >= CAREFUL or expected.periods < SHORT
+    if not plain or soon or (told and scene.events) or before is None:
         return found
-    if found.formulation not in ("axis", "attitude") or not motion.period:
-        return found
-    if expected.periods < SHORT:
-        return found
-    lost = Truncation(motion, found.formulation, found.variant)
-    least = lost(order_of(EPSILON)).steps * order_of(EPSILON)
+    lost = Truncation(expected.motion, found.variant)
 
-    def at(tolerance: float) -> tuple[float, float]:
-        """The error at the end, and how much of the time it takes."""
-        each, order = lost(order_of(tolerance)), order_of(tolerance)
-        off = expected.truncated(found.formulation, each, projected=found.projected)
-        return before.error + off, each.steps * order / least
-
-    ways = [(tolerance, *at(tolerance)) for tolerance in LADDER]
-    left = [way for way in ways if way[1] <= 10.0**-scene.digits]
-    if not left:
+    each = {tolerance: lost(order_of(tolerance)) for tolerance in (*LADDER, EPSILON)}
+    spent = {tolerance: one.steps * order_of(tolerance) for tolerance, one in each.items()}
+    off = {
+        tolerance: before.error + expected.truncated(one, projected=found.projected)
+        for tolerance, one in each.items()
+    }
+    enough_for = lambda digits: [x for x in LADDER if off[x] <= 10.0**-digits]  # noqa: E731
+    if not (there := enough_for(scene.digits)):
         return found
-    tolerance, error, share = left[0]
-    dearer = [way[2] / share for way in ways if way[1] <= 10.0 ** -(scene.digits + 1)]
-    more = dearer[0] if dearer else 1 / share
-    why = f"tolerance {tolerance:g}: {scene.digits} digits in {share:.0%} of the time of the least"
-    why += f"; one more digit takes {more:.2f} times as long"
-    spent = Estimate(before.seconds * share, error)
-    return replace(found, tolerance=tolerance, estimate=spent, reasons=(*found.reasons, why))
+    tolerance, finer = there[0], (*enough_for(scene.digits + 1), EPSILON)[0]
+    share, more = spent[tolerance] / spent[EPSILON], spent[finer] / spent[tolerance]
+    why = f"tolerance {tolerance:g}: {scene.digits} digits in about {share:.0%} of the least one's"
+    why += f" time; one more digit takes {more:.2f} times as long"
+    expects = Estimate(before.seconds * share, off[tolerance])
+    return replace(found, tolerance=tolerance, estimate=expects, reasons=(*found.reasons, why))
 
 
 def _off(verb: str, expected: Estimate) -> str:

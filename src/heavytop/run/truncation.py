@@ -23,7 +23,7 @@ PLACES: Final = 32  # of a nutation, evenly spread in time
 MOST: Final = 20  # orders of the coefficients: those of the loosest steps count no more than these
 SHIFT: Final = 1e-6  # of the constants by which frequencies are differentiated, relative,
 SHARE: Final = 1e-3  # or less: so much of the kinetic energy that it may take
-SURE: Final = 0.03  # of the drift of the constants that has no sign to cancel
+SURE: Final = 0.01  # of the drift of the constants that has no sign to cancel
 
 Array = NDArray[Any]
 
@@ -57,9 +57,9 @@ def order_of(tolerance: float) -> int:
 
 
 class Truncation:
-    """The series of the axis or the attitude form along a motion that nutates."""
+    """The series of the axis form along a motion that nutates."""
 
-    def __init__(self, motion: Motion, form: str, variant: str | None) -> None:
+    def __init__(self, motion: Motion, variant: str | None) -> None:
         r, period = motion.reduced, motion.period
         assert period is not None
         at = motion.double((np.arange(PLACES) + 0.5) * period / PLACES)
@@ -71,11 +71,8 @@ class Truncation:
         self.period = period * pace
         self.axis = _axis_series(-1j * sine * turned, at.u, L / pace, self.g, self.l_z)
         self.slopes = _slopes(at, self.g, n, self.l_z, pace)
-        self.own: tuple[Array, ...] = self.axis
-        self.attitude = form == "attitude"
-        if self.attitude:
-            self.own = (*_quaternion_series(at, self.axis[2], self.l_z), self.axis[2])
-        elif variant in ("sigma", "delta"):
+        self.own = self.axis
+        if variant in ("sigma", "delta"):
             side = 1 if variant == "sigma" else -1
             self.own = (*self.axis, _quadrature_series(self.axis[1], self.l_z + side * n, side))
         self.sizes = np.max([np.maximum(abs(x.real), abs(x.imag)) for x in self.own], axis=0)
@@ -89,9 +86,6 @@ class Truncation:
         off = [np.sum((x * powers)[p + 1 :], axis=0) / h for x in self.own]
         e, u, m = (np.sum(x * powers, axis=0) for x in (E, z, L))  # where a step ends
         dE, dz, dL = off[:3]
-        if self.attitude:
-            a, b = (np.sum(x * powers, axis=0) for x in self.own[:2])
-            dE, dz = -2j * (a * dz + b * dE), 2 * np.real(a.conj() * dE - b.conj() * dz)
         drifts = self.slopes @ (
             np.real(m.conj() * dL) + self.g * dz,
             np.real(m.conj() * dE + e.conj() * dL) + self.l_z * dz,
@@ -117,18 +111,6 @@ def _axis_series(E0: Array, z0: Array, L0: Array, g: float, l_z: float) -> tuple
         z[k + 1] = np.sum(E[: k + 1] * back.conj(), axis=0).imag / (k + 1)
         L[k + 1] = 1j * g * E[k] / (k + 1)
     return E, z, L
-
-
-def _quaternion_series(at: Any, L: Array, l_z: float) -> tuple[Array, Array]:
-    """Coefficients of q_0 + i q_3 and q_1 + i q_2."""
-    half = np.exp(0.5j * at.phi)
-    alpha, beta = np.zeros_like(L), np.zeros_like(L)
-    alpha[0], beta[0] = np.cos(at.theta / 2) * half, np.sin(at.theta / 2) * half
-    for k in range(MOST):
-        a, b, back = alpha[: k + 1], beta[: k + 1], L[k::-1]
-        alpha[k + 1] = (1j * l_z * a[k] - np.sum(back * b.conj(), axis=0)) / (2 * k + 2)
-        beta[k + 1] = (1j * l_z * b[k] + np.sum(back * a.conj(), axis=0)) / (2 * k + 2)
-    return alpha, beta
 
 
 def _quadrature_series(z: Array, P: float, side: int) -> Array:
