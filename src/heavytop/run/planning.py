@@ -346,7 +346,7 @@ def loosened(expected: Forecast, found: Plan) -> Plan:
     >>> scene = load_scene("sicm-kicked", ["want.digits=6", "want.events=[]"])
     >>> ends = [Forecast(scene, Motion(scene.top, scene.start), t) for t in (2, 1e3)]
     >>> [loosened(expected, meeting_digits(expected, Plan("axis"))).tolerance for expected in ends]
-    [2.220446049250313e-16, 1e-09]
+    [2.220446049250313e-16, 1e-11]
     """
     scene, before = expected.scene, found.estimate
     told = expected.motion.kind in ("cusps", "undecided") or {*scene.events} - {"turning"}
@@ -362,11 +362,13 @@ def loosened(expected: Forecast, found: Plan) -> Plan:
         tolerance: before.error + expected.truncated(one, projected=found.projected)
         for tolerance, one in each.items()
     }
-    enough_for = lambda digits: [x for x in LADDER if off[x] <= 10.0**-digits]  # noqa: E731
-    if not (there := enough_for(scene.digits)):
+    allowed = 10.0**-scene.digits
+    there, finer = ([x for x in LADDER if off[x] <= bound] for bound in (allowed, allowed / 10))
+    if not there:
         return found
-    tolerance, finer = there[0], (*enough_for(scene.digits + 1), EPSILON)[0]
-    share, more = spent[tolerance] / spent[EPSILON], spent[finer] / spent[tolerance]
+    tolerance = there[0]
+    share = spent[tolerance] / spent[EPSILON]
+    more = spent[finer[0] if finer else EPSILON] / spent[tolerance]
     why = f"tolerance {tolerance:g}: {scene.digits} digits in about {share:.0%} of the least one's"
     why += f" time; one more digit takes {more:.2f} times as long"
     expects = Estimate(before.seconds * share, off[tolerance])

@@ -125,9 +125,10 @@ def _quadrature_series(z: Array, P: float, side: int) -> Array:
 
 
 def _slopes(at: Any, g: float, n: float, l_z: float, pace: float) -> Array:
-    """Derivatives of the logarithm of T, and of the means of φ̇ and ψ̇ − κ, by the constants.
+    """Derivatives of T, Δφ and Δψ − κT by the constants, all of it divided by T.
 
-    They are those of a top of A = C = 1 whose weight is |e| times as large, and p_psi 1/|e| times.
+    Who is late by δT and turned by δΔφ is off by ẋ δT and ∂x/∂φ δΔφ. The derivatives are those of
+    a top of A = C = 1 whose weight is |e| times as large, and its p_psi 1/|e| times.
     """
     k = int(np.argmax(abs(at.udot)))
     u, sine2, speed2 = at.u[k], at.one_minus_u[k] * at.one_plus_u[k], (at.thetadot[k] / pace) ** 2
@@ -147,5 +148,5 @@ def _slopes(at: Any, g: float, n: float, l_z: float, pace: float) -> Array:
         A=1.0, C=1.0, gMR=weight, theta=at.theta[k], omega3=spin, phidot=phidot,
         thetadot=np.copysign(np.sqrt(left), at.thetadot[k]),
     )  # fmt: skip
-    rows = np.log(moved.period), moved.precession / moved.period, moved.spin / moved.period
-    return np.array([(row[:3] - row[3:]) / (2 * shifts) for row in rows])
+    rows = np.array([moved.period, moved.precession, moved.spin]) / moved.period.mean()
+    return (rows[:, :3] - rows[:, 3:]) / (2 * shifts)
