@@ -149,4 +149,5 @@ def _slopes(at: Any, g: float, n: float, l_z: float, pace: float) -> Array:
         thetadot=np.copysign(np.sqrt(left), at.thetadot[k]),
     )  # fmt: skip
     rows = np.array([moved.period, moved.precession, moved.spin]) / moved.period.mean()
-    return (rows[:, :3] - rows[:, 3:]) / (2 * shifts)
+    slopes: Array = (rows[:, :3] - rows[:, 3:]) / (2 * shifts)
+    return slopes
