@@ -66,7 +66,7 @@ LOCAL: Final = 16.0  # units of rounding in a state at the end, whatever the spa
 TURNED: Final = 12.0  # error of the orientation apart from the phase, in such units times N^{1/2}
 PINNED: Final = 6.0  # the same, projected
 CLOSER: Final = 32  # times as close as evenly spread samples one may come to a pole
-DOUBT: Final = 2.0  # times what truncation is expected to lose
+DOUBT: Final = 2.0  # times what truncation is expected to lose, and more near a separatrix
 MOST_ERROR: Final = 1e300  # so that what is worse than any error is still a number
 # digits
 MOST_DIGITS: Final = 13  # what double precision can promise at the end of a short run
@@ -191,7 +191,7 @@ class Forecast:
         found += [(beside + phi) / self.turned["phi"]] * ("phi" in wanted)
         found += [(beside + psi) / self.turned["psi"]] * ("psi" in wanted)
         found += [late * count / abs(self.span)] * bool(self.scene.events)
-        return DOUBT * float(sum(found))
+        return (DOUBT + self.bits_grown) * float(sum(found))
 
     @cached_property
     def sharpness(self) -> float:
