@@ -370,7 +370,13 @@ def paces_of(form: Formulation, states: Array, parameters: Mapping[str, Any]) ->
     """
     g = parameters["g"] if "g" in parameters else parameters["gMR"] / parameters["A"]
     falling = (2 * (abs(g) + abs(parameters.get("h", 0.0)))) ** 0.5
-    pace = np.maximum(np.max(np.abs(states[..., form.is_rate]), axis=-1, initial=0.0), falling)
+    return units_of(
+        np.maximum(np.max(np.abs(states[..., form.is_rate]), axis=-1, initial=0.0), falling)
+    )
+
+
+def units_of(pace: Array) -> Array:
+    """Return the paces of motions whose largest rates are given [1/s]: powers of two."""
     exponent = np.clip(np.frexp(pace)[1], -MOST, MOST)
     far = (pace > 0) & (pace < np.inf) & ~((pace >= SLOW) & (pace <= FAST))
     return np.where(far, np.ldexp(1.0, exponent), 1.0)

@@ -20,6 +20,8 @@ import numpy as np
 from heavytop.analytic.motion import Motion
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, enough
+from heavytop.integration.projection import ROOM
+from heavytop.run.truncation import Lost
 from heavytop.scene.quantities import Need, judged, need_of
 from heavytop.scene.scene import Scene
 
@@ -64,6 +66,7 @@ LOCAL: Final = 16.0  # units of rounding in a state at the end, whatever the spa
 TURNED: Final = 12.0  # error of the orientation apart from the phase, in such units times N^{1/2}
 PINNED: Final = 6.0  # the same, projected
 CLOSER: Final = 32  # times as close as evenly spread samples one may come to a pole
+DOUBT: Final = 2.0  # times what truncation is expected to lose, and more near a separatrix
 MOST_ERROR: Final = 1e300  # so that what is worse than any error is still a number
 # digits
 MOST_DIGITS: Final = 13  # what double precision can promise at the end of a short run
@@ -171,6 +174,23 @@ class Forecast:
         off = here + UNIT * self.growth * max(late * self.quickest, aside)
         return float(min(off, MOST_ERROR))
 
+    def truncated(self, lost: Lost, *, projected: bool = False) -> float:
+        """The largest error of what is wanted by truncation; of events, in periods, by their times.
+
+        Projection takes the drift of the constants back after every leg.
+        """
+        count = self.periods
+        leg = ROOM / MEASURED["axis"].states / lost.steps if projected else count
+        aside, wanted = count * lost.aside, judged(self.scene.quantities)
+        late, phi, psi = count * lost.bent + count * min(count, leg) * lost.late
+        found = [late * self.quickest, aside / self.sharpness]
+        found += [phi] * ("axis" in wanted)
+        beside = aside / min(1.0, self.nearest or UNIT)  # a pole angles are off by more
+        found += [(beside + phi) / self.turned["phi"]] * ("phi" in wanted)
+        found += [(beside + psi) / self.turned["psi"]] * ("psi" in wanted)
+        found += [late * count / abs(self.span)] * bool(self.scene.events)
+        return (DOUBT + self.bits_grown) * float(sum(found))
+
     @cached_property
     def sharpness(self) -> float:
         """How much of their digits the rates keep beside a pole; 1 where they are not wanted.
@@ -196,11 +216,19 @@ class Forecast:
         >>> round(Forecast(scene, Motion(scene.top, scene.start), 2.0).quickest, 1)
         2.3
         """
-        start, rates = self.scene.start, _largest_rates(self.motion, self.span)
-        for name, mean in zip(("phi", "psi"), self.motion.mean_angle_rates, strict=True):
-            turned = abs(float(getattr(start, name)) + mean * self.span)
-            rates[name] /= max(1.0, turned)
+        rates = _largest_rates(self.motion, self.span)
+        rates |= {name: rates[name] / turned for name, turned in self.turned.items()}
         return max((rates[name] for name in judged(self.scene.quantities)), default=0.0)
+
+    @cached_property
+    def turned(self) -> dict[str, float]:
+        """What errors of φ and ψ are relative to: they at the end, or 1 [rad]."""
+        start, means = self.scene.start, self.motion.mean_angle_rates
+        angles = zip(("phi", "psi"), means, strict=True)
+        return {
+            name: max(1.0, abs(float(getattr(start, name)) + mean * self.span))
+            for name, mean in angles
+        }
 
 
 def _largest_rates(motion: Motion, span: float) -> dict[str, float]:
