@@ -138,8 +138,7 @@ class Forecast:
         return enough(self.scene.digits * math.log2(10) + SPARE + lost)
 
     def _seconds(self, formulation: str, projected: bool, bits: int) -> float:
-        asked, kind = self.scene.events, self.motion.kind
-        each, sampled = MEASURED[formulation].us, SAMPLE_US
+        each, sampled, asked = MEASURED[formulation].us, SAMPLE_US, self.scene.events
         if formulation == "axis" and self.need >= Need.PSI:
             each += QUADRATURE_US
         if not FORMULATIONS[formulation].starts_at_pole:
@@ -150,8 +149,8 @@ class Forecast:
             bits = min(bits, MOST_TIMED)
             longer = MPFR_MS * (bits / 128) ** 2.2 * max(1.0, bits / HEAVY)
             each += 1e3 * (LONG_DOUBLE_MS if bits == LONG_DOUBLE else longer)
-            turning = 2 if "turning" in asked else int(kind == "cusps")
-            events = turning + 2 * ("reversal" in asked and kind == "loops")
+            turning = 2 if "turning" in asked else int(self.motion.kind == "cusps")
+            events = turning + 2 * ("reversal" in asked and self.motion.kind == "loops")
             each += 1e3 * EVENT_MS * events * self.motion.nutates
             sampled += 1e3 * READ_MS
         return float(1e-6 * (each * self.periods + sampled * self.scene.samples))
@@ -238,12 +237,12 @@ def _largest_rates(motion: Motion, span: float) -> dict[str, float]:
     ½ P₊/(1 + u) ± ½ P₋/(1 − u), and |ė|² = θ̇² + sin²θ φ̇² is 2 (h − g u). The change of the rates
     is relative to the largest of them, or to 1 rad/s if that is larger [1/s].
     """
-    r, low, high = motion.reduced, *sorted(map(motion.exact.ctx.cos, motion.exact.tilts))
-    if low == high:
+    r, least, greatest = motion.reduced, motion.theta_min, motion.theta_max
+    if least == greatest:
         phidot, psidot = map(abs, motion.mean_angle_rates)
-        aside = phidot * math.sin(motion.theta_min)
+        aside = phidot * math.sin(least)
         return {"theta": 0.0, "phi": phidot, "psi": psidot, "axis": aside, "rates": 0.0}
-    from_top, from_bottom = _heights(motion, span, low, high)
+    from_top, from_bottom = _heights(motion, span)
     # nothing is left of a half on whose pole the axis passes
     plus = float(r.P_plus) / (2 * from_bottom) if motion.from_bottom else 0.0
     minus = float(r.P_minus) / (2 * from_top) if motion.from_top else 0.0
@@ -260,8 +259,8 @@ def _largest_rates(motion: Motion, span: float) -> dict[str, float]:
     return {"theta": theta, "phi": phi, "psi": psi, "axis": axis, "rates": changes}
 
 
-def _heights(motion: Motion, span: float, low: Any, high: Any) -> tuple[Any, Any]:
-    """1 ∓ u at places of a nutation between two heights, where its rates are looked at.
+def _heights(motion: Motion, span: float) -> tuple[Any, Any]:
+    """1 ∓ u at places of a nutation, where its rates are looked at.
 
     They are u = u₁ + (u₂ − u₁) sin²α, with α spread over a nutation, and where it is at times up to
     the end if α grows evenly. The latter alone may all be turning points, where θ stands still;
@@ -269,15 +268,20 @@ def _heights(motion: Motion, span: float, low: Any, high: Any) -> tuple[Any, Any
     there.
     """
     alpha = (np.arange(PLACES) + 0.5) * math.pi / (2 * PLACES)
+    swing = _apart(motion.theta_min, motion.theta_max)
     if motion.period:
-        r = motion.reduced
-        begun = math.asin(min(1.0, math.sqrt(max(0.0, (r.u0 - low) / (high - low)))))
+        r, risen = motion.reduced, _apart(float(motion.start.theta), motion.theta_max)
+        begun = math.asin(min(1.0, math.sqrt(max(0.0, risen / swing))))
         ahead = np.linspace(0.0, math.pi * span / motion.period, PLACES + 1)[1:]
         alpha = np.concatenate((alpha, ahead + math.copysign(begun, r.udot0)))
-    swing = float(high - low)
     from_top = 2 * math.sin(motion.from_top / 2) ** 2 + swing * np.cos(alpha) ** 2
     from_bottom = 2 * math.sin(motion.from_bottom / 2) ** 2 + swing * np.sin(alpha) ** 2
     return from_top, from_bottom
+
+
+def _apart(least: float, greatest: float) -> float:
+    """How much higher the axis is at one tilt than at a greater one, without cancellation."""
+    return 2 * math.sin((greatest + least) / 2) * math.sin((greatest - least) / 2)
 
 
 def periods_of(motion: Motion, span: float) -> float:

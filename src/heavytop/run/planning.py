@@ -350,11 +350,11 @@ def loosened(expected: Forecast, found: Plan) -> Plan:
     [2.220446049250313e-16, 1e-11]
     """
     scene, before = expected.scene, found.estimate
-    told = expected.motion.kind in ("cusps", "undecided") or {*scene.events} - {"turning"}
     plain = found.formulation == "axis" and found.precision == "double" and expected.motion.period
-    if not plain or scene.digits >= CAREFUL or (told and scene.events):
+    if not plain or scene.digits >= CAREFUL or before is None or before.seconds < WORTH_S:
         return found
-    if before is None or before.seconds < WORTH_S:
+    told = {*scene.events} - {"turning"} or expected.motion.kind in ("cusps", "undecided")
+    if scene.events and told:
         return found
     lost = Truncation(expected.motion, found.variant)
 
