@@ -93,7 +93,8 @@ def _values(
     known = (parameters[p.name] for p in (*form.parameters, *form.given))
     with np.errstate(divide="ignore", invalid="ignore"):
         values = _function(form, what, bits)(*rows.T, *known, t, *spun)
-    return [np.broadcast_to(value, t.shape) for value in values]
+    # numpy takes its time to see that there is nothing to do
+    return [x if np.shape(x) == t.shape else np.broadcast_to(x, t.shape) for x in values]
 
 
 @np.errstate(divide="ignore", invalid="ignore")  # nan, and 0/0 at a pole
