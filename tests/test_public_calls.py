@@ -33,6 +33,7 @@ NEEDED = {
     "energy_momentum": {"top": TOP, "p_psi": "0.004"},
     "extend": {"trajectory": RUN, "time_span": 3},
     "facts": {"motion": MOTION},
+    "film": {"scene": SCENE, "path": "no such folder/x.gif"},
     "fold": {"scene": SCENE},
     "load_atlas": {"folder": "nowhere"},
     "load_scene": {"name_or_path": "sicm-kicked"},

@@ -123,7 +123,7 @@ def film(
     follow: Annotated[bool, Option("--follow", help="Let the eye go round with the top.")] = False,
     changes: options.Changes = None,
 ) -> None:
-    """Make a film of the exact motion, slowed down so that the spin is seen."""
+    """Make a film of the exact motion, slowed down."""
     from heavytop.plots.film import film as make
 
     known = options.read(scene, changes)

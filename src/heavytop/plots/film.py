@@ -19,7 +19,7 @@ import numpy as np
 from PIL import Image, ImageColor, ImageDraw, ImageFont
 
 from heavytop.analytic.motion import Motion
-from heavytop.errors import BadScene, MissingPackage
+from heavytop.errors import BadScene, Fault, MissingPackage
 from heavytop.files import write_whole
 from heavytop.plots.sphere import PUSH, touched
 from heavytop.plots.style import EVENTS, PATH, Array
@@ -61,9 +61,17 @@ def _size(value: object) -> tuple[int, int]:
     return width, height
 
 
+def _place(value: object) -> Path:
+    place = path_of("path", value)
+    if place.suffix not in FORMS:
+        raise Refused(f"the name of a film ends in {', '.join(FORMS)}")
+    return place
+
+
 SIDE: Final = Range(64, 4096, whole=True)
 SIDES: Final = "width and height, two whole numbers from 64 to 4096"
 OPTIONS: Final[Mapping[str, Reader]] = {
+    "path": _place,
     "seconds": Range(0.1, 600),
     "fps": Range(1, 50),
     "size": _size,
@@ -111,9 +119,8 @@ def film(
     Raises
     ------
     BadScene
-        A length, a rate or a size out of its range; everything that is wrong is named.
-    ValueError
-        Another ending of the path.
+        Another ending of the path; a length, a rate or a size out of its range. Everything that
+        is wrong is named.
     MissingPackage
         An MP4, and imageio-ffmpeg is not installed.
     OSError
@@ -136,21 +143,21 @@ def film(
     """
     expect("scene", scene, Scene, "load_scene gives one")
     heard("progress", progress)
-    place = path_of("path", path)
-    given = {"seconds": seconds, "fps": fps, "size": size}
+    given = {"path": path, "seconds": seconds, "fps": fps, "size": size}
     known, wrong = parse_options("film", given, OPTIONS)
     if wrong:
         raise BadScene(tuple(wrong))
-    if place.suffix not in FORMS:
-        raise ValueError(f"{place.name}: a film is {', '.join(FORMS)}")
+    place: Path = known["path"]
     width, height = known["size"]
     count = max(2, round(known["seconds"] * known["fps"]))
-    if count * width * height > MOST_PIXELS:
-        raise ValueError(f"{count} frames of {width}×{height}: more than {MOST_PIXELS:.0e} pixels")
-    shot = Shot.of(scene, known["seconds"], follow=follow)
-
+    rule = f"{count} frames of {width}×{height} are too many pixels"
     if place.suffix == ".mp4" and (width % 2 or height % 2):
-        raise ValueError(f"size {width}×{height}: an MP4 takes even numbers")
+        rule = "two even numbers, for an MP4"
+    elif count * width * height <= MOST_PIXELS:
+        rule = ""
+    if rule:
+        raise BadScene((Fault("film", None, "size", f"{width}x{height}", rule),))
+    shot = Shot.of(scene, known["seconds"], follow=follow)
 
     def frames() -> Iterator[Image.Image]:
         for k in range(count):
