@@ -6,13 +6,17 @@ reasons, colours and names are those of the package and go onto the page as data
 
 from __future__ import annotations
 
+import math
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 
 from heavytop.classification import kinds
 from heavytop.classification.kinds import Kind, Number
+from heavytop.errors import BadScene, Fault, NotANumber
 from heavytop.files import write_text
+from heavytop.numbers import Exact
 from heavytop.plots.sphere import PUSH, STILL
 from heavytop.plots.style import EVENTS, KINDS, PATH
 from heavytop.report.page import rendered
@@ -25,10 +29,17 @@ SCRIPTS: Final = ("top.js", "player.js", "explorer.js")
 STARTS: Final = ("theta", "phi", "psi", "thetadot", "phidot")
 NUMBERS: Final = {id(x): name for name, x in vars(kinds).items() if isinstance(x, Number)}
 
+RATES: Final = dict.fromkeys(("thetadot", "phidot", "psidot", "omega3"), (-1e6, 1e6))
+LIMITS: Final = RATES | {
+    "theta": (0.0, math.pi), "phi": (-1e6, 1e6), "psi": (-1e6, 1e6),
+    "A": (1e-15, 1e15), "C/A": (1e-6, 2.0), "gMR/A": (-1e9, 1e9),
+}  # fmt: skip
+"""Between what the page takes each number, in SI."""
+
 PLAIN: Final = {
     Kind.AT_REST: "Nothing moves.",
     Kind.FORCE_FREE: "No weight acts: the axis goes evenly round a direction that stays.",
-    Kind.SLEEPING: "The axis stands on the vertical, as high as its weight can be, and spins there.",
+    Kind.SLEEPING: "The axis stands on the vertical, as high as its weight can be.",
     Kind.HANGING: "The axis hangs along the vertical, as low as its weight can be.",
     Kind.PLANAR_PENDULUM: "Without spin it moves in one upright plane, as a pendulum.",
     Kind.SEPARATRIX: "The axis creeps towards the vertical for ever and never arrives.",
@@ -68,6 +79,8 @@ def explore(scene: Scene | None = None, path: str | os.PathLike[str] = "explore.
 
     Raises
     ------
+    BadScene
+        A number is beyond what the page takes; all of them are named.
     OSError
         It cannot be written.
     WrongType
@@ -89,6 +102,8 @@ def explore(scene: Scene | None = None, path: str | os.PathLike[str] = "explore.
     begin = load_scene(SCENE) if scene is None else scene
     expect("scene", begin, Scene, "load_scene gives one")
     place = path_of("path", path)
+    if faults := tuple(_beyond(begin)):
+        raise BadScene(faults)
     write_text(place, rendered("explorer.html", SCRIPTS, data=_data(begin), tops=_TOPS))
     return place
 
@@ -117,9 +132,19 @@ def _data(scene: Scene) -> dict[str, Any]:
     others = [_start(each) for each in shipped if each.name != scene.name]
     return {
         "rules": rules, "details": details, "kinds": looks, "scenes": [_start(scene), *others],
-        "still": STILL, "push": PUSH, "frames": FRAMES, "turn": TURN, "periods": PERIODS,
-        "blurred": BLURRED,
+        "limits": LIMITS, "still": STILL, "push": PUSH, "frames": FRAMES, "turn": TURN,
+        "periods": PERIODS, "blurred": BLURRED,
     }  # fmt: skip
+
+
+def _beyond(scene: Scene) -> Iterator[Fault]:
+    """What of a scene the page does not take."""
+    start = _start(scene)["numbers"]
+    start |= {"C/A": start["C"] / start["A"], "gMR/A": start["gMR"] / start["A"]}
+    for name, (low, high) in LIMITS.items():
+        if name in start and not low <= start[name] <= high:
+            rule = f"explore takes it from {low:g} to {high:g}"
+            yield Fault(scene.name, None, name, f"{start[name]:g}", rule)
 
 
 def _names(numbers: tuple[Number, ...]) -> list[str]:
@@ -134,8 +159,17 @@ def _start(scene: Scene) -> dict[str, Any]:
     return {
         "name": scene.name, "title": scene.title or scene.name, "held": start.held,
         "numbers": {name: float(x) for name, x in exact.items()},
-        "texts": {name: str(x) for name, x in exact.items()},
+        "texts": {name: text for name, x in exact.items() if _readable(text := str(x))},
     }  # fmt: skip
+
+
+def _readable(text: str) -> bool:
+    """Whether a scene file can say this: it has no cosines."""
+    try:
+        Exact.of(text)
+    except NotANumber:
+        return False
+    return True
 
 
 def _signed(text: str) -> str:

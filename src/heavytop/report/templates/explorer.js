@@ -6,13 +6,10 @@
   const NAMES = ["A", "C", "gMR", "theta", "phi", "psi", "thetadot", "phidot"]; // and psidot, omega3
   const START = ["theta", "thetadot", "phi", "phidot", "psi"]; // in a scene file
   const DEGREE = Math.PI / 180, LONG = 14, CURVE = 401;
-  const [COLUMNS, ROWS] = [120, 90]; // of the plane of kicks
+  const [COARSE, FINE] = [[48, 36], [160, 120]]; // the plane of kicks, in motion and at rest
+  const IDLE = 150; // ms
   const INK = "#222222", SOFT = "#57606A", GRID = "#E3E6EA", BLUE = "#0072B2", ORANGE = "#D55E00";
   const BARE = /^-?(0|[1-9][0-9]*)(\.[0-9]+)?([eE][-+]?[0-9]+)?$/; // a number in TOML
-  const LIMITS = { theta: [0, Math.PI], A: [1e-15, 1e15], C: [1e-18, 2e15], gMR: [-1e15, 1e15],
-    phi: [-1e6, 1e6], psi: [-1e6, 1e6], thetadot: [-1e6, 1e6], phidot: [-1e6, 1e6],
-    psidot: [-1e6, 1e6], omega3: [-1e6, 1e6] };
-  const MOST_PULL = 1e9; // |gMR/A|, 1/s²
   const $ = (id) => document.getElementById(id);
   const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
   const short = (x, digits = 6) => String(Number(x.toPrecision(digits))).replace("-", "−");
@@ -20,7 +17,7 @@
   const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
   // --- the state, and what it says of a top ------------------------------------------------------
-  let state, ranges, play = true, due = false, shown;
+  let state, ranges, play = true, due = false, shown, later;
   const spinning = (top) => ({ ...top, omega3: top.held === "omega3" ? top.spin
     : top.spin + top.phidot * Math.cos(top.theta) });
   const stateOf = ({ numbers, held }) => ({
@@ -50,14 +47,14 @@
 
   // Why a state cannot be, or nothing.
   const wrong = (s) => {
-    for (const name of [...NAMES, s.held]) {
-      const value = name === s.held ? s.spin : s[name], [low, high] = LIMITS[name];
-      if (!Number.isFinite(value)) return `${name} is to be a number.`;
-      if (value < low || value > high) return `${name} is to be from ${short(low)} to ${short(high)}.`;
+    const values = { ...s, [s.held]: s.spin, "C/A": s.C / s.A, "gMR/A": s.gMR / s.A };
+    for (const [name, [low, high]] of Object.entries(DATA.limits)) {
+      const value = values[name];
+      if (name in values && !(value >= low && value <= high)) {
+        return `${name} is to be a number from ${short(low)} to ${short(high)}.`;
+      }
     }
-    if (s.C > 2 * s.A) return "No body has C/A above 2.";
-    if (s.C < 1e-6 * s.A) return "C/A is to be at least 1e-6.";
-    return Math.abs(s.gMR) > MOST_PULL * s.A ? "gMR/A is to be at most 1e9 per s²." : "";
+    return "";
   };
   const number = (text) => (text.trim() === "" ? NaN : Number(text.trim().replace("−", "-")));
 
@@ -287,7 +284,8 @@
     const highest = Math.max(...points.map(([, v]) => (Number.isFinite(v) ? v : energy)));
     const height = Math.max(energy - lowest, natural);
     const high = Math.min(Math.max(highest, energy) + 0.1 * height, energy + 0.9 * height);
-    const power = Math.floor(Math.log10(Math.max(Math.abs(lowest), Math.abs(high)))), unit = Math.abs(power) > 2 ? power : 0;
+    const power = Math.floor(Math.log10(Math.max(Math.abs(lowest), Math.abs(high))));
+    const unit = power < -1 || power > 3 ? power : 0;
     const scaled = (v) => v / 10 ** unit;
     const sup = (n) => String(n).replace(/./g, (c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]);
     const plot = axes($("potential"), { x: [from / DEGREE, to / DEGREE],
@@ -303,17 +301,17 @@
   };
 
   // --- the plane of kicks ------------------------------------------------------------------------
-  const plane = { image: document.createElement("canvas"), key: "" };
-  const BOUNDS = [["LOOPING", "cusps", []], ["PASS_TOP", "through-top", [7, 4]],
-    ["PASS_BOTTOM", "through-bottom", [7, 3, 2, 3]], ["STEADY", "uniform-precession", [2, 3]]];
+  const plane = { image: document.createElement("canvas"), key: "", mesh: [0, 0] };
+  const BOUNDS = [["LOOPING", "cusps"], ["PASS_TOP", "through-top"],
+    ["PASS_BOTTOM", "through-bottom"], ["STEADY", "uniform-precession"]];
   const along = ([low, high], count) =>
     Array.from({ length: count }, (_, k) => low + ((high - low) * k) / (count - 1));
-  const crossings = (cells, at) => { // where a function on the mesh is zero, as short lines
+  const crossings = (cells, at, [columns, rows]) => { // where a function on the mesh is zero, as short lines
     const lines = [];
-    for (let j = 0; j + 1 < ROWS; j += 1) {
-      for (let i = 0; i + 1 < COLUMNS; i += 1) {
+    for (let j = 0; j + 1 < rows; j += 1) {
+      for (let i = 0; i + 1 < columns; i += 1) {
         const corners = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]];
-        const values = corners.map(([a, b]) => cells[b * COLUMNS + a]);
+        const values = corners.map(([a, b]) => cells[b * columns + a]);
         if (!values.every(Number.isFinite)) continue;
         const hits = corners.flatMap(([a, b], k) => {
           const [one, two, [c, d]] = [values[k], values[(k + 1) % 4], corners[(k + 1) % 4]];
@@ -326,12 +324,13 @@
     }
     return lines;
   };
-  const classifyPlane = () => { // anew only where it is another plane
+  const classifyPlane = (mesh) => { // anew only where it is another plane, or a finer mesh
     const key = JSON.stringify([state.A, state.C, state.gMR, state.theta, state.thetadot, state.held,
       ranges.phidot, ranges.spin]);
-    if (key === plane.key) return;
-    plane.key = key;
-    const [kicks, spins] = [along(ranges.phidot, COLUMNS), along(ranges.spin, ROWS)];
+    if (key === plane.key && mesh[0] <= plane.mesh[0]) return;
+    Object.assign(plane, { key, mesh });
+    const [columns, rows] = mesh;
+    const [kicks, spins] = [along(ranges.phidot, columns), along(ranges.spin, rows)];
     const kinds = [], fields = Object.fromEntries(BOUNDS.map(([name]) => [name, []]));
     for (const spin of spins) {
       for (const phidot of kicks) {
@@ -347,16 +346,16 @@
       }
     }
     const flat = Math.sin(state.theta) < 1e-12 || state.gMR === 0; // one kind, and no boundaries
-    const at = (i, j) => [kicks[0] + ((kicks.at(-1) - kicks[0]) * i) / (COLUMNS - 1),
-      spins[0] + ((spins.at(-1) - spins[0]) * j) / (ROWS - 1)];
-    plane.lines = flat ? [] : BOUNDS.map(([name, kind, dash]) =>
-      ({ kind, dash, lines: crossings(fields[name], at) }));
-    Object.assign(plane.image, { width: COLUMNS, height: ROWS });
-    const pen = plane.image.getContext("2d"), pixels = pen.createImageData(COLUMNS, ROWS);
+    const at = (i, j) => [kicks[0] + ((kicks.at(-1) - kicks[0]) * i) / (columns - 1),
+      spins[0] + ((spins.at(-1) - spins[0]) * j) / (rows - 1)];
+    plane.lines = flat ? [] : BOUNDS.map(([name, kind]) =>
+      ({ kind, lines: crossings(fields[name], at, mesh) }));
+    Object.assign(plane.image, { width: columns, height: rows });
+    const pen = plane.image.getContext("2d"), pixels = pen.createImageData(columns, rows);
     kinds.forEach((kind, k) => {
-      const { colour } = DATA.kinds[kind], row = ROWS - 1 - Math.floor(k / COLUMNS);
+      const { colour } = DATA.kinds[kind], row = rows - 1 - Math.floor(k / columns);
       const rgb = [1, 3, 5].map((from) => parseInt(colour.slice(from, from + 2), 16));
-      pixels.data.set([...rgb, 255], 4 * (row * COLUMNS + (k % COLUMNS)));
+      pixels.data.set([...rgb, 255], 4 * (row * columns + (k % columns)));
     });
     pen.putImageData(pixels, 0, 0);
     const drawn = plane.lines.filter(({ lines }) => lines.length).map(({ kind }) => kind);
@@ -375,24 +374,21 @@
     const [x, y] = [ranges.phidot, ranges.spin];
     const plot = axes($("plane"), { x, y,
       names: ["kick φ̇₀ [rad/s]", `spin ${sign()} [rad/s]`] });
-    const { pen, box, X, Y } = plot;
+    const { pen, box, X, Y } = plot, [columns, rows] = plane.mesh;
     plot.inside(() => {
       // A value of the mesh is in the middle of its cell, and the outermost are on the edges.
-      const [w, h] = [(box.right - box.left) / (COLUMNS - 1), (box.bottom - box.top) / (ROWS - 1)];
+      const [w, h] = [(box.right - box.left) / (columns - 1), (box.bottom - box.top) / (rows - 1)];
       pen.imageSmoothingEnabled = false;
-      pen.drawImage(plane.image, box.left - w / 2, box.top - h / 2, w * COLUMNS, h * ROWS);
-      for (const { kind, dash, lines } of plane.lines) {
-        for (const [colour, wide, gaps] of [["#FFFFFF", 4, []],
-          [DATA.kinds[kind].colour, 2, dash]]) {
+      pen.drawImage(plane.image, box.left - w / 2, box.top - h / 2, w * columns, h * rows);
+      for (const { kind, lines } of plane.lines) {
+        for (const [colour, wide] of [["#FFFFFF", 4], [DATA.kinds[kind].colour, 2]]) {
           Object.assign(pen, { strokeStyle: colour, lineWidth: wide });
-          pen.setLineDash([]);
           pen.beginPath();
           for (const [one, two] of lines) {
             pen.moveTo(X(one[0]), Y(one[1]));
             pen.lineTo(X(two[0]), Y(two[1]));
           }
           pen.stroke();
-          if (gaps.length === 0 && wide === 2) break;
         }
       }
       const [px, py] = [X(state.phidot), Y(state.spin)];
@@ -478,11 +474,11 @@
         : `${short(value)} ${{ shape: "", pull: "per second squared" }[name] ?? "radians a second"}`);
       for (const each of box(name)) {
         if (each === document.activeElement && each.dataset.typed) continue;
-        each.value = spelled(Number((value * scaleOf(name, each.dataset.unit)).toPrecision(12)));
+        each.value = spelled(Number((value * scaleOf(name, each.dataset.unit)).toPrecision(7)));
         each.removeAttribute("aria-invalid");
       }
-      const beside = { phidot: `= ${short(value / DEGREE, 4)} °/s`,
-        thetadot: `= ${short(value / DEGREE, 4)} °/s`,
+      const beside = { phidot: `${short(value / DEGREE, 4)} °/s`,
+        thetadot: `${short(value / DEGREE, 4)} °/s`,
         spin: state.held === "omega3" ? `here ψ̇₀ = ${short(psidot, 5)} rad/s`
           : `here ω₃ = ${short(own.omega3, 5)} rad/s` };
       $(name).querySelector("output").textContent = beside[name] ?? "";
@@ -505,9 +501,14 @@
     fill();
     player().open(shown.run);
     describe();
-    classifyPlane();
+    classifyPlane(COARSE);
     drawPlane();
     draw();
+    clearTimeout(later);
+    later = setTimeout(() => {
+      classifyPlane(FINE);
+      drawPlane();
+    }, IDLE);
     const text = `#${fragment(state)}`;
     if (location.hash !== text) history.replaceState(null, "", text);
     $("link").href = text;
