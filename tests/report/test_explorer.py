@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.report.explorer import LIMITS, explore
+from heavytop.plots.style import KINDS
+from heavytop.report.explorer import LIMITS, PLAIN, explore
 from heavytop.scene.scene import read_scene
 
 from ..motions import FURTHER, MOTIONS, SCENES, named, shipped
@@ -197,16 +198,19 @@ def test_the_effective_potential_and_the_energy_are_those_of_the_package(page):
 # --- what it says ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", SCENES)
-def test_every_shipped_scene_is_named_as_the_package_names_it(page, name):
-    chosen(page, name)
-    motion = shipped(name)
-    label = text(page, "kind").replace("steady precession", "uniform-precession")
-    assert label.replace(" the ", " ").replace(" ", "-").startswith(str(motion.kind))
-    assert len(text(page, "plain")) > 10
-    reason = page.value("document.getElementById('reason').innerText")
-    assert reason
-    assert not re.search(r"theta|phi\b|psi\b|\^", reason)
+def test_every_shipped_scene_is_named_and_explained_as_the_package_does(page):
+    for name in SCENES:
+        chosen(page, name)
+        motion = shipped(name)
+        label, *detail = text(page, "kind").split(", ")
+        assert label == KINDS[str(motion.kind)].label
+        assert set(detail) <= set(motion.tags)
+        assert text(page, "plain") == PLAIN[motion.kind]
+        reason = text(page, "reason")
+        assert reason
+        assert not re.search(r"theta|phi|psi|dot|\^|'", reason)
+        letters = re.sub(r"[^A-Zabcdefghijklmnoqrtuvwxyz]", "", reason)  # those that stay
+        assert set(letters) <= set(motion.verdict.why)
 
 
 def test_the_scene_that_is_copied_is_the_top_that_is_seen(page):
