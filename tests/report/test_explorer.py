@@ -368,8 +368,17 @@ def test_it_is_as_light_as_is_asked_for(browser, html, scheme, tmp_path):
     opened(browser, html, prefers_color_scheme=scheme)
     browser.value("document.getElementById('tilt').scrollIntoView({ block: 'center' })")
     time.sleep(3 * SECOND)
-    light = float(browser.picture(tmp_path / "page.png").mean())
-    assert light < 0.3 if scheme == "dark" else light > 0.8
+    rect = "document.getElementById('tilt').getBoundingClientRect()"
+    left, top, height = browser.value(f"(({{ x, y, height }}) => [x, y, height])({rect})")
+    down, across = slice(int(top), int(top + height)), slice(int(left), int(left) + 50)
+    picture = browser.picture(tmp_path / "page.png")
+    letters = picture[down, across]  # of the axis, on its ground
+    if scheme == "dark":
+        assert picture.mean() < 0.3
+        assert letters.max() > 0.5
+    else:
+        assert picture.mean() > 0.8
+        assert letters.min() < 0.5
 
 
 def test_the_page_is_small_and_loads_nothing(html):
