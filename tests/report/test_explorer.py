@@ -240,6 +240,7 @@ def test_a_link_brings_every_state_back(page, html):
     before = state(page)
     assert before["held"] == "omega3"
     link = page.value("document.getElementById('link').href")
+    page.until(f"location.href === {json.dumps(link)}")  # the address of the page follows
     opened(page, html, "#" + link.partition("#")[2])
     assert state(page) == before
     page.value("location.hash = '#theta=0.5&psidot=9'")

@@ -497,6 +497,7 @@
   };
   const update = () => {
     due = false;
+    const text = `#${fragment(state)}`;
     shown = computed(state);
     fill();
     player().open(shown.run);
@@ -508,9 +509,8 @@
     later = setTimeout(() => {
       classifyPlane(FINE);
       drawPlane();
+      history.replaceState(null, "", text); // browsers refuse it many times a second
     }, IDLE);
-    const text = `#${fragment(state)}`;
-    if (location.hash !== text) history.replaceState(null, "", text);
     $("link").href = text;
     $("toml").textContent = toml(state, shown.end);
     $("copied").textContent = "";
