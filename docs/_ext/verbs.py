@@ -34,6 +34,7 @@ PAGES = {
     "reference": "reference-values.md",
     "check": "check-a-trajectory.md",
     "report": "report.md",
+    "explore": "explorer.md",
     "scenes": "scenes.md",
     "derive": "theory/lagrangian.md",
     "doctor": "quickstart.md",

@@ -150,7 +150,7 @@ def explore(
     scene: Annotated[str, EXPLORED] = "sicm-kicked",
     changes: options.Changes = None,
 ) -> None:
-    """Write a page on which a top's numbers are dragged and its motion is seen.
+    """Write a page to drag a top's numbers and see it move.
 
     It computes for itself, in any browser, and needs no network.
     """
