@@ -33,6 +33,7 @@ NEEDED = {
     "energy_momentum": {"top": TOP, "p_psi": "0.004"},
     "extend": {"trajectory": RUN, "time_span": 3},
     "facts": {"motion": MOTION},
+    "explore": {"scene": SCENE, "path": "no such folder/x.html"},
     "film": {"scene": SCENE, "path": "no such folder/x.gif"},
     "fold": {"scene": SCENE},
     "load_atlas": {"folder": "nowhere"},
@@ -58,7 +59,9 @@ NEEDED = {
     "Top.from_solids": {"parts": [], "gravity": 1},
 }
 WRONG = [object(), "of no use", None, 1j, {}]
-RIGHT = [("merge_atlases", "folder"), ("stress", "cases"), ("stress", "methods")]  # a name, or all
+RIGHT = [  # a name, or all
+    ("merge_atlases", "folder"), ("stress", "cases"), ("stress", "methods"), ("explore", "scene"),
+]  # fmt: skip
 A_PATH = {"data", "folder", "name_or_path", "path"}  # which a text can be: it names no file
 PLACES = [(name, place) for name, given in NEEDED.items() for place in given if place != "jobs"]
 

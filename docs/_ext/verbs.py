@@ -35,6 +35,7 @@ PAGES = {
     "check": "check-a-trajectory.md",
     "report": "report.md",
     "film": "films.md",
+    "explore": "explorer.md",
     "scenes": "scenes.md",
     "derive": "theory/lagrangian.md",
     "doctor": "quickstart.md",

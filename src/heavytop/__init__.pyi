@@ -54,6 +54,7 @@ from .errors import (
 from .integration.outputs import Sample as Sample
 from .numbers import Exact as Exact
 from .plots.film import film as film
+from .report.explorer import explore as explore
 from .results.drift import Drift as Drift
 from .results.stress import Stress as Stress
 from .results.validation import Validation as Validation

@@ -135,6 +135,33 @@ def film(
     answer(document, lambda: typer.echo(f"{harmless(made)}: {made.stat().st_size / 1e6:.2g} MB"))
 
 
+# --- explore ---------------------------------------------------------------------------------
+
+EXPLORED: Final = Argument(
+    metavar="SCENE",
+    help="What the page begins with; by default the book's kicked top.",
+    autocompletion=options.scene_names,
+)
+
+
+@verb
+def explore(
+    file: Annotated[Path, options.file("Write x.html.", ".html")],
+    scene: Annotated[str, EXPLORED] = "sicm-kicked",
+    changes: options.Changes = None,
+) -> None:
+    """Write a page to drag a top's numbers and see it move.
+
+    It computes for itself, in any browser, and needs no network.
+    """
+    from heavytop.report.explorer import explore as make
+
+    known = options.read(scene, changes)
+    made = make(known, file)
+    document = {"schema": "heavytop/explore/1", "scene": known.name, "file": str(made)}
+    answer(document, lambda: typer.echo(f"{harmless(made)}: {made.stat().st_size / 1e6:.2g} MB"))
+
+
 # --- report ----------------------------------------------------------------------------------
 
 PAGE: Final = "report.html"

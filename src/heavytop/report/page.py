@@ -371,7 +371,7 @@ class Page:
     def html(self) -> str:
         """The page: one file, which asks no network for anything."""
         played = [{**each.top, "title": each.heading} for each in self.sections if each.top]
-        return _rendered(
+        return rendered(
             "page.html",
             page=self,
             tops=tops(played) if played else None,
@@ -494,13 +494,14 @@ def player_html(trajectory: Trajectory) -> str:
     >>> page.startswith("<!doctype html>"), len(page) < 400_000
     (True, True)
     """
-    return _rendered("player_page.html", tops=tops([frames(trajectory)]))
+    return rendered("player_page.html", tops=tops([frames(trajectory)]))
 
 
 # --- templates: nothing in a text, in data or in a picture is taken for markup or a script --------
 
 TEMPLATES: Final = Path(__file__).parent / "templates"
 SCRIPTS: Final = ("player.js", "page.js")
+STYLES: Final = ("page.css", "explorer.css")
 POLICY: Final = (
     "default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src {}; "
     "base-uri 'none'; form-action 'none'"
@@ -513,7 +514,7 @@ STYLE: Final = re.compile(r'\bstyle="([^"]*)"')
 HUNDREDTHS: Final = re.compile(r"(?<![\w.])([1-9]\d*\.\d\d)\d+")
 
 
-def _rendered(template: str, **values: Any) -> str:
+def rendered(template: str, scripts: Sequence[str] = SCRIPTS, **values: Any) -> str:
     """A template with its style and scripts: one file, which asks no network for anything."""
     jinja = Environment(
         loader=PackageLoader("heavytop.report"),
@@ -524,10 +525,10 @@ def _rendered(template: str, **values: Any) -> str:
     )
     jinja.filters |= {"typeset": _typeset, "address": address}
     jinja.policies["json.dumps_kwargs"] = {"allow_nan": False, "separators": (",", ":")}
-    texts = {name: (TEMPLATES / name).read_text("utf-8") for name in (*SCRIPTS, "page.css")}
+    texts = {name: (TEMPLATES / name).read_text("utf-8") for name in (*scripts, *STYLES)}
     own = {name.replace(".", "_"): Markup(text) for name, text in texts.items()}
     # No script may run on a page but its own, told by their fingerprints, whoever wrote another.
-    prints = (b64encode(sha256(texts[name].encode()).digest()).decode() for name in SCRIPTS)
+    prints = (b64encode(sha256(texts[name].encode()).digest()).decode() for name in scripts)
     allowed = " ".join(f"'sha256-{each}'" for each in prints)
     return jinja.get_template(template).render(**own, **values, policy=POLICY.format(allowed))
 

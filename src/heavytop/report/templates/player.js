@@ -25,8 +25,8 @@
     [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
     [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
   ];
-  const floats = (text) =>
-    new Float32Array(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
+  const floats = (text) => (text instanceof Float32Array ? text
+    : new Float32Array(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer));
   const ring = (tilt) => Array.from({ length: 91 }, (_, k) => {
     const angle = (2 * Math.PI * k) / 90;
     return [Math.sin(tilt) * Math.cos(angle), Math.sin(tilt) * Math.sin(angle), Math.cos(tilt)];
@@ -50,7 +50,7 @@
     const [canvas, slider, choice, told, legend] =
       ["canvas", "input", "select", "output", "ul"].map((name) => root.querySelector(name));
     const pen = canvas.getContext("2d");
-    let run, at = 0, playing = false, last = 0, waiting = !calm.matches, due = false;
+    let run, at = 0, playing = false, last = 0, waiting = !calm.matches, due = false, own = false;
     const frame = () => Math.round(at);
     let camera;
 
@@ -73,6 +73,7 @@
     };
     const look = (turn, lift, least) => { // the path and the pivot fill the picture
       camera = { turn, lift, zoom: 1 };
+      own = false;
       const rows = view(), seen = [[0, 0, 0], ...run.axes].map((point) => times(rows, point));
       const ends = [0, 1].map((k) => [Math.min, Math.max].map((end) =>
         seen.reduce((found, point) => end(found, point[k]), 0)));
@@ -150,6 +151,7 @@
     };
     const draw = () => {
       due = false;
+      if (!run) return;
       const [width, height] = [canvas.clientWidth, canvas.clientHeight];
       const fine = window.devicePixelRatio || 1;
       if (canvas.width !== Math.round(width * fine) || canvas.height !== Math.round(height * fine)) {
@@ -220,6 +222,7 @@
       told.textContent = words;
       slider.value = String(at);
       slider.setAttribute("aria-valuetext", words);
+      root.dispatchEvent(new Event("moved"));
     };
     const changed = () => { // drawn once before the next picture, however much has changed
       if (!due) requestAnimationFrame(draw);
@@ -256,11 +259,13 @@
     };
     const zoom = (by) => {
       camera.zoom = clamp(camera.zoom * by, 0.4, 30);
+      own = true;
       changed();
     };
     const turn = (dx, dy) => {
       camera.turn -= dx;
       camera.lift = clamp(camera.lift + dy, -Math.PI / 2, Math.PI / 2);
+      own = true;
       changed();
     };
     const DO = {
@@ -304,6 +309,16 @@
       side();
     };
 
+    const open = (given) => { // another run instead of all; a view that was chosen is kept
+      const before = own && { ...camera };
+      runs.splice(0, runs.length, given);
+      choose(0);
+      if (before) {
+        look(before.turn, before.lift, 0.7);
+        zoom(before.zoom);
+      }
+    };
+
     runs.forEach((each, k) => choice.add(new Option(each.title, String(k))));
     choice.closest("label").hidden = runs.length < 2;
     choice.addEventListener("change", () => { choose(choice.selectedIndex); set(!calm.matches); });
@@ -344,17 +359,17 @@
       zoom(Math.exp(-event.deltaY / 500));
     }, { passive: false });
     dark.addEventListener("change", changed);
-    choose(0);
+    if (runs.length) choose(0);
     new ResizeObserver(changed).observe(canvas);
     new IntersectionObserver(([{ isIntersecting: seen }]) => {
-      if (seen && waiting) set(true);
+      if (seen && waiting && run) set(true);
       else if (!seen && playing) {
         waiting = true;
         set(false);
       }
     }, { threshold: 0.5 }).observe(canvas);
     // What a program beside it may ask for and do.
-    root.player = { to, set, choose, state: () => ({ at, playing, camera: { ...camera },
+    root.player = { to, set, choose, open, state: () => ({ at, playing, camera: { ...camera },
       axis: run.axes[frame()], time: time(), count: run.count }) };
   };
   document.querySelectorAll(".player").forEach(start);

@@ -1,0 +1,184 @@
+"""The explorer: one page on which a person drags a top's numbers and sees what it does.
+
+The page computes for itself, with `templates/top.js`; the rules of the kinds, their order, their
+reasons, colours and names are those of the package and go onto the page as data.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+
+from heavytop.classification import kinds
+from heavytop.classification.kinds import Kind, Number
+from heavytop.errors import BadScene, Fault, NotANumber
+from heavytop.files import write_text
+from heavytop.numbers import Exact
+from heavytop.plots.sphere import PUSH, STILL
+from heavytop.plots.style import EVENTS, KINDS, PATH
+from heavytop.report.page import rendered
+from heavytop.report.player import BLURRED, FRAMES, PERIODS, TURN
+from heavytop.scene.arguments import expect, path_of
+from heavytop.scene.scene import Scene, load_scene, shipped_names
+
+SCENE: Final = "sicm-kicked"
+SCRIPTS: Final = ("top.js", "player.js", "explorer.js")
+STARTS: Final = ("theta", "phi", "psi", "thetadot", "phidot")
+NUMBERS: Final = {id(x): name for name, x in vars(kinds).items() if isinstance(x, Number)}
+
+RATES: Final = dict.fromkeys(("thetadot", "phidot", "psidot", "omega3"), (-1e6, 1e6))
+LIMITS: Final = RATES | {
+    "theta": (0.0, math.pi), "phi": (-1e6, 1e6), "psi": (-1e6, 1e6),
+    "A": (1e-15, 1e15), "C/A": (1e-6, 2.0), "gMR/A": (-1e9, 1e9),
+}  # fmt: skip
+"""Between what the page takes each number, in SI."""
+
+PLAIN: Final = {
+    Kind.AT_REST: "Nothing moves.",
+    Kind.FORCE_FREE: "No weight acts: the axis goes evenly round a direction that stays.",
+    Kind.SLEEPING: "The axis stands on the vertical, as high as its weight can be.",
+    Kind.HANGING: "The axis hangs along the vertical, as low as its weight can be.",
+    Kind.PLANAR_PENDULUM: "Without spin it moves in one upright plane, as a pendulum.",
+    Kind.SEPARATRIX: "The axis creeps towards the vertical for ever and never arrives.",
+    Kind.THROUGH_TOP: "In every nod the axis goes exactly through the upward vertical.",
+    Kind.THROUGH_BOTTOM: "In every nod the axis goes exactly through the downward vertical.",
+    Kind.UNIFORM_PRECESSION: "The tilt stays the same, and the axis goes round evenly.",
+    Kind.LOOPS: "In every nod the axis runs backwards for a while: its path has loops.",
+    Kind.CUSPS: "In every nod the axis stops for an instant: its path has cusps.",
+    Kind.WAVES: "The axis nods and goes round one way only: its path is a wave.",
+}
+"""The kinds in the words of somebody who meets them for the first time."""
+
+SIGNS: Final = (
+    ("thetadot", "θ̇"), ("phidot", "φ̇"), ("cos(theta)", "cos θ"), ("theta", "θ"), ("phi", "φ"),
+    ("psi", "ψ"), ("E'", "E′"), ("^2", "²"), (" pi", " π"), ("-", "−"),
+)  # fmt: skip
+
+
+def explore(scene: Scene | None = None, path: str | os.PathLike[str] = "explore.html") -> Path:
+    """Write the explorer: a page that needs no network, to try out what a top does.
+
+    On it a person drags tilt, kick, spin, C/A and gravity and sees at once the kind of motion with
+    its reason, the top moving, θ over time, the effective potential, and the place in the plane of
+    kicks. Every state has a link, and is a scene to copy.
+
+    Parameters
+    ----------
+    scene : Scene, optional
+        What it begins with; without one, the book's kicked top.
+    path : path
+        The page. One that is there is replaced.
+
+    Returns
+    -------
+    Path
+        Where it was written, whole or not at all.
+
+    Raises
+    ------
+    BadScene
+        The path does not end in ``.html``; a number is beyond what the page takes. All of them
+        are named.
+    OSError
+        It cannot be written.
+    WrongType
+        `scene` is no Scene, or `path` no path.
+
+    Notes
+    -----
+    Accuracy: ``tests/report/test_explorer.py`` holds what the page computes, in a browser, to
+    `classify` and to `Motion`: kinds, and θ, φ and ψ over three periods to 1e-9 rad.
+
+    Examples
+    --------
+    >>> import heavytop as ht, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     page = ht.explore(ht.load_scene("sicm-dropped"), f"{folder}/top.html")
+    ...     page.stat().st_size < 1_000_000
+    True
+    """
+    begin = load_scene(SCENE) if scene is None else scene
+    expect("scene", begin, Scene, "load_scene gives one")
+    place = path_of("path", path)
+    faults = [*_beyond(begin)]
+    if place.suffix != ".html":
+        faults.append(
+            Fault("explore", None, "path", str(place), "the name of a page ends in .html")
+        )
+    if faults:
+        raise BadScene(tuple(faults))
+    write_text(place, rendered("explorer.html", SCRIPTS, data=_data(begin), tops=_TOPS))
+    return place
+
+
+_TOPS: Final = {
+    "runs": [], "path": PATH, "marks": {name: mark._asdict() for name, mark in EVENTS.items()}
+}  # fmt: skip
+
+
+def _data(scene: Scene) -> dict[str, Any]:
+    """What the page knows: the rules and the words of kinds, and starts to begin with."""
+    rules = [
+        {"kind": rule.kind, "zeros": _names(rule.zeros), "positive": _names(rule.positive)}
+        for rule in kinds.RULES
+    ]
+    details = {
+        kind: {"names": detail.names, "product": _names(detail.product)}
+        for kind, detail in kinds.DETAILS.items()
+    }
+    looks = {
+        kind: {"label": KINDS[kind].label, "colour": KINDS[kind].colour, "plain": PLAIN[kind],
+               "why": _signed(kinds.WHY[kind])}
+        for kind in PLAIN
+    }  # fmt: skip
+    shipped = [load_scene(name) for name in shipped_names()]
+    others = [_start(each) for each in shipped if each.name != scene.name]
+    return {
+        "rules": rules, "details": details, "kinds": looks, "scenes": [_start(scene), *others],
+        "limits": LIMITS, "still": STILL, "push": PUSH, "frames": FRAMES, "turn": TURN,
+        "periods": PERIODS, "blurred": BLURRED,
+    }  # fmt: skip
+
+
+def _beyond(scene: Scene) -> Iterator[Fault]:
+    """What of a scene the page does not take."""
+    start = _start(scene)["numbers"]
+    start |= {"C/A": start["C"] / start["A"], "gMR/A": start["gMR"] / start["A"]}
+    for name, (low, high) in LIMITS.items():
+        if name in start and not low <= start[name] <= high:
+            rule = f"explore takes it from {low:g} to {high:g}"
+            yield Fault(scene.name, None, name, f"{start[name]:g}", rule)
+
+
+def _names(numbers: tuple[Number, ...]) -> list[str]:
+    return [NUMBERS[id(number)] for number in numbers]
+
+
+def _start(scene: Scene) -> dict[str, Any]:
+    """A scene as doubles, and the exact texts that they stand for."""
+    top, start = scene.top, scene.start
+    exact = {name: getattr(top, name) for name in ("A", "C", "gMR")}
+    exact |= {name: getattr(start, name) for name in STARTS} | {start.held: start.spin}
+    return {
+        "name": scene.name, "title": scene.title or scene.name, "held": start.held,
+        "numbers": {name: float(x) for name, x in exact.items()},
+        "texts": {name: text for name, x in exact.items() if _readable(text := str(x))},
+    }  # fmt: skip
+
+
+def _readable(text: str) -> bool:
+    """Whether a scene file can say this: it has no cosines."""
+    try:
+        Exact.of(text)
+    except NotANumber:
+        return False
+    return True
+
+
+def _signed(text: str) -> str:
+    for name, sign in SIGNS:
+        text = text.replace(name, sign)
+    return text

@@ -1,0 +1,622 @@
+"use strict";
+// The explorer: a state of numbers, what can be changed in it, and what is drawn of it. Whatever a
+// link or a box holds is read as a number, and is put on the page as a text.
+(() => {
+  const DATA = JSON.parse(document.getElementById("data").textContent);
+  const NAMES = ["A", "C", "gMR", "theta", "phi", "psi", "thetadot", "phidot"]; // and psidot, omega3
+  const START = ["theta", "thetadot", "phi", "phidot", "psi"]; // in a scene file
+  const DEGREE = Math.PI / 180, LONG = 14, CURVE = 401;
+  const [COARSE, FINE] = [[48, 36], [160, 120]]; // the plane of kicks, in motion and at rest
+  const IDLE = 150; // ms
+  const INK = "#222222", SOFT = "#57606A", GRID = "#E3E6EA", BLUE = "#0072B2", ORANGE = "#D55E00";
+  const BARE = /^-?(0|[1-9][0-9]*)(\.[0-9]+)?([eE][-+]?[0-9]+)?$/; // a number in TOML
+  const $ = (id) => document.getElementById(id);
+  const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
+  const short = (x, digits = 6) => String(Number(x.toPrecision(digits))).replace("-", "−");
+  const angle = (x) => `${short(x / DEGREE, 5)}° (${short(x, 5)} rad)`;
+  const calm = matchMedia("(prefers-reduced-motion: reduce)");
+
+  // --- the state, and what it says of a top ------------------------------------------------------
+  let state, ranges, play = true, due = false, shown, later;
+  const spinning = (top) => ({ ...top, omega3: top.held === "omega3" ? top.spin
+    : top.spin + top.phidot * Math.cos(top.theta) });
+  const stateOf = ({ numbers, held }) => ({
+    ...Object.fromEntries(NAMES.map((name) => [name, numbers[name]])), held, spin: numbers[held] });
+  const rates = (top) => Math.sqrt(Math.abs(top.gMR) / top.A);
+
+  // What a person changes: of a state its value, and the state with another value.
+  const CONTROLS = {
+    theta: { of: (s) => s.theta, with: (s, theta) => ({ ...s, theta }) },
+    phidot: { of: (s) => s.phidot, with: (s, phidot) => ({ ...s, phidot }) },
+    thetadot: { of: (s) => s.thetadot, with: (s, thetadot) => ({ ...s, thetadot }) },
+    spin: { of: (s) => s.spin, with: (s, spin) => ({ ...s, spin }) },
+    shape: { of: (s) => s.C / s.A, with: (s, ratio) => ({ ...s, C: ratio * s.A }) },
+    pull: { of: (s) => s.gMR / s.A, with: (s, pull) => ({ ...s, gMR: pull * s.A }) },
+  };
+  const nice = (x) => { // 1, 2 or 5 times a power of ten, not below x
+    const power = 10 ** Math.floor(Math.log10(x));
+    return [1, 2, 5, 10].map((m) => m * power).find((y) => y >= x * 0.999999);
+  };
+  const reaches = (s) => { // of the sliders, about a state
+    const natural = rates(s) || 5, around = (x, least) => nice(Math.max(1.5 * Math.abs(x), least));
+    const wide = { phidot: around(s.phidot, 3 * natural), thetadot: around(s.thetadot, natural),
+      spin: around(s.spin, (3 * natural * s.A) / s.C), pull: around(s.gMR / s.A, 10) };
+    return { theta: [0, 180], shape: [0.01, 2],
+      ...Object.fromEntries(Object.entries(wide).map(([name, x]) => [name, [-x, x]])) };
+  };
+
+  // Why a state cannot be, or nothing.
+  const wrong = (s) => {
+    const values = { ...s, [s.held]: s.spin, "C/A": s.C / s.A, "gMR/A": s.gMR / s.A };
+    for (const [name, [low, high]] of Object.entries(DATA.limits)) {
+      const value = values[name];
+      if (name in values && !(value >= low && value <= high)) {
+        return `${name} is to be a number from ${short(low)} to ${short(high)}.`;
+      }
+    }
+    return "";
+  };
+  const number = (text) => (text.trim() === "" ? NaN : Number(text.trim().replace("−", "-")));
+
+  // --- a state as a link and as a scene ----------------------------------------------------------
+  const spelled = (x) => String(x === 0 ? 0 : x);
+  const fragment = (s) => [...NAMES.map((name) => [name, s[name]]), [s.held, s.spin]]
+    .map(([name, value]) => `${name}=${spelled(value).replace("+", "")}`).join("&");
+  const ofFragment = (text) => { // over what the page begins with
+    const given = new URLSearchParams(text.replace(/^#/, "")), s = stateOf(DATA.scenes[0]);
+    for (const name of NAMES) if (given.has(name)) s[name] = number(given.get(name));
+    for (const name of ["psidot", "omega3"]) {
+      if (given.has(name)) [s.held, s.spin] = [name, number(given.get(name))];
+    }
+    return s;
+  };
+  const TEXTS = new Map(DATA.scenes.flatMap(({ numbers, texts }) =>
+    Object.entries(texts).map(([name, text]) => [`${name} ${numbers[name]}`, text])));
+  const toml = (s, end) => {
+    const line = (name, value) => { // exact, where a shipped scene has the same double
+      const text = TEXTS.get(`${name} ${value}`) ?? (name === "theta" && value === Math.PI ? "pi"
+        : spelled(value));
+      return `${name} = ${BARE.test(text) ? text : JSON.stringify(text)}`;
+    };
+    const starts = START.filter((name) => name === "theta" || s[name] !== 0);
+    return ["format = 1", 'title = "A top from the explorer"', "", "[top]",
+      ...["A", "C", "gMR"].map((name) => line(name, s[name])), "", "[start]",
+      ...starts.map((name) => line(name, s[name])), line(s.held, s.spin), "", "[span]",
+      `time = ${Number(end.toPrecision(4))}`, "", "[want]",
+      'quantities = ["theta", "phi", "psi"]', ""].join("\n");
+  };
+
+  // --- the motion as the player takes it ---------------------------------------------------------
+  const span = (top, kind, period) => { // how long is shown [s]
+    const spin = Math.max(Math.abs(top.omega3), Math.abs(top.omega3 - top.phidot
+      * Math.cos(top.theta)));
+    const turns = spin ? DATA.turn / spin : Infinity;
+    if (period) return Math.min(DATA.periods * period, Math.max(turns, period));
+    const pace = Math.max(rates(top), Math.abs(top.phidot) / 4, Math.abs(top.thetadot) / 4);
+    return Math.min(turns, pace ? LONG / pace : Infinity, 1e6) || 2;
+  };
+  const vector = (values, k, size) => values.subarray(size * k, size * (k + 1));
+  const axisOf = ([w, x, y, z]) => [2 * (x * z + w * y), 2 * (y * z - w * x),
+    1 - 2 * (x * x + y * y)];
+  const happenings = (top, found, times, kind) => { // turning points, reversals and cusps
+    const axes = times.map((_, k) => axisOf(vector(found.quaternion, k, 4)));
+    const rows = axes.map(([ex, ey, ez], k) => {
+      const [lx, ly, lz] = vector(found.momentum, k, 3);
+      return [ly * ex - lx * ey, lz * (ex * ex + ey * ey) - ez * (lx * ex + ly * ey)];
+    });
+    const events = [], highest = top.gMR > 0 ? "theta_min" : "theta_max";
+    for (let k = 1; k < rows.length; k += 1) {
+      rows[k].forEach((now, which) => {
+        const before = rows[k - 1][which];
+        if (!(before * now < 0 || (now === 0 && before !== 0))) return;
+        const part = before / (before - now), mixed = axes[k].map((x, j) =>
+          axes[k - 1][j] + part * (x - axes[k - 1][j]));
+        const length = Math.hypot(...mixed);
+        const turn = before < 0 ? "theta_min" : "theta_max"; // of θ̇ sin θ
+        const name = which ? "reversal" : kind === "cusps" && turn === highest ? "cusp" : turn;
+        events.push({ kind: name, t: times[k - 1] + part * (times[k] - times[k - 1]),
+          axis: mixed.map((x) => x / length) });
+      });
+    }
+    return events.slice(0, 200);
+  };
+  const NODDING = ["loops", "cusps", "waves", "through-top", "through-bottom", "planar-pendulum"];
+  const computed = (s) => {
+    const own = spinning(s), verdict = heavytop.classify(own, DATA), notes = [];
+    const still = DATA.still.includes(verdict.kind);
+    const top = still ? { ...own, thetadot: DATA.push, phidot: 0 } : own;
+    if (still) {
+      notes.push(`Untouched it stays as it is; here it was pushed at ${DATA.push} rad/s.`);
+    }
+    const creeping = verdict.kind === "separatrix" || verdict.detail === "asymptotic";
+    let { ends, period } = heavytop.reach(top);
+    if (creeping) {
+      const vertical = top.gMR > 0 ? 0 : Math.PI;
+      ends = top.gMR > 0 ? [vertical, ends[1]] : [ends[0], vertical];
+      period = null;
+    }
+    if (verdict.kind === "uniform-precession") [ends, period] = [[top.theta, top.theta], null];
+    const end = span(top, verdict.kind, period);
+    const times = Array.from({ length: DATA.frames }, (_, k) => (end * k) / (DATA.frames - 1));
+    const found = heavytop.motion(top, times);
+    if (!found.complete) notes.push("It moves too fast to be followed to the end.");
+    const spin = found.psi[times.length - 1] - found.psi[0];
+    if (Math.abs(spin) > DATA.blurred * DATA.frames) {
+      notes.push("It spins too fast for the spin to be seen as it is.");
+    }
+    let most = 0;
+    for (let k = 0; k < times.length; k += 1) {
+      most = Math.max(most, Math.hypot(...vector(found.momentum, k, 3)));
+    }
+    const events = NODDING.includes(verdict.kind)
+      ? happenings(top, found, times, verdict.kind) : [];
+    const run = { title: "the explorer", end, spin, notes, theta: ends, events,
+      quaternion: Float32Array.from(found.quaternion),
+      momentum: Float32Array.from(found.momentum, (x) => x / (most || 1)) };
+    return { own, top, verdict, still, ends, period, end, times, found, run };
+  };
+
+  // --- drawing -----------------------------------------------------------------------------------
+  const ticks = ([low, high], most) => {
+    const step = nice((high - low) / most || 1), first = Math.ceil(low / step - 1e-9);
+    const count = Math.max(0, Math.floor(high / step + 1e-9) - first + 1);
+    return Array.from({ length: count }, (_, k) => Number(((first + k) * step).toPrecision(10)));
+  };
+  // Axes on a canvas; `other` has its own ticks on the far side, in other units.
+  const axes = (canvas, { x, y, names, other }) => {
+    const fine = window.devicePixelRatio || 1;
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+    [canvas.width, canvas.height] = [Math.round(width * fine), Math.round(height * fine)];
+    const pen = canvas.getContext("2d");
+    pen.setTransform(fine, 0, 0, fine, 0, 0);
+    const box = { left: 62, right: width - (other?.side === "y" ? 56 : 12),
+      top: other?.side === "x" ? 44 : 12, bottom: height - 44 };
+    const X = (v) => box.left + ((v - x[0]) / (x[1] - x[0])) * (box.right - box.left);
+    const Y = (v) => box.bottom - ((v - y[0]) / (y[1] - y[0])) * (box.bottom - box.top);
+    const write = (text, at, up, align, base = "middle") => {
+      Object.assign(pen, { textAlign: align, textBaseline: base });
+      pen.fillText(text, at, up);
+    };
+    const turned = (text, at) => {
+      pen.save();
+      pen.translate(at, (box.top + box.bottom) / 2);
+      pen.rotate(-Math.PI / 2);
+      write(text, 0, 0, "center");
+      pen.restore();
+    };
+    const middle = (box.left + box.right) / 2, marks = (v) => String(v).replace("-", "−");
+    const sorted = (range) => [...range].sort((one, two) => one - two);
+    Object.assign(pen, { font: "12px system-ui, sans-serif", fillStyle: SOFT, lineWidth: 1,
+      strokeStyle: GRID });
+    pen.beginPath();
+    for (const v of ticks(sorted(x), (box.right - box.left) / 70)) {
+      pen.moveTo(X(v), box.top);
+      pen.lineTo(X(v), box.bottom);
+      write(marks(v), X(v), box.bottom + 6, "center", "top");
+    }
+    for (const v of ticks(sorted(y), (box.bottom - box.top) / 38)) {
+      pen.moveTo(box.left, Y(v));
+      pen.lineTo(box.right, Y(v));
+      write(marks(v), box.left - 6, Y(v), "right");
+    }
+    pen.stroke();
+    pen.beginPath();
+    if (other) {
+      const along = other.side === "x" ? x : y, place = other.side === "x" ? X : Y;
+      const room = other.side === "x" ? (box.right - box.left) / 70 : (box.bottom - box.top) / 38;
+      for (const v of ticks(sorted(along).map((w) => w * other.scale), room)) {
+        const at = place(v / other.scale);
+        if (other.side === "x") {
+          pen.moveTo(at, box.top - 4);
+          pen.lineTo(at, box.top);
+          write(marks(v), at, box.top - 6, "center", "bottom");
+        } else {
+          pen.moveTo(box.right, at);
+          pen.lineTo(box.right + 4, at);
+          write(marks(v), box.right + 7, at, "left");
+        }
+      }
+    }
+    pen.strokeStyle = "#9AA4AE";
+    pen.rect(box.left, box.top, box.right - box.left, box.bottom - box.top);
+    pen.stroke();
+    pen.fillStyle = INK;
+    write(names[0], middle, height - 4, "center", "bottom");
+    turned(names[1], 10);
+    if (other?.side === "x") write(other.name, middle, 4, "center", "top");
+    if (other?.side === "y") turned(other.name, width - 8);
+    const inside = (draw) => {
+      pen.save();
+      pen.beginPath();
+      pen.rect(box.left, box.top, box.right - box.left, box.bottom - box.top);
+      pen.clip();
+      draw();
+      pen.restore();
+    };
+    const line = (points, colour, wide, dash = []) => inside(() => {
+      Object.assign(pen, { strokeStyle: colour, lineWidth: wide, lineJoin: "round" });
+      pen.setLineDash(dash);
+      pen.beginPath();
+      let down = false;
+      for (const [u, v] of points) {
+        if (Number.isFinite(v)) pen[down ? "lineTo" : "moveTo"](X(u), clamp(Y(v), -1e4, 1e4));
+        down = Number.isFinite(v);
+      }
+      pen.stroke();
+    });
+    const dot = (u, v, colour) => {
+      pen.beginPath();
+      pen.arc(X(u), Y(v), 5, 0, 2 * Math.PI);
+      Object.assign(pen, { fillStyle: colour, strokeStyle: "#FFFFFF", lineWidth: 1.5 });
+      pen.fill();
+      pen.stroke();
+    };
+    return { pen, X, Y, box, line, dot, write, inside };
+  };
+
+  const player = () => document.querySelector(".player").player;
+  const now = () => Math.round(player().state().at);
+  const drawTilt = () => {
+    const { found, times, ends, end } = shown, degrees = Array.from(found.theta, (x) => x / DEGREE);
+    let [low, high] = [Math.min(...degrees), Math.max(...degrees)];
+    const pad = Math.max(0.08 * (high - low), 0.5);
+    [low, high] = [Math.max(0, low - pad), Math.min(180, high + pad)];
+    const at = now(), plot = axes($("tilt"), { x: [0, end], y: [high, low],
+      names: ["time [s]", "tilt θ [°]"], other: { side: "y", scale: DEGREE, name: "[rad]" } });
+    for (const tilt of ends) {
+      plot.line([[0, tilt / DEGREE], [end, tilt / DEGREE]], "#9AA4AE", 1, [5, 4]);
+    }
+    plot.line(degrees.map((v, k) => [times[k], v]), "#9CC3DB", 2);
+    plot.line(degrees.slice(0, at + 1).map((v, k) => [times[k], v]), BLUE, 2.4);
+    plot.dot(times[at], degrees[at], BLUE);
+  };
+  const drawPotential = () => {
+    const { top, ends, found } = shown, V = heavytop.potential(top);
+    const { E_prime: energy } = heavytop.constants(top);
+    const room = Math.max(0.35 * (ends[1] - ends[0]), 0.14);
+    const [from, to] = [Math.max(0, ends[0] - room), Math.min(Math.PI, ends[1] + room)];
+    const points = Array.from({ length: CURVE }, (_, k) => {
+      const theta = from + ((to - from) * k) / (CURVE - 1);
+      return [theta / DEGREE, V(theta)];
+    });
+    const lowest = Math.min(energy, ...points.map(([, v]) => v));
+    const natural = 1e-3 * (Math.abs(top.gMR) + Math.abs(energy)) || 1e-9;
+    const highest = Math.max(...points.map(([, v]) => (Number.isFinite(v) ? v : energy)));
+    const height = Math.max(energy - lowest, natural);
+    const high = Math.min(Math.max(highest, energy) + 0.1 * height, energy + 0.9 * height);
+    const power = Math.floor(Math.log10(Math.max(Math.abs(lowest), Math.abs(high))));
+    const unit = power < -1 || power > 3 ? power : 0;
+    const scaled = (v) => v / 10 ** unit;
+    const sup = (n) => String(n).replace(/./g, (c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]);
+    const plot = axes($("potential"), { x: [from / DEGREE, to / DEGREE],
+      y: [scaled(lowest - 0.15 * height), scaled(high)],
+      names: ["tilt θ [°]", unit ? `energy [10${sup(unit)} J]` : "energy [J]"],
+      other: { side: "x", scale: DEGREE, name: "[rad]" } });
+    plot.line([[0, scaled(energy)], [180, scaled(energy)]], ORANGE, 1.2, [6, 4]);
+    plot.line(ends.map((tilt) => [tilt / DEGREE, scaled(energy)]), ORANGE, 3);
+    plot.line(points.map(([x, v]) => [x, scaled(v)]), BLUE, 2.2);
+    Object.assign(plot.pen, { fillStyle: ORANGE });
+    plot.write("E′", plot.box.right - 6, plot.Y(scaled(energy)) - 4, "right", "bottom");
+    plot.dot(found.theta[now()] / DEGREE, scaled(energy), ORANGE);
+  };
+
+  // --- the plane of kicks ------------------------------------------------------------------------
+  const plane = { image: document.createElement("canvas"), key: "", mesh: [0, 0] };
+  const BOUNDS = [["LOOPING", "cusps"], ["PASS_TOP", "through-top"],
+    ["PASS_BOTTOM", "through-bottom"], ["STEADY", "uniform-precession"]];
+  const along = ([low, high], count) =>
+    Array.from({ length: count }, (_, k) => low + ((high - low) * k) / (count - 1));
+  const crossings = (cells, at, [columns, rows]) => { // where a function on the mesh is zero, as short lines
+    const lines = [];
+    for (let j = 0; j + 1 < rows; j += 1) {
+      for (let i = 0; i + 1 < columns; i += 1) {
+        const corners = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]];
+        const values = corners.map(([a, b]) => cells[b * columns + a]);
+        if (!values.every(Number.isFinite)) continue;
+        const hits = corners.flatMap(([a, b], k) => {
+          const [one, two, [c, d]] = [values[k], values[(k + 1) % 4], corners[(k + 1) % 4]];
+          if (one < 0 === two < 0) return [];
+          const part = one / (one - two);
+          return [at(a + part * (c - a), b + part * (d - b))];
+        });
+        for (let k = 0; k + 1 < hits.length; k += 2) lines.push([hits[k], hits[k + 1]]);
+      }
+    }
+    return lines;
+  };
+  const classifyPlane = (mesh) => { // anew only where it is another plane, or a finer mesh
+    const key = JSON.stringify([state.A, state.C, state.gMR, state.theta, state.thetadot, state.held,
+      ranges.phidot, ranges.spin]);
+    if (key === plane.key && mesh[0] <= plane.mesh[0]) return;
+    Object.assign(plane, { key, mesh });
+    const [columns, rows] = mesh;
+    const [kicks, spins] = [along(ranges.phidot, columns), along(ranges.spin, rows)];
+    const kinds = [], fields = Object.fromEntries(BOUNDS.map(([name]) => [name, []]));
+    for (const spin of spins) {
+      for (const phidot of kicks) {
+        const top = spinning({ ...state, phidot, spin }), x = heavytop.given(top);
+        kinds.push(heavytop.classify(top, DATA).kind);
+        const between = heavytop.sum("PASS_TOP", x) * heavytop.sum("PASS_BOTTOM", x) < 0;
+        fields.LOOPING.push(between ? heavytop.sum("LOOPING", x) : NaN);
+        fields.PASS_TOP.push(heavytop.relative("OVER_TOP", x) > 0 ? heavytop.sum("PASS_TOP", x)
+          : NaN);
+        fields.PASS_BOTTOM.push(heavytop.relative("OVER_BOTTOM", x) > 0
+          ? heavytop.sum("PASS_BOTTOM", x) : NaN);
+        fields.STEADY.push(state.thetadot === 0 ? heavytop.sum("STEADY", x) : NaN);
+      }
+    }
+    const flat = Math.sin(state.theta) < 1e-12 || state.gMR === 0; // one kind, and no boundaries
+    const at = (i, j) => [kicks[0] + ((kicks.at(-1) - kicks[0]) * i) / (columns - 1),
+      spins[0] + ((spins.at(-1) - spins[0]) * j) / (rows - 1)];
+    plane.lines = flat ? [] : BOUNDS.map(([name, kind]) =>
+      ({ kind, lines: crossings(fields[name], at, mesh) }));
+    Object.assign(plane.image, { width: columns, height: rows });
+    const pen = plane.image.getContext("2d"), pixels = pen.createImageData(columns, rows);
+    kinds.forEach((kind, k) => {
+      const { colour } = DATA.kinds[kind], row = rows - 1 - Math.floor(k / columns);
+      const rgb = [1, 3, 5].map((from) => parseInt(colour.slice(from, from + 2), 16));
+      pixels.data.set([...rgb, 255], 4 * (row * columns + (k % columns)));
+    });
+    pen.putImageData(pixels, 0, 0);
+    const drawn = plane.lines.filter(({ lines }) => lines.length).map(({ kind }) => kind);
+    const areas = new Set(kinds);
+    $("plane-legend").replaceChildren(...[...new Set([...kinds, ...drawn])].map((kind) => {
+      const [item, swatch] = ["li", "span"].map((name) => document.createElement(name));
+      swatch.className = "swatch";
+      swatch.style.background = DATA.kinds[kind].colour;
+      if (!areas.has(kind)) swatch.style.height = "3px";
+      item.append(swatch, DATA.kinds[kind].label + (areas.has(kind) ? "" : " (a line)"));
+      return item;
+    }));
+  };
+  const sign = () => (state.held === "omega3" ? "ω₃" : "ψ̇₀");
+  const drawPlane = () => {
+    const [x, y] = [ranges.phidot, ranges.spin];
+    const plot = axes($("plane"), { x, y,
+      names: ["kick φ̇₀ [rad/s]", `spin ${sign()} [rad/s]`] });
+    const { pen, box, X, Y } = plot, [columns, rows] = plane.mesh;
+    plot.inside(() => {
+      // A value of the mesh is in the middle of its cell, and the outermost are on the edges.
+      const [w, h] = [(box.right - box.left) / (columns - 1), (box.bottom - box.top) / (rows - 1)];
+      pen.imageSmoothingEnabled = false;
+      pen.drawImage(plane.image, box.left - w / 2, box.top - h / 2, w * columns, h * rows);
+      for (const { kind, lines } of plane.lines) {
+        for (const [colour, wide] of [["#FFFFFF", 4], [DATA.kinds[kind].colour, 2]]) {
+          Object.assign(pen, { strokeStyle: colour, lineWidth: wide });
+          pen.beginPath();
+          for (const [one, two] of lines) {
+            pen.moveTo(X(one[0]), Y(one[1]));
+            pen.lineTo(X(two[0]), Y(two[1]));
+          }
+          pen.stroke();
+        }
+      }
+      const [px, py] = [X(state.phidot), Y(state.spin)];
+      for (const [colour, wide] of [["#FFFFFF", 5], [INK, 2.2]]) {
+        Object.assign(pen, { strokeStyle: colour, lineWidth: wide });
+        pen.beginPath();
+        pen.arc(px, py, 7, 0, 2 * Math.PI);
+        pen.stroke();
+      }
+    });
+    plane.box = box;
+    const inside = Math.abs(state.phidot) <= x[1] && Math.abs(state.spin) <= y[1];
+    $("plane").setAttribute("aria-label", `The plane of kicks and spins. This top, ${named()}, is `
+      + (inside ? `at a kick of ${short(state.phidot)} and a spin of ${short(state.spin)} rad/s.`
+        : "outside it."));
+  };
+
+  // --- words and numbers -------------------------------------------------------------------------
+  const typeset = (text) => text.split(/(p_[φψ])/).map((part, k) => {
+    if (k % 2 === 0) return part;
+    const span = document.createElement("span"), index = document.createElement("sub");
+    index.textContent = part.slice(2);
+    span.append("p", index);
+    return span;
+  });
+  const named = () => {
+    const { kind, detail } = shown.verdict;
+    return DATA.kinds[kind].label + (detail ? `, ${detail}` : "");
+  };
+  const tell = (id, text) => { // a text that does not change is not read out again
+    if ($(id).textContent !== text) $(id).textContent = text;
+  };
+  const describe = () => {
+    const { verdict, own, ends, period, found, times, still } = shown, look = DATA.kinds[verdict.kind];
+    tell("kind", named());
+    tell("plain", look.plain);
+    $("verdict").style.setProperty("--kind", look.colour);
+    $("reason").replaceChildren(...typeset(look.why));
+    tell("margin", verdict.margin < 1e-9
+      ? "It is nearer to another kind than this page tells apart: heavytop classify proves which it is."
+      : `The nearest other kind is ${short(verdict.margin, 3)} away (0: on its boundary; 1: far).`);
+    const { p_phi: pPhi, p_psi: pPsi, E_prime: energy } = heavytop.constants(own);
+    const psidot = own.omega3 - own.phidot * Math.cos(own.theta), last = times.length - 1;
+    const turn = (values) => (values[last] - values[0]) / times[last];
+    const facts = [
+      ["Tilt", still ? angle(own.theta) : ends[0] === ends[1] ? angle(ends[0])
+        : `${angle(ends[0])} to ${angle(ends[1])}`],
+      ["A nod takes", still || !period ? "–" : `${short(period)} s`],
+      ["Axis goes round", still ? "–" : `${short(turn(found.phi), 4)} rad/s in the mean shown`],
+      ["ψ̇ and ω₃ at the start", `${short(psidot)} and ${short(own.omega3)} rad/s`],
+      ["p_φ, p_ψ", `${short(pPhi)}, ${short(pPsi)} kg m²/s`],
+      ["E′", `${short(energy)} J`],
+      ["A, C, gMR", `${short(own.A)} kg m², ${short(own.C)} kg m², ${short(own.gMR)} kg m²/s²`],
+    ];
+    $("facts").replaceChildren(...facts.flatMap(([name, value]) => {
+      const [term, text] = ["dt", "dd"].map((each) => document.createElement(each));
+      term.append(...typeset(name));
+      text.textContent = value;
+      return [term, text];
+    }));
+    const nods = period ? `, in nods of ${short(period, 4)} s` : "";
+    const between = ends[0] === ends[1] ? `at ${angle(ends[0])}`
+      : `between ${angle(ends[0])} and ${angle(ends[1])}`;
+    $("tilt").setAttribute("aria-label", `Tilt over ${short(shown.end, 4)} s, ${between}${nods}.`);
+    $("potential").setAttribute("aria-label",
+      `The effective potential over the tilt, and the energy line at E′ = ${short(energy, 4)} J; `
+      + `the tilt stays ${between}.`);
+  };
+
+  // --- the controls ------------------------------------------------------------------------------
+  const SCALE = { theta: 1 / DEGREE };
+  const box = (name) => document.querySelectorAll(`input[data-of="${name}"]`);
+  const scaleOf = (name, unit) => (unit === "rad" ? 1 : SCALE[name] ?? 1);
+  const fill = () => {
+    const own = spinning(state), psidot = own.omega3 - own.phidot * Math.cos(own.theta);
+    for (const [name, { of }] of Object.entries(CONTROLS)) {
+      const value = of(state), slider = $(`${name}-slider`), [low, high] = ranges[name];
+      const seen = value * (SCALE[name] ?? 1);
+      Object.assign(slider, { min: String(low), max: String(high), step: "any" });
+      if (Number(slider.value) !== seen) slider.value = String(seen);
+      slider.step = String(name === "theta" ? 0.5 : nice((high - low) / 500));
+      slider.setAttribute("aria-valuetext", name === "theta" ? angle(value)
+        : `${short(value)} ${{ shape: "", pull: "per second squared" }[name] ?? "radians a second"}`);
+      for (const each of box(name)) {
+        if (each === document.activeElement && each.dataset.typed) continue;
+        each.value = spelled(Number((value * scaleOf(name, each.dataset.unit)).toPrecision(7)));
+        each.removeAttribute("aria-invalid");
+      }
+      const beside = { phidot: `${short(value / DEGREE, 4)} °/s`,
+        thetadot: `${short(value / DEGREE, 4)} °/s`,
+        spin: state.held === "omega3" ? `here ψ̇₀ = ${short(psidot, 5)} rad/s`
+          : `here ω₃ = ${short(own.omega3, 5)} rad/s` };
+      $(name).querySelector("output").textContent = beside[name] ?? "";
+    }
+    $("spin").querySelector("i").textContent = sign();
+    document.querySelectorAll("input[name=held]").forEach((each) => {
+      each.checked = each.value === state.held;
+    });
+  };
+
+  // --- all of it, once before the next picture ---------------------------------------------------
+  const draw = () => {
+    if (!shown) return;
+    drawTilt();
+    drawPotential();
+  };
+  const update = () => {
+    due = false;
+    const text = `#${fragment(state)}`;
+    shown = computed(state);
+    fill();
+    player().open(shown.run);
+    describe();
+    classifyPlane(COARSE);
+    drawPlane();
+    draw();
+    clearTimeout(later);
+    later = setTimeout(() => {
+      classifyPlane(FINE);
+      drawPlane();
+      history.replaceState(null, "", text); // browsers refuse it many times a second
+    }, IDLE);
+    $("link").href = text;
+    $("toml").textContent = toml(state, shown.end);
+    $("copied").textContent = "";
+    if (play && !calm.matches) player().set(true);
+  };
+  const change = (next, whole = false) => { // refuses what cannot be
+    const why = wrong(next);
+    $("refused").textContent = why;
+    if (why) return false;
+    state = next;
+    if (whole || !ranges) ranges = reaches(state);
+    if (!due) requestAnimationFrame(update);
+    due = true;
+    return true;
+  };
+  const choose = (index) => {
+    $("scene").selectedIndex = index;
+    change(stateOf(DATA.scenes[index]), true);
+  };
+  const followLink = () => {
+    if (location.hash.length < 2) return choose(0);
+    if (location.hash === `#${state && fragment(state)}`) return undefined;
+    const next = ofFragment(location.hash), why = wrong(next);
+    if (!why) {
+      const same = DATA.scenes.findIndex((each) => fragment(stateOf(each)) === fragment(next));
+      $("scene").selectedIndex = same + 1 ? same : DATA.scenes.length;
+      return change(next, true);
+    }
+    if (!state) choose(0);
+    $("refused").textContent = `The link cannot be followed: ${why}`;
+    return undefined;
+  };
+  const own = () => { $("scene").selectedIndex = DATA.scenes.length; };
+
+  DATA.scenes.forEach(({ name, title }) => $("scene").add(new Option(title, name)));
+  $("scene").add(new Option("a top of your own", ""));
+  $("scene").lastChild.disabled = true;
+  $("scene").addEventListener("change", () => choose($("scene").selectedIndex));
+  for (const [name, control] of Object.entries(CONTROLS)) {
+    const slider = $(`${name}-slider`);
+    slider.addEventListener("input", () => {
+      own();
+      const [low, high] = ranges[name], seen = clamp(Number(slider.value), low, high);
+      const full = name === "theta" && seen === 180 ? Math.PI : seen / (SCALE[name] ?? 1);
+      change(control.with(state, full));
+    });
+    for (const each of box(name)) {
+      const read = () => {
+        each.dataset.typed = "yes";
+        const value = number(each.value), scale = scaleOf(name, each.dataset.unit);
+        const full = scale !== 1 && value === 180 ? Math.PI : value / scale;
+        const next = control.with(state, full), fits = Number.isFinite(value) && !wrong(next);
+        each.setAttribute("aria-invalid", String(!fits));
+        if (fits) own();
+        if (Number.isFinite(value)) change(next);
+        else $("refused").textContent = "A number, such as -12.5 or 1e-3.";
+      };
+      each.addEventListener("input", read);
+      each.addEventListener("blur", () => {
+        delete each.dataset.typed;
+        $("refused").textContent = "";
+        fill();
+      });
+    }
+  }
+  document.querySelectorAll("input[name=held]").forEach((each) =>
+    each.addEventListener("change", () => { // the same top, said in the other way
+      own();
+      const top = spinning(state), omega3 = top.omega3;
+      const spin = each.value === "omega3" ? omega3 : omega3 - top.phidot * Math.cos(top.theta);
+      change({ ...state, held: each.value, spin });
+    }));
+  const pick = (event) => {
+    const { left, right, top, bottom } = plane.box, at = $("plane").getBoundingClientRect();
+    const part = (v, low, high) => clamp((v - low) / (high - low), 0, 1);
+    const value = ([low, high], share) => Number((low + (high - low) * share).toPrecision(4));
+    own();
+    change({ ...state, phidot: value(ranges.phidot, part(event.clientX - at.left, left, right)),
+      spin: value(ranges.spin, part(event.clientY - at.top, bottom, top)) });
+  };
+  $("plane").addEventListener("pointerdown", (event) => {
+    $("plane").setPointerCapture(event.pointerId);
+    pick(event);
+  });
+  $("plane").addEventListener("pointermove", (event) => { if (event.buttons) pick(event); });
+  document.querySelectorAll("button[data-copy]").forEach((each) =>
+    each.addEventListener("click", async () => {
+      const text = each.dataset.copy === "toml" ? $("toml").textContent : $("link").href;
+      try {
+        await navigator.clipboard.writeText(text);
+        $("copied").textContent = "Copied.";
+      } catch { // where a browser forbids it, the text is marked, to be copied by hand
+        getSelection().selectAllChildren($(each.dataset.copy));
+        $("copied").textContent = "Marked: copy it with the keyboard.";
+      }
+    }));
+  const root = document.querySelector(".player");
+  root.addEventListener("moved", draw);
+  root.querySelector("[data-do=play]").addEventListener("click", () => {
+    play = player().state().playing;
+  });
+  root.querySelector("input[type=range]").addEventListener("input", () => { play = false; });
+  new ResizeObserver(() => { if (shown) { drawPlane(); draw(); } }).observe($("plane"));
+  addEventListener("hashchange", followLink);
+  followLink();
+  // What a program beside it may ask for.
+  window.explorer = { state: () => ({ ...state }), shown: () => shown, toml: () => toml(state,
+    shown.end), classify: (top) => heavytop.classify(top, DATA), settled: () => !due };
+})();
