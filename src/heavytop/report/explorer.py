@@ -105,7 +105,8 @@ def explore(scene: Scene | None = None, path: str | os.PathLike[str] = "explore.
     place = path_of("path", path)
     faults = [*_beyond(begin)]
     if place.suffix != ".html":
-        faults.append(
+        rule = "the name of a page ends in .html"
+        faults.append(Fault("explore", None, "path", str(place), rule))
             Fault("explore", None, "path", str(place), "the name of a page ends in .html")
         )
     if faults:
