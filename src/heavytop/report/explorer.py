@@ -107,8 +107,6 @@ def explore(scene: Scene | None = None, path: str | os.PathLike[str] = "explore.
     if place.suffix != ".html":
         rule = "the name of a page ends in .html"
         faults.append(Fault("explore", None, "path", str(place), rule))
-            Fault("explore", None, "path", str(place), "the name of a page ends in .html")
-        )
     if faults:
         raise BadScene(tuple(faults))
     write_text(place, rendered("explorer.html", SCRIPTS, data=_data(begin), tops=_TOPS))
