@@ -107,3 +107,12 @@ def test_what_goes_on_keeps_its_tolerance(tmp_path):
     assert longer.plan.tolerance == again.plan.tolerance == whole.plan.tolerance
     assert np.array_equal(longer.phi, again.phi)
     assert np.array_equal(longer.phi[: whole.t.size], whole.phi)
+
+
+def test_digits_that_a_longer_run_misses_are_missed_aloud():
+    """Its samples are whole periods apart, at turning points, where an error in time hides."""
+    scene = asked(7, periods=ht.Exact.of(1200), samples=2)
+    run = ht.propagate(scene)
+    assert run.plan.tolerance > EPSILON
+    with pytest.warns(MissedDigitsWarning):
+        ht.extend(run, 40 * run.t[-1], samples=40)

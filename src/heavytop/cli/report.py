@@ -107,7 +107,7 @@ FILM: Final = options.file("Write x.gif, x.webp or x.mp4.", ".gif", ".webp", ".m
 
 
 def _size(text: str) -> tuple[int, int]:
-    width, _, height = text.partition("x")
+    width, _, height = text.lower().partition("x")
     if not (width.isdecimal() and height.isdecimal()):
         raise BadParameter(f"{text!r} is not WIDTHxHEIGHT, such as 800x600")
     return int(width), int(height)

@@ -10,7 +10,7 @@ import math
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import chain
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -32,7 +32,7 @@ PERIODS: Final = 12  # nutations shown, at most
 POINTS: Final = 2001  # of the path
 FINE: Final = 2  # pixels drawn for one that is shown, in each direction
 COLOURS: Final = 128  # of a GIF
-MOST_PIXELS: Final = 2e9  # of all frames
+MOST_PIXELS: Final = 5e8  # of all frames: 2 GB
 
 SECTORS: Final = 36
 MARKED: Final = SECTORS // 4  # a quarter of the body is orange, so that its spin is seen
@@ -48,6 +48,7 @@ LIGHT: Final = np.array([-0.45, 0.62, 0.64])  # from where it comes: right, up, 
 INK, FAINT, AHEAD, MOMENTUM, PAPER = "#222222", "#9AA4AE", "#9CC3DB", "#882255", "#FFFFFF"
 FONT: Final = str(Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf"))
 LETTERS: Final = 70  # of a title
+MOST_PLACES: Final = 6  # of a time [s]
 LEAN: Final = 0.05  # how far the axis leans, at least, where the eye looks across its lean
 ASIDE: Final = 0.35  # rad, by which it looks from farther round
 PALER: Final = 0.35  # opacity of what runs behind the sphere
@@ -63,7 +64,7 @@ def _size(value: object) -> tuple[int, int]:
 
 def _place(value: object) -> Path:
     place = path_of("path", value)
-    if place.suffix not in FORMS:
+    if place.suffix.lower() not in FORMS:
         raise Refused(f"the name of a film ends in {', '.join(FORMS)}")
     return place
 
@@ -149,15 +150,18 @@ def film(
         raise BadScene(tuple(wrong))
     place: Path = known["path"]
     width, height = known["size"]
-    count = max(2, round(known["seconds"] * known["fps"]))
-    rule = f"{count} frames of {width}×{height} are too many pixels"
-    if place.suffix == ".mp4" and (width % 2 or height % 2):
+    form, rate, count = place.suffix.lower(), known["fps"], round(known["seconds"] * known["fps"])
+    if count < 2:
+        rule = f"at least two frames, and at {rate:g} a second there is one"
+        raise BadScene((Fault("film", None, "seconds", str(seconds), rule),))
+    rule = ""
+    if form == ".mp4" and (width % 2 or height % 2):
         rule = "two even numbers, for an MP4"
-    elif count * width * height <= MOST_PIXELS:
-        rule = ""
+    elif form != ".mp4" and count * width * height > MOST_PIXELS:  # all frames are held
+        rule = f"{count} frames are too many of this size: as an MP4, or smaller or shorter"
     if rule:
         raise BadScene((Fault("film", None, "size", f"{width}x{height}", rule),))
-    shot = Shot.of(scene, known["seconds"], follow=follow)
+    shot = Shot.of(scene, count / rate, follow=follow)
 
     def frames() -> Iterator[Image.Image]:
         for k in range(count):
@@ -165,8 +169,7 @@ def film(
             if progress is not None:
                 progress((k + 1) / count)
 
-    write = FORMS[place.suffix]
-    write_whole(place, lambda part: write(part, shot, frames(), known["fps"]))
+    write_whole(place, lambda part: FORMS[form](part, shot, frames(), rate))
     return place
 
 
@@ -269,8 +272,9 @@ class Shot:
         brush = Brush(ImageDraw.Draw(picture), self.camera(done, large), min(large) / 600)
         brush.draw(self, self.at(done))
         small = picture.reduce(FINE)
-        digits = max(0, 3 - math.floor(math.log10(abs(self.t[-1]))))
-        words = "\n".join((*self.titles, f"t = {self.t[self.at(done)]:.{digits}f} s"))
+        t, digits = self.t[self.at(done)], max(0, 3 - math.floor(math.log10(abs(self.t[-1]))))
+        now = f"{t:.{digits}f}" if digits <= MOST_PLACES else f"{t:.3e}"
+        words = "\n".join((*self.titles, f"t = {now} s"))
         font = ImageFont.truetype(FONT, max(9, min(size) // 38))
         ImageDraw.Draw(small).multiline_text((8, 6), words, fill=INK, font=font)
         return small
@@ -412,9 +416,9 @@ def _as_webp(part: Path, _: Shot, frames: Iterator[Image.Image], fps: float) -> 
 
 def _save(part: Path, frames: Iterator[Image.Image], fps: float, **looks: Any) -> None:
     first, *others = frames
-    first.save(
-        part, save_all=True, append_images=others, duration=round(1000 / fps), loop=0, **looks
-    )
+    ends = [10 * round(100 * k / fps) for k in range(len(others) + 2)]  # a GIF counts hundredths
+    durations = [end - begin for begin, end in pairwise(ends)]
+    first.save(part, save_all=True, append_images=others, duration=durations, loop=0, **looks)
 
 
 def _as_mp4(part: Path, _: Shot, frames: Iterator[Image.Image], fps: float) -> None:

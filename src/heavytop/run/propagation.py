@@ -173,7 +173,8 @@ def extend(
 ) -> Trajectory:
     """Continue a trajectory to a later end, as if it had been asked for in one piece.
 
-    It goes on by the plan it has. Of a long span in one piece, auto may make another plan.
+    It goes on by the plan it has, with its tolerance and its bits. Of a long span in one piece
+    auto may make another plan; of fewer than 12 digits some may be missed, which a warning says.
 
     Parameters
     ----------

@@ -35,7 +35,7 @@ from heavytop.integration.projection import GOLDEN
 from heavytop.numbers.decimals import Number, context
 from heavytop.run.events import EVENTS, Counts, differences, tally
 from heavytop.run.own_motion import SPARE_DIGITS, closed_form, own_motion
-from heavytop.run.planning import Plan
+from heavytop.run.planning import EPSILON, Plan
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import expect
 from heavytop.scene.quantities import ANGLES, QUANTITIES, judged
@@ -231,7 +231,9 @@ def doubtful_digits(trajectory: Trajectory) -> str:
     """
     try:
         wanted = judged(trajectory.scene.quantities)
-        off = _off_exactly(trajectory, _run_at(trajectory, GLANCED_AT), wanted)
+        late = trajectory.plan.tolerance > EPSILON  # which samples at turning points do not show
+        run = _run_at(trajectory, GLANCED_AT, and_late=late)
+        off = _off_exactly(trajectory, run, wanted)
     except NoClosedForm:
         return ""
     doubted = _beyond(trajectory, off)
