@@ -9,6 +9,8 @@ import cProfile
 import pstats
 import subprocess
 import sys
+import tempfile
+import time
 from collections import Counter
 from pathlib import Path
 
@@ -42,6 +44,12 @@ def top_and_start():
 def scene(quantities=("theta", "phi", "psi"), events=("turning", "reversal", "cusp"), samples=401):
     return ht.Scene(
         *top_and_start(), time=TIME, quantities=quantities, events=events, samples=samples
+    )
+
+
+def long_scene(digits):
+    return ht.Scene(
+        *top_and_start(), periods=10_000, quantities=("axis",), events=(), samples=2, digits=digits
     )
 
 
@@ -80,6 +88,10 @@ CALLS = {
     ),
     "`classify(top, start)`, both built anew": (
         lambda given: ht.classify(ht.Top(**given[0]), ht.State(**given[1])), numbers, 20, 1e-4,
+    ),
+    "`plan` of 1e4 periods, 12 digits": (ht.plan, lambda: long_scene(12), 1, None),
+    "`plan` of 1e4 periods, 6 digits: a tolerance is chosen": (
+        ht.plan, lambda: long_scene(6), 1, None,
     ),
     "`Top` and `State`": (
         lambda given: (ht.Top(**given[0]), ht.State(**given[1])), numbers, 20, None,
@@ -173,6 +185,11 @@ if __name__ == "__main__":
             claim(f"{name} [ms]", 1e3 * t, 3e3 * goal)
     claim(f"{RUN}, over the imports", processes[RUN] / processes[LIBRARIES], 1.9)
     claim(f"{CLASSIFY}, over the imports", processes[CLASSIFY] / processes[LIBRARIES], 0.75)
+    with tempfile.TemporaryDirectory() as folder:
+        for form, most in (("gif", 15.0), ("webp", 15.0)):
+            begun = time.perf_counter()
+            ht.film(ht.load_scene("sicm-kicked"), f"{folder}/top.{form}")
+            claim(f"a film of 10 s, 800×600, {form} [s]", time.perf_counter() - begun, most)
     claim(f"{HELP} [s]", processes[HELP], 0.15)
     told = table(
         times, processes, {name: shares(call, make) for name, (call, make, *_) in CALLS.items()}

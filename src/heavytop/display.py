@@ -22,7 +22,7 @@ class Played(Shown):
     def play(self) -> Shown:
         """Return the top that moves, for a cell: turn it with the mouse, or with the arrow keys.
 
-        The player needs no network, no widgets, and less than 400 kB; saved notebooks and the pages
+        The player needs no network, no widgets, and less than 100 kB; saved notebooks and the pages
         made of them keep it.
 
         Examples

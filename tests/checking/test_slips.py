@@ -70,7 +70,7 @@ PLANTED = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("slip", PLANTED)
 def test_a_planted_slip_is_named(slip, seed):
     scene = random_scene(np.random.default_rng(seed))
@@ -129,7 +129,7 @@ def good(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", range(200))
 def test_no_slip_is_named_in_good_data(seed):
     problem = good(seed)
     assert problem.misfit < 0.3

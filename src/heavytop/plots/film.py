@@ -21,7 +21,7 @@ from PIL import Image, ImageColor, ImageDraw, ImageFont
 from heavytop.analytic.motion import Motion
 from heavytop.errors import BadScene, Fault, MissingPackage
 from heavytop.files import write_whole
-from heavytop.plots.sphere import PUSH, touched
+from heavytop.plots.sphere import PUSH, momentum_path, touched
 from heavytop.plots.style import EVENTS, PATH, Array
 from heavytop.scene.arguments import Range, Reader, Refused, expect, heard, parse_options, path_of
 from heavytop.scene.scene import Scene
@@ -223,10 +223,6 @@ class Shot:
         motion = touched(own) or own
         end = _end(scene, motion, seconds)
         seen = motion.at(np.linspace(0.0, end, POINTS))
-        A, C = float(scene.top.A), float(scene.top.C)
-        along = np.sum(seen.omega * seen.axis, axis=1, keepdims=True)
-        momentum = A * seen.omega + (C - A) * along * seen.axis
-        largest = float(np.linalg.norm(momentum, axis=1).max()) or 1.0
         pushed = "" if motion is own else f"pushed at {PUSH:g} rad/s; untouched it stays as it is"
         titles = cut(scene.title or scene.name, LETTERS), _pace(abs(end) / seconds), pushed
         tilts = dict.fromkeys((float(motion.theta_min), float(motion.theta_max)))
@@ -235,7 +231,7 @@ class Shot:
             titles=tuple(filter(None, titles)),
             t=seen.t,
             axis=seen.axis,
-            momentum=momentum / largest,
+            momentum=momentum_path(scene.top, seen),
             rotation=_rotations(seen.quaternion),
             limits=tuple(zip(colours, tilts, strict=False)),
             turned=float(motion.mean_angle_rates[0]) * end if follow else 0.0,

@@ -16,6 +16,7 @@ from matplotlib.patches import Circle
 from heavytop.analytic.motion import Motion
 from heavytop.plots.style import BLACK, FAINT, KINDS, STYLE, UNKNOWN, Array, literal
 from heavytop.scene.state import State
+from heavytop.scene.top import Top
 
 MUCH: Final = 0.3  # how far the mean of a path is off the centre before the view follows it
 BEHIND: Final = 0.3  # opacity of what runs behind the sphere
@@ -116,6 +117,15 @@ def touched(motion: Motion) -> Motion | None:
         return None
     start = motion.start
     return Motion(motion.top, State(start.theta, thetadot=PUSH, omega3=start.omega3))
+
+
+def momentum_path(top: Top, seen: Any) -> Array:
+    """The angular momentum over its largest size at the times of a sample or record, (k, 3)."""
+    A, C = float(top.A), float(top.C)
+    along = np.sum(seen.omega * seen.axis, axis=1, keepdims=True)
+    momentum = A * seen.omega + (C - A) * along * seen.axis
+    path: Array = momentum / (float(np.linalg.norm(momentum, axis=1).max()) or 1.0)
+    return path
 
 
 def axis_path(motion: Motion, time: float) -> Array:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 from heavytop.analytic.motion import Motion
 from heavytop.display import Shown
 from heavytop.plots.sphere import motion_figure, touched
+from heavytop.report.player import PERIODS
 from heavytop.report.run import course_rows, plan_parts, verdict_rows
 from heavytop.report.studies import RESULTS, kind_of, parts_of
 from heavytop.report.tables import SYMBOLS, Fitting, Part, Table, facts, given, headed, number, size
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from heavytop.scene.state import State
     from heavytop.scene.top import Top
 
-PLAYED: Final = 12  # nutations of a motion
 STEADY_S: Final = 2.0  # of one that has no period
 HEIGHT: Final = 640  # px of a player
 
@@ -187,7 +187,7 @@ class ExactRun:
     def of(cls, motion: Motion) -> ExactRun:
         """That of a motion."""
         moving = touched(motion) or motion
-        end = PLAYED * moving.period if moving.period else STEADY_S
+        end = PERIODS * moving.period if moving.period else STEADY_S
         scene = SimpleNamespace(title="", name=str(motion.kind), top=motion.top)
         nothing = SimpleNamespace(kind=(), t=(), axis=())
         return cls(motion, scene, SimpleNamespace(end=end), nothing)

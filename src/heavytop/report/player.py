@@ -12,7 +12,7 @@ from heavytop.analytic.motion import Motion
 from heavytop.analytic.potential import Potential
 from heavytop.errors import NoClosedForm
 from heavytop.plots.figures import last_shown, tilts_shown
-from heavytop.plots.sphere import PUSH, touched
+from heavytop.plots.sphere import PUSH, momentum_path, touched
 from heavytop.plots.style import EVENTS, PATH
 from heavytop.run.verify import deviations
 
@@ -103,10 +103,6 @@ def frames(trajectory: Trajectory) -> dict[str, Any]:
     spin = float(seen.psi[-1] - seen.psi[0])
     if abs(spin) > BLURRED * FRAMES:
         notes.append("It spins too fast for the spin to be seen as it is.")
-    A, C = float(scene.top.A), float(scene.top.C)
-    along = np.sum(seen.omega * seen.axis, axis=1, keepdims=True)
-    momentum = A * seen.omega + (C - A) * along * seen.axis
-    largest = float(np.linalg.norm(momentum, axis=1).max()) or 1.0
     found = trajectory.events
     events = [
         {"kind": str(kind), "t": float(t), "axis": axis.round(5).tolist()}
@@ -116,7 +112,7 @@ def frames(trajectory: Trajectory) -> dict[str, Any]:
     return {
         "title": scene.title or scene.name, "end": last, "spin": spin, "notes": notes,
         "theta": [float(motion.theta_min), float(motion.theta_max)], "events": events[:MOST_EVENTS],
-        "quaternion": _packed(seen.quaternion), "momentum": _packed(momentum / largest),
+        "quaternion": _packed(seen.quaternion), "momentum": _packed(momentum_path(scene.top, seen)),
     }  # fmt: skip
 
 

@@ -21,7 +21,7 @@ from heavytop.analytic.motion import Motion
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, enough
 from heavytop.integration.projection import ROOM
-from heavytop.run.truncation import Lost
+from heavytop.run.truncation import TruncationLoss
 from heavytop.scene.quantities import Need, judged, need_of
 from heavytop.scene.scene import Scene
 
@@ -173,7 +173,7 @@ class Forecast:
         off = here + UNIT * self.growth * max(late * self.quickest, aside)
         return float(min(off, MOST_ERROR))
 
-    def truncated(self, lost: Lost, *, projected: bool = False) -> float:
+    def truncated(self, lost: TruncationLoss, *, projected: bool = False) -> float:
         """The largest error of what is wanted by truncation; of events, in periods, by their times.
 
         Projection takes the drift of the constants back after every leg.

@@ -28,7 +28,7 @@ SURE: Final = 0.01  # of the drift of the constants that has no sign to cancel
 Array = NDArray[Any]
 
 
-class Lost(NamedTuple):
+class TruncationLoss(NamedTuple):
     """What N periods lose by truncation: N × `aside`, and N × `bent` + N² × `late`.
 
     Attributes
@@ -77,7 +77,7 @@ class Truncation:
             self.own = (*self.axis, _quadrature_series(self.axis[1], self.l_z + side * n, side))
         self.sizes = np.max([np.maximum(abs(x.real), abs(x.imag)) for x in self.own], axis=0)
 
-    def __call__(self, order: int) -> Lost:
+    def __call__(self, order: int) -> TruncationLoss:
         """What steps of so many orders lose."""
         p, T, (E, z, L) = order, self.period, self.axis
         within = np.maximum(1.0, self.sizes[0]) / self.sizes[[p, p - 1]]
@@ -98,7 +98,7 @@ class Truncation:
         rates = max(1.0, abs(L[0]).max())
         aside = np.max([abs(dE), abs(dz), abs(dL) / rates, *map(abs, off[3:])], axis=0).mean() * T
         late, bent = T * T / 2 * drift / unit, T * abs(shaken).max(axis=1) / unit
-        return Lost(float(np.mean(T / h)), float(aside), bent, late)
+        return TruncationLoss(float(np.mean(T / h)), float(aside), bent, late)
 
 
 def _axis_series(E0: Array, z0: Array, L0: Array, g: float, l_z: float) -> tuple[Array, ...]:
