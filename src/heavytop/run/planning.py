@@ -48,7 +48,7 @@ LONG_S: Final = 60.0  # before which somebody should be told
 # coarser steps are no cheaper; those between have an odd order, and lose more for what they take
 LADDER: Final = (1e-6, 1e-7, 1e-9, 1e-11, 1e-13, 1e-14)
 CAREFUL: Final = 12  # digits, as of a scene that asks for none: they take the least tolerance
-WORTH_S: Final = 3e-3  # of integration: to choose a tolerance takes 2 ms
+WORTH_S: Final = 3e-3  # of integration: to choose a tolerance takes as long
 
 # kinds in which phidot may change its sign
 REVERSING: Final = frozenset({"loops", "cusps", "waves", "force-free", "undecided"})
