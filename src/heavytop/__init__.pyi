@@ -47,6 +47,7 @@ from .errors import (
     MissingPackage as MissingPackage,
     NoClosedForm as NoClosedForm,
     NoScheduler as NoScheduler,
+    NotCertified as NotCertified,
     NoWorkerWarning as NoWorkerWarning,
     StoppedEarly as StoppedEarly,
     WrongType as WrongType,
@@ -55,6 +56,7 @@ from .integration.outputs import Sample as Sample
 from .numbers import Exact as Exact
 from .plots.film import film as film
 from .report.explorer import explore as explore
+from .results.certificate import Certificate as Certificate
 from .results.drift import Drift as Drift
 from .results.stress import Stress as Stress
 from .results.validation import Validation as Validation
@@ -96,6 +98,7 @@ from .studies.atlas import (
     load_atlas as load_atlas,
     merge_atlases as merge_atlases,
 )
+from .studies.certificate import certify as certify
 from .studies.drift import drift as drift
 from .studies.runner import resume as resume
 from .studies.stress import stress as stress

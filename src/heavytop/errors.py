@@ -104,6 +104,10 @@ class NoClosedForm(HeavyTopError):
     """A kind of motion whose closed form the package does not hold; the message names it."""
 
 
+class NotCertified(HeavyTopError):
+    """A run of which nothing can be proved; the message says why."""
+
+
 class Unseparated(NoClosedForm):
     """A number that so many bits do not tell from another, or do not give the digits asked.
 

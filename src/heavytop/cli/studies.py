@@ -20,6 +20,8 @@ from heavytop.results.base import command_of, typed, typing
 if TYPE_CHECKING:
     from heavytop.studies.runner import Progress
 
+TRAJECTORY: Final = "trajectory.nc"  # of a run
+
 Ends: TypeAlias = Iterator[tuple[Exit, str]]
 """What is wrong with a result: an exit code and a sentence for each fault."""
 
@@ -104,6 +106,9 @@ def _wrong(kind: str, found: Any, document: Mapping[str, Any]) -> Ends:
                 yield Exit.OK, f"{part}: heavytop atlas --merge DIR… -o DIR joins parts"
             if pixels := document.get("unexplained"):
                 yield Exit.OUT_OF_BOUND, f"{pixels} pixels differ by more than rounding"
+        case "certificate":
+            if not found.proved:
+                yield Exit.OUT_OF_BOUND, "; ".join(found.why)
         case "validation":
             for claim in found.failed:
                 why = f": {claim.failure}" if claim.failure else ""
@@ -268,6 +273,45 @@ def _no_clash(changes: list[str], axes: tuple[str, str]) -> None:
             what = ROLES[key].sets
             rule = f"{change!r}: the axis {varied[what]} sets the {what} of every pixel"
             raise BadParameter(rule, param_hint="--set")
+
+
+CERTIFIED: Final = "The folder of a run, or a scene, which is run first."
+RUN: Final = Argument(metavar="SCENE", help=CERTIFIED, autocompletion=options.scene_names)
+
+
+@verb
+def certify(
+    run: Annotated[str, RUN],
+    formulation: options.Formulation = options.FormulationName.AUTO,
+    projected: Annotated[
+        bool, Option("--projected", help="Put the run onto its invariants.")
+    ] = False,
+    jobs: options.Jobs = 1,
+    scheduler: options.Scheduler = None,
+    output: options.Folder = None,
+    changes: options.Changes = None,
+) -> None:
+    """Prove a bound of a run's error, over all its times.
+
+    A stored run is integrated again, and must have the same bits.
+    """
+    from heavytop.studies.certificate import certify as proved
+
+    asked = {"formulation": formulation.value != "auto", "projected": projected, "set": changes}
+    with progress_bar() as bar, _workers(scheduler) as executor:
+        if (Path(run) / TRAJECTORY).exists():
+            from heavytop.run.trajectory_file import load_trajectory
+
+            _alone(f"the folder {run}", asked)
+            known = load_trajectory(Path(run) / TRAJECTORY)
+        else:
+            from heavytop.run.propagation import propagate
+
+            known = propagate(
+                options.read(run, changes), formulation=formulation.value, projected=projected
+            )
+        found = proved(known, jobs=jobs, folder=output, progress=bar, **executor)
+    finish("certificate", found, output)
 
 
 OWN: Final = "Those of your own that the study runs, named again: mine.py:rk4."

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cache
 from typing import Any
 
 import sympy as sp
 
 from heavytop.equations.formulation import Formulation, spin, time
-from heavytop.equations.lambdify import Functions, lambdified
+from heavytop.equations.lambdify import Functions, evaluated, lambdified
 
 theta, phidot, psidot, omega3, kappa = sp.symbols("theta phidot psidot omega3 kappa", real=True)
 
@@ -138,3 +139,36 @@ def _angles(formulation: Formulation) -> tuple[Any, Any]:
     w, x, y, z = (outputs[f"quaternion_{i}"].subs(turns) for i in range(4))
     plus, minus = sp.atan2(z, w), sp.atan2(y, x)
     return plus + minus, plus - minus
+
+
+def quadratic_terms(
+    expression: Any, states: Sequence[Any], constants: Mapping[str, Fraction]
+) -> list[tuple[Fraction, int, int]]:
+    """Return the terms of a quadratic function of the states: coefficients, and two factors.
+
+    A factor is the place of a state, or -1 for a factor 1.
+
+    Raises
+    ------
+    ValueError
+        It is no polynomial, or one of a higher degree.
+
+    Examples
+    --------
+    >>> x, y, k = sp.symbols("x y k")
+    >>> quadratic_terms(x * y / 2 - k * y, (x, y), {"k": Fraction(3)})
+    [(Fraction(1, 2), 0, 1), (Fraction(-3, 1), -1, 1)]
+    """
+    try:
+        found = sp.Poly(sp.expand(expression), *states).terms()
+    except sp.PolynomialError as error:
+        raise ValueError(f"{expression}: no polynomial of the states") from error
+    terms = []
+    for powers, coefficient in found:
+        factors = [i for i, power in enumerate(powers) for _ in range(power)]
+        if len(factors) > 2:
+            raise ValueError(f"{expression}: of a higher degree than two")
+        first, second = [-1] * (2 - len(factors)) + factors
+        (value,) = evaluated([coefficient], constants, Fraction, {})
+        terms.append((value, first, second))
+    return terms

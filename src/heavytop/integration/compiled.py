@@ -188,6 +188,27 @@ class Block:
     singular: bool = False
 
 
+class Polynomials(NamedTuple):
+    """Taylor polynomials of steps, in the unit of time in which they were taken.
+
+    Attributes
+    ----------
+    coefficients : ndarray, shape (k, n, order + 1)
+        Of n states, in the time since the beginning of each step.
+    begun : ndarray, shape (k, 2)
+        When each began, since the block's start, as double-doubles.
+    length : ndarray, shape (k,)
+        Of each step.
+    restarted : ndarray, shape (k,)
+        When time was last set to zero before each, since the block's start.
+    """
+
+    coefficients: Array
+    begun: Array
+    length: Array
+    restarted: Array
+
+
 class Compiled:
     """A compiled formulation; parameters are loaded, never compiled in.
 
@@ -271,6 +292,27 @@ class Compiled:
             if self._taylor.propagate_until(far, max_steps=steps, **bound)[3] == steps:
                 return Block(self._own, self._taylor.dtime, steps, self.nothing)
         return self.block(state, steps, far, samples, longest)
+
+    def polynomials(
+        self, state: Array, steps: int, far: float, longest: float | None
+    ) -> tuple[Polynomials, Block]:
+        """Take a block of steps as `block` does, and keep their Taylor polynomials."""
+        self._begin(state)
+        taylor = self._taylor
+        coefficients = np.empty((steps, self._own.size, self.order + 1))
+        begun, length = np.empty((steps, 2)), np.empty(steps)
+        bound = math.copysign(math.inf if longest is None else longest, far)
+        taken = 0
+        while taken < steps:
+            begun[taken] = taylor.dtime
+            outcome, length[taken] = taylor.step(bound, write_tc=True)
+            if outcome == hy.taylor_outcome.err_nf_state:
+                break
+            coefficients[taken] = taylor.tc
+            taken += 1
+        kept = Polynomials(coefficients[:taken], begun[:taken], length[:taken], np.zeros(taken))
+        end = Block(self._own.copy(), taylor.dtime, taken, self.nothing, singular=taken < steps)
+        return kept, end
 
     def cautious_step(self, state: Array, far: float) -> float | None:
         """Return a bound for the first steps: a little above the step beside the start [s].

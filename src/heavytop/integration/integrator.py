@@ -29,6 +29,7 @@ from heavytop.integration.compiled import (
     Array,
     Block,
     Compiled,
+    Polynomials,
     Seen,
     compiled,
     in_units,
@@ -95,6 +96,8 @@ class Integrator:
         Constants of the run, by symbol name.
     pace : float
         In whose unit of time steps are taken [1/s].
+    own_constants : dict from str to float
+        The same constants, in that unit of time.
     projection : Projection or None
         In that unit of time.
     turns : Turns or None
@@ -115,9 +118,9 @@ class Integrator:
         self.formulation, self.compiled, self.parameters = formulation, compiled, parameters
         self.pace = float(paces_of(own, state, parameters))
         self._units = np.where(own.is_rate, self.pace, 1.0)
-        self._constants = in_units(self.pace, parameters)
+        self.own_constants = in_units(self.pace, parameters)
         started = state / self._units
-        self.projection = Projection.of(own, self._constants, started) if projected else None
+        self.projection = Projection.of(own, self.own_constants, started) if projected else None
         self.turns = turns_of(formulation, parameters, state)
 
     @property
@@ -137,7 +140,7 @@ class Integrator:
         """Return a bound for the first steps of a run, as `Compiled` does [s]; later none."""
         if start.steps:
             return None
-        self.compiled.load(self._constants)
+        self.compiled.load(self.own_constants)
         own = start.state[: self._units.size] / self._units
         bound = self.compiled.cautious_step(own, self._own_time(far))
         return None if bound is None else bound / self.pace
@@ -200,6 +203,23 @@ class Integrator:
             ),
         )
 
+    def polynomials(
+        self, start: Checkpoint, steps: int, far: float
+    ) -> tuple[Polynomials, Checkpoint]:
+        """Take the steps of a block again; return their polynomials, and the end without angles.
+
+        Times and states of the polynomials are in the run's own unit of time.
+        """
+        longest, pace = self.cautious_step(start, far), self.pace
+        self.compiled.load(self.own_constants)
+        taking = Projected(self.compiled, self.projection) if self.projection else self.compiled
+        own = start.state[: self._units.size] / self._units
+        longest = None if longest is None else longest * pace
+        kept, done = taking.polynomials(own, steps, self._own_time(far), longest)
+        high, low = done.elapsed
+        end = add(start.time, (high / pace, low / pace))
+        return kept, Checkpoint(end, done.state * self._units, start.steps + done.steps)
+
     def _told(
         self, start: Checkpoint, block: Block, seen: list[tuple[Array, Array]]
     ) -> Callable[[Array], Array]:
@@ -219,7 +239,7 @@ class Integrator:
     ) -> Block:
         """Take steps in the run's own unit of time; the block is measured in seconds."""
         compiled, pace, units = self.compiled, self.pace, self._units
-        compiled.load(self._constants)
+        compiled.load(self.own_constants)
         taking = Projected(compiled, self.projection) if self.projection else compiled
         done = taking.block(
             state / units,

@@ -35,7 +35,15 @@ from numpy.typing import NDArray
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import invariants_of
 from heavytop.integration.bits import LONG_DOUBLE
-from heavytop.integration.compiled import Array, Block, Compiled, Seen, per_thread, translated
+from heavytop.integration.compiled import (
+    Array,
+    Block,
+    Compiled,
+    Polynomials,
+    Seen,
+    per_thread,
+    translated,
+)
 from heavytop.numbers.double_double import DoubleDouble, add
 
 DOUBLE = float(np.finfo(float).eps)
@@ -196,10 +204,30 @@ class Projected:
             taken, done, ended = taken + leg.steps, done + len(leg.rows), leg.steps < count
             length = abs(leg.elapsed[0])
             mean, reach = mean or length / count, 2 * length
-            bound = mean * (1 - EVEN * (len(legs) * GOLDEN % 1))
-            bound = bound if longest is None else min(bound, longest)
+            bound = _longest(mean, len(legs), longest)
             begun, state = add(begun, leg.elapsed), self.projection(leg.state)
         return self._joined(legs, state, begun)
+
+    def polynomials(
+        self, state: Array, steps: int, far: float, longest: float | None
+    ) -> tuple[Polynomials, Block]:
+        """Take a block of steps as `block` does, and keep their Taylor polynomials."""
+        parts: list[Polynomials] = []
+        begun, taken, bound, mean, leg = (0.0, 0.0), 0, longest, 0.0, None
+        while taken < steps:
+            count = min(self.stride, steps - taken)
+            part, leg = self.compiled.polynomials(state, count, far - begun[0], bound)
+            words = add((np.full(leg.steps, begun[0]), np.full(leg.steps, begun[1])), part.begun.T)
+            since = np.full(leg.steps, begun[0])
+            parts.append(Polynomials(part.coefficients, np.stack(words, -1), part.length, since))
+            taken, mean = taken + leg.steps, mean or abs(leg.elapsed[0]) / count
+            bound = _longest(mean, len(parts), longest)
+            begun, state = add(begun, leg.elapsed), self.projection(leg.state)
+            if leg.steps < count:
+                break
+        kept = Polynomials(*map(np.concatenate, zip(*parts, strict=True)))
+        singular = leg is not None and leg.singular
+        return kept, Block(state, begun, taken, self.compiled.nothing, singular=singular)
 
     def _joined(
         self, legs: Sequence[tuple[DoubleDouble, Block]], state: Array, elapsed: DoubleDouble
@@ -214,6 +242,12 @@ class Projected:
             hits=tuple(map(Seen.join, hits)),
             singular=bool(legs) and legs[-1][1].singular,
         )
+
+
+def _longest(mean: float, legs: int, longest: float | None) -> float:
+    """Return the longest step of a leg, after so many legs; `mean` is that of the first one."""
+    bound = mean * (1 - EVEN * (legs * GOLDEN % 1))
+    return bound if longest is None else min(bound, longest)
 
 
 def _since(begun: DoubleDouble, times: Array, far: float) -> tuple[Array, NDArray[np.intp] | None]:

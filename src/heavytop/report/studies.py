@@ -24,6 +24,7 @@ from heavytop.report.tables import (
     facts,
     given,
     grouped,
+    headed,
     number,
     printed,
     quantities,
@@ -252,6 +253,40 @@ def stress_parts(document: Known) -> Iterator[Line]:
         yield "skipped", f"{reason}: {pairs}"
     wrong = ", ".join(document["auto"]["silently_wrong"]) or "nowhere"
     yield "auto", f"silently wrong: {wrong}" if document["auto"]["run"] else "was not run"
+
+
+def certify_parts(document: Known) -> Iterator[Line]:
+    """The bounds beside the largest errors found; the events; what is not proved."""
+    how = f"{document['formulation']}, {'projected' if document['projected'] else 'plain'}"
+    yield "run", f"{how}, {document['steps']} steps, to t = {document['t']:.12g} s"
+    names = [name for name, x in document["observed"].items() if x is not None]
+    bounds = document["bound"]
+    yield Table(
+        ("", "proved bound", "largest found", "ratio"),
+        tuple(
+            (
+                headed(name),
+                "none" if bounds[name] is None else size(bounds[name]),
+                size(document["observed"][name]),
+                _ratio(bounds[name], document["observed"][name]),
+            )
+            for name in names
+        ),
+    )
+    if document["turns"] is not None:
+        yield "whole turns", "proved" if document["turns"] else "not proved"
+    for event, known in document["events"].items():
+        words = {True: "none missed, none doubled", False: "not proved", None: "not held"}
+        yield event, f"{known['count']}, {words[known['proved']]}"
+    if document["time_bound_s"] is not None:
+        yield "event times", f"off by at most {size(document['time_bound_s'])} s"
+    for reason in document["why"]:
+        yield "why", reason
+    yield "proved", "yes" if document["proved"] else "no"
+
+
+def _ratio(bound: float | None, found: float | None) -> str:
+    return f"{bound / found:.3g}" if bound is not None and found else ""
 
 
 def stress_cases_parts(document: Known) -> Iterator[Line]:
@@ -509,6 +544,7 @@ RESULTS: Final[Mapping[str, ResultKind]] = {
     "check": ResultKind("Check", check_parts, (
         Chart("studies.check_figure", "errors of the trajectory over time, and how far it runs "
               "ahead", "curves"),)),
+    "certify": ResultKind("Certificate", certify_parts),
     "validate": ResultKind("Claims", validate_parts),
 }  # fmt: skip
 """By the name in the schema of a document."""

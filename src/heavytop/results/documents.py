@@ -20,6 +20,7 @@ from heavytop.results.base import (
     plain,
     read,
 )
+from heavytop.results.certificate import Certificate
 from heavytop.results.drift import Drift
 from heavytop.results.energy_momentum import Diagram
 from heavytop.results.run import RunResult
@@ -87,6 +88,7 @@ FILES: Final = {
     "atlas.json": AtlasResult,
     "energy_momentum.json": Diagram,
     "check.json": CheckResult,
+    "certify.json": Certificate,
     "validate.json": Validation,
 }
 """What verbs write, by the name of the file, in the order of a report."""

@@ -51,6 +51,7 @@ KINDS: Final = {
     "atlas": "heavytop.studies.atlas",
     "stress": "heavytop.studies.stress",
     "work_precision": "heavytop.studies.work_precision",
+    "certificate": "heavytop.studies.certificate",
 }
 """The module of each kind of study. A file may name a kind, never a module."""
 

@@ -1,0 +1,1 @@
+"""Proved bounds of the error of a run, over all of its times."""

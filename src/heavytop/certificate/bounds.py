@@ -1,0 +1,310 @@
+"""How far a run may be from the exact motion, over all times of its steps.
+
+At some times, the anchors, both the polynomial of a step and the exact solution are known to twice
+the digits of a double, and so is their difference d. Between two anchors, w apart, it obeys
+d' = J d + defect, where J is the Jacobian half way between the two, exactly, for the equations are
+quadratic. With m >= mu(J), its logarithmic norm, and D >= |defect|, |d| is at most
+
+    min(a exp(m s) + D (exp(m s) - 1)/m,  b exp(m (w - s)) + D (exp(m (w - s)) - 1)/m)
+
+s after the first anchor, where |d| = a, and w - s before the second, where |d| = b. The largest of
+these minima is at most
+
+    N = sqrt((a + D/m)(b + D/m)) exp(m w/2) - D/m.
+
+A quantity q(y) with |grad q| <= G and |Hess q| <= H is then off by at most
+
+    |q(p) - q(x)| at the nearer anchor + w/2 (G (M N + D) + H V N) + H N^2/2,
+
+where M bounds |J| and V the speed of the motion. So an interval that is cut in two has a smaller
+bound; intervals whose bound is more than the largest error found are cut until it is near it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heavytop.certificate.flow import MARGIN, Flow, Quadrature
+from heavytop.certificate.steps import BEYOND, UNIT, UP, Steps, defects, residuals
+from heavytop.numbers.double_double import add
+
+Array = NDArray[np.float64]
+Columns = dict[str, Array]
+
+NEAR: Final = 1.15  # a bound so near the largest error found is not made better
+DEEPEST: Final = 24  # halvings of a step
+ROUNDED: Final = 6 * UNIT  # relative: theta from a state, by roots and by the library's atan2
+ARC: Final = 1 + 1e-7  # of an angle below 1e-4 rad, to its sine
+
+
+@dataclass
+class Anchors:
+    """Polynomials and the exact solution at some times.
+
+    Attributes
+    ----------
+    step : ndarray of int, shape (m,)
+    since : ndarray, shape (m,)
+        The time since the beginning of the step.
+    apart : ndarray, shape (n, m)
+        What the states are off.
+    off : ndarray, shape (m,)
+        How well this is known, in the norm.
+    plain, aside : ndarray, shape (m,)
+        What is lost, in the norm, when a state is evaluated in doubles, and what in the quadrature.
+    size : ndarray, shape (m,)
+        Of `apart` in the norm, `off` included.
+    states : ndarray, shape (n, m)
+    """
+
+    step: NDArray[np.intp]
+    since: Array
+    apart: Array
+    off: Array
+    plain: Array
+    aside: Array
+    size: Array
+    states: Array
+
+    @classmethod
+    def at(cls, flow: Flow, steps: Steps, step: NDArray[np.intp], since: Array) -> Anchors:
+        """Return those at times since the beginning of steps."""
+        weights = np.array(flow.system.weights)[:, None]
+        n = len(weights)
+        p, arithmetic, plain = steps.at(step, since)
+        label = steps.label[0][step], steps.label[1][step]
+        x, lost = flow.at(add(label, (since, np.zeros_like(since))))
+        high, low = add(p, (-x[0], -x[1]))
+        apart = high + low
+
+        def norm(y: Array) -> Array:
+            return UP * np.sqrt(((weights * y[:n]) ** 2).sum(axis=0))
+
+        off = UP * (lost + norm(arithmetic) + 4 * UNIT * norm(apart))
+        aside = arithmetic[n:].sum(axis=0) + plain[n:].sum(axis=0) + flow.aside
+        size = norm(apart) + off
+        return cls(step, since, apart, off, norm(plain), aside, size, p[0])
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A quantity at anchors: its change to first order, and what bounds it beside them.
+
+    Attributes
+    ----------
+    error : ndarray, shape (m,)
+    gradient, hessian : ndarray, shape (m,)
+        Bounds of its derivatives in the norm, `room` around the anchor; inf at a pole.
+    rounding : ndarray, shape (m,) or 0
+        Of its value, when it is computed from a state.
+    aside : ndarray, shape (m,) or 0
+        How fast the part of it that is a quadrature can come off.
+    """
+
+    error: Array
+    gradient: Array
+    hessian: Array
+    rounding: Array | float = 0.0
+    aside: Array | float = 0.0
+
+
+def between(a: Array, b: Array, width: Array, m: float, D: Array) -> Array:
+    """Return the bound N of the difference between two anchors."""
+    rest = D / m
+    return UP * (np.sqrt((a + rest) * (b + rest)) * _exp(m * width / 2) - rest * (1 - 1e-14))
+
+
+def _exp(x: Array) -> Array:
+    """Return an upper bound of exp(x), x >= 0, from sums and products alone."""
+    halvings = max(0, int(np.ceil(np.log2(max(float(x.max()), 1e-300)))) + 1)
+    y = x / 2**halvings  # at most a half
+    found = 1 + y / 6 * (1 + y / 3)  # the rest of the series is below a geometric one
+    for n in (5, 4, 3, 2, 1):
+        found = 1 + y / n * found
+    for _ in range(halvings):
+        found = found * found
+    return UP * found
+
+
+def quantities(flow: Flow, states: Array, change: Array, room: Array) -> Mapping[str, Quantity]:
+    """Return the quantities that states give, to first order in a change of them.
+
+    `room` is how far, in the norm, states may be from those given. At a pole some are not finite.
+    """
+    of = {"axis": _of_axis, "attitude": _of_attitude, "cubic": _of_cubic}[flow.form.name]
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        found = of(states, change, room)
+        if flow.quadrature:
+            found["psi"] = _beside(flow.quadrature, states, change, room, found["phi"])
+        return found
+
+
+def _of_axis(states: Array, change: Array, room: Array) -> dict[str, Quantity]:
+    (x, y, z), (dx, dy, dz) = states[:3], change[:3]
+    r, length = np.sqrt(x * x + y * y), np.sqrt(x * x + y * y + z * z)
+    near, least = np.maximum(r - room, 0.0) * (1 - 1e-14), (length - room) * (1 - 1e-14)
+    own = np.sqrt(dx * dx + dy * dy + dz * dz)
+    along = (x * dx + y * dy) / r  # of the horizontal part
+    theta = np.abs(z * along - r * dz) / (length * length)
+    phi = (x * dy - y * dx) / (r * r)
+    return {
+        "axis": Quantity(own, np.ones_like(r), np.zeros_like(r)),
+        "theta": Quantity(theta, ARC / least, 1 / (least * near), ROUNDED * np.arctan2(r, z)),
+        "phi": Quantity(phi, 1 / near, 1 / (near * near)),
+    }
+
+
+def _of_attitude(q: Array, d: Array, room: Array) -> dict[str, Quantity]:
+    a, b = np.sqrt(q[0] ** 2 + q[3] ** 2), np.sqrt(q[1] ** 2 + q[2] ** 2)
+    length = np.sqrt(a * a + b * b)
+    near_a, near_b = (np.maximum(x - room, 0.0) * (1 - 1e-14) for x in (a, b))
+    least = (length - room) * (1 - 1e-14)
+    da, db = (q[0] * d[0] + q[3] * d[3]) / a, (q[1] * d[1] + q[2] * d[2]) / b
+    theta = 2 * np.abs(a * db - b * da) / (length * length)
+    plus = (q[0] * d[3] - q[3] * d[0]) / (a * a)
+    minus = (q[1] * d[2] - q[2] * d[1]) / (b * b)
+    x = q[1] * d[3] + q[3] * d[1] + q[0] * d[2] + q[2] * d[0]
+    y = q[2] * d[3] + q[3] * d[2] - q[0] * d[1] - q[1] * d[0]
+    z = q[0] * d[0] - q[1] * d[1] - q[2] * d[2] + q[3] * d[3]
+    nearest = np.minimum(near_a, near_b)
+    slope, bend = np.sqrt(1 / near_a**2 + 1 / near_b**2), 1 / nearest**2
+    axis = 2 * np.sqrt(x * x + y * y + z * z)
+    return {
+        "axis": Quantity(axis, 2 * (length + room), np.full_like(a, 2.0)),
+        "theta": Quantity(
+            theta, 2 * ARC / least, 2 / (least * nearest), 2 * ROUNDED * np.arctan2(b, a)
+        ),
+        "phi": Quantity(plus + minus, slope, bend),
+        "psi": Quantity(plus - minus, slope, bend),
+    }
+
+
+def _of_cubic(states: Array, change: Array, room: Array) -> dict[str, Quantity]:
+    w, d = states[0], change[0]
+    low, high = (np.maximum(x - room, 0.0) * (1 - 1e-14) for x in (w, 2 - w))
+    theta = np.abs(d) / np.sqrt(w * (2 - w))
+    squared = low * high
+    root = np.sqrt(squared)
+    return {"theta": Quantity(theta, 1 / root, 1 / (squared * root), ROUNDED * np.pi)}
+
+
+def _beside(
+    quadrature: Quadrature, states: Array, change: Array, room: Array, phi: Quantity
+) -> Quantity:
+    """Return psi of the axis form: the quadrature less phi, or its negative."""
+    side, momentum, _ = quadrature
+    least = np.maximum(1 + side * states[2] - room, 0.0) * (1 - 1e-14)
+    aside = abs(momentum) / (least * least)
+    return Quantity(change[-1] - phi.error, phi.gradient, phi.hessian, 0.0, aside)
+
+
+@dataclass
+class Bound:
+    """The largest error found of each quantity, and the proved bound of it."""
+
+    found: dict[str, float]
+    proved: dict[str, float]
+
+
+def bound(flow: Flow, steps: Steps, floor: Mapping[str, float]) -> Bound:
+    """Return what is found and proved over some steps, cutting them where it is worth it.
+
+    Parameters
+    ----------
+    flow : Flow
+    steps : Steps
+    floor : mapping from str to float
+        An error that is known to occur, of each quantity: what is smaller need not be sharp.
+    """
+    D, k = defects(flow.system, steps), np.arange(steps.length.size)
+    R = residuals(flow.quadrature, steps) if flow.quadrature else np.zeros_like(D)
+    left = Anchors.at(flow, steps, k, np.zeros(k.size))
+    right = Anchors.at(flow, steps, k, steps.length * BEYOND)
+    found: dict[str, float] = dict(floor)
+    proved: dict[str, float] = {}
+    for depth in range(DEEPEST + 1):
+        last, cut = depth == DEEPEST, np.zeros(left.step.size, dtype=bool)
+        for name, (error, all_of_it, least) in _bounded(flow, steps, (D, R), left, right).items():
+            found[name] = max(found.get(name, 0.0), float(error.max(initial=0.0)))
+            wide = ~(all_of_it <= NEAR * found[name] + least) | np.isinf(all_of_it)
+            cut |= wide
+            counts = all_of_it if last else all_of_it[~wide]
+            proved[name] = max(proved.get(name, 0.0), float(counts.max(initial=0.0)))
+            if last and np.isnan(all_of_it).any():
+                proved[name] = np.inf
+        if last or not cut.any():
+            break
+        left, right = _taken(left, cut), _taken(right, cut)
+        middle = Anchors.at(flow, steps, left.step, (left.since + right.since) / 2)
+        left, right = _joined(left, middle), _joined(middle, right)
+    return Bound(found, proved)
+
+
+def _bounded(
+    flow: Flow, steps: Steps, defect: tuple[Array, Array], left: Anchors, right: Anchors
+) -> dict[str, tuple[Array, Array, Array]]:
+    """Return what each quantity is off at the anchors, its bound between, and a part of that.
+
+    The part is what the run itself rounds: no cut makes it smaller.
+    """
+    D, R = (each[left.step] for each in defect)
+    width, clock = np.abs(right.since - left.since), steps.clock[left.step]
+    b = flow.bounds
+    m = max(b.growth, 1e-3 * b.jacobian, 1e-9)
+    N = between(left.size, right.size, width, m, D)
+    plain, off = np.maximum(left.plain, right.plain), np.maximum(left.off, right.off)
+    aside = np.maximum(left.aside, right.aside)
+    room = UP * (b.speed * (width + clock) + 2 * N + plain)
+    if not (N.max(initial=0.0) < MARGIN / 10 and not np.isnan(N).any()):
+        return _nothing(flow, left, right, room)
+    first = quantities(flow, left.states, left.apart, room)
+    second = quantities(flow, right.states, right.apart, room)
+    rates = flow.system.field(left.states)
+    if flow.quadrature:
+        side, momentum, frame = flow.quadrature
+        rates = np.concatenate((rates, [momentum / (1 + side * left.states[2]) - frame]))
+    moving = quantities(flow, left.states, rates, room)
+    found = {}
+    with np.errstate(invalid="ignore", over="ignore"):
+        for name, q in first.items():
+            G, H = q.gradient, q.hessian
+            own = np.maximum(np.abs(q.error), np.abs(second[name].error))
+            step = G * (b.jacobian * N + D) + H * b.speed * N
+            crude, extra = G * N, 0.0
+            if name == "psi" and flow.quadrature:
+                least = np.sqrt(abs(flow.quadrature.momentum) / q.aside)
+                step = step + q.aside * N + R / least
+                crude, extra = np.inf, aside
+            sharp = UP * own + G * off + width / 2 * step + H * (N + plain) ** 2
+            speed = np.abs(moving[name].error)
+            turned = width * (G * b.jacobian * b.speed + H * b.speed**2 + q.aside * b.speed)
+            late = (speed + turned) * clock
+            late = late if name == "psi" else np.fmin(late, G * b.speed * clock)
+            rounded = UP * (G * plain + extra + q.rounding)
+            total = UP * (np.fmin(sharp, crude) + rounded + late)
+            there = np.isfinite(own) & np.isfinite(G)
+            found[name] = np.where(there, own, 0.0), total, UP * (rounded + speed * clock)
+    return found
+
+
+def _nothing(
+    flow: Flow, left: Anchors, right: Anchors, room: Array
+) -> dict[str, tuple[Array, Array, Array]]:
+    """Return that nothing is bounded: the run is too far from the exact motion."""
+    names = quantities(flow, left.states, left.apart, room)
+    endless = np.full_like(room, np.inf)
+    return dict.fromkeys(names, (0 * room, endless, 0 * room))
+
+
+def _taken(anchors: Anchors, keep: NDArray[np.bool_]) -> Anchors:
+    return Anchors(*(each[..., keep] for each in vars(anchors).values()))
+
+
+def _joined(a: Anchors, b: Anchors) -> Anchors:
+    pairs = zip(vars(a).values(), vars(b).values(), strict=True)
+    return Anchors(*(np.concatenate(pair, axis=-1) for pair in pairs))

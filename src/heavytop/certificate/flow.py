@@ -1,0 +1,533 @@
+"""The exact solution through a state: one period of it as proved polynomials, then by symmetry.
+
+A period is cut into equal pieces. On each the solution is known by a Taylor polynomial in balls,
+p, and by a bound of its distance from p: with the defect D = sup |p' - f(p)| and the logarithmic
+norm m of the Jacobian, a distance a at the start of a piece becomes at most
+
+    a exp(m s) + D (exp(m s) - 1)/m        (Dahlquist 1958, Lozinskii 1958).
+
+Turning points are zeros of the event function on these polynomials, so the period is twice the
+time between two of them. A motion that nutates repeats itself then but for rotations: phi and psi
+advance, and with them the pairs of states that turn. These rotations are read off the solution
+after one period. Nothing here uses the elliptic closed form.
+
+psi of the axis form is a quadrature beside the states, of P/(1 + e_z) or P/(1 - e_z) less a
+constant rate: its polynomials are those of the quotient, and its error is added up.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from flint import acb, arb, arb_mat, arb_poly
+from numpy.typing import NDArray
+
+from heavytop.certificate.system import System, operator_norm, symmetric, upper
+from heavytop.equations.formulation import Formulation
+from heavytop.equations.lambdify import evaluated
+from heavytop.numbers.double_double import add, two_product, two_sum
+from heavytop.numbers.intervals import working
+
+Array = NDArray[np.float64]
+Words = tuple[Array, Array]
+
+KEPT: Final = 12  # coefficients of a piece that are kept,
+LEAD: Final = 3  # of which the first have twice the digits
+FINE: Final = 16  # pieces in the time in which the fastest rate turns by a radian
+MARGIN: Final = 1e-4  # how far from the solution a run may be, for the norms to hold
+SMALL: Final = 1e-27  # what the table may be off, relative to the size of the states,
+LOST: Final = 1e-18  # and what is read from it in double-doubles
+MOST_PIECES: Final = 100_000
+FEW_PIECES: Final = 2000  # of a run that may do without a period
+SETTINGS: Final = ((192, 24), (384, 40), (1024, 90))  # bits, and the order of the polynomials
+UNIT: Final = 2.0**-53
+
+PAIRS: Final = {  # states that turn together: how often by the angles of alpha and of beta
+    "axis": {(0, 1): (1, 1), (3, 4): (1, 1)},
+    "attitude": {(0, 3): (1, 0), (1, 2): (0, 1), (4, 5): (1, 1)},
+    "cubic": {},
+}
+TOLD: Final = {"axis": ((0, 1),), "attitude": ((0, 3), (1, 2)), "cubic": ()}  # by which angles
+
+
+class TooCoarse(ArithmeticError):
+    """More bits, or a higher order, are needed."""
+
+
+class Quadrature(NamedTuple):
+    """An angle beside the axis: its rate is momentum/(1 + side e_z) - frame [in own units]."""
+
+    side: int
+    momentum: float
+    frame: float
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """What holds along the solution, and within `MARGIN` of it, in the norm of the system.
+
+    Attributes
+    ----------
+    growth : float
+        Of the logarithmic norm of the Jacobian: how fast an error can grow.
+    jacobian : float
+        Of its norm: how fast an error can change.
+    speed : float
+        Of the right-hand side.
+    size : float
+        Of the state.
+    turning : float
+        Of the rates of the angles that are counted; inf where one of them has none, at a pole.
+    stiffness : float
+        Of the factors in Hill's equation for the two complex numbers whose arguments phi and psi
+        are made of: an argument that turns by pi takes at least pi over its root (`turns`).
+    """
+
+    growth: float
+    jacobian: float
+    speed: float
+    size: float
+    turning: float
+    stiffness: float
+
+
+class Piece(NamedTuple):
+    """A piece of the table: the coefficients of each polynomial, and how far they may be off."""
+
+    rows: list[list[arb]]
+    error: arb
+    aside: arb
+
+
+class Flow:
+    """The exact solution through a start, in the unit of time of a run.
+
+    Parameters
+    ----------
+    form : Formulation
+        The axis form without angles, the attitude or the cubic form.
+    constants : mapping from str to float
+    start : sequence of float
+        The state at time 0: exactly these doubles.
+    end : float
+        Up to when, should the motion have no period before.
+    quadrature : Quadrature, optional
+        Of the axis form.
+
+    Attributes
+    ----------
+    system : System
+    period : tuple of float or None
+        As a double-double; None where none is needed.
+    bounds : Bounds
+
+    Raises
+    ------
+    TooCoarse
+        1024 bits do not do.
+    """
+
+    def __init__(
+        self,
+        form: Formulation,
+        constants: Mapping[str, float],
+        start: Sequence[float],
+        end: float,
+        quadrature: Quadrature | None = None,
+    ) -> None:
+        self.form, self.constants, self.start, self.end = form, dict(constants), start, end
+        self.quadrature = quadrature
+        for self.bits, self.order in SETTINGS:
+            with working(self.bits):
+                try:
+                    self.system = System.of(form, constants, _rate(form, constants, start))
+                    self._solve()
+                    self._close()
+                    self._keep()
+                except TooCoarse as error:
+                    if (self.bits, self.order) == SETTINGS[-1]:
+                        raise
+                    self.coarse = str(error)
+                    continue
+            return
+
+    def _solve(self) -> None:
+        """Solve the equations piece by piece, up to the end of a period, or to the end."""
+        system = self.system
+        x = [arb(v) for v in self.start]
+        fastest = float(operator_norm(system.jacobian(x)).upper()) or 1.0
+        self.piece = delta = 2.0 ** -math.ceil(math.log2(FINE * fastest))
+        reach, error, aside, lost = arb(delta), arb(0), arb(0), arb(0)
+        beside = [arb(0)] if self.quadrature else []
+        self.pieces: list[Piece] = []
+        self.turning: list[arb] = []
+        largest, looking = [arb(0)] * 6, True
+        stop = math.ceil(abs(self.end) / delta) + 2
+        while len(self.pieces) < stop:
+            if len(self.pieces) > MOST_PIECES:
+                raise TooCoarse(f"more than {MOST_PIECES} pieces in a period")
+            rows = system.taylor(x, self.order)
+            p = [arb_poly(row) for row in rows]
+            f = system.polynomials(p)
+            here = [
+                hull(q, reach) + arb(0, MARGIN / w) for q, w in zip(p, system.weights, strict=True)
+            ]
+            matrix = system.jacobian(here)
+            m = operator_norm(symmetric(matrix))
+            field = [q[0] for q in system.polynomials([arb_poly([v]) for v in here])]
+            D = system.norm([sup(q.derivative() - g, reach) for q, g in zip(p, f, strict=True)])
+            error = upper(_grown(error, D, m, reach))
+            if not error < MARGIN:
+                raise TooCoarse("the error of the table grows too fast")
+            if self.quadrature:
+                more, wrong = self._quotient(p[2], here[2], error, reach)
+                rows.append([beside[0] + more[0], *more[1:]])
+                aside = upper(aside + wrong * reach)
+            found = (
+                m,
+                operator_norm(matrix),
+                system.norm(field),
+                system.norm(here),
+                self._turn(p, f, reach),
+                self._stiffness(here),
+            )
+            largest = [_larger(a, b) for a, b in zip(largest, found, strict=True)]
+            lost = _larger(lost, error + self._left_out(rows[: len(x)], reach))
+            self.pieces.append(Piece(rows, error, aside))
+            if looking:
+                looking = self._look(p, error, here, stop)
+                if len(self.turning) == 2:
+                    stop = min(stop, math.ceil(float(self.exact_period.upper()) / delta) + 1)
+            y = [q(reach) for q in p]
+            x = [arb(v.mid()) for v in y]
+            error = upper(error + system.norm([v - w for v, w in zip(y, x, strict=True)]))
+            if self.quadrature:
+                last = arb_poly(rows[-1])(reach)
+                beside, aside = [arb(last.mid())], upper(aside + last.rad())
+        self.bounds, self.lost = Bounds(*map(up, largest)), up(lost)
+        worst = max(float(each.error.upper()) for each in self.pieces)
+        if not (worst <= SMALL * self.bounds.size and self.lost <= LOST * self.bounds.size):
+            raise TooCoarse("the table")
+
+    def _left_out(self, rows: list[list[arb]], reach: arb) -> arb:
+        """Return a bound of what `at` leaves out or rounds, of one piece."""
+        tail = [sup(arb_poly([0] * KEPT + row[KEPT:]), reach) for row in rows]
+        fine = [sup(arb_poly([0] * LEAD + row[LEAD:KEPT]), reach) for row in rows]
+        return self.system.norm(tail) + 4 * KEPT * UNIT * self.system.norm(fine)
+
+    def _quotient(self, p: arb_poly, here: arb, error: arb, reach: arb) -> tuple[list[arb], arb]:
+        """Return the polynomial of the quadrature, and a bound of the error of its rate."""
+        side, momentum, frame = self.quadrature or (1, 0.0, 0.0)
+        below = 1 + side * p
+        least = upper(1 / (1 + side * here))
+        b = [below[k] for k in range(self.order)]
+        found = [arb(momentum) / b[0]]
+        for k in range(1, self.order):
+            found.append(-sum(map(arb.__mul__, b[1 : k + 1], found[::-1]), arb(0)) / b[0])
+        wrong = sup(arb_poly(found) * below - arb(momentum), reach) * least
+        wrong += abs(arb(momentum)) * error * least * least
+        found[0] -= arb(frame)
+        return [arb(0), *(x / (k + 1) for k, x in enumerate(found))], upper(wrong)
+
+    def _turn(self, p: list[arb_poly], f: list[arb_poly], reach: arb) -> arb:
+        """Return a bound of the rates of the angles that are counted, in one piece."""
+        largest = arb(0)
+        for i, j in TOLD[self.form.name]:
+            square = hull(p[i] * p[i] + p[j] * p[j], reach)
+            if not square > 1e-12:
+                return arb("inf")
+            largest = _larger(largest, abs(hull(p[i] * f[j] - p[j] * f[i], reach)) / square)
+        return largest
+
+    def _stiffness(self, here: list[arb]) -> arb:
+        """Return a bound of l^2/4 + g |beta|^2 and of l^2/4 - g |alpha|^2 in a piece."""
+        if self.form.name == "cubic":
+            return arb(0)
+        g, along = arb(self.constants["g"]), arb(self.constants["l_z"])
+        *e, l_x, l_y = here
+        if self.form.name == "attitude":
+            alpha, beta = e[0] ** 2 + e[3] ** 2, e[1] ** 2 + e[2] ** 2
+        else:
+            length = sum((x * x for x in e), arb(0)).sqrt()
+            alpha, beta = (length + e[2]) / 2, (length - e[2]) / 2
+        square = (l_x * l_x + l_y * l_y + along * along) / 4
+        return _larger(upper(square + g * beta), square - g * alpha)
+
+    # --- turning points, the period, and the rotations after one ---------------------------------
+
+    @property
+    def exact_period(self) -> arb:
+        """Twice the time between two turning points that follow each other."""
+        return 2 * (self.turning[1] - self.turning[0])
+
+    def _look(self, p: list[arb_poly], error: arb, here: list[arb], stop: int) -> bool:
+        """Look for a turning point in the last piece; tell whether to look on.
+
+        Where it cannot be told whether there is one, a short run does without a period.
+        """
+        try:
+            found = self._zero("turning", p, error, here, len(self.pieces) - 1)
+        except TooCoarse:
+            if stop > FEW_PIECES:
+                raise
+            self.turning.clear()
+            return False
+        if found is not None and not (
+            self.turning and not found > self.turning[-1] + arb(self.piece) / 4
+        ):
+            self.turning.append(found)
+        return len(self.turning) < 2
+
+    def _zero(
+        self, event: str, p: list[arb_poly], error: arb, here: list[arb], place: int
+    ) -> arb | None:
+        """Return the zero of an event function in a piece, after time 0.
+
+        Raises
+        ------
+        TooCoarse
+            Neither the function nor its slope has one sign in the piece.
+        """
+        q, reach = self._event(event, p), arb(self.piece)
+        if all(c == 0 for c in q.coeffs()):
+            return None
+        # how much it differs between p and the solution: at most its slope times the distance
+        off = upper(self._slope(event, here) * error)
+        value = hull(q, reach)
+        if value - off > 0 or value + off < 0:
+            return None
+        slope = hull(q.derivative(), reach)
+        if slope.contains(0):
+            raise TooCoarse(f"a zero of {event}")
+        at = reach / 2
+        for _ in range(20):
+            at = arb((at - q(at) / q.derivative()(at)).mid())
+        radius = upper((abs(q(at)) + off) / abs(slope))
+        if not (at + radius > 0 and at - radius < reach):
+            return None
+        found = place * reach + at + arb(0, radius)
+        return found if found > 0 else None
+
+    def zeros(self, event: str) -> list[arb]:
+        """Return the zeros of an event function within a period, after time 0.
+
+        Raises
+        ------
+        TooCoarse
+            Two of them are too near to each other.
+        """
+        if event == "turning":
+            return self.turning
+        found: list[arb] = []
+        with working(self.bits):
+            n, reach = len(self.start), arb(self.piece)
+            for place, piece in enumerate(self.pieces):
+                p = [arb_poly(row) for row in piece.rows[:n]]
+                here = [hull(q, reach) for q in p]
+                zero = self._zero(event, p, piece.error, here, place)
+                if zero is None or (found and not zero > found[-1] + reach / 4):
+                    continue
+                again = found[0] + self.exact_period - reach / 4 if found and self.period else None
+                if again is None or zero < again:
+                    found.append(zero)
+        return found
+
+    def _event(self, event: str, p: Sequence[Any]) -> arb_poly:
+        named = {s.name: x for s, x in zip(self.form.states, p, strict=True)}
+        named |= {name: arb_poly([arb(x)]) for name, x in self.constants.items()}
+        (found,) = evaluated([self.form.events[event]], named, lambda n: arb_poly([n]), {})
+        return found
+
+    def _slope(self, event: str, here: Sequence[arb]) -> arb:
+        """Return a bound of the gradient of an event function in a box, in the norm."""
+        total = arb(0)
+        for i, w in enumerate(self.system.weights):
+            moved = [arb_poly([x, 1] if i == j else [x]) for j, x in enumerate(here)]
+            coefficients = self._event(event, moved).coeffs()
+            slope = coefficients[1] if len(coefficients) > 1 else arb(0)
+            total += (upper(abs(slope)) / w) ** 2
+        return upper(total.sqrt())
+
+    def _close(self) -> None:
+        """Find the period, and the angles by which pairs of states turn in it.
+
+        Raises
+        ------
+        TooCoarse
+            They are not known well enough; after a period the solution is not where it was.
+        """
+        self.period: tuple[float, float] | None = None
+        self.angles: dict[tuple[int, int], arb] = {}
+        self.beside = (0.0, 0.0)  # what the quadrature grows by in a period
+        if len(self.turning) < 2:
+            return
+        T = self.exact_period
+        self.period = pair(T)
+        last, start = self.ball(T), [arb(v) for v in self.start]
+        if self.quadrature:
+            self.beside = pair(last.pop())
+        self.angles = self._angles(last)
+        for (i, j), a in self.angles.items():
+            s, c = a.sin_cos()
+            start[i], start[j] = c * start[i] - s * start[j], s * start[i] + c * start[j]
+        apart = self.system.norm([v - w for v, w in zip(last, start, strict=True)])
+        if not apart < 1e6 * SMALL * self.bounds.size:
+            raise TooCoarse(f"after a period the solution is {float(apart):.1e} off")
+
+    def _angles(self, last: Sequence[arb]) -> dict[tuple[int, int], arb]:
+        """Return by which angle each pair of states has turned, from those that are not zero."""
+        turns, known = PAIRS[self.form.name], {}
+        for i, j in turns:
+            if self.start[i] or self.start[j]:
+                z = acb(last[i], last[j]) / acb(self.start[i], self.start[j])
+                known[turns[i, j]] = z.arg() if z.real > 0 else (-z).arg() + arb.pi()
+        both, one, other = (known.get(key) for key in ((1, 1), (1, 0), (0, 1)))
+        zero = arb(0)
+        if both is None:
+            known[1, 1] = (one or zero) + (other or zero)
+        elif one is None or other is None:
+            known[1, 0] = one = one if one is not None else both - (other or zero)
+            known[0, 1] = both - one
+        return {place: known.get(turn, zero) for place, turn in turns.items()}
+
+    # --- values -----------------------------------------------------------------------------------
+
+    def _keep(self) -> None:
+        """Keep the polynomials as doubles."""
+        rows = [piece.rows for piece in self.pieces]
+        self._lead = np.array(
+            [[[pair(row[k]) for row in each] for each in rows] for k in range(LEAD)]
+        )
+        self._rest = np.array(
+            [[[float(row[k].mid()) for row in each] for each in rows] for k in range(LEAD, KEPT)]
+        )
+        self.aside = up(max((each.aside for each in self.pieces), key=lambda x: float(x.upper())))
+
+    def ball(self, t: arb) -> list[arb]:
+        """Return the solution at a time within the table, in balls; the quadrature last."""
+        j = min(int(float((t / self.piece).mid())), len(self.pieces) - 1)
+        rows, error, aside = self.pieces[j]
+        since = t - j * arb(self.piece)
+        off = [upper(error / w) for w in self.system.weights] + [aside]
+        return [arb_poly(row)(since) + arb(0, each) for row, each in zip(rows, off, strict=False)]
+
+    def at(self, t: Words) -> tuple[Words, Array]:
+        """Return the solution at times, as double-doubles of shape (n, k), and how far it is off.
+
+        Parameters
+        ----------
+        t : pair of ndarrays, shape (k,)
+            As double-doubles.
+        """
+        high, since = t[0], t
+        n = np.zeros_like(high)
+        if self.period is not None:
+            n = np.floor(high / self.period[0])
+            whole = two_product(n, self.period[0])
+            since = add(t, (-whole[0], -(whole[1] + n * self.period[1])))
+        j = np.clip(np.floor(since[0] / self.piece), 0, len(self.pieces) - 1).astype(np.intp)
+        s = add(since, (-j * self.piece, np.zeros_like(high)))
+        if not np.all((s[0] > -1e-6 * self.piece) & (s[0] < self.piece * (1 + 1e-6))):
+            raise ArithmeticError("a time outside of the table")
+        rest = self._rest[:, j].transpose(0, 2, 1)  # coefficient, state, time
+        q = rest[-1]
+        for c in rest[-2::-1]:
+            q = q * s[0] + c
+        x = q, np.zeros_like(q)
+        for c_high, c_low in self._lead[:, j].transpose(0, 3, 2, 1)[::-1]:
+            x = add((c_high, c_low), _times(x, s))
+        x = self._advanced(x, n)
+        off = self.lost + 256 * UNIT**2 * (
+            self.bounds.size + self.bounds.speed * (np.abs(high) + self.piece)
+        )
+        return x, off
+
+    def _advanced(self, x: Words, n: Array) -> Words:
+        """Return what a state has become n periods later."""
+        if self.period is None or not n.any():
+            return x
+        whole, back = np.unique(n, return_inverse=True)
+        high, low = (np.array(each) for each in x)
+        with working(self.bits):
+            for (i, j), a in self.angles.items():
+                turned = [(int(k) * a).sin_cos() for k in whole]
+                s, c = (np.array([pair(v[k]) for v in turned])[back].T for k in (0, 1))
+                xi, xj = (high[i], low[i]), (high[j], low[j])
+                minus = _times(s, xj)
+                first = add(_times(c, xi), (-minus[0], -minus[1]))
+                second = add(_times(s, xi), _times(c, xj))
+                high[i], low[i], high[j], low[j] = *first, *second
+        if self.quadrature:
+            grown = two_product(n, self.beside[0])
+            more = grown[0], grown[1] + n * self.beside[1]
+            high[-1], low[-1] = add((high[-1], low[-1]), more)
+        return high, low
+
+
+def _times(a: Any, b: Any) -> Words:
+    high, low = two_product(a[0], b[0])
+    return two_sum(high, low + (a[0] * b[1] + a[1] * b[0]))
+
+
+def _rate(form: Formulation, constants: Mapping[str, float], start: Sequence[float]) -> float:
+    """Return the rate, a power of two, by which rates are measured against the other states.
+
+    The smaller the symmetric part of the Jacobian, the slower errors grow; but a rate far below
+    those of the motion would make much of the rounding of rates.
+    """
+
+    def size(matrix: arb_mat) -> float:
+        return sum(float(x) ** 2 for row in matrix.tolist() for x in row)
+
+    def jacobian(rate: float) -> arb_mat:
+        return System.of(form, constants, rate).jacobian([arb(v) for v in start])
+
+    rates = [2.0**k for k in range(-40, 41)]
+    fastest = math.sqrt(min(size(jacobian(rate)) for rate in rates))
+    sane = [rate for rate in rates if rate >= fastest / 8]
+    return min(sane, key=lambda rate: size(symmetric(jacobian(rate))))
+
+
+def hull(q: arb_poly, reach: arb) -> arb:
+    """Return a ball that holds the values of a polynomial from 0 to `reach`."""
+    coefficients = q.coeffs() or [arb(0)]
+    rest = sum((abs(c) * reach**k for k, c in enumerate(coefficients[1:], 1)), arb(0))
+    return arb(coefficients[0]) + arb(0, upper(rest))
+
+
+def sup(q: arb_poly, reach: arb) -> arb:
+    """Return an upper bound of a polynomial from 0 to `reach`."""
+    return upper(sum((abs(c) * reach**k for k, c in enumerate(q.coeffs())), arb(0)))
+
+
+def up(x: arb) -> float:
+    """Return a double that is not below a ball."""
+    return math.nextafter(float(x.upper()), math.inf)
+
+
+def pair(x: arb) -> tuple[float, float]:
+    """Return a ball as a double-double.
+
+    Raises
+    ------
+    TooCoarse
+        It is too wide for one.
+    """
+    if not float(x.rad()) <= 1e-30 * (1 + abs(float(x.mid()))):
+        raise TooCoarse("a number that is not known well enough")
+    high = float(x.mid())
+    return high, float((x - high).mid())
+
+
+def _grown(error: arb, defect: arb, m: arb, time: arb) -> arb:
+    grow = (m * time).exp()
+    return error * grow + (defect * (grow - 1) / m if m > 0 else defect * time)
+
+
+def _larger(a: arb, b: arb) -> arb:
+    b = upper(b)
+    return b if not b <= a else a

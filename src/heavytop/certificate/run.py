@@ -1,0 +1,135 @@
+"""A run in doubles: the numbers that it was integrated from, and its steps, taken again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from heavytop.certificate.flow import Flow, Quadrature
+from heavytop.certificate.steps import UNIT, Steps
+from heavytop.equations.formulation import Formulation
+from heavytop.equations.registry import FORMULATIONS
+from heavytop.integration.compiled import compiled
+from heavytop.integration.integrator import Checkpoint, Integrator
+from heavytop.numbers.double_double import add
+from heavytop.results.base import Part
+
+
+@dataclass(frozen=True, kw_only=True)
+class BinaryRun(Part):
+    """All numbers that a run in doubles depends on, exactly; its bits follow from them.
+
+    Attributes
+    ----------
+    formulation : str
+    variant : str or None
+        How it has phi and psi.
+    watched : tuple of str
+        Event functions in the loop.
+    tolerance : float
+    projected : bool
+    constants : mapping from str to float
+    start : tuple of float
+        The state at time 0, with the angles that are counted.
+    end : float
+        The last time [s].
+    """
+
+    formulation: str
+    variant: str | None
+    watched: Sequence[str]
+    tolerance: float
+    projected: bool
+    constants: Mapping[str, float]
+    start: Sequence[float]
+    end: float
+
+    @property
+    def form(self) -> Formulation:
+        """The formulation with its angles."""
+        return FORMULATIONS[self.formulation].build(self.variant)
+
+    @property
+    def core(self) -> Formulation:
+        """The formulation whose right-hand sides are quadratic: without angles and quadratures."""
+        if self.formulation == "cubic":
+            return self.form
+        return FORMULATIONS[self.formulation].build(None)
+
+    @cached_property
+    def integrator(self) -> Integrator:
+        """What takes its steps."""
+        form = self.form
+        equations = compiled(form.integrated or form, tuple(self.watched), self.tolerance)
+        start = np.array(self.start)
+        return Integrator(form, equations, dict(self.constants), start, projected=self.projected)
+
+    @property
+    def quadrature(self) -> Quadrature | None:
+        """The quadrature for psi, in the run's own unit of time."""
+        if self.formulation != "axis" or self.variant not in ("sigma", "delta"):
+            return None
+        known = self.integrator.own_constants
+        side, name = (1, "P_plus") if self.variant == "sigma" else (-1, "P_minus")
+        return Quadrature(side, known[name], known["frame_rate"])
+
+    def flow(self, last: Steps) -> Flow:
+        """Return the exact motion of the same numbers; `last` are the last steps of the run."""
+        ends = np.abs(last.label[0] + last.length)
+        own, core = self.integrator, self.core
+        n = len(core.states)
+        start = np.array(self.start[:n]) / np.where(core.is_rate, own.pace, 1.0)
+        end = 1.001 * float(ends.max(initial=0.0))
+        return Flow(core, own.own_constants, start.tolist(), end, self.quadrature)
+
+    def steps(self, start: Checkpoint, count: int) -> tuple[Steps, Checkpoint]:
+        """Take some steps of the run again, and return them with the checkpoint after them.
+
+        The last of them is cut at the end of the run.
+        """
+        own = self.integrator
+        kept, end = own.polynomials(start, count, 4.0 * self.end)
+        begun = tuple(np.full(kept.length.size, word * own.pace) for word in start.time)
+        label = add(begun, (kept.begun[:, 0], kept.begun[:, 1]))
+        left = self.end * own.pace - label[0]
+        length = np.where(np.abs(kept.length) < np.abs(left), kept.length, left)
+        return Steps(
+            np.ascontiguousarray(kept.coefficients.transpose(2, 1, 0)),
+            label,
+            length,
+            _clock(start, kept, own.pace),
+        ), end
+
+
+def _clock(start: Checkpoint, kept: Any, pace: float) -> Any:
+    """Return how far the time at which a polynomial is evaluated may be off, of each step.
+
+    A time is measured from the start of its block, then from where its leg begins, then from its
+    step; each difference of doubles is rounded, but for differences with zero, and of two numbers
+    less than a factor of two apart (Sterbenz).
+    """
+    since = np.abs(kept.begun[:, 0] + kept.length)
+    leg = np.abs(kept.begun[:, 0] - kept.restarted) + np.abs(kept.length)
+    begun = abs(start.time[0]) * pace
+    first = 0.0 if start.time == (0.0, 0.0) else np.where(since < begun, 1.0, 2.0)
+    second = np.where(kept.restarted == 0, 0.0, np.where(leg < np.abs(kept.restarted), 1.0, 2.0))
+    return UNIT * (first * since + second * leg + 2 * np.abs(kept.length)) * (1 + 1e-9)
+
+
+def binary_run(trajectory: Any) -> BinaryRun:
+    """Return the numbers of a trajectory in doubles."""
+    chosen, orbit = trajectory.plan, trajectory.orbit
+    return BinaryRun(
+        formulation=chosen.formulation,
+        variant=chosen.variant,
+        watched=chosen.watched,
+        tolerance=orbit.integrator.compiled.tolerance,
+        projected=orbit.integrator.projection is not None,
+        constants=dict(orbit.parameters),
+        start=tuple(orbit.checkpoints[0].state.tolist()),
+        end=float(orbit.end),
+    )

@@ -1,0 +1,141 @@
+"""The Taylor polynomials of a run, step by step: their values, and how far they miss the equations.
+
+Everything is computed in doubles, and every rounding is bounded: a sum of n products of doubles is
+off by at most (n + 1) u / (1 - (n + 1) u) times the sum of their sizes, in any order (Higham,
+*Accuracy and Stability of Numerical Algorithms*, 3.1); u = 2^-53. Sums and products alone are
+used, which IEEE 754 rounds correctly. The bounds themselves are sums of positive terms, off by
+less than one in 10^12: `UP` is there for that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heavytop.certificate.flow import Quadrature
+from heavytop.certificate.system import ONE, System
+from heavytop.numbers.double_double import add, two_product
+
+Array = NDArray[np.float64]
+Words = tuple[Array, Array]
+
+UNIT = 2.0**-53
+UP = 1 + 1e-12
+BEYOND = 1 + 2.0**-48  # of a step, for which its polynomial is bounded: labels of steps are rounded
+FEW = 256  # steps at a time, whose coefficients stay in the cache
+
+
+@dataclass(frozen=True, slots=True)
+class Steps:
+    """Some steps of a run, in its own unit of time.
+
+    Attributes
+    ----------
+    coefficients : ndarray, shape (order + 1, n, k)
+        Of the polynomials of n states over k steps, in the time since the beginning of each; the
+        quadrature last, if there is one.
+    label : pair of ndarrays, shape (k,)
+        When each begins, as double-doubles.
+    length : ndarray, shape (k,)
+        Of each; negative back in time.
+    clock : ndarray, shape (k,)
+        How far the time at which a polynomial is evaluated may be off.
+    """
+
+    coefficients: Array
+    label: Words
+    length: Array
+    clock: Array
+
+    def where(self, index: slice) -> Steps:
+        """Return some of them."""
+        return Steps(
+            self.coefficients[:, :, index],
+            (self.label[0][index], self.label[1][index]),
+            self.length[index],
+            self.clock[index],
+        )
+
+    def at(self, step: NDArray[np.intp], since: Array) -> tuple[Words, Array, Array]:
+        """Return states (n, m) on polynomials as double-doubles, with two bounds in each state.
+
+        The first is of the arithmetic here, the second of Horner's scheme in doubles, by which the
+        integrator evaluates them, compensated or not.
+        """
+        c = self.coefficients[:, :, step]
+        order = len(c) - 1
+        x = c[order], np.zeros_like(c[order])
+        size, plain = np.abs(c[order]), (2 * order + 2) * np.abs(c[order])
+        time = np.abs(since)
+        for k in range(order - 1, -1, -1):
+            high, low = two_product(x[0], since)
+            x = add((c[k], np.zeros_like(c[k])), (high, low + x[1] * since))
+            size = size * time + np.abs(c[k])
+            plain = plain * time + (2 * k + 2) * np.abs(c[k])
+        return x, 16 * (order + 1) * UNIT**2 * size * UP, UNIT * plain * UP
+
+
+def defects(system: System, steps: Steps) -> Array:
+    """Return bounds of |p' - f(p)| over each step, shape (k,), in the norm of the system."""
+    count = steps.length.size
+    if not count:
+        return np.empty(0)
+    parts = (slice(i, min(i + FEW, count)) for i in range(0, count, FEW))
+    return np.concatenate([_defects(system, steps.where(part)) for part in parts])
+
+
+def residuals(quadrature: Quadrature, steps: Steps) -> Array:
+    """Return bounds of |q' (1 + side e_z) - ...| of the quadrature, shape (k,), as `defects` does.
+
+    That is how far the rate of its polynomial q is off, times 1 + side e_z.
+    """
+    side, momentum, frame = quadrature
+    c = steps.coefficients
+    order, reach = len(c) - 1, np.abs(steps.length) * BEYOND
+    powers = reach ** np.arange(2 * order + 1)[:, None]
+    index = np.arange(order + 1)[:, None]
+    rate, height = index[1:] * c[1:, -1], side * c[:, 2]
+    rate[0] += frame
+    sizes = (np.abs(rate) * powers[:order]).sum(axis=0) + abs(frame) * UNIT
+    scaled = np.abs(height) * powers[: order + 1]
+    S, weighted = scaled.sum(axis=0), (index * scaled).sum(axis=0)
+    d = np.zeros((2 * order + 1, reach.size))
+    for m in range(order):
+        d[m : m + order + 1] += rate[m] * height
+    d[:order] += rate
+    d[0] -= momentum
+    rounding = sizes * (6 * S + weighted + 5) + abs(frame) + abs(momentum)
+    found: Array = UP * ((np.abs(d) * powers).sum(axis=0) + UNIT * rounding)
+    return found
+
+
+def _defects(system: System, steps: Steps) -> Array:
+    c = steps.coefficients
+    order, reach = len(c) - 1, np.abs(steps.length) * BEYOND
+    powers = reach ** np.arange(2 * order + 1)[:, None]
+    index = np.arange(order + 1)[:, None, None]
+    scaled = np.abs(c) * powers[: order + 1, None]
+    S, weighted = scaled.sum(axis=0), (index * scaled).sum(axis=0)  # sums of |c|, of k |c|
+    total = np.zeros_like(reach)
+    for i, row in enumerate(system.terms):
+        d = np.zeros((2 * order + 1, reach.size))
+        rounding = np.zeros_like(reach)
+        products = [term for term in row if term.first != ONE]
+        others = [term for term in row if term.first == ONE]
+        count, later = len(products), len(others) + 1
+        own = [a * c[:, j] for a, j, _ in products]
+        for m in range(order + 1):
+            for x, (_, _, k) in zip(own, products, strict=True):
+                d[m : m + order + 1] -= x[m] * c[:, k]
+        for a, j, k in products:  # rounded twice, and in all sums that follow
+            rounding += abs(a) * S[j] * ((2 + count + later) * S[k] + count * weighted[k])
+        for a, _, k in others:
+            d[: order + 1 if k != ONE else 1] -= a * c[:, k] if k != ONE else a
+            rounding += (2 + later) * abs(a) * (S[k] if k != ONE else 1.0)
+        d[:order] += index[1:, 0] * c[1:, i]
+        rounding += 3 * (index[1:, 0] * scaled[1:, i] / reach).sum(axis=0)
+        size = (np.abs(d) * powers).sum(axis=0) + UNIT * rounding
+        total += (system.weights[i] * size) ** 2
+    return UP * np.sqrt(total)

@@ -1,0 +1,73 @@
+"""The result of a certificate: proved bounds of the error of a run, over all of its times."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final, Literal
+
+from heavytop.results.base import Number, Part, Problem, Result, Text
+
+QUANTITIES: Final = ("axis", "theta", "phi", "psi")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProvedEvents(Part):
+    """The events of one kind that a run has.
+
+    Attributes
+    ----------
+    count : int
+    proved : bool or None
+        Whether none is missed and none doubled; None where nothing was asked.
+    """
+
+    count: int
+    proved: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Certificate(Result):
+    """What is proved of a run in doubles: how far it is from the exact motion of its own numbers.
+
+    Attributes
+    ----------
+    scene : Problem
+    formulation : str
+    projected : bool
+    tolerance : float
+    steps : int
+    t : float
+        The end of the run [s]: the bounds hold for all times from the start to it.
+    bound : dict from str to (float or None)
+        Proved: at no time is the error larger. Of the axis, as a length, and of theta, phi, psi
+        [rad]. None where there is no bound, or where the run does not follow the angle.
+    observed : dict from str to (float or None)
+        The largest error at the times that were looked at: no bound can be smaller.
+    turns : bool or None
+        Whether the whole turns of phi and psi are proved too; else the bounds are of the angles
+        but for whole turns.
+    events : dict from str to ProvedEvents
+        By turning, reversal, cusp.
+    time_bound_s : float or None
+        Proved: no time of an event is off by more [s].
+    proved : bool
+        Whether axis and theta are bounded, and no event that was asked for is in doubt.
+    why : tuple of str
+        What is not proved, and why.
+    """
+
+    schema: Literal["heavytop/certify/1"] = "heavytop/certify/1"
+    scene: Problem
+    formulation: Text
+    projected: bool
+    tolerance: Number
+    steps: int
+    t: Number
+    bound: Mapping[Text, Number | None]
+    observed: Mapping[Text, Number | None]
+    turns: bool | None
+    events: Mapping[Text, ProvedEvents]
+    time_bound_s: Number | None
+    proved: bool
+    why: tuple[Text, ...] = ()

@@ -1,0 +1,393 @@
+"""Certificates: proved bounds of the error of a run in doubles, over all of its times.
+
+A certificate is a study: its tasks are parts of the run, each of some blocks of steps, which are
+integrated again and must lead to the same bits as before.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from heavytop.certificate.bounds import bound
+from heavytop.certificate.events import held
+from heavytop.certificate.flow import Flow, TooCoarse
+from heavytop.certificate.run import BinaryRun, binary_run
+from heavytop.certificate.steps import UNIT
+from heavytop.errors import ForeignFile, NotCertified, Outcome, WrongType
+from heavytop.integration.integrator import Checkpoint
+from heavytop.integration.outputs import sample
+from heavytop.machine import versions
+from heavytop.results.base import Problem
+from heavytop.results.certificate import QUANTITIES, Certificate, ProvedEvents
+from heavytop.run.events import KINDS_OF
+from heavytop.run.propagation import binary_start, propagate
+from heavytop.run.trajectory import Trajectory
+from heavytop.scene.arguments import heard, path_of, whole
+from heavytop.scene.quantities import ANGLES as ANGLE_NAMES
+from heavytop.scene.scene import Scene
+from heavytop.studies.runner import Progress, run
+from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store
+
+if TYPE_CHECKING:
+    from heavytop.certificate.steps import Steps
+
+KIND: Final = "certificate"
+PARTS: Final = 64  # of a run: what may be done at the same time
+FORMS: Final = ("axis", "attitude", "cubic")
+TURN: Final = 0.95  # of the time in which Sturm's theorem lets an argument turn
+ANGLES: Final = 3 * UNIT  # relative: an angle, put together of whole turns and a rest
+
+
+def certify(
+    run: Trajectory | Scene,
+    *,
+    jobs: int = 1,
+    folder: str | os.PathLike[str] | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[Progress], object] | None = None,
+) -> Certificate:
+    """Prove how far a run is from the exact motion, over all times and not only at samples.
+
+    The exact motion is that of the run's own binary numbers. The steps are taken again; that
+    they lead to other bits than before is refused.
+
+    Parameters
+    ----------
+    run : Trajectory or Scene
+        A run in doubles, in the axis, the attitude or the cubic form; a scene is run first.
+    jobs : int
+        Processes; results do not depend on it.
+    folder : path, optional
+        Where everything is stored, so that what was killed goes on from there. It is new, or
+        empty, or holds this certificate.
+    executor : concurrent.futures.Executor, optional
+        Its workers do the work, wherever they are, and `jobs` means nothing.
+    progress : callable, optional
+        It is given a `heavytop.studies.runner.Progress` again and again.
+
+    Returns
+    -------
+    Certificate
+        Bounds of axis, theta, phi and psi, and what is proved of the events.
+
+    Raises
+    ------
+    WrongType
+        It is neither a Trajectory nor a Scene.
+    NotCertified
+        It is no whole run in doubles in one of these forms; the motion is so near a separatrix
+        that 1024 bits do not tell its period.
+    ForeignFile
+        Integrated again, the run has other bits; the folder holds something else.
+    InUse, StoppedEarly, ForeignWorker
+        As for `heavytop.drift`.
+
+    Examples
+    --------
+    >>> import heavytop as ht
+    >>> found = certify(ht.propagate(ht.load_scene("sicm-kicked")))
+    >>> found.proved, found.bound["axis"] < 3e-15, found.events["turning"].count
+    (True, True, 8)
+
+    Notes
+    -----
+    Accuracy: ``tests/studies/test_certificate.py`` holds the bounds to errors found at random
+    times in 128 bits, which never exceed them.
+
+    References
+    ----------
+    Hairer, Nørsett & Wanner, *Solving Ordinary Differential Equations I*, I.10: logarithmic norms
+    and defects.
+    """
+    heard("progress", progress)
+    place, jobs = (
+        None if folder is None else path_of("folder", folder),
+        whole("jobs", jobs, 1, 1024),
+    )
+    if isinstance(run, Scene):
+        run = propagate(run)
+    parameters = certificate_parameters(run)
+    with open_store(place, parameters) as store:
+        return complete(store, jobs=jobs, executor=executor, on_progress=progress)
+
+
+def certificate_parameters(trajectory: Trajectory) -> Parameters:
+    """Return what is asked of a certificate, as JSON.
+
+    Raises
+    ------
+    WrongType, NotCertified, ForeignFile
+        As of `certify`.
+    """
+    if not isinstance(trajectory, Trajectory):
+        raise WrongType("run: a Trajectory or a Scene; heavytop.propagate gives one")
+    if reason := why_not(trajectory):
+        raise NotCertified(reason)
+    own, orbit = binary_run(trajectory), trajectory.orbit
+    _, begun = binary_start(trajectory.scene, trajectory.plan)
+    if not np.array_equal(begun.state, orbit.checkpoints[0].state):
+        raise ForeignFile(f"{trajectory.scene.name}: its start is not that of its scene")
+    seen = orbit.at(orbit.samples.t).states
+    if not np.array_equal(seen, orbit.samples.states, equal_nan=True):
+        raise ForeignFile(f"{trajectory.scene.name}: integrated again, its samples are others")
+    points = orbit.checkpoints
+    every = math.ceil(len(points) / PARTS)
+    firsts = [*range(0, len(points), every)]
+    legs = [
+        {"time": list(points[i].time), "state": points[i].state.tolist(), "steps": points[i].steps}
+        for i in firsts
+    ]
+    events = trajectory.events
+    times = {
+        event: _times(trajectory, event)
+        for event in ("turning", "reversal")
+        if event in events.asked
+    }
+    return {
+        "kind": KIND,
+        "scene": trajectory.scene.problem(),
+        "run": own.document(),
+        "legs": legs,
+        "steps": orbit.steps,
+        "states": len(own.integrator.compiled.formulation.states),
+        "sizes": _sizes(trajectory),
+        "told": _told(trajectory),
+        "events": times,
+        "counts": {event: events.count(event) for event in KINDS_OF if event in events.asked},
+        "versions": versions(),
+    }
+
+
+def why_not(trajectory: Trajectory) -> str:
+    """Return why there is no certificate of a trajectory, or nothing."""
+    chosen = trajectory.plan
+    if trajectory.outcome is not Outcome.FINISHED:
+        return f"the run ended early ({trajectory.outcome}): only a whole one is certified"
+    if trajectory.decimals is not None or chosen.precision != "double":
+        return "the run has more digits than doubles: its digits are held to the closed form"
+    if chosen.formulation not in FORMS:
+        return f"the {chosen.formulation} form is not quadratic: one of {', '.join(FORMS)}"
+    return ""
+
+
+def _times(trajectory: Trajectory, event: str) -> list[list[float]]:
+    """Return the times of events as double-doubles [s]."""
+    found = trajectory.events.of(event) if event == "turning" else trajectory.events.of("reversal")
+    return [found.t.tolist(), found.t_low.tolist()]
+
+
+def _sizes(trajectory: Trajectory) -> dict[str, float]:
+    """Return what bounds the rounding of phi and psi: their sizes where blocks begin, and so on."""
+    orbit, known = trajectory.orbit, trajectory.orbit.parameters
+    times = [abs(point.time[0]) for point in orbit.checkpoints] + [abs(orbit.end)]
+    states = np.array([point.state for point in orbit.checkpoints])
+    own = len(orbit.integrator.compiled.formulation.states)
+    side = -1 if trajectory.plan.variant == "delta" else 1
+    uniform = abs(known.get("kappa", 0.0) + side * known.get("frame_rate", 0.0))
+    return {
+        "angle": float(np.max(np.abs(states[:, own:]), initial=0.0)),
+        "gap": float(np.max(np.diff(times))),
+        "uniform": uniform * abs(orbit.end),
+    }
+
+
+def _told(trajectory: Trajectory) -> dict[str, float]:
+    """Return by how much angles at the start are those of the scene, and not of the state."""
+    orbit = trajectory.orbit
+    seen = trajectory(0.0)
+    form = orbit.integrator.formulation
+    state = orbit.checkpoints[0].state[None]
+    own = sample(form, state, orbit.parameters, np.zeros(1)).at(0)
+    off = {
+        name: abs(float(getattr(seen, name)) - float(getattr(own, name))) for name in ANGLE_NAMES
+    }
+    return {name: x for name, x in off.items() if x == x}
+
+
+# --- the study -------------------------------------------------------------------------------
+
+
+def tasks(parameters: Parameters) -> list[str]:
+    """Return the names of the parts of the run; the last one, with the largest errors, first."""
+    return [f"part/{i:04d}" for i in reversed(range(len(parameters["legs"])))]
+
+
+def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chunk]:
+    """Yield the blocks of a part of the run, with what is found and proved in each."""
+    place = int(task.rpartition("/")[2])
+    legs, width = parameters["legs"], parameters["states"]
+    own, flow = _prepared(_key(parameters))
+    first, following = legs[place], legs[place + 1] if place + 1 < len(legs) else None
+    last = following["steps"] if following else parameters["steps"]
+    begun = checkpoint or first
+    point = Checkpoint(tuple(begun["time"]), np.array(begun["state"][:width]), begun["steps"])
+    while True:
+        clock = time.perf_counter()
+        count = min(point.block_steps, last - point.steps)
+        rows = []
+        if count > 0:
+            steps, point = own.steps(point, count)
+            found = bound(flow, steps, _floor(_key(parameters)) if place + 1 < len(legs) else {})
+            rows = [{"found": _finite(found.found), "proved": _finite(found.proved)}]
+        done = point.steps >= last or count <= 0
+        if done and following and not _same(point, following, width):
+            raise ForeignFile(
+                f"{parameters['scene']['name']}: integrated again, its bits are others"
+            )
+        gone = (point.steps - first["steps"]) / max(last - first["steps"], 1)
+        left = {"time": list(point.time), "state": point.state.tolist(), "steps": point.steps}
+        yield Chunk(left, rows, done, gone, time.perf_counter() - clock)
+
+
+def complete(store: MemoryStore, **how: Any) -> Certificate:
+    """Do what is left, and return the certificate."""
+    run(store, **how)
+    return collect(store)
+
+
+def _same(point: Checkpoint, known: Mapping[str, Any], width: int) -> bool:
+    state = np.array(known["state"][:width])
+    return tuple(known["time"]) == point.time and np.array_equal(state, point.state[:width])
+
+
+def _key(parameters: Parameters) -> str:
+    kept = {name: parameters[name] for name in ("run", "steps", "states")}
+    return json.dumps(kept | {"last": parameters["legs"][-1]}, sort_keys=True)
+
+
+@lru_cache(maxsize=2)
+def _prepared(key: str) -> tuple[BinaryRun, Flow]:
+    """Return a run, and the exact motion of its numbers."""
+    own = BinaryRun(**json.loads(key)["run"])
+    steps = _last_steps(key, own)
+    try:
+        return own, own.flow(steps)
+    except (TooCoarse, ValueError) as error:
+        raise NotCertified(f"the exact motion is not known well enough: {error}") from None
+
+
+def _last_steps(key: str, own: BinaryRun) -> Steps:
+    """Return the last block of steps of a run."""
+    known = json.loads(key)
+    leg, width, left = known["last"], known["states"], known["steps"]
+    point = Checkpoint(tuple(leg["time"]), np.array(leg["state"][:width]), leg["steps"])
+    while True:
+        count = min(point.block_steps, left - point.steps)
+        steps, point = own.steps(point, count)
+        if point.steps >= left or count <= 0:
+            return steps
+
+
+@lru_cache(maxsize=2)
+def _floor(key: str) -> dict[str, float]:
+    """Return errors that are found near the end: no smaller bound is of use anywhere."""
+    own, flow = _prepared(key)
+    return bound(flow, _last_steps(key, own), {}).found
+
+
+def _finite(values: Mapping[str, float]) -> dict[str, float | None]:
+    return {name: x if math.isfinite(x) else None for name, x in values.items()}
+
+
+# --- the result ------------------------------------------------------------------------------
+
+
+def collect(store: MemoryStore) -> Certificate:
+    """Return the certificate that all parts of a run add up to."""
+    asked = store.parameters
+    records = [store.load(task) for task in tasks(asked)]
+    for record in records:
+        if record.failed:
+            raise ForeignFile(record.failed)
+    own, flow = _prepared(_key(asked))
+    names = _names(own)
+    rows = [row for record in records for row in record.rows]
+    observed = {n: _most([row["found"].get(n, 0.0) for row in rows]) for n in names}
+    bounds = {n: _most([row["proved"].get(n, 0.0) for row in rows]) for n in names}
+    why = [
+        f"{n} is not bounded: the axis comes too near to a pole" for n in names if bounds[n] is None
+    ]
+    for name, rounding in _rounding(asked["sizes"], flow, own).items():
+        if bounds.get(name) is not None:
+            bounds[name] += rounding + asked["told"].get(name, 0.0)
+    turns, events, time_bound = _turns(own, flow, why), {}, 0.0
+    for event, count in asked["counts"].items():
+        proved = None
+        if event in asked["events"]:
+            t = tuple(np.array(each) * own.integrator.pace for each in asked["events"][event])
+            proof = held(flow, event, t, own.end * own.integrator.pace)
+            proved, off = proof.proved, proof.off / own.integrator.pace
+            time_bound = max(time_bound, off)
+            why += [proof.why] if proof.why else []
+        events[event] = ProvedEvents(count=count, proved=proved)
+    if "cusp" in events and "turning" in events:  # each is a turning point
+        events["cusp"] = ProvedEvents(count=events["cusp"].count, proved=events["turning"].proved)
+    known = [n for n in ("axis", "theta") if n in names]
+    return Certificate(
+        scene=Problem(**asked["scene"]),
+        formulation=own.formulation,
+        projected=own.projected,
+        tolerance=own.tolerance,
+        steps=asked["steps"],
+        t=own.end,
+        bound={n: bounds.get(n) for n in QUANTITIES},
+        observed={n: observed.get(n) for n in QUANTITIES},
+        turns=turns if own.quadrature or own.formulation != "cubic" else None,
+        events=events,
+        time_bound_s=time_bound if asked["events"] else None,
+        proved=all(bounds[n] is not None for n in known)
+        and all(each.proved is not False for each in events.values()),
+        why=tuple(why),
+        versions=asked["versions"],
+    )
+
+
+def _rounding(sizes: Mapping[str, float], flow: Flow, own: BinaryRun) -> dict[str, float]:
+    """Return how far theta, phi and psi are off by being put together of turns and a rest."""
+    rate = flow.bounds.turning * own.integrator.pace * (1 if own.formulation == "axis" else 2)
+    phi = sizes["angle"] + rate * sizes["gap"] + 4 * math.pi
+    return {
+        "theta": 0.0,
+        "phi": ANGLES * phi,
+        "psi": 2 * ANGLES * phi + 4 * UNIT * sizes["uniform"],
+    }
+
+
+def _names(own: BinaryRun) -> Sequence[str]:
+    """Return the quantities that a run has."""
+    if own.formulation == "cubic":
+        return ("theta",)
+    if own.formulation == "attitude" or own.quadrature:
+        return QUANTITIES if own.form.integrated is not None else QUANTITIES[:2]
+    return QUANTITIES[:3] if own.variant else QUANTITIES[:2]
+
+
+def _most(values: Sequence[float | None]) -> float | None:
+    """Return the largest of some bounds: none, if there is one that is none."""
+    return None if None in values else max((x for x in values if x is not None), default=0.0)
+
+
+def _turns(own: BinaryRun, flow: Flow, why: list[str]) -> bool:
+    """Tell whether whole turns are counted rightly.
+
+    They are if the states are read often enough for Sturm's theorem, as `integration.turns` has it,
+    and if the axis keeps away from the poles, beyond all errors of the states.
+    """
+    counted = own.integrator.turns
+    if counted is None:
+        return False
+    half = 1 if own.formulation == "attitude" else 2
+    turned = math.sqrt(flow.bounds.stiffness) * counted.apart * own.integrator.pace * half
+    if turned < TURN * math.pi and math.isfinite(flow.bounds.turning):
+        return True
+    why.append("whole turns are not proved: the axis comes near to a pole")
+    return False
