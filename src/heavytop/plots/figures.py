@@ -22,7 +22,6 @@ from heavytop.plots.sphere import PUSH, axis_path, touched
 from heavytop.plots.sphere import View as View
 from heavytop.plots.style import Array, in_degrees, legend, literal
 from heavytop.plots.style import save as save
-from heavytop.run.verify import deviations
 from heavytop.scene.arguments import expect
 
 if TYPE_CHECKING:
@@ -331,6 +330,8 @@ def errors(ax: Axes, trajectory: Trajectory) -> None:
     ax : matplotlib.axes.Axes
     trajectory : Trajectory
     """
+    from heavytop.run.verify import deviations
+
     _expect_run(trajectory)
     try:
         _draw_errors(ax, **deviations(trajectory))

@@ -24,12 +24,13 @@ from heavytop.report.studies import RESULTS, kind_of
 from heavytop.results.base import Answer, Text, read, with_command
 from heavytop.results.classification import PlanSummary
 from heavytop.results.run import RunResult, run_result
-from heavytop.run.planning import Plan
-from heavytop.run.trajectory import Trajectory
 from heavytop.scene.scene import Scene, read_scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from heavytop.run.planning import Plan
+    from heavytop.run.trajectory import Trajectory
 
 REQUEST, DOCUMENT, TRAJECTORY = "request.json", "run.json", "trajectory.nc"
 FORMS: Final = ("svg", "png")

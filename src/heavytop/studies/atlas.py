@@ -33,7 +33,6 @@ from heavytop.hdf5 import write_sealed
 from heavytop.machine import usable_cpus, versions
 from heavytop.results.atlas import AtlasResult, BoundaryCurve, Differing
 from heavytop.results.base import Problem
-from heavytop.run.ensemble import Ensemble, propagate_many
 from heavytop.scene import arguments
 from heavytop.scene.arguments import Range, Refused
 from heavytop.scene.scene import Scene, no_scene, scene_of
@@ -64,6 +63,8 @@ from heavytop.studies.store import (
 
 if TYPE_CHECKING:
     import xarray
+
+    from heavytop.run.ensemble import Ensemble
 
 KIND: Final = "atlas"
 TILE: Final = {"kind": 2**20, "rows": 2**16, "integrate": 2**14}
@@ -667,6 +668,8 @@ def integrated(tops: Mapping[str, Any], period: Array) -> Codes:
     ndarray of uint8
         Codes of `heavytop.classification.many.Verdicts.names`; undecided where a run broke off.
     """
+    from heavytop.run.ensemble import propagate_many
+
     start: dict[str, Any] = {
         name: np.broadcast_to(each, period.shape).ravel() for name, each in tops.items()
     }

@@ -28,7 +28,6 @@ from heavytop.comparison import own
 from heavytop.machine import usable_cpus, versions
 from heavytop.scene.arguments import heard, path_of, whole
 from heavytop.studies.executors import WORKER, Processes
-from heavytop.studies.methods import admitted
 from heavytop.studies.store import (
     STUDY,
     Chunk,
@@ -231,6 +230,8 @@ def resume(
     ...     print(resume(place).document(costs=False) == first.document(costs=False))
     True
     """
+    from heavytop.studies.methods import admitted
+
     heard("progress", progress)
     path, jobs = path_of("folder", folder), whole("jobs", jobs, 1)
     parameters = with_versions_here(Store(path).parameters)
