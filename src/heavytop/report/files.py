@@ -11,7 +11,7 @@ import json
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -145,7 +145,8 @@ def begun(folder: Path, asked: Request, *, force: bool = False) -> Iterator[None
             raise
         finally:
             if not (folder / REQUEST).exists():
-                (folder / LOCK).unlink(missing_ok=True)
+                with suppress(PermissionError):  # on Windows, where it is open
+                    (folder / LOCK).unlink(missing_ok=True)
 
 
 def _remove(folder: Path, names: Iterable[str]) -> None:
