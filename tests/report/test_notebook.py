@@ -50,6 +50,7 @@ def trajectory():
         ("trajectory", ["8 turning, 7 reversal, 0 cusp", "event"], True),
         ("errors", ["θ [rad]", "energy"], False),
         ("check", ["digits", "phase"], True),
+        ("atlas", ["loops", "boundaries"], True),
     ],
 )
 def test_a_cell_shows_facts_and_a_picture_without_scripts(name, words, pictured, trajectory):
@@ -60,6 +61,7 @@ def test_a_cell_shows_facts_and_a_picture_without_scripts(name, words, pictured,
             "motion": lambda: MOTION, "verdict": lambda: MOTION.verdict,
             "plan": lambda: ht.plan(SCENE), "trajectory": lambda: trajectory,
             "errors": lambda: ht.run_errors(trajectory), "check": lambda: ht.check(data, SCENE),
+            "atlas": lambda: ht.atlas(SCENE, "phidot=-9:9:9", "psidot=-9:9:9", jobs=1),
         }[name]()
     )  # fmt: skip
     assert [word for word in words if word not in cell.texts] == []

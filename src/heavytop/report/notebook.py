@@ -130,6 +130,12 @@ def _errors(errors: Any) -> Cell:
     return [facts((headed(name), size(x)) for name, x in known)], None
 
 
+def _atlas(atlas: Any) -> Cell:
+    [chart] = RESULTS["atlas"].charts
+    drawn = hasattr(atlas, "plane") and atlas.whole  # one read from its document has no map
+    return parts_of(atlas.document()), chart.draw(atlas) if drawn else None
+
+
 def _result(result: Any) -> Cell:
     document = result.document()
     charts = (chart for chart in RESULTS[kind_of(document)].charts if chart.data_in(document))
@@ -140,7 +146,8 @@ def _result(result: Any) -> Cell:
 _TOP: Final = ("A", "C", "gMR")
 _CELLS: Final[Mapping[str, Callable[[Any], Cell]]] = {
     "Top": _top, "State": _state, "Scene": _scene, "Motion": _motion, "Verdict": _verdict,
-    "Plan": _plan, "Trajectory": _trajectory, "Errors": _errors,
+    "Plan": _plan, "Trajectory": _trajectory, "Errors": _errors, "Atlas": _atlas,
+    "AtlasResult": _atlas,
 }  # fmt: skip
 """By the name of a class; any other is a result with a document."""
 

@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -458,6 +459,8 @@ def atlas(
         The folder holds something else, another atlas, or a damaged file.
     InUse
         Another process is writing the folder.
+    MissingPackage
+        Tops are to be integrated, and heyoka is not installed.
     StoppedEarly
         Ctrl-C; a full disk; a worker that died twice. What was done is in the folder.
 
@@ -488,6 +491,7 @@ def atlas(
         faults += _impossible(plane, what, folder is None)
     if faults:
         raise BadScene(tuple(faults))
+    _expect_integrator(what)
     how = {"executor": executor, "on_progress": progress}
     with open_store(folder, _parameters(plane, what)) as store:
         return _run(store, values.get("shard"), values.get("jobs", usable_cpus()), **how)
@@ -509,7 +513,14 @@ def _parameters(plane: Plane, what: str) -> Parameters:
 
 def complete(store: MemoryStore, *, jobs: int, **how: Any) -> Atlas:
     """Compute what is left of an atlas, or of the shard of one that a folder is for."""
+    _expect_integrator(store.parameters["what"])
     return _run(store, store.load(SHARD).checkpoint, jobs, **how)
+
+
+def _expect_integrator(what: str) -> None:
+    """Import what integrates, if anything does: where it is missing, no tile is begun."""
+    if what == "integrate":
+        import_module("heavytop.run.ensemble")
 
 
 def merge_atlases(

@@ -230,13 +230,14 @@ def resume(
     ...     print(resume(place).document(costs=False) == first.document(costs=False))
     True
     """
-    from heavytop.studies.methods import admitted
-
     heard("progress", progress)
     path, jobs = path_of("folder", folder), whole("jobs", jobs, 1)
     parameters = with_versions_here(Store(path).parameters)
     study = study_of(parameters)
-    admitted(methods, str(path))
+    if methods:
+        from heavytop.studies.methods import admitted
+
+        admitted(methods, str(path))
     for name, digest in parameters.get("own", {}).items():
         if own.admitted(name).digest != digest:
             raise errors.ForeignFile(f"{path}: {name} is not the code with which it was begun")
