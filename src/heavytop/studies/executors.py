@@ -29,6 +29,7 @@ from heavytop.errors import HeavyTopError, MissingPackage, NoScheduler
 
 SPAWN: Final = multiprocessing.get_context("spawn")  # a fork would copy locks of other threads
 MASKED: Final = hasattr(signal, "pthread_sigmask")  # not on Windows
+MOST_WORKERS: Final = 61 if sys.platform == "win32" else 1024  # Windows waits for no more
 TIMEOUT_S: Final = 10.0  # until somebody answers, and until there is a worker
 LETTERS: Final = {"PYTHONUTF8": "1", "PYTHONIOENCODING": "utf-8"}
 """Of an environment: what is printed in it is UTF-8, wherever the person happens to be."""
@@ -89,7 +90,7 @@ class Processes(ProcessPoolExecutor):
     """A pool of so many worker processes."""
 
     def __init__(self, workers: int) -> None:
-        super().__init__(workers, SPAWN, follow_parent)
+        super().__init__(min(workers, MOST_WORKERS), SPAWN, follow_parent)
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Let a worker call a function."""
