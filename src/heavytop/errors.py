@@ -229,6 +229,24 @@ class MissingPackage(HeavyTopError, ImportError):
         """The command that installs them."""
         return f"pip install 'heavytop[{self.extra}]'" if self.extra else CONDA
 
+    def instead_of(self, name: str) -> type:
+        """Return what stands for a function or a class that needs them: called, it raises this.
+
+        Parameters
+        ----------
+        name : str
+
+        Examples
+        --------
+        >>> MissingPackage("a film", ["pillow"], "film").instead_of("film").__doc__
+        "a film needs pillow: pip install 'heavytop[film]'"
+        """
+
+        def refuse(*_: object, **__: object) -> None:
+            raise MissingPackage(self.method, self.packages, self.extra)
+
+        return type(name, (), {"__new__": refuse, "__doc__": str(self)})
+
     def __str__(self) -> str:
         return f"{self.method} needs {' and '.join(self.packages)}: {self.command}"
 
