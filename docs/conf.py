@@ -30,12 +30,16 @@ extensions = [
     "sphinx.ext.viewcode",
     "executed",
     "commands",
+    "formulas",
+    "notebooks",
     "public_names",
     "verbs",
 ]
 exclude_patterns = ["_ext"]
 highlight_language = "none"
 myst_heading_anchors = 4
+myst_enable_extensions = ["dollarmath", "html_image"]
+html_math_renderer = "mathml"
 
 # What a page prints is kept as long as neither the page nor the package changes.
 nb_execution_mode = "cache"
