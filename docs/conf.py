@@ -35,7 +35,7 @@ extensions = [
     "public_names",
     "verbs",
 ]
-exclude_patterns = ["_ext"]
+exclude_patterns = ["_ext", "_static"]
 highlight_language = "none"
 myst_heading_anchors = 4
 myst_enable_extensions = ["dollarmath", "html_image"]
@@ -59,6 +59,7 @@ napoleon_google_docstring = False
 napoleon_use_ivar = True
 
 html_theme = "furo"
+html_static_path = ["_static"]
 html_title = f"heavytop {release}"
 html_copy_source = False
 html_show_sourcelink = False

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
 SHORT_FRACTION = re.compile(r"\\([dt]?frac) ?(\d)(\w)")  # the converter needs its braces
+FUNCTION = re.compile(r"<mi>(?=(?:arc)?(?:sin|cos|tan|cosh|sinh|tanh|exp|ln|log)</mi>)")
 
 logger = logging.getLogger(__name__)
 
@@ -25,10 +26,11 @@ def mathml(node: nodes.Element, *, as_block: bool) -> str:
     """The MathML of one formula; its LaTeX where it cannot be converted."""
     latex = node.astext()
     try:
-        return tex2mathml(SHORT_FRACTION.sub(r"\\\1{\2}{\3}", latex), as_block=as_block)
+        found = tex2mathml(SHORT_FRACTION.sub(r"\\\1{\2}{\3}", latex), as_block=as_block)
     except MathError as error:
         logger.warning("%s cannot be drawn: %s", latex, error, location=node)
         return f"<code>{latex}</code>"
+    return FUNCTION.sub('<mi class="function">', found)
 
 
 def inline(writer: Any, node: nodes.Element) -> None:
@@ -45,5 +47,6 @@ def displayed(writer: Any, node: nodes.Element) -> None:
 
 def setup(app: Sphinx) -> dict[str, object]:
     """Enter the extension."""
+    app.add_css_file("formulas.css")
     app.add_html_math_renderer("mathml", (inline, None), (displayed, None))
     return {"parallel_read_safe": True, "parallel_write_safe": True}
