@@ -16,7 +16,12 @@ from sphinx.util import logging
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
-SHORT_FRACTION = re.compile(r"\\([dt]?frac) ?(\d)(\w)")  # the converter needs its braces
+# What the converter misreads, and how it is to be written: 12 is one number to it, and what
+# follows a bold letter is bold, and under its accent.
+CLEARER = (
+    (re.compile(r"\\([dt]?frac) ?(\d)(\w)"), r"\\\1{\2}{\3}"),
+    (re.compile(r"\\boldsymbol ?(\\[a-zA-Z]+|\{[^{}]*\})"), r"\\mathbf{\1}"),
+)
 FUNCTION = re.compile(r"<mi>(?=(?:arc)?(?:sin|cos|tan|cosh|sinh|tanh|exp|ln|log)</mi>)")
 
 logger = logging.getLogger(__name__)
@@ -25,8 +30,10 @@ logger = logging.getLogger(__name__)
 def mathml(node: nodes.Element, *, as_block: bool) -> str:
     """The MathML of one formula; its LaTeX where it cannot be converted."""
     latex = node.astext()
+    for misread, clear in CLEARER:
+        latex = misread.sub(clear, latex)
     try:
-        found = tex2mathml(SHORT_FRACTION.sub(r"\\\1{\2}{\3}", latex), as_block=as_block)
+        found = tex2mathml(latex, as_block=as_block)
     except MathError as error:
         logger.warning("%s cannot be drawn: %s", latex, error, location=node)
         return f"<code>{latex}</code>"
