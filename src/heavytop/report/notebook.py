@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from heavytop.scene.top import Top
 
 STEADY_S: Final = 2.0  # of one that has no period
-HEIGHT: Final = 770  # px of a player, with all that stands below it
+HEIGHT: Final = 640  # px of a player
 
 Cell = tuple[Iterable[Part], "Figure | None"]
 
