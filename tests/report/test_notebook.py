@@ -82,6 +82,14 @@ def test_a_study_shows_its_tables_and_its_chart():
     assert cell.picture.tag.endswith("svg")
 
 
+def test_an_atlas_shows_its_map_and_a_part_of_one_its_tables():
+    for shard, pictured in ((None, True), ((1, 2), False)):
+        found = ht.atlas(SCENE, "phidot=-20:20:300", "psidot=-150:150:300", shard=shard, jobs=1)
+        cell = Cell(found)
+        assert "loops" in cell.texts
+        assert ("img" in cell.tags) == pictured
+
+
 @pytest.mark.parametrize("name", ["hanging", "separatrix", "at-rest", "steady-fast"])
 def test_every_kind_of_motion_is_shown_and_played(name):
     scene = ht.load_scene(name)

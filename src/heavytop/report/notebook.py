@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from heavytop.scene.scene import Scene
     from heavytop.scene.state import State
     from heavytop.scene.top import Top
+    from heavytop.studies.atlas import Atlas
 
 STEADY_S: Final = 2.0  # of one that has no period
 HEIGHT: Final = 640  # px of a player
@@ -130,6 +131,12 @@ def _errors(errors: Any) -> Cell:
     return [facts((headed(name), size(x)) for name, x in known)], None
 
 
+def _atlas(atlas: Atlas) -> Cell:
+    from heavytop.plots.atlas import atlas_figure  # which takes its time to import
+
+    return parts_of(atlas.document()), atlas_figure(atlas) if atlas.whole else None
+
+
 def _result(result: Any) -> Cell:
     document = result.document()
     charts = (chart for chart in RESULTS[kind_of(document)].charts if chart.data_in(document))
@@ -140,7 +147,7 @@ def _result(result: Any) -> Cell:
 _TOP: Final = ("A", "C", "gMR")
 _CELLS: Final[Mapping[str, Callable[[Any], Cell]]] = {
     "Top": _top, "State": _state, "Scene": _scene, "Motion": _motion, "Verdict": _verdict,
-    "Plan": _plan, "Trajectory": _trajectory, "Errors": _errors,
+    "Plan": _plan, "Trajectory": _trajectory, "Errors": _errors, "Atlas": _atlas,
 }  # fmt: skip
 """By the name of a class; any other is a result with a document."""
 
