@@ -82,6 +82,12 @@ def test_a_study_shows_its_tables_and_its_chart():
     assert cell.picture.tag.endswith("svg")
 
 
+def test_numbers_are_shown_as_they_were_given_and_long_expressions_to_six_digits():
+    cell = Cell(ht.Top(A=ht.Exact.of(178327) / 3000000000, C="6.60e-5", gMR="sqrt(2)/31"))
+    assert {"5.94423e-05 kg m²", "6.60e-5 kg m²", "sqrt(2)/31 J"} <= set(cell.texts)
+    assert "pi/4 rad" in Cell(ht.State(theta="pi/4", psidot=1)).texts
+
+
 def test_an_atlas_shows_its_map_and_a_part_of_one_its_tables():
     for shard, pictured in ((None, True), ((1, 2), False)):
         found = ht.atlas(SCENE, "phidot=-20:20:300", "psidot=-150:150:300", shard=shard, jobs=1)
@@ -180,6 +186,7 @@ def test_what_nbconvert_makes_of_a_notebook_shows_all_of_it_and_plays(tmp_path):
         browser.value("document.querySelector('iframe').scrollIntoView()")
         first = browser.picture(tmp_path / "first.png")
         with browser.inside("about:srcdoc"):
+            assert browser.value("document.documentElement.scrollHeight <= innerHeight")
             begun = browser.value(STATE)
             browser.until(f"{STATE}.at > {begun['at'] + 20}")
             assert browser.value(STATE)["axis"] != begun["axis"]
