@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from heavytop.analytic.motion import Motion
 from heavytop.display import Shown
+from heavytop.numbers import Exact
 from heavytop.plots.sphere import motion_figure, touched
 from heavytop.report.player import PERIODS
 from heavytop.report.run import course_rows, plan_parts, verdict_rows
@@ -24,9 +25,11 @@ if TYPE_CHECKING:
     from heavytop.scene.scene import Scene
     from heavytop.scene.state import State
     from heavytop.scene.top import Top
+    from heavytop.studies.atlas import Atlas
 
 STEADY_S: Final = 2.0  # of one that has no period
-HEIGHT: Final = 640  # px of a player
+HEIGHT: Final = 810  # px of a player: all of its page, from 500 px of width on
+LONGEST: Final = 16  # letters of a number that is shown as an expression
 
 Cell = tuple[Iterable[Part], "Figure | None"]
 
@@ -79,7 +82,7 @@ def _rows(table: Table) -> Iterator[str]:
 
 def _top(top: Top) -> Cell:
     A, C, gMR = (float(getattr(top, name)) for name in ("A", "C", "gMR"))
-    rows = [(SYMBOLS[name][0], f"{getattr(top, name)} {SYMBOLS[name][1]}") for name in _TOP]
+    rows = [(SYMBOLS[name][0], f"{_exact(getattr(top, name))} {SYMBOLS[name][1]}") for name in _TOP]
     shape = "a disc" if C == 2 * A else "flat" if C > A else "round" if C == A else "slender"
     rows.append(("C/A", f"{number(C / A, 6)} ({shape}: 2 is a disc at the pivot, 0 a needle)"))
     if gMR:
@@ -87,9 +90,16 @@ def _top(top: Top) -> Cell:
     return [facts(rows)], None
 
 
+def _exact(x: Any) -> str:
+    """A number as it was given; a long expression, as sums of solids are, to six digits."""
+    text = str(x)
+    formula = isinstance(x, Exact) and set(text) & set("/*")
+    return number(float(x), 6) if formula and len(text) > LONGEST else text
+
+
 def _state(state: State) -> Cell:
     told = [(name, x) for name, x in state.given if str(x) != "0"] or [("theta", state.theta)]
-    return [facts((SYMBOLS[name][0], f"{x} {SYMBOLS[name][1]}") for name, x in told)], None
+    return [facts((SYMBOLS[name][0], f"{_exact(x)} {SYMBOLS[name][1]}") for name, x in told)], None
 
 
 def _scene(scene: Scene) -> Cell:
@@ -130,6 +140,12 @@ def _errors(errors: Any) -> Cell:
     return [facts((headed(name), size(x)) for name, x in known)], None
 
 
+def _atlas(atlas: Atlas) -> Cell:
+    from heavytop.plots.atlas import atlas_figure  # which takes its time to import
+
+    return parts_of(atlas.document()), atlas_figure(atlas) if atlas.whole else None
+
+
 def _result(result: Any) -> Cell:
     document = result.document()
     charts = (chart for chart in RESULTS[kind_of(document)].charts if chart.data_in(document))
@@ -140,7 +156,7 @@ def _result(result: Any) -> Cell:
 _TOP: Final = ("A", "C", "gMR")
 _CELLS: Final[Mapping[str, Callable[[Any], Cell]]] = {
     "Top": _top, "State": _state, "Scene": _scene, "Motion": _motion, "Verdict": _verdict,
-    "Plan": _plan, "Trajectory": _trajectory, "Errors": _errors,
+    "Plan": _plan, "Trajectory": _trajectory, "Errors": _errors, "Atlas": _atlas,
 }  # fmt: skip
 """By the name of a class; any other is a result with a document."""
 
