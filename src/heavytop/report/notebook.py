@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from heavytop.analytic.motion import Motion
 from heavytop.display import Shown
-from heavytop.numbers import Exact
 from heavytop.plots.sphere import motion_figure, touched
 from heavytop.report.player import PERIODS
 from heavytop.report.run import course_rows, plan_parts, verdict_rows
@@ -92,7 +91,7 @@ def _top(top: Top) -> Cell:
 def _exact(x: Any) -> str:
     """A number as it was given; a long expression, as sums of solids are, to six digits."""
     text = str(x)
-    formula = isinstance(x, Exact) and set(text) & set("/*")
+    formula = not isinstance(x, str) and set(text) & set("/*")
     return number(float(x), 6) if formula and len(text) > LONGEST else text
 
 
