@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from heavytop.analytic.motion import Motion
 from heavytop.display import Shown
-from heavytop.numbers import Exact
 from heavytop.plots.sphere import motion_figure, touched
 from heavytop.report.player import PERIODS
 from heavytop.report.run import course_rows, plan_parts, verdict_rows
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
     from heavytop.scene.scene import Scene
     from heavytop.scene.state import State
     from heavytop.scene.top import Top
-    from heavytop.studies.atlas import Atlas
 
 STEADY_S: Final = 2.0  # of one that has no period
 HEIGHT: Final = 810  # px of a player: all of its page, from 500 px of width on
@@ -93,7 +91,7 @@ def _top(top: Top) -> Cell:
 def _exact(x: Any) -> str:
     """A number as it was given; a long expression, as sums of solids are, to six digits."""
     text = str(x)
-    formula = isinstance(x, Exact) and set(text) & set("/*")
+    formula = not isinstance(x, str) and set(text) & set("/*")
     return number(float(x), 6) if formula and len(text) > LONGEST else text
 
 
@@ -140,10 +138,10 @@ def _errors(errors: Any) -> Cell:
     return [facts((headed(name), size(x)) for name, x in known)], None
 
 
-def _atlas(atlas: Atlas) -> Cell:
-    from heavytop.plots.atlas import atlas_figure  # which takes its time to import
-
-    return parts_of(atlas.document()), atlas_figure(atlas) if atlas.whole else None
+def _atlas(atlas: Any) -> Cell:
+    [chart] = RESULTS["atlas"].charts
+    drawn = hasattr(atlas, "plane") and atlas.whole  # one read from its document has no map
+    return parts_of(atlas.document()), chart.draw(atlas) if drawn else None
 
 
 def _result(result: Any) -> Cell:
@@ -157,6 +155,7 @@ _TOP: Final = ("A", "C", "gMR")
 _CELLS: Final[Mapping[str, Callable[[Any], Cell]]] = {
     "Top": _top, "State": _state, "Scene": _scene, "Motion": _motion, "Verdict": _verdict,
     "Plan": _plan, "Trajectory": _trajectory, "Errors": _errors, "Atlas": _atlas,
+    "AtlasResult": _atlas,
 }  # fmt: skip
 """By the name of a class; any other is a result with a document."""
 
