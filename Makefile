@@ -65,7 +65,7 @@ lock: $(READY)
 	    --no-emit-trusted-host --no-emit-options --output-file $(LOCK) -
 
 clean:
-	rm -rf $(VENV) out build dist .cache .hypothesis .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) out build dist docs/examples .cache .hypothesis .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
 	find src tests validation -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
 
 # The stamp stands only after a whole installation; a half-made environment is taken up again.

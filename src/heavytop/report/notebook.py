@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from heavytop.scene.top import Top
 
 STEADY_S: Final = 2.0  # of one that has no period
-HEIGHT: Final = 640  # px of a player
+HEIGHT: Final = 810  # px of a player: all of its page, from 500 px of width on
+LONGEST: Final = 16  # letters of a number that is shown as an expression
 
 Cell = tuple[Iterable[Part], "Figure | None"]
 
@@ -79,7 +80,7 @@ def _rows(table: Table) -> Iterator[str]:
 
 def _top(top: Top) -> Cell:
     A, C, gMR = (float(getattr(top, name)) for name in ("A", "C", "gMR"))
-    rows = [(SYMBOLS[name][0], f"{getattr(top, name)} {SYMBOLS[name][1]}") for name in _TOP]
+    rows = [(SYMBOLS[name][0], f"{_exact(getattr(top, name))} {SYMBOLS[name][1]}") for name in _TOP]
     shape = "a disc" if C == 2 * A else "flat" if C > A else "round" if C == A else "slender"
     rows.append(("C/A", f"{number(C / A, 6)} ({shape}: 2 is a disc at the pivot, 0 a needle)"))
     if gMR:
@@ -87,9 +88,16 @@ def _top(top: Top) -> Cell:
     return [facts(rows)], None
 
 
+def _exact(x: Any) -> str:
+    """A number as it was given; a long expression, as sums of solids are, to six digits."""
+    text = str(x)
+    formula = not isinstance(x, str) and set(text) & set("/*")
+    return number(float(x), 6) if formula and len(text) > LONGEST else text
+
+
 def _state(state: State) -> Cell:
     told = [(name, x) for name, x in state.given if str(x) != "0"] or [("theta", state.theta)]
-    return [facts((SYMBOLS[name][0], f"{x} {SYMBOLS[name][1]}") for name, x in told)], None
+    return [facts((SYMBOLS[name][0], f"{_exact(x)} {SYMBOLS[name][1]}") for name, x in told)], None
 
 
 def _scene(scene: Scene) -> Cell:
