@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
+from heavytop.display import Plotted
 from heavytop.results.base import Column, Number, Part, Problem, Result, Text, Values
 
 if TYPE_CHECKING:
@@ -158,7 +159,7 @@ class MethodDrift(ErrorSeries):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Drift(Result):
+class Drift(Result, Plotted):
     """The result of a drift study; ``drift["strang"]`` is one method.
 
     Attributes

@@ -28,6 +28,7 @@ from heavytop.analytic.many_motions import Motions, motions_many
 from heavytop.classification.arrays import DETAILS, IMPOSSIBLE, NAMES, TAG_NAMES, Codes
 from heavytop.classification.kinds import Kind
 from heavytop.classification.many import classify_many
+from heavytop.display import Plotted
 from heavytop.errors import BadScene, Fault, ForeignFile
 from heavytop.hdf5 import write_sealed
 from heavytop.machine import usable_cpus, versions
@@ -191,7 +192,7 @@ def _unpacked(row: Mapping[str, Any], tile: Tile, names: Sequence[str]) -> Colum
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class Atlas(AtlasResult):
+class Atlas(AtlasResult, Plotted):
     """A plane of tops and what kind of motion each of its pixels is.
 
     ``atlas["period"]`` is a column, as an array of shape (y, x): ``theta_min`` and ``theta_max``
