@@ -38,7 +38,9 @@ def plotted(thing: Any, what: str | None, ax: Axes | None, looks: Mapping[str, A
     except Exception:
         pyplot.close(figure)
         raise
-    legend(figure)
+    legend(figure, 3, fontsize=8)
+    if ax.images:
+        figure.colorbar(ax.images[0], ax=ax, fraction=0.04, aspect=40)
     return ax
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
+from weakref import WeakKeyDictionary
 
 import matplotlib as mpl
 import numpy as np
@@ -247,6 +248,9 @@ def _cut_peaks(ax: Axes, values: Array) -> None:
 
 # --- the axis on the unit sphere ---------------------------------------------------------------
 
+_VIEWS: Final[WeakKeyDictionary[Axes, View]] = WeakKeyDictionary()
+"""How the sphere is seen on axes: another path there is seen in the same way."""
+
 
 def axis_on_sphere(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes:
     """Draw the path of the symmetry axis on the unit sphere, seen from far away.
@@ -267,7 +271,7 @@ def axis_on_sphere(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> A
     if neighbour := touched(run.motion):
         time = MOST_PERIODS * neighbour.period if neighbour.period else TOUCHED_S
         path, colour, words = axis_path(neighbour, time), style.OTHER, f",\n{_pushed()}"
-    view = View.of(path)
+    view = _VIEWS[ax] = _VIEWS[ax].reaching(path) if ax in _VIEWS else View.of(path)
     view.draw_graticule(ax)
     view.draw_path(ax, path, colour, **looks)
     _mark_events(ax, run, shown, view.project(run.events.axis)[0])
@@ -297,7 +301,10 @@ def effective_potential(ax: Axes, trajectory: Trajectory | Motion, **looks: Any)
     margin = 0.06 * BEYOND * V.spread * A
     floor, ceiling = A * float(V.least), A * (float(V.least) + BEYOND * V.spread)
     if margin:
-        ax.set_ylim(floor - margin, max(ceiling, E_prime) + margin)
+        shown = [floor - margin, max(ceiling, E_prime) + margin]
+        if not ax.get_autoscaley_on():  # another is drawn there
+            shown += ax.get_ylim()
+        ax.set_ylim(min(shown), max(shown))
     ax.set(xlabel=LABELS["theta"], ylabel="energy without that of the spin [J]")
     in_degrees(ax, "x")
     return ax
@@ -408,7 +415,7 @@ def _draw_errors(ax: Axes, looks: Looks, t: Array, **found: Array) -> None:
         so_far = np.where(largest > floor, largest, np.nan)
         line(ax, t, so_far, looks, color=colour, lw=1.2, label=f"{label}: {size}")
     ax.set_yscale("log")
-    ax.set_ylim(bottom=floor)
+    ax.set_ylim(bottom=min(floor, ax.dataLim.ymin), auto=None)
     ax.annotate(edge, (0, floor), (4, 4), ("axes fraction", "data"), "offset points",
                 fontsize="small", color="#666666")  # fmt: skip
 

@@ -67,6 +67,12 @@ class View(NamedTuple):
         words = f"from 25° {'above' if lift > 0 else 'below'} the horizon"
         return cls(np.array([-y, x, 0.0]), up, towards, 1.06, 30, words)
 
+    def reaching(self, axis: Array) -> View:
+        """The same view, wide enough for another path, shape (k, 3)."""
+        far = float(np.hypot(*self.project(axis)[0].T).max())
+        wide = self.from_pole(float(self.towards[2]), min(1.15 * far, 1.06))
+        return wide if abs(self.towards[2]) == 1 and wide.reach > self.reach else self
+
     def project(self, points: Array) -> tuple[Array, Array]:
         """Points on the paper, shape (k, 2), and their depth, positive towards the eye, (k,)."""
         return np.column_stack((points @ self.right, points @ self.up)), points @ self.towards
