@@ -30,6 +30,7 @@ from heavytop.classification.kinds import Kind
 from heavytop.classification.many import classify_many
 from heavytop.display import Plotted
 from heavytop.errors import BadScene, Fault, ForeignFile
+from heavytop.frames import frame
 from heavytop.hdf5 import write_sealed
 from heavytop.machine import usable_cpus, versions
 from heavytop.results.atlas import AtlasResult, BoundaryCurve, Differing
@@ -64,6 +65,7 @@ from heavytop.studies.store import (
 )
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
 KIND: Final = "atlas"
@@ -276,6 +278,13 @@ class Atlas(AtlasResult, Plotted):
             {name: (dims, self[name], _attributes(name)) for name in self.columns},
             {axis.name: (axis.name, axis.values, _axis_attributes(axis)) for axis in axes},
         )
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a pandas DataFrame with a row for each pixel, units in its attributes.
+
+        Its index are the values of both axes, y first.
+        """
+        return frame(self.to_xarray(), self.plane.y.name, self.plane.x.name)
 
     def save_map(self, path: Path) -> None:
         """Write the map as netCDF: a tile at a time in memory, whole or not at all.
