@@ -265,7 +265,7 @@ class Drift(Result, Plotted):
         Examples
         --------
         >>> import heavytop as ht
-        >>> found = ht.drift(ht.load_scene("sicm-kicked"), ["strang=100"], periods=2)
+        >>> found = ht.drift(ht.load_scene("sicm-kicked"), methods=["strang=100"], periods=2)
         >>> found.to_pandas().loc["strang", "energy"].size == len(found["strang"].energy)
         True
         """
