@@ -113,8 +113,8 @@ class Reference:
         --------
         >>> from heavytop.scene.scene import load_scene
         >>> table = reference(load_scene("sicm-kicked"), "0:2:1", ["theta"]).to_pandas()
-        >>> print(table.theta[2.0], table.attrs["units"]["theta"])
-        0.42694370530981046 rad
+        >>> print(f"{table.theta[2.0]:.12f}", table.attrs["units"]["theta"])
+        0.426943705310 rad
         """
         return frame(self.to_xarray(), "t")
 

@@ -112,7 +112,7 @@ def _mark(ax: Axes, kind: str, x: Any, y: Any) -> None:
 def _against(ax: Axes, run: Any, x: str, y: str, looks: Looks) -> Line2D:
     """Draw one quantity of a run against another, with its events, and angles in degrees too."""
     drawn, shown = _path(run)
-    for name in (x, y):
+    for name in {x, y}.intersection(ANGLES):
         if np.isnan(getattr(drawn, name)).all():
             raise ValueError(f"{name}: not followed by this trajectory")
     path = line(ax, getattr(drawn, x), getattr(drawn, y), looks, color=style.PATH, lw=1.0)
@@ -453,7 +453,6 @@ def overview(trajectory: Trajectory) -> Figure:
         Where phi was not followed, and of a top that stands still, the tilt is drawn against time
         instead.
     """
-    _expect_run(trajectory)
     left = nutation if stands(trajectory) else loop
     grid = {"ncols": 2, "width_ratios": (1.15, 1.0)}
     return _page(trajectory, left, axis_on_sphere, size=(9.6, 5.2), **grid)

@@ -420,8 +420,8 @@ class Trajectory(Played):
         --------
         >>> import heavytop as ht
         >>> table = ht.propagate(ht.load_scene("sicm-kicked")).to_pandas()
-        >>> table.index.name, table.theta[0.0], table.attrs["units"]["theta"]
-        ('t', 0.1, 'rad')
+        >>> print(table.index.name, table.theta[0.0], table.attrs["units"]["theta"])
+        t 0.1 rad
         """
         data = self.to_xarray()
         if events:
