@@ -28,6 +28,7 @@ LOST = [
     Run(case="cusp", method=name, formulation="axis", outcome=Outcome.OK, digits_lost=lost)
     for name, lost in zip(NAMED, (0.5, 9.0), strict=True)
 ]
+POINTS = [made(3.0, 1e-6), made(5.0, 1e-9), made(2.0, None, 1e-3, "taylor-routh")]
 STYLE = {"color": "#123456", "linewidth": 3.5, "ls": "--", "label": "mine"}
 OVER_TIME = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
 
@@ -46,7 +47,7 @@ def things(run):
         "Trajectory": run,
         "Drift": ht.drift(SCENE, methods=["taylor-axis", "taylor-cubic"], periods=10),
         "Atlas": ht.atlas(SCENE, x="phidot=-30:40:9", y="theta=0.1:1.5:7", jobs=1),
-        "WorkPrecision": diagram_of_points([made(3.0, 1e-6), made(5.0, 1e-9)]),
+        "WorkPrecision": diagram_of_points(POINTS),
         "Stress": Stress(limits={}, hard={"cusp": ""}, methods=NAMED, cases=tuple(LOST)),
         "Check": ht.check(data, SCENE),
         "Diagram": diagram_of(ht.load_scene("sleeping-unstable")),
@@ -119,14 +120,17 @@ def test_no_motion_is_integrated(monkeypatch, ax):
 
 def test_the_sphere_has_the_path_of_the_axis_in_one_view_for_all(run, ax):
     other = ht.propagate(ht.load_scene("sicm-dropped"))
-    other.plot("sphere", ax=ax, label="mine", alpha=0.5)
     run.plot("sphere", ax=ax, **STYLE)
-    narrow, wide = mine(ax)
+    other.plot("sphere", ax=ax, label="mine", alpha=0.5)
+    wide, narrow = mine(ax)
     assert narrow.get_alpha() == 0.5
     for line, axis in ((narrow, other), (wide, run)):  # from straight above, both of them
         seen = line.get_xydata()
         np.testing.assert_allclose(seen, axis(np.linspace(0.0, 2.0, len(seen))).axis[:, :2])
     assert ax.get_xlim()[1] > np.abs(wide.get_xydata()).max()
+    behind = ht.load_scene("spherical-pendulum")
+    around = ht.Motion(behind.top, behind.start).plot("sphere", ax=Figure().subplots(), **STYLE)
+    assert len(mine(around)) == 1  # of two parts, before and behind the sphere
 
 
 def test_the_keywords_are_those_of_the_line_that_is_the_motion(things, ax):
@@ -140,12 +144,10 @@ def test_the_keywords_are_those_of_the_line_that_is_the_motion(things, ax):
 
 
 def test_a_second_potential_leaves_the_first_in_view(run, ax):
-    ht.propagate(ht.load_scene("sicm-dropped")).plot("potential", ax=ax)
-    narrow = ax.get_ylim()
     run.plot("potential", ax=ax)
-    low, high = ax.get_ylim()
-    assert low < narrow[0]
-    assert high > narrow[1]
+    wide = ax.get_ylim()
+    ht.propagate(ht.load_scene("sicm-dropped")).plot("potential", ax=ax)
+    assert ax.get_ylim() == wide
 
 
 def test_of_a_drift_the_errors_are_those_of_its_methods(things, ax):
@@ -177,7 +179,9 @@ def test_of_the_other_studies_the_numbers_are_drawn(things):
     _, line = drawn("WorkPrecision").lines  # the front, and the method
     assert line.get_label() == "taylor-axis"
     assert line.get_xydata().tolist() == [[1e-6, 3.0], [1e-9, 5.0]]
-    assert drawn("WorkPrecision", "theta").get_xlabel() == "error of θ [rad]"
+    ax = drawn("WorkPrecision", "theta")
+    assert things["WorkPrecision"].plot("theta", ax=ax).xaxis_inverted()  # still, after two
+    assert (len(ax.lines), ax.get_xlabel()) == (2 * 3, "error of θ [rad]")
     [lost] = drawn("Stress").images
     assert lost.get_array().tolist() == [[0.5, 9.0]]
     ahead = drawn("Check", "phase").lines[0].get_ydata()
