@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from html import escape
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final
 
 from heavytop.analytic.motion import Motion
 from heavytop.display import Shown
-from heavytop.plots.sphere import motion_figure, touched
+from heavytop.plots.exact_run import ExactRun
+from heavytop.plots.sphere import motion_figure
 from heavytop.report.player import PERIODS
 from heavytop.report.run import course_rows, plan_parts, verdict_rows
 from heavytop.report.studies import RESULTS, kind_of, parts_of
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from heavytop.scene.state import State
     from heavytop.scene.top import Top
 
-STEADY_S: Final = 2.0  # of one that has no period
 HEIGHT: Final = 810  # px of a player: all of its page, from 500 px of width on
 LONGEST: Final = 16  # letters of a number that is shown as an expression
 
@@ -175,7 +174,7 @@ class Player(Shown):
         """The player of a trajectory, or of a motion."""
         from heavytop.report.page import player_html
 
-        run: Any = ExactRun.of(thing) if isinstance(thing, Motion) else thing
+        run: Any = ExactRun.of(thing, PERIODS) if isinstance(thing, Motion) else thing
         return cls(run.scene.name, player_html(run))
 
     def __repr__(self) -> str:
@@ -187,26 +186,3 @@ class Player(Shown):
             f'<iframe title="A top that moves" sandbox="allow-scripts" style="{looks}" '
             f'srcdoc="{escape(self.html)}"></iframe>'
         )
-
-
-@dataclass(frozen=True)
-class ExactRun:
-    """The exact motion, seen as a run of some nutations without events."""
-
-    motion: Motion
-    scene: Any
-    orbit: Any
-    events: Any
-
-    @classmethod
-    def of(cls, motion: Motion) -> ExactRun:
-        """That of a motion."""
-        moving = touched(motion) or motion
-        end = PERIODS * moving.period if moving.period else STEADY_S
-        scene = SimpleNamespace(title="", name=str(motion.kind), top=motion.top)
-        nothing = SimpleNamespace(kind=(), t=(), axis=())
-        return cls(motion, scene, SimpleNamespace(end=end), nothing)
-
-    def __call__(self, t: Any) -> Any:
-        """The motion at some times [s]."""
-        return self.motion.at(t)

@@ -29,7 +29,9 @@ from heavytop.analytic.many_motions import Motions, motions_many
 from heavytop.classification.arrays import DETAILS, IMPOSSIBLE, NAMES, TAG_NAMES, Codes
 from heavytop.classification.kinds import Kind
 from heavytop.classification.many import classify_many
+from heavytop.display import Plotted
 from heavytop.errors import BadScene, Fault, ForeignFile
+from heavytop.frames import frame
 from heavytop.hdf5 import write_sealed
 from heavytop.machine import usable_cpus, versions
 from heavytop.results.atlas import AtlasResult, BoundaryCurve, Differing
@@ -63,6 +65,7 @@ from heavytop.studies.store import (
 )
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
     from heavytop.run.ensemble import Ensemble
@@ -193,7 +196,7 @@ def _unpacked(row: Mapping[str, Any], tile: Tile, names: Sequence[str]) -> Colum
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class Atlas(AtlasResult):
+class Atlas(AtlasResult, Plotted):
     """A plane of tops and what kind of motion each of its pixels is.
 
     ``atlas["period"]`` is a column, as an array of shape (y, x): ``theta_min`` and ``theta_max``
@@ -277,6 +280,13 @@ class Atlas(AtlasResult):
             {name: (dims, self[name], _attributes(name)) for name in self.columns},
             {axis.name: (axis.name, axis.values, _axis_attributes(axis)) for axis in axes},
         )
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a pandas DataFrame with a row for each pixel, units in its attributes.
+
+        Its index are the values of both axes, y first.
+        """
+        return frame(self.to_xarray(), self.plane.y.name, self.plane.x.name)
 
     def save_map(self, path: Path) -> None:
         """Write the map as netCDF: a tile at a time in memory, whole or not at all.
