@@ -65,13 +65,15 @@ lock: $(READY)
 	    --no-emit-trusted-host --no-emit-options --output-file $(LOCK) -
 
 clean:
-	rm -rf $(VENV) out build dist .cache .hypothesis .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) out build dist docs/examples .cache .hypothesis .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
 	find src tests validation -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
 
 # The stamp stands only after a whole installation; a half-made environment is taken up again.
 $(READY): pyproject.toml $(LOCK)
 	@test "$$(uname -s)" = Linux || { \
-	    echo 'heavytop: the integrator has wheels for Linux only; elsewhere: conda env create -f environment.yml' >&2; exit 1; }
+	    echo 'heavytop: make is for Linux: elsewhere pip has no wheels of the integrator.' >&2; \
+	    echo '  with it:     conda env create -f environment.yml && conda activate heavytop' >&2; \
+	    echo '  without it:  python -m pip install .    (all but what integrates)' >&2; exit 1; }
 	@if ! $(BIN)/python -c 'import sys, pip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then \
 	    python=$$(sh requirements/find_python.sh $(PYTHON)) || exit 1; \
 	    echo "Creating $(VENV) with $$python (once; it takes a minute or two) ..." >&2; \

@@ -30,12 +30,16 @@ extensions = [
     "sphinx.ext.viewcode",
     "executed",
     "commands",
+    "formulas",
+    "notebooks",
     "public_names",
     "verbs",
 ]
-exclude_patterns = ["_ext"]
+exclude_patterns = ["_ext", "_static"]
 highlight_language = "none"
 myst_heading_anchors = 4
+myst_enable_extensions = ["dollarmath", "html_image"]
+html_math_renderer = "mathml"
 
 # What a page prints is kept as long as neither the page nor the package changes.
 nb_execution_mode = "cache"
@@ -55,6 +59,7 @@ napoleon_google_docstring = False
 napoleon_use_ivar = True
 
 html_theme = "furo"
+html_static_path = ["_static"]
 html_title = f"heavytop {release}"
 html_copy_source = False
 html_show_sourcelink = False

@@ -1,4 +1,6 @@
-"""Draw kicks.svg, steady.svg, kinds.svg and sicm-kicked.gif: .venv/bin/python docs/draw.py [DIR].
+"""Draw kicks.svg, steady.svg, kinds.svg, sicm-kicked.gif and the covers of the notebooks.
+
+    .venv/bin/python docs/draw.py [DIR]
 
 DIR is docs/images unless given.
 """
@@ -8,12 +10,17 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from matplotlib.transforms import Affine2D
 
 import heavytop as ht
 from heavytop.analytic import steady
 from heavytop.plots.figures import View, save
 from heavytop.plots.sphere import PUSH, axis_path, kind_panel, touched
+from heavytop.plots.style import BLUE, FAINT, GREEN, ORANGE, PURPLE
+from heavytop.plots.style import KINDS as LOOKS
 from heavytop.plots.theory import steady_errors
 
 IMAGES = Path(__file__).parent / "images"
@@ -161,11 +168,99 @@ def kind(ax, name, title, tag, seconds, seen):
     ax.text(0.5, -0.175, view.words, fontsize=7.5, color="#6B7280", **at)
 
 
+# --- the covers of the notebooks, on the first page ----------------------------------------------
+
+COVER = (2.4, 1.6)
+TOY = (  # of examples/7-a-toy-top.ipynb: from, to along the stem, radius [m], colour
+    (0.0, 0.060, 0.002, "#8A8F98"),
+    (0.021, 0.029, 0.030, "#B9BEC7"),
+)
+
+
+def cover(draw, panels=1):
+    """Return a small picture without ticks."""
+    figure = Figure(figsize=COVER)
+    figure.subplots_adjust(0.02, 0.03, 0.98, 0.97, wspace=0.05)
+    axes = figure.subplots(1, panels)
+    for ax in np.ravel(axes):
+        ax.set(xticks=[], yticks=[])
+    draw(axes)
+    return figure
+
+
+def three_kicks(axes):
+    """Loops, cusps and waves."""
+    for ax, kick in zip(axes, (-3, 0, 3), strict=True):
+        motion = ht.Motion(BOOK, ht.State("0.1", phidot=kick, omega3=140))
+        path = axis_path(motion, 1.2)
+        reach = 1.1 * float(np.hypot(path[:, 0], path[:, 1]).max())
+        kind_panel(ax, path, View.from_pole(1.0, reach), motion.kind)
+
+
+def depths(ax):
+    """How deep a top dives that was upright, over its spin."""
+    A, C, gMR = (float(x) for x in (BOOK.A, BOOK.C, BOOK.gMR))
+    spin = np.linspace(0.0, 150.0, 401)
+    depth = 2 * np.arccos(np.minimum(spin * C / (2 * np.sqrt(A * gMR)), 1.0))
+    for sign in (1, -1):
+        ax.plot(spin, sign * depth, color=BLUE, lw=1.8)
+    ax.plot(spin, 0 * spin, ":", color=FAINT, lw=1.2, zorder=0)
+
+
+def energies(ax):
+    """Energy errors of four methods over 300 nutations."""
+    methods = ["taylor-axis=1e-9", "strang", "implicit-midpoint", "taylor-axis"]
+    found = ht.drift(ht.load_scene("sicm-kicked"), methods=methods, periods=300, samples=25)
+    for each, colour in zip(found.methods, (ORANGE, GREEN, PURPLE, BLUE), strict=True):
+        ax.loglog(each.periods, np.abs(each.energy), color=colour, lw=1.5)
+    ax.set(xticks=[], yticks=[])
+    ax.minorticks_off()
+
+
+def late(ax):
+    """The tilt, and the same a tenth of a nutation late."""
+    scene = ht.load_scene("sicm-kicked")
+    motion = ht.Motion(scene.top, scene.start)
+    t = np.linspace(0.0, 2.6 * motion.period, 401)
+    ax.plot(t, -motion.at(t).theta, color=BLUE, lw=1.8)
+    ax.plot(t, -motion.at(t - motion.period / 10).theta, "--", color=ORANGE, lw=1.4)
+
+
+def small_map(ax):
+    """The kinds of a plane of starts."""
+    theta, phidot = np.meshgrid(np.linspace(0.02, 3.12, 240), np.linspace(-40.0, 40.0, 160))
+    A, C, gMR = (float(x) for x in (BOOK.A, BOOK.C, BOOK.gMR))
+    found = ht.classify_many(A=A, C=C, gMR=gMR, theta=theta, phidot=phidot, omega3=100.0)
+    colours = ListedColormap([LOOKS[str(name)].colour for name in found.names])
+    edges = (-0.5, len(found.names) - 0.5)
+    ax.imshow(found.kind, cmap=colours, vmin=edges[0], vmax=edges[1], origin="lower", aspect="auto",
+              interpolation="nearest")  # fmt: skip
+
+
+def toy(ax):
+    """A disc on a stem, leaning."""
+    lean = Affine2D().rotate_deg(-15.0) + ax.transData
+    for low, high, radius, colour in TOY:
+        size = (2 * radius, high - low)
+        ax.add_patch(Rectangle((-radius, low), *size, fc=colour, ec="#444444", transform=lean))
+    ax.plot([0, 0], [0, 0.07], ":", color=FAINT, lw=1.2, zorder=0)
+    ax.axhline(0.0, color="#444444", lw=1.0)
+    ax.set(xlim=(-0.055, 0.055), ylim=(-0.004, 0.0693), aspect="equal")
+
+
+COVERS = {
+    "2": (three_kicks, 3), "3": (depths,), "4": (energies,), "5": (late,), "6": (small_map,),
+    "7": (toy,),
+}  # fmt: skip
+
+
 if __name__ == "__main__":
     where = Path(sys.argv[1]) if len(sys.argv) > 1 else IMAGES
     save(sweep(), where / "steady.svg")
     with mpl.rc_context({"path.simplify_threshold": 0.5}):  # a smaller file, alike to the eye
         save(ladder(), where / "kicks.svg")
         save(kinds(), where / "kinds.svg")
+        for number, drawing in COVERS.items():
+            save(cover(*drawing), where / f"notebook-{number}.svg")
     kicked = ht.load_scene("sicm-kicked")
     ht.film(kicked, where / "sicm-kicked.gif", seconds=8, fps=15, size=(480, 360))

@@ -32,6 +32,18 @@ def test_an_extra_that_is_missing_has_the_line_that_installs_it(monkeypatch):
 
 
 @pytest.mark.parametrize(
+    ("system", "needed"),
+    [("linux", ["numpy", "heyoka"]), ("darwin", ["numpy"]), ("win32", ["numpy"])],
+)
+def test_what_pip_leaves_out_on_a_system_is_not_missing_there(system, needed, monkeypatch):
+    lines = ["numpy<3,>=2", "heyoka<8,>=7.10; sys_platform == 'linux'", "x; extra == 'film'"]
+    monkeypatch.setattr(doctor.metadata, "requires", lambda _: lines)
+    monkeypatch.setattr("sys.platform", system)
+    assert doctor.requirements(None) == ["numpy", "heyoka"]
+    assert doctor.requirements(None, here=True) == needed
+
+
+@pytest.mark.parametrize(
     ("environment", "folder"),
     [
         ({"HEYOKA_CACHE_DIR": "/a", "XDG_CACHE_HOME": "/b"}, "/a"),

@@ -41,6 +41,8 @@ RULE = agreement()
 
 def to_cells(app: Sphinx, docname: str, source: list[str]) -> None:
     """Turn the blocks of one page into cells, and keep what they are to print."""
+    if Path(app.env.doc2path(docname)).suffix == ".ipynb":
+        return  # it has cells, and no outputs beside which to hold what they print
     blocks = list(RULE.BLOCK.finditer(source[0]))
     app.env.temp_data[SHOWN] = [block[2] or "" for block in blocks]
     if blocks:
@@ -55,7 +57,9 @@ def as_cell(block: re.Match[str]) -> str:
 
 def compare(app: Sphinx, doctree: nodes.document) -> None:
     """Hold what the cells of a page printed against what it shows."""
-    shown = app.env.temp_data.get(SHOWN, [])
+    if SHOWN not in app.env.temp_data:
+        return
+    shown = app.env.temp_data[SHOWN]
     cells = [each for each in doctree.findall(nodes.container) if is_part(each, "cell_code")]
     if len(cells) != len(shown):
         logger.warning("%d blocks, %d cells", len(shown), len(cells), location=doctree)

@@ -8,15 +8,19 @@ import re
 import sys
 from collections.abc import Iterator, Mapping
 from importlib import metadata
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from heavytop import __version__
+from heavytop.errors import CONDA
 from heavytop.machine import cpu_model, usable_cpus, version
 
 PACKAGE = "heavytop"
 _NAME = re.compile(r"[A-Za-z0-9._-]+")
-_EXTRA = re.compile(r"""extra\s*==\s*["']([^"']+)["']""")
+_EXTRA, _SYSTEM = (
+    re.compile(rf"""{name}\s*==\s*["']([^"']+)["']""") for name in ("extra", "sys_platform")
+)
 
 
 def diagnosis() -> dict[str, Any]:
@@ -26,9 +30,9 @@ def diagnosis() -> dict[str, Any]:
     -------
     dict
         ``versions`` by package (null where it is missing), ``python``, ``platform``, ``cpu``,
-        ``integrator`` (heyoka's wheel and its cache of compiled code), ``optional`` (extras,
-        what they lack and how to install it) and ``missing`` (what the package cannot do
-        without).
+        ``integrator`` (heyoka's wheel, its cache of compiled code, and how to install it where
+        it is missing), ``optional`` (extras, what they lack and how to install it) and
+        ``missing`` (what pip would have installed on this system).
 
     Examples
     --------
@@ -46,18 +50,28 @@ def diagnosis() -> dict[str, Any]:
             "libc": " ".join(platform.libc_ver()).strip() or None,
         },
         "cpu": {"model": cpu_model(), "usable": usable_cpus()},
-        "integrator": {"wheel": wheel("heyoka"), "cache": cache()},
+        "integrator": {
+            "wheel": wheel("heyoka"),
+            "cache": cache(),
+            "install": None if find_spec("heyoka") else CONDA,
+        },
         "optional": {extra: optional(extra) for extra in extras()},
-        "missing": [name for name, found in versions.items() if found is None],
+        "missing": [
+            name
+            for name in requirements(None, here=True)
+            if not (versions[name] or find_spec(name))
+        ],
     }
 
 
-def requirements(extra: str | None) -> list[str]:
-    """The packages required by an extra, or always when `extra` is None."""
+def requirements(extra: str | None, *, here: bool = False) -> list[str]:
+    """The packages required by an extra, or always when `extra` is None; those of this system."""
     try:
         lines = metadata.requires(PACKAGE) or []
     except metadata.PackageNotFoundError:
         lines = ["heyoka"]  # run from a bare source tree: the one that is most often missing
+    if here:
+        lines = [x for x in lines if sys.platform in (_SYSTEM.findall(x) or [sys.platform])]
     found = ((_NAME.match(line), _EXTRA.search(line)) for line in lines)
     return [name[0] for name, owner in found if name and (owner and owner[1]) == extra]
 
@@ -122,7 +136,9 @@ def _lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     for name, number in found["versions"].items():
         yield name, number or "missing"
     built, store = found["integrator"]["wheel"], found["integrator"]["cache"]
-    yield "wheel", "heyoka: " + (", ".join(built["tags"]) or "built here" if built else "missing")
+    there = ", ".join(built["tags"]) if built else ""
+    lacking = found["integrator"]["install"]
+    yield "wheel", "heyoka: " + (f"missing: {lacking}" if lacking else there or "built here")
     size = f"{store['bytes'] / 1e6:.1f} MB" if store["exists"] else "empty"
     yield "cache", f"{size}  {store['folder']}"
     if not found["optional"]:

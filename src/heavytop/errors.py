@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 
 class HeavyTopError(Exception):
@@ -206,6 +206,10 @@ class InUse(HeavyTopError):
         return f"{self.folder}: is being written by {process}{self.host and f' on {self.host}'}"
 
 
+CONDA: Final = "conda install -c conda-forge heyoka.py"  # for every system
+EXTRAS: Final = {"heyoka": "", "rebound": "rebound"}  # all others are in one
+
+
 class MissingPackage(HeavyTopError, ImportError):
     """A method that needs packages which are not installed.
 
@@ -216,17 +220,39 @@ class MissingPackage(HeavyTopError, ImportError):
     packages : tuple of str
         What is missing.
     extra : str
-        The extra of this package that brings them.
+        The extra of this package that brings them; empty for heyoka, which pip has on Linux only.
     """
 
     def __init__(self, method: str, packages: Sequence[str], extra: str = "") -> None:
         super().__init__(method, tuple(packages), extra)
         self.method, self.packages = method, tuple(packages)
-        self.extra = extra or ("rebound" if "rebound" in packages else "rivals")
+        self.extra = extra or next((EXTRAS[x] for x in packages if x in EXTRAS), "rivals")
+
+    @property
+    def command(self) -> str:
+        """The command that installs them."""
+        return f"pip install 'heavytop[{self.extra}]'" if self.extra else CONDA
+
+    def instead_of(self, name: str) -> type:
+        """Return what stands for a function or a class that needs them: called, it raises this.
+
+        Parameters
+        ----------
+        name : str
+
+        Examples
+        --------
+        >>> MissingPackage("a film", ["pillow"], "film").instead_of("film").__doc__
+        "a film needs pillow: pip install 'heavytop[film]'"
+        """
+
+        def refuse(*_: object, **__: object) -> None:
+            raise MissingPackage(self.method, self.packages, self.extra)
+
+        return type(name, (), {"__new__": refuse, "__doc__": str(self)})
 
     def __str__(self) -> str:
-        missing = " and ".join(self.packages)
-        return f"{self.method} needs {missing}: pip install 'heavytop[{self.extra}]'"
+        return f"{self.method} needs {' and '.join(self.packages)}: {self.command}"
 
 
 class NoWorkerWarning(UserWarning):

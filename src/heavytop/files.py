@@ -9,11 +9,13 @@ import platform
 import stat
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from importlib import import_module
 from pathlib import Path
 from typing import IO, Any, Final
 
 from heavytop.errors import InUse
 
+FAR: Final = 2**30  # the byte that is locked on Windows, where others cannot read such a one
 SHORT: Final = 200  # bytes of a name, of the 255 that a file system has
 
 
@@ -64,7 +66,7 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     part = path.with_name(f".{os.getpid()}.{_short(path.name)}")
     try:
         write(part)
-        with part.open("rb") as written:
+        with part.open("r+b") as written:  # Windows waits only for what may be written
             os.fsync(written.fileno())
         part.replace(path)
         _sync(path.parent)
@@ -100,8 +102,8 @@ def make_folder(folder: Path) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text, whole, as UTF-8."""
-    write_whole(path, lambda part: part.write_text(text, encoding="utf-8"))
+    """Write a text, whole, as UTF-8, with the same ends of lines on every system."""
+    write_whole(path, lambda part: part.write_text(text, encoding="utf-8", newline="\n"))
 
 
 def write_document(path: Path, document: Mapping[str, Any]) -> None:
@@ -120,12 +122,10 @@ def locked(path: Path) -> Iterator[None]:
     OSError
         The file cannot be made.
     """
-    import fcntl  # not on Windows
-
     with path.open("ab+", buffering=0) as file:
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+            _lock(file)
+        except (BlockingIOError, PermissionError):
             file.seek(0)
             holder = file.read(300).decode("ascii", "replace").split()
             raise InUse(path.parent, *holder[:2]) from None
@@ -135,4 +135,22 @@ def locked(path: Path) -> Iterator[None]:
         try:
             yield
         finally:
-            fcntl.flock(file, fcntl.LOCK_UN)  # closing is not enough where a forked child has it
+            _lock(file, False)  # closing is not enough where a forked child has it
+
+
+def _lock(file: IO[bytes], hold: bool = True) -> None:
+    """Lock an open file at once, or let it go.
+
+    Raises
+    ------
+    BlockingIOError, PermissionError
+        Another process has locked it; on Windows the latter.
+    """
+    try:
+        import fcntl
+    except ModuleNotFoundError:
+        msvcrt: Any = import_module("msvcrt")
+        file.seek(FAR)
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK if hold else msvcrt.LK_UNLCK, 1)
+    else:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB if hold else fcntl.LOCK_UN)

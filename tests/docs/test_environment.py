@@ -1,4 +1,4 @@
-"""The conda environment, where the integrator has no wheels, has what the package needs."""
+"""The conda environment has what pip installs, the integrator too where pip has none."""
 
 import re
 import tomllib
@@ -9,7 +9,8 @@ CONDA = {"heyoka": "heyoka.py", "matplotlib": "matplotlib-base"}  # under other 
 
 
 def requirement(text):
-    """Return the name and the bounds of a requirement, written in whichever way."""
+    """Return the name and the bounds of a requirement, written in whichever way, for any system."""
+    text, _, _ = text.partition(";")
     name, bounds = re.fullmatch(r"([\w.-]+?)\s*([<>=!~].*)?", text.strip()).groups()
     return name, frozenset(filter(None, re.split(r"[,\s]+", bounds or "")))
 

@@ -1,9 +1,10 @@
-"""What the build of the pages takes for a command, what it runs, and what it says of every verb."""
+"""What the build of the pages makes of them: commands, verbs, notebooks and formulas."""
 
 import importlib
 import re
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import typer
@@ -44,7 +45,7 @@ heavytop run in-text
 def extension(monkeypatch):
     pytest.importorskip("sphinx", reason="the pages are built with the extra docs")
     monkeypatch.syspath_prepend(EXTENSIONS)
-    for name in ("commands", "verbs", "briefly", "public_names"):
+    for name in ("commands", "verbs", "briefly", "public_names", "notebooks", "formulas"):
         monkeypatch.delitem(sys.modules, name, raising=False)
     return importlib.import_module
 
@@ -102,3 +103,55 @@ def test_the_page_has_the_exit_codes_of_the_command():
     words = EXIT_CODES.removeprefix("Exit codes: ").rstrip(".").split("; ")
     told = dict(each.split(" ", 1) for each in words)
     assert {code: what.strip() for code, what in shown} == told
+
+
+# --- notebooks and formulas ----------------------------------------------------------------------
+
+
+def test_notebooks_are_copied_with_their_links_and_nothing_else_is_left(extension, tmp_path):
+    notebooks = extension("notebooks")
+    (tmp_path / "examples").mkdir()
+    (tmp_path / "examples" / "gone.ipynb").touch()
+    notebooks.copy(SimpleNamespace(srcdir=tmp_path))
+    names = {path.name for path in notebooks.EXAMPLES.glob("*.ipynb")}
+    assert names == {path.name for path in (tmp_path / "examples").iterdir()}
+    copied = (tmp_path / "examples" / "2-cusps-loops-waves.ipynb").read_text("utf-8")
+    assert "](../kicks.md)" in copied
+    assert "](../docs/" not in copied
+
+
+@pytest.mark.parametrize(
+    ("written", "built"),
+    [
+        ("[a](../examples/1.ipynb)", "[a](examples/1.ipynb)"),
+        ("[a](../../examples/1.ipynb)", "[a](../examples/1.ipynb)"),
+        ("[a](kicks.md)", "[a](kicks.md)"),
+    ],
+)
+def test_links_of_pages_lead_to_the_copies(extension, written, built):
+    source = [written]
+    extension("notebooks").lead(None, "page", source)
+    assert source == [built]
+
+
+@pytest.mark.parametrize(
+    ("latex", "parts"),
+    [
+        (r"\tfrac12 M", ["<mn>1</mn><mn>2</mn>", "<mi>M</mi>"]),
+        (r"\dot{\boldsymbol\ell} = g", ["<mover", "<mi>ℓ</mi><mo", "</mover><mo>=</mo><mi>g"]),
+        (r"A\sin\theta", ['<mi>A</mi><mi class="function">sin</mi>']),
+    ],
+)
+def test_formulas_are_drawn_as_they_are_meant(extension, latex, parts):
+    formulas = extension("formulas")
+    node = importlib.import_module("docutils.nodes").math(latex, latex)
+    drawn = re.sub(r">\s+<", "><", formulas.mathml(node, as_block=False))
+    assert all(part in drawn for part in parts), drawn
+
+
+def test_a_formula_that_cannot_be_drawn_is_a_warning(extension, monkeypatch):
+    formulas, said = extension("formulas"), []
+    monkeypatch.setattr(formulas.logger, "warning", lambda *words, **_: said.append(words))
+    node = importlib.import_module("docutils.nodes").math("", r"\nosuchthing x")
+    assert formulas.mathml(node, as_block=False) == r"<code>\nosuchthing x</code>"
+    assert len(said) == 1

@@ -40,6 +40,8 @@ def test_the_pictures_are_those_that_the_script_draws(tmp_path):
     subprocess.run(command, check=True, capture_output=True)
     for name in ("kicks.svg", "steady.svg"):
         assert (tmp_path / name).stat().st_size > 10_000
+    covers = {path.name for path in tmp_path.glob("notebook-*.svg")}
+    assert covers == {path.name for path in (DOCS / "images").glob("notebook-*.svg")}
 
 
 # --- the ladder of kicks -------------------------------------------------------------------------

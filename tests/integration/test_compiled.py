@@ -9,9 +9,9 @@ import pytest
 
 import heavytop as ht
 from heavytop.equations.euler_poisson import axis_form
-from heavytop.integration import compiled as paces
-from heavytop.integration.compiled import FAST, SLOW, paces_of
+from heavytop.integration import paces
 from heavytop.integration.integrator import continued, not_begun
+from heavytop.integration.paces import FAST, SLOW, paces_of
 
 ROUNDING = 2.0**-53
 UNIT = ht.Top(1, 1, 1)

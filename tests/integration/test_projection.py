@@ -11,7 +11,7 @@ import sympy as sp
 import heavytop as ht
 from heavytop.equations.euler_poisson import axis_form
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.integration import projection
+from heavytop.integration import bits, projection
 from heavytop.integration.projection import EVEN, GOLDEN, Projected, Projection
 from heavytop.numbers.double_double import add
 from heavytop.run.verify import closed_form, phase_error, run_errors
@@ -204,7 +204,7 @@ def test_a_form_without_invariants_is_refused_by_name(monkeypatch):
 
 
 def test_a_machine_without_longer_doubles_is_refused_by_name(monkeypatch):
-    monkeypatch.setattr(projection, "extended", lambda: projection.DOUBLE)
+    monkeypatch.setattr(bits, "extended", lambda: projection.DOUBLE)
     with pytest.raises(ht.BadScene, match="long double has no more digits than double"):
         ht.propagate(scene(1), projected=True)
 

@@ -235,10 +235,28 @@ def test_the_page_of_the_figures_names_them_all():
 
 
 def test_what_is_no_run_is_not_drawn(kicked):
-    for draw in (
-        partial(drawn, effective_potential),
-        partial(drawn, phase_plane),
-        *FIGURES.values(),
-    ):
+    for draw in (partial(drawn, errors), *FIGURES.values()):
         with pytest.raises(ht.WrongType, match=r"trajectory: a Trajectory .*, not a Motion"):
             draw(kicked.motion)
+    for draw in (loop, nutation, axis_on_sphere, effective_potential, phase_plane):
+        with pytest.raises(ht.WrongType, match=r"a Trajectory .* or a Motion, not a Scene"):
+            drawn(draw, kicked.scene)
+
+
+def test_the_errors_of_a_second_run_leave_those_of_the_first_in_view(kicked):
+    ax = drawn(errors, kicked)
+    first = ax.get_ylim()
+    errors(ax, changed("start.theta=0.2"))
+    errors(ax, propagate(load_scene("steady-betsch")))
+    low, high = ax.get_ylim()
+    assert low <= first[0]
+    assert high >= max(np.nanmax(line.get_ydata()) for line in ax.lines)
+
+
+def test_a_constant_tilt_has_a_scale_of_its_own_unless_more_is_drawn(kicked):
+    ax = drawn(nutation, propagate(load_scene("steady-betsch")))
+    constant = ax.get_ylim()
+    assert constant[0] - constant[1] == pytest.approx(0.02)
+    nutation(ax, kicked)
+    bottom, top = ax.get_ylim()
+    assert bottom > constant[1] > kicked.theta.min() > top

@@ -29,6 +29,16 @@ def test_every_view_is_a_right_handed_frame_that_shows_its_path(z):
 
 
 @pytest.mark.parametrize("view", VIEWS)
+def test_a_view_that_reaches_another_path_looks_from_the_same_side(view):
+    far = np.array([[0.6, 0.0, 0.8], [0.0, -0.95, (1 - 0.95**2) ** 0.5]])
+    wider = view.reaching(far)
+    for name in ("right", "up", "towards"):
+        np.testing.assert_array_equal(getattr(wider, name), getattr(view, name))
+    assert np.abs(wider.project(far)[0]).max() < wider.reach
+    assert view.reaching(far[:0:-1] * 0) is view
+
+
+@pytest.mark.parametrize("view", VIEWS)
 def test_circles_of_equal_tilt_are_where_they_can_be_seen(view):
     """Put back onto the near side of the sphere, each is at one height, a multiple of the spacing;
     and each that has a near side is drawn.

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 from heavytop.analytic.enclosure import EVENTS, Enclosure, enclose
 from heavytop.errors import BadScene, ForeignFile, Impossible, NotANumber
 from heavytop.files import regular, write_document, write_text, write_whole
+from heavytop.frames import frame
 from heavytop.numbers import Exact, Number
 from heavytop.numbers.intervals import Interval
 from heavytop.scene.arguments import (
@@ -27,10 +28,12 @@ from heavytop.scene.arguments import (
     path_of,
     shown,
 )
+from heavytop.scene.quantities import COLUMNS as QUANTITY_COLUMNS
 from heavytop.scene.quantities import QUANTITIES, spelled
 from heavytop.scene.scene import Scene
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
 SCHEMA: Final = "heavytop/reference/1"
@@ -46,6 +49,11 @@ COLUMNS: Final[Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         ("omega", ("omega",)),
     )
 }
+_ABOUT: Final[Mapping[str, dict[str, str]]] = {
+    "t": {"long_name": "time since the start", "units": "s"},
+    **{part: {"long_name": column.words, "units": column.unit}
+       for name, column in QUANTITY_COLUMNS.items() for part in spelled((name,))},
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,10 +99,24 @@ class Reference:
         """The columns as an xarray Dataset over ``t``: the doubles nearest to the decimals."""
         import xarray
 
-        floats = {name: [float(Fraction(x)) for x in texts] for name, texts in self.columns.items()}
-        t = floats.pop("t")
+        table = {
+            name: ("t", [float(Fraction(x)) for x in texts], _ABOUT[name])
+            for name, texts in self.columns.items()
+        }
         attributes = {"scene": self.scene.name, "source": SCHEMA}
-        return xarray.Dataset({name: ("t", x) for name, x in floats.items()}, {"t": t}, attributes)
+        return xarray.Dataset(table, attrs=attributes)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """The columns as a pandas DataFrame with the times [s] as index, units in its attributes.
+
+        Examples
+        --------
+        >>> from heavytop.scene.scene import load_scene
+        >>> table = reference(load_scene("sicm-kicked"), "0:2:1", ["theta"]).to_pandas()
+        >>> print(f"{table.theta[2.0]:.12f}", table.attrs["units"]["theta"])
+        0.426943705310 rad
+        """
+        return frame(self.to_xarray(), "t")
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the values whole, to a file whose name ends in ``.csv``, ``.json`` or ``.nc``.

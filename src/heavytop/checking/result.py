@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 from heavytop.checking.data import ANGLES, RATES, Array, plain
 from heavytop.checking.problem import Origin
 from heavytop.checking.slips import Slip
-from heavytop.display import Shown
+from heavytop.display import Plotted
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 from heavytop.spelling import harmless
@@ -89,7 +89,7 @@ class Count(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Check(Shown):
+class Check(Plotted):
     """What is to be said of a trajectory that somebody else computed.
 
     Attributes

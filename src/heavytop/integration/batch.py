@@ -15,13 +15,14 @@ from enum import IntEnum
 from threading import Event, Lock
 from typing import Any, NamedTuple
 
-import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.integration.bits import DOUBLE
-from heavytop.integration.compiled import Array, System, in_units, paces_of, per_thread
+from heavytop.integration.compiled import Array, System, per_thread
+from heavytop.integration.library import hy
+from heavytop.integration.paces import in_units, paces_of
 
 Indices = NDArray[np.int64]
 TOLERANCE = 2.0**-52

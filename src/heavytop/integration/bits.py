@@ -1,15 +1,22 @@
-"""How many binary digits the numbers of a run have: double, long double, or as many as it takes."""
+"""How many binary digits the numbers of a run have: double, long double, or as many as it takes.
+
+A projection has to have more of them than a double; heyoka is asked for none of this.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from heavytop.equations.formulation import Formulation
 
 DOUBLE: Final = 53
 LONG_DOUBLE: Final = int(np.finfo(np.longdouble).nmant) + 1  # on this machine
 SPARE_DIGITS: Final = 12
+ROOM: Final = 260  # states in a leg that is projected: steps take longer the more they have
 WORD: Final = 64  # MPFR computes in whole words
 _HARDWARE: Final = {"double": DOUBLE, "long double": LONG_DOUBLE}
 
@@ -57,3 +64,17 @@ def bits_of(name: str) -> int:
     (53, 256)
     """
     return _HARDWARE.get(name) or int(name.split()[0])
+
+
+def extended() -> float:
+    """Return the relative spacing of long doubles on this machine."""
+    return float(np.finfo(np.longdouble).eps)
+
+
+def why_not(formulation: Formulation) -> str:
+    """Return why runs of a formulation cannot be projected, or nothing."""
+    if not formulation.invariants:
+        return f"the {formulation.name} form has no invariant to project onto"
+    if extended() > np.finfo(float).eps / 256:
+        return "long double has no more digits than double on this machine"
+    return ""

@@ -17,14 +17,15 @@ from dataclasses import dataclass, replace
 from threading import Thread
 from typing import Any
 
-import heyoka as hy
 import numpy as np
 
 from heavytop.equations.formulation import Formulation, power_of_rate
 from heavytop.equations.lambdify import NUMPY, lambdified
 from heavytop.integration.bits import LONG_DOUBLE
-from heavytop.integration.compiled import System, in_units, number, number_type, paces_of
+from heavytop.integration.compiled import System, number, number_type
+from heavytop.integration.library import hy
 from heavytop.integration.outputs import Sample, sample
+from heavytop.integration.paces import in_units, paces_of
 from heavytop.integration.turns import GRAIN_BITS, Turns
 
 HEAVY = 1024  # bits from which on a step takes long: seconds at 3000 bits, a minute at 10 000

@@ -32,9 +32,8 @@ from heavytop.integration.compiled import (
     Polynomials,
     Seen,
     compiled,
-    in_units,
-    paces_of,
 )
+from heavytop.integration.paces import in_units, paces_of
 from heavytop.integration.projection import Projected, Projection
 from heavytop.integration.turns import distinct, turns_of
 from heavytop.numbers.double_double import DoubleDouble, add

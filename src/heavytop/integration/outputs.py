@@ -81,9 +81,9 @@ def _function(form: Formulation, what: str, bits: int) -> Any:
         arguments = (*arguments, *spin)
     if bits == DOUBLE:
         return lambdified(expressions, arguments)
-    from heyoka import real
+    from heavytop.integration.library import hy
 
-    return lambdified(expressions, arguments, lambda integer: real(integer, bits))
+    return lambdified(expressions, arguments, lambda integer: hy.real(integer, bits))
 
 
 def _values(

@@ -28,13 +28,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import invariants_of
-from heavytop.integration.bits import LONG_DOUBLE
+from heavytop.integration.bits import LONG_DOUBLE, ROOM, extended, why_not
 from heavytop.integration.compiled import (
     Array,
     Block,
@@ -44,27 +43,13 @@ from heavytop.integration.compiled import (
     per_thread,
     translated,
 )
+from heavytop.integration.library import hy
 from heavytop.numbers.double_double import DoubleDouble, add
 
 DOUBLE = float(np.finfo(float).eps)
 TINY = float(np.finfo(float).tiny)
-ROOM = 260  # states in a leg: steps take longer the more they have, a projection hardly
 EVEN = 0.12  # how much shorter than the mean of the first leg the longest steps of a leg may be
 GOLDEN = (math.sqrt(5) - 1) / 2  # its multiples, less the whole numbers, are never close again
-
-
-def extended() -> float:
-    """Return the relative spacing of long doubles on this machine."""
-    return float(np.finfo(np.longdouble).eps)
-
-
-def why_not(formulation: Formulation) -> str:
-    """Return why runs of a formulation cannot be projected, or nothing."""
-    if not formulation.invariants:
-        return f"the {formulation.name} form has no invariant to project onto"
-    if extended() > DOUBLE / 256:
-        return "long double has no more digits than double on this machine"
-    return ""
 
 
 class Projection:

@@ -51,7 +51,7 @@ def atlas_figure(atlas: Atlas) -> Figure:
         midst, whose place on the map has the same number.
     """
     plane = atlas.plane
-    rows, columns = (slice(None, None, -(-n // FINEST)) for n in plane.shape)
+    rows, columns = _every(atlas)
     kind = atlas["kind"][rows, columns]
     figure = Figure(figsize=(9.6, 6.0), layout="constrained")
     parts: Any = figure.subfigures(1, 2, width_ratios=(2.6, 1.0))
@@ -105,14 +105,37 @@ def map_figure(document: Known, kind: Codes, names: Sequence[str]) -> Figure:
     return figure
 
 
-def _map(ax: Axes, document: Known, kind: Codes, names: Sequence[str]) -> list[Any]:
+def kinds_map(ax: Axes, atlas: Atlas, **looks: Any) -> Axes:
+    """Draw the kinds as areas and their boundaries; keywords are those of the mesh.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    atlas : Atlas
+    """
+    kind = atlas["kind"][_every(atlas)]
+    for each in _map(ax, atlas.document(costs=False), kind, atlas.names, **looks):
+        if isinstance(each, Patch):  # the legend of the axes names the areas too
+            ax.fill([], [], fc=each.get_facecolor(), ec=each.get_edgecolor(), lw=0.5,
+                    label=each.get_label())  # fmt: skip
+    return ax
+
+
+def _every(atlas: Atlas) -> tuple[slice, slice]:
+    """The rows and columns that are drawn."""
+    rows, columns = (slice(None, None, -(-n // FINEST)) for n in atlas.plane.shape)
+    return rows, columns
+
+
+def _map(ax: Axes, document: Known, kind: Codes, names: Sequence[str], **mesh: Any) -> list[Any]:
     """Draw kinds as areas, boundaries as lines; return what a legend has, kinds with shares."""
     colours = ListedColormap([KINDS.get(name, UNKNOWN).colour for name in names])
     norm = BoundaryNorm(np.arange(len(names) + 1) - 0.5, len(names))
     axes = [document["axes"][side] for side in "xy"]
     edges = [_edges(axis, n) for axis, n in zip(axes, kind.shape[::-1], strict=True)]
     shown = np.ma.masked_greater_equal(kind, len(names))  # where there is no tile
-    ax.pcolormesh(*edges, shown, cmap=colours, norm=norm, rasterized=True)
+    ours: dict[str, Any] = {"cmap": colours, "norm": norm, "rasterized": True}
+    ax.pcolormesh(*edges, shown, **ours | mesh)
     for side, axis, ends in zip("xy", axes, edges, strict=True):
         if axis["log"]:
             ax.set(**{f"{side}scale": "log" if axis["low"] > 0 else "symlog"})

@@ -1,6 +1,8 @@
 """Pictures of a trajectory: each is a function of the axes it draws on, and computes nothing.
 
-The same trajectory gives the same SVG, byte for byte.
+Each takes a motion too, of which it draws some nutations of the closed form; keywords of matplotlib
+for its line, which go before its own; and returns the axes. The same trajectory gives the same SVG,
+byte for byte.
 """
 
 from __future__ import annotations
@@ -8,27 +10,32 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
+from weakref import WeakKeyDictionary
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
+from heavytop.analytic.motion import Motion
 from heavytop.analytic.potential import Curve, Potential
 from heavytop.classification import Kind
 from heavytop.errors import NoClosedForm
 from heavytop.plots import style
-from heavytop.plots.sphere import PUSH, axis_path, touched
+from heavytop.plots.exact_run import ExactRun
+from heavytop.plots.sphere import NUTATIONS, PUSH, axis_path, touched
 from heavytop.plots.sphere import View as View
-from heavytop.plots.style import Array, in_degrees, legend, literal
+from heavytop.plots.style import Array, in_degrees, legend, line, literal
 from heavytop.plots.style import save as save
-from heavytop.run.verify import deviations
-from heavytop.scene.arguments import expect
+from heavytop.scene.arguments import expect, wrong_type
+from heavytop.scene.quantities import ANGLES
 
 if TYPE_CHECKING:
     from heavytop.integration.outputs import Sample
     from heavytop.run.trajectory import Trajectory
 
+Looks = Mapping[str, Any]  # keywords of matplotlib
 MOST_PERIODS: Final = 12  # more would only blacken the paper
 POINTS: Final = 4001
 CONSTANT: Final = 1e-9  # a range below this [rad] is rounding, and not worth a scale of its own
@@ -37,8 +44,9 @@ BEYOND: Final = 1.5**2  # how far above its least the potential is drawn, in uni
 TOUCHED_S: Final = 2.0  # of a top that nothing moves, where it does not nutate when touched
 
 LABELS: Final = {
-    "t": "time t [s]", "theta": "tilt θ [rad]", "phi": "precession φ [rad]",
-    "thetadot": "tilt rate θ̇ [rad/s]", "psidot": "spin rate ψ̇ [rad/s]",
+    "t": "time t [s]", "theta": "tilt θ [rad]", "phi": "precession φ [rad]", "psi": "spin ψ [rad]",
+    "thetadot": "tilt rate θ̇ [rad/s]", "phidot": "precession rate φ̇ [rad/s]",
+    "psidot": "spin rate ψ̇ [rad/s]",
 }  # fmt: skip
 ERRORS: Final = {
     "theta": ("tilt θ", style.BLUE, "o"),
@@ -58,12 +66,22 @@ def _expect_run(trajectory: object) -> None:
     expect("trajectory", trajectory, Trajectory, "propagate gives one")
 
 
+def run_of(thing: Trajectory | Motion) -> Any:
+    """Return a trajectory, or the exact motion as one."""
+    from heavytop.run.trajectory import Trajectory  # which takes its time to import
+
+    if isinstance(thing, Motion):
+        return ExactRun.of(thing, NUTATIONS)
+    if not isinstance(thing, Trajectory | ExactRun):
+        raise wrong_type("trajectory", "a Trajectory (propagate gives one) or a Motion", thing)
+    return thing
+
+
 @lru_cache(maxsize=1)  # 3 s with 30 digits, which each of the figures would take for itself
-def _path(trajectory: Trajectory) -> tuple[Sample, float]:
+def _path(run: Any) -> tuple[Sample, float]:
     """The motion at the times drawn, and the last of them [s]."""
-    _expect_run(trajectory)
-    last = last_shown(trajectory)
-    return trajectory(np.linspace(0.0, last, POINTS)), last
+    last = last_shown(run)
+    return run(np.linspace(0.0, last, POINTS)), last
 
 
 def last_shown(trajectory: Trajectory) -> float:
@@ -90,25 +108,28 @@ def _mark(ax: Axes, kind: str, x: Any, y: Any) -> None:
     ax.plot(x, y, marker, label=label, color=colour, ms=5, mfc="white", ls="none", zorder=3)
 
 
-def _against(ax: Axes, trajectory: Trajectory, x: str, y: str) -> tuple[Sample, float]:
+def _against(ax: Axes, run: Any, x: str, y: str, looks: Looks) -> Line2D:
     """Draw one quantity of a run against another, with its events, and angles in degrees too."""
-    drawn, shown = _path(trajectory)
-    if "phi" in (x, y) and trajectory.phi is None:
-        raise ValueError("phi: not followed by this trajectory")
-    ax.plot(getattr(drawn, x), getattr(drawn, y), color=style.PATH, lw=1.0)
-    events = trajectory.events
-    _mark_events(ax, trajectory, shown, np.column_stack((getattr(events, x), getattr(events, y))))
+    drawn, shown = _path(run)
+    for name in {x, y}.intersection(ANGLES):
+        if np.isnan(getattr(drawn, name)).all():
+            raise ValueError(f"{name}: not followed by this trajectory")
+    path = line(ax, getattr(drawn, x), getattr(drawn, y), looks, color=style.PATH, lw=1.0)
+    events = run.events
+    if hasattr(events, y):
+        _mark_events(ax, run, shown, np.column_stack((getattr(events, x), getattr(events, y))))
     ax.set(xlabel=LABELS[x], ylabel=LABELS[y])
-    in_degrees(ax, "y")
-    if x == "phi":
+    if y in ANGLES:
+        in_degrees(ax, "y")
+    if x in ANGLES:
         in_degrees(ax, "x")
-    return drawn, shown
+    return path
 
 
 # --- the angles: against time, and the tilt against the precession (SICM, figures 2.5 to 2.8) ---
 
 
-def loop(ax: Axes, trajectory: Trajectory) -> None:
+def loop(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes:
     """Draw theta [rad] against phi [rad], upright: where the axis stands higher, so does the line.
 
     The dot is the start.
@@ -116,79 +137,102 @@ def loop(ax: Axes, trajectory: Trajectory) -> None:
     Parameters
     ----------
     ax : matplotlib.axes.Axes
-    trajectory : Trajectory
+    trajectory : Trajectory or Motion
+    **looks
+        Keywords of the line; the other figures take them too.
 
     Raises
     ------
     WrongType
-        It is no Trajectory; the other figures say the same.
+        It is neither; the other figures say the same.
     ValueError
         The trajectory did not follow phi; `nutation` draws theta over time.
     """
-    drawn, shown = _against(ax, trajectory, "phi", "theta")
-    ax.plot(drawn.phi[0], drawn.theta[0], "o", color=style.PATH, ms=3, zorder=4)
-    _upright(ax, drawn.theta, trajectory, shown)
+    run = run_of(trajectory)
+    path = _against(ax, run, "phi", "theta", looks)
+    drawn, _ = _path(run)
+    ax.plot(drawn.phi[0], drawn.theta[0], "o", color=path.get_color(), ms=3, zorder=4)
+    return _upright(ax, run)
 
 
-def nutation(ax: Axes, trajectory: Trajectory) -> None:
+def nutation(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes:
     """Draw theta [rad] against time [s], upright; of a still top, what it does when touched too.
 
     Parameters
     ----------
     ax : matplotlib.axes.Axes
-    trajectory : Trajectory
+    trajectory : Trajectory or Motion
     """
-    drawn, shown = _against(ax, trajectory, "t", "theta")
-    theta = drawn.theta
-    if neighbour := touched(trajectory.motion):
-        theta = neighbour.at(drawn.t).theta
-        ax.plot(drawn.t, theta, "--", color=style.OTHER, lw=1.0, label=_pushed())
-    _upright(ax, theta, trajectory, shown)
+    run = run_of(trajectory)
+    t = _against(ax, run, "t", "theta", looks).get_xdata()
+    if neighbour := touched(run.motion):
+        ax.plot(t, neighbour.at(t).theta, "--", color=style.OTHER, lw=1.0, label=_pushed())
+    return _upright(ax, run)
 
 
 def _pushed() -> str:
     return f"after a push of {PUSH:g} rad/s"
 
 
-def precession(ax: Axes, trajectory: Trajectory) -> None:
+def precession(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes:
     """Draw phi [rad] against time [s].
 
     Parameters
     ----------
     ax : matplotlib.axes.Axes
-    trajectory : Trajectory
+    trajectory : Trajectory or Motion
 
     Raises
     ------
     ValueError
         The trajectory did not follow phi.
     """
-    _against(ax, trajectory, "t", "phi")
+    return over_time(ax, trajectory, "phi", **looks)
 
 
-def spin_rate(ax: Axes, trajectory: Trajectory) -> None:
+def spin_rate(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes:
     """Draw psidot [rad/s] against time [s]: the top spins faster when it is more vertical.
 
     Parameters
     ----------
     ax : matplotlib.axes.Axes
-    trajectory : Trajectory
+    trajectory : Trajectory or Motion
     """
-    drawn, _ = _path(trajectory)
-    ax.plot(drawn.t, drawn.psidot, color=style.PATH, lw=1.0)
-    _cut_peaks(ax, drawn.psidot)
-    ax.set(xlabel=LABELS["t"], ylabel=LABELS["psidot"])
+    return over_time(ax, trajectory, "psidot", **looks)
 
 
-def _upright(ax: Axes, theta: Array, trajectory: Trajectory, shown: float) -> None:
+def over_time(ax: Axes, trajectory: Trajectory | Motion, name: str, /, **looks: Any) -> Axes:
+    """Draw an angle [rad] or a rate [rad/s] against time [s].
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    trajectory : Trajectory or Motion
+    name : str
+        Such as phi; `nutation` draws theta.
+
+    Raises
+    ------
+    ValueError
+        The trajectory did not follow it.
+    """
+    values = _against(ax, run_of(trajectory), "t", name, looks).get_ydata()
+    if name not in ANGLES:
+        _cut_peaks(ax, np.asarray(values))
+    return ax
+
+
+def _upright(ax: Axes, run: Any) -> Axes:
     """Let tilt grow downwards, give a constant one a scale, and say which part of a run it is."""
-    ax.invert_yaxis()
-    low, high = float(np.nanmin(theta)), float(np.nanmax(theta))
+    if not ax.yaxis_inverted():  # by what was drawn there before
+        ax.invert_yaxis()
+    low, high = ax.dataLim.intervaly
     if high - low < CONSTANT:
-        ax.set_ylim(high + 0.01, low - 0.01)
-    end = float(trajectory.orbit.end)
+        ax.set_ylim(high + 0.01, low - 0.01, auto=None)
+    shown, end = _path(run)[1], float(run.orbit.end)
     words = f"0 to {end:.6g} s" if shown == end else f"the first {shown:.4g} s of {end:.6g} s"
     ax.set_title(words, fontsize="medium")
+    return ax
 
 
 def _cut_peaks(ax: Axes, values: Array) -> None:
@@ -203,8 +247,11 @@ def _cut_peaks(ax: Axes, values: Array) -> None:
 
 # --- the axis on the unit sphere ---------------------------------------------------------------
 
+_VIEWS: Final[WeakKeyDictionary[Axes, View]] = WeakKeyDictionary()
+"""How the sphere is seen on axes: another path there is seen in the same way."""
 
-def axis_on_sphere(ax: Axes, trajectory: Trajectory) -> None:
+
+def axis_on_sphere(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes:
     """Draw the path of the symmetry axis on the unit sphere, seen from far away.
 
     A path that keeps near the vertical is seen from straight above (or below), and the view
@@ -215,50 +262,56 @@ def axis_on_sphere(ax: Axes, trajectory: Trajectory) -> None:
     Parameters
     ----------
     ax : matplotlib.axes.Axes
-    trajectory : Trajectory
+    trajectory : Trajectory or Motion
     """
-    drawn, shown = _path(trajectory)
+    run = run_of(trajectory)
+    drawn, shown = _path(run)
     path, colour, words = drawn.axis, style.PATH, ""
-    if neighbour := touched(trajectory.motion):
+    if neighbour := touched(run.motion):
         time = MOST_PERIODS * neighbour.period if neighbour.period else TOUCHED_S
         path, colour, words = axis_path(neighbour, time), style.OTHER, f",\n{_pushed()}"
-    view = View.of(path)
+    view = _VIEWS[ax] = _VIEWS[ax].reaching(path) if ax in _VIEWS else View.of(path)
     view.draw_graticule(ax)
-    view.draw_path(ax, path, colour)
-    _mark_events(ax, trajectory, shown, view.project(trajectory.events.axis)[0])
+    view.draw_path(ax, path, colour, **looks)
+    _mark_events(ax, run, shown, view.project(run.events.axis)[0])
     view.frame(ax)
     ax.set_title(f"the axis on the unit sphere,\n{view.words}{words}", fontsize="medium")
+    return ax
 
 
 # --- the tilt by itself: its effective potential, and its phase plane ---------------------------
 
 
-def effective_potential(ax: Axes, trajectory: Trajectory) -> None:
+def effective_potential(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes:
     """Draw V_eff(theta) - p_psi^2/2C [J] with E', the tilts it allows, and the turning points.
 
     Parameters
     ----------
     ax : matplotlib.axes.Axes
-    trajectory : Trajectory
+    trajectory : Trajectory or Motion
     """
-    _expect_run(trajectory)
-    V = Potential(trajectory.motion.rising.source)
-    A, E_prime = float(trajectory.scene.top.A), float(trajectory.motion.constants.E_prime)
-    theta = np.linspace(*tilts_shown(V), 801)
-    ax.plot(theta, A * V(theta), color=style.PATH, lw=1.4, label="V$_{eff}$ − $p_ψ^2/2C$")
+    run = run_of(trajectory)
+    V = Potential(run.motion.rising.source)
+    A, E_prime = float(run.scene.top.A), float(run.motion.constants.E_prime)
+    theta, label = np.linspace(*tilts_shown(V), 801), "V$_{eff}$ − $p_ψ^2/2C$"
+    line(ax, theta, A * V(theta), looks, color=style.PATH, lw=1.4, label=label)
     ax.axhline(E_prime, color=style.OTHER, lw=1.0, ls="--", label="energy E′")
-    _allowed(ax, V, A, E_prime, trajectory)
+    _allowed(ax, V, A, E_prime, run)
     margin = 0.06 * BEYOND * V.spread * A
     floor, ceiling = A * float(V.least), A * (float(V.least) + BEYOND * V.spread)
     if margin:
-        ax.set_ylim(floor - margin, max(ceiling, E_prime) + margin)
+        shown = [floor - margin, max(ceiling, E_prime) + margin]
+        if not ax.get_autoscaley_on():  # another is drawn there
+            shown += ax.get_ylim()
+        ax.set_ylim(min(shown), max(shown))
     ax.set(xlabel=LABELS["theta"], ylabel="energy without that of the spin [J]")
     in_degrees(ax, "x")
+    return ax
 
 
-def _allowed(ax: Axes, V: Potential, A: float, E_prime: float, trajectory: Trajectory) -> None:
+def _allowed(ax: Axes, V: Potential, A: float, E_prime: float, run: Any) -> None:
     """Fill between potential and energy, and mark where they meet."""
-    motion = trajectory.motion
+    motion = run.motion
     ends = (motion.theta_min, motion.theta_max)
     if ends[1] > ends[0]:
         theta = np.linspace(*ends, 401)
@@ -268,47 +321,51 @@ def _allowed(ax: Axes, V: Potential, A: float, E_prime: float, trajectory: Traje
         for name, tilt in zip(("theta_min", "theta_max"), ends, strict=True):
             _mark(ax, name, tilt, E_prime)
     else:
-        _start(ax, trajectory.theta[0], E_prime)
+        _start(ax, run.samples.theta[:1], [E_prime], {})
 
 
-def _start(ax: Axes, x: Any, y: Any) -> None:
-    ax.plot(x, y, "o", color=style.BLACK, ms=4, ls="none", label="start", zorder=4)
+def _start(ax: Axes, x: Any, y: Any, looks: Looks) -> None:
+    line(ax, x, y, looks, marker="o", color=style.BLACK, ms=4, ls="none", label="start", zorder=4)
 
 
-def phase_plane(ax: Axes, trajectory: Trajectory) -> None:
+def phase_plane(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes:
     """Draw curves of constant energy in the plane of theta [rad] and thetadot [rad/s].
 
     All of them have the momenta p_phi and p_psi of the scene; its own curve is the heavy one. The
-    separatrix, where there is one, is dashed. The dot is the start.
+    separatrix, where there is one, is dashed. The dot is the start. Keywords are those of its own
+    curve, or of the dot where the tilt is constant.
 
     Parameters
     ----------
     ax : matplotlib.axes.Axes
-    trajectory : Trajectory
+    trajectory : Trajectory or Motion
     """
-    _expect_run(trajectory)
-    motion = trajectory.motion
+    run = run_of(trajectory)
+    motion = run.motion
     V = Potential(motion.rising.source)
     for k, curve in enumerate(V.family()):
         label = None if k else "other energies"
-        _energy_curve(ax, curve, "-", color=style.FAINT, lw=0.8, label=label)
-    if motion.nutates and (own := V.curve(V.excess)) is not None:
-        _energy_curve(ax, own, "-", color=style.PATH, lw=1.8, label="the motion")
+        _energy_curve(ax, curve, {}, color=style.FAINT, lw=0.8, label=label)
+    own = V.curve(V.excess) if motion.nutates else None
+    if own is not None:
+        _energy_curve(ax, own, looks, color=style.PATH, lw=1.8, label="the motion")
+    along = motion.kind is Kind.SEPARATRIX
     if (separatrix := V.separatrix()) is not None:
-        label = "separatrix, and the motion" if motion.kind is Kind.SEPARATRIX else "separatrix"
-        _energy_curve(ax, separatrix, "--", color=style.OTHER, lw=1.2, label=label)
-    start = trajectory.samples.at(slice(0, 1))
-    _start(ax, start.theta, start.thetadot)
+        _energy_curve(ax, separatrix, looks if along else {}, color=style.OTHER, lw=1.2, ls="--",
+                      label="separatrix, and the motion" if along else "separatrix")  # fmt: skip
+    start = run.samples
+    _start(ax, start.theta[:1], start.thetadot[:1], looks if own is None and not along else {})
     ax.axhline(0.0, color=style.FAINT, lw=0.5, zorder=0)
     ax.set(xlabel=LABELS["theta"], ylabel=LABELS["thetadot"])
     in_degrees(ax, "x")
+    return ax
 
 
-def _energy_curve(ax: Axes, curve: Curve, look: str, **looks: Any) -> None:
+def _energy_curve(ax: Axes, curve: Curve, looks: Looks, **ours: Any) -> None:
     """Draw both branches; where the curve runs into a pole they are left apart."""
     theta: Array = np.concatenate((curve.theta, [np.nan], curve.theta))
     speed: Array = np.concatenate((curve.speed, [np.nan], -curve.speed))
-    ax.plot(theta, speed, look, **looks)
+    line(ax, theta, speed, looks, **ours)
 
 
 def tilts_shown(V: Potential) -> tuple[float, float]:
@@ -320,7 +377,7 @@ def tilts_shown(V: Potential) -> tuple[float, float]:
 # --- the error against the closed form ---------------------------------------------------------
 
 
-def errors(ax: Axes, trajectory: Trajectory) -> None:
+def errors(ax: Axes, trajectory: Trajectory, **looks: Any) -> Axes:
     """Draw |run - closed form| against time [s], logarithmic.
 
     The marks are samples, the lines the largest error so far. A sample with no error at all, or
@@ -331,18 +388,21 @@ def errors(ax: Axes, trajectory: Trajectory) -> None:
     ax : matplotlib.axes.Axes
     trajectory : Trajectory
     """
+    from heavytop.run.verify import deviations
+
     _expect_run(trajectory)
     try:
-        _draw_errors(ax, **deviations(trajectory))
+        _draw_errors(ax, looks, **deviations(trajectory))
     except NoClosedForm as reason:
         ax.text(0.5, 0.5, str(reason), transform=ax.transAxes, ha="center", wrap=True)
     ax.set(xlabel=LABELS["t"], ylabel="|run − closed form| [rad]")
+    return ax
 
 
 FAINTEST: Final = 1e-8  # of the largest error: smaller ones stand at the lower edge
 
 
-def _draw_errors(ax: Axes, t: Array, **found: Array) -> None:
+def _draw_errors(ax: Axes, looks: Looks, t: Array, **found: Array) -> None:
     seen = np.concatenate(list(found.values()))
     positive = seen[seen > 0] if (seen > 0).any() else np.array([np.finfo(float).eps])
     smallest, shown = float(positive.min()), FAINTEST * float(positive.max())
@@ -353,17 +413,17 @@ def _draw_errors(ax: Axes, t: Array, **found: Array) -> None:
         largest = np.fmax.accumulate(error)
         size = f"at most {largest[-1]:.1e}" if largest[-1] else "none"
         ax.plot(t, np.maximum(error, floor), marker, color=colour, ms=1.8, alpha=0.5, lw=0)
-        line = np.where(largest > floor, largest, np.nan)
-        ax.plot(t, line, color=colour, lw=1.2, label=f"{label}: {size}")
+        so_far = np.where(largest > floor, largest, np.nan)
+        line(ax, t, so_far, looks, color=colour, lw=1.2, label=f"{label}: {size}")
     ax.set_yscale("log")
-    ax.set_ylim(bottom=floor)
+    ax.set_ylim(bottom=min(floor, ax.dataLim.ymin), auto=None)
     ax.annotate(edge, (0, floor), (4, 4), ("axes fraction", "data"), "offset points",
                 fontsize="small", color="#666666")  # fmt: skip
 
 
 # --- the figures of a run, each on a page of its own --------------------------------------------
 
-Panel = Callable[[Axes, "Trajectory"], None]
+Panel = Callable[[Axes, "Trajectory"], Axes]
 
 
 @mpl.rc_context(style.STYLE)
@@ -371,6 +431,7 @@ def _page(
     trajectory: Trajectory, *panels: Panel, size: tuple[float, float] = (7.2, 4.8), **grid: Any
 ) -> Figure:
     """The figure of some pictures, with its title and its legend."""
+    _expect_run(trajectory)
     figure = Figure(figsize=size, layout="constrained")
     for ax, draw in zip(np.ravel(figure.subplots(**grid)), panels, strict=True):
         draw(ax, trajectory)
@@ -393,11 +454,15 @@ def overview(trajectory: Trajectory) -> Figure:
         Where phi was not followed, and of a top that stands still, the tilt is drawn against time
         instead.
     """
-    _expect_run(trajectory)
-    over_time = trajectory.phi is None or touched(trajectory.motion) is not None
-    left: Panel = nutation if over_time else loop
+    left = nutation if stands(trajectory) else loop
     grid = {"ncols": 2, "width_ratios": (1.15, 1.0)}
     return _page(trajectory, left, axis_on_sphere, size=(9.6, 5.2), **grid)
+
+
+def stands(trajectory: Trajectory | Motion) -> bool:
+    """Whether theta cannot be drawn against phi, which is not followed, or not worth it."""
+    run = run_of(trajectory)
+    return touched(run.motion) is not None or bool(np.isnan(run.samples.phi).all())
 
 
 def angles(trajectory: Trajectory) -> Figure:

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from heavytop.analytic.motion import Motion
-from heavytop.plots.style import BLACK, FAINT, KINDS, STYLE, UNKNOWN, Array, literal
+from heavytop.plots.style import BLACK, FAINT, KINDS, STYLE, UNKNOWN, Array, literal, over
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
@@ -67,6 +67,12 @@ class View(NamedTuple):
         words = f"from 25° {'above' if lift > 0 else 'below'} the horizon"
         return cls(np.array([-y, x, 0.0]), up, towards, 1.06, 30, words)
 
+    def reaching(self, axis: Array) -> View:
+        """The same view, wide enough for another path, shape (k, 3)."""
+        far = float(np.hypot(*self.project(axis)[0].T).max())
+        wide = self.from_pole(float(self.towards[2]), min(1.15 * far, 1.06))
+        return wide if abs(self.towards[2]) == 1 and wide.reach > self.reach else self
+
     def project(self, points: Array) -> tuple[Array, Array]:
         """Points on the paper, shape (k, 2), and their depth, positive towards the eye, (k,)."""
         return np.column_stack((points @ self.right, points @ self.up)), points @ self.towards
@@ -90,19 +96,24 @@ class View(NamedTuple):
         pole = self.project(np.array([[0.0, 0.0, np.sign(self.towards[2])]]))[0][0]
         ax.plot(*pole, "+", color=BLACK, ms=6, mew=0.8, zorder=4)
 
-    def draw_path(self, ax: Axes, axis: Array, colour: str, opacity: float = 1.0) -> None:
+    def draw_path(
+        self, ax: Axes, axis: Array, colour: str, opacity: float = 1.0, **looks: Any
+    ) -> None:
         """Draw a path of the axis from its dot to its arrow head, paler behind the sphere."""
         seen, depth = self.project(axis)
+        looks = over({"color": colour, "alpha": opacity, "lw": 1.0}, looks)
+        colour, opacity = looks["color"], looks["alpha"]
         for behind, strength in ((False, opacity), (True, BEHIND * opacity)):
             part = np.where(((depth < 0) == behind)[:, None], seen, np.nan)
             if np.isfinite(part).any():
-                ax.plot(*part.T, color=colour, lw=1.0, alpha=strength, solid_joinstyle="round",
-                        zorder=2 if behind else 3)  # fmt: skip
+                ours = {"solid_joinstyle": "round", "zorder": 2 if behind else 3}
+                ax.plot(*part.T, **ours | looks | {"alpha": strength})
+                looks.pop("label", None)  # which one of both parts has
         ax.plot(*seen[0], "o", color=colour, ms=3, zorder=4)
         away = np.flatnonzero(np.hypot(*(seen - seen[-1]).T) > 0.02 * self.reach)
         if away.size:
-            looks = {"arrowstyle": "-|>", "color": colour, "alpha": opacity, "shrinkB": 0}
-            ax.annotate("", seen[-1], seen[away[-1]], arrowprops=looks, zorder=4)
+            head = {"arrowstyle": "-|>", "color": colour, "alpha": opacity, "shrinkB": 0}
+            ax.annotate("", seen[-1], seen[away[-1]], arrowprops=head, zorder=4)
 
     def frame(self, ax: Axes) -> None:
         """Show the view on axes that are not drawn."""

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from heavytop.plots import style
-from heavytop.plots.style import Known, gridded, legend, literal, title_of
+from heavytop.plots.style import Known, gridded, legend, line, literal, title_of
 from heavytop.results.stress import MARKS, UNTOLD
 
 Looks = dict[str, dict[str, Any]]
@@ -48,27 +48,14 @@ def drift_figure(document: Known) -> Figure:
     matplotlib.figure.Figure
         Errors against nutation periods, with guides that grow as t^½, t, t^3/2 and t².
     """
-    methods, count = document["methods"], document["ensemble"]
-    names = dict.fromkeys([*list(QUANTITIES)[:5], *(n for m in methods for n in m["invariants"])])
-    panels = {name: series for name in names if (series := _series(methods, name))}
+    methods, count, panels = document["methods"], document["ensemble"], drifting(document)
     columns = min(3, max(1, len(panels)))
     rows = max(1, math.ceil(len(panels) / columns))
     size = (3.6 * columns + 0.6, 3.2 * rows + 0.7 + 0.2 * math.ceil(len(methods) / 4))
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False).ravel()
-    colours, marks, count_of = style.COLOURS, style.MARKERS, len(style.COLOURS)
-    looks: Looks = {  # no two are alike
-        each["name"]: {"color": colours[k % count_of], "marker": marks[k % len(marks)],
-                       "linestyle": DASHES[k // count_of % len(DASHES)]}
-        for k, each in enumerate(methods)
-    }  # fmt: skip
-    for ax, (name, series) in zip(axes, panels.items(), strict=False):
-        for method, points in series.items():
-            ax.loglog(*zip(*points, strict=True), lw=1.0, ms=3.5,
-                      label=literal(method), **looks[method])  # fmt: skip
-        _guides(ax, [n for points in series.values() for n, _ in points])
-        label = QUANTITIES.get(name, f"{literal(name)}, relative")
-        gridded(ax, "nutation periods", f"error of {label}")
+    for ax, name in zip(axes, panels, strict=False):
+        error_growth(ax, document, name)
     for ax in axes[len(panels) :]:
         ax.set_visible(False)
     starts = "" if count == 1 else f", RMS of {count} starts"
@@ -76,6 +63,37 @@ def drift_figure(document: Known) -> Figure:
     figure.suptitle(f"{title_of(document['scene'])} — {words}")
     legend(figure)
     return figure
+
+
+def error_growth(ax: Axes, document: Known, name: str = "energy", /, **looks: Any) -> Axes:
+    """Draw the error of a quantity against nutation periods, both logarithmic, of every method.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    document : mapping
+        A document of the schema ``heavytop/drift/1``.
+    name : str
+        One of those that `drifting` gives.
+    """
+    series, colours, marks = _series(document["methods"], name), style.COLOURS, style.MARKERS
+    ax.set(xscale="log", yscale="log")
+    for k, method in enumerate(each["name"] for each in document["methods"]):  # no two are alike
+        if method in series:
+            n, error = zip(*series[method], strict=True)
+            line(ax, n, error, looks, color=colours[k % len(colours)], marker=marks[k % len(marks)],
+                 ls=DASHES[k // len(colours) % len(DASHES)], lw=1.0, ms=3.5,
+                 label=literal(method))  # fmt: skip
+    _guides(ax, [n for points in series.values() for n, _ in points])
+    label = QUANTITIES.get(name, f"{literal(name)}, relative")
+    return gridded(ax, "nutation periods", f"error of {label}")
+
+
+def drifting(document: Known) -> list[str]:
+    """The quantities of which a drift study has an error that is not zero."""
+    methods = document["methods"]
+    names = dict.fromkeys([*list(QUANTITIES)[:5], *(n for m in methods for n in m["invariants"])])
+    return [name for name in names if _series(methods, name)]
 
 
 def _series(methods: Sequence[Known], name: str) -> Series:
@@ -100,7 +118,7 @@ def _guides(ax: Axes, periods: Sequence[float]) -> None:
         at = first * (end / first) ** 0.93
         place = (at, low * (at / first) ** power)
         ax.annotate(label, place, color="#777777", fontsize=7, ha="right", va="bottom", zorder=0)
-    ax.set_ylim(low, high)
+    ax.set_ylim(low, high, auto=None)
 
 
 # --- work and precision: what a period costs against the error, with the front -------------------
@@ -113,9 +131,9 @@ FORMS: Final = {
 OURS: Final = {"": "o", "-projected": "s", "-longdouble": "^", "-mpfr": "D"}
 COLLOCATION, SPLITTING, ADAPTIVE = "#8C510A", style.ORANGE, "#808080"
 FAMILIES: Final = {"numba": SPLITTING, "implicit-midpoint": COLLOCATION, "gauss8": COLLOCATION}
-ERRORS: Final = {  # the front of each, what auto wants for it, and the label of its axis
-    "error": ("front", "axis", "error of the axis"),
-    "theta_error": ("front_theta", "theta", "error of θ [rad]"),
+ERRORS: Final = {  # where the error and the front of each are, and the label of its axis
+    "axis": ("error", "front", "error of the axis"),
+    "theta": ("theta_error", "front_theta", "error of θ [rad]"),
 }
 
 
@@ -139,24 +157,27 @@ def workprec_figure(document: Known) -> Figure:
     points = document["points"]
     doubles = [p for p in points if p["bits"] == DOUBLE]
     rows = [some for some in (doubles, [p for p in points if p["bits"] > DOUBLE]) if some] or [[]]
-    columns = [e for e in ERRORS if e != "error" or any(p["measures"] == "axis" for p in points)]
+    columns = measured(document)
     heights = [1.0, 0.45][: len(rows)]
     size = (5.6 * len(columns) + 0.4, 6.0 * sum(heights) + 1.8)
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.subplots(
         len(rows), len(columns), squeeze=False, sharey="row", height_ratios=heights
     )
-    looks = _looks(points)
     for row, some in zip(axes, rows, strict=True):
-        for ax, error in zip(row, columns, strict=True):
-            shown = [p for p in some if error == "theta_error" or p["measures"] == "axis"]
-            known = [p for p in shown if p[error] > 0]
-            front = [points[i] for i in document[ERRORS[error][0]]]
-            _draw(ax, error, known, [p for p in front if any(p is each for each in known)], looks)
-        row[0].set_ylabel("µs per nutation period")
+        for ax, name in zip(row, columns, strict=True):
+            work_precision(ax, document, name, some)
+        for ax in row[1:]:
+            ax.set_ylabel("")
     figure.suptitle(f"{title_of(document['scene'])}, {document['periods']:g} periods")
-    legend(figure, order=["front", "auto", *map(literal, looks)], fontsize=8)
+    legend(figure, order=["front", "auto", *map(literal, _looks(points))], fontsize=8)
     return figure
+
+
+def measured(document: Known) -> list[str]:
+    """The quantities whose errors a work–precision diagram has."""
+    axis = any(point["measures"] == "axis" for point in document["points"])
+    return [name for name in ERRORS if axis or name != "axis"]
 
 
 def _looks(points: Sequence[Known]) -> Looks:
@@ -179,26 +200,48 @@ def _looks(points: Sequence[Known]) -> Looks:
     return found
 
 
-def _draw(
-    ax: Axes, error: str, points: Sequence[Known], front: Sequence[Known], looks: Looks
-) -> None:
-    _, wants, label = ERRORS[error]
+def work_precision(
+    ax: Axes,
+    document: Known,
+    name: str = "axis",
+    some: Sequence[Known] | None = None,
+    /,
+    **looks: Any,
+) -> Axes:
+    """Draw the time of a nutation period against an error, both logarithmic, of every method.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    document : mapping
+        A document of the schema ``heavytop/workprec/1``.
+    name : str
+        One of those that `measured` gives.
+    some : sequence, optional
+        Those of its points that are drawn.
+    """
+    error, leading, label = ERRORS[name]
+    points = document["points"] if some is None else some
+    points = [p for p in points if name in ("theta", p["measures"]) and p[error] > 0]
+    front = [document["points"][i] for i in document[leading]]
+    front = [p for p in front if any(p is each for each in points)]
     ax.step(*_xy(front, error), where="pre", color="#999999", lw=5, alpha=0.5,
             label="front", zorder=1)  # fmt: skip
-    for method, look in looks.items():
-        if some := [p for p in points if p["method"] == method]:
-            ax.plot(*_xy(some, error), label=literal(method), lw=0.9, ms=4, **look)
-    if chosen := [p for p in points if p["method"] == "auto" and p["wants"] == wants]:
+    for method, look in _looks(document["points"]).items():
+        if same := [p for p in points if p["method"] == method]:
+            line(ax, *_xy(same, error), looks, label=literal(method), lw=0.9, ms=4, **look)
+    if chosen := [p for p in points if p["method"] == "auto" and p["wants"] == name]:
         ax.plot(*_xy(chosen, error), "*", color="#CC0000", ms=13, label="auto", zorder=4)
-    for name in dict.fromkeys(p["stands_for"] for p in chosen):
-        same = [p for p in chosen if p["stands_for"] == name]
+    for method in dict.fromkeys(p["stands_for"] for p in chosen):
+        same = [p for p in chosen if p["stands_for"] == method]
         digits = ", ".join(f"{p['digits']:g}" for p in same)
         ax.annotate(f"auto: {digits} digits", (same[0][error], same[0]["us_per_period"]),
                     xytext=(8, -15), textcoords="offset points", ha="right", color="#CC0000",
                     fontsize=8)  # fmt: skip
     ax.set(xscale="log", yscale="log")
-    ax.invert_xaxis()
-    gridded(ax, label, "")
+    if not ax.xaxis_inverted():  # by what was drawn there before
+        ax.invert_xaxis()
+    return gridded(ax, label, "µs per nutation period")
 
 
 def _xy(points: Sequence[Known], error: str) -> tuple[list[float], list[float]]:
@@ -231,13 +274,37 @@ def stress_figure(document: Known) -> Figure:
         Cases against methods, coloured by digits lost beyond what conditioning allows; below it
         what columns, colours and marks mean. The marks are the table's.
     """
+    figure = Figure(figsize=stress_size(document), layout="constrained")
+    ax = digits_lost(figure.subplots(), document)
+    figure.colorbar(ax.images[0], ax=ax, fraction=0.04, aspect=40)
+    return figure
+
+
+def stress_size(document: Known) -> tuple[float, float]:
+    """Width and height of a figure that has room for every case and every method [inches]."""
+    names, rows, heads = _table(document)
+    high = 1.6 + 0.07 * max(map(len, heads)) + 0.19 * len(rows)
+    return max(6.4, 3.2 + 0.42 * len(names)), high
+
+
+def _table(document: Known) -> tuple[list[str], list[str], list[str]]:
+    """The methods and the cases of which there are runs, and what stands above the columns."""
     runs = document["cases"]
     names = [name for name in document["methods"] if any(name == r["method"] for r in runs)]
     rows = [case for case in document["hard"] if any(case == r["case"] for r in runs)]
-    heads = [literal(document["methods"][m], 40) for m in names]
-    high = 1.6 + 0.07 * max(map(len, heads)) + 0.19 * len(rows)
-    figure = Figure(figsize=(max(6.4, 3.2 + 0.42 * len(names)), high), layout="constrained")
-    ax = figure.subplots()
+    return names, rows, [literal(document["methods"][m], 40) for m in names]
+
+
+def digits_lost(ax: Axes, document: Known, **looks: Any) -> Axes:
+    """Draw the digits that every method lost at every case; keywords are those of the image.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    document : mapping
+        A document of the schema ``heavytop/stress/1``.
+    """
+    runs, (names, rows, heads) = document["cases"], _table(document)
     lost = np.full((max(1, len(rows)), max(1, len(names))), np.nan)
     for run in runs:
         i, j, digits = rows.index(run["case"]), names.index(run["method"]), run["digits_lost"]
@@ -246,7 +313,9 @@ def stress_figure(document: Known) -> Figure:
             colour = "white" if lost[i, j] > MOST / 2 else "black"
             ax.text(j, i, mark, ha="center", va="center", fontsize=6, color=colour)
     ax.set_facecolor("#DDDDDD")
-    image = ax.imshow(lost, cmap="YlGnBu", vmin=0.0, vmax=MOST, aspect="auto", interpolation="none")
+    ours: dict[str, Any] = {"cmap": "YlGnBu", "vmin": 0.0, "vmax": MOST}
+    ours |= {"aspect": "auto", "interpolation": "none"}
+    ax.imshow(lost, **ours | looks)
     ax.set_xticks(range(len(names)), heads, rotation=90)
     ax.set_yticks(range(len(rows)), [literal(case, 40) for case in rows])
     ax.tick_params(length=0, labeltop=True, labelbottom=False)
@@ -254,8 +323,7 @@ def stress_figure(document: Known) -> Figure:
     marks += [f"{UNTOLD} nothing to tell", "grey: no number, or not run"]
     lines = (", ".join(marks[i : i + ACROSS]) for i in range(0, len(marks), ACROSS))
     ax.set_xlabel("\n".join([*READING, ",\n".join(lines)]), fontsize=7.5)
-    figure.colorbar(image, ax=ax, fraction=0.04, aspect=40)
-    return figure
+    return ax
 
 
 # --- the errors of a trajectory that somebody else computed, over time ---------------------------
@@ -286,18 +354,44 @@ def check_figure(document: Known) -> Figure:
         The magnitude of every error over time above conditioning; below, how far the
         data run ahead.
     """
-    curves = {name: np.array(x, dtype=float) for name, x in document["curves"].items()}
     figure = Figure(figsize=(7.0, 5.2), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-    for (name, label), colour in zip(CHECKED.items(), style.COLOURS, strict=True):
-        if name in curves:
-            off = np.where(curves[name], abs(curves[name]), np.nan)  # a logarithm shows no zero
-            above.semilogy(curves["t"], off, color=colour, lw=1.0, label=label)
-    if limit := document["condition"]:
-        above.axhline(limit, color=style.BLACK, ls=":", lw=1.0, label="conditioning")
-    below.plot(curves["phase_t"], curves["phase"], color=style.BLUE, marker="o", ms=3, lw=1.0)
-    gridded(above, "", "error")
-    gridded(below, "t [s]", "runs ahead by [s]")
+    checked_errors(above, document).set_xlabel("")
+    checked_phase(below, document)
     figure.suptitle(literal(document["data"]["file"]))
     legend(figure, columns=3)
     return figure
+
+
+def checked_errors(ax: Axes, document: Known, **looks: Any) -> Axes:
+    """Draw the magnitude of every error against time, logarithmic, above conditioning.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    document : mapping
+        A document of the schema ``heavytop/check/1``.
+    """
+    curves = {name: np.array(x, dtype=float) for name, x in document["curves"].items()}
+    ax.set_yscale("log")
+    for (name, label), colour in zip(CHECKED.items(), style.COLOURS, strict=True):
+        if name in curves:
+            off = np.where(curves[name], abs(curves[name]), np.nan)  # a logarithm shows no zero
+            line(ax, curves["t"], off, looks, color=colour, lw=1.0, label=label)
+    if limit := document["condition"]:
+        ax.axhline(limit, color=style.BLACK, ls=":", lw=1.0, label="conditioning")
+    return gridded(ax, "t [s]", "error")
+
+
+def checked_phase(ax: Axes, document: Known, **looks: Any) -> Axes:
+    """Draw by how much the data run ahead of the exact motion [s] against time.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    document : mapping
+        A document of the schema ``heavytop/check/1``.
+    """
+    t, phase = (np.array(document["curves"][name], float) for name in ("phase_t", "phase"))
+    line(ax, t, phase, looks, color=style.BLUE, marker="o", ms=3, lw=1.0)
+    return gridded(ax, "t [s]", "runs ahead by [s]")

@@ -12,8 +12,10 @@ from typing import Any, Final, Literal, NamedTuple
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cbook import normalize_kwargs
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.lines import Line2D
 from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
@@ -132,14 +134,34 @@ def legend(
         figure.legend(handles, names, loc="outside lower center", ncols=columns, **looks)
 
 
-def gridded(ax: Axes, xlabel: str, ylabel: str) -> None:
+def over(ours: dict[str, Any], looks: Mapping[str, Any]) -> dict[str, Any]:
+    """Return how a line is drawn: as ours, but for the keywords of a user; lw is linewidth.
+
+    Examples
+    --------
+    >>> over({"color": "red", "lw": 1.0}, {"linewidth": 3})
+    {'color': 'red', 'linewidth': 3}
+    """
+    return normalize_kwargs(ours, Line2D) | normalize_kwargs(dict(looks), Line2D)
+
+
+def line(ax: Axes, x: Any, y: Any, looks: Mapping[str, Any], **ours: Any) -> Line2D:
+    """Draw a line; the keywords of a user go before ours."""
+    [drawn] = ax.plot(x, y, **over(ours, looks))
+    return drawn
+
+
+def gridded(ax: Axes, xlabel: str, ylabel: str) -> Axes:
     """Label both axes, and draw faint lines at their ticks."""
     ax.set(xlabel=xlabel, ylabel=ylabel)
     ax.grid(True, which="major", lw=0.3, color=FAINT)
+    return ax
 
 
 def in_degrees(ax: Axes, side: Literal["x", "y"]) -> None:
-    """Show degrees on the other side of axes whose x or y is in radians."""
+    """Show degrees on the other side of axes whose x or y is in radians, once."""
+    if any(getattr(other, f"get_{side}label")() == "[°]" for other in ax.child_axes):
+        return
     other = ax.secondary_xaxis("top") if side == "x" else ax.secondary_yaxis("right")
     other.set_functions((np.degrees, np.radians))
     other.set(**{f"{side}label": "[°]"})

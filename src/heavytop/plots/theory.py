@@ -14,7 +14,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 from numpy.typing import ArrayLike
 
 from heavytop.plots import style
-from heavytop.plots.style import Known, gridded, legend, literal, title_of
+from heavytop.plots.style import Known, gridded, legend, line, literal, title_of
 
 STEADY: Final = style.KINDS["uniform-precession"].colour
 THREAD: Final = "standing, falls: the thread"
@@ -41,16 +41,23 @@ def energy_momentum_figure(document: Known) -> Figure:
     circuit, ratio = document["circuit"], document["ratio"]
     figure = Figure(figsize=(10.4 if circuit else 6.6, 5.4), layout="constrained")
     axes = figure.subplots(1, 2 if circuit else 1, squeeze=False).flat
-    _diagram(axes[0], document)
+    energy_momentum(axes[0], document)
     if circuit:
-        _around(axes[1], circuit)
+        around_thread(axes[1], document)
     words = "" if ratio is None else rf"$p_\psi^2/4A|gMR|$ = {ratio:.4g}"
     figure.suptitle(f"{title_of(document['scene'])}\n{words}")
     legend(figure, fontsize=8)
     return figure
 
 
-def _diagram(ax: Axes, document: Known) -> None:
+def energy_momentum(ax: Axes, document: Known, **looks: Any) -> Axes:
+    """Draw the diagram; keywords are those of the edge of steady precession.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    document : mapping
+    """
     edge, window = document["edge"], document["window"]
     p, least = np.array(edge["p_phi"]), np.array(edge["E_prime"])
     high = window["E_prime"][1]
@@ -66,8 +73,8 @@ def _diagram(ax: Axes, document: Known) -> None:
     for which, width, words in ((~fast, 2.6, "slow"), (fast, 1.2, "fast")):
         drawn = which & turns
         drawn |= ~turns & (np.roll(drawn, 1) | np.roll(drawn, -1))  # a corner ends both its sides
-        ax.plot(p, np.where(drawn, least, np.nan), color=STEADY, lw=width,
-                label=f"steady precession, {words}")  # fmt: skip
+        line(ax, p, np.where(drawn, least, np.nan), looks, color=STEADY, lw=width,
+             label=f"steady precession, {words}")  # fmt: skip
     for kind, sign in (("through-top", ""), ("through-bottom", "−")):
         places, look = document[kind.replace("-", "_")], style.KINDS[kind]
         ax.plot([place["p_phi"] for place in places], [place["E_prime"] for place in places],
@@ -89,17 +96,28 @@ def _diagram(ax: Axes, document: Known) -> None:
     ax.set(xlim=window["p_phi"], ylim=window["E_prime"], xlabel=r"$p_\varphi$ [kg m² s⁻¹]",
            ylabel=r"E′ = E − $p_\psi^2/2C$ [J]")  # fmt: skip
     ax.locator_params(axis="x", nbins=5)
+    return ax
 
 
 def _area(kind: str) -> dict[str, Any]:
     return {"color": style.KINDS[kind].colour, "label": style.KINDS[kind].label}
 
 
-def _around(ax: Axes, circuit: Known) -> None:
-    """Δφ in turns along the circuit, continuous and as it is defined; Δψ loses what Δφ gains."""
+def around_thread(ax: Axes, document: Known, **looks: Any) -> Axes:
+    """Draw Δφ in turns around the thread, followed, and as it is defined.
+
+    Δψ loses what Δφ gains.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    document : mapping
+        With a circuit.
+    """
+    circuit = document["circuit"]
     s, turn = np.array(circuit["s"]), 2 * np.pi
     lifted, jumping = (np.array(circuit[f"{name}precession"]) / turn for name in ("", "principal_"))
-    ax.plot(s, lifted, color=style.PATH, lw=1.8, label="Δφ, followed")
+    line(ax, s, lifted, looks, color=style.PATH, lw=1.8, label="Δφ, followed")
     ax.plot(s, jumping, ".", color=style.OTHER, ms=3, label="Δφ as it is defined, which jumps")
     ends = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0}
     ax.annotate("", (1.0, lifted[-1]), (1.0, lifted[0]), arrowprops=ends)
@@ -108,6 +126,7 @@ def _around(ax: Axes, circuit: Known) -> None:
     ax.axhline(lifted[0], color=style.FAINT, lw=0.8, zorder=0)
     ax.set(xlim=(-0.02, 1.03), xlabel="once around the thread",
            ylabel="Δφ in a nutation, in turns")  # fmt: skip
+    return ax
 
 
 # --- the critical set over all p_ψ, in three dimensions ------------------------------------------

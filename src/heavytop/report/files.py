@@ -11,7 +11,7 @@ import json
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -24,12 +24,13 @@ from heavytop.report.studies import RESULTS, kind_of
 from heavytop.results.base import Answer, Text, read, with_command
 from heavytop.results.classification import PlanSummary
 from heavytop.results.run import RunResult, run_result
-from heavytop.run.planning import Plan
-from heavytop.run.trajectory import Trajectory
 from heavytop.scene.scene import Scene, read_scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from heavytop.run.planning import Plan
+    from heavytop.run.trajectory import Trajectory
 
 REQUEST, DOCUMENT, TRAJECTORY = "request.json", "run.json", "trajectory.nc"
 FORMS: Final = ("svg", "png")
@@ -144,7 +145,8 @@ def begun(folder: Path, asked: Request, *, force: bool = False) -> Iterator[None
             raise
         finally:
             if not (folder / REQUEST).exists():
-                (folder / LOCK).unlink(missing_ok=True)
+                with suppress(PermissionError):  # on Windows, where it is open
+                    (folder / LOCK).unlink(missing_ok=True)
 
 
 def _remove(folder: Path, names: Iterable[str]) -> None:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from html import escape
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final
 
 from heavytop.analytic.motion import Motion
 from heavytop.display import Shown
-from heavytop.plots.sphere import motion_figure, touched
+from heavytop.plots.exact_run import ExactRun
+from heavytop.plots.sphere import motion_figure
 from heavytop.report.player import PERIODS
 from heavytop.report.run import course_rows, plan_parts, verdict_rows
 from heavytop.report.studies import RESULTS, kind_of, parts_of
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from heavytop.scene.state import State
     from heavytop.scene.top import Top
 
-STEADY_S: Final = 2.0  # of one that has no period
-HEIGHT: Final = 640  # px of a player
+HEIGHT: Final = 810  # px of a player: all of its page, from 500 px of width on
+LONGEST: Final = 16  # letters of a number that is shown as an expression
 
 Cell = tuple[Iterable[Part], "Figure | None"]
 
@@ -79,7 +79,7 @@ def _rows(table: Table) -> Iterator[str]:
 
 def _top(top: Top) -> Cell:
     A, C, gMR = (float(getattr(top, name)) for name in ("A", "C", "gMR"))
-    rows = [(SYMBOLS[name][0], f"{getattr(top, name)} {SYMBOLS[name][1]}") for name in _TOP]
+    rows = [(SYMBOLS[name][0], f"{_exact(getattr(top, name))} {SYMBOLS[name][1]}") for name in _TOP]
     shape = "a disc" if C == 2 * A else "flat" if C > A else "round" if C == A else "slender"
     rows.append(("C/A", f"{number(C / A, 6)} ({shape}: 2 is a disc at the pivot, 0 a needle)"))
     if gMR:
@@ -87,9 +87,16 @@ def _top(top: Top) -> Cell:
     return [facts(rows)], None
 
 
+def _exact(x: Any) -> str:
+    """A number as it was given; a long expression, as sums of solids are, to six digits."""
+    text = str(x)
+    formula = not isinstance(x, str) and set(text) & set("/*")
+    return number(float(x), 6) if formula and len(text) > LONGEST else text
+
+
 def _state(state: State) -> Cell:
     told = [(name, x) for name, x in state.given if str(x) != "0"] or [("theta", state.theta)]
-    return [facts((SYMBOLS[name][0], f"{x} {SYMBOLS[name][1]}") for name, x in told)], None
+    return [facts((SYMBOLS[name][0], f"{_exact(x)} {SYMBOLS[name][1]}") for name, x in told)], None
 
 
 def _scene(scene: Scene) -> Cell:
@@ -130,6 +137,12 @@ def _errors(errors: Any) -> Cell:
     return [facts((headed(name), size(x)) for name, x in known)], None
 
 
+def _atlas(atlas: Any) -> Cell:
+    [chart] = RESULTS["atlas"].charts
+    drawn = hasattr(atlas, "plane") and atlas.whole  # one read from its document has no map
+    return parts_of(atlas.document()), chart.draw(atlas) if drawn else None
+
+
 def _result(result: Any) -> Cell:
     document = result.document()
     charts = (chart for chart in RESULTS[kind_of(document)].charts if chart.data_in(document))
@@ -140,7 +153,8 @@ def _result(result: Any) -> Cell:
 _TOP: Final = ("A", "C", "gMR")
 _CELLS: Final[Mapping[str, Callable[[Any], Cell]]] = {
     "Top": _top, "State": _state, "Scene": _scene, "Motion": _motion, "Verdict": _verdict,
-    "Plan": _plan, "Trajectory": _trajectory, "Errors": _errors,
+    "Plan": _plan, "Trajectory": _trajectory, "Errors": _errors, "Atlas": _atlas,
+    "AtlasResult": _atlas,
 }  # fmt: skip
 """By the name of a class; any other is a result with a document."""
 
@@ -160,7 +174,7 @@ class Player(Shown):
         """The player of a trajectory, or of a motion."""
         from heavytop.report.page import player_html
 
-        run: Any = ExactRun.of(thing) if isinstance(thing, Motion) else thing
+        run: Any = ExactRun.of(thing, PERIODS) if isinstance(thing, Motion) else thing
         return cls(run.scene.name, player_html(run))
 
     def __repr__(self) -> str:
@@ -172,26 +186,3 @@ class Player(Shown):
             f'<iframe title="A top that moves" sandbox="allow-scripts" style="{looks}" '
             f'srcdoc="{escape(self.html)}"></iframe>'
         )
-
-
-@dataclass(frozen=True)
-class ExactRun:
-    """The exact motion, seen as a run of some nutations without events."""
-
-    motion: Motion
-    scene: Any
-    orbit: Any
-    events: Any
-
-    @classmethod
-    def of(cls, motion: Motion) -> ExactRun:
-        """That of a motion."""
-        moving = touched(motion) or motion
-        end = PERIODS * moving.period if moving.period else STEADY_S
-        scene = SimpleNamespace(title="", name=str(motion.kind), top=motion.top)
-        nothing = SimpleNamespace(kind=(), t=(), axis=())
-        return cls(motion, scene, SimpleNamespace(end=end), nothing)
-
-    def __call__(self, t: Any) -> Any:
-        """The motion at some times [s]."""
-        return self.motion.at(t)

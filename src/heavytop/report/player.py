@@ -14,7 +14,6 @@ from heavytop.errors import NoClosedForm
 from heavytop.plots.figures import last_shown, tilts_shown
 from heavytop.plots.sphere import PUSH, momentum_path, touched
 from heavytop.plots.style import EVENTS, PATH
-from heavytop.run.verify import deviations
 
 if TYPE_CHECKING:
     from heavytop.analytic.many_times import DoubleRecord
@@ -37,6 +36,8 @@ def run_data(trajectory: Trajectory) -> tuple[Trajectory, dict[str, Any]]:
     Of a run in many digits, which take long to draw, pictures show the doubles if no eye could
     tell them apart.
     """
+    from heavytop.run.verify import deviations
+
     doubles = replace(trajectory, decimals=None)
     ours, theirs = doubles.samples.axis, trajectory.samples.axis
     same = np.allclose(ours, theirs, UNSEEN, UNSEEN, equal_nan=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal
 
+from heavytop.display import Plotted
 from heavytop.errors import ForeignFile
 from heavytop.results.atlas import AtlasResult
 from heavytop.results.base import (
@@ -63,7 +64,7 @@ class CheckedData(Part):
 
 
 @dataclass(frozen=True, kw_only=True)
-class CheckResult(Result):
+class CheckResult(Result, Plotted):
     """What `heavytop.Check.document` says of a trajectory of somebody else."""
 
     schema: Literal["heavytop/check/1"] = "heavytop/check/1"

@@ -9,9 +9,12 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
+from heavytop.display import Plotted
+from heavytop.frames import frame
 from heavytop.results.base import Column, Number, Part, Problem, Result, Text, Values
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
 LAST_DECADES: Final = 3  # of the times that are fitted: earlier errors are those of the start
@@ -158,7 +161,7 @@ class MethodDrift(ErrorSeries):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Drift(Result):
+class Drift(Result, Plotted):
     """The result of a drift study; ``drift["strang"]`` is one method.
 
     Attributes
@@ -247,6 +250,30 @@ class Drift(Result):
                    **{name: getattr(self, name)
                       for name in ("schema", "spread", "ensemble", "samples", "seed")}},
         )  # fmt: skip
+
+    def to_pandas(self, *, members: bool = False) -> pandas.DataFrame:
+        """Return the errors that `to_xarray` has as a pandas DataFrame, units in its attributes.
+
+        Its index are ``scheme`` and ``periods``, the times; ``to_pandas().loc["strang"]`` is one
+        method.
+
+        Parameters
+        ----------
+        members : bool
+            Whether the errors of each run, over ``start`` too, instead of those over all starts.
+
+        Examples
+        --------
+        >>> import heavytop as ht
+        >>> found = ht.drift(ht.load_scene("sicm-kicked"), methods=["strang=100"], periods=2)
+        >>> found.to_pandas().loc["strang", "energy"].size == len(found["strang"].energy)
+        True
+        """
+        over = ("scheme", "start", "mark") if members else ("scheme", "mark")
+        periods = "member_periods" if members else "periods"
+        table = frame(self.to_xarray(), *over).dropna(subset=periods)  # what a run did not reach
+        table = table.set_index(periods, append=True).droplevel("mark")
+        return table.rename_axis([*over[:-1], "periods"])
 
 
 def growth(periods: Sequence[float], errors: Sequence[float | None]) -> Growth:

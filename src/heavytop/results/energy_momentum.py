@@ -14,6 +14,7 @@ import numpy.typing as npt
 from heavytop.analytic.critical_set import valley
 from heavytop.analytic.energy_momentum import EnergyMomentum, Place, energy_momentum
 from heavytop.analytic.motion import Motion
+from heavytop.display import Plotted
 from heavytop.errors import ImpossibleStart
 from heavytop.results.base import Column, Number, Part, Result, SceneTables, Text, finite
 from heavytop.scene.scene import Scene
@@ -56,7 +57,7 @@ class CriticalSet(Part):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Diagram(Result):
+class Diagram(Result, Plotted):
     """The energy–momentum diagram of a scene's top at its p_psi.
 
     Attributes

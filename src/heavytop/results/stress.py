@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Final, Literal
 
+from heavytop.display import Plotted
 from heavytop.results.base import Number, Part, Result, Text
 
 AUTO: Final = "auto"
@@ -116,7 +117,7 @@ class SkippedRun(Part):
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Stress(Result):
+class Stress(Result, Plotted):
     """The result of a stress test.
 
     Attributes

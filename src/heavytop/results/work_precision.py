@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final, Literal
 
+from heavytop.display import Plotted
 from heavytop.errors import Impossible
 from heavytop.results.base import Number, Part, Problem, Result, Text, Values
 
@@ -139,7 +140,7 @@ class SkippedSetting(Part):
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class WorkPrecision(Result):
+class WorkPrecision(Result, Plotted):
     """What every method costs for what it attains.
 
     Attributes

@@ -19,8 +19,7 @@ import numpy as np
 
 from heavytop.analytic.motion import Motion
 from heavytop.equations.registry import FORMULATIONS
-from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, enough
-from heavytop.integration.projection import ROOM
+from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, ROOM, enough
 from heavytop.run.truncation import TruncationLoss
 from heavytop.scene.quantities import Need, judged, need_of
 from heavytop.scene.scene import Scene

@@ -19,8 +19,7 @@ from heavytop.display import Shown
 from heavytop.equations.formulation import FORMULATIONS, Formulation
 from heavytop.equations.lambdify import exact_texts
 from heavytop.errors import BadScene, Fault
-from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, bits_of, enough, named
-from heavytop.integration.projection import why_not
+from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, bits_of, enough, named, why_not
 from heavytop.numbers import PI, Exact
 from heavytop.numbers.decimals import Context
 from heavytop.run.estimates import (

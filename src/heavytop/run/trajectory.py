@@ -20,6 +20,7 @@ from heavytop.analytic.motion import Motion
 from heavytop.display import Played
 from heavytop.equations.formulation import Formulation
 from heavytop.errors import Impossible, NotANumber, Outcome
+from heavytop.frames import frame
 from heavytop.integration import outputs
 from heavytop.integration.bits import bits_of, digits_of
 from heavytop.integration.compiled import Seen
@@ -34,6 +35,7 @@ from heavytop.scene.quantities import ANGLES, RATES
 from heavytop.scene.scene import Scene
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
 Array = NDArray[np.float64]
@@ -402,6 +404,31 @@ class Trajectory(Played):
         from heavytop.run.trajectory_file import dataset
 
         return dataset(self)
+
+    def to_pandas(self, *, events: bool = False) -> pandas.DataFrame:
+        """Return the samples as a pandas DataFrame with the times [s] as index.
+
+        Columns are named as in `to_xarray`, those of vectors ``axis_x`` and so on; ``attrs`` has
+        their units.
+
+        Parameters
+        ----------
+        events : bool
+            Whether the events instead, a row for each, with its ``kind``.
+
+        Examples
+        --------
+        >>> import heavytop as ht
+        >>> table = ht.propagate(ht.load_scene("sicm-kicked")).to_pandas()
+        >>> print(table.index.name, table.theta[0.0], table.attrs["units"]["theta"])
+        t 0.1 rad
+        """
+        data = self.to_xarray()
+        if events:
+            met = {f"{n}".removeprefix("event_"): x for n, x in data.data_vars.items()
+                   if x.dims[0] == "event"}  # fmt: skip
+            data = data.drop_vars([*data.data_vars, "t"]).assign(met).swap_dims(event="t")
+        return frame(data, "t")
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the trajectory to a netCDF file, whole or not at all.

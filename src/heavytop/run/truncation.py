@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from heavytop.analytic.many_motions import motions_many
 from heavytop.analytic.motion import Motion
-from heavytop.integration.compiled import units_of
+from heavytop.integration.paces import units_of
 
 PLACES: Final = 32  # of a nutation, evenly spread in time
 MOST: Final = 20  # orders of the coefficients: those of the loosest steps count no more than these

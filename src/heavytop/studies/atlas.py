@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -28,12 +29,13 @@ from heavytop.analytic.many_motions import Motions, motions_many
 from heavytop.classification.arrays import DETAILS, IMPOSSIBLE, NAMES, TAG_NAMES, Codes
 from heavytop.classification.kinds import Kind
 from heavytop.classification.many import classify_many
+from heavytop.display import Plotted
 from heavytop.errors import BadScene, Fault, ForeignFile
+from heavytop.frames import frame
 from heavytop.hdf5 import write_sealed
 from heavytop.machine import usable_cpus, versions
 from heavytop.results.atlas import AtlasResult, BoundaryCurve, Differing
 from heavytop.results.base import Problem
-from heavytop.run.ensemble import Ensemble, propagate_many
 from heavytop.scene import arguments
 from heavytop.scene.arguments import Range, Refused
 from heavytop.scene.scene import Scene, no_scene, scene_of
@@ -63,7 +65,10 @@ from heavytop.studies.store import (
 )
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
+
+    from heavytop.run.ensemble import Ensemble
 
 KIND: Final = "atlas"
 TILE: Final = {"kind": 2**20, "rows": 2**16, "integrate": 2**14}
@@ -191,7 +196,7 @@ def _unpacked(row: Mapping[str, Any], tile: Tile, names: Sequence[str]) -> Colum
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class Atlas(AtlasResult):
+class Atlas(AtlasResult, Plotted):
     """A plane of tops and what kind of motion each of its pixels is.
 
     ``atlas["period"]`` is a column, as an array of shape (y, x): ``theta_min`` and ``theta_max``
@@ -275,6 +280,13 @@ class Atlas(AtlasResult):
             {name: (dims, self[name], _attributes(name)) for name in self.columns},
             {axis.name: (axis.name, axis.values, _axis_attributes(axis)) for axis in axes},
         )
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a pandas DataFrame with a row for each pixel, units in its attributes.
+
+        Its index are the values of both axes, y first.
+        """
+        return frame(self.to_xarray(), self.plane.y.name, self.plane.x.name)
 
     def save_map(self, path: Path) -> None:
         """Write the map as netCDF: a tile at a time in memory, whole or not at all.
@@ -457,6 +469,8 @@ def atlas(
         The folder holds something else, another atlas, or a damaged file.
     InUse
         Another process is writing the folder.
+    MissingPackage
+        Tops are to be integrated, and heyoka is not installed.
     StoppedEarly
         Ctrl-C; a full disk; a worker that died twice. What was done is in the folder.
 
@@ -487,6 +501,7 @@ def atlas(
         faults += _impossible(plane, what, folder is None)
     if faults:
         raise BadScene(tuple(faults))
+    _expect_integrator(what)
     how = {"executor": executor, "on_progress": progress}
     with open_store(folder, _parameters(plane, what)) as store:
         return _run(store, values.get("shard"), values.get("jobs", usable_cpus()), **how)
@@ -508,7 +523,14 @@ def _parameters(plane: Plane, what: str) -> Parameters:
 
 def complete(store: MemoryStore, *, jobs: int, **how: Any) -> Atlas:
     """Compute what is left of an atlas, or of the shard of one that a folder is for."""
+    _expect_integrator(store.parameters["what"])
     return _run(store, store.load(SHARD).checkpoint, jobs, **how)
+
+
+def _expect_integrator(what: str) -> None:
+    """Import what integrates, if anything does: where it is missing, no tile is begun."""
+    if what == "integrate":
+        import_module("heavytop.run.ensemble")
 
 
 def merge_atlases(
@@ -667,6 +689,8 @@ def integrated(tops: Mapping[str, Any], period: Array) -> Codes:
     ndarray of uint8
         Codes of `heavytop.classification.many.Verdicts.names`; undecided where a run broke off.
     """
+    from heavytop.run.ensemble import propagate_many
+
     start: dict[str, Any] = {
         name: np.broadcast_to(each, period.shape).ravel() for name, each in tops.items()
     }

@@ -28,6 +28,8 @@ from typing import Any, Final, Self, TypeAlias, TypeVar
 from heavytop.errors import HeavyTopError, MissingPackage, NoScheduler
 
 SPAWN: Final = multiprocessing.get_context("spawn")  # a fork would copy locks of other threads
+MASKED: Final = hasattr(signal, "pthread_sigmask")  # not on Windows
+MOST_WORKERS: Final = 61 if sys.platform == "win32" else 1024  # Windows waits for no more
 TIMEOUT_S: Final = 10.0  # until somebody answers, and until there is a worker
 LETTERS: Final = {"PYTHONUTF8": "1", "PYTHONIOENCODING": "utf-8"}
 """Of an environment: what is printed in it is UTF-8, wherever the person happens to be."""
@@ -62,14 +64,24 @@ def starting() -> Iterator[None]:
     of dask, which is a daemon, may start them too, as they end with it.
     """
     mine = getattr(multiprocessing.current_process(), "_config", {})
+    with (
+        _uninterrupted(),
+        _changed(sys.modules, "__main__", ModuleType("__main__")),
+        _changed(os.environ, "PYTHONSAFEPATH", "1"),
+        _changed(mine, "daemon", False),
+    ):
+        yield
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Hear no Ctrl-C inside this block, nor ever in a process that is started there."""
+    if not MASKED:
+        yield
+        return
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        with (
-            _changed(sys.modules, "__main__", ModuleType("__main__")),
-            _changed(os.environ, "PYTHONSAFEPATH", "1"),
-            _changed(mine, "daemon", False),
-        ):
-            yield
+        yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
@@ -78,7 +90,7 @@ class Processes(ProcessPoolExecutor):
     """A pool of so many worker processes."""
 
     def __init__(self, workers: int) -> None:
-        super().__init__(workers, SPAWN, follow_parent)
+        super().__init__(min(workers, MOST_WORKERS), SPAWN, follow_parent)
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Let a worker call a function."""
@@ -96,6 +108,8 @@ class Processes(ProcessPoolExecutor):
 
 def follow_parent() -> None:
     """In a worker: end with the parent, and print where it does not disturb results."""
+    if not MASKED:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     with suppress(OSError):  # stderr may be closed
         os.dup2(2, 1)

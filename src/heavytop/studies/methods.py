@@ -15,8 +15,7 @@ from heavytop.comparison import methods as comparison
 from heavytop.comparison import own as own_methods
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, Fault, Impossible
-from heavytop.integration.bits import DOUBLE, LONG_DOUBLE
-from heavytop.integration.projection import why_not
+from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, why_not
 from heavytop.names import nearest
 from heavytop.run.planning import EPSILON
 from heavytop.scene.arguments import Refused, one_of, shown

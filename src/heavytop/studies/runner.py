@@ -28,7 +28,6 @@ from heavytop.comparison import own
 from heavytop.machine import usable_cpus, versions
 from heavytop.scene.arguments import heard, path_of, whole
 from heavytop.studies.executors import WORKER, Processes
-from heavytop.studies.methods import admitted
 from heavytop.studies.store import (
     STUDY,
     Chunk,
@@ -236,7 +235,10 @@ def resume(
     path, jobs = path_of("folder", folder), whole("jobs", jobs, 1)
     parameters = with_versions_here(Store(path).parameters)
     study = study_of(parameters)
-    admitted(methods, str(path))
+    if methods:
+        from heavytop.studies.methods import admitted
+
+        admitted(methods, str(path))
     for name, digest in parameters.get("own", {}).items():
         if own.admitted(name).digest != digest:
             raise errors.ForeignFile(f"{path}: {name} is not the code with which it was begun")

@@ -250,7 +250,7 @@ def get_ready(
 ) -> None:
     """In the worker: silence the Fortran and C of solvers, and compile what a method needs."""
     own.let_pass(methods)
-    with Path(os.devnull).open("w") as nothing:
+    with Path(os.devnull).open("w", encoding="utf-8") as nothing:
         os.dup2(nothing.fileno(), 2)
     chosen = stress_method(method)
     if chosen.is_rival and not chosen.solver:

@@ -15,19 +15,20 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from types import MappingProxyType
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
-from heavytop.integration.compiled import VariedRun
-from heavytop.run.events import Counts, tally
 from heavytop.run.planning import closed_form_of, plan, span
-from heavytop.run.sensitivities import varied_run
 from heavytop.scene.scene import Scene, load_scene
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
+
+if TYPE_CHECKING:
+    from heavytop.integration.compiled import VariedRun
+    from heavytop.run.events import Counts
 
 Array = NDArray[np.float64]
 Start = dict[str, object]
@@ -285,6 +286,8 @@ class CaseReference:
 @cache
 def reference(name: str) -> CaseReference:
     """Return the truth of a case, by its name."""
+    from heavytop.run.events import tally
+
     scene = cases()[name].scene
     motion = closed_form_of(scene)
     end = span(scene, motion)
@@ -303,6 +306,8 @@ def reference(name: str) -> CaseReference:
 
 def _condition(scene: Scene, motion: Motion, end: float) -> float:
     """The condition of the axis at the end."""
+    from heavytop.run.sensitivities import varied_run
+
     longest = FOLLOWED * motion.period if motion.period else math.inf
     reach = min(abs(end), longest)
     times = np.linspace(0.0, math.copysign(reach, end), LOOKS)

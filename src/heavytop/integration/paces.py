@@ -1,0 +1,57 @@
+"""The unit of time of a motion, in which steps are taken: powers of two, so nothing is rounded.
+
+`heavytop.integration.compiled` says what for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heavytop.equations.formulation import Formulation, power_of_rate
+
+Array = NDArray[np.float64]
+
+SLOW, FAST = 2.0**-8, 2.0**8  # rad/s, between which rates are as good as of the size of one
+MOST = 500  # of the exponent: far beyond any top, and squares are still finite
+
+
+def paces_of(form: Formulation, states: Array, parameters: Mapping[str, Any]) -> Array:
+    """Return the paces of motions through states, shape (..., n), with their constants [1/s].
+
+    Each is of the size of the largest of the rates in the state, and of what gravity and the
+    energy h can make of them: at a turning point rates may vanish, and they do not stay so.
+
+    Examples
+    --------
+    >>> from heavytop.equations.euler_poisson import axis_form
+    >>> states = np.array([[0, 0, 1, 3, -200.0], [0, 0, 1, 3, -1000.0], [0, 0, 1, 0, 0.0]])
+    >>> paces_of(axis_form(), states, {"g": np.array([1.0, 1.0, 5e-7])})
+    array([1.000000e+00, 1.024000e+03, 1.953125e-03])
+    """
+    g = parameters["g"] if "g" in parameters else parameters["gMR"] / parameters["A"]
+    falling = (2 * (abs(g) + abs(parameters.get("h", 0.0)))) ** 0.5
+    return units_of(
+        np.maximum(np.max(np.abs(states[..., form.is_rate]), axis=-1, initial=0.0), falling)
+    )
+
+
+def units_of(pace: Array) -> Array:
+    """Return the paces of motions whose largest rates are given [1/s]: powers of two."""
+    exponent = np.clip(np.frexp(pace)[1], -MOST, MOST)
+    far = (pace > 0) & (pace < np.inf) & ~((pace >= SLOW) & (pace <= FAST))
+    return np.where(far, np.ldexp(1.0, exponent), 1.0)
+
+
+def in_units(pace: Any, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return constants in the unit of time of a pace, by the names of their symbols.
+
+    Examples
+    --------
+    >>> in_units(4.0, {"g": 32.0, "l_z": 8.0, "A": 3.0})
+    {'g': 2.0, 'l_z': 2.0, 'A': 3.0}
+    """
+    return {name: x / pace ** power_of_rate(name) for name, x in values.items()}

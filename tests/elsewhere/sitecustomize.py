@@ -1,0 +1,45 @@
+"""This computer as one with another system: no heyoka, and nothing that only POSIX has.
+
+Every process whose PYTHONPATH begins with this folder is such a one, as are those that it begins.
+The standard library, which knows where it is, keeps what it needs.
+"""
+
+import builtins
+import os
+import signal
+import subprocess  # noqa: F401 (it takes a computer that has msvcrt for Windows)
+import sys
+from types import ModuleType
+
+POSIX = {"fcntl", "grp", "posix", "pty", "pwd", "resource", "syslog", "termios", "tty"}
+LACKING = {
+    os: ("fchmod", "fork", "getuid", "killpg", "O_NONBLOCK", "sched_getaffinity"),
+    signal: ("pthread_sigmask", "SIGALRM", "SIGHUP"),
+}
+import_module = builtins.__import__
+
+
+def imported(name, *given, **named):
+    """Import a module, unless it is this package that asks for one of POSIX."""
+    asks = (*given, named.get("globals"), None)[0] or {}
+    if name in POSIX and asks.get("__name__", "").startswith("heavytop"):
+        raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+    return import_module(name, *given, **named)
+
+
+def locking(number, mode, size):
+    """Lock or unlock bytes of an open file, as on Windows."""
+    try:
+        os.lockf(number, mode, size)
+    except BlockingIOError as held:
+        raise PermissionError(*held.args) from None
+
+
+for module, gone in LACKING.items():
+    for each in gone:
+        delattr(module, each)
+sys.modules["heyoka"] = None
+msvcrt = ModuleType("msvcrt")
+msvcrt.locking, msvcrt.LK_NBLCK, msvcrt.LK_UNLCK = locking, os.F_TLOCK, os.F_ULOCK
+sys.modules["msvcrt"] = msvcrt
+builtins.__import__ = imported

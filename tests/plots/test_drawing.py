@@ -1,0 +1,256 @@
+"""`plot`: the axes given, the data of the thing, the keywords of its user, clear errors."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib import pyplot
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+
+import heavytop as ht
+from heavytop.errors import Impossible
+from heavytop.plots.drawing import RUN
+from heavytop.results.energy_momentum import diagram_of
+from heavytop.results.stress import Outcome, Run, Stress
+
+from ..studies.test_work_precision import diagram_of as diagram_of_points
+from ..studies.test_work_precision import made
+
+SCENE = ht.load_scene("sicm-kicked")
+MOTION = ht.Motion(SCENE.top, SCENE.start)
+NAMED = {"taylor-axis": "axis", "gauss8": "gauss8"}
+LOST = [
+    Run(case="cusp", method=name, formulation="axis", outcome=Outcome.OK, digits_lost=lost)
+    for name, lost in zip(NAMED, (0.5, 9.0), strict=True)
+]
+POINTS = [made(3.0, 1e-6), made(5.0, 1e-9), made(2.0, None, 1e-3, "taylor-routh")]
+STYLE = {"color": "#123456", "linewidth": 3.5, "ls": "--", "label": "mine"}
+OVER_TIME = ("theta", "phi", "psi", "thetadot", "phidot", "psidot")
+
+
+@pytest.fixture(scope="module")
+def run():
+    return ht.propagate(SCENE)
+
+
+@pytest.fixture(scope="module")
+def things(run):
+    """One of everything that can be drawn, small."""
+    data = {name: getattr(run, name) for name in ("t", "theta", "phi")}
+    return {
+        "Motion": MOTION,
+        "Trajectory": run,
+        "Drift": ht.drift(SCENE, methods=["taylor-axis", "taylor-cubic"], periods=10),
+        "Atlas": ht.atlas(SCENE, x="phidot=-30:40:9", y="theta=0.1:1.5:7", jobs=1),
+        "WorkPrecision": diagram_of_points(POINTS),
+        "Stress": Stress(limits={}, hard={"cusp": ""}, methods=NAMED, cases=tuple(LOST)),
+        "Check": ht.check(data, SCENE),
+        "Diagram": diagram_of(ht.load_scene("sleeping-unstable")),
+    }
+
+
+@pytest.fixture
+def ax():
+    return Figure().subplots()
+
+
+@pytest.fixture
+def shown():
+    """Figures that pyplot holds are those of a test alone."""
+    pyplot.close("all")
+    yield pyplot
+    pyplot.close("all")
+
+
+def mine(ax):
+    return [line for line in ax.lines if line.get_label() == "mine"]
+
+
+@pytest.mark.parametrize("name", OVER_TIME)
+@pytest.mark.parametrize("kind", ["Motion", "Trajectory"])
+def test_what_is_drawn_over_time_is_the_motion_then(name, kind, things, ax):
+    thing = things[kind]
+    assert thing.plot(name, ax=ax, **STYLE) is ax
+    [line] = mine(ax)
+    t, drawn = line.get_data()
+    at = thing.at if kind == "Motion" else thing
+    np.testing.assert_array_equal(drawn, getattr(at(t), name))
+    assert t[-1] == (2.0 if kind == "Trajectory" else 3 * MOTION.period)
+    assert line.get_color() == "#123456"
+    assert (line.get_linewidth(), line.get_linestyle()) == (3.5, "--")
+
+
+def test_the_default_is_the_tilt_against_the_precession(things, ax):
+    for kind, at in (("Motion", MOTION.at), ("Trajectory", things["Trajectory"])):
+        phi, theta = mine(things[kind].plot(ax=ax, label="mine"))[-1].get_data()
+        end = 3 * MOTION.period if kind == "Motion" else 2.0
+        exact = at(np.linspace(0.0, end, phi.size))
+        np.testing.assert_array_equal([phi, theta], [exact.phi, exact.theta])
+    assert ax.yaxis_inverted()  # still, after two
+    assert len(ax.child_axes) == 2
+
+
+@pytest.mark.parametrize("name", ["sleeping", "hanging", "at-rest"])
+def test_a_top_that_stands_still_is_drawn_over_time_and_touched(name, ax):
+    scene = ht.load_scene(name)
+    ht.Motion(scene.top, scene.start).plot(ax=ax)
+    assert ax.get_xlabel() == "time t [s]"
+    assert any(line.get_label() == "after a push of 1 rad/s" for line in ax.lines)
+
+
+def test_a_run_that_follows_theta_alone_is_drawn_over_time(ax):
+    changes = ['want.quantities=["theta"]', "want.events=[]"]
+    tilted = ht.propagate(ht.load_scene("sicm-kicked", changes))
+    assert tilted.plot(ax=ax).get_xlabel() == "time t [s]"
+    for name in ("loop", "phi", "psi"):
+        with pytest.raises(ValueError, match=r"(phi|psi): not followed by this trajectory"):
+            tilted.plot(name, ax=ax)
+
+
+def test_no_motion_is_integrated(monkeypatch, ax):
+    monkeypatch.setattr("heavytop.run.propagation.propagate", None)
+    for name in RUN:
+        assert MOTION.plot(name, ax=ax) is ax
+
+
+def test_the_sphere_has_the_path_of_the_axis_in_one_view_for_all(run, ax):
+    other = ht.propagate(ht.load_scene("sicm-dropped"))
+    run.plot("sphere", ax=ax, **STYLE)
+    other.plot("sphere", ax=ax, label="mine", alpha=0.5)
+    wide, narrow = mine(ax)
+    assert narrow.get_alpha() == 0.5
+    for line, axis in ((narrow, other), (wide, run)):  # from straight above, both of them
+        seen = line.get_xydata()
+        np.testing.assert_allclose(seen, axis(np.linspace(0.0, 2.0, len(seen))).axis[:, :2])
+    assert ax.get_xlim()[1] > np.abs(wide.get_xydata()).max()
+    behind = ht.load_scene("spherical-pendulum")
+    around = ht.Motion(behind.top, behind.start).plot("sphere", ax=Figure().subplots(), **STYLE)
+    assert len(mine(around)) == 1  # of two parts, before and behind the sphere
+
+
+def test_the_keywords_are_those_of_the_line_that_is_the_motion(things, ax):
+    for name in ("potential", "phase"):
+        MOTION.plot(name, ax=ax, **STYLE)
+    assert [line.get_color() for line in mine(ax)] == ["#123456"] * 2
+    separatrix, steady = (ht.load_scene(name) for name in ("separatrix", "steady-betsch"))
+    for scene in (separatrix, steady):
+        ht.Motion(scene.top, scene.start).plot("phase", ax=ax, **STYLE)
+    assert [len(line.get_xdata()) > 1 for line in mine(ax)[2:]] == [True, False]
+
+
+def test_a_second_potential_leaves_the_first_in_view(run, ax):
+    run.plot("potential", ax=ax)
+    wide = ax.get_ylim()
+    ht.propagate(ht.load_scene("sicm-dropped")).plot("potential", ax=ax)
+    assert ax.get_ylim() == wide
+
+
+def test_of_a_drift_the_errors_are_those_of_its_methods(things, ax):
+    drift = things["Drift"]
+    drift.plot(ax=ax, lw=5)
+    for method, line in zip(drift.methods, ax.lines, strict=False):
+        known = [(n, e) for n, e in zip(method.periods, method.energy, strict=True) if e]
+        assert line.get_xydata().tolist() == [list(point) for point in known]
+        assert (line.get_label(), line.get_linewidth()) == (method.name, 5)
+    assert ax.get_ylabel().startswith("error of energy")
+    assert drift.plot("axis", ax=Figure().subplots()).get_ylabel().startswith("error of direction")
+
+
+def test_of_an_atlas_the_kinds_are_drawn_and_named(things, ax):
+    atlas = things["Atlas"]
+    atlas.plot(ax=ax, alpha=0.25)
+    [mesh] = ax.collections
+    np.testing.assert_array_equal(mesh.get_array(), atlas["kind"])
+    assert mesh.get_alpha() == 0.25
+    labels = ax.get_legend_handles_labels()[1]
+    assert {"cusps", "through the top"} < set(labels)
+    assert any(label.startswith("loops ") for label in labels)
+
+
+def test_of_the_other_studies_the_numbers_are_drawn(things):
+    def drawn(kind, *what):
+        return things[kind].plot(*what, ax=Figure().subplots())
+
+    _, line = drawn("WorkPrecision").lines  # the front, and the method
+    assert line.get_label() == "taylor-axis"
+    assert line.get_xydata().tolist() == [[1e-6, 3.0], [1e-9, 5.0]]
+    ax = drawn("WorkPrecision", "theta")
+    assert things["WorkPrecision"].plot("theta", ax=ax).xaxis_inverted()  # still, after two
+    assert (len(ax.lines), ax.get_xlabel()) == (2 * 3, "error of θ [rad]")
+    [lost] = drawn("Stress").images
+    assert lost.get_array().tolist() == [[0.5, 9.0]]
+    ahead = drawn("Check", "phase").lines[0].get_ydata()
+    assert ahead.tolist() == things["Check"].curves["phase"].tolist()
+    assert drawn("Check").get_yscale() == "log"
+    assert drawn("Diagram", "circuit").get_xlabel() == "once around the thread"
+
+
+@pytest.mark.parametrize(
+    "kind", ["Motion", "Drift", "Atlas", "WorkPrecision", "Stress", "Check", "Diagram"]
+)
+def test_without_axes_there_is_a_new_figure_that_pyplot_shows(kind, things, shown):
+    other = shown.figure()
+    ax = things[kind].plot()
+    assert ax.figure is shown.gcf() is not other
+    assert other.axes == []
+    named = ax.get_legend_handles_labels()[1]
+    told = [text.get_text() for legend in ax.figure.legends for text in legend.get_texts()]
+    assert set(told) == set(named)
+    ax.figure.draw_without_rendering()
+    for legend in ax.figure.legends:
+        assert legend.get_window_extent().width < ax.figure.bbox.width
+
+
+@pytest.mark.processes
+def test_with_axes_pyplot_is_not_even_imported():
+    program = (
+        "import heavytop as ht, sys; from matplotlib.figure import Figure;"
+        "scene = ht.load_scene('sicm-kicked');"
+        "ht.Motion(scene.top, scene.start).plot(ax=Figure().subplots());"
+        "print('matplotlib.pyplot' in sys.modules)"
+    )
+    command = [sys.executable, "-c", program]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
+
+
+def test_what_cannot_be_drawn_is_refused_by_name(things, run, shown):
+    with pytest.raises(
+        Impossible, match=r'what: one of loop, .*, phase \(did you mean "phase"\?\)'
+    ):
+        MOTION.plot("phases")
+    with pytest.raises(Impossible, match=r"what: one of loop, .*, phase$"):
+        MOTION.plot("errors")  # there are none
+    with pytest.raises(Impossible, match="what: one of energy, phase_s"):
+        things["Drift"].plot("loop")
+    with pytest.raises(Impossible, match="there is nothing to draw"):
+        replace(things["Drift"], methods=()).plot()
+    with pytest.raises(ht.WrongType, match="what: a text, not 3"):
+        run.plot(3)
+    with pytest.raises(ht.WrongType, match=r"ax: an Axes \(of matplotlib\), not a Figure"):
+        run.plot(ax=Figure())
+    assert shown.get_fignums() == []
+
+
+@pytest.mark.parametrize("kind", ["Motion", "Trajectory", "Drift", "WorkPrecision", "Check"])
+def test_a_keyword_that_matplotlib_has_not_is_its_own_error(kind, things, shown):
+    for ax in (None, Figure().subplots()):
+        for wrong in ("colour", "name"):
+            with pytest.raises(AttributeError, match=f"unexpected keyword argument '{wrong}'"):
+                things[kind].plot(ax=ax, **{wrong: "red"})
+    with pytest.raises(TypeError, match="aliases of one another"):
+        things[kind].plot(lw=1, linewidth=2)
+    assert shown.get_fignums() == []
+
+
+def test_what_is_derived_from_a_class_is_drawn_too(ax):
+    class Mine(ht.Motion):
+        pass
+
+    [line] = mine(Mine(SCENE.top, SCENE.start).plot(ax=ax, **STYLE))
+    assert to_rgba(line.get_color()) == to_rgba("#123456")
