@@ -38,6 +38,7 @@ Columns = dict[str, Array]
 
 NEAR: Final = 1.15  # a bound so near the largest error found is not made better
 DEEPEST: Final = 24  # halvings of a step
+MOST: Final = 40_000  # parts of steps at a time: more are not cut
 ROUNDED: Final = 6 * UNIT  # relative: theta from a state, by roots and by the library's atan2
 ARC: Final = 1 + 1e-7  # of an angle below 1e-4 rad, to its sine
 
@@ -83,7 +84,8 @@ class Anchors:
         apart = high + low
 
         def norm(y: Array) -> Array:
-            return UP * np.sqrt(((weights * y[:n]) ** 2).sum(axis=0))
+            found: Array = UP * np.sqrt(((weights * y[:n]) ** 2).sum(axis=0))
+            return found
 
         off = UP * (lost + norm(arithmetic) + 4 * UNIT * norm(apart))
         aside = arithmetic[n:].sum(axis=0) + plain[n:].sum(axis=0) + flow.aside
@@ -116,7 +118,9 @@ class Quantity:
 def between(a: Array, b: Array, width: Array, m: float, D: Array) -> Array:
     """Return the bound N of the difference between two anchors."""
     rest = D / m
-    return UP * (np.sqrt((a + rest) * (b + rest)) * _exp(m * width / 2) - rest * (1 - 1e-14))
+    grown = np.sqrt((a + rest) * (b + rest)) * _exp(m * width / 2)
+    found: Array = UP * (grown - rest * (1 - 1e-14))
+    return found
 
 
 def _exp(x: Array) -> Array:
@@ -128,7 +132,8 @@ def _exp(x: Array) -> Array:
         found = 1 + y / n * found
     for _ in range(halvings):
         found = found * found
-    return UP * found
+    bound: Array = UP * found
+    return bound
 
 
 def quantities(flow: Flow, states: Array, change: Array, room: Array) -> Mapping[str, Quantity]:
@@ -229,9 +234,14 @@ def bound(flow: Flow, steps: Steps, floor: Mapping[str, float]) -> Bound:
     proved: dict[str, float] = {}
     for depth in range(DEEPEST + 1):
         last, cut = depth == DEEPEST, np.zeros(left.step.size, dtype=bool)
+        last = last or 2 * cut.size > MOST
         for name, (error, all_of_it, least) in _bounded(flow, steps, (D, R), left, right).items():
             found[name] = max(found.get(name, 0.0), float(error.max(initial=0.0)))
-            wide = ~(all_of_it <= NEAR * found[name] + least) | np.isinf(all_of_it)
+            endless = ~np.isfinite(all_of_it)
+            if endless.sum() > 4 * k.size + 64:  # at a pole for a while, and not in passing
+                proved[name] = np.inf
+                continue
+            wide = ~(all_of_it <= NEAR * found[name] + least) | endless
             cut |= wide
             counts = all_of_it if last else all_of_it[~wide]
             proved[name] = max(proved.get(name, 0.0), float(counts.max(initial=0.0)))
@@ -259,7 +269,7 @@ def _bounded(
     N = between(left.size, right.size, width, m, D)
     plain, off = np.maximum(left.plain, right.plain), np.maximum(left.off, right.off)
     aside = np.maximum(left.aside, right.aside)
-    room = UP * (b.speed * (width + clock) + 2 * N + plain)
+    room = UP * (b.speed * (width + clock) + D * width + 2 * N + plain)
     if not (N.max(initial=0.0) < MARGIN / 10 and not np.isnan(N).any()):
         return _nothing(flow, left, right, room)
     first = quantities(flow, left.states, left.apart, room)
@@ -275,11 +285,11 @@ def _bounded(
             G, H = q.gradient, q.hessian
             own = np.maximum(np.abs(q.error), np.abs(second[name].error))
             step = G * (b.jacobian * N + D) + H * b.speed * N
-            crude, extra = G * N, 0.0
+            crude, extra = G * N, np.zeros_like(N)
             if name == "psi" and flow.quadrature:
                 least = np.sqrt(abs(flow.quadrature.momentum) / q.aside)
                 step = step + q.aside * N + R / least
-                crude, extra = np.inf, aside
+                crude, extra = np.full_like(N, np.inf), aside
             sharp = UP * own + G * off + width / 2 * step + H * (N + plain) ** 2
             speed = np.abs(moving[name].error)
             turned = width * (G * b.jacobian * b.speed + H * b.speed**2 + q.aside * b.speed)

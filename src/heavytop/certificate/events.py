@@ -96,7 +96,12 @@ def _matched(
     off = np.array(errors)[nearest, np.arange(t[0].size)]
     number = np.array(numbers)[nearest, np.arange(t[0].size)]
     largest = float(off.max(initial=0.0))
-    bound = UP * largest + width * (1 + abs(end)) + 8 * UNIT**2 * abs(end) + 4 * UNIT * largest
+    bound = (
+        UP * largest
+        + width * (2 + float(np.abs(number).max(initial=0.0)))
+        + 8 * UNIT**2 * abs(end)
+        + 4 * UNIT * largest
+    )
     if not largest < close:
         return Proof(False, bound, f"{event}: an event is {largest:.1e} off")
     if not np.all(np.diff(number) == forward):
@@ -114,7 +119,7 @@ def _matched(
         return not close < at < forward * end - close
 
     if number.size:
-        whole = outside(number[0] - forward) and outside(number[-1] + forward)
+        complete = outside(number[0] - forward) and outside(number[-1] + forward)
     else:
-        whole = all(outside(n) for n in range(-size, 2 * size + 1))
-    return Proof(whole, bound, "" if whole else f"{event}: one at an end is missed")
+        complete = all(outside(n) for n in range(-size, 2 * size + 1))
+    return Proof(complete, bound, "" if complete else f"{event}: one at an end is missed")

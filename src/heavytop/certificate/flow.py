@@ -41,6 +41,9 @@ FINE: Final = 16  # pieces in the time in which the fastest rate turns by a radi
 MARGIN: Final = 1e-4  # how far from the solution a run may be, for the norms to hold
 SMALL: Final = 1e-27  # what the table may be off, relative to the size of the states,
 LOST: Final = 1e-18  # and what is read from it in double-doubles
+SLACK: Final = 1e-18  # far above what a table that is so good is off, in squares of states
+NEAREST: Final = 1e-6  # to a pole: nearer the turns of phi and psi are not proved
+WIDER: Final = 1 + 2.0**-20  # a piece, for what is bounded in it
 MOST_PIECES: Final = 100_000
 FEW_PIECES: Final = 2000  # of a run that may do without a period
 SETTINGS: Final = ((192, 24), (384, 40), (1024, 90))  # bits, and the order of the polynomials
@@ -161,86 +164,91 @@ class Flow:
         x = [arb(v) for v in self.start]
         fastest = float(operator_norm(system.jacobian(x)).upper()) or 1.0
         self.piece = delta = 2.0 ** -math.ceil(math.log2(FINE * fastest))
-        reach, error, aside, lost = arb(delta), arb(0), arb(0), arb(0)
-        beside = [arb(0)] if self.quadrature else []
+        self.reach = arb(delta) * WIDER
         self.pieces: list[Piece] = []
         self.turning: list[arb] = []
-        largest, looking = [arb(0)] * 6, True
+        last, largest, looking = Piece([], arb(0), arb(0)), [arb(0)] * 6, True
+        beside, lost = arb(0), arb(0)
         stop = math.ceil(abs(self.end) / delta) + 2
         while len(self.pieces) < stop:
             if len(self.pieces) > MOST_PIECES:
                 raise TooCoarse(f"more than {MOST_PIECES} pieces in a period")
-            rows = system.taylor(x, self.order)
-            p = [arb_poly(row) for row in rows]
-            f = system.polynomials(p)
-            here = [
-                hull(q, reach) + arb(0, MARGIN / w) for q, w in zip(p, system.weights, strict=True)
-            ]
-            matrix = system.jacobian(here)
-            m = operator_norm(symmetric(matrix))
-            field = [q[0] for q in system.polynomials([arb_poly([v]) for v in here])]
-            D = system.norm([sup(q.derivative() - g, reach) for q, g in zip(p, f, strict=True)])
-            error = upper(_grown(error, D, m, reach))
-            if not error < MARGIN:
-                raise TooCoarse("the error of the table grows too fast")
-            if self.quadrature:
-                more, wrong = self._quotient(p[2], here[2], error, reach)
-                rows.append([beside[0] + more[0], *more[1:]])
-                aside = upper(aside + wrong * reach)
-            found = (
-                m,
-                operator_norm(matrix),
-                system.norm(field),
-                system.norm(here),
-                self._turn(p, f, reach),
-                self._stiffness(here),
-            )
+            piece, p, here, found = self._solved(x, beside, last)
             largest = [_larger(a, b) for a, b in zip(largest, found, strict=True)]
-            lost = _larger(lost, error + self._left_out(rows[: len(x)], reach))
-            self.pieces.append(Piece(rows, error, aside))
+            lost = _larger(lost, piece.error + system.norm(self._left_out(piece.rows[: len(x)])))
+            self.pieces.append(piece)
             if looking:
-                looking = self._look(p, error, here, stop)
+                looking = self._look(p, piece.error, here, stop)
                 if len(self.turning) == 2:
                     stop = min(stop, math.ceil(float(self.exact_period.upper()) / delta) + 1)
-            y = [q(reach) for q in p]
-            x = [arb(v.mid()) for v in y]
-            error = upper(error + system.norm([v - w for v, w in zip(y, x, strict=True)]))
-            if self.quadrature:
-                last = arb_poly(rows[-1])(reach)
-                beside, aside = [arb(last.mid())], upper(aside + last.rad())
+            y = [arb_poly(row)(arb(delta)) for row in piece.rows]
+            x = [arb(v.mid()) for v in y[: len(x)]]
+            moved = system.norm([v - w for v, w in zip(y, x, strict=False)])
+            beside = arb(y[-1].mid())
+            last = Piece([], upper(piece.error + moved), upper(piece.aside + y[-1].rad()))
         self.bounds, self.lost = Bounds(*map(up, largest)), up(lost)
         worst = max(float(each.error.upper()) for each in self.pieces)
         if not (worst <= SMALL * self.bounds.size and self.lost <= LOST * self.bounds.size):
             raise TooCoarse("the table")
 
-    def _left_out(self, rows: list[list[arb]], reach: arb) -> arb:
-        """Return a bound of what `at` leaves out or rounds, of one piece."""
-        tail = [sup(arb_poly([0] * KEPT + row[KEPT:]), reach) for row in rows]
-        fine = [sup(arb_poly([0] * LEAD + row[LEAD:KEPT]), reach) for row in rows]
-        return self.system.norm(tail) + 4 * KEPT * UNIT * self.system.norm(fine)
+    def _solved(
+        self, x: list[arb], beside: arb, last: Piece
+    ) -> tuple[Piece, list[arb_poly], list[arb], tuple[arb, ...]]:
+        """Solve the equations in one piece.
 
-    def _quotient(self, p: arb_poly, here: arb, error: arb, reach: arb) -> tuple[list[arb], arb]:
+        Returns the piece; its polynomials without the quadrature; a box around the solution and all
+        that is as near to it as runs may be; and what is largest in the piece, as `Bounds` has it.
+        """
+        system, reach = self.system, self.reach
+        rows = system.taylor(x, self.order)
+        p = [arb_poly(row) for row in rows]
+        f = system.polynomials(p)
+        margins = [arb(0, MARGIN / w) for w in system.weights]
+        here = [hull(q, reach) + margin for q, margin in zip(p, margins, strict=True)]
+        matrix = system.jacobian(here)
+        growth = operator_norm(symmetric(matrix))
+        field = [q[0] for q in system.polynomials([arb_poly([v]) for v in here])]
+        defect = system.norm([sup(q.derivative() - g, reach) for q, g in zip(p, f, strict=True)])
+        error, aside = upper(_grown(last.error, defect, growth, reach)), last.aside
+        if not error < MARGIN:
+            raise TooCoarse("the error of the table grows too fast")
+        if self.quadrature:
+            more, wrong = self._quotient(p[2], here[2], error)
+            rows.append([beside + more[0], *more[1:]])
+            aside = upper(aside + wrong * reach)
+        size, speed = system.norm(here), system.norm(field)
+        largest = growth, operator_norm(matrix), speed, size, self._turn(p, f)
+        return Piece(rows, error, aside), p, here, (*largest, self._stiffness(here))
+
+    def _left_out(self, rows: list[list[arb]]) -> list[arb]:
+        """Return what `at` leaves out of polynomials, and what it rounds."""
+        tail = (sup(arb_poly([arb(0)] * KEPT + row[KEPT:]), self.reach) for row in rows)
+        fine = (sup(arb_poly([arb(0)] * LEAD + row[LEAD:KEPT]), self.reach) for row in rows)
+        return [upper(a + 4 * KEPT * UNIT * b) for a, b in zip(tail, fine, strict=True)]
+
+    def _quotient(self, p: arb_poly, here: arb, error: arb) -> tuple[list[arb], arb]:
         """Return the polynomial of the quadrature, and a bound of the error of its rate."""
         side, momentum, frame = self.quadrature or (1, 0.0, 0.0)
-        below = 1 + side * p
-        least = upper(1 / (1 + side * here))
+        below, least = 1 + side * p, upper(1 / (1 + side * here))
         b = [below[k] for k in range(self.order)]
         found = [arb(momentum) / b[0]]
         for k in range(1, self.order):
             found.append(-sum(map(arb.__mul__, b[1 : k + 1], found[::-1]), arb(0)) / b[0])
-        wrong = sup(arb_poly(found) * below - arb(momentum), reach) * least
+        wrong = sup(arb_poly(found) * below - arb(momentum), self.reach) * least
         wrong += abs(arb(momentum)) * error * least * least
         found[0] -= arb(frame)
-        return [arb(0), *(x / (k + 1) for k, x in enumerate(found))], upper(wrong)
+        whole = [x / (k + 1) for k, x in enumerate(found)]
+        return [arb(0), *whole], upper(wrong)
 
-    def _turn(self, p: list[arb_poly], f: list[arb_poly], reach: arb) -> arb:
+    def _turn(self, p: list[arb_poly], f: list[arb_poly]) -> arb:
         """Return a bound of the rates of the angles that are counted, in one piece."""
-        largest = arb(0)
+        largest, slack = arb(0), arb(0, SLACK)
         for i, j in TOLD[self.form.name]:
-            square = hull(p[i] * p[i] + p[j] * p[j], reach)
-            if not square > 1e-12:
+            square = hull(p[i] * p[i] + p[j] * p[j], self.reach) + slack
+            if not square > NEAREST**2:
                 return arb("inf")
-            largest = _larger(largest, abs(hull(p[i] * f[j] - p[j] * f[i], reach)) / square)
+            moment = hull(p[i] * f[j] - p[j] * f[i], self.reach) + slack
+            largest = _larger(largest, abs(moment) / square)
         return largest
 
     def _stiffness(self, here: list[arb]) -> arb:
@@ -256,6 +264,13 @@ class Flow:
             alpha, beta = (length + e[2]) / 2, (length - e[2]) / 2
         square = (l_x * l_x + l_y * l_y + along * along) / 4
         return _larger(upper(square + g * beta), square - g * alpha)
+
+    @property
+    def rests(self) -> bool:
+        """Whether nothing moves: the right-hand sides vanish at the start, exactly."""
+        with working(self.bits):
+            start = [arb_poly([arb(v)]) for v in self.start]
+            return all(f[0] == 0 for f in self.system.polynomials(start))
 
     # --- turning points, the period, and the rotations after one ---------------------------------
 
@@ -292,7 +307,7 @@ class Flow:
         TooCoarse
             Neither the function nor its slope has one sign in the piece.
         """
-        q, reach = self._event(event, p), arb(self.piece)
+        q, reach = self._event(event, p), self.reach
         if all(c == 0 for c in q.coeffs()):
             return None
         # how much it differs between p and the solution: at most its slope times the distance
@@ -309,7 +324,7 @@ class Flow:
         radius = upper((abs(q(at)) + off) / abs(slope))
         if not (at + radius > 0 and at - radius < reach):
             return None
-        found = place * reach + at + arb(0, radius)
+        found = place * arb(self.piece) + at + arb(0, radius)
         return found if found > 0 else None
 
     def zeros(self, event: str) -> list[arb]:
@@ -324,7 +339,7 @@ class Flow:
             return self.turning
         found: list[arb] = []
         with working(self.bits):
-            n, reach = len(self.start), arb(self.piece)
+            n, reach = len(self.start), self.reach
             for place, piece in enumerate(self.pieces):
                 p = [arb_poly(row) for row in piece.rows[:n]]
                 here = [hull(q, reach) for q in p]
@@ -339,6 +354,7 @@ class Flow:
     def _event(self, event: str, p: Sequence[Any]) -> arb_poly:
         named = {s.name: x for s, x in zip(self.form.states, p, strict=True)}
         named |= {name: arb_poly([arb(x)]) for name, x in self.constants.items()}
+        found: arb_poly
         (found,) = evaluated([self.form.events[event]], named, lambda n: arb_poly([n]), {})
         return found
 
@@ -405,7 +421,10 @@ class Flow:
         self._rest = np.array(
             [[[float(row[k].mid()) for row in each] for each in rows] for k in range(LEAD, KEPT)]
         )
-        self.aside = up(max((each.aside for each in self.pieces), key=lambda x: float(x.upper())))
+        self.aside = 0.0
+        if self.quadrature:
+            lost = (each.aside + self._left_out(each.rows[-1:])[0] for each in self.pieces)
+            self.aside = max(map(up, lost))
 
     def ball(self, t: arb) -> list[arb]:
         """Return the solution at a time within the table, in balls; the quadrature last."""
@@ -424,14 +443,15 @@ class Flow:
             As double-doubles.
         """
         high, since = t[0], t
-        n = np.zeros_like(high)
+        n: Array = np.zeros_like(high)
         if self.period is not None:
             n = np.floor(high / self.period[0])
             whole = two_product(n, self.period[0])
             since = add(t, (-whole[0], -(whole[1] + n * self.period[1])))
         j = np.clip(np.floor(since[0] / self.piece), 0, len(self.pieces) - 1).astype(np.intp)
-        s = add(since, (-j * self.piece, np.zeros_like(high)))
-        if not np.all((s[0] > -1e-6 * self.piece) & (s[0] < self.piece * (1 + 1e-6))):
+        begun = np.asarray(-self.piece * j, dtype=np.float64)
+        s = add(since, (begun, np.zeros_like(high)))
+        if not np.all((s[0] > -1e-7 * self.piece) & (s[0] < self.piece * (1 + 1e-7))):
             raise ArithmeticError("a time outside of the table")
         rest = self._rest[:, j].transpose(0, 2, 1)  # coefficient, state, time
         q = rest[-1]

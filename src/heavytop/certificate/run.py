@@ -93,8 +93,8 @@ class BinaryRun(Part):
         """
         own = self.integrator
         kept, end = own.polynomials(start, count, 4.0 * self.end)
-        begun = tuple(np.full(kept.length.size, word * own.pace) for word in start.time)
-        label = add(begun, (kept.begun[:, 0], kept.begun[:, 1]))
+        high, low = (np.full(kept.length.size, word * own.pace) for word in start.time)
+        label = add((high, low), (kept.begun[:, 0], kept.begun[:, 1]))
         left = self.end * own.pace - label[0]
         length = np.where(np.abs(kept.length) < np.abs(left), kept.length, left)
         return Steps(

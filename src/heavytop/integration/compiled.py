@@ -299,10 +299,10 @@ class Compiled:
         taylor = self._taylor
         coefficients = np.empty((steps, self._own.size, self.order + 1))
         begun, length = np.empty((steps, 2)), np.empty(steps)
-        bound = math.copysign(math.inf if longest is None else longest, far)
-        taken = 0
+        longest, taken = math.inf if longest is None else longest, 0
         while taken < steps:
             begun[taken] = taylor.dtime
+            bound = math.copysign(min(longest, abs(far - taylor.time)), far)
             outcome, length[taken] = taylor.step(bound, write_tc=True)
             if outcome == hy.taylor_outcome.err_nf_state:
                 break

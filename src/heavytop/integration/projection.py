@@ -202,7 +202,8 @@ class Projected:
         while taken < steps:
             count = min(self.stride, steps - taken)
             part, leg = self.compiled.polynomials(state, count, far - begun[0], bound)
-            words = add((np.full(leg.steps, begun[0]), np.full(leg.steps, begun[1])), part.begun.T)
+            high, low = part.begun.T
+            words = add((np.full(leg.steps, begun[0]), np.full(leg.steps, begun[1])), (high, low))
             since = np.full(leg.steps, begun[0])
             parts.append(Polynomials(part.coefficients, np.stack(words, -1), part.length, since))
             taken, mean = taken + leg.steps, mean or abs(leg.elapsed[0]) / count

@@ -12,7 +12,9 @@ import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
+from fractions import Fraction
 from functools import lru_cache
+from hashlib import sha256
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -38,11 +40,13 @@ from heavytop.studies.runner import Progress, run
 from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store
 
 if TYPE_CHECKING:
+    from heavytop.analytic.motion import Motion
     from heavytop.certificate.steps import Steps
 
 KIND: Final = "certificate"
 PARTS: Final = 64  # of a run: what may be done at the same time
 FORMS: Final = ("axis", "attitude", "cubic")
+SMALLEST: Final = 1e-6  # rad: a nutation that a run in doubles can have events of
 TURN: Final = 0.95  # of the time in which Sturm's theorem lets an argument turn
 ANGLES: Final = 3 * UNIT  # relative: an angle, put together of whole turns and a rest
 
@@ -139,11 +143,16 @@ def certificate_parameters(trajectory: Trajectory) -> Parameters:
     seen = orbit.at(orbit.samples.t).states
     if not np.array_equal(seen, orbit.samples.states, equal_nan=True):
         raise ForeignFile(f"{trajectory.scene.name}: integrated again, its samples are others")
-    points = orbit.checkpoints
+    points, width = orbit.checkpoints, len(own.integrator.compiled.formulation.states)
     every = math.ceil(len(points) / PARTS)
     firsts = [*range(0, len(points), every)]
     legs = [
-        {"time": list(points[i].time), "state": points[i].state.tolist(), "steps": points[i].steps}
+        {
+            "time": list(points[i].time),
+            "state": points[i].state.tolist(),
+            "steps": points[i].steps,
+            "following": [_print(point, width) for point in points[i + 1 : i + every + 1]],
+        }
         for i in firsts
     ]
     events = trajectory.events
@@ -158,13 +167,19 @@ def certificate_parameters(trajectory: Trajectory) -> Parameters:
         "run": own.document(),
         "legs": legs,
         "steps": orbit.steps,
-        "states": len(own.integrator.compiled.formulation.states),
+        "states": width,
         "sizes": _sizes(trajectory),
         "told": _told(trajectory),
         "events": times,
         "counts": {event: events.count(event) for event in KINDS_OF if event in events.asked},
+        "nutates": _nutates(trajectory.motion),
         "versions": versions(),
     }
+
+
+def _nutates(motion: Motion) -> bool:
+    """Tell whether the tilt changes by more than rounding: else events are those of the scene."""
+    return motion.nutates and float(motion.theta_max) - float(motion.theta_min) > SMALLEST
 
 
 def why_not(trajectory: Trajectory) -> str:
@@ -200,8 +215,20 @@ def _sizes(trajectory: Trajectory) -> dict[str, float]:
     }
 
 
+def _length(formulation: str, state: Any) -> float:
+    """Return by how much the axis of a start is longer or shorter than one."""
+    kept = {"axis": 3, "attitude": 4}.get(formulation)
+    if kept is None:
+        return 0.0
+    square = sum((Fraction(float(x)) ** 2 for x in state[:kept]), Fraction(-1))
+    return abs(float(square)) * (1 + 2 * UNIT)  # of q the square is the length
+
+
 def _told(trajectory: Trajectory) -> dict[str, float]:
-    """Return by how much angles at the start are those of the scene, and not of the state."""
+    """Return by how much angles at the start are those of the scene, and not of the state.
+
+    Beside them stands what the length of the axis is off: the exact motion has one of length one.
+    """
     orbit = trajectory.orbit
     seen = trajectory(0.0)
     form = orbit.integrator.formulation
@@ -210,6 +237,7 @@ def _told(trajectory: Trajectory) -> dict[str, float]:
     off = {
         name: abs(float(getattr(seen, name)) - float(getattr(own, name))) for name in ANGLE_NAMES
     }
+    off["axis"] = _length(trajectory.plan.formulation, state[0])
     return {name: x for name, x in off.items() if x == x}
 
 
@@ -226,26 +254,29 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
     place = int(task.rpartition("/")[2])
     legs, width = parameters["legs"], parameters["states"]
     own, flow = _prepared(_key(parameters))
-    first, following = legs[place], legs[place + 1] if place + 1 < len(legs) else None
-    last = following["steps"] if following else parameters["steps"]
-    begun = checkpoint or first
-    point = Checkpoint(tuple(begun["time"]), np.array(begun["state"][:width]), begun["steps"])
+    first, whole = legs[place], place + 1 == len(legs)
+    last = parameters["steps"] if whole else legs[place + 1]["steps"]
+    begun = checkpoint or {**first, "blocks": 0}
+    point, blocks = _point(begun, width), begun["blocks"]
     while True:
         clock = time.perf_counter()
-        count = min(point.block_steps, last - point.steps)
+        count, before = min(point.block_steps, last - point.steps), point.steps
         rows = []
         if count > 0:
             steps, point = own.steps(point, count)
-            found = bound(flow, steps, _floor(_key(parameters)) if place + 1 < len(legs) else {})
+            found = bound(flow, steps, {} if whole else _floor(_key(parameters)))
             rows = [{"found": _finite(found.found), "proved": _finite(found.proved)}]
-        done = point.steps >= last or count <= 0
-        if done and following and not _same(point, following, width):
-            raise ForeignFile(
-                f"{parameters['scene']['name']}: integrated again, its bits are others"
-            )
+        same = blocks == len(first["following"]) or (
+            _print(point, width) == first["following"][blocks]
+        )
+        if not same or (count > 0 and point.steps == before):
+            name = parameters["scene"]["name"]
+            raise ForeignFile(f"{name}: integrated again, its bits are others")
+        blocks += 1
         gone = (point.steps - first["steps"]) / max(last - first["steps"], 1)
         left = {"time": list(point.time), "state": point.state.tolist(), "steps": point.steps}
-        yield Chunk(left, rows, done, gone, time.perf_counter() - clock)
+        done, spent = point.steps >= last, time.perf_counter() - clock
+        yield Chunk(left | {"blocks": blocks}, rows, done, gone, spent)
 
 
 def complete(store: MemoryStore, **how: Any) -> Certificate:
@@ -254,9 +285,14 @@ def complete(store: MemoryStore, **how: Any) -> Certificate:
     return collect(store)
 
 
-def _same(point: Checkpoint, known: Mapping[str, Any], width: int) -> bool:
-    state = np.array(known["state"][:width])
-    return tuple(known["time"]) == point.time and np.array_equal(state, point.state[:width])
+def _point(known: Mapping[str, Any], width: int) -> Checkpoint:
+    return Checkpoint(tuple(known["time"]), np.array(known["state"][:width]), known["steps"])
+
+
+def _print(point: Checkpoint, width: int) -> str:
+    """Return the fingerprint of a state and its time."""
+    text = ",".join(x.hex() for x in (*point.time, *point.state[:width].tolist()))
+    return sha256(text.encode()).hexdigest()[:16]
 
 
 def _key(parameters: Parameters) -> str:
@@ -278,12 +314,11 @@ def _prepared(key: str) -> tuple[BinaryRun, Flow]:
 def _last_steps(key: str, own: BinaryRun) -> Steps:
     """Return the last block of steps of a run."""
     known = json.loads(key)
-    leg, width, left = known["last"], known["states"], known["steps"]
-    point = Checkpoint(tuple(leg["time"]), np.array(leg["state"][:width]), leg["steps"])
+    point = _point(known["last"], known["states"])
     while True:
-        count = min(point.block_steps, left - point.steps)
+        count, before = min(point.block_steps, known["steps"] - point.steps), point.steps
         steps, point = own.steps(point, count)
-        if point.steps >= left or count <= 0:
+        if point.steps >= known["steps"] or point.steps == before:
             return steps
 
 
@@ -320,17 +355,22 @@ def collect(store: MemoryStore) -> Certificate:
         if bounds.get(name) is not None:
             bounds[name] += rounding + asked["told"].get(name, 0.0)
     turns, events, time_bound = _turns(own, flow, why), {}, 0.0
+    if asked["events"] and not asked["nutates"]:
+        why.append("events: the nutation of the scene is below what doubles can tell")
     for event, count in asked["counts"].items():
         proved = None
-        if event in asked["events"]:
-            t = tuple(np.array(each) * own.integrator.pace for each in asked["events"][event])
-            proof = held(flow, event, t, own.end * own.integrator.pace)
-            proved, off = proof.proved, proof.off / own.integrator.pace
+        if event in asked["events"] and asked["nutates"]:
+            pace = own.integrator.pace
+            high, low = (np.array(each) * pace for each in asked["events"][event])
+            proof = held(flow, event, (high, low), own.end * pace)
+            proved, off = proof.proved, proof.off / pace
             time_bound = max(time_bound, off)
             why += [proof.why] if proof.why else []
         events[event] = ProvedEvents(count=count, proved=proved)
     if "cusp" in events and "turning" in events:  # each is a turning point
         events["cusp"] = ProvedEvents(count=events["cusp"].count, proved=events["turning"].proved)
+    if asked["steps"] == 0 and not flow.rests:
+        raise NotCertified("the run took no step, though the axis moves")
     known = [n for n in ("axis", "theta") if n in names]
     return Certificate(
         scene=Problem(**asked["scene"]),
@@ -356,6 +396,7 @@ def _rounding(sizes: Mapping[str, float], flow: Flow, own: BinaryRun) -> dict[st
     rate = flow.bounds.turning * own.integrator.pace * (1 if own.formulation == "axis" else 2)
     phi = sizes["angle"] + rate * sizes["gap"] + 4 * math.pi
     return {
+        "axis": 0.0,
         "theta": 0.0,
         "phi": ANGLES * phi,
         "psi": 2 * ANGLES * phi + 4 * UNIT * sizes["uniform"],

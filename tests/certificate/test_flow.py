@@ -1,0 +1,94 @@
+"""The exact solution as a table, held to the elliptic closed form, which shares nothing with it."""
+
+import numpy as np
+import pytest
+from flint import arb
+
+from heavytop.analytic.closed_form import ClosedForm
+from heavytop.certificate.flow import SMALL, Flow, TooCoarse
+from heavytop.equations.registry import FORMULATIONS
+from heavytop.numbers.intervals import working
+from heavytop.run.own_motion import own_motion
+
+from ..certificates import flow_of, run_of
+
+NUTATING = ("sicm-kicked", "sicm-dropped", "spherical-pendulum", "force-free", "steady-betsch")
+RNG = np.random.default_rng(24)
+
+
+@pytest.mark.parametrize("name", NUTATING)
+def test_the_solution_is_that_of_the_elliptic_functions(name):
+    """Two enclosures of one motion: by integrating the equations in balls, and in closed form."""
+    trajectory = run_of(name)
+    _, flow = flow_of(trajectory)
+    form = ClosedForm(own_motion(trajectory), 30)
+    assert flow.period is not None
+    period = trajectory.orbit.integrator.pace  # 1 for all of these
+    assert period == 1
+    for t in RNG.uniform(0, flow.period[0], 12):
+        exact = form(float(t))
+        with working(flow.bits):
+            e = flow.ball(arb(float(t)))[:3]
+            length = sum((x * x for x in e), arb(0)).sqrt()
+            for ball, x in zip(e, exact.axis, strict=True):
+                assert float(ball.rad()) < 1e-25
+                assert abs(float((ball / length - arb(str(x))).mid())) < 1e-25
+
+
+@pytest.mark.parametrize("form", ["axis", "attitude"])
+def test_many_periods_later_it_is_turned(form):
+    trajectory = run_of("sicm-kicked", form, periods=1000)
+    _, flow = flow_of(trajectory)
+    exact = ClosedForm(own_motion(trajectory), 30)
+    times = RNG.uniform(0, trajectory.orbit.end, 6)
+    (high, _), off = flow.at((times, np.zeros(6)))
+    for k, t in enumerate(times):
+        true = exact(float(t))
+        if form == "axis":
+            mine, theirs = high[:3, k], true.axis
+        else:
+            half = float(trajectory.orbit.parameters["kappa"]) / 2
+            ctx = exact.ctx
+            c, s = ctx.cos(ctx.mpf(half) * ctx.mpf(t)), ctx.sin(ctx.mpf(half) * ctx.mpf(t))
+            w, x, y, z = true.quaternion  # without the uniform turn about the axis
+            theirs = (w * c + z * s, x * c - y * s, y * c + x * s, z * c - w * s)
+            sign = 1 if float(theirs[0]) * high[0, k] >= 0 else -1
+            mine, theirs = sign * high[:4, k], theirs
+        assert np.allclose(mine, [float(v) for v in theirs], rtol=0, atol=4e-16)
+    assert off.max() < 1e-17
+
+
+def test_the_quadrature_of_the_axis_form_gives_psi():
+    trajectory = run_of("sicm-kicked", periods=50)
+    own, flow = flow_of(trajectory)
+    side, known = own.quadrature.side, trajectory.orbit.parameters
+    exact = ClosedForm(own_motion(trajectory), 30)
+    for t in RNG.uniform(0, trajectory.orbit.end, 5):
+        true = exact(float(t))
+        (high, _), _ = flow.at((np.array([t]), np.zeros(1)))
+        uniform = (known["kappa"] + side * known["frame_rate"]) * t
+        psi = known["psi_0"] + uniform + side * (high[5, 0] - float(true.phi) + known["phi_0"])
+        assert abs(psi - float(true.psi)) < 1e-11  # of thousands of radians, in doubles
+
+
+def test_a_flow_that_is_wrong_does_not_close(monkeypatch):
+    """A term of the equations with the wrong sign: after a period nothing is where it was."""
+    trajectory = run_of("sicm-kicked")
+    own, _ = flow_of(trajectory)
+    core = FORMULATIONS["axis"].build(None)
+    start = list(own.start[:5])
+    taylor = Flow.__dict__["_angles"]
+    monkeypatch.setattr(Flow, "_angles", lambda self, last: {
+        place: 1.000001 * a for place, a in taylor(self, last).items()
+    })  # fmt: skip
+    with pytest.raises(TooCoarse, match="after a period"):
+        Flow(core, own.integrator.own_constants, start, 3.0)
+
+
+def test_turning_points_are_half_a_period_apart():
+    trajectory = run_of("sicm-kicked")
+    _, flow = flow_of(trajectory)
+    motion = trajectory.motion
+    assert abs(flow.period[0] - motion.period) < 1e-15
+    assert len(flow.zeros("reversal")) == 2
+    assert max(float(each.error.upper()) for each in flow.pieces) < SMALL * flow.bounds.size

@@ -1,0 +1,83 @@
+"""Defects of steps: bounds that hold, and that a planted error widens."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from heavytop.certificate.bounds import bound
+from heavytop.certificate.steps import Steps, defects
+from heavytop.certificate.system import ONE
+
+from ..certificates import flow_of, run_of
+
+RNG = np.random.default_rng(7)
+
+
+def steps_of(trajectory):
+    own, flow = flow_of(trajectory)
+    steps, _ = own.steps(trajectory.orbit.checkpoints[0], min(trajectory.orbit.steps, 40))
+    return own, flow, steps
+
+
+def exact_defect(system, steps, k, s):
+    """|p' - f(p)| of step k at a time, in rational numbers, in the norm of the system."""
+    c = [[Fraction(x) for x in row] for row in steps.coefficients[:, :, k].T]
+    s = Fraction(s)
+    p = [sum(x * s**i for i, x in enumerate(row)) for row in c]
+    rate = [sum(i * x * s ** (i - 1) for i, x in enumerate(row) if i) for row in c]
+    total = Fraction(0)
+    for i, row in enumerate(system.terms):
+        f = sum(
+            Fraction(a) * (1 if j == ONE else p[j]) * (1 if m == ONE else p[m]) for a, j, m in row
+        )
+        total += (Fraction(system.weights[i]) * (rate[i] - f)) ** 2
+    return float(total) ** 0.5
+
+
+@pytest.mark.parametrize("form", ["axis", "attitude", "cubic"])
+def test_no_defect_is_larger_than_its_bound(form):
+    trajectory = run_of("sicm-kicked", form)
+    _, flow, steps = steps_of(trajectory)
+    bounds = defects(flow.system, steps)
+    for k in (0, 7, 23):
+        for part in (0.0, 0.3, 0.9, 1.0):
+            exact = exact_defect(flow.system, steps, k, part * steps.length[k])
+            assert 0 < exact <= bounds[k]
+    assert bounds.max() < 1e-12
+
+
+def test_a_wrong_coefficient_widens_the_bound():
+    trajectory = run_of("sicm-kicked")
+    _, flow, steps = steps_of(trajectory)
+    before = bound(flow, steps, {})
+    c = steps.coefficients.copy()
+    c[3, 0, 11] += 1e-7  # of the third order, in the twelfth step
+    wrong = replace(steps, coefficients=c)
+    after = bound(flow, wrong, {})
+    off = 1e-7 * abs(steps.length[11]) ** 3
+    assert before.proved["axis"] < 3e-15
+    assert after.proved["axis"] >= 0.99 * off > 1e3 * before.proved["axis"]
+    assert defects(flow.system, wrong)[11] > 1e4 * defects(flow.system, steps)[11]
+
+
+def test_the_polynomials_are_evaluated_to_twice_the_digits():
+    _, _, steps = steps_of(run_of("sicm-kicked"))
+    step, since = np.array([0, 5, 9]), np.array([0.01, 0.02, 0.03])
+    (high, low), twice, plain = steps.at(step, since)
+    for i, (k, s) in enumerate(zip(step, since, strict=True)):
+        for n in range(3):
+            row = [Fraction(x) for x in steps.coefficients[:, n, k]]
+            exact = sum(x * Fraction(float(s)) ** m for m, x in enumerate(row))
+            error = abs(Fraction(high[n, i]) + Fraction(low[n, i]) - exact)
+            assert error <= twice[n, i] < 1e-28
+            plainly = np.polynomial.polynomial.polyval(s, steps.coefficients[:, n, k])
+            assert abs(Fraction(float(plainly)) - exact) <= plain[n, i]
+
+
+def test_some_of_the_steps_are_steps():
+    _, _, steps = steps_of(run_of("sicm-kicked"))
+    few = steps.where(slice(3, 5))
+    assert isinstance(few, Steps)
+    assert few.length.tolist() == steps.length[3:5].tolist()

@@ -1,0 +1,171 @@
+"""Certificates: bounds that no error exceeds, and planted errors that make them fail."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import heavytop as ht
+from heavytop.analytic.closed_form import ClosedForm
+from heavytop.errors import ForeignFile, NotCertified, WrongType
+from heavytop.run.events import Events
+from heavytop.run.own_motion import own_motion
+from heavytop.studies.certificate import certify
+
+from ..certificates import run_of
+
+RNG = np.random.default_rng(1)
+
+
+def errors_at(trajectory, times):
+    """What a run says, less the exact motion of its own numbers, at 30 digits."""
+    exact = ClosedForm(own_motion(trajectory), 30)
+    found = {"axis": 0.0, "theta": 0.0, "phi": 0.0, "psi": 0.0}
+    seen = trajectory(np.array(times))
+    for k, t in enumerate(times):
+        true = exact(float(t))
+        ctx = exact.ctx
+        for name in ("theta", "phi", "psi"):
+            mine = float(getattr(seen, name)[k])
+            if mine == mine:
+                error = abs(float(ctx.mpf(mine) - getattr(true, name)))
+                found[name] = max(found[name], error)
+        if not np.isnan(seen.axis[k]).any():
+            parts = (ctx.mpf(float(a)) - b for a, b in zip(seen.axis[k], true.axis, strict=True))
+            found["axis"] = max(found["axis"], float(ctx.sqrt(sum(x * x for x in parts))))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("name", "form", "asked"),
+    [
+        ("sicm-kicked", "axis", {"time": 2}),
+        ("sicm-kicked", "attitude", {"time": 2}),
+        ("sicm-kicked", "cubic", {"time": 2}),
+        ("sicm-kicked", "axis", {"periods": 300}),
+        ("sicm-dropped", "attitude", {"periods": 30}),
+        ("steady-betsch", "axis", {"time": 2}),
+        ("force-free", "axis", {"time": 3}),
+        ("spherical-pendulum", "axis", {"time": -5}),
+    ],
+)
+def test_no_error_exceeds_its_bound(name, form, asked):
+    trajectory = run_of(name, form, **asked)
+    found = certify(trajectory)
+    assert found.proved
+    end = trajectory.orbit.end
+    times = [0.0, *(end * RNG.uniform(0, 1, 60)), end]
+    for quantity, error in errors_at(trajectory, times).items():
+        bound = found.bound[quantity]
+        if bound is not None:
+            assert error <= bound
+            assert found.observed[quantity] <= bound
+    assert found.bound["theta"] <= 20 * found.observed["theta"]
+    assert found.events["turning"].proved is (None if "steady" in name else True)
+
+
+def test_a_projected_run_is_certified_step_by_step():
+    scene = replace(ht.load_scene("sicm-kicked"), time=None, periods=ht.Exact.of(200))
+    trajectory = ht.propagate(scene, formulation="axis", projected=True)
+    found = certify(trajectory)
+    assert found.proved
+    times = RNG.uniform(0, trajectory.orbit.end, 40)
+    for quantity, error in errors_at(trajectory, times).items():
+        assert error <= found.bound[quantity]
+    assert found.bound["axis"] < 3e-13
+
+
+def test_a_state_off_by_one_ulp_is_refused():
+    trajectory = run_of("sicm-kicked", periods=100)
+    points = list(trajectory.orbit.checkpoints)
+    state = points[1].state.copy()
+    state[0] = np.nextafter(state[0], 2)
+    points[1] = replace(points[1], state=state)
+    wrong = replace(trajectory, orbit=replace(trajectory.orbit, checkpoints=tuple(points)))
+    with pytest.raises(ForeignFile, match="others"):
+        certify(wrong)
+
+
+def _without(events: Events, which: int, *, twice: bool = False) -> Events:
+    place = np.arange(len(events))
+    keep = np.sort(np.append(place, which)) if twice else np.delete(place, which)
+    columns = ("t", "t_low", "theta", "phi", "phidot", "residual", "axis", "states")
+    kept = {name: getattr(events, name)[keep] for name in columns}
+    return Events(tuple(events.kind[i] for i in keep), asked=events.asked, **kept)
+
+
+@pytest.mark.parametrize("twice", [False, True])
+@pytest.mark.parametrize("which", [1, 3, -1])
+def test_a_missed_or_doubled_event_is_seen(which, twice):
+    trajectory = run_of("sicm-kicked")
+    events = trajectory.events
+    place = which % len(events)
+    wrong = replace(trajectory, events=_without(events, place, twice=twice))
+    found = certify(wrong)
+    assert not found.proved
+    event = "reversal" if events.kind[place] == "reversal" else "turning"
+    assert found.events[event].proved is False
+    assert event in " ".join(found.why)
+
+
+def test_an_event_at_a_wrong_time_widens_the_bound():
+    trajectory = run_of("sicm-kicked")
+    t = trajectory.events.t.copy()
+    t[4] += 1e-9
+    found = certify(replace(trajectory, events=replace(trajectory.events, t=t)))
+    assert found.time_bound_s > 0.99e-9
+    assert certify(trajectory).time_bound_s < 1e-15
+
+
+def test_what_cannot_be_certified_says_why():
+    scene = ht.load_scene("sicm-kicked")
+    with pytest.raises(NotCertified, match="lagrange form is not quadratic"):
+        certify(ht.propagate(scene, formulation="lagrange"))
+    with pytest.raises(NotCertified, match="more digits"):
+        certify(ht.propagate(replace(scene, digits=25)))
+    with pytest.raises(WrongType, match="a Trajectory or a Scene"):
+        certify(3)
+
+
+def test_parts_resumed_and_shared_out_give_the_same(tmp_path):
+    trajectory = run_of("sicm-kicked", periods=2000)
+    first = certify(trajectory)
+    second = certify(trajectory, folder=tmp_path / "a", jobs=2)
+    assert second.document() == first.document()
+    part = next(iter(sorted((tmp_path / "a" / "tasks").iterdir())))
+    part.unlink()
+    assert ht.resume(tmp_path / "a").document() == first.document()
+
+
+def test_a_motion_at_a_pole_has_no_bound_of_phi():
+    found = certify(run_of("through-top"))
+    assert found.bound["phi"] is None
+    assert found.bound["theta"] < 1e-14
+    assert "phi is not bounded" in " ".join(found.why)
+    assert found.turns is False
+    assert found.proved
+
+
+def test_a_top_at_rest_is_where_it_was():
+    found = certify(run_of("sleeping"))
+    assert found.bound["axis"] < 3e-16
+    assert found.bound["psi"] is None
+    assert found.proved
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(12))
+def test_random_motions(seed):
+    rng = np.random.default_rng([24, seed])
+    top = ht.Top(*rng.uniform((1, 0.2, -3), (3, 2, 3)).tolist())
+    theta, thetadot, phidot, psidot = rng.uniform((0.05, -2, -3, -20), (3.0, 2, 3, 20)).tolist()
+    start = ht.State(theta, thetadot=thetadot, phidot=phidot, psidot=psidot)
+    form = ("axis", "attitude")[seed % 2]
+    scene = ht.Scene(top, start, periods=float(rng.uniform(1, 60)))
+    trajectory = ht.propagate(scene, formulation=form, projected=seed % 3 == 0)
+    found = certify(trajectory)
+    assert found.proved
+    times = rng.uniform(0, trajectory.orbit.end, 80)
+    for quantity, error in errors_at(trajectory, times).items():
+        if found.bound[quantity] is not None:
+            assert error <= found.bound[quantity]
