@@ -38,6 +38,7 @@ Columns = dict[str, Array]
 
 NEAR: Final = 1.15  # a bound so near the largest error found is not made better
 DEEPEST: Final = 24  # halvings of a step
+SETTLED: Final = 8  # after so many, what is not bounded in many parts is not bounded at all
 MOST: Final = 40_000  # parts of steps at a time: more are not cut
 ROUNDED: Final = 6 * UNIT  # relative: theta from a state, by roots and by the library's atan2
 ARC: Final = 1 + 1e-7  # of an angle below 1e-4 rad, to its sine
@@ -238,7 +239,7 @@ def bound(flow: Flow, steps: Steps, floor: Mapping[str, float]) -> Bound:
         for name, (error, all_of_it, least) in _bounded(flow, steps, (D, R), left, right).items():
             found[name] = max(found.get(name, 0.0), float(error.max(initial=0.0)))
             endless = ~np.isfinite(all_of_it)
-            if endless.sum() > 4 * k.size + 64:  # at a pole for a while, and not in passing
+            if depth >= SETTLED and endless.sum() > 4 * k.size + 64:  # it stays at a pole
                 proved[name] = np.inf
                 continue
             wide = ~(all_of_it <= NEAR * found[name] + least) | endless

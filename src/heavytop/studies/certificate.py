@@ -393,8 +393,9 @@ def collect(store: MemoryStore) -> Certificate:
 
 def _rounding(sizes: Mapping[str, float], flow: Flow, own: BinaryRun) -> dict[str, float]:
     """Return how far theta, phi and psi are off by being put together of turns and a rest."""
-    rate = flow.bounds.turning * own.integrator.pace * (1 if own.formulation == "axis" else 2)
-    phi = sizes["angle"] + rate * sizes["gap"] + 4 * math.pi
+    # of the two arguments that phi and psi are made of, each turns by pi in pi/sqrt(K) at most
+    turned = 2 * (math.sqrt(flow.bounds.stiffness) * own.integrator.pace * sizes["gap"] + math.pi)
+    phi = sizes["angle"] + turned + 2 * math.pi
     return {
         "axis": 0.0,
         "theta": 0.0,
