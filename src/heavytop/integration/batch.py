@@ -85,7 +85,7 @@ class Journey:
     limit : int
         Steps after which a top is given up.
     keep : bool
-        Whether states at zeros are kept: each costs as much as a whole top of a period or two.
+        Whether states at zeros are kept: each costs almost as much as a top of a period.
     """
 
     def __init__(
