@@ -86,7 +86,7 @@ class Journey:
     limit : int
         Steps after which a top is given up.
     keep : bool
-        Whether states at zeros are kept: each costs as much as a whole top of a period or two.
+        Whether states at zeros are kept: each costs almost as much as a top of a period.
     """
 
     def __init__(
@@ -127,7 +127,7 @@ class Journey:
         ndarray of int, shape (k,)
             Codes of `Lane`.
         Zeros
-            Of the event functions.
+            Of the event functions, in no order.
         """
         tops = np.flatnonzero(self.sound)
         tops = tops[np.argsort(self.ends[tops], kind="stable")]
@@ -141,7 +141,8 @@ class Journey:
                 except BaseException:  # the pool waits for its threads
                     self.halt.set()
                     raise
-        return self.reached * self.units, self.ending, joined(self.met)
+        met = Zeros(*map(np.concatenate, zip(*self.met, strict=True)))
+        return self.reached * self.units, self.ending, met
 
     def _advance(self, tops: Indices) -> None:
         """Integrate tops in full batches; those of a batch that was stopped go one by one."""
@@ -157,8 +158,8 @@ class Journey:
         self.ending[lanes[done & there]] = Lane.REACHED
         self.ending[lanes[done & sound & ~there]] = Lane.STEP_LIMIT
         if engine.found:
-            event, lane, t = np.array(engine.found).T
-            event, lane = event.astype(np.int64), lane.astype(np.int64)
+            t, place = np.array(engine.found).reshape(-1, 2).T
+            event, lane = np.divmod(place.astype(np.int64), width)
             batch = np.repeat(np.arange(len(lanes)), np.diff(marks))
             which = lanes[batch, lane]
             rows = np.frombuffer(b"".join(engine.rows)).reshape(which.size, self.kept)
@@ -183,21 +184,22 @@ class Journey:
         first = np.minimum(self.first[lanes], longest)
         last, reached = np.empty_like(states), np.empty_like(ends)
         marks = np.zeros(len(lanes) + 1, dtype=np.int64)
-        for i, target in enumerate(ends.tolist()):
+        # lists: of an array heyoka makes a number object of each element, and takes twice as long
+        bounds = zip(ends.tolist(), first.tolist(), longest.tolist(), strict=True)
+        for i, (target, bound, usual) in enumerate(bounds):
             taylor.set_time(0.0)
-            taylor.state[:] = states[i]
-            taylor.pars[:] = constants[i]
-            short = (first[i] < longest[i]).any()
-            some, left, bound = 1 if short else WINK, self.limit, first[i]
+            engine.state[:] = states[i]
+            engine.constants[:] = constants[i]
+            some, left = WINK if bound == usual else 1, self.limit
             lost: list[bool] = []
             while left > 0 and not any(lost) and not self.halt.is_set():
                 some = min(some, left)
-                taylor.propagate_until(ends[i], max_steps=some, max_delta_t=bound)
-                if taylor.time.tolist() == target:
+                taylor.propagate_until(target, max_steps=some, max_delta_t=bound)
+                if engine.time.tolist() == target:
                     break
                 lost = [each[0] == LOST for each in taylor.propagate_res]
-                some, left, bound = WINK, left - some, longest[i]
-            last[i], reached[i], marks[i + 1] = taylor.state, taylor.time, len(found)
+                some, left, bound = WINK, left - some, usual
+            last[i], reached[i], marks[i + 1] = engine.state, engine.time, len(found) // 2
             if any(lost):
                 reached[i, lost] = np.nan
         return last, reached, marks
@@ -207,8 +209,11 @@ class _Engine(NamedTuple):
     """Equations compiled for some tops at a time."""
 
     taylor: Any
-    loaded: tuple[str, ...]  # constants
-    found: list[tuple[int, int, float]]  # zeros: event, lane, time
+    state: Array  # heyoka's own arrays: looking them up takes time
+    constants: Array
+    time: Array
+    loaded: tuple[str, ...]  # names of the constants
+    found: list[float]  # of each zero its time, and its event and lane as one number
     rows: list[bytes]  # their states, if they are kept
 
 
@@ -217,30 +222,36 @@ def _engine(form: Formulation, events: tuple[str, ...], keep: bool) -> _Engine:
     """What a thread integrates with."""
     with _BUILDING:
         system, width = System.of(form, DOUBLE, events), hy.recommended_simd_size()
-        found: list[tuple[int, int, float]] = []
+        found: list[float] = []
         rows: list[bytes] = []
+        columns: list[Array] = []
         taylor = hy.taylor_adaptive_batch(
             system.equations,
             np.zeros((len(system.equations), width)),
             pars=np.zeros((len(system.loaded), width)),
             tol=TOLERANCE,
             nt_events=[
-                hy.nt_event_batch(zero, _recorder(i, found, rows if keep else None))
+                hy.nt_event_batch(zero, _recorder(i * width, found, rows, columns, keep))
                 for i, zero in enumerate(system.zeros)
             ],
         )
-        return _Engine(taylor, system.loaded, found, rows)
+        columns.extend(taylor.d_output.T)
+        own = taylor.state, taylor.pars, taylor.time
+        return _Engine(taylor, *own, system.loaded, found, rows)
 
 
-def _recorder(event: int, found: list[Any], rows: list[bytes] | None) -> Callable[..., None]:
+def _recorder(
+    place: int, found: list[float], rows: list[bytes], columns: list[Array], keep: bool
+) -> Callable[..., None]:
     """What heyoka calls at a zero; it keeps what it closes over, though it is copied."""
 
     def record(_taylor: Any, t: float, _sign: int, lane: int) -> None:
-        found.append((event, lane, t))
+        found.append(t)  # numpy reads a list of numbers at once, and one of tuples tuple by tuple
+        found.append(place + lane)
 
-    def record_state(taylor: Any, t: float, _sign: int, lane: int) -> None:
-        found.append((event, lane, t))
+    def record_state(taylor: Any, t: float, sign: int, lane: int) -> None:
+        record(taylor, t, sign, lane)
         taylor.update_d_output(t)
-        rows.append(taylor.d_output[:, lane].tobytes())  # type: ignore[union-attr]
+        rows.append(columns[lane].tobytes())
 
-    return record if rows is None else record_state
+    return record_state if keep else record

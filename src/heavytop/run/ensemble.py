@@ -229,7 +229,7 @@ def propagate_many(
         The longest step [s]. A step longer than the half of a nutation may pass over a turning
         point next to a start on one.
     states : bool
-        Whether states at the zeros are kept, for `Ensemble.met`; it takes twice the time.
+        Whether states at the zeros are kept, for `Ensemble.met`; it takes up to twice the time.
     digits : int
         Decimal digits of θ and the axis that are wanted at the ends: those that miss them, or may
         have a wrong number of events, are marked in `Ensemble.missed`; `propagate` computes one
