@@ -8,10 +8,12 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from textwrap import dedent
 
 import pytest
 from typer.testing import CliRunner
 
+from heavytop import Motion
 from heavytop.cli import app
 from heavytop.scene.scene import read_scene
 
@@ -137,6 +139,16 @@ def test_the_figures_of_the_readme_are_those_of_the_pages(page):
     for figure in QUOTED[page]:
         assert figure in text, figure
         assert figure.replace("e-0", "e-").replace("e+0", "e") in README, figure
+
+
+def test_the_first_change_of_contributing_is_a_scene_of_the_kind_it_says():
+    page = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+    [text] = re.findall(r"^ +```toml\n(.*?)^ +```", page, re.MULTILINE | re.DOTALL)
+    scene = read_scene(dedent(text))
+    verdict = Motion(scene.top, scene.start).verdict
+    assert f'("{verdict.kind}", {verdict.tags!r})'.replace("'", '"') in page
+    for name in re.findall(r"`((?:tests|validation|docs|src)/[\w./-]+)`", page):
+        assert (ROOT / name).exists() or "half-tilted" in name, name
 
 
 def test_every_verb_is_named_in_the_readme():
