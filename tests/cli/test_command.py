@@ -243,7 +243,9 @@ def test_where_what_is_wrong_cannot_be_said_the_exit_code_tells_it(words, code):
 
 
 @pytest.mark.processes
-@pytest.mark.parametrize("words", ["--help", "classify sicm-kicked"])
+@pytest.mark.parametrize(
+    "words", ["--help", "classify sicm-kicked", "cite", "reference sicm-kicked --times 0:1:0.5"]
+)
 def test_where_nobody_reads_it_ends_as_a_shell_says_of_a_closed_pipe(words):
     read, write = os.pipe()
     os.close(read)
