@@ -47,7 +47,7 @@ LESS = (
     (r"--periods \S+", "--periods 30"),
     (r"--ensemble \S+", "--ensemble 2"),
     (r"^(heavytop drift(?!.*--methods).*)", r"\1 --methods taylor-axis,strang"),
-    (r"(:[\d.]+):\d+", r"\1:24"),  # the pixels of an atlas
+    (r"(:[\d.]+):\d+(?![\d.])", r"\1:24"),  # the pixels of an atlas
     (r"^(heavytop workprec .*)", r"\1 --methods taylor-axis,strang --periods 5"),
     (r"^heavytop stress(?!.*--)", "heavytop stress --cases kick-1e-9"),
     (r"^(heavytop stress --cases.*)", r"\1 --methods auto,taylor-axis"),

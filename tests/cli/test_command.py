@@ -45,7 +45,7 @@ def ended(*words, **how):
 def test_help_lists_the_verbs_in_80_columns_and_the_exit_codes():
     text = CliRunner().invoke(app, ["-h"], terminal_width=80).stdout
     assert all(f"  {verb} " in text for verb in VERBS)
-    assert len(VERBS) == 17
+    assert len(VERBS) == 18
     assert "..." not in text.partition("Commands:")[2]
     assert "130 interrupted" in " ".join(text.split())
 
@@ -243,7 +243,9 @@ def test_where_what_is_wrong_cannot_be_said_the_exit_code_tells_it(words, code):
 
 
 @pytest.mark.processes
-@pytest.mark.parametrize("words", ["--help", "classify sicm-kicked"])
+@pytest.mark.parametrize(
+    "words", ["--help", "classify sicm-kicked", "cite", "reference sicm-kicked --times 0:1:0.5"]
+)
 def test_where_nobody_reads_it_ends_as_a_shell_says_of_a_closed_pipe(words):
     read, write = os.pipe()
     os.close(read)

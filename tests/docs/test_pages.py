@@ -8,18 +8,23 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from textwrap import dedent
 
 import pytest
 from typer.testing import CliRunner
 
+from heavytop import Motion
 from heavytop.cli import app
 from heavytop.scene.scene import read_scene
 
 from .pages_agree import agree, last_digit
+from .test_first_ten_minutes import follows
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 README = (ROOT / "README.md").read_text("utf-8")
+MORE = (DOCS / "more-to-try.md").read_text("utf-8")
+PRINTED = re.compile(r"<!-- begin ((?:run|classify) .*?) -->")
 VARIES = ("cost", "off the closed form", "event time")  # of the machine, or in the last digit
 SMALL = re.compile(r"-?\d(\.\d+)?e-1\d|-?0(?=\s|$)")
 
@@ -75,16 +80,30 @@ def stable(text):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("words", re.findall(r"<!-- begin ((?:run|classify) .*?) -->", README))
-def test_the_readme_shows_what_a_command_prints(words, tmp_path):
+@pytest.mark.parametrize("words", PRINTED.findall(MORE))
+def test_the_readme_and_the_page_of_the_rest_show_what_a_command_prints(words, tmp_path):
     asked = [*words.split(), *(["-o", str(tmp_path)] if words.startswith("run") else [])]
-    printed = CliRunner().invoke(app, asked).stdout
-    shown = README.split(f"<!-- begin {words} -->")[1].split("<!-- end")[0]
-    assert stable(printed) == stable(shown.replace("```text", "").replace("```", ""))
+    printed = stable(CliRunner().invoke(app, asked).stdout)
+    assert stable(block(MORE, words)) == printed
+    if words in PRINTED.findall(README):  # cut there
+        assert follows(stable(block(README, words)), printed)
 
 
-def test_the_scene_of_the_readme_is_a_scene():
-    [scene] = re.findall(r"^```toml\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
+def block(page, words):
+    """What a page shows of what a command prints."""
+    shown = page.split(f"<!-- begin {words} -->")[1].split("<!-- end")[0]
+    return shown.replace("```text", "").replace("```", "")
+
+
+def test_the_readme_is_short_and_shows_a_run():
+    lines = README.splitlines()
+    assert len(lines) <= 130
+    assert all(len(line) <= 100 or line.startswith("|") for line in lines)
+    assert set(PRINTED.findall(README)) == {"run sicm-kicked"} <= set(PRINTED.findall(MORE))
+
+
+def test_the_scene_of_the_page_is_a_scene():
+    [scene] = re.findall(r"^```toml\n(.*?)^```", MORE, re.MULTILINE | re.DOTALL)
     assert read_scene(scene).start.held == "omega3"
 
 
@@ -97,10 +116,49 @@ def test_the_python_of_the_readme_runs(tmp_path, monkeypatch, capsys):
 
 
 def test_every_file_and_link_of_the_readme_leads_somewhere():
-    for name in re.findall(r"`((?:tests|validation|docs)/[\w./-]+)`", README):
+    for name in re.findall(r"`((?:tests|validation|docs)/[\w./-]+)`", README + MORE):
         assert (ROOT / name).exists(), name
-    for link in re.findall(r"\]\(([^)#]+)", README):
+    for link in re.findall(r"(?:\]\(|src=\")([^)#\"]+)", README):
         assert link.startswith("https://") or (ROOT / link).exists(), link
+    for link, place in re.findall(r"\]\((docs/[^)#]+)#([^)]+)\)", README):
+        headings = re.findall(r"^#+ (.*)$", (ROOT / link).read_text("utf-8"), re.MULTILINE)
+        assert place in {re.sub(r"[^\w -]", "", x).lower().replace(" ", "-") for x in headings}
+
+
+# What else the README says in numbers, and where the package has them from.
+QUOTED = {
+    "docs/more-to-try.md": (
+        "2.8e-13 s",
+        "6.6e-8 s",
+        "within 1e-12",
+        "5e-15",
+        "5e-13",
+        "1 ulp √n",
+        "1.1×",
+        "3.1×",
+    ),
+    "docs/check-a-trajectory.md": ("1.1e-15", "285", "1.1e-07", "1.53e+04", "2.2e-09", "8.62e+03"),
+    "docs/drift.md": ("7.2e-05", "2.5e-09"),
+    "docs/validation.md": ("3.6e-15",),
+}
+
+
+@pytest.mark.parametrize("page", QUOTED)
+def test_the_figures_of_the_readme_are_those_of_the_pages(page):
+    text = (ROOT / page).read_text("utf-8")
+    for figure in QUOTED[page]:
+        assert figure in text, figure
+        assert figure.replace("e-0", "e-").replace("e+0", "e") in README, figure
+
+
+def test_the_first_change_of_contributing_is_a_scene_of_the_kind_it_says():
+    page = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+    [text] = re.findall(r"^ +```toml\n(.*?)^ +```", page, re.MULTILINE | re.DOTALL)
+    scene = read_scene(dedent(text))
+    verdict = Motion(scene.top, scene.start).verdict
+    assert f'("{verdict.kind}", {verdict.tags!r})'.replace("'", '"') in page
+    for name in re.findall(r"`((?:tests|validation|docs|src)/[\w./-]+)`", page):
+        assert (ROOT / name).exists() or "half-tilted" in name, name
 
 
 def test_every_verb_is_named_in_the_readme():

@@ -15,13 +15,6 @@ __all__ = ["EXIT_CODES", "Exit", "app", "exit_code", "main"]
 register(
     *(run.run, inspect.classify, inspect.plan, studies.drift, studies.resume, studies.atlas),
     *(studies.stress, studies.workprec, studies.certify, report.validate, inspect.reference),
-    *(
-        report.check,
-        report.report,
-        report.film,
-        report.explore,
-        inspect.scenes,
-        inspect.derive,
-        inspect.doctor,
-    ),
+    *(report.check, report.report, report.film, report.explore),
+    *(inspect.scenes, inspect.derive, inspect.cite, inspect.doctor),
 )

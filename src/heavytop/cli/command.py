@@ -227,6 +227,8 @@ def _answering(given: Mapping[str, Any]) -> Iterator[None]:
                 yield
             except errors.BadScene as bad:
                 raise _blamed(bad, given) from bad
+            except BrokenPipeError:  # of stdout, and not of a file
+                raise
             except OSError as error:  # of a verb that writes one file
                 if error.errno in FULL or not {"file", "pack"} & given.keys():
                     raise
