@@ -28,6 +28,7 @@ NEEDED = {
     "classify": {"top": TOP, "start": START},
     "classify_many": NUMBERS,
     "check": {"data": {"t": range(5), "theta": [0.1] * 5}, "scene": SCENE},
+    "certify": {"run": SCENE},
     "drift": {"scene": SCENE},
     "enclose": {"top": TOP, "start": START},
     "energy_momentum": {"top": TOP, "p_psi": "0.004"},

@@ -3,8 +3,8 @@
     python validation/45_certificates.py [runs] [periods]
 
 Random runs: tops, starts, forms and lengths drawn at random; the error at random times, at
-30 digits from the elliptic closed form, never exceeds the bound. A long run of the kicked top: the bound, the
-largest error, and the time that it takes.
+30 digits from the elliptic closed form, never exceeds the bound. A long run of the kicked top: the
+bound, the largest error, and the time that it takes.
 """
 
 import sys

@@ -29,6 +29,7 @@ PAGES = {
     "resume": "keeping.md",
     "atlas": "atlas.md",
     "stress": "where-methods-fail.md",
+    "certify": "certificates.md",
     "workprec": "work-precision.md",
     "validate": "validation.md",
     "reference": "reference-values.md",

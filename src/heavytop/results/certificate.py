@@ -36,6 +36,7 @@ class Certificate(Result):
     formulation : str
     projected : bool
     tolerance : float
+        Of a step, relative [1].
     steps : int
     t : float
         The end of the run [s]: the bounds hold for all times from the start to it.
@@ -43,7 +44,8 @@ class Certificate(Result):
         Proved: at no time is the error larger. Of the axis, as a length, and of theta, phi, psi
         [rad]. None where there is no bound, or where the run does not follow the angle.
     observed : dict from str to (float or None)
-        The largest error at the times that were looked at: no bound can be smaller.
+        The largest error at the times that were looked at, in the units of `bound` [rad]: no bound
+        can be smaller.
     turns : bool or None
         Whether the whole turns of phi and psi are proved too; else the bounds are of the angles
         but for whole turns.
