@@ -39,7 +39,8 @@ Columns = dict[str, Array]
 NEAR: Final = 1.15  # a bound so near the largest error found is not made better
 DEEPEST: Final = 24  # halvings of a step
 SETTLED: Final = 8  # after so many, what is not bounded in many parts is not bounded at all
-MOST: Final = 40_000  # parts of steps at a time: more are not cut
+MOST: Final = 200_000  # parts of steps at a time: more are not cut
+ROOT: Final = 1.4143  # |arccos a - arccos b| is less than this times the root of |a - b| < 1e-4
 ROUNDED: Final = 6 * UNIT  # relative: theta from a state, by roots and by the library's atan2
 ARC: Final = 1 + 1e-7  # of an angle below 1e-4 rad, to its sine
 
@@ -298,6 +299,9 @@ def _bounded(
             late = late if name == "psi" else np.fmin(late, G * b.speed * clock)
             rounded = UP * (G * plain + extra + q.rounding)
             total = UP * (np.fmin(sharp, crude) + rounded + late)
+            if flow.form.name == "cubic":  # at a pole the tilt is the root of a height
+                off_by = N + plain + b.speed * clock
+                total = np.fmin(total, ROOT * np.sqrt(off_by) + q.rounding)
             there = np.isfinite(own) & np.isfinite(G)
             found[name] = np.where(there, own, 0.0), total, UP * (rounded + speed * clock)
     return found

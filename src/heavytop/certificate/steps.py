@@ -24,6 +24,7 @@ Words = tuple[Array, Array]
 UNIT = 2.0**-53
 UP = 1 + 1e-12
 BEYOND = 1 + 2.0**-48  # of a step, for which its polynomial is bounded: labels of steps are rounded
+MANY = 4096  # times at a time, for the same reason
 FEW = 256  # steps at a time, whose coefficients stay in the cache
 
 
@@ -64,6 +65,13 @@ class Steps:
         The first is of the arithmetic here, the second of Horner's scheme in doubles, by which the
         integrator evaluates them, compensated or not.
         """
+        parts = (slice(i, i + MANY) for i in range(0, step.size, MANY))
+        found = [self._at(step[part], since[part]) for part in parts] or [self._at(step, since)]
+        words, twice, plain = zip(*found, strict=True)
+        high, low = (np.concatenate(each, axis=1) for each in zip(*words, strict=True))
+        return (high, low), np.concatenate(twice, axis=1), np.concatenate(plain, axis=1)
+
+    def _at(self, step: NDArray[np.intp], since: Array) -> tuple[Words, Array, Array]:
         c = self.coefficients[:, :, step]
         order = len(c) - 1
         x = c[order], np.zeros_like(c[order])

@@ -120,6 +120,7 @@ def certify(
     if isinstance(run, Scene):
         run = propagate(run)
     parameters = certificate_parameters(run)
+    _prepared(_key(json.loads(json.dumps(parameters))))  # refuses what has no certificate
     with open_store(place, parameters) as store:
         return complete(store, jobs=jobs, executor=executor, on_progress=progress)
 
@@ -394,7 +395,9 @@ def collect(store: MemoryStore) -> Certificate:
 def _rounding(sizes: Mapping[str, float], flow: Flow, own: BinaryRun) -> dict[str, float]:
     """Return how far theta, phi and psi are off by being put together of turns and a rest."""
     # of the two arguments that phi and psi are made of, each turns by pi in pi/sqrt(K) at most
-    turned = 2 * (math.sqrt(flow.bounds.stiffness) * own.integrator.pace * sizes["gap"] + math.pi)
+    turned = 2 * (
+        math.sqrt(max(flow.bounds.stiffness, 0.0)) * own.integrator.pace * sizes["gap"] + math.pi
+    )
     phi = sizes["angle"] + turned + 2 * math.pi
     return {
         "axis": 0.0,
@@ -428,7 +431,7 @@ def _turns(own: BinaryRun, flow: Flow, why: list[str]) -> bool:
     if counted is None:
         return False
     half = 1 if own.formulation == "attitude" else 2
-    turned = math.sqrt(flow.bounds.stiffness) * counted.apart * own.integrator.pace * half
+    turned = math.sqrt(max(flow.bounds.stiffness, 0.0)) * counted.apart * own.integrator.pace * half
     if turned < TURN * math.pi and math.isfinite(flow.bounds.turning):
         return True
     why.append("whole turns are not proved: the axis comes near to a pole")
