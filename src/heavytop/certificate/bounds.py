@@ -38,7 +38,7 @@ Columns = dict[str, Array]
 
 NEAR: Final = 1.15  # a bound so near the largest error found is not made better
 DEEPEST: Final = 24  # halvings of a step
-SETTLED: Final = 8  # after so many, what is not bounded in many parts is not bounded at all
+SETTLED: Final = 14  # after so many, what is not bounded in many parts is not bounded at all
 MOST: Final = 200_000  # parts of steps at a time: more are not cut
 ROOT: Final = 1.4143  # |arccos a - arccos b| is less than this times the root of |a - b| < 1e-4
 ROUNDED: Final = 6 * UNIT  # relative: theta from a state, by roots and by the library's atan2
