@@ -66,7 +66,7 @@ def main() -> None:
             continue
         proved += found.proved
         worst = max(worst, exceeded(run, found, np.random.default_rng(seed)))
-        if found.observed["theta"]:
+        if found.formulation != "cubic":  # at a pole its heights tell little of tilts
             ratios.append(found.bound["theta"] / found.observed["theta"])
     print(f"{proved} of {RUNS} random runs proved; bound of theta over the largest error found: "
           f"median {np.median(ratios):.2f}, largest {max(ratios):.2f}")  # fmt: skip

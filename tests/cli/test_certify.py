@@ -1,0 +1,63 @@
+"""`heavytop certify`: a scene, a stored run, what is refused, and exit codes."""
+
+import json
+
+import pytest
+
+import heavytop as ht
+from heavytop.results.certificate import Certificate
+
+from ..commands import heavytop_
+
+
+def test_a_scene_is_run_and_certified():
+    found = heavytop_("certify", "sicm-kicked")
+    assert found.exit_code == 0
+    for words in ("proved bound", "whole turns  proved", "turning      8, none missed"):
+        assert words in found.stdout
+
+
+def test_a_stored_run_has_the_certificate_of_its_scene(tmp_path):
+    run = tmp_path / "run"
+    assert heavytop_("run", "sicm-dropped", "--no-figures", "-o", run).exit_code == 0
+    stored = heavytop_("certify", run, "--json", "-o", tmp_path / "proof")
+    assert stored.exit_code == 0
+    known = json.loads(stored.stdout)
+    assert known["schema"] == "heavytop/certify/1"
+    assert known["bound"] == ht.certify(ht.load_scene("sicm-dropped")).bound
+    kept = Certificate.load(tmp_path / "proof" / "certify.json")
+    assert kept.bound == known["bound"]
+    again = heavytop_("resume", tmp_path / "proof", "--json")
+    assert json.loads(again.stdout)["bound"] == known["bound"]
+
+
+def test_a_stored_run_of_other_bits_is_refused(tmp_path):
+    path = tmp_path / "trajectory.nc"
+    ht.propagate(ht.load_scene("sicm-kicked")).save(path)
+    import h5py
+
+    with h5py.File(path, "r+") as file:
+        file["states"][200, 0] += 1e-13
+    found = heavytop_("certify", tmp_path)
+    assert found.exit_code == 3
+    assert "its samples are others" in found.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "says"),
+    [
+        (("sicm-kicked", "--formulation", "lagrange"), 3, "not quadratic"),
+        (("sicm-kicked", "--set", "want.digits=30"), 3, "more digits than doubles"),
+        (("no-such-scene",), 3, "no-such-scene"),
+    ],
+)
+def test_what_has_no_certificate_is_refused(words, code, says):
+    found = heavytop_("certify", *words)
+    assert found.exit_code == code
+    assert says in " ".join(found.stderr.split())
+
+
+def test_options_of_a_run_do_not_go_with_a_folder(tmp_path):
+    ht.propagate(ht.load_scene("sicm-kicked")).save(tmp_path / "trajectory.nc")
+    found = heavytop_("certify", tmp_path, "--projected")
+    assert found.exit_code == 2
