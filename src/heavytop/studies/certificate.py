@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from heavytop.certificate.bounds import bound
-from heavytop.certificate.events import held
+from heavytop.certificate.events import Proof, held
 from heavytop.certificate.flow import Flow, TooCoarse
 from heavytop.certificate.run import BinaryRun, binary_run
 from heavytop.certificate.steps import UNIT
@@ -120,7 +120,6 @@ def certify(
     if isinstance(run, Scene):
         run = propagate(run)
     parameters = certificate_parameters(run)
-    _prepared(_key(json.loads(json.dumps(parameters))))  # refuses what has no certificate
     with open_store(place, parameters) as store:
         return complete(store, jobs=jobs, executor=executor, on_progress=progress)
 
@@ -157,12 +156,7 @@ def certificate_parameters(trajectory: Trajectory) -> Parameters:
         for i in firsts
     ]
     events = trajectory.events
-    times = {
-        event: _times(trajectory, event)
-        for event in ("turning", "reversal")
-        if event in events.asked
-    }
-    return {
+    parameters = {
         "kind": KIND,
         "scene": trajectory.scene.problem(),
         "run": own.document(),
@@ -171,11 +165,25 @@ def certificate_parameters(trajectory: Trajectory) -> Parameters:
         "states": width,
         "sizes": _sizes(trajectory),
         "told": _told(trajectory),
-        "events": times,
         "counts": {event: events.count(event) for event in KINDS_OF if event in events.asked},
-        "nutates": _nutates(trajectory.motion),
         "versions": versions(),
     }
+    return parameters | {"events": _held(trajectory, _key(parameters))}
+
+
+def _held(trajectory: Trajectory, key: str) -> dict[str, Any]:
+    """Hold turning points and reversals of a run against those of the exact motion."""
+    own, flow = _prepared(key)
+    pace, events, motion = own.integrator.pace, trajectory.events, trajectory.motion
+    found: dict[str, Any] = {}
+    for event in ("turning", "reversal"):
+        if event in events.asked:
+            here = events.of(event)
+            proof = Proof(None, 0.0, f"{event}: the nutation is below what doubles can tell")
+            if _nutates(motion):
+                proof = held(flow, event, (here.t * pace, here.t_low * pace), own.end * pace)
+            found[event] = {"proved": proof.proved, "off": proof.off / pace, "why": proof.why}
+    return found
 
 
 def _nutates(motion: Motion) -> bool:
@@ -193,12 +201,6 @@ def why_not(trajectory: Trajectory) -> str:
     if chosen.formulation not in FORMS:
         return f"the {chosen.formulation} form is not quadratic: one of {', '.join(FORMS)}"
     return ""
-
-
-def _times(trajectory: Trajectory, event: str) -> list[list[float]]:
-    """Return the times of events as double-doubles [s]."""
-    found = trajectory.events.of(event) if event == "turning" else trajectory.events.of("reversal")
-    return [found.t.tolist(), found.t_low.tolist()]
 
 
 def _sizes(trajectory: Trajectory) -> dict[str, float]:
@@ -298,7 +300,8 @@ def _print(point: Checkpoint, width: int) -> str:
 
 def _key(parameters: Parameters) -> str:
     kept = {name: parameters[name] for name in ("run", "steps", "states")}
-    return json.dumps(kept | {"last": parameters["legs"][-1]}, sort_keys=True)
+    last = {name: parameters["legs"][-1][name] for name in ("time", "state", "steps")}
+    return json.dumps(kept | {"last": last}, sort_keys=True)
 
 
 @lru_cache(maxsize=2)
@@ -355,24 +358,17 @@ def collect(store: MemoryStore) -> Certificate:
     for name, rounding in _rounding(asked["sizes"], flow, own).items():
         if bounds.get(name) is not None:
             bounds[name] += rounding + asked["told"].get(name, 0.0)
-    turns, events, time_bound = _turns(own, flow, why), {}, 0.0
-    if asked["events"] and not asked["nutates"]:
-        why.append("events: the nutation of the scene is below what doubles can tell")
-    for event, count in asked["counts"].items():
-        proved = None
-        if event in asked["events"] and asked["nutates"]:
-            pace = own.integrator.pace
-            high, low = (np.array(each) * pace for each in asked["events"][event])
-            proof = held(flow, event, (high, low), own.end * pace)
-            proved, off = proof.proved, proof.off / pace
-            time_bound = max(time_bound, off)
-            why += [proof.why] if proof.why else []
-        events[event] = ProvedEvents(count=count, proved=proved)
+    turns, known = _turns(own, flow, why), asked["events"]
+    why += [proof["why"] for proof in known.values() if proof["why"]]
+    events = {
+        event: ProvedEvents(count=count, proved=known.get(event, {}).get("proved"))
+        for event, count in asked["counts"].items()
+    }
     if "cusp" in events and "turning" in events:  # each is a turning point
         events["cusp"] = ProvedEvents(count=events["cusp"].count, proved=events["turning"].proved)
     if asked["steps"] == 0 and not flow.rests:
         raise NotCertified("the run took no step, though the axis moves")
-    known = [n for n in ("axis", "theta") if n in names]
+    least = [n for n in ("axis", "theta") if n in names]
     return Certificate(
         scene=Problem(**asked["scene"]),
         formulation=own.formulation,
@@ -384,8 +380,8 @@ def collect(store: MemoryStore) -> Certificate:
         observed={n: observed.get(n) for n in QUANTITIES},
         turns=turns if own.quadrature or own.formulation != "cubic" else None,
         events=events,
-        time_bound_s=time_bound if asked["events"] else None,
-        proved=all(bounds[n] is not None for n in known)
+        time_bound_s=max((proof["off"] for proof in known.values()), default=None),
+        proved=all(bounds[n] is not None for n in least)
         and all(each.proved is not False for each in events.values()),
         why=tuple(why),
         versions=asked["versions"],
