@@ -1,4 +1,4 @@
-"""Draw kicks.svg, steady.svg, kinds.svg, sicm-kicked.gif and the covers of the notebooks.
+"""Draw kicks.svg, steady.svg, kinds.svg, layers.svg, sicm-kicked.gif and the notebooks' covers.
 
     .venv/bin/python docs/draw.py [DIR]
 
@@ -19,7 +19,7 @@ import heavytop as ht
 from heavytop.analytic import steady
 from heavytop.plots.figures import View, save
 from heavytop.plots.sphere import PUSH, axis_path, kind_panel, touched
-from heavytop.plots.style import BLUE, FAINT, GREEN, ORANGE, PURPLE
+from heavytop.plots.style import BLUE, FAINT, GREEN, ORANGE, PURPLE, SKY, YELLOW
 from heavytop.plots.style import KINDS as LOOKS
 from heavytop.plots.theory import steady_errors
 
@@ -168,6 +168,47 @@ def kind(ax, name, title, tag, seconds, seen):
     ax.text(0.5, -0.175, view.words, fontsize=7.5, color="#6B7280", **at)
 
 
+# --- the layers of the package, for docs/architecture.md -----------------------------------------
+
+LAYERS = (  # from the top: a folder imports only from those in the rows below it
+    (("cli", "the command line", FAINT),),
+    (("report", "tables, pages, notebooks", FAINT),),
+    (("plots", "figures and films", FAINT), ("claims", "what is validated", FAINT)),
+    (("studies", "many runs: drift, work–precision, stress, atlas", YELLOW),),
+    (("certificate", "proved error bounds of a run", YELLOW),),
+    (("results", "what commands return, and its JSON", YELLOW),),
+    (("run", "plan, trajectory, events, errors", YELLOW),
+     ("checking", "trajectories of others", YELLOW)),
+    (("analytic", "closed form", GREEN), ("integration", "Taylor series, heyoka", SKY),
+     ("comparison", "other integrators", SKY)),
+    (("classification", "kinds of motion, proved", GREEN),
+     ("equations", "Lagrangian to formulations, sympy", SKY)),
+    (("scene", "top, start, scene file", FAINT),),
+    (("numbers", "exact numbers and intervals", FAINT),),
+)  # fmt: skip
+
+
+def layers():
+    """Return the picture of the folders: rows in the order in which they may import."""
+    figure = Figure(figsize=(8.4, 6.6))
+    ax = figure.subplots()
+    figure.subplots_adjust(0.01, 0.01, 0.99, 0.99)
+    for level, row in enumerate(LAYERS):
+        width = 10.0 / len(row)
+        for place, (folder, what, colour) in enumerate(row):
+            box = (place * width + 0.06, -level + 0.09), width - 0.12, 0.82
+            ax.add_patch(Rectangle(*box, fc=colour, ec=colour, alpha=0.3))
+            middle = (place + 0.5) * width
+            ax.text(middle, 0.65 - level, f"{folder}/", ha="center", va="center", weight="bold")
+            ax.text(middle, 0.3 - level, what, ha="center", va="center", fontsize="small")
+    arrow = {"arrowstyle": "->", "color": "#444444"}
+    ax.annotate("", (10.35, 1.5 - len(LAYERS)), (10.35, 0.5), arrowprops=arrow)
+    ax.text(10.6, 0.5 - len(LAYERS) / 2 + 0.5, "imports", rotation=270, ha="center", va="center")
+    ax.set(xlim=(0, 10.9), ylim=(1 - len(LAYERS), 1))
+    ax.axis("off")
+    return figure
+
+
 # --- the covers of the notebooks, on the first page ----------------------------------------------
 
 COVER = (2.4, 1.6)
@@ -256,6 +297,7 @@ COVERS = {
 
 if __name__ == "__main__":
     where = Path(sys.argv[1]) if len(sys.argv) > 1 else IMAGES
+    save(layers(), where / "layers.svg")
     save(sweep(), where / "steady.svg")
     with mpl.rc_context({"path.simplify_threshold": 0.5}):  # a smaller file, alike to the eye
         save(ladder(), where / "kicks.svg")

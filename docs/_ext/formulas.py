@@ -48,7 +48,7 @@ def inline(writer: Any, node: nodes.Element) -> None:
 
 def displayed(writer: Any, node: nodes.Element) -> None:
     """Write a formula on lines of its own, which a narrow window scrolls."""
-    writer.body.append(f'<div style="overflow-x: auto">{mathml(node, as_block=True)}</div>\n')
+    writer.body.append(f'<div style="overflow: auto hidden">{mathml(node, as_block=True)}</div>\n')
     raise nodes.SkipNode
 
 

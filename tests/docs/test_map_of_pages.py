@@ -1,0 +1,58 @@
+"""Where a page stands, and where it says that something is: the parts of docs/, and the files."""
+
+import importlib.util
+import re
+import tomllib
+from collections import Counter
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+SOURCE = ROOT / "src" / "heavytop"
+PARTS = ["Tutorials", "How-to guides", "Reference", "Explanation"]
+TREE = re.compile(r"^```\{toctree\}\n((?::[^\n]*\n)*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+
+def pages_of(index):
+    """The pages that the contents of one page name, by their paths."""
+    for options, names in TREE.findall(index.read_text("utf-8")):
+        for name in names.split():
+            if ":glob:" in options and "*" in name:
+                yield from index.parent.glob(f"{name}.md")
+            else:
+                yield (index.parent / f"{name}.md").resolve()
+
+
+def test_every_page_is_in_one_part_and_in_one_only():
+    every = {path for path in DOCS.rglob("*.md") if "_ext" not in path.parts}
+    placed = Counter(page for index in every for page in pages_of(index))
+    assert placed.keys() == every - {DOCS / "index.md"}
+    assert set(placed.values()) == {1}
+
+
+def test_the_first_page_has_four_parts():
+    text = (DOCS / "index.md").read_text("utf-8")
+    assert re.findall(r"^:caption: (.*)$", text, re.MULTILINE) == PARTS
+    assert text.index("notebook-2.svg") < text.index("{toctree}")
+
+
+def test_the_architecture_names_files_that_exist():
+    text = (DOCS / "architecture.md").read_text("utf-8")
+    below = text.split("## What else is where")[1]
+    for name in re.findall(r"`([\w./-]+/[\w.-]+\.\w+)`", text):
+        assert (SOURCE / name).exists() or (ROOT / name).exists(), name
+    for folder, inside in re.findall(r"^\| `(\w+)/`[^,|]*\|(.*)\|$", below, re.MULTILINE):
+        place = SOURCE if folder == "heavytop" else SOURCE / folder
+        for name in re.findall(r"`([\w.]+\.py)`", inside):
+            assert (place / name).exists(), f"{folder}/{name}"
+
+
+def test_the_picture_of_the_layers_has_those_of_the_package():
+    spec = importlib.util.spec_from_file_location("draw", DOCS / "draw.py")
+    draw = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(draw)
+    drawn = [{folder for folder, *_ in row} for row in draw.LAYERS]
+    tools = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]
+    contract = tools["importlinter"]["contracts"][0]["layers"][1:-1]  # without __main__, the tools
+    kept = [set(re.findall(r"\w+", row)) for row in contract]
+    assert [row for row in drawn if (SOURCE / next(iter(row))).is_dir()] == kept
