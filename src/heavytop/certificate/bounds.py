@@ -36,7 +36,7 @@ from heavytop.numbers.double_double import add
 Array = NDArray[np.float64]
 Columns = dict[str, Array]
 
-NEAR: Final = 1.15  # a bound so near the largest error found is not made better
+NEAR: Final = 1.4  # a bound so near the largest error found is not made better
 DEEPEST: Final = 24  # halvings of a step
 SETTLED: Final = 14  # after so many, what is not bounded in many parts is not bounded at all
 MOST: Final = 200_000  # parts of steps at a time: more are not cut
@@ -271,30 +271,27 @@ def _bounded(
     N = between(left.size, right.size, width, m, D)
     plain, off = np.maximum(left.plain, right.plain), np.maximum(left.off, right.off)
     aside = np.maximum(left.aside, right.aside)
-    room = UP * (b.speed * (width + clock) + D * width + 2 * N + plain)
     if not (N.max(initial=0.0) < MARGIN / 10 and not np.isnan(N).any()):
-        return _nothing(flow, left, right, room)
-    first = quantities(flow, left.states, left.apart, room)
-    second = quantities(flow, right.states, right.apart, room)
-    rates = flow.system.field(left.states)
-    if flow.quadrature:
-        side, momentum, frame = flow.quadrature
-        rates = np.concatenate((rates, [momentum / (1 + side * left.states[2]) - frame]))
-    moving = quantities(flow, left.states, rates, room)
+        return _nothing(flow, left)
+    spare = D * width + 2 * N + plain + b.speed * clock
+    first, moving = _at(flow, left, width, spare)
+    second, _ = _at(flow, right, width, spare)
     found = {}
     with np.errstate(invalid="ignore", over="ignore"):
         for name, q in first.items():
-            G, H = q.gradient, q.hessian
-            own = np.maximum(np.abs(q.error), np.abs(second[name].error))
+            other = second[name]
+            G, H = np.maximum(q.gradient, other.gradient), np.maximum(q.hessian, other.hessian)
+            aside_rate = np.maximum(q.aside, other.aside)
+            own = np.maximum(np.abs(q.error), np.abs(other.error))
             step = G * (b.jacobian * N + D) + H * b.speed * N
             crude, extra = G * N, np.zeros_like(N)
             if name == "psi" and flow.quadrature:
-                least = np.sqrt(abs(flow.quadrature.momentum) / q.aside)
-                step = step + q.aside * N + R / least
+                least = np.sqrt(abs(flow.quadrature.momentum) / aside_rate)
+                step = step + aside_rate * N + R / least
                 crude, extra = np.full_like(N, np.inf), aside
             sharp = UP * own + G * off + width / 2 * step + H * (N + plain) ** 2
             speed = np.abs(moving[name].error)
-            turned = width * (G * b.jacobian * b.speed + H * b.speed**2 + q.aside * b.speed)
+            turned = width * (G * b.jacobian * b.speed + H * b.speed**2 + aside_rate * b.speed)
             late = (speed + turned) * clock
             late = late if name == "psi" else np.fmin(late, G * b.speed * clock)
             rounded = UP * (G * plain + extra + q.rounding)
@@ -307,13 +304,33 @@ def _bounded(
     return found
 
 
-def _nothing(
-    flow: Flow, left: Anchors, right: Anchors, room: Array
-) -> dict[str, tuple[Array, Array, Array]]:
+def _at(
+    flow: Flow, anchors: Anchors, width: Array, spare: Array
+) -> tuple[Mapping[str, Quantity], Mapping[str, Quantity]]:
+    """Return quantities at anchors, to first order in what the states are off, and in time.
+
+    Their derivatives are bounded over half of an interval so wide. Half of one takes the states
+    as far as their speed there and its greatest change can, and all errors that much farther.
+    """
+    b, weights = flow.bounds, np.array(flow.system.weights)[:, None]
+    rates = flow.system.field(anchors.states[: len(weights)])
+    speed = np.sqrt(((weights * rates) ** 2).sum(axis=0))
+    half = width / 2
+    gone = np.minimum(b.speed * half, speed * half + b.jacobian * b.speed * half**2 / 2)
+    room = UP * (gone + spare)
+    if flow.quadrature:
+        side, momentum, frame = flow.quadrature
+        rates = np.concatenate((rates, [momentum / (1 + side * anchors.states[2]) - frame]))
+    return tuple(  # type: ignore[return-value]
+        quantities(flow, anchors.states, change, room) for change in (anchors.apart, rates)
+    )
+
+
+def _nothing(flow: Flow, left: Anchors) -> dict[str, tuple[Array, Array, Array]]:
     """Return that nothing is bounded: the run is too far from the exact motion."""
-    names = quantities(flow, left.states, left.apart, room)
-    endless = np.full_like(room, np.inf)
-    return dict.fromkeys(names, (0 * room, endless, 0 * room))
+    zero = np.zeros_like(left.size)
+    names = quantities(flow, left.states, left.apart, zero)
+    return dict.fromkeys(names, (zero, np.full_like(zero, np.inf), zero))
 
 
 def _taken(anchors: Anchors, keep: NDArray[np.bool_]) -> Anchors:

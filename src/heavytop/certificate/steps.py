@@ -65,6 +65,9 @@ class Steps:
         The first is of the arithmetic here, the second of Horner's scheme in doubles, by which the
         integrator evaluates them, compensated or not.
         """
+        if not since.any():  # the states from which steps begin are doubles
+            x = self.coefficients[0][:, step]
+            return (x, np.zeros_like(x)), np.zeros_like(x), np.zeros_like(x)
         parts = (slice(i, i + MANY) for i in range(0, step.size, MANY))
         found = [self._at(step[part], since[part]) for part in parts] or [self._at(step, since)]
         words, twice, plain = zip(*found, strict=True)
