@@ -98,7 +98,7 @@ def test_stress_explains_the_marks_that_occur_and_what_failed():
     ]  # fmt: skip
     rows = dict(notes.rows)
     assert rows["sing singular"] == "no numbers"
-    assert rows["?"].startswith("nothing to tell")
+    assert rows["?"].startswith("undetermined")
     assert rows["cusp"] == "singular: m, n: stopped"
     assert rows["skipped"] == "no time: x/y"
     assert rows["auto"] == "silently wrong: z"

@@ -230,7 +230,7 @@ def _setting(skipped: Known) -> str:
 
 # --- where methods fail --------------------------------------------------------------------------
 
-UNTOLD_RULE: Final = "nothing to tell: conditioning leaves no digits, and what is there is chance"
+UNTOLD_RULE: Final = "undetermined: conditioning leaves no digits, so that agreement is chance"
 
 
 def stress_parts(document: Known) -> Iterator[Line]:

@@ -506,7 +506,7 @@ def judged(found: Attempt, truth: CaseReference, case: str, method: MethodSettin
     untold = truth.hopeless and not found.more_bits
     turns = [round(angle / math.tau) for angle in off]
     notes = [
-        "nothing to tell: no digits left" if untold else "",
+        "undetermined: no digits are left" if untold else "",
         why,
         ", ".join(
             f"{angle} is off by {n:+d} turn{'s'[: abs(n) > 1]}"  # which the axis does not see
