@@ -249,9 +249,9 @@ def catch(plant: Plant, names: Sequence[str]) -> list[str]:
 
 def table(rows: list[tuple[Plant, list[str]]]) -> str:
     """The plants as a table of the documentation."""
-    lines = ["| planted | caught by | for instance |", "|---|--:|---|"]
+    lines = ["| planted error | claims that catch it | for instance |", "|---|--:|---|"]
     for plant, names in rows:
-        shown = ", ".join(f"`{name}`" for name in plant.quick[:4])
+        shown = ", ".join(f"`{name}`" for name in plant.quick[:2])
         lines.append(f"| {plant.name} (`{plant.file}`) | {len(names)} | {shown} |")
     return "\n".join(lines)
 
