@@ -410,7 +410,10 @@ def test_the_workers_of_a_scheduler_write_the_same_files(made, tmp_path, monkeyp
     run = tmp_path / "run"
     run.mkdir()
     (run / "trajectory.nc").touch()
-    assert "for studies; this is a run" in heavytop_("resume", run, "--scheduler", ADDRESS).stderr
+    assert (
+        "is only for studies, and this folder holds a run"
+        in heavytop_("resume", run, "--scheduler", ADDRESS).stderr
+    )
 
 
 def test_dask_that_is_missing_is_named_before_anything_is_made(monkeypatch, tmp_path):

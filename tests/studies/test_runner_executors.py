@@ -143,7 +143,7 @@ def test_a_worker_with_other_versions_is_refused_by_name(tmp_path):
         toy.done(tmp_path / "study", other, executor=pool)
     assert str(refusal.value).startswith(f"process {os.getpid()} on ")
     found = f'versions.heyoka: "{versions()["heyoka"]}" there, "7.0.0" here'
-    assert str(refusal.value).endswith(f"a worker unlike this study: {found}")
+    assert str(refusal.value).endswith(f"this worker does not match the study: {found}")
     assert exit_code(refusal.value) == 3
     assert list(results(tmp_path / "study")) == ["study.json"]
 
