@@ -61,7 +61,7 @@ def test_above_the_threshold_nothing_can_be_gone_around():
     with pytest.raises(ht.ImpossibleStart, match="E_prime: at least"):
         diagram.circuit(diagram.around(0.01))
     for p_psi in (SLEEPS, THRESHOLD):
-        with pytest.raises(ht.ImpossibleStart, match="nothing is there to go around"):
+        with pytest.raises(ht.ImpossibleStart, match="focus-focus point at least"):
             energy_momentum(BOOK, p_psi).circuit()
 
 

@@ -97,7 +97,7 @@ def test_what_it_cannot_do_is_told(mine, words, code, told):
 def test_what_the_data_are_of_has_to_be_said(mine, tmp_path):
     needed = heavytop_(*mine[:2], *mine[4:])
     assert needed.exit_code == 3
-    assert "a scene, or its top alone, has to say what the data are of" in needed.stderr
+    assert "give the scene of the data, or a file with only its [top]" in needed.stderr
     assert heavytop_("check", tmp_path / "none.csv").exit_code == 3
     assert "t: a column of at least 5 times" in heavytop_(*mine[:4]).stderr
 

@@ -68,7 +68,7 @@ def test_work_and_precision_names_the_cheapest_the_next_and_what_was_left_out():
               "rivals": {"run": [], "left_out": ["strang"]}}  # fmt: skip
     found = said(alone)
     assert "the Taylor integrator's best" in found["θ to 1e-6"][0]
-    assert found["rivals"][0].startswith("NO RIVAL WAS RUN")
+    assert found["rivals"][0].startswith("NO OTHER INTEGRATOR WAS RUN")
 
 
 def test_a_method_is_summed_up_by_its_cheapest_and_its_best():

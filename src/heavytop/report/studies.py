@@ -376,9 +376,12 @@ def energy_momentum_parts(document: Known) -> Iterator[Line]:
     yield "upright", _place(document["standing"])
     yield "hanging", _place(document["hanging"])
     if document["thread"] is None:
-        yield "thread", f"none: {'no weight' if ratio is None else 'an upright top sleeps'}"
+        yield "focus–focus", f"none: {'no weight' if ratio is None else 'an upright top sleeps'}"
     else:
-        yield "thread", f"{_place(document['thread'])}, {document['depth']:.6g} J above the edge"
+        yield (
+            "focus–focus",
+            f"{_place(document['thread'])}, {document['depth']:.6g} J above the edge",
+        )
     if circuit := document["circuit"]:
         yield "Δφ around it", f"{circuit['winding']:+d} turn"
         yield "Δψ around it", f"{circuit['spin_winding']:+d} turn"
@@ -507,7 +510,7 @@ RESULTS: Final[Mapping[str, ResultKind]] = {
               "kinds, and the edge of steady precession",
               "edge start standing hanging thread window circuit"),
         Chart("theory.critical_set_figure", "the critical set over all p_ψ: two sheets of steady "
-              "precession, and the thread", "critical_set.sheets critical_set.thread "
+              "precession, and the focus–focus line", "critical_set.sheets critical_set.thread "
               "critical_set.sleeping critical_set.hanging"),)),
     "check": ResultKind("Check", check_parts, (
         Chart("studies.check_figure", "errors of the trajectory over time, and how far it runs "
