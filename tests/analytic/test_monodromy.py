@@ -100,7 +100,7 @@ def test_the_derivatives_along_the_loop_add_up_to_a_turn(name):
         (lambda d: d.circuit(lambda s: (0.01 * s, 0.1)), "closed"),
         (lambda d: d.circuit(points=2), "3 points"),
         (lambda _: energy_momentum(ht.Top(1, 1, 1), 1).circuit(ellipse((1.0, 1.0), (0.0, 0.0))),
-         "off the critical set"),
+         "avoid the critical set"),
     ],
 )  # fmt: skip
 def test_refusals_say_what_would_be_right(act, says):
