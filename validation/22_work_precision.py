@@ -24,7 +24,8 @@ from heavytop.report.tables import Table
 BUDGET = next((float(x) for x in sys.argv[1:] if x != "write"), 240.0)
 FOLDER = Path(__file__).parent / "out" / "work-precision"
 LEAST = 1e-6  # errors from there down
-HEADINGS = ("method", *TARGETS, "best", "evaluations", "setup [s]", "right-hand side in")
+HEADINGS = ("method", *TARGETS, "best", "set-up [s]")
+FASTEST = ("error at most", "fastest", "next (Taylor or other)", "times as long")
 AT = "1e-9"  # where methods are compared
 COMPARED = {
     "the best splitting": ("strang", "blanes-moan-rkn6", "kahan-li8", "sofroniou-spaletta10"),
@@ -39,10 +40,12 @@ COMPARED = {
 
 
 def table(document):
-    """A row for each method, then who is cheapest, and how much slower the others are."""
+    """A row for each method, then who is fastest, and how much slower the others are."""
     rows = tuple(map(row, summaries(document["points"])))
-    notes = (*leaders(document), *slower(document), *where_rivals_lead(document), *others(document))
-    return "\n".join([Table(HEADINGS, rows).markdown, "", *notes])
+    first = (*leaders(document), *where_rivals_lead(document))
+    notes = (*slower(document), *others(document))
+    tables = (Table(HEADINGS, rows).markdown, Table(FASTEST, first, left=4).markdown)
+    return "\n\n".join([*tables, "\n".join(notes)])
 
 
 def row(each):
@@ -50,9 +53,7 @@ def row(each):
     best = each.best
     name = f"`{each.name}`" if best["digits"] is None else f"{each.name}: `{best['stands_for']}`"
     within = ["–" if point is None else timed(point) for point in each.within]
-    evaluations = f"{best['rhs_evaluations'] / best['periods']:.3g}"
-    return (name, *within, f"{error(best).strip()} in {timed(best)}", evaluations,
-            f"{each.setup_s:.2g}", best["language"])  # fmt: skip
+    return (name, *within, f"{error(best).strip()} in {timed(best)}", f"{each.setup_s:.2g}")
 
 
 def timed(point):
@@ -65,15 +66,14 @@ def timed(point):
 
 def leaders(document):
     """Who is cheapest within each bound, and the best of the other side."""
-    for words, name in (("the axis", "cheapest"), ("θ alone", "cheapest_theta")):
+    for words, name in (("axis", "cheapest"), ("θ", "cheapest_theta")):
         for bound in TARGETS:
             first = document[name][bound]
             if first is None:
                 continue
-            line = f"- {words} to {bound}: {shown(first)}"
-            if other := first["against"]:
-                line += f"; then {shown(other)}, {first['ratio']:.2f} times as long"
-            yield line
+            other = first["against"]
+            second = (shown(other), f"{first['ratio']:.2f}") if other else ("–", "–")
+            yield f"{words} {bound}", shown(first), *second
 
 
 def slower(document):
@@ -88,15 +88,15 @@ def slower(document):
             told.append(f"{words} {least['us_per_period'] / unit:.3g} times (`{least['method']}`)")
         elif of:
             best = min(of, key=lambda p: p["error"])
-            told.append(f"{words} not at all: {best['error']:.1e} at best, "
-                        f"in {best['us_per_period'] / unit:.3g} times that")  # fmt: skip
-    yield f"- beside {shown(first)}, to an axis good to {AT} others take: {'; '.join(told)}"
+            told.append(f"{words} reaches only {best['error']:.1e}, in "
+                        f"{best['us_per_period'] / unit:.3g} times")  # fmt: skip
+    yield (f"- Time for an axis error of {AT}, as a multiple of {shown(first)}: "
+           f"{'; '.join(told)}.")  # fmt: skip
     rival = first["against"]
     for each in (first, *([rival] if rival else [])):
         setup = document["points"][each["point"]]["setup_s"]
         periods = setup / (each["us_per_period"] * 1e-6)
-        yield (f"- setting up `{each['method']}` takes as long as {periods:.2g} periods of it: a "
-               "shorter run costs what setting up costs")  # fmt: skip
+        yield f"- Setting up `{each['method']}` takes as long as {periods:.2g} periods of its run."
 
 
 def where_rivals_lead(document):
@@ -111,10 +111,10 @@ def where_rivals_lead(document):
         first, ours = (min(side, key=lambda p: p["us_per_period"]) for side in sides)
         ratio = ours["us_per_period"] / first["us_per_period"]
         if ratio > 1:
-            led.setdefault(f"{shown(first)}; then {shown(ours)}, {ratio:.2f} times as long",
+            led.setdefault((shown(first), shown(ours), f"{ratio:.2f}"),
                            []).append(f"1e-{k}" if k else "1")  # fmt: skip
-    for words, bounds in led.items():
-        yield f"- the axis to {', '.join(bounds)}: {words}"
+    for cells, bounds in led.items():
+        yield f"axis {', '.join(bounds)}", *cells
 
 
 def others(document):
@@ -122,9 +122,9 @@ def others(document):
     asked = (p for p in document["points"] if p["method"] == "auto")
     six = next(p for p in asked if (p["wants"], p["digits"]) == ("axis", 6))
     ratio = six["us_per_period"] / document["cheapest"]["1e-6"]["us_per_period"]
-    yield f"- `auto`, asked for 6 digits of the axis: {ratio:.2f} times the cheapest to 1e-6"
+    yield f"- `auto` with 6 digits of the axis takes {ratio:.2f} times the fastest to 1e-6."
     if names := dict.fromkeys(each["method"] for each in document["skipped"]):
-        yield f"- left out at some settings: {', '.join(names)}"
+        yield f"- Left out at some settings: {', '.join(names)}."
 
 
 def shown(point):

@@ -13,21 +13,21 @@ from heavytop.report.tables import Table, grouped, size
 SKIPPED = "skipped"
 
 
-HEAD = ("claim", "what is measured", "held", "whose numbers", "measured", "bound")
+HEAD = ("claim", "what is measured", "measured", "bound")
 
 
 def row(claim):
     measured = SKIPPED if claim["measured"] is None else size(claim["measured"])
-    return (f"`{claim['id']}`", claim["statement"], ", ".join(claim["holds"]), claim["numbers"],
-            measured, f"{claim['bound']:.2g}")  # fmt: skip
+    return f"`{claim['id']}`", claim["statement"], measured, f"{claim['bound']:.2g}"
 
 
 def table(document):
-    """A heading and a table for each authority."""
-    return "\n\n".join(
-        f"**{authority}**\n\n{Table(HEAD, tuple(map(row, claims)), left=4).markdown}"
-        for (authority,), claims in grouped(document["claims"], "authority").items()
-    )
+    """One table: a row for each authority, with whose numbers it gives, above its claims."""
+    rows = []
+    for (authority,), claims in grouped(document["claims"], "authority").items():
+        origins = ", ".join(sorted({claim["numbers"] for claim in claims}))
+        rows += [("", f"**{authority}** ({origins})", "", ""), *map(row, claims)]
+    return Table(HEAD, tuple(rows), left=2).markdown
 
 
 rewrite("validation.md", "claims", table(json.load(sys.stdin)))

@@ -249,10 +249,9 @@ def catch(plant: Plant, names: Sequence[str]) -> list[str]:
 
 def table(rows: list[tuple[Plant, list[str]]]) -> str:
     """The plants as a table of the documentation."""
-    lines = ["| planted | caught by | for instance |", "|---|--:|---|"]
+    lines = ["| planted error | claims that catch it | one of them |", "|---|--:|---|"]
     for plant, names in rows:
-        shown = ", ".join(f"`{name}`" for name in plant.quick[:4])
-        lines.append(f"| {plant.name} (`{plant.file}`) | {len(names)} | {shown} |")
+        lines.append(f"| {plant.name} (`{plant.file}`) | {len(names)} | `{plant.quick[0]}` |")
     return "\n".join(lines)
 
 

@@ -179,7 +179,7 @@ class ForeignWorker(ForeignFile):
         self.worker, self.differences = worker, tuple(differences)
 
     def __str__(self) -> str:
-        return f"{self.worker}: a worker unlike this study: {'; '.join(self.differences)}"
+        return f"{self.worker}: this worker does not match the study: {'; '.join(self.differences)}"
 
 
 class NoScheduler(HeavyTopError):
@@ -293,9 +293,9 @@ class Outcome(StrEnum):
 
 _SENTENCES = {
     Outcome.FINISHED: "the whole span was integrated",
-    Outcome.SINGULAR: "the equations are singular, or overflow, where the motion went",
+    Outcome.SINGULAR: "the equations became singular or overflowed",
     Outcome.STEP_LIMIT: "the limit on the number of steps was reached",
-    Outcome.INTERRUPTED: "it was interrupted",
+    Outcome.INTERRUPTED: "the run was interrupted",
 }
 
 
@@ -380,8 +380,8 @@ class StoppedEarly(HeavyTopError):
 
     def __str__(self) -> str:
         if self.folder is None:
-            return f"{self.why}; without a folder nothing is kept"
-        return f"{self.why}; what was done is in {self.folder}, and this goes on:\n{self.command}"
+            return f"{self.why}; nothing was kept, as there is no folder"
+        return f"{self.why}; the partial result is in {self.folder}; resume with:\n{self.command}"
 
 
 def resuming(folder: Path) -> str:

@@ -61,7 +61,7 @@ def test_above_the_threshold_nothing_can_be_gone_around():
     with pytest.raises(ht.ImpossibleStart, match="E_prime: at least"):
         diagram.circuit(diagram.around(0.01))
     for p_psi in (SLEEPS, THRESHOLD):
-        with pytest.raises(ht.ImpossibleStart, match="nothing is there to go around"):
+        with pytest.raises(ht.ImpossibleStart, match="focus-focus point at least"):
             energy_momentum(BOOK, p_psi).circuit()
 
 
@@ -100,7 +100,7 @@ def test_the_derivatives_along_the_loop_add_up_to_a_turn(name):
         (lambda d: d.circuit(lambda s: (0.01 * s, 0.1)), "closed"),
         (lambda d: d.circuit(points=2), "3 points"),
         (lambda _: energy_momentum(ht.Top(1, 1, 1), 1).circuit(ellipse((1.0, 1.0), (0.0, 0.0))),
-         "off the critical set"),
+         "avoid the critical set"),
     ],
 )  # fmt: skip
 def test_refusals_say_what_would_be_right(act, says):

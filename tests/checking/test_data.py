@@ -148,7 +148,7 @@ def test_a_component_that_is_named_goes_with_usual_ones():
 FIVE = {"t": range(5)}
 FAULTS = {
     "t: a column of at least 5 times": {"theta": [1, 2]},
-    "t: times go one way": {"t": [0, 1, 1, 2, 3], "theta": [1] * 5},
+    "t: the times must increase or decrease": {"t": [0, 1, 1, 2, 3], "theta": [1] * 5},
     "theta: of shape (4,), not (5,)": FIVE | {"theta": [1] * 4},
     "phi: not a finite number in row 3": FIVE | {"phi": [0, 0, np.inf, 0, 0]},
     "quaternion: 4 components are needed, and 2 are there": {"qx": [1] * 5, "qy": [1] * 5},
@@ -159,10 +159,10 @@ FAULTS = {
     "phi: not numbers": FIVE | {"phi": np.ones(5, complex)},
     "psi: not numbers": FIVE | {"psi": np.arange(5).astype("datetime64[s]")},
     "axis: of length 0": FIVE | {"axis": np.zeros((5, 3))},
-    "nothing tells where the axis is": FIVE | {"speed": [1] * 5},
-    "data: time: tells t, and so does t": {"t": TIMES, "time": TIMES, "theta": TIMES},
-    "data: tilt: tells theta, and so does theta": {"t": TIMES, "theta": TIMES, "tilt": TIMES},
-    "data: ex: tells axis, and so does axis": {"t": TIMES, "axis": RECORD.axis, "ex": TIMES},
+    "no columns give the axis": FIVE | {"speed": [1] * 5},
+    "data: time: gives t, and so does t": {"t": TIMES, "time": TIMES, "theta": TIMES},
+    "data: tilt: gives theta, and so does theta": {"t": TIMES, "theta": TIMES, "tilt": TIMES},
+    "data: ex: gives axis, and so does axis": {"t": TIMES, "axis": RECORD.axis, "ex": TIMES},
 }
 
 
@@ -175,7 +175,7 @@ def test_a_fault_is_told(told):
 def test_every_fault_is_told_at_once(tmp_path):
     with pytest.raises(ForeignFile) as error:
         read({"t": [0, 2, 1, 3, 4], "theta": [1], "phi": ["x"]}, {"psy": "a"})
-    told = ("t: times", "theta: of", "phi: not", "psy: no", "a: no such")
+    told = ("t: the times", "theta: of", "phi: not", "psy: no", "a: no such")
     assert all(each in str(error.value) for each in told)
     with pytest.raises(ForeignFile, match="a: one column for theta and for phi"):
         read({"t": TIMES, "a": TIMES}, {"theta": "a", "phi": "a"})

@@ -178,7 +178,7 @@ def test_a_start_is_fitted_where_there_are_no_rates(seed):
 
 
 UNFIT = {
-    "none follows from theta alone: say a scene that has a start": {"theta": exact().theta},
+    "none follows from theta alone: give a scene with a start": {"theta": exact().theta},
     "a first row whose axis is not vertical": {"axis": np.tile([0.0, 0.0, 1.0], (TIMES.size, 1))},
     "no start fits these": {"axis": exact(TIMES, Top("4e-4", "6.6e-5", "0.0456")).axis},
 }

@@ -44,20 +44,29 @@ def test_a_plant_that_no_longer_fits_is_no_plant(tmp_path):
 
 
 def of_the_page():
-    """Claims as docs/validation.md shows them: name, numbers, measured, bound."""
+    """Claims as docs/validation.md shows them: statement, whose numbers, measured, bound."""
     page = Path(__file__).parents[2] / "docs" / "validation.md"
-    rows = re.findall(r"^\| `([\w.-]+)` \| (.+) \|$", page.read_text("utf-8"), re.M)
-    cells = [(name, rest.split(" | ")) for name, rest in rows]
-    return {name: (each[-3], float(each[-2]), float(each[-1])) for name, each in cells}
+    found, origins = {}, set()
+    for row in page.read_text("utf-8").split("<!-- begin claims -->")[1].splitlines():
+        if authority := re.match(r"\|  \| \*\*.*\*\* \((.*)\) \|", row):
+            origins = set(authority[1].split(", "))
+        elif claim := re.match(r"\| `([\w.-]+)` \| (.+) \| (\S+) \| (\S+) \|$", row):
+            name, statement, measured, bound = claim.groups()
+            found[name] = (statement.replace("\\|", "|"), origins, float(measured), float(bound))
+    return found
 
 
 def test_the_page_shows_the_claims_of_the_register():
-    claims = {claim.id: (claim.numbers, claim.bound) for claim in load_register().claims}
-    assert {name: (found[0], found[2]) for name, found in of_the_page().items()} == claims
+    page, claims = of_the_page(), {claim.id: claim for claim in load_register().claims}
+    assert page.keys() == claims.keys()
+    for name, (statement, origins, _, bound) in page.items():
+        claim = claims[name]
+        assert (statement, bound) == (claim.statement, claim.bound)
+        assert claim.numbers in origins
 
 
 def test_no_bound_is_above_a_hundred_times_what_was_measured():
-    for name, (_, measured, bound) in of_the_page().items():
+    for name, (_, _, measured, bound) in of_the_page().items():
         assert 0 <= measured <= bound, name
         assert not measured or bound <= 100 * measured, name
 

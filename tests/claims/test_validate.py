@@ -42,7 +42,7 @@ def test_only_what_is_asked_is_measured_and_it_is_asked_for_by_names(fake):
     assert list(by_id(validate(["holds"], register=fake))) == ["holds"]
     assert set(by_id(validate(["50_fake"], register=fake))) == set(IDS)
     for wrong in ("hold", "50_fak", "", "a\n" * 100, "\udcff", 3):
-        with pytest.raises(UnknownClaim, match="is no claim and no script") as error:
+        with pytest.raises(UnknownClaim, match="is neither a claim nor a script") as error:
             validate([wrong], register=fake)
         assert len(str(error.value)) < 200
         assert isinstance(error.value, HeavyTopError)
@@ -98,8 +98,8 @@ def test_what_an_installed_package_carries_is_run_from_a_copy_that_may_be_writte
 
 # --- what a script tells is taken for nothing that it is not -----------------------------------
 
-NO_OBJECT = "line 2 of what it told is no JSON object"
-NEEDLESS = "skipped, but what it needs is there"
+NO_OBJECT = "line 2 of its output is not a JSON object"
+NEEDLESS = "skipped, although the packages it needs are installed"
 SKIPPED = 'tell({"id": "%s", "skipped": "no time"})\n'
 OWN = 'tell({"statement": "s", "measured": %s, "bound": 1})'
 JUDGED = [  # claims, those of a register or a script's own; what a script does; what comes of it
@@ -108,7 +108,7 @@ JUDGED = [  # claims, those of a register or a script's own; what a script does;
     ("x", GOOD + """tell(b'{"id": "x", "mea')""", 0.5, NO_OBJECT),
     ("x", GOOD + "tell(b'[0.5]')", 0.5, NO_OBJECT),
     ("x", GOOD + r"tell(b'\xff\xfe')", 0.5, NO_OBJECT),
-    ("x", 'tell({"id": "x", "measured": -0.5})', -0.5, "negative, as no distance is"),
+    ("x", 'tell({"id": "x", "measured": -0.5})', -0.5, "negative, although it is a distance"),
     ("x", 'tell({"id": "x", "measured": 0.5, "failure": "worn"})', 0.5, "worn"),
     ("x", 'tell({"id": "x", "measured": 2, "passed": True})', 2, None),
     ("x", 'sys.stderr.write("x" * 99_999 + "\\nlast\\n \\n")\nsys.exit(1)', None,
@@ -118,7 +118,7 @@ JUDGED = [  # claims, those of a register or a script's own; what a script does;
     ("x", GOOD + "os.kill(os.getpid(), 11)", 0.5, "ended by SIGSEGV: it said nothing"),
     ("x", GOOD + "os._exit(255)", 0.5, "ended with code 255: it said nothing"),
     ("x", GOOD + "time.sleep(60)", 0.5, "not done in 1 s"),
-    ("x", GOOD + "sys.exit(5)", 0.5, "ended with code 5, but nothing that it told fails"),
+    ("x", GOOD + "sys.exit(5)", 0.5, "ended with code 5, but none of its claims fails"),
     ("x", SKIPPED % "x", None, NEEDLESS),
     ("present", SKIPPED % "present", None, NEEDLESS),
     ("absent", SKIPPED % "absent" + "sys.exit(3)", None, "ended with code 3: it said nothing"),

@@ -141,7 +141,7 @@ def test_exit_codes(error, code):
         ("drift sicm-kicked --methods x --periods 0", "for --periods and --methods: 2 faults\n"),
         ("derive --latex --json", "for --latex: "),
         ("scenes my-top.toml", "no shipped scene has this name"),
-        ("validate hold-on", "is no claim and no script"),
+        ("validate hold-on", "is neither a claim nor a script"),
     ],
 )  # fmt: skip
 def test_a_bad_word_is_a_usage_error_that_names_it(words, told, monkeypatch):

@@ -22,7 +22,7 @@ def test_an_empty_name_is_the_fault_of_its_option(text):
 
 def test_an_empty_name_is_no_folder():
     assert options.named_folder("out") == Path("out")
-    with pytest.raises(BadParameter, match="the name of a folder, not an empty text"):
+    with pytest.raises(BadParameter, match="the name of a folder cannot be empty"):
         options.named_folder("")
 
 

@@ -45,7 +45,7 @@ def test_document_and_chart_are_written_into_a_folder_and_put_on_a_page(mine, tm
     assert json.loads(found.stdout).items() <= written.items()
     page = tmp_path / "page.html"
     assert heavytop_("report", tmp_path / "out", "-o", page).exit_code == 0
-    assert "what a change of the last binary digit" in page.read_text("utf-8")
+    assert "effect of a change in the last binary digit" in page.read_text("utf-8")
     (tmp_path / "file").touch()
     other = heavytop_(*mine, "-o", tmp_path)
     assert (other.exit_code, (tmp_path / "check.json").exists()) == (2, False)
@@ -84,8 +84,8 @@ def test_a_run_of_ours_knows_its_scene(tmp_path, wanted):
         (["--columns", "t=Uhr"], 3, "Uhr"),
         (["-o", "errors.txt"], 2, "errors.txt: a folder, or .svg, .png, .pdf"),
         (["-o", "/no/where/x.svg"], 2, "cannot write /no/where/x.svg"),
-        (["--digits", "nan"], 2, "is no number of digits"),
-        (["--digits", "-1"], 2, "is no number of digits"),
+        (["--digits", "nan"], 2, "is not a number of digits"),
+        (["--digits", "-1"], 2, "is not a number of digits"),
     ],
 )
 def test_what_it_cannot_do_is_told(mine, words, code, told):
@@ -97,7 +97,7 @@ def test_what_it_cannot_do_is_told(mine, words, code, told):
 def test_what_the_data_are_of_has_to_be_said(mine, tmp_path):
     needed = heavytop_(*mine[:2], *mine[4:])
     assert needed.exit_code == 3
-    assert "a scene, or its top alone, has to say what the data are of" in needed.stderr
+    assert "give the scene of the data, or a file with only its [top]" in needed.stderr
     assert heavytop_("check", tmp_path / "none.csv").exit_code == 3
     assert "t: a column of at least 5 times" in heavytop_(*mine[:4]).stderr
 

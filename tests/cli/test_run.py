@@ -80,13 +80,13 @@ def test_the_part_of_a_run_that_ended_early_is_printed_kept_and_named(
     assert result.exit_code == code
     assert json.loads(result.stdout)["schema"] == "heavytop/run/1"
     assert (folder / "trajectory.nc").exists()
-    assert f"what was done is in {folder}" in result.stderr
+    assert f"the partial result is in {folder}" in result.stderr
     assert (f"heavytop resume {folder}" in result.stderr) == (outcome == "interrupted")
     assert (folder / "request.json").exists() == (outcome == "interrupted")
     assert errors.Outcome(outcome).sentence in result.stderr
     nowhere = heavytop_(*KICKED)
     assert nowhere.exit_code == code
-    assert "what was done is above (-o DIR keeps it)" in nowhere.stderr
+    assert "the partial result is above (-o DIR keeps it)" in nowhere.stderr
 
 
 def test_an_interrupt_before_anything_is_done_can_be_resumed(tmp_path):

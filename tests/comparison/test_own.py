@@ -121,7 +121,7 @@ def test_a_file_is_named_by_its_last_part(file):
 
 
 def test_nothing_runs_that_nobody_named():
-    with pytest.raises(Impossible, match="runs only where it is named"):
+    with pytest.raises(Impossible, match="runs only if you name it"):
         named("other.py:rk4")
 
 

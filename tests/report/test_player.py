@@ -87,7 +87,7 @@ def test_a_top_that_rests_is_shown_as_it_moves_when_it_is_touched(name):
     axis = 1 - 2 * np.sum(columns(played["quaternion"], 4)[:, 1:3] ** 2, axis=1)
     assert abs(axis[0]) == pytest.approx(1.0)
     assert np.ptp(axis) > 1e-3
-    assert played["notes"][0].startswith("Untouched it stays as it is")
+    assert played["notes"][0].startswith("Without a push it stays as it is")
 
 
 @pytest.mark.parametrize("name", ["sicm-kicked", "steady-betsch", "sleeping-unstable"])

@@ -77,9 +77,9 @@ def test_a_classification_says_what_is_known(name):
 def test_a_run_through_a_pole_says_which_way_phi_is_counted_and_a_plan_what_is_expected(
     two_periods,
 ):
-    assert "π apart" not in two_periods
+    assert "jumps by π: the value" not in two_periods
     text = printed("run", "through-top", "--set", "span.time=1")
-    assert "φ is that before or after, π apart" in text
+    assert "φ jumps by π: the value before or after it is given" in text
     text = printed("plan", "sicm-kicked")
     assert re.search(r"expected +[\d.]+ \w+, off by [\d.e-]+ at the end", text)
     assert "no digit right" not in text

@@ -236,9 +236,13 @@ def test_a_chart_that_cannot_be_written_leaves_the_document(tmp_path, monkeypatc
         (("atlas", "sicm-kicked", "--x", "phidot=0:1:5"), 2, "--y"),
         (("atlas", "sicm-dropped", *PLANE), 2, "one scene"),
         (("atlas", "--merge", "nowhere"), 2, "-o"),
-        (("atlas", "--merge", "nowhere", "-o", "out", "--shard", "1/2"), 2, "not together with"),
+        (
+            ("atlas", "--merge", "nowhere", "-o", "out", "--shard", "1/2"),
+            2,
+            "cannot be combined with",
+        ),
         (("atlas", "--merge", "nowhere", "-o", "out"), 3, "nowhere"),
-        (("atlas", "sicm-kicked", "--energy-momentum", *PLANE[1:]), 2, "not together with"),
+        (("atlas", "sicm-kicked", "--energy-momentum", *PLANE[1:]), 2, "cannot be combined with"),
         (("atlas", *PLANE, "--set", "start.omega3=9"), 2, "axis psidot sets the spin"),
         (("drift", "sicm-kicked", "--scheduler", ADDRESS, "-j", "2"), 2, "has its own workers"),
         (("resume", "."), 3, "no folder with anything to go on with"),
@@ -291,7 +295,7 @@ def test_auto_silently_wrong_is_a_check_out_of_its_bound(made, monkeypatch):
         monkeypatch.setattr(PLACES["stress"], lambda shown=shown, **_: shown)
         result = heavytop_("stress")
         assert result.exit_code == code
-        assert ("auto is wrong at cusp, and does not say so" in result.stderr) == (code == 5)
+        assert ("auto was silently wrong at cusp" in result.stderr) == (code == 5)
         assert "killed by SIGSEGV: cusp/taylor-axis" in read(result.stdout)
 
 
@@ -410,7 +414,10 @@ def test_the_workers_of_a_scheduler_write_the_same_files(made, tmp_path, monkeyp
     run = tmp_path / "run"
     run.mkdir()
     (run / "trajectory.nc").touch()
-    assert "for studies; this is a run" in heavytop_("resume", run, "--scheduler", ADDRESS).stderr
+    assert (
+        "is only for studies, and this folder holds a run"
+        in heavytop_("resume", run, "--scheduler", ADDRESS).stderr
+    )
 
 
 def test_dask_that_is_missing_is_named_before_anything_is_made(monkeypatch, tmp_path):

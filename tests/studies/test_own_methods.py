@@ -64,7 +64,7 @@ def test_a_study_that_was_stopped_goes_on_bit_for_bit_where_its_code_is_named(
     with pytest.raises(KeyboardInterrupt):
         ht.drift(scene, folder=place, progress=stop, **asked)
     own._ADMITTED.clear()  # another process
-    with pytest.raises(Impossible, match="runs only where it is named"):
+    with pytest.raises(Impossible, match="runs only if you name it"):
         ht.resume(place)
     assert heavytop_("resume", place).exit_code == 3
     resumed = ht.resume(place, methods=named, jobs=2)

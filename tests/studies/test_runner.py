@@ -154,7 +154,7 @@ def test_ctrl_c_saves_and_says_how_to_go_on(jobs, number, whole, tmp_path):
         process.send_signal(number)
     errors = process.communicate(timeout=60)[1]
     assert process.returncode == 130
-    assert errors.startswith("interrupted; what was done is in ")
+    assert errors.startswith("interrupted; the partial result is in ")
     assert errors.endswith(f"\nheavytop resume '{path}'\n")
     assert not any(alive(pid) for *_, pid in lines(log))
     assert finished(path, jobs, log) == (0, "")

@@ -70,7 +70,7 @@ def test_threads_write_the_same_files(whole, tmp_path):
     with Threads(3) as pool:
         assert results(done(tmp_path / "threads", executor=pool)) == whole
     # it was shut down
-    with pytest.raises(StoppedEarly, match="no work is taken: RuntimeError: cannot schedule new"):
+    with pytest.raises(StoppedEarly, match="is accepted: RuntimeError: cannot schedule new"):
         done(tmp_path / "study", executor=pool)
 
 
@@ -143,7 +143,7 @@ def test_a_worker_with_other_versions_is_refused_by_name(tmp_path):
         toy.done(tmp_path / "study", other, executor=pool)
     assert str(refusal.value).startswith(f"process {os.getpid()} on ")
     found = f'versions.heyoka: "{versions()["heyoka"]}" there, "7.0.0" here'
-    assert str(refusal.value).endswith(f"a worker unlike this study: {found}")
+    assert str(refusal.value).endswith(f"this worker does not match the study: {found}")
     assert exit_code(refusal.value) == 3
     assert list(results(tmp_path / "study")) == ["study.json"]
 

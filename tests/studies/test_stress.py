@@ -132,7 +132,7 @@ def test_what_is_right_where_no_digits_are_left_is_chance_unless_there_are_more_
     lucky = Attempt(axis=(1e-9, 0.0, 1.0))
     finding = verdict(lucky, hopeless)
     assert (finding.outcome, finding.untold) == (Outcome.OK, True)
-    assert "nothing to tell: no digits left" in finding.note
+    assert "undetermined: no digits are left" in finding.note
     assert not verdict(replace(lucky, more_bits=True), hopeless).untold
 
 

@@ -350,7 +350,7 @@ def test_what_the_budget_does_not_allow_is_named(toys):
     """Six tenths of the budget are for first runs."""
     found = measured([1.0, 2.0, 3.0], periods=1.3, budget=40.0)
     assert [point.setting for point in found.points] == [1.0]
-    reason = "not begun: no time was left for it in a budget of 40 s"
+    reason = "not started: no time was left in the budget in a budget of 40 s"
     left = [({"steps a period": steps}, reason) for steps in (2.0, 3.0)]
     assert [(each.setting, each.reason) for each in found.skipped] == left
 
@@ -367,8 +367,8 @@ def test_a_slow_method_is_stopped_and_its_tighter_settings_not_begun(toys):
     assert [point.setting for point in found.points] == [1.0]
     assert [each.reason for each in found.skipped] == [
         "stopped after 3 periods in 12 s: more than 10 s for a run",
-        "not begun: strang=4 took too long",
-        "not begun: strang=4 took too long",
+        "not started: strang=4 took too long",
+        "not started: strang=4 took too long",
     ]
 
 

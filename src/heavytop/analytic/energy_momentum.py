@@ -360,15 +360,17 @@ class EnergyMomentum:
         """
         if loop is None:
             if not (self.isolated and self.depth >= NEAREST * self._axes[1]):
-                rule = f"below the threshold p_psi^2 = 4 A |gMR|, the thread {NEAREST} |gMR| deep"
-                raise ImpossibleStart([("p_psi", f"{rule}; nothing is there to go around")])
+                rule = "below the threshold p_psi^2 = 4 A |gMR|, with the focus-focus point"
+                raise ImpossibleStart([("p_psi", f"{rule} at least {NEAREST} |gMR| deep")])
             loop = self.around(self.maximal_loop / 2)
         return followed(self._lattice, loop, points)
 
     def _lattice(self, p_phi: float, E_prime: float) -> tuple[float, ...]:
         if (found := self.advance(p_phi, E_prime)) is None:
             where = f"({p_phi:.17g}, {E_prime:.17g})"
-            raise ImpossibleStart([("loop", f"off the critical set, on which is {where}")])
+            raise ImpossibleStart(
+                [("loop", f"must avoid the critical set, which contains {where}")]
+            )
         lattice: tuple[Any, ...] = found.period, found.precession, found.spin, found.relative_spin
         sides, gMR = (1, -1), float(self.top.gMR)
         beyond = ((Exact.of(p_phi) - side * self.p_psi).sign() != -1 for side in sides)

@@ -201,7 +201,7 @@ def read(data: Any, columns: Mapping[str, str] | None = None) -> Data:
     told = _checked(found, faults)
     if not (told.keys() & {*ANGLES, *_SHAPES} or faults):
         names = harmless(", ".join(table)[:200])
-        faults.append(f"nothing tells where the axis is: {TELLING} (columns: {names})")
+        faults.append(f"no columns give the axis: {TELLING} (columns: {names})")
     if faults:
         raise ForeignFile("\n".join(f"{name}: {fault}" for fault in faults[:MOST_FAULTS]))
     tells = {column: meant[column][0] if column in meant else "" for column in table}
@@ -233,7 +233,7 @@ def _meant(
         if (other := next(clash, None)) is not None:
             if other in columns.values() and name not in columns.values():
                 continue  # what is named is meant
-            faults.append(f"{harmless(name)}: tells {quantity}, and so does {harmless(other)}")
+            faults.append(f"{harmless(name)}: gives {quantity}, and so does {harmless(other)}")
         elif name in found:
             faults.append(f"{harmless(name)}: one column for {found[name][0]} and for {quantity}")
         else:
@@ -281,7 +281,7 @@ def _checked(found: dict[str, Array], faults: list[str]) -> dict[str, Array]:
     if np.isfinite(t).all() and abs(t).max() < LARGEST:
         way = int(np.sign(t[-1] - t[0])) or 1
         if not (np.diff(t) * way > 0).all():
-            faults.append("t: times go one way, none twice")
+            faults.append("t: the times must increase or decrease strictly")
     checked = {}
     for name, values in found.items():
         shape = (t.size, *_SHAPES.get(name, (3,) if name.startswith("omega") else ()))

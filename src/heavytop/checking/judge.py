@@ -140,7 +140,7 @@ def _motion_of(scene: Any, data: Data) -> tuple[Top, State | None]:
     elif scene is None and data.scene is not None:
         scene = read_scene(data.scene, data.name)
     if scene is None:
-        rule = "a scene, or its top alone, has to say what the data are of"
+        rule = "give the scene of the data, or a file with only its [top]"
         raise BadScene((Fault("check", None, "scene", "", rule, "--scene sicm-kicked"),))
     if not isinstance(scene, Scene):
         raise no_scene(scene, "check")

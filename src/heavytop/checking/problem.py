@@ -22,7 +22,7 @@ FITS: Final = 1e-3  # rad: a fit that is farther off, RMS, is none
 STEP: Final = 1e-7  # of a difference quotient
 ROUNDS: Final = 30
 NO_AXIS: Final = (
-    "none follows from {} alone: say a scene that has a start, or add the axis (theta and phi)"
+    "none follows from {} alone: give a scene with a start, or add the axis (theta and phi)"
 )
 LEAST: Final = 2.0**-53  # rad: the least error
 START: Final = ("theta", "phi", "thetadot", "phidot", "omega3")  # what is fitted
@@ -131,7 +131,7 @@ def _fitted(problem: Comparison) -> State:
     best = fit(tried, np.array([float(getattr(guess, name)) for name in START]), some.t.size)
     if not tried(best, some.t.size).misfit < FITS:
         raise Impossible(
-            [("start", "no start fits these data: say a scene that has one, or add rates")]
+            [("start", "no start fits these data: give a scene with a start, or add rates")]
         )
     return state(best)
 

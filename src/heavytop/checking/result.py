@@ -196,17 +196,19 @@ def told(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     for name, count in document["events"].items():
         plural, needed = EVENTS[name]
         lacking = " and ".join(x for x in needed if x not in known)
-        found = f"{lacking} would have to be told" if lacking else "too few rows to count"
+        found = f"{lacking} is not in the data" if lacking else "too few rows to count"
         found = found if count["data"] is None else str(count["data"])
         exact, most = count["exact"], count["exact_most"]
         exact = f"{exact} to {most}" if most > exact else f"{exact}"
         yield plural, f"{found}; exact {exact}"
-    change = "what a change of the last binary digit of the problem does"
+    change = "effect of a change in the last binary digit of the problem"
     yield "conditioning", f"{document['condition']:.1e} rad: {change}"
     if (slip := document["slip"]) is not None:
         before, after = slip["error_before"], slip["error_after"]
         smaller = "inf" if before is None else f"{before / after:.1e}"
-        mended = f"so the error is {smaller} times smaller, with {slip['digits']:.1f} digits"
+        mended = (
+            f"without it the error is {smaller} times smaller, with {slip['digits']:.1f} digits"
+        )
         yield "slip", f"{slip['name']}: {slip['sentence']}; {mended}"
 
 

@@ -150,7 +150,7 @@ def _asked(names: Sequence[str], known: Register) -> tuple[str, ...]:
         if name not in known.names:
             hint = nearest(name, known.names)
             shown = f"{name!r:.{LONGEST + 2}}"
-            raise UnknownClaim(f"{shown} is no claim and no script{hint and f'; {hint}'}")
+            raise UnknownClaim(f"{shown} is neither a claim nor a script{hint and f'; {hint}'}")
     return tuple(dict.fromkeys(names))
 
 
@@ -226,7 +226,7 @@ class _Script:
                 table = json.loads(line)
                 found[str(table.get("id") or n)] = table
             except (ValueError, AttributeError):
-                fault = f"line {n} of what it told is no JSON object"
+                fault = f"line {n} of its output is not a JSON object"
         return found, fault
 
 
@@ -263,7 +263,7 @@ def _verdicts(script: _Script) -> tuple[CheckedClaim, ...]:
     if not (script.claims or told):
         trouble = trouble or "it claims nothing"
     if script.code == FAILED and all(line.get("passed") is not False for line in told.values()):
-        trouble = trouble or f"ended with code {FAILED}, but nothing that it told fails"
+        trouble = trouble or f"ended with code {FAILED}, but none of its claims fails"
     if script.claims:
         return tuple(_judged(claim, told.get(claim.id), trouble) for claim in script.claims)
     own = told | ({"end": {}} if trouble else {})
@@ -277,7 +277,7 @@ def _judged(claim: Claim, line: Mapping[str, Any] | None, trouble: str) -> Check
         return replace(known, passed=False, failure=trouble or "nothing was measured")
     if "skipped" in line:
         if claim.needs is None or find_spec(claim.needs.partition(".")[0]) is not None:
-            trouble = "skipped, but what it needs is there"
+            trouble = "skipped, although the packages it needs are installed"
         if not trouble:
             return replace(known, skipped=str(line["skipped"]))
         return replace(known, passed=False, failure=trouble)
@@ -285,7 +285,7 @@ def _judged(claim: Claim, line: Mapping[str, Any] | None, trouble: str) -> Check
     if not isinstance(measured, float | int) or not math.isfinite(measured):
         measured, failure = None, failure or "no finite number"
     elif measured < 0 and claim.authority != OURS:  # of registered claims
-        failure = failure or "negative, as no distance is"
+        failure = failure or "negative, although it is a distance"
     failure = failure or trouble or None
     holds = measured is not None and measured <= claim.bound and failure is None
     return replace(known, measured=measured, passed=holds, failure=failure)

@@ -31,7 +31,7 @@ DETAILS: Final = (
     "", "stable", "marginal", "unstable", "swinging", "rotating", "asymptotic",
     "slow", "fast", "single",
 )  # fmt: skip
-"""What the codes of details mean: what tells motions of one kind apart."""
+"""What the codes of details mean: distinguishes motions of one kind."""
 
 TAG_NAMES: Final = tuple(TAGS)
 """The tags whose bits are 1, 2, 4, …"""

@@ -58,7 +58,7 @@ class Verdict(Shown):
     kind : Kind
         The first kind that fits; `Kind.UNDECIDED` where a sign could be neither told nor proved 0.
     tags : tuple of str
-        What else holds, proved; first what tells motions of one kind apart.
+        What else holds, proved; first distinguishes motions of one kind.
     open_tags : tuple of str
         Tags that could be neither proved nor disproved.
     certified : bool
@@ -99,7 +99,7 @@ WHY = {
     Kind.LOOPS: "|p_phi| < |p_psi| and E' > gMR p_phi/p_psi: phidot changes sign",
     Kind.CUSPS: "|p_phi| < |p_psi| and E' = gMR p_phi/p_psi: phidot vanishes at a turning point",
     Kind.WAVES: "phidot keeps its sign",
-    Kind.UNDECIDED: "a sign could be neither told nor proved to be zero",
+    Kind.UNDECIDED: "a sign could be neither determined nor proved to be zero",
 }
 
 

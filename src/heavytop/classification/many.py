@@ -39,7 +39,7 @@ class Verdicts:
     kind : ndarray of uint8
         Index in `names`, the last of which is impossible: no top or no start has these numbers.
     detail : ndarray of uint8
-        Index in `details`: what tells motions of one kind apart. 0 where the kind has no details,
+        Index in `details`: distinguishes motions of one kind. 0 where the kind has no details,
         and where they could not be told.
     certified : ndarray of bool
         Whether the kind is proved; of what is impossible, too.

@@ -44,8 +44,10 @@ class Manner:
 
     json: Annotated[bool, Option("--json", help="Print one JSON document, nothing else.")] = False
     quiet: Annotated[bool, Option("-q", "--quiet", help="Print only errors on stderr.")] = False
-    verbose: Annotated[bool, Option("-v", "--verbose", help="Say what is being done.")] = False
-    debug: Annotated[bool, Option("--debug", help="Show where an error was raised.")] = False
+    verbose: Annotated[bool, Option("-v", "--verbose", help="Print what the command is doing.")] = (
+        False
+    )
+    debug: Annotated[bool, Option("--debug", help="Print the traceback of an error.")] = False
 
 
 _MANNER: ContextVar[Manner] = ContextVar("manner", default=Manner())  # noqa: B039 (it is frozen)
@@ -351,7 +353,8 @@ def _show_version(wanted: bool) -> None:
 
 
 Version = Annotated[
-    bool, Option("--version", help="Print it and leave.", callback=_show_version, is_eager=True)
+    bool,
+    Option("--version", help="Print the version and exit.", callback=_show_version, is_eager=True),
 ]
 
 

@@ -18,7 +18,7 @@ SCENES_SCHEMA = "heavytop/scenes/1"
 
 @verb
 def classify(scene: options.SceneName, changes: options.Changes = None) -> None:
-    """Say which kind of motion a scene is, with the proof.
+    """Find and prove the kind of motion of a scene.
 
     Nothing is integrated.
     """
@@ -36,7 +36,7 @@ def plan(
     digits: options.Digits = None,
     changes: options.Changes = None,
 ) -> None:
-    """Say how a scene would be integrated, why, and at what cost.
+    """Show how a scene would be integrated, why, and at what cost.
 
     Nothing is integrated.
     """
@@ -46,13 +46,13 @@ def plan(
 
 
 PRINTED = Argument(
-    metavar="NAME", help="Print the text of this one.", autocompletion=options.scene_names
+    metavar="NAME", help="Print the text of this scene.", autocompletion=options.scene_names
 )
 
 
 @verb
 def scenes(name: Annotated[str | None, PRINTED] = None) -> None:
-    """List the scenes that are shipped, or print the text of one."""
+    """List the shipped scenes, or print the text of one."""
     from heavytop.scene.scene import shipped_scenes, shipped_text
 
     if name is None:
@@ -72,18 +72,20 @@ def scenes(name: Annotated[str | None, PRINTED] = None) -> None:
 
 @verb
 def derive(latex: Annotated[bool, Option(help="Print a LaTeX document.")] = False) -> None:
-    """Derive from the rotation matrix what is integrated."""
+    """Derive the integrated equations from the rotation matrix."""
     from heavytop.equations.derivation import as_latex, as_text, derivation, derive_document
 
     if latex and manner().json:
-        raise BadParameter("--json holds the LaTeX too", param_hint="--latex")
+        raise BadParameter(
+            "cannot be combined with --json, which contains the LaTeX", param_hint="--latex"
+        )
     steps = derivation()
     answer(derive_document(steps), lambda: typer.echo((as_latex if latex else as_text)(steps)))
 
 
 @verb
 def doctor() -> None:
-    """Say what is installed here: versions, processor, wheel, cache."""
+    """Print the installed versions, processor, wheel and cache."""
     from heavytop.doctor import diagnosis, in_words
 
     found = diagnosis()
@@ -106,9 +108,9 @@ def cite(results: Annotated[list[Path] | None, CITED] = None) -> None:
 
 TIMES = "Times [s]: 0:10:0.01, or a file with a column t."
 QUANTITIES = "Any of theta, phi, psi [rad], rates, omega [rad/s], axis, attitude."
-EVENTS = "Any of turning, reversal, cusp; with --json or -o x.json."
-PACK = "Write the values of all shipped scenes, and score.py, there, such as exact."
-TABLE = file("Write x.csv, x.json or x.nc; else to stdout.", ".csv", ".json", ".nc")
+EVENTS = "Events to add: turning, reversal, cusp; needs --json or -o x.json."
+PACK = "Write exact values of all shipped scenes, and score.py, to this folder, such as exact."
+TABLE = file("Write x.csv, x.json or x.nc; default: print.", ".csv", ".json", ".nc")
 
 
 @verb
@@ -117,7 +119,7 @@ def reference(
     times: Annotated[str | None, option("A:B:STEP|FILE", TIMES)] = None,
     quantities: Annotated[str, option("NAME,…", QUANTITIES)] = "theta,phi,psi",
     events: Annotated[str | None, option("NAME,…", EVENTS)] = None,
-    digits: Annotated[int, option("D", "Digits of every number, proved, such as 50.")] = 20,
+    digits: Annotated[int, option("D", "Proved digits of every number, such as 50.")] = 20,
     file: Annotated[Path | None, TABLE] = None,
     pack: Annotated[Path | None, option("DIR", PACK)] = None,
     changes: options.Changes = None,
@@ -135,7 +137,7 @@ def reference(
             "--set": changes,
         }
         if given := [name for name, value in others.items() if value]:
-            raise BadParameter("nothing else goes with --pack", param_hint=given[0])
+            raise BadParameter("cannot be combined with --pack", param_hint=given[0])
         note(f"wrote {len(write_pack(pack))} files into {pack}")
         return
     if scene is None or times is None:

@@ -68,7 +68,7 @@ NAMES: Final[Mapping[str, Mapping[str, Callable[[], list[str]]]]] = {
 def named_folder(text: str) -> Path:
     """The folder of a name; an empty one would mean the folder one happens to be in."""
     if not str(text):
-        raise BadParameter("the name of a folder, not an empty text")
+        raise BadParameter("the name of a folder cannot be empty")
     return Path(text)
 
 
@@ -127,26 +127,26 @@ def file(text: str, *endings: str) -> Any:
 # --- options ---------------------------------------------------------------------------------
 
 WHICH: Final = "A shipped scene (heavytop scenes lists them), or the path of a TOML file."
-SET: Final = "Change the scene, as often as it is given: --set start.phidot=-14."
-DIGITS: Final = "Digits wanted at the end of the span, such as 30; else those of the scene."
-EQUATIONS: Final = f"Equations to integrate, {', '.join(FormulationName)}: auto takes the fewest."
-FOLDER: Final = "Write results into this folder, such as out/first; else nothing is written."
+SET: Final = "Change a value of the scene; may be repeated: --set start.phidot=-14."
+DIGITS: Final = "Correct digits at the end of the span, such as 30; default: the scene's."
+EQUATIONS: Final = f"Equations to integrate: {', '.join(FormulationName)}; auto takes the fewest."
+FOLDER: Final = "Write results to this folder, such as out/first; default: no files."
 METHODS: Final = (
     "Methods, each NAME or NAME=SETTING (a tolerance, or steps a period), as in "
-    "taylor-axis=1e-9,gauss8=32, or your own, as mine.py:rk4=200; else a selection."
+    "taylor-axis=1e-9,gauss8=32, or your own, as mine.py:rk4=200; default: a selection."
 )
-SCHEDULER: Final = "Let the workers of a dask scheduler do it, such as tcp://192.168.0.2:8786."
+SCHEDULER: Final = "Use the workers of a dask scheduler, such as tcp://192.168.0.2:8786."
 SCENE: Final = Argument(metavar="SCENE", help=WHICH, autocompletion=scene_names)
-JOBS: Final = option("J", "Processes to work in, such as 4.", "--jobs", "-j", min=1, max=1024)
+JOBS: Final = option("J", "Number of processes, such as 4.", "--jobs", "-j", min=1, max=1024)
 
 SceneName = Annotated[str, SCENE]
 Changes = Annotated[list[str] | None, option("KEY=VALUE", SET, "--set", callback=_changes)]
 Digits = Annotated[int | None, option("D", DIGITS)]
 Formulation = Annotated[FormulationName, option("NAME", EQUATIONS)]
 Folder = Annotated[Path | None, option("DIR", FOLDER, "-o", "--output", parser=named_folder)]
-NoFigures = Annotated[bool, Option("--no-figures", help="Draw nothing.")]
+NoFigures = Annotated[bool, Option("--no-figures", help="Do not draw figures.")]
 Methods = Annotated[str | None, listing(method_names, METHODS)]
-Periods = Annotated[float, option("N", "Length, in nutation periods, such as 1e6.")]
-Budget = Annotated[float, option("S", "Time for all of it [s], such as 60.")]
+Periods = Annotated[float, option("N", "Length of the run in nutation periods, such as 1e6.")]
+Budget = Annotated[float, option("S", "Time limit of the whole study [s], such as 60.")]
 Jobs = Annotated[int, JOBS]
 Scheduler = Annotated[str | None, option("ADDRESS", SCHEDULER)]

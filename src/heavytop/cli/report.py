@@ -22,8 +22,8 @@ from heavytop.spelling import harmless
 if TYPE_CHECKING:
     from heavytop.report.page import Page
 
-CLAIMS: Final = "Claims or scripts, as in betsch-cone 39_flint; else those of a few minutes."
-PROOFS: Final = "Run every script: hours, on a quiet machine."
+CLAIMS: Final = "Claims or scripts, such as betsch-cone 39_flint; default: all claims."
+PROOFS: Final = "Run every script; takes hours and needs a quiet machine."
 
 
 @verb
@@ -32,7 +32,7 @@ def validate(
     proofs: Annotated[bool, Option("--proofs", help=PROOFS)] = False,
     output: options.Folder = None,
 ) -> None:
-    """Measure what is claimed, on authorities outside this project."""
+    """Measure the package's claims against outside authorities."""
     from heavytop.claims import validate as claimed
 
     try:
@@ -44,12 +44,14 @@ def validate(
 
 
 DATA: Final = "A table: .csv, .tsv, .npz, .mat, .nc or .h5."
-SUBJECT: Final = "What the data are of: a scene, such as sicm-kicked, or a file with a [top] alone."
-COLUMNS: Final = "Names of unusual columns, as in t=Zeit,theta=tilt."
-ENOUGH: Final = "Leave with 5 if the data have fewer digits, such as 6."
+SUBJECT: Final = "Scene of the data, such as sicm-kicked, or a file with only a table [top]."
+COLUMNS: Final = "Your names of the columns, such as t=Zeit,theta=tilt."
+ENOUGH: Final = "Exit with code 5 if the data have fewer digits than D, such as 6."
 FILES: Final = {"check.json", "check.svg", "check.png"}
 CHARTS: Final = (".svg", ".png", ".pdf")
-DRAWN: Final = "Draw the errors: x.svg, x.png or x.pdf; or write document and chart into a folder."
+DRAWN: Final = (
+    "Write a chart of the errors (x.svg, x.png or x.pdf), or chart and document to a folder."
+)
 OF: Final = option("SCENE", SUBJECT, autocompletion=options.scene_names)
 
 
@@ -61,24 +63,24 @@ def check(
     digits: Annotated[float | None, option("D", ENOUGH)] = None,
     file: Annotated[Path | None, option("FILE|DIR", DRAWN, "-o", "--output")] = None,
 ) -> None:
-    """Judge a trajectory of your own, and name the usual slips."""
+    """Compare your trajectory with the exact motion; name mistakes."""
     from heavytop.checking.judge import check as judge
 
     pairs = [pair.partition("=") for pair in options.names("--columns", columns) or ()]
     if not all(equals for _, equals, _ in pairs):
         raise BadParameter(f"{columns!r} is not NAME=COLUMN,…", param_hint="--columns")
     if digits is not None and not 0 <= digits < math.inf:
-        raise BadParameter(f"{digits:g} is no number of digits", param_hint="--digits")
+        raise BadParameter(f"{digits:g} is not a number of digits", param_hint="--digits")
     chart = file is not None and file.suffix in CHARTS and not file.is_dir()
     if file is not None and not chart and file.suffix and not file.is_dir():
         raise BadParameter(f"{file}: a folder, or {', '.join(CHARTS)}", param_hint="-o")
     if file is not None and file.is_dir() and {x.name for x in file.iterdir()} - FILES:
-        raise BadParameter(f"{file} holds something else than a check", param_hint="-o")
+        raise BadParameter(f"{file} contains files that are not of a check", param_hint="-o")
     found = judge(data, scene, {name: column for name, _, column in pairs})
     document = found.document()
     ends = []
     if digits is not None and found.digits < digits:
-        said = f"{digits:g} digits were asked for, and there are {found.digits:.1f}"
+        said = f"{digits:g} digits were requested; the data have {found.digits:.1f}"
         ends.append((Exit.OUT_OF_BOUND, said))
     answer(document, lambda: print(found, flush=True))  # in the alphabet of the terminal
     if file is not None:
@@ -120,7 +122,9 @@ def film(
     seconds: Annotated[float, option("S", "Length of the film [s].")] = 10.0,
     fps: Annotated[float, option("F", "Frames a second, at most 50.")] = 25.0,
     size: Annotated[str, option("WxH", "Width and height in pixels, such as 800x600.")] = "800x600",
-    follow: Annotated[bool, Option("--follow", help="Let the eye go round with the top.")] = False,
+    follow: Annotated[
+        bool, Option("--follow", help="Turn the camera with the precession of the top.")
+    ] = False,
     changes: options.Changes = None,
 ) -> None:
     """Make a film of the exact motion, slowed down."""
@@ -139,7 +143,7 @@ def film(
 
 EXPLORED: Final = Argument(
     metavar="SCENE",
-    help="What the page begins with; by default the book's kicked top.",
+    help="The scene that the page starts with.",
     autocompletion=options.scene_names,
 )
 
@@ -150,9 +154,9 @@ def explore(
     scene: Annotated[str, EXPLORED] = "sicm-kicked",
     changes: options.Changes = None,
 ) -> None:
-    """Write a page to drag a top's numbers and see it move.
+    """Write an HTML page to change a top and watch it move.
 
-    It computes for itself, in any browser, and needs no network.
+    The page computes in the browser and needs no network.
     """
     from heavytop.report.explorer import explore as make
 
@@ -194,7 +198,7 @@ def report(
 ) -> None:
     """Put results on one HTML page that needs no network.
 
-    The numbers behind each figure stand beside it.
+    The page includes the numbers behind each figure.
     """
     from heavytop.report.page import write_page
 
@@ -223,12 +227,12 @@ def _meant(places: list[str], changes: list[str]) -> tuple[list[Path], list[str]
     """The folders that are named, or the words that name a scene and change it."""
     folders = [options.named_folder(each) for each in places if Path(each).is_dir()]
     if (folders or not places) and changes:
-        raise BadParameter("changes a scene, and none is named", param_hint="--set")
+        raise BadParameter("needs a SCENE to change", param_hint="--set")
     if len(folders) == len(places):
         return folders, []
     if len(places) > 1:
         others = ", ".join(repr(each) for each in places if not Path(each).is_dir())
-        rule = f"several folders, or one scene; no folder: {others}"
+        rule = f"give several folders or one scene; these are not folders: {others}"
         raise BadParameter(rule, param_hint="DIR")
     options.read(places[0], changes)  # refused here, if it is to be refused
     scene = places[0] if places[0] in options.scene_names() else str(Path(places[0]).absolute())
@@ -239,7 +243,7 @@ def _expect_replaceable(html: Path) -> None:
     """Refuse to replace anything but a report, by the page or by the document beside it."""
     for path, mark in zip((html, html.with_suffix(".json")), MARKS, strict=True):
         if path.exists() and not (path.is_file() and mark in path.read_bytes()[:2000]):
-            rule = f"{harmless(path)} is there, and is no report: say where"
+            rule = f"{harmless(path)} exists and is not a report: choose another place"
             raise BadParameter(rule, param_hint="-o")
 
 

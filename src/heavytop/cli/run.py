@@ -203,6 +203,6 @@ def _kept(early: Early, folder: Path | None) -> str:
     if isinstance(early, errors.StoppedEarly):
         return str(early)
     if folder is None:
-        return "what was done is above (-o DIR keeps it)"
-    how = f", and this goes on:\n{errors.resuming(folder)}" if _goes_on(early) else ""
-    return f"what was done is in {folder}{how}"
+        return "the partial result is above (-o DIR keeps it)"
+    how = f"; resume with:\n{errors.resuming(folder)}" if _goes_on(early) else ""
+    return f"the partial result is in {folder}{how}"

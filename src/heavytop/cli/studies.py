@@ -30,7 +30,9 @@ def study(kind: str, output: Path | None, no_figures: bool, **asked: Any) -> Non
     """Do a study, as the function of its name does it, and finish it."""
     scene, changes, scheduler = (asked.pop(n, None) for n in ("scene", "changes", "scheduler"))
     if scheduler is not None and (asked["jobs"] or 1) > 1:
-        raise BadParameter("a scheduler has its own workers", param_hint="--jobs")
+        raise BadParameter(
+            "cannot be combined with --scheduler, which has its own workers", param_hint="--jobs"
+        )
     for name in {"methods", "cases"} & asked.keys():
         asked[name] = options.names(f"--{name}", asked[name])
     given = {name: value for name, value in asked.items() if value is not None}
@@ -94,9 +96,7 @@ def _wrong(kind: str, found: Any, document: Mapping[str, Any]) -> Ends:
             yield from missing or [(Exit.ENDED_EARLY, "nothing was run")]
         case "stress":
             for run in found.silently_wrong:
-                told = (
-                    f"auto is wrong at {run.case}, and does not say so: {run.outcome}, {run.note}"
-                )
+                told = f"auto was silently wrong at {run.case}: {run.outcome}, {run.note}"
                 yield Exit.OUT_OF_BOUND, told
             if not found.cases:
                 yield Exit.ENDED_EARLY, "nothing was run"
@@ -126,8 +126,8 @@ def _missing(methods: list[str]) -> Ends:
 
 # --- verbs -----------------------------------------------------------------------------------
 
-ENSEMBLE: Final = "Neighbouring starts, such as 16, averaged over."
-SAMPLES: Final = "Times at which errors are measured, such as 50."
+ENSEMBLE: Final = "Number of neighbouring starts to average over, such as 16."
+SAMPLES: Final = "Number of times at which errors are measured, such as 50."
 
 
 @verb
@@ -137,7 +137,7 @@ def drift(
     methods: options.Methods = None,
     ensemble: Annotated[int, option("K", ENSEMBLE)] = 1,
     samples: Annotated[int, option("M", SAMPLES)] = 25,
-    seed: Annotated[int, option("S", "Seed of the neighbouring starts, such as 7.")] = 0,
+    seed: Annotated[int, option("S", "Random seed of the neighbouring starts, such as 7.")] = 0,
     jobs: options.Jobs = 1,
     scheduler: options.Scheduler = None,
     output: options.Folder = None,
@@ -162,9 +162,9 @@ def workprec(
     study("work_precision", **locals())
 
 
-CASES: Final = listing(options.case_names, "Cases, such as cusp,lie-group; else all.")
-TRIED: Final = listing(options.stress_names, "Methods, such as auto,gauss8; else all.")
-LIST: Final = "List cases and methods, with reasons."
+CASES: Final = listing(options.case_names, "Cases, such as cusp,lie-group; default: all.")
+TRIED: Final = listing(options.stress_names, "Methods, such as auto,gauss8; default: all.")
+LIST: Final = "List the cases, with the reason why each is hard, and the methods."
 
 
 @verb
@@ -172,8 +172,12 @@ def stress(
     cases: Annotated[str | None, CASES] = None,
     methods: Annotated[str | None, TRIED] = None,
     budget: options.Budget = 240,
-    time_limit: Annotated[float, option("S", "A run is killed after it [s], such as 10.")] = 3,
-    step_limit: Annotated[int, option("N", "Steps of a run, such as 10000.")] = 2_000_000,
+    time_limit: Annotated[
+        float, option("S", "Time limit of a run [s], such as 10; then it is killed.")
+    ] = 3,
+    step_limit: Annotated[
+        int, option("N", "Limit of the steps of a run, such as 10000.")
+    ] = 2_000_000,
     listed: Annotated[bool, Option("--list", help=LIST)] = False,
     jobs: options.Jobs = 1,
     scheduler: options.Scheduler = None,
@@ -190,11 +194,11 @@ def stress(
         study("stress", **asked)
 
 
-PLACES: Final = "A scene, by its name or the path of a file; with --merge, folders of shards."
-ALONG_X: Final = "What changes along x, in SI units: phidot=-20:20:400."
-ALONG_Y: Final = "The same along y; evenly in the logarithm: psidot=1:200:300:log."
-MOMENTUM: Final = "The diagram of E' and p_phi at the scene's p_psi, and nothing else."
-MERGE: Final = "Join the shards that lie in the folders DIR… in the folder of -o."
+PLACES: Final = "A shipped scene or the path of a TOML file; with --merge: folders of shards."
+ALONG_X: Final = "Quantity along x and its range, in SI units: phidot=-20:20:400."
+ALONG_Y: Final = "Quantity along y; with log for equal ratios: psidot=1:200:300:log."
+MOMENTUM: Final = "Draw only the energy-momentum diagram (E', p_phi) at the scene's p_psi."
+MERGE: Final = "Merge the shards in the folders DIR… into the folder of -o."
 SHARED: Final = Argument(metavar="SCENE", help=PLACES, autocompletion=options.scene_names)
 
 
@@ -210,9 +214,11 @@ def atlas(
     places: Annotated[list[str], SHARED],
     x: Annotated[str | None, _axis(ALONG_X)] = None,
     y: Annotated[str | None, _axis(ALONG_Y)] = None,
-    only: Annotated[str | None, option("kind", "Find kinds alone; faster.")] = None,
-    integrate: Annotated[bool, Option("--integrate", help="Compare with runs of all.")] = False,
-    shard: Annotated[str | None, option("i/n", "One of n shards, as in 1/4.")] = None,
+    only: Annotated[str | None, option("kind", "Compute only the kinds; faster.")] = None,
+    integrate: Annotated[
+        bool, Option("--integrate", help="Also integrate every pixel, and compare the kinds.")
+    ] = False,
+    shard: Annotated[str | None, option("i/n", "Compute only shard i of n, such as 1/4.")] = None,
     merge: Annotated[bool, Option("--merge", help=MERGE)] = False,
     jobs: Annotated[int | None, options.JOBS] = None,
     scheduler: options.Scheduler = None,
@@ -229,7 +235,7 @@ def atlas(
         _merge([options.named_folder(each) for each in places], output, figures=not no_figures)
         return
     if len(places) > 1:
-        raise BadParameter("one scene; folders of shards go with --merge", param_hint="SCENE")
+        raise BadParameter("give one scene; folders of shards need --merge", param_hint="SCENE")
     if energy_momentum:
         from heavytop.results.energy_momentum import diagram_of
 
@@ -250,7 +256,7 @@ def _merge(folders: list[Path], output: Path | None, *, figures: bool) -> None:
     from heavytop.studies.atlas import merge_atlases
 
     if output is None:
-        raise BadParameter("the folder to join the shards in", param_hint="-o")
+        raise BadParameter("--merge needs a folder for the merged atlas", param_hint="-o")
     found, _ = merge_atlases(folders, output)
     wrong = () if found.whole else ((Exit.ENDED_EARLY, ""),)
     finish("atlas", found, output, figures=figures, wrong=wrong)
@@ -259,7 +265,7 @@ def _merge(folders: list[Path], output: Path | None, *, figures: bool) -> None:
 def _alone(option: str, others: Mapping[str, object]) -> None:
     """Refuse what says nothing beside an option, rather than pass it over."""
     if given := [f"--{name}" for name, value in others.items() if value]:
-        raise BadParameter(f"not together with {option}", param_hint=", ".join(given))
+        raise BadParameter(f"cannot be combined with {option}", param_hint=", ".join(given))
 
 
 def _no_clash(changes: list[str], axes: tuple[str, str]) -> None:
@@ -275,6 +281,7 @@ def _no_clash(changes: list[str], axes: tuple[str, str]) -> None:
             raise BadParameter(rule, param_hint="--set")
 
 
+PROJECTED: Final = "Project the run onto its invariants."
 CERTIFIED: Final = "The folder of a run, or a scene, which is run first."
 RUN: Final = Argument(metavar="SCENE", help=CERTIFIED, autocompletion=options.scene_names)
 
@@ -283,9 +290,7 @@ RUN: Final = Argument(metavar="SCENE", help=CERTIFIED, autocompletion=options.sc
 def certify(
     run: Annotated[str, RUN],
     formulation: options.Formulation = options.FormulationName.AUTO,
-    projected: Annotated[
-        bool, Option("--projected", help="Put the run onto its invariants.")
-    ] = False,
+    projected: Annotated[bool, Option("--projected", help=PROJECTED)] = False,
     jobs: options.Jobs = 1,
     scheduler: options.Scheduler = None,
     output: options.Folder = None,
@@ -314,8 +319,8 @@ def certify(
     finish("certificate", found, output)
 
 
-OWN: Final = "Those of your own that the study runs, named again: mine.py:rk4."
-BEGUN: Final = "The folder of a study (drift, atlas, stress, workprec) or of a run."
+OWN: Final = "Your own methods that the study uses, named again: mine.py:rk4."
+BEGUN: Final = "The folder of a study (drift, atlas, stress, workprec, certify) or of a run."
 WAS: Final = Argument(metavar="DIR", help=BEGUN, parser=options.named_folder)
 
 
@@ -327,7 +332,7 @@ def resume(
     scheduler: options.Scheduler = None,
     no_figures: options.NoFigures = False,
 ) -> None:
-    """Go on with a study or a run that was interrupted or killed."""
+    """Continue a study or a run that was interrupted or killed."""
     files = (folder / name for name in ("study.json", "request.json", "run.json"))
     made = next(filter(None, map(command_of, files)), typed())
     with typing(made):  # the result is that of the command that began it
@@ -337,7 +342,7 @@ def resume(
             _resume_study(folder, scheduler, figures=drawn, methods=own, jobs=jobs)
         elif scheduler is not None or methods is not None:
             hint = "--scheduler" if methods is None else "--methods"
-            raise BadParameter("for studies; this is a run", param_hint=hint)
+            raise BadParameter("is only for studies, and this folder holds a run", param_hint=hint)
         else:
             with results_folder(folder):
                 resume_run(folder, figures=not no_figures)

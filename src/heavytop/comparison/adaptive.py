@@ -43,7 +43,7 @@ class Singular(Exception):
     """Derivatives that are not finite."""
 
     def __str__(self) -> str:
-        return "the equations are singular, or overflow, where the motion went"
+        return "the equations became singular or overflowed"
 
 
 def right_hand_side(equations: Formulation, parameters: Mapping[str, float]) -> Rates:

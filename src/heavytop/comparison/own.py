@@ -180,7 +180,7 @@ def admitted(name: str) -> Admitted:
         Nobody did.
     """
     if name not in _ADMITTED:
-        rule = f"{name} is code of your own, which runs only where it is named (--methods)"
+        rule = f"{name} is your own code, which runs only if you name it (--methods)"
         raise Impossible([("method", rule)])
     return _ADMITTED[name]
 

@@ -320,7 +320,7 @@ def digits_lost(ax: Axes, document: Known, **looks: Any) -> Axes:
     ax.set_yticks(range(len(rows)), [literal(case, 40) for case in rows])
     ax.tick_params(length=0, labeltop=True, labelbottom=False)
     marks = [f"{mark} {word}" for word, mark in MARKS.items()]
-    marks += [f"{UNTOLD} nothing to tell", "grey: no number, or not run"]
+    marks += [f"{UNTOLD} undetermined", "grey: no number, or not run"]
     lines = (", ".join(marks[i : i + ACROSS]) for i in range(0, len(marks), ACROSS))
     ax.set_xlabel("\n".join([*READING, ",\n".join(lines)]), fontsize=7.5)
     return ax

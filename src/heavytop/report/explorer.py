@@ -38,17 +38,17 @@ LIMITS: Final = RATES | {
 
 PLAIN: Final = {
     Kind.AT_REST: "Nothing moves.",
-    Kind.FORCE_FREE: "No weight acts: the axis goes evenly round a direction that stays.",
-    Kind.SLEEPING: "The axis stands on the vertical, as high as its weight can be.",
-    Kind.HANGING: "The axis hangs along the vertical, as low as its weight can be.",
-    Kind.PLANAR_PENDULUM: "Without spin it moves in one upright plane, as a pendulum.",
+    Kind.FORCE_FREE: "Without weight the axis circles a fixed direction at a constant rate.",
+    Kind.SLEEPING: "The axis stands on the vertical, with its weight at the highest point.",
+    Kind.HANGING: "The axis hangs along the vertical, with its weight at the lowest point.",
+    Kind.PLANAR_PENDULUM: "Without spin the top swings in one vertical plane, as a pendulum.",
     Kind.SEPARATRIX: "The axis creeps towards the vertical for ever and never arrives.",
     Kind.THROUGH_TOP: "In every nod the axis goes exactly through the upward vertical.",
     Kind.THROUGH_BOTTOM: "In every nod the axis goes exactly through the downward vertical.",
-    Kind.UNIFORM_PRECESSION: "The tilt stays the same, and the axis goes round evenly.",
+    Kind.UNIFORM_PRECESSION: "The tilt is constant, and the axis precesses at a constant rate.",
     Kind.LOOPS: "In every nod the axis runs backwards for a while: its path has loops.",
     Kind.CUSPS: "In every nod the axis stops for an instant: its path has cusps.",
-    Kind.WAVES: "The axis nods and goes round one way only: its path is a wave.",
+    Kind.WAVES: "The axis nods and precesses in one direction only: its path is a wave.",
 }
 """The kinds in the words of somebody who meets them for the first time."""
 

@@ -95,15 +95,15 @@ def frames(trajectory: Trajectory) -> dict[str, Any]:
     times, notes = np.linspace(0.0, last, FRAMES), []
     seen: Sample | DoubleRecord = motion.at(times) if pushed else trajectory(times)
     if pushed:
-        notes.append(f"Untouched it stays as it is; here it was pushed at {PUSH:g} rad/s.")
+        notes.append(f"Without a push it stays as it is; here it was pushed at {PUSH:g} rad/s.")
     elif not (np.isfinite(seen.quaternion).all() and np.isfinite(seen.omega).all()):
         seen = motion.at(times)
-        notes.append("The attitude is that of the closed form: the run follows less.")
+        notes.append("The attitude is from the closed form: the run does not follow all angles.")
     if abs(last) < 0.999 * abs(end):
         notes.append(f"The first {abs(last):.3g} s of {abs(end):.3g} s are shown.")
     spin = float(seen.psi[-1] - seen.psi[0])
     if abs(spin) > BLURRED * FRAMES:
-        notes.append("It spins too fast for the spin to be seen as it is.")
+        notes.append("The spin is too fast to be shown as it is.")
     found = trajectory.events
     events = [
         {"kind": str(kind), "t": float(t), "axis": axis.round(5).tolist()}

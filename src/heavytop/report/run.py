@@ -66,7 +66,7 @@ def run_parts(document: Known) -> Iterator[Line]:
         yield events(rows, document["events"]["omitted"])
     yield "off the closed form", _errors(document["errors"])
     if rows and motion["kind"].startswith("through-"):
-        yield "at the pole", "φ is that before or after, π apart; φ̇ is its limit"
+        yield "at the pole", "φ jumps by π: the value before or after it is given; φ̇ is the limit"
     if "derive_s" in cost:
         yield "cost", _cost(cost)
 
@@ -131,7 +131,7 @@ def _end(document: Known) -> Iterator[Row]:
                 yield "", f"{SYMBOLS[name][0]} = {turns} turns and {rest} rad"
         counts = ((document["events"][name], name) for name in ("turning", "reversal", "cusp"))
         asked = [f"{count} {name}" for count, name in counts if count is not None]
-        yield "events", ", ".join(asked) or "none asked for"
+        yield "events", ", ".join(asked) or "none requested"
     if missed := document["missed_digits"]:
         yield "digits missed", ", ".join(f"{name} {size(off)}" for name, off in missed.items())
     if document["outcome"] != "finished":

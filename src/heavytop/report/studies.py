@@ -45,11 +45,11 @@ def drift_parts(document: Known) -> Iterator[Line]:
     """What was asked, the errors of every method at the last time, what was skipped and why."""
     count = document["ensemble"]
     several = f"{count} starts within {document['spread']:.0%} (seed {document['seed']}), RMS"
-    starts = "its own start" if count == 1 else several
+    starts = "the scene's start" if count == 1 else several
     yield "drift", f"{document['periods']:g} nutation periods, {starts}"
     yield "errors", "at the last time; energy relative to max(|E'|, gMR)"
     yield "as t^", "grows as this power of time, with its standard error: 1.40(2) is 1.40 ± 0.02"
-    yield "lost", "a phase that is off by more than a twentieth of a period"
+    yield "lost", "a phase error of more than a twentieth of a period"
     head = ("method", "µs/\nperiod", "energy", "as t^", "phase\n[s]", "as t^", "axis")
     done = (each for each in document["methods"] if each["skipped"] is None)
     yield Table(head, tuple(map(_drift_row, done)))
@@ -91,9 +91,12 @@ def work_precision_parts(document: Known) -> Iterator[Line]:
     """A row for each method, the fronts, who is cheapest, what auto did, what was left out."""
     points = document["points"]
     theta_alone = all(point["measures"] == "theta" for point in points)
-    yield "runs", f"{document['periods']:g} nutation periods, all methods in turn in one process"
-    yield "times", "µs per period at an error of so much, the best run; setup [s]"
-    yield "errors", "of the axis; θ marks those of θ, of states that do not give the axis"
+    yield (
+        "runs",
+        f"{document['periods']:g} nutation periods, all methods interleaved in one process",
+    )
+    yield "times", "µs per period at an error of at most this, the best run; set-up [s]"
+    yield "errors", "of the axis; θ marks an error of θ, where the states give no axis"
     yield Table(("method", *TARGETS, "best", "at", "setup"), tuple(map(_row, summaries(points))))
     sides = {"": "θ"} if theta_alone else {"": "axis", "_theta": "θ alone"}
     for side, label in sides.items():
@@ -102,7 +105,7 @@ def work_precision_parts(document: Known) -> Iterator[Line]:
             (who(p), setting(p), time(p), size(p[f"{side}_error".strip("_")])) for p in some
         )
         if rows:
-            yield Table((f"front, {label}", "setting", "µs/period", "error"), rows)
+            yield Table((f"Pareto front, {label}", "setting", "µs/period", "error"), rows)
     yield facts(
         (f"{label}{BESTS.get(target, f' to {target}')}", _leader(found))
         for side, label in sides.items()
@@ -192,7 +195,7 @@ def _leader(found: Known | None) -> str:
     words = f"{who(found)} ({setting(found)}), {time(found)} µs, error {size(found['error'])}"
     if (other := found.get("against")) is None:
         return words
-    whose = "the best rival" if other["rival"] else "the Taylor integrator's best"
+    whose = "the best other integrator" if other["rival"] else "the Taylor integrator's best"
     return f"{words}; {whose}, {who(other)} ({setting(other)}), takes {found['ratio']:.3g} times"
 
 
@@ -205,8 +208,8 @@ def _auto(document: Known) -> Iterator[Row]:
     for same in grouped(chosen, "stands_for", "wants", "missed", "first").values():
         first = same[0]
         words = f"{_digits(same)} digits of {first['wants']}: {first['stands_for']}, "
-        missed = ", which MISSES what was asked" if first["missed"] else ""
-        ahead = f"ahead of it: {first['first']}" if first["ahead"] else "nothing is ahead of it"
+        missed = ", which MISSES the requested digits" if first["missed"] else ""
+        ahead = f"beaten by {first['first']}" if first["ahead"] else "no point beats it"
         yield "auto", f"{words}{time(first)} µs, error {size(first['error'])}{missed}; {ahead}"
 
 
@@ -214,7 +217,7 @@ def _left_out(document: Known) -> Iterator[Row]:
     """What was left out: a line for each reason, with the methods and the first setting of each."""
     rivals = document["rivals"]
     if rivals["left_out"] and not rivals["run"]:
-        yield "rivals", "NO RIVAL WAS RUN: nothing here compares with other methods"
+        yield "rivals", "NO OTHER INTEGRATOR WAS RUN: this compares with no other method"
     elif rivals["left_out"]:
         yield "rivals", f"only these were run: {', '.join(rivals['run'])}"
     for (reason,), same in grouped(document["skipped"], "reason").items():
@@ -231,7 +234,7 @@ def _setting(skipped: Known) -> str:
 
 # --- where methods fail --------------------------------------------------------------------------
 
-UNTOLD_RULE: Final = "nothing to tell: conditioning leaves no digits, and what is there is chance"
+UNTOLD_RULE: Final = "undetermined: conditioning leaves no digits, so that agreement is chance"
 
 
 def stress_parts(document: Known) -> Iterator[Line]:
@@ -298,7 +301,7 @@ def stress_cases_parts(document: Known) -> Iterator[Line]:
         (each["name"], ", ".join(filter(None, map(each.get, ("short", "formulation", "setting")))))
         for each in document["methods"]
     )
-    yield "no case can be added: for a scene of your own there are drift and workprec"
+    yield "the cases are built in; for a scene of your own use drift or workprec"
 
 
 def _tables(document: Known, names: Sequence[str], across: int) -> tuple[Table, ...]:
@@ -387,7 +390,7 @@ def _map(document: Known) -> Iterator[Row]:
     counted = (f"{name} ({n} line{'s' * (n > 1)})" for name, n in lines)
     yield "boundaries", ", ".join(counted) or "none"
     for name, label in (
-        ("sent", "decided by intervals"), ("differing", "not as integrated"),
+        ("sent", "by interval arithmetic"), ("differing", "unlike integration"),
         ("unexplained", "… by more than rounding"), ("untold", "undecided by integration"),
         ("kinds_per_s", "pixels per second"),
     ):  # fmt: skip
@@ -408,9 +411,12 @@ def energy_momentum_parts(document: Known) -> Iterator[Line]:
     yield "upright", _place(document["standing"])
     yield "hanging", _place(document["hanging"])
     if document["thread"] is None:
-        yield "thread", f"none: {'no weight' if ratio is None else 'an upright top sleeps'}"
+        yield "focus–focus", f"none: {'no weight' if ratio is None else 'an upright top sleeps'}"
     else:
-        yield "thread", f"{_place(document['thread'])}, {document['depth']:.6g} J above the edge"
+        yield (
+            "focus–focus",
+            f"{_place(document['thread'])}, {document['depth']:.6g} J above the edge",
+        )
     if circuit := document["circuit"]:
         yield "Δφ around it", f"{circuit['winding']:+d} turn"
         yield "Δψ around it", f"{circuit['spin_winding']:+d} turn"
@@ -437,7 +443,7 @@ VERDICTS: Final = {True: "ok", False: FAIL, None: "skip"}
 
 def validate_parts(document: Known) -> Iterator[Line]:
     """For each authority its claims; then what went wrong or was skipped, and why."""
-    yield "validate: what is measured is at most its bound"
+    yield "validate: a claim holds if the measured number is at most its bound"
     for (authority,), claims in grouped(document["claims"], "authority").items():
         rows = (
             (VERDICTS[each["passed"]], each["statement"], each["numbers"],
@@ -539,7 +545,7 @@ RESULTS: Final[Mapping[str, ResultKind]] = {
               "kinds, and the edge of steady precession",
               "edge start standing hanging thread window circuit"),
         Chart("theory.critical_set_figure", "the critical set over all p_ψ: two sheets of steady "
-              "precession, and the thread", "critical_set.sheets critical_set.thread "
+              "precession, and the focus–focus line", "critical_set.sheets critical_set.thread "
               "critical_set.sleeping critical_set.hanging"),)),
     "check": ResultKind("Check", check_parts, (
         Chart("studies.check_figure", "errors of the trajectory over time, and how far it runs "

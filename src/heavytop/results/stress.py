@@ -32,17 +32,18 @@ class Outcome(StrEnum):
 
 
 RULES: Final = {
-    Outcome.REFUSED: "it says beforehand that it cannot, and why",
-    Outcome.TIME_LIMIT: "it had not come back at its time limit",
-    Outcome.STEP_LIMIT: "it had taken all the steps it may take, or more",
-    Outcome.SINGULAR: "it stopped on the way: the equations gave no finite numbers",
-    Outcome.STALLED: "its steps vanished or have no solution",
-    Outcome.DIVERGED: f"it says it has arrived, {ASTRAY:g} or more from the axis (where they are "
-    "judged, from φ or ψ), or with no numbers",
-    Outcome.INACCURATE: "it says it has arrived, without half of the digits that conditioning "
+    Outcome.REFUSED: "the method says beforehand that it cannot run this case, and why",
+    Outcome.TIME_LIMIT: "the run exceeded its time limit",
+    Outcome.STEP_LIMIT: "the run reached or exceeded its limit of steps",
+    Outcome.SINGULAR: "the run stopped on the way: the equations gave numbers that are not finite",
+    Outcome.STALLED: "the steps shrank to zero, or the equations of a step have no solution",
+    Outcome.DIVERGED: f"the run reports success, but its axis (φ or ψ, where they are judged) is "
+    f"off by {ASTRAY:g} or more, or its numbers are not finite",
+    Outcome.INACCURATE: "the run reports success, with fewer than half of the digits that "
+    "conditioning leaves",
+    Outcome.MISSED_EVENTS: "the end state is right, the number of events is wrong",
+    Outcome.OK: "the run reports success, with at least half of the digits that conditioning "
     "leaves",
-    Outcome.MISSED_EVENTS: "it arrived in place, with more events or fewer than there are",
-    Outcome.OK: "it arrived, with at least half of the digits that conditioning leaves",
 }
 MARKS: Final = {
     "inaccurate": "!",
@@ -75,9 +76,9 @@ class Run(Part):
     energy_error : float or None
     steps : int or None
     named : bool
-        Whether the run itself said, by an error or a warning, that something is wrong.
+        Whether the run itself reported a problem, by an error or a warning.
     untold : bool
-        Whether its outcome is chance, as conditioning leaves no digits.
+        Whether its outcome is undetermined: conditioning leaves no digits.
     turns : (int, int), or None
         Whole turns by which φ and ψ are wrong, where the run follows them.
     plan, note : str
@@ -158,9 +159,9 @@ class Stress(Result, Plotted):
         return tuple(run for run in self.cases if run.formulation == AUTO and run.silently_wrong)
 
     def counts(self) -> dict[str, dict[str, int]]:
-        """Return how often each method had each outcome, and how often there was nothing to tell.
+        """Return how often each method had each outcome, and how often it was undetermined.
 
-        What is counted as nothing to tell is not counted as anything else.
+        A run that is counted as ``nothing-to-tell`` (undetermined) has no other outcome.
         """
         words = (*map(str, Outcome), UNDETERMINED)
         found = {method: dict.fromkeys(words, 0) for method in self.methods}

@@ -270,7 +270,7 @@ def _quadrature(scene: Scene, motion: Motion) -> tuple[str, str]:
 def _watched(scene: Scene, motion: Motion, end: float) -> tuple[Words, Words]:
     """The events that are watched for in the integrator's loop, and why these."""
     if not scene.events:
-        return (), ("no events are wanted: the loop is not slowed by any",)
+        return (), ("no events are requested, so none slow the loop",)
     if motion.regime == "asymptotic":  # it comes from the vertical where V is highest, and returns
         no_period = "theta tends to the vertical: it has no period"
         leaving = (scene.start.thetadot.sign() or 0) * (scene.top.gMR.sign() or 0)
@@ -424,8 +424,8 @@ def leaving(motion: Motion, end: float, bits: int) -> Iterator[str]:
     left = bits * log(2) / rate
     if left < abs(end):
         yield (
-            f"separatrix: rounding grows with exp({rate:.3g} t), and by it the axis "
-            f"leaves the vertical's neighbourhood at about t = {left:.3g} s; it never would"
+            f"separatrix: rounding errors grow as exp({rate:.3g} t) and carry the axis away from "
+            f"the vertical at about t = {left:.3g} s; the exact axis never leaves it"
         )
 
 

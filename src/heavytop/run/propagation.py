@@ -138,7 +138,7 @@ def propagate(
         rule = f"class and period need no integration: {known}"
         raise refusal(scene, "want.quantities", ", ".join(scene.quantities), rule)
     if chosen.folded:
-        rule = "a span to be folded: heavytop.fold answers; a formulation by name integrates it"
+        rule = "the plan folds this span: use heavytop.fold, or name a formulation to integrate it"
         raise BadScene((span_fault(scene, rule, chosen.reasons[-1]),))
     return carried_out(scene, motion, chosen, progress, step_limit, checkpoint)
 
@@ -419,8 +419,8 @@ def _as_before(trajectory: Trajectory, end: float) -> int:
     spacing = reached / max(trajectory.t.size - 1, 1)
     count = (abs(end) - reached) / spacing
     if not count <= MAX_SAMPLES - trajectory.t.size:
-        rule = f"{count:.3g} more samples at the distance that they have, of {MAX_SAMPLES} at most"
-        raise ValueError(f"time_span: {rule}; samples= says how many there are to be")
+        rule = f"{count:.3g} more samples at the present spacing, of {MAX_SAMPLES} at most"
+        raise ValueError(f"time_span: {rule}; samples= sets their number")
     return max(1, round(count))
 
 

@@ -206,7 +206,7 @@ def checked(trajectory: Trajectory, stacklevel: int = 3) -> Trajectory:
     """
     counted = {name: trajectory.events.count(name) for name in EVENTS}
     if wrong := "; ".join(differences(missed_events(trajectory), counted)):
-        doubt = f"events: {wrong} by the exact numbers, which this run does not resolve"
+        doubt = f"events: {wrong}, by the exact numbers; this run does not resolve them"
         warnings.warn(doubt, DoubtfulWarning, stacklevel=stacklevel)
     if lack := doubtful_digits(trajectory):
         warnings.warn(lack, MissedDigitsWarning, stacklevel=stacklevel)
@@ -244,7 +244,7 @@ def doubtful_digits(trajectory: Trajectory) -> str:
 def missed(found: dict[str, float], digits: int) -> str:
     """Return what is farther off the closed form than the digits asked for allow, in words."""
     off = ", ".join(f"{name} {error:.1e}" for name, error in found.items())
-    return f"{digits} digits were asked for, and are not met: off the closed form by {off}"
+    return f"{digits} digits were requested and are not met: off the closed form by {off}"
 
 
 # --- a run and a closed form, in columns of the same numbers -------------------------------------

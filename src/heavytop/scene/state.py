@@ -274,7 +274,7 @@ def broken_spin(spin: Collection[str]) -> list[Wrong]:
     """The rule that the names of the spin break."""
     if not {"psidot", "omega3"} <= set(spin):
         return []
-    return [Wrong("omega3", "psidot or omega3, not both: it says what a kick holds")]
+    return [Wrong("omega3", "give psidot or omega3, not both: a kick keeps the given one")]
 
 
 def _read(top: object, given: dict[str, Any]) -> dict[str, Any]:

@@ -100,7 +100,7 @@ class Column(NamedTuple):
 
 COLUMNS: Final = {
     "kind": Column("u1", "1", "kind of motion", NAMES),
-    "detail": Column("u1", "1", "what tells motions of one kind apart", ("none", *DETAILS[1:])),
+    "detail": Column("u1", "1", "distinguishes motions of one kind", ("none", *DETAILS[1:])),
     "certified": Column("u1", "1", "1 where the kind is proved"),
     "tags": Column("u1", "1", "tags that hold, as bits", TAG_NAMES),
     "open_tags": Column("u1", "1", "tags neither proved nor disproved, as bits", TAG_NAMES),
@@ -110,7 +110,7 @@ COLUMNS: Final = {
     "period": Column("<f8", "s", "nutation period; nan where nothing nutates"),
     "precession": Column("<f8", "rad", "advance of φ in a nutation period"),
     "spin": Column("<f8", "rad", "advance of ψ in a nutation period"),
-    "integrated": Column("u1", "1", "kind of motion, told by the events of a run", NAMES),
+    "integrated": Column("u1", "1", "kind of motion, from the events of a run", NAMES),
 }
 SETS: Final = {
     "kind": tuple(COLUMNS)[:3],

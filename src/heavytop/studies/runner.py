@@ -366,7 +366,7 @@ def _sent(
         return pool.submit(_slice, module, parameters, task, checkpoint, SLICE_S, methods)
     except Exception as fault:  # shut down, broken, out of reach, no more processes
         future: Future[list[Chunk]] = Future()
-        future.set_exception(futures.BrokenExecutor(f"no work is taken: {_words(fault)}"))
+        future.set_exception(futures.BrokenExecutor(f"no new work is accepted: {_words(fault)}"))
         return future
 
 

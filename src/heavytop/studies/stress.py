@@ -342,7 +342,7 @@ def run(case: Case, method: MethodSetting, truth: CaseReference, step_limit: int
     else:
         found = (_textbook if method.solver else _stepped)(case, method, truth, step_limit)
     if found.stopped is None and found.steps > step_limit:
-        said = f"{found.steps} steps, where it may take fewer"
+        said = f"{found.steps} steps, more than its limit"
         return replace(found, stopped=Outcome.STEP_LIMIT, said=said)
     return found
 
@@ -394,7 +394,7 @@ def _stepped(case: Case, method: MethodSetting, truth: CaseReference, step_limit
     """Let a compiled method go block by block until one holds the end."""
     stepper, steps = stepper_of(case, method, truth)
     if steps > step_limit:
-        return Attempt(Outcome.STEP_LIMIT, f"its steps would be {steps}", steps)
+        return Attempt(Outcome.STEP_LIMIT, f"it would take {steps} steps", steps)
     end = stepper.output_time(truth.end)
     if isinstance(stepper, FixedStep):
         end = two_product(stepper.h, float(steps))
@@ -500,13 +500,13 @@ def judged(found: Attempt, truth: CaseReference, case: str, method: MethodSettin
     else:
         error = math.nan if found.theta is None else abs(found.theta - truth.theta)
     if not math.isfinite(error):
-        return told(outcome=Outcome.DIVERGED, note="no numbers at the end")
+        return told(outcome=Outcome.DIVERGED, note="the final state is not finite")
     lost = truth.digits_lost(error)
     outcome, why = _outcome(found, truth, error, lost)
     untold = truth.hopeless and not found.more_bits
     turns = [round(angle / math.tau) for angle in off]
     notes = [
-        "nothing to tell: no digits left" if untold else "",
+        "undetermined: no digits are left" if untold else "",
         why,
         ", ".join(
             f"{angle} is off by {n:+d} turn{'s'[: abs(n) > 1]}"  # which the axis does not see
@@ -533,9 +533,7 @@ def _outcome(
     poor = lost > (1 - KEPT) * truth.digits
     if poor or error >= ASTRAY:
         off = found.energy_error
-        said = "says that it has arrived" + (
-            "" if off is None else f"; its energy is off by {off:.0e}"
-        )
+        said = "reports success" + ("" if off is None else f"; energy error {off:.0e}")
         return Outcome.DIVERGED if error >= ASTRAY else Outcome.INACCURATE, said
     if missed := missed_events(found.counted, truth.counts):
         return Outcome.MISSED_EVENTS, "" if "events: " in found.said else missed

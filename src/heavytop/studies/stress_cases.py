@@ -111,23 +111,25 @@ def _shipped(name: str, hard: str, scene: str, **more: Any) -> Case:
 
 
 def _poles() -> Iterator[Case]:
-    hard = "the angles turn as fast as 1/θ beside a pole, and exactly there they jump"
+    hard = "φ and ψ turn as fast as 1/θ near a pole, and jump at the pole"
     yield _case("through-top", hard, SIMPLE, _falling("0"))
     yield _case("through-bottom", hard, SIMPLE, _falling("0", "-"))
     yield _shipped("planar-rotating", hard, "planar-rotating")
     for power in (2, 4, 6, 8, 10, 12):
         near = f"1e-{power}"
         yield _case(
-            f"near-top-{near}", f"it passes {near} rad from the top", SIMPLE, _falling(near)
+            f"near-top-{near}", f"the axis passes {near} rad from the top", SIMPLE, _falling(near)
         )
     near = "1e-6"
     bottom = _falling(near, "-")
-    yield _case(f"near-bottom-{near}", f"it passes {near} rad from the bottom", SIMPLE, bottom)
-    benchmark = "it passes 7e-7 rad from the bottom in every period, by construction"
+    yield _case(
+        f"near-bottom-{near}", f"the axis passes {near} rad from the bottom", SIMPLE, bottom
+    )
+    benchmark = "the axis passes 7e-7 rad from the bottom in every period, by construction"
     yield _shipped("lie-group", benchmark, "lie-group-benchmark", time=2)
-    at_pole = "φ and ψ do not exist apart where it starts"
+    at_pole = "the start is at a pole, where φ and ψ are not defined separately"
     yield _case("start-at-top", at_pole, SIMPLE, {"theta": 0, "thetadot": 1, "omega3": 2})
-    beside = "p_φ − p_ψ cosθ cancels: 2e-6 is left of 1e-2"
+    beside = "cancellation in p_φ − p_ψ cosθ: 2e-6 is left of 1e-2"
     yield _shipped("beside-the-top", beside, "sicm-forward-spin-held")
 
 
@@ -149,36 +151,36 @@ def _sleepers() -> Iterator[Case]:
     for sign in "+-":
         for power in (1, 4, 8, 12):
             off = f"1{sign}1e-{power}"
-            hard = f"nearly asleep and pushed, its spin {off} times the threshold"
+            hard = f"a pushed, almost sleeping top: its spin is {off} times the threshold"
             spins = {"phidot": off, "omega3": f"4*({off})"}
             start: Start = {"theta": "1e-6", "thetadot": "1e-6", **spins}
             yield _case(f"sleeping-{off}", hard, SIMPLE, start, time=20)
-    slow = "a tilt of 1e-6 grows as exp(0.97 t) and falls over: errors grow with it"
+    slow = "a tilt of 1e-6 grows as exp(0.97 t) until the top falls; errors grow with it"
     still = {"theta": "1e-6", "phidot": "0.25", "omega3": 1}
     yield _case("falling-asleep", slow, SIMPLE, still, time=25)
-    small = "absolute tolerances are larger than the whole motion"
+    small = "absolute tolerances are larger than the motion itself"
     yield _case("asleep-1e-6", small, BOOK, {"theta": "1e-6", "psidot": 140}, time=5)
     grows = "a tilt of 1e-6 grows a millionfold"
     yield _case("falling-1e-6", grows, BOOK, {"theta": "1e-6", "psidot": 20}, time=5)
 
 
 def _separatrices() -> Iterator[Case]:
-    hard = "rounding grows as exp(t/2) beside the vertical, which it nears for ever"
+    hard = "the axis approaches the vertical for ever; rounding errors grow as exp(t/2)"
     start = {"theta": "pi/3", "phidot": "2/sqrt(3)", "omega3": "2*sqrt(3)"}
     for time in (10, 20, 40, 80, 3000):
         yield _case(f"separatrix-{time}", hard, SIMPLE, start, time=time)
-    slow = "it rests for long beside the vertical, where errors grow"
+    slow = "the axis stays near the vertical for a long time, and errors grow there"
     yield _shipped("near-separatrix", slow, "near-separatrix", time=45)
 
 
 def _reversals() -> Iterator[Case]:
-    hard = "a cusp is a double root of φ̇: its sign may be seen to change twice, once, or not"
+    hard = "a cusp is a double root of φ̇: a sign test may find two changes, one or none"
     dropped = {"theta": "0.1", "psidot": 140}
     yield _case("cusp", hard, BOOK, dropped, counted=True)
     for power in (3, 6, 9, 12, 15):
         for sign in "+-":
             kick = f"{sign}1e-{power}"
-            near = f"φ̇ = {kick} rad/s at the start: two near zeros of φ̇ or none, and no cusp"
+            near = f"φ̇ = {kick} rad/s at the start: two close zeros of φ̇ or none, but no cusp"
             start = dropped | {"phidot": kick}
             yield _case(f"kick{kick}", near, BOOK, start, counted=True)
 
@@ -188,29 +190,31 @@ def _spins() -> Iterator[Case]:
         spin = f"1e{power}"
         top = (1, f"4/{spin}", 1)
         start = {"theta": "0.5", "phidot": 1, "omega3": spin}
-        hard = f"ω3 = {spin} rad/s at the same p_ψ: what sees the spin must follow it"
+        hard = (
+            f"ω3 = {spin} rad/s at the same p_ψ: a method with the spin in its state must follow it"
+        )
         yield _case(f"spin-{spin}", hard, top, start)
     for power in range(2, 8):
         spin = f"1e{power}"
         start = {"theta": "0.5", "psidot": spin}
-        hard = f"ψ̇ = {spin} rad/s at the same C: a nutation of 4e-{2 * power} rad and no larger"
+        hard = f"ψ̇ = {spin} rad/s at the same C: the nutation is at most 4e-{2 * power} rad"
         yield _case(f"fast-{spin}", hard, SIMPLE, start, counted=True)
     for power in (4, 6, 8, 10):
         spin = f"1e{power}"
         start = {"theta": "0.5", "thetadot": 1, "phidot": -1, "omega3": spin}
-        hard = f"l = {spin} rad/s beside e = 1: a step that is held to the larger loses the axis"
+        hard = f"l = {spin} rad/s and |e| = 1: a step chosen for the larger one loses the axis"
         yield _case(f"kicked-fast-{spin}", hard, (1, 1, 1), start, periods="99.618")
 
 
 def _others() -> Iterator[Case]:
     for off in ("1e-3", "1e-6", "1e-9", "1e-12", "1e-15", "0"):
-        hard = "two roots of the cubic are nearly one: turning points drown in rounding"
+        hard = "two roots of the cubic almost coincide: rounding hides the turning points"
         start = {"theta": "pi/3", "phidot": f"10+{off}", "omega3": "140.6"}
         yield _case(f"steady+{off}", hard, BETSCH, start, time=3, counted=True)
     kicked = {"theta": "0.1", "phidot": -15, "psidot": 140}
-    easy = "it is not: only defaults are too loose for it"
+    easy = "not hard: only loose default tolerances fail"
     yield _case("ten-periods", easy, BOOK, kicked, periods="9.618")
-    long = "errors of every step add up: energy says nothing of phase"
+    long = "the errors of all steps add up; the energy does not show the phase error"
     yield _case("hundred-periods", long, BOOK, kicked, periods="99.618")
     yield _case("1e5-periods", long, BOOK, kicked, periods="99999.618")
 

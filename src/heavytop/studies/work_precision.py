@@ -33,12 +33,14 @@ from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store
 KIND: Final = "work_precision"
 BUDGET_S: Final = 240.0
 ROUNDS: Final = "rounds"  # the task of timing again
-NO_TIME: Final = "not begun: no time was left for it"
+NO_TIME: Final = "not started: no time was left in the budget"
 NUMBERS: Final = {"periods": Range(1, 1e6), "budget": Range(1, 1e6)}
 STARTS: Final = 8  # the scene's own and neighbouring ones, the same for every method and setting
 FIRST_RUNS: Final = 0.6  # of the budget, then no first run is begun; the rest is for the rounds
 LIMITS: Final = 240  # in a budget, but a second at least: what a run may take
-FOLDED: Final = "the plan is folded: it goes one period, and no steps after it are there to time"
+FOLDED: Final = (
+    "the plan is folded: it integrates one period, and there are no further steps to time"
+)
 AUTO_DIGITS: Final = (6, 9, 12)
 AUTO_MOST: Final = 30
 BEFORE: Final = 0.382  # of a period before the last one ends: no turning point
@@ -367,7 +369,7 @@ def _first_runs(
             rows = zip(starts, record.rows, strict=True)
             return [_ready(start, each, periods, row) for start, row in rows]
         if each.name in too_slow:
-            raise IntegrationFailed(f"not begun: {too_slow[each.name]} took too long")
+            raise IntegrationFailed(f"not started: {too_slow[each.name]} took too long")
         found = []
         for start in starts:
             if clock() > deadline:

@@ -126,7 +126,7 @@
     const still = DATA.still.includes(verdict.kind);
     const top = still ? { ...own, thetadot: DATA.push, phidot: 0 } : own;
     if (still) {
-      notes.push(`Untouched it stays as it is; here it was pushed at ${DATA.push} rad/s.`);
+      notes.push(`Without a push it stays as it is; here it was pushed at ${DATA.push} rad/s.`);
     }
     const creeping = verdict.kind === "separatrix" || verdict.detail === "asymptotic";
     let { ends, period } = heavytop.reach(top);
@@ -142,7 +142,7 @@
     if (!found.complete) notes.push("It moves too fast to be followed to the end.");
     const spin = found.psi[times.length - 1] - found.psi[0];
     if (Math.abs(spin) > DATA.blurred * DATA.frames) {
-      notes.push("It spins too fast for the spin to be seen as it is.");
+      notes.push("The spin is too fast to be shown as it is.");
     }
     let most = 0;
     for (let k = 0; k < times.length; k += 1) {
