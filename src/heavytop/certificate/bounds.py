@@ -300,7 +300,8 @@ def _bounded(
                 off_by = N + plain + b.speed * clock
                 total = np.fmin(total, ROOT * np.sqrt(off_by) + q.rounding)
             there = np.isfinite(own) & np.isfinite(G)
-            found[name] = np.where(there, own, 0.0), total, UP * (rounded + speed * clock)
+            stays = np.where(there, UP * (rounded + speed * clock), 0.0)
+            found[name] = np.where(there, own, 0.0), total, stays
     return found
 
 
