@@ -6,7 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from heavytop.certificate.bounds import bound
+from heavytop.certificate.bounds import _of_attitude, bound
 from heavytop.certificate.steps import Steps, defects
 from heavytop.certificate.system import ONE
 
@@ -81,3 +81,17 @@ def test_some_of_the_steps_are_steps():
     few = steps.where(slice(3, 5))
     assert isinstance(few, Steps)
     assert few.length.tolist() == steps.length[3:5].tolist()
+
+
+def test_the_axis_of_a_quaternion_is_rounded_within_its_bound():
+    q = RNG.normal(size=(4, 300))
+    q /= np.sqrt((q * q).sum(axis=0))
+    states = np.concatenate((q, np.zeros((2, 300))))
+    rounding = _of_attitude(states, 0 * states, np.zeros(300))["axis"].rounding
+    a, b, c, d = q
+    mine = 2 * a * c + 2 * b * d, -2 * a * b + 2 * c * d, a**2 - b**2 - c**2 + d**2
+    for k in range(300):
+        e, f, g, h = (Fraction(x) for x in q[:, k])
+        true = 2 * e * g + 2 * f * h, 2 * g * h - 2 * e * f, e * e - f * f - g * g + h * h
+        square = sum((Fraction(x[k]) - y) ** 2 for x, y in zip(mine, true, strict=True))
+        assert float(square) ** 0.5 <= rounding[k] < 6e-16

@@ -7,6 +7,7 @@ import pytest
 
 import heavytop as ht
 from heavytop.analytic.closed_form import ClosedForm
+from heavytop.certificate.flow import Flow, TooCoarse
 from heavytop.errors import ForeignFile, NotCertified, WrongType
 from heavytop.run.events import Events
 from heavytop.run.own_motion import own_motion
@@ -169,3 +170,37 @@ def test_random_motions(seed):
     for quantity, error in errors_at(trajectory, times).items():
         if found.bound[quantity] is not None:
             assert error <= found.bound[quantity]
+
+
+@pytest.mark.parametrize("form", ["axis", "attitude", "cubic"])
+@pytest.mark.parametrize("periods", [-0.1, -0.6, 0.6])
+def test_a_run_shorter_than_a_period_has_the_table_of_one(form, periods):
+    """Back in time only a period leads; and a table that ends before its period is none."""
+    trajectory = run_of("sicm-kicked", form, periods=periods)
+    found = certify(trajectory)
+    assert found.proved
+    times = np.linspace(0, trajectory.orbit.end, 20)
+    for quantity, error in errors_at(trajectory, times).items():
+        if found.bound[quantity] is not None:
+            assert error <= found.bound[quantity]
+
+
+@pytest.mark.parametrize("form", ["axis", "attitude", "cubic"])
+def test_a_turning_point_at_the_start_of_a_short_run_is_one(form):
+    found = certify(run_of("sicm-dropped", form, periods=0.1))
+    assert found.events["turning"].count == 1
+    assert found.proved
+
+
+def test_without_known_turning_points_none_is_not_proved(monkeypatch):
+    """A short run does without them; that it found no event is then no proof that there is none."""
+
+    def untold(*_):
+        raise TooCoarse("a zero of turning")
+
+    monkeypatch.setattr(Flow, "_zero", untold)
+    trajectory = run_of("sicm-kicked", periods=1.37)
+    bare = replace(trajectory, events=_without(trajectory.events, slice(None)))
+    found = certify(bare)
+    assert found.events["turning"].proved is None
+    assert found.events["turning"].count == 0

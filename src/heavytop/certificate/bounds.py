@@ -42,6 +42,7 @@ SETTLED: Final = 14  # after so many, what is not bounded in many parts is not b
 MOST: Final = 200_000  # parts of steps at a time: more are not cut
 ROOT: Final = 1.4143  # |arccos a - arccos b| is less than this times the root of |a - b| < 1e-4
 ROUNDED: Final = 6 * UNIT  # relative: theta from a state, by roots and by the library's atan2
+PRODUCTS: Final = 5 * UNIT  # of a squared length: the axis from a quaternion, by sums of products
 ARC: Final = 1 + 1e-7  # of an angle below 1e-4 rad, to its sine
 
 
@@ -182,7 +183,9 @@ def _of_attitude(q: Array, d: Array, room: Array) -> dict[str, Quantity]:
     slope, bend = np.sqrt(1 / near_a**2 + 1 / near_b**2), 1 / nearest**2
     axis = 2 * np.sqrt(x * x + y * y + z * z)
     return {
-        "axis": Quantity(axis, 2 * (length + room), np.full_like(a, 2.0)),
+        "axis": Quantity(
+            axis, 2 * (length + room), np.full_like(a, 2.0), PRODUCTS * (length + room) ** 2
+        ),
         "theta": Quantity(
             theta, 2 * ARC / least, 2 / (least * nearest), 2 * ROUNDED * np.arctan2(b, a)
         ),

@@ -44,6 +44,7 @@ LOST: Final = 1e-18  # and what is read from it in double-doubles
 SLACK: Final = 1e-18  # far above what a table that is so good is off, in squares of states
 NEAREST: Final = 1e-6  # to a pole: nearer the turns of phi and psi are not proved
 WIDER: Final = 1 + 2.0**-20  # a piece, for what is bounded in it
+BEFORE: Final = 1e-7  # of a piece before time 0, in which an event may be
 MOST_PIECES: Final = 100_000
 FEW_PIECES: Final = 2000  # of a run that may do without a period
 SETTINGS: Final = ((192, 24), (384, 40), (1024, 90))  # bits, and the order of the polynomials
@@ -117,7 +118,7 @@ class Flow:
     start : sequence of float
         The state at time 0: exactly these doubles.
     end : float
-        Up to when, should the motion have no period before.
+        Up to when, should the motion have no period before; negative for a run back in time.
     quadrature : Quadrature, optional
         Of the axis form.
 
@@ -132,6 +133,8 @@ class Flow:
     ------
     TooCoarse
         1024 bits do not do.
+    ValueError
+        A run back in time has no period that leads there.
     """
 
     def __init__(
@@ -167,9 +170,12 @@ class Flow:
         self.reach = arb(delta) * WIDER
         self.pieces: list[Piece] = []
         self.turning: list[arb] = []
+        self.unclear = False
         last, largest, looking = Piece([], arb(0), arb(0)), [arb(0)] * 6, True
         beside, lost = arb(0), arb(0)
         stop = math.ceil(abs(self.end) / delta) + 2
+        if self.end < 0:  # only a period leads back: it is looked for with all bits
+            stop = max(stop, FEW_PIECES + 1)
         while len(self.pieces) < stop:
             if len(self.pieces) > MOST_PIECES:
                 raise TooCoarse(f"more than {MOST_PIECES} pieces in a period")
@@ -180,7 +186,7 @@ class Flow:
             if looking:
                 looking = self._look(p, piece.error, here, stop)
                 if len(self.turning) == 2:
-                    stop = min(stop, math.ceil(float(self.exact_period.upper()) / delta) + 1)
+                    stop = math.ceil(float(self.exact_period.upper()) / delta) + 1
             y = [arb_poly(row)(arb(delta)) for row in piece.rows]
             x = [arb(v.mid()) for v in y[: len(x)]]
             moved = system.norm([v - w for v, w in zip(y, x, strict=False)])
@@ -290,6 +296,7 @@ class Flow:
             if stop > FEW_PIECES:
                 raise
             self.turning.clear()
+            self.unclear = True
             return False
         if found is not None and not (
             self.turning and not found > self.turning[-1] + arb(self.piece) / 4
@@ -300,7 +307,9 @@ class Flow:
     def _zero(
         self, event: str, p: list[arb_poly], error: arb, here: list[arb], place: int
     ) -> arb | None:
-        """Return the zero of an event function in a piece, after time 0.
+        """Return the zero of an event function in a piece.
+
+        One a little before time 0 counts: rounding puts turning points at the start there.
 
         Raises
         ------
@@ -322,19 +331,21 @@ class Flow:
         for _ in range(20):
             at = arb((at - q(at) / q.derivative()(at)).mid())
         radius = upper((abs(q(at)) + off) / abs(slope))
-        if not (at + radius > 0 and at - radius < reach):
+        least = -BEFORE * reach if place == 0 else arb(0)
+        if not (at + radius > least and at - radius < reach):
             return None
-        found = place * arb(self.piece) + at + arb(0, radius)
-        return found if found > 0 else None
+        return place * arb(self.piece) + at + arb(0, radius)
 
     def zeros(self, event: str) -> list[arb]:
-        """Return the zeros of an event function within a period, after time 0.
+        """Return the zeros of an event function within a period, from time 0 or just before it.
 
         Raises
         ------
         TooCoarse
             Two of them are too near to each other.
         """
+        if self.unclear:
+            raise TooCoarse("turning points")
         if event == "turning":
             return self.turning
         found: list[arb] = []
@@ -380,6 +391,8 @@ class Flow:
         self.angles: dict[tuple[int, int], arb] = {}
         self.beside = (0.0, 0.0)  # what the quadrature grows by in a period
         if len(self.turning) < 2:
+            if self.end < 0 and not self.rests:
+                raise ValueError("back in time, and no period is found")
             return
         T = self.exact_period
         self.period = pair(T)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -83,7 +84,7 @@ class BinaryRun(Part):
         own, core = self.integrator, self.core
         n = len(core.states)
         start = np.array(self.start[:n]) / np.where(core.is_rate, own.pace, 1.0)
-        end = 1.001 * float(ends.max(initial=0.0))
+        end = math.copysign(1.001 * float(ends.max(initial=0.0)), self.end)
         return Flow(core, own.own_constants, start.tolist(), end, self.quadrature)
 
     def steps(self, start: Checkpoint, count: int) -> tuple[Steps, Checkpoint]:
