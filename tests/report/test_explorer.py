@@ -307,6 +307,16 @@ def test_sliders_are_moved_with_keys_and_the_kind_follows_at_once(page):
     assert 'theta = "pi"' in text(page, "toml")
 
 
+@pytest.mark.parametrize("tilt", ["15", "25", "60"])
+def test_a_cusp_is_no_reversal(page, tilt):
+    for name, typed in {"theta": tilt, "phidot": "0", "spin": "140"}.items():
+        put(page, name, typed)
+    assert text(page, "kind") == "cusps"
+    seen = page.value("document.body.innerText")
+    assert "cusp" in seen
+    assert "reversal of precession" not in seen
+
+
 def test_a_click_on_the_plane_of_kicks_moves_the_top_there(page):
     place = page.value(
         "(() => { const e = document.getElementById('plane'); e.scrollIntoView();"

@@ -268,7 +268,7 @@ def certify_parts(document: Known) -> Iterator[Line]:
         ("", "proved bound", "largest found", "ratio"),
         tuple(
             (
-                headed(name),
+                "axis, as a length" if name == "axis" else headed(name),
                 "none" if bounds[name] is None else size(bounds[name]),
                 size(document["observed"][name]),
                 _ratio(bounds[name], document["observed"][name]),
@@ -279,13 +279,13 @@ def certify_parts(document: Known) -> Iterator[Line]:
     if document["turns"] is not None:
         yield "whole turns", "proved" if document["turns"] else "not proved"
     for event, known in document["events"].items():
-        words = {True: "none missed, none doubled", False: "not proved", None: "not held"}
+        words = {True: "none missed, none doubled", False: "not proved", None: "not proved"}
         yield event, f"{known['count']}, {words[known['proved']]}"
     if document["time_bound_s"] is not None:
         yield "event times", f"off by at most {size(document['time_bound_s'])} s"
     for reason in document["why"]:
         yield "why", reason
-    yield "proved", "yes" if document["proved"] else "no"
+    yield "bounds proved", "yes" if document["proved"] else "no"
 
 
 def _ratio(bound: float | None, found: float | None) -> str:

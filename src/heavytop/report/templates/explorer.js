@@ -108,6 +108,7 @@
     for (let k = 1; k < rows.length; k += 1) {
       rows[k].forEach((now, which) => {
         const before = rows[k - 1][which];
+        if (which && kind === "cusps") return; // φ̇ touches zero there: its sign is rounding
         if (!(before * now < 0 || (now === 0 && before !== 0))) return;
         const part = before / (before - now), mixed = axes[k].map((x, j) =>
           axes[k - 1][j] + part * (x - axes[k - 1][j]));
