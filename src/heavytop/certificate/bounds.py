@@ -36,7 +36,7 @@ from heavytop.numbers.double_double import add
 Array = NDArray[np.float64]
 Columns = dict[str, Array]
 
-NEAR: Final = 1.4  # a bound so near the largest error found is not made better
+NEAR: Final = 1.3  # a bound so near the largest error found is not made better
 DEEPEST: Final = 24  # halvings of a step
 SETTLED: Final = 14  # after so many, what is not bounded in many parts is not bounded at all
 MOST: Final = 200_000  # parts of steps at a time: more are not cut
