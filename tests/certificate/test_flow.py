@@ -5,7 +5,8 @@ import pytest
 from flint import arb
 
 from heavytop.analytic.closed_form import ClosedForm
-from heavytop.certificate.flow import SMALL, Flow, TooCoarse
+from heavytop.certificate.balls import TooCoarse
+from heavytop.certificate.flow import SMALL, Flow
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.numbers.intervals import working
 from heavytop.run.own_motion import own_motion
@@ -41,7 +42,7 @@ def test_many_periods_later_it_is_turned(form):
     _, flow = flow_of(trajectory)
     exact = ClosedForm(own_motion(trajectory), 30)
     times = RNG.uniform(0, trajectory.orbit.end, 6)
-    (high, _), off = flow.at((times, np.zeros(6)))
+    (high, _), off, _ = flow.at((times, np.zeros(6)))
     for k, t in enumerate(times):
         true = exact(float(t))
         if form == "axis":
@@ -65,7 +66,7 @@ def test_the_quadrature_of_the_axis_form_gives_psi():
     exact = ClosedForm(own_motion(trajectory), 30)
     for t in RNG.uniform(0, trajectory.orbit.end, 5):
         true = exact(float(t))
-        (high, _), _ = flow.at((np.array([t]), np.zeros(1)))
+        (high, _), _, _ = flow.at((np.array([t]), np.zeros(1)))
         uniform = (known["kappa"] + side * known["frame_rate"]) * t
         psi = known["psi_0"] + uniform + side * (high[5, 0] - float(true.phi) + known["phi_0"])
         assert abs(psi - float(true.psi)) < 1e-11  # of thousands of radians, in doubles
@@ -92,3 +93,14 @@ def test_turning_points_are_half_a_period_apart():
     assert abs(flow.period[0] - motion.period) < 1e-15
     assert len(flow.zeros("reversal")) == 2
     assert max(float(each.error.upper()) for each in flow.pieces) < SMALL * flow.bounds.size
+
+
+def test_after_many_periods_more_is_told_to_be_off():
+    """What the period and the angles may be off counts once a period."""
+    _, flow = flow_of(run_of("sicm-kicked"))
+    early, late = (
+        flow.at((np.array([k * flow.period[0]]), np.zeros(1)))[1:] for k in (0.5, 1e15 + 0.5)
+    )
+    assert early[0] < 1e-17
+    assert late[0] - early[0] >= 1e15 * flow.off_a_period[0] * flow.bounds.speed > 1e-17
+    assert late[1] - early[1] >= 1e15 * flow.off_a_period[1] > 0

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from heavytop.certificate.bounds import _of_attitude, bound
-from heavytop.certificate.steps import Steps, defects
+from heavytop.certificate.steps import BEYOND, Steps, defects
 from heavytop.certificate.system import ONE
 
 from ..certificates import flow_of, run_of
@@ -95,3 +95,19 @@ def test_the_axis_of_a_quaternion_is_rounded_within_its_bound():
         true = 2 * e * g + 2 * f * h, 2 * g * h - 2 * e * f, e * e - f * f - g * g + h * h
         square = sum((Fraction(x[k]) - y) ** 2 for x, y in zip(mine, true, strict=True))
         assert float(square) ** 0.5 <= rounding[k] < 6e-16
+
+
+@pytest.mark.parametrize("periods", [3.3, -3.3, 7.123456789])
+def test_the_steps_reach_from_the_start_to_the_end_without_a_gap(periods):
+    trajectory = run_of("sicm-kicked", periods=periods)
+    own, _ = flow_of(trajectory)
+    steps, _ = own.steps(trajectory.orbit.checkpoints[0], trajectory.orbit.steps)
+    begun = [Fraction(a) + Fraction(b) for a, b in zip(*steps.label, strict=True)]
+    ends = [t + Fraction(x * BEYOND) for t, x in zip(begun, steps.length, strict=True)]
+    forward = 1 if periods > 0 else -1
+    assert begun[0] == 0
+    for t, before in zip(begun[1:], ends, strict=False):
+        assert forward * t <= forward * before or forward * t > forward * Fraction(own.end)
+    ends = [t for t, x in zip(ends, steps.length, strict=True) if x]  # what begins later is none
+    assert forward * ends[-1] >= forward * Fraction(own.end) * Fraction(own.integrator.pace)
+    assert abs(ends[-1] - Fraction(own.end) * Fraction(own.integrator.pace)) < 1e-14

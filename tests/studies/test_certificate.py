@@ -1,5 +1,6 @@
 """Certificates: bounds that no error exceeds, and planted errors that make them fail."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -7,13 +8,14 @@ import pytest
 
 import heavytop as ht
 from heavytop.analytic.closed_form import ClosedForm
-from heavytop.certificate.flow import Flow, TooCoarse
+from heavytop.certificate.balls import TooCoarse
+from heavytop.certificate.flow import Flow
 from heavytop.errors import ForeignFile, NotCertified, WrongType
 from heavytop.run.events import Events
 from heavytop.run.own_motion import own_motion
-from heavytop.studies.certificate import certify
+from heavytop.studies.certificate import _turns, certify
 
-from ..certificates import run_of
+from ..certificates import flow_of, run_of
 
 RNG = np.random.default_rng(1)
 
@@ -62,7 +64,7 @@ def test_no_error_exceeds_its_bound(name, form, asked):
             assert error <= bound
             assert found.observed[quantity] <= bound
     assert found.bound["theta"] <= max(20 * found.observed["theta"], 4e-15)
-    assert found.events["turning"].proved is (None if "steady" in name else True)
+    assert found.events.turning.proved is (None if "steady" in name else True)
 
 
 def test_a_projected_run_is_certified_step_by_step():
@@ -105,7 +107,7 @@ def test_a_missed_or_doubled_event_is_seen(which, twice):
     found = certify(wrong)
     assert not found.proved
     event = "reversal" if events.kind[place] == "reversal" else "turning"
-    assert found.events[event].proved is False
+    assert getattr(found.events, event).proved is False
     assert event in " ".join(found.why)
 
 
@@ -114,8 +116,8 @@ def test_an_event_at_a_wrong_time_widens_the_bound():
     t = trajectory.events.t.copy()
     t[4] += 1e-9
     found = certify(replace(trajectory, events=replace(trajectory.events, t=t)))
-    assert found.time_bound_s > 0.99e-9
-    assert certify(trajectory).time_bound_s < 1e-15
+    assert found.events.time_bound_s > 0.99e-9
+    assert certify(trajectory).events.time_bound_s < 1e-15
 
 
 def test_what_cannot_be_certified_says_why():
@@ -188,7 +190,7 @@ def test_a_run_shorter_than_a_period_has_the_table_of_one(form, periods):
 @pytest.mark.parametrize("form", ["axis", "attitude", "cubic"])
 def test_a_turning_point_at_the_start_of_a_short_run_is_one(form):
     found = certify(run_of("sicm-dropped", form, periods=0.1))
-    assert found.events["turning"].count == 1
+    assert found.events.turning.count == 1
     assert found.proved
 
 
@@ -202,5 +204,15 @@ def test_without_known_turning_points_none_is_not_proved(monkeypatch):
     trajectory = run_of("sicm-kicked", periods=1.37)
     bare = replace(trajectory, events=_without(trajectory.events, slice(None)))
     found = certify(bare)
-    assert found.events["turning"].proved is None
-    assert found.events["turning"].count == 0
+    assert found.events.turning.proved is None
+    assert found.events.turning.count == 0
+
+
+def test_turns_are_not_proved_where_the_angles_may_be_off_by_much():
+    own, flow = flow_of(run_of("sicm-kicked"))
+    bounds = {"axis": 1e-3, "theta": 1e-3, "phi": 1e-2, "psi": 1e-2}
+    assert _turns(own, flow, bounds, [])
+    for name, wrong in (("axis", 0.03), ("phi", 0.04), ("psi", None), ("phi", math.inf)):
+        why = []
+        assert not _turns(own, flow, bounds | {name: wrong}, why)
+        assert "whole turns are not proved" in why[0]

@@ -29,8 +29,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from heavytop.certificate.balls import UNIT
 from heavytop.certificate.flow import MARGIN, Flow, Quadrature
-from heavytop.certificate.steps import BEYOND, UNIT, UP, Steps, defects, residuals
+from heavytop.certificate.steps import BEYOND, UP, Steps, defects, residuals
 from heavytop.numbers.double_double import add
 
 Array = NDArray[np.float64]
@@ -82,7 +83,7 @@ class Anchors:
         n = len(weights)
         p, arithmetic, plain = steps.at(step, since)
         label = steps.label[0][step], steps.label[1][step]
-        x, lost = flow.at(add(label, (since, np.zeros_like(since))))
+        x, lost, lost_aside = flow.at(add(label, (since, np.zeros_like(since))))
         high, low = add(p, (-x[0], -x[1]))
         apart = high + low
 
@@ -91,13 +92,13 @@ class Anchors:
             return found
 
         off = UP * (lost + norm(arithmetic) + 4 * UNIT * norm(apart))
-        aside = arithmetic[n:].sum(axis=0) + plain[n:].sum(axis=0) + flow.aside
+        aside = arithmetic[n:].sum(axis=0) + plain[n:].sum(axis=0) + lost_aside
         size = norm(apart) + off
         return cls(step, since, apart, off, norm(plain), aside, size, p[0])
 
 
 @dataclass(frozen=True, slots=True)
-class Quantity:
+class QuantityBound:
     """A quantity at anchors: its change to first order, and what bounds it beside them.
 
     Attributes
@@ -139,7 +140,9 @@ def _exp(x: Array) -> Array:
     return bound
 
 
-def quantities(flow: Flow, states: Array, change: Array, room: Array) -> Mapping[str, Quantity]:
+def quantities(
+    flow: Flow, states: Array, change: Array, room: Array
+) -> Mapping[str, QuantityBound]:
     """Return the quantities that states give, to first order in a change of them.
 
     `room` is how far, in the norm, states may be from those given. At a pole some are not finite.
@@ -152,7 +155,7 @@ def quantities(flow: Flow, states: Array, change: Array, room: Array) -> Mapping
         return found
 
 
-def _of_axis(states: Array, change: Array, room: Array) -> dict[str, Quantity]:
+def _of_axis(states: Array, change: Array, room: Array) -> dict[str, QuantityBound]:
     (x, y, z), (dx, dy, dz) = states[:3], change[:3]
     r, length = np.sqrt(x * x + y * y), np.sqrt(x * x + y * y + z * z)
     near, least = np.maximum(r - room, 0.0) * (1 - 1e-14), (length - room) * (1 - 1e-14)
@@ -161,13 +164,13 @@ def _of_axis(states: Array, change: Array, room: Array) -> dict[str, Quantity]:
     theta = np.abs(z * along - r * dz) / (length * length)
     phi = (x * dy - y * dx) / (r * r)
     return {
-        "axis": Quantity(own, np.ones_like(r), np.zeros_like(r)),
-        "theta": Quantity(theta, ARC / least, 1 / (least * near), ROUNDED * np.arctan2(r, z)),
-        "phi": Quantity(phi, 1 / near, 1 / (near * near)),
+        "axis": QuantityBound(own, np.ones_like(r), np.zeros_like(r)),
+        "theta": QuantityBound(theta, ARC / least, 1 / (least * near), ROUNDED * np.arctan2(r, z)),
+        "phi": QuantityBound(phi, 1 / near, 1 / (near * near)),
     }
 
 
-def _of_attitude(q: Array, d: Array, room: Array) -> dict[str, Quantity]:
+def _of_attitude(q: Array, d: Array, room: Array) -> dict[str, QuantityBound]:
     a, b = np.sqrt(q[0] ** 2 + q[3] ** 2), np.sqrt(q[1] ** 2 + q[2] ** 2)
     length = np.sqrt(a * a + b * b)
     near_a, near_b = (np.maximum(x - room, 0.0) * (1 - 1e-14) for x in (a, b))
@@ -183,34 +186,34 @@ def _of_attitude(q: Array, d: Array, room: Array) -> dict[str, Quantity]:
     slope, bend = np.sqrt(1 / near_a**2 + 1 / near_b**2), 1 / nearest**2
     axis = 2 * np.sqrt(x * x + y * y + z * z)
     return {
-        "axis": Quantity(
+        "axis": QuantityBound(
             axis, 2 * (length + room), np.full_like(a, 2.0), PRODUCTS * (length + room) ** 2
         ),
-        "theta": Quantity(
+        "theta": QuantityBound(
             theta, 2 * ARC / least, 2 / (least * nearest), 2 * ROUNDED * np.arctan2(b, a)
         ),
-        "phi": Quantity(plus + minus, slope, bend),
-        "psi": Quantity(plus - minus, slope, bend),
+        "phi": QuantityBound(plus + minus, slope, bend),
+        "psi": QuantityBound(plus - minus, slope, bend),
     }
 
 
-def _of_cubic(states: Array, change: Array, room: Array) -> dict[str, Quantity]:
+def _of_cubic(states: Array, change: Array, room: Array) -> dict[str, QuantityBound]:
     w, d = states[0], change[0]
     low, high = (np.maximum(x - room, 0.0) * (1 - 1e-14) for x in (w, 2 - w))
     theta = np.abs(d) / np.sqrt(w * (2 - w))
     squared = low * high
     root = np.sqrt(squared)
-    return {"theta": Quantity(theta, 1 / root, 1 / (squared * root), ROUNDED * np.pi)}
+    return {"theta": QuantityBound(theta, 1 / root, 1 / (squared * root), ROUNDED * np.pi)}
 
 
 def _beside(
-    quadrature: Quadrature, states: Array, change: Array, room: Array, phi: Quantity
-) -> Quantity:
+    quadrature: Quadrature, states: Array, change: Array, room: Array, phi: QuantityBound
+) -> QuantityBound:
     """Return psi of the axis form: the quadrature less phi, or its negative."""
     side, momentum, _ = quadrature
     least = np.maximum(1 + side * states[2] - room, 0.0) * (1 - 1e-14)
     aside = abs(momentum) / (least * least)
-    return Quantity(change[-1] - phi.error, phi.gradient, phi.hessian, 0.0, aside)
+    return QuantityBound(change[-1] - phi.error, phi.gradient, phi.hessian, 0.0, aside)
 
 
 @dataclass
@@ -310,7 +313,7 @@ def _bounded(
 
 def _at(
     flow: Flow, anchors: Anchors, width: Array, spare: Array
-) -> tuple[Mapping[str, Quantity], Mapping[str, Quantity]]:
+) -> tuple[Mapping[str, QuantityBound], Mapping[str, QuantityBound]]:
     """Return quantities at anchors, to first order in what the states are off, and in time.
 
     Their derivatives are bounded over half of an interval so wide. Half of one takes the states

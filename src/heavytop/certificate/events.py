@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from heavytop.certificate.flow import UNIT, Flow, TooCoarse, pair
+from heavytop.certificate.balls import UNIT, TooCoarse, pair
+from heavytop.certificate.flow import Flow
 from heavytop.certificate.steps import UP
 from heavytop.numbers.double_double import add, two_product
 from heavytop.numbers.intervals import working

@@ -26,10 +26,22 @@ import numpy as np
 from flint import acb, arb, arb_mat, arb_poly
 from numpy.typing import NDArray
 
-from heavytop.certificate.system import System, operator_norm, symmetric, upper
+from heavytop.certificate.balls import (
+    UNIT,
+    TooCoarse,
+    hull,
+    larger,
+    operator_norm,
+    pair,
+    sup,
+    symmetric,
+    up,
+    upper,
+)
+from heavytop.certificate.system import QuadraticSystem
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import evaluated
-from heavytop.numbers.double_double import add, two_product, two_sum
+from heavytop.numbers.double_double import add, multiply, two_product
 from heavytop.numbers.intervals import working
 
 Array = NDArray[np.float64]
@@ -41,6 +53,7 @@ FINE: Final = 16  # pieces in the time in which the fastest rate turns by a radi
 MARGIN: Final = 1e-4  # how far from the solution a run may be, for the norms to hold
 SMALL: Final = 1e-27  # what the table may be off, relative to the size of the states,
 LOST: Final = 1e-18  # and what is read from it in double-doubles
+ROTATED: Final = 1e-28  # a state, by rounding and by rotation: far above 2^-104 and `pair`'s
 SLACK: Final = 1e-18  # far above what a table that is so good is off, in squares of states
 NEAREST: Final = 1e-6  # to a pole: nearer the turns of phi and psi are not proved
 WIDER: Final = 1 + 2.0**-20  # a piece, for what is bounded in it
@@ -48,7 +61,6 @@ BEFORE: Final = 1e-7  # of a piece before time 0, in which an event may be
 MOST_PIECES: Final = 100_000
 FEW_PIECES: Final = 2000  # of a run that may do without a period
 SETTINGS: Final = ((192, 24), (384, 40), (1024, 90))  # bits, and the order of the polynomials
-UNIT: Final = 2.0**-53
 
 PAIRS: Final = {  # states that turn together: how often by the angles of alpha and of beta
     "axis": {(0, 1): (1, 1), (3, 4): (1, 1)},
@@ -56,10 +68,6 @@ PAIRS: Final = {  # states that turn together: how often by the angles of alpha 
     "cubic": {},
 }
 TOLD: Final = {"axis": ((0, 1),), "attitude": ((0, 3), (1, 2)), "cubic": ()}  # by which angles
-
-
-class TooCoarse(ArithmeticError):
-    """More bits, or a higher order, are needed."""
 
 
 class Quadrature(NamedTuple):
@@ -84,8 +92,8 @@ class Bounds:
         Of the right-hand side.
     size : float
         Of the state.
-    turning : float
-        Of the rates of the angles that are counted; inf where one of them has none, at a pole.
+    inverse : float
+        Of 1/r, where r is the size of a pair of states whose argument is counted; inf at a pole.
     stiffness : float
         Of the factors in Hill's equation for the two complex numbers whose arguments phi and psi
         are made of: an argument that turns by pi takes at least pi over its root (`turns`).
@@ -95,7 +103,7 @@ class Bounds:
     jacobian: float
     speed: float
     size: float
-    turning: float
+    inverse: float
     stiffness: float
 
 
@@ -124,7 +132,7 @@ class Flow:
 
     Attributes
     ----------
-    system : System
+    system : QuadraticSystem
     period : tuple of float or None
         As a double-double; None where none is needed.
     bounds : Bounds
@@ -150,14 +158,13 @@ class Flow:
         for self.bits, self.order in SETTINGS:
             with working(self.bits):
                 try:
-                    self.system = System.of(form, constants, _rate(form, constants, start))
+                    self.system = QuadraticSystem.of(form, constants, _rate(form, constants, start))
                     self._solve()
                     self._close()
                     self._keep()
-                except TooCoarse as error:
+                except TooCoarse:
                     if (self.bits, self.order) == SETTINGS[-1]:
                         raise
-                    self.coarse = str(error)
                     continue
             return
 
@@ -172,7 +179,7 @@ class Flow:
         self.turning: list[arb] = []
         self.unclear = False
         last, largest, looking = Piece([], arb(0), arb(0)), [arb(0)] * 6, True
-        beside, lost = arb(0), arb(0)
+        beside, lost, self.beside_rate = arb(0), arb(0), 0.0
         stop = math.ceil(abs(self.end) / delta) + 2
         if self.end < 0:  # only a period leads back: it is looked for with all bits
             stop = max(stop, FEW_PIECES + 1)
@@ -180,8 +187,8 @@ class Flow:
             if len(self.pieces) > MOST_PIECES:
                 raise TooCoarse(f"more than {MOST_PIECES} pieces in a period")
             piece, p, here, found = self._solved(x, beside, last)
-            largest = [_larger(a, b) for a, b in zip(largest, found, strict=True)]
-            lost = _larger(lost, piece.error + system.norm(self._left_out(piece.rows[: len(x)])))
+            largest = [larger(a, b) for a, b in zip(largest, found, strict=True)]
+            lost = larger(lost, piece.error + system.norm(self._left_out(piece.rows[: len(x)])))
             self.pieces.append(piece)
             if looking:
                 looking = self._look(p, piece.error, here, stop)
@@ -223,7 +230,7 @@ class Flow:
             rows.append([beside + more[0], *more[1:]])
             aside = upper(aside + wrong * reach)
         size, speed = system.norm(here), system.norm(field)
-        largest = growth, operator_norm(matrix), speed, size, self._turn(p, f)
+        largest = growth, operator_norm(matrix), speed, size, self._inverse(p)
         return Piece(rows, error, aside), p, here, (*largest, self._stiffness(here))
 
     def _left_out(self, rows: list[list[arb]]) -> list[arb]:
@@ -242,19 +249,20 @@ class Flow:
             found.append(-sum(map(arb.__mul__, b[1 : k + 1], found[::-1]), arb(0)) / b[0])
         wrong = sup(arb_poly(found) * below - arb(momentum), self.reach) * least
         wrong += abs(arb(momentum)) * error * least * least
+        rate = abs(arb(momentum)) * least + abs(arb(frame))
+        self.beside_rate = max(self.beside_rate, up(rate))
         found[0] -= arb(frame)
         whole = [x / (k + 1) for k, x in enumerate(found)]
         return [arb(0), *whole], upper(wrong)
 
-    def _turn(self, p: list[arb_poly], f: list[arb_poly]) -> arb:
-        """Return a bound of the rates of the angles that are counted, in one piece."""
+    def _inverse(self, p: list[arb_poly]) -> arb:
+        """Return `inverse` of `Bounds` in one piece."""
         largest, slack = arb(0), arb(0, SLACK)
         for i, j in TOLD[self.form.name]:
             square = hull(p[i] * p[i] + p[j] * p[j], self.reach) + slack
             if not square > NEAREST**2:
                 return arb("inf")
-            moment = hull(p[i] * f[j] - p[j] * f[i], self.reach) + slack
-            largest = _larger(largest, abs(moment) / square)
+            largest = larger(largest, 1 / square.sqrt())
         return largest
 
     def _stiffness(self, here: list[arb]) -> arb:
@@ -269,7 +277,7 @@ class Flow:
             length = sum((x * x for x in e), arb(0)).sqrt()
             alpha, beta = (length + e[2]) / 2, (length - e[2]) / 2
         square = (l_x * l_x + l_y * l_y + along * along) / 4
-        return _larger(upper(square + g * beta), square - g * alpha)
+        return larger(upper(square + g * beta), square - g * alpha)
 
     @property
     def rests(self) -> bool:
@@ -390,6 +398,7 @@ class Flow:
         self.period: tuple[float, float] | None = None
         self.angles: dict[tuple[int, int], arb] = {}
         self.beside = (0.0, 0.0)  # what the quadrature grows by in a period
+        self.off_a_period = 0.0, 0.0  # how far that and the period may be off
         if len(self.turning) < 2:
             if self.end < 0 and not self.rests:
                 raise ValueError("back in time, and no period is found")
@@ -398,7 +407,11 @@ class Flow:
         self.period = pair(T)
         last, start = self.ball(T), [arb(v) for v in self.start]
         if self.quadrature:
-            self.beside = pair(last.pop())
+            grown = last.pop()
+            self.beside = pair(grown)
+            self.off_a_period = _off(T), _off(grown)
+        else:
+            self.off_a_period = _off(T), 0.0
         self.angles = self._angles(last)
         for (i, j), a in self.angles.items():
             s, c = a.sin_cos()
@@ -447,8 +460,10 @@ class Flow:
         off = [upper(error / w) for w in self.system.weights] + [aside]
         return [arb_poly(row)(since) + arb(0, each) for row, each in zip(rows, off, strict=False)]
 
-    def at(self, t: Words) -> tuple[Words, Array]:
+    def at(self, t: Words) -> tuple[Words, Array, Array]:
         """Return the solution at times, as double-doubles of shape (n, k), and how far it is off.
+
+        That is told in the norm, and for the quadrature.
 
         Parameters
         ----------
@@ -472,12 +487,12 @@ class Flow:
             q = q * s[0] + c
         x = q, np.zeros_like(q)
         for c_high, c_low in self._lead[:, j].transpose(0, 3, 2, 1)[::-1]:
-            x = add((c_high, c_low), _times(x, s))
+            x = add((c_high, c_low), multiply(x, s))
         x = self._advanced(x, n)
-        off = self.lost + 256 * UNIT**2 * (
-            self.bounds.size + self.bounds.speed * (np.abs(high) + self.piece)
-        )
-        return x, off
+        late = 256 * UNIT**2 * (np.abs(high) + self.piece) + np.abs(n) * self.off_a_period[0]
+        off = self.lost + self.bounds.size * ROTATED + self.bounds.speed * late
+        aside = self.aside + self.beside_rate * late + np.abs(n) * self.off_a_period[1]
+        return x, off, aside + 256 * UNIT**2 * np.abs(x[0][-1])
 
     def _advanced(self, x: Words, n: Array) -> Words:
         """Return what a state has become n periods later."""
@@ -488,11 +503,11 @@ class Flow:
         with working(self.bits):
             for (i, j), a in self.angles.items():
                 turned = [(int(k) * a).sin_cos() for k in whole]
-                s, c = (np.array([pair(v[k]) for v in turned])[back].T for k in (0, 1))
+                (s, c) = (_words([pair(v[k]) for v in turned], back) for k in (0, 1))
                 xi, xj = (high[i], low[i]), (high[j], low[j])
-                minus = _times(s, xj)
-                first = add(_times(c, xi), (-minus[0], -minus[1]))
-                second = add(_times(s, xi), _times(c, xj))
+                minus = multiply(s, xj)
+                first = add(multiply(c, xi), (-minus[0], -minus[1]))
+                second = add(multiply(s, xi), multiply(c, xj))
                 high[i], low[i], high[j], low[j] = *first, *second
         if self.quadrature:
             grown = two_product(n, self.beside[0])
@@ -501,9 +516,15 @@ class Flow:
         return high, low
 
 
-def _times(a: Any, b: Any) -> Words:
-    high, low = two_product(a[0], b[0])
-    return two_sum(high, low + (a[0] * b[1] + a[1] * b[0]))
+def _off(x: arb) -> float:
+    """Return how far a ball may be from the double-double that `pair` makes of it."""
+    return up(arb(x.rad()) + abs(x) * arb(2) ** -104)
+
+
+def _words(pairs: Sequence[tuple[float, float]], back: NDArray[np.intp]) -> Words:
+    """Return numbers of two words as two arrays, taken at some places."""
+    high, low = np.array(pairs)[back].T
+    return high, low
 
 
 def _rate(form: Formulation, constants: Mapping[str, float], start: Sequence[float]) -> float:
@@ -517,7 +538,7 @@ def _rate(form: Formulation, constants: Mapping[str, float], start: Sequence[flo
         return sum(float(x) ** 2 for row in matrix.tolist() for x in row)
 
     def jacobian(rate: float) -> arb_mat:
-        return System.of(form, constants, rate).jacobian([arb(v) for v in start])
+        return QuadraticSystem.of(form, constants, rate).jacobian([arb(v) for v in start])
 
     rates = [2.0**k for k in range(-40, 41)]
     fastest = math.sqrt(min(size(jacobian(rate)) for rate in rates))
@@ -525,42 +546,6 @@ def _rate(form: Formulation, constants: Mapping[str, float], start: Sequence[flo
     return min(sane, key=lambda rate: size(symmetric(jacobian(rate))))
 
 
-def hull(q: arb_poly, reach: arb) -> arb:
-    """Return a ball that holds the values of a polynomial from 0 to `reach`."""
-    coefficients = q.coeffs() or [arb(0)]
-    rest = sum((abs(c) * reach**k for k, c in enumerate(coefficients[1:], 1)), arb(0))
-    return arb(coefficients[0]) + arb(0, upper(rest))
-
-
-def sup(q: arb_poly, reach: arb) -> arb:
-    """Return an upper bound of a polynomial from 0 to `reach`."""
-    return upper(sum((abs(c) * reach**k for k, c in enumerate(q.coeffs())), arb(0)))
-
-
-def up(x: arb) -> float:
-    """Return a double that is not below a ball."""
-    return math.nextafter(float(x.upper()), math.inf)
-
-
-def pair(x: arb) -> tuple[float, float]:
-    """Return a ball as a double-double.
-
-    Raises
-    ------
-    TooCoarse
-        It is too wide for one.
-    """
-    if not float(x.rad()) <= 1e-30 * (1 + abs(float(x.mid()))):
-        raise TooCoarse("a number that is not known well enough")
-    high = float(x.mid())
-    return high, float((x - high).mid())
-
-
 def _grown(error: arb, defect: arb, m: arb, time: arb) -> arb:
     grow = (m * time).exp()
     return error * grow + (defect * (grow - 1) / m if m > 0 else defect * time)
-
-
-def _larger(a: arb, b: arb) -> arb:
-    b = upper(b)
-    return b if not b <= a else a

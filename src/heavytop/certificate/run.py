@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from heavytop.certificate.balls import UNIT
 from heavytop.certificate.flow import Flow, Quadrature
-from heavytop.certificate.steps import UNIT, Steps
+from heavytop.certificate.steps import Steps
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.integration.compiled import compiled
@@ -96,8 +97,10 @@ class BinaryRun(Part):
         kept, end = own.polynomials(start, count, 4.0 * self.end)
         high, low = (np.full(kept.length.size, word * own.pace) for word in start.time)
         label = add((high, low), (kept.begun[:, 0], kept.begun[:, 1]))
-        left = self.end * own.pace - label[0]
-        length = np.where(np.abs(kept.length) < np.abs(left), kept.length, left)
+        forward, last = math.copysign(1.0, self.end), abs(self.end * own.pace)
+        # a little more, for this difference is rounded
+        left = np.maximum(last - forward * label[0] + 4 * UNIT * last, 0.0)
+        length = forward * np.minimum(np.abs(kept.length), left)
         return Steps(
             np.ascontiguousarray(kept.coefficients.transpose(2, 1, 0)),
             label,
@@ -111,14 +114,19 @@ def _clock(start: Checkpoint, kept: Any, pace: float) -> Any:
 
     A time is measured from the start of its block, then from where its leg begins, then from its
     step; each difference of doubles is rounded, but for differences with zero, and of two numbers
-    less than a factor of two apart (Sterbenz).
+    less than a factor of two apart (Sterbenz). A time that is before the first step of a block, or
+    of a leg, but for rounding, is taken to be its beginning.
     """
     since = np.abs(kept.begun[:, 0] + kept.length)
     leg = np.abs(kept.begun[:, 0] - kept.restarted) + np.abs(kept.length)
     begun = abs(start.time[0]) * pace
     first = 0.0 if start.time == (0.0, 0.0) else np.where(since < begun, 1.0, 2.0)
     second = np.where(kept.restarted == 0, 0.0, np.where(leg < np.abs(kept.restarted), 1.0, 2.0))
-    return UNIT * (first * since + second * leg + 2 * np.abs(kept.length)) * (1 + 1e-9)
+    off = UNIT * (first * since + second * leg + 2 * np.abs(kept.length))
+    off[:1] += abs(start.time[1]) * pace
+    last_leg = np.abs(np.diff(kept.restarted, prepend=0.0))  # 0 but where a leg begins
+    off += 4 * UNIT * last_leg
+    return off * (1 + 1e-9)
 
 
 def binary_run(trajectory: Any) -> BinaryRun:

@@ -14,14 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from heavytop.certificate.balls import UNIT
 from heavytop.certificate.flow import Quadrature
-from heavytop.certificate.system import ONE, System
+from heavytop.certificate.system import ONE, QuadraticSystem
 from heavytop.numbers.double_double import add, two_product
 
 Array = NDArray[np.float64]
 Words = tuple[Array, Array]
 
-UNIT = 2.0**-53
 UP = 1 + 1e-12
 BEYOND = 1 + 2.0**-48  # of a step, for which its polynomial is bounded: labels of steps are rounded
 MANY = 4096  # times at a time, for the same reason
@@ -88,7 +88,7 @@ class Steps:
         return x, 16 * (order + 1) * UNIT**2 * size * UP, UNIT * plain * UP
 
 
-def defects(system: System, steps: Steps) -> Array:
+def defects(system: QuadraticSystem, steps: Steps) -> Array:
     """Return bounds of |p' - f(p)| over each step, shape (k,), in the norm of the system."""
     count = steps.length.size
     if not count:
@@ -105,7 +105,7 @@ def residuals(quadrature: Quadrature, steps: Steps) -> Array:
     side, momentum, frame = quadrature
     c = steps.coefficients
     order, reach = len(c) - 1, np.abs(steps.length) * BEYOND
-    powers = reach ** np.arange(2 * order + 1)[:, None]
+    powers = _powers(reach, 2 * order + 1)
     index = np.arange(order + 1)[:, None]
     rate, height = index[1:] * c[1:, -1], side * c[:, 2]
     rate[0] += frame
@@ -122,10 +122,10 @@ def residuals(quadrature: Quadrature, steps: Steps) -> Array:
     return found
 
 
-def _defects(system: System, steps: Steps) -> Array:
+def _defects(system: QuadraticSystem, steps: Steps) -> Array:
     c = steps.coefficients
     order, reach = len(c) - 1, np.abs(steps.length) * BEYOND
-    powers = reach ** np.arange(2 * order + 1)[:, None]
+    powers = _powers(reach, 2 * order + 1)
     index = np.arange(order + 1)[:, None, None]
     scaled = np.abs(c) * powers[: order + 1, None]
     S, weighted = scaled.sum(axis=0), (index * scaled).sum(axis=0)  # sums of |c|, of k |c|
@@ -146,7 +146,15 @@ def _defects(system: System, steps: Steps) -> Array:
             d[: order + 1 if k != ONE else 1] -= a * c[:, k] if k != ONE else a
             rounding += (2 + later) * abs(a) * (S[k] if k != ONE else 1.0)
         d[:order] += index[1:, 0] * c[1:, i]
-        rounding += 3 * (index[1:, 0] * scaled[1:, i] / reach).sum(axis=0)
+        rounding += 3 * (index[1:, 0] * np.abs(c[1:, i]) * powers[:order]).sum(axis=0)
         size = (np.abs(d) * powers).sum(axis=0) + UNIT * rounding
         total += (system.weights[i] * size) ** 2
     return UP * np.sqrt(total)
+
+
+def _powers(x: Array, count: int) -> Array:
+    """Return the powers of numbers, shape (count, k), by multiplication alone."""
+    factors = np.broadcast_to(x, (count, x.size)).copy()
+    factors[0] = 1.0
+    found: Array = np.multiply.accumulate(factors, axis=0)
+    return found

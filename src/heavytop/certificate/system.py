@@ -18,13 +18,13 @@ import numpy as np
 from flint import arb, arb_mat, arb_poly
 from numpy.typing import NDArray
 
+from heavytop.certificate.balls import upper
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import quadratic_terms
 
 Array = NDArray[np.float64]
 
 ONE: Final = -1  # the place of a factor that is 1
-_POWER: Final = 4  # squarings: a norm is bounded by tr((S^T S)^16)^(1/32), at most 1.06 times it
 
 
 class Term(NamedTuple):
@@ -36,7 +36,7 @@ class Term(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class System:
+class QuadraticSystem:
     """The terms of each right-hand side, and the weight of each state in the norm of errors.
 
     Attributes
@@ -51,7 +51,7 @@ class System:
     weights: tuple[float, ...]
 
     @classmethod
-    def of(cls, form: Formulation, constants: Mapping[str, float], rate: float) -> System:
+    def of(cls, form: Formulation, constants: Mapping[str, float], rate: float) -> QuadraticSystem:
         """Return the equations of a form with the constants of a run.
 
         Parameters
@@ -133,24 +133,6 @@ class System:
             (arb(w) * arb(abs(x).upper())) ** 2 for w, x in zip(self.weights, y, strict=True)
         )
         return upper(arb(upper(sum(squares, arb(0)))).sqrt())
-
-
-def upper(x: arb) -> arb:
-    """Return the upper end of a ball, as a ball without radius."""
-    return arb(x.upper())
-
-
-def operator_norm(matrix: arb_mat) -> arb:
-    """Return an upper bound of the Euclidean norm of a matrix: at most 1.06 times it."""
-    power = matrix.transpose() * matrix
-    for _ in range(_POWER):
-        power = power * power
-    return arb(arb(upper(power.trace())).root(2 ** (_POWER + 1)).upper())
-
-
-def symmetric(matrix: arb_mat) -> arb_mat:
-    """Return the symmetric part of a matrix: its norm bounds the logarithmic norm."""
-    return (matrix + matrix.transpose()) / 2
 
 
 def _double(x: Fraction) -> float:

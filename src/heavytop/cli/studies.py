@@ -20,7 +20,6 @@ from heavytop.results.base import command_of, typed, typing
 if TYPE_CHECKING:
     from heavytop.studies.runner import Progress
 
-TRAJECTORY: Final = "trajectory.nc"  # of a run
 
 Ends: TypeAlias = Iterator[tuple[Exit, str]]
 """What is wrong with a result: an exit code and a sentence for each fault."""
@@ -300,6 +299,7 @@ def certify(
 
     A stored run is integrated again, and must have the same bits.
     """
+    from heavytop.report.files import TRAJECTORY
     from heavytop.studies.certificate import certify as proved
 
     asked = {"formulation": formulation.value != "auto", "projected": projected, "set": changes}

@@ -54,6 +54,12 @@ def add(x: tuple[Words, Words], y: tuple[Words, Words]) -> tuple[Words, Words]:
     return two_sum(high, error + (x[1] + y[1]))
 
 
+def multiply(x: tuple[Array, Array], y: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Return the product of two double-doubles, to about 31 digits."""
+    high, low = two_product(x[0], y[0])
+    return two_sum(high, low + (x[0] * y[1] + x[1] * y[0]))
+
+
 def total(first: Array, *others: Array | float) -> tuple[Array, Array]:
     """Return a sum as a double-double; what is large and cancels comes first."""
     high, low = two_sum(first, others[0])

@@ -278,11 +278,15 @@ def certify_parts(document: Known) -> Iterator[Line]:
     )
     if document["turns"] is not None:
         yield "whole turns", "proved" if document["turns"] else "not proved"
-    for event, known in document["events"].items():
+    events = dict(document["events"])
+    time_bound = events.pop("time_bound_s")
+    for event, known in events.items():
+        if known is None:
+            continue
         words = {True: "none missed, none doubled", False: "not proved", None: "not proved"}
         yield event, f"{known['count']}, {words[known['proved']]}"
-    if document["time_bound_s"] is not None:
-        yield "event times", f"off by at most {size(document['time_bound_s'])} s"
+    if time_bound is not None:
+        yield "event times", f"off by at most {size(time_bound)} s"
     for reason in document["why"]:
         yield "why", reason
     yield "bounds proved", "yes" if document["proved"] else "no"

@@ -12,7 +12,7 @@ QUANTITIES: Final = ("axis", "theta", "phi", "psi")
 
 
 @dataclass(frozen=True, kw_only=True)
-class ProvedEvents(Part):
+class EventProof(Part):
     """The events of one kind that a run has.
 
     Attributes
@@ -24,6 +24,24 @@ class ProvedEvents(Part):
 
     count: int
     proved: bool | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProvedEvents(Part):
+    """The events that the scene asks for, each kind of them.
+
+    Attributes
+    ----------
+    turning, reversal, cusp : EventProof or None
+        None where the scene does not ask for them.
+    time_bound_s : float or None
+        Proved: no time of a turning point or a reversal is off by more [s].
+    """
+
+    turning: EventProof | None = None
+    reversal: EventProof | None = None
+    cusp: EventProof | None = None
+    time_bound_s: Number | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,12 +67,9 @@ class Certificate(Result):
     turns : bool or None
         Whether the whole turns of phi and psi are proved too; else the bounds are of the angles
         but for whole turns.
-    events : dict from str to ProvedEvents
-        By turning, reversal, cusp.
-    time_bound_s : float or None
-        Proved: no time of an event is off by more [s].
+    events : ProvedEvents
     proved : bool
-        Whether axis and theta are bounded, and no event that was asked for is in doubt.
+        Whether axis and theta are bounded, and no event is known to be missed or doubled.
     why : tuple of str
         What is not proved, and why.
     """
@@ -69,7 +84,6 @@ class Certificate(Result):
     bound: Mapping[Text, Number | None]
     observed: Mapping[Text, Number | None]
     turns: bool | None
-    events: Mapping[Text, ProvedEvents]
-    time_bound_s: Number | None
+    events: ProvedEvents
     proved: bool
     why: tuple[Text, ...] = ()
