@@ -1,7 +1,7 @@
 """How far a run may be from the exact motion, over all times of its steps.
 
-At some times, the anchors, both the polynomial of a step and the exact solution are known to twice
-the digits of a double, and so is their difference d. Between two anchors, w apart, it obeys
+At some times, the anchors, both the polynomial of a step and the exact solution are known to more
+digits than doubles have, and so is their difference d. Between two anchors, w apart, it obeys
 d' = J d + defect, where J is the Jacobian half way between the two, exactly, for the equations are
 quadratic. With m >= mu(J), its logarithmic norm, and D >= |defect|, |d| is at most
 
@@ -31,16 +31,18 @@ from numpy.typing import NDArray
 
 from heavytop.certificate.balls import UNIT
 from heavytop.certificate.flow import MARGIN, Flow, Quadrature
-from heavytop.certificate.steps import BEYOND, UP, Steps, defects, residuals
+from heavytop.certificate.steps import UP, Steps, defects, residuals
 from heavytop.numbers.double_double import add
 
 Array = NDArray[np.float64]
-Columns = dict[str, Array]
+Words = tuple[Array, Array]
 
 NEAR: Final = 1.3  # a bound so near the largest error found is not made better
 DEEPEST: Final = 24  # halvings of a step
 SETTLED: Final = 14  # after so many, what is not bounded in many parts is not bounded at all
 MOST: Final = 200_000  # parts of steps at a time: more are not cut
+SAME: Final = 2.0**-100  # of a time: what `Flow.at` takes it to be off is more
+EDGE: Final = 1 + 2.0**-20  # of an interval, more than twice what `BEYOND` adds to a part of a step
 ROOT: Final = 1.4143  # |arccos a - arccos b| is less than this times the root of |a - b| < 1e-4
 ROUNDED: Final = 6 * UNIT  # relative: theta from a state, by roots and by the library's atan2
 PRODUCTS: Final = 5 * UNIT  # of a squared length: the axis from a quaternion, by sums of products
@@ -77,13 +79,22 @@ class Anchors:
     states: Array
 
     @classmethod
-    def at(cls, flow: Flow, steps: Steps, step: NDArray[np.intp], since: Array) -> Anchors:
-        """Return those at times since the beginning of steps."""
+    def at(
+        cls,
+        flow: Flow,
+        steps: Steps,
+        step: NDArray[np.intp],
+        since: Array,
+        known: tuple[Words, Array, Array] | None = None,
+    ) -> Anchors:
+        """Return those at times since the beginning of steps; `known` is the solution there."""
         weights = np.array(flow.system.weights)[:, None]
         n = len(weights)
         p, arithmetic, plain = steps.at(step, since)
-        label = steps.label[0][step], steps.label[1][step]
-        x, lost, lost_aside = flow.at(add(label, (since, np.zeros_like(since))))
+        if known is None:
+            label = steps.label[0][step], steps.label[1][step]
+            known = flow.at(add(label, (since, np.zeros_like(since))))
+        x, lost, lost_aside = known
         high, low = add(p, (-x[0], -x[1]))
         apart = high + low
 
@@ -236,8 +247,9 @@ def bound(flow: Flow, steps: Steps, floor: Mapping[str, float]) -> Bound:
     """
     D, k = defects(flow.system, steps), np.arange(steps.length.size)
     R = residuals(flow.quadrature, steps) if flow.quadrature else np.zeros_like(D)
-    left = Anchors.at(flow, steps, k, np.zeros(k.size))
-    right = Anchors.at(flow, steps, k, steps.length * BEYOND)
+    begun, ended = _at_both_ends(flow, steps)
+    left = Anchors.at(flow, steps, k, np.zeros(k.size), begun)
+    right = Anchors.at(flow, steps, k, steps.length, ended)
     found: dict[str, float] = dict(floor)
     proved: dict[str, float] = {}
     for depth in range(DEEPEST + 1):
@@ -263,6 +275,26 @@ def bound(flow: Flow, steps: Steps, floor: Mapping[str, float]) -> Bound:
     return Bound(found, proved)
 
 
+def _at_both_ends(
+    flow: Flow, steps: Steps
+) -> tuple[tuple[Words, Array, Array], tuple[Words, Array, Array]]:
+    """Return the solution where steps begin, and where they end: there the next one begins."""
+    begun, k = steps.label, np.arange(steps.length.size)
+    ended = add(begun, (steps.length, np.zeros_like(steps.length)))
+    gap = np.abs(ended[0][:-1] - begun[0][1:] + (ended[1][:-1] - begun[1][1:]))
+    apart = np.ones(k.size, dtype=bool)
+    apart[:-1] = ~(gap <= SAME * np.abs(begun[0][1:]))
+    high, low = (np.concatenate((a, b[apart])) for a, b in zip(begun, ended, strict=True))
+    (x_high, x_low), *off = flow.at((high, low))
+    place = k + 1
+    place[apart] = k.size + np.arange(apart.sum())
+
+    def taken(places: NDArray[np.intp]) -> tuple[Words, Array, Array]:
+        return (x_high[:, places], x_low[:, places]), off[0][places], off[1][places]
+
+    return taken(k), taken(place)
+
+
 def _bounded(
     flow: Flow, steps: Steps, defect: tuple[Array, Array], left: Anchors, right: Anchors
 ) -> dict[str, tuple[Array, Array, Array]]:
@@ -271,7 +303,7 @@ def _bounded(
     The part is what the run itself rounds: no cut makes it smaller.
     """
     D, R = (each[left.step] for each in defect)
-    width, clock = np.abs(right.since - left.since), steps.clock[left.step]
+    width, clock = EDGE * np.abs(right.since - left.since), steps.clock[left.step]
     b = flow.bounds
     m = max(b.growth, 1e-3 * b.jacobian, 1e-9)
     N = between(left.size, right.size, width, m, D)

@@ -57,6 +57,7 @@ ROTATED: Final = 1e-28  # a state, by rounding and by rotation: far above 2^-104
 SLACK: Final = 1e-18  # far above what a table that is so good is off, in squares of states
 NEAREST: Final = 1e-6  # to a pole: nearer the turns of phi and psi are not proved
 WIDER: Final = 1 + 2.0**-20  # a piece, for what is bounded in it
+FEW_TURNS: Final = 256  # of which sines and cosines are kept
 BEFORE: Final = 1e-7  # of a piece before time 0, in which an event may be
 MOST_PIECES: Final = 100_000
 FEW_PIECES: Final = 2000  # of a run that may do without a period
@@ -396,7 +397,9 @@ class Flow:
             They are not known well enough; after a period the solution is not where it was.
         """
         self.period: tuple[float, float] | None = None
-        self.angles: dict[tuple[int, int], arb] = {}
+        self.angles: dict[tuple[int, int], arb] = {}  # by how often those of alpha and beta count
+        self._known: dict[tuple[int, int], tuple[Words, Words]] = {}
+        self._turns: dict[tuple[int, int], list[tuple[int, int]]] = {}
         self.beside = (0.0, 0.0)  # what the quadrature grows by in a period
         self.off_a_period = 0.0, 0.0  # how far that and the period may be off
         if len(self.turning) < 2:
@@ -413,15 +416,16 @@ class Flow:
         else:
             self.off_a_period = _off(T), 0.0
         self.angles = self._angles(last)
-        for (i, j), a in self.angles.items():
-            s, c = a.sin_cos()
+        for (i, j), turn in PAIRS[self.form.name].items():
+            self._turns.setdefault(turn, []).append((i, j))
+            s, c = self.angles[turn].sin_cos()
             start[i], start[j] = c * start[i] - s * start[j], s * start[i] + c * start[j]
         apart = self.system.norm([v - w for v, w in zip(last, start, strict=True)])
         if not apart < 1e6 * SMALL * self.bounds.size:
             raise TooCoarse(f"after a period the solution is {float(apart):.1e} off")
 
     def _angles(self, last: Sequence[arb]) -> dict[tuple[int, int], arb]:
-        """Return by which angle each pair of states has turned, from those that are not zero."""
+        """Return by which angles pairs of states have turned, from those that are not zero."""
         turns, known = PAIRS[self.form.name], {}
         for i, j in turns:
             if self.start[i] or self.start[j]:
@@ -434,18 +438,18 @@ class Flow:
         elif one is None or other is None:
             known[1, 0] = one = one if one is not None else both - (other or zero)
             known[0, 1] = both - one
-        return {place: known.get(turn, zero) for place, turn in turns.items()}
+        return {turn: known.get(turn, zero) for turn in turns.values()}
 
     # --- values -----------------------------------------------------------------------------------
 
     def _keep(self) -> None:
         """Keep the polynomials as doubles."""
         rows = [piece.rows for piece in self.pieces]
-        self._lead = np.array(
-            [[[pair(row[k]) for row in each] for each in rows] for k in range(LEAD)]
-        )
+        columns = [list(zip(*each, strict=True)) for each in zip(*rows, strict=True)]
+        lead = np.array([[[pair(x) for x in row[k]] for row in columns] for k in range(LEAD)])
+        self._lead = np.ascontiguousarray(lead.transpose(0, 3, 1, 2))  # order, word, state, piece
         self._rest = np.array(
-            [[[float(row[k].mid()) for row in each] for each in rows] for k in range(LEAD, KEPT)]
+            [[[float(x.mid()) for x in row[k]] for row in columns] for k in range(LEAD, KEPT)]
         )
         self.aside = 0.0
         if self.quadrature:
@@ -481,13 +485,12 @@ class Flow:
         s = add(since, (begun, np.zeros_like(high)))
         if not np.all((s[0] > -1e-7 * self.piece) & (s[0] < self.piece * (1 + 1e-7))):
             raise ArithmeticError("a time outside of the table")
-        rest = self._rest[:, j].transpose(0, 2, 1)  # coefficient, state, time
-        q = rest[-1]
-        for c in rest[-2::-1]:
-            q = q * s[0] + c
+        q = self._rest[-1][:, j]
+        for c in self._rest[-2::-1]:
+            q = q * s[0] + c[:, j]
         x = q, np.zeros_like(q)
-        for c_high, c_low in self._lead[:, j].transpose(0, 3, 2, 1)[::-1]:
-            x = add((c_high, c_low), multiply(x, s))
+        for c_high, c_low in self._lead[::-1]:
+            x = add((c_high[:, j], c_low[:, j]), multiply(x, s))
         x = self._advanced(x, n)
         late = 256 * UNIT**2 * (np.abs(high) + self.piece) + np.abs(n) * self.off_a_period[0]
         off = self.lost + self.bounds.size * ROTATED + self.bounds.speed * late
@@ -498,22 +501,37 @@ class Flow:
         """Return what a state has become n periods later."""
         if self.period is None or not n.any():
             return x
-        whole, back = np.unique(n, return_inverse=True)
         high, low = (np.array(each) for each in x)
-        with working(self.bits):
-            for (i, j), a in self.angles.items():
-                turned = [(int(k) * a).sin_cos() for k in whole]
-                (s, c) = (_words([pair(v[k]) for v in turned], back) for k in (0, 1))
-                xi, xj = (high[i], low[i]), (high[j], low[j])
-                minus = multiply(s, xj)
-                first = add(multiply(c, xi), (-minus[0], -minus[1]))
-                second = add(multiply(s, xi), multiply(c, xj))
-                high[i], low[i], high[j], low[j] = *first, *second
+        for turn, pairs in self._turns.items():
+            s, c = self._turned(turn, n)
+            for i, j in pairs:
+                z = _times((c, s), ((high[i], low[i]), (high[j], low[j])))
+                (high[i], low[i]), (high[j], low[j]) = z
         if self.quadrature:
             grown = two_product(n, self.beside[0])
             more = grown[0], grown[1] + n * self.beside[1]
             high[-1], low[-1] = add((high[-1], low[-1]), more)
         return high, low
+
+    def _turned(self, turn: tuple[int, int], n: Array) -> tuple[Words, Words]:
+        """Return sine and cosine of n times an angle: of a few hundreds of it, and of the rest."""
+        known = self._known.get(turn)
+        if known is None:
+            known = self._known[turn] = self._sin_cos(turn, range(FEW_TURNS))
+        many = np.floor(n / FEW_TURNS)
+        rest = (n - FEW_TURNS * many).astype(np.intp)
+        whole, back = np.unique(many, return_inverse=True)
+        sines, cosines = self._sin_cos(turn, (FEW_TURNS * whole).tolist())
+        c, s = _times(
+            (_taken(cosines, back), _taken(sines, back)),
+            (_taken(known[1], rest), _taken(known[0], rest)),
+        )
+        return s, c
+
+    def _sin_cos(self, turn: tuple[int, int], n: Sequence[float]) -> tuple[Words, Words]:
+        with working(self.bits):
+            found = [(int(k) * self.angles[turn]).sin_cos() for k in n]
+            return tuple(_words([pair(v[k]) for v in found]) for k in (0, 1))  # type: ignore[return-value]
 
 
 def _off(x: arb) -> float:
@@ -521,10 +539,21 @@ def _off(x: arb) -> float:
     return up(arb(x.rad()) + abs(x) * arb(2) ** -104)
 
 
-def _words(pairs: Sequence[tuple[float, float]], back: NDArray[np.intp]) -> Words:
-    """Return numbers of two words as two arrays, taken at some places."""
-    high, low = np.array(pairs)[back].T
+def _words(pairs: Sequence[tuple[float, float]]) -> Words:
+    """Return numbers of two words as two arrays."""
+    high, low = np.array(pairs).T
     return high, low
+
+
+def _taken(x: Words, places: NDArray[np.intp]) -> Words:
+    return x[0][places], x[1][places]
+
+
+def _times(a: tuple[Words, Words], b: tuple[Words, Words]) -> tuple[Words, Words]:
+    """Return the product of two complex numbers, given by real and imaginary parts."""
+    minus = multiply(a[1], b[1])
+    real = add(multiply(a[0], b[0]), (-minus[0], -minus[1]))
+    return real, add(multiply(a[0], b[1]), multiply(a[1], b[0]))
 
 
 def _rate(form: Formulation, constants: Mapping[str, float], start: Sequence[float]) -> float:

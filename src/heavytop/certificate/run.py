@@ -101,7 +101,7 @@ class BinaryRun(Part):
         # a little more, for this difference is rounded
         left = np.maximum(last - forward * label[0] + 4 * UNIT * last, 0.0)
         length = forward * np.minimum(np.abs(kept.length), left)
-        return Steps(
+        return Steps.of(
             np.ascontiguousarray(kept.coefficients.transpose(2, 1, 0)),
             label,
             length,

@@ -23,9 +23,11 @@ Array = NDArray[np.float64]
 Words = tuple[Array, Array]
 
 UP = 1 + 1e-12
+MORE = 3  # degrees of a defect beyond the order of a step that are computed
+LEAD = 6  # coefficients of a step that are added up with twice the digits; the others are small
 BEYOND = 1 + 2.0**-48  # of a step, for which its polynomial is bounded: labels of steps are rounded
-MANY = 4096  # times at a time, for the same reason
-FEW = 256  # steps at a time, whose coefficients stay in the cache
+MANY = 2048  # times at a time, for the same reason
+FEW = 512  # steps at a time, whose coefficients stay in the cache
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,12 +45,25 @@ class Steps:
         Of each; negative back in time.
     clock : ndarray, shape (k,)
         How far the time at which a polynomial is evaluated may be off.
+    tail : ndarray, shape (n, k)
+        Of coefficients from the one of order `LEAD` on, over the power of that order: what bounds
+        their sum by Horner's scheme, in units of its rounding.
     """
 
     coefficients: Array
     label: Words
     length: Array
     clock: Array
+    tail: Array
+
+    @classmethod
+    def of(cls, coefficients: Array, label: Words, length: Array, clock: Array) -> Steps:
+        """Return steps with what bounds their higher coefficients."""
+        reach = np.abs(length) * BEYOND
+        tail = np.zeros(coefficients.shape[1:])
+        for k in range(len(coefficients) - 1, LEAD - 1, -1):
+            tail = tail * reach + (2 * k + 2) * np.abs(coefficients[k])
+        return cls(coefficients, label, length, clock, tail)
 
     def where(self, index: slice) -> Steps:
         """Return some of them."""
@@ -57,13 +72,14 @@ class Steps:
             (self.label[0][index], self.label[1][index]),
             self.length[index],
             self.clock[index],
+            self.tail[:, index],
         )
 
     def at(self, step: NDArray[np.intp], since: Array) -> tuple[Words, Array, Array]:
-        """Return states (n, m) on polynomials as double-doubles, with two bounds in each state.
+        """Return states (n, m) on polynomials, as sums of two doubles, with two bounds of each.
 
-        The first is of the arithmetic here, the second of Horner's scheme in doubles, by which the
-        integrator evaluates them, compensated or not.
+        The first is of the arithmetic here, far below a double's; the second of Horner's scheme in
+        doubles, by which the integrator evaluates them, compensated or not.
         """
         if not since.any():  # the states from which steps begin are doubles
             x = self.coefficients[0][:, step]
@@ -75,17 +91,25 @@ class Steps:
         return (high, low), np.concatenate(twice, axis=1), np.concatenate(plain, axis=1)
 
     def _at(self, step: NDArray[np.intp], since: Array) -> tuple[Words, Array, Array]:
-        c = self.coefficients[:, :, step]
-        order = len(c) - 1
-        x = c[order], np.zeros_like(c[order])
-        size, plain = np.abs(c[order]), (2 * order + 2) * np.abs(c[order])
-        time = np.abs(since)
-        for k in range(order - 1, -1, -1):
+        c = self.coefficients
+        place: NDArray[np.intp] | slice = step
+        if step.size and step[-1] - step[0] == step.size - 1 and (np.diff(step) == 1).all():
+            place = slice(step[0], step[-1] + 1)  # nothing is copied
+        rest, tail = c[-1][:, place], self.tail[:, place]
+        for k in range(len(c) - 2, LEAD - 1, -1):
+            rest = rest * since + c[k][:, place]
+        x, time = (rest, np.zeros_like(rest)), np.abs(since)
+        size, plain, lost = tail, tail, UNIT * tail
+        for k in range(LEAD - 1, -1, -1):
+            here = c[k][:, place]
+            large = np.abs(here)
             high, low = two_product(x[0], since)
-            x = add((c[k], np.zeros_like(c[k])), (high, low + x[1] * since))
-            size = size * time + np.abs(c[k])
-            plain = plain * time + (2 * k + 2) * np.abs(c[k])
-        return x, 16 * (order + 1) * UNIT**2 * size * UP, UNIT * plain * UP
+            x = add((here, np.zeros_like(here)), (high, low + x[1] * since))
+            size = size * time + large
+            plain = plain * time + (2 * k + 2) * large
+            lost = lost * time
+        twice = lost + 16 * (LEAD + 1) * UNIT**2 * size
+        return x, twice * UP, UNIT * plain * UP
 
 
 def defects(system: QuadraticSystem, steps: Steps) -> Array:
@@ -129,9 +153,14 @@ def _defects(system: QuadraticSystem, steps: Steps) -> Array:
     index = np.arange(order + 1)[:, None, None]
     scaled = np.abs(c) * powers[: order + 1, None]
     S, weighted = scaled.sum(axis=0), (index * scaled).sum(axis=0)  # sums of |c|, of k |c|
+    most = order + MORE  # degrees from here on are bounded by the sizes of what is added up
+    sums = scaled.copy()  # of each and all that follow
+    for k in range(order - 1, MORE - 1, -1):
+        sums[k] += sums[k + 1]
+    room = np.empty((order + 1, reach.size))
     total = np.zeros_like(reach)
     for i, row in enumerate(system.terms):
-        d = np.zeros((2 * order + 1, reach.size))
+        d = np.zeros((most, reach.size))
         rounding = np.zeros_like(reach)
         products = [term for term in row if term.first != ONE]
         others = [term for term in row if term.first == ONE]
@@ -139,22 +168,25 @@ def _defects(system: QuadraticSystem, steps: Steps) -> Array:
         own = [a * c[:, j] for a, j, _ in products]
         for m in range(order + 1):
             for x, (_, _, k) in zip(own, products, strict=True):
-                d[m : m + order + 1] -= x[m] * c[:, k]
+                part = d[m : m + order + 1]
+                part -= np.multiply(x[m], c[: most - m, k], out=room[: len(part)])
+        higher = np.zeros_like(reach)
         for a, j, k in products:  # rounded twice, and in all sums that follow
+            higher += abs(a) * (scaled[MORE:, j] * sums[: MORE - 1 : -1, k]).sum(axis=0)
             rounding += abs(a) * S[j] * ((2 + count + later) * S[k] + count * weighted[k])
         for a, _, k in others:
             d[: order + 1 if k != ONE else 1] -= a * c[:, k] if k != ONE else a
             rounding += (2 + later) * abs(a) * (S[k] if k != ONE else 1.0)
         d[:order] += index[1:, 0] * c[1:, i]
         rounding += 3 * (index[1:, 0] * np.abs(c[1:, i]) * powers[:order]).sum(axis=0)
-        size = (np.abs(d) * powers).sum(axis=0) + UNIT * rounding
+        size = (np.abs(d) * powers[:most]).sum(axis=0) + higher + UNIT * rounding
         total += (system.weights[i] * size) ** 2
     return UP * np.sqrt(total)
 
 
 def _powers(x: Array, count: int) -> Array:
     """Return the powers of numbers, shape (count, k), by multiplication alone."""
-    factors = np.broadcast_to(x, (count, x.size)).copy()
-    factors[0] = 1.0
-    found: Array = np.multiply.accumulate(factors, axis=0)
+    found = np.ones((count, x.size))
+    for k in range(1, count):
+        np.multiply(found[k - 1], x, out=found[k])
     return found

@@ -298,17 +298,22 @@ class Compiled:
         self._begin(state)
         taylor = self._taylor
         coefficients = np.empty((steps, self._own.size, self.order + 1))
-        begun, length = np.empty((steps, 2)), np.empty(steps)
+        begun: list[DoubleDouble] = []
+        length: list[float] = []
         longest, taken = math.inf if longest is None else longest, 0
+        written = taylor.tc  # each step writes there; looking it up takes time
         while taken < steps:
-            begun[taken] = taylor.dtime
-            bound = math.copysign(min(longest, abs(far - taylor.time)), far)
-            outcome, length[taken] = taylor.step(bound, write_tc=True)
+            here = taylor.dtime
+            bound = math.copysign(min(longest, abs(far - here[0])), far)
+            outcome, gone = taylor.step(bound, write_tc=True)
             if outcome == hy.taylor_outcome.err_nf_state:
                 break
-            coefficients[taken] = taylor.tc
+            coefficients[taken] = written
+            begun.append(here)
+            length.append(gone)
             taken += 1
-        kept = Polynomials(coefficients[:taken], begun[:taken], length[:taken], np.zeros(taken))
+        words = np.array(begun).reshape(taken, 2)
+        kept = Polynomials(coefficients[:taken], words, np.array(length), np.zeros(taken))
         end = Block(self._own.copy(), taylor.dtime, taken, self.nothing, singular=taken < steps)
         return kept, end
 
