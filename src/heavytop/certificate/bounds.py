@@ -37,7 +37,8 @@ from heavytop.numbers.double_double import add
 Array = NDArray[np.float64]
 Words = tuple[Array, Array]
 
-NEAR: Final = 1.3  # a bound so near the largest error found is not made better
+# a bound so near the largest error found is not made better; psi is rounded the most later on
+NEAR: Final = {"axis": 1.45, "theta": 1.45, "phi": 1.45, "psi": 1.3}
 DEEPEST: Final = 24  # halvings of a step
 SETTLED: Final = 14  # after so many, what is not bounded in many parts is not bounded at all
 MOST: Final = 200_000  # parts of steps at a time: more are not cut
@@ -261,7 +262,7 @@ def bound(flow: Flow, steps: Steps, floor: Mapping[str, float]) -> Bound:
             if depth >= SETTLED and endless.sum() > 4 * k.size + 64:  # it stays at a pole
                 proved[name] = np.inf
                 continue
-            wide = ~(all_of_it <= NEAR * found[name] + least) | endless
+            wide = ~(all_of_it <= NEAR[name] * found[name] + least) | endless
             cut |= wide
             counts = all_of_it if last else all_of_it[~wide]
             proved[name] = max(proved.get(name, 0.0), float(counts.max(initial=0.0)))
