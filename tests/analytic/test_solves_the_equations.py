@@ -398,11 +398,14 @@ def test_the_rate_of_the_argument():
 
     θ₁ has simple zeros, at the lattice alone, and θ₁'/θ₁ is periodic in 1 and changes by −2πi with
     iτ. So the rate, (θ₁'/θ₁ (x − iβ) − θ₁'/θ₁ (x + iβ))/2i, has both periods; its poles are ±iβ,
-    simple, with residues ±1/2i. E has them too: sn² = 1/N at 2Kx = ±iv, v = 2Kβ, where it is taken
-    simply, as sn cn dn is not 0 there. If c E has the same residues, the difference has no pole and
-    is a constant, by Liouville; that is known from the means, of which that of the rate is π, for
-    θ₁(x + 1) = −θ₁(x). At iv, by Jacobi's imaginary transformation, sn = i S/C, cn = 1/C and
-    dn = D/C, with S, C and D those of v and 1 − m, S²/C² = s2/c2 of the code's v = F.
+    simple, with residues ±1/2i. E has poles there too, where sn² = 1/N, and no others, for sn²
+    takes a value twice; they are simple, as sn cn dn is not 0. If c E has the same residues, then
+    the difference has no pole, and is a constant by Liouville's theorem. The mean of the rate is π:
+    θ₁(x + 1) = −θ₁(x), and the argument grows as that of sin πx, which θ₁ becomes for q → 0. With
+    the means the constant is known. For m = 0 all of it holds by continuity.
+
+    At 2Kx = iv, v = 2Kβ, Jacobi's imaginary transformation says sn = i S/C, cn = 1/C and dn = D/C,
+    with S, C and D those of v and 1 − m; and S²/C² = s2/c2 of the code's v = F.
     """
     S, C, D, K, m, s2, c2 = sp.symbols("S C D K m s2 c2", positive=True)
     family = Algebra({D: 1 - (1 - m) * S**2, C: 1 - S**2}, {})
