@@ -25,25 +25,19 @@ BUDGET = next((float(x) for x in sys.argv[1:] if x != "write"), 240.0)
 FOLDER = Path(__file__).parent / "out" / "work-precision"
 LEAST = 1e-6  # errors from there down
 HEADINGS = ("method", *TARGETS, "best", "set-up [s]")
-FASTEST = ("error at most", "fastest", "next (Taylor or other)", "times as long")
-AT = "1e-9"  # where methods are compared
-COMPARED = {
-    "the best splitting": ("strang", "blanes-moan-rkn6", "kahan-li8", "sofroniou-spaletta10"),
-    "Gauss' collocation": ("gauss8",),
-    "CyRK's DOP853": ("dop853-cyrk",),
-    "scipy's LSODA": ("lsoda-scipy",),
-    "scipy's DOP853": ("dop853-scipy",),
-    "scipy's Radau": ("radau-scipy",),
-    "the implicit midpoint rule": ("implicit-midpoint",),
-    "Bobenko and Suris' map": ("bobenko-suris",),
-}
+FASTEST = ("axis to", "fastest", "next (Taylor or other)", "times as long")
+IN_CHART_ALONE = ("taylor-attitude-projected", "taylor-cubic-projected",
+                  "taylor-cubic-compensated", "taylor-routh-longdouble",
+                  "taylor-subsystem-longdouble", "taylor-attitude-longdouble",
+                  "taylor-lagrange-longdouble", "kahan-li8")  # fmt: skip
 
 
 def table(document):
-    """A row for each method, then who is fastest, and how much slower the others are."""
-    rows = tuple(map(row, summaries(document["points"])))
+    """A row for each method, then who is fastest to the axis."""
+    rows = tuple(row(each) for each in summaries(document["points"])
+                 if each.name not in IN_CHART_ALONE)  # fmt: skip
     first = (*leaders(document), *where_rivals_lead(document))
-    notes = (*slower(document), *others(document))
+    notes = others(document)
     tables = (Table(HEADINGS, rows).markdown, Table(FASTEST, first, left=4).markdown)
     return "\n\n".join([*tables, "\n".join(notes)])
 
@@ -65,38 +59,14 @@ def timed(point):
 
 
 def leaders(document):
-    """Who is cheapest within each bound, and the best of the other side."""
-    for words, name in (("axis", "cheapest"), ("θ", "cheapest_theta")):
-        for bound in TARGETS:
-            first = document[name][bound]
-            if first is None:
-                continue
-            other = first["against"]
-            second = (shown(other), f"{first['ratio']:.2f}") if other else ("–", "–")
-            yield f"{words} {bound}", shown(first), *second
-
-
-def slower(document):
-    """How many times as long others take, and how long setting up is against a run."""
-    first = document["cheapest"][AT]
-    unit, told = first["us_per_period"], []
-    for words, names in COMPARED.items():
-        of = [p for p in document["points"] if p["method"] in names]
-        within = [p for p in of if p["error"] <= float(AT)]
-        if within:
-            least = min(within, key=lambda p: p["us_per_period"])
-            told.append(f"{words} {least['us_per_period'] / unit:.3g} times (`{least['method']}`)")
-        elif of:
-            best = min(of, key=lambda p: p["error"])
-            told.append(f"{words} reaches only {best['error']:.1e}, in "
-                        f"{best['us_per_period'] / unit:.3g} times")  # fmt: skip
-    yield (f"- Time for an axis error of {AT}, as a multiple of {shown(first)}: "
-           f"{'; '.join(told)}.")  # fmt: skip
-    rival = first["against"]
-    for each in (first, *([rival] if rival else [])):
-        setup = document["points"][each["point"]]["setup_s"]
-        periods = setup / (each["us_per_period"] * 1e-6)
-        yield f"- Setting up `{each['method']}` takes as long as {periods:.2g} periods of its run."
+    """Who is cheapest within each bound of the axis, and the best of the other side."""
+    for bound in TARGETS:
+        first = document["cheapest"][bound]
+        if first is None:
+            continue
+        other = first["against"]
+        second = (shown(other), f"{first['ratio']:.2f}") if other else ("–", "–")
+        yield bound, shown(first), *second
 
 
 def where_rivals_lead(document):
@@ -114,7 +84,7 @@ def where_rivals_lead(document):
             led.setdefault((shown(first), shown(ours), f"{ratio:.2f}"),
                            []).append(f"1e-{k}" if k else "1")  # fmt: skip
     for cells, bounds in led.items():
-        yield f"axis {', '.join(bounds)}", *cells
+        yield ", ".join(bounds), *cells
 
 
 def others(document):
