@@ -25,21 +25,19 @@ BUDGET = next((float(x) for x in sys.argv[1:] if x != "write"), 240.0)
 FOLDER = Path(__file__).parent / "out" / "work-precision"
 LEAST = 1e-6  # errors from there down
 HEADINGS = ("method", *TARGETS, "best", "set-up [s]")
-FASTEST = ("axis to", "fastest", "next (Taylor or other)", "times as long")
-IN_CHART_ALONE = ("taylor-attitude-projected", "taylor-cubic-projected",
-                  "taylor-cubic-compensated", "taylor-routh-longdouble",
-                  "taylor-subsystem-longdouble", "taylor-attitude-longdouble",
-                  "taylor-lagrange-longdouble", "kahan-li8")  # fmt: skip
+FASTEST = ("axis to", "fastest", "the best of Taylor", "times as long")
+IN_TABLE = ("taylor-cubic", "taylor-axis", "taylor-attitude", "taylor-lagrange",
+            "taylor-axis-projected", "blanes-moan-rkn6", "sofroniou-spaletta10",
+            "implicit-midpoint", "gauss8", "bobenko-suris", "dop853-cyrk", "dop853-scipy",
+            "lsoda-scipy", "taylor-axis-longdouble", "taylor-axis-mpfr")  # fmt: skip
 
 
 def table(document):
-    """A row for each method, then who is fastest to the axis."""
+    """A row for the axis as auto would get it, and for some methods; then where others lead."""
     rows = tuple(row(each) for each in summaries(document["points"])
-                 if each.name not in IN_CHART_ALONE)  # fmt: skip
-    first = (*leaders(document), *where_rivals_lead(document))
-    notes = others(document)
-    tables = (Table(HEADINGS, rows).markdown, Table(FASTEST, first, left=4).markdown)
-    return "\n\n".join([*tables, "\n".join(notes)])
+                 if each.best["wants"] == "axis" or each.name in IN_TABLE)  # fmt: skip
+    tables = (Table(HEADINGS, rows), Table(FASTEST, tuple(where_rivals_lead(document)), left=4))
+    return "\n\n".join([*(each.markdown for each in tables), "\n".join(others(document))])
 
 
 def row(each):
@@ -56,17 +54,6 @@ def timed(point):
     return f"{time(point)} ({point['tolerance']:.2g})" if steps is None else (
         f"{time(point)} ({steps:g})"
     )  # fmt: skip
-
-
-def leaders(document):
-    """Who is cheapest within each bound of the axis, and the best of the other side."""
-    for bound in TARGETS:
-        first = document["cheapest"][bound]
-        if first is None:
-            continue
-        other = first["against"]
-        second = (shown(other), f"{first['ratio']:.2f}") if other else ("–", "–")
-        yield bound, shown(first), *second
 
 
 def where_rivals_lead(document):
