@@ -32,7 +32,7 @@ DRAWN = (
 )  # fmt: skip
 IN_TABLE = (
     "taylor-axis", "taylor-axis-projected", "taylor-cubic", "dop853-cyrk", "strang",
-    "blanes-moan-rkn6", "sofroniou-spaletta10=20", "gauss8", "bobenko-suris", *PYTHON,
+    "sofroniou-spaletta10=20", "gauss8", "bobenko-suris", "dop853-scipy", "lsoda-scipy",
 )  # fmt: skip
 
 scene = ht.load_scene("sicm-kicked")
