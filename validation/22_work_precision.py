@@ -28,7 +28,7 @@ HEADINGS = ("method", *TARGETS, "best", "set-up [s]")
 FASTEST = ("axis to", "fastest", "the best of Taylor", "times as long")
 IN_TABLE = ("taylor-cubic", "taylor-axis", "taylor-attitude", "taylor-lagrange",
             "taylor-axis-projected", "blanes-moan-rkn6", "sofroniou-spaletta10",
-            "implicit-midpoint", "gauss8", "bobenko-suris", "dop853-cyrk", "dop853-scipy",
+            "gauss8", "bobenko-suris", "dop853-cyrk", "dop853-scipy",
             "lsoda-scipy", "taylor-axis-longdouble", "taylor-axis-mpfr")  # fmt: skip
 
 
