@@ -25,27 +25,19 @@ BUDGET = next((float(x) for x in sys.argv[1:] if x != "write"), 240.0)
 FOLDER = Path(__file__).parent / "out" / "work-precision"
 LEAST = 1e-6  # errors from there down
 HEADINGS = ("method", *TARGETS, "best", "set-up [s]")
-FASTEST = ("error at most", "fastest", "next (Taylor or other)", "times as long")
-AT = "1e-9"  # where methods are compared
-COMPARED = {
-    "the best splitting": ("strang", "blanes-moan-rkn6", "kahan-li8", "sofroniou-spaletta10"),
-    "Gauss' collocation": ("gauss8",),
-    "CyRK's DOP853": ("dop853-cyrk",),
-    "scipy's LSODA": ("lsoda-scipy",),
-    "scipy's DOP853": ("dop853-scipy",),
-    "scipy's Radau": ("radau-scipy",),
-    "the implicit midpoint rule": ("implicit-midpoint",),
-    "Bobenko and Suris' map": ("bobenko-suris",),
-}
+FASTEST = ("axis to", "fastest", "the best of Taylor", "times as long")
+IN_TABLE = ("taylor-cubic", "taylor-axis", "taylor-attitude", "taylor-lagrange",
+            "taylor-axis-projected", "blanes-moan-rkn6", "sofroniou-spaletta10",
+            "gauss8", "bobenko-suris", "dop853-cyrk", "dop853-scipy",
+            "lsoda-scipy", "taylor-axis-longdouble", "taylor-axis-mpfr")  # fmt: skip
 
 
 def table(document):
-    """A row for each method, then who is fastest, and how much slower the others are."""
-    rows = tuple(map(row, summaries(document["points"])))
-    first = (*leaders(document), *where_rivals_lead(document))
-    notes = (*slower(document), *others(document))
-    tables = (Table(HEADINGS, rows).markdown, Table(FASTEST, first, left=4).markdown)
-    return "\n\n".join([*tables, "\n".join(notes)])
+    """A row for the axis as auto would get it, and for some methods; then where others lead."""
+    rows = tuple(row(each) for each in summaries(document["points"])
+                 if each.best["wants"] == "axis" or each.name in IN_TABLE)  # fmt: skip
+    tables = (Table(HEADINGS, rows), Table(FASTEST, tuple(where_rivals_lead(document)), left=4))
+    return "\n\n".join([*(each.markdown for each in tables), "\n".join(others(document))])
 
 
 def row(each):
@@ -64,41 +56,6 @@ def timed(point):
     )  # fmt: skip
 
 
-def leaders(document):
-    """Who is cheapest within each bound, and the best of the other side."""
-    for words, name in (("axis", "cheapest"), ("θ", "cheapest_theta")):
-        for bound in TARGETS:
-            first = document[name][bound]
-            if first is None:
-                continue
-            other = first["against"]
-            second = (shown(other), f"{first['ratio']:.2f}") if other else ("–", "–")
-            yield f"{words} {bound}", shown(first), *second
-
-
-def slower(document):
-    """How many times as long others take, and how long setting up is against a run."""
-    first = document["cheapest"][AT]
-    unit, told = first["us_per_period"], []
-    for words, names in COMPARED.items():
-        of = [p for p in document["points"] if p["method"] in names]
-        within = [p for p in of if p["error"] <= float(AT)]
-        if within:
-            least = min(within, key=lambda p: p["us_per_period"])
-            told.append(f"{words} {least['us_per_period'] / unit:.3g} times (`{least['method']}`)")
-        elif of:
-            best = min(of, key=lambda p: p["error"])
-            told.append(f"{words} reaches only {best['error']:.1e}, in "
-                        f"{best['us_per_period'] / unit:.3g} times")  # fmt: skip
-    yield (f"- Time for an axis error of {AT}, as a multiple of {shown(first)}: "
-           f"{'; '.join(told)}.")  # fmt: skip
-    rival = first["against"]
-    for each in (first, *([rival] if rival else [])):
-        setup = document["points"][each["point"]]["setup_s"]
-        periods = setup / (each["us_per_period"] * 1e-6)
-        yield f"- Setting up `{each['method']}` takes as long as {periods:.2g} periods of its run."
-
-
 def where_rivals_lead(document):
     """The decades of error of the axis at which somebody else's method is the cheapest."""
     of_axis = [p for p in document["points"] if p["measures"] == "axis"]
@@ -114,7 +71,7 @@ def where_rivals_lead(document):
             led.setdefault((shown(first), shown(ours), f"{ratio:.2f}"),
                            []).append(f"1e-{k}" if k else "1")  # fmt: skip
     for cells, bounds in led.items():
-        yield f"axis {', '.join(bounds)}", *cells
+        yield ", ".join(bounds), *cells
 
 
 def others(document):

@@ -48,7 +48,7 @@ LESS = (
     (r"--ensemble \S+", "--ensemble 2"),
     (r"^(heavytop drift(?!.*--methods).*)", r"\1 --methods taylor-axis,strang"),
     (r"(:[\d.]+):\d+(?![\d.])", r"\1:24"),  # the pixels of an atlas
-    (r"^(heavytop workprec .*)", r"\1 --methods taylor-axis,strang --periods 5"),
+    (r"^(heavytop workprec .*)", r"\1 --methods taylor-axis=1e-10,strang=100 --periods 5"),
     (r"^heavytop stress(?!.*--)", "heavytop stress --cases kick-1e-9"),
     (r"^(heavytop stress --cases.*)", r"\1 --methods auto,taylor-axis"),
     (r"^heavytop validate(?: --proofs)?$", "heavytop validate 39_flint"),

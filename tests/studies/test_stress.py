@@ -61,6 +61,11 @@ def test_the_condition_grows_with_the_time_beyond_what_is_followed():
     assert 500 < all_of_it.condition / hundred.condition < 2000  # they end at other phases
 
 
+@pytest.mark.parametrize(("name", "left"), [("falling-1e-6", 6), ("separatrix-80", 0)])
+def test_the_digits_that_conditioning_leaves_are_those_of_the_page(name, left):
+    assert round(reference(name).digits) == left
+
+
 # --- how many events there are ---------------------------------------------------------------
 
 
