@@ -37,11 +37,12 @@ from heavytop.numbers.double_double import add
 Array = NDArray[np.float64]
 Words = tuple[Array, Array]
 
-# a bound so near the largest error found is not made better; psi is rounded the most later on
+# A bound so near the largest error found is not made better; psi is rounded the most later on.
 NEAR: Final = {"axis": 1.45, "theta": 1.45, "phi": 1.45, "psi": 1.3}
 DEEPEST: Final = 24  # halvings of a step
 SETTLED: Final = 14  # after so many, what is not bounded in many parts is not bounded at all
 MOST: Final = 200_000  # parts of steps at a time: more are not cut
+NEARER: Final = 1.05  # as `NEAR`, beside what no cut makes smaller
 SAME: Final = 2.0**-100  # of a time: what `Flow.at` takes it to be off is more
 EDGE: Final = 1 + 2.0**-20  # of an interval, more than twice what `BEYOND` adds to a part of a step
 ROOT: Final = 1.4143  # |arccos a - arccos b| is less than this times the root of |a - b| < 1e-4
@@ -262,7 +263,8 @@ def bound(flow: Flow, steps: Steps, floor: Mapping[str, float]) -> Bound:
             if depth >= SETTLED and endless.sum() > 4 * k.size + 64:  # it stays at a pole
                 proved[name] = np.inf
                 continue
-            wide = ~(all_of_it <= NEAR[name] * found[name] + least) | endless
+            enough = np.maximum(NEAR[name] * found[name], NEARER * found[name] + least)
+            wide = ~(all_of_it <= enough) | endless
             cut |= wide
             counts = all_of_it if last else all_of_it[~wide]
             proved[name] = max(proved.get(name, 0.0), float(counts.max(initial=0.0)))
