@@ -67,7 +67,7 @@ PLANTS = (
         ("gauss-pendulum", "landau-fast-period", "mpmath-period", "mpmath-tilt"),
     ),
     Plant(
-        "k for m, in the elliptic integrals",
+        "the modulus k for the parameter m, in the elliptic integrals",
         "analytic/solution.py",
         (
             ("arb(1).agm(roots.mc.sqrt()))", f"arb(1).agm(({SQUARED}).sqrt()))"),
@@ -129,7 +129,7 @@ PLANTS = (
 
 FINE = (
     Plant(
-        "weightless, another modulus, in the closed form",
+        "without gravity another modulus, in the closed form",
         "analytic/cubic.py",
         (("(beyond + f3 * minus2) / reach,", "(beyond + f3 * minus2) / reach if d3 else arb(2),"),),
         ("landau-free",),
@@ -248,12 +248,12 @@ def catch(plant: Plant, names: Sequence[str]) -> list[str]:
 
 
 def table(rows: list[tuple[Plant, list[str]]]) -> str:
-    """The plants as a table of the documentation, the plain ones in a row."""
-    plain = [len(names) for plant, names in rows if plant in PLANTS]
-    listed = "; ".join(dict.fromkeys(plant.name.partition(", in")[0] for plant in PLANTS))
-    lines = ["| planted error | claims that catch it |", "|---|--:|"]
-    lines.append(f"| {len(plain)} plain ones: {listed} | {min(plain)} to {max(plain)} |")
-    lines += [f"| {plant.name} | {len(names)} |" for plant, names in rows if plant in FINE]
+    """The plants as a table of the documentation: a row for the plain ones, one for the others."""
+    lines = ["| planted errors | claims that catch each |", "|---|--:|"]
+    for word, group in (("plain", PLANTS), ("subtle", FINE)):
+        caught = [len(names) for plant, names in rows if plant in group]
+        listed = "; ".join(dict.fromkeys(plant.name.partition(", in")[0] for plant in group))
+        lines.append(f"| {len(caught)} {word} ones: {listed} | {min(caught)} to {max(caught)} |")
     return "\n".join(lines)
 
 
