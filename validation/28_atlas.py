@@ -88,8 +88,6 @@ try:
     stored = time.perf_counter() - began
     print(f"     {HUGE**2:.0e} pixels: {spent:.1f} s, and {stored:.1f} s to write atlas.nc")
     print(f"     tiles {tiles / 1e6:.1f} MB, map {(size(ROOM) - tiles) / 1e6:.1f} MB")
-    rate = f"{found.kinds_per_s:.3g}"
-    table.append(f"| kinds alone, in a folder | {HUGE**2:.3g} | {rate} | {spent:.1f} |")
     claim(f"{HUGE**2} pixels: not proved", found.uncertified, 0)
     for what in ("kind", "rows", "integrate"):
         claim(f"memory of a worker, {what} [GB]", gigabytes(what), 0.5)

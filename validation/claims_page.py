@@ -1,33 +1,60 @@
-"""The table of claims in docs/validation.md, from a document that `heavytop validate --json` made.
+"""What the claims measured: the table in docs/validation.md, and validation/measured.csv.
+
+The document is one that `heavytop validate --json` made. The page has a row for each authority,
+with the claim that comes nearest to its bound; the file has all claims.
 
 heavytop validate --json | python validation/claims_page.py
 """
 
+import csv
 import json
 import sys
+from pathlib import Path
 
 from page import rewrite
 
 from heavytop.report.tables import Table, grouped, size
 
 SKIPPED = "skipped"
+MEASURED = Path(__file__).with_name("measured.csv")
+
+HEAD = ("authority", "claims", "the one nearest to its bound", "measured", "bound")
 
 
-HEAD = ("claim", "what is measured", "measured", "bound")
+def word(claim):
+    """What a claim measured, as it is shown."""
+    return SKIPPED if claim["measured"] is None else size(claim["measured"])
 
 
-def row(claim):
-    measured = SKIPPED if claim["measured"] is None else size(claim["measured"])
-    return f"`{claim['id']}`", claim["statement"], measured, f"{claim['bound']:.2g}"
+def share(claim):
+    """How much of its bound a claim takes, as it is shown."""
+    skipped = claim["measured"] is None or not claim["bound"]
+    return 0 if skipped else float(word(claim)) / claim["bound"]
+
+
+def row(authority, claims):
+    """One authority: whose numbers it gives, how many claims, and the nearest to its bound."""
+    origins = ", ".join(sorted({claim["numbers"] for claim in claims}))
+    nearest = max(claims, key=share)
+    told = f"`{nearest['id']}`: {nearest['statement']}"
+    return (
+        f"{authority} ({origins})",
+        str(len(claims)),
+        told,
+        word(nearest),
+        f"{nearest['bound']:g}",
+    )
 
 
 def table(document):
-    """One table: a row for each authority, with whose numbers it gives, above its claims."""
-    rows = []
-    for (authority,), claims in grouped(document["claims"], "authority").items():
-        origins = ", ".join(sorted({claim["numbers"] for claim in claims}))
-        rows += [("", f"**{authority}** ({origins})", "", ""), *map(row, claims)]
-    return Table(HEAD, tuple(rows), left=2).markdown
+    """A row for each authority."""
+    rows = (row(*each, claims) for each, claims in grouped(document["claims"], "authority").items())
+    return Table(HEAD, tuple(rows), left=3).markdown
 
 
-rewrite("validation.md", "claims", table(json.load(sys.stdin)))
+if __name__ == "__main__":
+    document = json.load(sys.stdin)
+    with MEASURED.open("w", encoding="utf-8", newline="") as file:
+        rows = ((claim["id"], word(claim)) for claim in document["claims"])
+        csv.writer(file, lineterminator="\n").writerows([("claim", "measured"), *rows])
+    rewrite("validation.md", "claims", table(document))

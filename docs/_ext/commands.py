@@ -60,7 +60,10 @@ LESS = (
 SHORT_DRIFT = "heavytop drift sicm-kicked --periods 30 --methods taylor-axis -q -o"
 BEFORE = {
     "keeping": [f"{SHORT_DRIFT} DIR"],
-    "report": ["heavytop run sicm-kicked -q -o out/sicm-kicked", f"{SHORT_DRIFT} out/long"],
+    "report": [
+        "heavytop run sicm-kicked -q --no-figures -o out/sicm-kicked",
+        f"{SHORT_DRIFT} out/long",
+    ],
 }
 
 logger = logging.getLogger(__name__)

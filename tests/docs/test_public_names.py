@@ -67,7 +67,7 @@ def test_the_index_of_the_api_has_every_public_name_once_and_leads_to_it():
     listed = [(page, name) for page, names in rows for name in re.findall(r"`(\w+)`", names)]
     assert sorted(name for _, name in listed) == heavytop.__all__
     for page, name in listed:
-        assert f"\n## {name}\n" in (API / page).read_text("utf-8"), name
+        assert f":: heavytop.{name}\n" in (API / page).read_text("utf-8"), name
 
 
 if __name__ == "__main__":

@@ -52,7 +52,7 @@ def test_a_fast_kicked_top_keeps_its_axis(spin, formulation, projected):
 @pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
 @pytest.mark.parametrize(("spin", "least", "most"), [("1e6", 1e-11, 1e-10), ("1e8", 1e-9, 1e-8)])
 def test_one_number_for_all_states_would_lose_it(spin, least, most, monkeypatch):
-    """The same steps, with time in seconds: the claim of the table in the docs."""
+    """The same steps, with time in seconds: a claim of docs/precision.md."""
     monkeypatch.setattr(paces, "FAST", math.inf)
     assert least < axis_error(ht.propagate(kicked(spin), formulation="axis")) < most
 
