@@ -134,7 +134,7 @@ def shares(call, make):
             known = [each for each in ("heyoka", "numpy", "flint") if each in file + name]
             spent[known[0] if known else "Python and C"] += own
     whole = spent.total()
-    return ", ".join(f"{what} {t / whole:.0%}" for what, t in spent.most_common(5))
+    return ", ".join(f"{what} {t / whole:.0%}" for what, t in spent.most_common(3))
 
 
 MODULE = [sys.executable, "-m", "heavytop"]
