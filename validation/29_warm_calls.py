@@ -134,7 +134,7 @@ def shares(call, make):
             known = [each for each in ("heyoka", "numpy", "flint") if each in file + name]
             spent[known[0] if known else "Python and C"] += own
     whole = spent.total()
-    return ", ".join(f"{what} {t / whole:.0%}" for what, t in spent.most_common(5))
+    return ", ".join(f"{what} {t / whole:.0%}" for what, t in spent.most_common(3))
 
 
 MODULE = [sys.executable, "-m", "heavytop"]
@@ -159,17 +159,10 @@ def fresh():
 
 
 def table(times, processes, profiles):
-    bare = next(iter(times.values()))
-    rows = [
-        "| call | time | beside the bare loop | goal | where it goes |",
-        "| -- | --: | --: | --: | -- |",
-    ]
+    rows = ["| call | time | goal | where it goes |", "| -- | --: | --: | -- |"]
     for name, t in times.items():
-        goal = CALLS[name][3]
-        rows.append(
-            f"| {name} | {1e3 * t:.3g} ms | {t / bare:.3g} | "
-            f"{f'{1e3 * goal:g} ms' if goal else '–'} | {profiles[name]} |"
-        )
+        goal = f"{1e3 * CALLS[name][3]:g} ms" if CALLS[name][3] else "–"
+        rows.append(f"| {name} | {1e3 * t:.3g} ms | {goal} | {profiles[name]} |")
     rows += ["", "| process | time | beside the imports | goal |", "| -- | --: | --: | --: |"]
     goals = {RUN: "1.7 of the imports", CLASSIFY: "0.75 of the imports", HELP: "0.12 s"}
     for name, t in processes.items():
