@@ -187,7 +187,7 @@ def test_of_the_other_studies_the_numbers_are_drawn(things):
     ahead = drawn("Check", "phase").lines[0].get_ydata()
     assert ahead.tolist() == things["Check"].curves["phase"].tolist()
     assert drawn("Check").get_yscale() == "log"
-    assert drawn("Diagram", "circuit").get_xlabel() == "once around the thread"
+    assert drawn("Diagram", "circuit").get_xlabel() == "once around the focus–focus point"
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,7 @@ def test_the_circuit_of_a_document(falling):
 
 
 def test_the_critical_set_of_a_document(falling):
-    """Every row of a sheet is the edge of the diagram of its p_psi; the thread is off both."""
+    """Every row of a sheet is the edge of the diagram of its p_psi; the other line is off both."""
     found = falling["critical_set"]
     thread = found["thread"]
     momentum = max(thread["p_psi"]) / 2
@@ -110,6 +110,6 @@ def test_the_chart_shows_what_the_document_says(falling, tmp_path):
         assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "other.svg").read_bytes()
 
 
-def test_without_gravity_there_is_no_thread_to_draw():
+def test_without_gravity_there_is_no_focus_focus_line_to_draw():
     with pytest.raises(ValueError, match="without gravity"):
         critical_set_figure(document_of("force-free"))

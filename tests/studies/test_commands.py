@@ -315,7 +315,7 @@ def test_a_missing_package_has_an_exit_code_and_the_pip_line(monkeypatch):
     monkeypatch.setattr(registry, "find_spec", lambda name: None if name == "numba" else name)
     missing = heavytop_("drift", *QUICK["drift"][:-1], "strang")
     assert missing.exit_code == 2
-    assert "pip install 'heavytop[rivals]'" in missing.stderr
+    assert "pip install '.[rivals]'" in missing.stderr
 
 
 def test_maps_that_disagree_end_with_5(monkeypatch):
@@ -425,5 +425,5 @@ def test_dask_that_is_missing_is_named_before_anything_is_made(monkeypatch, tmp_
     words = ("drift", *QUICK["drift"], "-o", tmp_path / "a", "--scheduler", ADDRESS)
     without = heavytop_(*words)
     assert without.exit_code == 2
-    assert "a cluster needs distributed: pip install 'heavytop[cluster]'" in without.stderr
+    assert "a cluster needs distributed: pip install '.[cluster]'" in without.stderr
     assert not (tmp_path / "a").exists()

@@ -406,7 +406,7 @@ def _map(document: Known) -> Iterator[Row]:
 
 
 def energy_momentum_parts(document: Known) -> Iterator[Line]:
-    """Where the scene and the verticals lie, and what a circuit around the thread brings."""
+    """Where the scene and the verticals lie, and what a circuit of the focus–focus point brings."""
     ratio = document["ratio"]
     yield from quantities(document, "p_psi")
     if ratio is not None:

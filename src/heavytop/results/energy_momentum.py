@@ -70,7 +70,7 @@ class Diagram(Result, Plotted):
     standing, hanging : Spot
         Places of the axis on the vertical.
     thread : Spot or None
-        The place of the isolated upright top; None where sleeping is stable.
+        The focus–focus point, of the unstable upright top; None where sleeping is stable.
     depth : float or None
         How far above the edge that is.
     window : mapping
@@ -80,10 +80,10 @@ class Diagram(Result, Plotted):
     cusps, through_top, through_bottom : tuple of Spot, or None
         Lines from one place to another.
     circuit : mapping or None
-        Around the thread; None where there is no room for one.
+        Around the focus–focus point; None where there is no room for one.
     critical_set : CriticalSet or None
-        The two sheets over all p_psi, the thread, and the edges of the sheets, sleeping and hanging
-        tops; None without gravity.
+        The two sheets over all p_psi, the focus–focus line (`thread`), and the edges of the
+        sheets, sleeping and hanging tops; None without gravity.
     """
 
     schema: Literal["heavytop/energy-momentum/1"] = "heavytop/energy-momentum/1"
@@ -166,7 +166,7 @@ def _edge(diagram: EnergyMomentum, span: tuple[float, float]) -> dict[str, tuple
 def _circuit(diagram: EnergyMomentum) -> dict[str, Any] | None:
     try:
         found = diagram.circuit()
-    except ImpossibleStart:  # no thread, or one too near to the edge to be gone around
+    except ImpossibleStart:  # no focus–focus point, or one too near to the edge
         return None
     names = ("s", "p_phi", "E_prime", "period", "precession", "spin", "principal_precession")
     return {name: _listed(getattr(found, name)) for name in names} | {
