@@ -62,9 +62,11 @@ def check(
     columns: Annotated[str | None, option("NAME=COLUMN,…", COLUMNS)] = None,
     digits: Annotated[float | None, option("D", ENOUGH)] = None,
     file: Annotated[Path | None, option("FILE|DIR", DRAWN, "-o", "--output")] = None,
+    changes: options.Changes = None,
 ) -> None:
     """Compare your trajectory with the exact motion; name mistakes."""
     from heavytop.checking.judge import check as judge
+    from heavytop.checking.judge import subject
 
     pairs = [pair.partition("=") for pair in options.names("--columns", columns) or ()]
     if not all(equals for _, equals, _ in pairs):
@@ -76,7 +78,10 @@ def check(
         raise BadParameter(f"{file}: a folder, or {', '.join(CHARTS)}", param_hint="-o")
     if file is not None and file.is_dir() and {x.name for x in file.iterdir()} - FILES:
         raise BadParameter(f"{file} contains files that are not of a check", param_hint="-o")
-    found = judge(data, scene, {name: column for name, _, column in pairs})
+    if changes and scene is None:
+        raise BadParameter("needs a --scene to change", param_hint="--set")
+    of = scene if scene is None else subject(scene, changes or ())
+    found = judge(data, of, {name: column for name, _, column in pairs})
     document = found.document()
     ends = []
     if digits is not None and found.digits < digits:
