@@ -330,6 +330,21 @@ def test_maps_that_disagree_end_with_5(monkeypatch):
     assert "differ by more than rounding" in found.stderr
 
 
+@pytest.mark.parametrize(
+    ("axes", "told"),
+    [
+        (("phidot=-9:9:4", "psidot=-1:1:5"), "no pixel has phidot = 0: an odd COUNT, such as 5,"),
+        (("phidot=-9:9:4", "psidot=-1:1:6"), "no pixel has phidot = 0 or psidot = 0: "),
+        (("phidot=-9:9:5", "psidot=-1:2:6"), ""),
+    ],
+)
+def test_pixels_that_leave_out_zero_are_told_unless_it_is_quiet(axes, told):
+    words = ("atlas", "sicm-kicked", "--x", axes[0], "--y", axes[1], "--only", "kind", "-j", 1)
+    assert told in (said := heavytop_(*words).stderr)
+    assert bool(told) == bool(said)
+    assert not heavytop_(*words, "-q").stderr
+
+
 def test_shards_are_resumed_and_joined(tmp_path):
     one, two = folders = (tmp_path / "1", tmp_path / "2")
     big = ("--x", "phidot=-20:20:1500", "--y", "psidot=-150:150:1500", "--only", "kind", "-j", 1)
