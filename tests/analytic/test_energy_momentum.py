@@ -111,7 +111,7 @@ def test_the_focus_focus_point_comes_down_to_the_edge(beta, side):
     place = diagram.standing
     assert place == (side * 6 * beta, 9)
     assert place.E_prime - diagram.least(place.p_phi) == pytest.approx(below, abs=1e-13)
-    assert (diagram.thread is None) == (beta >= 2) == (not diagram.isolated)
+    assert (diagram.focus_focus is None) == (beta >= 2) == (not diagram.isolated)
 
 
 @pytest.mark.parametrize("name", DIAGRAMS)
@@ -162,7 +162,7 @@ def test_special_places_by_name():
     assert on_edge == "uniform-precession"
     free = energy_momentum(ht.Top(1, 1, 0), 1)
     assert free.kinds([1, 1, 0.9], [0, 2, 2]).tolist() == ["force-free", "", ""]
-    assert (free.thread, free.cusps, free.ratio, free.depth) == (None, None, None, 0)
+    assert (free.focus_focus, free.cusps, free.ratio, free.depth) == (None, None, None, 0)
     np.testing.assert_array_equal(free.least([-3, -1, 0.5, 2]), [4, 0, 0, 1.5])
     np.testing.assert_array_equal(free.edge([-3, 2]).rate, [-3, 2])
     np.testing.assert_allclose(np.cos(free.edge([-3, 2]).theta), [-1 / 3, 1 / 2], rtol=1e-15)

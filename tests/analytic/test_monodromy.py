@@ -55,7 +55,7 @@ def test_other_ways_around():
 
 def test_above_the_threshold_nothing_can_be_gone_around():
     diagram = energy_momentum(BOOK, SLEEPS)
-    assert (diagram.thread, diagram.maximal_loop, diagram.isolated) == (None, 0.0, False)
+    assert (diagram.focus_focus, diagram.maximal_loop, diagram.isolated) == (None, 0.0, False)
     found = diagram.circuit(ellipse((0.0, 5 * 0.0456), (0.011, 2.5 * 0.0456)), points=16)
     assert (found.winding, found.spin_winding) == (0, 0)
     with pytest.raises(ht.ImpossibleStart, match="E_prime: at least"):

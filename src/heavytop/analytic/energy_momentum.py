@@ -126,7 +126,7 @@ class EnergyMomentum:
         return (self.p_psi**4 - threshold**2).sign() == -1
 
     @property
-    def thread(self) -> Place | None:
+    def focus_focus(self) -> Place | None:
         """The focus–focus value; None where sleeping is stable, or nothing falls."""
         return self.standing if self.isolated else None
 
@@ -407,7 +407,7 @@ def energy_momentum(top: Top, p_psi: Number) -> EnergyMomentum:
     Examples
     --------
     >>> diagram = energy_momentum(Top("3.28e-4", "6.6e-5", "0.0456"), "0.004")
-    >>> diagram.thread
+    >>> diagram.focus_focus
     Place(p_phi=0.004, E_prime=0.0456)
     >>> round(diagram.ratio, 6), diagram.kinds([0.05, 0.01], [0.0, 0.002]).tolist()
     (0.267437, ['loops', 'waves'])

@@ -87,7 +87,7 @@ def energy_momentum(ax: Axes, document: Known, **looks: Any) -> Axes:
         ax.plot(around[0][0], around[1][0], "^", color=style.BLACK, ms=4)
     for place, marker, face, label in (
         (document["hanging"], "v", style.KINDS["hanging"].colour, "hanging"),
-        (document["standing"], "*", "white", UNSTABLE) if document["thread"]
+        (document["standing"], "*", "white", UNSTABLE) if document["focus_focus"]
         else (document["standing"], "^", style.KINDS["sleeping"].colour, "sleeping"),
         (document["start"], "o", style.OTHER, f"the scene: {literal(document['start']['kind'])}"),
     ):  # fmt: skip
@@ -135,7 +135,7 @@ def around_focus(ax: Axes, document: Known, **looks: Any) -> Axes:
 CURVES: Final = {
     "hanging": (style.KINDS["hanging"].colour, 1.8, "hanging"),
     "sleeping": (style.KINDS["sleeping"].colour, 1.8, "sleeping, stable"),
-    "thread": (style.BLACK, 2.6, UNSTABLE),
+    "focus_focus": (style.BLACK, 2.6, UNSTABLE),
 }
 SHEETS: Final = ((STEADY, "Ω > 0"), ("#66C5AB", "Ω < 0"))
 SEEN: Final = (24.0, -68.0)  # from where [°]
@@ -164,8 +164,12 @@ def critical_set_figure(document: Known) -> Figure:
     found = document["critical_set"]
     if found is None:
         raise ValueError("critical_set: there is none to draw without gravity")
-    momentum = max(found["thread"]["p_psi"]) / 2  # √(A |gMR|)
-    units = {"p_psi": momentum, "p_phi": momentum, "E_prime": abs(found["thread"]["E_prime"][0])}
+    momentum = max(found["focus_focus"]["p_psi"]) / 2  # √(A |gMR|)
+    units = {
+        "p_psi": momentum,
+        "p_phi": momentum,
+        "E_prime": abs(found["focus_focus"]["E_prime"][0]),
+    }
     figure = Figure(figsize=(7.0, 6.0), layout="constrained")
     ax: Any = figure.add_subplot(projection="3d", computed_zorder=False)
     for sheet, (colour, sign) in zip(found["sheets"], SHEETS, strict=True):
