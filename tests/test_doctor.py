@@ -26,7 +26,7 @@ def test_an_extra_that_is_missing_has_the_line_that_installs_it(monkeypatch):
     assert "numba" in doctor.requirements("rivals")
     assert "numba" not in doctor.requirements(None)
     monkeypatch.setattr(doctor, "version", lambda name: None)
-    pip = "pip install 'heavytop[rivals]'"
+    pip = "pip install '.[rivals]'"
     assert doctor.optional("rivals") == {"missing": doctor.requirements("rivals"), "install": pip}
     assert f"missing: {pip}" in doctor.in_words(doctor.diagnosis())
 

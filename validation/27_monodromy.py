@@ -1,4 +1,4 @@
-"""Around the thread of falling tops: Δφ comes back a whole turn more.
+"""Around the focus–focus point of tops too slow to sleep, Δφ comes back a whole turn more.
 
 Steady precession against the bottom of the effective potential; kinds told from the place in the
 diagram against certified verdicts; the turn by following Δφ, by adding up its derivatives, and by
@@ -110,7 +110,7 @@ turned = np.unwrap([*gained, gained[0]])
 claim("24 integrated nutations: Δφ off the closed form, relative", off, 1e-14)
 claim("... followed around: off 2 pi", abs(turned[-1] - turned[0] - math.tau), 1e-12)
 
-# Loops: the winding of Δφ is that of the loop around the thread
+# Loops: the winding of Δφ is that of the loop around the focus–focus point
 misses = tried = 0
 while tried < 40:
     centre = found.standing.p_phi + UNIT * rng.uniform(-0.6, 0.6), WEIGHT * rng.uniform(0.8, 2.5)
@@ -126,9 +126,9 @@ while tried < 40:
     circuit = found.circuit(ellipse(centre, radii), points=32)
     misses += (circuit.winding, circuit.spin_winding) != ((1, -1) if inside < 1 else (0, 0))
     tried += 1
-claim("of 40 ellipses, those whose winding is not that around the thread", misses, 0)
+claim("of 40 ellipses, those whose winding is not that around the focus–focus point", misses, 0)
 
-# Towards the threshold the thread comes down to the edge, as (2 - beta)^2/2
+# Towards the threshold the focus–focus point comes down to the edge, as (2 - beta)^2/2
 for power in (1, 2, 3):
     beta = 2 - 10.0**-power
     found = diagram(beta * UNIT)

@@ -1,8 +1,8 @@
 """What to cite: the package, and the sources of the methods that a result used.
 
 This is the one place for bibliographic data; CITATION.cff repeats the package and the first two
-sources, and a test compares the two. Results are read as plain JSON, so that citing imports
-neither the numerical libraries nor the integrator.
+sources, paper/paper.bib what the paper cites, and tests compare them. Results are read as plain
+JSON, so that citing imports neither the numerical libraries nor the integrator.
 """
 
 from __future__ import annotations
@@ -230,6 +230,40 @@ _ROWS: Final = (
     _program(
         "numba", ["Lam, Siu Kwan", "Pitrou, Antoine", "Seibert, Stanley"],
         "Numba: a LLVM-based Python JIT compiler", 2015, doi="10.1145/2833157.2833162",
+    ),
+    # what paper/paper.md compares with
+    Source(
+        "mujoco", "inproceedings", ("Todorov, Emanuel", "Erez, Tom", "Tassa, Yuval"),
+        "MuJoCo: a physics engine for model-based control", 2012,
+        {"booktitle": "IEEE/RSJ International Conference on Intelligent Robots and Systems",
+         "pages": "5026–5033", "doi": "10.1109/IROS.2012.6386109"},
+    ),
+    _article(
+        "exudyn", ["Gerstmayr, Johannes"],
+        "Exudyn – a C++-based Python package for flexible multibody systems",
+        2024, "Multibody System Dynamics", "60(4): 533–561", "10.1007/s11044-023-09937-1",
+    ),
+    Source(
+        "pydy", "inproceedings",
+        ("Gede, Gilbert", "Peterson, Dale L.", "Nanjangud, Angadh S.", "Moore, Jason K.",
+         "Hubbard, Mont"),
+        "Constrained multibody dynamics with Python: from symbolic equation generation to "
+        "publication", 2013,
+        {"booktitle": "ASME 2013 International Design Engineering Technical Conferences and "
+         "Computers and Information in Engineering Conference", "doi": "10.1115/DETC2013-13470"},
+    ),
+    _article(
+        "differential-equations", ["Rackauckas, Christopher", "Nie, Qing"],
+        "DifferentialEquations.jl – a performant and feature-rich ecosystem for solving "
+        "differential equations in Julia",
+        2017, "Journal of Open Research Software", "5(1): 15", "10.5334/jors.151",
+    ),
+    _article(
+        "capd",
+        ["Kapela, Tomasz", "Mrozek, Marian", "Wilczak, Daniel", "Zgliczyński, Piotr"],
+        "CAPD::DynSys: a flexible C++ toolbox for rigorous numerical analysis of dynamical systems",
+        2021, "Communications in Nonlinear Science and Numerical Simulation", "101: 105578",
+        "10.1016/j.cnsns.2020.105578",
     ),
 )  # fmt: skip
 SOURCES: Final = {source.key: source for source in (PACKAGE, *_ROWS)}

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from heavytop import __version__
-from heavytop.errors import CONDA
+from heavytop.errors import CONDA, IN_CLONE
 from heavytop.machine import cpu_model, usable_cpus, version
 
 PACKAGE = "heavytop"
@@ -87,7 +87,7 @@ def extras() -> list[str]:
 def optional(extra: str) -> dict[str, Any]:
     """What an extra lacks here, and the line that installs it."""
     lacking = [name for name in requirements(extra) if version(name) is None]
-    pip = f"pip install '{PACKAGE}[{extra}]'" if lacking else None
+    pip = IN_CLONE.format(extra) if lacking else None
     return {"missing": lacking, "install": pip}
 
 
@@ -144,4 +144,5 @@ def _lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     if not found["optional"]:
         yield "optional", "none"
     for extra, state in found["optional"].items():
-        yield f"[{extra}]", f"missing: {state['install']}" if state["missing"] else "installed"
+        missing = f"missing: {state['install']} in the clone"
+        yield f"[{extra}]", missing if state["missing"] else "installed"

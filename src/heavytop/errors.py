@@ -207,6 +207,7 @@ class InUse(HeavyTopError):
 
 
 CONDA: Final = "conda install -c conda-forge heyoka.py"  # for every system
+IN_CLONE: Final = "pip install '.[{}]'"  # of an extra, where the package is not in an index
 EXTRAS: Final = {"heyoka": "", "rebound": "rebound"}  # all others are in one
 
 
@@ -230,8 +231,8 @@ class MissingPackage(HeavyTopError, ImportError):
 
     @property
     def command(self) -> str:
-        """The command that installs them."""
-        return f"pip install 'heavytop[{self.extra}]'" if self.extra else CONDA
+        """The command that installs them; one of pip's is for the clone of the repository."""
+        return IN_CLONE.format(self.extra) if self.extra else CONDA
 
     def instead_of(self, name: str) -> type:
         """Return what stands for a function or a class that needs them: called, it raises this.
@@ -243,7 +244,7 @@ class MissingPackage(HeavyTopError, ImportError):
         Examples
         --------
         >>> MissingPackage("a film", ["pillow"], "film").instead_of("film").__doc__
-        "a film needs pillow: pip install 'heavytop[film]'"
+        "a film needs pillow: pip install '.[film]' in the clone"
         """
 
         def refuse(*_: object, **__: object) -> None:
@@ -252,7 +253,8 @@ class MissingPackage(HeavyTopError, ImportError):
         return type(name, (), {"__new__": refuse, "__doc__": str(self)})
 
     def __str__(self) -> str:
-        return f"{self.method} needs {' and '.join(self.packages)}: {self.command}"
+        where = " in the clone" if self.extra else ""
+        return f"{self.method} needs {' and '.join(self.packages)}: {self.command}{where}"
 
 
 class NoWorkerWarning(UserWarning):

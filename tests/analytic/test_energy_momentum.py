@@ -101,7 +101,7 @@ def test_the_sheets_by_tilt_are_the_edge(name):
 
 @pytest.mark.parametrize("beta", [0.0, 0.3, 1.999, 2.0, 2.5])
 @pytest.mark.parametrize("side", [1, -1])
-def test_the_thread_comes_down_to_the_edge(beta, side):
+def test_the_focus_focus_point_comes_down_to_the_edge(beta, side):
     """Where p_phi = p_psi the quartic is (W^2 - g)(W^2 - bW + g): least E' at W = sqrt(g), so that
     the standing top is gMR (2 - beta)^2/2 above it, beta = |p_psi|/sqrt(A gMR); from beta = 2 on 0.
     """
@@ -111,7 +111,7 @@ def test_the_thread_comes_down_to_the_edge(beta, side):
     place = diagram.standing
     assert place == (side * 6 * beta, 9)
     assert place.E_prime - diagram.least(place.p_phi) == pytest.approx(below, abs=1e-13)
-    assert (diagram.thread is None) == (beta >= 2) == (not diagram.isolated)
+    assert (diagram.focus_focus is None) == (beta >= 2) == (not diagram.isolated)
 
 
 @pytest.mark.parametrize("name", DIAGRAMS)
@@ -162,7 +162,7 @@ def test_special_places_by_name():
     assert on_edge == "uniform-precession"
     free = energy_momentum(ht.Top(1, 1, 0), 1)
     assert free.kinds([1, 1, 0.9], [0, 2, 2]).tolist() == ["force-free", "", ""]
-    assert (free.thread, free.cusps, free.ratio, free.depth) == (None, None, None, 0)
+    assert (free.focus_focus, free.cusps, free.ratio, free.depth) == (None, None, None, 0)
     np.testing.assert_array_equal(free.least([-3, -1, 0.5, 2]), [4, 0, 0, 1.5])
     np.testing.assert_array_equal(free.edge([-3, 2]).rate, [-3, 2])
     np.testing.assert_allclose(np.cos(free.edge([-3, 2]).theta), [-1 / 3, 1 / 2], rtol=1e-15)
@@ -174,7 +174,7 @@ PLACES = {
     "through a stable top": (2.5, 2.5, 1.01, 1),
     "inverted, through the top, barely": (1.0, 1.0, -0.999, -1),
     "inverted, past a stable bottom": (2.5, -2.5 + 1e-13, 1.01, -1),
-    "beside the thread": (1.0, 1.0 + 1e-12, 1.0 - 1e-12, 1),
+    "beside the focus–focus point": (1.0, 1.0 + 1e-12, 1.0 - 1e-12, 1),
     "planar, swinging": (0, 0.0, -0.9, 1),
     "free": (1.0, 0.3, 0.01, 0),
     "free, through the top": (1.0, 1.0, 0.01, 0),

@@ -1,4 +1,4 @@
-"""Once around the thread of the diagram: φ and ψ come back a turn more."""
+"""Once around the focus–focus point of the diagram: φ and ψ come back a turn more."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def diagram_of(name):
 
 
 @pytest.mark.parametrize("name", FALL)
-def test_once_around_the_thread_is_one_turn(name):
+def test_once_around_the_focus_focus_point_is_one_turn(name):
     diagram = diagram_of(name)
     found = diagram.circuit()
     side = -1 if diagram.g > 0 else 1
@@ -37,7 +37,7 @@ def test_once_around_the_thread_is_one_turn(name):
 
 
 def test_other_ways_around():
-    """Backwards −1, twice 2; loops that do not enclose the thread 0, across the lines or not."""
+    """Backwards −1, twice 2; loops that do not enclose the point 0, across the lines or not."""
     diagram = diagram_of("falls")
     around = diagram.around(diagram.maximal_loop / 2)
     assert diagram.circuit(lambda s: around(-s), points=16).winding == -1
@@ -47,7 +47,7 @@ def test_other_ways_around():
         ((0.004 + 0.2 * unit, 2.2 * weight), (0.4 * unit, 0.3 * weight), 0),  # over p_phi = p_psi
         ((0.0, 3.5 * weight), (1.2 * unit, 0.7 * weight), 0),  # across both lines
         ((0.0, 0.5 * weight), (0.2 * unit, 0.4 * weight), 0),  # across the line of cusps
-        ((0.004, 1.4 * weight), (0.3 * unit, 0.7 * weight), 1),  # the thread is aside in it
+        ((0.004, 1.4 * weight), (0.3 * unit, 0.7 * weight), 1),  # the point is aside in it
     ):
         found = diagram.circuit(ellipse(centre, radii), points=16)
         assert (found.winding, found.spin_winding) == (winding, -winding)
@@ -55,7 +55,7 @@ def test_other_ways_around():
 
 def test_above_the_threshold_nothing_can_be_gone_around():
     diagram = energy_momentum(BOOK, SLEEPS)
-    assert (diagram.thread, diagram.maximal_loop, diagram.isolated) == (None, 0.0, False)
+    assert (diagram.focus_focus, diagram.maximal_loop, diagram.isolated) == (None, 0.0, False)
     found = diagram.circuit(ellipse((0.0, 5 * 0.0456), (0.011, 2.5 * 0.0456)), points=16)
     assert (found.winding, found.spin_winding) == (0, 0)
     with pytest.raises(ht.ImpossibleStart, match="E_prime: at least"):
@@ -109,7 +109,7 @@ def test_refusals_say_what_would_be_right(act, says):
 
 
 def test_a_loop_that_runs_too_close_to_a_critical_point_is_refused(monkeypatch):
-    diagram = diagram_of("falls")  # p_psi is no double: the thread itself is missed by 1e-17
+    diagram = diagram_of("falls")  # p_psi is no double: the point itself is missed by 1e-17
     across = ellipse((diagram.standing.p_phi + 1e-4, 0.0456), (1e-4, 0.005))
     monkeypatch.setattr("heavytop.analytic.monodromy.MOST", 60)
     narrow = energy_momentum(ht.Top(1, "1e-3", 1), "1.99")
@@ -121,7 +121,7 @@ def test_a_loop_that_runs_too_close_to_a_critical_point_is_refused(monkeypatch):
 # --- by integration ------------------------------------------------------------------------------
 
 
-def test_integrated_around_the_thread():
+def test_integrated_around_the_focus_focus_point():
     """heyoka integrates a nutation at each place, and knows no roots and no elliptic integrals."""
     diagram = energy_momentum(BOOK, "0.004")
     loop, gained = diagram.around(diagram.maximal_loop / 2), []

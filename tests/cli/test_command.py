@@ -141,6 +141,8 @@ def test_exit_codes(error, code):
         ("drift sicm-kicked --methods x --periods 0", "for --periods and --methods: 2 faults\n"),
         ("derive --latex --json", "for --latex: "),
         ("scenes my-top.toml", "no shipped scene has this name"),
+        *((f"film sicm-kicked -o x.gif --size={size}", f'for --size: size = "{size}": width and ')
+          for size in ("800", "800x", "x80x80", "80x80x80", "-9x80", "9x9", "80x1e2")),
         ("validate hold-on", "is neither a claim nor a script"),
     ],
 )  # fmt: skip
@@ -153,7 +155,7 @@ def test_a_bad_word_is_a_usage_error_that_names_it(words, told, monkeypatch):
     assert len(result.stderr.splitlines()[-1]) < 450
 
 
-@pytest.mark.parametrize("change", ["start.phidot=1e155", "start.phi=x"])
+@pytest.mark.parametrize("change", ["start.phidot=1e155", "top.gMR=1e300", "start.phi=x"])
 def test_what_a_change_breaks_is_blamed_on_it_and_what_the_file_breaks_on_the_file(
     change, tmp_path
 ):

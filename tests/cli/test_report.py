@@ -69,6 +69,29 @@ def test_the_document_and_its_chart(mine):
     assert list(below.lines[0].get_ydata()) == document["curves"]["phase"]
 
 
+def test_where_no_known_mistake_fits_it_says_what_to_try(mine, tmp_path):
+    """Of a run from another start; good data have no such line."""
+    hint = "no known mistake fits: halve the step or the tolerance; if the error stays, compare"
+    assert hint not in heavytop_(*mine).stdout
+    found = heavytop_(*mine, "--set", "start.phidot=-14.9")
+    assert found.exit_code == 0, found.output
+    assert "phidot = -14.9" in found.stdout
+    assert hint in found.stdout
+    (tmp_path / "top.toml").write_text("[top]\nA = 3.28e-4\nC = 6.6e-5\ngMR = 0.05\n", "utf-8")
+    alone = heavytop_(*mine[:3], tmp_path / "top.toml", *mine[4:], "--set", "top.gMR=0.0456")
+    assert alone.exit_code == 0, alone.output
+    assert "fitted: theta = 0.1, " in alone.stdout
+
+
+def test_a_change_needs_a_scene(mine):
+    found = heavytop_(*mine[:2], *mine[4:], "--set", "start.phidot=-14")
+    assert found.exit_code == 2
+    assert "needs a --scene to change" in found.stderr
+    bad = heavytop_(*mine, "--set", "top.A=-1")
+    assert bad.exit_code == 2
+    assert "--set" in bad.stderr
+
+
 @pytest.mark.parametrize("wanted", [["theta", "phi"], ["rates"]])
 def test_a_run_of_ours_knows_its_scene(tmp_path, wanted):
     propagate(replace(KICKED, quantities=tuple(wanted))).save(tmp_path / "trajectory.nc")

@@ -51,7 +51,7 @@ def test_a_name_may_end_in_a_formulation():
 def test_a_missing_package_is_named_with_the_pip_line(name, monkeypatch):
     monkeypatch.setattr("heavytop.comparison.methods.find_spec", lambda package: None)
     assert absent(METHODS[name]) == METHODS[name].needs != ()
-    said = rf"{METHODS[name].needs[0]}.*pip install 'heavytop\[(rivals|rebound)\]'"
+    said = rf"{METHODS[name].needs[0]}.*pip install '\.\[(rivals|rebound)\]'"
     with pytest.raises(MissingPackage, match=said) as refusal:
         make_stepper(name, *started(), None, 1.0)
     assert exit_code(refusal.value) is Exit.USAGE

@@ -16,7 +16,7 @@ import heavytop as ht
 from heavytop.errors import Impossible
 from heavytop.plots.drawing import RUN
 from heavytop.results.energy_momentum import diagram_of
-from heavytop.results.stress import Outcome, Run, Stress
+from heavytop.results.stress import Run, Stress, StressOutcome
 
 from ..studies.test_work_precision import diagram_of as diagram_of_points
 from ..studies.test_work_precision import made
@@ -25,7 +25,7 @@ SCENE = ht.load_scene("sicm-kicked")
 MOTION = ht.Motion(SCENE.top, SCENE.start)
 NAMED = {"taylor-axis": "axis", "gauss8": "gauss8"}
 LOST = [
-    Run(case="cusp", method=name, formulation="axis", outcome=Outcome.OK, digits_lost=lost)
+    Run(case="cusp", method=name, formulation="axis", outcome=StressOutcome.OK, digits_lost=lost)
     for name, lost in zip(NAMED, (0.5, 9.0), strict=True)
 ]
 POINTS = [made(3.0, 1e-6), made(5.0, 1e-9), made(2.0, None, 1e-3, "taylor-routh")]
@@ -187,7 +187,7 @@ def test_of_the_other_studies_the_numbers_are_drawn(things):
     ahead = drawn("Check", "phase").lines[0].get_ydata()
     assert ahead.tolist() == things["Check"].curves["phase"].tolist()
     assert drawn("Check").get_yscale() == "log"
-    assert drawn("Diagram", "circuit").get_xlabel() == "once around the thread"
+    assert drawn("Diagram", "circuit").get_xlabel() == "once around the focus–focus point"
 
 
 @pytest.mark.parametrize(

@@ -244,6 +244,7 @@ WRONG = {
     "of another kind": ("validate", '{"schema": "heavytop/run/1"}', "validate.json"),
     "no number": ("validate", json.dumps(validate()).replace("1e-09", "1e999"), "validate.json"),
     "no time": ("workprec", {"points": [TIMELESS, POINT | {"rival": False}]}, "workprec.json"),
+    "no such point": ("workprec", {"front": [9]}, "workprec.json: front: not what follows"),
     "no case": ("stress", {"hard": {}}, "stress.json"),
     "another shape": ("atlas", {"shape": [24, 24]}, "atlas.nc"),
     "no plan": ("run", {"plan": None}, "run.json"),

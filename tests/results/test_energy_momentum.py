@@ -42,7 +42,7 @@ def test_a_document_holds_the_diagram_of_any_scene(name):
     slack = 1e-12 * abs(energy).max()
     assert np.interp(start["p_phi"], p, energy) <= start["E_prime"] + 1e-3 * abs(energy).max()
     falls = document["ratio"] is not None and document["ratio"] < 1
-    assert (document["thread"] is not None) == falls == (document["circuit"] is not None)
+    assert (document["focus_focus"] is not None) == falls == (document["circuit"] is not None)
     if document["ratio"] is not None:
         for corner in (document["hanging"], *([] if falls else [document["standing"]])):
             there = energy[p.tolist().index(corner["p_phi"])]
@@ -55,14 +55,14 @@ def test_the_circuit_of_a_document(falling):
     assert circuit["monodromy"] == [[1, 0, 0], [0, 1, 0], [-1, 1, 1]]
     turned = circuit["precession"][-1] - circuit["precession"][0]
     assert turned == pytest.approx(2 * np.pi, abs=1e-12)
-    assert falling["thread"] == falling["standing"]
+    assert falling["focus_focus"] == falling["standing"]
 
 
 def test_the_critical_set_of_a_document(falling):
-    """Every row of a sheet is the edge of the diagram of its p_psi; the thread is off both."""
+    """Every row of a sheet is the edge of the diagram of its p_psi; the other line is off both."""
     found = falling["critical_set"]
-    thread = found["thread"]
-    momentum = max(thread["p_psi"]) / 2
+    focus_focus = found["focus_focus"]
+    momentum = max(focus_focus["p_psi"]) / 2
     for sheet, sign in zip(found["sheets"], (1, -1), strict=True):
         b, a, h = (np.array(sheet[name]) for name in ("p_psi", "p_phi", "E_prime"))
         rate = np.array(sheet["rate"], dtype=float)
@@ -71,8 +71,8 @@ def test_the_critical_set_of_a_document(falling):
         np.testing.assert_allclose(h[:, 0], -0.0456, rtol=1e-14)  # hanging
         np.testing.assert_allclose(a[:, 0], -b[:, 0], rtol=1e-14)
         assert np.all(abs(b) <= 2.6001 * momentum)
-    p_psi = np.array(thread["p_psi"])
-    np.testing.assert_allclose(thread["p_phi"], p_psi)
+    p_psi = np.array(focus_focus["p_psi"])
+    np.testing.assert_allclose(focus_focus["p_phi"], p_psi)
     assert abs(p_psi).max() ** 2 == pytest.approx(4 * 3.28e-4 * 0.0456)
     sleeping = np.array(found["sleeping"]["p_psi"])
     assert abs(sleeping).min() == pytest.approx(abs(p_psi).max())
@@ -110,6 +110,6 @@ def test_the_chart_shows_what_the_document_says(falling, tmp_path):
         assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "other.svg").read_bytes()
 
 
-def test_without_gravity_there_is_no_thread_to_draw():
+def test_without_gravity_there_is_no_focus_focus_line_to_draw():
     with pytest.raises(ValueError, match="without gravity"):
         critical_set_figure(document_of("force-free"))

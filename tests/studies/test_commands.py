@@ -17,7 +17,7 @@ from functools import cache
 
 import pytest
 
-from heavytop.results.stress import Outcome, SkippedRun, Stress
+from heavytop.results.stress import SkippedRun, Stress, StressOutcome
 from heavytop.studies import atlas as atlas_study
 from heavytop.studies import executors, runner
 from heavytop.studies import methods as registry
@@ -287,7 +287,7 @@ def test_a_study_that_cannot_be_read_is_refused_by_name(made, tmp_path, change):
 
 def test_auto_silently_wrong_is_a_check_out_of_its_bound(made, monkeypatch):
     found = Stress.load(made("stress")[0] / "stress.json")
-    off = {"outcome": Outcome.INACCURATE, "digits_lost": 5.0}
+    off = {"outcome": StressOutcome.INACCURATE, "digits_lost": 5.0}
     wrong = tuple(replace(run, **off) if run.method == "auto" else run for run in found.cases)
     lost = SkippedRun(case="cusp", method="taylor-axis", reason="killed by SIGSEGV", lost=True)
     for runs, code in ((wrong, 5), (found.cases, 0)):
@@ -315,7 +315,7 @@ def test_a_missing_package_has_an_exit_code_and_the_pip_line(monkeypatch):
     monkeypatch.setattr(registry, "find_spec", lambda name: None if name == "numba" else name)
     missing = heavytop_("drift", *QUICK["drift"][:-1], "strang")
     assert missing.exit_code == 2
-    assert "pip install 'heavytop[rivals]'" in missing.stderr
+    assert "pip install '.[rivals]'" in missing.stderr
 
 
 def test_maps_that_disagree_end_with_5(monkeypatch):
@@ -328,6 +328,21 @@ def test_maps_that_disagree_end_with_5(monkeypatch):
     assert json.loads(agree.stdout)["unexplained"] == 0 < json.loads(found.stdout)["unexplained"]
     assert json.loads(agree.stdout)["tops_per_s"] > 0
     assert "differ by more than rounding" in found.stderr
+
+
+@pytest.mark.parametrize(
+    ("axes", "told"),
+    [
+        (("phidot=-9:9:4", "psidot=-1:1:5"), "no pixel has phidot = 0: an odd COUNT, such as 5,"),
+        (("phidot=-9:9:4", "psidot=-1:1:6"), "no pixel has phidot = 0 or psidot = 0: "),
+        (("phidot=-9:9:5", "psidot=-1:2:6"), ""),
+    ],
+)
+def test_pixels_that_leave_out_zero_are_told_unless_it_is_quiet(axes, told):
+    words = ("atlas", "sicm-kicked", "--x", axes[0], "--y", axes[1], "--only", "kind", "-j", 1)
+    assert told in (said := heavytop_(*words).stderr)
+    assert bool(told) == bool(said)
+    assert not heavytop_(*words, "-q").stderr
 
 
 def test_shards_are_resumed_and_joined(tmp_path):
@@ -425,5 +440,5 @@ def test_dask_that_is_missing_is_named_before_anything_is_made(monkeypatch, tmp_
     words = ("drift", *QUICK["drift"], "-o", tmp_path / "a", "--scheduler", ADDRESS)
     without = heavytop_(*words)
     assert without.exit_code == 2
-    assert "a cluster needs distributed: pip install 'heavytop[cluster]'" in without.stderr
+    assert "a cluster needs distributed: pip install '.[cluster]'" in without.stderr
     assert not (tmp_path / "a").exists()

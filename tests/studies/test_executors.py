@@ -61,9 +61,7 @@ def worker(place, address, *more, **environment):
 
 @pytest.fixture(scope="module")
 def scheduler(tmp_path_factory):
-    pytest.importorskip(
-        "distributed", reason="dask is not installed: pip install 'heavytop[cluster]'"
-    )
+    pytest.importorskip("distributed", reason="dask is not installed: pip install '.[cluster]'")
     place, port = tmp_path_factory.mktemp("dask"), free_port()
     options = ("--host", "127.0.0.1", "--port", port, "--no-dashboard", "--no-show")
     with dask(place, "scheduler", *options):

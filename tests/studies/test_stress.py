@@ -12,7 +12,7 @@ import pytest
 import heavytop as ht
 from heavytop.comparison.adaptive import TEXTBOOK_SOLVERS, textbook_right_hand_side, textbook_solve
 from heavytop.equations.formulation import FORMULATIONS
-from heavytop.results.stress import MARKS, RULES, Outcome, Run, Stress
+from heavytop.results.stress import MARKS, RULES, Run, Stress, StressOutcome
 from heavytop.run.events import differences, tally
 from heavytop.run.planning import Plan, closed_form_of, plan
 from heavytop.run.propagation import binary_start
@@ -112,20 +112,20 @@ def arrived(off=0.0, **more):
 @pytest.mark.parametrize(
     ("raw", "word", "named"),
     [
-        (arrived(1e-10), Outcome.OK, False),
-        (arrived(1e-6), Outcome.INACCURATE, False),
-        (arrived(math.nan), Outcome.DIVERGED, False),
-        (arrived(counted={"turning": 2}), Outcome.MISSED_EVENTS, False),
-        (arrived(said="a doubt"), Outcome.OK, True),
-        (Attempt(Outcome.REFUSED, "no"), Outcome.REFUSED, True),
-        (Attempt(Outcome.STEP_LIMIT), Outcome.STEP_LIMIT, True),
-        (Attempt(theta=0.7 + 1e-12), Outcome.DIVERGED, False),
+        (arrived(1e-10), StressOutcome.OK, False),
+        (arrived(1e-6), StressOutcome.INACCURATE, False),
+        (arrived(math.nan), StressOutcome.DIVERGED, False),
+        (arrived(counted={"turning": 2}), StressOutcome.MISSED_EVENTS, False),
+        (arrived(said="a doubt"), StressOutcome.OK, True),
+        (Attempt(StressOutcome.REFUSED, "no"), StressOutcome.REFUSED, True),
+        (Attempt(StressOutcome.STEP_LIMIT), StressOutcome.STEP_LIMIT, True),
+        (Attempt(theta=0.7 + 1e-12), StressOutcome.DIVERGED, False),
     ],
 )
 def test_every_outcome_has_one_rule(raw, word, named):
     finding = verdict(raw, HERE)
     assert (finding.outcome, finding.named) == (word, named)
-    assert word is Outcome.OK or finding.note or raw.said == ""
+    assert word is StressOutcome.OK or finding.note or raw.said == ""
 
 
 def test_what_is_right_where_no_digits_are_left_is_chance_unless_there_are_more_bits():
@@ -133,10 +133,10 @@ def test_what_is_right_where_no_digits_are_left_is_chance_unless_there_are_more_
     assert hopeless.hopeless
     assert not HERE.hopeless
     lost = verdict(Attempt(axis=(0.6, 0.0, 0.8)), hopeless)
-    assert (lost.outcome, lost.digits_lost) == (Outcome.DIVERGED, 0.0)
+    assert (lost.outcome, lost.digits_lost) == (StressOutcome.DIVERGED, 0.0)
     lucky = Attempt(axis=(1e-9, 0.0, 1.0))
     finding = verdict(lucky, hopeless)
-    assert (finding.outcome, finding.untold) == (Outcome.OK, True)
+    assert (finding.outcome, finding.untold) == (StressOutcome.OK, True)
     assert "undetermined: no digits are left" in finding.note
     assert not verdict(replace(lucky, more_bits=True), hopeless).untold
 
@@ -145,12 +145,12 @@ def test_whole_turns_of_phi_and_psi_are_seen_though_the_axis_does_not_see_them()
     here = replace(HERE, angles=(7.0, -40.0))
     turned = arrived(angles=(7.0 - 2 * math.tau, -40.0))
     finding = verdict(turned, here)
-    assert (finding.outcome, finding.turns) == (Outcome.OK, (-2, 0))
+    assert (finding.outcome, finding.turns) == (StressOutcome.OK, (-2, 0))
     assert finding.note == "φ is off by -2 turns"
     finding = verdict(turned, here, "auto-angles")
-    assert (finding.outcome, finding.error) == (Outcome.DIVERGED, pytest.approx(2 * math.tau))
+    assert (finding.outcome, finding.error) == (StressOutcome.DIVERGED, pytest.approx(2 * math.tau))
     near = verdict(arrived(angles=(7.0 + 6e-14, -40.0)), here, "auto-angles")
-    assert (near.outcome, near.digits_lost, near.turns) == (Outcome.OK, 0.0, (0, 0))
+    assert (near.outcome, near.digits_lost, near.turns) == (StressOutcome.OK, 0.0, (0, 0))
     assert verdict(arrived(), HERE).turns is None
     assert here.of_angles().condition == pytest.approx(10 / 0.6 + 47)
 
@@ -163,10 +163,10 @@ def test_a_finder_of_sign_changes_may_see_cusps_or_not_but_nothing_between():
 
 
 def test_only_a_run_that_says_nothing_is_silently_wrong():
-    assert not ran("auto", Outcome.OK, digits_lost=1.9).silently_wrong
-    assert ran("auto", Outcome.OK, digits_lost=2.1).silently_wrong
-    assert ran("auto", Outcome.DIVERGED).silently_wrong
-    assert not ran("auto", Outcome.DIVERGED, named=True).silently_wrong
+    assert not ran("auto", StressOutcome.OK, digits_lost=1.9).silently_wrong
+    assert ran("auto", StressOutcome.OK, digits_lost=2.1).silently_wrong
+    assert ran("auto", StressOutcome.DIVERGED).silently_wrong
+    assert not ran("auto", StressOutcome.DIVERGED, named=True).silently_wrong
 
 
 # --- the runs themselves ---------------------------------------------------------------------
@@ -181,22 +181,24 @@ def test_only_a_run_that_says_nothing_is_silently_wrong():
 def test_auto_is_never_silently_wrong(name, method):
     finding = found(name, method)
     assert not finding.untold or finding.named
-    assert finding.named or (finding.outcome is Outcome.OK and finding.digits_lost <= 2), finding
+    assert finding.named or (finding.outcome is StressOutcome.OK and finding.digits_lost <= 2), (
+        finding
+    )
 
 
 KNOWN = {  # from what others measured with other programs, before this one was written
-    ("through-top", "taylor-lagrange"): Outcome.SINGULAR,
-    ("start-at-top", "taylor-lagrange"): Outcome.REFUSED,
-    ("start-at-top", "dop853-scipy-lagrange"): Outcome.SINGULAR,
-    ("through-top", "lsoda-scipy-lagrange"): Outcome.INACCURATE,
-    ("near-top-1e-12", "taylor-lagrange"): Outcome.INACCURATE,
-    ("separatrix-80", "taylor-axis"): Outcome.DIVERGED,
-    ("ten-periods", "solve-ivp-defaults"): Outcome.INACCURATE,
-    ("kick-1e-6", "dop853-scipy"): Outcome.MISSED_EVENTS,
-    ("cusp", "dop853-scipy"): Outcome.OK,
-    ("near-separatrix", "blanes-moan-rkn6"): Outcome.INACCURATE,  # long period, short turn
-    ("sleeping-1+1e-8", "gauss8"): Outcome.STALLED,
-    ("1e5-periods", "gauss8"): Outcome.STEP_LIMIT,
+    ("through-top", "taylor-lagrange"): StressOutcome.SINGULAR,
+    ("start-at-top", "taylor-lagrange"): StressOutcome.REFUSED,
+    ("start-at-top", "dop853-scipy-lagrange"): StressOutcome.SINGULAR,
+    ("through-top", "lsoda-scipy-lagrange"): StressOutcome.INACCURATE,
+    ("near-top-1e-12", "taylor-lagrange"): StressOutcome.INACCURATE,
+    ("separatrix-80", "taylor-axis"): StressOutcome.DIVERGED,
+    ("ten-periods", "solve-ivp-defaults"): StressOutcome.INACCURATE,
+    ("kick-1e-6", "dop853-scipy"): StressOutcome.MISSED_EVENTS,
+    ("cusp", "dop853-scipy"): StressOutcome.OK,
+    ("near-separatrix", "blanes-moan-rkn6"): StressOutcome.INACCURATE,  # long period, short turn
+    ("sleeping-1+1e-8", "gauss8"): StressOutcome.STALLED,
+    ("1e5-periods", "gauss8"): StressOutcome.STEP_LIMIT,
 }
 
 
@@ -209,13 +211,13 @@ def test_what_is_known_to_fail_fails_so(pair):
 @pytest.mark.parametrize("form", FORMULATIONS)
 def test_away_from_poles_every_form_keeps_its_digits(form):
     finding = found("ten-periods", f"taylor-{form}")
-    assert finding.outcome is Outcome.OK
+    assert finding.outcome is StressOutcome.OK
     assert finding.digits_lost < 1.0
 
 
 def test_the_step_limit_is_kept_by_everybody():
     for method in ("taylor-axis", "dop853-scipy"):
-        assert found("hundred-periods", method, 300).outcome is Outcome.STEP_LIMIT
+        assert found("hundred-periods", method, 300).outcome is StressOutcome.STEP_LIMIT
 
 
 @pytest.mark.parametrize("solver", TEXTBOOK_SOLVERS)
@@ -313,16 +315,18 @@ def ran(method, outcome, **more):
 
 
 def test_what_is_chance_is_counted_as_nothing_to_tell_and_as_nothing_else():
-    runs = (ran("taylor-axis", Outcome.OK, untold=True, named=True),
-            ran("auto", Outcome.OK, untold=True))  # fmt: skip
+    runs = (ran("taylor-axis", StressOutcome.OK, untold=True, named=True),
+            ran("auto", StressOutcome.OK, untold=True))  # fmt: skip
     chance = Stress(hard={"cusp": ""}, methods=dict.fromkeys(run.method for run in runs),
                     cases=runs, limits={"budget_s": 1.0, "time_s": 1.0, "steps": 1})  # fmt: skip
-    none = dict.fromkeys(map(str, Outcome), 0)
+    none = dict.fromkeys(map(str, StressOutcome), 0)
     assert chance.counts()["taylor-axis"] == none | {"nothing-to-tell": 1}
     assert [run.method for run in chance.silently_wrong] == ["auto"]
 
 
 def test_the_words_of_the_contract_are_these():
     words = "ok inaccurate singular stalled diverged step-limit time-limit refused missed-events"
-    assert {str(word) for word in Outcome} == set(words.split()) == {str(word) for word in RULES}
+    assert (
+        {str(word) for word in StressOutcome} == set(words.split()) == {str(word) for word in RULES}
+    )
     assert set(MARKS) == set(words.split()) - {"ok"}

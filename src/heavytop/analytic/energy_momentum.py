@@ -3,8 +3,8 @@
 Every motion is a point (p_φ, E'), E' = E − p_ψ²/2C. Points lie on or above a convex curve, that of
 steady precession (`critical_set`). It has a corner at the hanging equilibrium, and another at the
 upright one if p_ψ² ≥ 4 A |gMR|. Below that threshold the upright equilibrium lies inside the
-diagram, critical by itself: a focus–focus value, over all p_ψ a thread. Followed around it the
-period lattice does not come back to itself (`Circuit`).
+diagram, an isolated critical value: the focus–focus point, over all p_ψ a line of them. Followed
+around it the period lattice does not come back to itself (`Circuit`).
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ from heavytop.scene.arguments import expect, number_of
 from heavytop.scene.state import Branch, State
 from heavytop.scene.top import Top
 
-NEAREST: Final = 1e-7  # of gMR: a shallower thread cannot be gone around in doubles in any time
-_BESIDE: Final = 2001  # points of the edge that are held against the thread
+NEAREST: Final = 1e-7  # of gMR: around a shallower focus–focus point doubles resolve no loop
+_BESIDE: Final = 2001  # points of the edge that are held against the focus–focus point
 _BITS: Final = 400  # of moments and p_ψ that are not rational
 
 
@@ -126,7 +126,7 @@ class EnergyMomentum:
         return (self.p_psi**4 - threshold**2).sign() == -1
 
     @property
-    def thread(self) -> Place | None:
+    def focus_focus(self) -> Place | None:
         """The focus–focus value; None where sleeping is stable, or nothing falls."""
         return self.standing if self.isolated else None
 
@@ -207,7 +207,7 @@ class EnergyMomentum:
         """The kinds of motion at given places, as texts; "" where there is none.
 
         They are told in doubles from where the place lies: `heavytop.classify` proves them from
-        a start (`start`). The level of the thread is that of the separatrix.
+        a start (`start`). The level of the focus–focus point is that of the separatrix.
 
         Parameters
         ----------
@@ -266,8 +266,8 @@ class EnergyMomentum:
     def maximal_loop(self) -> float:
         """How large a loop `around` the upright equilibrium can be; 0 at the threshold.
 
-        In the units of its axes the loop is a circle, and the edge is convex: that is how far from
-        the thread it is.
+        In the units of its axes the loop is a circle, and the edge is convex: that is how far it
+        is from the focus–focus point.
         """
         if not self.isolated:
             return 0.0
@@ -337,7 +337,7 @@ class EnergyMomentum:
         ----------
         loop : callable, optional
             (p_φ, E') at s from 0 to 1, the same at both; without it half of the largest ellipse
-            around the thread.
+            around the focus–focus point.
         points : int
             Steps to begin with; they are halved until none turns by a quarter or more.
 
@@ -345,7 +345,7 @@ class EnergyMomentum:
         ------
         ImpossibleStart
             The loop leaves the diagram, runs into a critical point or is not closed; or there is
-            no thread to go around, and no loop is given.
+            no focus–focus point to go around, and no loop is given.
 
         Notes
         -----
@@ -407,7 +407,7 @@ def energy_momentum(top: Top, p_psi: Number) -> EnergyMomentum:
     Examples
     --------
     >>> diagram = energy_momentum(Top("3.28e-4", "6.6e-5", "0.0456"), "0.004")
-    >>> diagram.thread
+    >>> diagram.focus_focus
     Place(p_phi=0.004, E_prime=0.0456)
     >>> round(diagram.ratio, 6), diagram.kinds([0.05, 0.01], [0.0, 0.002]).tolist()
     (0.267437, ['loops', 'waves'])

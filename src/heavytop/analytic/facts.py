@@ -29,7 +29,7 @@ from flint import arb, ctx
 
 from heavytop.analytic.cubic import TooFewBits
 from heavytop.analytic.motion import Motion
-from heavytop.analytic.solution import Nutating, Solution, Steady
+from heavytop.analytic.solution import Nutating, Solution, SteadyPath
 from heavytop.analytic.steady import least_spin
 from heavytop.classification.reduced import Reduced
 from heavytop.numbers import PI
@@ -209,11 +209,11 @@ def facts(motion: Motion | Top, start: State | None = None) -> Facts:
 def _known(found: Solution, cusps: bool) -> Known:
     """All facts that follow from the closed form."""
     start, path = found.start, found.path
-    vertical = isinstance(path, Steady) and bool(start.sin2.is_zero())
+    vertical = isinstance(path, SteadyPath) and bool(start.sin2.is_zero())
     known = _vertical(start) if vertical else _rates(found, cusps)
     if isinstance(path, Nutating):
         known |= _nutation(found, path)
-    elif isinstance(path, Steady) and not vertical:
+    elif isinstance(path, SteadyPath) and not vertical:
         known |= _precession(start, known["phidot_min"], known["psidot_min"])
     known = _decided(known)
     return known | _decided(_fast_top(found, known, cusps))
@@ -225,7 +225,7 @@ def _rates(found: Solution, cusps: bool) -> Known:
     misses_bottom, misses_top = (regime.misses_bottom, regime.misses_top)[:: found.side]
     plus = _or_zero(start.P_plus) if misses_bottom else arb(0)
     minus = _or_zero(start.P_minus) if misses_top else arb(0)
-    ends = tilts[:1] if isinstance(found.path, Steady) else tilts[:: -found.side]
+    ends = tilts[:1] if isinstance(found.path, SteadyPath) else tilts[:: -found.side]
     phidot = _rate("phidot", arb(0), plus, minus, ends, cusp=tilts[1] if cusps else None)
     return phidot | _rate("psidot", start.kappa, plus, -minus, ends)
 

@@ -27,7 +27,7 @@ from flint import arb
 
 from heavytop.analytic.cubic import TooFewBits
 from heavytop.analytic.rising import FLOAT_DIGITS, Rising
-from heavytop.analytic.solution import Asymptotic, Nutating, Solution, Steady, Sweeps
+from heavytop.analytic.solution import Asymptotic, Nutating, Solution, SteadyPath, Sweeps
 from heavytop.analytic.theta_series import Argument, Sweep, ThetaSeries
 from heavytop.errors import NoClosedForm, NotANumber
 from heavytop.numbers.double_double import Array, Linear, modulo_circle, two_sum
@@ -366,7 +366,7 @@ def _known(x: arb, beside: arb | float = 0) -> arb:
     return x
 
 
-def _shape(path: Nutating | Asymptotic | Steady) -> tuple[Any, ...]:
+def _shape(path: Nutating | Asymptotic | SteadyPath) -> tuple[Any, ...]:
     """Of u = u₁ + δ sn² (w t + x₀): w, m, 1 − m and δ, and 1 ∓ u at u₁ and at u₂."""
     zero, one = arb(0), arb(1)
     if isinstance(path, Nutating):
@@ -380,7 +380,7 @@ def _shape(path: Nutating | Asymptotic | Steady) -> tuple[Any, ...]:
     return zero, zero, one, zero, here, here
 
 
-def _since_turning(path: Nutating | Asymptotic | Steady, half: arb) -> tuple[int, arb]:
+def _since_turning(path: Nutating | Asymptotic | SteadyPath, half: arb) -> tuple[int, arb]:
     """The turning point nearest the start, and z since it.
 
     That of u₁ is 0; −1 and 1 are those of u₂ before and after it.
@@ -458,7 +458,7 @@ def _jump(at: Argument) -> Array:
     return np.copysign(np.pi / 2, at.S)
 
 
-def _halves(path: Nutating | Asymptotic | Steady, series: ThetaSeries) -> Iterator[_Half]:
+def _halves(path: Nutating | Asymptotic | SteadyPath, series: ThetaSeries) -> Iterator[_Half]:
     """Φ₊ and Φ₋."""
     sweeps: tuple[Sweep, ...]
     for own, rate in enumerate(path.mean_rates):  # Φ₊ sweeps at u₁, 0, and Φ₋ at u₂, 1

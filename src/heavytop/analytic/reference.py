@@ -133,7 +133,7 @@ class Reference:
             The file cannot be written.
         """
         place = path_of("path", path)
-        match place.suffix:
+        match place.suffix.lower():
             case ".csv":
                 write_text(place, self.to_csv())
             case ".json":
@@ -271,8 +271,8 @@ def times_of(times: object) -> tuple[Fraction, ...]:
         start, end, step = map(_time, words)
         if not step or (end - start) / step < 0:
             raise Refused("A:B:STEP, a step that leads from A to B")
-        most = min(int((end - start) / step), MOST_TIMES)
-        found = tuple(start + k * step for k in range(most + 1))
+        last = int((end - start) / step)
+        found = () if last >= MOST_TIMES else tuple(start + k * step for k in range(last + 1))
     if not 0 < len(found) <= MOST_TIMES:
         raise Refused(f"from 1 to {MOST_TIMES} times")
     return found

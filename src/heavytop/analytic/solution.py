@@ -380,7 +380,7 @@ class Asymptotic(Path):
         return sign_of(self.over.P_plus, "P+ and 0") * (size / floor * x.tanh()).atan()
 
 
-class Steady(Path):
+class SteadyPath(Path):
     """An axis of constant tilt: u₀ is a double root of f, and no root is looked for."""
 
     def __init__(self, over: Reduced, regime: Regime) -> None:
@@ -415,8 +415,8 @@ class Solution:
         self.phi0, self.psi0 = angles
         self.regime, self.side = regime, -1 if regime.mirrored else 1
         over = self.start.mirrored() if regime.mirrored else self.start
-        kind = Steady if regime.steady else Asymptotic if regime.asymptotic else Nutating
-        self.path: Nutating | Asymptotic | Steady = kind(over, regime)
+        kind = SteadyPath if regime.steady else Asymptotic if regime.asymptotic else Nutating
+        self.path: Nutating | Asymptotic | SteadyPath = kind(over, regime)
 
     def _facing(self, both: tuple[T, T]) -> tuple[T, T]:
         """What belongs to the top and the bottom as seen with g ≥ 0, for θ = 0 and θ = π."""

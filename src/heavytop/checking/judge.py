@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any, Final
@@ -125,18 +125,25 @@ def check(
     )
 
 
+def subject(scene: str | os.PathLike[str], changes: Sequence[str] = ()) -> Scene | Top:
+    """The scene of a name, changed; or its top, where a file has nothing but a table [top]."""
+    try:
+        return load_scene(scene, changes)
+    except BadScene as bad:
+        if not any(fault.key == "start" for fault in bad.faults):
+            raise
+        lacking = ["format=1", "start.theta=0", "span.periods=1"]
+        return load_scene(scene, [*changes, *lacking]).top
+
+
 def _motion_of(scene: Any, data: Data) -> tuple[Top, State | None]:
     """The top, and the start where there is one."""
     if isinstance(scene, Top):
         return scene, None
     if isinstance(scene, str | os.PathLike):
-        try:
-            scene = load_scene(scene)
-        except BadScene as bad:
-            if not any(fault.key == "start" for fault in bad.faults):
-                raise
-            lacking = ["format=1", "start.theta=0", "span.periods=1"]
-            return load_scene(scene, lacking).top, None
+        scene = subject(scene)
+        if isinstance(scene, Top):
+            return scene, None
     elif scene is None and data.scene is not None:
         scene = read_scene(data.scene, data.name)
     if scene is None:

@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 
 from heavytop.checking.data import ANGLES, RATES, Array, plain
 from heavytop.checking.problem import Origin
-from heavytop.checking.slips import Slip
+from heavytop.checking.slips import SOUGHT, Slip
 from heavytop.display import Plotted
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -17,6 +17,10 @@ from heavytop.spelling import harmless
 SCHEMA: Final = "heavytop/check/1"
 CHARTED: Final = 1000  # rows in the document
 MOST_NAMED: Final = 6  # columns that are ignored, in a line
+UNKNOWN: Final = (
+    "no known mistake fits: halve the step or the tolerance; if the error stays, compare A, C, gMR "
+    "and the start"
+)
 MEASURED: Final = ("axis", *ANGLES, "energy", "p_phi", "p_psi")
 START: Final = (*ANGLES, *RATES, "omega3")
 ORIGINS: Final = {"scene": "of the scene", "first row": "of the first row", "fitted": "fitted"}
@@ -210,6 +214,13 @@ def told(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             f"without it the error is {smaller} times smaller, with {slip['digits']:.1f} digits"
         )
         yield "slip", f"{slip['name']}: {slip['sentence']}; {mended}"
+    elif _misfit(known) > max(SOUGHT, document["condition"]):
+        yield "slip", UNKNOWN
+
+
+def _misfit(errors: Mapping[str, Any]) -> float:
+    """The RMS error by which a slip is looked for: that of the axis, or of the first angle told."""
+    return next((float(errors[name]["rms"]) for name in ("axis", *ANGLES) if name in errors), 0.0)
 
 
 def _columns(columns: Mapping[str, str | None]) -> str:

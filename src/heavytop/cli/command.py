@@ -249,6 +249,8 @@ def _blamed(bad: errors.BadScene, given: Mapping[str, Any]) -> Exception:
     """What is wrong with a scene; or with options, where nothing else is wrong."""
     keys = {change.partition("=")[0].strip() for change in given.get("changes") or ()}
     changed = keys | {key.partition(".")[0] for key in keys}
+    if changed & {"top", "start"}:  # what a start with this top cannot be, the change has made
+        changed |= {"top", "start"}
 
     def option(fault: errors.Fault) -> str:
         if fault.key == "want.digits" and given.get("digits") is not None:

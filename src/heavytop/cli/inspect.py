@@ -142,7 +142,7 @@ def reference(
         return
     if scene is None or times is None:
         raise BadParameter("is missing", param_hint="SCENE" if scene is None else "--times")
-    if events and not (manner().json or (file is not None and file.suffix == ".json")):
+    if events and not (manner().json or (file is not None and file.suffix.lower() == ".json")):
         raise BadParameter("with --json or -o x.json: no table", param_hint="--events")
     wanted = options.names("--quantities", quantities) or ()
     happening = options.names("--events", events) or ()

@@ -117,7 +117,7 @@ def file(text: str, *endings: str) -> Any:
     """The option -o of a verb that writes one file, which ends in one of these."""
 
     def named(text: str) -> Path:
-        if Path(text).suffix not in endings:
+        if Path(text).suffix.lower() not in endings:
             raise BadParameter(f"{text}: the name of a file in {', '.join(endings)}")
         return Path(text)
 

@@ -62,21 +62,26 @@ def check(
     columns: Annotated[str | None, option("NAME=COLUMN,…", COLUMNS)] = None,
     digits: Annotated[float | None, option("D", ENOUGH)] = None,
     file: Annotated[Path | None, option("FILE|DIR", DRAWN, "-o", "--output")] = None,
+    changes: options.Changes = None,
 ) -> None:
     """Compare your trajectory with the exact motion; name mistakes."""
     from heavytop.checking.judge import check as judge
+    from heavytop.checking.judge import subject
 
     pairs = [pair.partition("=") for pair in options.names("--columns", columns) or ()]
     if not all(equals for _, equals, _ in pairs):
         raise BadParameter(f"{columns!r} is not NAME=COLUMN,…", param_hint="--columns")
     if digits is not None and not 0 <= digits < math.inf:
         raise BadParameter(f"{digits:g} is not a number of digits", param_hint="--digits")
-    chart = file is not None and file.suffix in CHARTS and not file.is_dir()
+    chart = file is not None and file.suffix.lower() in CHARTS and not file.is_dir()
     if file is not None and not chart and file.suffix and not file.is_dir():
         raise BadParameter(f"{file}: a folder, or {', '.join(CHARTS)}", param_hint="-o")
     if file is not None and file.is_dir() and {x.name for x in file.iterdir()} - FILES:
         raise BadParameter(f"{file} contains files that are not of a check", param_hint="-o")
-    found = judge(data, scene, {name: column for name, _, column in pairs})
+    if changes and scene is None:
+        raise BadParameter("needs a --scene to change", param_hint="--set")
+    of = scene if scene is None else subject(scene, changes or ())
+    found = judge(data, of, {name: column for name, _, column in pairs})
     document = found.document()
     ends = []
     if digits is not None and found.digits < digits:
@@ -108,13 +113,6 @@ def check(
 FILM: Final = options.file("Write x.gif, x.webp or x.mp4.", ".gif", ".webp", ".mp4")
 
 
-def _size(text: str) -> tuple[int, int]:
-    width, _, height = text.lower().partition("x")
-    if not (width.isdecimal() and height.isdecimal()):
-        raise BadParameter(f"{text!r} is not WIDTHxHEIGHT, such as 800x600")
-    return int(width), int(height)
-
-
 @verb
 def film(
     scene: options.SceneName,
@@ -132,9 +130,7 @@ def film(
 
     known = options.read(scene, changes)
     with progress_bar() as bar:
-        made = make(
-            known, file, seconds=seconds, fps=fps, size=_size(size), follow=follow, progress=bar
-        )
+        made = make(known, file, seconds=seconds, fps=fps, size=size, follow=follow, progress=bar)
     document = {"schema": "heavytop/film/1", "scene": known.name, "file": str(made)}
     answer(document, lambda: typer.echo(f"{harmless(made)}: {made.stat().st_size / 1e6:.2g} MB"))
 

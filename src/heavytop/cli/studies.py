@@ -12,7 +12,17 @@ from typer import Argument, BadParameter, Option
 
 from heavytop import errors
 from heavytop.cli import options
-from heavytop.cli.command import Exit, leave, note, progress_bar, results_folder, say, show, verb
+from heavytop.cli.command import (
+    Exit,
+    leave,
+    manner,
+    note,
+    progress_bar,
+    results_folder,
+    say,
+    show,
+    verb,
+)
 from heavytop.cli.options import listing, option
 from heavytop.cli.run import is_run, resume_run
 from heavytop.results.base import command_of, typed, typing
@@ -100,6 +110,7 @@ def _wrong(kind: str, found: Any, document: Mapping[str, Any]) -> Ends:
             if not found.cases:
                 yield Exit.ENDED_EARLY, "nothing was run"
         case "atlas":
+            yield from () if manner().quiet else _without_zero(document["axes"])
             if not found.whole:
                 part = "a part of an atlas, {done} of {all} tiles".format(**document["tiles"])
                 yield Exit.OK, f"{part}: heavytop atlas --merge DIR… -o DIR joins parts"
@@ -112,6 +123,15 @@ def _wrong(kind: str, found: Any, document: Mapping[str, Any]) -> Ends:
             for claim in found.failed:
                 why = f": {claim.failure}" if claim.failure else ""
                 yield Exit.OUT_OF_BOUND, f"{claim.id} does not hold{why}"
+
+
+def _without_zero(axes: Mapping[str, Mapping[str, Any]]) -> Ends:
+    """Say which axes about 0 have no pixel at 0, where cusps and planar motions may lie."""
+    around = [x for x in axes.values() if x["low"] == -x["high"] and not x["count"] % 2]
+    if around:
+        none = " or ".join(f"{axis['name']} = 0" for axis in around)
+        odd = f"an odd COUNT, such as {around[0]['count'] + 1}, gives one"
+        yield Exit.OK, f"no pixel has {none}: {odd}"
 
 
 def _missing(methods: list[str]) -> Ends:
@@ -194,7 +214,7 @@ def stress(
 
 
 PLACES: Final = "A shipped scene or the path of a TOML file; with --merge: folders of shards."
-ALONG_X: Final = "Quantity along x and its range, in SI units: phidot=-20:20:400."
+ALONG_X: Final = "Quantity along x and its range, in SI units: phidot=-20:20:401."
 ALONG_Y: Final = "Quantity along y; with log for equal ratios: psidot=1:200:300:log."
 MOMENTUM: Final = "Draw only the energy-momentum diagram (E', p_phi) at the scene's p_psi."
 MERGE: Final = "Merge the shards in the folders DIR… into the folder of -o."
@@ -243,7 +263,7 @@ def atlas(
         finish("energy_momentum", found, output, figures=not no_figures)
         return
     if missing := [f"--{axis}" for axis in "xy" if not asked[axis]]:
-        rule = "an axis NAME=FROM:TO:COUNT, such as phidot=-20:20:400"
+        rule = "an axis NAME=FROM:TO:COUNT, such as phidot=-20:20:401"
         raise BadParameter(rule, param_hint=" and ".join(missing))
     _no_clash(changes or [], (str(x), str(y)))
     asked |= {"scene": places[0], "changes": changes, "output": output, "no_figures": no_figures}

@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from heavytop.comparison.steppers import (
+    InitialValueProblem,
     IntegrationFailed,
-    Problem,
     StepperState,
     compiled,
     compiled_derivatives,
@@ -165,7 +165,9 @@ class AdaptiveStepper:
         return taken
 
 
-def scipy_stepper(name: str, problem: Problem, tolerance: float, steps: int) -> AdaptiveStepper:
+def scipy_stepper(
+    name: str, problem: InitialValueProblem, tolerance: float, steps: int
+) -> AdaptiveStepper:
     """Return the stepper of a solver of `scipy.integrate`, by its name there."""
     import scipy.integrate
 
@@ -195,7 +197,7 @@ def scipy_stepper(name: str, problem: Problem, tolerance: float, steps: int) -> 
     return AdaptiveStepper(solver, problem.start, problem.direction, steps)
 
 
-def cyrk_stepper(problem: Problem, tolerance: float, steps: int) -> AdaptiveStepper:
+def cyrk_stepper(problem: InitialValueProblem, tolerance: float, steps: int) -> AdaptiveStepper:
     """Return the stepper of CyRK's DOP853 over a compiled right-hand side.
 
     CyRK stops after a number of steps and keeps them all, so a block is a call with an end that it
@@ -277,7 +279,7 @@ def axis_acceleration(e: Array, v: Array, g: float, spin: float) -> Array:
     return ahead
 
 
-def ias15_stepper(problem: Problem, tolerance: float, steps: int) -> AdaptiveStepper:
+def ias15_stepper(problem: InitialValueProblem, tolerance: float, steps: int) -> AdaptiveStepper:
     """Return the stepper of REBOUND's IAS15 for the axis form.
 
     It takes equations of the second order: the axis is the place of a particle, moved by a force,

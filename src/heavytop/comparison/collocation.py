@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from flint import arb
 
-from heavytop.comparison.steppers import FixedStep, Kernel, Problem, compiled, summation
+from heavytop.comparison.steppers import FixedStep, InitialValueProblem, Kernel, compiled, summation
 from heavytop.numbers.double_double import Array, two_product
 from heavytop.numbers.intervals import working
 
@@ -21,7 +21,7 @@ _SWEEPS = 200
 _NEAR = 1e-11  # two sweeps no nearer than this, and not coming nearer, do not converge
 
 
-def gauss(s: int, problem: Problem, setting: float, steps: int) -> FixedStep:
+def gauss(s: int, problem: InitialValueProblem, setting: float, steps: int) -> FixedStep:
     """Return the stepper of Gauss' collocation with s nodes; with one, the implicit midpoint rule.
 
     `setting` is the number of steps a period, `steps` that in a block.

@@ -16,7 +16,7 @@ from heavytop.comparison.adaptive import cyrk_stepper, ias15_stepper, scipy_step
 from heavytop.comparison.collocation import gauss
 from heavytop.comparison.own import BODY, admitted
 from heavytop.comparison.own_steps import own_stepper
-from heavytop.comparison.steppers import Problem, Stepper
+from heavytop.comparison.steppers import InitialValueProblem, Stepper
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import Impossible, MissingPackage
 
@@ -62,7 +62,7 @@ class MethodEntry:
     order: int | None
     default: float
     block: int
-    build: Callable[[Problem, float, int], Stepper]
+    build: Callable[[InitialValueProblem, float, int], Stepper]
     source: str
     setting: str
     least: float
@@ -195,7 +195,7 @@ def make_stepper(
     state, n = tuple(float(x) for x in start), len(equations.states)
     if len(state) != n:  # compiled code would read on
         raise Impossible([("start", f"{len(state)} states, where the equations have {n}")])
-    problem = Problem(name, equations, parameters, state, direction, period)
+    problem = InitialValueProblem(name, equations, parameters, state, direction, period)
     return method.build(problem, float(setting), method.block if steps is None else steps)
 
 

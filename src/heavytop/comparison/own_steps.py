@@ -16,8 +16,8 @@ import numpy as np
 from heavytop.comparison.own import BODY, Method
 from heavytop.comparison.steppers import (
     FixedStep,
+    InitialValueProblem,
     IntegrationFailed,
-    Problem,
     Stepper,
     StepperState,
     compiled_derivatives,
@@ -31,7 +31,9 @@ BLOCKS: Final = {"python": 200, "numba": 4096}  # steps between two looks
 SOLVED: Final = 4.0  # periods that a solver goes at once
 
 
-def own_stepper(method: Method, problem: Problem, setting: float, steps: int) -> Stepper:
+def own_stepper(
+    method: Method, problem: InitialValueProblem, setting: float, steps: int
+) -> Stepper:
     """Return a method of one's own set up for a problem; with `steps` 0 blocks are as it thinks."""
     start, seen = problem.start, cast("Rates", np.copy)
     if method.formulation in BODY:
@@ -54,7 +56,7 @@ def own_stepper(method: Method, problem: Problem, setting: float, steps: int) ->
 # --- the right-hand side that it is given --------------------------------------------------------
 
 
-def _rates(problem: Problem) -> Rates:
+def _rates(problem: InitialValueProblem) -> Rates:
     """Return f(y) for arrays; on a pole of the angles its numbers are nan."""
     function, known = derivatives(problem.equations), tuple(problem.constants.values())
     nothing = np.full(len(problem.start), np.nan)
@@ -68,7 +70,7 @@ def _rates(problem: Problem) -> Rates:
     return f
 
 
-def _compiled_rates(problem: Problem) -> Any:
+def _compiled_rates(problem: InitialValueProblem) -> Any:
     """Return f(y) compiled by numba, with the constants of one top and start."""
     from numba import njit
 

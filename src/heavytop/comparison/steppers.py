@@ -2,7 +2,8 @@
 
 From a state of the stepper a block leads to the next one, and in between the motion can be looked
 at. Such a state is numbers and nothing else: it can be stored, and another process goes on from it
-bit for bit. Here too is what a stepper is set up for, a `Problem`, and the steppers of fixed step.
+bit for bit. Here too is what a stepper is set up for, an `InitialValueProblem`, and the steppers of
+fixed step.
 """
 
 from __future__ import annotations
@@ -93,7 +94,7 @@ class Stepper(Protocol):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Problem:
+class InitialValueProblem:
     """Equations and a start, from which a method takes its steps.
 
     Attributes

@@ -16,7 +16,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from heavytop.comparison.steppers import FixedStep, Kernel, Problem, compiled, summation
+from heavytop.comparison.steppers import FixedStep, InitialValueProblem, Kernel, compiled, summation
 from heavytop.numbers.double_double import Array
 
 Turn = Literal["exact", "cayley"]
@@ -42,7 +42,7 @@ class Splitting:
     turn: Turn = "exact"
     compensated: bool = False
 
-    def stepper(self, problem: Problem, setting: float, steps: int) -> FixedStep:
+    def stepper(self, problem: InitialValueProblem, setting: float, steps: int) -> FixedStep:
         """Return the stepper with so many steps a period."""
         g, l_z = (problem.constants[name] for name in ("g", "l_z"))
         h = problem.span / setting

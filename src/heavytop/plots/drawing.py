@@ -88,7 +88,7 @@ def _check(check: Any) -> Known:
 
 
 def _diagram(diagram: Any) -> Known:
-    around = {"circuit": theory.around_thread} if diagram.circuit else {}
+    around = {"circuit": theory.around_focus} if diagram.circuit else {}
     return diagram.document(), {"diagram": theory.energy_momentum, **around}
 
 

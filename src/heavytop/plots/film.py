@@ -55,8 +55,9 @@ PALER: Final = 0.35  # opacity of what runs behind the sphere
 
 
 def _size(value: object) -> tuple[int, int]:
-    try:
-        width, height = (int(SIDE(each)) for each in value)  # type: ignore[attr-defined]
+    try:  # a text is the command's
+        sides: Any = map(int, value.lower().split("x")) if isinstance(value, str) else value
+        width, height = (int(SIDE(each)) for each in sides)
     except (TypeError, ValueError):  # of what is no pair
         raise Refused(SIDES) from None
     return width, height
@@ -70,7 +71,7 @@ def _place(value: object) -> Path:
 
 
 SIDE: Final = Range(64, 4096, whole=True)
-SIDES: Final = "width and height, two whole numbers from 64 to 4096"
+SIDES: Final = "width and height, two whole numbers from 64 to 4096, such as 800x600"
 OPTIONS: Final[Mapping[str, Reader]] = {
     "path": _place,
     "seconds": Range(0.1, 600),
@@ -85,7 +86,7 @@ def film(
     *,
     seconds: float = 10.0,
     fps: float = 25.0,
-    size: tuple[int, int] = (800, 600),
+    size: tuple[int, int] | str = (800, 600),
     follow: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Path:
@@ -105,8 +106,8 @@ def film(
         Length of the film [s], 0.1 to 600.
     fps : float
         Frames in a second [1/s], 1 to 50; a GIF counts hundredths of a second.
-    size : tuple of int
-        Width and height [pixels], 64 to 4096 each; even numbers for MP4.
+    size : tuple of int, or str
+        Width and height [pixels], 64 to 4096 each, or ``"800x600"``; even numbers for MP4.
     follow : bool
         Whether the eye goes round with the mean precession.
     progress : callable, optional

@@ -195,7 +195,7 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
         The file cannot be written.
     """
     place = path_of("path", path)
-    form = place.suffix.removeprefix(".")
+    form = place.suffix.lower().removeprefix(".")
     if form not in _METADATA:
         raise ValueError(f"{place.name}: a figure is .svg, .png or .pdf")
     data = _drawn(figure, form)

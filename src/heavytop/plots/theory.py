@@ -17,10 +17,10 @@ from heavytop.plots import style
 from heavytop.plots.style import Known, gridded, legend, line, literal, title_of
 
 STEADY: Final = style.KINDS["uniform-precession"].colour
-THREAD: Final = "standing, falls: the thread"
+UNSTABLE: Final = "sleeping, unstable: focus–focus"
 RATIO: Final = r"$p_\psi^2/4A\,gMR$"
 
-# --- energy and momentum at one p_ψ, and Δφ around the thread ------------------------------------
+# --- energy and momentum at one p_ψ, and Δφ around the focus–focus point -------------------------
 
 
 @mpl.rc_context(style.STYLE)
@@ -36,14 +36,15 @@ def energy_momentum_figure(document: Known) -> Figure:
     -------
     matplotlib.figure.Figure
         The regions of waves and of loops above the edge of steady precession, the lines between
-        them, and the scene's own place; beside it, where there is a thread, Δφ around it.
+        them, and the scene's own place; beside it, where there is a focus–focus point, Δφ around
+        it.
     """
     circuit, ratio = document["circuit"], document["ratio"]
     figure = Figure(figsize=(10.4 if circuit else 6.6, 5.4), layout="constrained")
     axes = figure.subplots(1, 2 if circuit else 1, squeeze=False).flat
     energy_momentum(axes[0], document)
     if circuit:
-        around_thread(axes[1], document)
+        around_focus(axes[1], document)
     words = "" if ratio is None else rf"$p_\psi^2/4A|gMR|$ = {ratio:.4g}"
     figure.suptitle(f"{title_of(document['scene'])}\n{words}")
     legend(figure, fontsize=8)
@@ -82,11 +83,11 @@ def energy_momentum(ax: Axes, document: Known, **looks: Any) -> Axes:
                 label=rf"{look.label}: $p_\varphi$ = {sign}$p_\psi$")  # fmt: skip
     if circuit := document["circuit"]:
         around = circuit["p_phi"], circuit["E_prime"]
-        ax.plot(*around, color=style.BLACK, lw=0.9, label="the way around")
+        ax.plot(*around, color=style.BLACK, lw=0.9, label="the circuit")
         ax.plot(around[0][0], around[1][0], "^", color=style.BLACK, ms=4)
     for place, marker, face, label in (
         (document["hanging"], "v", style.KINDS["hanging"].colour, "hanging"),
-        (document["standing"], "*", "white", THREAD) if document["thread"]
+        (document["standing"], "*", "white", UNSTABLE) if document["focus_focus"]
         else (document["standing"], "^", style.KINDS["sleeping"].colour, "sleeping"),
         (document["start"], "o", style.OTHER, f"the scene: {literal(document['start']['kind'])}"),
     ):  # fmt: skip
@@ -103,8 +104,8 @@ def _area(kind: str) -> dict[str, Any]:
     return {"color": style.KINDS[kind].colour, "label": style.KINDS[kind].label}
 
 
-def around_thread(ax: Axes, document: Known, **looks: Any) -> Axes:
-    """Draw Δφ in turns around the thread, followed, and as it is defined.
+def around_focus(ax: Axes, document: Known, **looks: Any) -> Axes:
+    """Draw Δφ in turns around the focus–focus point, followed, and as it is defined.
 
     Δψ loses what Δφ gains.
 
@@ -124,7 +125,7 @@ def around_thread(ax: Axes, document: Known, **looks: Any) -> Axes:
     whole = f"{circuit['winding']:+d} turn" if abs(circuit["winding"]) == 1 else "turns"
     ax.text(0.985, (lifted[0] + lifted[-1]) / 2, whole, ha="right", va="center")
     ax.axhline(lifted[0], color=style.FAINT, lw=0.8, zorder=0)
-    ax.set(xlim=(-0.02, 1.03), xlabel="once around the thread",
+    ax.set(xlim=(-0.02, 1.03), xlabel="once around the focus–focus point",
            ylabel="Δφ in a nutation, in turns")  # fmt: skip
     return ax
 
@@ -134,7 +135,7 @@ def around_thread(ax: Axes, document: Known, **looks: Any) -> Axes:
 CURVES: Final = {
     "hanging": (style.KINDS["hanging"].colour, 1.8, "hanging"),
     "sleeping": (style.KINDS["sleeping"].colour, 1.8, "sleeping, stable"),
-    "thread": (style.BLACK, 2.6, THREAD),
+    "focus_focus": (style.BLACK, 2.6, UNSTABLE),
 }
 SHEETS: Final = ((STEADY, "Ω > 0"), ("#66C5AB", "Ω < 0"))
 SEEN: Final = (24.0, -68.0)  # from where [°]
@@ -153,18 +154,22 @@ def critical_set_figure(document: Known) -> Figure:
     -------
     matplotlib.figure.Figure
         Both sheets of steady precession, which meet where the axis hangs; the tops that sleep, on
-        an edge of one; and off both the thread of the standing tops that fall.
+        an edge of one; and off both the focus–focus line of the unstable sleeping tops.
 
     Raises
     ------
     ValueError
-        There is no gravity, and so no thread.
+        There is no gravity, and so no focus–focus line.
     """
     found = document["critical_set"]
     if found is None:
         raise ValueError("critical_set: there is none to draw without gravity")
-    momentum = max(found["thread"]["p_psi"]) / 2  # √(A |gMR|)
-    units = {"p_psi": momentum, "p_phi": momentum, "E_prime": abs(found["thread"]["E_prime"][0])}
+    momentum = max(found["focus_focus"]["p_psi"]) / 2  # √(A |gMR|)
+    units = {
+        "p_psi": momentum,
+        "p_phi": momentum,
+        "E_prime": abs(found["focus_focus"]["E_prime"][0]),
+    }
     figure = Figure(figsize=(7.0, 6.0), layout="constrained")
     ax: Any = figure.add_subplot(projection="3d", computed_zorder=False)
     for sheet, (colour, sign) in zip(found["sheets"], SHEETS, strict=True):

@@ -104,7 +104,7 @@ def explore(scene: Scene | None = None, path: str | os.PathLike[str] = "explore.
     expect("scene", begin, Scene, "load_scene gives one")
     place = path_of("path", path)
     faults = [*_beyond(begin)]
-    if place.suffix != ".html":
+    if place.suffix.lower() != ".html":
         rule = "the name of a page ends in .html"
         faults.append(Fault("explore", None, "path", str(place), rule))
     if faults:

@@ -23,7 +23,7 @@ from heavytop.spelling import harmless
 from heavytop.studies.executors import LETTERS, begin, end, tail
 
 BOOK: Final = ("sicm-kicked", "sicm-dropped", "sicm-forward", "sicm-forward-spin-held")
-UPRIGHT: Final = "sleeping-unstable"  # whose diagram of energy and momentum has a thread
+UPRIGHT: Final = "sleeping-unstable"  # whose energy–momentum diagram has a focus–focus point
 LIMIT_S: Final = 250.0  # of all of them: under 5 minutes with the page
 BUDGET: Final = "30"  # s, of work and precision, and of stress
 PERIODS: Final = "1000"

@@ -406,7 +406,7 @@ def _map(document: Known) -> Iterator[Row]:
 
 
 def energy_momentum_parts(document: Known) -> Iterator[Line]:
-    """Where the scene and the verticals lie, and what a circuit around the thread brings."""
+    """Where the scene and the verticals lie, and what a circuit of the focus–focus point brings."""
     ratio = document["ratio"]
     yield from quantities(document, "p_psi")
     if ratio is not None:
@@ -414,12 +414,12 @@ def energy_momentum_parts(document: Known) -> Iterator[Line]:
     yield "the scene", f"{_place(document['start'])}: {document['start']['kind']}"
     yield "upright", _place(document["standing"])
     yield "hanging", _place(document["hanging"])
-    if document["thread"] is None:
+    if document["focus_focus"] is None:
         yield "focus–focus", f"none: {'no weight' if ratio is None else 'an upright top sleeps'}"
     else:
         yield (
             "focus–focus",
-            f"{_place(document['thread'])}, {document['depth']:.6g} J above the edge",
+            f"{_place(document['focus_focus'])}, {document['depth']:.6g} J above the edge",
         )
     if circuit := document["circuit"]:
         yield "Δφ around it", f"{circuit['winding']:+d} turn"
@@ -547,10 +547,11 @@ RESULTS: Final[Mapping[str, ResultKind]] = {
     "energy-momentum": ResultKind("Energy and momentum", energy_momentum_parts, (
         Chart("theory.energy_momentum_figure", "energy over momentum at the p_ψ of the scene: "
               "kinds, and the edge of steady precession",
-              "edge start standing hanging thread window circuit"),
+              "edge start standing hanging focus_focus window circuit"),
         Chart("theory.critical_set_figure", "the critical set over all p_ψ: two sheets of steady "
-              "precession, and the focus–focus line", "critical_set.sheets critical_set.thread "
-              "critical_set.sleeping critical_set.hanging"),)),
+              "precession, and the focus–focus line",
+              "critical_set.sheets critical_set.focus_focus critical_set.sleeping "
+              "critical_set.hanging"),)),
     "check": ResultKind("Check", check_parts, (
         Chart("studies.check_figure", "errors of the trajectory over time, and how far it runs "
               "ahead", "curves"),)),

@@ -52,7 +52,7 @@ class CriticalSet(Part):
 
     sheets: tuple[Sheet, ...]
     sleeping: Mapping[Text, Column]
-    thread: Mapping[Text, Column]
+    focus_focus: Mapping[Text, Column]
     hanging: Mapping[Text, Column]
 
 
@@ -69,8 +69,8 @@ class Diagram(Result, Plotted):
     start : Start
     standing, hanging : Spot
         Places of the axis on the vertical.
-    thread : Spot or None
-        The place of the isolated upright top; None where sleeping is stable.
+    focus_focus : Spot or None
+        The focus–focus point, of the unstable upright top; None where sleeping is stable.
     depth : float or None
         How far above the edge that is.
     window : mapping
@@ -80,10 +80,10 @@ class Diagram(Result, Plotted):
     cusps, through_top, through_bottom : tuple of Spot, or None
         Lines from one place to another.
     circuit : mapping or None
-        Around the thread; None where there is no room for one.
+        Around the focus–focus point; None where there is no room for one.
     critical_set : CriticalSet or None
-        The two sheets over all p_psi, the thread, and the edges of the sheets, sleeping and hanging
-        tops; None without gravity.
+        The two sheets over all p_psi, the focus–focus line, and the edges of the
+        sheets, sleeping and hanging tops; None without gravity.
     """
 
     schema: Literal["heavytop/energy-momentum/1"] = "heavytop/energy-momentum/1"
@@ -93,7 +93,7 @@ class Diagram(Result, Plotted):
     start: Start
     standing: Spot
     hanging: Spot
-    thread: Spot | None
+    focus_focus: Spot | None
     depth: Number | None
     window: Mapping[Text, Column]
     edge: Mapping[Text, tuple[Number | bool | None, ...]]
@@ -132,7 +132,7 @@ def diagram_of(scene: Scene) -> Diagram:
         start=Start(*here, str(motion.kind)),
         standing=Spot(*diagram.standing),
         hanging=Spot(*diagram.hanging),
-        thread=Spot(*diagram.thread) if diagram.thread else None,
+        focus_focus=Spot(*diagram.focus_focus) if diagram.focus_focus else None,
         depth=diagram.depth,
         window=window,
         edge=_edge(diagram, window["p_phi"]),
@@ -166,7 +166,7 @@ def _edge(diagram: EnergyMomentum, span: tuple[float, float]) -> dict[str, tuple
 def _circuit(diagram: EnergyMomentum) -> dict[str, Any] | None:
     try:
         found = diagram.circuit()
-    except ImpossibleStart:  # no thread, or one too near to the edge to be gone around
+    except ImpossibleStart:  # no focus–focus point, or one too near to the edge
         return None
     names = ("s", "p_phi", "E_prime", "period", "precession", "spin", "principal_precession")
     return {name: _listed(getattr(found, name)) for name in names} | {
@@ -186,7 +186,7 @@ def _critical_set(diagram: EnergyMomentum) -> CriticalSet | None:
     b = FARTHEST * root * np.linspace(-1, 1, ROWS)
     inside = 2 * root * np.linspace(-1, 1, ROWS)
     beyond = np.concatenate((b[b < -2 * root], [-2 * root, 2 * root], b[b > 2 * root]))
-    lines = {"sleeping": (beyond, side), "thread": (inside, side), "hanging": (b, -side)}
+    lines = {"sleeping": (beyond, side), "focus_focus": (inside, side), "hanging": (b, -side)}
     ends = FARTHEST * root, -FARTHEST * root
     return CriticalSet(
         sheets=tuple(_sheet(A, diagram.g, b, end) for end in ends),

@@ -17,7 +17,7 @@ UNTOLD: Final = "?"
 UNDETERMINED: Final = "nothing-to-tell"
 
 
-class Outcome(StrEnum):
+class StressOutcome(StrEnum):
     """How a run ended; `RULES` says when each is used."""
 
     OK = "ok"
@@ -32,17 +32,18 @@ class Outcome(StrEnum):
 
 
 RULES: Final = {
-    Outcome.REFUSED: "the method says beforehand that it cannot run this case, and why",
-    Outcome.TIME_LIMIT: "the run exceeded its time limit",
-    Outcome.STEP_LIMIT: "the run reached or exceeded its limit of steps",
-    Outcome.SINGULAR: "the run stopped on the way: the equations gave numbers that are not finite",
-    Outcome.STALLED: "the steps shrank to zero, or the equations of a step have no solution",
-    Outcome.DIVERGED: f"the run reports success, but its axis (φ or ψ, where they are judged) is "
-    f"off by {ASTRAY:g} or more, or its numbers are not finite",
-    Outcome.INACCURATE: "the run reports success, with fewer than half of the digits that "
+    StressOutcome.REFUSED: "the method says beforehand that it cannot run this case, and why",
+    StressOutcome.TIME_LIMIT: "the run exceeded its time limit",
+    StressOutcome.STEP_LIMIT: "the run reached or exceeded its limit of steps",
+    StressOutcome.SINGULAR: "the run stopped on the way: the equations gave numbers that are "
+    "not finite",
+    StressOutcome.STALLED: "the steps shrank to zero, or the equations of a step have no solution",
+    StressOutcome.DIVERGED: f"the run reports success, but its axis (φ or ψ, where they are "
+    f"judged) is off by {ASTRAY:g} or more, or its numbers are not finite",
+    StressOutcome.INACCURATE: "the run reports success, with fewer than half of the digits that "
     "conditioning leaves",
-    Outcome.MISSED_EVENTS: "the end state is right, the number of events is wrong",
-    Outcome.OK: "the run reports success, with at least half of the digits that conditioning "
+    StressOutcome.MISSED_EVENTS: "the end state is right, the number of events is wrong",
+    StressOutcome.OK: "the run reports success, with at least half of the digits that conditioning "
     "leaves",
 }
 MARKS: Final = {
@@ -66,7 +67,7 @@ class Run(Part):
     ----------
     case, method : str
     formulation : str
-    outcome : Outcome
+    outcome : StressOutcome
     error : float or None
         Distance of the axis from the true one at the end; of the tilt, where only that is given;
         of φ or ψ, where they are judged.
@@ -88,7 +89,7 @@ class Run(Part):
     case: Text
     method: Text
     formulation: Text
-    outcome: Outcome
+    outcome: StressOutcome
     error: Number | None = None
     digits_lost: Number | None = None
     condition: Number | None = None
@@ -104,7 +105,7 @@ class Run(Part):
     def silently_wrong(self) -> bool:
         """Whether it lost digits or events, or had none to lose, and did not say so."""
         lost = (self.digits_lost or 0.0) > MOST_LOST
-        return not self.named and (lost or self.untold or self.outcome is not Outcome.OK)
+        return not self.named and (lost or self.untold or self.outcome is not StressOutcome.OK)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -163,7 +164,7 @@ class Stress(Result, Plotted):
 
         A run that is counted as ``nothing-to-tell`` (undetermined) has no other outcome.
         """
-        words = (*map(str, Outcome), UNDETERMINED)
+        words = (*map(str, StressOutcome), UNDETERMINED)
         found = {method: dict.fromkeys(words, 0) for method in self.methods}
         for each in self.cases:
             found[each.method][UNDETERMINED if each.untold else str(each.outcome)] += 1

@@ -26,7 +26,7 @@ class Need(IntEnum):
     PSI = 4  # psi, with all its turns
 
 
-class Column(NamedTuple):
+class QuantityColumn(NamedTuple):
     """What stands in a column, its unit, and of a vector the letters of its components."""
 
     words: str
@@ -34,16 +34,16 @@ class Column(NamedTuple):
     parts: str = ""
 
 
-COLUMNS: Final[Mapping[str, Column]] = {
-    "theta": Column("tilt of the axis from the upward vertical", "rad"),
-    "phi": Column("precession angle, continuous from the start", "rad"),
-    "psi": Column("spin angle, continuous from the start", "rad"),
-    "thetadot": Column("rate of the tilt", "rad s-1"),
-    "phidot": Column("rate of precession", "rad s-1"),
-    "psidot": Column("rate of the spin angle", "rad s-1"),
-    "axis": Column("unit vector along the symmetry axis, in space", "1", "xyz"),
-    "omega": Column("angular velocity, in space", "rad s-1", "xyz"),
-    "quaternion": Column("attitude, body to space, scalar first", "1", "wxyz"),
+COLUMNS: Final[Mapping[str, QuantityColumn]] = {
+    "theta": QuantityColumn("tilt of the axis from the upward vertical", "rad"),
+    "phi": QuantityColumn("precession angle, continuous from the start", "rad"),
+    "psi": QuantityColumn("spin angle, continuous from the start", "rad"),
+    "thetadot": QuantityColumn("rate of the tilt", "rad s-1"),
+    "phidot": QuantityColumn("rate of precession", "rad s-1"),
+    "psidot": QuantityColumn("rate of the spin angle", "rad s-1"),
+    "axis": QuantityColumn("unit vector along the symmetry axis, in space", "1", "xyz"),
+    "omega": QuantityColumn("angular velocity, in space", "rad s-1", "xyz"),
+    "quaternion": QuantityColumn("attitude, body to space, scalar first", "1", "wxyz"),
 }
 
 

@@ -89,7 +89,7 @@ LEVEL: Final = 1e-12  # rad: a nutation smaller than that is rounding
 DOUBT: Final = 20  # times what a run differs from itself, a period later, is no more than rounding
 
 
-class Column(NamedTuple):
+class PixelColumn(NamedTuple):
     """What is known of every pixel: its type on the disk, unit and name, and what codes mean."""
 
     dtype: str
@@ -99,18 +99,18 @@ class Column(NamedTuple):
 
 
 COLUMNS: Final = {
-    "kind": Column("u1", "1", "kind of motion", NAMES),
-    "detail": Column("u1", "1", "distinguishes motions of one kind", ("none", *DETAILS[1:])),
-    "certified": Column("u1", "1", "1 where the kind is proved"),
-    "tags": Column("u1", "1", "tags that hold, as bits", TAG_NAMES),
-    "open_tags": Column("u1", "1", "tags neither proved nor disproved, as bits", TAG_NAMES),
-    "margin": Column("<f8", "1", "how far the nearest other verdict is"),
-    "theta_min": Column("<f8", "rad", "smallest tilt"),
-    "theta_max": Column("<f8", "rad", "largest tilt"),
-    "period": Column("<f8", "s", "nutation period; nan where nothing nutates"),
-    "precession": Column("<f8", "rad", "advance of φ in a nutation period"),
-    "spin": Column("<f8", "rad", "advance of ψ in a nutation period"),
-    "integrated": Column("u1", "1", "kind of motion, from the events of a run", NAMES),
+    "kind": PixelColumn("u1", "1", "kind of motion", NAMES),
+    "detail": PixelColumn("u1", "1", "distinguishes motions of one kind", ("none", *DETAILS[1:])),
+    "certified": PixelColumn("u1", "1", "1 where the kind is proved"),
+    "tags": PixelColumn("u1", "1", "tags that hold, as bits", TAG_NAMES),
+    "open_tags": PixelColumn("u1", "1", "tags neither proved nor disproved, as bits", TAG_NAMES),
+    "margin": PixelColumn("<f8", "1", "how far the nearest other verdict is"),
+    "theta_min": PixelColumn("<f8", "rad", "smallest tilt"),
+    "theta_max": PixelColumn("<f8", "rad", "largest tilt"),
+    "period": PixelColumn("<f8", "s", "nutation period; nan where nothing nutates"),
+    "precession": PixelColumn("<f8", "rad", "advance of φ in a nutation period"),
+    "spin": PixelColumn("<f8", "rad", "advance of ψ in a nutation period"),
+    "integrated": PixelColumn("u1", "1", "kind of motion, from the events of a run", NAMES),
 }
 SETS: Final = {
     "kind": tuple(COLUMNS)[:3],

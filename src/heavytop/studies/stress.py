@@ -33,7 +33,7 @@ from heavytop.equations.lambdify import lambdified
 from heavytop.integration.outputs import invariants, sample
 from heavytop.machine import versions
 from heavytop.numbers.double_double import Array, two_product
-from heavytop.results.stress import ASTRAY, AUTO, Outcome, Run, SkippedRun, Stress
+from heavytop.results.stress import ASTRAY, AUTO, Run, SkippedRun, Stress, StressOutcome
 from heavytop.run.events import Counts
 from heavytop.run.planning import Plan
 from heavytop.run.propagation import binary_start, propagate
@@ -238,7 +238,7 @@ def advance(parameters: Parameters, task: str, _checkpoint: object) -> Iterator[
         found = WORKER.call(put_to_test, *asked, parameters["step_limit"], timeout=limit)
     except TimedOut:
         form = stress_method(method).formulation
-        found = Run(case=case, method=method, formulation=form, outcome=Outcome.TIME_LIMIT,
+        found = Run(case=case, method=method, formulation=form, outcome=StressOutcome.TIME_LIMIT,
                     named=True, note=f"killed after {limit:g} s")  # fmt: skip
     except Lost as death:
         raise errors.HeavyTopError(f"its process was lost: {death}") from None
@@ -292,7 +292,7 @@ class Attempt:
 
     Attributes
     ----------
-    stopped : Outcome or None
+    stopped : StressOutcome or None
         What stopped it on the way.
     said : str
         What it said of that, or of a doubt.
@@ -312,7 +312,7 @@ class Attempt:
         Whether it had more than doubles have.
     """
 
-    stopped: Outcome | None = None
+    stopped: StressOutcome | None = None
     said: str = ""
     steps: int = 0
     axis: tuple[float, float, float] | None = None
@@ -343,7 +343,7 @@ def run(case: Case, method: MethodSetting, truth: CaseReference, step_limit: int
         found = (_textbook if method.solver else _stepped)(case, method, truth, step_limit)
     if found.stopped is None and found.steps > step_limit:
         said = f"{found.steps} steps, more than its limit"
-        return replace(found, stopped=Outcome.STEP_LIMIT, said=said)
+        return replace(found, stopped=StressOutcome.STEP_LIMIT, said=said)
     return found
 
 
@@ -354,7 +354,7 @@ def _taylor(case: Case, method: MethodSetting, step_limit: int) -> Attempt:
         try:
             found = propagate(scene, formulation=method.formulation, step_limit=step_limit)
         except errors.BadScene as refusal:
-            return Attempt(Outcome.REFUSED, "; ".join(fault.rule for fault in refusal.faults))
+            return Attempt(StressOutcome.REFUSED, "; ".join(fault.rule for fault in refusal.faults))
         except errors.EndedEarly as early:
             found = early.trajectory
     said = "; ".join(str(w.message) for w in heard if issubclass(w.category, OWN_WARNINGS))
@@ -366,7 +366,7 @@ def _taylor(case: Case, method: MethodSetting, step_limit: int) -> Attempt:
         result = replace(result, plan=plan, more_bits=more_bits)
     if found.outcome is not errors.Outcome.FINISHED:
         why = said or f"{found.outcome.sentence}, at t = {end:.6g} s"
-        return replace(result, stopped=Outcome(found.outcome), said=why)
+        return replace(result, stopped=StressOutcome(found.outcome), said=why)
     with np.errstate(all="ignore"):
         counted = {name: found.events.count(name) or 0 for name in scene.events}
         result = replace(result, energy_error=energy_error(found), counted=counted)
@@ -394,7 +394,7 @@ def _stepped(case: Case, method: MethodSetting, truth: CaseReference, step_limit
     """Let a compiled method go block by block until one holds the end."""
     stepper, steps = stepper_of(case, method, truth)
     if steps > step_limit:
-        return Attempt(Outcome.STEP_LIMIT, f"it would take {steps} steps", steps)
+        return Attempt(StressOutcome.STEP_LIMIT, f"it would take {steps} steps", steps)
     end = stepper.output_time(truth.end)
     if isinstance(stepper, FixedStep):
         end = two_product(stepper.h, float(steps))
@@ -402,11 +402,11 @@ def _stepped(case: Case, method: MethodSetting, truth: CaseReference, step_limit
     try:
         while abs(after.time[0]) < abs(end[0]):
             if after.steps >= step_limit:
-                return Attempt(Outcome.STEP_LIMIT, steps=after.steps)
+                return Attempt(StressOutcome.STEP_LIMIT, steps=after.steps)
             before, after = after, stepper.block(after)
         state = stepper.states_at(before, [end])[0]
     except IntegrationFailed as failure:
-        return Attempt(Outcome.STALLED, str(failure))
+        return Attempt(StressOutcome.STALLED, str(failure))
     result = Attempt(steps=steps or after.steps)
     return _arrived(result, case, Plan(method.formulation), truth.end, state)
 
@@ -430,8 +430,8 @@ def _textbook(case: Case, method: MethodSetting, truth: CaseReference, step_limi
     if told.status == "finished":
         counted = dict(zip(WATCHED, told.zeros, strict=False))
         return _arrived(replace(result, counted=counted), case, chosen, told.t, told.state)
-    failed = Outcome.STALLED if told.finite else Outcome.SINGULAR
-    return replace(result, stopped=failed if told.status == "failed" else Outcome.STEP_LIMIT)
+    failed = StressOutcome.STALLED if told.finite else StressOutcome.SINGULAR
+    return replace(result, stopped=failed if told.status == "failed" else StressOutcome.STEP_LIMIT)
 
 
 def _zero(form: Formulation, name: str, parameters: dict[str, float]) -> Callable[[Array], float]:
@@ -500,7 +500,7 @@ def judged(found: Attempt, truth: CaseReference, case: str, method: MethodSettin
     else:
         error = math.nan if found.theta is None else abs(found.theta - truth.theta)
     if not math.isfinite(error):
-        return told(outcome=Outcome.DIVERGED, note="the final state is not finite")
+        return told(outcome=StressOutcome.DIVERGED, note="the final state is not finite")
     lost = truth.digits_lost(error)
     outcome, why = _outcome(found, truth, error, lost)
     untold = truth.hopeless and not found.more_bits
@@ -528,16 +528,16 @@ def judged(found: Attempt, truth: CaseReference, case: str, method: MethodSettin
 
 def _outcome(
     found: Attempt, truth: CaseReference, error: float, lost: float
-) -> tuple[Outcome, str]:
+) -> tuple[StressOutcome, str]:
     """Return the outcome of a run that says it has arrived, and what is wrong with it."""
     poor = lost > (1 - KEPT) * truth.digits
     if poor or error >= ASTRAY:
         off = found.energy_error
         said = "reports success" + ("" if off is None else f"; energy error {off:.0e}")
-        return Outcome.DIVERGED if error >= ASTRAY else Outcome.INACCURATE, said
+        return StressOutcome.DIVERGED if error >= ASTRAY else StressOutcome.INACCURATE, said
     if missed := missed_events(found.counted, truth.counts):
-        return Outcome.MISSED_EVENTS, "" if "events: " in found.said else missed
-    return Outcome.OK, ""
+        return StressOutcome.MISSED_EVENTS, "" if "events: " in found.said else missed
+    return StressOutcome.OK, ""
 
 
 def missed_events(counted: Mapping[str, int], counts: Counts | None) -> str:

@@ -1,0 +1,47 @@
+"""The paper: its sections, its citations, and that its numbers stand in the README or the pages."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from heavytop import cite
+from heavytop.claims.register import load_register
+
+ROOT = Path(__file__).parents[2]
+PAPER = (ROOT / "paper" / "paper.md").read_text("utf-8")
+_, FRONT, TEXT = PAPER.split("---\n", 2)
+CITED = list(dict.fromkeys(re.findall(r"@([\w-]+)", TEXT)))
+REQUIRED = (  # by the journal, in this order: joss.readthedocs.io, "What should my paper contain?"
+    *("Summary", "Statement of need", "State of the field", "Software design"),
+    *("Research impact statement", "AI usage disclosure", "Acknowledgements", "References"),
+)
+
+
+def test_it_has_the_sections_and_the_length_that_the_journal_requires():
+    assert re.findall(r"^# (.*)$", TEXT, re.MULTILINE) == list(REQUIRED)
+    assert 750 <= len(TEXT.split()) <= 1750
+
+
+def test_its_front_is_that_of_the_package():
+    yaml = pytest.importorskip("yaml", reason="it comes with the extra docs")
+    front = yaml.safe_load(FRONT)
+    assert front["title"] == cite.PACKAGE.title
+    assert [author["name"] for author in front["authors"]] == list(cite.PACKAGE.authors)
+    assert front["bibliography"] == "paper.bib"
+
+
+def test_its_bibliography_is_what_it_cites_as_the_package_has_it():
+    """To write the file anew: the right side of the comparison."""
+    written = (ROOT / "paper" / "paper.bib").read_text("utf-8")
+    assert written == "\n\n".join(cite.SOURCES[key].bibtex() for key in CITED) + "\n"
+
+
+def test_its_numbers_are_those_of_the_readme():
+    readme = (ROOT / "README.md").read_text("utf-8")
+    numbers = re.findall(r"\b\d[\d.]*e-?\d+\b|\b[\d.]+(?= µs)", TEXT)
+    assert len(numbers) >= 10
+    assert [number for number in numbers if number not in readme] == []
+    claims = load_register().claims
+    authorities = {claim.authority for claim in claims}
+    assert f"{len(claims)} claims against {len(authorities)} authorities" in TEXT
