@@ -49,7 +49,6 @@ Words = tuple[Array, Array]
 
 KEPT: Final = 12  # coefficients of a piece that are kept,
 LEAD: Final = 3  # of which the first have twice the digits
-FINE: Final = 16  # pieces in the time in which the fastest rate turns by a radian
 MARGIN: Final = 1e-4  # how far from the solution a run may be, for the norms to hold
 SMALL: Final = 1e-27  # what the table may be off, relative to the size of the states,
 LOST: Final = 1e-18  # and what is read from it in double-doubles
@@ -61,7 +60,9 @@ FEW_TURNS: Final = 256  # of which sines and cosines are kept
 BEFORE: Final = 1e-7  # of a piece before time 0, in which an event may be
 MOST_PIECES: Final = 100_000
 FEW_PIECES: Final = 2000  # of a run that may do without a period
-SETTINGS: Final = ((192, 24), (384, 40), (1024, 90))  # bits, and the order of the polynomials
+# bits, the order of the polynomials, and how many of them there are while what is fastest at the
+# start turns by a radian: later something else may be faster
+SETTINGS: Final = ((192, 24, 16), (384, 40, 32), (1024, 90, 64))
 
 PAIRS: Final = {  # states that turn together: how often by the angles of alpha and of beta
     "axis": {(0, 1): (1, 1), (3, 4): (1, 1)},
@@ -156,7 +157,8 @@ class Flow:
     ) -> None:
         self.form, self.constants, self.start, self.end = form, dict(constants), start, end
         self.quadrature = quadrature
-        for self.bits, self.order in SETTINGS:
+        for setting in SETTINGS:
+            self.bits, self.order, self.fine = setting
             with working(self.bits):
                 try:
                     self.system = QuadraticSystem.of(form, constants, _rate(form, constants, start))
@@ -164,7 +166,7 @@ class Flow:
                     self._close()
                     self._keep()
                 except TooCoarse:
-                    if (self.bits, self.order) == SETTINGS[-1]:
+                    if setting == SETTINGS[-1]:
                         raise
                     continue
             return
@@ -174,7 +176,7 @@ class Flow:
         system = self.system
         x = [arb(v) for v in self.start]
         fastest = float(operator_norm(system.jacobian(x)).upper()) or 1.0
-        self.piece = delta = 2.0 ** -math.ceil(math.log2(FINE * fastest))
+        self.piece = delta = 2.0 ** -math.ceil(math.log2(self.fine * fastest))
         self.reach = arb(delta) * WIDER
         self.pieces: list[Piece] = []
         self.turning: list[arb] = []
