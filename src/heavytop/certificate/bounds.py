@@ -14,7 +14,7 @@ these minima is at most
 
 A quantity q(y) with |grad q| <= G and |Hess q| <= H is then off by at most
 
-    |q(p) - q(x)| at the nearer anchor + w/2 (G (M N + D) + H V N) + H N^2/2,
+    |q(p) - q(x)| at the nearer anchor + w/2 (G (M N + D) + H V N) + H N^2,
 
 where M bounds |J| and V the speed of the motion. So an interval that is cut in two has a smaller
 bound; intervals whose bound is more than the largest error found are cut until it is near it.

@@ -329,6 +329,8 @@ def certify(
 
             _alone(f"the folder {run}", asked)
             known = load_trajectory(Path(run) / TRAJECTORY)
+        elif (Path(run) / "study.json").exists():
+            raise BadParameter(f"{run}: the folder of a study; heavytop resume continues it")
         else:
             from heavytop.run.propagation import propagate
 

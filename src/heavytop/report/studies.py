@@ -260,8 +260,9 @@ def stress_parts(document: Known) -> Iterator[Line]:
 
 def certify_parts(document: Known) -> Iterator[Line]:
     """The bounds beside the largest errors found; the events; what is not proved."""
-    how = f"{document['formulation']}, {'projected' if document['projected'] else 'plain'}"
-    yield "run", f"{how}, {document['steps']} steps, to t = {document['t']:.12g} s"
+    how = "projected" if document["projected"] else "not projected"
+    form = document["formulation"]
+    yield "run", f"{form} form, {how}, {document['steps']} steps, to t = {document['t']:.12g} s"
     names = [name for name, x in document["observed"].items() if x is not None]
     bounds = document["bound"]
     yield Table(
