@@ -227,6 +227,7 @@ class Compiled:
         system = System.of(formulation, DOUBLE, events)
         self._loaded = system.loaded
         self._zeros: list[tuple[int, float, bytes]] = []  # event function, time, state
+        self._seeing = [True]  # empty while no zero is to be kept
         self._taylor = hy.taylor_adaptive(
             system.equations,
             [0.0] * len(system.equations),
@@ -234,7 +235,8 @@ class Compiled:
             tol=tolerance,
             high_accuracy=tolerance < np.finfo(float).eps,
             nt_events=[
-                hy.nt_event(zero, _recorder(self._zeros, i)) for i, zero in enumerate(system.zeros)
+                hy.nt_event(zero, _recorder(self._zeros, self._seeing, i))
+                for i, zero in enumerate(system.zeros)
             ],
         )
         self._own: Array = self._taylor.state  # looking it up takes time
@@ -298,21 +300,27 @@ class Compiled:
         self._begin(state)
         taylor = self._taylor
         coefficients = np.empty((steps, self._own.size, self.order + 1))
-        begun: list[DoubleDouble] = []
+        begun: list[float] = []  # when each step began, in two words each
         length: list[float] = []
         longest, taken = math.inf if longest is None else longest, 0
         written = taylor.tc  # each step writes there; looking it up takes time
-        while taken < steps:
-            here = taylor.dtime
-            bound = math.copysign(min(longest, abs(far - here[0])), far)
-            outcome, gone = taylor.step(bound, write_tc=True)
-            if outcome == hy.taylor_outcome.err_nf_state:
-                break
-            coefficients[taken] = written
-            begun.append(here)
-            length.append(gone)
-            taken += 1
-        words = np.array(begun).reshape(taken, 2)
+        self._seeing.clear()
+        try:
+            while taken < steps:
+                here = taylor.dtime
+                bound = far - here[0]
+                if longest < abs(bound):
+                    bound = math.copysign(longest, far)
+                outcome, gone = taylor.step(bound, write_tc=True)
+                if outcome == hy.taylor_outcome.err_nf_state:
+                    break
+                coefficients[taken] = written
+                begun += here
+                length.append(gone)
+                taken += 1
+        finally:
+            self._seeing.append(True)
+        words = np.array(begun).reshape(-1, 2)[:taken]
         kept = Polynomials(coefficients[:taken], words, np.array(length), np.zeros(taken))
         end = Block(self._own.copy(), taylor.dtime, taken, self.nothing, singular=taken < steps)
         return kept, end
@@ -384,10 +392,14 @@ class Compiled:
         return abs(bound)
 
 
-def _recorder(found: list[tuple[int, float, bytes]], event: int) -> Callable[..., None]:
+def _recorder(
+    found: list[tuple[int, float, bytes]], seeing: list[bool], event: int
+) -> Callable[..., None]:
     """Return what heyoka calls at a zero; it keeps what it closes over, though it is copied."""
 
     def record(taylor: Any, t: float, _sign: int) -> None:
+        if not seeing:
+            return
         taylor.update_d_output(t)
         found.append((event, t, taylor.d_output.tobytes()))
 
