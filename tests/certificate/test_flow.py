@@ -5,7 +5,7 @@ import pytest
 from flint import arb
 
 from heavytop.analytic.closed_form import ClosedForm
-from heavytop.certificate.balls import TooCoarse
+from heavytop.certificate.balls import TooCoarse, larger, up
 from heavytop.certificate.flow import SMALL, Flow
 from heavytop.equations.registry import FORMULATIONS
 from heavytop.numbers.intervals import working
@@ -104,3 +104,18 @@ def test_after_many_periods_more_is_told_to_be_off():
     assert early[0] < 1e-17
     assert late[0] - early[0] >= 1e15 * flow.off_a_period[0] * flow.bounds.speed > 1e-17
     assert late[1] - early[1] >= 1e15 * flow.off_a_period[1] > 0
+
+
+def test_a_bound_that_is_no_number_is_none():
+    nan = arb("nan")
+    assert up(nan) == float("inf")
+    for a, b in ((nan, arb(1)), (arb(1), nan)):
+        assert larger(a, b).is_nan()
+
+
+def test_where_a_state_is_zero_the_stiffness_is_bounded():
+    _, flow = flow_of(run_of("sicm-kicked", "attitude"))
+    assert 0 < flow.bounds.stiffness < float("inf")
+    here = [arb(0.8), arb(0.6), arb(0, 1e-4), arb(0, 1e-4), arb(0), arb(0)]
+    with working(flow.bits):
+        assert not flow._stiffness(here).is_nan()

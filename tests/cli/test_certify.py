@@ -1,6 +1,10 @@
 """`heavytop certify`: a scene, a stored run, what is refused, and exit codes."""
 
 import json
+import random
+import subprocess
+import sys
+import time
 from dataclasses import replace
 
 import pytest
@@ -66,3 +70,38 @@ def test_options_of_a_run_do_not_go_with_a_folder(tmp_path):
     ht.propagate(ht.load_scene("sicm-kicked")).save(tmp_path / "trajectory.nc")
     found = heavytop_("certify", tmp_path, "--projected")
     assert found.exit_code == 2
+
+
+@pytest.mark.slow
+@pytest.mark.processes
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_killed_at_any_moment_and_resumed_it_is_the_certificate_that_was_not(jobs, tmp_path):
+    asked, draw = ("certify", "sicm-kicked", "--set", "span.periods=4000"), random.Random(jobs)
+    whole = heavytop_(*asked, "-o", tmp_path / "whole", "--json")
+    assert whole.exit_code == 0
+    folder = tmp_path / "killed"
+    process = _started(*asked, "-o", folder, "-j", jobs)
+    for count in (1, 4):
+        until = time.monotonic() + 120
+        while len(_records(folder)) < count and process.poll() is None and time.monotonic() < until:
+            time.sleep(0.02)
+        time.sleep(draw.uniform(0.0, 0.3))
+        process.kill()
+        process.communicate(timeout=120)
+        assert _records(folder)
+        process = _started("resume", folder, "--json", "-j", jobs)
+    out, err = process.communicate(timeout=300)
+    assert process.returncode == 0, err
+    known, made = json.loads(out), json.loads(whole.stdout)
+    assert {name for name in made if made[name] != known[name]} <= {"command", "files"}
+    assert _records(folder) == _records(tmp_path / "whole")
+
+
+def _started(*words):
+    command = [sys.executable, "-c", "from heavytop.cli import main; main()", *map(str, words)]
+    pipe = subprocess.PIPE
+    return subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True)
+
+
+def _records(folder):
+    return {path.name: path.read_bytes() for path in folder.glob("tasks/[0-9a-f]*.json")}

@@ -1,6 +1,7 @@
 """Certificates: bounds that no error exceeds, and planted errors that make them fail."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,10 @@ import heavytop as ht
 from heavytop.analytic.closed_form import ClosedForm
 from heavytop.certificate.balls import TooCoarse
 from heavytop.certificate.flow import Flow
+from heavytop.equations.registry import FORMULATIONS
 from heavytop.errors import ForeignFile, NotCertified, WrongType
+from heavytop.integration.bits import DOUBLE
+from heavytop.integration.outputs import _function
 from heavytop.run.events import Events
 from heavytop.run.own_motion import own_motion
 from heavytop.studies.certificate import _turns, certify
@@ -18,6 +22,7 @@ from heavytop.studies.certificate import _turns, certify
 from ..certificates import flow_of, run_of
 
 RNG = np.random.default_rng(1)
+ANGLES = ("theta", "phi", "psi")
 
 
 def errors_at(trajectory, times):
@@ -216,3 +221,56 @@ def test_turns_are_not_proved_where_the_angles_may_be_off_by_much():
         why = []
         assert not _turns(own, flow, bounds | {name: wrong}, why)
         assert "whole turns are not proved" in why[0]
+
+
+@pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
+@pytest.mark.parametrize("form", ["axis", "attitude"])
+@pytest.mark.parametrize(("phi", "psi"), [(0, 1e6), (-1e6, 0), (1e3, -1e9)])
+def test_angles_that_begin_far_from_zero_are_rounded_more(form, phi, psi):
+    """An output is rounded in units of its own last place, however small its change is."""
+    start = ht.State(1.0, phidot=0.3, psidot=1.0, phi=phi, psi=psi)
+    scene = ht.Scene(ht.Top(2, 1, 1), start, time=5, quantities=ANGLES)
+    trajectory = ht.propagate(scene, formulation=form)
+    found = certify(trajectory)
+    for quantity, error in errors_at(trajectory, RNG.uniform(0, 5, 60)).items():
+        assert error <= found.bound[quantity]
+    assert found.bound["psi"] < 1e-15 * (10 + 2 * abs(phi) + abs(psi))
+
+
+@pytest.mark.parametrize("variant", ["sigma", "delta"])
+def test_psi_of_the_axis_form_is_added_up_in_the_order_that_its_rounding_is_bounded_for(variant):
+    function = _function(FORMULATIONS["axis"].build(variant), "outputs", DOUBLE)
+    (psi,) = re.findall(r"[-\w]+(?: [-+] [^,]*)+(?=,\)$)", function.__doc__.strip(), re.MULTILINE)
+    terms = re.findall(r"(\w+)(?:\*\(.*?\))?(?: [-+] |$)", psi)
+    assert terms == ["deviation", "phi_0", "psi_0", "t", "turned_phi"]
+
+
+def test_a_planar_attitude_has_bounds_of_its_angles():
+    """Two components of its quaternion are zero throughout."""
+    scene = ht.Scene(ht.Top(2, 1, 1), ht.State(1.0), time=2, quantities=ANGLES)
+    found = certify(ht.propagate(scene, formulation="attitude"))
+    assert found.bound["phi"] < 1e-14
+    assert found.bound["psi"] < 2e-14
+    assert found.turns
+
+
+@pytest.mark.parametrize("form", ["axis", "cubic"])
+def test_a_top_at_rest_is_at_rest_before_too(form):
+    found = certify(run_of("sleeping", form, time=-2))
+    assert found.bound["theta"] < 1e-8
+    assert found.proved
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
+@pytest.mark.parametrize("periods", [3, -1.5])
+def test_near_a_separatrix_the_angles_of_a_period_are_known_for_all_periods(periods):
+    """With 192 bits the table is good, but not the turns after many periods."""
+    spin = 0.6 * 2 * math.sqrt(2.0)
+    scene = ht.Scene(ht.Top(2, 1, 1), ht.State(1e-4, psidot=spin), periods=periods)
+    trajectory = ht.propagate(scene, formulation="attitude")
+    found = certify(trajectory)
+    times = trajectory.orbit.end * RNG.uniform(0, 1, 20)
+    for quantity, error in errors_at(trajectory, times).items():
+        if found.bound[quantity] is not None:
+            assert error <= found.bound[quantity]

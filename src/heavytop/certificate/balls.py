@@ -46,8 +46,9 @@ def sup(q: arb_poly, reach: arb) -> arb:
 
 
 def up(x: arb) -> float:
-    """Return a double that is not below a ball."""
-    return math.nextafter(float(x.upper()), math.inf)
+    """Return a double that is not below a ball: inf of one that says nothing."""
+    high = float(x.upper())
+    return math.inf if math.isnan(high) else math.nextafter(high, math.inf)
 
 
 def pair(x: arb) -> tuple[float, float]:
@@ -65,6 +66,6 @@ def pair(x: arb) -> tuple[float, float]:
 
 
 def larger(a: arb, b: arb) -> arb:
-    """Return the larger one of an upper bound and of the upper end of a ball."""
+    """Return the larger one of an upper bound and of the upper end of a ball; nan stays nan."""
     b = upper(b)
-    return b if not b <= a else a
+    return a if b <= a or a.is_nan() else b

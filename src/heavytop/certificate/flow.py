@@ -20,6 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -56,7 +57,8 @@ ROTATED: Final = 1e-28  # a state, by rounding and by rotation: far above 2^-104
 SLACK: Final = 1e-18  # far above what a table that is so good is off, in squares of states
 NEAREST: Final = 1e-6  # to a pole: nearer the turns of phi and psi are not proved
 WIDER: Final = 1 + 2.0**-20  # a piece, for what is bounded in it
-FEW_TURNS: Final = 256  # of which sines and cosines are kept
+FEW_TURNS: Final = 256  # of which sines and cosines are kept, or all that a short run has
+TURNED: Final = 1e-30  # rad: how well the angle is known by which the last period is turned
 BEFORE: Final = 1e-7  # of a piece before time 0, in which an event may be
 MOST_PIECES: Final = 100_000
 FEW_PIECES: Final = 2000  # of a run that may do without a period
@@ -183,8 +185,10 @@ class Flow:
         self.unclear = False
         last, largest, looking = Piece([], arb(0), arb(0)), [arb(0)] * 6, True
         beside, lost, self.beside_rate = arb(0), arb(0), 0.0
-        stop = math.ceil(abs(self.end) / delta) + 2
-        if self.end < 0:  # only a period leads back: it is looked for with all bits
+        stop = 1 if self.rests else math.ceil(abs(self.end) / delta) + 2
+        if (
+            self.end < 0 and not self.rests
+        ):  # only a period leads back: it is looked for with all bits
             stop = max(stop, FEW_PIECES + 1)
         while len(self.pieces) < stop:
             if len(self.pieces) > MOST_PIECES:
@@ -252,7 +256,7 @@ class Flow:
             found.append(-sum(map(arb.__mul__, b[1 : k + 1], found[::-1]), arb(0)) / b[0])
         wrong = sup(arb_poly(found) * below - arb(momentum), self.reach) * least
         wrong += abs(arb(momentum)) * error * least * least
-        rate = abs(arb(momentum)) * least + abs(arb(frame))
+        rate = abs(arb(momentum) / (1 + side * here) - arb(frame))
         self.beside_rate = max(self.beside_rate, up(rate))
         found[0] -= arb(frame)
         whole = [x / (k + 1) for k, x in enumerate(found)]
@@ -275,14 +279,15 @@ class Flow:
         g, along = arb(self.constants["g"]), arb(self.constants["l_z"])
         *e, l_x, l_y = here
         if self.form.name == "attitude":
-            alpha, beta = e[0] ** 2 + e[3] ** 2, e[1] ** 2 + e[2] ** 2
+            # no powers: that of a ball around 0 is nan
+            alpha, beta = e[0] * e[0] + e[3] * e[3], e[1] * e[1] + e[2] * e[2]
         else:
             length = sum((x * x for x in e), arb(0)).sqrt()
             alpha, beta = (length + e[2]) / 2, (length - e[2]) / 2
         square = (l_x * l_x + l_y * l_y + along * along) / 4
         return larger(upper(square + g * beta), square - g * alpha)
 
-    @property
+    @cached_property
     def rests(self) -> bool:
         """Whether nothing moves: the right-hand sides vanish at the start, exactly."""
         with working(self.bits):
@@ -402,6 +407,7 @@ class Flow:
         self.angles: dict[tuple[int, int], arb] = {}  # by how often those of alpha and beta count
         self._known: dict[tuple[int, int], tuple[Words, Words]] = {}
         self._turns: dict[tuple[int, int], list[tuple[int, int]]] = {}
+        self._few = FEW_TURNS
         self.beside = (0.0, 0.0)  # what the quadrature grows by in a period
         self.off_a_period = 0.0, 0.0  # how far that and the period may be off
         if len(self.turning) < 2:
@@ -418,6 +424,11 @@ class Flow:
         else:
             self.off_a_period = _off(T), 0.0
         self.angles = self._angles(last)
+        turns = math.ceil(abs(self.end) / self.period[0]) + 2
+        self._few = min(FEW_TURNS, turns)
+        wide = max((up(arb(angle.rad())) for angle in self.angles.values()), default=0.0)
+        if not (turns + self._few) * wide <= TURNED:
+            raise TooCoarse("the angles after many periods")
         for (i, j), turn in PAIRS[self.form.name].items():
             self._turns.setdefault(turn, []).append((i, j))
             s, c = self.angles[turn].sin_cos()
@@ -482,10 +493,14 @@ class Flow:
             n = np.floor(high / self.period[0])
             whole = two_product(n, self.period[0])
             since = add(t, (-whole[0], -(whole[1] + n * self.period[1])))
-        j = np.clip(np.floor(since[0] / self.piece), 0, len(self.pieces) - 1).astype(np.intp)
+        last = 0 if self.rests else len(self.pieces) - 1
+        j = np.clip(np.floor(since[0] / self.piece), 0, last).astype(np.intp)
         begun = np.asarray(-self.piece * j, dtype=np.float64)
         s = add(since, (begun, np.zeros_like(high)))
-        if not np.all((s[0] > -1e-7 * self.piece) & (s[0] < self.piece * (1 + 1e-7))):
+        # at rest the first polynomials are the solution, exactly, at all times
+        if not self.rests and not np.all(
+            (s[0] > -1e-7 * self.piece) & (s[0] < self.piece * (1 + 1e-7))
+        ):
             raise ArithmeticError("a time outside of the table")
         q = self._rest[-1][:, j]
         for c in self._rest[-2::-1]:
@@ -519,11 +534,11 @@ class Flow:
         """Return sine and cosine of n times an angle: of a few hundreds of it, and of the rest."""
         known = self._known.get(turn)
         if known is None:
-            known = self._known[turn] = self._sin_cos(turn, range(FEW_TURNS))
-        many = np.floor(n / FEW_TURNS)
-        rest = (n - FEW_TURNS * many).astype(np.intp)
+            known = self._known[turn] = self._sin_cos(turn, range(self._few))
+        many = np.floor(n / self._few)
+        rest = (n - self._few * many).astype(np.intp)
         whole, back = np.unique(many, return_inverse=True)
-        sines, cosines = self._sin_cos(turn, (FEW_TURNS * whole).tolist())
+        sines, cosines = self._sin_cos(turn, (self._few * whole).tolist())
         c, s = _times(
             (_taken(cosines, back), _taken(sines, back)),
             (_taken(known[1], rest), _taken(known[0], rest)),

@@ -210,8 +210,13 @@ def _sizes(trajectory: Trajectory) -> dict[str, float]:
     own = len(orbit.integrator.compiled.formulation.states)
     side = -1 if trajectory.plan.variant == "delta" else 1
     uniform = abs(known.get("kappa", 0.0) + side * known.get("frame_rate", 0.0))
+    beside = 0.0  # what psi of the axis form is added up from: its start, and its quadrature
+    if trajectory.plan.variant in ("sigma", "delta"):
+        begun = abs(known["psi_0"]) + abs(known["phi_0"])
+        beside = begun + float(np.max(np.abs(states[:, own - 1])))
     return {
         "angle": float(np.max(np.abs(states[:, own:]), initial=0.0)),
+        "beside": beside,
         "gap": float(np.max(np.diff(times))),
         "uniform": uniform * abs(orbit.end),
     }
@@ -266,7 +271,11 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
         rows = []
         if count > 0:
             steps, point = own.steps(point, count)
-            found = bound(flow, steps, {} if whole else _floor(_key(parameters)))
+            floor = {} if whole else _floor(_key(parameters))
+            try:
+                found = bound(flow, steps, floor)
+            except ArithmeticError as error:
+                raise _unknown(error) from None
             rows = [{"found": _finite(found.found), "proved": _finite(found.proved)}]
         same = blocks == len(first["following"]) or (
             _print(point, width) == first["following"][blocks]
@@ -311,7 +320,11 @@ def _prepared(key: str) -> tuple[BinaryRun, Flow]:
     try:
         return own, own.flow(steps)
     except (TooCoarse, ValueError) as error:
-        raise NotCertified(f"the exact motion is not known well enough: {error}") from None
+        raise _unknown(error) from None
+
+
+def _unknown(error: Exception) -> NotCertified:
+    return NotCertified(f"the exact motion is not known well enough: {error}")
 
 
 def _last_steps(key: str, own: BinaryRun) -> Steps:
@@ -329,7 +342,10 @@ def _last_steps(key: str, own: BinaryRun) -> Steps:
 def _floor(key: str) -> dict[str, float]:
     """Return errors that are found near the end: no smaller bound is of use anywhere."""
     own, flow = _prepared(key)
-    return bound(flow, _last_steps(key, own), {}).found
+    try:
+        return bound(flow, _last_steps(key, own), {}).found
+    except ArithmeticError as error:
+        raise _unknown(error) from None
 
 
 def _finite(values: Mapping[str, float]) -> dict[str, float | None]:
@@ -351,16 +367,17 @@ def collect(store: MemoryStore) -> Certificate:
     rows = [row for record in records for row in record.rows]
     observed = {n: _most([row["found"].get(n, 0.0) for row in rows]) for n in names}
     bounds = {n: _most([row["proved"].get(n, 0.0) for row in rows]) for n in names}
+    for name, rounding in _rounding(asked["sizes"], flow, own).items():
+        if (known := bounds.get(name)) is not None:
+            total = known + rounding + asked["told"].get(name, 0.0)
+            bounds[name] = total if math.isfinite(total) else None
     why = [
         f"{n} is not bounded: the axis comes too near to a pole" for n in names if bounds[n] is None
     ]
-    for name, rounding in _rounding(asked["sizes"], flow, own).items():
-        if bounds.get(name) is not None:
-            bounds[name] += rounding + asked["told"].get(name, 0.0)
-    turns, known = _turns(own, flow, bounds, why), asked["events"]
-    why += [proof["why"] for proof in known.values() if proof["why"]]
+    turns, events_held = _turns(own, flow, bounds, why), asked["events"]
+    why += [proof["why"] for proof in events_held.values() if proof["why"]]
     events = {
-        event: EventProof(count=count, proved=known.get(event, {}).get("proved"))
+        event: EventProof(count=count, proved=events_held.get(event, {}).get("proved"))
         for event, count in asked["counts"].items()
     }
     if "cusp" in events and "turning" in events:  # each is a turning point
@@ -379,7 +396,8 @@ def collect(store: MemoryStore) -> Certificate:
         observed={n: observed.get(n) for n in QUANTITIES},
         turns=turns if own.quadrature or own.formulation != "cubic" else None,
         events=ProvedEvents(
-            **events, time_bound_s=max((proof["off"] for proof in known.values()), default=None)
+            **events,
+            time_bound_s=max((proof["off"] for proof in events_held.values()), default=None),
         ),
         proved=all(bounds[n] is not None for n in least)
         and all(each.proved is not False for each in events.values()),
@@ -395,12 +413,11 @@ def _rounding(sizes: Mapping[str, float], flow: Flow, own: BinaryRun) -> dict[st
         math.sqrt(max(flow.bounds.stiffness, 0.0)) * own.integrator.pace * sizes["gap"] + math.pi
     )
     phi = sizes["angle"] + turned + 2 * math.pi
-    return {
-        "axis": 0.0,
-        "theta": 0.0,
-        "phi": ANGLES * phi,
-        "psi": 2 * ANGLES * phi + 4 * UNIT * sizes["uniform"],
-    }
+    psi = 2 * ANGLES * phi + 4 * UNIT * sizes["uniform"]
+    if own.quadrature:  # a sum of five from left to right, phi the last, and before it a product
+        beside = sizes["beside"] + flow.beside_rate * own.integrator.pace * sizes["gap"]
+        psi = 4 * UNIT * (beside + sizes["uniform"]) + (ANGLES + UNIT) * phi
+    return {"axis": 0.0, "theta": 0.0, "phi": ANGLES * phi, "psi": psi}
 
 
 def _names(own: BinaryRun) -> Sequence[str]:
