@@ -263,11 +263,16 @@ def test_a_top_at_rest_is_at_rest_before_too(form):
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
-@pytest.mark.parametrize("periods", [3, -1.5])
-def test_near_a_separatrix_the_angles_of_a_period_are_known_for_all_periods(periods):
+@pytest.mark.parametrize(
+    ("top", "start", "periods"),
+    [
+        (ht.Top(2, 1, 1), ht.State(1e-4, psidot=1.2 * math.sqrt(2.0)), -1.5),
+        (ht.Top(5.5, 0.63, 0.3), ht.State(5.6e-5, phi=2.7, psi=0.13, psidot=2.7), -5.5),
+    ],
+)
+def test_near_a_separatrix_the_angles_of_a_period_are_known_for_all_periods(top, start, periods):
     """With 192 bits the table is good, but not the turns after many periods."""
-    spin = 0.6 * 2 * math.sqrt(2.0)
-    scene = ht.Scene(ht.Top(2, 1, 1), ht.State(1e-4, psidot=spin), periods=periods)
+    scene = ht.Scene(top, start, periods=periods)
     trajectory = ht.propagate(scene, formulation="attitude")
     found = certify(trajectory)
     times = trajectory.orbit.end * RNG.uniform(0, 1, 20)

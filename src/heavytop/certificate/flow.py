@@ -186,9 +186,8 @@ class Flow:
         last, largest, looking = Piece([], arb(0), arb(0)), [arb(0)] * 6, True
         beside, lost, self.beside_rate = arb(0), arb(0), 0.0
         stop = 1 if self.rests else math.ceil(abs(self.end) / delta) + 2
-        if (
-            self.end < 0 and not self.rests
-        ):  # only a period leads back: it is looked for with all bits
+        # only a period leads back: it is looked for with all bits
+        if self.end < 0 and not self.rests:
             stop = max(stop, FEW_PIECES + 1)
         while len(self.pieces) < stop:
             if len(self.pieces) > MOST_PIECES:
