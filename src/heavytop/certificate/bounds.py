@@ -14,10 +14,11 @@ these minima is at most
 
 A quantity q(y) with |grad q| <= G and |Hess q| <= H is then off by at most
 
-    |q(p) - q(x)| at the nearer anchor + w/2 (G (M N + D) + H V N) + H N^2,
+    (|q(p) - q(x)| at the one anchor + that at the other + w (G (M N + D) + H V N))/2 + H N^2,
 
-where M bounds |J| and V the speed of the motion. So an interval that is cut in two has a smaller
-bound; intervals whose bound is more than the largest error found are cut until it is near it.
+or what it is at the worse one, where M bounds |J| and V the speed of the motion. So an interval
+that is cut in two has a smaller bound; intervals whose bound is more than the largest error found
+are cut until it is near it.
 """
 
 from __future__ import annotations
@@ -315,8 +316,11 @@ def _bounded(
     if not (N.max(initial=0.0) < MARGIN / 10 and not np.isnan(N).any()):
         return _nothing(flow, left)
     spare = D * width + 2 * N + plain + b.speed * clock
-    first, moving = _at(flow, left, width, spare)
-    second, _ = _at(flow, right, width, spare)
+    room, rates = _room(flow, left, width, spare)
+    first = quantities(flow, left.states, left.apart, room)
+    moving = quantities(flow, left.states, rates, room)
+    room, _ = _room(flow, right, width, spare)
+    second = quantities(flow, right.states, right.apart, room)
     found = {}
     with np.errstate(invalid="ignore", over="ignore"):
         for name, q in first.items():
@@ -330,7 +334,8 @@ def _bounded(
                 least = np.sqrt(abs(flow.quadrature.momentum) / aside_rate)
                 step = step + aside_rate * N + R / least
                 crude, extra = np.full_like(N, np.inf), aside
-            sharp = UP * own + G * off + width / 2 * step + H * (N + plain) ** 2
+            half = (np.abs(q.error) + np.abs(other.error) + width * step) / 2
+            sharp = UP * np.maximum(own, half) + G * off + H * (N + plain) ** 2
             speed = np.abs(moving[name].error)
             turned = width * (G * b.jacobian * b.speed + H * b.speed**2 + aside_rate * b.speed)
             late = (speed + turned) * clock
@@ -346,26 +351,21 @@ def _bounded(
     return found
 
 
-def _at(
-    flow: Flow, anchors: Anchors, width: Array, spare: Array
-) -> tuple[Mapping[str, QuantityBound], Mapping[str, QuantityBound]]:
-    """Return quantities at anchors, to first order in what the states are off, and in time.
+def _room(flow: Flow, anchors: Anchors, width: Array, spare: Array) -> tuple[Array, Array]:
+    """Return how far states come from those at anchors over half of an interval, and their rates.
 
-    Their derivatives are bounded over half of an interval so wide. Half of one takes the states
-    as far as their speed there and its greatest change can, and all errors that much farther.
+    Half of one takes the states as far as their speed there and its greatest change can, and all
+    errors that much farther.
     """
     b, weights = flow.bounds, np.array(flow.system.weights)[:, None]
     rates = flow.system.field(anchors.states[: len(weights)])
     speed = np.sqrt(((weights * rates) ** 2).sum(axis=0))
     half = width / 2
     gone = np.minimum(b.speed * half, speed * half + b.jacobian * b.speed * half**2 / 2)
-    room = UP * (gone + spare)
     if flow.quadrature:
         side, momentum, frame = flow.quadrature
         rates = np.concatenate((rates, [momentum / (1 + side * anchors.states[2]) - frame]))
-    return tuple(  # type: ignore[return-value]
-        quantities(flow, anchors.states, change, room) for change in (anchors.apart, rates)
-    )
+    return UP * (gone + spare), rates
 
 
 def _nothing(flow: Flow, left: Anchors) -> dict[str, tuple[Array, Array, Array]]:

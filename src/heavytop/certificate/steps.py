@@ -26,7 +26,7 @@ UP = 1 + 1e-12
 MORE = 3  # degrees of a defect beyond the order of a step that are computed
 LEAD = 6  # coefficients of a step that are added up with twice the digits; the others are small
 BEYOND = 1 + 2.0**-48  # of a step, for which its polynomial is bounded: labels of steps are rounded
-MANY = 4096  # times at a time, for the same reason
+MANY = 2048  # times at a time, for the same reason
 FEW = 1000  # steps at a time, whose coefficients stay in the cache
 
 

@@ -304,6 +304,7 @@ class Compiled:
         length: list[float] = []
         longest, taken = math.inf if longest is None else longest, 0
         written = taylor.tc  # each step writes there; looking it up takes time
+        step, failed = taylor.step, hy.taylor_outcome.err_nf_state
         self._seeing.clear()
         try:
             while taken < steps:
@@ -311,8 +312,8 @@ class Compiled:
                 bound = far - here[0]
                 if longest < abs(bound):
                     bound = math.copysign(longest, far)
-                outcome, gone = taylor.step(bound, write_tc=True)
-                if outcome == hy.taylor_outcome.err_nf_state:
+                outcome, gone = step(bound, True)
+                if outcome == failed:
                     break
                 coefficients[taken] = written
                 begun += here
