@@ -13,6 +13,7 @@ from heavytop.certificate.system import ONE
 from ..certificates import flow_of, run_of
 
 RNG = np.random.default_rng(7)
+EXACT = dict.fromkeys(("axis", "theta", "phi", "psi"), 0.0)  # outputs without rounding
 
 
 def steps_of(trajectory):
@@ -51,11 +52,11 @@ def test_no_defect_is_larger_than_its_bound(form):
 def test_a_wrong_coefficient_widens_the_bound():
     trajectory = run_of("sicm-kicked")
     _, flow, steps = steps_of(trajectory)
-    before = bound(flow, steps, {})
+    before = bound(flow, steps, {}, EXACT)
     c = steps.coefficients.copy()
     c[3, 0, 11] += 1e-7  # of the third order, in the twelfth step
     wrong = replace(steps, coefficients=c)
-    after = bound(flow, wrong, {})
+    after = bound(flow, wrong, {}, EXACT)
     off = 1e-7 * abs(steps.length[11]) ** 3
     assert before.proved["axis"] < 3e-15
     assert after.proved["axis"] >= 0.99 * off > 1e3 * before.proved["axis"]
@@ -75,6 +76,21 @@ def test_the_polynomials_are_evaluated_beyond_the_digits_of_a_double():
             assert error <= twice[n, i] < 1e-19
             plainly = np.polynomial.polynomial.polyval(s, steps.coefficients[:, n, k])
             assert abs(Fraction(float(plainly)) - exact) <= plain[n, i]
+
+
+@pytest.mark.parametrize(("form", "read"), [("axis", 3), ("attitude", 4), ("cubic", 1)])
+def test_no_step_is_faster_or_bends_more_than_its_bound(form, read):
+    _, _, steps = steps_of(run_of("sicm-kicked", form))
+    order = len(steps.coefficients)
+    for part in np.linspace(0, 1, 9):
+        s = part * steps.length
+        for k, bound_of in ((1, steps.speed), (2, steps.bend)):
+            factors = np.array([np.prod(np.arange(m, m - k, -1)) for m in range(k, order)])
+            powers = s ** np.arange(order - k)[:, None]
+            found = (factors[:, None, None] * steps.coefficients[k:] * powers[:, None]).sum(axis=0)
+            size = np.sqrt((found[:read] ** 2).sum(axis=0))
+            assert np.all(size <= bound_of)
+            assert np.any(size > bound_of / 4)
 
 
 def test_some_of_the_steps_are_steps():

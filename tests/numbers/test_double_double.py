@@ -15,6 +15,7 @@ from heavytop.numbers.double_double import (
     add,
     double_double,
     modulo_circle,
+    plus_turns,
     sine,
     two_sum,
 )
@@ -126,6 +127,16 @@ def test_angles_far_away(turns):
         assert 0 <= mod[i] < 2 * np.pi
         off = (Fraction(mod[i]) - want) / TWO_PI
         assert abs(off - round(off)) * TWO_PI < 3e-15
+
+
+def test_turns_are_added_with_one_rounding():
+    random = np.random.default_rng(5)
+    angle = random.uniform(-3.2, 3.2, 400)
+    turns = np.rint(10 ** random.uniform(0, 9, 400)) * random.choice([-1, 0.5, 1], 400)
+    for rest, n, found in zip(angle, turns, plus_turns(angle, turns), strict=True):
+        exact = Fraction(rest) + Fraction(n) * TWO_PI
+        assert abs(Fraction(found) - exact) <= (abs(exact) + 6) / 2**53
+    assert np.array_equal(plus_turns(angle, np.zeros(400)), angle)
 
 
 def test_an_angle_in_a_circle():

@@ -1,6 +1,7 @@
 """Starts and times where accuracy tests do not look: symmetric, at a pole, exactly on an event."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from decimal import Decimal
 
 import numpy as np
@@ -73,6 +74,37 @@ def test_the_motion_can_be_asked_for_where_a_block_starts(formulation):
     assert any(c.time[1] > 0 for c in checkpoints)
     there = run.orbit.at(np.array([c.time[0] for c in checkpoints])).states
     assert np.max(np.abs(there - [c.state for c in checkpoints])) < 1e-12
+
+
+@pytest.mark.parametrize("projected", [False, True])
+def test_just_before_a_checkpoint_the_motion_is_not_yet_there(projected):
+    """The double of its time may be before its start by what the axis moves 1e-12 in."""
+    wants = {"quantities": ("axis", "phi"), "events": (), "digits": 6, "samples": 2}
+    scene = replace(ht.load_scene("sicm-kicked"), time=None, periods=ht.Exact.of(30_000), **wants)
+    run = ht.propagate(scene, formulation="axis", projected=projected)
+    late = [c for c in run.orbit.checkpoints if c.time[1] > 3e-13]
+    assert late
+    there = run(np.array([c.time[0] for c in late]))
+    low = np.array([c.time[1] for c in late])[:, None]
+    begun = np.array([c.state[:3] for c in late])
+    moved = -low * np.cross(there.omega, begun)
+    off = there.axis - begun - moved
+    assert np.all(np.linalg.norm(off, axis=1) < 0.3 * np.linalg.norm(moved, axis=1))
+
+
+@pytest.mark.parametrize("periods", ["700", "-700"])
+def test_times_about_checkpoints_each_have_a_state(periods):
+    wants = [
+        f"span.periods={periods}",
+        "want.digits=9",
+        'want.quantities=["axis"]',
+        "want.events=[]",
+    ]
+    run = ht.propagate(ht.load_scene("sicm-kicked", wants), formulation="axis")
+    t = np.array([c.time[0] for c in run.orbit.checkpoints[1:]])
+    times = np.concatenate([t * (1 + k * 2.0**-53) for k in range(-6, 7)])
+    assert np.max(np.abs(run(times).axis - np.tile(run(t).axis, (13, 1)))) < 1e-11
+    assert np.array_equal(run(times[7:8]).axis[0], run(times).axis[7])
 
 
 @pytest.mark.parametrize("formulation", ["axis", "lagrange", "routh", "subsystem"])

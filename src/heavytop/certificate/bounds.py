@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heavytop.certificate.balls import UNIT
-from heavytop.certificate.flow import MARGIN, Flow, Quadrature
+from heavytop.certificate.flow import MARGIN, READ, Flow, Quadrature
 from heavytop.certificate.steps import UP, Steps, defects, residuals
 from heavytop.numbers.double_double import add
 
@@ -43,7 +43,8 @@ NEAR: Final = {"axis": 1.45, "theta": 1.45, "phi": 1.45, "psi": 1.3}
 DEEPEST: Final = 24  # halvings of a step
 SETTLED: Final = 14  # after so many, what is not bounded in many parts is not bounded at all
 MOST: Final = 200_000  # parts of steps at a time: more are not cut
-NEARER: Final = 1.05  # as `NEAR`, beside what no cut makes smaller
+NEARER: Final = 1.05  # as `NEAR`, beside what no cut makes smaller,
+SHARE: Final = 0.25  # and beside this share of what the outputs are rounded by
 SAME: Final = 2.0**-100  # of a time: what `Flow.at` takes it to be off is more
 EDGE: Final = 1 + 2.0**-20  # of an interval, more than twice what `BEYOND` adds to a part of a step
 ROOT: Final = 1.4143  # |arccos a - arccos b| is less than this times the root of |a - b| < 1e-4
@@ -238,7 +239,13 @@ class Bound:
     proved: dict[str, float]
 
 
-def bound(flow: Flow, steps: Steps, floor: Mapping[str, float]) -> Bound:
+def bound(
+    flow: Flow,
+    steps: Steps,
+    floor: Mapping[str, float],
+    rounding: Mapping[str, float],
+    deepest: int = DEEPEST,
+) -> Bound:
     """Return what is found and proved over some steps, cutting them where it is worth it.
 
     Parameters
@@ -247,6 +254,10 @@ def bound(flow: Flow, steps: Steps, floor: Mapping[str, float]) -> Bound:
     steps : Steps
     floor : mapping from str to float
         An error that is known to occur, of each quantity: what is smaller need not be sharp.
+    rounding : mapping from str to float
+        What each quantity is rounded by later on; that is not in the bound.
+    deepest : int
+        How often a step is halved at most.
     """
     D, k = defects(flow.system, steps), np.arange(steps.length.size)
     R = residuals(flow.quadrature, steps) if flow.quadrature else np.zeros_like(D)
@@ -255,8 +266,8 @@ def bound(flow: Flow, steps: Steps, floor: Mapping[str, float]) -> Bound:
     right = Anchors.at(flow, steps, k, steps.length, ended)
     found: dict[str, float] = dict(floor)
     proved: dict[str, float] = {}
-    for depth in range(DEEPEST + 1):
-        last, cut = depth == DEEPEST, np.zeros(left.step.size, dtype=bool)
+    for depth in range(deepest + 1):
+        last, cut = depth == deepest, np.zeros(left.step.size, dtype=bool)
         last = last or 2 * cut.size > MOST
         for name, (error, all_of_it, least) in _bounded(flow, steps, (D, R), left, right).items():
             found[name] = max(found.get(name, 0.0), float(error.max(initial=0.0)))
@@ -264,6 +275,7 @@ def bound(flow: Flow, steps: Steps, floor: Mapping[str, float]) -> Bound:
             if depth >= SETTLED and endless.sum() > 4 * k.size + 64:  # it stays at a pole
                 proved[name] = np.inf
                 continue
+            least = least + SHARE * rounding[name]
             enough = np.maximum(NEAR[name] * found[name], NEARER * found[name] + least)
             wide = ~(all_of_it <= enough) | endless
             cut |= wide
@@ -306,20 +318,21 @@ def _bounded(
 
     The part is what the run itself rounds: no cut makes it smaller.
     """
-    D, R = (each[left.step] for each in defect)
-    width, clock = EDGE * np.abs(right.since - left.since), steps.clock[left.step]
-    b = flow.bounds
+    D, R, clock, V, A = (
+        each[left.step] for each in (*defect, steps.clock, steps.speed, steps.bend)
+    )
+    width, b = EDGE * np.abs(right.since - left.since), flow.bounds
     m = max(b.growth, 1e-3 * b.jacobian, 1e-9)
     N = between(left.size, right.size, width, m, D)
     plain, off = np.maximum(left.plain, right.plain), np.maximum(left.off, right.off)
     aside = np.maximum(left.aside, right.aside)
     if not (N.max(initial=0.0) < MARGIN / 10 and not np.isnan(N).any()):
         return _nothing(flow, left)
-    spare = D * width + 2 * N + plain + b.speed * clock
-    room, rates = _room(flow, left, width, spare)
+    spare = 2 * N + plain + V * clock
+    room, rates = _room(flow, left, width, (V, A), spare)
     first = quantities(flow, left.states, left.apart, room)
     moving = quantities(flow, left.states, rates, room)
-    room, _ = _room(flow, right, width, spare)
+    room, _ = _room(flow, right, width, (V, A), spare)
     second = quantities(flow, right.states, right.apart, room)
     found = {}
     with np.errstate(invalid="ignore", over="ignore"):
@@ -328,7 +341,7 @@ def _bounded(
             G, H = np.maximum(q.gradient, other.gradient), np.maximum(q.hessian, other.hessian)
             aside_rate = np.maximum(q.aside, other.aside)
             own = np.maximum(np.abs(q.error), np.abs(other.error))
-            step = G * (b.jacobian * N + D) + H * b.speed * N
+            step = G * (b.jacobian * N + D) + H * V * N
             crude, extra = G * N, np.zeros_like(N)
             if name == "psi" and flow.quadrature:
                 least = np.sqrt(abs(flow.quadrature.momentum) / aside_rate)
@@ -337,13 +350,12 @@ def _bounded(
             half = (np.abs(q.error) + np.abs(other.error) + width * step) / 2
             sharp = UP * np.maximum(own, half) + G * off + H * (N + plain) ** 2
             speed = np.abs(moving[name].error)
-            turned = width * (G * b.jacobian * b.speed + H * b.speed**2 + aside_rate * b.speed)
-            late = (speed + turned) * clock
-            late = late if name == "psi" else np.fmin(late, G * b.speed * clock)
+            late = (speed + width * (G * A + H * V**2 + aside_rate * V)) * clock
+            late = late if name == "psi" else np.fmin(late, G * V * clock)
             rounded = UP * (G * plain + extra + q.rounding)
             total = UP * (np.fmin(sharp, crude) + rounded + late)
             if flow.form.name == "cubic":  # at a pole the tilt is the root of a height
-                off_by = N + plain + b.speed * clock
+                off_by = N + plain + V * clock
                 total = np.fmin(total, ROOT * np.sqrt(off_by) + q.rounding)
             there = np.isfinite(own) & np.isfinite(G)
             stays = np.where(there, UP * (rounded + speed * clock), 0.0)
@@ -351,17 +363,19 @@ def _bounded(
     return found
 
 
-def _room(flow: Flow, anchors: Anchors, width: Array, spare: Array) -> tuple[Array, Array]:
+def _room(
+    flow: Flow, anchors: Anchors, width: Array, derivatives: tuple[Array, Array], spare: Array
+) -> tuple[Array, Array]:
     """Return how far states come from those at anchors over half of an interval, and their rates.
 
-    Half of one takes the states as far as their speed there and its greatest change can, and all
-    errors that much farther.
+    Half of one takes the states that outputs read as far as their speed there and its greatest
+    change can, and all errors that much farther.
     """
-    b, weights = flow.bounds, np.array(flow.system.weights)[:, None]
-    rates = flow.system.field(anchors.states[: len(weights)])
-    speed = np.sqrt(((weights * rates) ** 2).sum(axis=0))
-    half = width / 2
-    gone = np.minimum(b.speed * half, speed * half + b.jacobian * b.speed * half**2 / 2)
+    fastest, bend = derivatives
+    rates = flow.system.field(anchors.states[: len(flow.system.weights)])
+    own = rates[: READ[flow.form.name]]
+    half, speed = width / 2, np.sqrt((own * own).sum(axis=0))
+    gone = np.minimum(fastest * half, speed * half + bend * half**2 / 2)
     if flow.quadrature:
         side, momentum, frame = flow.quadrature
         rates = np.concatenate((rates, [momentum / (1 + side * anchors.states[2]) - frame]))

@@ -71,6 +71,7 @@ PAIRS: Final = {  # states that turn together: how often by the angles of alpha 
     "attitude": {(0, 3): (1, 0), (1, 2): (0, 1), (4, 5): (1, 1)},
     "cubic": {},
 }
+READ: Final = {"axis": 3, "attitude": 4, "cubic": 1}  # states from which outputs are computed
 TOLD: Final = {"axis": ((0, 1),), "attitude": ((0, 3), (1, 2)), "cubic": ()}  # by which angles
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from heavytop.certificate.balls import UNIT
-from heavytop.certificate.flow import Flow, Quadrature
+from heavytop.certificate.flow import READ, Flow, Quadrature
 from heavytop.certificate.steps import Steps
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.registry import FORMULATIONS
@@ -39,6 +39,8 @@ class BinaryRun(Part):
         The state at time 0, with the angles that are counted.
     end : float
         The last time [s].
+    block : float
+        How long the longest block of steps is [s].
     """
 
     formulation: str
@@ -49,6 +51,7 @@ class BinaryRun(Part):
     constants: Mapping[str, float]
     start: Sequence[float]
     end: float
+    block: float
 
     @property
     def form(self) -> Formulation:
@@ -105,17 +108,19 @@ class BinaryRun(Part):
             np.ascontiguousarray(kept.coefficients.transpose(2, 1, 0)),
             label,
             length,
-            _clock(start, kept, own.pace),
+            _clock(start, kept, own.pace, self.block * own.pace),
+            READ[self.formulation],
         ), end
 
 
-def _clock(start: Checkpoint, kept: Any, pace: float) -> Any:
+def _clock(start: Checkpoint, kept: Any, pace: float, block: float) -> Any:
     """Return how far the time at which a polynomial is evaluated may be off, of each step.
 
     A time is measured from the start of its block, then from where its leg begins, then from its
     step; each difference of doubles is rounded, but for differences with zero, and of two numbers
     less than a factor of two apart (Sterbenz). A time that is before the first step of a block, or
-    of a leg, but for rounding, is taken to be its beginning.
+    of a leg, but for rounding, is taken to be its beginning: the block before was asked first, and
+    ended before that time as it was rounded there; `block` is the length of the longest.
     """
     since = np.abs(kept.begun[:, 0] + kept.length)
     leg = np.abs(kept.begun[:, 0] - kept.restarted) + np.abs(kept.length)
@@ -123,7 +128,7 @@ def _clock(start: Checkpoint, kept: Any, pace: float) -> Any:
     first = 0.0 if start.time == (0.0, 0.0) else np.where(since < begun, 1.0, 2.0)
     second = np.where(kept.restarted == 0, 0.0, np.where(leg < np.abs(kept.restarted), 1.0, 2.0))
     off = UNIT * (first * since + second * leg + 2 * np.abs(kept.length))
-    off[:1] += abs(start.time[1]) * pace
+    off[:1] += 0.0 if start.time == (0.0, 0.0) else 4 * UNIT * block
     last_leg = np.abs(np.diff(kept.restarted, prepend=0.0))  # 0 but where a leg begins
     off += 4 * UNIT * last_leg
     return off * (1 + 1e-9)
@@ -141,4 +146,5 @@ def binary_run(trajectory: Any) -> BinaryRun:
         constants=dict(orbit.parameters),
         start=tuple(orbit.checkpoints[0].state.tolist()),
         end=float(orbit.end),
+        block=float(np.max(np.abs(np.diff([*(c.time[0] for c in orbit.checkpoints), orbit.end])))),
     )

@@ -48,6 +48,9 @@ class Steps:
     tail : ndarray, shape (n, k)
         Of coefficients from the one of order `LEAD` on, over the power of that order: what bounds
         their sum by Horner's scheme, in units of its rounding.
+    speed, bend : ndarray, shape (k,)
+        Bounds over each step of the first and second derivative of those states from which the
+        outputs are computed, as vectors.
     """
 
     coefficients: Array
@@ -55,15 +58,24 @@ class Steps:
     length: Array
     clock: Array
     tail: Array
+    speed: Array
+    bend: Array
 
     @classmethod
-    def of(cls, coefficients: Array, label: Words, length: Array, clock: Array) -> Steps:
-        """Return steps with what bounds their higher coefficients."""
+    def of(cls, coefficients: Array, label: Words, length: Array, clock: Array, read: int) -> Steps:
+        """Return steps and what bounds them; outputs read the first `read` states."""
         reach = np.abs(length) * BEYOND
         tail = np.zeros(coefficients.shape[1:])
         for k in range(len(coefficients) - 1, LEAD - 1, -1):
             tail = tail * reach + (2 * k + 2) * np.abs(coefficients[k])
-        return cls(coefficients, label, length, clock, tail)
+        sizes = np.abs(coefficients[:, :read])
+        speed, bend = np.zeros_like(sizes[0]), np.zeros_like(sizes[0])
+        for k in range(len(sizes) - 1, 0, -1):
+            speed = speed * reach + k * sizes[k]
+        for k in range(len(sizes) - 1, 1, -1):
+            bend = bend * reach + k * (k - 1) * sizes[k]
+        speed, bend = (UP * np.sqrt((each**2).sum(axis=0)) for each in (speed, bend))
+        return cls(coefficients, label, length, clock, tail, speed, bend)
 
     def where(self, index: slice) -> Steps:
         """Return some of them."""
@@ -73,6 +85,8 @@ class Steps:
             self.length[index],
             self.clock[index],
             self.tail[:, index],
+            self.speed[index],
+            self.bend[index],
         )
 
     def at(self, step: NDArray[np.intp], since: Array) -> tuple[Words, Array, Array]:

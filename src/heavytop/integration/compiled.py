@@ -298,33 +298,28 @@ class Compiled:
     ) -> tuple[Polynomials, Block]:
         """Take a block of steps as `block` does, and keep their Taylor polynomials."""
         self._begin(state)
-        taylor = self._taylor
-        coefficients = np.empty((steps, self._own.size, self.order + 1))
-        begun: list[float] = []  # when each step began, in two words each
-        length: list[float] = []
-        longest, taken = math.inf if longest is None else longest, 0
-        written = taylor.tc  # each step writes there; looking it up takes time
-        step, failed = taylor.step, hy.taylor_outcome.err_nf_state
+        taylor, rows = self._taylor, list[bytes]()
+        written = taylor.tc  # each step writes there
+        begun, length = [taylor.dtime], list[float]()  # of each step, and where the last one ended
+
+        def kept(_: Any) -> bool:
+            rows.append(written.tobytes())
+            begun.append(taylor.dtime)
+            length.append(taylor.last_h)
+            return True
+
+        bound = math.inf if longest is None else longest
+        how = {"max_steps": steps, "max_delta_t": bound, "write_tc": True, "callback": kept}
         self._seeing.clear()
         try:
-            while taken < steps:
-                here = taylor.dtime
-                bound = far - here[0]
-                if longest < abs(bound):
-                    bound = math.copysign(longest, far)
-                outcome, gone = step(bound, True)
-                if outcome == failed:
-                    break
-                coefficients[taken] = written
-                begun += here
-                length.append(gone)
-                taken += 1
+            taken = taylor.propagate_until(far, **how)[3]
         finally:
             self._seeing.append(True)
-        words = np.array(begun).reshape(-1, 2)[:taken]
-        kept = Polynomials(coefficients[:taken], words, np.array(length), np.zeros(taken))
+        coefficients = np.frombuffer(b"".join(rows[:taken])).reshape(taken, *written.shape)
+        times = np.array(begun[:taken]).reshape(-1, 2)
+        found = Polynomials(coefficients, times, np.array(length[:taken]), np.zeros(taken))
         end = Block(self._own.copy(), taylor.dtime, taken, self.nothing, singular=taken < steps)
-        return kept, end
+        return found, end
 
     def cautious_step(self, state: Array, far: float) -> float | None:
         """Return a bound for the first steps: a little above the step beside the start [s].

@@ -284,14 +284,23 @@ class Orbit:
         engine, far = self.integrator.for_this_thread(), _far(self.checkpoints[0], self.end)
         forward = math.copysign(1.0, far)
         order = np.argsort(forward * t, kind="stable")
-        starts = np.array([c.time[0] for c in self.checkpoints])
-        block = np.maximum(np.searchsorted(forward * starts, forward * t[order], "right") - 1, 0)
-        parts = []
-        for k in sorted(set(block.tolist())):
-            start, asked = self.checkpoints[k], t[order[block == k]]
-            longest, reach = engine.cautious_step(start, far), abs(float(start.local(asked)[-1]))
-            seen = engine.block(start, start.block_steps, far, asked, longest, reach)
-            parts.append(seen.samples)
+        t = t[order]
+        high, low = np.array([c.time for c in self.checkpoints]).T
+        block = np.maximum(np.searchsorted(forward * high, forward * t, "right") - 1, 0)
+        early = forward * ((t - high[block]) - low[block]) < 0  # a double before its start
+        block = np.maximum(block - early, 0)
+        parts, late = [], NEVER
+        for k in np.union1d(block, np.minimum(block + 1, high.size - 1)).tolist():
+            asked = np.concatenate((late, t[block == k]))
+            if asked.size:
+                start = self.checkpoints[k]
+                longest, reach = (
+                    engine.cautious_step(start, far),
+                    abs(float(start.local(asked)[-1])),
+                )
+                seen = engine.block(start, start.block_steps, far, asked, longest, reach)
+                parts.append(seen.samples)
+                late = asked[seen.samples.t.size :]  # by rounding: the next block begins there
         return Seen.join(parts).where(np.argsort(order, kind="stable"))
 
 

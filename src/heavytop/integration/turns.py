@@ -43,6 +43,7 @@ from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.integration.outputs import hypot
+from heavytop.numbers.double_double import plus_turns
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -87,15 +88,15 @@ def turns_behind(ahead: float) -> float:
     return 2 * np.pi * math.ceil(-ahead / (2 * np.pi) - SLACK)
 
 
-def nearest(angle: Reals, near: Array, passing: Any = False, turn: Any = 2 * np.pi) -> Reals:
+def nearest(angle: Reals, near: Array, passing: Any = False, turn: Any = None) -> Reals:
     """Return the angle nearest to another one, in doubles, of those whole turns apart.
 
     In a pass they are half turns apart: which side of it, the other angle says. A `turn` has the
-    digits of the angle.
+    digits of the angle; without it they are those of doubles.
     """
     step = np.where(passing, 0.5, 1.0)
-    turns = np.round((near - angle.astype(np.float64)) / (2 * np.pi * step))
-    return angle + turn * (step * turns)
+    turns = step * np.round((near - angle.astype(np.float64)) / (2 * np.pi * step))
+    return plus_turns(angle, turns) if turn is None else angle + turn * turns
 
 
 def argument(

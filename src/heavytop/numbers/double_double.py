@@ -101,6 +101,12 @@ def modulo_circle(high: Array, low: Array) -> Array:
     return np.where((angle >= 0) & (angle < _CIRCLE), angle, 0.0)
 
 
+def plus_turns(angle: Array, turns: Array) -> Array:
+    """Return an angle and many turns more, rounded as if they were known exactly."""
+    whole, rest = two_product(turns, _CIRCLE)
+    return whole + (rest + turns * _CIRCLE_REST + angle)
+
+
 def less_multiples(t: Array, start: Array, n: Array, step: Array) -> tuple[Array, Array]:
     """Return t - start - n step as a double-double; start and step are sums of three doubles.
 

@@ -45,11 +45,15 @@ if TYPE_CHECKING:
 
 KIND: Final = "certificate"
 PARTS: Final = 64  # of a run: what may be done at the same time
+BLOCKS: Final = 16  # done at a time: each of them would be stored
+LONG: Final = 4_000_000  # steps, of which a few more take little time
 FORMS: Final = ("axis", "attitude", "cubic")
 SMALLEST: Final = 1e-6  # rad: a nutation that a run in doubles can have events of
 TURN: Final = 0.95  # of the time in which Sturm's theorem lets an argument turn
 ASTRAY: Final = 0.03  # rad: by less than half of what `TURN` leaves of a quarter turn
-ANGLES: Final = 3 * UNIT  # relative: an angle, put together of whole turns and a rest
+REST: Final = (
+    24 * UNIT
+)  # beyond half a unit in its last place: an angle, of arguments and whole turns
 
 
 def certify(
@@ -144,15 +148,9 @@ def certificate_parameters(trajectory: Trajectory) -> Parameters:
         raise ForeignFile(f"{trajectory.scene.name}: integrated again, its samples are others")
     points, width = orbit.checkpoints, len(own.integrator.compiled.formulation.states)
     every = math.ceil(len(points) / PARTS)
-    firsts = [*range(0, len(points), every)]
     legs = [
-        {
-            "time": list(points[i].time),
-            "state": points[i].state.tolist(),
-            "steps": points[i].steps,
-            "following": [_print(point, width) for point in points[i + 1 : i + every + 1]],
-        }
-        for i in firsts
+        _place(points[i]) | {"print": _print("", points[i + 1 : i + every + 1], width)}
+        for i in range(0, len(points), every)
     ]
     events = trajectory.events
     parameters = {
@@ -205,7 +203,6 @@ def why_not(trajectory: Trajectory) -> str:
 def _sizes(trajectory: Trajectory) -> dict[str, float]:
     """Return what bounds the rounding of phi and psi: their sizes where blocks begin, and so on."""
     orbit, known = trajectory.orbit, trajectory.orbit.parameters
-    times = [abs(point.time[0]) for point in orbit.checkpoints] + [abs(orbit.end)]
     states = np.array([point.state for point in orbit.checkpoints])
     own = len(orbit.integrator.compiled.formulation.states)
     side = -1 if trajectory.plan.variant == "delta" else 1
@@ -217,7 +214,6 @@ def _sizes(trajectory: Trajectory) -> dict[str, float]:
     return {
         "angle": float(np.max(np.abs(states[:, own:]), initial=0.0)),
         "beside": beside,
-        "gap": float(np.max(np.diff(times))),
         "uniform": uniform * abs(orbit.end),
     }
 
@@ -257,37 +253,41 @@ def tasks(parameters: Parameters) -> list[str]:
 
 
 def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chunk]:
-    """Yield the blocks of a part of the run, with what is found and proved in each."""
+    """Yield some blocks of a part of the run at a time; the last chunk has what was found."""
     place = int(task.rpartition("/")[2])
     legs, width = parameters["legs"], parameters["states"]
     own, flow = _prepared(_key(parameters))
+    rounding = _rounding(parameters["sizes"], flow, own)
     first, whole = legs[place], place + 1 == len(legs)
     last = parameters["steps"] if whole else legs[place + 1]["steps"]
-    begun = checkpoint or {**first, "blocks": 0}
-    point, blocks = _point(begun, width), begun["blocks"]
-    while True:
+    floor = {} if len(legs) == 1 else _floor(_key(parameters))
+    left = checkpoint or _place(_point(first, width)) | {"found": {}, "proved": {}, "print": ""}
+    point, done = _point(left, width), False
+    while not done:
         clock = time.perf_counter()
-        count, before = min(point.block_steps, last - point.steps), point.steps
-        rows = []
-        if count > 0:
-            steps, point = own.steps(point, count)
-            floor = {} if whole else _floor(_key(parameters))
-            try:
-                found = bound(flow, steps, floor)
-            except ArithmeticError as error:
-                raise _unknown(error) from None
-            rows = [{"found": _finite(found.found), "proved": _finite(found.proved)}]
-        same = blocks == len(first["following"]) or (
-            _print(point, width) == first["following"][blocks]
-        )
-        if not same or (count > 0 and point.steps == before):
-            name = parameters["scene"]["name"]
-            raise ForeignFile(f"{name}: integrated again, its bits are others")
-        blocks += 1
+        for _ in range(BLOCKS):
+            count, before = min(point.block_steps, last - point.steps), point.steps
+            if count > 0:
+                steps, point = own.steps(point, count)
+                try:
+                    here = bound(flow, steps, floor, rounding)
+                except ArithmeticError as error:
+                    raise _unknown(error) from None
+                for name, values in (("found", here.found), ("proved", here.proved)):
+                    left[name] = _larger(left[name], _finite(values))
+            done = point.steps >= last
+            if not (done and whole):  # where a run ends is no checkpoint
+                left["print"] = _print(left["print"], [point], width)
+            same = left["print"] == first["print"] if done else point.steps > before
+            if not same:
+                name = parameters["scene"]["name"]
+                raise ForeignFile(f"{name}: integrated again, its bits are others")
+            if done:
+                break
+        left |= _place(point)
         gone = (point.steps - first["steps"]) / max(last - first["steps"], 1)
-        left = {"time": list(point.time), "state": point.state.tolist(), "steps": point.steps}
-        done, spent = point.steps >= last, time.perf_counter() - clock
-        yield Chunk(left | {"blocks": blocks}, rows, done, gone, spent)
+        rows = [{name: left[name] for name in ("found", "proved")}] if done else []
+        yield Chunk({**left}, rows, done, gone, time.perf_counter() - clock)
 
 
 def complete(store: MemoryStore, **how: Any) -> Certificate:
@@ -296,20 +296,32 @@ def complete(store: MemoryStore, **how: Any) -> Certificate:
     return collect(store)
 
 
+def _place(point: Checkpoint) -> dict[str, Any]:
+    return {"time": list(point.time), "state": point.state.tolist(), "steps": point.steps}
+
+
 def _point(known: Mapping[str, Any], width: int) -> Checkpoint:
     return Checkpoint(tuple(known["time"]), np.array(known["state"][:width]), known["steps"])
 
 
-def _print(point: Checkpoint, width: int) -> str:
-    """Return the fingerprint of a state and its time."""
-    text = ",".join(x.hex() for x in (*point.time, *point.state[:width].tolist()))
-    return sha256(text.encode()).hexdigest()[:16]
+def _print(before: str, points: Sequence[Checkpoint], width: int) -> str:
+    """Return the fingerprint of states and times that follow others, whose fingerprint is known."""
+    for point in points:
+        numbers = ",".join(x.hex() for x in (*point.time, *point.state[:width].tolist()))
+        before = sha256(f"{before},{numbers}".encode()).hexdigest()[:32]
+    return before
+
+
+def _larger(
+    a: Mapping[str, float | None], b: Mapping[str, float | None]
+) -> dict[str, float | None]:
+    return {name: _most([x, a.get(name, 0.0)]) for name, x in b.items()}
 
 
 def _key(parameters: Parameters) -> str:
     kept = {name: parameters[name] for name in ("run", "steps", "states")}
-    last = {name: parameters["legs"][-1][name] for name in ("time", "state", "steps")}
-    return json.dumps(kept | {"last": last}, sort_keys=True)
+    legs = [{name: leg[name] for name in ("time", "state", "steps")} for leg in parameters["legs"]]
+    return json.dumps(kept | {"legs": legs}, sort_keys=True)
 
 
 @lru_cache(maxsize=2)
@@ -330,7 +342,7 @@ def _unknown(error: Exception) -> NotCertified:
 def _last_steps(key: str, own: BinaryRun) -> Steps:
     """Return the last block of steps of a run."""
     known = json.loads(key)
-    point = _point(known["last"], known["states"])
+    point = _point(known["legs"][-1], known["states"])
     while True:
         count, before = min(point.block_steps, known["steps"] - point.steps), point.steps
         steps, point = own.steps(point, count)
@@ -340,12 +352,22 @@ def _last_steps(key: str, own: BinaryRun) -> Steps:
 
 @lru_cache(maxsize=2)
 def _floor(key: str) -> dict[str, float]:
-    """Return errors that are found near the end: no smaller bound is of use anywhere."""
-    own, flow = _prepared(key)
+    """Return errors that are found near the end: no smaller bound is of use anywhere.
+
+    In long runs they are looked for where each part begins, too.
+    """
+    (own, flow), known = _prepared(key), json.loads(key)
+    legs = known["legs"] if known["steps"] > LONG else []
+    points = [_point(leg, known["states"]) for leg in legs[:-1]]
+    blocks = (own.steps(point, point.block_steps)[0] for point in points)
+    found: dict[str, float] = {}
     try:
-        return bound(flow, _last_steps(key, own), {}).found
+        for steps in (_last_steps(key, own), *blocks):
+            here = bound(flow, steps, {}, dict.fromkeys(QUANTITIES, 0.0), deepest=0).found
+            found |= {name: max(x, found.get(name, 0.0)) for name, x in here.items()}
     except ArithmeticError as error:
         raise _unknown(error) from None
+    return found
 
 
 def _finite(values: Mapping[str, float]) -> dict[str, float | None]:
@@ -410,14 +432,15 @@ def _rounding(sizes: Mapping[str, float], flow: Flow, own: BinaryRun) -> dict[st
     """Return how far theta, phi and psi are off by being put together of turns and a rest."""
     # of the two arguments that phi and psi are made of, each turns by pi in pi/sqrt(K) at most
     turned = 2 * (
-        math.sqrt(max(flow.bounds.stiffness, 0.0)) * own.integrator.pace * sizes["gap"] + math.pi
+        math.sqrt(max(flow.bounds.stiffness, 0.0)) * own.integrator.pace * own.block + math.pi
     )
-    phi = sizes["angle"] + turned + 2 * math.pi
-    psi = 2 * ANGLES * phi + 4 * UNIT * sizes["uniform"]
+    size = sizes["angle"] + turned + 2 * math.pi
+    phi = UNIT * size + REST
+    psi = 2 * phi + 4 * UNIT * sizes["uniform"]
     if own.quadrature:  # a sum of five from left to right, phi the last, and before it a product
-        beside = sizes["beside"] + flow.beside_rate * own.integrator.pace * sizes["gap"]
-        psi = 4 * UNIT * (beside + sizes["uniform"]) + (ANGLES + UNIT) * phi
-    return {"axis": 0.0, "theta": 0.0, "phi": ANGLES * phi, "psi": psi}
+        beside = sizes["beside"] + flow.beside_rate * own.integrator.pace * own.block
+        psi = 4 * UNIT * (beside + sizes["uniform"]) + phi + UNIT * size
+    return {"axis": 0.0, "theta": 0.0, "phi": phi, "psi": psi}
 
 
 def _names(own: BinaryRun) -> Sequence[str]:
