@@ -99,6 +99,8 @@ class Bounds:
         Of the state.
     inverse : float
         Of 1/r, where r is the size of a pair of states whose argument is counted; inf at a pole.
+    turning : float
+        Of the sum of how fast these arguments change; inf at a pole.
     stiffness : float
         Of the factors in Hill's equation for the two complex numbers whose arguments phi and psi
         are made of: an argument that turns by pi takes at least pi over its root (`turns`).
@@ -109,6 +111,7 @@ class Bounds:
     speed: float
     size: float
     inverse: float
+    turning: float
     stiffness: float
 
 
@@ -184,7 +187,7 @@ class Flow:
         self.pieces: list[Piece] = []
         self.turning: list[arb] = []
         self.unclear = False
-        last, largest, looking = Piece([], arb(0), arb(0)), [arb(0)] * 6, True
+        last, largest, looking = Piece([], arb(0), arb(0)), [arb(0)] * 7, True
         beside, lost, self.beside_rate = arb(0), arb(0), 0.0
         stop = 1 if self.rests else math.ceil(abs(self.end) / delta) + 2
         # only a period leads back: it is looked for with all bits
@@ -237,7 +240,7 @@ class Flow:
             rows.append([beside + more[0], *more[1:]])
             aside = upper(aside + wrong * reach)
         size, speed = system.norm(here), system.norm(field)
-        largest = growth, operator_norm(matrix), speed, size, self._inverse(p)
+        largest = growth, operator_norm(matrix), speed, size, *self._arguments(p)
         return Piece(rows, error, aside), p, here, (*largest, self._stiffness(here))
 
     def _left_out(self, rows: list[list[arb]]) -> list[arb]:
@@ -262,15 +265,17 @@ class Flow:
         whole = [x / (k + 1) for k, x in enumerate(found)]
         return [arb(0), *whole], upper(wrong)
 
-    def _inverse(self, p: list[arb_poly]) -> arb:
-        """Return `inverse` of `Bounds` in one piece."""
-        largest, slack = arb(0), arb(0, SLACK)
+    def _arguments(self, p: list[arb_poly]) -> tuple[arb, arb]:
+        """Return `inverse` and `turning` of `Bounds` in one piece."""
+        largest, turning, slack = arb(0), arb(0), arb(0, SLACK)
         for i, j in TOLD[self.form.name]:
             square = hull(p[i] * p[i] + p[j] * p[j], self.reach) + slack
             if not square > NEAREST**2:
-                return arb("inf")
+                return arb("inf"), arb("inf")
             largest = larger(largest, 1 / square.sqrt())
-        return largest
+            swept = hull(p[i] * p[j].derivative() - p[j] * p[i].derivative(), self.reach)
+            turning += abs(swept + slack) / square
+        return largest, upper(turning)
 
     def _stiffness(self, here: list[arb]) -> arb:
         """Return a bound of l^2/4 + g |beta|^2 and of l^2/4 - g |alpha|^2 in a piece."""

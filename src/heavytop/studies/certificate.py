@@ -51,9 +51,8 @@ FORMS: Final = ("axis", "attitude", "cubic")
 SMALLEST: Final = 1e-6  # rad: a nutation that a run in doubles can have events of
 TURN: Final = 0.95  # of the time in which Sturm's theorem lets an argument turn
 ASTRAY: Final = 0.03  # rad: by less than half of what `TURN` leaves of a quarter turn
-REST: Final = (
-    24 * UNIT
-)  # beyond half a unit in its last place: an angle, of arguments and whole turns
+# Beside half a unit in the last place: an argument, or a sum of two, added to whole turns.
+REST: Final = {"axis": 7 * UNIT, "attitude": 17 * UNIT, "cubic": 0.0}
 
 
 def certify(
@@ -201,9 +200,11 @@ def why_not(trajectory: Trajectory) -> str:
 
 
 def _sizes(trajectory: Trajectory) -> dict[str, float]:
-    """Return what bounds the rounding of phi and psi: their sizes where blocks begin, and so on."""
+    """Return what bounds the rounding of phi and psi: how large they are, and how often known."""
     orbit, known = trajectory.orbit, trajectory.orbit.parameters
-    states = np.array([point.state for point in orbit.checkpoints])
+    points, seen = orbit.checkpoints, orbit.samples
+    times = np.abs(np.append([point.time[0] for point in points], seen.t))
+    states = np.concatenate(([point.state for point in points], seen.states))
     own = len(orbit.integrator.compiled.formulation.states)
     side = -1 if trajectory.plan.variant == "delta" else 1
     uniform = abs(known.get("kappa", 0.0) + side * known.get("frame_rate", 0.0))
@@ -214,6 +215,7 @@ def _sizes(trajectory: Trajectory) -> dict[str, float]:
     return {
         "angle": float(np.max(np.abs(states[:, own:]), initial=0.0)),
         "beside": beside,
+        "gap": float(np.max(np.diff(np.sort(times)))),
         "uniform": uniform * abs(orbit.end),
     }
 
@@ -430,15 +432,14 @@ def collect(store: MemoryStore) -> Certificate:
 
 def _rounding(sizes: Mapping[str, float], flow: Flow, own: BinaryRun) -> dict[str, float]:
     """Return how far theta, phi and psi are off by being put together of turns and a rest."""
-    # of the two arguments that phi and psi are made of, each turns by pi in pi/sqrt(K) at most
-    turned = 2 * (
-        math.sqrt(max(flow.bounds.stiffness, 0.0)) * own.integrator.pace * own.block + math.pi
-    )
-    size = sizes["angle"] + turned + 2 * math.pi
-    phi = UNIT * size + REST
+    gap = own.integrator.pace * sizes["gap"]
+    # of the two arguments that phi and psi are made of, each turns by pi in pi/sqrt(K) at least
+    turned = 2 * (math.sqrt(max(flow.bounds.stiffness, 0.0)) * gap + math.pi)
+    size = sizes["angle"] + min(turned, flow.bounds.turning * gap) + 2 * math.pi
+    phi = UNIT * size + REST[own.formulation]
     psi = 2 * phi + 4 * UNIT * sizes["uniform"]
     if own.quadrature:  # a sum of five from left to right, phi the last, and before it a product
-        beside = sizes["beside"] + flow.beside_rate * own.integrator.pace * own.block
+        beside = sizes["beside"] + flow.beside_rate * gap
         psi = 4 * UNIT * (beside + sizes["uniform"]) + phi + UNIT * size
     return {"axis": 0.0, "theta": 0.0, "phi": phi, "psi": psi}
 
