@@ -148,6 +148,17 @@ def test_neither_samples_nor_splitting_change_a_bit(spin, projected):
     assert np.array_equal(whole.at(np.array([whole.end / 3])).states, part.samples.states)
 
 
+def test_a_long_run_keeps_no_states_from_which_turns_were_told():
+    """They were 50 kB a block, 17 GB after 7e7 periods."""
+    orbit = ht.propagate(kicked("250", quantities=("axis", "phi")), formulation="axis").orbit
+    start = orbit.checkpoints[-1]
+    near = np.array([start.time[0] + 0.01])
+    seen = orbit.integrator.block(start, 64, orbit.end, samples=near, reach=0.01)
+    assert seen.samples.states.shape == (1, 6)
+    assert seen.block.rows.base is None
+    assert seen.block.rows.shape == (0, 5)
+
+
 # --- events --------------------------------------------------------------------------------------
 
 

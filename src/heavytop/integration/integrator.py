@@ -192,7 +192,7 @@ class Integrator:
         late = [h.after(start.time) for h in block.hits]
         reached = samples[: place.size]
         return Observed(
-            block=block,
+            block=replace(block, rows=block.rows[:0].copy()),  # told: most are those of the turns
             samples=seen(t[place], rows[place], reached, np.zeros(reached.size)),
             hits=tuple(
                 seen(h.t, h.states, x.t, x.t_low) for h, x in zip(block.hits, late, strict=True)
