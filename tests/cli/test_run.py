@@ -57,7 +57,7 @@ def test_every_fault_of_a_scene_is_listed_with_its_line_and_no_folder_is_made(tm
     result = heavytop_("run", scene, "-o", tmp_path / "out", "--set", "span.time=1")
     assert result.exit_code == Exit.BAD_SCENE
     assert result.stdout == ""
-    assert result.stderr.startswith("heavytop: the scene cannot be run:\n")
+    assert result.stderr.startswith("heavytop: the input is not valid:\n")
     assert f"{scene}:3" in result.stderr
     assert f"{scene}:7" in result.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["top.toml"]

@@ -25,7 +25,7 @@ DOCS = ROOT / "docs"
 README = (ROOT / "README.md").read_text("utf-8")
 MORE = (DOCS / "more-to-try.md").read_text("utf-8")
 PRINTED = re.compile(r"<!-- begin (run .*?) -->")
-VARIES = ("cost", "off the closed form", "event time")  # of the machine, or in the last digit
+VARIES = ("cost", "errors", "event time")  # of the machine, or in the last digit
 SMALL = re.compile(r"-?\d(\.\d+)?e-1\d|-?0(?=\s|$)")
 
 

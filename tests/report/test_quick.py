@@ -98,7 +98,7 @@ def test_what_a_command_says_last_is_known_wherever_the_person_is(tmp_path, monk
     monkeypatch.setenv("PYTHONIOENCODING", "ascii:strict")
     code, said = quick.run(["run", "no-such-θ", "-o", "out"], tmp_path, 60.0)
     assert code == 3
-    assert said.startswith("the scene cannot be run: no-such-θ")
+    assert said.startswith("the input is not valid: no-such-θ")
 
 
 @pytest.mark.parametrize(

@@ -28,7 +28,7 @@ def two_periods():
 def test_numbers_of_a_run_have_units_and_digits(two_periods):
     headings = re.split(r"\s{2,}", line(two_periods, "event  ").strip())
     assert headings == ["event", "t [s]", "θ [rad]", "φ [rad]", "φ̇ [rad/s]", "residual [rad/s]"]
-    words = " ".join(two_periods.split("off the closed form")[1].split("cost")[0].split())
+    words = " ".join(two_periods.split("closed form: ")[1].split("cost")[0].split())
     named = re.findall(r"([a-z ]+) [\d.e+-]+ (rad|s|\(a length\)|\(relative\))(?:, |$)", words)
     assert {name.strip(): unit for name, unit in named} == {
         "theta": "rad", "phi": "rad", "psi": "rad", "axis": "(a length)", "energy": "(relative)",
@@ -62,7 +62,7 @@ def test_a_pendulum_swings_twice_as_long_as_its_tilt(verb):
 SAID = {
     "steady-betsch": ["with a small nutation of 21.0329088001 rad/s", "constant"],
     "sicm-kicked": ["reverses at θ = 0.148027354", "θ between", "in the mean",
-                    "as a fast top: period 0.25 s, off by -54 %"],
+                    "fast-top estimate: period 0.25 s, off by -54 %"],
     "sleeping-unstable": ["grows by e in ", "sleeps"],
     "through-top": ["with its jumps by π at the pole"],
 }  # fmt: skip

@@ -119,7 +119,7 @@ def test_an_atlas_shows_ten_pixels_that_differ_and_counts_the_others():
     )  # fmt: skip
     rows = dict(facts.rows)
     assert rows["x"] == "phidot = 0 … 1 rad/s, 4 values, logarithmic"
-    assert (rows["held"], rows["by interval arithmetic"]) == ("A = 1 kg m²", "5")
+    assert (rows["held"], rows["decided by intervals"]) == ("A = 1 kg m²", "5")
     assert rows["boundaries"] == "cusps (2 lines), through-top (1 line)"
     assert pixels.rows[0] == ("loops", "waves", "1", "2", "1.0e-09")
     shown = printed(pixels, 100)

@@ -62,7 +62,7 @@ KICK = "theta = 0.1\nphidot = -15\npsidot = 140"
     ("old", "new", "line", "key", "rule"),
     [
         ("phidot", "phidott", 11, "start.phidott", 'unknown key (did you mean "phidot"?)'),
-        ("gMR = 0.0456", "gMR = 0.0456\nphi = 1", 8, "top.phi", "it belongs in [start]"),
+        ("gMR = 0.0456", "gMR = 0.0456\nphi = 1", 8, "top.phi", "it belongs in [start]: start.phi"),
         ("title", "titel", 2, "titel", 'did you mean "title"?'),
         ("[want]", "[wants]", 17, "wants", 'did you mean "want"?'),
         ("format = 1", "format = 2", 1, "format", "the only format"),

@@ -275,7 +275,8 @@ def _checked(found: dict[str, Array], faults: list[str]) -> dict[str, Array]:
     """The arrays, of the shapes that they need to have, in the order of time."""
     t = found.get("t")
     if t is None or t.ndim != 1 or t.size < LEAST_ROWS:
-        faults.append(f"t: a column of at least {LEAST_ROWS} times [s] is needed")
+        there = "" if t is None else f", and {t.size} are there"
+        faults.append(f"t: a column of at least {LEAST_ROWS} times [s] is needed{there}")
         return found
     way = 1
     if np.isfinite(t).all() and abs(t).max() < LARGEST:

@@ -107,7 +107,7 @@ def explain(error: BaseException) -> str:
     if isinstance(error, OSError):
         return f"cannot write: {error.strerror or error}"
     if isinstance(error, errors.BadScene):
-        return f"the scene cannot be run:\n{error}"
+        return f"the input is not valid:\n{error}"
     return "interrupted" if interrupted(error) else str(error)
 
 

@@ -85,7 +85,7 @@ def derive(latex: Annotated[bool, Option(help="Print a LaTeX document.")] = Fals
 
 @verb
 def doctor() -> None:
-    """Print the installed versions, processor, wheel and cache."""
+    """Print the versions, the processor, and heyoka's wheel and cache."""
     from heavytop.doctor import diagnosis, in_words
 
     found = diagnosis()
@@ -106,7 +106,7 @@ def cite(results: Annotated[list[Path] | None, CITED] = None) -> None:
     answer(found, lambda: typer.echo(in_words(found)))
 
 
-TIMES = "Times [s]: 0:10:0.01, or a file with a column t."
+TIMES = "Times [s], needed with a scene: 0:10:0.01, or a file with a column t."
 QUANTITIES = "Any of theta, phi, psi [rad], rates, omega [rad/s], axis, attitude."
 EVENTS = "Events to add: turning, reversal, cusp; needs --json or -o x.json."
 PACK = "Write exact values of all shipped scenes, and score.py, to this folder, such as exact."

@@ -180,8 +180,8 @@ ABOUT: Final = (
     "book's tops."
 )
 WHERE: Final = (
-    f"Write {PAGE} and report.json into this folder, or FILE.html; else into the current folder, "
-    "and with --json nowhere."
+    f"Folder for {PAGE} and report.json, or FILE.html; default: the current folder, or none with "
+    "--json."
 )
 PLACES: Final = Argument(metavar="[DIR…|SCENE]", help=ABOUT, autocompletion=options.scene_names)
 

@@ -263,7 +263,7 @@ def atlas(
         finish("energy_momentum", found, output, figures=not no_figures)
         return
     if missing := [f"--{axis}" for axis in "xy" if not asked[axis]]:
-        rule = "an axis NAME=FROM:TO:COUNT, such as phidot=-20:20:401"
+        rule = "is missing: an axis NAME=FROM:TO:COUNT, such as phidot=-20:20:401"
         raise BadParameter(rule, param_hint=" and ".join(missing))
     _no_clash(changes or [], (str(x), str(y)))
     asked |= {"scene": places[0], "changes": changes, "output": output, "no_figures": no_figures}

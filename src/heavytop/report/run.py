@@ -38,16 +38,16 @@ OFF: Final = {  # what distances from the closed form are measured in
 FACTS: Final = (
     ("nutation", "{nutation_frequency} rad/s"),
     ("", "range of cos θ {nutation_amplitude}"),
-    ("", "turns of φ in one: {rotation_number}"),
+    ("", "turns of φ per nutation: {rotation_number}"),
     ("small nutation", "{small_nutation_frequency} rad/s about this motion"),
     ("the other rate", "{other}"),
     ("a small tilt", "grows by e in {growth_time} s"),
     ("a small tilt", "precesses between {slow_cone_rate} and {fast_cone_rate} rad/s"),
     ("sleeps", "from |ω₃| = {sleeping_threshold} rad/s on"),
     ("p_ψ²/4A|gMR|", "{fast_top_ratio}"),
-    ("", "as a fast top: mean φ̇ {fast_top_precession_rate} rad/s{fast_top_precession_error}"),
-    ("", "as a fast top: period {fast_top_nutation_period} s{fast_top_period_error}"),
-    ("", "as a fast top: range of cos θ {fast_top_amplitude}{fast_top_amplitude_error}"),
+    ("", "fast-top estimate: mean φ̇ {fast_top_precession_rate} rad/s{fast_top_precession_error}"),
+    ("", "fast-top estimate: period {fast_top_nutation_period} s{fast_top_period_error}"),
+    ("", "fast-top estimate: range of cos θ {fast_top_amplitude}{fast_top_amplitude_error}"),
 )
 """Of a classification: labels and words, with the names of facts."""
 
@@ -64,7 +64,7 @@ def run_parts(document: Known) -> Iterator[Line]:
     yield from _end(document)
     if rows:
         yield events(rows, document["events"]["omitted"])
-    yield "off the closed form", _errors(document["errors"])
+    yield "errors", f"against the closed form: {_errors(document['errors'])}"
     if rows and motion["kind"].startswith("through-"):
         yield "at the pole", "φ jumps by π: the value before or after it is given; φ̇ is the limit"
     if "derive_s" in cost:

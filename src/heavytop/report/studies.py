@@ -395,7 +395,7 @@ def _map(document: Known) -> Iterator[Row]:
     counted = (f"{name} ({n} line{'s' * (n > 1)})" for name, n in lines)
     yield "boundaries", ", ".join(counted) or "none"
     for name, label in (
-        ("sent", "by interval arithmetic"), ("differing", "unlike integration"),
+        ("sent", "decided by intervals"), ("differing", "unlike integration"),
         ("unexplained", "… by more than rounding"), ("untold", "undecided by integration"),
         ("kinds_per_s", "pixels per second"),
     ):  # fmt: skip

@@ -263,7 +263,7 @@ def _quadrature(scene: Scene, motion: Motion) -> tuple[str, str]:
     """The quadrature regular at the pole that is passed; one where V is highest is only neared."""
     aside = motion.from_bottom > motion.from_top
     if aside or (motion.from_bottom == motion.from_top and (scene.top.gMR.sign() or 0) <= 0):
-        return "sigma", "psi by quadrature of (phi + psi)', regular at the top, less its mean"
+        return "sigma", "psi by quadrature of (phi + psi)' minus its mean, regular at theta = 0"
     return "delta", "psi by quadrature of (phi - psi)', regular at the bottom, less its mean"
 
 

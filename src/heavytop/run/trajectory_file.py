@@ -32,6 +32,7 @@ from heavytop.run.trajectory import Decimals, Statistics, Trajectory
 from heavytop.scene.arguments import path_of
 from heavytop.scene.quantities import ANGLES, COLUMNS, RATES
 from heavytop.scene.scene import read_scene
+from heavytop.spelling import readable
 
 if TYPE_CHECKING:
     import xarray
@@ -151,6 +152,7 @@ def _marks_of(decimals: Decimals, samples: tuple[Sample, ...]) -> Variables:
 def _attributes(trajectory: Trajectory) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
+        "name": trajectory.scene.name,
         "title": trajectory.scene.title,
         "source": trajectory.scene.source,
         "scene": trajectory.scene.to_toml(),
@@ -234,6 +236,8 @@ def _trajectory(file: Any) -> Trajectory:
     if (schema := attribute(file, "schema")) != SCHEMA:
         raise ForeignFile(f"schema = {schema!r:.60}: expected {SCHEMA}")
     scene = read_scene(attribute(file, "scene"), where="scene in file")
+    if "name" in file.attrs:
+        scene = replace(scene, name=readable(attribute(file, "name")))
     chosen = TypeAdapter(Plan).validate_json(attribute(file, "plan"))
     outcome, motion = Outcome(attribute(file, "outcome")), closed_form_of(scene)
     orbit, decimals = _orbit(file, chosen, outcome), None

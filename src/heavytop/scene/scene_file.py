@@ -190,7 +190,11 @@ def read_keys(
     values, wrong = arguments.read_values({key: raw[key] for key in raw if key in keys}, keys)
     for key in raw:
         if key not in keys:
-            homes = [f"it belongs in [{name}]" for name, table in TABLES.items() if key in table]
+            homes = [
+                f"it belongs in [{name}]: {name}.{key}"
+                for name, table in TABLES.items()
+                if key in table
+            ]
             hint = "".join(homes) or nearest(key, keys) or f"known are {', '.join(keys)}"
             wrong.append(Wrong(key, "unknown key", hint))
     return values, wrong

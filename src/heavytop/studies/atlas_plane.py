@@ -113,7 +113,7 @@ class Axis:
             raise Refused(f"a text {FORM}")
         name, *ends, count, scale = match.groups()
         if name not in ROLES:
-            raise Refused(f"one of {', '.join(ROLES)}", nearest(name, ROLES))
+            raise Refused(f"NAME must be one of {', '.join(ROLES)}", nearest(name, ROLES))
         low, high = map(STATE.get(name, PLAIN), ends)
         if not 2 <= int(count) <= MOST_VALUES:
             raise Refused(f"from 2 to {MOST_VALUES} pixels")

@@ -205,7 +205,9 @@ def _named(name: str) -> MethodSetting:
         if ":" in name:
             raise NoMethod(wrong.broken[0][1]) from None
         known = ("auto", *own, *comparison.METHODS)
-        raise NoMethod(f"one of {_in_words()}", nearest(name, known)) from None
+        raise NoMethod(
+            f"must be your own, such as mine.py:rk4, or one of {_in_words()}", nearest(name, known)
+        ) from None
 
 
 def _in_words() -> str:

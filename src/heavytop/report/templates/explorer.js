@@ -437,7 +437,7 @@
     const facts = [
       ["Tilt", still ? angle(own.theta) : ends[0] === ends[1] ? angle(ends[0])
         : `${angle(ends[0])} to ${angle(ends[1])}`],
-      ["A nod takes", still || !period ? "–" : `${short(period)} s`],
+      ["Period of nutation", still || !period ? "–" : `${short(period)} s`],
       ["Axis goes round", still ? "–" : `${short(turn(found.phi), 4)} rad/s in the mean shown`],
       ["ψ̇ and ω₃ at the start", `${short(psidot)} and ${short(own.omega3)} rad/s`],
       ["p_φ, p_ψ", `${short(pPhi)}, ${short(pPsi)} kg m²/s`],
@@ -450,7 +450,7 @@
       text.textContent = value;
       return [term, text];
     }));
-    const nods = period ? `, in nods of ${short(period, 4)} s` : "";
+    const nods = period ? `, with period ${short(period, 4)} s` : "";
     const between = ends[0] === ends[1] ? `at ${angle(ends[0])}`
       : `between ${angle(ends[0])} and ${angle(ends[1])}`;
     $("tilt").setAttribute("aria-label", `Tilt over ${short(shown.end, 4)} s, ${between}${nods}.`);
