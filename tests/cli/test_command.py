@@ -137,7 +137,7 @@ def test_exit_codes(error, code):
         ("run sicm-kicked --set top.A=0 --set top.C=0", "for --set: 2 faults\n--set: top.A = 0: "),
         ("plan sicm-kicked --formulation hamilton", "'hamilton' is not one of"),
         ("stress --cases cup", 'in all: heavytop stress --list) (did you mean "cusp"?)'),
-        ("drift sicm-kicked --methods taylor-axes", "methods = taylor-axes: must be your own"),
+        ("drift sicm-kicked --methods taylor-axes", "for --methods: methods = taylor-axes: one of"),
         ("drift sicm-kicked --methods x --periods 0", "for --periods and --methods: 2 faults\n"),
         ("derive --latex --json", "for --latex: "),
         ("scenes my-top.toml", "no shipped scene has this name"),

@@ -205,9 +205,8 @@ def _named(name: str) -> MethodSetting:
         if ":" in name:
             raise NoMethod(wrong.broken[0][1]) from None
         known = ("auto", *own, *comparison.METHODS)
-        raise NoMethod(
-            f"must be your own, such as mine.py:rk4, or one of {_in_words()}", nearest(name, known)
-        ) from None
+        rule = f"one of mine.py:rk4, {_in_words()}"
+        raise NoMethod(rule, nearest(name, known)) from None
 
 
 def _in_words() -> str:
@@ -216,7 +215,7 @@ def _in_words() -> str:
     rivals = ", ".join(comparison.METHODS)
     first = next(iter(FORMULATIONS))
     patterns = [n.replace(first, "FORM") for n, each in own.items() if each.formulation == first]
-    return f"auto, {rivals}, {', '.join(patterns)} with FORM one of {', '.join(FORMULATIONS)}"
+    return f"auto, {rivals}, {', '.join(patterns)}; FORM: {', '.join(FORMULATIONS)}"
 
 
 @cache
