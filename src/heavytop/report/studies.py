@@ -266,13 +266,13 @@ def certify_parts(document: Known) -> Iterator[Line]:
     names = [name for name, x in document["observed"].items() if x is not None]
     bounds = document["bound"]
     yield Table(
-        ("", "proved bound", "largest found", "ratio"),
+        ("", "proved bound", "of it, rounding of outputs", "largest error found"),
         tuple(
             (
                 "axis, as a length" if name == "axis" else headed(name),
                 "none" if bounds[name] is None else size(bounds[name]),
+                size(document["rounding"][name]),
                 size(document["observed"][name]),
-                _ratio(bounds[name], document["observed"][name]),
             )
             for name in names
         ),
@@ -291,10 +291,6 @@ def certify_parts(document: Known) -> Iterator[Line]:
     for reason in document["why"]:
         yield "why", reason
     yield "bounds proved", "yes" if document["proved"] else "no"
-
-
-def _ratio(bound: float | None, found: float | None) -> str:
-    return f"{bound / found:.3g}" if bound is not None and found else ""
 
 
 def stress_cases_parts(document: Known) -> Iterator[Line]:

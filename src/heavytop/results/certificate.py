@@ -61,9 +61,12 @@ class Certificate(Result):
     bound : dict from str to (float or None)
         Proved: at no time is the error larger. Of the axis, as a length, and of theta, phi, psi
         [rad]. None where there is no bound, or where the run does not follow the angle.
+    rounding : dict from str to (float or None)
+        The part of `bound` by which outputs are rounded when whole turns and the uniform part of a
+        spin are added, in the same units [rad]; 0 of axis and theta.
     observed : dict from str to (float or None)
-        The largest error at the times that were looked at, in the units of `bound` [rad]: no bound
-        can be smaller.
+        The largest error at the times that were looked at, before outputs are rounded, in the
+        units of `bound` [rad].
     turns : bool or None
         Whether the whole turns of phi and psi are proved too; else the bounds are of the angles
         but for whole turns.
@@ -82,6 +85,7 @@ class Certificate(Result):
     steps: int
     t: Number
     bound: Mapping[Text, Number | None]
+    rounding: Mapping[Text, Number | None]
     observed: Mapping[Text, Number | None]
     turns: bool | None
     events: ProvedEvents

@@ -391,10 +391,12 @@ def collect(store: MemoryStore) -> Certificate:
     rows = [row for record in records for row in record.rows]
     observed = {n: _most([row["found"].get(n, 0.0) for row in rows]) for n in names}
     bounds = {n: _most([row["proved"].get(n, 0.0) for row in rows]) for n in names}
-    for name, rounding in _rounding(asked["sizes"], flow, own).items():
-        if (known := bounds.get(name)) is not None:
-            total = known + rounding + asked["told"].get(name, 0.0)
+    rounding = _rounding(asked["sizes"], flow, own)
+    for name, known in bounds.items():
+        if known is not None:
+            total = known + rounding[name] + asked["told"].get(name, 0.0)
             bounds[name] = total if math.isfinite(total) else None
+
     why = [
         f"{n} is not bounded: the axis comes too near to a pole" for n in names if bounds[n] is None
     ]
@@ -417,6 +419,7 @@ def collect(store: MemoryStore) -> Certificate:
         steps=asked["steps"],
         t=own.end,
         bound={n: bounds.get(n) for n in QUANTITIES},
+        rounding={n: None if bounds.get(n) is None else rounding[n] for n in QUANTITIES},
         observed={n: observed.get(n) for n in QUANTITIES},
         turns=turns if own.quadrature or own.formulation != "cubic" else None,
         events=ProvedEvents(
