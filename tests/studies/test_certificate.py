@@ -2,6 +2,7 @@
 
 import math
 import re
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -92,6 +93,72 @@ def test_a_state_off_by_one_ulp_is_refused():
     wrong = replace(trajectory, orbit=replace(trajectory.orbit, checkpoints=tuple(points)))
     with pytest.raises(ForeignFile, match="others"):
         certify(wrong)
+
+
+def test_a_turn_too_many_is_seen():
+    """Also of an angle alone, that no state shows."""
+    for form in ("axis", "attitude"):
+        trajectory = run_of("sicm-kicked", form, periods=300, samples=2)
+        points = list(trajectory.orbit.checkpoints)
+        state = points[1].state.copy()
+        state[-1] += 2 * math.pi
+        points[1] = replace(points[1], state=state)
+        wrong = replace(trajectory, orbit=replace(trajectory.orbit, checkpoints=tuple(points)))
+        assert certify(trajectory).turns is True
+        found = certify(wrong)
+        assert found.turns is False
+        assert "counted from step to step" in " ".join(found.why)
+
+
+def test_a_run_of_other_numbers_than_its_scene_is_refused():
+    trajectory = run_of("sicm-kicked", periods=30)
+    other = dict(trajectory.orbit.parameters)
+    other["g"] = np.nextafter(other["g"], 0)
+    orbit = trajectory.orbit
+    for wrong in (
+        replace(orbit, integrator=integrator_with(orbit.integrator, other)),
+        replace(orbit, checkpoints=(replace(orbit.checkpoints[0], time=(0.0, 1e-30)),)),
+    ):
+        with pytest.raises(ForeignFile, match="not those of its scene"):
+            certify(replace(trajectory, orbit=wrong))
+
+
+def integrator_with(integrator, parameters):
+    other = copy(integrator)
+    other.parameters = parameters
+    return other
+
+
+@pytest.mark.parametrize("periods", [3, 300])
+def test_a_run_whose_steps_do_not_reach_its_end_is_refused(periods):
+    trajectory = run_of("sicm-kicked", periods=periods)
+    orbit = replace(trajectory.orbit, steps=trajectory.orbit.steps * 9 // 10)
+    with pytest.raises(ForeignFile, match="others"):
+        certify(replace(trajectory, orbit=orbit))
+
+
+@pytest.mark.parametrize("periods", [3, 300])
+def test_the_last_steps_lead_to_the_end_that_the_run_has(periods):
+    trajectory = run_of("sicm-kicked", periods=periods)
+    own, _ = flow_of(trajectory)
+    point = trajectory.orbit.checkpoints[-1]
+    steps, _ = own.steps(point, trajectory.orbit.steps - point.steps)
+    state = trajectory.orbit.samples.states[-1, :6]
+    assert not own.ends_elsewhere(steps, state)
+    for k in range(6):
+        wrong = steps.coefficients.copy()
+        wrong[0, k] += 1e-10
+        assert own.ends_elsewhere(replace(steps, coefficients=wrong), state)
+
+
+def test_psi_is_that_of_the_momenta_of_the_start():
+    """Those of the run are rounded: psi drifts beside what its equations say."""
+    start = ht.State(1.107567159596705, phidot=-45.38541385914854, psidot=46.39544985263137)
+    scene = ht.Scene(ht.Top(1.0, 2.0, 1e-3), start, time=600, digits=6, samples=2, events=())
+    scene = replace(scene, quantities=ANGLES)
+    trajectory = ht.propagate(scene, formulation="axis", projected=True)
+    error = errors_at(trajectory, np.linspace(550, 600, 60))["psi"]
+    assert 1.4e-11 < error <= certify(trajectory).bound["psi"]
 
 
 def _without(events: Events, which: int, *, twice: bool = False) -> Events:

@@ -40,7 +40,7 @@ Words = tuple[Array, Array]
 
 # A bound so near the largest error found is not made better; psi is rounded the most later on.
 NEAR: Final = {"axis": 1.45, "theta": 1.45, "phi": 1.45, "psi": 1.3}
-DEEPEST: Final = 24  # halvings of a step
+DEEPEST: Final = 24  # halvings of a step: less than 28, or `EDGE` is too little
 SETTLED: Final = 14  # after so many, what is not bounded in many parts is not bounded at all
 MOST: Final = 200_000  # parts of steps at a time: more are not cut
 NEARER: Final = 1.05  # as `NEAR`, beside what no cut makes smaller,
@@ -106,8 +106,10 @@ class Anchors:
             found: Array = UP * np.sqrt(((weights * y[:n]) ** 2).sum(axis=0))
             return found
 
-        off = UP * (lost + norm(arithmetic) + 4 * UNIT * norm(apart))
+        # errors to first order are sums of up to nine rounded products of this difference
+        off = UP * (lost + norm(arithmetic) + 16 * UNIT * norm(apart))
         aside = arithmetic[n:].sum(axis=0) + plain[n:].sum(axis=0) + lost_aside
+        aside = aside + 4 * UNIT * np.abs(apart[n:]).sum(axis=0)
         size = norm(apart) + off
         return cls(step, since, apart, off, norm(plain), aside, size, p[0])
 
@@ -350,13 +352,18 @@ def _bounded(
             half = (np.abs(q.error) + np.abs(other.error) + width * step) / 2
             sharp = UP * np.maximum(own, half) + G * off + H * (N + plain) ** 2
             speed = np.abs(moving[name].error)
-            late = (speed + width * (G * A + H * V**2 + aside_rate * V)) * clock
-            late = late if name == "psi" else np.fmin(late, G * V * clock)
-            rounded = UP * (G * plain + extra + q.rounding)
+            # x moves as p does, but for `step`
+            late = (speed + step + width * (G * A + H * V**2 + aside_rate * V)) * clock
+            fastest = G * (V + b.jacobian * N + D) * clock
+            late = late if name == "psi" else np.fmin(late, fastest)
+            rounding = np.maximum(q.rounding, other.rounding)
+            if name == "theta" and flow.form.name != "cubic":  # it may be larger in between
+                rounding = rounding + ROUNDED * G * V * width / 2
+            rounded = UP * (G * plain + extra + rounding)
             total = UP * (np.fmin(sharp, crude) + rounded + late)
             if flow.form.name == "cubic":  # at a pole the tilt is the root of a height
-                off_by = N + plain + V * clock
-                total = np.fmin(total, ROOT * np.sqrt(off_by) + q.rounding)
+                off_by = N + plain + (V + b.jacobian * N + D) * clock
+                total = np.fmin(total, ROOT * np.sqrt(off_by) + rounding)
             there = np.isfinite(own) & np.isfinite(G)
             stays = np.where(there, UP * (rounded + speed * clock), 0.0)
             found[name] = np.where(there, own, 0.0), total, stays
@@ -369,7 +376,8 @@ def _room(
     """Return how far states come from those at anchors over half of an interval, and their rates.
 
     Half of one takes the states that outputs read as far as their speed there and its greatest
-    change can, and all errors that much farther.
+    change can, and all errors that much farther. (The speed is that of the field: the polynomial's
+    differs by D at most, and D width/2 < N.)
     """
     fastest, bend = derivatives
     rates = flow.system.field(anchors.states[: len(flow.system.weights)])

@@ -61,12 +61,13 @@ def held(flow: Flow, event: str, t: tuple[Array, Array], end: float) -> Proof:
             bases = [pair(zero) for zero in found]
             spacing = None if apart is None else pair(apart)
             width = max((float(zero.rad()) for zero in found), default=0.0)
+            wider = 0.0 if apart is None else float(apart.rad())
     except TooCoarse as error:
         return Proof(None, 0.0, f"{event}: two zeros are too near each other ({error})")
     if not bases:
         none = t[0].size == 0
         return Proof(none, 0.0, "" if none else f"{event}: the exact motion has none")
-    return _matched(event, bases, spacing, t, end, width)
+    return _matched(event, bases, spacing, t, end, (width, wider))
 
 
 def _matched(
@@ -75,9 +76,12 @@ def _matched(
     spacing: tuple[float, float] | None,
     t: tuple[Array, Array],
     end: float,
-    width: float,
+    widths: tuple[float, float],
 ) -> Proof:
-    """Find the exact event of each that was found: their numbers must follow one another."""
+    """Find the exact event of each that was found: their numbers must follow one another.
+
+    `widths` are the radii of the zeros within one period, and that of the period.
+    """
     forward = 1.0 if end >= 0 else -1.0
     size = len(bases)
     gaps = [b[0] - a[0] for a, b in pairwise(bases)]
@@ -99,8 +103,9 @@ def _matched(
     largest = float(off.max(initial=0.0))
     bound = (
         UP * largest
-        + width * (2 + float(np.abs(number).max(initial=0.0)))
-        + 8 * UNIT**2 * abs(end)
+        + widths[0]
+        + widths[1] * (1 + float(np.abs(number).max(initial=0.0)))
+        + 32 * UNIT**2 * abs(end)
         + 4 * UNIT * largest
     )
     if not largest < close:

@@ -144,6 +144,8 @@ class Flow:
     period : tuple of float or None
         As a double-double; None where none is needed.
     bounds : Bounds
+    beside_rate, beside_factor : float
+        Bounds of the rate of the quadrature, and of 1/(1 + side e_z).
 
     Raises
     ------
@@ -188,7 +190,7 @@ class Flow:
         self.turning: list[arb] = []
         self.unclear = False
         last, largest, looking = Piece([], arb(0), arb(0)), [arb(0)] * 7, True
-        beside, lost, self.beside_rate = arb(0), arb(0), 0.0
+        beside, lost, self.beside_rate, self.beside_factor = arb(0), arb(0), 0.0, 0.0
         stop = 1 if self.rests else math.ceil(abs(self.end) / delta) + 2
         # only a period leads back: it is looked for with all bits
         if self.end < 0 and not self.rests:
@@ -261,6 +263,7 @@ class Flow:
         wrong += abs(arb(momentum)) * error * least * least
         rate = abs(arb(momentum) / (1 + side * here) - arb(frame))
         self.beside_rate = max(self.beside_rate, up(rate))
+        self.beside_factor = max(self.beside_factor, up(least))
         found[0] -= arb(frame)
         whole = [x / (k + 1) for k, x in enumerate(found)]
         return [arb(0), *whole], upper(wrong)
@@ -345,13 +348,15 @@ class Flow:
         value = hull(q, reach)
         if value - off > 0 or value + off < 0:
             return None
-        slope = hull(q.derivative(), reach)
+        slope = hull(q.derivative(), 2 * reach)
         if slope.contains(0):
             raise TooCoarse(f"a zero of {event}")
         at = reach / 2
         for _ in range(20):
             at = arb((at - q(at) / q.derivative()(at)).mid())
         radius = upper((abs(q(at)) + off) / abs(slope))
+        if not abs(at) + radius < 2 * reach:  # beyond, no slope is known
+            raise TooCoarse(f"a zero of {event}")
         least = -BEFORE * reach if place == 0 else arb(0)
         if not (at + radius > least and at - radius < reach):
             return None

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heavytop.certificate.balls import UNIT
 from heavytop.certificate.flow import READ, Flow, Quadrature
 from heavytop.certificate.steps import Steps
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.registry import FORMULATIONS
-from heavytop.integration.compiled import compiled
+from heavytop.integration.compiled import Polynomials, compiled
 from heavytop.integration.integrator import Checkpoint, Integrator
 from heavytop.numbers.double_double import add
 from heavytop.results.base import Part
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,12 +97,13 @@ class BinaryRun(Part):
     def steps(self, start: Checkpoint, count: int) -> tuple[Steps, Checkpoint]:
         """Take some steps of the run again, and return them with the checkpoint after them.
 
-        The last of them is cut at the end of the run.
+        The last of them is cut at the end of the run. Angles are counted from step to step.
         """
         own = self.integrator
         kept, end = own.polynomials(start, count, 4.0 * self.end)
         high, low = (np.full(kept.length.size, word * own.pace) for word in start.time)
         label = add((high, low), (kept.begun[:, 0], kept.begun[:, 1]))
+        end = replace(end, state=np.append(end.state, self._angles(start, kept, end)))
         forward, last = math.copysign(1.0, self.end), abs(self.end * own.pace)
         # a little more, for this difference is rounded
         left = np.maximum(last - forward * label[0] + 4 * UNIT * last, 0.0)
@@ -112,8 +116,42 @@ class BinaryRun(Part):
             READ[self.formulation],
         ), end
 
+    def _angles(self, start: Checkpoint, kept: Polynomials, end: Checkpoint) -> Array:
+        """Return the angles after some steps that are counted, from what they were before."""
+        own = self.integrator
+        if own.turns is None or not kept.length.size:
+            return start.state[len(own.compiled.formulation.states) :]
+        pace, rates = own.pace, own.compiled.formulation.is_rate
+        parts = math.ceil(float(np.abs(kept.length).max()) / pace / own.turns.apart)
+        since = kept.length[:, None] * np.arange(parts) / parts
+        rows = np.zeros((kept.length.size, parts, len(rates)))
+        for c in kept.coefficients.transpose(2, 0, 1)[::-1]:
+            rows = rows * since[..., None] + c[:, None]
+        states = np.where(rates, pace, 1.0) * rows.reshape(-1, len(rates))
+        times = (kept.begun[:, :1] + since).ravel() / pace
+        last = (end.time[0] - start.time[0]) + (end.time[1] - start.time[1])
+        first = start.state[len(rates) :].tolist()
+        told = own.turns.followed(np.append(times, last), np.vstack((states, end.state)), first)
+        counted: Array = told[-1]
+        return counted
 
-def _clock(start: Checkpoint, kept: Any, pace: float, block: float) -> Any:
+    def ends_elsewhere(self, steps: Steps, state: Array) -> bool:
+        """Tell whether the last steps do not lead to a state at the end of the run."""
+        own, forward = self.integrator, math.copysign(1.0, self.end)
+        last = abs(self.end * own.pace)
+        i = int(np.nonzero(steps.length)[0][-1])  # what begins later has no length
+        if not forward * (steps.label[0][i] + steps.length[i]) >= last:
+            return True
+        place, since = np.array([i]), steps.length[[i]]
+        (high, low), more, plain = steps.at(place, since)
+        orders = np.arange(1, len(steps.coefficients))
+        rate = (orders * since ** (orders - 1)) @ steps.coefficients[1:, :, i]
+        off = (more + plain)[:, 0] + np.abs(rate) * (2 * steps.clock[i] + 16 * UNIT * last)
+        mine = state / np.where(own.compiled.formulation.is_rate, own.pace, 1.0)
+        return not bool(np.all(np.abs(high[:, 0] + low[:, 0] - mine) <= 2 * off))
+
+
+def _clock(start: Checkpoint, kept: Polynomials, pace: float, block: float) -> Array:
     """Return how far the time at which a polynomial is evaluated may be off, of each step.
 
     A time is measured from the start of its block, then from where its leg begins, then from its
@@ -131,7 +169,8 @@ def _clock(start: Checkpoint, kept: Any, pace: float, block: float) -> Any:
     off[:1] += 0.0 if start.time == (0.0, 0.0) else 4 * UNIT * block
     last_leg = np.abs(np.diff(kept.restarted, prepend=0.0))  # 0 but where a leg begins
     off += 4 * UNIT * last_leg
-    return off * (1 + 1e-9)
+    clock: Array = off * (1 + 1e-9)
+    return clock
 
 
 def binary_run(trajectory: Any) -> BinaryRun:

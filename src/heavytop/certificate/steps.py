@@ -24,7 +24,9 @@ Words = tuple[Array, Array]
 
 UP = 1 + 1e-12
 MORE = 3  # degrees of a defect beyond the order of a step that are computed
-LEAD = 6  # coefficients of a step that are added up with twice the digits; the others are small
+# Coefficients of a step that are added up with twice the digits; the others are small. The order of
+# a step is 8 at least (`heavytop.run.planning`).
+LEAD = 6
 BEYOND = 1 + 2.0**-48  # of a step, for which its polynomial is bounded: labels of steps are rounded
 MANY = 2048  # times at a time, for the same reason
 FEW = 1000  # steps at a time, whose coefficients stay in the cache

@@ -139,16 +139,22 @@ def certificate_parameters(trajectory: Trajectory) -> Parameters:
     if reason := why_not(trajectory):
         raise NotCertified(reason)
     own, orbit = binary_run(trajectory), trajectory.orbit
-    _, begun = binary_start(trajectory.scene, trajectory.plan)
-    if not np.array_equal(begun.state, orbit.checkpoints[0].state):
-        raise ForeignFile(f"{trajectory.scene.name}: its start is not that of its scene")
+    numbers, begun = binary_start(trajectory.scene, trajectory.plan)
+    first = orbit.checkpoints[0]
+    same = numbers == orbit.parameters and np.array_equal(begun.state, first.state)
+    if not (same and (first.time, first.steps) == ((0.0, 0.0), 0)):
+        raise ForeignFile(f"{trajectory.scene.name}: its numbers are not those of its scene")
     seen = orbit.at(orbit.samples.t).states
     if not np.array_equal(seen, orbit.samples.states, equal_nan=True):
         raise ForeignFile(f"{trajectory.scene.name}: integrated again, its samples are others")
     points, width = orbit.checkpoints, len(own.integrator.compiled.formulation.states)
     every = math.ceil(len(points) / PARTS)
     legs = [
-        _place(points[i]) | {"print": _print("", points[i + 1 : i + every + 1], width)}
+        _place(points[i])
+        | {
+            "print": _print("", points[i + 1 : i + every + 1], slice(width)),
+            "angles": _print("", points[i + 1 : i + every + 1], slice(width, None)),
+        }
         for i in range(0, len(points), every)
     ]
     events = trajectory.events
@@ -159,6 +165,7 @@ def certificate_parameters(trajectory: Trajectory) -> Parameters:
         "legs": legs,
         "steps": orbit.steps,
         "states": width,
+        "final": orbit.samples.states[-1, :width].tolist(),
         "sizes": _sizes(trajectory),
         "told": _told(trajectory),
         "counts": {event: events.count(event) for event in KINDS_OF if event in events.asked},
@@ -214,10 +221,28 @@ def _sizes(trajectory: Trajectory) -> dict[str, float]:
         beside = begun + float(np.max(np.abs(states[:, own - 1])))
     return {
         "angle": float(np.max(np.abs(states[:, own:]), initial=0.0)),
+        "aside": _aside(trajectory) * abs(orbit.end),
         "beside": beside,
         "gap": float(np.max(np.diff(np.sort(times)))),
         "uniform": uniform * abs(orbit.end),
     }
+
+
+def _aside(trajectory: Trajectory) -> float:
+    """Return how far P may be from that of the start, in P/(1 + side e_z), the rate of psi.
+
+    In the run it is a rounded constant; of the start it is l_z + side l e/|e|, and e_z is e_z/|e|.
+    """
+    known, variant = trajectory.orbit.parameters, trajectory.plan.variant
+    if variant not in ("sigma", "delta"):
+        return 0.0
+    side, name = (1, "P_plus") if variant == "sigma" else (-1, "P_minus")
+    start = trajectory.orbit.checkpoints[0].state
+    e, l_z = [Fraction(x) for x in start[:3].tolist()], Fraction(known["l_z"])
+    l = [Fraction(x) for x in start[3:5].tolist()] + [l_z]  # noqa: E741
+    along = sum((x * y for x, y in zip(e, l, strict=True)), Fraction(0))
+    off = abs(float(Fraction(known[name]) - l_z - side * along))
+    return off + _length("axis", start) * (abs(float(along)) + abs(known[name]))
 
 
 def _length(formulation: str, state: Any) -> float:
@@ -257,14 +282,16 @@ def tasks(parameters: Parameters) -> list[str]:
 def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chunk]:
     """Yield some blocks of a part of the run at a time; the last chunk has what was found."""
     place = int(task.rpartition("/")[2])
-    legs, width = parameters["legs"], parameters["states"]
+    legs, own_states = parameters["legs"], slice(parameters["states"])
+    angles = slice(parameters["states"], None)
     own, flow = _prepared(_key(parameters))
     rounding = _rounding(parameters["sizes"], flow, own)
     first, whole = legs[place], place + 1 == len(legs)
     last = parameters["steps"] if whole else legs[place + 1]["steps"]
     floor = {} if len(legs) == 1 else _floor(_key(parameters))
-    left = checkpoint or _place(_point(first, width)) | {"found": {}, "proved": {}, "print": ""}
-    point, done = _point(left, width), False
+    begun = {"found": {}, "proved": {}, "print": "", "angles": ""}
+    left = checkpoint or _place(_point(first)) | begun
+    point, done = _point(left), False
     while not done:
         clock = time.perf_counter()
         for _ in range(BLOCKS):
@@ -277,10 +304,13 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
                     raise _unknown(error) from None
                 for name, values in (("found", here.found), ("proved", here.proved)):
                     left[name] = _larger(left[name], _finite(values))
-            done = point.steps >= last
+            done, same = point.steps >= last, True
             if not (done and whole):  # where a run ends is no checkpoint
-                left["print"] = _print(left["print"], [point], width)
-            same = left["print"] == first["print"] if done else point.steps > before
+                left["print"] = _print(left["print"], [point], own_states)
+                left["angles"] = _print(left["angles"], [point], angles)
+            elif count > 0:
+                same = not own.ends_elsewhere(steps, np.array(parameters["final"]))
+            same &= left["print"] == first["print"] if done else point.steps > before
             if not same:
                 name = parameters["scene"]["name"]
                 raise ForeignFile(f"{name}: integrated again, its bits are others")
@@ -288,7 +318,10 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
                 break
         left |= _place(point)
         gone = (point.steps - first["steps"]) / max(last - first["steps"], 1)
-        rows = [{name: left[name] for name in ("found", "proved")}] if done else []
+        rows = []
+        if done:
+            counted = left["angles"] == first["angles"]
+            rows = [{"found": left["found"], "proved": left["proved"], "counted": counted}]
         yield Chunk({**left}, rows, done, gone, time.perf_counter() - clock)
 
 
@@ -302,14 +335,14 @@ def _place(point: Checkpoint) -> dict[str, Any]:
     return {"time": list(point.time), "state": point.state.tolist(), "steps": point.steps}
 
 
-def _point(known: Mapping[str, Any], width: int) -> Checkpoint:
-    return Checkpoint(tuple(known["time"]), np.array(known["state"][:width]), known["steps"])
+def _point(known: Mapping[str, Any]) -> Checkpoint:
+    return Checkpoint(tuple(known["time"]), np.array(known["state"]), known["steps"])
 
 
-def _print(before: str, points: Sequence[Checkpoint], width: int) -> str:
+def _print(before: str, points: Sequence[Checkpoint], part: slice) -> str:
     """Return the fingerprint of states and times that follow others, whose fingerprint is known."""
     for point in points:
-        numbers = ",".join(x.hex() for x in (*point.time, *point.state[:width].tolist()))
+        numbers = ",".join(x.hex() for x in (*point.time, *point.state[part].tolist()))
         before = sha256(f"{before},{numbers}".encode()).hexdigest()[:32]
     return before
 
@@ -321,7 +354,7 @@ def _larger(
 
 
 def _key(parameters: Parameters) -> str:
-    kept = {name: parameters[name] for name in ("run", "steps", "states")}
+    kept = {name: parameters[name] for name in ("run", "steps")}
     legs = [{name: leg[name] for name in ("time", "state", "steps")} for leg in parameters["legs"]]
     return json.dumps(kept | {"legs": legs}, sort_keys=True)
 
@@ -344,7 +377,7 @@ def _unknown(error: Exception) -> NotCertified:
 def _last_steps(key: str, own: BinaryRun) -> Steps:
     """Return the last block of steps of a run."""
     known = json.loads(key)
-    point = _point(known["legs"][-1], known["states"])
+    point = _point(known["legs"][-1])
     while True:
         count, before = min(point.block_steps, known["steps"] - point.steps), point.steps
         steps, point = own.steps(point, count)
@@ -360,7 +393,7 @@ def _floor(key: str) -> dict[str, float]:
     """
     (own, flow), known = _prepared(key), json.loads(key)
     legs = known["legs"] if known["steps"] > LONG else []
-    points = [_point(leg, known["states"]) for leg in legs[:-1]]
+    points = [_point(leg) for leg in legs[:-1]]
     blocks = (own.steps(point, point.block_steps)[0] for point in points)
     found: dict[str, float] = {}
     try:
@@ -401,6 +434,9 @@ def collect(store: MemoryStore) -> Certificate:
         f"{n} is not bounded: the axis comes too near to a pole" for n in names if bounds[n] is None
     ]
     turns, events_held = _turns(own, flow, bounds, why), asked["events"]
+    if turns and not all(row["counted"] for row in rows):
+        turns = False
+        why.append("whole turns are not proved: counted from step to step they are others")
     why += [proof["why"] for proof in events_held.values() if proof["why"]]
     events = {
         event: EventProof(count=count, proved=events_held.get(event, {}).get("proved"))
@@ -444,6 +480,8 @@ def _rounding(sizes: Mapping[str, float], flow: Flow, own: BinaryRun) -> dict[st
     if own.quadrature:  # a sum of five from left to right, phi the last, and before it a product
         beside = sizes["beside"] + flow.beside_rate * gap
         psi = 4 * UNIT * (beside + sizes["uniform"]) + phi + UNIT * size
+        factor = flow.beside_factor
+        psi += 1.01 * sizes["aside"] * factor * max(1.0, factor)
     return {"axis": 0.0, "theta": 0.0, "phi": phi, "psi": psi}
 
 
