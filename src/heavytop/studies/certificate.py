@@ -163,6 +163,7 @@ def certificate_parameters(trajectory: Trajectory) -> Parameters:
         "scene": trajectory.scene.problem(),
         "run": own.document(),
         "legs": legs,
+        "last": _place(points[-1]),
         "steps": orbit.steps,
         "states": width,
         "final": orbit.samples.states[-1, :width].tolist(),
@@ -354,7 +355,7 @@ def _larger(
 
 
 def _key(parameters: Parameters) -> str:
-    kept = {name: parameters[name] for name in ("run", "steps")}
+    kept = {name: parameters[name] for name in ("run", "steps", "last")}
     legs = [{name: leg[name] for name in ("time", "state", "steps")} for leg in parameters["legs"]]
     return json.dumps(kept | {"legs": legs}, sort_keys=True)
 
@@ -377,12 +378,8 @@ def _unknown(error: Exception) -> NotCertified:
 def _last_steps(key: str, own: BinaryRun) -> Steps:
     """Return the last block of steps of a run."""
     known = json.loads(key)
-    point = _point(known["legs"][-1])
-    while True:
-        count, before = min(point.block_steps, known["steps"] - point.steps), point.steps
-        steps, point = own.steps(point, count)
-        if point.steps >= known["steps"] or point.steps == before:
-            return steps
+    last = _point(known["last"])
+    return own.steps(last, known["steps"] - last.steps)[0]
 
 
 @lru_cache(maxsize=2)
