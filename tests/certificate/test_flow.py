@@ -8,6 +8,7 @@ from heavytop.analytic.closed_form import ClosedForm
 from heavytop.certificate.balls import TooCoarse, larger, up
 from heavytop.certificate.flow import SMALL, Flow
 from heavytop.equations.registry import FORMULATIONS
+from heavytop.numbers.double_double import add, two_product
 from heavytop.numbers.intervals import working
 from heavytop.run.own_motion import own_motion
 
@@ -119,3 +120,15 @@ def test_where_a_state_is_zero_the_stiffness_is_bounded():
     here = [arb(0.8), arb(0.6), arb(0, 1e-4), arb(0, 1e-4), arb(0), arb(0)]
     with working(flow.bits):
         assert not flow._stiffness(here).is_nan()
+
+
+@pytest.mark.parametrize("periods", [1e3, 1e8, -1e8])
+def test_many_whole_periods_later_it_is_at_a_turning_point(periods):
+    """Whether a time is just before or just after one, its double does not tell."""
+    _, flow = flow_of(run_of("sicm-kicked", periods=3))
+    n = periods + np.arange(-200.0, 200)
+    whole = two_product(n, flow.period[0])
+    t = add(whole, (n * flow.period[1], np.zeros_like(n)))
+    for off in (-1e-12, 0.0, 1e-12):
+        (high, _), *_ = flow.at(add(t, (np.full_like(n, off), np.zeros_like(n))))
+        assert np.max(np.abs(high[2] - flow.start[2])) < 1e-15

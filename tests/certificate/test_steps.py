@@ -5,10 +5,12 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from flint import arb
 
 from heavytop.certificate.bounds import _of_attitude, bound
 from heavytop.certificate.steps import BEYOND, Steps, defects
 from heavytop.certificate.system import ONE
+from heavytop.numbers.intervals import working
 
 from ..certificates import flow_of, run_of
 
@@ -91,6 +93,15 @@ def test_no_step_is_faster_or_bends_more_than_its_bound(form, read):
             size = np.sqrt((found[:read] ** 2).sum(axis=0))
             assert np.all(size <= bound_of)
             assert np.any(size > bound_of / 4)
+
+
+def test_numpys_arctan2_is_off_by_at_most_one_unit_in_the_last_place():
+    size = 2.0 ** RNG.uniform(-30, 30, (2, 20_000))
+    y, x = size * RNG.choice([-1, 1], (2, 20_000))
+    with working(128):
+        for a, b, found in zip(y, x, np.arctan2(y, x), strict=True):
+            off = abs(arb.atan2(arb(float(a)), arb(float(b))) - arb(float(found)))
+            assert off < np.spacing(abs(found))
 
 
 def test_some_of_the_steps_are_steps():

@@ -501,8 +501,12 @@ class Flow:
         n: Array = np.zeros_like(high)
         if self.period is not None:
             n = np.floor(high / self.period[0])
-            whole = two_product(n, self.period[0])
-            since = add(t, (-whole[0], -(whole[1] + n * self.period[1])))
+            since = self._since(t, n)
+            if (
+                wrong := np.floor(since[0] / self.period[0])
+            ).any():  # by the rounding of a quotient
+                n = n + wrong
+                since = self._since(t, n)
         last = 0 if self.rests else len(self.pieces) - 1
         j = np.clip(np.floor(since[0] / self.piece), 0, last).astype(np.intp)
         begun = np.asarray(-self.piece * j, dtype=np.float64)
@@ -523,6 +527,12 @@ class Flow:
         off = self.lost + self.bounds.size * ROTATED + self.bounds.speed * late
         aside = self.aside + self.beside_rate * late + np.abs(n) * self.off_a_period[1]
         return x, off, aside + 256 * UNIT**2 * np.abs(x[0][-1])
+
+    def _since(self, t: Words, n: Array) -> Words:
+        """Return times less n periods."""
+        high, low = self.period or (0.0, 0.0)
+        whole = two_product(n, high)
+        return add(t, (-whole[0], -(whole[1] + n * low)))
 
     def _advanced(self, x: Words, n: Array) -> Words:
         """Return what a state has become n periods later."""
