@@ -129,6 +129,7 @@ def test_many_whole_periods_later_it_is_at_a_turning_point(periods):
     n = periods + np.arange(-200.0, 200)
     whole = two_product(n, flow.period[0])
     t = add(whole, (n * flow.period[1], np.zeros_like(n)))
-    for off in (-1e-12, 0.0, 1e-12):
-        (high, _), *_ = flow.at(add(t, (np.full_like(n, off), np.zeros_like(n))))
+    for off in (-0.4, 0.0, 0.4):
+        aside = off * np.spacing(np.abs(whole[0]))
+        (high, _), *_ = flow.at(add(t, (aside, np.zeros_like(n))))
         assert np.max(np.abs(high[2] - flow.start[2])) < 1e-15
