@@ -4,8 +4,8 @@
 
 Random runs: tops, starts, forms and lengths drawn at random. The error is looked for at many random
 times with the closed form in doubles, and taken in 128 bits where it is largest, and at some random
-times: it never exceeds the bound. The same for every shipped scene in the three forms. A long run of the kicked top: the
-bound, the largest error, and the time that it takes; then the same, projected.
+times: it never exceeds the bound. The same for every shipped scene in the three forms. A long run
+of the kicked top: the bound, the largest error, and the time that it takes; then one projected.
 """
 
 import sys
