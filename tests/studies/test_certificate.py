@@ -4,6 +4,7 @@ import math
 import re
 from copy import copy
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -137,6 +138,28 @@ def test_a_run_whose_steps_do_not_reach_its_end_is_refused(periods):
         certify(replace(trajectory, orbit=orbit))
 
 
+@pytest.mark.parametrize("steps", [0, 255, 256, 5000])
+def test_steps_are_counted_from_the_last_checkpoint(steps):
+    trajectory = run_of("sicm-kicked", periods=60)
+    assert [c.steps for c in trajectory.orbit.checkpoints] == [0, 256]
+    wrong = replace(trajectory.orbit, steps=steps)
+    with pytest.raises(ForeignFile, match="steps"):
+        certify(replace(trajectory, orbit=wrong))
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::heavytop.errors.MissedDigitsWarning")
+def test_a_checkpoint_of_another_number_of_steps_is_refused():
+    """Of these the length of a block, and of a first step, depends."""
+    trajectory = run_of("sicm-kicked", periods=19_700, samples=2)
+    points = list(trajectory.orbit.checkpoints)
+    assert len(points) > 64
+    points[41] = replace(points[41], steps=0)
+    wrong = replace(trajectory.orbit, checkpoints=tuple(points))
+    with pytest.raises(ForeignFile, match="its bits are others"):
+        certify(replace(trajectory, orbit=wrong))
+
+
 @pytest.mark.parametrize("periods", [3, 300])
 def test_the_last_steps_lead_to_the_end_that_the_run_has(periods):
     trajectory = run_of("sicm-kicked", periods=periods)
@@ -196,6 +219,11 @@ def test_what_cannot_be_certified_says_why():
     scene = ht.load_scene("sicm-kicked")
     with pytest.raises(NotCertified, match="lagrange form is not quadratic"):
         certify(ht.propagate(scene, formulation="lagrange"))
+    loose = ht.propagate(replace(scene, digits=1, time=20), formulation="axis")
+    integrator = copy(loose.orbit.integrator)
+    integrator.compiled = SimpleNamespace(order=5)
+    with pytest.raises(NotCertified, match="order 5"):
+        certify(replace(loose, orbit=replace(loose.orbit, integrator=integrator)))
     with pytest.raises(NotCertified, match="more digits"):
         certify(ht.propagate(replace(scene, digits=25)))
     with pytest.raises(WrongType, match="a Trajectory or a Scene"):
@@ -310,6 +338,13 @@ def test_psi_of_the_axis_form_is_added_up_in_the_order_that_its_rounding_is_boun
     (psi,) = re.findall(r"[-\w]+(?: [-+] [^,]*)+(?=,\)$)", function.__doc__.strip(), re.MULTILINE)
     terms = re.findall(r"(\w+)(?:\*\(.*?\))?(?: [-+] |$)", psi)
     assert terms == ["deviation", "phi_0", "psi_0", "t", "turned_phi"]
+
+
+def test_psi_has_a_bound_where_its_momentum_is_zero():
+    top, start = ht.Top(2, 1, 1), ht.State(1.0, thetadot=0.5)
+    scene = ht.Scene(top, start, time=2, quantities=ANGLES)
+    found = certify(ht.propagate(scene, formulation="axis"))
+    assert found.bound["psi"] < 1e-14
 
 
 def test_a_planar_attitude_has_bounds_of_its_angles():

@@ -106,8 +106,8 @@ class Anchors:
             found: Array = UP * np.sqrt(((weights * y[:n]) ** 2).sum(axis=0))
             return found
 
-        # errors to first order are sums of up to nine rounded products of this difference
-        off = UP * (lost + norm(arithmetic) + 16 * UNIT * norm(apart))
+        # errors to first order are made of it by fewer than thirty roundings
+        off = UP * (lost + norm(arithmetic) + 32 * UNIT * norm(apart))
         aside = arithmetic[n:].sum(axis=0) + plain[n:].sum(axis=0) + lost_aside
         aside = aside + 4 * UNIT * np.abs(apart[n:]).sum(axis=0)
         size = norm(apart) + off
@@ -125,8 +125,9 @@ class QuantityBound:
         Bounds of its derivatives in the norm, `room` around the anchor; inf at a pole.
     rounding : ndarray, shape (m,) or 0
         Of its value, when it is computed from a state.
-    aside : ndarray, shape (m,) or 0
-        How fast the part of it that is a quadrature can come off.
+    aside, factor : ndarray, shape (m,) or 0
+        How fast the part of it that is a quadrature can come off, by an error of the states, and
+        by its own defect.
     """
 
     error: Array
@@ -134,6 +135,7 @@ class QuantityBound:
     hessian: Array
     rounding: Array | float = 0.0
     aside: Array | float = 0.0
+    factor: Array | float = 0.0
 
 
 def between(a: Array, b: Array, width: Array, m: float, D: Array) -> Array:
@@ -230,7 +232,8 @@ def _beside(
     side, momentum, _ = quadrature
     least = np.maximum(1 + side * states[2] - room, 0.0) * (1 - 1e-14)
     aside = abs(momentum) / (least * least)
-    return QuantityBound(change[-1] - phi.error, phi.gradient, phi.hessian, 0.0, aside)
+    psi = change[-1] - phi.error
+    return QuantityBound(psi, phi.gradient, phi.hessian, 0.0, aside, (1 + 1e-14) / least)
 
 
 @dataclass
@@ -344,16 +347,16 @@ def _bounded(
             aside_rate = np.maximum(q.aside, other.aside)
             own = np.maximum(np.abs(q.error), np.abs(other.error))
             step = G * (b.jacobian * N + D) + H * V * N
-            crude, extra = G * N, np.zeros_like(N)
+            crude, extra, wrong = G * N, np.zeros_like(N), G * D
             if name == "psi" and flow.quadrature:
-                least = np.sqrt(abs(flow.quadrature.momentum) / aside_rate)
-                step = step + aside_rate * N + R / least
+                beside = R * np.maximum(q.factor, other.factor)
+                step, wrong = step + aside_rate * N + beside, wrong + beside
                 crude, extra = np.full_like(N, np.inf), aside
             half = (np.abs(q.error) + np.abs(other.error) + width * step) / 2
             sharp = UP * np.maximum(own, half) + G * off + H * (N + plain) ** 2
             speed = np.abs(moving[name].error)
-            # x moves as p does, but for `step`
-            late = (speed + step + width * (G * A + H * V**2 + aside_rate * V)) * clock
+            # p moves as the field there does, but for `wrong`, and x as p, but for `step`
+            late = (speed + wrong + step + width * (G * A + H * V**2 + aside_rate * V)) * clock
             fastest = G * (V + b.jacobian * N + D) * clock
             late = late if name == "psi" else np.fmin(late, fastest)
             rounding = np.maximum(q.rounding, other.rounding)

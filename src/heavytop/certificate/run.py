@@ -139,14 +139,19 @@ class BinaryRun(Part):
         """Tell whether the last steps do not lead to a state at the end of the run."""
         own, forward = self.integrator, math.copysign(1.0, self.end)
         last = abs(self.end * own.pace)
-        i = int(np.nonzero(steps.length)[0][-1])  # what begins later has no length
+        before = np.nonzero(steps.length)[0]  # what begins later has no length
+        if not before.size:
+            return True
+        i = int(before[-1])
         if not forward * (steps.label[0][i] + steps.length[i]) >= last:
             return True
         place, since = np.array([i]), steps.length[[i]]
         (high, low), more, plain = steps.at(place, since)
-        orders = np.arange(1, len(steps.coefficients))
-        rate = (orders * since ** (orders - 1)) @ steps.coefficients[1:, :, i]
-        off = (more + plain)[:, 0] + np.abs(rate) * (2 * steps.clock[i] + 16 * UNIT * last)
+        c, k = steps.coefficients[:, :, i], np.arange(1, len(steps.coefficients))
+        rate = np.abs((k * since ** (k - 1)) @ c[1:])
+        bend = (k[1:] * k[:-1] * np.abs(since) ** (k[1:] - 2)) @ np.abs(c[2:])
+        late = 2 * steps.clock[i] + 16 * UNIT * last
+        off = (more + plain)[:, 0] + late * (rate + late * bend)
         mine = state / np.where(own.compiled.formulation.is_rate, own.pace, 1.0)
         return not bool(np.all(np.abs(high[:, 0] + low[:, 0] - mine) <= 2 * off))
 

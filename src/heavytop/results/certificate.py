@@ -62,8 +62,9 @@ class Certificate(Result):
         Proved: at no time is the error larger. Of the axis, as a length, and of theta, phi, psi
         [rad]. None where there is no bound, or where the run does not follow the angle.
     rounding : dict from str to (float or None)
-        The part of `bound` by which outputs are rounded when whole turns and the uniform part of a
-        spin are added, in the same units [rad]; 0 of axis and theta.
+        The part of `bound` by which phi and psi are rounded when whole turns and the uniform part
+        of a spin are added, and by which psi drifts as its momentum is rounded, in the same units
+        [rad]; 0 of axis and theta.
     observed : dict from str to (float or None)
         The largest error at the times that were looked at, before outputs are rounded, in the
         units of `bound` [rad].

@@ -24,6 +24,7 @@ from heavytop.certificate.bounds import bound
 from heavytop.certificate.events import Proof, held
 from heavytop.certificate.flow import Flow
 from heavytop.certificate.run import BinaryRun, binary_run
+from heavytop.certificate.steps import LEAD
 from heavytop.errors import ForeignFile, NotCertified, Outcome, WrongType
 from heavytop.integration.integrator import Checkpoint
 from heavytop.integration.outputs import sample
@@ -51,8 +52,9 @@ FORMS: Final = ("axis", "attitude", "cubic")
 SMALLEST: Final = 1e-6  # rad: a nutation that a run in doubles can have events of
 TURN: Final = 0.95  # of the time in which Sturm's theorem lets an argument turn
 ASTRAY: Final = 0.03  # rad: by less than half of what `TURN` leaves of a quarter turn
-# Beside half a unit in the last place: an argument, or a sum of two, added to whole turns.
-REST: Final = {"axis": 7 * UNIT, "attitude": 17 * UNIT, "cubic": 0.0}
+# Beside half a unit in the last place: an argument, or a sum of two, added to whole turns; and what
+# those of the rounded start are off the angles that the run begins with.
+REST: Final = {"axis": 9 * UNIT, "attitude": 20 * UNIT, "cubic": 0.0}
 
 
 def certify(
@@ -144,6 +146,12 @@ def certificate_parameters(trajectory: Trajectory) -> Parameters:
     same = numbers == orbit.parameters and np.array_equal(begun.state, first.state)
     if not (same and (first.time, first.steps) == ((0.0, 0.0), 0)):
         raise ForeignFile(f"{trajectory.scene.name}: its numbers are not those of its scene")
+    last = orbit.checkpoints[-1]
+    rests = orbit.steps == last.steps == 0
+    if not (rests or 0 < orbit.steps - last.steps <= last.block_steps):
+        raise ForeignFile(
+            f"{trajectory.scene.name}: its steps do not lead from its last checkpoint"
+        )
     seen = orbit.at(orbit.samples.t).states
     if not np.array_equal(seen, orbit.samples.states, equal_nan=True):
         raise ForeignFile(f"{trajectory.scene.name}: integrated again, its samples are others")
@@ -204,6 +212,8 @@ def why_not(trajectory: Trajectory) -> str:
         return "the run has more digits than doubles: its digits are held to the closed form"
     if chosen.formulation not in FORMS:
         return f"the {chosen.formulation} form is not quadratic: one of {', '.join(FORMS)}"
+    if (order := trajectory.orbit.integrator.compiled.order) < LEAD:
+        return f"its Taylor polynomials have order {order}: {LEAD} is the least"
     return ""
 
 
@@ -311,6 +321,8 @@ def advance(parameters: Parameters, task: str, checkpoint: Any) -> Iterator[Chun
                 left["angles"] = _print(left["angles"], [point], angles)
             elif count > 0:
                 same = not own.ends_elsewhere(steps, np.array(parameters["final"]))
+            else:
+                same = parameters["steps"] == 0
             same &= left["print"] == first["print"] if done else point.steps > before
             if not same:
                 name = parameters["scene"]["name"]
@@ -344,7 +356,7 @@ def _print(before: str, points: Sequence[Checkpoint], part: slice) -> str:
     """Return the fingerprint of states and times that follow others, whose fingerprint is known."""
     for point in points:
         numbers = ",".join(x.hex() for x in (*point.time, *point.state[part].tolist()))
-        before = sha256(f"{before},{numbers}".encode()).hexdigest()[:32]
+        before = sha256(f"{before},{point.steps},{numbers}".encode()).hexdigest()[:32]
     return before
 
 
@@ -478,7 +490,7 @@ def _rounding(sizes: Mapping[str, float], flow: Flow, own: BinaryRun) -> dict[st
         beside = sizes["beside"] + flow.beside_rate * gap
         psi = 4 * UNIT * (beside + sizes["uniform"]) + phi + UNIT * size
         factor = flow.beside_factor
-        psi += 1.01 * sizes["aside"] * factor * max(1.0, factor)
+        psi += 1.01 * sizes["aside"] * factor * max(1.0, factor) if sizes["aside"] else 0.0
     return {"axis": 0.0, "theta": 0.0, "phi": phi, "psi": psi}
 
 
