@@ -60,7 +60,7 @@ def main() -> None:
     kept = json.loads(KEPT.read_text("utf-8"))
     bound, rounding, seen = (kept[name] for name in ("bound", "rounding", "observed"))
     table = [
-        "| | proved bound | of it, rounding of outputs | largest error found |",
+        "| | proved bound | part from rounding | largest error without it |",
         "|---|--:|--:|--:|",
         *(
             f"| {head} | {bound[name]:.2e} | {rounding[name]:.2e} | {seen[name]:.2e} |"

@@ -97,7 +97,7 @@ def test_a_sentence_has_its_numbers():
     other = max(0.7 * A, 0.51 * C)
     assert f"A is {other:.6g}, not {A:.6g}" in found.slip.sentence
     assert f"mass times distance squared is {A - other:.4g}" in found.slip.sentence
-    assert f"{found.slip.name}: {found.slip.sentence}; without it the error is" in str(found)
+    assert f"{found.slip.name}: {found.slip.sentence}; undoing it makes the error" in str(found)
 
 
 @pytest.mark.parametrize("slip", ["milliseconds", "inverse-rotation", "gravity-sign"])

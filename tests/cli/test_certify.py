@@ -22,7 +22,7 @@ def test_a_scene_is_run_and_certified():
         "proved bound",
         "whole turns proved",
         "turning 8, none missed",
-        "bounds proved yes",
+        "bounds proved of axis, θ, φ, ψ",
     ):
         assert words in " ".join(found.stdout.split())
 

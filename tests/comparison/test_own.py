@@ -132,7 +132,7 @@ def test_nothing_runs_that_nobody_named():
         ("mine.py:rk5", "has no 'rk5'"),
         ("bad.py:rk4", "raises ZeroDivisionError: division by zero"),
         ("no_such_module:rk4", "raises ModuleNotFoundError"),
-        ("mine.py:np", "which can be called"),
+        ("mine.py:np", "must be a function"),
     ],
 )
 def test_what_cannot_be_loaded_is_told(file, text, said, monkeypatch):

@@ -53,7 +53,7 @@ def test_work_and_precision_names_the_cheapest_the_next_and_what_was_left_out():
     found = said(workprec(load_scene("sicm-kicked").document()))
     leader = "strang (200 steps a period), 9 µs, error 1.0e-06"
     assert found["axis to 1e-6"] == (
-        f"{leader}; the best other integrator, strang (200 steps a period), takes 2 times",
+        f"{leader}; the best other integrator, strang (200 steps a period), takes 2 times as long",
     )
     assert found["axis, best"] == (leader,)
     assert found["θ alone to 1e-6"] == (MISSING,)
@@ -101,7 +101,7 @@ def test_stress_explains_the_marks_that_occur_and_what_failed():
     assert rows["?"].startswith("undetermined")
     assert rows["cusp"] == "singular: m, n: stopped"
     assert rows["skipped"] == "no time: x/y"
-    assert rows["auto"] == "silently wrong: z"
+    assert rows["auto"] == "was silently wrong: z"
     assert len(rows) == 5
 
 

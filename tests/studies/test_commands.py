@@ -333,8 +333,8 @@ def test_maps_that_disagree_end_with_5(monkeypatch):
 @pytest.mark.parametrize(
     ("axes", "told"),
     [
-        (("phidot=-9:9:4", "psidot=-1:1:5"), "no pixel has phidot = 0: an odd COUNT, such as 5,"),
-        (("phidot=-9:9:4", "psidot=-1:1:6"), "no pixel has phidot = 0 or psidot = 0: "),
+        (("phidot=-9:9:4", "psidot=-1:1:5"), "no pixel has phidot = 0; an odd COUNT, such as 5,"),
+        (("phidot=-9:9:4", "psidot=-1:1:6"), "no pixel has phidot = 0 or psidot = 0; "),
         (("phidot=-9:9:5", "psidot=-1:2:6"), ""),
     ],
 )

@@ -1,6 +1,7 @@
 """Methods of your own in every study: judged as all others; a stored study never starts one."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -43,6 +44,16 @@ def test_a_drift_follows_functions_files_and_solvers(scene, mine):
     assert 1e-7 < mine_.axis[-1] < 1e-4
     assert 1e-11 < solver.axis[-1] < 1e-6
     assert exact.axis[-1] < 1e-12
+
+
+def test_two_methods_of_one_name_are_refused_and_one_that_is_given_twice_is_one(scene):
+    one, other = ht.Method(rk4, setting=200), ht.Method(rk4, setting=200, formulation="rotation")
+    with pytest.raises(BadScene, match="own:rk4: another method has this name"):
+        ht.drift(scene, methods=[one, other], periods=2, samples=2)
+    again = ht.drift(scene, methods=[one, one, replace(other, name="b")], periods=2, samples=2)
+    assert [each.name for each in again.methods] == ["own:rk4", "own:b"]
+    with pytest.raises(KeyError, match="this study has own:rk4, own:b"):
+        again["rk4"]
 
 
 @pytest.mark.processes

@@ -210,9 +210,7 @@ def told(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     if (slip := document["slip"]) is not None:
         before, after = slip["error_before"], slip["error_after"]
         smaller = "inf" if before is None else f"{before / after:.1e}"
-        mended = (
-            f"without it the error is {smaller} times smaller, with {slip['digits']:.1f} digits"
-        )
+        mended = f"undoing it makes the error {smaller} times smaller ({slip['digits']:.1f} digits)"
         yield "slip", f"{slip['name']}: {slip['sentence']}; {mended}"
     elif _misfit(known) > max(SOUGHT, document["condition"]):
         yield "slip", UNKNOWN

@@ -129,7 +129,7 @@ def file(text: str, *endings: str) -> Any:
 WHICH: Final = "A shipped scene (heavytop scenes lists them), or the path of a TOML file."
 SET: Final = "Change a value of the scene; may be repeated: --set start.phidot=-14."
 DIGITS: Final = "Correct digits at the end of the span, such as 30; default: the scene's."
-EQUATIONS: Final = f"Equations to integrate: {', '.join(FormulationName)}; auto takes the fewest."
+EQUATIONS: Final = f"Equations to integrate: {', '.join(FormulationName)}; auto: the fewest."
 FOLDER: Final = "Write results to this folder, such as out/first; default: no files."
 METHODS: Final = (
     "Methods, each NAME or NAME=SETTING (a tolerance, or steps a period), as in "

@@ -110,7 +110,7 @@ def check(
 
 # --- film ------------------------------------------------------------------------------------
 
-FILM: Final = options.file("Write x.gif, x.webp or x.mp4.", ".gif", ".webp", ".mp4")
+FILM: Final = options.file("Film to write: x.gif, x.webp or x.mp4.", ".gif", ".webp", ".mp4")
 
 
 @verb
@@ -146,11 +146,11 @@ EXPLORED: Final = Argument(
 
 @verb
 def explore(
-    file: Annotated[Path, options.file("Write x.html.", ".html")],
+    file: Annotated[Path, options.file("Page to write: x.html.", ".html")],
     scene: Annotated[str, EXPLORED] = "sicm-kicked",
     changes: options.Changes = None,
 ) -> None:
-    """Write an HTML page to change a top and watch it move.
+    """Write an HTML page where you change a top and watch it move.
 
     The page computes in the browser and needs no network.
     """

@@ -112,8 +112,8 @@ def _wrong(kind: str, found: Any, document: Mapping[str, Any]) -> Ends:
         case "atlas":
             yield from () if manner().quiet else _without_zero(document["axes"])
             if not found.whole:
-                part = "a part of an atlas, {done} of {all} tiles".format(**document["tiles"])
-                yield Exit.OK, f"{part}: heavytop atlas --merge DIR… -o DIR joins parts"
+                part = "{done} of {all} tiles are here".format(**document["tiles"])
+                yield Exit.OK, f"{part}; heavytop atlas --merge DIR… -o DIR joins all shards"
             if pixels := document.get("unexplained"):
                 yield Exit.OUT_OF_BOUND, f"{pixels} pixels differ by more than rounding"
         case "certificate":
@@ -131,7 +131,7 @@ def _without_zero(axes: Mapping[str, Mapping[str, Any]]) -> Ends:
     if around:
         none = " or ".join(f"{axis['name']} = 0" for axis in around)
         odd = f"an odd COUNT, such as {around[0]['count'] + 1}, gives one"
-        yield Exit.OK, f"no pixel has {none}: {odd}"
+        yield Exit.OK, f"note: no pixel has {none}; {odd}"
 
 
 def _missing(methods: list[str]) -> Ends:
@@ -315,7 +315,7 @@ def certify(
     output: options.Folder = None,
     changes: options.Changes = None,
 ) -> None:
-    """Prove a bound of a run's error, over all its times.
+    """Prove a bound of a run's error at all times.
 
     A stored run is integrated again, and must have the same bits.
     """

@@ -51,7 +51,7 @@ class Method:
     setting : float, optional
         Steps a nutation period (100), or the relative tolerance of a solver (1e-9).
     order : int, optional
-        Of the method, for tables.
+        Order of the method, which is only shown.
     solver : bool, optional
         Whether it is a solver; by default whether an argument is called ``t_span`` or ``y0``.
 
@@ -78,7 +78,7 @@ class Method:
     def __post_init__(self) -> None:
         known = (*FORMULATIONS, *BODY)
         if not callable(self.function):
-            raise Impossible([("function", "a step or a solver, which can be called")])
+            raise Impossible([("function", "must be a function, a step or a solver")])
         if self.formulation not in known:
             raise Impossible([("formulation", f"one of {', '.join(known)}")])
         if self.setting is not None and not 0 < self.setting < math.inf:

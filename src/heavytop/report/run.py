@@ -43,7 +43,7 @@ FACTS: Final = (
     ("the other rate", "{other}"),
     ("a small tilt", "grows by e in {growth_time} s"),
     ("a small tilt", "precesses between {slow_cone_rate} and {fast_cone_rate} rad/s"),
-    ("sleeps", "from |ω₃| = {sleeping_threshold} rad/s on"),
+    ("sleep stable", "from |ω₃| = {sleeping_threshold} rad/s on"),
     ("p_ψ²/4A|gMR|", "{fast_top_ratio}"),
     ("", "fast-top estimate: mean φ̇ {fast_top_precession_rate} rad/s{fast_top_precession_error}"),
     ("", "fast-top estimate: period {fast_top_nutation_period} s{fast_top_period_error}"),
@@ -78,8 +78,8 @@ def plan_parts(document: Known) -> Iterator[Line]:
     for warning in plan["warnings"]:
         yield "warning", warning
     if plan["cost_s"] is not None and plan["states"]:
-        off = "no digit right" if plan["error"] >= 1 else f"off by {short(plan['error'])}"
-        yield "expected", f"{duration(plan['cost_s'])}, {off} at the end"
+        off = "no digit right" if plan["error"] >= 1 else f"error {short(plan['error'])}"
+        yield "expected", f"{duration(plan['cost_s'])} of steps, {off} at the end"
 
 
 def classify_parts(document: Known) -> Iterator[Line]:
@@ -178,7 +178,7 @@ def _errors(found: Known) -> str:
 
 
 def _cost(cost: Known) -> str:
-    parts = [f"{cost['steps']} steps"]
+    parts = [f"{cost['steps']} step{'s'[: cost['steps'] != 1]}"]
     for label, name in (("derive", "derive_s"), ("compile", "compile_s"), ("run", "integrate_s")):
         if cost[name] is not None:
             parts.append(f"{label} {1000 * cost[name]:.1f} ms")
@@ -255,7 +255,7 @@ def _range(facts: Known, name: str, mean: str) -> Iterator[Row]:
         return
     text = f"{number(low)} to {number(high)} rad/s"
     if facts[mean] is not None:
-        text += f", in the mean {number(facts[mean])}"
+        text += f", mean {number(facts[mean])}"
         if not low <= facts[mean] <= high:  # the angle jumps in passing a pole, and is counted so
             text += " with its jumps by π at the pole"
     yield label, text

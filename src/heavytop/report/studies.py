@@ -59,7 +59,8 @@ def drift_parts(document: Known) -> Iterator[Line]:
         elif each["periods"] and each["periods"][-1] < 0.5 * document["periods"]:
             yield each["name"], f"to {each['periods'][-1]:.4g} periods"
         for start, why in each["ended"].items():
-            yield each["name"], f"start {start} ended early: {why}"
+            which = f"start {start} " if document["ensemble"] > 1 else ""
+            yield each["name"], f"{which}ended early: {why}"
 
 
 def _drift_row(method: Known) -> Row:
@@ -95,7 +96,7 @@ def work_precision_parts(document: Known) -> Iterator[Line]:
         "runs",
         f"{document['periods']:g} nutation periods, all methods interleaved in one process",
     )
-    yield "times", "µs per period at an error of at most this, the best run; set-up [s]"
+    yield "times", "µs a period to reach this error; best: the least error, and its time; setup [s]"
     yield "errors", "of the axis; θ marks an error of θ, where the states give no axis"
     yield Table(("method", *TARGETS, "best", "at", "setup"), tuple(map(_row, summaries(points))))
     sides = {"": "θ"} if theta_alone else {"": "axis", "_theta": "θ alone"}
@@ -196,7 +197,8 @@ def _leader(found: Known | None) -> str:
     if (other := found.get("against")) is None:
         return words
     whose = "the best other integrator" if other["rival"] else "the Taylor integrator's best"
-    return f"{words}; {whose}, {who(other)} ({setting(other)}), takes {found['ratio']:.3g} times"
+    ratio = f"takes {found['ratio']:.3g} times as long"
+    return f"{words}; {whose}, {who(other)} ({setting(other)}), {ratio}"
 
 
 def _auto(document: Known) -> Iterator[Row]:
@@ -255,7 +257,7 @@ def stress_parts(document: Known) -> Iterator[Line]:
         pairs = ", ".join(f"{each['case']}/{each['method']}" for each in some)
         yield "skipped", f"{reason}: {pairs}"
     wrong = ", ".join(document["auto"]["silently_wrong"]) or "nowhere"
-    yield "auto", f"silently wrong: {wrong}" if document["auto"]["run"] else "was not run"
+    yield "auto", f"was silently wrong: {wrong}" if document["auto"]["run"] else "was not run"
 
 
 def certify_parts(document: Known) -> Iterator[Line]:
@@ -266,7 +268,7 @@ def certify_parts(document: Known) -> Iterator[Line]:
     names = [name for name, x in document["observed"].items() if x is not None]
     bounds = document["bound"]
     yield Table(
-        ("", "proved bound", "of it, rounding of outputs", "largest error found"),
+        ("", "proved bound", "part from rounding", "largest error without it"),
         tuple(
             (
                 "axis, as a length" if name == "axis" else headed(name),
@@ -290,7 +292,8 @@ def certify_parts(document: Known) -> Iterator[Line]:
         yield "event times", f"off by at most {size(time_bound)} s"
     for reason in document["why"]:
         yield "why", reason
-    yield "bounds proved", "yes" if document["proved"] else "no"
+    proved = [headed(name).split()[0] for name in names if bounds[name] is not None]
+    yield "bounds proved", f"of {', '.join(proved)}" if proved else "none"
 
 
 def stress_cases_parts(document: Known) -> Iterator[Line]:
@@ -391,8 +394,8 @@ def _map(document: Known) -> Iterator[Row]:
     counted = (f"{name} ({n} line{'s' * (n > 1)})" for name, n in lines)
     yield "boundaries", ", ".join(counted) or "none"
     for name, label in (
-        ("sent", "decided by intervals"), ("differing", "unlike integration"),
-        ("unexplained", "… by more than rounding"), ("untold", "undecided by integration"),
+        ("sent", "decided by intervals"), ("differing", "differ from integration"),
+        ("unexplained", "… beyond rounding"), ("untold", "integration undecided"),
         ("kinds_per_s", "pixels per second"),
     ):  # fmt: skip
         if document.get(name) is not None:

@@ -191,8 +191,11 @@ class Drift(Result, Plotted):
     methods: tuple[MethodDrift, ...]
 
     def __getitem__(self, name: str) -> MethodDrift:
-        """Return one method by its name."""
-        return next(each for each in self.methods if each.name == name)
+        """Return one method by its name; KeyError, with all names, if there is none."""
+        known = {each.name: each for each in self.methods}
+        if name not in known:
+            raise KeyError(f"{name!r}: this study has {', '.join(known)}")
+        return known[name]
 
     def document(
         self, *, costs: bool = True, files: Mapping[str, str] | None = None

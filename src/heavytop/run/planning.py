@@ -263,8 +263,8 @@ def _quadrature(scene: Scene, motion: Motion) -> tuple[str, str]:
     """The quadrature regular at the pole that is passed; one where V is highest is only neared."""
     aside = motion.from_bottom > motion.from_top
     if aside or (motion.from_bottom == motion.from_top and (scene.top.gMR.sign() or 0) <= 0):
-        return "sigma", "psi by quadrature of (phi + psi)' minus its mean, regular at theta = 0"
-    return "delta", "psi by quadrature of (phi - psi)', regular at the bottom, less its mean"
+        return "sigma", "psi: integral of (phi + psi)' minus its mean, regular at theta = 0"
+    return "delta", "psi: integral of (phi - psi)', regular at the bottom, less its mean"
 
 
 def _watched(scene: Scene, motion: Motion, end: float) -> tuple[Words, Words]:
@@ -276,15 +276,15 @@ def _watched(scene: Scene, motion: Motion, end: float) -> tuple[Words, Words]:
         leaving = (scene.start.thetadot.sign() or 0) * (scene.top.gMR.sign() or 0)
         if leaving * (1 if end >= 0 else -1) < 0:
             return (), (f"{no_period}, and no turning point is ahead",)
-        return ("turning",), (f"{no_period}; watched in the loop: turning, of which there is one",)
+        return ("turning",), (f"{no_period}; found while integrating: the one turning point",)
     if not motion.nutates:
         return (), (f"{motion.kind}: theta is constant, and constant theta has no events",)
     if "reversal" not in scene.events:
-        return ("turning",), ("watched in the loop: turning",)
+        return ("turning",), ("events found while integrating: turning",)
     if motion.kind in REVERSING:
-        return ("turning", "reversal"), ("watched in the loop: turning, reversal",)
+        return ("turning", "reversal"), ("events found while integrating: turning, reversal",)
     never = f"{motion.kind}: phidot does not change its sign between poles"
-    return ("turning",), (never, "watched in the loop: turning")
+    return ("turning",), (never, "events found while integrating: turning")
 
 
 # --- precision, projection and folding ---------------------------------------------------------

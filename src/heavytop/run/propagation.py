@@ -78,7 +78,7 @@ def propagate(
         ``auto`` (the least that gives what the scene wants) or the name of a formulation.
     projected : bool
         Whether to put the state back onto the invariants of the start, between blocks of steps:
-        for long runs, whose phase is then lost as the square root of the time.
+        for long runs: the phase error then grows only as the root of the time.
     progress : callable, optional
         Called with the fraction done, after each block of steps.
     step_limit : int, optional

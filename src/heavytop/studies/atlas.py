@@ -659,7 +659,7 @@ def _impossible(plane: Plane, what: str, in_memory: bool) -> Iterator[Fault]:
     """Two axes that set the same thing; more pixels than the memory has room for."""
     x, y, file = plane.x, plane.y, plane.scene.name
     if ROLES[x.name].sets == ROLES[y.name].sets:
-        rule = f"another number than x = {x.name}: both set the {ROLES[x.name].sets}"
+        rule = f"x = {x.name} and y = {y.name} both set the {ROLES[x.name].sets}"
         yield Fault(file, None, "y", y.name, rule)
     with suppress(AttributeError, ValueError, OSError):  # a system may not say
         free = os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")

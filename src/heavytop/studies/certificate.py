@@ -67,8 +67,8 @@ def certify(
 ) -> Certificate:
     """Prove how far a run is from the exact motion, over all times and not only at samples.
 
-    The exact motion is that of the run's own binary numbers. The steps are taken again; that
-    they lead to other bits than before is refused.
+    The exact motion is that of the run's own binary numbers. The steps are taken again; a
+    stored run whose bits differ is refused.
 
     Parameters
     ----------

@@ -178,11 +178,11 @@ def admitted(methods: Any, file: str) -> Any:
     Raises
     ------
     BadScene
-        One cannot be loaded; the faults name `file`.
+        One cannot be loaded, or two have one name; the faults name `file`.
     """
     if not isinstance(methods, Sequence) or isinstance(methods, str | bytes):
         return methods  # names, or refused where it is read
-    names, faults = [], []
+    names, faults, given = [], [], dict[str, Any]()
     for each in methods:
         try:
             known = isinstance(each, str | own_methods.Method) or callable(each)
@@ -190,6 +190,10 @@ def admitted(methods: Any, file: str) -> Any:
         except Impossible as wrong:
             rules = "; ".join(rule for _, rule in wrong.broken)
             faults.append(Fault(file, None, "methods", shown(each), rules))
+        else:
+            if not isinstance(each, str) and known and given.setdefault(names[-1], each) != each:
+                rule = 'another method has this name: give one its own, Method(…, name="…")'
+                faults.append(Fault(file, None, "methods", names[-1], rule))
     if faults:
         raise BadScene(tuple(faults))
     return names

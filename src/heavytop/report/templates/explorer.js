@@ -438,7 +438,7 @@
       ["Tilt", still ? angle(own.theta) : ends[0] === ends[1] ? angle(ends[0])
         : `${angle(ends[0])} to ${angle(ends[1])}`],
       ["Period of nutation", still || !period ? "–" : `${short(period)} s`],
-      ["Axis goes round", still ? "–" : `${short(turn(found.phi), 4)} rad/s in the mean shown`],
+      ["Axis goes round", still ? "–" : `${short(turn(found.phi), 4)} rad/s on average in what is shown`],
       ["ψ̇ and ω₃ at the start", `${short(psidot)} and ${short(own.omega3)} rad/s`],
       ["p_φ, p_ψ", `${short(pPhi)}, ${short(pPsi)} kg m²/s`],
       ["E′", `${short(energy)} J`],
