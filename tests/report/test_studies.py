@@ -4,7 +4,7 @@ import pytest
 from rich.console import Console
 
 from heavytop.report.studies import parts_of, rendered, summaries, summary
-from heavytop.report.tables import MISSING, SYMBOLS, Fitting, Table, given, headed
+from heavytop.report.tables import MISSING, SYMBOLS, Fitting, Table, at_most, given, headed
 from heavytop.scene.scene import load_scene
 from heavytop.studies.atlas_plane import ROLES
 
@@ -145,6 +145,16 @@ def test_claims_are_counted(passed, words):
 
 
 # --- values as texts ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("bound", "text"),
+    [(1.41e-15, "1.5e-15"), (1.7e-15, "1.8e-15"), (0.5, "5.0e-01"), (9.91e-9, "1.0e-08"),
+     (None, MISSING)],
+)  # fmt: skip
+def test_a_bound_is_never_rounded_down(bound, text):
+    """The double 1.7e-15 is above its decimals."""
+    assert at_most(bound) == text
 
 
 def test_what_is_given_is_shown_with_signs_and_units():

@@ -21,6 +21,7 @@ from heavytop.report.tables import (
     Part,
     Row,
     Table,
+    at_most,
     facts,
     given,
     grouped,
@@ -272,7 +273,7 @@ def certify_parts(document: Known) -> Iterator[Line]:
         tuple(
             (
                 "axis, as a length" if name == "axis" else headed(name),
-                "none" if bounds[name] is None else size(bounds[name]),
+                "none" if bounds[name] is None else at_most(bounds[name]),
                 size(document["rounding"][name]),
                 size(document["observed"][name]),
             )
@@ -289,7 +290,7 @@ def certify_parts(document: Known) -> Iterator[Line]:
         words = {True: "none missed, none doubled", False: "not proved", None: "not proved"}
         yield event, f"{known['count']}, {words[known['proved']]}"
     if time_bound is not None:
-        yield "event times", f"off by at most {size(time_bound)} s"
+        yield "event times", f"off by at most {at_most(time_bound)} s"
     for reason in document["why"]:
         yield "why", reason
     proved = [headed(name).split()[0] for name in names if bounds[name] is not None]

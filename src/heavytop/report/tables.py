@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Iterator, Mapping
+from decimal import ROUND_CEILING, Context
 from typing import Any, Final, NamedTuple, TypeAlias
 
 from rich.console import Console, ConsoleOptions, Group, RenderableType
@@ -168,6 +169,13 @@ def short(value: Any) -> str:
 def size(error: float | None) -> str:
     """An error to two digits."""
     return MISSING if error is None else f"{error:.1e}"
+
+
+def at_most(bound: float | None) -> str:
+    """A proved bound to two digits, rounded up."""
+    if bound is None:
+        return MISSING
+    return size(float(Context(prec=2, rounding=ROUND_CEILING).create_decimal_from_float(bound)))
 
 
 def headed(name: str) -> str:
