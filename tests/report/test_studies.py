@@ -102,7 +102,7 @@ def test_stress_explains_the_marks_that_occur_and_what_failed():
     assert rows["cusp"] == "singular: m, n: stopped"
     assert rows["skipped"] == "no time: x/y"
     assert rows["auto"] == "was silently wrong: z"
-    assert len(rows) == 5
+    assert len(rows) == 6
 
 
 def test_an_atlas_shows_ten_pixels_that_differ_and_counts_the_others():

@@ -237,6 +237,7 @@ def _setting(skipped: Known) -> str:
 
 # --- where methods fail --------------------------------------------------------------------------
 
+COLUMNS: Final = "a method over its setting; a form alone is Taylor's; :a axis form, :l Lagrange's"
 UNTOLD_RULE: Final = "undetermined: conditioning leaves no digits, so that agreement is chance"
 
 
@@ -247,6 +248,7 @@ def stress_parts(document: Known) -> Iterator[Line]:
     yield "stress: digits lost beyond what conditioning allows"
     if names:
         yield Fitting(tuple(_tables(document, names, n) for n in range(len(names), 0, -1)))
+        yield "columns", COLUMNS
     seen = {run["outcome"] for run in runs}
     for word, rule in document["rules"].items():
         if word in seen and word in MARKS:
