@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -183,29 +184,29 @@ class Result(Answer):
         """
         return super().document() | ({"files": dict(files)} if files else {})
 
-    def save(self, path: Path) -> None:
+    def save(self, path: str | os.PathLike[str]) -> None:
         """Write the result as JSON; `load` reads it.
 
         Parameters
         ----------
-        path : Path
+        path : path
         """
-        write_document(path, self.document())
+        write_document(Path(path), self.document())
 
     @classmethod
-    def load(cls, path: Path) -> Self:
+    def load(cls, path: str | os.PathLike[str]) -> Self:
         """Return the result that a file holds.
 
         Parameters
         ----------
-        path : Path
+        path : path
 
         Raises
         ------
         ForeignFile
             It is no regular file, or not such a result: the message has the place and the rule.
         """
-        found: Self = read(path, cls).found
+        found: Self = read(Path(path), cls).found
         return found
 
 
