@@ -248,6 +248,7 @@ def stress_parts(document: Known) -> Iterator[Line]:
     yield "stress: digits lost beyond what conditioning allows"
     if names:
         yield Fitting(tuple(_tables(document, names, n) for n in range(len(names), 0, -1)))
+    if any(":" not in name and name != "auto" for name in names):  # not only one's own
         yield "columns", COLUMNS
     seen = {run["outcome"] for run in runs}
     for word, rule in document["rules"].items():
