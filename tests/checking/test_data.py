@@ -120,8 +120,8 @@ def test_columns_have_the_names_that_they_are_given():
 
 
 def ours(path, **attributes):
-    """A file as a run of ours writes it, with an angle that was not followed."""
-    told = columns() | {"psi": np.full(40, np.nan)}
+    """A file as a run of ours writes it, with an angle that was not followed, and checkpoints."""
+    told = columns() | {"psi": np.full(40, np.nan), "checkpoint": np.arange(3.0)}
     with h5py.File(path, "w") as file:
         for name, values in told.items():
             file[name] = values
@@ -132,6 +132,7 @@ def ours(path, **attributes):
 def test_only_a_run_of_ours_may_lack_an_angle(tmp_path):
     data = read(ours(tmp_path / "ours.nc", plan="{}", scene="a scene"))
     assert ("psi" not in data.told, data.scene) == (True, "a scene")
+    assert "checkpoint" not in data.columns
     with pytest.raises(ForeignFile, match="psi: not a finite number in row 1"):
         read(ours(tmp_path / "theirs.nc", scene="a scene"))
     with pytest.raises(ForeignFile, match="its attribute scene is no text"):

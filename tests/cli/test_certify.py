@@ -58,9 +58,11 @@ def test_a_stored_run_of_other_bits_is_refused(tmp_path):
         (("sicm-kicked", "--formulation", "lagrange"), 3, "not quadratic"),
         (("sicm-kicked", "--set", "want.digits=30"), 3, "more digits than doubles"),
         (("no-such-scene",), 3, "no-such-scene"),
+        ((".",), 2, "this folder holds no finished run"),
     ],
 )
-def test_what_has_no_certificate_is_refused(words, code, says):
+def test_what_has_no_certificate_is_refused(words, code, says, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     found = heavytop_("certify", *words)
     assert found.exit_code == code
     assert says in " ".join(found.stderr.split())

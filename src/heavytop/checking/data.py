@@ -391,14 +391,16 @@ def _hdf5(path: Path) -> tuple[dict[str, Any], str | None]:
     for name, value in ours.items():
         if not isinstance(value, str):
             raise ForeignFile(f"{harmless(path)}: its attribute {name} is no text")
-    # what the equations of a run do not give is nan
-    known = {n: x for n, x in arrays.items() if x.dtype.kind != "f" or not _void(x)}
+    # what the equations of a run do not give is nan, and what has no row for each time is the run's
+    rows = np.shape(arrays.get("t", NO_NUMBERS))
+    known = {n: x for n, x in arrays.items() if np.shape(x)[:1] == rows and not _void(x)}
     return known, ours.get("scene")
 
 
 def _void(array: Array) -> bool:
     """Whether a component is nan throughout."""
-    return bool(array.ndim and np.isnan(array).all(axis=0).any())
+    real = array.dtype.kind == "f"
+    return bool(real and array.ndim and np.isnan(array).all(axis=0).any())
 
 
 def _numeric(array: Any) -> bool:

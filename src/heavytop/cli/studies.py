@@ -320,6 +320,7 @@ def certify(
     A stored run is integrated again, and must have the same bits.
     """
     from heavytop.report.files import TRAJECTORY
+    from heavytop.scene.scene import shipped_names
     from heavytop.studies.certificate import certify as proved
 
     asked = {"formulation": formulation.value != "auto", "projected": projected, "set": changes}
@@ -331,6 +332,8 @@ def certify(
             known = load_trajectory(Path(run) / TRAJECTORY)
         elif (Path(run) / "study.json").exists():
             raise BadParameter(f"{run}: the folder of a study; heavytop resume continues it")
+        elif Path(run).is_dir() and run not in shipped_names():
+            raise BadParameter(f"{run}: this folder holds no finished run")
         else:
             from heavytop.run.propagation import propagate
 
