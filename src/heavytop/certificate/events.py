@@ -63,7 +63,7 @@ def held(flow: Flow, event: str, t: tuple[Array, Array], end: float) -> Proof:
             width = max((float(zero.rad()) for zero in found), default=0.0)
             wider = 0.0 if apart is None else float(apart.rad())
     except TooCoarse:
-        return Proof(None, 0.0, f"{event}: two zeros are too close together")
+        return Proof(None, 0.0, f"{event}: its zeros cannot be told apart")
     if not bases:
         none = t[0].size == 0
         return Proof(none, 0.0, "" if none else f"{event}: the exact motion has none")

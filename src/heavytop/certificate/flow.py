@@ -502,9 +502,8 @@ class Flow:
         if self.period is not None:
             n = np.floor(high / self.period[0])
             since = self._since(t, n)
-            if (
-                wrong := np.floor(since[0] / self.period[0])
-            ).any():  # by the rounding of a quotient
+            wrong = np.floor(since[0] / self.period[0])
+            if wrong.any():  # the quotient was rounded over a whole number
                 n = n + wrong
                 since = self._since(t, n)
         last = 0 if self.rests else len(self.pieces) - 1

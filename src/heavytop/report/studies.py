@@ -272,12 +272,12 @@ def certify_parts(document: Known) -> Iterator[Line]:
     names = [name for name, x in document["observed"].items() if x is not None]
     bounds = document["bound"]
     yield Table(
-        ("", "proved bound", "part from rounding", "largest error without it"),
+        ("", "proved bound", "part from adding turns", "largest error without it"),
         tuple(
             (
                 "axis, as a length" if name == "axis" else headed(name),
                 "none" if bounds[name] is None else at_most(bounds[name]),
-                size(document["rounding"][name]),
+                at_most(document["rounding"][name]) if document["rounding"][name] else MISSING,
                 size(document["observed"][name]),
             )
             for name in names

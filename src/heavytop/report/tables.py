@@ -171,10 +171,8 @@ def size(error: float | None) -> str:
     return MISSING if error is None else f"{error:.1e}"
 
 
-def at_most(bound: float | None) -> str:
+def at_most(bound: float) -> str:
     """A proved bound to two digits, rounded up."""
-    if bound is None:
-        return MISSING
     return size(float(Context(prec=2, rounding=ROUND_CEILING).create_decimal_from_float(bound)))
 
 
