@@ -149,7 +149,7 @@ def test_neither_samples_nor_splitting_change_a_bit(spin, projected):
 
 
 def test_a_long_run_keeps_no_states_from_which_turns_were_told():
-    """They were 50 kB a block, 17 GB after 7e7 periods."""
+    """They fill the memory, at last."""
     orbit = ht.propagate(kicked("250", quantities=("axis", "phi")), formulation="axis").orbit
     start = orbit.checkpoints[-1]
     near = np.array([start.time[0] + 0.01])
