@@ -1,8 +1,10 @@
 """Random runs by every door: in doubles by each form's name, in more digits, and continued.
 
 Each is held against the closed form at more digits than it has. A miss is a count of events that
-is not the true one, or a digit that was asked for and is not there, where the call said nothing.
-Reversals are counted here by the signs of φ̇ at the turning points and at the ends.
+is not the true one, the time of one, or a digit that was asked for and is not there, where the call
+said nothing. Reversals are counted here by the signs of φ̇ at the turning points and at the ends.
+Runs of few digits go over 1 to 1e5 periods, by auto and by name, half of them with samples that
+are whole periods apart.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from itertools import pairwise
 from typing import Any
 
 import fuzz
+import numpy as np
 
 import heavytop as ht
 from heavytop.errors import BadScene, EndedEarly
@@ -25,7 +28,11 @@ FORMS = ("axis", "attitude", "cubic", "routh", "subsystem", "lagrange")
 REGULAR = ("axis", "attitude", "cubic", "auto")  # at the poles
 STEPS = 30_000  # of forms that are singular there
 SPARE = 20  # digits of what is held against, beyond those of a run
-WAYS = ("doubles", "more", "extended")
+FEW = (2, 3, 4, 6, 9, 12)  # digits
+MOST_LATE = 500  # events whose times are looked at
+LOOKED_AT = 50  # samples, and times between
+COUNTED = 300  # periods up to which reversals are counted
+WAYS = ("doubles", "more", "extended", "few")
 
 
 def misses(seed: int, count: int, ways: tuple[str, ...] = WAYS) -> list[str]:
@@ -63,7 +70,33 @@ def _extended(scene: ht.Scene, draw: random.Random) -> Iterator[str]:
     yield from _judged(f"{form} {digits}", _wanting(scene, form, digits), run)
 
 
-WAY = {"doubles": _doubles, "more": _more, "extended": _extended}
+def _few(scene: ht.Scene, draw: random.Random) -> Iterator[str]:
+    motion = ht.Motion(scene.top, scene.start)
+    if motion.period is None:
+        return
+    form, digits = draw.choice(("auto", "auto", *FORMS)), draw.choice(FEW)
+    periods = 10 ** draw.uniform(0, 5 if form in REGULAR else 3)
+    wants = [("theta",), ("theta", "phi"), ("axis",), ("theta", "psi"), ("theta", "phi", "psi")]
+    span, samples = {"periods": periods}, 401
+    if draw.random() < 0.5:
+        span, samples = {"periods": round(periods)}, 1 + max(1, round(periods / 256))
+        span = {"periods": (samples - 1) * max(1, round(periods / (samples - 1)))}
+    asked = ht.Scene(
+        scene.top, scene.start, **span,
+        quantities=wants[0] if form == "cubic" else draw.choice(wants),
+        events=draw.choice((("turning",), ALL if periods < COUNTED else (), ())), samples=samples,
+        digits=digits, name=scene.name,
+    )  # fmt: skip
+    projected = form in ("axis", "attitude") and draw.random() < 0.3
+    limit = None if form in REGULAR else STEPS
+    run: Callable[[ht.Scene], Any] = lambda s: ht.propagate(  # noqa: E731
+        s, formulation=form, projected=projected, step_limit=limit
+    )
+    how = f"{form}{' projected' if projected else ''} {digits} digits {asked.quantities} {span}"
+    yield from _judged(how, asked, run)
+
+
+WAY = {"doubles": _doubles, "more": _more, "extended": _extended, "few": _few}
 
 
 def _run(scene: ht.Scene, form: str) -> Any:
@@ -100,8 +133,9 @@ def _judged(what: str, scene: ht.Scene, run: Callable[[ht.Scene], Any]) -> Itera
     said = [each.message for each in heard if issubclass(each.category, ht.DoubtfulWarning)]
     if not any(isinstance(each, ht.MissedDigitsWarning) for each in said):
         yield from (f"{what}: {line}" for line in _digits_missed(scene, found) if not said)
-    if not any("events: " in str(each) for each in said):
-        yield from (f"{what}: {line}" for line in _events_missed(scene, found) if not said)
+    if not said:
+        yield from (f"{what}: {line}" for line in _events_missed(scene, found))
+        yield from (f"{what}: {line}" for line in _events_late(scene, found))
 
 
 def _digits_missed(scene: ht.Scene, found: Any) -> Iterator[str]:
@@ -110,16 +144,28 @@ def _digits_missed(scene: ht.Scene, found: Any) -> Iterator[str]:
     ctx, bound = form.ctx, 10.0**-scene.digits
     passing = str(motion.kind) in ("through-top", "through-bottom", "planar-pendulum")
     end = form(ctx.mpf(found.t[-1]))
-    sizes = {name: max(1, abs(getattr(end, name))) for name in scene.quantities}
-    for k in range(len(found.t)):
-        sample = found.decimals.samples[k] if found.decimals else found.samples.at(k)
+    sizes = {
+        name: 1 if name == "axis" else max(1, abs(getattr(end, name))) for name in scene.quantities
+    }
+    if found.decimals:
+        samples = [*found.decimals.samples]
+    else:
+        some = range(len(found.t) - 1, -1, -max(1, len(found.t) // LOOKED_AT))
+        samples = [*map(found.samples.at, some)]
+        draw = random.Random(scene.name)
+        between = found(float(found.t[-1]) * np.array([draw.random() for _ in range(LOOKED_AT)]))
+        samples += map(between.at, range(LOOKED_AT))
+    for sample in samples:
         exact = form(ctx.mpf(sample.t))
         for name in scene.quantities:
             mine, true = getattr(sample, name), getattr(exact, name)
-            if mine is None or mine != mine:  # on a pole, in more digits
+            if name != "axis" and mine != mine:  # on a pole, in more digits
                 continue
-            off = ctx.mpf(mine) - true
-            if passing and name != "theta":  # either way round
+            if name == "axis":
+                off = ctx.norm([ctx.mpf(x) - y for x, y in zip(mine, true, strict=True)])
+            else:
+                off = ctx.mpf(mine) - true
+            if passing and name in ("phi", "psi"):  # either way round
                 off -= 2 * ctx.pi * ctx.nint(off / (2 * ctx.pi))
             if not abs(off) <= bound * sizes[name]:
                 yield f"{name} off by {float(off):.1e} of {bound:.0e} at {float(sample.t):.6g} s"
@@ -128,14 +174,37 @@ def _digits_missed(scene: ht.Scene, found: Any) -> Iterator[str]:
 
 def _events_missed(scene: ht.Scene, found: Any) -> Iterator[str]:
     blur = 1e-9 if found.decimals is None else 10.0**-scene.digits
-    end = scene.time.mpf(ht.Motion(scene.top, scene.start).form(100).ctx)
+    motion = ht.Motion(scene.top, scene.start).form(100)
+    end = (
+        scene.periods.mpf(motion.ctx) * motion.period
+        if scene.time is None
+        else scene.time.mpf(motion.ctx)
+    )
     counts = [true_counts(scene, end, side * blur) for side in (-1, 1)]
     if None in counts:
         return
-    for name in ALL:
+    for name in scene.events:
         low, high = (each[name] for each in counts)
         if not low <= found.events.count(name) <= high:
             yield f"{found.events.count(name)} {name}, not {low}" + f" to {high}" * (low < high)
+
+
+def _events_late(scene: ht.Scene, found: Any) -> Iterator[str]:
+    """Times of turning points, in doubles: by 10^-digits (T + 1/|θ̈|), with θ̈ of the closed form."""
+    motion, turning = ht.Motion(scene.top, scene.start), found.events.of("turning")
+    form = motion.form(40)
+    if found.decimals or form.period is None or not len(turning):
+        return
+    ctx, half = form.ctx, form.period / 2
+    for k in {*range(0, len(turning), max(1, len(turning) // MOST_LATE)), len(turning) - 1}:
+        t = ctx.mpf(float(turning.t[k])) + ctx.mpf(float(turning.t_low[k]))
+        exact = form.lower_turning + half * ctx.nint((t - form.lower_turning) / half)
+        at = form(exact)
+        sine = ctx.sqrt(abs((1 - at.u) * (1 + at.u)))
+        allowed = 10.0**-scene.digits * (form.period + sine / abs(at.uddot))
+        if not abs(t - exact) <= allowed * 1.01:
+            yield f"turning point {k} late by {float(t - exact):.1e} of {float(allowed):.1e} s"
+            return
 
 
 def true_counts(scene: ht.Scene, end: Any, slack: float) -> dict[str, int] | None:

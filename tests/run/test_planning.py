@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import heavytop as ht
 from heavytop.cli import app
-from heavytop.errors import BadScene
+from heavytop.errors import BadScene, MissedDigitsWarning
 from heavytop.numbers import PI, sqrt
 from heavytop.numbers.decimals import context
 from heavytop.run.verify import missed_digits, run_errors
@@ -195,4 +195,5 @@ def test_the_cubic_is_left_where_its_height_sets_the_period():
     scene = ht.Scene(top, start, periods=23, quantities=("theta",), events=(), samples=2, digits=6)
     assert ht.plan(scene).formulation == "axis"
     assert ht.run_errors(ht.propagate(scene)).theta < 1e-6
-    assert ht.run_errors(ht.propagate(scene, formulation="cubic")).theta > 1e-6
+    with pytest.warns(MissedDigitsWarning, match="theta"):
+        ht.propagate(scene, formulation="cubic")

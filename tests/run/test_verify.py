@@ -34,7 +34,7 @@ def shifted(run, by):
 @pytest.mark.parametrize("name", ["sicm-kicked", "force-free", "inverted-gravity"])
 def test_errors_of_rates_are_those_against_the_exact_ones(name, formulation):
     wants = ("theta", "rates") if formulation == "cubic" else ("theta", "phi", "rates")
-    scene = replace(ht.load_scene(name), quantities=wants, samples=9, events=())
+    scene = replace(ht.load_scene(name), quantities=wants, samples=9, events=(), digits=9)
     run = ht.propagate(scene, formulation=formulation)
     exact = run.motion.at(run.t, digits=25)
     off = [getattr(run.samples, x) - [float(getattr(at, x)) for at in exact] for x in RATES]

@@ -19,8 +19,7 @@ import numpy as np
 
 from heavytop.analytic.motion import Motion
 from heavytop.equations.registry import FORMULATIONS
-from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, ROOM, enough
-from heavytop.run.truncation import TruncationLoss
+from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, enough
 from heavytop.scene.quantities import Need, judged, need_of
 from heavytop.scene.scene import Scene
 
@@ -49,13 +48,11 @@ MEASURED: Final[Mapping[str, Measured]] = {
 QUADRATURE_US: Final = 2.0  # of psi beside the axis
 WATCHED: Final = 3.0  # times as long, with events
 PROJECTED: Final = 1.4  # times as long
-SAMPLE_US: Final = 2.0
 LONG_DOUBLE_MS: Final = 0.3  # a period in long doubles
 MPFR_MS: Final = 9.0  # a period in 128 bits; it grows a little faster than their square
 HEAVY: Final = 2400.0  # bits, beyond which it grows as their cube
 MOST_TIMED: Final = 2**40  # bits; a plan that takes more is refused
 EVENT_MS: Final = 1.3  # to polish an event beyond doubles, and to read it
-READ_MS: Final = 0.6  # to read a sample beyond doubles
 SPARE_STEPS: Final = 1_000_000  # some seconds of them,
 STEPS: Final = 1_000  # and so many for each nutation: a sound run takes 10 to 40
 # error
@@ -64,8 +61,7 @@ STEADY: Final = 0.1  # the same in units of T 2⁻⁵³ N, where rounding does n
 LOCAL: Final = 16.0  # units of rounding in a state at the end, whatever the span
 TURNED: Final = 12.0  # error of the orientation apart from the phase, in such units times N^{1/2}
 PINNED: Final = 6.0  # the same, projected
-CLOSER: Final = 32  # times as close as evenly spread samples one may come to a pole
-DOUBT: Final = 2.0  # times what truncation is expected to lose, and more near a separatrix
+CLOSEST: Final = 1e-4  # of the swing: so near a pole rates are still held to their digits
 MOST_ERROR: Final = 1e300  # so that what is worse than any error is still a number
 # digits
 MOST_DIGITS: Final = 13  # what double precision can promise at the end of a short run
@@ -85,7 +81,7 @@ class Estimate:
     Attributes
     ----------
     seconds : float
-        Time to integrate and to sample, without compiling [s].
+        Time to integrate, without compiling and sampling [s].
     error : float
         Largest error at the end of what is wanted, each relative to max(1, |x|).
     """
@@ -137,7 +133,7 @@ class Forecast:
         return enough(self.scene.digits * math.log2(10) + SPARE + lost)
 
     def _seconds(self, formulation: str, projected: bool, bits: int) -> float:
-        each, sampled, asked = MEASURED[formulation].us, SAMPLE_US, self.scene.events
+        each, asked = MEASURED[formulation].us, self.scene.events
         if formulation == "axis" and self.need >= Need.PSI:
             each += QUADRATURE_US
         if not FORMULATIONS[formulation].starts_at_pole:
@@ -151,8 +147,7 @@ class Forecast:
             turning = 2 if "turning" in asked else int(self.motion.kind == "cusps")
             events = turning + 2 * ("reversal" in asked and self.motion.kind == "loops")
             each += 1e3 * EVENT_MS * events * self.motion.nutates
-            sampled += 1e3 * READ_MS
-        return float(1e-6 * (each * self.periods + sampled * self.scene.samples))
+        return float(1e-6 * each * self.periods)
 
     def _error(self, formulation: str, projected: bool) -> float:
         """The largest error of what is wanted, in doubles, at any time that may be looked at."""
@@ -172,35 +167,18 @@ class Forecast:
         off = here + UNIT * self.growth * max(late * self.quickest, aside)
         return float(min(off, MOST_ERROR))
 
-    def truncated(self, lost: TruncationLoss, *, projected: bool = False) -> float:
-        """The largest error of what is wanted by truncation; of events, in periods, by their times.
-
-        Projection takes the drift of the constants back after every leg.
-        """
-        count = self.periods
-        leg = ROOM / MEASURED["axis"].states / lost.steps if projected else count
-        aside, wanted = count * lost.aside, judged(self.scene.quantities)
-        late, phi, psi = count * lost.bent + count * min(count, leg) * lost.late
-        found = [late * self.quickest, aside / self.sharpness]
-        found += [phi] * ("axis" in wanted)
-        beside = aside / min(1.0, self.nearest or UNIT)  # a pole angles are off by more
-        found += [(beside + phi) / self.turned["phi"]] * ("phi" in wanted)
-        found += [(beside + psi) / self.turned["psi"]] * ("psi" in wanted)
-        found += [late * count / abs(self.span)] * bool(self.scene.events)
-        return (DOUBT + self.bits_grown) * float(sum(found))
-
     @cached_property
     def sharpness(self) -> float:
         """How much of their digits the rates keep beside a pole; 1 where they are not wanted.
 
         There φ̇ and ψ̇ are P∓/(1 ∓ u) but for regular terms: the rounding of P∓ is divided by the
-        square of the distance at the closest sample, and the largest of the rates by the least
+        square of the distance where they are looked at, and the largest of the rates by the least
         distance.
         """
         if "rates" not in judged(self.scene.quantities):
             return 1.0
         swing = self.motion.theta_max - self.motion.theta_min
-        closest = max(self.nearest, swing / (CLOSER * self.scene.samples))
+        closest = max(self.nearest, CLOSEST * swing)
         return min(1.0, max(closest**2, self.nearest)) or 1.0  # on a pole for ever they are exact
 
     @cached_property

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from math import log, log2, sqrt, tau
+from math import log, log2, tau
 from typing import Final
 
 from heavytop.analytic.motion import Motion
@@ -30,7 +30,6 @@ from heavytop.run.estimates import (
     Forecast,
     needed_to_fold,
 )
-from heavytop.run.truncation import Truncation, order_of
 from heavytop.scene.arguments import expect, one_of, parse_options
 from heavytop.scene.quantities import QUANTITIES, Need, need_of
 from heavytop.scene.scene import Scene, no_scene
@@ -44,10 +43,6 @@ BESIDE_A_POLE: Final = 0.02  # rad, where phi and psi begin to lose digits in th
 FOLD_AFTER_S: Final = 20.0  # of integration
 PATIENCE_S: Final = 20.0  # for more than doubles
 LONG_S: Final = 60.0  # before which somebody should be told
-# coarser steps are no cheaper; those between have an odd order, and lose more for what they take
-LADDER: Final = (1e-6, 1e-7, 1e-9, 1e-11, 1e-13, 1e-14)
-CAREFUL: Final = 12  # digits, as of a scene that asks for none: they take the least tolerance
-WORTH_S: Final = 3e-3  # of integration: to choose a tolerance takes as long
 
 # kinds in which phidot may change its sign
 REVERSING: Final = frozenset({"loops", "cusps", "waves", "force-free", "undecided"})
@@ -168,7 +163,7 @@ def planned(
         raise BadScene(tuple(faults))
     found = _formulated(expected, name, why)
     if auto and not projected:
-        found = loosened(expected, meeting_digits(expected, found))
+        found = meeting_digits(expected, found)
     else:
         bits = expected.bits(name)
         found = _at(found, bits, expected(name, projected=projected, bits=bits), projected)
@@ -223,10 +218,7 @@ def _least_formulation(expected: Forecast) -> tuple[str, str]:
             return "cubic", f"cubic: {only}, and it has two states and a quadratic right side"
         lost = f"{near:.1e} rad from a pole theta would lose digits in the cubic form"
         return "axis", f"axis: {only}, but {lost}"
-    beside = near < BESIDE_A_POLE and (
-        scene.digits >= CAREFUL or allowed * near < expected.rounding * (1 + sqrt(expected.periods))
-    )
-    if motion.nutates and expected.need >= Need.PHI and beside:
+    if motion.nutates and expected.need >= Need.PHI and near < BESIDE_A_POLE:
         why = f"{near:.1e} rad from a pole phi and psi turn quickly"
         return "attitude", f"attitude: {why}; its equations are regular, its turns are proved"
     turned = abs(float(motion.reduced.kappa)) * abs(float(scene.time or 0))
@@ -333,47 +325,6 @@ def _at(found: Plan, bits: int, expected: Estimate, projected: bool, *why: str) 
         reasons=(*found.reasons, *why),
         estimate=expected,
     )
-
-
-def loosened(expected: Forecast, found: Plan) -> Plan:
-    """The plan with the largest tolerance of the ladder that still meets the scene's digits.
-
-    A cusp is told from what it resembles by rounding; so are reversals beside one.
-
-    Examples
-    --------
-    >>> from heavytop.scene.scene import load_scene
-    >>> scene = load_scene("sicm-kicked", ["want.digits=6", "want.events=[]"])
-    >>> ends = [Forecast(scene, Motion(scene.top, scene.start), t) for t in (2, 1e3)]
-    >>> [loosened(expected, meeting_digits(expected, Plan("axis"))).tolerance for expected in ends]
-    [2.220446049250313e-16, 1e-11]
-    """
-    scene, before = expected.scene, found.estimate
-    plain = found.formulation == "axis" and found.precision == "double" and expected.motion.period
-    if not plain or scene.digits >= CAREFUL or before is None or before.seconds < WORTH_S:
-        return found
-    told = {*scene.events} - {"turning"} or expected.motion.kind in ("cusps", "undecided")
-    if scene.events and told:
-        return found
-    lost = Truncation(expected.motion, found.variant)
-
-    each = {tolerance: lost(order_of(tolerance)) for tolerance in (*LADDER, EPSILON)}
-    spent = {tolerance: one.steps * order_of(tolerance) for tolerance, one in each.items()}
-    off = {
-        tolerance: before.error + expected.truncated(one, projected=found.projected)
-        for tolerance, one in each.items()
-    }
-    allowed = 10.0**-scene.digits
-    there, finer = ([x for x in LADDER if off[x] <= bound] for bound in (allowed, allowed / 10))
-    if not there:
-        return found
-    tolerance = there[0]
-    share = spent[tolerance] / spent[EPSILON]
-    more = spent[finer[0] if finer else EPSILON] / spent[tolerance]
-    why = f"tolerance {tolerance:g}: {scene.digits} digits in about {share:.0%} of the least one's"
-    why += f" time; one more digit takes {more:.2f} times as long"
-    expects = Estimate(before.seconds * share, off[tolerance])
-    return replace(found, tolerance=tolerance, estimate=expects, reasons=(*found.reasons, why))
 
 
 def _off(verb: str, expected: Estimate) -> str:

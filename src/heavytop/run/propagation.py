@@ -46,7 +46,7 @@ from heavytop.run.planning import (
     span_fault,
     start_values,
 )
-from heavytop.run.trajectory import Decimals, Statistics, Trajectory
+from heavytop.run.trajectory import Decimals, Statistics, Trajectory, times_between
 from heavytop.run.verify import checked, forewarned
 from heavytop.scene.arguments import expect, heard, number_of, whole
 from heavytop.scene.scene import Scene
@@ -367,17 +367,19 @@ def _walked(
     scene, motion, orbit = trajectory.scene, trajectory.motion, trajectory.orbit
     run = Decimals.of(scene, trajectory.plan, orbit)
     times = _sample_times(scene, motion, run.ctx, before)
+    between = times_between(float(times[-1]), motion.period)[:-1]  # the end is a sample
     expected = schedule(motion, times[-1], scene.events, scene.digits + SPARE_IN_TIME)
-    wanted: list[tuple[Number, str | None]] = [(t, None) for t in times]
+    wanted: list[tuple[Number, str | None]] = [(t, None) for t in (*between, *times)]
     for kind, t in expected:  # a zero near each event, or the start where that is one
         event = "reversal" if kind == "reversal" else "turning"
         wanted.append((t, event if t else None))
     found, marks = run.walk(wanted, progress and (lambda t: progress(t / orbit.end)))
-    seen = [one for one in found[: len(times)] if one is not None]
-    kinds, met = [kind for kind, _ in expected], found[len(times) :]
+    count = len(between) + len(times)
+    seen = run.numbers(run.sampled([one for one in found[:count] if one is not None]))
+    kinds, met = [kind for kind, _ in expected], found[count:]
     precise, events = precise_events(scene, motion, run, kinds, met, orbit.end)
-    samples = run.numbers(run.sampled(seen))
-    return replace(run, marks=marks, samples=samples, events=precise), events
+    compared, samples = seen[: len(between)], seen[len(between) :]
+    return replace(run, marks=marks, samples=samples, events=precise, between=compared), events
 
 
 def _sample_times(

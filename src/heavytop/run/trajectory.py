@@ -5,6 +5,7 @@ Beside a run in doubles there may be one in more digits, `Decimals`.
 
 from __future__ import annotations
 
+import math
 import os
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
@@ -27,6 +28,7 @@ from heavytop.integration.compiled import Seen
 from heavytop.integration.high_precision import Mark, PreciseIntegrator
 from heavytop.integration.integrator import Orbit
 from heavytop.integration.outputs import VECTORS, Sample, sample
+from heavytop.integration.projection import GOLDEN
 from heavytop.integration.turns import GRAIN_BITS, in_bits
 from heavytop.numbers.decimals import Context, Number, context, number
 from heavytop.run.events import Event, Events
@@ -40,6 +42,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 ROUNDED = 4 * np.finfo(float).eps
+SPREAD, LATE = 64, 16  # times over the span and over the last period at which a run is compared
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +91,8 @@ class Decimals:
         At the sample times of the scene, in mpmath numbers; the last one is the end.
     events : tuple of Event
         In the order of the run, each with its ``kind``, the ``sample`` there and the ``residual``.
+    between : tuple of Sample
+        At the times of `times_between`.
     """
 
     digits: int
@@ -99,6 +104,7 @@ class Decimals:
     marks: tuple[Mark, ...]
     samples: tuple[Sample, ...] = ()
     events: tuple[Event, ...] = ()
+    between: tuple[Sample, ...] = ()
     _alone: Alone = field(default_factory=Alone, repr=False)
 
     @classmethod
@@ -363,6 +369,13 @@ class Trajectory(Played):
             return self.decimals.rounded(self.decimals.samples)
         return self._sampled(self.orbit.samples)
 
+    @cached_property
+    def between(self) -> Sample:
+        """The motion at times that do not depend on the samples, as `times_between` has them."""
+        if self.decimals is not None:
+            return self.decimals.rounded(self.decimals.between)
+        return self(times_between(self._end, self.motion.period))
+
     @property
     def t(self) -> Array:
         """Sample times, shape (k,) [s]."""
@@ -446,6 +459,17 @@ class Trajectory(Played):
         from heavytop.run.trajectory_file import write
 
         write(self, path)
+
+
+def times_between(end: float, period: float | None) -> Array:
+    """Return times at which every run is compared: over its span, over its last period, its end.
+
+    Samples a whole number of periods apart would see every error at one phase only; at a turning
+    point that hides an error in time.
+    """
+    spread = np.mod(np.arange(1, SPREAD + 1) * GOLDEN, 1.0)
+    late = math.copysign(min(abs(end), period or abs(end)), end)
+    return np.concatenate((end * spread, end - late * spread[:LATE], [end]))
 
 
 def times_of(t: ArrayLike) -> Array:

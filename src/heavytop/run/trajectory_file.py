@@ -136,7 +136,8 @@ def _kept(trajectory: Trajectory) -> Variables:
         more = "of the run in more than doubles"
         kept |= _over("", {"steps": trajectory.statistics.steps}, "decimal_", more)
         met = tuple(event.sample for event in decimals.events)
-        for over, samples in {"t": decimals.samples, "event": met}.items():
+        told = {"t": decimals.samples, "event": met, "between": decimals.between}
+        for over, samples in told.items():
             kept |= _over(over, _marks_of(decimals, samples), f"decimal_{over}_", more)
     return kept
 
@@ -247,9 +248,11 @@ def _trajectory(file: Any) -> Trajectory:
     if "decimal_steps" in file:
         run = Decimals.of(scene, chosen, orbit)
         met = precise_events(scene, motion, run, kinds, _marks(file, "event", run), orbit.end)[0]
-        samples = run.numbers(run.sampled(_marks(file, "t", run)))
+        samples, between = (
+            run.numbers(run.sampled(_marks(file, over, run))) for over in ("t", "between")
+        )
         steps = int(array(file, "decimal_steps"))
-        decimals = replace(run, samples=samples, events=met)
+        decimals = replace(run, samples=samples, events=met, between=between)
     return Trajectory(
         scene=scene,
         motion=motion,

@@ -6,8 +6,8 @@ motion is told apart. Whether it has the digits asked for is a matter of both: i
 is close enough to either motion.
 
 A run in doubles and one in more digits are compared alike, in columns of floats or of mpmath's
-numbers: `_run_at` and `_closed_form` say where each has them from. Of the latter a few samples and
-events stand for all.
+numbers: `_run_at` and `_closed_form` say where each has them from. Of long lists some stand for
+all.
 """
 
 from __future__ import annotations
@@ -31,11 +31,10 @@ from heavytop.errors import (
     NoClosedForm,
     UnboundedAngleWarning,
 )
-from heavytop.integration.projection import GOLDEN
 from heavytop.numbers.decimals import Number, context
 from heavytop.run.events import EVENTS, Counts, differences, tally
 from heavytop.run.own_motion import SPARE_DIGITS, closed_form, own_motion
-from heavytop.run.planning import EPSILON, Plan
+from heavytop.run.planning import Plan
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import expect
 from heavytop.scene.quantities import ANGLES, QUANTITIES, judged
@@ -45,7 +44,7 @@ Columns = Any  # what a run, a DoubleForm or `_columns` says at several times, b
 
 COMPARED: Final = ("theta", "phi", "psi", "axis", "rates")
 FEW: Final = 16  # samples and events that stand for all, where a closed form takes long
-GLANCED_AT: Final = 24  # samples, before all are compared
+MANY: Final = 10_000  # the same, in doubles
 LEAST: Final = 5e-324  # the smallest double: an error that is not zero is not shown as zero
 
 
@@ -56,7 +55,7 @@ class Errors(Shown):
     Attributes
     ----------
     theta, phi, psi, axis : float or None
-        Over the samples and a few times spread over the last period [rad; the axis as a length].
+        Over the samples and at times between them [rad; the axis as a length].
     rates : float or None
         The largest of those of thetadot, phidot and psidot, at the same times [rad/s].
     energy : float
@@ -95,8 +94,8 @@ def run_errors(trajectory: Trajectory) -> Errors:
     Returns
     -------
     Errors
-        The largest at the samples and at times spread over the last period; None where there is
-        nothing to hold a quantity against.
+        The largest at the samples and at times that do not depend on them, 64 spread over the
+        span and 16 over the last period; None where there is nothing to hold a quantity against.
 
     Raises
     ------
@@ -118,30 +117,41 @@ def run_errors(trajectory: Trajectory) -> Errors:
     changes = conserved(*_invariants(trajectory))
     nothing = Errors(energy=changes.pop("energy"), invariants=changes)
     try:
-        own, run = _closed_form(trajectory), _run_at(trajectory, and_late=True)
+        own, run = _closed_form(trajectory), _run_at(trajectory)
         largest = _largest(run, own(run.t), COMPARED)
         wanted = {"theta", *trajectory.scene.quantities}.intersection(ANGLES)
-        moved = _off_exactly(trajectory, own(_run_at(trajectory, 1).t), wanted)
-        late = _event_time(trajectory, own)
+        moved = _off_exactly(trajectory, own(run.t[-1:]), wanted)
+        late, _ = _lateness(trajectory, own)
     except NoClosedForm as reason:
         return replace(nothing, why_not=str(reason))
     off = {name: _double(error) for name, error in largest.items()}
-    rounding = _double(max(moved.values()))
-    return replace(nothing, **off, event_time=late, input_rounding=rounding)  # type: ignore[arg-type]
+    off |= {"event_time": _double(late.max())} if late.size else {}
+    return replace(nothing, **off, input_rounding=_double(max(moved.values())))  # type: ignore[arg-type]
 
 
-def missed_digits(trajectory: Trajectory, errors: Errors) -> dict[str, float]:
-    """Return the wanted quantities that are farther off than the scene's digits allow.
+def missed_digits(trajectory: Trajectory, errors: Errors | None = None) -> dict[str, float]:
+    """Return what is farther off than the scene's digits allow: wanted quantities, event times.
 
     A quantity x may be off by 10^-digits max(1, |x|), with x at the end; rates are held to the
-    largest of them. So near a special motion that rounding turns a start into it, the motion of
-    the run's own numbers is another one: what agrees with that of the exact numbers misses nothing.
+    largest of them. An event may be late by so much of a period, and by what such an error of the
+    rate that vanishes there makes of it. So near a special motion that rounding turns a start into
+    it, the motion of the run's own numbers is another one: what agrees with that of the exact
+    numbers misses nothing, and is looked at first.
     """
-    found = _beyond(trajectory, {name: getattr(errors, name) for name in COMPARED})
+    try:
+        exactly, run = _closed_form(trajectory, exactly=True), _run_at(trajectory)
+        off = _largest(run, exactly(run.t), judged(trajectory.scene.quantities))
+        found = _beyond(trajectory, off) | _events_beyond(trajectory, exactly)
+    except NoClosedForm:
+        return {}
     if not found:
         return {}
-    exactly = _off_exactly(trajectory, _run_at(trajectory, and_late=True), found)
-    return {name: found[name] for name in _beyond(trajectory, exactly)}
+    errors = errors or run_errors(trajectory)
+    off = {name: getattr(errors, name) for name in found if name in COMPARED}
+    still = _beyond(trajectory, off)
+    if "event_time" in found:
+        still |= _events_beyond(trajectory, _closed_form(trajectory))
+    return {name: found[name] for name in still}
 
 
 def deviations(trajectory: Trajectory, most: int = 1000) -> dict[str, Array]:
@@ -208,7 +218,8 @@ def checked(trajectory: Trajectory, stacklevel: int = 3) -> Trajectory:
     if wrong := "; ".join(differences(missed_events(trajectory), counted)):
         doubt = f"events: {wrong}, by the exact numbers; this run does not resolve them"
         warnings.warn(doubt, DoubtfulWarning, stacklevel=stacklevel)
-    if lack := doubtful_digits(trajectory):
+    if found := missed_digits(trajectory):
+        lack = missed(found, trajectory.scene.digits)
         warnings.warn(lack, MissedDigitsWarning, stacklevel=stacklevel)
     return trajectory
 
@@ -221,24 +232,6 @@ def missed_events(trajectory: Trajectory) -> Counts:
         for name, (least, most) in expected.items()
         if not least <= (trajectory.events.count(name) or 0) <= most
     }
-
-
-def doubtful_digits(trajectory: Trajectory) -> str:
-    """Return the wanted quantities that miss their digits; or nothing.
-
-    A run is glanced at first, beside the motion of the exact numbers. What is farther off than it
-    may be, be it by the rounding of the scene's numbers alone, is compared with its own.
-    """
-    try:
-        wanted = judged(trajectory.scene.quantities)
-        late = trajectory.plan.tolerance > EPSILON  # which samples at turning points do not show
-        run = _run_at(trajectory, GLANCED_AT, and_late=late)
-        off = _off_exactly(trajectory, run, wanted)
-    except NoClosedForm:
-        return ""
-    doubted = _beyond(trajectory, off)
-    found = missed_digits(trajectory, run_errors(trajectory)) if doubted else {}
-    return missed(found, trajectory.scene.digits) if found else ""
 
 
 def missed(found: dict[str, float], digits: int) -> str:
@@ -259,7 +252,8 @@ class _ManyDigits:
     form: ClosedForm
 
     def __call__(self, t: Sequence[Number]) -> Columns:
-        return _columns([self.form(each) for each in t], (*TOLD, "u", "udot", "uddot"))
+        names = (*TOLD, "u", "one_minus_u", "one_plus_u", "udot", "uddot")
+        return _columns([self.form(each) for each in t], names)
 
     @property
     def reversal_u(self) -> Number:
@@ -275,21 +269,13 @@ def _closed_form(trajectory: Trajectory, exactly: bool = False) -> DoubleForm | 
     return _ManyDigits(ClosedForm(motion, trajectory.decimals.digits + SPARE_DIGITS))
 
 
-def _run_at(trajectory: Trajectory, most: int | None = None, *, and_late: bool = False) -> Columns:
-    """A run at its samples, or at so many of them; of a run in more digits at a few.
-
-    In doubles also at a few times spread over the last period: samples a whole number of periods
-    apart would see every error at one phase only; at a turning point that hides an error in time.
-    """
+def _run_at(trajectory: Trajectory) -> Columns:
+    """A run at its samples and between them, the end last; long lists are thinned."""
     count, decimals = trajectory.t.size, trajectory.decimals
     if decimals is not None:
-        return _columns(decimals.samples[_some(count, min(most or FEW, FEW))], TOLD)
-    samples, end = trajectory.samples.at(_some(count, most or count)), trajectory.orbit.end
-    if not and_late:
-        return samples
-    reach = min(abs(end), trajectory.motion.period or abs(end))
-    more = trajectory(end - np.copysign(reach, end) * np.mod(np.arange(1, 8) * GOLDEN, 1.0))
-    pairs = ((getattr(samples, name), getattr(more, name)) for name in TOLD)
+        return _columns((*decimals.between, *decimals.samples[_some(count, FEW)]), TOLD)
+    between, samples = trajectory.between, trajectory.samples.at(_some(count, MANY))
+    pairs = ((getattr(between, name), getattr(samples, name)) for name in TOLD)
     return SimpleNamespace(**dict(zip(TOLD, map(np.concatenate, pairs), strict=True)))
 
 
@@ -316,19 +302,31 @@ def _invariants(trajectory: Trajectory) -> tuple[Mapping[str, Array], Mapping[st
     return columns, run.parameters, run.grain
 
 
-def _event_time(trajectory: Trajectory, own: Any) -> float | None:
-    """The largest time error of the events, by a Newton step to the true zero [s]."""
-    events, some = trajectory.events, slice(None)
-    if trajectory.decimals is None:
-        at = own(events.t, events.t_low)
+def _lateness(trajectory: Trajectory, form: Any) -> tuple[Array, Array]:
+    """How late events are, by a Newton step to the true zero, and how late they may be [s]."""
+    events, decimals, motion = trajectory.events, trajectory.decimals, trajectory.motion
+    some = _some(len(events), MANY if decimals is None else FEW)
+    if decimals is None:
+        at = form(events.t[some], events.t_low[some])
     else:
-        some = _some(len(events), FEW)
-        at = own([event.sample.t for event in trajectory.decimals.events[some]])
+        at = form([event.sample.t for event in decimals.events[some]])
     turning = events.is_turning[some]
-    zero = np.where(turning, at.udot, at.u - own.reversal_u)
+    zero = np.where(turning, at.udot, at.u - form.reversal_u)
     slope = np.where(turning, at.uddot, at.udot)
     known = slope != 0
-    return _double(abs(zero[known] / slope[known]).max()) if known.any() else None
+    sine2, slope = (at.one_minus_u * at.one_plus_u)[known], abs(slope[known])
+    b = abs(float(motion.reduced.b)) or 1.0  # without spin nothing reverses
+    softness = np.where(turning[known], np.sqrt(sine2), sine2 / b) / slope  # 1/|θ̈| or 1/|φ̈|
+    period = motion.period or 1 / float(motion.exact.growth or 1)
+    allowed = 10.0**-trajectory.scene.digits * (period + softness)
+    return abs(zero[known]) / slope, allowed
+
+
+def _events_beyond(trajectory: Trajectory, form: Any) -> dict[str, float]:
+    """The largest error of those event times that are farther off than the digits allow [s]."""
+    late, allowed = _lateness(trajectory, form)
+    beyond = late[~(late <= allowed)]
+    return {"event_time": _double(beyond.max())} if beyond.size else {}
 
 
 def _apart(run: Columns, exact: Columns, names: Iterable[str]) -> dict[str, Array]:

@@ -1,0 +1,89 @@
+"""No run misses its digits in silence: not between samples, not in the times of its events."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import heavytop as ht
+from heavytop.errors import MissedDigitsWarning
+from heavytop.run.trajectory import times_between
+from heavytop.run.verify import missed_digits
+
+from ..motions import BOOK
+
+KICKED = ht.load_scene("sicm-kicked", ["want.events=['turning']"])
+
+
+def test_few_digits_near_a_separatrix_are_missed_aloud():
+    """401 samples of theta(1e5 s), whose period is set by 1e-6 of a pole's height."""
+    top, start = ht.Top(1, "0.5", 1), ht.State("0.02", psidot="0.6")
+    scene = ht.Scene(top, start, time=1e5, quantities=("theta",), digits=6)
+    with pytest.warns(MissedDigitsWarning, match="theta"):
+        run = ht.propagate(scene)
+    assert missed_digits(run)["theta"] > 1e-6
+
+
+@pytest.mark.parametrize("digits", [2, 3, 6])
+def test_few_digits_keep_every_turning_point_of_small_nutations(digits):
+    """A nutation of 1e-4 rad: what theta allows would move the events by much of a period."""
+    start = ht.State("0.001", phidot=5, psidot=200)
+    scene = ht.Scene(BOOK, start, periods=300, digits=digits)
+    run = ht.propagate(scene)
+    found = run.events.of("turning")
+    exact = np.arange(found.t.size) * run.motion.period / 2
+    assert found.t.size == 601
+    assert np.max(np.abs(found.t - exact)) < 10.0**-digits * run.motion.period
+
+
+def test_samples_at_turning_points_do_not_hide_the_phase():
+    """Every sample falls on a turning point, where a late theta is right to the second order."""
+    scene = replace(KICKED, quantities=("theta",), periods=ht.Exact.of(2000), time=None)
+    with pytest.warns(MissedDigitsWarning, match="theta"):
+        run = ht.propagate(scene, formulation="axis")
+    at_samples = np.abs(run.theta - run.motion.at(run.t).theta)
+    assert at_samples.max() < 1e-12 < missed_digits(run)["theta"]
+
+
+def test_an_event_that_comes_late_is_said():
+    run = ht.propagate(KICKED)
+    assert missed_digits(run) == {}
+    events = replace(run.events, t=run.events.t + 1e-6 * (np.arange(len(run.events)) == 3))
+    assert missed_digits(replace(run, events=events)) == {"event_time": pytest.approx(1e-6)}
+
+
+def test_an_event_may_be_as_late_as_an_error_of_its_rate_makes_it():
+    """At a turning point 10^-digits/|thetadd| beside 10^-digits of a period."""
+    run = ht.propagate(KICKED)
+    at = run.motion.at(run.events.t[2], digits=30)
+    bend = abs(float(at.uddot)) / np.sin(float(at.theta))
+    allowed = 1e-12 * (run.motion.period + 1 / bend)
+    for share, missed in ((0.9, set()), (1.1, {"event_time"})):
+        late = share * allowed * (np.arange(len(run.events)) == 2)
+        events = replace(run.events, t=run.events.t + late)
+        assert set(missed_digits(replace(run, events=events))) == missed
+
+
+def test_the_number_of_samples_changes_no_plan():
+    for changes in (["span.periods=300", "want.digits=6"], ["want.quantities=['rates']"]):
+        plans = {
+            ht.plan(ht.load_scene("sicm-kicked", [*changes, f"want.samples={count}"]))
+            for count in (2, 401, 1001, 100_001)
+        }
+        assert len(plans) == 1
+
+
+def test_few_digits_of_psi_beside_both_poles_do_not_stall():
+    """The quadrature of psi meets a pole 5e-11 rad away, and takes 30 000 steps for a period."""
+    start = ht.State("1", thetadot=3, phidot="1e-10", psidot="1e-10")
+    scene = ht.Scene(ht.Top(1, "0.5", 1), start, periods=7.5, quantities=("theta", "psi"), digits=2)
+    assert ht.propagate(scene, step_limit=1000).statistics.steps < 200
+
+
+def test_times_between_are_spread_whatever_the_samples():
+    t = times_between(-100.0, 0.3)
+    assert (t.size, t[-1]) == (81, -100)
+    assert np.all((t <= 0) & (t >= -100))
+    phases = np.sort(np.mod(t[:64] / 100, 1.0))
+    assert np.max(np.diff(phases)) < 2 / 64
+    assert np.all(t[64:80] <= -100 + 0.3)
