@@ -307,6 +307,9 @@ def _refuse_others(folder: Path) -> None:
     """Refuse a file, and a folder that holds something other than a study."""
     if folder.exists() and not folder.is_dir():
         raise ForeignFile(f"{folder}: not a folder")
+    tasks = folder / TASKS
+    if os.path.lexists(tasks) and (tasks.is_symlink() or not tasks.is_dir()):
+        raise ForeignFile(f"{tasks}: not a folder of its own, as a study has for its tasks")
     if (folder / STUDY).exists():
         return
     own = (LOCK, TASKS)
