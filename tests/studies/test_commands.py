@@ -132,7 +132,7 @@ def test_a_study_without_figures_is_resumed_without(tmp_path):
 
 DROPPED = {"us_per_period", "us_spread", "setup_s", "runs", "kinds_per_s", "rows_per_s", "jobs",
            "front", "front_theta", "cheapest", "cheapest_theta", "ahead", "files", "versions",
-           "command", "limits", "budget"}  # fmt: skip
+           "command"}  # fmt: skip
 
 
 def timeless(value):

@@ -186,6 +186,8 @@ def resume(
 ) -> Drift | Atlas | Stress | WorkPrecision:
     """Take up a study of any kind where its folder says it was left.
 
+    A budget is that with which it was begun, and counts from now on.
+
     Parameters
     ----------
     folder : path
