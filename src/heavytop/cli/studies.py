@@ -329,17 +329,17 @@ def certify(
             from heavytop.run.trajectory_file import load_trajectory
 
             _alone(f"the folder {run}", asked)
-            known = load_trajectory(Path(run) / TRAJECTORY)
+            known: Any = load_trajectory(Path(run) / TRAJECTORY)
         elif (Path(run) / "study.json").exists():
             raise BadParameter(f"{run}: the folder of a study; heavytop resume continues it")
         elif Path(run).is_dir() and run not in shipped_names():
             raise BadParameter(f"{run}: this folder holds no finished run")
         else:
-            from heavytop.run.propagation import propagate
+            known = options.read(run, changes)
+            if asked["formulation"] or projected:
+                from heavytop.run.propagation import propagate
 
-            known = propagate(
-                options.read(run, changes), formulation=formulation.value, projected=projected
-            )
+                known = propagate(known, formulation=formulation.value, projected=projected)
         found = proved(known, jobs=jobs, folder=output, progress=bar, **executor)
     finish("certificate", found, output)
 
