@@ -261,6 +261,10 @@ class NoWorkerWarning(UserWarning):
     """Workers elsewhere that have all gone, while their study waits for one."""
 
 
+class NotDrawnWarning(UserWarning):
+    """A picture of a result that could not be drawn; the result itself is whole."""
+
+
 class UnboundedAngleWarning(UserWarning):
     """An angle that grows in the state of a long run and loosens its step control."""
 

@@ -13,7 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import IO, Any, Final
 
-from heavytop.errors import InUse
+from heavytop.errors import ForeignFile, InUse
 
 FAR: Final = 2**30  # the byte that is locked on Windows, where others cannot read such a one
 SHORT: Final = 200  # bytes of a name, of the 255 that a file system has
@@ -119,10 +119,12 @@ def locked(path: Path) -> Iterator[None]:
     ------
     InUse
         Another process holds it.
+    ForeignFile
+        There is something else, such as a link to a file elsewhere.
     OSError
         The file cannot be made.
     """
-    with path.open("ab+", buffering=0) as file:
+    with _open_lock(path) as file:
         try:
             _lock(file)
         except (BlockingIOError, PermissionError):
@@ -136,6 +138,20 @@ def locked(path: Path) -> Iterator[None]:
             yield
         finally:
             _lock(file, False)  # closing is not enough where a forked child has it
+
+
+def _open_lock(path: Path) -> IO[bytes]:
+    """Open a lock, or make it; it is a file of its folder alone, never a link to one elsewhere."""
+    if os.path.lexists(path):
+        there = path.lstat()
+        if not stat.S_ISREG(there.st_mode) or there.st_nlink > 1:
+            raise ForeignFile(f"{path}: not the lock of a folder but a link, or no file at all")
+    return open(path, "ab+", buffering=0, opener=_follow_no_link)
+
+
+def _follow_no_link(path: str, flags: int) -> int:
+    """Open or make a file, but not through a link that was put there a moment ago."""
+    return os.open(path, flags | getattr(os, "O_NOFOLLOW", 0), 0o666)
 
 
 def _lock(file: IO[bytes], hold: bool = True) -> None:

@@ -27,6 +27,13 @@ def test_a_scene_is_run_and_certified():
         assert words in " ".join(found.stdout.split())
 
 
+@pytest.mark.slow
+def test_a_long_span_that_takes_more_than_doubles_is_run_in_doubles():
+    found = heavytop_("certify", "spin-reversal", "--set", "span.periods=300", "--json")
+    assert found.exit_code == 0, found.stderr
+    assert json.loads(found.stdout)["projected"]
+
+
 def test_a_stored_run_has_the_certificate_of_its_scene(tmp_path):
     run = tmp_path / "run"
     assert heavytop_("run", "sicm-dropped", "--no-figures", "-o", run).exit_code == 0

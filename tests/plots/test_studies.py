@@ -69,6 +69,18 @@ def test_every_method_of_a_drift_study_is_in_the_legend_and_no_two_look_alike():
     assert drawn[0].get_xydata().tolist() == [[1.0, 1e-12]]  # no zero, which a logarithm lacks
 
 
+def test_a_method_that_diverges_is_drawn_as_long_as_the_others_can_be_read():
+    periods, energy = [1.0, 10.0, 100.0], [1e-12, 1e-2, 1e301]
+    method = {"name": "m", "periods": periods, "energy": energy, "phase_s": [], "axis": [],
+              "p_phi": [1e300] * 3, "p_psi": [], "invariants": {}}  # fmt: skip
+    known = {"scene": {"title": "t", "name": "n"}, "periods": 100, "ensemble": 1,
+             "methods": [method]}  # fmt: skip
+    figure = drift_figure(known)
+    figure.draw_without_rendering()
+    [ax] = figure.axes
+    assert ax.lines[0].get_ydata().tolist() == [1e-12, 1e-2]
+
+
 def test_guides_of_growth_have_their_slopes():
     periods = [1.0, 10.0, 100.0]
     method = {"name": "m", "periods": periods, "energy": [1e-12, 1e-10, 1e-4], "phase_s": [],

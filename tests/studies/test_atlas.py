@@ -135,13 +135,27 @@ def test_shards_of_other_atlases_are_refused(tmp_path):
         ht.load_atlas(tmp_path / "d")
 
 
-@pytest.mark.parametrize("change", [{"x": "phidot=0:1"}, {"scene": None}])
+@pytest.mark.parametrize(
+    "change", [{"x": "phidot=0:1"}, {"scene": None}, {"what": "all"}, {"tile": "large"}]
+)
 def test_parameters_of_no_atlas_are_refused(change, tmp_path):
     ht.atlas(KICKED, **AXES, only="kind", jobs=1, folder=tmp_path)
     path = tmp_path / "study.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | change))
     with pytest.raises(ht.ForeignFile, match=r"study\.json: damaged"):
         ht.load_atlas(tmp_path)
+
+
+@pytest.mark.parametrize("key", ["x", "scene", "what", "tile"])
+def test_parameters_without_a_key_are_refused(key, tmp_path):
+    ht.atlas(KICKED, **AXES, only="kind", jobs=1, folder=tmp_path)
+    path = tmp_path / "study.json"
+    known = json.loads(path.read_text())
+    del known[key]
+    path.write_text(json.dumps(known))
+    for read in (ht.load_atlas, ht.resume):
+        with pytest.raises(ht.ForeignFile, match=r"study\.json: damaged"):
+            read(tmp_path)
 
 
 # --- files ----------------------------------------------------------------------------------------

@@ -85,6 +85,15 @@ def test_a_projected_run_is_certified_step_by_step():
     assert found.bound["axis"] < 3e-13
 
 
+def test_a_scene_whose_digits_take_more_than_doubles_is_run_in_doubles():
+    scene = ht.load_scene("spin-reversal", ["span.periods=300"])
+    assert ht.plan(scene).precision != "double"
+    found = certify(scene)
+    assert found.proved
+    assert found.projected
+    assert found.bound["axis"] < 1e-12
+
+
 def test_a_state_off_by_one_ulp_is_refused():
     trajectory = run_of("sicm-kicked", periods=100)
     points = list(trajectory.orbit.checkpoints)

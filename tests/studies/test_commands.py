@@ -132,7 +132,7 @@ def test_a_study_without_figures_is_resumed_without(tmp_path):
 
 DROPPED = {"us_per_period", "us_spread", "setup_s", "runs", "kinds_per_s", "rows_per_s", "jobs",
            "front", "front_theta", "cheapest", "cheapest_theta", "ahead", "files", "versions",
-           "command", "limits", "budget"}  # fmt: skip
+           "command"}  # fmt: skip
 
 
 def timeless(value):
@@ -214,6 +214,37 @@ def test_a_chart_that_cannot_be_written_leaves_the_document(tmp_path, monkeypatc
     monkeypatch.undo()
     assert heavytop_("resume", tmp_path).exit_code == 0
     assert (tmp_path / "drift.svg").exists()
+
+
+def test_a_chart_that_cannot_be_drawn_is_named_and_costs_nothing(tmp_path, monkeypatch):
+    def overflowing(*_):
+        raise OverflowError("cannot convert float infinity to integer")
+
+    monkeypatch.setattr("heavytop.plots.studies.drift_figure", overflowing)
+    folder, page = tmp_path / "study", tmp_path / "page.html"
+    first = heavytop_("drift", *QUICK["drift"], "-o", folder)
+    again = heavytop_("resume", folder)
+    shown = heavytop_("report", folder, "-o", page)
+    for done in (first, again, shown):
+        assert done.exit_code == 0, done.stderr
+        assert "drift: not drawn (OverflowError" in read(done.stderr)
+    assert "taylor-axis" in first.stdout
+    assert "taylor-axis" in again.stdout
+    assert "taylor-axis" in page.read_text()
+    assert json.loads((folder / "drift.json").read_text())["files"].keys() == {"document", "errors"}
+    assert not list(folder.glob("drift.[sp]*g"))
+
+
+def test_the_table_is_printed_before_anything_is_drawn(tmp_path, monkeypatch):
+    monkeypatch.setattr("heavytop.plots.studies.drift_figure", interrupted)
+    stopped = heavytop_("drift", *QUICK["drift"], "-o", tmp_path)
+    assert stopped.exit_code == 130
+    assert "taylor-axis" in stopped.stdout
+    assert (tmp_path / "drift.json").exists()
+
+
+def interrupted(*_):
+    raise KeyboardInterrupt
 
 
 # --- what is refused -------------------------------------------------------------------------

@@ -9,6 +9,7 @@ import sys
 import time
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -102,6 +103,41 @@ def test_two_workers_write_the_same_files_and_a_killed_one_is_done_without(
     assert there == done(tmp_path / "here")
     assert capfd.readouterr() == ("", "")  # what dask logs is for nobody here
     assert logging.getLogger("distributed.client").level <= logging.CRITICAL
+
+
+def test_an_executor_of_an_address_connects_for_a_study_and_closes(scheduler, tmp_path):
+    place, address = scheduler
+    with worker(place, address):
+        executor = executors.executor_at(address, timeout_s=60)
+        assert executor.workers == 0
+        assert done(tmp_path / "there", executor=executor) == done(tmp_path / "here")
+        assert executor.workers == 0
+        with executor:  # several studies have one connection
+            client = executor._client
+            done(tmp_path / "again", executor=executor)
+            assert executor._client is client
+            assert executor.workers == 1
+        assert client.status == "closed"
+
+
+def test_an_executor_is_closed_after_a_study_that_fails(monkeypatch, tmp_path):
+    closed, address = [], "tcp://192.0.2.1:8786"
+
+    class Pool:
+        def submit(self, *_):
+            raise KeyboardInterrupt
+
+    @contextmanager
+    def connected(*_):
+        try:
+            yield SimpleNamespace(nthreads=lambda: {address: 1}), Pool()
+        finally:
+            closed.append(True)
+
+    monkeypatch.setattr(executors, "_connected", connected)
+    with pytest.raises(KeyboardInterrupt):
+        done(tmp_path, executor=executors.executor_at(address))
+    assert closed == [True]
 
 
 def test_a_scheduler_without_workers_and_an_address_without_a_scheduler(scheduler):

@@ -130,6 +130,29 @@ def test_a_folder_with_something_else_in_it_is_refused(tmp_path, name):
         done(tmp_path / name, ())
 
 
+@pytest.mark.parametrize("made", [Path.symlink_to, Path.hardlink_to])
+def test_a_lock_that_is_a_link_leaves_alone_what_it_leads_to(tmp_path, made):
+    theirs, folder = tmp_path / "thesis.tex", tmp_path / "study"
+    folder.mkdir()
+    theirs.write_text("theirs")
+    made(folder / "lock", theirs)
+    with pytest.raises(ForeignFile, match=re.escape(f"{folder / 'lock'}: not the lock")):
+        done(folder, ())
+    assert theirs.read_text() == "theirs"
+
+
+def test_tasks_that_are_a_link_are_not_written_into(tmp_path):
+    theirs, folder = tmp_path / "theirs", tmp_path / "study"
+    theirs.mkdir()
+    (theirs / ".12.notes.json").touch()
+    done(folder, ())
+    (folder / "tasks").rmdir()
+    (folder / "tasks").symlink_to(theirs)
+    with pytest.raises(ForeignFile, match=re.escape(f"{folder / 'tasks'}: not a folder")):
+        done(folder, NAMES)
+    assert [path.name for path in theirs.iterdir()] == [".12.notes.json"]
+
+
 def test_what_a_killed_writer_left_is_cleaned_away(parts, tmp_path):
     before = results(parts[0])
     (parts[0] / ".77.study.json").touch()

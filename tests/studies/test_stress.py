@@ -288,6 +288,15 @@ def test_nothing_is_begun_after_the_budget_and_what_is_left_is_named():
     assert [s.reason for s in one.skipped] == ["the budget was spent"]
 
 
+def test_a_test_that_is_resumed_has_the_budget_it_was_begun_with(tmp_path):
+    stress(cases=["cusp"], methods=["auto"], budget=0, folder=tmp_path)
+    resumed = ht.resume(tmp_path)
+    assert not resumed.cases
+    assert resumed.limits["budget_s"] == 0
+    stress(cases=["cusp"], methods=["auto"], budget=60, folder=tmp_path)  # it may be changed
+    assert ht.resume(tmp_path).limits["budget_s"] == 60
+
+
 def test_the_cases_are_those_that_were_asked_for():
     motions = {name: closed_form_of(case.scene) for name, case in cases().items()}
     for power in (2, 6, 12):

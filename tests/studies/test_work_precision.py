@@ -346,6 +346,13 @@ def test_nothing_is_begun_after_the_budget(toys):
     assert len(toys.log) < 16
 
 
+def test_a_diagram_that_is_resumed_has_the_budget_it_was_begun_with(toys, tmp_path):
+    begun = measured([1.0, 2.0, 3.0], periods=1.3, budget=40.0, folder=tmp_path)
+    resumed = ht.resume(tmp_path)
+    assert len(resumed.points) > len(begun.points)  # it is counted anew
+    assert begun.budget == resumed.budget == 40.0
+
+
 def test_what_the_budget_does_not_allow_is_named(toys):
     """Six tenths of the budget are for first runs."""
     found = measured([1.0, 2.0, 3.0], periods=1.3, budget=40.0)

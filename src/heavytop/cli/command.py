@@ -192,6 +192,7 @@ def print_table(table: RenderableType) -> None:
         console.print(table)
     for line in printed.get().splitlines():
         print(line.rstrip())  # echo would write UTF-8 where the terminal has another alphabet
+    sys.stdout.flush()  # it is there, whatever comes after it
 
 
 # --- verbs -----------------------------------------------------------------------------------

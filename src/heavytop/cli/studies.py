@@ -72,21 +72,38 @@ def finish(
     wrong: Sequence[tuple[Exit, str]] = (),
     figures: bool = True,
 ) -> None:
-    """Write and print what a verb found, and leave with what is wrong with it."""
-    from heavytop.report.files import write_study
+    """Write and print what a verb found, then draw it; leave with what is wrong with it."""
+    from heavytop.report.files import draw_study, write_study
 
-    files: Mapping[str, str] = {}
-    unwritten: list[tuple[Exit, str]] = []
+    files: dict[str, str] = {}
+    ends: list[tuple[Exit, str]] = []
     if output is not None:
-        try:
-            files = write_study(found, output, figures=figures)
-        except errors.StoppedEarly as fault:
-            unwritten = [(Exit.ENDED_EARLY, str(fault))]
-        for name in files.values():
-            note(f"wrote {output / name}")
+        with _noted(ends):
+            files = write_study(found, output, figures=False)
+    if not manner().json:
+        show(found.document(files=files))
+    if output is not None and figures and not ends:
+        with _noted(ends):
+            drawn = draw_study(found, output, files)
+            charts = [name for key, name in drawn.items() if key not in files]
+            if charts and not manner().json:
+                print(f"charts  {', '.join(charts)}")
+            files = drawn
+    for name in files.values():
+        note(f"wrote {Path(output or '') / name}")
     document = found.document(files=files)
-    show(document)
-    leave([*unwritten, *_wrong(kind, found, document), *wrong])
+    if manner().json:
+        show(document)
+    leave([*ends, *_wrong(kind, found, document), *wrong])
+
+
+@contextmanager
+def _noted(ends: list[tuple[Exit, str]]) -> Iterator[None]:
+    """Go on after what cannot be written; it is said at the end."""
+    try:
+        yield
+    except errors.StoppedEarly as fault:
+        ends.append((Exit.ENDED_EARLY, str(fault)))
 
 
 def _wrong(kind: str, found: Any, document: Mapping[str, Any]) -> Ends:
@@ -329,17 +346,17 @@ def certify(
             from heavytop.run.trajectory_file import load_trajectory
 
             _alone(f"the folder {run}", asked)
-            known = load_trajectory(Path(run) / TRAJECTORY)
+            known: Any = load_trajectory(Path(run) / TRAJECTORY)
         elif (Path(run) / "study.json").exists():
             raise BadParameter(f"{run}: the folder of a study; heavytop resume continues it")
         elif Path(run).is_dir() and run not in shipped_names():
             raise BadParameter(f"{run}: this folder holds no finished run")
         else:
-            from heavytop.run.propagation import propagate
+            known = options.read(run, changes)
+            if asked["formulation"] or projected:
+                from heavytop.run.propagation import propagate
 
-            known = propagate(
-                options.read(run, changes), formulation=formulation.value, projected=projected
-            )
+                known = propagate(known, formulation=formulation.value, projected=projected)
         found = proved(known, jobs=jobs, folder=output, progress=bar, **executor)
     finish("certificate", found, output)
 

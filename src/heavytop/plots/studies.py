@@ -22,6 +22,7 @@ Looks = dict[str, dict[str, Any]]
 
 DASHES: Final = ("-", "--", ":", "-.")  # one for every round of the colours
 GUIDES: Final = ((0.5, r"$t^{1/2}$"), (1.0, r"$t$"), (1.5, r"$t^{3/2}$"), (2.0, r"$t^2$"))
+LARGEST: Final = 1e9  # error: beyond it a method has diverged, and the others could not be read
 QUANTITIES: Final = {
     "energy": "energy E′, of max(|E′|, gMR)",
     "phase_s": "phase of the nutation [s]",
@@ -46,7 +47,8 @@ def drift_figure(document: Known) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Errors against nutation periods, with guides that grow as t^½, t, t^3/2 and t².
+        Errors against nutation periods, with guides that grow as t^½, t, t^3/2 and t²; of a
+        method that diverges those up to 1e9.
     """
     methods, count, panels = document["methods"], document["ensemble"], drifting(document)
     columns = min(3, max(1, len(panels)))
@@ -90,7 +92,7 @@ def error_growth(ax: Axes, document: Known, name: str = "energy", /, **looks: An
 
 
 def drifting(document: Known) -> list[str]:
-    """The quantities of which a drift study has an error that is not zero."""
+    """The quantities of which a drift study has an error to draw: not zero, nor beyond all."""
     methods = document["methods"]
     names = dict.fromkeys([*list(QUANTITIES)[:5], *(n for m in methods for n in m["invariants"])])
     return [name for name in names if _series(methods, name)]
@@ -100,7 +102,8 @@ def _series(methods: Sequence[Known], name: str) -> Series:
     found = {}
     for each in methods:
         errors = each.get(name, each["invariants"].get(name, ()))
-        points = [point for point in zip(each["periods"], errors, strict=False) if point[1]]
+        known = zip(each["periods"], errors, strict=False)
+        points = [(n, error) for n, error in known if error and abs(error) <= LARGEST]
         if points:
             found[each["name"]] = points
     return found

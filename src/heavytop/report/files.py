@@ -10,17 +10,26 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-from heavytop.errors import ForeignFile, ForeignRun, Stop, StoppedEarly
+from heavytop.errors import (
+    ForeignFile,
+    ForeignRun,
+    HeavyTopError,
+    NotDrawnWarning,
+    Stop,
+    StoppedEarly,
+)
 from heavytop.files import as_json, locked, write_document
 from heavytop.hdf5 import write_sealed
-from heavytop.report.studies import RESULTS, kind_of
+from heavytop.report.studies import RESULTS, Chart, kind_of
 from heavytop.results.base import Answer, Text, read, with_command
 from heavytop.results.classification import PlanSummary
 from heavytop.results.run import RunResult, run_result
@@ -39,6 +48,8 @@ FIGURES: Final = tuple(
     for name in ("overview", "angles", "potential", "phase", "errors")
     for form in FORMS
 )
+UNDRAWABLE: Final = (ArithmeticError, LookupError, RuntimeError, TypeError, ValueError)
+"""What drawing raises of numbers that no picture can show."""
 OWN: Final = (REQUEST, DOCUMENT, TRAJECTORY, *FIGURES)
 
 # --- a run -----------------------------------------------------------------------------------
@@ -234,7 +245,7 @@ def write_results(trajectory: Trajectory, folder: Path, *, figures: bool = True)
         from heavytop.plots import figures as drawn
 
         for name, draw in drawn.FIGURES.items():
-            files |= _saved(folder, name, draw(trajectory), name)
+            files |= _saved(folder, name, partial(draw, trajectory), name)
     result = run_result(trajectory, files=files)
     result.save(folder / DOCUMENT)
     return result
@@ -275,11 +286,61 @@ def write_study(
     ------
     StoppedEarly
         A file cannot be written.
+
+    Warns
+    -----
+    NotDrawnWarning
+        A chart cannot be drawn; all else is written.
     """
     place = Path(folder)
-    try:
+    with _writing(found, place):
         place.mkdir(parents=True, exist_ok=True)
-        return _written(found, place, figures)
+        files = _written(found, place)
+    return draw_study(found, place, files) if figures else files
+
+
+def draw_study(found: Any, folder: Path, files: Mapping[str, str]) -> dict[str, str]:
+    """Draw the charts of a study that was written, and name them in its document.
+
+    Parameters
+    ----------
+    found, folder
+        As for `write_study`.
+    files : mapping from str to str
+        What it returned.
+
+    Returns
+    -------
+    dict from str to str
+        These files and the charts.
+
+    Raises
+    ------
+    StoppedEarly
+        As `write_study`, which has the warnings too.
+    """
+    document, charts = _document(found)
+    kind, whole = kind_of(document), dict(files)
+    drawn = found if kind == "atlas" else document
+    with _writing(found, folder):
+        for chart in charts:
+            if chart.data_in(document) and getattr(found, "whole", True):
+                key = "chart" if f"{chart.name}.json" == files["document"] else chart.name
+                whole |= _saved(folder, chart.name, partial(chart.draw, drawn), key)
+        write_document(folder / files["document"], document | {"files": whole})
+    return whole
+
+
+@contextmanager
+def _writing(found: Any, place: Path) -> Iterator[None]:
+    """Write files of a study; say of one that cannot be written how to go on, if it does.
+
+    Raises
+    ------
+    StoppedEarly
+    """
+    try:
+        yield
     except OSError as fault:
         path = Path(os.fsdecode(fault.filename or place))
         path = path.with_name(path.name.removeprefix(f".{os.getpid()}."))  # as it is named at last
@@ -294,39 +355,51 @@ def _goes_on(found: Any) -> bool:
     return str(getattr(found, "schema", "")).startswith(("heavytop/drift/", "heavytop/atlas/"))
 
 
-def _written(found: Any, place: Path, figures: bool) -> dict[str, str]:
+def _document(found: Any) -> tuple[dict[str, Any], tuple[Chart, ...]]:
+    """The document of a study as it is stored, and the charts of its kind."""
     answer = found.document(costs=False) if _goes_on(found) else found.document()
-    document = with_command(answer)
-    name, charts = kind_of(document).replace("-", "_"), RESULTS[kind_of(document)].charts
-    files, drawn = {"document": f"{name}.json"}, document
+    document = dict(with_command(answer))
+    return document, RESULTS[kind_of(document)].charts
+
+
+def _written(found: Any, place: Path) -> dict[str, str]:
+    """Write the document and the data of a study; take charts of an earlier one away."""
+    document, charts = _document(found)
+    name = kind_of(document).replace("-", "_")
+    files = {"document": f"{name}.json"}
     if name == "drift":
         files["errors"] = "drift.nc"
         data = bytes(found.to_xarray().to_netcdf(engine="h5netcdf"))  # whole before it is on disk
         write_sealed(place / files["errors"], lambda part: part.write_bytes(data))
-    if name == "atlas":
-        figures, drawn = figures and found.whole, found
-        if found.whole:
-            files["map"] = "atlas.nc"
-            found.save_map(place / files["map"])
-
-    def write() -> None:
-        write_document(place / files["document"], document | {"files": files})
-
-    write()  # what was computed is on the disk before anything is drawn
-    for chart, form in product(charts, FORMS):  # those of an earlier study of the name
+    if name == "atlas" and found.whole:
+        files["map"] = "atlas.nc"
+        found.save_map(place / files["map"])
+    write_document(place / files["document"], document | {"files": files})
+    for chart, form in product(charts, FORMS):
         (place / f"{chart.name}.{form}").unlink(missing_ok=True)
-    for chart in charts:
-        if figures and chart.data_in(document):
-            key = "chart" if chart.name == name else chart.name
-            files |= _saved(place, chart.name, chart.draw(drawn), key)
-    write()
     return files
 
 
-def _saved(place: Path, name: str, figure: Figure, key: str) -> dict[str, str]:
-    """Save a figure in every form; the names of its files."""
+def _saved(place: Path, name: str, draw: Callable[[], Figure], key: str) -> dict[str, str]:
+    """Draw a figure and save it in every form; the names of its files, none where it fails."""
     from heavytop.plots.style import save
 
-    for form in FORMS:
-        save(figure, place / f"{name}.{form}")
-    return {f"{key}_{form}": f"{name}.{form}" for form in FORMS}
+    files = {f"{key}_{form}": f"{name}.{form}" for form in FORMS}
+    try:
+        figure = draw()
+        for file in files.values():
+            save(figure, place / file)
+    except HeavyTopError:  # of what is drawn: a damaged record
+        raise
+    except UNDRAWABLE as fault:
+        for file in files.values():
+            (place / file).unlink(missing_ok=True)
+        warn_not_drawn(name, fault)
+        return {}
+    return files
+
+
+def warn_not_drawn(name: str, fault: Exception) -> None:
+    """Warn of a picture that cannot be drawn, and say why."""
+    why = f"{name}: not drawn ({type(fault).__name__}: {fault})"
+    warnings.warn(why, NotDrawnWarning, stacklevel=3)

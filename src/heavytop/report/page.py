@@ -19,10 +19,11 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 from numpy.typing import NDArray
 
-from heavytop.errors import ForeignFile, NoClosedForm
+from heavytop.errors import ForeignFile, NoClosedForm, NotDrawnWarning
 from heavytop.files import as_json, write_text
 from heavytop.hdf5 import attribute, dataset, opened
 from heavytop.machine import version
+from heavytop.report.files import UNDRAWABLE, warn_not_drawn
 from heavytop.report.player import frames, run_data, tops
 from heavytop.report.studies import RESULTS, kind_of, parts_of, summary
 from heavytop.report.tables import (
@@ -220,12 +221,17 @@ def _section(result: LoadedResult, number: int) -> Section:
 
 
 def _charts(result: LoadedResult) -> Drawn:
-    """The charts of a study for which its document has numbers."""
+    """The charts of a study for which its document has numbers, and which can be drawn."""
     pictures: list[Picture] = []
     data: dict[str, Any] = {}
     for chart in RESULTS[kind_of(result.document)].charts:
         if known := chart.data_in(result.document):
-            name, svg = chart.name.replace("_", "-"), _svg(chart.draw(result.document))
+            name = chart.name.replace("_", "-")
+            try:
+                svg = _svg(chart.draw(result.document))
+            except UNDRAWABLE as fault:
+                warn_not_drawn(chart.name, fault)
+                continue
             pictures.append(Picture(name, chart.title, svg, tuple(known)))
             data |= known
     return tuple(pictures), data, None
@@ -434,6 +440,7 @@ def _sections(results: Sequence[LoadedResult]) -> Iterator[Section]:
             with warnings.catch_warnings():
                 for kind in (RuntimeWarning, UserWarning):  # of numbers that no picture can show
                     warnings.simplefilter("ignore", kind)
+                warnings.simplefilter("always", NotDrawnWarning)
                 yield _section(result, counts[result.path.name])
         except ForeignFile:
             raise

@@ -128,6 +128,8 @@ def _plane(parameters: Parameters) -> Plane:
         raise ForeignFile(f"a study of {parameters['kind']!r:.40}, no atlas")
     with reading("study.json"):
         x, y = (Axis.of(parameters[side]) for side in "xy")
+        if parameters["what"] not in SETS or not isinstance(parameters["tile"], int):
+            raise ValueError("its columns or the size of its tiles are unknown")
         return Plane(scene_of(parameters["scene"]), x, y)
 
 

@@ -31,7 +31,9 @@ from heavytop.integration.outputs import sample
 from heavytop.machine import versions
 from heavytop.results.base import Problem
 from heavytop.results.certificate import QUANTITIES, Certificate, EventProof, ProvedEvents
+from heavytop.run.estimates import MOST_DIGITS
 from heavytop.run.events import KINDS_OF
+from heavytop.run.planning import plan
 from heavytop.run.propagation import binary_start, propagate
 from heavytop.run.trajectory import Trajectory
 from heavytop.scene.arguments import heard, path_of, whole
@@ -73,7 +75,8 @@ def certify(
     Parameters
     ----------
     run : Trajectory or Scene
-        A run in doubles, in the axis, the attitude or the cubic form; a scene is run first.
+        A run in doubles, in the axis, the attitude or the cubic form; a scene is run first. Where
+        its span takes more than doubles for its digits it is run in doubles, projected.
     jobs : int
         Processes; results do not depend on it.
     folder : path, optional
@@ -122,10 +125,18 @@ def certify(
     place = None if folder is None else path_of("folder", folder)
     jobs = whole("jobs", jobs, 1, 1024)
     if isinstance(run, Scene):
-        run = propagate(run)
+        run = run_in_doubles(run)
     parameters = certificate_parameters(run)
     with open_store(place, parameters) as store:
         return complete(store, jobs=jobs, executor=executor, on_progress=progress)
+
+
+def run_in_doubles(scene: Scene) -> Trajectory:
+    """Run a scene as auto does, but in doubles where that takes more bits for a long span."""
+    chosen = plan(scene)
+    if chosen.folded or chosen.precision == "double" or scene.digits > MOST_DIGITS:
+        return propagate(scene)
+    return propagate(scene, formulation=chosen.formulation, projected=True)
 
 
 def certificate_parameters(trajectory: Trajectory) -> Parameters:

@@ -89,7 +89,8 @@ def drift(
         or empty, or holds this study.
     executor : concurrent.futures.Executor, optional
         Its workers do the runs, wherever they are, and `jobs` means nothing; results do not
-        depend on it. That of a dask cluster: `heavytop.studies.executors.executor_at`.
+        depend on it. That of a dask cluster is
+        `heavytop.studies.executors.executor_at` of its address.
     progress : callable, optional
         It is given a `heavytop.studies.runner.Progress` again and again.
 

@@ -197,9 +197,8 @@ WORKER: Final = Worker()
 # --- a dask cluster ---------------------------------------------------------------------------
 
 
-@contextmanager
-def executor_at(address: str, *, timeout_s: float = TIMEOUT_S) -> Iterator[Executor]:
-    """The executor of a dask scheduler, closed in the end.
+def executor_at(address: str, *, timeout_s: float = TIMEOUT_S) -> Cluster:
+    """The executor of a dask scheduler, connected while a study or a ``with`` block uses it.
 
     Parameters
     ----------
@@ -208,18 +207,31 @@ def executor_at(address: str, *, timeout_s: float = TIMEOUT_S) -> Iterator[Execu
     timeout_s : float
         How long to wait for the scheduler, and then for its first worker [s].
 
-    Yields
-    ------
+    Returns
+    -------
     concurrent.futures.Executor
-        For the argument ``executor`` of `drift`, `atlas` and `resume`.
+        For the argument ``executor`` of `drift`, `stress`, `atlas`, `certify` and `resume`. In a
+        ``with`` block several studies share one connection.
 
     Raises
     ------
     NoScheduler
-        Nobody answers there in time, or there is no worker.
+        When it connects: nobody answers there in time, or there is no worker.
     MissingPackage
-        dask is not installed here.
+        When it connects: dask is not installed here.
+
+    Examples
+    --------
+    >>> executor = executor_at("tcp://192.168.0.2:8786")
+    >>> executor.workers  # it is not connected yet
+    0
     """
+    return Cluster(address, timeout_s)
+
+
+@contextmanager
+def _connected(address: str, timeout_s: float) -> Iterator[tuple[Any, Executor]]:
+    """A client of a dask scheduler and its executor, closed in the end."""
     if find_spec("distributed") is None:
         raise MissingPackage("a cluster", ["distributed"], "cluster")
     from distributed import Client
@@ -232,15 +244,34 @@ def executor_at(address: str, *, timeout_s: float = TIMEOUT_S) -> Iterator[Execu
             except TimeoutError:
                 start = f"dask worker {address} --nthreads 1"
                 raise NoScheduler(f"{address}: a scheduler without workers: {start}") from None
-            yield _Cluster(client)
+            yield client, client.get_executor(pure=False)  # no result of an earlier call
 
 
-class _Cluster(Executor):
-    """The workers of a scheduler, as many as there are at the moment."""
+class Cluster(Executor):
+    """The workers of a scheduler, as many as there are at the moment.
 
-    def __init__(self, client: Any) -> None:
-        self._client = client
-        self._executor = client.get_executor(pure=False)  # no result of an earlier call
+    It is connected inside ``with`` blocks, of which each study has one: the outermost closes it.
+    """
+
+    def __init__(self, address: str, timeout_s: float) -> None:
+        self._where = address, timeout_s
+        self._blocks = 0  # that are entered
+        self._client: Any = None
+
+    def __enter__(self) -> Self:
+        """Connect, unless it is connected."""
+        if not self._blocks:
+            self._connection = _connected(*self._where)
+            self._client, self._executor = self._connection.__enter__()
+        self._blocks += 1
+        return self
+
+    def __exit__(self, *fault: Any) -> None:
+        """Close the connection, if no other block uses it."""
+        self._blocks -= 1
+        if not self._blocks:
+            self._client = None
+            self._connection.__exit__(*fault)
 
     @property
     def workers(self) -> int:
@@ -252,8 +283,9 @@ class _Cluster(Executor):
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Let a worker call a function."""
-        found: Future[Any] = self._executor.submit(fn, *args, **kwargs)
-        return found
+        if not self._blocks:
+            raise RuntimeError("not connected: submit inside a with block")
+        return self._executor.submit(fn, *args, **kwargs)
 
 
 def _expect_scheduler(address: str, timeout_s: float) -> None:

@@ -15,7 +15,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent import futures
 from concurrent.futures import Executor, Future
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib import import_module
@@ -27,7 +27,7 @@ from heavytop import errors
 from heavytop.comparison import own
 from heavytop.machine import usable_cpus, versions
 from heavytop.scene.arguments import heard, path_of, whole
-from heavytop.studies.executors import WORKER, Processes
+from heavytop.studies.executors import WORKER, Cluster, Processes
 from heavytop.studies.store import (
     STUDY,
     Chunk,
@@ -159,7 +159,8 @@ def run(
     tell()
     left = {task: record.checkpoint for task, record in records.items() if not record.ended}
     store.seconds |= {task: 0.0 for task, checkpoint in left.items() if checkpoint is None}
-    with _stop_signal() as stop, WORKER:
+    connected = executor if isinstance(executor, Cluster) else nullcontext()
+    with _stop_signal() as stop, WORKER, connected:
         if executor is None and jobs == 1:
             chunks = _here(study, store.parameters, left, stop)
         else:
@@ -185,6 +186,8 @@ def resume(
     progress: Callable[[Progress], object] | None = None,
 ) -> Drift | Atlas | Stress | WorkPrecision:
     """Take up a study of any kind where its folder says it was left.
+
+    A budget is that with which it was begun, and counts from now on.
 
     Parameters
     ----------

@@ -25,6 +25,8 @@ from heavytop.scene.arguments import path_of
 
 Parameters = dict[str, Any]
 STUDY, LOCK, TASKS = "study.json", "lock", "tasks"
+BUDGET: Final = "budget"
+"""The name of a record without rows: its checkpoint is the time that a study may take [s]."""
 RECORDS: Final = f"{TASKS}/[0-9a-f]*.json"
 UNFINISHED: Final = ".[0-9]*.json"  # what `write_text` leaves where it is killed
 
@@ -249,6 +251,16 @@ def open_store(folder: object, parameters: Parameters) -> AbstractContextManager
     return Store.open(path_of("folder", folder), parameters)
 
 
+def keep_budget(store: MemoryStore, budget: float | None, default: float) -> float:
+    """Write the budget of a study down; of one that is resumed (None) return what was written."""
+    if budget is not None:
+        store.save(Record(BUDGET, budget))
+        return budget
+    written = store.load(BUDGET).checkpoint
+    with reading(f"record {BUDGET}"):
+        return default if written is None else float(written)
+
+
 @contextmanager
 def reading(what: object) -> Iterator[None]:
     """Name what does not hold what was written there.
@@ -307,6 +319,9 @@ def _refuse_others(folder: Path) -> None:
     """Refuse a file, and a folder that holds something other than a study."""
     if folder.exists() and not folder.is_dir():
         raise ForeignFile(f"{folder}: not a folder")
+    tasks = folder / TASKS
+    if os.path.lexists(tasks) and (tasks.is_symlink() or not tasks.is_dir()):
+        raise ForeignFile(f"{tasks}: not a folder of its own, as a study has for its tasks")
     if (folder / STUDY).exists():
         return
     own = (LOCK, TASKS)

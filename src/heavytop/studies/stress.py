@@ -49,7 +49,14 @@ from heavytop.studies.methods import (
     stress_method,
     stress_methods,
 )
-from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store, reading
+from heavytop.studies.store import (
+    Chunk,
+    MemoryStore,
+    Parameters,
+    keep_budget,
+    open_store,
+    reading,
+)
 from heavytop.studies.stress_cases import Case, CaseReference, cases, reference
 
 KIND: Final = "stress"
@@ -177,11 +184,12 @@ def tasks(parameters: Parameters) -> list[str]:
 def complete(
     store: MemoryStore,
     *,
-    budget: float = BUDGET_S,
+    budget: float | None = None,
     on_progress: Callable[[runner.Progress], object] | None = None,
     **how: Any,
 ) -> Stress:
     """Do the runs that are left and for which there is time, and return the result."""
+    budget = keep_budget(store, budget, BUDGET_S)
     until = time.monotonic() + budget
 
     def heard(now: runner.Progress) -> None:

@@ -28,7 +28,7 @@ from heavytop.studies.drift import neighbour
 from heavytop.studies.methods import AUTO, TOLERANCE, MethodSetting, NoMethod, admitted, method
 from heavytop.studies.runner import Progress
 from heavytop.studies.steppers import MethodRun, no_nutation, set_up
-from heavytop.studies.store import Chunk, MemoryStore, Parameters, open_store
+from heavytop.studies.store import Chunk, MemoryStore, Parameters, keep_budget, open_store
 
 KIND: Final = "work_precision"
 BUDGET_S: Final = 240.0
@@ -297,12 +297,13 @@ def _asked(parameters: Parameters) -> list[Asked]:
 def complete(
     store: MemoryStore,
     *,
-    budget: float = BUDGET_S,
+    budget: float | None = None,
     on_progress: Callable[[Progress], object] | None = None,
     **_: Any,
 ) -> WorkPrecision:
     """Measure what is left and for which there is time, in this process, and return the result."""
     began, parameters = clock(), store.parameters
+    budget = keep_budget(store, budget, BUDGET_S)
     asked, finished = _asked(parameters), store.load(ROUNDS).done
     tried = [each for each, folded in asked if not folded]
 
