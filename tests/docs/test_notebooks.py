@@ -1,14 +1,29 @@
-"""The notebooks of examples/: what is committed of each, and that it runs from top to bottom."""
+"""The notebooks of examples/: what is committed of each, that it runs, and that its text is true.
+
+What a cell has to give is in `notebooks/`, under the name of the cell, and is run after it. A
+reader, who changes numbers, meets no assertion.
+"""
 
 import json
 import re
 from pathlib import Path
+from textwrap import indent
 
 import pytest
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 NOTEBOOKS = sorted(EXAMPLES.glob("*.ipynb"))
+CHECKS = Path(__file__).parent / "notebooks"
 MOST_CELLS = 40
+CHANGED = {  # a number of each, as a reader may change it
+    "1-section-2.10": ("phidot=-15", "phidot=-10"),
+    "2-cusps-loops-waves": ("(-15, -3, 0, 3)", "(-15, 1, 2, 3)"),
+    "3-sleeping-and-rising": ("0.99 * omega_c", "0.9 * omega_c"),
+    "4-energy-drift": ("(100, 200)", "(100, 300)"),
+    "5-phase-not-energy": ("energy_kept, 60", "energy_kept, 90"),
+    "6-your-own-atlas": ("theta=0.02:3.12:400", "theta=0.02:3.12:300"),
+    "7-a-toy-top": ('"radius": (0.030', '"radius": (0.040'),
+}
 PYTHON = {"kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"}}
 TIME_LIMIT_S = 120  # of a cell
 
@@ -19,6 +34,14 @@ def cells(path):
     """Return the kind and the text of each cell."""
     document = json.loads(path.read_text("utf-8"))
     return [(cell["cell_type"], "".join(cell["source"])) for cell in document["cells"]]
+
+
+def checks(path):
+    """Return by the name of a cell what is to hold after it."""
+    _, *parts = re.split(
+        r"^# %% (\S+)\n", (CHECKS / f"{path.stem}.py").read_text("utf-8"), flags=re.M
+    )
+    return dict(zip(parts[::2], parts[1::2], strict=True))
 
 
 def test_there_are_notebooks():
@@ -51,9 +74,17 @@ def test_a_notebook_ends_with_three_exercises_and_their_solutions(path):
 
 @each_notebook
 def test_the_solutions_of_a_notebook_are_held_to(path):
-    found = cells(path)
-    [start] = [i for i, (_, text) in enumerate(found) if re.search(r"^### +Solutions$", text, re.M)]
-    assert sum(text.count("assert ") for kind, text in found[start:] if kind == "code") >= 3
+    document, held = json.loads(path.read_text("utf-8")), checks(path)
+    names = [cell["id"] for cell in document["cells"]]
+    assert {*held} <= {*names}
+    [start] = [i for i, (_, text) in enumerate(cells(path)) if "### Solutions" in text]
+    assert sum(held.get(name, "").count("assert ") for name in names[start:]) >= 3
+
+
+@each_notebook
+def test_no_cell_of_a_notebook_asserts(path):
+    for kind, text in cells(path):
+        assert kind == "markdown" or not re.search(r"^\s*assert\b", text, re.M), text
 
 
 @each_notebook
@@ -63,19 +94,39 @@ def test_the_links_of_a_notebook_lead_somewhere(path):
         assert link.startswith("https://") or (EXAMPLES / link).exists(), link
 
 
+def run(notebook, folder, monkeypatch):
+    """Run all cells of a notebook."""
+    nbclient = pytest.importorskip("nbclient", reason="it comes with the extra docs")
+    for name in ("IPYTHONDIR", "JUPYTER_RUNTIME_DIR", "MPLCONFIGDIR"):
+        monkeypatch.setenv(name, str(folder / name))
+    nbclient.NotebookClient(
+        notebook, timeout=TIME_LIMIT_S, kernel_name="python3",
+        resources={"metadata": {"path": str(folder)}},
+    ).execute()  # fmt: skip
+
+
 @pytest.mark.slow
 @pytest.mark.processes
 @each_notebook
-def test_a_notebook_runs_from_top_to_bottom(path, tmp_path, monkeypatch):
+def test_a_notebook_runs_and_does_what_its_text_says(path, tmp_path, monkeypatch):
     nbformat = pytest.importorskip("nbformat", reason="it comes with the extra docs")
-    nbclient = pytest.importorskip("nbclient", reason="it comes with the extra docs")
-    for name in ("IPYTHONDIR", "JUPYTER_RUNTIME_DIR", "MPLCONFIGDIR"):
-        monkeypatch.setenv(name, str(tmp_path / name))
-    notebook = nbformat.read(path, as_version=4)
-    where = {"metadata": {"path": str(tmp_path)}}
-    nbclient.NotebookClient(
-        notebook, timeout=TIME_LIMIT_S, kernel_name="python3", resources=where
-    ).execute()
+    notebook, held = nbformat.read(path, as_version=4), checks(path)
+    for place in reversed(range(len(notebook.cells))):
+        if code := held.get(notebook.cells[place].id):  # in a function, which leaves no names
+            code = f"def check():\n{indent(code, '    ')}\n\ncheck()"
+            notebook.cells.insert(place + 1, nbformat.v4.new_code_cell(code))
+    run(notebook, tmp_path, monkeypatch)
     for cell in notebook.cells:
         for output in cell.get("outputs", ()):
             assert output.get("name") != "stderr", output["text"]
+
+
+@pytest.mark.slow
+@pytest.mark.processes
+@each_notebook
+def test_a_notebook_runs_with_another_number(path, tmp_path, monkeypatch):
+    nbformat = pytest.importorskip("nbformat", reason="it comes with the extra docs")
+    notebook, (old, new) = nbformat.read(path, as_version=4), CHANGED[path.stem]
+    place = next(cell for cell in notebook.cells if cell.cell_type == "code" and old in cell.source)
+    place.source = place.source.replace(old, new, 1)
+    run(notebook, tmp_path, monkeypatch)

@@ -22,7 +22,7 @@ def test_a_kind_has_its_colour_and_its_share_in_the_legend():
     figure = map_figure(document, np.zeros((3, 2), np.uint8), list(counts))
     [legend] = figure.legends
     words = [text.get_text() for text in legend.get_texts()]
-    assert words == ["loops 75.00%", "cusps 25.00%"]
+    assert words == ["loops 75.00%", "cusps"]
     shown = [patch.get_facecolor() for patch in legend.get_patches()]
     assert shown == [to_rgba(KINDS[kind].colour) for kind in counts]
     [ax] = figure.axes  # the first and the last value are in the middle of their pixels
@@ -56,6 +56,18 @@ def test_an_atlas_says_what_is_held_and_where_its_scene_is(atlas):
         x, y = text.get_position()
         column, row = round((x + 20) / 5), round((y + 150) / 37.5)
         assert KINDS[atlas.names[kind[row, column]]].label in title
+
+
+def test_a_line_has_no_share_and_is_once_in_the_legend(atlas):
+    """Cusps are a column of pixels, at a kick of nothing, and a curve."""
+    assert atlas.counts["cusps"] == 8
+    for legend in (
+        map_figure(atlas.document(), atlas["kind"], atlas.names).legends[0],
+        atlas_figure(atlas).subfigs[0].axes[0].get_legend(),
+    ):
+        words = [text.get_text() for text in legend.get_texts()]
+        assert [word for word in words if "cusps" in word] == ["cusps"]
+        assert {word.split()[0] for word in words if "%" in word} == {"waves", "loops"}
 
 
 def test_a_scene_beside_the_map_is_not_marked():

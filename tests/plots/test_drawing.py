@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -69,6 +71,15 @@ def shown():
 
 def mine(ax):
     return [line for line in ax.lines if line.get_label() == "mine"]
+
+
+def test_what_the_page_says_can_be_drawn_has_a_plot():
+    page = (Path(__file__).parents[2] / "docs" / "figures.md").read_text("utf-8")
+    _, table = page.split("| `plot` of | pictures; the first is the default |\n|---|---|\n")
+    for row in table.partition("\n\n")[0].splitlines():
+        names = re.findall(r"`(\w+)`", row.split(" | ")[0])
+        assert names, row
+        assert all(hasattr(getattr(ht, name), "plot") for name in names), row
 
 
 @pytest.mark.parametrize("name", OVER_TIME)

@@ -76,6 +76,21 @@ def test_a_film_has_its_frames_and_the_same_bytes_again(tmp_path, form):
     assert done[:8] == [k / 8 for k in range(1, 9)]
 
 
+@pytest.mark.parametrize("name", ["sleeping", "sicm-kicked"])
+def test_a_gif_has_the_colours_of_its_frames(tmp_path, name):
+    """Also those of the orange quarter, which has few pixels, and is not always in sight."""
+    scene, size = ht.load_scene(name), (400, 300)
+    path = ht.film(scene, tmp_path / "x.gif", seconds=4, fps=12, size=size)
+    drawn = Shot.of(scene, 4.0)
+    with Image.open(path) as picture:
+        last = picture.n_frames - 1
+        for k in range(0, last, 4):
+            picture.seek(k)
+            found, frame = picture.convert("RGB"), drawn.frame(k / last, size)
+            off = np.abs(np.subtract(found, frame, dtype=int)).max(axis=-1)
+            assert off.max() < 25  # of 255
+
+
 def test_a_still_top_is_pushed_and_a_backward_one_runs_backwards():
     assert any("pushed" in title for title in shot("sleeping").titles)
     backward = Shot.of(ht.load_scene("sicm-kicked", ["span.time=-2"]), 10.0)

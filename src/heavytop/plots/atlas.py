@@ -96,7 +96,7 @@ def map_figure(document: Known, kind: Codes, names: Sequence[str]) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        The map; under it the kinds that occur, with their shares.
+        The map; under it the kinds that occur, areas with their shares.
     """
     figure = Figure(figsize=(7.2, 6.2), layout="constrained")
     handles = _map(figure.subplots(), document, kind, names)
@@ -128,7 +128,7 @@ def _every(atlas: Atlas) -> tuple[slice, slice]:
 
 
 def _map(ax: Axes, document: Known, kind: Codes, names: Sequence[str], **mesh: Any) -> list[Any]:
-    """Draw kinds as areas, boundaries as lines; return what a legend has, kinds with shares."""
+    """Draw kinds as areas, boundaries as lines; return what a legend has, areas with shares."""
     colours = ListedColormap([KINDS.get(name, UNKNOWN).colour for name in names])
     norm = BoundaryNorm(np.arange(len(names) + 1) - 0.5, len(names))
     axes = [document["axes"][side] for side in "xy"]
@@ -156,16 +156,22 @@ def _map(ax: Axes, document: Known, kind: Codes, names: Sequence[str], **mesh: A
             ax.plot(x, y, "-", color="white", lw=2.6, alpha=0.7, zorder=2)
             looks = {"ls": look.marker, "lw": 1.5, "zorder": 3}
         ax.plot(x, y, color=look.colour, label=look.label, **looks)
-    whole = sum(document["counts"].values()) or 1
-    counts = sorted(document["counts"].items(), key=lambda each: -each[1])
-    areas = [
-        Patch(facecolor=look.colour, edgecolor="#555555", lw=0.5,
-              label=f"{look.label or literal(name)} {count / whole:.2%}")
-        for name, count in counts
-        for look in [KINDS.get(name, UNKNOWN)]
-    ]  # fmt: skip
+    handles = {}
+    for name, count in sorted(document["counts"].items(), key=lambda each: -each[1]):
+        look = KINDS.get(name, UNKNOWN)
+        label = look.label or literal(name)
+        if names.index(name) in _areas(kind):
+            label += f" {count / sum(document['counts'].values()):.2%}"
+        handles[label] = Patch(facecolor=look.colour, edgecolor="#555555", lw=0.5, label=label)
     lines, labels = ax.get_legend_handles_labels()
-    return [*areas, *dict(zip(labels, lines, strict=True)).values()]
+    return [*(handles | dict(zip(labels, lines, strict=True))).values()]
+
+
+def _areas(kind: Codes) -> set[int]:
+    """The codes that fill a square of four pixels somewhere: others are lines and points."""
+    corner = kind[:-1, :-1]
+    same = (corner == kind[1:, :-1]) & (corner == kind[:-1, 1:]) & (corner == kind[1:, 1:])
+    return set(corner[same].tolist())
 
 
 def _edges(axis: Known, count: int) -> Numbers:

@@ -31,7 +31,7 @@ SPIN: Final = 9.0  # rad of spin in a second of film: slow enough to be followed
 PERIODS: Final = 12  # nutations shown, at most
 POINTS: Final = 2001  # of the path
 FINE: Final = 2  # pixels drawn for one that is shown, in each direction
-COLOURS: Final = 128  # of a GIF
+COLOURS: Final = 256  # of a GIF
 MOST_PIXELS: Final = 5e8  # of all frames: 2 GB
 
 SECTORS: Final = 36
@@ -170,7 +170,7 @@ def film(
             if progress is not None:
                 progress((k + 1) / count)
 
-    write_whole(place, lambda part: FORMS[form](part, shot, frames(), rate))
+    write_whole(place, lambda part: FORMS[form](part, frames(), rate))
     return place
 
 
@@ -397,17 +397,18 @@ def _colour(rgb: Array) -> tuple[int, ...]:
 # --- a film in a file ----------------------------------------------------------------------------
 
 
-def _as_gif(part: Path, shot: Shot, frames: Iterator[Image.Image], fps: float) -> None:
+def _as_gif(part: Path, frames: Iterator[Image.Image], fps: float) -> None:
     """Write a GIF, all of whose frames have one palette."""
-    strip = Image.new("RGB", (800, 150))
-    for k in range(4):
-        strip.paste(shot.frame(k / 3, (200, 150)), (200 * k, 0))
-    palette = strip.quantize(COLOURS, Image.Quantize.MEDIANCUT)
-    few = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
+    held = [*frames]
+    # Each colour once: weighed by its pixels, a small patch would lose its own to the paper's.
+    found = (rgb for each in held for _, rgb in each.getcolors(each.width * each.height) or ())
+    once = np.array([*dict.fromkeys(found)], np.uint8)
+    palette = Image.fromarray(once[None]).quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
+    few = (each.quantize(palette=palette, dither=Image.Dither.NONE) for each in held)
     _save(part, few, fps, format="GIF", optimize=False)
 
 
-def _as_webp(part: Path, _: Shot, frames: Iterator[Image.Image], fps: float) -> None:
+def _as_webp(part: Path, frames: Iterator[Image.Image], fps: float) -> None:
     _save(part, frames, fps, format="WEBP", quality=80, method=1)
 
 
@@ -418,7 +419,7 @@ def _save(part: Path, frames: Iterator[Image.Image], fps: float, **looks: Any) -
     first.save(part, save_all=True, append_images=others, duration=durations, loop=0, **looks)
 
 
-def _as_mp4(part: Path, _: Shot, frames: Iterator[Image.Image], fps: float) -> None:
+def _as_mp4(part: Path, frames: Iterator[Image.Image], fps: float) -> None:
     """Write an MP4, by the ffmpeg that imageio-ffmpeg brings."""
     try:
         from imageio_ffmpeg import write_frames

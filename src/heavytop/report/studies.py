@@ -373,13 +373,15 @@ def atlas_parts(document: Known) -> Iterator[Line]:
 
 
 def _kinds(document: Known) -> Iterator[Row]:
-    """The kinds with their shares, the most frequent first, each with what it is made of."""
-    every = sum(document["counts"].values()) or 1
-    details = (document.get("details") or {}).items()
-    for name, count in sorted(document["counts"].items(), key=lambda each: -each[1]):
-        inside = [(f"  {d.partition(', ')[2]}", n) for d, n in details if d.startswith(f"{name}, ")]
-        for label, pixels in [(name, count), *inside]:
-            yield label, str(pixels), f"{pixels / every:.3%}"
+    """Kinds, and where they are told apart further their parts; every pixel once."""
+    details = document.get("details") or {}
+    counts = dict(document["counts"])
+    for part, count in details.items():
+        counts[part.partition(",")[0]] -= count
+    rows = {name: count for name, count in counts.items() if count} | details
+    every = sum(rows.values()) or 1
+    for name, count in sorted(rows.items(), key=lambda each: -each[1]):
+        yield name, str(count), f"{count / every:.3%}"
 
 
 def _map(document: Known) -> Iterator[Row]:

@@ -6,6 +6,7 @@
   const NAMES = ["A", "C", "gMR", "theta", "phi", "psi", "thetadot", "phidot"]; // and psidot, omega3
   const START = ["theta", "thetadot", "phi", "phidot", "psi"]; // in a scene file
   const DEGREE = Math.PI / 180, LONG = 14, CURVE = 401;
+  const KNOWN = 1e-9; // rad, of φ after a nutation
   const [COARSE, FINE] = [[48, 36], [160, 120]]; // the plane of kicks, in motion and at rest
   const IDLE = 150; // ms
   const INK = "#222222", SOFT = "#57606A", GRID = "#E3E6EA", BLUE = "#0072B2", ORANGE = "#D55E00";
@@ -121,6 +122,13 @@
     }
     return events.slice(0, 200);
   };
+  const precession = (top, period) => { // the mean rate of φ over a nutation, or none
+    if (!period) return top.phidot;
+    const begin = 0.31 * period; // not at a turning point, where an axis that passes a pole is on it
+    const { complete, phi: [before, after] } = heavytop.motion(top, [begin, begin + period]);
+    const turned = after - before;
+    return complete ? (Math.abs(turned) < KNOWN ? 0 : turned) / period : null;
+  };
   const NODDING = ["loops", "cusps", "waves", "through-top", "through-bottom", "planar-pendulum"];
   const computed = (s) => {
     const own = spinning(s), verdict = heavytop.classify(own, DATA), notes = [];
@@ -137,6 +145,7 @@
       period = null;
     }
     if (verdict.kind === "uniform-precession") [ends, period] = [[top.theta, top.theta], null];
+    const rate = creeping ? null : precession(top, period);
     const end = span(top, verdict.kind, period);
     const times = Array.from({ length: DATA.frames }, (_, k) => (end * k) / (DATA.frames - 1));
     const found = heavytop.motion(top, times);
@@ -154,7 +163,7 @@
     const run = { title: "the explorer", end, spin, notes, theta: ends, events,
       quaternion: Float32Array.from(found.quaternion),
       momentum: Float32Array.from(found.momentum, (x) => x / (most || 1)) };
-    return { own, top, verdict, still, ends, period, end, times, found, run };
+    return { own, top, verdict, still, ends, period, rate, end, times, found, run };
   };
 
   // --- drawing -----------------------------------------------------------------------------------
@@ -423,7 +432,7 @@
     if ($(id).textContent !== text) $(id).textContent = text;
   };
   const describe = () => {
-    const { verdict, own, ends, period, found, times, still } = shown, look = DATA.kinds[verdict.kind];
+    const { verdict, own, ends, period, rate, still } = shown, look = DATA.kinds[verdict.kind];
     tell("kind", named());
     tell("plain", look.plain);
     $("verdict").style.setProperty("--kind", look.colour);
@@ -432,14 +441,16 @@
       ? "It is nearer to another kind than this page tells apart: heavytop classify proves which it is."
       : `The nearest other kind is ${short(verdict.margin, 3)} away (0: on its boundary; 1: far).`);
     const { p_phi: pPhi, p_psi: pPsi, E_prime: energy } = heavytop.constants(own);
-    const psidot = own.omega3 - own.phidot * Math.cos(own.theta), last = times.length - 1;
-    const turn = (values) => (values[last] - values[0]) / times[last];
+    const psidot = own.omega3 - own.phidot * Math.cos(own.theta);
+    const spins = [psidot, own.omega3].map((each) => short(heavytop.settled(each,
+      Math.abs(state.spin) + Math.abs(own.phidot))));
     const facts = [
       ["Tilt", still ? angle(own.theta) : ends[0] === ends[1] ? angle(ends[0])
         : `${angle(ends[0])} to ${angle(ends[1])}`],
       ["Period of nutation", still || !period ? "–" : `${short(period)} s`],
-      ["Axis goes round", still ? "–" : `${short(turn(found.phi), 4)} rad/s on average in what is shown`],
-      ["ψ̇ and ω₃ at the start", `${short(psidot)} and ${short(own.omega3)} rad/s`],
+      ["Axis goes round", still || rate === null ? "–" : `${short(rate)} rad/s on average`
+        + (rate ? `, once in ${short((2 * Math.PI) / Math.abs(rate))} s` : "")],
+      ["ψ̇ and ω₃ at the start", `${spins.join(" and ")} rad/s`],
       ["p_φ, p_ψ", `${short(pPhi)}, ${short(pPsi)} kg m²/s`],
       ["E′", `${short(energy)} J`],
       ["A, C, gMR", `${short(own.A)} kg m², ${short(own.C)} kg m², ${short(own.gMR)} kg m²/s²`],

@@ -83,11 +83,14 @@ const heavytop = (() => {
   };
 
   // --- the constants, and the tilts between which the axis stays ---------------------------------
+  // A sum that is nothing but the rounding of terms of this size is zero.
+  const settled = (value, size) => (Math.abs(value) <= 4 * Number.EPSILON * size ? 0 : value);
   const constants = (top) => {
-    const x = given(top);
-    const energy = x.kinetic / 2 + x.gMR * x.cos;
-    return { E_prime: energy, E: energy + (x.C * x.omega3 * x.omega3) / 2,
-      p_phi: x.pPhi, p_psi: x.pPsi };
+    const x = given(top), weight = x.gMR * x.cos, spin = (x.C * x.omega3 * x.omega3) / 2;
+    const [moving, pull] = [x.kinetic / 2, Math.abs(x.gMR)];
+    return { E_prime: settled(moving + weight, moving + pull),
+      E: settled(moving + weight + spin, moving + pull + spin), p_psi: x.pPsi,
+      p_phi: settled(x.pPhi, Math.abs(x.A * x.phidot * x.sin2) + Math.abs(x.pPsi)) };
   };
   const potential = (top) => { // V(θ), the form that keeps its digits near the poles
     const x = given(top);
@@ -101,48 +104,49 @@ const heavytop = (() => {
     };
   };
 
-  // The ends of the nutation as tilts, and its period; the period is none where nothing nutates.
-  // f(u) = u̇² is a cubic, whose roots on either side of the start are bracketed by the poles.
+  // The ends of the nutation as tilts, and its period; none where nothing nutates, on a separatrix.
+  // With w = 1 − cos θ seen from the pole where the potential is highest, ẇ² = f(w) is a cubic with
+  // roots w₃ ≤ 0 ≤ w₂ ≤ w₁. No digits are lost beside that pole: f is made of what is small there,
+  // and of the other two roots, whose product is known, none is a difference.
   const reach = (top) => {
-    const x = given(top), energy = x.kinetic + 2 * x.gMR * x.cos; // 2E′
-    const a0 = energy / x.A - (x.pPhi / x.A) ** 2;
-    const a1 = (2 * x.pPhi * x.pPsi) / x.A ** 2 - (2 * x.gMR) / x.A;
-    const a2 = -energy / x.A - (x.pPsi / x.A) ** 2, a3 = (2 * x.gMR) / x.A;
-    const f = (u) => a0 + u * (a1 + u * (a2 + u * a3));
-    const scale = Math.abs(a0) + Math.abs(a1) + Math.abs(a2) + Math.abs(a3);
-    const slope = a1 + x.cos * (2 * a2 + 3 * a3 * x.cos), still = x.thetadot === 0 || x.sine === 0;
-    const halved = (inside, outside) => {
-      for (let k = 0; k < 80; k += 1) {
+    const x = given(top), up = x.gMR >= 0;
+    const start = up ? x.below : x.above;
+    const pass = sum(up ? "PASS_TOP" : "PASS_BOTTOM", x) / x.A;
+    const over = sum(up ? "OVER_TOP" : "OVER_BOTTOM", x) / x.A; // 2 (E′ − |gMR|)/A
+    const [pull, spin] = [(2 * Math.abs(x.gMR)) / x.A, (up ? x.pPsi : -x.pPsi) / x.A];
+    const P = start * pass; // (p_φ ∓ p_ψ)/A
+    const f = (w) => (over + pull * w) * w * (2 - w) - (P + spin * w) ** 2;
+    const linear = 2 * over - 2 * P * spin;
+    const tilt = (w) => {
+      if (w === start) return top.theta;
+      const [near, far] = [Math.sqrt(w), Math.sqrt(Math.max(0, 2 - w))];
+      return 2 * (up ? Math.atan2(near, far) : Math.atan2(far, near));
+    };
+    const turning = () => { // the root between the pole and the start
+      if (P === 0 && linear > 0) return 0;
+      let [outside, inside] = [0, start];
+      for (;;) {
         const middle = (inside + outside) / 2;
+        if (!(middle > outside && middle < inside)) return middle;
         if (f(middle) > 0) inside = middle;
         else outside = middle;
       }
-      return (inside + outside) / 2;
     };
-    let low, high;
-    if (scale === 0 || (still && Math.abs(slope) < 1e-12 * scale)) low = high = x.cos;
-    else if (still) { // the start is one end, the other a root of a quadratic
-      const d2 = a2 + 3 * a3 * x.cos, d1 = slope; // f = (u − u₀)(d1 + d2 (u − u₀) + a3 (u − u₀)²)
-      const root = Math.sqrt(Math.max(0, d2 * d2 - 4 * a3 * d1));
-      const other = (-2 * d1) / (d2 + Math.sign(d2 || 1) * root);
-      const far = a3 ? -(d2 + Math.sign(d2 || 1) * root) / (2 * a3) : Infinity;
-      const fits = [other, far].filter((step) => Number.isFinite(step) && step * slope > 0);
-      const step = fits.length ? fits.reduce((one, two) =>
-        (Math.abs(two) < Math.abs(one) ? two : one)) : 0;
-      [low, high] = [x.cos, x.cos + step].sort((one, two) => one - two);
-    } else [low, high] = [halved(x.cos, -1), halved(x.cos, 1)];
-    [low, high] = [low, high].map((u) => Math.min(1, Math.max(-1, u)));
-    const tilt = (u) => (u === x.cos ? top.theta : Math.acos(u));
-    const ends = [tilt(high), tilt(low)];
-    // u̇² = (u − u₁)(u₂ − u)(a₃ u₃ − a₃ u): the period by the arithmetic–geometric mean.
-    const third = -(a2 + a3 * (low + high)), inner = [low, high].map((u) => third - a3 * u);
-    const [one, two] = inner;
-    if (!(high - low > 1e-13) || !(Math.min(one, two) > 1e-13 * Math.max(one, two))) {
-      return { ends, period: null };
+    const end = x.thetadot === 0 || x.sine === 0 ? start : turning();
+    // f = (end − w)(pull w² − h w − c): the quadratic's other zeros have opposite signs.
+    const h = 2 * pull - over - spin * spin - pull * end;
+    const c = end > 0 ? P ** 2 / end : linear;
+    const big = -(h + (h < 0 ? -1 : 1) * Math.sqrt(h * h + 4 * pull * c)) / 2;
+    const [other, third] = h < 0 ? [c / big, big] : [-big / (pull || 1), (-pull * c) / (big || 1)];
+    if (!(Math.abs(other - end) > 16 * Number.EPSILON * Math.max(other, end))) {
+      return { ends: [tilt(end), tilt(end)], period: null };
     }
-    let [a, b] = [Math.sqrt(one), Math.sqrt(two)];
+    const ends = [tilt(end), tilt(Math.min(2, other))].sort((one, two) => one - two);
+    // f = (w₁ − w)(w − w₂)(pull w + third): the period by the arithmetic–geometric mean.
+    let [a, b] = [end, other].map((w) => Math.sqrt(pull * w + third));
+    if (!(Math.min(a, b) > 0)) return { ends, period: null };
     for (let k = 0; k < 12; k += 1) [a, b] = [(a + b) / 2, Math.sqrt(a * b)];
-    return { ends, period: (2 * Math.PI) / ((a + b) / 2) };
+    return { ends, period: (2 * Math.PI) / a };
   };
 
   // --- the motion: Taylor series of q′ = ½ l q, l′ = (gMR/A)(−e_y, e_x, 0) -----------------------
@@ -261,5 +265,5 @@ const heavytop = (() => {
     return found;
   };
 
-  return { given, classify, relative, sum, constants, potential, reach, motion };
+  return { given, classify, relative, sum, settled, constants, potential, reach, motion };
 })();

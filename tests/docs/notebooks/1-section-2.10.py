@@ -1,0 +1,40 @@
+# Run after the cells of the notebook that have these names.
+
+# %% cell-10
+assert not lag.lagrangian().free_symbols & {lag.phi, lag.psi}
+
+# %% cell-22
+for formula in formulas.values():
+    constant = sp.lambdify(symbols, formula.subs(values))
+    along = constant(state.theta, state.thetadot, state.phidot, state.psidot)
+    assert np.max(np.abs(along / along[0] - 1)) < 1e-13
+assert state.psidot.max() == state.psidot[0]
+assert state.phidot.min() == state.phidot[0]
+
+# %% cell-28
+for tilt in (motion.theta_min, motion.theta_max):
+    assert abs(float(V_eff(tilt)) - E) < 1e-15
+assert abs(state.theta.min() - motion.theta_min) < 1e-13
+assert state.theta.max() <= motion.theta_max
+
+# %% cell-30
+assert motion.theta_min < turns_back < motion.theta_max
+reversals = trajectory.events.theta[np.array(trajectory.events.kind) == "reversal"]
+assert np.max(np.abs(reversals - turns_back)) < 1e-14
+
+# %% cell-32
+assert errors.theta < 1e-13
+assert errors.phi < 1e-12
+
+# %% cell-34
+assert abs(period / motion.period - 1) < 1e-13
+
+# %% cell-37
+for rate in rates:
+    level = ht.State(theta="0.1", phidot=rate, omega3=140)
+    assert np.ptp(ht.propagate(ht.Scene(top, level, time=2, events=())).theta) < 1e-12
+assert np.allclose(rates, [6.366839093883, 21.945335558617], rtol=1e-12)
+
+# %% cell-39
+assert 2.7 < heavier.theta_max / motion.theta_max < 3
+assert 0.98 < heavier.period / motion.period < 1

@@ -1,0 +1,39 @@
+# Run after the cells of the notebook that have these names.
+
+# %% cell-04
+assert [kicked(k).kind for k in kicks] == ["loops", "loops", "cusps", "waves"]
+
+# %% cell-12
+for kick, kind in {"-1e-12": "loops", "0": "cusps", "1e-12": "waves"}.items():
+    verdict = ht.classify(top, ht.State(theta="0.1", phidot=kick, omega3=140))
+    assert verdict.certified
+    assert verdict.kind == kind
+
+# %% cell-18
+seen = k[1:][kinds[1:] != kinds[:-1]]  # where the colour changes
+for name in ("second cusp", "through the vertical"):
+    assert np.abs(seen - rungs[name]).min() < k[1] - k[0]
+for name in ("slow precession", "fast precession"):
+    at = np.abs(k - rungs[name]).argmin()
+    assert many.theta_max[at] - many.theta_min[at] < 1e-3
+
+# %% cell-20
+assert on["second cusp"].kind == "cusps"
+assert abs(on["second cusp"].theta_max - 0.1) < 1e-15
+assert kicked(0).theta_min == 0.1
+
+# %% cell-22
+assert (blow.kind, typed.kind) == ("waves", "loops")
+
+# %% cell-26
+for tilt in ("0.05", "0.5", "1.5"):
+    dropped = ht.facts(top, ht.State(theta=tilt, omega3=140))
+    assert abs(dropped.phidot_max / (2 * gMR / p_psi) - 1) < 1e-14
+
+# %% cell-28
+assert abs(float(half.phidot)) < 1e-9
+assert abs(float(half.thetadot)) < 1e-9
+
+# %% cell-30
+assert (kicked(12, psidot=140).kind, kicked(20, psidot=140).kind) == ("loops", "waves")
+assert abs(low - 15.695837998076) < 1e-11

@@ -1,0 +1,57 @@
+# Run after the cells of the notebook that have these names.
+
+# %% cell-04
+derived = lag.effective_potential().subs(lag.p_phi, lag.p_psi) - lag.p_psi**2 / (2 * lag.C)
+assert sp.simplify((derived - V).rewrite(sp.exp)) == 0
+
+# %% cell-06
+assert sp.simplify(curvature - (lag.p_psi**2 / (4 * lag.A) - lag.gMR)) == 0
+
+# %% cell-08
+asleep = ht.facts(top, ht.State(theta=0, psidot=140))
+assert abs(asleep.sleeping_threshold / omega_c - 1) < 1e-14
+
+# %% cell-10
+assert omega_c > 117.194006935
+assert omega_c < 117.194006936
+assert "stable" in verdict.tags
+
+# %% cell-12
+assert pushed(140).theta_max < 0.01
+assert slow.theta_max > 1
+
+# %% cell-16
+assert np.max(np.abs(many.theta_max - depth(spins))[spins < 117]) < 1e-6
+
+# %% cell-18
+assert round(one_per_cent) == 16
+
+# %% cell-20
+assert abs(ht.facts(top, ht.State(theta=0, psidot=100)).growth_rate / growth - 1) < 1e-13
+assert abs(measured / growth - 1) < 1e-3
+
+# %% cell-22
+assert abs(step - expected) < 1e-9
+
+# %% cell-24
+assert separatrix.kind == "separatrix"
+assert off < 1e-10
+
+# %% cell-26
+for factor in ("1.000000001", "0.999999999"):
+    start = ht.State(theta="pi/3", phidot="2/sqrt(3)", omega3=f"2*sqrt(3)*{factor}")
+    near = ht.Motion(scene.top, start)
+    assert near.kind != "separatrix"
+    assert 20 < near.period / 2 < 25
+
+# %% cell-28
+assert abs(level - np.pi / 2) < 1e-9
+
+# %% cell-30
+assert "marginal" in ht.classify(top, ht.State(theta=0, psidot=threshold)).tags
+for delta in (1e-2, 1e-4, 1e-6):
+    tilt = pushed(threshold, delta * np.sqrt(gMR / A)).theta_max
+    assert abs(tilt / np.sqrt(2 * delta) - 1) < delta
+
+# %% cell-32
+assert abs(needed / rough - 1) < 1e-3

@@ -1,0 +1,55 @@
+# Run after the cells of the notebook that have these names.
+
+# %% proof
+assert found.uncertified == 0
+assert sum(found.counts.values()) == pixels
+assert np.count_nonzero(loops) == found.counts["loops"]
+
+# %% across
+second = next(c for c in found.curves if c.name == "cusp" and min(c.y) > 1)
+assert np.allclose(second.y, 2 * gMR / p_psi, rtol=1e-12)
+for curve, (below, above) in steps.items():
+    assert (below == above) == (curve[0] == "steady")
+
+# %% exactly
+assert ht.classify(top, at_cusp).certified
+assert ht.classify(top, ht.State.steady(top, "1.5", spin, "slow")).certified
+assert ht.classify(top, at_cusp).kind == "cusps"
+
+# %% star
+assert np.allclose((star.x[0], star.y[0]), (at, kick), rtol=1e-5)
+
+# %% approach
+assert np.ptp(np.diff(approach.period)[3:]) < 1e-3
+
+# %% wander
+asleep = ht.Motion(top, ht.State(theta=0, omega3=130))
+assert abs(limit - ht.facts(asleep).sleeping_threshold) < 1e-12 * limit
+assert spin < limit < 130
+assert "separatrix" not in {c.name for c in above.curves}
+
+# %% asleep
+assert np.allclose(curve.y, 2 * np.sqrt(A * np.array(curve.x)) / C, rtol=1e-9)
+
+# %% fall
+assert np.degrees(row.theta_max[spins < 0.95 * limit]).min() > 20
+assert np.degrees(row.theta_max[spins > 1.05 * limit]).max() < 0.5
+
+# %% best
+scrapes = heights < radius * np.tan(np.radians(20))
+assert np.all(lowest[:, scrapes] < 0)
+assert 0 < np.argmax(row) < len(heights) - 1
+
+# %% solution-1
+line = next(c for c in other.curves if c.name == "cusp" and min(c.y) > 1)
+assert np.ptp(line.y) > 1
+assert abs(known["p_phi"] / known["p_psi"] - 1) < 1e-5
+assert abs(known["E_prime"] / gMR - 1) < 1e-5
+
+# %% solution-2
+assert set(pendulum.counts) == {"waves", "planar-pendulum"}
+assert pendulum.counts["planar-pendulum"] == 200  # the row at 0
+
+# %% solution-3
+assert twice.unexplained == 0
+assert np.count_nonzero(twice["kind"] != twice["integrated"]) <= twice.differing + twice.untold
