@@ -90,9 +90,6 @@ CALLS = {
         lambda given: ht.classify(ht.Top(**given[0]), ht.State(**given[1])), numbers, 20, 1e-4,
     ),
     "`plan` of 1e4 periods, 12 digits": (ht.plan, lambda: long_scene(12), 1, None),
-    "`plan` of 1e4 periods, 6 digits: a tolerance is chosen": (
-        ht.plan, lambda: long_scene(6), 1, None,
-    ),
     "`Top` and `State`": (
         lambda given: (ht.Top(**given[0]), ht.State(**given[1])), numbers, 20, None,
     ),
