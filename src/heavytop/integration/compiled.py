@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import evaluated
-from heavytop.integration.bits import DOUBLE, LONG_DOUBLE
+from heavytop.integration.bits import DOUBLE
 from heavytop.integration.library import hy
 from heavytop.numbers.double_double import DoubleDouble, add
 
@@ -39,7 +39,6 @@ MOST_CACHED = 256 * 2**20  # bytes of compiled code that heyoka keeps on disk: s
 HALVINGS = 6  # of a first step, lest it hold a zero that is taken for the start
 NATURAL = frozenset({hy.taylor_outcome.step_limit, hy.taylor_outcome.time_limit})
 _HEYOKAS_OWN = 20 * 2**30  # its limit where nobody has set one
-_HARDWARE: Mapping[int, Any] = {LONG_DOUBLE: np.longdouble, DOUBLE: float}
 _FUNCTIONS = {name: getattr(hy, name) for name in ("sin", "cos", "sqrt", "exp", "log")}
 
 hy.set_logger_level_critical()  # heyoka logs to stdout, which belongs to the results
@@ -52,17 +51,6 @@ def per_thread(build: Callable[..., T]) -> Callable[..., T]:
     """Return a function that builds each thing once for each thread: it serves one at a time."""
     built = cache(lambda _thread, *given: build(*given))
     return lambda *given: built(get_ident(), *given)
-
-
-def number_type(bits: int) -> dict[str, Any]:
-    """Return what numbers of so many bits are for an integrator."""
-    hardware = _HARDWARE.get(bits)
-    return {"fp_type": hardware} if hardware else {"fp_type": hy.real, "prec": bits}
-
-
-def number(x: str | float, bits: int) -> Any:
-    """Return the number of so many bits that is nearest to a decimal text, or to a double."""
-    return _HARDWARE[bits](x) if bits in _HARDWARE else hy.real(x, bits)
 
 
 def translated(

@@ -16,7 +16,7 @@ from heavytop.comparison.methods import METHODS
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, HeavyTopError, Stop, StoppedEarly
-from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, bits_of
+from heavytop.integration.bits import DOUBLE, bits_of
 from heavytop.machine import versions
 from heavytop.numbers.double_double import DoubleDouble
 from heavytop.results.base import Problem
@@ -74,7 +74,6 @@ DEFAULT: Final = (
     *(f"taylor-{form}-projected" for form in ("axis", "attitude", "cubic")),  # as plans are
     *(f"taylor-{form}-compensated" for form in ("axis", "cubic")),
     *(name for name in METHODS if name not in IN_PYTHON),
-    *(f"taylor-{form}-longdouble" for form in FORMULATIONS),
     *IN_PYTHON,
     *(f"taylor-{form}-mpfr" for form in FORMULATIONS),
 )
@@ -170,8 +169,6 @@ def _method_of(chosen: Plan) -> MethodSetting:
     if bits == DOUBLE:
         loose = f"={chosen.tolerance!r}" if chosen.tolerance > EPSILON else ""
         return method(f"{name}{'-projected' if chosen.projected else ''}{loose}")
-    if bits == LONG_DOUBLE:
-        return method(f"{name}-longdouble")
     found, least = method(f"{name}-mpfr"), 2.0 ** (1 - bits)
     other = "" if bits == found.bits else str(bits)
     return replace(found, name=found.name + other, bits=bits, setting=least, least=least,
