@@ -110,5 +110,4 @@ def test_a_folder_is_locked_there_too(tmp_path):
 
 def test_heyoka_is_no_extra_of_this_package():
     assert MissingPackage("x", ["heyoka"]).command == CONDA
-    assert MissingPackage("x", ["rebound"]).command == "pip install '.[rebound]'"
     assert MissingPackage("x", ["numba"]).command == "pip install '.[rivals]'"

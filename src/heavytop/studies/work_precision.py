@@ -63,7 +63,6 @@ STEPS: Final = {  # a period; two or three settings a decade of error, where the
     "implicit-midpoint": LOW_ORDER,
     "bobenko-suris": LOW_ORDER,
     "blanes-moan-rkn6": (6, 8, 10, 12, 14, 17, 20, 24, 28, 34, 40, 48, 57, 68, 80, 96, 114, 136),
-    "kahan-li8": (6, 8, 10, 12, 14, 16, 18, 21, 24, 28, 32, 37, 42, 48, 56, 64, 74, 84),
     "sofroniou-spaletta10": (3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 14, 16, 18, 20, 22, 25, 28, 32),
     "gauss8": (2, 3, 4, 5, 6, 7, 8, 10, 12, 16),
 }
