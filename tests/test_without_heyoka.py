@@ -21,9 +21,8 @@ ROOT = Path(__file__).parents[1]
 ELSEWHERE = os.pathsep.join([str(ROOT / "tests" / "elsewhere"), str(ROOT / "src")])
 REFUSAL = f"integration needs heyoka: {CONDA}"
 INTEGRATED = {  # the public names behind which heyoka is
-    "Errors", "Folded", "Sensitivities", "Trajectory", "Transition", "certify", "drift", "extend",
-    "fold", "load_trajectory", "propagate", "propagate_many", "run_errors", "sensitivities",
-    "state_transition", "stress", "work_precision",
+    "Errors", "Folded", "Trajectory", "certify", "drift", "extend", "fold", "load_trajectory",
+    "propagate", "propagate_many", "run_errors", "stress", "work_precision",
 }  # fmt: skip
 
 
@@ -111,5 +110,4 @@ def test_a_folder_is_locked_there_too(tmp_path):
 
 def test_heyoka_is_no_extra_of_this_package():
     assert MissingPackage("x", ["heyoka"]).command == CONDA
-    assert MissingPackage("x", ["rebound"]).command == "pip install '.[rebound]'"
     assert MissingPackage("x", ["numba"]).command == "pip install '.[rivals]'"

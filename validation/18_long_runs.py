@@ -21,13 +21,13 @@ PERIODS = next((float(x) for x in sys.argv[1:] if x != "write"), 1e6)  # fewer, 
 FOLDER = f"out/long-runs-{PERIODS:g}"
 COMPILED = (
     "taylor-axis", "taylor-axis-projected", "taylor-cubic", "taylor-attitude",
-    "taylor-attitude-projected", "dop853-cyrk", "strang", "blanes-moan-rkn6", "kahan-li8",
+    "taylor-attitude-projected", "dop853-cyrk", "strang", "blanes-moan-rkn6",
     "sofroniou-spaletta10", "sofroniou-spaletta10=20", "implicit-midpoint", "gauss8",
     "bobenko-suris",
 )  # fmt: skip
 PYTHON = ("dop853-scipy", "lsoda-scipy", "radau-scipy")
 DRAWN = (
-    "taylor-axis", "taylor-axis-projected", "dop853-cyrk", "strang", "kahan-li8",
+    "taylor-axis", "taylor-axis-projected", "dop853-cyrk", "strang",
     "sofroniou-spaletta10=20", "gauss8", "bobenko-suris", "lsoda-scipy",
 )  # fmt: skip
 IN_TABLE = (

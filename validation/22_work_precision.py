@@ -29,7 +29,7 @@ FASTEST = ("axis to", "fastest", "the best of Taylor", "times as long")
 IN_TABLE = ("taylor-cubic", "taylor-axis", "taylor-attitude", "taylor-lagrange",
             "taylor-axis-projected", "blanes-moan-rkn6", "sofroniou-spaletta10",
             "gauss8", "bobenko-suris", "dop853-cyrk", "dop853-scipy",
-            "lsoda-scipy", "taylor-axis-longdouble", "taylor-axis-mpfr")  # fmt: skip
+            "lsoda-scipy", "taylor-axis-mpfr")  # fmt: skip
 
 
 def table(document):

@@ -7,15 +7,12 @@ import sys
 import fuzz_damage
 import fuzz_events
 import fuzz_many
-import fuzz_sensitivities
 import fuzz_turns
 from claim import claim, finish
 
 SEED, COUNT = int(sys.argv[1]) if len(sys.argv) > 1 else 0, 504
 
 for what, misses, count in (
-    ("sensitivities", fuzz_sensitivities.misses, COUNT),
-    ("state-transition matrices", fuzz_sensitivities.misses_of_matrices, COUNT),
     ("runs by name, in more digits and continued", fuzz_events.misses, COUNT),
     ("turns near the poles", fuzz_turns.misses, COUNT),
     ("many tops at once", fuzz_many.misses, 8 * COUNT),

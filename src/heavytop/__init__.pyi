@@ -22,6 +22,7 @@ from .analytic.reference import (
     Reference as Reference,
     reference as reference,
 )
+from .analytic.sensitivities import sensitivities as sensitivities
 from .claims.validate import validate as validate
 from .checking.judge import check as check
 from .checking.result import Check as Check
@@ -73,12 +74,6 @@ from .run.planning import (
 from .run.propagation import (
     extend as extend,
     propagate as propagate,
-)
-from .run.sensitivities import (
-    Sensitivities as Sensitivities,
-    Transition as Transition,
-    sensitivities as sensitivities,
-    state_transition as state_transition,
 )
 from .run.trajectory import Trajectory as Trajectory
 from .run.trajectory_file import load_trajectory as load_trajectory

@@ -208,7 +208,6 @@ class InUse(HeavyTopError):
 
 CONDA: Final = "conda install -c conda-forge heyoka.py"  # for every system
 IN_CLONE: Final = "pip install '.[{}]'"  # of an extra, where the package is not in an index
-EXTRAS: Final = {"heyoka": "", "rebound": "rebound"}  # all others are in one
 
 
 class MissingPackage(HeavyTopError, ImportError):
@@ -227,7 +226,7 @@ class MissingPackage(HeavyTopError, ImportError):
     def __init__(self, method: str, packages: Sequence[str], extra: str = "") -> None:
         super().__init__(method, tuple(packages), extra)
         self.method, self.packages = method, tuple(packages)
-        self.extra = extra or next((EXTRAS[x] for x in packages if x in EXTRAS), "rivals")
+        self.extra = extra or ("" if "heyoka" in packages else "rivals")
 
     @property
     def command(self) -> str:

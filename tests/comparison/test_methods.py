@@ -8,7 +8,6 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from mpmath import mpf, workdps
 
 from heavytop.cli import Exit, exit_code
 from heavytop.comparison import METHODS, IntegrationFailed, absent, make_stepper, named
@@ -16,10 +15,8 @@ from heavytop.comparison.adaptive import (
     AdaptiveStepper,
     Singular,
     Taken,
-    axis_acceleration,
     right_hand_side,
 )
-from heavytop.comparison.methods import IAS15
 from heavytop.comparison.steppers import StepperState
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import Impossible, MissingPackage
@@ -27,7 +24,7 @@ from heavytop.errors import Impossible, MissingPackage
 from .kicked import SPAN, at, axis_error, motion, set_up, started
 
 FIXED = [name for name, method in METHODS.items() if method.fixed]
-ADAPTIVE = [name for name in METHODS if name not in (*FIXED, IAS15)]
+ADAPTIVE = [name for name in METHODS if name not in FIXED]
 
 # --- the table -----------------------------------------------------------------------------------
 
@@ -51,7 +48,7 @@ def test_a_name_may_end_in_a_formulation():
 def test_a_missing_package_is_named_with_the_pip_line(name, monkeypatch):
     monkeypatch.setattr("heavytop.comparison.methods.find_spec", lambda package: None)
     assert absent(METHODS[name]) == METHODS[name].needs != ()
-    said = rf"{METHODS[name].needs[0]}.*pip install '\.\[(rivals|rebound)\]'"
+    said = rf"{METHODS[name].needs[0]}.*pip install '\.\[rivals\]'"
     with pytest.raises(MissingPackage, match=said) as refusal:
         make_stepper(name, *started(), None, 1.0)
     assert exit_code(refusal.value) is Exit.USAGE
@@ -72,7 +69,7 @@ def test_settings_out_of_bounds_are_refused(name, setting, period, said):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["strang", "gauss8", "dop853-scipy", "dop853-cyrk", IAS15])
+@pytest.mark.parametrize("name", ["strang", "gauss8", "dop853-scipy", "dop853-cyrk"])
 def test_what_does_not_fit_the_equations_is_refused(name):
     set_up(name)
     state, parameters = started()
@@ -87,7 +84,6 @@ def test_what_does_not_fit_the_equations_is_refused(name):
 STEPS = {  # steps in SPAN where the first term of the error rules, and rounding does not
     "strang": (64, 128),
     "blanes-moan-rkn6": (16, 32),
-    "kahan-li8": (16, 32),
     "sofroniou-spaletta10": (16, 26),
     "implicit-midpoint": (128, 256),
     "gauss8": (4, 7),
@@ -246,15 +242,3 @@ def test_steps_too_short_to_change_the_time_stop_it_in_words():
     stepper = AdaptiveStepper(lambda *_, **__: taken, (0.0,), 1, 1)
     with pytest.raises(IntegrationFailed, match="vanish"):
         stepper.block(StepperState((1.0, 1e-20), (0.0,)))
-
-
-@pytest.mark.parametrize("t", ["0", "0.31", "1.7"])
-def test_the_axis_is_a_particle_to_rebound(t):
-    """Its acceleration is the second difference of the exact motion, at 40 digits."""
-    top, h = motion().top, mpf("1e-8")
-    with workdps(40):
-        before, e, after = (np.array(motion().at(mpf(t) + k * h, 40).axis) for k in (-1, 0, 1))
-        velocity, exact = (after - before) / (2 * h), (after - 2 * e + before) / h**2
-    spin = float(motion().constants.p_psi) / float(top.A)
-    found = axis_acceleration(e.astype(float), velocity.astype(float), float(top.gMR / top.A), spin)
-    assert found == pytest.approx(exact.astype(float), rel=1e-10)

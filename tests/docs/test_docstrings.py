@@ -26,8 +26,6 @@ NO_UNIT = {  # numbers that count, compare or have the unit of what they are of
     "Plan": {"tolerance"},
     "Sample": {"quaternion", "states"},
     "Scene": {"periods"},
-    "Sensitivities": {"error"},
-    "Transition": {"states", "matrix", "by_parameters"},
     "Verdict": {"margin", "margin_enclosure"},
     "WorkPrecision": {"periods", "phase"},
     "Method": {"setting"},

@@ -13,7 +13,7 @@ import sympy as sp
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.equations.lambdify import Rounded, evaluated, exact_values, lambdified
 from heavytop.errors import NotANumber, UntranslatableExpression
-from heavytop.integration.compiled import number_type, rounded, translated
+from heavytop.integration.compiled import translated
 from heavytop.numbers import PI, Exact
 from heavytop.run.planning import start_values
 from heavytop.scene.scene import load_scene, shipped_scenes
@@ -25,9 +25,11 @@ PRECISION = 240
 
 def value_at(expression, precision):
     """Evaluate a translated expression at x = 3/4, y = 5/8, numbers exact in any precision."""
-    there, kind = translated([expression], {"x": X, "y": Y}, precision), number_type(precision)
+    there = translated([expression], {"x": X, "y": Y}, precision)
+    kind = {} if precision == 53 else {"fp_type": hy.real, "prec": precision}
     function = hy.cfunc(there, [X, Y], compact_mode=True, **kind)
-    value = function(rounded((0.75, 0.625), precision))[0]
+    numbers = [x if precision == 53 else hy.real(x, precision) for x in (0.75, 0.625)]
+    value = function(numbers)[0]
     return sp.Float(str(value), max(17, int(precision * 0.3)))
 
 

@@ -67,7 +67,7 @@ def test_a_projection_moves_each_state_by_its_own_rounding(spin):
 
 @pytest.mark.parametrize("spin", ["1e8", "1e12"])
 def test_more_digits_than_doubles_have(spin):
-    """Long doubles, whose last digits a large spin would take as well."""
+    """More bits, whose last digits a large spin would take as well."""
     run = ht.propagate(kicked(spin, "9.618", digits=15))
     assert run.plan.precision != "double"
     last, exact = run.decimals.samples[-1], exact_end(run)

@@ -98,14 +98,14 @@ def test_work_and_precision_has_a_panel_for_each_error_and_for_more_bits():
     document = workprec(ht.load_scene("sicm-kicked").document())
     cubic = POINT | {"method": "taylor-cubic", "formulation": "cubic", "measures": "theta"}
     cubic["rival"] = False
-    longer = cubic | {"method": "taylor-cubic-longdouble", "bits": 64}
+    longer = cubic | {"method": "taylor-cubic-mpfr", "bits": 128}
     document["points"] = [POINT | {"method": name} for name in NAMES] + document["points"]
     document["points"] += [cubic, cubic | {"theta_error": 1e-9, "us_per_period": 20.0}, longer]
     document["front"], document["front_theta"] = [4, 5], [4]
     figure = workprec_figure(document)
     above, theta, below, more = figure.axes
     methods = {literal(name).strip() for name in NAMES} | {"strang", "taylor-cubic"}
-    assert set(legend(figure)) == {"front", "auto", "taylor-cubic-longdouble"} | methods
+    assert set(legend(figure)) == {"front", "auto", "taylor-cubic-mpfr"} | methods
     assert (above.get_xlabel(), theta.get_xlabel()) == ("error of the axis", "error of θ [rad]")
     assert above.get_xscale() == above.get_yscale() == "log"
     assert above.get_xlim()[0] > above.get_xlim()[1]
@@ -113,12 +113,12 @@ def test_work_and_precision_has_a_panel_for_each_error_and_for_more_bits():
     assert shown[0]["auto"].get_xydata().tolist() == [[1e-12, 9.0]]
     assert shown[0]["front"].get_xydata().tolist() == [[1e-6, 9.0], [1e-12, 9.0]]
     assert shown[1]["taylor-cubic"].get_xydata().tolist() == [[1e-7, 9.0], [1e-9, 20.0]]
-    assert shown[2]["taylor-cubic-longdouble"].get_xydata().tolist() == [[1e-7, 9.0]]
+    assert shown[2]["taylor-cubic-mpfr"].get_xydata().tolist() == [[1e-7, 9.0]]
     assert "taylor-cubic" not in shown[0]
     assert [text.get_text() for text in above.texts] == ["auto: 9 digits"]
     assert len(below.lines) == 1  # an empty front: the method with more bits gives only θ
     colours = [shown[1][name].get_color() for name in ("taylor-cubic", "strang")]
-    assert shown[2]["taylor-cubic-longdouble"].get_color() == colours[0] != colours[1]
+    assert shown[2]["taylor-cubic-mpfr"].get_color() == colours[0] != colours[1]
     document["points"], document["front"] = [POINT | {"measures": "theta"}], [0]
     document["front_theta"] = [0]
     [alone] = workprec_figure(document).axes  # no method gives the axis

@@ -45,7 +45,7 @@ def test_rates_by_the_height_are_those_by_the_time(seed):
 
 def test_bits_follow_from_digits_and_span():
     scene = ht.load_scene("sicm-kicked", ["want.samples=7"])
-    wanted = {13: "double", 14: "long double", 30: "128 bits", 60: "256 bits", 1000: "3392 bits"}
+    wanted = {13: "double", 14: "64 bits", 30: "128 bits", 60: "256 bits", 1000: "3392 bits"}
     assert {d: ht.plan(replace(scene, digits=d)).precision for d in wanted} == wanted
     assert ht.plan(replace(scene, digits=60)).tolerance == 2.0**-255
     scene = replace(scene, digits=70)

@@ -18,7 +18,6 @@ LONG = {
     "two threads": f"ht.propagate_many({SICM}, time=1e12, step_limit=10**15, jobs=2)",
     "short steps": f"ht.propagate_many({SICM}, time=1, longest=1e-9, step_limit=10**15)",
     "many digits": f"ht.propagate({SCENE.format(2, 3000)}, formulation='axis')",
-    "transition": f"ht.state_transition({SCENE.format('1e9', 12)})",
 }
 
 

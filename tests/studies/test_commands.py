@@ -32,7 +32,7 @@ QUICK = {
     "drift": ("sicm-kicked", "--periods", 300, "--samples", 5, "--methods", "taylor-axis"),
     "stress": ("--cases", "through-top,cusp", "--methods", "auto,taylor-lagrange"),
     "workprec": ("sicm-kicked", "--periods", 5, "--budget", 60,
-                 "--methods", "auto=9,taylor-axis=1e-9,kahan-li8=32"),
+                 "--methods", "auto=9,taylor-axis=1e-9,blanes-moan-rkn6=32"),
     "atlas": (*PLANE, "-j", 1),
 }  # fmt: skip
 LONG = {

@@ -389,11 +389,9 @@ def test_what_cannot_go_on_is_skipped_with_its_reason(toys):
 
 
 def test_the_ladder_holds_every_formulation_precision_and_rival():
-    wanted = {
-        f"taylor-{form}{end}" for form in FORMULATIONS for end in ("", "-longdouble", "-mpfr")
-    }
+    wanted = {f"taylor-{form}{end}" for form in FORMULATIONS for end in ("", "-mpfr")}
     assert wanted | set(METHODS) | {"auto"} <= set(timing.DEFAULT)
-    one = ("longdouble", "mpfr", "compensated")
+    one = ("mpfr", "compensated")
     for name in set(timing.DEFAULT) - {"auto"}:
         tried = list(timing.grid(method(name)))
         assert len(tried) == 1 if name.endswith(one) else len(tried) >= 6

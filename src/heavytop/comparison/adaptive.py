@@ -1,4 +1,4 @@
-"""Adaptive solvers: scipy's, in blocks or as a textbook uses them, CyRK's, and REBOUND's IAS15.
+"""Adaptive solvers: scipy's, in blocks or as a textbook uses them, and CyRK's.
 
 A block is a fixed number of steps of a fresh solver, which begins with the step that the block
 before would have taken next and knows nothing else of what was before: so it is the same whoever
@@ -267,67 +267,6 @@ def _cyrk_rates(equations: Formulation) -> tuple[Any, float]:
         dy[n] = known[k]
 
     return cyjit(at), time.perf_counter() - began
-
-
-def axis_acceleration(e: Array, v: Array, g: float, spin: float) -> Array:
-    """Return e'' of an axis that moves with v: (g e_z - v^2) e/|e|^2 - g z + s e x v.
-
-    Dividing by |e|^2 keeps a rounding of |e| from growing.
-    """
-    ahead: Array = spin * np.cross(e, v) + (g * e[2] - v @ v) / (e @ e) * e
-    ahead[2] -= g
-    return ahead
-
-
-def ias15_stepper(problem: InitialValueProblem, tolerance: float, steps: int) -> AdaptiveStepper:
-    """Return the stepper of REBOUND's IAS15 for the axis form.
-
-    It takes equations of the second order: the axis is the place of a particle, moved by a force,
-    which is a function in Python. The tolerance is REBOUND's ``epsilon``.
-    """
-    import rebound
-
-    g, l_z = (problem.constants[name] for name in ("g", "l_z"))
-
-    def solver(
-        state: Array, end: float, most: int, first: float = 1e-3, until: float = _FAR
-    ) -> Taken:
-        axis, momentum = state[:3], np.array([*state[3:], l_z])
-        spin, evaluations = float(momentum @ axis), 0
-
-        def at(simulation: Any) -> tuple[Array, Array]:
-            p = simulation.particles[0]
-            return np.array([p.x, p.y, p.z]), np.array([p.vx, p.vy, p.vz])
-
-        def force(pointer: Any) -> None:
-            nonlocal evaluations
-            evaluations += 1
-            particle = pointer.contents.particles[0]
-            ahead = axis_acceleration(*at(pointer.contents), g, spin).tolist()
-            particle.ax, particle.ay, particle.az = ahead
-
-        simulation = rebound.Simulation()
-        simulation.integrator = "ias15"
-        # its settings are at the integrator since version 5
-        getattr(simulation, "ri_ias15", simulation.integrator).epsilon = tolerance
-        x, y, z = axis.tolist()
-        vx, vy, vz = np.cross(momentum, axis).tolist()
-        simulation.add(x=x, y=y, z=z, vx=vx, vy=vy, vz=vz)
-        simulation.additional_forces, simulation.force_is_velocity_dependent = force, 1
-        simulation.dt = math.copysign(first, end)
-        times, states = [0.0], [state]
-        with warnings.catch_warnings(action="ignore"):  # what they say is checked
-            while len(times) <= most and abs(simulation.t) < min(until, abs(end)):
-                if abs(end) < _FAR:
-                    simulation.integrate(end)
-                else:
-                    simulation.steps(1)
-                e, v = at(simulation)
-                times.append(simulation.t)
-                states.append(np.array([*e, *(np.cross(e, v) + spin * e)[:2]]))
-        return Taken(np.array(times), np.array(states), evaluations, (abs(simulation.dt),))
-
-    return AdaptiveStepper(solver, problem.start, problem.direction, steps)
 
 
 TEXTBOOK_SOLVERS: Final = {"rk45": "RK45", "dop853": "DOP853", "lsoda": "LSODA", "radau": "Radau"}

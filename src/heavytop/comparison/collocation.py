@@ -28,9 +28,8 @@ def gauss(s: int, problem: InitialValueProblem, setting: float, steps: int) -> F
     """
     g, l_z = (problem.constants[name] for name in ("g", "l_z"))
     h = problem.span / setting
-    table = _table(s, h) if s > 1 else np.array([[h / 2]])
-    kernel, seconds = _gauss_steps(s) if s > 1 else _midpoint_steps()
-    advance = partial(kernel, g, l_z, table)
+    kernel, seconds = _gauss_steps(s)
+    advance = partial(kernel, g, l_z, _table(s, h))
     return FixedStep(problem.start, h, advance, steps, 5, 1 + 5 * s, seconds)
 
 
@@ -144,40 +143,5 @@ def _gauss_steps(s: int) -> tuple[Kernel, float]:
                 y[k], work[k] = added(y[k], work[k], term)
             work[5] = 1.0
         return sweeps * s
-
-    return compiled(advance)
-
-
-@cache
-def _midpoint_steps() -> tuple[Kernel, float]:
-    """Return the compiled steps for one node: from scalars, which halves the time they take.
-
-    `work` holds five lost words and the half increments of the step before.
-    """
-    added = summation(compensated=True)
-
-    def advance(g: float, l_z: float, table: Any, y: Any, work: Any, steps: int) -> int:
-        half, sweeps = table[0, 0], 0
-        near = _NEAR * (1 + abs(half * g))
-        z_1, z_2, z_3, z_4, z_5 = work[5], work[6], work[7], work[8], work[9]
-        for _ in range(steps):
-            before, change = np.inf, np.inf
-            for _ in range(_SWEEPS):
-                e_x, e_y, e_z, l_x, l_y = y[0] + z_1, y[1] + z_2, y[2] + z_3, y[3] + z_4, y[4] + z_5
-                n_1, n_2 = half * (l_y * e_z - l_z * e_y), half * (l_z * e_x - l_x * e_z)
-                n_3, n_4, n_5 = half * (l_x * e_y - l_y * e_x), -half * g * e_y, half * g * e_x
-                before = change
-                change = max(max(abs(n_1 - z_1), abs(n_2 - z_2)), abs(n_3 - z_3))
-                change = max(max(change, abs(n_4 - z_4)), abs(n_5 - z_5))
-                z_1, z_2, z_3, z_4, z_5 = n_1, n_2, n_3, n_4, n_5
-                sweeps += 1
-                if change == 0 or (change >= before and change < near):
-                    break
-            if not change < near:
-                return -1
-            for k, z in enumerate((z_1, z_2, z_3, z_4, z_5)):
-                y[k], work[k] = added(y[k], work[k], 2 * z)
-        work[5], work[6], work[7], work[8], work[9] = z_1, z_2, z_3, z_4, z_5
-        return sweeps
 
     return compiled(advance)

@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from heavytop.comparison import symplectic
-from heavytop.comparison.adaptive import cyrk_stepper, ias15_stepper, scipy_stepper
+from heavytop.comparison.adaptive import cyrk_stepper, scipy_stepper
 from heavytop.comparison.collocation import gauss
 from heavytop.comparison.own import BODY, admitted
 from heavytop.comparison.own_steps import own_stepper
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from heavytop.numbers.double_double import Array
 
 STEPS, TOLERANCE = "steps a period", "tolerance"
-IAS15: Final = "ias15-rebound"  # whose equations are of the second order: the axis form alone
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,10 +97,6 @@ _ROWS: Final = (  # order, the default setting, steps in a block
         "S. Blanes & P. C. Moan, J. Comput. Appl. Math. 142 (2002) 313",
     ),
     _fixed(
-        "kahan-li8", 8, 32.0, 4096, symplectic.KAHAN_LI.stepper,
-        "W. Kahan & R.-C. Li, Math. Comp. 66 (1997) 1089",
-    ),
-    _fixed(
         "sofroniou-spaletta10", 10, 16.0, 2048, symplectic.SOFRONIOU_SPALETTA.stepper,
         "M. Sofroniou & G. Spaletta, Optim. Methods Softw. 20 (2005) 597",
     ),
@@ -129,10 +124,6 @@ _ROWS: Final = (  # order, the default setting, steps in a block
     _by_tolerance(
         "dop853-cyrk", 8, 1e-12, 1000, cyrk_stepper, _DORMAND_PRINCE,
         language="compiled by CyRK", needs=("CyRK", "numba"),
-    ),
-    _by_tolerance(
-        IAS15, 15, 1e-9, 100, ias15_stepper,
-        "H. Rein & D. S. Spiegel, Mon. Not. R. Astron. Soc. 446 (2015) 1424", needs=("rebound",),
     ),
 )  # fmt: skip
 
@@ -220,7 +211,7 @@ def named(name: str) -> MethodEntry:
         return _own(name)
     stem, _, formulation = name.rpartition("-")
     row = METHODS.get(stem)
-    if row and not row.fixed and stem != IAS15 and formulation in FORMULATIONS:
+    if row and not row.fixed and formulation in FORMULATIONS:
         return replace(row, name=name, formulation=formulation)
     nearest = get_close_matches(name, METHODS, 1, 0.0)[0]
     raise Impossible([("method", f"there is none called {name!r}; the nearest is {nearest!r}")])

@@ -54,19 +54,6 @@ class Splitting:
 
 # The first half of symmetric compositions of Strang's step, and the middle one.
 
-# Kahan & Li (1997), the scheme s17odr8a: order 8, 17 stages.
-KAHAN_LI_8 = (
-    "0.13020248308889008087881763",
-    "0.56116298177510838456196441",
-    "-0.38947496264484728640807860",
-    "0.15884190655515560089621075",
-    "-0.39590389413323757733623154",
-    "0.18453964097831570709183254",
-    "0.25837438768632204729397911",
-    "0.29501172360931029887096624",
-    "-0.60550853383003451169892108",
-)
-
 # Sofroniou & Spaletta (2005): order 10, 35 stages.
 SOFRONIOU_SPALETTA_10 = (
     "0.078795722521686419263907679337684",
@@ -133,7 +120,6 @@ def _mirrored(kicks: Sequence[Fraction], drifts: Sequence[Fraction]) -> tuple[Ar
 
 STRANG = Splitting(*composition(["1"]))
 BLANES_MOAN = Splitting(*blanes_moan())
-KAHAN_LI = Splitting(*composition(KAHAN_LI_8))
 SOFRONIOU_SPALETTA = Splitting(*composition(SOFRONIOU_SPALETTA_10), compensated=True)
 BOBENKO_SURIS = Splitting(*composition(["1"]), turn="cayley")
 """The integrable discrete Lagrange top, with the momentum half a kick on."""

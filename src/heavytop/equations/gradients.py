@@ -10,10 +10,8 @@ from typing import Any
 
 import sympy as sp
 
-from heavytop.equations.formulation import Formulation, spin, time
+from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import Functions, evaluated, lambdified
-
-theta, phidot, psidot, omega3, kappa = sp.symbols("theta phidot psidot omega3 kappa", real=True)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,47 +96,6 @@ def observed(
     seen = [u, formulation.flow_derivative(u), *formulation.invariants.values()]
     seen += axis if len(axis) == 3 else []
     return lambdified(seen, (*formulation.states, *constants), number, functions)
-
-
-@cache
-def start_gradient(formulation: Formulation, given: tuple[str, ...]) -> Sequence[Sequence[Any]]:
-    """Return the derivatives of the states at the start, then of the parameters: a row for each.
-
-    The columns are those of numbers that a scene gives, by name. With omega3 among them it is held,
-    and psidot not.
-    """
-    by = sp.symbols(given, real=True)
-    values = sp.Matrix((*formulation.start, *formulation.parameters.values()))
-    if omega3 in by:
-        values = values.subs(psidot, omega3 - phidot * sp.cos(theta))
-    return values.jacobian(by).tolist()  # type: ignore[no-any-return]
-
-
-@cache
-def observed_gradient(formulation: Formulation, *, angles: bool) -> Callable[..., list[list[Any]]]:
-    """Return a function of the formulation's arguments, with a row for the zero of turning points.
-
-    With `angles` phi and psi, up to whole turns, have a row each too. A row holds the derivatives
-    by the states and by the parameters, and last that by time along the motion.
-    """
-    by = (*formulation.states, *formulation.parameters)
-    rows = [
-        [*(sp.diff(x, each) for each in by), formulation.flow_derivative(x) + sp.diff(x, time)]
-        for x in (formulation.events["turning"], *(_angles(formulation) if angles else ()))
-    ]
-    return lambdified(rows, formulation.arguments())
-
-
-def _angles(formulation: Formulation) -> tuple[Any, Any]:
-    """Return phi and psi, of the attitude form smooth where it moves through a pole."""
-    outputs = formulation.outputs
-    if "quaternion_0" not in outputs:
-        return tuple(outputs[x] if x in outputs else outputs[f"{x}_mod"] for x in ("phi", "psi"))
-    half = kappa * time / 2
-    turns = dict(zip(spin, (sp.cos(half), sp.sin(half)), strict=True))
-    w, x, y, z = (outputs[f"quaternion_{i}"].subs(turns) for i in range(4))
-    plus, minus = sp.atan2(z, w), sp.atan2(y, x)
-    return plus + minus, plus - minus
 
 
 def quadratic_terms(

@@ -1,4 +1,4 @@
-"""How many binary digits the numbers of a run have: double, long double, or as many as it takes.
+"""How many binary digits the numbers of a run have: those of a double, or as many as it takes.
 
 A projection has to have more of them than a double; heyoka is asked for none of this.
 """
@@ -14,11 +14,9 @@ if TYPE_CHECKING:
     from heavytop.equations.formulation import Formulation
 
 DOUBLE: Final = 53
-LONG_DOUBLE: Final = int(np.finfo(np.longdouble).nmant) + 1  # on this machine
 SPARE_DIGITS: Final = 12
 ROOM: Final = 260  # states in a leg that is projected: steps take longer the more they have
 WORD: Final = 64  # MPFR computes in whole words
-_HARDWARE: Final = {"double": DOUBLE, "long double": LONG_DOUBLE}
 
 
 def digits_of(bits: int) -> int:
@@ -37,11 +35,10 @@ def enough(needed: float) -> int:
 
     Examples
     --------
-    >>> enough(50), enough(200), enough(3300.1)
-    (53, 256, 3328)
+    >>> enough(50), enough(60), enough(200), enough(3300.1)
+    (53, 64, 256, 3328)
     """
-    least = WORD * math.ceil(needed / WORD)
-    return next((bits for bits in _HARDWARE.values() if needed <= bits), least)
+    return DOUBLE if needed <= DOUBLE else WORD * math.ceil(needed / WORD)
 
 
 def named(bits: int) -> str:
@@ -52,7 +49,7 @@ def named(bits: int) -> str:
     >>> named(53), named(256)
     ('double', '256 bits')
     """
-    return next((name for name, known in _HARDWARE.items() if known == bits), f"{bits} bits")
+    return "double" if bits == DOUBLE else f"{bits} bits"
 
 
 def bits_of(name: str) -> int:
@@ -63,7 +60,7 @@ def bits_of(name: str) -> int:
     >>> bits_of("double"), bits_of("256 bits")
     (53, 256)
     """
-    return _HARDWARE.get(name) or int(name.split()[0])
+    return DOUBLE if name == "double" else int(name.split()[0])
 
 
 def extended() -> float:

@@ -10,11 +10,6 @@ one whatever the top does; the angular momentum beside it may be a million times
 small, and then one of the two is held to few digits, unseen. So time is measured in the unit of
 the motion: times are multiplied by a pace, rates divided by it, and constants by its powers. Paces
 are powers of two, so nothing is rounded on the way in or out; that of any ordinary top is one.
-
-Beside the states y, with dy/dt = f(y, p), heyoka integrates their derivatives by the states at
-the start and by the parameters, which it has by differentiating f: the variational equations
-
-    d/dt dy/dy(0) = (df/dy) dy/dy(0),    d/dt dy/dp = (df/dy) dy/dp + df/dp.
 """
 
 from __future__ import annotations
@@ -33,7 +28,7 @@ from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.lambdify import evaluated
-from heavytop.integration.bits import DOUBLE, LONG_DOUBLE
+from heavytop.integration.bits import DOUBLE
 from heavytop.integration.library import hy
 from heavytop.numbers.double_double import DoubleDouble, add
 
@@ -44,7 +39,6 @@ MOST_CACHED = 256 * 2**20  # bytes of compiled code that heyoka keeps on disk: s
 HALVINGS = 6  # of a first step, lest it hold a zero that is taken for the start
 NATURAL = frozenset({hy.taylor_outcome.step_limit, hy.taylor_outcome.time_limit})
 _HEYOKAS_OWN = 20 * 2**30  # its limit where nobody has set one
-_HARDWARE: Mapping[int, Any] = {LONG_DOUBLE: np.longdouble, DOUBLE: float}
 _FUNCTIONS = {name: getattr(hy, name) for name in ("sin", "cos", "sqrt", "exp", "log")}
 
 hy.set_logger_level_critical()  # heyoka logs to stdout, which belongs to the results
@@ -57,17 +51,6 @@ def per_thread(build: Callable[..., T]) -> Callable[..., T]:
     """Return a function that builds each thing once for each thread: it serves one at a time."""
     built = cache(lambda _thread, *given: build(*given))
     return lambda *given: built(get_ident(), *given)
-
-
-def number_type(bits: int) -> dict[str, Any]:
-    """Return what numbers of so many bits are for an integrator."""
-    hardware = _HARDWARE.get(bits)
-    return {"fp_type": hardware} if hardware else {"fp_type": hy.real, "prec": bits}
-
-
-def number(x: str | float, bits: int) -> Any:
-    """Return the number of so many bits that is nearest to a decimal text, or to a double."""
-    return _HARDWARE[bits](x) if bits in _HARDWARE else hy.real(x, bits)
 
 
 def translated(
@@ -403,74 +386,3 @@ def _recorder(
 
 
 compiled = per_thread(Compiled)
-
-
-# --- the variational equations -------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class VariedRun:
-    """A run in numbers of some bits: its constants by name, and the state at its start."""
-
-    formulation: Formulation
-    constants: Mapping[str, Any]
-    state: Array
-    bits: int = DOUBLE
-
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """The parameters that stand in the equations, by which they are varied."""
-        return _varied(self.formulation, self.bits)[1]
-
-    def __call__(self, times: Iterable[str | float], most_steps: int = 0) -> Array:
-        """The run at k times since its start [s], of either sign, in any order.
-
-        They make an array of shape (k, n, 1 + n + p): the n states, their derivatives by the states
-        at the start, and those by p parameters. It is nan at times that are not reached: before
-        them the equations become singular, or more steps were needed, each way; 0 is no limit.
-        """
-        form, bits, n = self.formulation, self.bits, self.state.size
-        taylor, parameters, loaded = _varied(form, bits)
-        moments, (zero, nan) = rounded(times, bits), rounded([0.0, np.nan], bits)
-        unit = rounded(np.eye(n, n + len(parameters)).ravel(), bits)
-        rows = np.full((moments.size, n + unit.size), nan)
-        taylor.pars[:] = [self.constants[name] for name in loaded]
-        for back in (False, True):
-            side = np.flatnonzero((moments < 0) == back)
-            grid = np.union1d(rounded([0.0], bits), abs(moments[side]))
-            taylor.time, taylor.state[:] = zero, np.concatenate((self.state, unit))
-            # a callback, though it does nothing, lets an interrupt through
-            reached = taylor.propagate_grid(
-                -grid if back else grid, max_steps=most_steps, callback=lambda _: True
-            )[-1]
-            place = np.searchsorted(grid, abs(moments[side]))
-            there = place < len(reached)
-            rows[side[there]] = reached[place[there]]
-        if not form.starts_at_pole:  # theta, its first state, may have left its chart
-            theta = rows[:, 0].astype(np.float64)
-            rows[~((theta >= 0) & (theta <= np.pi))] = nan
-        states, by = rows[:, :n, None], rows[:, n:].reshape(-1, n, unit.size // n)
-        return np.concatenate((states, by), axis=2)
-
-
-def rounded(numbers: Iterable[str | float], bits: int) -> Array:
-    """The numbers of so many bits that are nearest to doubles, or to decimal texts."""
-    return np.array([number(x, bits) for x in numbers], dtype=_HARDWARE.get(bits, hy.real))
-
-
-@per_thread
-def _varied(form: Formulation, bits: int) -> tuple[Any, tuple[str, ...], list[str]]:
-    """The integrator of a thread, the parameters that it varies by, and all constants it loads.
-
-    Its tolerance is the last place of its numbers, relative to the largest of states and
-    derivatives.
-    """
-    system = System.of(form, bits)
-    free = {p.name for p in form.given}
-    by = {name: hy.par[i] for i, name in enumerate(system.loaded) if name not in free}
-    states = [state for state, _ in system.equations]
-    varying = hy.var_ode_sys(system.equations, [*states, *by.values()], order=1)
-    start = rounded([0.0] * len(states), bits)
-    # not compact it takes ten seconds to compile
-    taylor = hy.taylor_adaptive(varying, start, compact_mode=True, **number_type(bits))
-    return taylor, tuple(by), list(system.loaded)

@@ -152,8 +152,8 @@ class HalfNutation(PreciseIntegrator):
         lead = self._swing(start) if rise(start) else self._ended([], self._none, start)
         first = self._swing(lead.end)
         second = self._swing(first.end)
-        self.first, self.before = self.text(lead.duration), self._texts(lead.turned)
-        self.half, self.turned = self.text(first.duration), self._texts(first.turned)
+        self.first, self.before = str(lead.duration), self._texts(lead.turned)
+        self.half, self.turned = str(first.duration), self._texts(first.turned)
         self._both = (*first.steps, *second.steps)
         self._later = 2 * float(first.duration)  # than in the first swing the second is looked up
         begin = ((0.0, first), (self._later, second))
@@ -188,7 +188,7 @@ class HalfNutation(PreciseIntegrator):
         step = self._both[held]
         with self._alone:
             self._stepped(step.state)
-            self._taylor.update_d_output(self._narrowed(self.wide(since) - step.start))
+            self._taylor.update_d_output(self.number(self.wide(since) - step.start))
             state = tuple(self._taylor.d_output)
         turned = (x + y for x, y in zip(step.turned, angles(state), strict=True))
         return self._texts(state), self._texts(turned)
@@ -198,7 +198,7 @@ class HalfNutation(PreciseIntegrator):
         return np.searchsorted(self._starts, since + self._later * odd, side="right") - 1
 
     def _texts(self, numbers: Iterable[Real]) -> tuple[str, ...]:
-        return tuple(map(self.text, numbers))
+        return tuple(map(str, numbers))
 
     def _closure(self, first: Swing, second: Swing) -> Real:
         """Return by how much two swings differ."""

@@ -1,7 +1,7 @@
-"""A formulation integrated in more than double precision: long double, or any number of bits.
+"""A formulation integrated in more than double precision, in any number of bits.
 
-Numbers enter as decimal texts; they are numpy long doubles or heyoka's reals (MPFR). Steps are
-natural ones, so samples change nothing. Events are not watched in the loop, where high orders would
+Numbers enter as decimal texts; they are heyoka's reals (MPFR). Steps are natural ones, so samples
+change nothing. Events are not watched in the loop, where high orders would
 take gigabytes to compile: whoever knows about when they are asks for them, and each is polished
 here, by Newton's method on the Taylor polynomials of the step that holds it.
 """
@@ -21,8 +21,7 @@ import numpy as np
 
 from heavytop.equations.formulation import Formulation, power_of_rate
 from heavytop.equations.lambdify import NUMPY, lambdified
-from heavytop.integration.bits import LONG_DOUBLE
-from heavytop.integration.compiled import System, number, number_type
+from heavytop.integration.compiled import System
 from heavytop.integration.library import hy
 from heavytop.integration.outputs import Sample, sample
 from heavytop.integration.paces import in_units, paces_of
@@ -88,7 +87,7 @@ class PreciseIntegrator:
     ----------
     formulation : Formulation
     bits : int
-        Of the significand; `LONG_DOUBLE` means the machine's own.
+        Of the significand.
     parameters : mapping from str to str
         Constants of the run, by symbol name, as decimal texts.
     events : sequence of str
@@ -112,7 +111,7 @@ class PreciseIntegrator:
     ) -> None:
         began = time.perf_counter()
         self._asked: tuple[Any, ...] = formulation, bits, dict(parameters), events, start
-        self.formulation, self.bits, self.hardware = formulation, bits, bits == LONG_DOUBLE
+        self.formulation, self.bits = formulation, bits
         self._constants = {name: self.number(text) for name, text in parameters.items()}
         self._events = {name: self._event(name) for name in events}
         self.turns: Turns | None = None  # tells phi and psi along the way
@@ -125,15 +124,9 @@ class PreciseIntegrator:
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), self._asked, {"turns": self.turns}  # compiled anew
 
-    def number(self, x: str | float) -> Any:
-        """Return the number of so many bits that is nearest to a decimal text, or to a double."""
-        return number(x, self.bits)
-
-    def text(self, number: Any) -> str:
-        """Return a decimal text that holds every bit of a number."""
-        if not self.hardware:
-            return str(number)
-        return np.format_float_scientific(number, precision=2 * self.bits, unique=False)
+    def number(self, x: Any) -> Any:
+        """Return the number of so many bits that is nearest to a decimal text or another number."""
+        return hy.real(x, self.bits)
 
     def wide(self, x: Any) -> Any:
         """Return a time with so many bits that sums of steps lose nothing."""
@@ -145,7 +138,7 @@ class PreciseIntegrator:
 
     def parameter_texts(self) -> dict[str, str]:
         """Return the constants of the run as they are used, by symbol name."""
-        return {name: self.text(value) for name, value in self._constants.items()}
+        return {name: str(value) for name, value in self._constants.items()}
 
     def start(self, state: Sequence[str]) -> Mark:
         """Return the start of a run, from decimal texts."""
@@ -214,7 +207,7 @@ class PreciseIntegrator:
     def _compiled(self, opt_level: int) -> Any:
         system = System.of(self.formulation, self.bits)
         # without compact mode compiling takes minutes
-        kind = {**number_type(self.bits), "compact_mode": not self.hardware}
+        kind = {"fp_type": hy.real, "prec": self.bits, "compact_mode": True}
         constants = in_units(self._pace, self._constants)
         pars = [constants[name] for name in system.loaded]
         start = [self.number("0")] * len(system.equations)
@@ -285,9 +278,6 @@ class PreciseIntegrator:
         high, low = self._taylor.dtime
         return (self.wide(high) + self.wide(low)) / self._pace
 
-    def _narrowed(self, x: Any) -> Any:
-        return np.longdouble(str(x)) if self.hardware else hy.real(x, self.bits)
-
     def _measured(self, state: Sequence[Any]) -> tuple[Any, ...]:
         """Return a state in seconds from one of the integrator's."""
         return tuple(x * unit for x, unit in zip(state, self._units, strict=True))
@@ -295,7 +285,7 @@ class PreciseIntegrator:
     def _seen(self, mark: Mark, t: Any, length: Any, event: str | None) -> Mark | None:
         """Return the state at a time in the last step, or at the zero of an event close by."""
         end = mark.t + self._elapsed()
-        since = self._narrowed(t - end)
+        since = self.number(t - end)
         if event is not None:
             since = self._polished(event, since, abs(length))
         return since if since is None else Mark(end + self.wide(since), self._dense(since))

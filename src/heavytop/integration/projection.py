@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 
 from heavytop.equations.formulation import Formulation
 from heavytop.equations.gradients import invariants_of
-from heavytop.integration.bits import LONG_DOUBLE, ROOM, extended, why_not
+from heavytop.integration.bits import ROOM, extended, why_not
 from heavytop.integration.compiled import (
     Array,
     Block,
@@ -46,6 +46,7 @@ from heavytop.integration.compiled import (
 from heavytop.integration.library import hy
 from heavytop.numbers.double_double import DoubleDouble, add
 
+LONG_DOUBLE = int(np.finfo(np.longdouble).nmant) + 1  # bits, on this machine
 DOUBLE = float(np.finfo(float).eps)
 TINY = float(np.finfo(float).tiny)
 EVEN = 0.12  # how much shorter than the mean of the first leg the longest steps of a leg may be

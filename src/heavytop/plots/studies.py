@@ -131,7 +131,7 @@ FORMS: Final = {
     "cubic": style.BLUE, "axis": style.GREEN, "attitude": style.SKY, "routh": style.PURPLE,
     "subsystem": style.YELLOW, "lagrange": style.BLACK,
 }  # fmt: skip
-OURS: Final = {"": "o", "-projected": "s", "-longdouble": "^", "-mpfr": "D"}
+OURS: Final = {"": "o", "-projected": "s", "-mpfr": "D"}
 COLLOCATION, SPLITTING, ADAPTIVE = "#8C510A", style.ORANGE, "#808080"
 FAMILIES: Final = {"numba": SPLITTING, "implicit-midpoint": COLLOCATION, "gauss8": COLLOCATION}
 ERRORS: Final = {  # where the error and the front of each are, and the label of its axis

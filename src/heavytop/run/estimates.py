@@ -19,7 +19,7 @@ import numpy as np
 
 from heavytop.analytic.motion import Motion
 from heavytop.equations.registry import FORMULATIONS
-from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, enough
+from heavytop.integration.bits import DOUBLE, enough
 from heavytop.scene.quantities import Need, judged, need_of
 from heavytop.scene.scene import Scene
 
@@ -48,7 +48,6 @@ MEASURED: Final[Mapping[str, Measured]] = {
 QUADRATURE_US: Final = 2.0  # of psi beside the axis
 WATCHED: Final = 3.0  # times as long, with events
 PROJECTED: Final = 1.4  # times as long
-LONG_DOUBLE_MS: Final = 0.3  # a period in long doubles
 MPFR_MS: Final = 9.0  # a period in 128 bits; it grows a little faster than their square
 HEAVY: Final = 2400.0  # bits, beyond which it grows as their cube
 MOST_TIMED: Final = 2**40  # bits; a plan that takes more is refused
@@ -142,8 +141,7 @@ class Forecast:
         each *= (PROJECTED if projected else 1.0) * (WATCHED if asked else 1.0)
         if bits > DOUBLE:
             bits = min(bits, MOST_TIMED)
-            longer = MPFR_MS * (bits / 128) ** 2.2 * max(1.0, bits / HEAVY)
-            each += 1e3 * (LONG_DOUBLE_MS if bits == LONG_DOUBLE else longer)
+            each += 1e3 * MPFR_MS * (bits / 128) ** 2.2 * max(1.0, bits / HEAVY)
             turning = 2 if "turning" in asked else int(self.motion.kind == "cusps")
             events = turning + 2 * ("reversal" in asked and self.motion.kind == "loops")
             each += 1e3 * EVENT_MS * events * self.motion.nutates

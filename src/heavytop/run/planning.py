@@ -19,7 +19,7 @@ from heavytop.display import Shown
 from heavytop.equations.formulation import FORMULATIONS, Formulation
 from heavytop.equations.lambdify import exact_texts
 from heavytop.errors import BadScene, Fault
-from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, bits_of, enough, named, why_not
+from heavytop.integration.bits import DOUBLE, WORD, bits_of, enough, named, why_not
 from heavytop.numbers import PI, Exact
 from heavytop.numbers.decimals import Context
 from heavytop.run.estimates import (
@@ -70,7 +70,7 @@ class Plan(Shown):
     states : int
         How many are integrated.
     precision : str
-        ``double``, ``long double``, or the bits of a significand, as in ``256 bits``.
+        ``double``, or the bits of a significand, as in ``256 bits``.
     tolerance : float
         Relative error tolerance of a step; 0 where it is smaller than any double.
     projected : bool
@@ -307,7 +307,7 @@ def meeting_digits(expected: Forecast, found: Plan) -> Plan:
     if pinned.error <= allowed:
         return _at(found, bits, pinned, True, f"projected: else {lost}")
     needed = DOUBLE + log2(plain.error) + digits * log2(10)
-    bits = LONG_DOUBLE if needed <= LONG_DOUBLE else enough(needed + SPARE)
+    bits = WORD if needed <= WORD else enough(needed + SPARE)
     finer = expected(name, bits=bits)
     if finer.seconds <= PATIENCE_S:
         return _at(found, bits, finer, False, f"in doubles {lost}")

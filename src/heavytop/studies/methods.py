@@ -15,7 +15,7 @@ from heavytop.comparison import methods as comparison
 from heavytop.comparison import own as own_methods
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, Fault, Impossible
-from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, why_not
+from heavytop.integration.bits import DOUBLE, why_not
 from heavytop.names import nearest
 from heavytop.run.planning import EPSILON
 from heavytop.scene.arguments import Refused, one_of, shown
@@ -244,11 +244,9 @@ def _of_formulation(form: str) -> list[MethodSetting]:
         found.append(replace(plain, name=f"{plain.name}-projected", projected=True))
     tight = replace(plain, name=f"{plain.name}-compensated")
     found.append(replace(tight, setting=BROUWER, least=BROUWER, most=BROUWER))
-    for name, bits in (("longdouble", LONG_DOUBLE), ("mpfr", MPFR_BITS)):
-        least = 2.0 ** (1 - bits)
-        precise = replace(plain, name=f"{plain.name}-{name}", bits=bits)
-        found.append(replace(precise, setting=least, least=least, most=least))
-    return found
+    least = 2.0 ** (1 - MPFR_BITS)
+    precise = replace(plain, name=f"{plain.name}-mpfr", bits=MPFR_BITS)
+    return [*found, replace(precise, setting=least, least=least, most=least)]
 
 
 def _of(rival: comparison.MethodEntry) -> MethodSetting:

@@ -251,7 +251,7 @@ class PreciseStepper:
 
     def _words(self, mark: Mark) -> tuple[float, ...]:
         count = math.ceil(self.engine.bits / DOUBLE)
-        columns = [_expansion(Fraction(self.engine.text(x)), count) for x in mark.state]
+        columns = [_expansion(Fraction(str(x)), count) for x in mark.state]
         return tuple(word for row in zip(*columns, strict=True) for word in row)
 
 

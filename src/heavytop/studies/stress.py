@@ -139,8 +139,8 @@ def stress(
 
     Notes
     -----
-    Accuracy: ``tests/studies/test_stress.py`` holds what a case allows to what the closed form
-    makes of changed starts.
+    Accuracy: ``tests/studies/test_stress.py`` holds what a case allows to integrated variational
+    equations.
     """
     heard("progress", progress)
     methods = methods and admitted(methods, KIND)

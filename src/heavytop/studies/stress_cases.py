@@ -1,11 +1,10 @@
 """The cases: motions at which methods are known to fail, why each is hard, and what it allows.
 
 Numbers are exact texts, so that the truth of a case is the same for every method. Spans end
-between turning points, where an error in time shows. The condition says what an ulp of the start
-does to the axis at the end. It is that of the axis form, which has no poles: the largest of its
-state-transition matrices to the end, from the start and from times on the way, where rounding is as
-bad; each state and constant counts in its natural size, the length of the axis or of the angular
-momentum. Beyond a hundred periods it is taken to grow as the time.
+between turning points, where an error in time shows. The condition says what an ulp does to the
+axis at the end: how far the exact motion moves there when axis, angular momentum and gravity move,
+each in its natural size, at the start or on the way, where rounding is as bad; the worst of these.
+Beyond a hundred periods it is taken to grow as the time.
 """
 
 from __future__ import annotations
@@ -13,24 +12,24 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heavytop.analytic.motion import Motion
-from heavytop.run.planning import closed_form_of, plan, span
+from heavytop.analytic.solution import ExactRecord
+from heavytop.numbers import Exact
+from heavytop.run.planning import closed_form_of, span
 from heavytop.scene.scene import Scene, load_scene
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
 
 if TYPE_CHECKING:
-    from heavytop.integration.compiled import VariedRun
     from heavytop.run.events import Counts
 
-Array = NDArray[np.float64]
 Start = dict[str, object]
 
 BOOK: Final = ("3.28e-4", "6.60e-5", "0.0456")  # A, C and gMR of SICM's top
@@ -42,8 +41,10 @@ EVENTS: Final = ("turning", "reversal", "cusp")
 UNIT: Final = 2.0**-53
 ROUNDINGS: Final = 16  # of the start, of constants and of steps, that every method may make
 FOLLOWED: Final = 100  # periods
-LOOKS: Final = 65  # times at which the matrix is taken,
-RESTART: Final = 8  # and after so many of them it is taken anew
+RESTARTS: Final = 8  # times from which the axis is followed to the end
+DIGITS: Final = 60  # of the closed form,
+STEP: Final = 1e-30  # in which a change is so large,
+PLACES: Final = 240  # and starts have so many binary places
 AXIS: Final = 2.0  # how far apart two axes can be
 
 
@@ -310,23 +311,40 @@ def reference(name: str) -> CaseReference:
 
 def _condition(scene: Scene, motion: Motion, end: float) -> float:
     """The condition of the axis at the end."""
-    from heavytop.run.sensitivities import varied_run
-
     longest = FOLLOWED * motion.period if motion.period else math.inf
-    reach = min(abs(end), longest)
-    times = np.linspace(0.0, math.copysign(reach, end), LOOKS)
-    varied = varied_run(scene, plan(scene, "axis"))
-    worst, states = _grown(varied, times)
-    for k in range(RESTART, min(len(states), LOOKS - 1), RESTART):
-        worst = max(worst, _grown(replace(varied, state=states[k]), times[-1:] - times[k])[0])
-    return worst * abs(end) / reach
+    reach = math.copysign(min(abs(end), longest), end)
+    form = motion.form(DIGITS)
+    times = (reach * k / RESTARTS for k in range(RESTARTS))
+    return max(_growth(scene.top, form.ctx, form(t), reach - t) for t in times) * end / reach
 
 
-def _grown(varied: VariedRun, times: Array) -> tuple[float, Array]:
-    """The condition of the axis at the last of some times, inf if it overflows; the states."""
-    found = varied(times.tolist())
-    finite = found[np.isfinite(found[:, 0, 0])]  # before the derivatives have overflowed
-    size = math.hypot(*varied.state[3:5], varied.constants["l_z"])
-    scale = np.array([1.0, 1.0, 1.0, size, size, abs(varied.constants["g"]), size])
-    last = math.sqrt(((found[-1, :3, 1:] * scale) ** 2).sum())
-    return last if len(finite) == len(found) else math.inf, finite[:, :, 0]
+def _growth(top: Top, ctx: Any, now: ExactRecord, span: float) -> float:
+    """How much farther the axis moves in a span than what is moved now, in its natural size."""
+    A, C, gMR = (x.mpf(ctx) for x in (top.A, top.C, top.gMR))
+    axis = np.array(now.axis)
+    momentum = now.omega + (C / A - 1) * now.omega3 * axis
+    size = ctx.sqrt(sum(momentum**2))
+
+    def end(numbers: Any) -> Any:
+        e, L, g = numbers[:3] / ctx.norm(numbers[:3]), numbers[3:6], numbers[6]
+        across, speed = ctx.hypot(e[0], e[1]), np.cross(L, e)
+        start = State(
+            _exact(ctx.atan2(across, e[2])),
+            thetadot=_exact(-speed[2] / across),
+            phi=_exact(ctx.atan2(e[0], -e[1])),
+            phidot=_exact((e[0] * speed[1] - e[1] * speed[0]) / across**2),
+            omega3=_exact(sum(L * e) * A / C),
+        )
+        return np.array(Motion(Top(top.A, top.C, _exact(g)), start).form(DIGITS)(span).axis)
+
+    here = np.array([*axis, *momentum, gMR])
+    here[0] += STEP  # off a pole, where phi is not defined
+    there = end(here)
+    moves = STEP * np.diag([1, 1, 1, size, size, size, gMR])
+    moved = ((end(here + move) - there) / STEP for move in moves)
+    return math.sqrt(sum(float(x) ** 2 for each in moved for x in each))
+
+
+def _exact(x: Any) -> Exact:
+    """A number cut off far behind the digits that matter."""
+    return Exact.of(Fraction(int(x * 2**PLACES), 2**PLACES))

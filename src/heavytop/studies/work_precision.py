@@ -16,7 +16,7 @@ from heavytop.comparison.methods import METHODS
 from heavytop.comparison.steppers import IntegrationFailed, StepperState
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, HeavyTopError, Stop, StoppedEarly
-from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, bits_of
+from heavytop.integration.bits import DOUBLE, bits_of
 from heavytop.machine import versions
 from heavytop.numbers.double_double import DoubleDouble
 from heavytop.results.base import Problem
@@ -63,7 +63,6 @@ STEPS: Final = {  # a period; two or three settings a decade of error, where the
     "implicit-midpoint": LOW_ORDER,
     "bobenko-suris": LOW_ORDER,
     "blanes-moan-rkn6": (6, 8, 10, 12, 14, 17, 20, 24, 28, 34, 40, 48, 57, 68, 80, 96, 114, 136),
-    "kahan-li8": (6, 8, 10, 12, 14, 16, 18, 21, 24, 28, 32, 37, 42, 48, 56, 64, 74, 84),
     "sofroniou-spaletta10": (3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 14, 16, 18, 20, 22, 25, 28, 32),
     "gauss8": (2, 3, 4, 5, 6, 7, 8, 10, 12, 16),
 }
@@ -74,7 +73,6 @@ DEFAULT: Final = (
     *(f"taylor-{form}-projected" for form in ("axis", "attitude", "cubic")),  # as plans are
     *(f"taylor-{form}-compensated" for form in ("axis", "cubic")),
     *(name for name in METHODS if name not in IN_PYTHON),
-    *(f"taylor-{form}-longdouble" for form in FORMULATIONS),
     *IN_PYTHON,
     *(f"taylor-{form}-mpfr" for form in FORMULATIONS),
 )
@@ -170,8 +168,6 @@ def _method_of(chosen: Plan) -> MethodSetting:
     if bits == DOUBLE:
         loose = f"={chosen.tolerance!r}" if chosen.tolerance > EPSILON else ""
         return method(f"{name}{'-projected' if chosen.projected else ''}{loose}")
-    if bits == LONG_DOUBLE:
-        return method(f"{name}-longdouble")
     found, least = method(f"{name}-mpfr"), 2.0 ** (1 - bits)
     other = "" if bits == found.bits else str(bits)
     return replace(found, name=found.name + other, bits=bits, setting=least, least=least,

@@ -1,0 +1,214 @@
+"""Derivatives of T, Δφ and Δψ against elementary quadrature, and against integration."""
+
+import mpmath
+import pytest
+
+import heavytop as ht
+from heavytop.analytic import sensitivities as module
+from heavytop.errors import Impossible
+
+mp = mpmath.mp.clone()
+mp.dps = 40
+STEP, NODES = mp.mpf("1e-12"), 100
+
+SICM = ht.Top("3.28e-4", "6.60e-5", "0.0456")
+MOTIONS = {
+    "loops": (SICM, ht.State("0.1", phidot=-15, psidot=140)),
+    "cusps": (SICM, ht.State("0.1", psidot=140)),
+    "rising": (SICM, ht.State("0.4", thetadot=-2, phi="0.3", phidot=3, psi="-1.1", omega3=150)),
+    "gravity turned round": (
+        ht.Top("0.7", "0.9", "-1.3"), ht.State("1.2", thetadot="0.4", phidot="0.8", psidot=-2),
+    ),
+    "a spherical pendulum": (ht.Top(1, "0.4", 1), ht.State(2, thetadot="0.1", phidot="0.6")),
+    "C = 2A": (ht.Top(1, 2, 1), ht.State(1, thetadot="0.1", phidot="0.6", psidot=2)),
+}  # fmt: skip
+every_motion = pytest.mark.parametrize("which", MOTIONS)
+
+
+def numbers_of(top, start):
+    names = ("theta", "thetadot", "phidot", start.held)
+    exact = {x: getattr(top, x) for x in ("A", "C", "gMR")} | {x: getattr(start, x) for x in names}
+    return {x: value.mpf(mp) for x, value in exact.items()}
+
+
+def by_quadrature(A, C, gMR, theta, thetadot, phidot, psidot=None, omega3=None):
+    """T, Δφ and Δψ as integrals over u = cosθ = m - d cos s, where the integrands are periodic."""
+    u, spin = mp.cos(theta), omega3 if psidot is None else psidot + phidot * mp.cos(theta)
+    b = C * spin / A  # p_psi/A, and a = p_phi/A
+    a = b * u + phidot * mp.sin(theta) ** 2
+    energy = (thetadot**2 + (phidot * mp.sin(theta)) ** 2) / 2 + gMR / A * u
+    g = gMR / A  # du/dt squared is 2 (h - g u)(1 - u²) - (a - b u)²
+    cubic = [2 * g, -2 * energy - b * b, 2 * a * b - 2 * g, 2 * energy - a * a]
+    roots = sorted(mp.re(x) for x in mp.polyroots(cubic, maxsteps=500, extraprec=500))
+    low, high = roots[:2] if g > 0 else roots[1:]
+    third = roots[2] if g > 0 else roots[0]
+    total = [mp.mpf(0)] * 3
+    for k in range(NODES):
+        v = (low + high) / 2 - (high - low) / 2 * mp.cos(2 * mp.pi * (k + mp.mpf(1) / 2) / NODES)
+        dt = 2 * mp.pi / NODES / mp.sqrt(2 * g * (third - v))
+        turn = (a - b * v) / (1 - v * v)
+        total = [x + y * dt for x, y in zip(total, (1, turn, spin - turn * v), strict=True)]
+    return total
+
+
+def slopes_by_quadrature(top, start):
+    """By x: the derivatives, in units of their natural size too."""
+    numbers, found = numbers_of(top, start), {}
+    for x, value in numbers.items():
+        ends = [by_quadrature(**numbers | {x: value + by}) for by in (-STEP, STEP)]
+        found[x] = [(high - low) / (2 * STEP) for low, high in zip(*ends, strict=True)]
+    return found
+
+
+def off(found, top, start):
+    """The largest error, relative to the derivative or to a thousandth of its natural size."""
+    period, numbers = ht.Motion(top, start).period, numbers_of(top, start)
+    worst = 0.0
+    for x, slopes in slopes_by_quadrature(top, start).items():
+        size = abs(numbers[x]) or 1 / period
+        for quantity, slope, natural in zip(found, slopes, (period, 1, 1), strict=True):
+            error = abs(found[quantity][x] - slope)
+            worst = max(worst, error / max(abs(slope), 1e-3 * natural / size))
+    return worst
+
+
+@every_motion
+def test_sensitivities_are_those_of_elementary_quadrature(which):
+    found = ht.sensitivities(*MOTIONS[which])
+    assert list(found) == ["period", "precession", "spin"]
+    assert off(found, *MOTIONS[which]) < 1e-13
+
+
+def test_an_error_of_one_part_in_a_million_millions_is_seen(monkeypatch):
+    """The derivatives at a moment C that is larger by so much."""
+    own = module._form
+    monkeypatch.setattr(
+        module, "_form", lambda numbers: own(numbers | {"C": numbers["C"] * (1 + 1e-12)})
+    )
+    assert off(ht.sensitivities(*MOTIONS["loops"]), *MOTIONS["loops"]) > 1e-13
+
+
+# By the variational equations of the attitude form, integrated by heyoka 7.13 in 128 to 256 bits
+INTEGRATED = {
+    "1e-9 and 3e-7 past the poles": {
+        "period": (
+            16.900604926388276,
+            -1.9550031716904777e-10,
+            -0.12156575473338709,
+            0.0006016817184612524,
+            -0.002167553806349343,
+            -1.2722749695135253e-10,
+            -1.2903020933157153e-10,
+        ),
+        "precession": (
+            -0.0006138523353190885,
+            0.001699930626599625,
+            1.9550031716904776e-06,
+            2.5234339888032446e-09,
+            -5.8098342122749364e-09,
+            0.0011118307139686356,
+            0.0011219542135557526,
+        ),
+        "spin": (
+            0.00806880691518606,
+            -0.034732039247979796,
+            -7.76872977663073e-06,
+            3.755652840435706e-08,
+            -1.7891251937842214e-07,
+            0.09611910460248611,
+            0.09654134124549829,
+        ),
+    },
+    "near a separatrix": {
+        "period": (
+            17321463.14964349,
+            45127376.88163982,
+            -39885151.5904634,
+            -10000571.021335434,
+            0.0,
+            49542351.093547575,
+            6513575.826072743,
+        ),
+        "precession": (
+            43028802.988798305,
+            -60003302.673305646,
+            -13027151.652145486,
+            -24842725.30108752,
+            0.0,
+            48545882.36598477,
+            -8660730.775521372,
+        ),
+        "spin": (
+            16974536.66985433,
+            216328997.94029877,
+            -125139035.64000371,
+            -9800284.931133067,
+            0.0,
+            123073856.44991429,
+            31224438.59624763,
+        ),
+    },
+    "through the top": {
+        "period": (
+            218.43750073632359,
+            -1276.7296975245135,
+            0.27668113585753856,
+            -0.012482687133195064,
+            -0.0037287616495312705,
+            -0.0013750455781285221,
+            -0.0006018868574044135,
+        ),
+        "precession": (
+            -947.2251844844124,
+            -1593.3218328564503,
+            9.119497839460811,
+            -0.05424607027495466,
+            -0.022774219564324207,
+            -0.010599751573870728,
+            -0.0007511374354894694,
+        ),
+        "spin": (
+            38963.821628668586,
+            -221316.5822555587,
+            40.060546812797746,
+            -1.5868942084576945,
+            -0.4397589064692236,
+            -0.15068645592853136,
+            0.06705833481744781,
+        ),
+    },
+}
+HARD = {
+    "1e-9 and 3e-7 past the poles": ht.Scene(
+        SICM, ht.State("0.1", thetadot=50, psidot="1e-4"), time=1
+    ),
+    "near a separatrix": ht.load_scene("near-separatrix"),
+    "through the top": ht.Scene(
+        SICM,
+        ht.State.from_constants(SICM, E="0.8", p_phi="9.24e-3", p_psi="9.24e-3", theta=1),
+        time=1,
+    ),
+}
+
+
+@pytest.mark.parametrize("which", INTEGRATED)
+def test_sensitivities_are_those_of_integrated_variational_equations(which):
+    """Where quadrature has few digits; through the top the angles jump, derivatives do not."""
+    found = ht.sensitivities(HARD[which].top, HARD[which].start)
+    for quantity, slopes in INTEGRATED[which].items():
+        assert list(found[quantity].values()) == pytest.approx(slopes, rel=1e-13, abs=1e-30)
+
+
+def test_a_start_at_a_pole_and_a_pass_of_both():
+    """The other side of a pole is no start; a pendulum that turns over passes both."""
+    for start in (ht.State(0, thetadot=1, omega3=2), ht.State(2, thetadot=3)):
+        top = ht.Top(1, "0.5", 1)
+        exact = slopes_by_quadrature(top, start)
+        found = ht.sensitivities(top, start)["period"]
+        assert list(found.values()) == pytest.approx([float(x[0]) for x in exact.values()], 1e-13)
+
+
+def test_what_does_not_nutate_is_refused():
+    scene = ht.load_scene("separatrix")
+    with pytest.raises(Impossible, match="start: one that nutates: separatrix has no period"):
+        ht.sensitivities(scene.top, scene.start)
