@@ -1,24 +1,19 @@
-"""Charts of the theory: energy and momentum, the critical set, stability, steady precession."""
+"""Charts of the theory: energy and momentum, and the critical set."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
-from numpy.typing import ArrayLike
 
 from heavytop.plots import style
-from heavytop.plots.style import Known, gridded, legend, line, literal, title_of
+from heavytop.plots.style import Known, legend, line, literal, title_of
 
 STEADY: Final = style.KINDS["uniform-precession"].colour
 UNSTABLE: Final = "sleeping, unstable: focus–focus"
-RATIO: Final = r"$p_\psi^2/4A\,gMR$"
 
 # --- energy and momentum at one p_ψ, and Δφ around the focus–focus point -------------------------
 
@@ -191,124 +186,3 @@ def critical_set_figure(document: Known) -> Figure:
            zlabel="E′/|gMR|")  # fmt: skip
     legend(figure, 3, fontsize=8)
     return figure
-
-
-# --- stability, what a fast spin costs, formulas for steady precession ---------------------------
-
-Points = Sequence[tuple[float, float]]
-ON: Final = 1e-9  # so near the circle a modulus counts as on it,
-BESIDE: Final = 1e-2  # and a swing as the small one that it should be
-SERIES: Final = (*style.COLOURS[:4], style.BLACK)
-
-
-class Cone(NamedTuple):
-    """A steady precession, and what became of it.
-
-    Attributes
-    ----------
-    ratio, tilt : float
-        p_ψ²/4A gMR, and θ [rad].
-    fast : bool
-        Whether it is the fast one of the two.
-    off : float
-        How far the modulus of its multiplier is from 1.
-    strayed : float
-        How far the swing of a pushed run is from the small one, relative.
-    """
-
-    ratio: float
-    tilt: float
-    fast: bool
-    off: float
-    strayed: float
-
-
-@mpl.rc_context(style.STYLE)
-def stability_figure(
-    cones: Sequence[Cone], theory: Points, multipliers: Points, runs: Points
-) -> Figure:
-    """Stability against p_ψ²/4A gMR: of steady precession by tilt, of the sleeping top by growth.
-
-    Parameters
-    ----------
-    cones : sequence of Cone
-        Steady precessions.
-    theory, multipliers, runs : sequence of (ratio, growth)
-        Growth rates of the sleeping top over √(gMR/A), from each source.
-    """
-    figure = Figure(figsize=(6.4, 6.4), layout="constrained")
-    above, below = figure.subplots(2, 1, sharex=True)
-    tilts = np.linspace(0.0, np.pi / 2, 181)
-    above.plot(np.cos(tilts), np.degrees(tilts), color=style.PATH, lw=1.2)
-    above.fill_betweenx(np.degrees(tilts), 0, np.cos(tilts), color=style.FAINT, alpha=0.4, lw=0)
-    above.text(0.3, 25, "no steady\nprecession", ha="center", fontsize=8)
-    on = [c for c in cones if abs(c.off) <= ON]
-    stayed = [c for c in cones if c.strayed <= BESIDE]
-    for label, marker, colour, some in (
-        ("slow: multipliers on the circle", "o", style.PATH, [c for c in on if not c.fast]),
-        ("fast: multipliers on the circle", "x", style.BLACK, [c for c in on if c.fast]),
-        ("multipliers off the circle", "D", style.OTHER, [c for c in cones if c not in on]),
-        ("pushed runs that stay beside it", "_", style.OTHER, stayed),
-        ("pushed runs that leave it", "s", style.OTHER, [c for c in cones if c not in stayed]),
-    ):
-        if some:
-            _marked(above, [(c.ratio, math.degrees(c.tilt)) for c in some], marker, colour, label)
-    for ends, colour, label in (((0, 1), style.OTHER, "upright, falls"),
-                                ((1, 2), style.PATH, "upright, sleeps")):  # fmt: skip
-        above.plot(ends, (0, 0), color=colour, lw=3, solid_capstyle="butt", label=label)
-    above.set_ylabel("tilt [°]")
-    above.legend(fontsize=7.5, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
-    growth = r"$\sqrt{1-p_\psi^2/4A\,gMR}$"
-    below.plot(*zip(*theory, strict=True), color=style.PATH, lw=1.2, label=growth)
-    _marked(below, multipliers, "o", style.PATH, "Floquet multipliers")
-    _marked(below, runs, "x", style.OTHER, "perturbed runs")
-    gridded(below, RATIO, "growth of a small tilt, over √(gMR/A)")
-    below.set_xlim(0, 2)
-    below.legend(fontsize=7.5)
-    return figure
-
-
-def _marked(ax: Axes, points: Points, marker: str, colour: str, label: str) -> None:
-    ax.plot(*zip(*points, strict=True), marker, color=colour, ms=5.5,
-            mfc="none", ls="none", label=label)  # fmt: skip
-
-
-@mpl.rc_context(style.STYLE)
-def spin_figure(steps: Mapping[str, Points]) -> Figure:
-    """Steps in a nutation period against ω3 at the same p_ψ, for every form.
-
-    Parameters
-    ----------
-    steps : mapping from str to sequence of (spin, steps)
-        By the name of the form; spins in rad/s.
-    """
-    figure = Figure(figsize=(6.4, 4.0), layout="constrained")
-    ax = figure.subplots()
-    for i, (name, points) in enumerate(steps.items()):
-        ax.loglog(*zip(*points, strict=True), marker=style.MARKERS[i % 5], ms=4,
-                  color=SERIES[i % 5], lw=1.0, label=name,
-                  ls="-" if i < 5 else "--")  # fmt: skip
-    gridded(ax, r"spin rate ω₃ [rad/s] at the same $p_\psi$", "steps in a nutation period")
-    ax.legend(fontsize=7.5)
-    return figure
-
-
-def steady_errors(ax: Axes, omega3: ArrayLike, errors: Mapping[str, ArrayLike]) -> None:
-    """Draw |relative error| of each formula against the spin ω3 [rad/s], both logarithmic.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-    omega3 : array_like, shape (n,)
-    errors : mapping from str to array_like, shape (n,)
-        Relative errors by the name of the formula; a zero is drawn as the rounding of doubles.
-    """
-    rounding = np.finfo(np.float64).eps / 2
-    for (name, values), marker, colour in zip(errors.items(), style.MARKERS, SERIES, strict=False):
-        sizes = np.maximum(np.abs(np.asarray(values, dtype=np.float64)), rounding)
-        ax.loglog(omega3, sizes, marker=marker, color=colour, lw=1.0, label=name)
-    gridded(ax, "spin ω₃ [rad/s]", "relative error of the precession")
-    ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    ax.xaxis.set_major_formatter(ScalarFormatter())
-    ax.xaxis.set_minor_formatter(NullFormatter())
-    ax.legend(frameon=False, fontsize="small")
