@@ -1,4 +1,4 @@
-"""Draw kicks.svg, steady.svg, kinds.svg, layers.svg, sicm-kicked.gif and the notebooks' covers.
+"""Draw kicks.svg, kinds.svg, layers.svg, sicm-kicked.gif and the notebooks' covers.
 
     .venv/bin/python docs/draw.py [DIR]
 
@@ -16,12 +16,10 @@ from matplotlib.patches import Rectangle
 from matplotlib.transforms import Affine2D
 
 import heavytop as ht
-from heavytop.analytic import steady
 from heavytop.plots.figures import View, save
 from heavytop.plots.sphere import PUSH, axis_path, kind_panel, touched
 from heavytop.plots.style import BLUE, FAINT, GREEN, ORANGE, PURPLE, SKY, YELLOW
 from heavytop.plots.style import KINDS as LOOKS
-from heavytop.plots.theory import steady_errors
 
 IMAGES = Path(__file__).parent / "images"
 BOOK = ht.Top("3.28e-4", "6.60e-5", "0.0456")
@@ -109,32 +107,6 @@ def ladder():
             kind_panel(ax, path, View.from_pole(1.0, reach), CALLED.get(name, name))
             ax.set_title(f"{name}\nφ̇ = {kick:.4g} rad/s", fontsize="small")
         row[0].text(-0.25, 0.5, WORDS[held], transform=row[0].transAxes, rotation=90, va="center")
-    return figure
-
-
-def sweep():
-    """Return the errors of the formulas for steady precession against integration."""
-    spins = np.array([118.0, 120, 130, 140, 160, 200, 300, 500, 1000, 2000])
-
-    def measured(which):
-        starts = (ht.State.steady(BOOK, "0.1", spin, which) for spin in spins)
-        scenes = (ht.Scene(BOOK, start, time=1, events=(), samples=2) for start in starts)
-        return np.array([ht.propagate(scene).phi[-1] for scene in scenes])
-
-    slow, fast = measured("slow"), measured("fast")
-    A, C, gMR = (float(x) for x in (BOOK.A, BOOK.C, BOOK.gMR))
-    p_psi, u = C * spins, np.cos(0.1)
-    exact = steady.rates(BOOK, p_psi, u)
-    figure = Figure(figsize=(6.4, 4.2), layout="constrained")
-    errors = {
-        "slow: gMR/p_ψ": gMR / p_psi / slow - 1,
-        "fast: p_ψ/(A cosθ)": p_psi / (A * u) / fast - 1,
-        "slow, exact formula": exact[0] / slow - 1,
-        "fast, exact formula": exact[1] / fast - 1,
-    }
-    ax = figure.subplots()
-    steady_errors(ax, spins, errors)
-    ax.set_title("steady precession at θ = 0.1, off the integrated one", fontsize="medium")
     return figure
 
 
@@ -298,7 +270,6 @@ COVERS = {
 if __name__ == "__main__":
     where = Path(sys.argv[1]) if len(sys.argv) > 1 else IMAGES
     save(layers(), where / "layers.svg")
-    save(sweep(), where / "steady.svg")
     with mpl.rc_context({"path.simplify_threshold": 0.5}):  # a smaller file, alike to the eye
         save(ladder(), where / "kicks.svg")
         save(kinds(), where / "kinds.svg")

@@ -42,7 +42,6 @@ OTHERS = (
     "plan sicm-kicked --formulation no-such-form",
     "drift sicm-kicked --periods 300 --ensemble 2",
     "atlas sicm-kicked --x phidot=-20:20:40 --y psidot=10:300:40 --jobs 1",
-    "atlas sicm-kicked --energy-momentum",
     "stress --cases through-top,planar-rotating,start-at-top"
     " --methods auto,taylor-axis,dop853-cyrk,gauss8 --time-limit 60",
     "workprec sicm-kicked --periods 20 --methods taylor-axis,sofroniou-spaletta10 --budget 600",

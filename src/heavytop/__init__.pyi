@@ -4,10 +4,6 @@ from .analytic.enclosure import (
     Enclosure as Enclosure,
     enclose as enclose,
 )
-from .analytic.energy_momentum import (
-    EnergyMomentum as EnergyMomentum,
-    energy_momentum as energy_momentum,
-)
 from .analytic.facts import (
     Facts as Facts,
     facts as facts,
@@ -16,7 +12,6 @@ from .analytic.many_motions import (
     Motions as Motions,
     motions_many as motions_many,
 )
-from .analytic.monodromy import Circuit as Circuit
 from .analytic.motion import Motion as Motion
 from .analytic.reference import (
     Reference as Reference,

@@ -136,11 +136,6 @@ _ROWS: Final = (
         "brouwer", ["Brouwer, Dirk"], "On the accumulation of errors in numerical integration",
         1937, "Astronomical Journal", "46: 149–153", "10.1086/105423",
     ),
-    _article(
-        "duistermaat", ["Duistermaat, Johannes Jisse"], "On global action-angle coordinates",
-        1980, "Communications on Pure and Applied Mathematics", "33(6): 687–706",
-        "10.1002/cpa.3160330602",
-    ),
     _book(
         "cushman-bates", ["Cushman, Richard H.", "Bates, Larry M."],
         "Global Aspects of Classical Integrable Systems", 2015, "Birkhäuser", edition="second",
@@ -288,7 +283,6 @@ RESULTS: Final[Mapping[str, tuple[str, ...]]] = {  # others rest on the exact so
     "drift": (*EXACT, "brouwer"),
     "derive": ("sicm", "sympy"),
     "validate": (*TAYLOR, *EXACT),
-    "energy_momentum": ("cushman-bates", "duistermaat", "arb", "flint"),
 }
 FORMULATIONS: Final = {"cubic": "whittaker", "subsystem": "sicm", "lagrange": "sicm"}
 SCENES: Final = {  # words in the source of a scene

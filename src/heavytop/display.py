@@ -37,8 +37,8 @@ class Plotted(Shown):
             `Trajectory` "errors" too.
             Of a `Drift` the error that grows: "energy", "phase_s", "axis" or an invariant, of those
             that are not zero. Of a `WorkPrecision` the error: "axis" or "theta". Of a `Check`
-            "errors" or "phase"; of a diagram of energy and momentum "diagram" or "circuit". The
-            first of them is the default. An `Atlas` has its "map" alone, a `Stress` its "digits".
+            "errors" or "phase". The first of them is the default. An `Atlas` has its "map" alone, a
+            `Stress` its "digits".
         ax : matplotlib.axes.Axes, optional
             Where to draw; nothing but these axes is touched. Without it a new figure is made by
             ``matplotlib.pyplot``, which a notebook and ``pyplot.show()`` show, with a legend.

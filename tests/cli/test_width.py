@@ -24,7 +24,6 @@ TABLES = [
     ("stress", "--list"),
     ("stress", "--cases", "kick-1e-9", "--methods", "auto,taylor-axis,taylor-attitude,gauss8"),
     ("drift", "sicm-kicked", "--periods", "30", "--methods", "taylor-axis-projected,gauss8"),
-    ("atlas", "sicm-kicked", "--energy-momentum"),
     ("atlas", "sicm-kicked", "--x", "phidot=-20:20:9", "--y", "psidot=-150:150:9", "-j", "1"),
     *(("classify", name) for name in ("sicm-kicked", "steady-betsch", "separatrix", "sleeping")),
     *(("plan", name) for name in ("sicm-kicked", "planar-rotating", "sleeping")),

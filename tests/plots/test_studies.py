@@ -9,7 +9,6 @@ from matplotlib.text import Text
 import heavytop as ht
 from heavytop.plots.studies import drift_figure, stress_figure, workprec_figure
 from heavytop.plots.style import literal
-from heavytop.plots.theory import Cone, stability_figure
 from heavytop.results.stress import MARKS
 
 from ..report.conftest import POINT, workprec
@@ -123,15 +122,3 @@ def test_work_and_precision_has_a_panel_for_each_error_and_for_more_bits():
     document["front_theta"] = [0]
     [alone] = workprec_figure(document).axes  # no method gives the axis
     assert alone.get_xlabel() == "error of θ [rad]"
-
-
-def test_the_chart_of_stability_reads_moduli_and_runs():
-    def labels(*cones):
-        line = [(0.1, 0.9), (1.0, 0.0)]
-        return stability_figure(cones, line, line, line).axes[0].get_legend_handles_labels()[1]
-
-    good, bad = Cone(1.2, 0.5, False, 1e-15, 1e-6), Cone(0.9, 1.4, True, 1e-3, 1.0)
-    assert "slow: multipliers on the circle" in labels(good)
-    assert not {"multipliers off the circle", "pushed runs that leave it"} & set(labels(good))
-    assert {"multipliers off the circle", "pushed runs that leave it"} <= set(labels(good, bad))
-    assert "fast: multipliers on the circle" not in labels(good, bad)

@@ -11,7 +11,6 @@ from heavytop.files import write_document
 from heavytop.report import quick
 from heavytop.report.files import write_results, write_study
 from heavytop.results.documents import FILES
-from heavytop.results.energy_momentum import diagram_of
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
 from heavytop.studies.atlas import atlas
@@ -79,8 +78,6 @@ def place(tmp_path_factory):
     there = folders["atlas.json"]
     found = atlas(scene, "phidot=-30:40:24", "theta=0.1:1.5:16", jobs=1, folder=there)
     write_study(found, there, figures=False)
-    there = folders["energy_momentum.json"]
-    write_study(diagram_of(load_scene("sleeping-unstable", HOSTILE)), there, figures=False)
     t = np.linspace(0, 1, 50)
     theta = 1.0001 * Motion(scene.top, scene.start).at(t).theta
     checked = check({"t": t, "theta": theta, CLOSING: t}, scene)

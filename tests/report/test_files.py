@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import h5netcdf
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -16,7 +17,6 @@ from heavytop.cli import app
 from heavytop.errors import Stop, StoppedEarly
 from heavytop.plots import figures
 from heavytop.report.files import FIGURES, write_study
-from heavytop.results.energy_momentum import diagram_of
 
 SHORT = ("--set", "span.time=0.3")
 
@@ -46,27 +46,27 @@ def test_figures_of_an_earlier_run_do_not_stay_beside_another(tmp_path):
     assert names(folder) == {"run.json", "mine.svg"}
 
 
+def checked(scene):
+    t = np.linspace(0, 2, 201)
+    return ht.check({"t": t, "theta": ht.Motion(scene.top, scene.start).at(t).theta}, scene)
+
+
 def test_a_study_without_charts_leaves_none_of_an_earlier_one(tmp_path):
-    found = diagram_of(ht.load_scene("sicm-kicked"))
+    found = checked(ht.load_scene("sicm-kicked"))
     files = write_study(found, tmp_path)
-    charts = {f"{name}.{form}" for name in ("energy_momentum", "critical_set")
-              for form in ("svg", "png")}  # fmt: skip
-    assert names(tmp_path) == {*files.values()} == {"energy_momentum.json", *charts}
-    told = json.loads((tmp_path / "energy_momentum.json").read_text())
+    assert names(tmp_path) == {*files.values()} == {"check.json", "check.svg", "check.png"}
+    told = json.loads((tmp_path / "check.json").read_text())
     assert told["files"] == files
-    weightless = diagram_of(ht.load_scene("force-free"))  # which has no critical set
-    assert len(write_study(weightless, tmp_path)) == 3
-    files = write_study(weightless, tmp_path, figures=False)
-    assert files == {"document": "energy_momentum.json"}
-    assert names(tmp_path) == {"energy_momentum.json"}
+    assert write_study(found, tmp_path, figures=False) == {"document": "check.json"}
+    assert names(tmp_path) == {"check.json"}
 
 
 @pytest.mark.parametrize("kept", [False, True])
 def test_a_file_that_cannot_be_written_ends_a_study_early(tmp_path, kept):
     """A study whose folder goes on says how; of another all that was found is printed."""
     scene = ht.load_scene("sicm-kicked")
-    found = ht.drift(scene, methods=["strang"], periods=3) if kept else diagram_of(scene)
-    name = "drift.nc" if kept else "energy_momentum.json"
+    found = ht.drift(scene, methods=["strang"], periods=3) if kept else checked(scene)
+    name = "drift.nc" if kept else "check.json"
     (tmp_path / name).mkdir()
     with pytest.raises(StoppedEarly, match=rf"cannot write .*{name}") as stopped:
         write_study(found, tmp_path, figures=False)

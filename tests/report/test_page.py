@@ -119,7 +119,7 @@ def test_every_figure_has_its_numbers_which_stand_on_the_page_once(page, seen, w
     idents = [f"{s.ident}-{p.name}" for s in page.sections for p in s.pictures]
     assert [fig["id"] for result in document["results"] for fig in result["figures"]] == idents
     charts = "run-1-overview drift-1-drift workprec-1-workprec stress-1-stress atlas-1-map"
-    charts += " traces-1-traces energy-momentum-1-energy-momentum energy-momentum-1-critical-set"
+    charts += " traces-1-traces"
     assert set(charts.split()) <= set(idents)
     for result in document["results"]:
         named = {name for figure in result["figures"] for name in figure["data"]}

@@ -20,7 +20,6 @@ from heavytop.plots.figures import FIGURES, MOST_PERIODS
 from heavytop.report.files import write_results
 from heavytop.report.page import load_results, page_of, player_html, write_page
 from heavytop.report.player import frames, run_data, tops
-from heavytop.results.energy_momentum import diagram_of
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
 
@@ -134,8 +133,6 @@ def html(tmp_path_factory):
         folder = place / f"{k}-{name}"
         folder.mkdir()
         write_results(run_of(name, *options), folder, figures=False)
-    thread = diagram_of(load_scene("sleeping-unstable"))
-    thread.save(place / "0-sicm-kicked" / "energy_momentum.json")
     one = {"overview": FIGURES["overview"]}  # that one picture is drawn shows that all are
     with patch.dict(FIGURES, one, clear=True):
         write_page(page_of(load_results([place])), place / "report.html")
@@ -341,10 +338,6 @@ def test_another_run_can_be_chosen_and_its_events_are_marked(resting):
 
 LISTED = {
     "overview": lambda data: data["motion"],
-    "energy-momentum": lambda data: {"p_phi": data["edge"]["p_phi"]},
-    "critical-set": lambda data: {
-        "p_psi_2": [line[1] for sheet in data["critical_set.sheets"] for line in sheet["p_psi"]]
-    },
 }
 """By the end of a figure's name, columns that its CSV must have."""
 

@@ -11,7 +11,6 @@ from heavytop.claims.validate import validate
 from heavytop.files import write_document
 from heavytop.report.quick import traces_document
 from heavytop.results.documents import read_document
-from heavytop.results.energy_momentum import diagram_of
 from heavytop.results.run import run_result
 from heavytop.run.propagation import propagate
 from heavytop.scene.scene import load_scene
@@ -32,7 +31,6 @@ MADE = {
     "traces.json": traces_document,
     "drift.json": lambda: drift(KICKED, methods=["strang"], periods=10, samples=4).document(),
     "atlas.json": lambda: atlas(KICKED, "phidot=-30:40:6", "theta=0.1:1.5:4").document(),
-    "energy_momentum.json": lambda: diagram_of(KICKED).document(),
     "check.json": checked,
     "validate.json": lambda: validate(["betsch-cone"]).document(),
 }

@@ -1,4 +1,4 @@
-"""Events of runs: where the exact motion has them, at quadrature's times, and as many."""
+"""Events of runs: where the exact motion has them, and as many."""
 
 from dataclasses import replace
 from importlib import import_module
@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import heavytop as ht
-from heavytop.analytic.potential import quadrature_period, quadrature_time
 from heavytop.run.events import schedule, tally
 
 from ..motions import BOOK, KICKED
@@ -22,20 +21,6 @@ def counts(events):
 
 
 # --- in doubles ----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    "name", ["sicm-kicked", "sicm-dropped", "sicm-forward", "sicm-forward-spin-held"]
-)
-def test_times_are_those_of_quadrature(name):
-    """Half periods between turning points; t(theta) = integral of du / sqrt f(u) on the way up."""
-    run = ht.propagate(ht.load_scene(name))
-    rising, turning = ht.Motion(run.scene.top, run.scene.start).rising, run.events.of("turning")
-    assert np.max(np.abs(np.diff(turning.t) - float(quadrature_period(rising)) / 2)) < 2e-14
-    first = next(i for i, kind in enumerate(turning.kind) if kind == "theta_max")
-    t = np.linspace(*turning.t[first : first + 2], 12)[1:-1]
-    spent = [float(quadrature_time(rising, theta)) for theta in run(t).theta]
-    assert np.max(np.abs(spent - (t - turning.t[first]))) < 5e-14
 
 
 @pytest.mark.filterwarnings("ignore::heavytop.errors.DoubtfulWarning")

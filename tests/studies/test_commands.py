@@ -273,7 +273,6 @@ def interrupted(*_):
             "cannot be combined with",
         ),
         (("atlas", "--merge", "nowhere", "-o", "out"), 3, "nowhere"),
-        (("atlas", "sicm-kicked", "--energy-momentum", *PLANE[1:]), 2, "cannot be combined with"),
         (("atlas", *PLANE, "--set", "start.omega3=9"), 2, "axis psidot sets the spin"),
         (("drift", "sicm-kicked", "--scheduler", ADDRESS, "-j", "2"), 2, "has its own workers"),
         (("resume", "."), 3, "no folder with anything to go on with"),
@@ -392,17 +391,6 @@ def test_shards_are_resumed_and_joined(tmp_path):
     whole = heavytop_("atlas", "--merge", one, two, "-o", tmp_path / "all", "--json")
     assert whole.exit_code == 0
     assert sum(json.loads(whole.stdout)["counts"].values()) == 1500**2
-
-
-def test_the_energy_momentum_diagram(tmp_path):
-    asked = ("atlas", "sleeping-unstable", "--energy-momentum")
-    found = heavytop_(*asked, "--json", "-o", tmp_path)
-    document = json.loads(found.stdout)
-    assert found.exit_code == 0
-    assert document["schema"] == "heavytop/energy-momentum/1"
-    stems = [path.rpartition(".")[0] for path in sorted(document["files"].values())]
-    assert stems == ["critical_set"] * 2 + ["energy_momentum"] * 3
-    assert "Δφ around it" in heavytop_(*asked).stdout
 
 
 def test_the_cases_are_listed_with_what_they_are():

@@ -30,9 +30,8 @@ from flint import arb, ctx
 from heavytop.analytic.cubic import TooFewBits
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.solution import Nutating, Solution, SteadyPath
-from heavytop.analytic.steady import least_spin
 from heavytop.classification.reduced import Reduced
-from heavytop.numbers import PI
+from heavytop.numbers import sqrt
 from heavytop.scene.arguments import expect, wrong_type
 from heavytop.scene.state import State
 from heavytop.scene.top import Top
@@ -201,7 +200,7 @@ def facts(motion: Motion | Top, start: State | None = None) -> Facts:
         of=lambda known: tuple(x for x in known.values() if isinstance(x, arb)),
     )  # fmt: skip
     if side := top.gMR.sign():
-        known["sleeping_threshold"] = least_spin(top, 0 if side > 0 else PI)
+        known["sleeping_threshold"] = float(2 * sqrt(side * top.A * top.gMR) / top.C)
     plain: Known = {name: float(x) if isinstance(x, arb) else x for name, x in known.items()}
     return Facts(omega3=float(motion.start.omega3), **plain)
 

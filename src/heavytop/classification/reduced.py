@@ -390,18 +390,6 @@ class FromConstants:
     udot2: Fraction
     falls: bool = False
 
-    @classmethod
-    def of(
-        cls, g: Fraction, a: Fraction, b: Fraction, h: Fraction,
-        poles: tuple[Fraction, Fraction], kappa: Fraction = Fraction(0),
-    ) -> FromConstants:  # fmt: skip
-        """The motion with these constants; of 1 − u₀ and 1 + u₀ the smaller one counts."""
-        minus, plus = poles
-        minus, plus = (minus, 2 - minus) if minus < plus else (2 - plus, plus)
-        u, zero = 1 - minus, Fraction(0)
-        exact = Reduced(g, b, u, minus, plus, zero, a - b * u, h - g * u, kappa)
-        return cls(exact, 2 * exact.kinetic0 * exact.sin2 - exact.drift0**2)
-
     def reduced(self, bits: int) -> Reduced:
         """The motion in balls of the working precision."""
         speed = rational_ball(max(self.udot2, Fraction(0))).sqrt()

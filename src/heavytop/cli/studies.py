@@ -233,7 +233,6 @@ def stress(
 PLACES: Final = "A shipped scene or the path of a TOML file; with --merge: folders of shards."
 ALONG_X: Final = "Quantity along x and its range, in SI units: phidot=-20:20:401."
 ALONG_Y: Final = "Quantity along y; with log for equal ratios: psidot=1:200:300:log."
-MOMENTUM: Final = "Draw only the energy-momentum diagram (E', p_phi) at the scene's p_psi."
 MERGE: Final = "Merge the shards in the folders DIR… into the folder of -o."
 SHARED: Final = Argument(metavar="SCENE", help=PLACES, autocompletion=options.scene_names)
 
@@ -258,7 +257,6 @@ def atlas(
     merge: Annotated[bool, Option("--merge", help=MERGE)] = False,
     jobs: Annotated[int | None, options.JOBS] = None,
     scheduler: options.Scheduler = None,
-    energy_momentum: Annotated[bool, Option("--energy-momentum", help=MOMENTUM)] = False,
     output: options.Folder = None,
     changes: options.Changes = None,
     no_figures: options.NoFigures = False,
@@ -267,18 +265,11 @@ def atlas(
     asked: dict[str, Any] = {"x": x, "y": y, "only": only, "integrate": integrate}
     asked |= {"shard": shard, "jobs": jobs, "scheduler": scheduler}
     if merge:
-        _alone("--merge", asked | {"set": changes, "energy-momentum": energy_momentum})
+        _alone("--merge", asked | {"set": changes})
         _merge([options.named_folder(each) for each in places], output, figures=not no_figures)
         return
     if len(places) > 1:
         raise BadParameter("give one scene; folders of shards need --merge", param_hint="SCENE")
-    if energy_momentum:
-        from heavytop.results.energy_momentum import diagram_of
-
-        _alone("--energy-momentum", asked)
-        found = diagram_of(options.read(places[0], changes))
-        finish("energy_momentum", found, output, figures=not no_figures)
-        return
     if missing := [f"--{axis}" for axis in "xy" if not asked[axis]]:
         rule = "is missing: an axis NAME=FROM:TO:COUNT, such as phidot=-20:20:401"
         raise BadParameter(rule, param_hint=" and ".join(missing))

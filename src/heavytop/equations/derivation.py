@@ -1,33 +1,29 @@
 """The derivation of the heavy top, shown step by step as SICM's ``show-expression`` shows it.
 
 Every expression comes from `heavytop.equations`, where one follows from the other; here they are
-put in order, each with its name and a line of words. A rate is shown as its coordinate with dots,
-and an equation too wide for the page is folded between the terms of its sum.
+put in order, each with its name and a line of words, and sympy prints them.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import sympy as sp
-from sympy.printing.latex import LatexPrinter
-from sympy.printing.pretty.pretty import PrettyPrinter
-from sympy.printing.pretty.pretty_symbology import pretty_symbol
-from sympy.printing.pretty.stringpict import prettyForm
 
 from heavytop.equations import lagrangian as lag
 from heavytop.equations.euler_poisson import axis_form, g, l_z
 from heavytop.equations.lagrangian import A, C, gMR, p_phi, p_psi, theta
 
 SCHEMA = "heavytop/derive/1"
-LATEX_WIDTH = 36  # signs of a displayed formula that fit between the margins
+# sympy has a subscript φ, but spells ψ and θ
+SHOWN: Final = {"p_theta": "p_θ", "p_phi": "p_φ", "p_psi": "p_ψ", "E_prime": "E′"}
 
 _DOCUMENT = r"""\documentclass{{article}}
 \usepackage{{amsmath}}
+\usepackage[margin=2cm]{{geometry}}
 \begin{{document}}
 \section*{{The axisymmetric heavy top}}
 
@@ -147,21 +143,34 @@ def as_text(steps: Iterable[Step], width: int = 80) -> str:
 
 
 def _text(step: Step, width: int) -> str:
-    equations = (in_terminal(e.lhs, e.expression, width - 2) for e in step.equations)
-    lines = "\n\n".join(equations).splitlines()
-    indented = "\n".join(f"  {line}".rstrip() for line in lines)
+    equations = "\n\n".join(_in_terminal(each, width - 2) for each in step.equations)
+    indented = "\n".join(f"  {line}".rstrip() for line in equations.splitlines())
     return f"{step.name.capitalize()}\n{step.words}\n\n{indented}"
 
 
+def _in_terminal(equation: Equation, width: int) -> str:
+    shown = (
+        side.xreplace({x: sp.Symbol(SHOWN.get(x.name, x.name)) for x in side.free_symbols})
+        for side in map(sp.sympify, equation)
+    )
+    both = sp.Eq(*shown, evaluate=False)
+    return str(sp.pretty(both, use_unicode=True, num_columns=width))
+
+
 def as_latex(steps: Iterable[Step]) -> str:
-    """Return the steps as one LaTeX document, which needs nothing but amsmath."""
+    """Return the steps as one LaTeX document."""
     return _DOCUMENT.format(steps="\n\n".join(map(_latex, steps)))
 
 
 def _latex(step: Step) -> str:
-    rows = " \\\\\n".join(in_latex(e.lhs, e.expression) for e in step.equations)
+    rows = " \\\\\n".join(map(_row, step.equations))
     title = f"\\paragraph{{{step.name.capitalize()}:}} {step.words}."
     return f"{title}\n\\begin{{align*}}\n{rows}\n\\end{{align*}}"
+
+
+def _row(equation: Equation) -> str:
+    looks = {"fold_func_brackets": True, "symbol_names": {lag.E_prime: "E'"}}
+    return " &= ".join(sp.latex(side, **looks) for side in equation)
 
 
 def derive_document(steps: Iterable[Step]) -> dict[str, Any]:
@@ -177,82 +186,4 @@ def derive_document(steps: Iterable[Step]) -> dict[str, Any]:
 
 
 def _plain(e: Equation) -> dict[str, str]:
-    latex = in_latex(e.lhs, e.expression)
-    return {"lhs": str(e.lhs), "expression": str(e.expression), "latex": latex}
-
-
-class _Terminal(PrettyPrinter):  # type: ignore[misc]
-    """sympy's own, with p_φ and p_ψ alike: only one of them has a subscript in Unicode."""
-
-    def _print_Symbol(self, symbol: Any) -> Any:
-        base, _, index = symbol.name.partition("_")
-        shown = str(pretty_symbol(symbol.name))
-        if symbol == lag.E_prime:
-            shown = "E′"
-        elif index and not index.isdigit():
-            shown = f"{pretty_symbol(base)}_{pretty_symbol(index)}".replace("l", "ℓ")
-        return prettyForm(shown, binding=prettyForm.ATOM)
-
-
-class _Latex(LatexPrinter):  # type: ignore[misc]
-    def _print_Symbol(self, symbol: Any, style: str = "plain") -> str:
-        if symbol == lag.E_prime:
-            return "E'"
-        shown = re.sub("_{(eff)}", r"_{\\mathrm{\1}}", super()._print_Symbol(symbol, style))
-        return re.sub(r"^(\\d*dot\{)?l(?=[}_])", r"\1\\ell", shown)
-
-
-_TERMINAL = _Terminal({"use_unicode": True, "wrap_line": False})
-_LATEX = _Latex({"fold_func_brackets": True})
-
-
-def in_terminal(lhs: Any, rhs: Any, width: int = 80) -> str:
-    """Return an equation as lines of text, no wider than `width` where its terms allow.
-
-    Examples
-    --------
-    >>> theta, rate = sp.symbols("theta thetadot")
-    >>> print(in_terminal(sp.Symbol("p_theta"), sp.Symbol("A") * rate))
-    p_θ = A⋅θ̇
-    """
-    left = prettyForm(*_TERMINAL._print(sp.sympify(lhs)).right(" = "))
-    budget = width - left.width()
-    first, *others = _folded(rhs, lambda part: _TERMINAL._print(part).width() <= budget)
-    blocks = [prettyForm(*left.right(_TERMINAL._print(first)))]
-    for part in others:
-        minus = part.as_ordered_terms()[0].could_extract_minus_sign()
-        sign, term = ("- ", -part) if minus else ("+ ", part)
-        start = prettyForm(" " * (left.width() - 2) + sign)
-        blocks.append(prettyForm(*start.right(_TERMINAL._print(term))))
-    return "\n".join(map(str, blocks))
-
-
-def in_latex(lhs: Any, rhs: Any) -> str:
-    r"""Return an equation as one or more rows of an ``align*``, without the last row's ``\\``.
-
-    Examples
-    --------
-    >>> print(in_latex(sp.Symbol("p_theta"), sp.Symbol("A") * sp.Symbol("thetadot")))
-    p_{\theta} &= A \dot{\theta}
-    """
-    parts = _folded(rhs, lambda part: _signs(_LATEX.doprint(part)) <= LATEX_WIDTH)
-    first, *others = map(_LATEX.doprint, parts)
-    rows = [f"{_LATEX.doprint(lhs)} &= {first}"]
-    rows += (rf"&\quad {part if part.startswith('-') else '+ ' + part}" for part in others)
-    return " \\\\\n".join(rows)
-
-
-def _signs(latex: str) -> int:
-    found = re.findall(r"\\[a-z]+|[\w()+-]", latex)
-    return sum(sign not in (r"\left", r"\right", r"\dot", r"\ddot", r"\frac") for sign in found)
-
-
-def _folded(expression: Any, fits: Callable[[Any], bool]) -> list[Any]:
-    """Return the sum in parts that fit, each as long as it can be."""
-    parts: list[Any] = []
-    for term in expression.as_ordered_terms():
-        if parts and fits(parts[-1] + term):
-            parts[-1] += term
-        else:
-            parts.append(term)
-    return parts
+    return {"lhs": str(e.lhs), "expression": str(e.expression), "latex": _row(e)}

@@ -8,7 +8,7 @@ from typing import Any, Final, TypeAlias
 from matplotlib.axes import Axes
 
 from heavytop.errors import Impossible
-from heavytop.plots import atlas, figures, studies, theory
+from heavytop.plots import atlas, figures, studies
 from heavytop.plots.style import legend
 from heavytop.scene.arguments import Refused, expect, one_of, text_of
 
@@ -87,14 +87,9 @@ def _check(check: Any) -> Known:
     return check.document(), {"errors": studies.checked_errors, "phase": studies.checked_phase}
 
 
-def _diagram(diagram: Any) -> Known:
-    around = {"circuit": theory.around_focus} if diagram.circuit else {}
-    return diagram.document(), {"diagram": theory.energy_momentum, **around}
-
-
 _KNOWN: Final[Mapping[str, Callable[[Any], Known]]] = {
     "Motion": _motion, "Trajectory": _trajectory, "Drift": _drift, "Check": _check,
-    "WorkPrecision": _work_precision, "CheckResult": _check, "Diagram": _diagram,
+    "WorkPrecision": _work_precision, "CheckResult": _check,
     "Atlas": lambda found: (found, {"map": atlas.kinds_map}),
     "Stress": lambda found: (found.document(), {"digits": studies.digits_lost}),
 }  # fmt: skip

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from heavytop.analytic.motion import Motion
-from heavytop.analytic.potential import Curve, Potential
+from heavytop.analytic.potential import Potential
 from heavytop.classification import Kind
 from heavytop.errors import NoClosedForm
 from heavytop.plots import style
@@ -40,7 +40,8 @@ MOST_PERIODS: Final = 12  # more would only blacken the paper
 POINTS: Final = 4001
 CONSTANT: Final = 1e-9  # a range below this [rad] is rounding, and not worth a scale of its own
 PEAK: Final = 20.0  # times the usual range: beyond, a peak would leave nothing else to see
-BEYOND: Final = 1.5**2  # how far above its least the potential is drawn, in units of its spread
+BEYOND: Final = 1.6**2  # how high the potential is drawn, over the energy that has to be seen
+FAMILY: Final = (0.25, 0.5, 0.75, 1.25, 1.5)  # roots of energies above the least, beside the run's
 TOUCHED_S: Final = 2.0  # of a top that nothing moves, where it does not nutate when touched
 
 LABELS: Final = {
@@ -293,14 +294,15 @@ def effective_potential(ax: Axes, trajectory: Trajectory | Motion, **looks: Any)
     run = run_of(trajectory)
     V = Potential(run.motion.rising.source)
     A, E_prime = float(run.scene.top.A), float(run.motion.constants.E_prime)
-    theta, label = np.linspace(*tilts_shown(V), 801), "V$_{eff}$ − $p_ψ^2/2C$"
+    tilts, floor, level = drawn_part(run.motion, V)
+    theta, label = np.linspace(*tilts, 801), "V$_{eff}$ − $p_ψ^2/2C$"
     line(ax, theta, A * V(theta), looks, color=style.PATH, lw=1.4, label=label)
     ax.axhline(E_prime, color=style.OTHER, lw=1.0, ls="--", label="energy E′")
     _allowed(ax, V, A, E_prime, run)
-    margin = 0.06 * BEYOND * V.spread * A
-    floor, ceiling = A * float(V.least), A * (float(V.least) + BEYOND * V.spread)
-    if margin:
-        shown = [floor - margin, max(ceiling, E_prime) + margin]
+    height = A * BEYOND * (level - floor)
+    if height:
+        margin = 0.06 * height
+        shown = [A * floor - margin, max(A * floor + height, E_prime) + margin]
         if not ax.get_autoscaley_on():  # another is drawn there
             shown += ax.get_ylim()
         ax.set_ylim(min(shown), max(shown))
@@ -343,35 +345,65 @@ def phase_plane(ax: Axes, trajectory: Trajectory | Motion, **looks: Any) -> Axes
     run = run_of(trajectory)
     motion = run.motion
     V = Potential(motion.rising.source)
-    for k, curve in enumerate(V.family()):
-        label = None if k else "other energies"
-        _energy_curve(ax, curve, {}, color=style.FAINT, lw=0.8, label=label)
-    own = V.curve(V.excess) if motion.nutates else None
-    if own is not None:
-        _energy_curve(ax, own, looks, color=style.PATH, lw=1.8, label="the motion")
+    tilts, floor, level = drawn_part(motion, V)
+    for k, amplitude in enumerate(FAMILY if level > floor else ()):
+        name, other = None if k else "other energies", floor + amplitude**2 * (level - floor)
+        _energy_curve(ax, V, other, tilts, {}, color=style.FAINT, lw=0.8, label=name)
+    own = motion.nutates
+    if own:
+        _energy_curve(ax, V, _energy(motion), (motion.theta_min, motion.theta_max), looks,
+                      color=style.PATH, lw=1.8, label="the motion")  # fmt: skip
     along = motion.kind is Kind.SEPARATRIX
-    if (separatrix := V.separatrix()) is not None:
-        _energy_curve(ax, separatrix, looks if along else {}, color=style.OTHER, lw=1.2, ls="--",
-                      label="separatrix, and the motion" if along else "separatrix")  # fmt: skip
+    if ends := V.separatrix:
+        label = "separatrix, and the motion" if along else "separatrix"
+        _energy_curve(ax, V, abs(V.g), ends, looks if along else {}, color=style.OTHER, lw=1.2,
+                      ls="--", label=label)  # fmt: skip
     start = run.samples
-    _start(ax, start.theta[:1], start.thetadot[:1], looks if own is None and not along else {})
+    _start(ax, start.theta[:1], start.thetadot[:1], {} if own or along else looks)
     ax.axhline(0.0, color=style.FAINT, lw=0.5, zorder=0)
     ax.set(xlabel=LABELS["theta"], ylabel=LABELS["thetadot"])
     in_degrees(ax, "x")
     return ax
 
 
-def _energy_curve(ax: Axes, curve: Curve, looks: Looks, **ours: Any) -> None:
-    """Draw both branches; where the curve runs into a pole they are left apart."""
-    theta: Array = np.concatenate((curve.theta, [np.nan], curve.theta))
-    speed: Array = np.concatenate((curve.speed, [np.nan], -curve.speed))
-    line(ax, theta, speed, looks, **ours)
+def _energy_curve(
+    ax: Axes, V: Potential, energy: float, tilts: tuple[float, float], looks: Looks, **ours: Any
+) -> None:
+    """Draw both branches of ½ θ̇² + V = energy between two tilts, which may be further out."""
+    (low, high), angle = tilts, np.linspace(0.0, np.pi, 401)
+    theta = low + (high - low) * np.sin(angle / 2) ** 2  # densest where a curve may be steep
+    speed = np.sqrt(2 * np.maximum(energy - V(theta), 0.0))
+    moves = np.pad(speed > 0, 1)
+    near = moves[:-2] | moves[1:-1] | moves[2:]  # with the points that close it at its ends
+    theta, speed = theta[near], speed[near]
+    x, y = np.concatenate((theta, [np.nan], theta)), np.concatenate((speed, [np.nan], -speed))
+    line(ax, x, y, looks, **ours)
 
 
-def tilts_shown(V: Potential) -> tuple[float, float]:
-    """The tilts that the picture of a potential spans."""
-    widest = V.curve(BEYOND * V.spread, 2)
-    return (0.0, float(np.pi)) if widest is None else (widest.theta[0], widest.theta[-1])
+def _energy(motion: Motion) -> float:
+    """E'/A [1/s²]."""
+    return float(motion.constants.E_prime) / float(motion.top.A)
+
+
+def drawn_part(motion: Motion, V: Potential) -> tuple[tuple[float, float], float, float]:
+    """Two tilts [rad] that the picture of a potential spans, its least V, and an energy to be seen.
+
+    The energy [1/s²] is that of the motion, or of the separatrix if that is larger; where the tilt
+    rests, what carries it a third of the way to the nearer pole.
+    """
+    low, high, level = motion.theta_min, motion.theta_max, _energy(motion)
+    if ends := V.separatrix:
+        low, high, level = min(low, ends[0]), max(high, ends[1]), max(level, abs(V.g))
+    rests = high - low < CONSTANT
+    room = max(min(low, np.pi - high), 0.5) / 3 if rests else high - low
+    theta = np.linspace(max(low - 2 * room, 0.0), min(high + 2 * room, np.pi), POINTS)
+    heights = V(theta)
+    floor = float(heights.min())
+    if rests:
+        beside = float(V(low + room if low < np.pi / 2 else high - room))
+        level = floor + (beside - floor) / BEYOND
+    seen = theta[heights <= floor + BEYOND * (level - floor)]
+    return (float(seen[0]), float(seen[-1])), floor, level
 
 
 # --- the error against the closed form ---------------------------------------------------------

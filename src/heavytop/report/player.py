@@ -11,7 +11,7 @@ import numpy as np
 from heavytop.analytic.motion import Motion
 from heavytop.analytic.potential import Potential
 from heavytop.errors import NoClosedForm
-from heavytop.plots.figures import last_shown, tilts_shown
+from heavytop.plots.figures import drawn_part, last_shown
 from heavytop.plots.sphere import PUSH, momentum_path, touched
 from heavytop.plots.style import EVENTS, PATH
 
@@ -61,7 +61,8 @@ def _motion(trajectory: Trajectory) -> dict[str, Any]:
 def _potential(trajectory: Trajectory) -> dict[str, Any]:
     motion, A = trajectory.motion, float(trajectory.scene.top.A)
     potential = Potential(motion.rising.source)
-    theta = np.linspace(*tilts_shown(potential), TILTS + 2)[1:-1]
+    tilts, _, _ = drawn_part(motion, potential)
+    theta = np.linspace(*tilts, TILTS + 2)[1:-1]
     return {
         "theta": _listed(theta),
         "potential": _listed(A * potential(theta)),

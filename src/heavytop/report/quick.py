@@ -23,7 +23,6 @@ from heavytop.spelling import harmless
 from heavytop.studies.executors import LETTERS, begin, end, tail
 
 BOOK: Final = ("sicm-kicked", "sicm-dropped", "sicm-forward", "sicm-forward-spin-held")
-UPRIGHT: Final = "sleeping-unstable"  # whose energy–momentum diagram has a focus–focus point
 LIMIT_S: Final = 250.0  # of all of them: under 5 minutes with the page
 BUDGET: Final = "30"  # s, of work and precision, and of stress
 PERIODS: Final = "1000"
@@ -97,8 +96,7 @@ def _studies(about: Words) -> Iterator[Words]:
     else:
         for k, name in enumerate(BOOK, start=1):
             yield "run", name, *plain, f"run-{k}-{name}"
-    top, upright = about or BOOK[:1], about or (UPRIGHT,)
-    yield "atlas", *upright, "--energy-momentum", *plain, "energy_momentum"
+    top = about or BOOK[:1]
     yield "atlas", *top, *PLANE, *plain, "atlas"
     drifting = ("--periods", PERIODS, "--methods", ",".join(DRIFTING))
     yield "drift", *top, *drifting, *plain, "drift"

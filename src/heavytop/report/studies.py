@@ -28,7 +28,6 @@ from heavytop.report.tables import (
     headed,
     number,
     printed,
-    quantities,
     size,
     title,
     with_unit,
@@ -408,34 +407,6 @@ def _map(document: Known) -> Iterator[Row]:
             yield label, number(document[name], 3 if name == "kinds_per_s" else 12)
 
 
-# --- energy and momentum -------------------------------------------------------------------------
-
-
-def energy_momentum_parts(document: Known) -> Iterator[Line]:
-    """Where the scene and the verticals lie, and what a circuit of the focus–focus point brings."""
-    ratio = document["ratio"]
-    yield from quantities(document, "p_psi")
-    if ratio is not None:
-        yield "p_ψ²/4A|gMR|", number(ratio)
-    yield "the scene", f"{_place(document['start'])}: {document['start']['kind']}"
-    yield "upright", _place(document["standing"])
-    yield "hanging", _place(document["hanging"])
-    if document["focus_focus"] is None:
-        yield "focus–focus", f"none: {'no weight' if ratio is None else 'an upright top sleeps'}"
-    else:
-        yield (
-            "focus–focus",
-            f"{_place(document['focus_focus'])}, {document['depth']:.6g} J above the edge",
-        )
-    if circuit := document["circuit"]:
-        yield "Δφ around it", f"{circuit['winding']:+d} turn"
-        yield "Δψ around it", f"{circuit['spin_winding']:+d} turn"
-
-
-def _place(place: Known) -> str:
-    return given({name: place[name] for name in ("p_phi", "E_prime")}, digits=9)
-
-
 # --- a trajectory of somebody else ----------------------------------------------------------------
 
 
@@ -505,7 +476,7 @@ class Chart(NamedTuple):
 
     def data_in(self, document: Known) -> dict[str, Any]:
         """What of a document is in it; empty where there is nothing to draw."""
-        found = {place: _within(document, place) for place in self.data.split()}
+        found = {place: document.get(place) for place in self.data.split()}
         return found if next(iter(found.values())) else {}
 
     def draw(self, *of: Any) -> Figure:
@@ -513,13 +484,6 @@ class Chart(NamedTuple):
         module, _, name = self.function.partition(".")
         figure: Figure = getattr(import_module(f"heavytop.plots.{module}"), name)(*of)
         return figure
-
-
-def _within(document: Any, place: str) -> Any:
-    """What stands at a place in a document: names with points between them."""
-    for key in place.split("."):
-        document = (document or {}).get(key)
-    return document
 
 
 class ResultKind(NamedTuple):
@@ -550,14 +514,6 @@ RESULTS: Final[Mapping[str, ResultKind]] = {
     "atlas": ResultKind("Atlas", atlas_parts, (
         Chart("atlas.atlas_figure", "kinds of motion, and their boundaries", "counts curves axes"),
     )),
-    "energy-momentum": ResultKind("Energy and momentum", energy_momentum_parts, (
-        Chart("theory.energy_momentum_figure", "energy over momentum at the p_ψ of the scene: "
-              "kinds, and the edge of steady precession",
-              "edge start standing hanging focus_focus window circuit"),
-        Chart("theory.critical_set_figure", "the critical set over all p_ψ: two sheets of steady "
-              "precession, and the focus–focus line",
-              "critical_set.sheets critical_set.focus_focus critical_set.sleeping "
-              "critical_set.hanging"),)),
     "check": ResultKind("Check", check_parts, (
         Chart("studies.check_figure", "errors of the trajectory over time, and how far it runs "
               "ahead", "curves"),)),

@@ -23,7 +23,6 @@ from heavytop.results.base import (
 )
 from heavytop.results.certificate import Certificate
 from heavytop.results.drift import Drift
-from heavytop.results.energy_momentum import Diagram
 from heavytop.results.run import RunResult
 from heavytop.results.stress import Stress
 from heavytop.results.validation import Validation
@@ -87,7 +86,6 @@ FILES: Final = {
     "workprec.json": WorkPrecision,
     "stress.json": Stress,
     "atlas.json": AtlasResult,
-    "energy_momentum.json": Diagram,
     "check.json": CheckResult,
     "certify.json": Certificate,
     "validate.json": Validation,
