@@ -27,7 +27,7 @@ NO_UNIT = {  # numbers that count, compare or have the unit of what they are of
     "Scene": {"periods"},
     "Sensitivities": {"error"},
     "Transition": {"states", "matrix", "by_parameters"},
-    "Verdict": {"margin", "margin_enclosure"},
+    "Verdict": {"margin"},
     "WorkPrecision": {"periods", "phase"},
     "Method": {"setting"},
     "drift": {"periods"},
