@@ -25,7 +25,7 @@ NO_UNIT = {  # numbers that count, compare or have the unit of what they are of
     "Plan": {"tolerance"},
     "Sample": {"quaternion", "states"},
     "Scene": {"periods"},
-    "Verdict": {"margin", "margin_enclosure"},
+    "Verdict": {"margin"},
     "WorkPrecision": {"periods", "phase"},
     "Method": {"setting"},
     "drift": {"periods"},

@@ -37,7 +37,7 @@ def same(one, other):
 
 
 COLUMNS = (
-    "kind", "detail", "certified", "tags", "open_tags", "margin",
+    "kind", "detail", "certified", "tags", "open_tags",
     "theta_min", "theta_max", "period", "precession", "spin",
 )  # fmt: skip
 
@@ -60,7 +60,6 @@ def test_pixels_are_what_their_motions_are_alone(rows):
     for i, j in zip(pick.integers(0, 29, 60), pick.integers(0, 33, 60), strict=True):
         motion = alone(rows, i, j)
         assert NAMES[kind[i, j]] == motion.kind
-        assert rows["margin"][i, j] == pytest.approx(motion.margin, rel=1e-3)
         for name, own in (("theta_min", motion.theta_min), ("theta_max", motion.theta_max),
                           ("precession", motion.precession)):  # fmt: skip
             assert rows[name][i, j] == pytest.approx(own, rel=1e-13, abs=1e-13)

@@ -6,7 +6,6 @@ largest of their relative sizes it is missed, and the margin is the least by whi
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any, Final, TypeAlias
 
@@ -96,15 +95,14 @@ def classify(top: Top, start: State) -> Verdict:
             break
         with working(bits):
             least = _margin(signs.balls(bits), missed)
-    margin, enclosure = _bounds(least)
     return Verdict(
-        kind, (*details, *tags), (*open_details, *open_tags), True, margin, enclosure, WHY[kind]
+        kind, (*details, *tags), (*open_details, *open_tags), True, float(least.mid()), WHY[kind]
     )
 
 
 def _undecided(bound: str) -> Verdict:
     why = f"{WHY[Kind.UNDECIDED]}: beside its terms it is at most {bound}"
-    return Verdict(Kind.UNDECIDED, (), (), False, 0.0, (0.0, _above(float(bound))), why, bound)
+    return Verdict(Kind.UNDECIDED, (), (), False, 0.0, why, bound)
 
 
 # --- the kind and its margin ---------------------------------------------------------------------
@@ -153,16 +151,6 @@ def _margin(given: Given, missed: Missed) -> Ball:
             largest = largest.max(number.size(given))
         least = least.min(largest)
     return least
-
-
-def _bounds(margin: Ball) -> tuple[float, tuple[float, float]]:
-    """The middle of a ball of positive numbers, and bounds rounded outward."""
-    low = max(0.0, math.nextafter(float(margin.lower()), -math.inf))
-    return float(margin.mid()), (low, _above(float(margin.upper())))
-
-
-def _above(x: float) -> float:
-    return math.nextafter(x, math.inf)
 
 
 # --- tags --------------------------------------------------------------------------------------

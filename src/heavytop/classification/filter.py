@@ -3,8 +3,7 @@
 The numbers of `kinds` are evaluated on doubles, and on the magnitudes of their terms, where each −
 is a +. A sum is of the sign that is found where it is larger than its magnitude times u = 2⁻⁵³
 times the number of roundings in it (Shewchuk, "Adaptive precision floating-point arithmetic",
-1997). What is not certain is left open. Rules and tags are those that `classify` reads; each margin
-is a lower bound, positive exactly where every sign on the way is certain.
+1997). What is not certain is left open. Rules and tags are those that `classify` reads.
 
 Of the doubles only θ = 0 is a pole, so that what needs an exact cancellation, or θ = π, is left
 open here: separatrix, through-bottom, uniform precession, and the kinds between two others.
@@ -30,9 +29,7 @@ LARGEST: Final = 2.0**100
 a number leaves 2⁻⁹⁶⁰ … 2⁹⁶⁰, the range in which a rounding is relative."""
 
 _U: Final = 2.0**-53
-_ROUNDED: Final = 1 - 2.0**-45  # for at most 200 roundings on the way to a margin
-_TINY: Final = 2.0**-300  # beside anything that is not 0
-_ZERO, _ONE, _TRUE = np.zeros(1), np.ones(1), np.ones(1, np.bool_)
+_TRUE: Final = np.ones(1, np.bool_)
 
 _REST: Final = 6.123233995736766e-17  # π/2 − its double
 
@@ -72,11 +69,6 @@ class Sized:
     def least(self) -> Array:
         """What |x| is at least; 0 or less where its sign is not certain."""
         return np.abs(self.value) - self.error * self.magnitude
-
-    @property
-    def most(self) -> Array:
-        """What |x| is at most; 0 just where x is 0."""
-        return np.abs(self.value) + self.error * self.magnitude
 
     def __add__(self, other: Sized) -> Sized:
         return self._with(other, np.add, max(self.roundings, other.roundings) + 1)
@@ -118,20 +110,6 @@ def given(starts: Starts) -> Given:
     return Given(A, C, gMR, *heights, thetadot, phidot, omega3)
 
 
-def sizes(x: Given) -> Given:
-    """The magnitudes of what is given, as plain arrays; of ω3, where terms cancel, a bound.
-
-    They are for what a number is large or small beside, in which nothing cancels: it comes out to
-    60 u. There is always a little weight and a little tilt, so that nothing is divided by 0.
-    """
-    magnitudes = {field.name: getattr(x, field.name).magnitude for field in fields(x)}
-    for name in ("gMR", "one_minus_cos"):
-        magnitudes[name] = magnitudes[name] + _TINY
-    found = Given(**magnitudes | {"omega3": x.omega3.most})
-    vars(found).update(kinetic=x.kinetic.magnitude)  # known already
-    return found
-
-
 def cosines(theta: Array) -> tuple[Sized, Sized, Sized]:
     """cosθ and 1 ∓ cosθ, nothing in which cancels, from one sine.
 
@@ -167,13 +145,10 @@ def cosines(theta: Array) -> tuple[Sized, Sized, Sized]:
 
 
 class Sign(NamedTuple):
-    """What doubles tell of a number: its sum, its size from below, and where it is exactly 0.
-
-    The size is as `Number` has it; it is positive where the sign is certain.
-    """
+    """What doubles tell of a number: its sum, where the sign is certain, where it is exactly 0."""
 
     sum: Sized
-    size: Array
+    certain: Mask
     zero: Mask
 
 
@@ -182,52 +157,53 @@ class ArraySigns:
 
     def __init__(self, starts: Starts) -> None:
         self.starts, self.given = starts, given(starts)
-        self.sizes = sizes(self.given)
         self._found: dict[Number, Sign] = {}
 
     def sign(self, number: Number) -> Sign:
         """What is told of one number."""
         if number not in self._found:
-            terms = number.terms(self.given)
-            whole = sum_of(terms)
-            magnitude = sizes = whole.magnitude
-            error = whole.error * magnitude
-            if self.starts.held == "psidot":  # ω3 cancels within a term
-                sizes = sum_of(tuple(np.abs(term.value) for term in terms)) + error
-            size = (np.abs(whole.value) - error) / number.beside(self.sizes, sizes)
-            zero = np.equal(magnitude, 0)
+            whole = sum_of(number.terms(self.given))
+            zero = np.equal(whole.magnitude, 0)
             if number.factor:
                 zero = zero | np.equal(number.factor(self.given).value, 0)
-            self._found[number] = Sign(whole, size, zero)
+            self._found[number] = Sign(whole, whole.least > 0, zero)
         return self._found[number]
 
-    def vanish(self, numbers: tuple[Number, ...]) -> tuple[Mask, Array]:
-        """Where all of some numbers are 0, and elsewhere by how much that is missed."""
+    def vanish(self, numbers: tuple[Number, ...]) -> tuple[Mask, Mask]:
+        """Where all of some numbers are 0, and where one of them is certainly not."""
         if not numbers:
-            return _TRUE, _ZERO
-        _, sizes, zeros = zip(*map(self.sign, numbers), strict=True)
-        return reduce(np.logical_and, zeros), reduce(np.maximum, sizes)
+            return _TRUE, ~_TRUE
+        _, certain, zeros = zip(*map(self.sign, numbers), strict=True)
+        return reduce(np.logical_and, zeros), reduce(np.logical_or, certain)
 
-    def positive(self, numbers: tuple[Number, ...]) -> tuple[Mask, Array]:
-        """Where a product is positive, and the smallest size of its factors."""
+    def positive(self, numbers: tuple[Number, ...]) -> tuple[Mask, Mask]:
+        """Where a product is positive, and where the signs of all its factors are certain."""
         if not numbers:
-            return _TRUE, _ONE
-        sums, sizes, _ = zip(*map(self.sign, numbers), strict=True)
-        return reduce(np.equal, (each.value > 0 for each in sums)), reduce(np.minimum, sizes)
+            return _TRUE, _TRUE
+        sums, certain, _ = zip(*map(self.sign, numbers), strict=True)
+        positive = reduce(np.equal, (each.value > 0 for each in sums))
+        return positive, reduce(np.logical_and, certain)
+
+    @property
+    def known(self) -> Mask:
+        """Where all that is given is in range."""
+        given = (getattr(self.given, field.name) for field in fields(self.given))
+        found: Mask = ~np.isnan(sum(each.magnitude for each in given))
+        return found
 
 
 # --- the kinds -----------------------------------------------------------------------------------
 
 
 class Filtered(NamedTuple):
-    """Codes of kinds and details, margins, and the bits of tags that hold and that are open.
+    """Codes of kinds and details, where they are certain, and bits of tags that hold or are open.
 
-    Where a margin is 0 nothing is known. Tags that were not asked for are all 0.
+    Tags that were not asked for are all 0.
     """
 
     kind: Codes
     detail: Codes
-    margin: Array
+    certain: Mask
     tags: Codes
     open_tags: Codes
 
@@ -236,7 +212,7 @@ class Filtered(NamedTuple):
         """Arrays to be filled in; the kind is that of the last rule."""
         kind = np.full(shape, NAMES.index(kinds.RULES[-1].kind), np.uint8)
         detail, tags, unknown = (np.zeros(shape, np.uint8) for _ in range(3))
-        return Filtered(kind, detail, np.ones(shape), tags, unknown)
+        return Filtered(kind, detail, np.ones(shape, np.bool_), tags, unknown)
 
 
 def filtered(starts: Starts, tagged: bool = False) -> Filtered:
@@ -245,50 +221,50 @@ def filtered(starts: Starts, tagged: bool = False) -> Filtered:
     with np.errstate(all="ignore"):  # nan is what is not known
         signs = ArraySigns(starts)
         _put_kinds(signs, found)
-        np.fmax(found.margin * _ROUNDED, 0, out=found.margin)
+        np.logical_and(found.certain, signs.known, out=found.certain)
         if tagged:
             _put_tags(signs, found)
     return found
 
 
 def _put_kinds(signs: ArraySigns, found: Filtered) -> None:
-    """Put each kind where it fits over those after it; what is not certain has no margin.
+    """Put each kind where it fits over those after it, and whether all on the way is certain.
 
-    A rule is left out that asks for all that one after it asks: where that one fits nowhere, it is
-    missed by less.
+    A rule is left out that asks for all that one after it asks: where that one is certainly missed,
+    it is too.
     """
     nowhere: list[set[Number]] = []
     everywhere = np.ones(found.kind.shape, np.bool_)
     for rule in reversed(kinds.RULES[:-1]):
         if any(asked.issubset(rule.zeros) for asked in nowhere):
             continue
-        zero, size = signs.vanish(rule.zeros)
+        zero, missed = signs.vanish(rule.zeros)
         if not zero.any():
             nowhere.append(set(rule.zeros))
-            np.minimum(found.margin, size, out=found.margin)
+            np.logical_and(found.certain, missed, out=found.certain)
             continue
         positive, certain = signs.positive(rule.positive)
         here = everywhere & zero & positive
         if not zero.all():
-            certain = np.where(zero, certain, size)
-        np.minimum(found.margin, certain, out=found.margin)
+            certain = np.where(zero, certain, missed)
+        np.logical_and(found.certain, certain, out=found.certain)
         if here.any():
             nowhere.clear()
             _put(signs, found, rule.kind, here, certain)
 
 
-def _put(signs: ArraySigns, found: Filtered, kind: Kind, where: Mask, margin: Array) -> None:
+def _put(signs: ArraySigns, found: Filtered, kind: Kind, where: Mask, certain: Mask) -> None:
     """Put a kind and its detail; to put a mask is faster than to copy where it holds."""
     if kind in kinds.DETAILS:
         (_, *sides), product = kinds.DETAILS[kind]
-        positive, certain = signs.positive(product)
+        positive, sure = signs.positive(product)
         codes = (np.uint8(DETAILS.index(side)) for side in sides)
         np.putmask(found.detail, where, np.where(positive, *codes))
-        margin = np.minimum(margin, certain)
+        certain = certain & sure
     elif found.detail.any():
         np.putmask(found.detail, where, 0)
     np.putmask(found.kind, where, NAMES.index(kind))
-    np.putmask(found.margin, where, margin)
+    np.putmask(found.certain, where, certain)
 
 
 # --- tags --------------------------------------------------------------------------------------
@@ -300,8 +276,8 @@ def _put_tags(signs: ArraySigns, found: Filtered) -> None:
     """Put the bits of the tags that hold, and of those that are left open, where they are kept."""
     for bit, (name, tag) in enumerate(kinds.TAGS.items()):
         zero, missed = signs.vanish(tag.zeros)
-        positive, size = signs.positive(tag.positive)
-        yes, no = zero & positive & (size > 0), (missed > 0) | ~positive & (size > 0)
+        positive, certain = signs.positive(tag.positive)
+        yes, no = zero & positive & certain, missed | ~positive & certain
         for number in tag.positive:
             no = no | signs.sign(number).zero
         if name in _FURTHER:

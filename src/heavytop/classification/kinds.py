@@ -66,8 +66,6 @@ class Verdict(Shown):
     margin : float
         How far the nearest other verdict is: the smallest relative size of a number that was found
         not to be zero on the way (0 … 1).
-    margin_enclosure : (float, float)
-        Bounds that contain the margin.
     why : str
         The condition that decided.
     bound : str or None
@@ -80,7 +78,6 @@ class Verdict(Shown):
     open_tags: tuple[str, ...]
     certified: bool
     margin: float
-    margin_enclosure: tuple[float, float]
     why: str
     bound: str | None = None
 

@@ -43,8 +43,6 @@ class Verdicts:
         and where they could not be told.
     certified : ndarray of bool
         Whether the kind is proved; of what is impossible, too.
-    margin : ndarray of float
-        How far the nearest other verdict is (0 … 1), from below; 0 where there is none.
     tags, open_tags : ndarray of uint8 or None
         The tags that hold and those that could be neither proved nor disproved, as bits: 1 for
         the first of `tag_names`, 2, 4, … for the others. None where they were not asked for.
@@ -57,7 +55,6 @@ class Verdicts:
     kind: Codes
     detail: Codes
     certified: Mask
-    margin: Array
     tags: Codes | None
     open_tags: Codes | None
     sent: int
@@ -140,26 +137,26 @@ def classify_many(
     expect("tags", tags, bool)
     given = {"A": A, "C": C, "gMR": gMR, "theta": theta, "thetadot": thetadot, "phidot": phidot}
     columns = InputArrays(with_spin(given, psidot, omega3))
-    found, certified = Filtered.empty((columns.size,)), np.ones(columns.size, np.bool_)
+    found = Filtered.empty((columns.size,))
     for at in range(0, columns.size, CHUNK):
         _screen(columns, slice(at, at + CHUNK), tags, found)
-    sent = _send(columns, found, certified)
-    for array in (*found, certified):
+    sent = _send(columns, found)
+    for array in found:
         array.setflags(write=False)
-    arrays: tuple[Any, ...] = (*found[:2], certified, *found[2:])
-    kind, detail, proved, margin, held, unknown = (x.reshape(columns.shape) for x in arrays)
+    arrays: tuple[Any, ...] = found
+    kind, detail, proved, held, unknown = (x.reshape(columns.shape) for x in arrays)
     if not tags:
         held = unknown = None
-    return Verdicts(kind, detail, proved, margin, held, unknown, sent)
+    return Verdicts(kind, detail, proved, held, unknown, sent)
 
 
 def _screen(columns: InputArrays, span: slice, tagged: bool, found: Filtered) -> None:
-    """Tell what doubles can tell; a margin of 0 is left where they cannot."""
+    """Tell what doubles can tell."""
     starts = columns.starts(span)
     told = filtered(starts, tagged)
     broken, unknown = (
         impossible(starts.A, starts.C, starts.theta),
-        told.margin == 0,
+        ~told.certain,
     )  # where a sign is known, all are finite
     if unknown.any():
         for each in starts.arrays:
@@ -171,10 +168,10 @@ def _screen(columns: InputArrays, span: slice, tagged: bool, found: Filtered) ->
         array[span] = part
 
 
-def _send(columns: InputArrays, found: Filtered, certified: Mask) -> int:
+def _send(columns: InputArrays, found: Filtered) -> int:
     """Send to balls what is left, and say how many that were."""
     sent = 0
-    left = (found.margin == 0) & (found.kind != IMPOSSIBLE) | (found.open_tags != 0)
+    left = ~found.certain | (found.open_tags != 0)
     for at in np.flatnonzero(left).tolist():
         try:
             verdict = classify(*columns.one(at))
@@ -184,16 +181,14 @@ def _send(columns: InputArrays, found: Filtered, certified: Mask) -> int:
         sent += 1
         found.kind[at] = NAMES.index(verdict.kind)
         found.detail[at] = detail(verdict.tags)
-        found.margin[at] = verdict.margin_enclosure[0]
+        found.certain[at] = verdict.certified
         found.tags[at], found.open_tags[at] = bits(verdict.tags), bits(verdict.open_tags)
-        certified[at] = verdict.certified
     return sent
 
 
 def _dismiss(found: Filtered, where: Mask | int) -> None:
-    for array in found:
-        array[where] = 0
-    found.kind[where] = IMPOSSIBLE
+    for array, value in zip(found, (IMPOSSIBLE, 0, True, 0, 0), strict=True):
+        array[where] = value
 
 
 def impossible(A: Array, C: Array, theta: Array) -> Mask:

@@ -200,9 +200,7 @@ def verdict_rows(motion: Known) -> Iterator[Row]:
         yield "tags undecided", ", ".join(motion["open_tags"])
     yield "why", motion["why"]
     if motion["certified"]:
-        low, high = motion["margin_enclosure"]
-        within = f", to {high - low:.0e}" if high > low else ""
-        yield "margin", f"{number(motion['margin'])}{within}"
+        yield "margin", number(motion["margin"])
 
 
 def between(low: str, high: str) -> str:

@@ -55,7 +55,6 @@ class ClassifiedMotion(MotionSummary):
     """A motion with the reasons for its kind, which tags are open, and to which bound."""
 
     why: Text
-    margin_enclosure: tuple[Value, ...]
     open_tags: tuple[Text, ...]
     bound: Value
 
@@ -154,7 +153,6 @@ def classified(scene: Scene) -> Classification:
         motion=ClassifiedMotion.of(
             motion,
             why=verdict.why,
-            margin_enclosure=tuple(map(finite, verdict.margin_enclosure)),
             open_tags=tuple(verdict.open_tags),
             bound=finite(verdict.bound),
         ),

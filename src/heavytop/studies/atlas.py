@@ -26,7 +26,15 @@ from numpy.typing import NDArray
 
 from heavytop import __version__
 from heavytop.analytic.many_motions import Motions, motions_many
-from heavytop.classification.arrays import DETAILS, IMPOSSIBLE, NAMES, TAG_NAMES, Codes
+from heavytop.classification.arrays import (
+    DETAILS,
+    IMPOSSIBLE,
+    NAMES,
+    TAG_NAMES,
+    Codes,
+    InputArrays,
+)
+from heavytop.classification.classify import classify
 from heavytop.classification.kinds import Kind
 from heavytop.classification.many import classify_many
 from heavytop.display import Plotted
@@ -104,7 +112,6 @@ COLUMNS: Final = {
     "certified": PixelColumn("u1", "1", "1 where the kind is proved"),
     "tags": PixelColumn("u1", "1", "tags that hold, as bits", TAG_NAMES),
     "open_tags": PixelColumn("u1", "1", "tags neither proved nor disproved, as bits", TAG_NAMES),
-    "margin": PixelColumn("<f8", "1", "how far the nearest other verdict is"),
     "theta_min": PixelColumn("<f8", "rad", "smallest tilt"),
     "theta_max": PixelColumn("<f8", "rad", "largest tilt"),
     "period": PixelColumn("<f8", "s", "nutation period; nan where nothing nutates"),
@@ -202,8 +209,8 @@ class Atlas(AtlasResult, Plotted):
     """A plane of tops and what kind of motion each of its pixels is.
 
     ``atlas["period"]`` is a column, as an array of shape (y, x): ``theta_min`` and ``theta_max``
-    [rad], ``period`` [s], ``precession`` and ``spin`` in a period [rad], ``margin``, ``kind`` as an
-    index of `names`. `to_xarray()` is all of it. Other attributes are those of
+    [rad], ``period`` [s], ``precession`` and ``spin`` in a period [rad], ``kind`` as an index of
+    `names`. `to_xarray()` is all of it. Other attributes are those of
     `heavytop.results.atlas.AtlasResult`.
 
     Attributes
@@ -351,7 +358,7 @@ def collect(store: MemoryStore, jobs: int = 1) -> Atlas:
             pairs.update(row["counts"])
             others.update({name: row[name] for name in ("sent", "uncertified")})
             if what == "integrate":
-                columns = _unpacked(row, tile, ("kind", "integrated", "margin"))
+                columns = _unpacked(row, tile, ("kind", "integrated"))
                 untold += int((columns["integrated"] == NAMES.index(Kind.UNDECIDED)).sum())
                 pixels += _differing(plane, tile, **columns)
     kinds = Counter[str]()
@@ -390,15 +397,15 @@ def collect(store: MemoryStore, jobs: int = 1) -> Atlas:
     )  # fmt: skip
 
 
-def _differing(
-    plane: Plane, tile: Tile, kind: Codes, integrated: Codes, margin: Array
-) -> Iterator[Differing]:
+def _differing(plane: Plane, tile: Tile, kind: Codes, integrated: Codes) -> Iterator[Differing]:
     """The pixels whose integrated kind is another one; not those that a run cannot tell."""
     x, y = plane.x.values[tile.columns], plane.y.values[tile.rows]
     told = integrated != NAMES.index(Kind.UNDECIDED)
     for i, j in np.argwhere((kind != integrated) & told).tolist():
+        top, start = InputArrays(plane.at(x[j : j + 1], y[i : i + 1])).one(0)
         yield Differing(x=float(x[j]), y=float(y[i]), kind=NAMES[kind[i, j]],
-                        integrated=NAMES[integrated[i, j]], margin=float(margin[i, j]))  # fmt: skip
+                        integrated=NAMES[integrated[i, j]],
+                        margin=classify(top, start).margin)  # fmt: skip
 
 
 def _attributes(name: str) -> dict[str, Any]:
