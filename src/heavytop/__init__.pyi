@@ -96,7 +96,6 @@ from .studies.atlas import (
     Atlas as Atlas,
     atlas as atlas,
     load_atlas as load_atlas,
-    merge_atlases as merge_atlases,
 )
 from .studies.certificate import certify as certify
 from .studies.drift import drift as drift

@@ -104,35 +104,20 @@ def test_tiles_workers_and_executors_change_nothing(rows):
 
 
 @pytest.mark.usefixtures("small_tiles")
-def test_shards_joined_are_the_whole(rows, tmp_path):
-    parts = [ht.atlas(KICKED, **AXES, shard=f"{i}/3", folder=tmp_path / str(i), jobs=1)
-             for i in (1, 2, 3)]  # fmt: skip
-    assert [len(part.tasks) for part in parts] == [4, 3, 3]
-    assert not any(part.whole for part in parts)
-    absent = parts[0]["kind"] == 255
-    assert absent.sum() == 33 * 29 - sum(parts[0].counts.values())
-    assert np.isnan(parts[0]["period"][absent]).all()
-    some, missing = ht.merge_atlases([tmp_path / "1", tmp_path / "3"], tmp_path / "all")
-    assert not some.whole
-    assert set(missing) == set(parts[1].tasks)
-    whole, missing = ht.merge_atlases([tmp_path / "2"], tmp_path / "all")
-    assert whole.whole
-    assert not missing
-    assert same(rows, whole)
-    assert same(rows, ht.load_atlas(tmp_path / "all"))
+def test_an_atlas_is_read_whole_or_not_at_all(rows, tmp_path):
+    ht.atlas(KICKED, **AXES, folder=tmp_path, jobs=1)
+    assert same(rows, ht.load_atlas(tmp_path))
+    next((tmp_path / "tasks").iterdir()).unlink()
+    with pytest.raises(ht.ForeignFile, match="not computed yet; heavytop resume"):
+        ht.load_atlas(tmp_path)
+    assert same(rows, ht.resume(tmp_path))
 
 
-def test_shards_of_other_atlases_are_refused(tmp_path):
-    ht.atlas(KICKED, **AXES, only="kind", folder=tmp_path / "a", jobs=1)
-    ht.atlas(KICKED, AXES["x"], "psidot=-150:150:31", only="kind", folder=tmp_path / "b", jobs=1)
-    with pytest.raises(ht.ForeignStudy, match=r"y: .*29.*31|y: .*31.*29"):
-        ht.merge_atlases([tmp_path / "a", tmp_path / "b"], tmp_path / "all")
-    with pytest.raises(ht.errors.WrongType, match="folders: a list of paths"):
-        ht.merge_atlases("one", tmp_path / "all")
-    with Store.open(tmp_path / "d", {"kind": "drift", "versions": {}}):
+def test_another_kind_of_study_is_no_atlas(tmp_path):
+    with Store.open(tmp_path, {"kind": "drift", "versions": {}}):
         pass
     with pytest.raises(ht.ForeignFile, match="a study of 'drift'"):
-        ht.load_atlas(tmp_path / "d")
+        ht.load_atlas(tmp_path)
 
 
 @pytest.mark.parametrize("change", [{"x": "phidot=0:1"}, {"scene": None}])
@@ -281,8 +266,6 @@ def test_the_double_nearest_pi_means_pi(gMR):
         ({"x": "phi=0:1:5"}, "x = .*phi.*one of theta"),
         ({"x": "phidot=5:1:5", "y": "psi=0:1:2", "jobs": 0}, "(?s)x = .*y = .*jobs"),
         ({"y": "p_psi=0:1:5", "x": "psidot=0:1:5"}, "both set the spin"),
-        ({"shard": "4/3"}, "shard.*i/n"),
-        ({"shard": (0, 3)}, "shard.*i/n"),
         ({"only": "rows"}, "only.*kind"),
         ({"integrate": 1}, "integrate.*a bool"),
         ({"only": "kind", "integrate": True}, "only.*not together"),

@@ -234,14 +234,6 @@ def test_a_chart_that_cannot_be_written_leaves_the_document(tmp_path, monkeypatc
         (("stress", "--time-limit", "0"), 2, "time_limit = 0.0"),
         (("stress", "--step-limit", "0"), 2, "step_limit = 0"),
         (("atlas", "sicm-kicked", "--x", "phidot=0:1:5"), 2, "--y"),
-        (("atlas", "sicm-dropped", *PLANE), 2, "one scene"),
-        (("atlas", "--merge", "nowhere"), 2, "-o"),
-        (
-            ("atlas", "--merge", "nowhere", "-o", "out", "--shard", "1/2"),
-            2,
-            "cannot be combined with",
-        ),
-        (("atlas", "--merge", "nowhere", "-o", "out"), 3, "nowhere"),
         (("atlas", "sicm-kicked", "--energy-momentum", *PLANE[1:]), 2, "cannot be combined with"),
         (("atlas", *PLANE, "--set", "start.omega3=9"), 2, "axis psidot sets the spin"),
         (("drift", "sicm-kicked", "--scheduler", ADDRESS, "-j", "2"), 2, "has its own workers"),
@@ -343,24 +335,6 @@ def test_pixels_that_leave_out_zero_are_told_unless_it_is_quiet(axes, told):
     assert told in (said := heavytop_(*words).stderr)
     assert bool(told) == bool(said)
     assert not heavytop_(*words, "-q").stderr
-
-
-def test_shards_are_resumed_and_joined(tmp_path):
-    one, two = folders = (tmp_path / "1", tmp_path / "2")
-    big = ("--x", "phidot=-20:20:1500", "--y", "psidot=-150:150:1500", "--only", "kind", "-j", 1)
-    for folder in folders:
-        asked = ("sicm-kicked", *big, "--shard", f"{folder.name}/2", "-o", folder, "--json")
-        part = heavytop_("atlas", *asked)
-        assert part.exit_code == 0
-        assert list(json.loads(part.stdout)["files"].values()) == ["atlas.json"]
-    assert "--merge" in part.stderr
-    next(x for x in (one / "tasks").iterdir() if json.loads(x.read_text())["rows"]).unlink()
-    again = heavytop_("resume", one, "--json")
-    assert json.loads(again.stdout)["tiles"] == {"done": 2, "all": 3}
-    assert heavytop_("atlas", "--merge", one, "-o", tmp_path / "part").exit_code == 4
-    whole = heavytop_("atlas", "--merge", one, two, "-o", tmp_path / "all", "--json")
-    assert whole.exit_code == 0
-    assert sum(json.loads(whole.stdout)["counts"].values()) == 1500**2
 
 
 def test_the_energy_momentum_diagram(tmp_path):

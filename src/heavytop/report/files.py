@@ -304,10 +304,8 @@ def _written(found: Any, place: Path, figures: bool) -> dict[str, str]:
         data = bytes(found.to_xarray().to_netcdf(engine="h5netcdf"))  # whole before it is on disk
         write_sealed(place / files["errors"], lambda part: part.write_bytes(data))
     if name == "atlas":
-        figures, drawn = figures and found.whole, found
-        if found.whole:
-            files["map"] = "atlas.nc"
-            found.save_map(place / files["map"])
+        files["map"], drawn = "atlas.nc", found
+        found.save_map(place / files["map"])
 
     def write() -> None:
         write_document(place / files["document"], document | {"files": files})

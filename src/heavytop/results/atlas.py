@@ -70,8 +70,6 @@ class AtlasResult(Result):
         How many pixels doubles could not decide, so that interval arithmetic was used.
     uncertified : int
         How many pixels have a kind that is not proved.
-    tiles : dict from str to int
-        How many tiles are ``done``, and how many there are in ``all``.
     curves : tuple of BoundaryCurve
         The boundaries between kinds.
     kinds_per_s, rows_per_s, tops_per_s : float or None
@@ -95,7 +93,6 @@ class AtlasResult(Result):
     details: Mapping[Text, int]
     sent: int
     uncertified: int
-    tiles: Mapping[Literal["done", "all"], int]
     curves: tuple[BoundaryCurve, ...]
     kinds_per_s: Number | None = None
     rows_per_s: Number | None = None
@@ -110,8 +107,3 @@ class AtlasResult(Result):
         y, x = self.shape
         axes = f"{self.axes['y'].name} × {self.axes['x'].name}, {y} × {x} pixels"
         return f"<Atlas: {axes}: {', '.join(f'{n} {name}' for name, n in self.counts.items())}>"
-
-    @property
-    def whole(self) -> bool:
-        """Whether every tile is there, and not only those of a shard."""
-        return self.tiles["done"] == self.tiles["all"]

@@ -37,7 +37,7 @@ from heavytop.machine import usable_cpus, versions
 from heavytop.results.atlas import AtlasResult, BoundaryCurve, Differing
 from heavytop.results.base import Problem
 from heavytop.scene import arguments
-from heavytop.scene.arguments import Range, Refused
+from heavytop.scene.arguments import Range
 from heavytop.scene.scene import Scene, no_scene, scene_of
 from heavytop.studies.atlas_plane import (
     ROLES,
@@ -57,7 +57,6 @@ from heavytop.studies.store import (
     Chunk,
     MemoryStore,
     Parameters,
-    Record,
     Store,
     canonical_json,
     open_store,
@@ -76,8 +75,6 @@ TILE: Final = {"kind": 2**20, "rows": 2**16, "integrate": 2**14}
 ROUNDING: Final = 1e-10
 """Margins above this are no rounding of a run: there the integrated kind has to be the same."""
 LISTED: Final = 1000  # pixels whose kinds differ, in the document
-SHARD: Final = "shard"
-"""The name of a record without rows: its checkpoint is (i, n) where a folder is for a shard."""
 COSTS: Final = ("kinds_per_s", "rows_per_s", "tops_per_s", "jobs")
 
 SPAN: Final = 1.55  # nutation periods: one turning point at least is met twice
@@ -209,13 +206,10 @@ class Atlas(AtlasResult, Plotted):
     plane : Plane
     store : MemoryStore
         Where the tiles are kept: a folder, or memory.
-    tasks : tuple of str
-        The tiles that are there: all, or those of a shard.
     """
 
     plane: Plane
     store: MemoryStore
-    tasks: tuple[str, ...]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -230,8 +224,6 @@ class Atlas(AtlasResult, Plotted):
     def __getitem__(self, name: str) -> NDArray[Any]:
         """A column, shape (y, x): with several, `read_tiles` needs less memory.
 
-        Where no tile is, numbers are nan and codes 255.
-
         Raises
         ------
         KeyError
@@ -239,19 +231,17 @@ class Atlas(AtlasResult, Plotted):
         """
         if name not in self.columns:
             raise KeyError(f"{name!r}: this atlas has {', '.join(self.columns)}")
-        dtype = np.dtype(COLUMNS[name].dtype)
-        whole = np.full(self.shape, np.nan if dtype.kind == "f" else 255, dtype)
+        whole = np.empty(self.shape, COLUMNS[name].dtype)
         for tile, columns in self.read_tiles():
             whole[tile.rows, tile.columns] = columns[name]
         return whole
 
     def read_tiles(self) -> Iterator[tuple[Tile, Columns]]:
         """The tiles and their columns, one at a time in memory."""
-        tiles = self.plane.tiles(self.store.parameters["tile"])
-        for task in self.tasks:
+        for task, tile in self.plane.tiles(self.store.parameters["tile"]).items():
             with reading(f"tile {task}"):
-                columns = _unpacked(self.store.load(task).rows[0], tiles[task], self.columns)
-            yield tiles[task], columns
+                columns = _unpacked(self.store.load(task).rows[0], tile, self.columns)
+            yield tile, columns
 
     def document(
         self, *, files: Mapping[str, str] | None = None, costs: bool = True
@@ -266,7 +256,7 @@ class Atlas(AtlasResult, Plotted):
             Whether with what it took; without it there are no wall-clock values.
         """
         found = super().document(files=files)
-        for name in ("plane", "store", "tasks"):
+        for name in ("plane", "store"):
             del found[name]
         return found if costs else found | dict.fromkeys(COSTS)
 
@@ -328,22 +318,22 @@ class Atlas(AtlasResult, Plotted):
 
 
 def collect(store: MemoryStore, jobs: int = 1) -> Atlas:
-    """Return the atlas of the tiles that are at their end.
+    """Return the atlas of all its tiles.
 
     Raises
     ------
     ForeignFile
-        A record is damaged.
+        A tile is not there, or its record is damaged.
     """
     parameters, plane = store.parameters, _plane(store.parameters)
     tiles, what = plane.tiles(parameters["tile"]), parameters["what"]
-    done, pairs, others = list[str](), Counter[str](), Counter[str]()
+    pairs, others = Counter[str](), Counter[str]()
     pixels, untold = list[Differing](), 0
     for task, tile in tiles.items():
         record = store.load(task)
         if not record.done:
-            continue
-        done.append(task)
+            why = record.failed or f"not computed yet; heavytop resume {store.path} goes on"
+            raise ForeignFile(f"tile {task}: {why}")
         with reading(f"tile {task}"):
             [row] = record.rows
             pairs.update(row["counts"])
@@ -373,7 +363,6 @@ def collect(store: MemoryStore, jobs: int = 1) -> Atlas:
         details={pair: count for pair, count in pairs.items() if "," in pair},
         sent=others["sent"],
         uncertified=others["uncertified"],
-        tiles={"done": len(done), "all": len(tiles)},
         curves=tuple(BoundaryCurve(name=name, x=(*x.tolist(),), y=(*y.tolist(),))
                      for name, x, y in curves(plane)),
         kinds_per_s=rate,
@@ -384,7 +373,6 @@ def collect(store: MemoryStore, jobs: int = 1) -> Atlas:
         versions=parameters["versions"],
         plane=plane,
         store=store,
-        tasks=tuple(done),
     )  # fmt: skip
 
 
@@ -425,7 +413,6 @@ def atlas(
     *,
     only: str | None = None,
     integrate: bool = False,
-    shard: str | tuple[int, int] | None = None,
     jobs: int | None = None,
     executor: Executor | None = None,
     folder: str | os.PathLike[str] | None = None,
@@ -444,8 +431,6 @@ def atlas(
         Only kinds are found, many times as fast.
     integrate : bool
         Each top is integrated too, and its kind told by the events of that run.
-    shard : str or (int, int), optional
-        Only the tiles of shard i of n, ``"i/n"`` with 1 ≤ i ≤ n; `merge_atlases` joins shards.
     jobs : int, optional
         Processes; by default one for each processor. Results do not depend on it.
     executor : concurrent.futures.Executor, optional
@@ -489,7 +474,7 @@ def atlas(
     arguments.heard("progress", progress)
     if not isinstance(scene, Scene):
         raise no_scene(scene, KIND)
-    given = {"x": x, "y": y, "integrate": integrate, "only": only, "shard": shard, "jobs": jobs,
+    given = {"x": x, "y": y, "integrate": integrate, "only": only, "jobs": jobs,
              "executor": executor}  # fmt: skip
     given = {name: each for name, each in given.items() if each is not None or name in "xy"}
     values, faults = arguments.parse_options(scene.name, given, _OPTIONS)
@@ -504,7 +489,7 @@ def atlas(
     _expect_integrator(what)
     how = {"executor": executor, "on_progress": progress}
     with open_store(folder, _parameters(plane, what)) as store:
-        return _run(store, values.get("shard"), values.get("jobs", usable_cpus()), **how)
+        return _run(store, values.get("jobs", usable_cpus()), **how)
 
 
 def _parameters(plane: Plane, what: str) -> Parameters:
@@ -516,15 +501,15 @@ def _parameters(plane: Plane, what: str) -> Parameters:
         "y": plane.y.text,
         "what": what,
         "tile": TILE[what],
-        # Shards come from several machines: the processor is not among the versions.
+        # Workers may be several machines: the processor is not among the versions.
         "versions": {key: value for key, value in versions().items() if key != "cpu"},
     }
 
 
 def complete(store: MemoryStore, *, jobs: int, **how: Any) -> Atlas:
-    """Compute what is left of an atlas, or of the shard of one that a folder is for."""
+    """Compute what is left of an atlas."""
     _expect_integrator(store.parameters["what"])
-    return _run(store, store.load(SHARD).checkpoint, jobs, **how)
+    return _run(store, jobs, **how)
 
 
 def _expect_integrator(what: str) -> None:
@@ -533,73 +518,13 @@ def _expect_integrator(what: str) -> None:
         import_module("heavytop.run.ensemble")
 
 
-def merge_atlases(
-    folders: Sequence[str | os.PathLike[str]], folder: str | os.PathLike[str]
-) -> tuple[Atlas, tuple[str, ...]]:
-    """Join the shards of an atlas in a new folder, or in one of theirs.
-
-    Parameters
-    ----------
-    folders : sequence of path
-        At least one.
-    folder : path
-        Where all tiles are then; it is new, or empty, or holds this atlas.
-
-    Returns
-    -------
-    Atlas
-    tuple of str
-        The tiles that none of them has.
-
-    Raises
-    ------
-    ForeignFile
-        A folder holds no atlas, another one, or a damaged file.
-    InUse
-        Another process is writing `folder`.
-    WrongType
-        `folders` is no sequence of paths, or empty, or `folder` no path.
-
-    Notes
-    -----
-    Accuracy: ``tests/studies/test_atlas.py`` holds shards that were joined to the whole, bit for
-    bit.
-
-    Examples
-    --------
-    >>> from tempfile import TemporaryDirectory
-    >>> from heavytop.scene.scene import load_scene
-    >>> plane = load_scene("sicm-kicked"), "phidot=-20:20:41", "psidot=-150:150:31"
-    >>> with TemporaryDirectory() as place:
-    ...     parts = [f"{place}/{i}" for i in (1, 2)]
-    ...     for i, part in enumerate(parts, 1):
-    ...         _ = atlas(*plane, shard=(i, 2), jobs=1, folder=part)
-    ...     found, missing = merge_atlases(parts, f"{place}/all")
-    ...     print(found.whole, missing, found.counts["loops"])
-    True () 622
-    """
-    if not folders or isinstance(folders, str | bytes) or not isinstance(folders, Sequence):
-        raise arguments.wrong_type("folders", "a list of paths", folders)
-    whole = arguments.path_of("folder", folder)
-    parts = [arguments.path_of("folders", each) for each in folders]
-    first, *others = map(Store, parts)
-    every = tasks(first.parameters)
-    for other in others:  # before anything is written
-        other.expect(first.parameters)
-    with Store.open(whole, first.parameters) as store:
-        store.merge(parts)
-        store.save(Record(SHARD))
-        found = collect(store)
-    return found, tuple(task for task in every if task not in found.tasks)
-
-
 def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
-    """Read the atlas in a folder, as far as it is done.
+    """Read the atlas in a folder.
 
     Parameters
     ----------
     folder : path
-        What `atlas` or `merge_atlases` wrote into.
+        What `atlas` wrote into, to its end.
 
     Returns
     -------
@@ -608,7 +533,7 @@ def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
     Raises
     ------
     ForeignFile
-        It is none, or is damaged.
+        It is none, is not at its end, or is damaged.
     WrongType
         It is no path.
 
@@ -630,27 +555,15 @@ def load_atlas(folder: str | os.PathLike[str]) -> Atlas:
     return collect(Store(arguments.path_of("folder", folder)))
 
 
-def _run(store: MemoryStore, shard: list[int] | None, jobs: int, **how: Any) -> Atlas:
-    """Compute the tiles of an atlas, or of a shard, that are not there yet."""
-    if store.load(SHARD).checkpoint != shard:
-        store.save(Record(SHARD, shard))
-    i, n = shard or (1, 1)
-    run(store, tasks=tasks(store.parameters)[i - 1 :: n], jobs=jobs, **how)
+def _run(store: MemoryStore, jobs: int, **how: Any) -> Atlas:
+    """Compute the tiles of an atlas that are not there yet."""
+    run(store, jobs=jobs, **how)
     return collect(store, jobs)
-
-
-def _shard(given: Any) -> list[int]:
-    """[i, n] of ``i/n``."""
-    with suppress(TypeError, ValueError):
-        i, n = map(int, given.split("/") if isinstance(given, str) else given)
-        if 1 <= i <= n <= 10_000:
-            return [i, n]
-    raise Refused("i/n, whole numbers with 1 <= i <= n <= 10000")
 
 
 _OPTIONS: Final[Mapping[str, Callable[[Any], Any]]] = {
     "x": Axis.of, "y": Axis.of, "only": arguments.one_of({"kind": "kind"}),
-    "integrate": arguments.a(bool), "shard": _shard, "jobs": Range(1, 1024, whole=True),
+    "integrate": arguments.a(bool), "jobs": Range(1, 1024, whole=True),
     "executor": arguments.a(Executor),
 }  # fmt: skip
 

@@ -116,7 +116,6 @@ class Progress:
 def run(
     store: MemoryStore,
     *,
-    tasks: Sequence[str] | None = None,
     jobs: int = 1,
     executor: Executor | None = None,
     on_progress: Callable[[Progress], object] | None = None,
@@ -127,8 +126,6 @@ def run(
     ----------
     store : MemoryStore or Store
         A `Store` is open for writing.
-    tasks : sequence of str, optional
-        Only these.
     jobs : int
         Processes; with 1 the work is done in this one.
     executor : concurrent.futures.Executor, optional
@@ -146,8 +143,7 @@ def run(
         The kind of study is unknown, or a record cannot be read.
     """
     study = study_of(store.parameters)
-    names = study.tasks(store.parameters) if tasks is None else tasks
-    records = {task: _light(store.load(task)) for task in names}
+    records = {task: _light(store.load(task)) for task in study.tasks(store.parameters)}
     started, before = time.monotonic(), _fraction(records)
 
     def tell() -> None:
