@@ -45,7 +45,6 @@ INTEGRATED = (
     f"drift {STUDY} -o drift",
     f"workprec {STUDY} -o workprec",
     "stress --cases cusp --methods auto -o stress",
-    f"atlas {PLANE} --integrate -j 1 -o integrated",
 )
 
 

@@ -107,7 +107,7 @@ TAKING = {
     ht.fold: ({"scene": SCENE}, "digits"),
     ht.propagate: ({"scene": SCENE}, "formulation projected step_limit progress"),
     ht.sensitivities: ({"scene": SCENE}, "formulation"),
-    ht.atlas: (PLANE, "x only folder progress integrate"),
+    ht.atlas: (PLANE, "x only folder progress"),
     ht.drift: (DRIFT, "methods ensemble seed folder progress"),
     ht.stress: (STRESS, "progress"),
     ht.resume: ({"folder": "no such folder"}, "jobs"),

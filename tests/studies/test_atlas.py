@@ -12,7 +12,6 @@ import xarray
 import heavytop as ht
 from heavytop.classification.arrays import NAMES
 from heavytop.studies import atlas as atlas_module
-from heavytop.studies.atlas import integrated
 from heavytop.studies.store import Store
 
 KICKED = ht.load_scene("sicm-kicked")
@@ -24,7 +23,7 @@ AXES = {"x": "phidot=-20:20:33", "y": "psidot=-150:150:29"}
 @pytest.fixture
 def small_tiles(monkeypatch):
     """Tiles of a few rows, so that a small atlas has many."""
-    monkeypatch.setattr(atlas_module, "TILE", {"kind": 128, "rows": 128, "integrate": 256})
+    monkeypatch.setattr(atlas_module, "TILE", {"kind": 128, "rows": 128})
 
 
 @pytest.fixture(scope="module")
@@ -165,72 +164,7 @@ def test_a_damaged_record_is_refused(rows, tmp_path):
         ht.load_atlas(tmp_path)["kind"]
 
 
-# --- integrated -----------------------------------------------------------------------------------
-
-PLANES = {
-    "kicks and spins": (KICKED, "phidot=-20:20:41", "psidot=-150:150:41"),
-    "tilts and spins": (KICKED, "theta=0:3.1:41", "omega3=0:200:41"),
-    "pushed": (KICKED, "phidot=-20:20:41", "thetadot=-10:10:41"),
-    "hanging": (ht.load_scene("sicm-kicked", ["top.gMR=-0.0456"]), "phidot=-20:20:41",
-                "psidot=-150:150:41"),
-    "from the top": (ht.load_scene("through-top"), "thetadot=-10:10:40", "omega3=0:200:41"),
-    "spherical pendulum": (ht.load_scene("spherical-pendulum"), "phidot=0:9:41", "theta=0.1:3:41"),
-    "force-free": (ht.load_scene("sicm-kicked", ["top.gMR=0"]), "phidot=-5:5:11", "theta=0.1:3:11"),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", PLANES)
-def test_two_maps_of_a_plane_agree(name):
-    found = ht.atlas(*PLANES[name], integrate=True, jobs=1)
-    assert not found.unexplained
-    assert found.differing < 100
-    assert found.untold < 20
-
-
-ONES = {  # one top each: the start, what it is by proof, and what a run tells
-    "a nutation of 4e-16 rad, smaller than rounding":
-        (2.0913820324639576, 0.0, -15.379518847402188, -6.907812267291379,
-         "waves", "uniform-precession"),
-    "a cusp beside the vertical, missed by rounding one way":
-        (1.1177948153536073, -9.521365865968562, 9.014796177014924, 64.4086067775603,
-         "waves", "undecided"),
-    "and the other way":
-        (1.0197296777796385, -9.43178367945079, -7.741882054558546, -58.62008866483815,
-         "loops", "undecided"),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("what", ONES)
-def test_a_run_tells_what_it_can_tell(what):
-    *numbers, proved, told = ONES[what]
-    tops = SICM | {k: np.array([value]) for k, value in zip(START, numbers, strict=True)}
-    found = ht.motions_many(**tops)
-    assert NAMES[found.verdicts.kind[0]] == proved
-    assert NAMES[integrated(tops, found.period)[0]] == told
-
-
-def test_a_wrong_map_is_seen(monkeypatch):
-    """A flipped sign of gravity in what is integrated is found, pixel by pixel."""
-
-    def upside_down(tops, period):
-        return integrated({**tops, "gMR": -np.asarray(tops["gMR"])}, period)
-
-    monkeypatch.setattr(atlas_module, "integrated", upside_down)
-    found = ht.atlas(*PLANES["kicks and spins"], integrate=True, jobs=1)
-    assert found.unexplained > 100
-    assert found.document()["unexplained"] == found.unexplained
-
-
-@pytest.mark.parametrize("theta", ["1e-3", "1e-6", "3.1415926", "3.1405"])
-def test_two_maps_agree_beside_the_vertical(theta):
-    """What a run cannot tell there it leaves undecided; what it tells is right."""
-    top = ht.Top("2.1e-3", "1.3e-3", "0.31")
-    scene = ht.Scene(top, ht.State(theta=theta, omega3=40), time=1)
-    found = ht.atlas(scene, "phidot=-50:50:21", "omega3=-80:80:21", integrate=True, jobs=1)
-    assert not found.unexplained
-    assert found.untold < 45
-    still = found["integrated"][:, 10]  # let go: cusps, which it tells
-    assert np.mean(still == NAMES.index("cusps")) > 0.8
+# --- the vertical --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("gMR", ["0.0456", "-0.0456"])
@@ -239,8 +173,7 @@ def test_the_double_nearest_pi_means_pi(gMR):
     scene = ht.load_scene("sicm-kicked", ["start.theta=pi", f"top.gMR={gMR}"])
     for x, y in (("thetadot=-10:10:5", "omega3=0:200:5"), ("theta=2:pi:3", "omega3=0:200:5"),
                  ("p_phi=-0.0132:0.0132:5", "p_psi=-0.0132:0.0132:5")):  # fmt: skip
-        found = ht.atlas(scene, x, y, integrate=True, jobs=1)
-        assert not found.unexplained
+        found = ht.atlas(scene, x, y, jobs=1)
         grid = np.meshgrid(found.plane.x.values, found.plane.y.values)
         where = found.plane.at(*grid)
         tops = {k: np.broadcast_to(each, found["kind"].shape) for k, each in where.items()}
@@ -267,8 +200,6 @@ def test_the_double_nearest_pi_means_pi(gMR):
         ({"x": "phidot=5:1:5", "y": "psi=0:1:2", "jobs": 0}, "(?s)x = .*y = .*jobs"),
         ({"y": "p_psi=0:1:5", "x": "psidot=0:1:5"}, "both set the spin"),
         ({"only": "rows"}, "only.*kind"),
-        ({"integrate": 1}, "integrate.*a bool"),
-        ({"only": "kind", "integrate": True}, "only.*not together"),
         ({"executor": 3}, "executor.*Executor"),
         ({"x": "phidot=0:1:1000000", "y": "psidot=0:1:1000000"}, "GB are needed in memory"),
     ],

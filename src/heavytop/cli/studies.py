@@ -110,8 +110,6 @@ def _wrong(kind: str, found: Any, document: Mapping[str, Any]) -> Ends:
                 yield Exit.ENDED_EARLY, "nothing was run"
         case "atlas":
             yield from () if manner().quiet else _without_zero(document["axes"])
-            if pixels := document.get("unexplained"):
-                yield Exit.OUT_OF_BOUND, f"{pixels} pixels differ by more than rounding"
         case "certificate":
             if not found.proved:
                 yield Exit.OUT_OF_BOUND, "; ".join(found.why)
@@ -227,9 +225,6 @@ def atlas(
     x: Annotated[str | None, _axis(ALONG_X)] = None,
     y: Annotated[str | None, _axis(ALONG_Y)] = None,
     only: Annotated[str | None, option("kind", "Compute only the kinds; faster.")] = None,
-    integrate: Annotated[
-        bool, Option("--integrate", help="Also integrate every pixel, and compare the kinds.")
-    ] = False,
     jobs: Annotated[int | None, options.JOBS] = None,
     scheduler: options.Scheduler = None,
     energy_momentum: Annotated[bool, Option("--energy-momentum", help=MOMENTUM)] = False,
@@ -238,8 +233,8 @@ def atlas(
     no_figures: options.NoFigures = False,
 ) -> None:
     """Classify every pixel of a plane of tops, and draw the map."""
-    asked: dict[str, Any] = {"x": x, "y": y, "only": only, "integrate": integrate}
-    asked |= {"jobs": jobs, "scheduler": scheduler}
+    asked: dict[str, Any] = {"x": x, "y": y, "only": only, "jobs": jobs}
+    asked |= {"scheduler": scheduler}
     if energy_momentum:
         from heavytop.results.energy_momentum import diagram_of
 

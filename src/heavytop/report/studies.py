@@ -355,21 +355,11 @@ def _failed(document: Known) -> Iterator[Row]:
 
 # --- atlas ---------------------------------------------------------------------------------------
 
-FIRST_PIXELS: Final = 10  # of those that differ, at a terminal
-
 
 def atlas_parts(document: Known) -> Iterator[Line]:
-    """How many pixels there are of each kind; the axes and boundaries; where two maps differ."""
+    """How many pixels there are of each kind; the axes and boundaries."""
     yield Table(("kind", "pixels", "share"), tuple(_kinds(document)))
     yield from _map(document)
-    if pixels := document.get("pixels"):
-        rows = (
-            (each["kind"], each["integrated"], number(each["x"], 6), number(each["y"], 6),
-             size(each["margin"]))
-            for each in pixels
-        )  # fmt: skip
-        head, more = ("kind", "integrated", "x", "y", "margin"), document["differing"] - len(pixels)
-        yield Table(head, tuple(rows), left=2, first=FIRST_PIXELS, more=more)
 
 
 def _kinds(document: Known) -> Iterator[Row]:
@@ -397,11 +387,7 @@ def _map(document: Known) -> Iterator[Row]:
     lines = Counter(curve["name"] for curve in document["curves"]).items()
     counted = (f"{name} ({n} line{'s' * (n > 1)})" for name, n in lines)
     yield "boundaries", ", ".join(counted) or "none"
-    for name, label in (
-        ("sent", "decided by intervals"), ("differing", "differ from integration"),
-        ("unexplained", "… beyond rounding"), ("untold", "integration undecided"),
-        ("kinds_per_s", "pixels per second"),
-    ):  # fmt: skip
+    for name, label in (("sent", "decided by intervals"), ("kinds_per_s", "pixels per second")):
         if document.get(name) is not None:
             yield label, number(document[name], 3 if name == "kinds_per_s" else 12)
 
