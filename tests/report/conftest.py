@@ -8,7 +8,6 @@ import pytest
 from heavytop.analytic.motion import Motion
 from heavytop.checking.judge import check
 from heavytop.files import write_document
-from heavytop.report import quick
 from heavytop.report.files import write_results, write_study
 from heavytop.results.documents import FILES
 from heavytop.results.energy_momentum import diagram_of
@@ -85,11 +84,7 @@ def place(tmp_path_factory):
     theta = 1.0001 * Motion(scene.top, scene.start).at(t).theta
     checked = check({"t": t, "theta": theta, CLOSING: t}, scene)
     write_study(checked, folders["check.json"], figures=False)
-    traces = quick.traces_document()
-    hostile = {"title": BREAKING, "kind": CLOSING, "tags": [BREAKING]}
-    traces["traces"] = [traces["traces"][0] | hostile, traces["traces"][1]]
-    made = {"validate": validate(), "workprec": workprec(scene.document()), "stress": stress(),
-            "traces": traces}  # fmt: skip
+    made = {"validate": validate(), "workprec": workprec(scene.document()), "stress": stress()}
     for name, document in made.items():
         write_document(root / name / f"{name}.json", document)
     return root

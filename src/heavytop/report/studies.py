@@ -518,9 +518,6 @@ RESULTS: Final[Mapping[str, ResultKind]] = {
     "run": ResultKind("Run", run_parts),
     "plan": ResultKind("Plan", plan_parts),
     "classify": ResultKind("Classification", classify_parts),
-    "traces": ResultKind("Every kind of motion", lambda _: (), (
-        Chart("sphere.traces_figure", "the path of the axis on the unit sphere, in closed form; "
-              "dot: start, cross: vertical", "traces"),)),
     "drift": ResultKind("Drift", drift_parts, (
         Chart("studies.drift_figure", "errors over nutation periods, both logarithmic",
               "methods"),)),
