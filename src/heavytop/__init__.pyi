@@ -48,7 +48,6 @@ from .errors import (
     NoClosedForm as NoClosedForm,
     NoScheduler as NoScheduler,
     NotCertified as NotCertified,
-    NoWorkerWarning as NoWorkerWarning,
     StoppedEarly as StoppedEarly,
     WrongType as WrongType,
 )

@@ -257,10 +257,6 @@ class MissingPackage(HeavyTopError, ImportError):
         return f"{self.method} needs {' and '.join(self.packages)}: {self.command}{where}"
 
 
-class NoWorkerWarning(UserWarning):
-    """Workers elsewhere that have all gone, while their study waits for one."""
-
-
 class UnboundedAngleWarning(UserWarning):
     """An angle that grows in the state of a long run and loosens its step control."""
 

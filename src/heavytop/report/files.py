@@ -11,7 +11,7 @@ import json
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -145,8 +145,7 @@ def begun(folder: Path, asked: Request, *, force: bool = False) -> Iterator[None
             raise
         finally:
             if not (folder / REQUEST).exists():
-                with suppress(PermissionError):  # on Windows, where it is open
-                    (folder / LOCK).unlink(missing_ok=True)
+                (folder / LOCK).unlink(missing_ok=True)
 
 
 def _remove(folder: Path, names: Iterable[str]) -> None:

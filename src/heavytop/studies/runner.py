@@ -10,7 +10,6 @@ import os
 import platform
 import signal
 import time
-import warnings
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent import futures
@@ -299,14 +298,8 @@ def _in_workers(
     """Yield the chunks of tasks, computed in slices by the workers of a pool."""
     waiting, lost = deque(left), Counter[str]()
     running: dict[Future[list[Chunk]], str] = {}
-    deserted = False
     try:
         while (waiting or running) and not stop.is_set():
-            before, deserted = deserted, getattr(pool, "workers", 1) == 0
-            if deserted and not before:
-                warnings.warn(
-                    "no worker is left: the study waits", errors.NoWorkerWarning, stacklevel=3
-                )
             # After a loss all tasks it may be due to run alone, each for a slice.
             room = 1 if lost else 2 * workers(pool)
             while waiting and len(running) < room:
