@@ -31,16 +31,13 @@ LEADER = {"method": "strang", "tolerance": None, "steps_a_period": 200, "rival":
 
 
 def workprec(scene):
-    auto = POINT | {"method": "auto", "stands_for": "taylor-axis", "wants": "axis", "digits": 9,
-                    "missed": False, "error": 1e-12, "rival": False}  # fmt: skip
+    auto = POINT | {"method": "auto", "error": 1e-12, "rival": False}
     return {
         "schema": "heavytop/workprec/1", "scene": scene, "periods": 100, "phase": 99.6, "budget": 4,
-        "points": [POINT, auto], "front": [1], "front_theta": [0], "files": {},
+        "points": [POINT, auto], "front": [1], "front_theta": [1], "files": {},
         "skipped": [{"method": "gauss8", "reason": BREAKING, "setting": {"tolerance": 1e-9}}],
         "cheapest": {"1e-6": LEADER | {"against": LEADER, "ratio": 2.0}, "best": LEADER},
         "cheapest_theta": {"1e-6": None}, "rivals": {"run": ["strang"], "left_out": ["gauss8"]},
-        "auto": [{"point": 1, "digits": 9, "wants": "axis", "error": 1e-12, "missed": False,
-                  "ahead": ["strang"]}],
     }  # fmt: skip
 
 

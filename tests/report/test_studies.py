@@ -57,13 +57,10 @@ def test_work_and_precision_names_the_cheapest_the_next_and_what_was_left_out():
     )
     assert found["axis, best"] == (leader,)
     assert found["θ alone to 1e-6"] == (MISSING,)
-    assert found["auto"] == (
-        "9 digits of axis: taylor-axis, 9 µs, error 1.0e-12; beaten by strang",
-    )
     assert found["rivals"] == ("only these were run: strang",)
     assert found["left out"][0].endswith(": gauss8 (1 setting from 1e-09)")
     alone = workprec(load_scene("sicm-kicked").document())
-    alone |= {"points": [POINT | {"measures": "theta"}], "front": [0], "auto": [],
+    alone |= {"points": [POINT | {"measures": "theta"}], "front": [0],
               "cheapest": {"1e-6": LEADER | {"against": LEADER | {"rival": False}, "ratio": 3.0}},
               "rivals": {"run": [], "left_out": ["strang"]}}  # fmt: skip
     found = said(alone)
@@ -77,8 +74,6 @@ def test_a_method_is_summed_up_by_its_cheapest_and_its_best():
     (one,) = summaries(points)
     assert [p and p["us_per_period"] for p in one.within] == [3.0, 1234.0, None]
     assert (one.name, one.best["error"], one.setup_s) == ("strang", 1e-10, 1234.0)
-    auto = POINT | {"digits": 9, "wants": "theta", "stands_for": "taylor-cubic"}
-    assert [each.name for each in summaries([auto])] == ["auto, 9 of θ"]
 
 
 def test_stress_explains_the_marks_that_occur_and_what_failed():

@@ -130,7 +130,7 @@ def test_a_study_without_figures_is_resumed_without(tmp_path):
 # --- killed, stopped, full -------------------------------------------------------------------
 
 DROPPED = {"us_per_period", "us_spread", "setup_s", "runs", "kinds_per_s", "rows_per_s", "jobs",
-           "front", "front_theta", "cheapest", "cheapest_theta", "ahead", "files", "versions",
+           "front", "front_theta", "cheapest", "cheapest_theta", "files", "versions",
            "command", "limits", "budget"}  # fmt: skip
 
 

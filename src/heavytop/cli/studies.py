@@ -130,9 +130,9 @@ def _without_zero(axes: Mapping[str, Mapping[str, Any]]) -> Ends:
 
 def _missing(methods: list[str]) -> Ends:
     """Say what is to be installed, where no method of a study could be run without it."""
-    from heavytop.studies.methods import AUTO, method
+    from heavytop.studies.methods import is_auto, method
 
-    needs = [() if name == AUTO else method(name).absent for name in methods]
+    needs = [() if is_auto(name) else method(name).absent for name in methods]
     if needs and all(needs):
         yield Exit.USAGE, str(errors.MissingPackage(methods[0], needs[0]))
 

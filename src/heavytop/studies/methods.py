@@ -15,10 +15,11 @@ from heavytop.comparison import methods as comparison
 from heavytop.comparison import own as own_methods
 from heavytop.equations.formulation import FORMULATIONS
 from heavytop.errors import BadScene, Fault, Impossible
-from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, why_not
+from heavytop.integration.bits import DOUBLE, LONG_DOUBLE, bits_of, why_not
 from heavytop.names import nearest
-from heavytop.run.planning import EPSILON
+from heavytop.run.planning import EPSILON, plan
 from heavytop.scene.arguments import Refused, one_of, shown
+from heavytop.scene.scene import Scene
 
 MPFR_BITS: Final = 128
 DEFAULT: Final = (
@@ -30,6 +31,7 @@ DEFAULT: Final = (
     "gauss8",
 )
 AUTO: Final = "auto"
+AUTO_DIGITS, AUTO_MOST = 12, 30
 TOLERANCE: Final = "tolerance"
 BROUWER: Final = 1e-18  # heyoka's own advice for Brouwer's law, with compensated sums
 SLOW: Final = 10_000  # periods: what takes a millisecond and more for each goes no farther
@@ -63,10 +65,6 @@ class MethodSetting:
         Its heading in a stress test.
     atol : float or None
         The absolute tolerance, where it is not the relative one.
-    digits : int or None
-        That auto was asked for; None where the method is not auto's choice.
-    wants : str or None
-        What auto was asked for: ``axis`` or ``theta``.
     solver : str
         scipy's solver, where it is called once for the whole span; empty where it goes in blocks.
     """
@@ -86,8 +84,6 @@ class MethodSetting:
     short: str = ""
     atol: float | None = None
     solver: str = ""
-    digits: int | None = None
-    wants: str | None = None
 
     @property
     def absent(self) -> tuple[str, ...]:
@@ -104,16 +100,6 @@ class MethodSetting:
         """What asks for this method: its name, with the setting where it is not the usual one."""
         setting = repr(self.setting).removesuffix(".0")
         return f"{self.name}={setting}" if self.changed else self.name
-
-    @property
-    def own(self) -> MethodSetting:
-        """The method itself, where it is auto's choice."""
-        return replace(self, digits=None, wants=None)
-
-    @property
-    def asked(self) -> str:
-        """The name by which it was asked for: its own, or ``auto``."""
-        return self.name if self.digits is None else AUTO
 
     @property
     def label(self) -> str:
@@ -170,6 +156,44 @@ def method(text: str) -> MethodSetting:
     if not found.least <= value <= found.most:
         raise NoMethod(f"{found.set_by} from {found.least:g} to {found.most:g}")
     return replace(found, setting=value, changed=value != found.setting)
+
+
+def auto_digits(text: str) -> int:
+    """Return the digits of ``auto=DIGITS``, or the usual ones of ``auto``.
+
+    Raises
+    ------
+    NoMethod
+        They are no digits.
+    """
+    _, equals, digits = text.partition("=")
+    if not equals:
+        return AUTO_DIGITS
+    if not digits.isdecimal() or not 1 <= int(digits) <= AUTO_MOST:
+        raise NoMethod(f"whole digits after auto=, from 1 to {AUTO_MOST}")
+    return int(digits)
+
+
+def planned(text: str, scene: Scene, periods: float) -> MethodSetting:
+    """Return the method that ``auto`` or ``auto=DIGITS`` stands for in a run of so many periods.
+
+    Its name is the text.
+
+    Raises
+    ------
+    BadScene
+        There is no plan for so many digits.
+    """
+    chosen = plan(Scene(scene.top, scene.start, periods=periods, quantities=("axis",), events=(),
+                        samples=2, digits=auto_digits(text), name=scene.name))  # fmt: skip
+    found = method(f"taylor-{'axis' if chosen.folded else chosen.formulation}")
+    return replace(found, name=text, projected=chosen.projected or chosen.folded,
+                   bits=bits_of(chosen.precision), setting=chosen.tolerance)  # fmt: skip
+
+
+def is_auto(text: str) -> bool:
+    """Whether a text is ``auto`` or ``auto=DIGITS``."""
+    return text.partition("=")[0] == AUTO
 
 
 def admitted(methods: Any, file: str) -> Any:
