@@ -285,7 +285,7 @@ def _of(rival: comparison.MethodEntry) -> MethodSetting:
 
 ANGLES: Final = "auto-angles"
 FORMS: Final = ("axis", "attitude", "cubic", "routh", "subsystem", "lagrange")
-TIGHT: Final = {"dop853": 1e-12, "lsoda": 1e-11, "radau": 1e-8}  # as far as each goes in good time
+TIGHT: Final = {"DOP853": 1e-12, "LSODA": 1e-11, "Radau": 1e-8}  # as far as each goes in good time
 
 
 @cache
@@ -299,15 +299,15 @@ def stress_methods() -> Mapping[str, MethodSetting]:
     found += [replace(method(f"taylor-{form}"), short=form) for form in FORMS]
     for end, short in (("", "a"), ("-lagrange", "l")):
         for solver, tolerance in TIGHT.items():
-            each = method(f"{solver}-scipy{end}={tolerance}")
-            found.append(replace(each, solver=solver, short=f"{solver}:{short}"))
+            each = method(f"{solver.lower()}-scipy{end}={tolerance}")
+            found.append(replace(each, solver=solver, short=f"{solver.lower()}:{short}"))
     compiled = (
         ("blanes-moan-rkn6=64", "rkn6"),
         ("gauss8=32", "gauss8"),
         ("dop853-cyrk=1e-12", "cyrk"),
     )
     found += [replace(method(text), short=f"{short}:a") for text, short in compiled]
-    defaults = replace(method("dop853-scipy-lagrange=1e-3"), solver="rk45", atol=1e-6)
+    defaults = replace(method("dop853-scipy-lagrange=1e-3"), solver="RK45", atol=1e-6)
     found.append(replace(defaults, name="solve-ivp-defaults", short="ivp:l"))
     return {each.name: each for each in found}
 
